@@ -1,0 +1,106 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "math/vec3.hpp"
+
+// The multibody system as its user describes it: names, links, loops, forces and settings in SI units
+// and radians, checked, with parents before children, and immutable once read.
+// Symbols and conventions: docs/notation.md.
+
+namespace redysim {
+
+inline constexpr int ground = -1;  // index of the fixed base wherever a link index is expected
+
+enum class JointType { revolute, prismatic, fixed };
+
+// How a joint is driven: a torque input, a prescribed motion input (inverse dynamics of that joint),
+// held at its start position, or no actuator at all.
+enum class Drive { torque, motion, locked, free };
+
+// Modified DH after Khalil and Kleinfinger (1986); parent frame to link frame:
+//   T = Rz(gamma) Tz(b) Rx(alpha) Tx(a) Rz(theta) Tz(d)      angles in rad, lengths in m
+struct DhParameters {
+  double gamma = 0, b = 0, alpha = 0, a = 0, theta = 0, d = 0;
+};
+
+// The joint that carries its link; its axis is z of the link frame. q adds to theta (revolute) or d
+// (prismatic). tau_passive = -stiffness (q - rest) - damping qd; armature adds to the mass matrix diagonal.
+struct Joint {
+  std::string name;
+  JointType type = JointType::revolute;
+  Drive drive = Drive::torque;
+  DhParameters dh;
+  double q0 = 0, qd0 = 0;
+  bool hold = false;  // loop assembly keeps q0 of this joint
+  double damping = 0, stiffness = 0, rest = 0, armature = 0;
+};
+
+// A rigid body: mass in kg, com in m in the link frame, inertia in kg m^2 about the com in link axes
+// as (Ixx, Iyy, Izz, Ixy, Ixz, Iyz), products with the sign of the matrix entry.
+struct Link {
+  std::string name;
+  int parent = ground;
+  Joint joint;
+  double mass = 0;
+  Vec3<double> com = Vec3<double>::Zero();
+  std::array<double, 6> inertia{};
+};
+
+// `point` closes the given ground-frame directions only; the others name the joint that was cut.
+enum class LoopType { point, spherical, revolute, prismatic, cylindrical, universal, fixed };
+
+// A cut joint between link a and link b (or ground). Points in m in the link's frame. `axis` is the cut
+// joint's axis and `x` a second direction that fixes the rotation about it, each in the frame of the
+// link named by the suffix; they coincide when the loop is closed. For `universal`, axis_a and axis_b
+// are the two axes of the cross and stay perpendicular.
+struct Loop {
+  std::string name;
+  LoopType type = LoopType::spherical;
+  int link_a = ground, link_b = ground;
+  Vec3<double> point_a = Vec3<double>::Zero(), point_b = Vec3<double>::Zero();
+  Vec3<double> axis_a = Vec3<double>::UnitZ(), axis_b = Vec3<double>::UnitZ();
+  Vec3<double> x_a = Vec3<double>::UnitX(), x_b = Vec3<double>::UnitX();
+  std::vector<Vec3<double>> directions;  // ground frame, unit length; type point only
+};
+
+// Tension k (l - rest_length) + c dl/dt along the line between two points.
+struct SpringDamper {
+  std::string name;
+  int link_a = ground, link_b = ground;
+  Vec3<double> point_a = Vec3<double>::Zero(), point_b = Vec3<double>::Zero();
+  double stiffness = 0, damping = 0, rest_length = 0;
+};
+
+enum class SolverMethod { automatic, erk, adams, bdf, dirk };
+
+struct SolverSettings {
+  SolverMethod method = SolverMethod::erk;
+  double rtol = 1e-6;
+  double atol = 1e-8;
+  double max_step = 0;  // s; 0: no bound
+};
+
+// What the FMU shows of the scene. Group names as in docs/model_file.md.
+struct FmuSettings {
+  bool acceleration = true;            // <joint>.qdd
+  bool energy = true;                  // energy.*
+  bool solver = true;                  // solver.* outputs
+  std::vector<std::string> tunable;    // parameters such as "link3.mass" that a master may change
+  double stop_time = 1, step_size = 1e-3;  // default experiment, s
+};
+
+struct Model {
+  std::string name;
+  std::string description;
+  Vec3<double> gravity = {0, 0, -9.81};  // m/s^2 in the ground frame
+  std::vector<Link> links;               // parent index < own index
+  std::vector<Loop> loops;
+  std::vector<SpringDamper> springs;
+  SolverSettings solver;
+  FmuSettings fmu;
+};
+
+}  // namespace redysim
