@@ -1,0 +1,61 @@
+#include "model/dh.hpp"
+
+#include <cmath>
+
+namespace redysim {
+
+Pose operator*(const Pose& first, const Pose& second) {
+  return {first.rotation * second.rotation, first.rotation * second.position + first.position};
+}
+
+Pose inverse(const Pose& pose) {
+  return {pose.rotation.transpose(), -(pose.rotation.transpose() * pose.position)};
+}
+
+namespace {
+
+Pose screw_z(double angle, double offset) {
+  Pose pose;
+  pose.rotation = Eigen::AngleAxisd(angle, Vec3<double>::UnitZ()).toRotationMatrix();
+  pose.position.z() = offset;
+  return pose;
+}
+
+Pose screw_x(double angle, double offset) {
+  Pose pose;
+  pose.rotation = Eigen::AngleAxisd(angle, Vec3<double>::UnitX()).toRotationMatrix();
+  pose.position.x() = offset;
+  return pose;
+}
+
+}  // namespace
+
+Pose pose_of(const DhParameters& dh) {
+  return screw_z(dh.gamma, dh.b) * screw_x(dh.alpha, dh.a) * screw_z(dh.theta, dh.d);
+}
+
+DhParameters dh_of(const Pose& pose) {
+  // R = Rz(gamma) Rx(alpha) Rz(theta), p = Rz(gamma) (a, -d sin(alpha), b + d cos(alpha))
+  const Mat3<double>& R = pose.rotation;
+  const Vec3<double>& p = pose.position;
+  DhParameters dh;
+  const double sine = std::hypot(R(0, 2), R(1, 2));
+  dh.alpha = std::atan2(sine, R(2, 2));
+  if (sine > 1e-12) {
+    dh.gamma = std::atan2(R(0, 2), -R(1, 2));
+    dh.theta = std::atan2(R(2, 0), R(2, 1));
+    dh.a = std::cos(dh.gamma) * p.x() + std::sin(dh.gamma) * p.y();
+    dh.d = (std::sin(dh.gamma) * p.x() - std::cos(dh.gamma) * p.y()) / sine;
+  } else {
+    // parallel axes: the common normal passes through the child's origin
+    dh.alpha = R(2, 2) > 0 ? 0.0 : std::acos(-1.0);
+    dh.a = std::hypot(p.x(), p.y());
+    dh.gamma = dh.a > 0 ? std::atan2(p.y(), p.x()) : 0.0;
+    const double turn = std::atan2(R(1, 0), R(0, 0));
+    dh.theta = R(2, 2) > 0 ? turn - dh.gamma : dh.gamma - turn;
+  }
+  dh.b = p.z() - dh.d * std::cos(dh.alpha);
+  return dh;
+}
+
+}  // namespace redysim

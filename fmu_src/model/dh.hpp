@@ -1,0 +1,23 @@
+#pragma once
+
+#include "math/vec3.hpp"
+#include "model/model.hpp"
+
+namespace redysim {
+
+// A rigid displacement: point_before = rotation * point_after + position.
+struct Pose {
+  Mat3<double> rotation = Mat3<double>::Identity();
+  Vec3<double> position = Vec3<double>::Zero();
+};
+
+Pose operator*(const Pose& first, const Pose& second);
+Pose inverse(const Pose& pose);
+
+// T = Rz(gamma) Tz(b) Rx(alpha) Tx(a) Rz(theta) Tz(d), the frame of a link at q = 0 in its parent's.
+Pose pose_of(const DhParameters& dh);
+
+// Six parameters that give `pose` (every rigid displacement has them; for parallel z axes d = 0).
+DhParameters dh_of(const Pose& pose);
+
+}  // namespace redysim

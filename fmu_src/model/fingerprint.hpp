@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+
+namespace redysim {
+
+// Raise it when the variables or their meaning change for an unchanged model file.
+inline constexpr unsigned interface_version = 1;
+
+// 128-bit hash of a model file's bytes as a GUID, "{xxxxxxxx-xxxx-xxxx-xxxx-xxxxxxxxxxxx}": the same on
+// every machine, another one for another file or another interface_version.
+std::string fingerprint(const std::string& source);
+
+}  // namespace redysim

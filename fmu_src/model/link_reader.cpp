@@ -1,0 +1,88 @@
+#include "model/link_reader.hpp"
+
+#include <algorithm>
+
+#include "model/model_checks.hpp"
+
+namespace redysim {
+namespace {
+
+double to_radians(double angle, bool degrees) {
+  return degrees ? angle * 3.14159265358979323846 / 180 : angle;
+}
+
+DhParameters read_dh(Section& section, bool degrees) {
+  DhParameters dh;
+  dh.gamma = to_radians(section.number("gamma", 0), degrees);
+  dh.b = section.number("b", 0);
+  dh.alpha = to_radians(section.number("alpha", 0), degrees);
+  dh.a = section.number("a", 0);
+  dh.theta = to_radians(section.number("theta", 0), degrees);
+  dh.d = section.number("d", 0);
+  return dh;
+}
+
+Joint read_joint(Section& section, const std::string& link_name, bool degrees) {
+  Joint joint;
+  joint.type = section.choice<JointType>(
+      "joint",
+      {{"revolute", JointType::revolute}, {"prismatic", JointType::prismatic}, {"fixed", JointType::fixed}},
+      JointType::revolute);
+  joint.name = section.identifier("joint_name", link_name);
+  joint.drive = section.choice<Drive>("drive", {{"torque", Drive::torque}, {"free", Drive::free}},
+                                      Drive::torque, {"motion", "locked"});
+  joint.dh = read_dh(section, degrees);
+  const bool angular = degrees && joint.type != JointType::prismatic;
+  joint.q0 = to_radians(section.number("q", 0), angular);
+  joint.qd0 = to_radians(section.number("qd", 0), angular);
+  joint.hold = section.flag("hold", false);
+  joint.damping = section.number("damping", 0, Bound::not_negative);
+  joint.stiffness = section.number("stiffness", 0, Bound::not_negative);
+  joint.rest = to_radians(section.number("rest", 0), angular);
+  joint.armature = section.number("armature", 0, Bound::not_negative);
+  if (joint.type == JointType::fixed)
+    for (const char* key : {"q", "qd", "hold", "damping", "stiffness", "rest", "armature", "drive"})
+      if (section.has(key)) section.warn(key, std::string(key) + " has no effect on a fixed joint");
+  return joint;
+}
+
+// [Ixx, Iyy, Izz] or [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]
+std::array<double, 6> read_inertia(Section& section) {
+  std::array<double, 6> inertia{};
+  std::vector<double> numbers;
+  if (!section.numbers("inertia", numbers)) return inertia;
+  if (numbers.size() == 3 || numbers.size() == 6)
+    std::copy(numbers.begin(), numbers.end(), inertia.begin());
+  else
+    section.error("inertia", "inertia must be 3 or 6 numbers, got " + std::to_string(numbers.size()));
+  return inertia;
+}
+
+LinkDraft read_link(Section section, const std::string& label, bool degrees, Names& names) {
+  Link link;
+  link.name = names.take(section, label);
+  const std::string parent = section.text("parent");
+  link.joint = read_joint(section, link.name, degrees);
+  if (link.joint.name != link.name)
+    names.claim(link.joint.name, "joint_name", "the joint of " + label, section);
+  link.mass = section.number("mass", 0, Bound::not_negative);
+  link.com = section.vector("com", link.com);
+  link.inertia = read_inertia(section);
+  section.refuse_unknown();
+  check_inertia(link, section);
+  return {link, parent, section};
+}
+
+}  // namespace
+
+std::vector<LinkDraft> read_links(Section& top, bool degrees, Names& names, Findings& findings) {
+  std::vector<LinkDraft> drafts;
+  for (const Value* table : top.tables("link")) {
+    const std::string label = label_of("link", drafts.size() + 1, *table);
+    drafts.push_back(read_link(Section(*table, label, findings), label, degrees, names));
+  }
+  if (!top.has("link")) top.error("link", "a model needs at least one [[link]]");
+  return drafts;
+}
+
+}  // namespace redysim

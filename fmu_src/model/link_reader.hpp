@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "model/model.hpp"
+#include "model/names.hpp"
+
+namespace redysim {
+
+// A [[link]] as read, its parent still a name.
+struct LinkDraft {
+  Link link;
+  std::string parent;  // empty: the link before, or ground for the first
+  Section section;
+};
+
+// All [[link]] tables in file order. `degrees`: the file's angles are in degrees.
+std::vector<LinkDraft> read_links(Section& top, bool degrees, Names& names, Findings& findings);
+
+}  // namespace redysim

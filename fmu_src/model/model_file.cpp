@@ -1,0 +1,83 @@
+#include "model/model_file.hpp"
+
+#include <cstdio>
+
+#include "model/link_reader.hpp"
+#include "model/loop_reader.hpp"
+#include "model/model_checks.hpp"
+#include "model/settings_reader.hpp"
+#include "model/tree.hpp"
+
+namespace redysim {
+namespace {
+
+std::string read_bytes(const std::string& path) {
+  std::string bytes;
+  bool good = false;
+  if (std::FILE* file = std::fopen(path.c_str(), "rb")) {
+    char block[4096];
+    while (const std::size_t count = std::fread(block, 1, sizeof block, file)) bytes.append(block, count);
+    good = std::ferror(file) == 0;
+    std::fclose(file);
+  }
+  if (!good)
+    throw ModelError(ModelError::Reason::unreadable, {{path, 0, 0, "cannot be read as a model file"}});
+  return bytes;
+}
+
+std::string read_name(Section& top) {
+  if (!top.has("name")) top.error("name", "name is required");
+  return top.identifier("name");
+}
+
+bool read_degrees(Section& top) {
+  return top.choice<bool>("angle_unit", {{"rad", false}, {"deg", true}}, false);
+}
+
+LinkTable link_table(const std::vector<LinkDraft>& drafts, bool sound) {
+  LinkTable links;
+  for (const LinkDraft& draft : drafts) {
+    links.index.add(draft.link.name, static_cast<int>(links.names.size()));
+    links.names.push_back(draft.link.name);
+  }
+  if (sound) links.carriers = rigid_carriers(drafts);
+  return links;
+}
+
+Model read_model(Section& top, Findings& findings) {
+  Model model;
+  Names names;
+  model.name = read_name(top);
+  model.description = top.text("description");
+  model.gravity = top.vector("gravity", model.gravity);
+  const bool degrees = read_degrees(top);
+
+  std::vector<LinkDraft> drafts = read_links(top, degrees, names, findings);
+  arrange_tree(drafts);
+  const bool sound = !findings.has_errors();
+  if (sound) check_movable(drafts);
+  const LinkTable links = link_table(drafts, sound);
+  for (const LinkDraft& draft : drafts) model.links.push_back(draft.link);
+
+  model.loops = read_loops(top, links, names, findings);
+  model.springs = read_springs(top, links, names, findings);
+  model.solver = read_solver(top, findings);
+  model.fmu = read_fmu(top, model, findings);
+  top.refuse_unknown();
+  return model;
+}
+
+}  // namespace
+
+ModelFile read_model_text(const std::string& text, const std::string& name) {
+  const Value document = parse_toml(text, name);
+  Findings findings(name);
+  Section top(document, "", findings);
+  Model model = read_model(top, findings);
+  if (findings.has_errors()) throw ModelError(ModelError::Reason::invalid, findings.errors());
+  return {std::move(model), findings.warnings(), text};
+}
+
+ModelFile read_model_file(const std::string& path) { return read_model_text(read_bytes(path), path); }
+
+}  // namespace redysim

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace redysim {
+
+// "; did you mean 'mass'?" when a candidate is a likely misspelling of `word`, else empty.
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& candidates);
+
+// "'a', 'b' or 'c'"
+std::string one_of(const std::vector<std::string>& words);
+
+}  // namespace redysim

@@ -1,0 +1,76 @@
+#include "model/toml_value.hpp"
+
+#define TOML_HEADER_ONLY 1
+#define TOML_EXCEPTIONS 0
+#define TOML_ENABLE_FORMATTERS 0
+#include <toml++/toml.h>
+
+namespace redysim {
+namespace {
+
+Place place_of(const toml::source_region& region) {
+  return {static_cast<int>(region.begin.line), static_cast<int>(region.begin.column)};
+}
+
+Value converted(const toml::node& node) {
+  Value value;
+  value.place = place_of(node.source());
+  if (const auto* text = node.as_string()) {
+    value.kind = Value::Kind::text;
+    value.text = text->get();
+  } else if (const auto* integer = node.as_integer()) {
+    value.kind = Value::Kind::number;
+    value.number = static_cast<double>(integer->get());
+  } else if (const auto* number = node.as_floating_point()) {
+    value.kind = Value::Kind::number;
+    value.number = number->get();
+  } else if (const auto* flag = node.as_boolean()) {
+    value.kind = Value::Kind::flag;
+    value.flag = flag->get();
+  } else if (const auto* list = node.as_array()) {
+    value.kind = Value::Kind::list;
+    for (const toml::node& item : *list) value.items.push_back(converted(item));
+  } else if (const auto* table = node.as_table()) {
+    value.kind = Value::Kind::table;
+    for (const auto& [key, item] : *table)
+      value.entries.push_back({std::string(key.str()), place_of(key.source()), converted(item)});
+  }
+  return value;
+}
+
+}  // namespace
+
+const Value* Value::find(const std::string& key) const {
+  for (const Entry& entry : entries)
+    if (entry.key == key) return &entry.value;
+  return nullptr;
+}
+
+std::string Value::kind_name() const {
+  switch (kind) {
+    case Kind::text:
+      return "a string";
+    case Kind::number:
+      return "a number";
+    case Kind::flag:
+      return flag ? "true" : "false";
+    case Kind::list:
+      return "a list";
+    case Kind::table:
+      return "a table";
+    case Kind::other:
+      break;
+  }
+  return "a date or time";
+}
+
+Value parse_toml(const std::string& text, const std::string& name) {
+  const toml::parse_result result = toml::parse(text, name);
+  if (result) return converted(result.table());
+  const toml::parse_error& error = result.error();
+  const Place place = place_of(error.source());
+  throw ModelError(ModelError::Reason::syntax,
+                   {{name, place.line, place.column, "TOML syntax: " + std::string(error.description())}});
+}
+
+}  // namespace redysim
