@@ -1,0 +1,33 @@
+"""Puts an FMU together from a model file: describe, write the pages, copy the library, zip."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from build_fmu import native
+from build_fmu.archive import Entry, write_archive
+from build_fmu.describe import Description
+from build_fmu.description import model_description
+from build_fmu.documentation import documentation
+from build_fmu.drawing import draw
+from build_fmu.errors import UserError
+from build_fmu.licences import licence_file
+
+
+def build(model: Description, model_file: Path, target: Path) -> None:
+    """Writes the FMU of a described model file; no compiler is needed and a failure leaves no half file."""
+    if target.suffix != ".fmu":
+        raise UserError(f"'{target}' is no name for an FMU: it must end in .fmu")
+    write_archive(target, contents(model, model_file))
+
+
+def contents(model: Description, model_file: Path) -> list[Entry]:
+    """Returns the files of the FMU in the order in which they are stored."""
+    return [
+        Entry("modelDescription.xml", model_description(model)),
+        Entry("model.png", draw(model.drawing, model.model_name)),
+        Entry(f"binaries/linux64/{model.model_identifier}.so", native.library().read_bytes(), executable=True),
+        Entry("resources/model.toml", model_file.read_bytes()),
+        Entry("documentation/index.html", documentation(model)),
+        Entry("documentation/licenses/license.txt", licence_file()),
+    ]

@@ -1,0 +1,169 @@
+"""The command line `build-fmu`: build, check, simulate. Errors are one sentence on stderr and exit code 1."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from build_fmu import __version__
+from build_fmu.build import build
+from build_fmu.describe import describe
+from build_fmu.errors import UserError
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs one command and returns the exit code."""
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    try:
+        return options.run(options)
+    except UserError as error:
+        print(error, file=sys.stderr)
+        return 1
+    except BrokenPipeError:
+        # the reader of our output (head, less) has enough
+        sys.stderr.close()
+        return 1
+    except KeyboardInterrupt:
+        print("stopped", file=sys.stderr)
+        return 130
+
+
+def _build(options: argparse.Namespace) -> int:
+    model = describe(options.model)
+    target = options.output or Path(f"{model.model_identifier}.fmu")
+    if target.is_dir():
+        target = target / f"{model.model_identifier}.fmu"
+    _warn(model.warnings)
+    build(model, options.model, target)
+    print(f"{target}  {target.stat().st_size / 1024:.0f} kB, {len(model.select('input'))} inputs, "
+          f"{len(model.select('output'))} outputs, {len(model.select('parameter'))} parameters")
+    return 0
+
+
+def _check(options: argparse.Namespace) -> int:
+    from rich.console import Console
+
+    from build_fmu.tables import model_summary
+
+    model = describe(options.model)
+    Console().print(model_summary(model, options.model))
+    _warn(model.warnings)
+    return 0
+
+
+def _simulate(options: argparse.Namespace) -> int:
+    from rich.console import Console
+
+    from build_fmu.plots import FORMATS, plot
+    from build_fmu.session import Session
+    from build_fmu.simulate import Settings, simulate
+    from build_fmu.tables import final_values, write_csv
+
+    target = _simulated_file(options)
+    # a wrong file name shows before the run, not after
+    for path, endings in ((options.csv, (".csv",)), (options.plot, FORMATS)):
+        if path is not None and path.suffix.lower() not in endings:
+            raise UserError(f"'{path}' must end in {' or '.join(endings)}")
+    settings = Settings(options.stop, options.step, options.tolerance, options.start, options.input, options.output)
+    with _as_fmu(target) as fmu, Session(fmu) as session:
+        with _progress(session, settings) as progress:
+            result = simulate(session, settings, progress)
+        _warn(result.warnings)
+        if options.csv:
+            write_csv(options.csv, result)
+            print(f"{options.csv}  {len(result.time)} rows, {len(result.names)} outputs")
+        if options.plot:
+            plot(options.plot, session, result, options.output)
+            print(f"{options.plot}  t = {result.time[0]:g} to {result.time[-1]:g} s")
+        if not (options.csv or options.plot):
+            Console().print(final_values(session, result))
+    return 0
+
+
+def _simulated_file(options: argparse.Namespace) -> Path:
+    """Returns FMU|MODEL, also when it stands after a list (`--input a=1 arm.fmu`)."""
+    if options.target is not None:
+        return options.target
+    for values in (options.input, options.start, options.output):
+        if values and "=" not in values[-1] and values[-1].endswith((".fmu", ".toml")):
+            return Path(values.pop())
+    raise UserError("simulate needs an FMU or a model file, for example `build-fmu simulate arm.fmu`")
+
+
+@contextmanager
+def _as_fmu(target: Path) -> Iterator[Path]:
+    """Yields the FMU itself, or one built from a model file in a temporary folder."""
+    if target.suffix == ".fmu":
+        yield target
+        return
+    model = describe(target)
+    _warn(model.warnings)
+    with tempfile.TemporaryDirectory() as folder:
+        fmu = Path(folder) / f"{model.model_identifier}.fmu"
+        build(model, target, fmu)
+        yield fmu
+
+
+@contextmanager
+def _progress(session, settings) -> Iterator:
+    """Yields a function of the time reached (s) that moves a bar on stderr."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from build_fmu.simulate import time_grid
+
+    times = time_grid(session, settings)
+    look = (TextColumn("{task.description}"), BarColumn(), TextColumn("t = {task.completed:.3f} s"), TimeRemainingColumn())
+    with Progress(*look, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(session.description.modelName, total=times[-1] - times[0])
+        every = max(1, len(times) // 500)
+        count = 0
+
+        def reached(time: float) -> None:
+            nonlocal count
+            count += 1
+            if count % every == 0:
+                bar.update(task, completed=time - times[0])
+
+        yield reached
+
+
+def _warn(warnings: Sequence[str]) -> None:
+    for line in warnings:
+        print(line, file=sys.stderr)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="build-fmu", description="From a DH model file to a running FMU (FMI 2.0 co-simulation).")
+    parser.add_argument("--version", action="version", version=f"build-fmu {__version__}")
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+
+    command = commands.add_parser("build", help="pack a model file into an FMU; needs no compiler")
+    command.add_argument("model", type=Path, metavar="MODEL", help="model file (.toml)")
+    command.add_argument("-o", "--output", type=Path, metavar="FMU", help="file or folder to write (default: NAME.fmu here)")
+    command.set_defaults(run=_build)
+
+    command = commands.add_parser("check", help="read a model file and say what it holds")
+    command.add_argument("model", type=Path, metavar="MODEL", help="model file (.toml)")
+    command.set_defaults(run=_check)
+
+    command = commands.add_parser("simulate", help="run an FMU or a model file", description="Run an FMU or a model file. Without --csv and "
+                                  "--plot, print a table of values and write nothing. Values are in SI units and radians; inputs hold during a step.")
+    command.add_argument("target", nargs="?", type=Path, metavar="FMU|MODEL", help="FMU (.fmu) or model file (.toml)")
+    command.add_argument("--stop", type=float, metavar="T", help="stop time in s (default: the FMU's own)")
+    command.add_argument("--step", type=float, metavar="H", help="communication step in s (default: the FMU's own)")
+    command.add_argument("--tolerance", type=float, metavar="R", help="relative tolerance; may tighten the model's, never loosen it")
+    several = {"nargs": "+", "action": "extend", "default": []}
+    command.add_argument("--start", **several, metavar="NAME=VALUE", help="start values of parameters, for example joint1.q0=pi/2")
+    command.add_argument("--input", **several, metavar="NAME=EXPR|FILE.csv",
+                         help="inputs: an expression of t such as 'joint1.tau=2*sin(t) if t < 1 else 0', or a CSV with a column 'time'")
+    command.add_argument("--output", **several, metavar="NAME", help="outputs to record, * allowed (default: all)")
+    command.add_argument("--csv", type=Path, metavar="OUT.csv", help="write the record, 17 digits")
+    command.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the record (.png, .svg, .pdf)")
+    command.set_defaults(run=_simulate)
+    return parser

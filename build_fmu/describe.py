@@ -1,0 +1,118 @@
+"""Asks the compiled `describe` program what a model file means.
+
+The model file is read by C++ alone; Python sees the resulting table and never the model's meaning.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from build_fmu import native
+from build_fmu.errors import UserError
+
+FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One FMI variable; units are SI, `display_unit` is what a person reads."""
+
+    name: str
+    value_reference: int
+    type: str
+    causality: str
+    variability: str
+    initial: str | None = None
+    start: Any = None
+    unit: str | None = None
+    display_unit: str | None = None
+    quantity: str | None = None
+    min: float | None = None
+    max: float | None = None
+    nominal: float | None = None
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A row of the model structure; `dependencies` None means all, `kinds` None means all dependent."""
+
+    name: str
+    dependencies: list[str] | None = None
+    kinds: list[str] | None = None
+
+
+@dataclass(frozen=True)
+class Description:
+    """The table of one model, and the reader's warnings (`file:line:column: warning: ...`)."""
+
+    model_name: str
+    model_identifier: str
+    description: str
+    guid: str
+    generation_tool: str
+    default_experiment: dict[str, float]
+    capabilities: dict[str, Any]
+    log_categories: list[dict[str, str]]
+    units: list[dict[str, Any]]
+    variables: list[Variable]
+    outputs: list[Unknown]
+    initial_unknowns: list[Unknown]
+    drawing: dict[str, Any]
+    warnings: list[str] = field(default_factory=list)
+
+    def select(self, causality: str) -> list[Variable]:
+        """Returns the variables of one causality, in the table's order."""
+        return [v for v in self.variables if v.causality == causality]
+
+
+def describe(model: Path) -> Description:
+    """Reads a model file; raises UserError with the reader's lines, one error a line."""
+    if not model.is_file():
+        raise UserError(f"there is no model file '{model}'")
+    program = native.describe_program()
+    try:
+        run = subprocess.run([str(program), str(model)], capture_output=True, stdin=subprocess.DEVNULL, check=False)
+    except OSError as error:
+        raise UserError(f"'{program}' does not run: {error.strerror}") from None
+    messages = run.stderr.decode("utf-8", "replace").strip()
+    if run.returncode < 0:
+        raise UserError(f"'{program.name}' was stopped by signal {-run.returncode} while it read '{model}'")
+    if run.returncode != 0:
+        raise UserError(messages or f"'{program.name}' failed with code {run.returncode} and gave no reason")
+    try:
+        table = json.loads(run.stdout)
+    except ValueError as error:
+        raise UserError(f"'{program.name}' printed something that is not JSON: {error}") from None
+    return from_table(table, messages.splitlines())
+
+
+def from_table(table: dict[str, Any], warnings: list[str]) -> Description:
+    """Turns the JSON table into a Description; raises UserError if it is of another version."""
+    if table.get("format") != FORMAT:
+        raise UserError(f"the describe program speaks format {table.get('format')}, this build_fmu needs {FORMAT}: build both again")
+    known = Variable.__dataclass_fields__
+    return Description(
+        model_name=table["model_name"],
+        model_identifier=table["model_identifier"],
+        description=table.get("description") or "",
+        guid=table["guid"],
+        generation_tool=table["generation_tool"],
+        default_experiment=table["default_experiment"],
+        capabilities=table["capabilities"],
+        log_categories=table.get("log_categories", []),
+        units=table.get("units", []),
+        variables=[Variable(**{k: v for k, v in row.items() if k in known}) for row in table["variables"]],
+        outputs=[_unknown(row) for row in table["outputs"]],
+        initial_unknowns=[_unknown(row) for row in table["initial_unknowns"]],
+        drawing=table["drawing"],
+        warnings=[line for line in warnings if line.strip()],
+    )
+
+
+def _unknown(row: dict[str, Any]) -> Unknown:
+    return Unknown(row["name"], row.get("dependencies"), row.get("kinds"))

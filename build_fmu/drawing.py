@@ -1,0 +1,189 @@
+"""Draws a mechanism at its start pose: model.png of an FMU, byte-equal for an equal model.
+
+A planar mechanism is drawn in its plane, every other one in three dimensions. Lengths in m, ground frame.
+"""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import numpy as np
+
+INK, GROUND, COM, LOOP, SPRING = "#22303c", "#7d8792", "#c0392b", "#8e44ad", "#2e8b57"
+AXIS_COLOURS = ("#d1495b", "#3a9d5d", "#2f6fb5")
+NAMED_LINKS = 12  # beyond this many links names would only cover each other
+
+
+def draw(drawing: dict[str, Any], title: str) -> bytes:
+    """Returns a PNG of the drawing table (see `describe`)."""
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()  # the user's own settings would change the bytes
+        figure = Figure(figsize=(6.4, 5.6), dpi=110, facecolor="white")
+        FigureCanvasAgg(figure)
+        plane = planar_axes(drawing["links"])
+        scene = _Scene(figure, plane, _size(drawing))
+        _ground(scene)
+        for i, link in enumerate(drawing["links"]):
+            _link(scene, drawing["links"], i, link)
+        for loop in drawing.get("loops", []):
+            scene.line([loop["point_a"], loop["point_b"]], color=LOOP, lw=1.2, ls=":")
+            scene.mark(loop["point_a"], marker="o", ms=11, mfc="none", mec=LOOP, mew=1.6)
+        for spring in drawing.get("springs", []):
+            scene.line(_zigzag(spring["point_a"], spring["point_b"], scene), color=SPRING, lw=1.4)
+        scene.finish(drawing, title)
+        content = io.BytesIO()
+        figure.savefig(content, format="png", metadata={"Software": None})
+        return content.getvalue()
+
+
+def planar_axes(links: list[dict[str, Any]]) -> tuple[int, int] | None:
+    """Returns the two ground axes (0, 1, 2) that span the plane of motion, or None for a spatial mechanism."""
+    moving = [link for link in links if link["type"] != "fixed"]
+    for normal, plane in ((2, (0, 1)), (1, (0, 2)), (0, (1, 2))):
+        along = [(link["type"], abs(link["rotation"][normal][2])) for link in moving]
+        if along and all(z > 1 - 1e-9 if kind == "revolute" else z < 1e-9 for kind, z in along):
+            return plane
+    return None
+
+
+class _Scene:
+    """One set of axes that takes points of the ground frame, in the plane or in space."""
+
+    def __init__(self, figure, plane: tuple[int, int] | None, size: float) -> None:
+        self.plane, self.size, self.points = plane, size, [np.zeros(3)]
+        if plane is None:
+            from mpl_toolkits.mplot3d import Axes3D  # noqa: F401  registers the projection
+
+            # the drawing order is ours: links, then joints, then names
+            self.axes = figure.add_axes((-0.04, -0.02, 1.04, 0.98), projection="3d", computed_zorder=False)
+            self.axes.view_init(elev=22, azim=-58)
+        else:
+            self.axes = figure.add_axes((0.12, 0.1, 0.84, 0.8))
+
+    def project(self, points) -> list[np.ndarray]:
+        points = np.atleast_2d(np.asarray(points, float))
+        return [points[:, i] for i in (self.plane or (0, 1, 2))]
+
+    def line(self, points, **style) -> None:
+        self.points += [np.asarray(p, float) for p in points]
+        self.axes.plot(*self.project(points), solid_capstyle="round", **style)
+
+    def mark(self, point, **style) -> None:
+        self.points.append(np.asarray(point, float))
+        self.axes.plot(*self.project(point), ls="none", **style)
+
+    def text(self, point, text: str) -> None:
+        where = [float(x[0]) for x in self.project(point)]
+        where[-1] += 0.035 * self.size
+        self.axes.text(*where, text, fontsize=8, color=INK, zorder=30, ha="left", va="bottom")
+
+    def finish(self, drawing: dict[str, Any], title: str) -> None:
+        points = np.array(self.points)
+        low, high = points.min(axis=0), points.max(axis=0)
+        # a flat side still gets some depth, so that the box never degenerates
+        thin = 0.3 * max(high - low)
+        middle, half = (low + high) / 2, np.maximum((high - low) / 2 + 0.08 * self.size, thin / 2)
+        names = [f"{axis} [m]" for axis in "xyz"]
+        axes, limits = self.axes, np.stack([middle - half, middle + half], axis=1)
+        if self.plane is None:
+            axes.set(xlim=limits[0], ylim=limits[1], zlim=limits[2], xlabel=names[0], ylabel=names[1], zlabel=names[2])
+            axes.set_box_aspect(2 * half, zoom=0.92)
+            for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+                axis.set_pane_color((0.965, 0.97, 0.975, 1))
+                axis._axinfo["grid"].update(color="#dfe3e7", linewidth=0.7)
+                axis.set_major_locator(_few_ticks())
+        else:
+            i, j = self.plane
+            axes.set(xlim=limits[i], ylim=limits[j], xlabel=names[i], ylabel=names[j], facecolor="#f7f8f9")
+            axes.set_aspect("equal", adjustable="box")
+            axes.grid(color="#dfe3e7", lw=0.7)
+            axes.set_axisbelow(True)
+            for side in axes.spines.values():
+                side.set_color("#c9cfd5")
+        axes.tick_params(labelsize=8, colors="#56616b")
+        axes.figure.text(0.04, 0.955, title, fontsize=13, color=INK, weight="bold", va="center")
+        axes.figure.text(0.96, 0.955, _caption(drawing), fontsize=8.5, color="#56616b", va="center", ha="right")
+
+
+def _link(scene: _Scene, links: list[dict[str, Any]], index: int, link: dict[str, Any]) -> None:
+    origin, many = np.asarray(link["origin"], float), len(links) > 40
+    base = np.zeros(3) if link["parent"] < 0 else np.asarray(links[link["parent"]]["origin"], float)
+    colour = _colour(links, index)
+    width = 2.0 if many else 6.5
+    # the body that carries this joint reaches from its own joint to here
+    carrier = GROUND if link["parent"] < 0 else _colour(links, link["parent"])
+    if np.linalg.norm(origin - base) > 1e-9:
+        scene.line([base, origin], color=carrier, lw=width if link["parent"] >= 0 else 0.6 * width, alpha=0.85, zorder=5)
+    com = np.asarray(link["com"], float)
+    is_tip = all(other["parent"] != index for other in links)
+    if link["mass"] > 0 and np.linalg.norm(com - origin) > 1e-9:
+        style = {"lw": width, "alpha": 0.85} if is_tip else {"lw": 1.0, "ls": "-", "alpha": 0.6}
+        scene.line([origin, com], color=colour, zorder=5 if is_tip else 6, **style)
+    if many:
+        return
+    if link["type"] != "fixed":
+        axis = np.asarray(link["rotation"], float)[:, 2] * 0.07 * scene.size
+        if scene.plane is None or link["type"] == "prismatic":
+            scene.line([origin - axis, origin + axis], color=INK, lw=1.2, zorder=12)
+        marker = "o" if link["type"] == "revolute" else "s"
+        scene.mark(origin, marker=marker, ms=8, mfc="white", mec=INK, mew=1.6, zorder=14)
+    if link["mass"] > 0:
+        scene.mark(com, marker="P", ms=6, mfc=COM, mec="white", mew=0.6, zorder=16)
+    if len(links) <= NAMED_LINKS:
+        scene.text((base + origin) / 2 if is_tip and link["type"] == "fixed" else origin, link["name"])
+
+
+def _ground(scene: _Scene) -> None:
+    """The ground frame as three short coloured arrows on a grey foot."""
+    scene.mark(np.zeros(3), marker="D", ms=9, mfc=GROUND, mec="white", zorder=8)
+    for i in scene.plane or (0, 1, 2):
+        tip = np.zeros(3)
+        tip[i] = 0.16 * scene.size
+        scene.line([np.zeros(3), tip], color=AXIS_COLOURS[i], lw=1.8, zorder=9)
+        where = [float(x[0]) for x in scene.project(tip * 1.25)]
+        scene.axes.text(*where, "xyz"[i], color=AXIS_COLOURS[i], fontsize=8, ha="center", va="center", zorder=30)
+
+
+def _colour(links: list[dict[str, Any]], index: int):
+    from matplotlib import colormaps
+
+    return colormaps["viridis"](0.12 + 0.75 * index / max(1, len(links) - 1))
+
+
+def _few_ticks():
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(nbins=5)
+
+
+def _size(drawing: dict[str, Any]) -> float:
+    points = [np.zeros(3)] + [np.asarray(link[key], float) for link in drawing["links"] for key in ("origin", "com")]
+    return float(max(np.ptp(np.array(points), axis=0).max(), 1e-6))
+
+
+def _caption(drawing: dict[str, Any]) -> str:
+    kinds = [link["type"] for link in drawing["links"]]
+    parts = [(kinds.count("revolute"), "revolute"), (kinds.count("prismatic"), "prismatic"),
+             (kinds.count("fixed"), "fixed"), (len(drawing.get("loops", [])), "loop" )]
+    counts = ", ".join(f"{n} {what}" for n, what in parts if n)
+    return f"{counts} · {sum(link['mass'] for link in drawing['links']):.4g} kg · start pose"
+
+
+def _zigzag(start, end, scene: _Scene) -> list[np.ndarray]:
+    """A spring between two points: straight ends and a zigzag across the line in between."""
+    start, end = np.asarray(start, float), np.asarray(end, float)
+    along = end - start
+    away = np.eye(3)[scene.plane[0]] if scene.plane else np.array([1.0, 0, 0])
+    normal = np.eye(3)[3 - sum(scene.plane)] if scene.plane else away
+    across = np.cross(along, normal)
+    if np.linalg.norm(across) < 1e-9:
+        across = np.cross(along, [0.0, 1.0, 0.0])
+    length = np.linalg.norm(across)
+    across = across / length * 0.025 * scene.size if length > 0 else across
+    turns = [start + along * (0.2 + 0.6 * k / 12) + across * (0 if k in (0, 12) else (-1) ** k) for k in range(13)]
+    return [start, *turns, end]

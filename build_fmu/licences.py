@@ -1,0 +1,30 @@
+"""The licence pages inside an FMU: ours in full, and what the library holds of others as plain facts."""
+
+from __future__ import annotations
+
+from build_fmu import native
+
+# name, licence, holder, what the library uses it for, where its source and its full terms are
+THIRD_PARTY = (
+    ("SUNDIALS", "BSD-3-Clause", "Lawrence Livermore National Security and Southern Methodist University, 2002-2022",
+     "time integration (ARKODE, CVODE), linked into the shared library", "https://github.com/LLNL/sundials"),
+    ("Eigen", "MPL-2.0", "Benoit Jacob, Gael Guennebaud and others, 2006-2021",
+     "small vectors and matrices, compiled in from unmodified headers", "https://gitlab.com/libeigen/eigen"),
+    ("toml++", "MIT", "Mark Gillard and others, 2019-2022",
+     "reads the model file, compiled in from unmodified headers", "https://github.com/marzer/tomlplusplus"),
+    ("libstdc++ and libgcc", "GPL-3.0-or-later with GCC-exception-3.1", "Free Software Foundation",
+     "C++ run time, linked into the shared library", "https://gcc.gnu.org/git/gcc.git"),
+    ("FMI 2.0 C headers", "BSD-2-Clause", "MODELISAR consortium and Modelica Association Project FMI, 2008-2019",
+     "declarations of the interface", "https://github.com/modelica/fmi-standard"),
+)  # fmt: skip
+
+
+def licence_file() -> bytes:
+    """Returns documentation/licenses/license.txt: the terms of the library and of its parts."""
+    lines = [native.licence_text().rstrip(), "", "-" * 78, "",
+             "The licence above covers the simulation library in this FMU. The model in resources/model.toml",
+             "belongs to whoever wrote it. The library also contains parts of these works:", ""]
+    for name, licence, holder, use, address in THIRD_PARTY:
+        lines += [f"  {name}", f"    licence    {licence}", f"    copyright  {holder}", f"    use        {use}",
+                  f"    source     {address}", ""]
+    return "\n".join(lines).encode()

@@ -1,0 +1,45 @@
+"""Finds the two compiled files: the `describe` program and the shared library that every FMU carries.
+
+The order is: environment variable, the package's own `native/` folder (as in a wheel), the source tree's build folder.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from build_fmu.errors import UserError
+
+PACKAGE = Path(__file__).resolve().parent
+SOURCE_TREE = PACKAGE.parent
+BUILT = SOURCE_TREE / "build" / "release" / "fmu_src" / "fmi"
+
+
+def describe_program() -> Path:
+    """Returns the program that prints a model file's variable table; raises UserError if it is not built."""
+    return _find("REDYSIM_FMU_DESCRIBE", "describe")
+
+
+def library() -> Path:
+    """Returns the shared library; raises UserError if it is not built."""
+    return _find("REDYSIM_FMU_LIBRARY", "libredysim_fmu.so")
+
+
+def licence_text() -> str:
+    """Returns the licence of the library."""
+    for path in (PACKAGE / "native" / "LICENSE", SOURCE_TREE / "LICENSE"):
+        if path.is_file():
+            return path.read_text(encoding="utf-8")
+    raise UserError("the file LICENSE is missing: install build_fmu again")
+
+
+def _find(variable: str, name: str) -> Path:
+    given = os.environ.get(variable)
+    if given:
+        if Path(given).is_file():
+            return Path(given)
+        raise UserError(f"{variable} names '{given}', and there is no such file")
+    for path in (PACKAGE / "native" / name, BUILT / name):
+        if path.is_file():
+            return path
+    raise UserError(f"'{name}' is not built yet: run `make build` in the source tree, or set {variable}")

@@ -1,0 +1,119 @@
+"""Draws what a run did: positions, velocities, torques, energy, one panel for each kind and unit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from build_fmu.archive import whole_file
+from build_fmu.errors import UserError
+from build_fmu.session import Session
+from build_fmu.simulate import Result
+
+FORMATS = (".png", ".svg", ".pdf")
+TITLES = {"q": "joint position", "qd": "joint velocity", "qdd": "joint acceleration", "tau": "joint torque or force",
+          "energy": "energy", "balance": "energy balance", "gap": "loop gap"}  # fmt: skip
+BY_DEFAULT = ("q", "qd", "tau", "energy", "balance", "gap")
+DASHES = ("-", "--", ":", "-.")
+MOST_NAMED = 12
+
+
+@dataclass
+class Panel:
+    """One set of axes: curves of one kind in one unit, ready to draw."""
+
+    kind: str
+    unit: str
+    curves: list[tuple[str, np.ndarray]] = field(default_factory=list)
+
+
+def panels(session: Session, result: Result, asked: bool) -> list[Panel]:
+    """Groups the curves. With `asked`, every recorded output is drawn; else the kinds a person looks at first."""
+    found: dict[tuple[str, str], Panel] = {}
+    active = [name for name, column in result.inputs.items() if np.any(column != 0)]
+    for name in [*result.names, *([] if asked else active)]:
+        kind = _kind(name)
+        if not asked and kind not in BY_DEFAULT:
+            continue
+        shown, column = session.display(name), result[name]
+        if not asked and kind == "tau" and not np.any(column != 0):
+            continue
+        panel = found.setdefault((kind, shown.unit), Panel(kind, shown.unit))
+        panel.curves.append((_label(name, kind), column * shown.factor + shown.offset))
+    order = {kind: i for i, kind in enumerate(("q", "qd", "qdd", "tau", "energy", "balance", "gap"))}
+    return sorted(found.values(), key=lambda p: order.get(p.kind, len(order)))
+
+
+def plot(path: Path, session: Session, result: Result, asked: Sequence[str] = ()) -> None:
+    """Writes the picture (.png, .svg or .pdf); raises UserError for another ending or nothing to draw."""
+    if path.suffix.lower() not in FORMATS:
+        raise UserError(f"'{path}' is no name for a picture: it must end in {', '.join(FORMATS)}")
+    drawn = panels(session, result, bool(asked)) or panels(session, result, True)
+    if not drawn:
+        raise UserError("the FMU has no outputs to plot")
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update({"svg.hashsalt": "build_fmu", "font.size": 9, "axes.axisbelow": True})
+        columns = 1 if len(drawn) <= 2 else 2
+        rows = -(-len(drawn) // columns)
+        figure = Figure(figsize=(7.4 if columns == 1 else 11.5, 0.7 + 2.9 * rows), dpi=130, layout="constrained")
+        FigureCanvasAgg(figure)
+        figure.suptitle(session.description.modelName, x=0.01, ha="left", fontsize=14, weight="bold", color="#22303c")
+        for i, panel in enumerate(drawn):
+            # a lone last panel takes the whole row
+            last = i == len(drawn) - 1 and len(drawn) % columns
+            axes = figure.add_subplot(rows, 1, rows) if last else figure.add_subplot(rows, columns, i + 1)
+            _draw(axes, panel, result.time, time_label=i >= len(drawn) - columns)
+        metadata = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+        whole_file(path, lambda temporary: figure.savefig(temporary, metadata=metadata[path.suffix.lower()]))
+
+
+def _draw(axes, panel: Panel, time: np.ndarray, time_label: bool) -> None:
+    from matplotlib import colormaps
+
+    many = len(panel.curves) > MOST_NAMED
+    palette = colormaps["viridis"] if many else colormaps["tab10"]
+    for i, (label, values) in enumerate(panel.curves):
+        colour = palette(i / max(1, len(panel.curves) - 1)) if many else palette(i % 10)
+        named = not many or i in (0, len(panel.curves) - 1)
+        # equal curves stay visible: later ones are thinner and dashed
+        style = DASHES[i % len(DASHES)] if panel.kind == "energy" else "-"
+        axes.plot(time, values, style, color=colour, lw=1.1 if many else 1.6, label=label if named else None)
+    unit = f" [{panel.unit}]" if panel.unit else ""
+    axes.set_title(TITLES.get(panel.kind, panel.kind), loc="left", fontsize=10, color="#22303c")
+    axes.set_ylabel(f"{_symbol(panel.kind)}{unit}")
+    if time_label:
+        axes.set_xlabel("time [s]")
+    axes.set_xlim(time[0], time[-1])
+    axes.grid(color="#e3e7ea", lw=0.8)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    if all(np.all(np.isfinite(values)) for _, values in panel.curves) and panel.kind != "balance":
+        axes.ticklabel_format(axis="y", style="sci", scilimits=(-3, 5), useMathText=True)
+    if len(panel.curves) > 1 or panel.kind not in TITLES:
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.02), frameon=False, fontsize=8.5, handlelength=1.6)
+
+
+def _kind(name: str) -> str:
+    head, _, tail = name.rpartition(".")
+    if head == "energy":
+        return "balance" if tail == "balance" else "energy"
+    return tail.partition("[")[0] if head else name
+
+
+def _label(name: str, kind: str) -> str:
+    if kind in TITLES:
+        return name.rpartition(".")[2] if kind in ("energy", "balance") else name.rpartition(".")[0]
+    return name
+
+
+def _symbol(kind: str) -> str:
+    symbols = {"q": "$q$", "qd": r"$\dot{q}$", "qdd": r"$\ddot{q}$", "tau": r"$\tau$", "energy": "$E$", "balance": r"$\Delta E$"}
+    return symbols.get(kind, kind)

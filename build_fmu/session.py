@@ -1,0 +1,153 @@
+"""One running FMU through FMPy: open, set, step, read, and every refusal as a sentence."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from build_fmu.errors import UserError, did_you_mean
+
+WARNING = 1  # fmi2Warning; higher is worse
+
+
+@dataclass(frozen=True)
+class Display:
+    """How a person reads a value: shown = value * factor + offset."""
+
+    unit: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+class Session:
+    """An instance of an FMI 2.0 co-simulation FMU; use it in a `with` block."""
+
+    def __init__(self, fmu: Path) -> None:
+        """Reads the description and extracts the FMU; raises UserError if it is not one."""
+        import fmpy
+        from fmpy.model_description import ValidationError
+
+        if not fmu.is_file():
+            raise UserError(f"there is no FMU '{fmu}'")
+        self.folder: str | None = None
+        try:
+            self.description = fmpy.read_model_description(str(fmu))
+            if self.description.fmiVersion != "2.0" or self.description.coSimulation is None:
+                raise UserError(f"'{fmu}' is not an FMI 2.0 co-simulation FMU")
+            self.folder = fmpy.extract(str(fmu))
+        except UserError:
+            raise
+        except ValidationError as error:
+            raise UserError(f"'{fmu}' has a faulty modelDescription.xml: {error.problems[0]}") from None
+        except Exception as error:  # a damaged zip or XML fails in many ways
+            raise UserError(f"'{fmu}' is not a readable FMU: {error}") from None
+        self.variables = {v.name: v for v in self.description.modelVariables}
+        self.log: list[tuple[int, str]] = []
+        self.instance = None
+        self._numbers: dict[str, tuple[Any, Any, int]] = {}
+
+    def __enter__(self) -> Session:
+        import fmpy
+
+        try:
+            self.instance = fmpy.instantiate_fmu(self.folder, self.description, "CoSimulation", logger=self._logged)
+        except Exception as error:
+            self.close()
+            raise UserError(f"'{self.description.modelName}' cannot be loaded: {self._reason(str(error))}") from None
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Frees the instance and removes the extracted files."""
+        if self.instance is not None:
+            self.instance.freeInstance()
+            self.instance = None
+        if self.folder is not None:
+            shutil.rmtree(self.folder, ignore_errors=True)
+            self.folder = None
+
+    def names(self, causality: str) -> list[str]:
+        """Returns the names of a causality's variables, in the FMU's order."""
+        return [v.name for v in self.description.modelVariables if v.causality == causality]
+
+    def find(self, name: str, kind: str, among: Sequence[str]) -> str:
+        """Returns the name if it is among the given ones; otherwise raises with the nearest."""
+        if name in among:
+            return name
+        if name in self.variables:
+            raise UserError(f"'{name}' is no {kind} but a variable of causality {self.variables[name].causality}")
+        raise UserError(f"there is no {kind} '{name}'{did_you_mean(name, among)}")
+
+    def display(self, name: str) -> Display:
+        """Returns the unit in which a person reads the variable."""
+        variable = self.variables[name]
+        for unit in self.description.unitDefinitions:
+            if unit.name == variable.unit:
+                for shown in unit.displayUnits:
+                    if shown.name == variable.displayUnit:
+                        return Display(shown.name, float(shown.factor or 1), float(shown.offset or 0))
+        return Display(variable.unit or "")
+
+    def initialise(self, start: float, stop: float, tolerance: float | None, values: dict[str, Any]) -> None:
+        """Takes the FMU through initialisation at `start` (s) with the given start values."""
+        self._guarded(f"at t = {start:g} s", lambda: self.instance.setupExperiment(tolerance, start, stop))
+        for name, value in values.items():
+            self._guarded(f"'{name}' = {value}", lambda n=name, v=value: self.write({n: v}))
+        self._guarded("in the initialisation", self.instance.enterInitializationMode)
+        self._guarded("in the initialisation", self.instance.exitInitializationMode)
+
+    def write(self, values: dict[str, Any]) -> None:
+        """Sets variables by name (SI units)."""
+        for name, value in values.items():
+            variable = self.variables[name]
+            if variable.type == "Real":
+                self.instance.setReal([variable.valueReference], [float(value)])
+            elif variable.type in ("Integer", "Enumeration"):
+                self.instance.setInteger([variable.valueReference], [int(value)])
+            elif variable.type == "Boolean":
+                self.instance.setBoolean([variable.valueReference], [int(value)])
+            else:
+                self.instance.setString([variable.valueReference], [str(value)])
+
+    def read(self, names: Sequence[str]) -> list[float]:
+        """Returns the values of numeric variables (SI units)."""
+        reals = [n for n in names if self.variables[n].type == "Real"]
+        values = dict(zip(reals, self.instance.getReal([self.variables[n].valueReference for n in reals]), strict=True))
+        for name in names:
+            variable = self.variables[name]
+            if variable.type in ("Integer", "Enumeration"):
+                values[name] = self.instance.getInteger([variable.valueReference])[0]
+            elif variable.type == "Boolean":
+                values[name] = self.instance.getBoolean([variable.valueReference])[0]
+        return [values[n] for n in names]
+
+    def step(self, time: float, size: float) -> None:
+        """Advances from `time` by `size` (s); raises with the FMU's own message if it cannot."""
+        self._guarded(f"in the step from t = {time:g} s", lambda: self.instance.doStep(time, size))
+
+    def terminate(self) -> None:
+        """Ends the simulation."""
+        self._guarded("at the end", self.instance.terminate)
+
+    def warnings(self) -> list[str]:
+        """Returns the FMU's warnings so far, each once."""
+        return list(dict.fromkeys(text for status, text in self.log if status == WARNING))
+
+    def _guarded(self, when: str, call) -> None:
+        seen = len(self.log)
+        try:
+            call()
+        except Exception as error:  # FMPy raises its own kinds; the FMU's log says why
+            raise UserError(f"the FMU stopped {when}: {self._reason(str(error), seen)}") from None
+
+    def _reason(self, fallback: str, since: int = 0) -> str:
+        texts = [text for status, text in self.log[since:] if status > WARNING]
+        return texts[-1] if texts else fallback
+
+    def _logged(self, _env, _instance, status: int, _category, message: bytes) -> None:
+        self.log.append((status, (message or b"").decode("utf-8", "replace").strip()))

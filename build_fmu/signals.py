@@ -1,0 +1,118 @@
+"""The inputs of a simulation: `NAME=EXPRESSION`, `NAME=FILE.csv` or a whole `FILE.csv`, as functions of time."""
+
+from __future__ import annotations
+
+import csv
+import math
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from build_fmu.errors import UserError, did_you_mean
+from build_fmu.expressions import compile_expression
+
+Signal = Callable[[float], float]
+
+
+def parse_inputs(arguments: Sequence[str], find: Callable[[str], str]) -> dict[str, Signal]:
+    """Returns a signal for each named input; `find` checks a name. Raises UserError, also for a name given twice."""
+    signals: dict[str, Signal] = {}
+    for argument in arguments:
+        name, equals, source = (part.strip() for part in argument.partition("="))
+        if not equals and name.lower().endswith(".csv"):
+            table = read_table(Path(name))
+            found = {find(column): (column, table) for column in table if column != "time"}
+            new = {column: _column(table, column) for column in found}
+        elif not equals or not source:
+            raise UserError(f"'{argument}' is no input: write NAME=EXPRESSION, NAME=FILE.csv or FILE.csv")
+        elif source.lower().endswith(".csv"):
+            new = {find(name): _only_column(Path(source), name)}
+        else:
+            new = {find(name): compile_expression(source)}
+        for key, signal in new.items():
+            if key in signals:
+                raise UserError(f"the input '{key}' is given twice")
+            signals[key] = signal
+    return signals
+
+
+def read_table(path: Path) -> dict[str, list[float]]:
+    """Reads a CSV of numbers with a `time` column (s) that never decreases; raises UserError with the line."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            rows = list(csv.reader(file))
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"cannot read '{path}': {getattr(error, 'strerror', None) or 'it is not a text file'}") from None
+    rows = [[cell.strip().strip('"') for cell in row] for row in rows]
+    if not rows or "time" not in rows[0]:
+        raise UserError(f"'{path}' has no column 'time' in its first line")
+    head = rows[0]
+    table: dict[str, list[float]] = {name: [] for name in head}
+    if len(table) != len(head):
+        raise UserError(f"'{path}' has two columns of the same name")
+    for line, row in enumerate(rows[1:], start=2):
+        if not any(row):
+            continue
+        if len(row) != len(head):
+            raise UserError(f"{path}:{line}: {len(row)} values, but the first line names {len(head)} columns")
+        for name, cell in zip(head, row, strict=True):
+            table[name].append(_number(cell, f"{path}:{line}: column '{name}'"))
+    times = table["time"]
+    if not times:
+        raise UserError(f"'{path}' has no rows")
+    for i in range(1, len(times)):
+        if times[i] < times[i - 1]:
+            raise UserError(f"'{path}': time goes back from {times[i - 1]:g} to {times[i]:g} s")
+    return table
+
+
+def interpolate(times: Sequence[float], values: Sequence[float]) -> Signal:
+    """Linear between the rows, constant outside; of two rows at the same time the later one holds from there on."""
+
+    def value(t: float) -> float:
+        i = bisect_right(times, t)
+        if i == 0:
+            return values[0]
+        if i == len(times):
+            return values[-1]
+        weight = (t - times[i - 1]) / (times[i] - times[i - 1])
+        return (1 - weight) * values[i - 1] + weight * values[i]
+
+    return value
+
+
+def parse_start(arguments: Sequence[str]) -> dict[str, str]:
+    """Splits NAME=VALUE arguments; raises UserError for anything else."""
+    values: dict[str, str] = {}
+    for argument in arguments:
+        name, equals, value = (part.strip() for part in argument.partition("="))
+        if not equals or not name or not value:
+            raise UserError(f"'{argument}' is no start value: write NAME=VALUE")
+        if name in values:
+            raise UserError(f"the start value of '{name}' is given twice")
+        values[name] = value
+    return values
+
+
+def _column(table: dict[str, list[float]], name: str) -> Signal:
+    return interpolate(table["time"], table[name])
+
+
+def _only_column(path: Path, name: str) -> Signal:
+    table = read_table(path)
+    others = [column for column in table if column != "time"]
+    if name in table:
+        return _column(table, name)
+    if len(others) == 1:
+        return _column(table, others[0])
+    raise UserError(f"'{path}' has no column '{name}'{did_you_mean(name, others)}")
+
+
+def _number(text: str, where: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise UserError(f"{where}: '{text}' is not a number") from None
+    if not math.isfinite(value):
+        raise UserError(f"{where}: '{text}' is not a finite number")
+    return value

@@ -1,0 +1,81 @@
+"""What a run or a check leaves behind as numbers: a CSV file, or short tables on the terminal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from build_fmu.archive import whole_file
+from build_fmu.describe import Description
+from build_fmu.session import Session
+from build_fmu.simulate import Result
+
+
+def write_csv(path: Path, result: Result) -> None:
+    """Writes `time` (s) and the outputs in SI units, 17 significant digits: each number reads back exactly."""
+
+    def write(temporary: Path) -> None:
+        with temporary.open("w", encoding="utf-8", newline="\n") as file:
+            file.write(",".join(["time", *map(_quoted, result.names)]) + "\n")
+            for time, row in zip(result.time, result.values, strict=True):
+                file.write(",".join(f"{x:.17g}" for x in (time, *row)) + "\n")
+
+    whole_file(path, write)
+
+
+def _quoted(name: str) -> str:
+    return '"' + name.replace('"', '""') + '"' if any(c in name for c in ',"\n') else name
+
+
+def final_values(session: Session, result: Result):
+    """Returns a rich table of every output at the start and at the end, in display units."""
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, title=f"{session.description.modelName}, t = {result.time[-1]:g} s", title_justify="left")
+    for head, justify in (("output", "left"), ("start", "right"), ("end", "right"), ("least", "right"), ("most", "right"), ("unit", "left")):
+        table.add_column(head, justify=justify)
+    for i, name in enumerate(result.names):
+        shown = session.display(name)
+        column = result.values[:, i] * shown.factor + shown.offset
+        numbers = (column[0], column[-1], column.min(), column.max())
+        table.add_row(escape(name), *(f"{x + 0.0:.6g}" for x in numbers), shown.unit)
+    return table
+
+
+def model_summary(model: Description, file: Path):
+    """Returns the rich tables of `check`: the mechanism, then the counts of what the FMU shows."""
+    from rich import box
+    from rich.console import Group
+    from rich.markup import escape
+    from rich.table import Table
+
+    links = model.drawing["links"]
+    mechanism = Table(box=box.SIMPLE_HEAD, title=f"{escape(model.model_name)} ({escape(str(file))})", title_justify="left")
+    for head, justify in (("link", "left"), ("on", "left"), ("joint", "left"), ("mass [kg]", "right"), ("origin [m]", "right")):
+        mechanism.add_column(head, justify=justify)
+    for link in links:
+        parent = "ground" if link["parent"] < 0 else links[link["parent"]]["name"]
+        origin = "  ".join(f"{x + 0.0:.4g}" for x in (round(v, 12) for v in link["origin"]))
+        mechanism.add_row(escape(link["name"]), escape(parent), link["type"], f"{link['mass']:.6g}", origin)
+    facts = Table(box=None, show_header=False, padding=(0, 2, 0, 1))
+    moving = sum(link["type"] != "fixed" for link in links)
+    counts = {
+        "joints": f"{moving} moving, {len(links) - moving} fixed",
+        "loops": str(len(model.drawing.get("loops", []))),
+        "springs": str(len(model.drawing.get("springs", []))),
+        "inputs": _some([v.name for v in model.select("input")]),
+        "outputs": _some([v.name for v in model.select("output")]),
+        "parameters": f"{len(model.select('parameter'))}, of them "
+                      f"{sum(v.variability == 'tunable' for v in model.select('parameter'))} tunable",
+        "total mass": f"{sum(link['mass'] for link in links):.6g} kg",
+        "warnings": str(len(model.warnings)),
+    }
+    for name, text in counts.items():
+        if text != "0" or name == "warnings":
+            facts.add_row(name, escape(text))
+    return Group(mechanism, facts)
+
+
+def _some(names: list[str]) -> str:
+    return f"{len(names)}: {', '.join(names[:4])}{', …' if len(names) > 4 else ''}" if names else "none"
