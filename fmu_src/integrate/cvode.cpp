@@ -1,0 +1,391 @@
+#include <cvode/cvode.h>
+#include <cvode/cvode_proj.h>
+#include <sunlinsol/sunlinsol_dense.h>
+#include <sunmatrix/sunmatrix_dense.h>
+#include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
+#include <sunnonlinsol/sunnonlinsol_newton.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "integrate/dense_jacobian.hpp"
+#include "integrate/first_step.hpp"
+#include "integrate/methods.hpp"
+#include "integrate/state_bytes.hpp"
+#include "integrate/sundials_objects.hpp"
+
+// Variable-order multistep methods by SUNDIALS' CVODE: Adams (functional iteration) and BDF (Newton).
+//
+// CVODE runs ahead of time() in steps of its own; states at communication points are interpolated, so that
+// a run with unchanged inputs does not depend on where it is cut. Changed inputs restart it at time().
+// CVODE's memory is opaque: a saved state is its last restart and the number of steps since, and restoring
+// repeats these steps. To bound them CVODE is restarted every steps_between_restarts steps.
+
+namespace redysim {
+namespace {
+
+using namespace sundials;
+
+constexpr int steps_between_restarts = 2000;
+
+struct CvodeDeleter {
+  void operator()(void* memory) const { CVodeFree(&memory); }
+};
+
+class Cvode final : public Integrator {
+ public:
+  Cvode(System& system, const SolverSettings& settings, SolverMethod method);
+
+  Outcome start(double time, const double* y) override;
+  Outcome advance(double end, bool inputs_changed) override;
+
+  double time() const override { return time_; }
+  const double* state() const override { return y_.data(); }
+  const Statistics& statistics() const override { return statistics_; }
+  const char* name() const override { return method_ == SolverMethod::bdf ? "bdf" : "adams"; }
+
+  void save(std::vector<unsigned char>& bytes) const override;
+  bool restore(const unsigned char* bytes, std::size_t size) override;
+
+ private:
+  // Where CVODE last began, with what it needs to begin there again.
+  struct Beginning {
+    double time = 0, first_step = 0;
+    std::vector<double> y, tau;
+    long rejected_before = 0;  // statistics
+  };
+
+  static int right_hand_side(double time, N_Vector y, N_Vector ydot, void* self);
+  static int weights(N_Vector y, N_Vector weights, void* self);
+  static int jacobian(double time, N_Vector y, N_Vector slope, SUNMatrix matrix, void* self, N_Vector, N_Vector,
+                      N_Vector);
+  static int project(double time, N_Vector y, N_Vector correction, double, N_Vector error, void* self);
+
+  void build();
+  bool begin(double time, const double* y);
+  void reset_to_beginning();
+  int take_step();
+  Status project_step();
+  void count_step();
+  Outcome reach(double end);
+  Outcome explain(int flag);
+
+  System& system_;
+  SolverSettings settings_;
+  SolverMethod method_;
+  ErrorWeights error_weights_;
+  FirstStepRoom room_;
+  double largest_step_;
+
+  Context context_;
+  LastMessage message_;
+  Vector ahead_, weights_, error_;  // ahead_: the state at ahead_time_
+  Matrix matrix_;
+  LinearSolver linear_solver_;
+  NonlinearSolver nonlinear_solver_;
+  std::unique_ptr<void, CvodeDeleter> memory_;
+
+  // what the future depends on
+  double time_ = 0;
+  std::vector<double> y_;
+  bool fresh_ = true;  // no beginning yet
+  Beginning beginning_;
+  double ahead_time_ = 0;         // end of CVODE's last step, >= time_
+  std::int32_t steps_taken_ = 0;  // since the beginning
+  Statistics statistics_;
+
+  std::vector<double> slope_;  // f at the beginning, when serve_slope_
+  bool serve_slope_ = false;
+  bool warming_up_ = false;
+};
+
+Cvode::Cvode(System& system, const SolverSettings& settings, SolverMethod method)
+    : system_(system), settings_(settings), method_(method), error_weights_(system, settings.rtol, settings.atol),
+      room_(system.size()),
+      largest_step_(settings.max_step > 0 ? settings.max_step : std::numeric_limits<double>::max()),
+      ahead_(make_vector(system.size(), context_)), weights_(make_vector(system.size(), context_)),
+      error_(make_vector(system.size(), context_)), y_(static_cast<std::size_t>(system.size())), slope_(y_) {
+  beginning_.y = y_;
+  beginning_.tau = system.tau();
+  build();
+}
+
+void Cvode::build() {
+  const bool bdf = method_ == SolverMethod::bdf;
+  memory_.reset(created(CVodeCreate(bdf ? CV_BDF : CV_ADAMS, context_)));
+  void* cvode = memory_.get();
+  CVodeSetErrHandlerFn(cvode, &LastMessage::keep, &message_);
+  CVodeInit(cvode, &Cvode::right_hand_side, 0.0, ahead_.get());
+  CVodeSetUserData(cvode, this);
+  CVodeWFtolerances(cvode, &Cvode::weights);
+  if (settings_.max_step > 0) CVodeSetMaxStep(cvode, settings_.max_step);
+  if (bdf) {
+    matrix_.reset(created(SUNDenseMatrix(system_.size(), system_.size(), context_)));
+    linear_solver_.reset(created(SUNLinSol_Dense(ahead_.get(), matrix_.get(), context_)));
+    CVodeSetLinearSolver(cvode, linear_solver_.get(), matrix_.get());
+    CVodeSetJacFn(cvode, &Cvode::jacobian);
+    nonlinear_solver_.reset(created(SUNNonlinSol_Newton(ahead_.get(), context_)));
+    if (system_.has_loops()) CVodeSetProjFn(cvode, &Cvode::project);
+  } else {
+    nonlinear_solver_.reset(created(SUNNonlinSol_FixedPoint(ahead_.get(), 0, context_)));
+  }
+  CVodeSetNonlinearSolver(cvode, nonlinear_solver_.get());
+
+  // CVODE allocates in its first step: take one of a system at rest
+  warming_up_ = true;
+  CVodeSetInitStep(cvode, 1e-3);
+  CVode(cvode, 1.0, ahead_.get(), &ahead_time_, CV_ONE_STEP);
+  warming_up_ = false;
+  statistics_ = {};
+}
+
+int Cvode::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_pointer) {
+  Cvode& self = *static_cast<Cvode*>(self_pointer);
+  if (self.warming_up_) {
+    std::fill_n(data(ydot), self.y_.size(), 0.0);
+    return 0;
+  }
+  if (self.serve_slope_) {
+    self.serve_slope_ = false;
+    std::copy(self.slope_.begin(), self.slope_.end(), data(ydot));
+    return 0;
+  }
+  ++self.statistics_.evaluations;
+  return static_cast<int>(self.system_.right_hand_side(time, data(y), data(ydot)));
+}
+
+int Cvode::weights(N_Vector y, N_Vector weights, void* self) {
+  static_cast<Cvode*>(self)->error_weights_.evaluate(data(y), data(weights));
+  return 0;
+}
+
+int Cvode::jacobian(double time, N_Vector y, N_Vector slope, SUNMatrix matrix, void* self_pointer, N_Vector, N_Vector,
+                    N_Vector) {
+  Cvode& self = *static_cast<Cvode*>(self_pointer);
+  if (self.warming_up_) return SUNMatZero(matrix);
+  return static_cast<int>(dense_jacobian(self.system_, time, data(y), data(slope), SM_DATA_D(matrix),
+                                         self.room_.probe, self.statistics_.evaluations));
+}
+
+int Cvode::project(double time, N_Vector y, N_Vector correction, double, N_Vector error, void* self_pointer) {
+  Cvode& self = *static_cast<Cvode*>(self_pointer);
+  N_VConst(0.0, correction);
+  if (self.warming_up_) return 0;
+  std::copy_n(data(y), self.y_.size(), data(correction));
+  const Status status = self.system_.project(time, data(correction), error ? data(error) : nullptr);
+  N_VLinearSum(1.0, correction, -1.0, y, correction);
+  return static_cast<int>(status);
+}
+
+Outcome Cvode::start(double time, const double* y) {
+  time_ = time;
+  std::copy_n(y, y_.size(), y_.begin());
+  fresh_ = true;
+  statistics_ = {};
+  if (!std::isfinite(time)) return failure(time, "the start time is not a number");
+  for (double value : y_)
+    if (!std::isfinite(value)) return failure(time, "the start state is not finite");
+  return {};
+}
+
+// A beginning at (time, y) with the inputs of now: two right-hand sides.
+bool Cvode::begin(double time, const double* y) {
+  beginning_.time = time;
+  std::copy_n(y, y_.size(), beginning_.y.begin());
+  beginning_.tau = system_.tau();
+  beginning_.rejected_before = statistics_.rejected;
+  ++statistics_.evaluations;
+  if (system_.right_hand_side(time, beginning_.y.data(), slope_.data()) != Status::ok) return false;
+  ++statistics_.evaluations;
+  beginning_.first_step =
+      first_step(system_, error_weights_, 1, time, beginning_.y.data(), slope_.data(), largest_step_, room_);
+  if (!(beginning_.first_step > 0)) return false;
+  reset_to_beginning();
+  serve_slope_ = true;
+  return true;
+}
+
+void Cvode::reset_to_beginning() {
+  std::copy(beginning_.y.begin(), beginning_.y.end(), data(ahead_));
+  CVodeReInit(memory_.get(), beginning_.time, ahead_.get());
+  CVodeSetInitStep(memory_.get(), beginning_.first_step);
+  ahead_time_ = beginning_.time;
+  steps_taken_ = 0;
+  serve_slope_ = false;
+}
+
+int Cvode::take_step() {
+  // CVODE looks at the end time for its direction only
+  const int flag = CVode(memory_.get(), ahead_time_ + 1 + std::fabs(ahead_time_), ahead_.get(), &ahead_time_, CV_ONE_STEP);
+  if (flag >= 0) ++steps_taken_;
+  return flag;
+}
+
+void Cvode::count_step() {
+  ++statistics_.steps;
+  long errors = 0, solver = 0;
+  CVodeGetNumErrTestFails(memory_.get(), &errors);
+  CVodeGetNumNonlinSolvConvFails(memory_.get(), &solver);
+  statistics_.rejected = beginning_.rejected_before + errors + solver;
+}
+
+// Adams has no projection inside CVODE: begin anew at the projected state where it is a tenth of the
+// tolerance away, and leave smaller distances, which the next steps inherit, to the output's projection.
+Status Cvode::project_step() {
+  double* corrected = room_.probe.data();
+  std::copy_n(data(ahead_), y_.size(), corrected);
+  const Status status = system_.project(ahead_time_, corrected, nullptr);
+  if (status != Status::ok) return status;
+  for (std::size_t i = 0; i < y_.size(); ++i) room_.slope[i] = corrected[i] - data(ahead_)[i];
+  error_weights_.evaluate(corrected, room_.weights.data());
+  if (error_weights_.norm(room_.slope.data(), room_.weights.data()) <= 0.1) return Status::ok;
+  std::copy_n(corrected, y_.size(), data(error_));
+  return begin(ahead_time_, data(error_)) ? Status::ok : Status::fatal;
+}
+
+// CVODE's steps until they pass `end`.
+Outcome Cvode::reach(double end) {
+  const bool project_here = system_.has_loops() && method_ == SolverMethod::adams;
+  const long allowed = allowed_steps(end - time_);
+  for (long step = 0; ahead_time_ < end; ++step) {
+    if (step == allowed)
+      return failure(ahead_time_, std::to_string(allowed) + " steps did not reach the end of the step");
+    if (steps_taken_ == steps_between_restarts) {
+      std::copy_n(data(ahead_), y_.size(), data(error_));
+      if (!begin(ahead_time_, data(error_))) return failure(ahead_time_, "the accelerations cannot be computed");
+    }
+    const double before = ahead_time_;
+    const int flag = take_step();
+    if (flag < 0) return explain(flag);
+    if (!(ahead_time_ > before)) return failure(before, "no step is small enough for the tolerance");
+    count_step();
+    if (project_here && project_step() != Status::ok) return failure(ahead_time_, "the loops cannot be closed");
+  }
+  return {};
+}
+
+Outcome Cvode::advance(double end, bool inputs_changed) {
+  if (end == time_) return {};
+  if (!(end > time_) || !std::isfinite(end)) return failure(time_, "the end of the step is not a later time");
+  if (fresh_ || inputs_changed) {
+    fresh_ = true;
+    if (!begin(time_, y_.data()))
+      return failure(time_, "the accelerations cannot be computed at the start of the step");
+    fresh_ = false;
+  }
+
+  const long steps_before = statistics_.steps;
+  Outcome outcome = reach(end);
+  if (outcome.ok) {
+    // the state at `end`, which may have just been restarted from
+    double* y = data(error_);
+    if (ahead_time_ == end) std::copy_n(data(ahead_), y_.size(), y);
+    else CVodeGetDky(memory_.get(), end, 0, error_.get());
+    if (system_.has_loops() && system_.project(end, y, nullptr) != Status::ok)
+      outcome = failure(end, "the loops cannot be closed");
+  }
+  if (!outcome.ok) {
+    fresh_ = true;
+    return outcome;
+  }
+  std::copy_n(data(error_), y_.size(), y_.begin());
+  time_ = end;
+  if (statistics_.steps != steps_before && steps_taken_ > 0) {
+    CVodeGetLastStep(memory_.get(), &statistics_.step_size);
+    CVodeGetEstLocalErrors(memory_.get(), error_.get());
+    CVodeGetErrWeights(memory_.get(), weights_.get());
+    statistics_.error_estimate = error_weights_.norm(data(error_), data(weights_));
+  }
+  return outcome;
+}
+
+Outcome Cvode::explain(int flag) {
+  switch (flag) {
+    case CV_ERR_FAILURE:
+    case CV_CONV_FAILURE: return failure(ahead_time_, "no step is small enough for the tolerance");
+    case CV_RHSFUNC_FAIL:
+    case CV_FIRST_RHSFUNC_ERR:
+    case CV_REPTD_RHSFUNC_ERR:
+    case CV_UNREC_RHSFUNC_ERR:
+    case CV_LSETUP_FAIL: return failure(ahead_time_, "the accelerations cannot be computed, or are not finite");
+    case CV_PROJFUNC_FAIL:
+    case CV_REPTD_PROJFUNC_ERR: return failure(ahead_time_, "the loops cannot be closed");
+    default: return failure(ahead_time_, message_.text);
+  }
+}
+
+void Cvode::save(std::vector<unsigned char>& bytes) const {
+  StateWriter writer(bytes);
+  put(writer, state_header(system_, settings_, method_));
+  writer.put(time_);
+  writer.put(y_.data(), y_.size());
+  writer.put(fresh_);
+  writer.put(beginning_.time);
+  writer.put(beginning_.first_step);
+  writer.put(beginning_.y.data(), beginning_.y.size());
+  writer.put(beginning_.tau.data(), beginning_.tau.size());
+  writer.put<std::int64_t>(beginning_.rejected_before);
+  writer.put(ahead_time_);
+  writer.put(steps_taken_);
+  put(writer, statistics_);
+}
+
+bool Cvode::restore(const unsigned char* bytes, std::size_t size) {
+  StateReader reader(bytes, size);
+  if (!matches(reader, state_header(system_, settings_, method_))) return false;
+  double time = 0, ahead_time = 0;
+  std::vector<double> y(y_.size());
+  unsigned char fresh = 0;
+  Beginning beginning = beginning_;
+  std::int64_t rejected_before = 0;
+  std::int32_t steps_taken = 0;
+  Statistics statistics;
+  reader.get(time);
+  reader.get(y.data(), y.size());
+  reader.get(fresh);
+  reader.get(beginning.time);
+  reader.get(beginning.first_step);
+  reader.get(beginning.y.data(), beginning.y.size());
+  reader.get(beginning.tau.data(), beginning.tau.size());
+  reader.get(rejected_before);
+  reader.get(ahead_time);
+  reader.get(steps_taken);
+  get(reader, statistics);
+  if (!reader.finished() || !std::isfinite(time) || fresh > 1) return false;
+  const bool repeatable = steps_taken >= 0 && steps_taken <= steps_between_restarts && std::isfinite(beginning.time) &&
+                          beginning.first_step > 0;
+  if (!fresh && !repeatable) return false;
+
+  time_ = time;
+  y_.swap(y);
+  fresh_ = true;
+  beginning_ = std::move(beginning);
+  beginning_.rejected_before = static_cast<long>(rejected_before);
+  if (!fresh) {
+    // the same steps as then, under the inputs of then
+    std::vector<double> tau_now = beginning_.tau;
+    tau_now.swap(system_.tau());
+    reset_to_beginning();
+    int flag = 0;
+    while (steps_taken_ < steps_taken && flag >= 0) flag = take_step();
+    tau_now.swap(system_.tau());
+    // another model or machine ends elsewhere: then begin anew from the state
+    fresh_ = flag < 0 || ahead_time_ != ahead_time;
+  }
+  statistics_ = statistics;
+  return true;
+}
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_adams(System& system, const SolverSettings& settings) {
+  return std::make_unique<Cvode>(system, settings, SolverMethod::adams);
+}
+
+std::unique_ptr<Integrator> make_bdf(System& system, const SolverSettings& settings) {
+  return std::make_unique<Cvode>(system, settings, SolverMethod::bdf);
+}
+
+}  // namespace redysim

@@ -1,0 +1,29 @@
+#include "integrate/error_weights.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace redysim {
+
+ErrorWeights::ErrorWeights(const System& system, double rtol, double atol)
+    : rtol_(rtol), atol_(atol), size_(static_cast<std::size_t>(system.size())) {
+  constexpr double turn = 6.283185307179586;
+  cap_.assign(static_cast<std::size_t>(system.nq() + system.nv()), std::numeric_limits<double>::max());
+  for (int i = 0; i < system.nq(); ++i)
+    if (!system.plan().joints[i].prismatic) cap_[i] = turn;
+}
+
+void ErrorWeights::evaluate(const double* y, double* weights) const {
+  for (std::size_t i = 0; i < cap_.size(); ++i)
+    weights[i] = 1.0 / (rtol_ * std::min(std::fabs(y[i]), cap_[i]) + atol_);
+  for (std::size_t i = cap_.size(); i < size_; ++i) weights[i] = 0;
+}
+
+double ErrorWeights::norm(const double* error, const double* weights) const {
+  double sum = 0;
+  for (std::size_t i = 0; i < cap_.size(); ++i) sum += error[i] * weights[i] * error[i] * weights[i];
+  return cap_.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(cap_.size()));
+}
+
+}  // namespace redysim

@@ -1,0 +1,38 @@
+#include "integrate/integrator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "integrate/methods.hpp"
+
+namespace redysim {
+
+std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings& settings) {
+  switch (settings.method) {
+    case SolverMethod::adams: return make_adams(system, settings);
+    case SolverMethod::bdf:
+    case SolverMethod::dirk: return make_bdf(system, settings);  // no dirk yet: the other implicit method
+    case SolverMethod::erk:
+    case SolverMethod::automatic: break;
+  }
+  return make_erk(system, settings);
+}
+
+long allowed_steps(double length) {
+  // ten times what 0.1 ms steps need, and enough for a short advance through a rough patch
+  return static_cast<long>(std::min(1e5 + 1e5 * length, 1e9));
+}
+
+double smallest_step(double time, double end) {
+  return 16 * std::numeric_limits<double>::epsilon() * std::max(std::fabs(time), std::fabs(end));
+}
+
+Outcome failure(double time, const std::string& reason) {
+  char moment[48];
+  std::snprintf(moment, sizeof moment, "%.9g", time);
+  return {false, std::string("Integration stopped at t = ") + moment + " s: " + reason + "."};
+}
+
+}  // namespace redysim

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "integrate/integrator.hpp"
+
+// The methods behind make_integrator, and what they share.
+
+namespace redysim {
+
+std::unique_ptr<Integrator> make_erk(System& system, const SolverSettings& settings);
+std::unique_ptr<Integrator> make_adams(System& system, const SolverSettings& settings);
+std::unique_ptr<Integrator> make_bdf(System& system, const SolverSettings& settings);
+
+// Internal steps, accepted or not, that an advance over `length` seconds may take.
+long allowed_steps(double length);
+
+// The smallest step that still moves the clock of an advance that ends at `end`.
+double smallest_step(double time, double end);
+
+// A failed advance from `time`: "Integration stopped at t = ... s: reason."
+Outcome failure(double time, const std::string& reason);
+
+}  // namespace redysim

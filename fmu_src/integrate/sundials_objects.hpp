@@ -1,0 +1,64 @@
+#pragma once
+
+#include <nvector/nvector_serial.h>
+#include <sundials/sundials_context.h>
+#include <sundials/sundials_linearsolver.h>
+#include <sundials/sundials_matrix.h>
+#include <sundials/sundials_nonlinearsolver.h>
+
+#include <cstdio>
+#include <memory>
+#include <new>
+#include <type_traits>
+
+// Owners of SUNDIALS' C objects. Creation throws std::bad_alloc, the only way in which it fails here.
+
+namespace redysim::sundials {
+
+template <auto Destroy>
+struct Destroyer {
+  template <class Object>
+  void operator()(Object* object) const { Destroy(object); }
+};
+
+using Vector = std::unique_ptr<std::remove_pointer_t<N_Vector>, Destroyer<N_VDestroy>>;
+using Matrix = std::unique_ptr<std::remove_pointer_t<SUNMatrix>, Destroyer<SUNMatDestroy>>;
+using LinearSolver = std::unique_ptr<std::remove_pointer_t<SUNLinearSolver>, Destroyer<SUNLinSolFree>>;
+using NonlinearSolver = std::unique_ptr<std::remove_pointer_t<SUNNonlinearSolver>, Destroyer<SUNNonlinSolFree>>;
+
+template <class Pointer>
+Pointer created(Pointer pointer) {
+  if (!pointer) throw std::bad_alloc();
+  return pointer;
+}
+
+class Context {
+ public:
+  Context() {
+    if (SUNContext_Create(nullptr, &context_) != 0) throw std::bad_alloc();
+  }
+  ~Context() { SUNContext_Free(&context_); }
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
+  operator SUNContext() const { return context_; }
+
+ private:
+  SUNContext context_ = nullptr;
+};
+
+// A serial vector whose linear combination and weighted norm are made for the short states of robots.
+// The norm is taken over the components of positive weight, so one that is left out changes no bit of it.
+Vector make_vector(long size, SUNContext context);
+
+inline double* data(N_Vector vector) { return NV_DATA_S(vector); }
+inline double* data(const Vector& vector) { return NV_DATA_S(vector.get()); }
+
+// Keeps the last message of SUNDIALS, which would print it; sign: ARKErrHandlerFn, CVErrHandlerFn.
+struct LastMessage {
+  char text[256] = "";
+  static void keep(int, const char*, const char*, char* message, void* self) {
+    std::snprintf(static_cast<LastMessage*>(self)->text, sizeof text, "%s", message);
+  }
+};
+
+}  // namespace redysim::sundials
