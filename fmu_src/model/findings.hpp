@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,7 @@ class Findings {
 
   void error(Place place, std::string message);
   void warn(Place place, std::string message);
-  bool has_errors() const { return !errors_.empty(); }
+  std::size_t error_count() const { return errors_.size(); }
 
   // In file order.
   std::vector<Diagnostic> errors() const;

@@ -77,11 +77,13 @@ LinkDraft read_link(Section section, const std::string& label, bool degrees, Nam
 
 std::vector<LinkDraft> read_links(Section& top, bool degrees, Names& names, Findings& findings) {
   std::vector<LinkDraft> drafts;
+  const std::size_t errors_before = findings.error_count();
   for (const Value* table : top.tables("link")) {
     const std::string label = label_of("link", drafts.size() + 1, *table);
     drafts.push_back(read_link(Section(*table, label, findings), label, degrees, names));
   }
-  if (!top.has("link")) top.error("link", "a model needs at least one [[link]]");
+  if (drafts.empty() && findings.error_count() == errors_before)
+    top.error("link", "a model needs at least one [[link]]");
   return drafts;
 }
 

@@ -60,16 +60,15 @@ void square_up(Vec3<double>& x, const Vec3<double>& axis, const std::string& sid
 }
 
 void read_directions(Loop& loop, Section& section) {
-  loop.directions = section.directions("directions");
+  const bool good = section.directions("directions", loop.directions);
   if (loop.type != LoopType::point) {
     if (section.has("directions"))
       section.error("directions", "directions belong to loops of type 'point' only");
     return;
   }
-  if (!section.has("directions")) {
+  if (!section.has("directions"))
     section.error("directions", "directions is required for type 'point', such as [[1, 0, 0], [0, 1, 0]]");
-    return;
-  }
+  if (!good) return;
   const Eigen::Index count = static_cast<Eigen::Index>(loop.directions.size());
   if (count < 1 || count > 3) {
     section.error("directions", "directions must be 1 to 3, got " + std::to_string(count));

@@ -79,7 +79,7 @@ void check_inertia(const Link& link, Section& section) {
   const Vec3<double> moments =
       Eigen::SelfAdjointEigenSolver<Mat3<double>>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
   const double scale = moments.cwiseAbs().maxCoeff();
-  const std::string list = shown(moments[0]) + ", " + shown(moments[1]) + ", " + shown(moments[2]);
+  const std::string list = rounded(moments[0]) + ", " + rounded(moments[1]) + ", " + rounded(moments[2]);
   if (moments[0] < -1e-12 * scale)
     section.error("inertia", "inertia has a negative principal moment (" + list + ")");
   else if (moments[2] > moments[0] + moments[1] + 1e-9 * scale)

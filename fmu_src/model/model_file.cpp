@@ -54,7 +54,7 @@ Model read_model(Section& top, Findings& findings) {
 
   std::vector<LinkDraft> drafts = read_links(top, degrees, names, findings);
   arrange_tree(drafts);
-  const bool sound = !findings.has_errors();
+  const bool sound = findings.error_count() == 0;
   if (sound) check_movable(drafts);
   const LinkTable links = link_table(drafts, sound);
   for (const LinkDraft& draft : drafts) model.links.push_back(draft.link);
@@ -74,7 +74,7 @@ ModelFile read_model_text(const std::string& text, const std::string& name) {
   Findings findings(name);
   Section top(document, "", findings);
   Model model = read_model(top, findings);
-  if (findings.has_errors()) throw ModelError(ModelError::Reason::invalid, findings.errors());
+  if (findings.error_count() > 0) throw ModelError(ModelError::Reason::invalid, findings.errors());
   return {std::move(model), findings.warnings(), text};
 }
 

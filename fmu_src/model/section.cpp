@@ -14,6 +14,12 @@ std::string shown(double number) {
   return std::string(text, end);
 }
 
+std::string rounded(double number) {
+  char text[32];
+  const auto end = std::to_chars(text, text + sizeof text, number, std::chars_format::general, 6).ptr;
+  return std::string(text, end);
+}
+
 bool is_identifier(const std::string& text) {
   if (text.empty() || ('0' <= text[0] && text[0] <= '9')) return false;
   return std::all_of(text.begin(), text.end(), [](char c) {
@@ -144,10 +150,9 @@ Vec3<double> Section::direction(const std::string& key, const Vec3<double>& fall
   return list && read_vector(key, *list, vector) && normalise(key, *list, vector) ? vector : fallback;
 }
 
-std::vector<Vec3<double>> Section::directions(const std::string& key) {
+bool Section::directions(const std::string& key, std::vector<Vec3<double>>& directions) {
   const Value* list = ask(key, Value::Kind::list, "a list of directions such as [[1, 0, 0], [0, 1, 0]]");
-  std::vector<Vec3<double>> directions;
-  if (!list) return directions;
+  if (!list) return false;
   for (const Value& item : list->items) {
     Vec3<double> vector;
     if (item.kind != Value::Kind::list)
@@ -155,7 +160,7 @@ std::vector<Vec3<double>> Section::directions(const std::string& key) {
     else if (read_vector(key, item, vector) && normalise(key, item, vector))
       directions.push_back(vector);
   }
-  return directions;
+  return directions.size() == list->items.size();
 }
 
 std::vector<std::pair<std::string, Place>> Section::texts(const std::string& key) {

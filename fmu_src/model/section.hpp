@@ -15,6 +15,9 @@ enum class Bound { any, not_negative, positive };
 // Shortest decimal form that reads back as the same number, whatever the locale.
 std::string shown(double number);
 
+// The same to 6 digits.
+std::string rounded(double number);
+
 // True for a name that can stand in an FMI variable name: [A-Za-z_][A-Za-z0-9_]*
 bool is_identifier(const std::string& text);
 
@@ -35,8 +38,8 @@ class Section {
   double number(const std::string& key, double fallback, Bound bound = Bound::any);
   bool numbers(const std::string& key, std::vector<double>& numbers);  // false: absent or bad
   Vec3<double> vector(const std::string& key, const Vec3<double>& fallback);
-  Vec3<double> direction(const std::string& key, const Vec3<double>& fallback);  // of unit length
-  std::vector<Vec3<double>> directions(const std::string& key);
+  Vec3<double> direction(const std::string& key, const Vec3<double>& fallback);    // of unit length
+  bool directions(const std::string& key, std::vector<Vec3<double>>& directions);  // false: absent or bad
   std::vector<std::pair<std::string, Place>> texts(const std::string& key);
 
   // The tables under `key`: written [[key]] (many) or [key] (one).

@@ -34,6 +34,7 @@ std::string did_you_mean(const std::string& word, const std::vector<std::string>
   std::size_t best = std::max<std::size_t>(1, word.size() / 3) + 1;
   const std::string* closest = nullptr;
   for (const std::string& candidate : candidates) {
+    if (candidate.compare(0, word.size() + 1, word + "[") == 0) return "; did you mean '" + candidate + "'?";
     const std::size_t longer = std::max(word.size(), candidate.size());
     if (longer - std::min(word.size(), candidate.size()) >= best) continue;
     const std::size_t distance = edit_distance(word, candidate);

@@ -1,0 +1,143 @@
+#include "model/loop_rows_of.hpp"
+
+#include <cmath>
+
+#include "model/dh.hpp"
+
+namespace redysim {
+
+namespace {
+
+constexpr double parallel = 1e-12;  // sine below which two axes count as parallel
+
+// Link frames in the ground at the start pose.
+std::vector<Pose> start_poses(const Model& model) {
+  std::vector<Pose> poses;
+  for (const Link& link : model.links) {
+    DhParameters dh = link.joint.dh;
+    if (link.joint.type == JointType::revolute) dh.theta += link.joint.q0;
+    if (link.joint.type == JointType::prismatic) dh.d += link.joint.q0;
+    const Pose own = pose_of(dh);
+    poses.push_back(link.parent == ground ? own : poses[link.parent] * own);
+  }
+  return poses;
+}
+
+// Whether every joint from `link` up to (not including) `stop` moves in planes normal to `normal`.
+bool moves_in_plane(const Model& model, const std::vector<Pose>& poses, int link, int stop,
+                    const Vec3<double>& normal) {
+  for (; link != stop; link = model.links[link].parent) {
+    const Vec3<double> axis = poses[link].rotation.col(2);
+    const JointType type = model.links[link].joint.type;
+    if (type == JointType::revolute && axis.cross(normal).norm() > parallel) return false;
+    if (type == JointType::prismatic && std::abs(axis.dot(normal)) > parallel) return false;
+  }
+  return true;
+}
+
+// Whether the orientation of `link` can only turn about `normal`.
+bool turns_about(const Model& model, const std::vector<Pose>& poses, int link, const Vec3<double>& normal) {
+  for (; link != ground; link = model.links[link].parent)
+    if (model.links[link].joint.type == JointType::revolute &&
+        poses[link].rotation.col(2).cross(normal).norm() > parallel)
+      return false;
+  return true;
+}
+
+int meeting_link(const Model& model, int a, int b) {
+  while (a != b) (a > b ? a : b) = model.links[a > b ? a : b].parent;
+  return a;
+}
+
+LoopRow position_row(int index, const Vec3<double>& u) {
+  LoopRow row;
+  row.index = index;
+  row.u = u;
+  return row;
+}
+
+LoopRow rotation_row(int index, const Vec3<double>& u, const Vec3<double>& v) {
+  LoopRow row;
+  row.index = index;
+  row.rotation = true;
+  row.u = u;
+  row.v = v;
+  return row;
+}
+
+LoopRows point_rows(const Model& model, const Loop& loop) {
+  LoopRows out;
+  for (const Vec3<double>& direction : loop.directions) {
+    out.rows.push_back(position_row(static_cast<int>(out.rows.size()), direction));
+    out.rows.back().on_ground = true;
+  }
+  // three directions span space, two span a plane that a planar scene keeps
+  const int meeting = meeting_link(model, loop.link_a, loop.link_b);
+  if (meeting == ground || loop.directions.size() == 3) return out;
+  const bool plane_kept =
+      loop.directions.size() == 2 &&
+      turns_about(model, start_poses(model), meeting, loop.directions[0].cross(loop.directions[1]).normalized());
+  out.tied_to_ground = !plane_kept;
+  return out;
+}
+
+// The right-handed frame (x made perpendicular to the axis, axis as z).
+Mat3<double> joint_frame(const Vec3<double>& axis, const Vec3<double>& x) {
+  Mat3<double> frame;
+  frame.col(2) = axis.normalized();
+  frame.col(0) = (x - frame.col(2) * frame.col(2).dot(x)).normalized();
+  frame.col(1) = frame.col(2).cross(frame.col(0));
+  return frame;
+}
+
+// x as given unless it is parallel to the axis: then any perpendicular does.
+Vec3<double> across(const Vec3<double>& axis, const Vec3<double>& x) {
+  return axis.cross(x).norm() > 1e-6 ? x : Vec3<double>(axis.unitOrthogonal());
+}
+
+}  // namespace
+
+int multiplier_count(const Loop& loop) {
+  switch (loop.type) {
+    case LoopType::point: return static_cast<int>(loop.directions.size());
+    case LoopType::spherical: return 3;
+    case LoopType::universal:
+    case LoopType::cylindrical: return 4;
+    case LoopType::revolute:
+    case LoopType::prismatic: return 5;
+    case LoopType::fixed: return 6;
+  }
+  return 0;
+}
+
+LoopRows loop_rows_of(const Model& model, std::size_t index) {
+  const Loop& loop = model.loops[index];
+  if (loop.type == LoopType::point) return point_rows(model, loop);
+  const Mat3<double> frame_a = joint_frame(loop.axis_a, across(loop.axis_a, loop.x_a));
+  const Mat3<double> frame_b = joint_frame(loop.axis_b, across(loop.axis_b, loop.x_b));
+  const Vec3<double> axis_b = frame_b.col(2);
+  const bool slides = loop.type == LoopType::prismatic || loop.type == LoopType::cylindrical;
+  LoopRows out;
+  for (int k = 0; k < (slides ? 2 : 3); ++k) out.rows.push_back(position_row(k, frame_a.col(k)));
+  const int next = static_cast<int>(out.rows.size());
+  if (loop.type == LoopType::universal) out.rows.push_back(rotation_row(next, frame_a.col(2), axis_b));
+  if (loop.type == LoopType::spherical || loop.type == LoopType::universal) return out;
+  if (loop.type == LoopType::revolute) {
+    const std::vector<Pose> poses = start_poses(model);
+    const int meeting = meeting_link(model, loop.link_a, loop.link_b);
+    const Vec3<double> normal =
+        loop.link_a == ground ? Vec3<double>(frame_a.col(2)) : Vec3<double>(poses[loop.link_a].rotation * frame_a.col(2));
+    if (moves_in_plane(model, poses, loop.link_a, meeting, normal) &&
+        moves_in_plane(model, poses, loop.link_b, meeting, normal)) {
+      out.rows.pop_back();
+      return out;
+    }
+  }
+  out.rows.push_back(rotation_row(next, frame_a.col(0), axis_b));
+  out.rows.push_back(rotation_row(next + 1, frame_a.col(1), axis_b));
+  if (loop.type == LoopType::prismatic || loop.type == LoopType::fixed)
+    out.rows.push_back(rotation_row(next + 2, frame_a.col(0), frame_b.col(1)));
+  return out;
+}
+
+}  // namespace redysim

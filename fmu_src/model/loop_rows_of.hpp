@@ -1,0 +1,31 @@
+#pragma once
+
+#include <vector>
+
+#include "model/model.hpp"
+
+namespace redysim {
+
+// One scalar equation of a cut joint, directions in the frames of the loop's links.
+struct LoopRow {
+  int index = 0;          // its place among the multipliers of its type
+  bool rotation = false;  // u (link a) . v (link b) = 0; otherwise u . (x_b - x_a) = 0
+  bool on_ground = false; // position rows: u in ground axes instead of link a's
+  Vec3<double> u = Vec3<double>::Zero(), v = Vec3<double>::Zero();
+};
+
+struct LoopRows {
+  std::vector<LoopRow> rows;
+  // Rows in ground directions that turn with no body: the equations then concern all joints down to
+  // the ground, not only those between the two links.
+  bool tied_to_ground = false;
+};
+
+// How many multipliers a cut joint has, whether or not the scene makes some of them redundant.
+int multiplier_count(const Loop& loop);
+
+// The equations of loop `index`. In a planar scene a revolute cut keeps its two in-plane rows: the others
+// hold by construction.
+LoopRows loop_rows_of(const Model& model, std::size_t index);
+
+}  // namespace redysim
