@@ -1,0 +1,32 @@
+#pragma once
+
+#include "dynamics/loop_elimination.hpp"
+
+// Forward dynamics: the O(n) recursion that eliminates one joint after the other from the leaves (DeNOC:
+// Saha 1997, reverse Gaussian elimination; the same as Featherstone 2008, Table 7.1), with closed loops
+// eliminated on the way.
+
+namespace redysim {
+
+// qdd (nv) from q, qd, tau (nv each, rad or m, N m or N); gravity, springs, dampers and closed loops
+// included. Fills all of the workspace. Non-finite where the tree is not movable.
+template <class Scalar>
+void forward_dynamics(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
+                      const Scalar* tau, Scalar* qdd) {
+  const int n = static_cast<int>(plan.joints.size());
+  set_positions(plan, ws, q);
+  set_velocities(plan, ws, qd);
+  set_bias(plan, ws);
+  if (!plan.needs_pose.empty()) set_ground_motion(plan, ws, qd);
+  if (!plan.springs.empty()) add_spring_wrenches(plan, ws);
+  if (plan.clusters.empty()) {
+    for (int i = n - 1; i >= 0; --i) eliminate(plan, ws, i, q, qd, tau);
+    for (int i = 0; i < n; ++i) accelerate_joint(plan, ws, i, qdd, Scalar(0));
+    return;
+  }
+  set_loop_rows(plan, ws);
+  eliminate_with_loops(plan, ws, q, qd, tau);
+  accelerate_with_loops(plan, ws, qdd);
+}
+
+}  // namespace redysim

@@ -1,0 +1,84 @@
+#pragma once
+
+#include "dynamics/bias.hpp"
+
+namespace redysim {
+
+// Kinetic energy, J, at (q, qd); armature counts. Overwrites positions, omega and c.linear of the
+// workspace (the latter with linear velocities).
+template <class Scalar>
+Scalar kinetic_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd) {
+  set_positions(plan, ws, q);
+  Scalar twice(0);
+  for (std::size_t i = 0; i < plan.joints.size(); ++i) {
+    const JointPlan<Scalar>& joint = plan.joints[i];
+    JointState<Scalar>& s = ws.joints[i];
+    Motion<Scalar> twist;
+    if (joint.parent != ground) {
+      twist.angular = ws.joints[joint.parent].omega;
+      twist.linear = ws.joints[joint.parent].c.linear;
+    }
+    to_body(joint, s, twist);
+    (joint.prismatic ? twist.linear : twist.angular).z() += qd[i];
+    s.omega = twist.angular;
+    s.c.linear = twist.linear;
+    twice += dot(joint.inertia * twist, twist) + joint.armature * qd[i] * qd[i];
+  }
+  return Scalar(0.5) * twice;
+}
+
+// Potential energy, J, of gravity (zero with all mass at the ground origin), joint springs and
+// spring-dampers at q. Overwrites positions in the workspace.
+template <class Scalar>
+Scalar potential_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd) {
+  set_positions(plan, ws, q);
+  Scalar energy(0);
+  // gravity: carry mass and first moment to the ground
+  for (auto& s : ws.joints) {
+    s.p.moment.setZero();
+    s.u = Scalar(0);
+  }
+  for (std::size_t i = plan.joints.size(); i-- > 0;) {
+    const JointPlan<Scalar>& joint = plan.joints[i];
+    JointState<Scalar>& s = ws.joints[i];
+    // p.moment accumulates h = sum m c and u accumulates mass of the subtree
+    const Vec3<Scalar> h = s.p.moment + joint.inertia.h;
+    const Scalar mass = s.u + joint.inertia.mass;
+    Mat3<Scalar> rotation;
+    Vec3<Scalar> position;
+    joint_pose(joint, s, rotation, position);
+    const Vec3<Scalar> at_parent = rotation * h + mass * position;
+    if (joint.parent == ground) {
+      energy -= at_parent.dot(plan.gravity);
+    } else {
+      ws.joints[joint.parent].p.moment += at_parent;
+      ws.joints[joint.parent].u += mass;
+    }
+    const Scalar stretch = q[i] - joint.rest;
+    energy += Scalar(0.5) * joint.stiffness * stretch * stretch;
+  }
+  if (plan.springs.empty()) return energy;
+  set_ground_motion(plan, ws, qd);
+  for (const auto& spring : plan.springs) {
+    const Scalar stretch = spring_line(spring, ws).length - spring.rest_length;
+    energy += Scalar(0.5) * spring.stiffness * stretch * stretch;
+  }
+  return energy;
+}
+
+// Power of actuators and dampers, W: the rate of kinetic plus potential energy. With springs, uses the
+// ground motion in the workspace (as forward_dynamics leaves it).
+template <class Scalar>
+Scalar external_power(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const Scalar* qd,
+                      const Scalar* tau) {
+  Scalar power(0);
+  for (std::size_t i = 0; i < plan.joints.size(); ++i)
+    power += qd[i] * (tau[i] - plan.joints[i].damping * qd[i]);
+  for (const auto& spring : plan.springs) {
+    const Scalar rate = spring_line(spring, ws).rate;
+    power -= spring.damping * rate * rate;
+  }
+  return power;
+}
+
+}  // namespace redysim

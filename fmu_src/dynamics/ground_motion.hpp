@@ -1,0 +1,106 @@
+#pragma once
+
+#include "dynamics/joint_transform.hpp"
+
+// Poses and velocities in the ground frame for the bodies that loops, springs or frames look at, and the
+// wrenches of springs.
+
+namespace redysim {
+
+template <class Scalar>
+GroundState<Scalar> ground_at_rest() {
+  GroundState<Scalar> g;
+  g.rotation.setIdentity();
+  g.position.setZero();
+  g.omega.setZero();
+  g.velocity.setZero();
+  return g;
+}
+
+template <class Scalar>
+GroundState<Scalar> ground_state(const Workspace<Scalar>& ws, int body) {
+  return body == ground ? ground_at_rest<Scalar>() : ws.ground[body];
+}
+
+// Uses the joint positions in the workspace (set_positions) and qd; fills ws.ground where needed.
+template <class Scalar>
+void set_ground_motion(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* qd) {
+  Mat3<Scalar> rotation;
+  Vec3<Scalar> position;
+  for (std::size_t i = 0; i < plan.needs_pose.size(); ++i) {
+    if (!plan.needs_pose[i]) continue;
+    const JointPlan<Scalar>& joint = plan.joints[i];
+    const GroundState<Scalar> from = ground_state(ws, joint.parent);
+    GroundState<Scalar>& to = ws.ground[i];
+    joint_pose(joint, ws.joints[i], rotation, position);
+    const Vec3<Scalar> arm = from.rotation * position;
+    to.rotation = from.rotation * rotation;
+    to.position = from.position + arm;
+    to.omega = from.omega;
+    to.velocity = from.velocity + from.omega.cross(arm);
+    const Vec3<Scalar> axis = to.rotation.col(2);
+    if (joint.prismatic)
+      to.velocity += axis * qd[i];
+    else
+      to.omega += axis * qd[i];
+  }
+}
+
+// A point fixed in a body, seen from the ground.
+template <class Scalar>
+struct PointMotion {
+  Vec3<Scalar> arm, position, velocity;  // arm: from the body's origin, ground axes
+};
+
+template <class Scalar>
+PointMotion<Scalar> point_motion(const GroundState<Scalar>& body, const Vec3<Scalar>& point) {
+  PointMotion<Scalar> m;
+  m.arm = body.rotation * point;
+  m.position = body.position + m.arm;
+  m.velocity = body.velocity + body.omega.cross(m.arm);
+  return m;
+}
+
+// Adds to the bias wrench of `body` what a force at `arm` (both in ground axes) takes from it.
+template <class Scalar>
+void subtract_force(Workspace<Scalar>& ws, int body, const Vec3<Scalar>& arm, const Vec3<Scalar>& force) {
+  if (body == ground) return;
+  const auto into_body = ws.ground[body].rotation.transpose();
+  ws.joints[body].p.moment -= into_body * arm.cross(force);
+  ws.joints[body].p.force -= into_body * force;
+}
+
+// Line of a spring-damper: length (m) and its rate (m/s), direction from a to b.
+template <class Scalar>
+struct SpringLine {
+  PointMotion<Scalar> a, b;
+  Vec3<Scalar> direction;
+  Scalar length, rate, tension;
+};
+
+template <class Scalar>
+SpringLine<Scalar> spring_line(const SpringPlan<Scalar>& spring, const Workspace<Scalar>& ws) {
+  SpringLine<Scalar> line;
+  line.a = point_motion(ground_state(ws, spring.body_a), spring.point_a);
+  line.b = point_motion(ground_state(ws, spring.body_b), spring.point_b);
+  const Vec3<Scalar> between = line.b.position - line.a.position;
+  using std::sqrt;
+  // sqrt of the squared norm plus the smallest number: coinciding points pull nowhere
+  line.length = sqrt(between.squaredNorm() + Scalar(std::numeric_limits<double>::min()));
+  line.direction = between / line.length;
+  line.rate = line.direction.dot(line.b.velocity - line.a.velocity);
+  line.tension = spring.stiffness * (line.length - spring.rest_length) + spring.damping * line.rate;
+  return line;
+}
+
+template <class Scalar>
+void add_spring_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
+  for (const auto& spring : plan.springs) {
+    const SpringLine<Scalar> line = spring_line(spring, ws);
+    const Vec3<Scalar> pull = line.direction * line.tension;
+    subtract_force(ws, spring.body_a, line.a.arm, pull);
+    subtract_force(ws, spring.body_b, line.b.arm, Vec3<Scalar>(-pull));
+  }
+}
+
+}  // namespace redysim

@@ -1,0 +1,138 @@
+#pragma once
+
+#include <cmath>
+
+#include "dynamics/plan.hpp"
+#include "dynamics/workspace.hpp"
+#include "math/screw.hpp"
+
+// Motions, wrenches and articulated inertias across one joint: up to three elementary screws (branch, x,
+// z), each skipped where the model has none. In DeNOC terms: A_ij and its transpose.
+
+namespace redysim {
+
+template <class Scalar>
+void turn_x_into(const JointPlan<Scalar>& joint, Vec3<Scalar>& v) {
+  const Scalar y = v.y();
+  switch (joint.twist) {
+    case Twist::none: return;
+    case Twist::plus_90: v.y() = v.z(); v.z() = -y; return;
+    case Twist::minus_90: v.y() = -v.z(); v.z() = y; return;
+    case Twist::general: turn_into(v.y(), v.z(), joint.cos_alpha, joint.sin_alpha); return;
+  }
+}
+
+template <class Scalar>
+void turn_x_back(const JointPlan<Scalar>& joint, Vec3<Scalar>& v) {
+  const Scalar y = v.y();
+  switch (joint.twist) {
+    case Twist::none: return;
+    case Twist::plus_90: v.y() = -v.z(); v.z() = y; return;
+    case Twist::minus_90: v.y() = v.z(); v.z() = -y; return;
+    case Twist::general: turn_back(v.y(), v.z(), joint.cos_alpha, joint.sin_alpha); return;
+  }
+}
+
+template <class Scalar>
+void turn_x_back(const JointPlan<Scalar>& joint, ArticulatedInertia<Scalar>& A) {
+  switch (joint.twist) {
+    case Twist::none: return;
+    case Twist::plus_90: quarter_turn_x_back(A, false); return;
+    case Twist::minus_90: quarter_turn_x_back(A, true); return;
+    case Twist::general: turn_x_back(A, joint.cos_alpha, joint.sin_alpha); return;
+  }
+}
+
+// cos, sin and offset of the joint's z screw at q.
+template <class Scalar>
+void set_joint_position(const JointPlan<Scalar>& joint, const Scalar& q, JointState<Scalar>& state) {
+  using std::cos;
+  using std::sin;
+  if (joint.prismatic) {
+    state.cosine = joint.cos_theta;
+    state.sine = joint.sin_theta;
+    state.offset = joint.d + q;
+  } else {
+    const Scalar angle = joint.theta + q;
+    state.cosine = cos(angle);
+    state.sine = sin(angle);
+    state.offset = joint.d;
+  }
+}
+
+// Motion of the parent's frame -> of the body's frame (joint at rest).
+template <class Scalar>
+void to_body(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, Motion<Scalar>& m) {
+  auto shift_z = [&m](const Scalar& d) {
+    m.linear.x() += d * m.angular.y();
+    m.linear.y() -= d * m.angular.x();
+  };
+  if (joint.branch) {
+    shift_z(joint.b);
+    turn_into(m.angular.x(), m.angular.y(), joint.cos_gamma, joint.sin_gamma);
+    turn_into(m.linear.x(), m.linear.y(), joint.cos_gamma, joint.sin_gamma);
+  }
+  m.linear.y() += joint.a * m.angular.z();
+  m.linear.z() -= joint.a * m.angular.y();
+  turn_x_into(joint, m.angular);
+  turn_x_into(joint, m.linear);
+  if (joint.shifted || joint.prismatic) shift_z(state.offset);
+  turn_into(m.angular.x(), m.angular.y(), state.cosine, state.sine);
+  turn_into(m.linear.x(), m.linear.y(), state.cosine, state.sine);
+}
+
+// Wrench at the body's frame -> at the parent's.
+template <class Scalar>
+void to_parent(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, Force<Scalar>& f) {
+  auto shift_z = [&f](const Scalar& d) {
+    f.moment.x() -= d * f.force.y();
+    f.moment.y() += d * f.force.x();
+  };
+  turn_back(f.moment.x(), f.moment.y(), state.cosine, state.sine);
+  turn_back(f.force.x(), f.force.y(), state.cosine, state.sine);
+  if (joint.shifted || joint.prismatic) shift_z(state.offset);
+  turn_x_back(joint, f.moment);
+  turn_x_back(joint, f.force);
+  f.moment.y() -= joint.a * f.force.z();
+  f.moment.z() += joint.a * f.force.y();
+  if (joint.branch) {
+    turn_back(f.moment.x(), f.moment.y(), joint.cos_gamma, joint.sin_gamma);
+    turn_back(f.force.x(), f.force.y(), joint.cos_gamma, joint.sin_gamma);
+    shift_z(joint.b);
+  }
+}
+
+// Articulated inertia at the body's frame -> at the parent's.
+template <class Scalar>
+void to_parent(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, ArticulatedInertia<Scalar>& A) {
+  turn_z_back(A, state.cosine, state.sine);
+  if (joint.shifted || joint.prismatic) shift_z_back(A, state.offset);
+  turn_x_back(joint, A);
+  if (joint.a != Scalar(0)) shift_x_back(A, joint.a);
+  if (joint.branch) {
+    turn_z_back(A, joint.cos_gamma, joint.sin_gamma);
+    shift_z_back(A, joint.b);
+  }
+}
+
+// Position of the body's origin in the parent's axes and rotation parent <- body.
+template <class Scalar>
+void joint_pose(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, Mat3<Scalar>& rotation,
+                Vec3<Scalar>& position) {
+  position = {Scalar(0), Scalar(0), state.offset};
+  turn_x_back(joint, position);
+  position.x() += joint.a;
+  for (int column = 0; column < 3; ++column) {
+    Vec3<Scalar> axis = Vec3<Scalar>::Unit(column);
+    turn_back(axis.x(), axis.y(), state.cosine, state.sine);
+    turn_x_back(joint, axis);
+    if (joint.branch) turn_back(axis.x(), axis.y(), joint.cos_gamma, joint.sin_gamma);
+    rotation.col(column) = axis;
+  }
+  if (joint.branch) {
+    turn_back(position.x(), position.y(), joint.cos_gamma, joint.sin_gamma);
+    position.z() += joint.b;
+  }
+}
+
+}  // namespace redysim

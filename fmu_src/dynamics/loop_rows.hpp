@@ -1,0 +1,134 @@
+#pragma once
+
+#include "dynamics/ground_motion.hpp"
+
+// Position, velocity and acceleration of the cut joints, row by row (docs/derivations/loops.md).
+//
+// Position row, direction d fixed in its carrier (body a, or the cluster's root), r = x_b - x_a:
+//   phi = d . r,  phi' = d . (r' - omega_c x r)                                                       (1)
+//   phi'' = d . (x_b'' - x_a'' - alpha_c x r - omega_c x (omega_c x r) - 2 omega_c x (r' - omega_c x r))  (2)
+// Rotation row, u fixed in a, v fixed in b:
+//   phi = u . v,  phi' = (omega_b - omega_a) . (v x u)                                                (3)
+//   phi'' = (alpha_b - alpha_a) . (v x u) + (omega_a x (omega_a x u)) . v
+//           + u . (omega_b x (omega_b x v)) + 2 (omega_a x u) . (omega_b x v)                         (4)
+// The factors of the accelerations are the row's wrenches on a, b and the carrier.
+
+namespace redysim {
+
+template <class Scalar>
+struct LoopGeometry {
+  GroundState<Scalar> a, b, root;
+  PointMotion<Scalar> point_a, point_b;
+  Vec3<Scalar> r, r_rate;
+};
+
+template <class Scalar>
+LoopGeometry<Scalar> loop_geometry(const LoopPlan<Scalar>& loop, const Workspace<Scalar>& ws) {
+  LoopGeometry<Scalar> g;
+  g.a = ground_state(ws, loop.body_a);
+  g.b = ground_state(ws, loop.body_b);
+  g.root = ground_state(ws, loop.root);
+  g.point_a = point_motion(g.a, loop.point_a);
+  g.point_b = point_motion(g.b, loop.point_b);
+  g.r = g.point_b.position - g.point_a.position;
+  g.r_rate = g.point_b.velocity - g.point_a.velocity;
+  return g;
+}
+
+// One row at the current state: residual, rate, the part of phi'' that no acceleration multiplies, and
+// the wrenches in body axes at the bodies' origins (`carrier_moment`: on the root, in its axes).
+template <class Scalar>
+struct RowValues {
+  Scalar residual, rate, quadratic;
+  Force<Scalar> on_a, on_b;
+  Vec3<Scalar> carrier_moment = Vec3<Scalar>::Zero();
+};
+
+template <class Scalar>
+RowValues<Scalar> position_row(const LoopGeometry<Scalar>& g, const ConstraintRow<Scalar>& row) {
+  const bool on_a = row.kind == ConstraintRow<Scalar>::Kind::position_on_a;
+  const Vec3<Scalar> d = on_a ? Vec3<Scalar>(g.a.rotation * row.u) : row.u;
+  const Vec3<Scalar> omega_c = on_a ? g.a.omega : g.root.omega;
+  const Vec3<Scalar> slip = g.r_rate - omega_c.cross(g.r);
+  RowValues<Scalar> values;
+  values.residual = d.dot(g.r);
+  values.rate = d.dot(slip);
+  const Vec3<Scalar> centripetal = g.b.omega.cross(g.b.omega.cross(g.point_b.arm)) -
+                                   g.a.omega.cross(g.a.omega.cross(g.point_a.arm)) -
+                                   omega_c.cross(omega_c.cross(g.r)) - Scalar(2) * omega_c.cross(slip);
+  values.quadratic = d.dot(centripetal);
+  // a direction carried by a makes the force act on a at x_b
+  const Vec3<Scalar> arm_a = on_a ? Vec3<Scalar>(g.point_a.arm + g.r) : g.point_a.arm;
+  values.on_b = {g.b.rotation.transpose() * g.point_b.arm.cross(d), g.b.rotation.transpose() * d};
+  values.on_a = {g.a.rotation.transpose() * d.cross(arm_a), -(g.a.rotation.transpose() * d)};
+  if (!on_a) values.carrier_moment = g.root.rotation.transpose() * d.cross(g.r);
+  return values;
+}
+
+template <class Scalar>
+RowValues<Scalar> rotation_row(const LoopGeometry<Scalar>& g, const ConstraintRow<Scalar>& row) {
+  const Vec3<Scalar> u = g.a.rotation * row.u, v = g.b.rotation * row.v;
+  const Vec3<Scalar> moment = v.cross(u);
+  const Vec3<Scalar> u_rate = g.a.omega.cross(u), v_rate = g.b.omega.cross(v);
+  RowValues<Scalar> values;
+  values.residual = u.dot(v);
+  values.rate = moment.dot(g.b.omega - g.a.omega);
+  values.quadratic =
+      g.a.omega.cross(u_rate).dot(v) + u.dot(g.b.omega.cross(v_rate)) + Scalar(2) * u_rate.dot(v_rate);
+  values.on_b.moment = g.b.rotation.transpose() * moment;
+  values.on_a.moment = -(g.a.rotation.transpose() * moment);
+  return values;
+}
+
+template <class Scalar>
+RowValues<Scalar> row_values(const LoopGeometry<Scalar>& g, const ConstraintRow<Scalar>& row) {
+  return row.kind == ConstraintRow<Scalar>::Kind::rotation ? rotation_row(g, row) : position_row(g, row);
+}
+
+// Fills residual, rate, the rows' wrenches and b = -phi''(no acceleration) for all loops. Uses ws.ground.
+template <class Scalar>
+void set_loop_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
+  LoopState<Scalar>& state = ws.loop;
+  for (const auto& loop : plan.loops) {
+    const LoopGeometry<Scalar> geometry = loop_geometry(loop, ws);
+    for (std::size_t k = 0; k < loop.rows.size(); ++k) {
+      const std::size_t row = static_cast<std::size_t>(loop.first_row) + k;
+      const RowValues<Scalar> values = row_values(geometry, loop.rows[k]);
+      state.residual[row] = values.residual;
+      state.rate[row] = values.rate;
+      state.b[row] = -values.quadratic;
+      state.wrench[0][row] = values.on_a;
+      state.wrench[1][row] = values.on_b;
+      state.K[row].moment = values.carrier_moment;
+      state.K[row].force.setZero();
+    }
+  }
+}
+
+// Residual and rate alone, for a corrected q or qd: leaves the elimination in the workspace as it is.
+template <class Scalar>
+void set_loop_residuals(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
+  for (const auto& loop : plan.loops) {
+    const LoopGeometry<Scalar> geometry = loop_geometry(loop, ws);
+    for (std::size_t k = 0; k < loop.rows.size(); ++k) {
+      const std::size_t row = static_cast<std::size_t>(loop.first_row) + k;
+      const RowValues<Scalar> values = row_values(geometry, loop.rows[k]);
+      ws.loop.residual[row] = values.residual;
+      ws.loop.rate[row] = values.rate;
+    }
+  }
+}
+
+// Norm of a loop's position residual over its rows (m and rad together).
+template <class Scalar>
+Scalar loop_gap(const LoopPlan<Scalar>& loop, const Workspace<Scalar>& ws) {
+  using std::sqrt;
+  Scalar sum(0);
+  for (std::size_t k = 0; k < loop.rows.size(); ++k) {
+    const Scalar& phi = ws.loop.residual[static_cast<std::size_t>(loop.first_row) + k];
+    sum += phi * phi;
+  }
+  return sqrt(sum);
+}
+
+}  // namespace redysim

@@ -1,0 +1,155 @@
+#include "dynamics/plan.hpp"
+
+#include <cmath>
+
+#include "dynamics/cluster_builder.hpp"
+#include "math/dual.hpp"
+
+namespace redysim {
+
+namespace {
+
+// sin and cos of a right angle given in degrees or as a rounded pi/2 are this close to 0 or 1
+constexpr double right_angle_rounding = 1e-15;
+
+Twist twist_of(double alpha) {
+  const double cosine = std::cos(alpha), sine = std::sin(alpha);
+  if (std::abs(sine) < right_angle_rounding && cosine > 0) return Twist::none;
+  if (std::abs(cosine) < right_angle_rounding) return sine > 0 ? Twist::plus_90 : Twist::minus_90;
+  return Twist::general;
+}
+
+template <class Scalar>
+JointPlan<Scalar> joint_plan(const Joint& joint, DhParameters dh, int parent, int link) {
+  JointPlan<Scalar> plan;
+  plan.parent = parent;
+  plan.link = link;
+  plan.prismatic = joint.type == JointType::prismatic;
+  plan.twist = twist_of(dh.alpha);
+  if (plan.twist == Twist::none) {
+    // the z axes are parallel: offsets along them add up, and so do the angles when nothing lies between
+    dh.d += dh.b;
+    dh.b = 0;
+    if (dh.a == 0) {
+      dh.theta += dh.gamma;
+      dh.gamma = 0;
+    }
+  }
+  plan.branch = dh.gamma != 0 || dh.b != 0;
+  plan.shifted = dh.d != 0;
+  plan.cos_gamma = std::cos(dh.gamma);
+  plan.sin_gamma = std::sin(dh.gamma);
+  plan.b = dh.b;
+  plan.cos_alpha = std::cos(dh.alpha);
+  plan.sin_alpha = std::sin(dh.alpha);
+  plan.a = dh.a;
+  plan.theta = dh.theta;
+  plan.cos_theta = std::cos(dh.theta);
+  plan.sin_theta = std::sin(dh.theta);
+  plan.d = dh.d;
+  return plan;
+}
+
+// Inertia of one link about `frame`'s origin and axes, where `frame` is the link's frame in its carrier.
+RigidInertia<double> inertia_in(const Pose& frame, const Link& link) {
+  Mat3<double> about_com;
+  const auto& I = link.inertia;
+  about_com << I[0], I[3], I[4], I[3], I[1], I[5], I[4], I[5], I[2];
+  const Vec3<double> c = frame.rotation * link.com + frame.position;
+  const Mat3<double> about_origin =
+      frame.rotation * about_com * frame.rotation.transpose() +
+      link.mass * (c.squaredNorm() * Mat3<double>::Identity() - c * c.transpose());
+  RigidInertia<double> body;
+  body.mass = link.mass;
+  body.h = link.mass * c;
+  body.inertia = {about_origin(0, 0), about_origin(1, 1), about_origin(2, 2),
+                  about_origin(0, 1), about_origin(0, 2), about_origin(1, 2)};
+  return body;
+}
+
+template <class Scalar>
+void add_body(RigidInertia<Scalar>& to, const RigidInertia<double>& body) {
+  to.mass += body.mass;
+  to.h += body.h.cast<Scalar>();
+  add(to.inertia, {body.inertia.xx, body.inertia.yy, body.inertia.zz, body.inertia.xy, body.inertia.xz,
+                   body.inertia.yz});
+}
+
+}  // namespace
+
+template <class Scalar>
+Plan<Scalar>::Plan(const Model& model) {
+  take_joints(model);
+  take_bodies(model);
+  springs.resize(model.springs.size());
+  take_springs(model);
+  build_clusters(model, *this);
+  gravity = model.gravity.cast<Scalar>();
+}
+
+template <class Scalar>
+void Plan<Scalar>::update(const Model& model) {
+  take_bodies(model);
+  take_springs(model);
+  gravity = model.gravity.cast<Scalar>();
+}
+
+template <class Scalar>
+void Plan<Scalar>::take_joints(const Model& model) {
+  for (std::size_t i = 0; i < model.links.size(); ++i) {
+    const Link& link = model.links[i];
+    const bool on_ground = link.parent == ground;
+    const int parent = on_ground ? ground : carrier[link.parent];
+    const Pose base = on_ground ? Pose() : frame_in_carrier[link.parent];
+    if (link.joint.type == JointType::fixed) {
+      carrier.push_back(parent);
+      frame_in_carrier.push_back(base * pose_of(link.joint.dh));
+      continue;
+    }
+    const bool base_moved = !on_ground && model.links[link.parent].joint.type == JointType::fixed;
+    const DhParameters dh = base_moved ? dh_of(base * pose_of(link.joint.dh)) : link.joint.dh;
+    carrier.push_back(static_cast<int>(joints.size()));
+    frame_in_carrier.push_back(Pose());
+    joints.push_back(joint_plan<Scalar>(link.joint, dh, parent, static_cast<int>(i)));
+  }
+  nq = nv = static_cast<int>(joints.size());
+}
+
+template <class Scalar>
+void Plan<Scalar>::take_bodies(const Model& model) {
+  for (auto& joint : joints) {
+    const Joint& given = model.links[joint.link].joint;
+    joint.stiffness = given.stiffness;
+    joint.damping = given.damping;
+    joint.rest = given.rest;
+    joint.armature = given.armature;
+    joint.passive = given.stiffness != 0 || given.damping != 0;
+    joint.inertia = RigidInertia<Scalar>();
+  }
+  for (std::size_t i = 0; i < model.links.size(); ++i)
+    if (carrier[i] != ground)
+      add_body(joints[carrier[i]].inertia, inertia_in(frame_in_carrier[i], model.links[i]));
+}
+
+template <class Scalar>
+void Plan<Scalar>::take_springs(const Model& model) {
+  auto on_carrier = [this](int link, const Vec3<double>& point) -> Vec3<double> {
+    return link == ground ? point : frame_in_carrier[link].rotation * point + frame_in_carrier[link].position;
+  };
+  for (std::size_t i = 0; i < springs.size(); ++i) {
+    const SpringDamper& given = model.springs[i];
+    SpringPlan<Scalar>& spring = springs[i];
+    spring.body_a = given.link_a == ground ? ground : carrier[given.link_a];
+    spring.body_b = given.link_b == ground ? ground : carrier[given.link_b];
+    spring.point_a = on_carrier(given.link_a, given.point_a).template cast<Scalar>();
+    spring.point_b = on_carrier(given.link_b, given.point_b).template cast<Scalar>();
+    spring.stiffness = given.stiffness;
+    spring.damping = given.damping;
+    spring.rest_length = given.rest_length;
+  }
+}
+
+template struct Plan<double>;
+template struct Plan<Dual>;
+
+}  // namespace redysim

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <vector>
+
+#include "dynamics/cluster_plan.hpp"
+#include "math/spatial.hpp"
+#include "model/dh.hpp"
+#include "model/model.hpp"
+
+// What the recursion needs of a model and nothing else: fixed links lumped into their carriers, constant
+// geometry reduced to the operations it takes, loops grouped into clusters that share no joint.
+
+namespace redysim {
+
+// How Rx(alpha) is applied; a right angle is a signed permutation.
+enum class Twist { none, plus_90, minus_90, general };
+
+// One moving joint and the body it carries. Joints stand parent before child.
+template <class Scalar>
+struct JointPlan {
+  int parent = ground;  // joint index of the carrier
+  int link = 0;         // index into Model::links
+  bool prismatic = false;
+  bool branch = false;     // gamma or b present
+  bool shifted = false;    // constant d of a revolute joint present
+  bool passive = false;    // stiffness or damping present
+  Twist twist = Twist::none;
+  Scalar cos_gamma = 1, sin_gamma = 0, b = 0;
+  Scalar cos_alpha = 1, sin_alpha = 0, a = 0;
+  Scalar theta = 0, cos_theta = 1, sin_theta = 0, d = 0;
+  RigidInertia<Scalar> inertia;
+  Scalar stiffness = 0, rest = 0, damping = 0, armature = 0;
+};
+
+// A point spring between two bodies, points in body frames.
+template <class Scalar>
+struct SpringPlan {
+  int body_a = ground, body_b = ground;
+  Vec3<Scalar> point_a, point_b;
+  Scalar stiffness = 0, damping = 0, rest_length = 0;
+};
+
+template <class Scalar>
+struct Plan {
+  Plan() = default;
+  explicit Plan(const Model& model);
+
+  // Takes over changed parameters (masses, com, inertias, gravity, joint constants) of a model of the
+  // same structure; does not allocate.
+  void update(const Model& model);
+
+  int nq = 0, nv = 0;
+  Vec3<Scalar> gravity = Vec3<Scalar>::Zero();
+  std::vector<JointPlan<Scalar>> joints;
+  std::vector<SpringPlan<Scalar>> springs;
+  std::vector<LoopPlan<Scalar>> loops;
+  std::vector<ClusterPlan> clusters;
+  std::vector<EliminationStep> elimination;  // leaves to root; empty for an open tree
+  std::vector<char> needs_pose;              // per joint; empty when nothing asks for ground poses
+
+  // Where each link of the model went: the joint that carries it (ground for links fixed to it) and its
+  // frame in that joint's body frame.
+  std::vector<int> carrier;
+  std::vector<Pose> frame_in_carrier;
+
+ private:
+  void take_joints(const Model& model);
+  void take_bodies(const Model& model);
+  void take_springs(const Model& model);
+};
+
+extern template struct Plan<double>;
+
+}  // namespace redysim

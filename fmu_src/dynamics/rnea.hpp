@@ -1,0 +1,47 @@
+#pragma once
+
+#include "dynamics/bias.hpp"
+
+namespace redysim {
+
+// Inverse dynamics, recursive Newton-Euler (Luh, Walker, Paul 1980; the seed's Fig. 2 left): tau (nv)
+// that gives qdd at (q, qd) for the open tree, gravity included, springs, dampers and armature counted
+// as part of the plant. Uses q, qd, qdd (nv); fills the workspace's accelerations and wrenches.
+template <class Scalar>
+void inverse_dynamics(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
+                      const Scalar* qdd, Scalar* tau) {
+  const int n = static_cast<int>(plan.joints.size());
+  set_positions(plan, ws, q);
+  set_velocities(plan, ws, qd);
+  for (int i = 0; i < n; ++i) {
+    const JointPlan<Scalar>& joint = plan.joints[i];
+    JointState<Scalar>& s = ws.joints[i];
+    Motion<Scalar> a;
+    if (joint.parent == ground)
+      a.linear = -plan.gravity;
+    else
+      a = ws.joints[joint.parent].acceleration;
+    to_body(joint, s, a);
+    a.angular += s.c.angular;
+    a.linear += s.c.linear;
+    (joint.prismatic ? a.linear : a.angular).z() += qdd[i];
+    s.acceleration = a;
+    // wrench = inertia * acceleration + bias
+    s.p = body_bias(joint.inertia, s.omega);
+    add(s.p, joint.inertia * a);
+  }
+  if (!plan.needs_pose.empty()) set_ground_motion(plan, ws, qd);
+  if (!plan.springs.empty()) add_spring_wrenches(plan, ws);
+  for (int i = n - 1; i >= 0; --i) {
+    const JointPlan<Scalar>& joint = plan.joints[i];
+    JointState<Scalar>& s = ws.joints[i];
+    const Scalar along = joint.prismatic ? s.p.force.z() : s.p.moment.z();
+    tau[i] = along + joint.armature * qdd[i] - joint_force(joint, q[i], qd[i], Scalar(0));
+    if (joint.parent == ground) continue;
+    Force<Scalar> p = s.p;
+    to_parent(joint, s, p);
+    add(ws.joints[joint.parent].p, p);
+  }
+}
+
+}  // namespace redysim

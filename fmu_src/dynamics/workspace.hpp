@@ -1,0 +1,85 @@
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "dynamics/plan.hpp"
+#include "math/envelope_cholesky.hpp"
+
+namespace redysim {
+
+// What the recursions leave behind for one joint and its body, in body axes unless said otherwise.
+template <class Scalar>
+struct JointState {
+  Scalar cosine, sine;    // of the angle about z
+  Scalar offset;          // along z, m
+  Vec3<Scalar> omega;     // angular velocity of the body
+  Motion<Scalar> c;       // acceleration of the body at qdd = 0 beyond its parent's (velocity products)
+  ArticulatedInertia<Scalar> A;
+  Force<Scalar> p;        // bias wrench: acceleration 0 needs it
+  Force<Scalar> U;        // A S (DeNOC: psi-hat)
+  Scalar D_inverse;       // 1 / (S^T A S + armature) (DeNOC: 1 / m-hat)
+  Scalar u;               // tau - S^T p (DeNOC: phi-hat)
+  Motion<Scalar> acceleration;  // of the origin, minus gravity
+};
+
+// Pose and velocity in the ground frame, kept only for bodies that loops, springs or frames look at.
+template <class Scalar>
+struct GroundState {
+  Mat3<Scalar> rotation;
+  Vec3<Scalar> position, omega, velocity;
+};
+
+// Scratch of the loop elimination; empty without loops.
+template <class Scalar>
+struct LoopState {
+  std::vector<Force<Scalar>> wrench[2];  // per row and side, at the body reached, in its axes
+  std::vector<Scalar> b;                 // right-hand side of S lambda = b - K a_root
+  std::vector<Force<Scalar>> K;          // per row: wrench on the cluster's root
+  std::vector<Scalar> passage_u;         // per passage (all clusters): S_j^T wrench
+  std::vector<Scalar> lambda;
+  std::vector<Scalar> residual;          // position residual per row
+  std::vector<Scalar> rate;              // velocity residual per row
+  std::vector<EnvelopeCholesky<Scalar>> S;  // one per cluster
+};
+
+// Everything a recursion writes. Sized once for a plan; filled with NaN so that a forgotten pass shows.
+template <class Scalar>
+struct Workspace {
+  explicit Workspace(const Plan<Scalar>& plan);
+
+  std::vector<JointState<Scalar>> joints;
+  std::vector<GroundState<Scalar>> ground;
+  std::vector<Force<Scalar>> applied;  // wrench of springs and frames on each body; empty without them
+  LoopState<Scalar> loop;
+};
+
+template <class Scalar>
+Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
+  const Scalar nan = std::numeric_limits<double>::quiet_NaN();
+  JointState<Scalar> fresh;
+  fresh.cosine = fresh.sine = fresh.offset = fresh.D_inverse = fresh.u = nan;
+  fresh.omega.setConstant(nan);
+  fresh.c.angular.setConstant(nan);
+  fresh.c.linear.setConstant(nan);
+  fresh.acceleration = fresh.c;
+  fresh.A.H.setConstant(nan);
+  joints.assign(plan.joints.size(), fresh);
+  if (!plan.needs_pose.empty()) ground.resize(plan.joints.size());
+  if (!plan.springs.empty()) applied.resize(plan.joints.size());
+  std::size_t rows = 0, passages = 0;
+  for (const auto& cluster : plan.clusters) {
+    rows += static_cast<std::size_t>(cluster.row_count);
+    passages += cluster.passages.size();
+    loop.S.emplace_back(cluster.first_coupled);
+  }
+  for (auto& side : loop.wrench) side.resize(rows);
+  loop.K.resize(rows);
+  loop.b.assign(rows, nan);
+  loop.lambda.assign(rows, Scalar(0));
+  loop.residual.assign(rows, nan);
+  loop.rate.assign(rows, nan);
+  loop.passage_u.assign(passages, nan);
+}
+
+}  // namespace redysim

@@ -1,0 +1,169 @@
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+namespace redysim {
+
+// Cholesky factor L L^T = S of a symmetric positive semidefinite matrix stored by rows from its first
+// coupled column to the diagonal (envelope). No fill-in outside the envelope (George and Liu 1981, 4.2).
+//
+// Rank: row k is dependent on the rows before it when its pivot, the part of S_kk they do not explain, is
+// at most `rank_tolerance` S_kk, that is when the sine of the angle between the constraints (in the metric
+// of S) is below its root. Its column of L is then zero. Solves return the least-norm solution.
+template <class Scalar>
+class EnvelopeCholesky {
+ public:
+  static constexpr double rank_tolerance = 1e-11;
+  static constexpr double zero_row = 1e-22;  // a diagonal this small against the largest is no constraint
+
+  explicit EnvelopeCholesky(std::vector<int> first_column);
+
+  int size() const { return static_cast<int>(first_.size()); }
+  int rank() const { return rank_; }
+
+  void set_zero();
+  Scalar& entry(int row, int column) { return S_[offset_[row] + column]; }  // first(row) <= column <= row
+
+  // S (lower envelope) -> factor; S is overwritten.
+  void factor();
+
+  // x = S^+ b, b of length size(); x and b may be the same array.
+  void solve(const Scalar* b, Scalar* x);
+
+ private:
+  Scalar& gram(int row, int column) { return G_[offset_[row] + column]; }
+  void forward(const std::vector<Scalar>& L, const std::vector<char>& skipped, Scalar* x) const;
+  void backward(const std::vector<Scalar>& L, const std::vector<char>& skipped, Scalar* x) const;
+  void factor_gram();
+
+  std::vector<int> first_;   // first stored column of a row
+  std::vector<int> offset_;  // S_[offset_[row] + column]
+  std::vector<Scalar> S_;    // S, then L
+  std::vector<Scalar> G_;    // factor of L^T L, only for a deficient rank
+  std::vector<char> skipped_;
+  std::vector<Scalar> work_;
+  int rank_ = 0;
+};
+
+template <class Scalar>
+EnvelopeCholesky<Scalar>::EnvelopeCholesky(std::vector<int> first_column) : first_(std::move(first_column)) {
+  // the Gram matrix L^T L couples columns that meet in a row: keep first_ monotone so that it fits as well
+  for (int row = size() - 2; row >= 0; --row)
+    if (first_[row] > first_[row + 1]) first_[row] = first_[row + 1];
+  int begin = 0;
+  for (int row = 0; row < size(); ++row) {
+    offset_.push_back(begin - first_[row]);
+    begin += row - first_[row] + 1;
+  }
+  S_.assign(begin, Scalar(0));
+  G_.assign(begin, Scalar(0));
+  skipped_.assign(first_.size(), 0);
+  work_.assign(first_.size(), Scalar(0));
+}
+
+template <class Scalar>
+void EnvelopeCholesky<Scalar>::set_zero() {
+  for (auto& value : S_) value = Scalar(0);
+}
+
+template <class Scalar>
+void EnvelopeCholesky<Scalar>::factor() {
+  using std::sqrt;
+  Scalar largest(0);
+  for (int k = 0; k < size(); ++k)
+    if (entry(k, k) > largest) largest = entry(k, k);
+  rank_ = 0;
+  for (int i = 0; i < size(); ++i) {
+    const Scalar diagonal = entry(i, i);
+    Scalar pivot = diagonal;
+    for (int j = first_[i]; j < i; ++j) {
+      if (skipped_[j]) {
+        entry(i, j) = Scalar(0);
+        continue;
+      }
+      Scalar sum = entry(i, j);
+      const int from = first_[i] > first_[j] ? first_[i] : first_[j];
+      for (int k = from; k < j; ++k) sum -= entry(i, k) * entry(j, k);
+      entry(i, j) = sum / entry(j, j);
+      pivot -= entry(i, j) * entry(i, j);
+    }
+    skipped_[i] = !(pivot > rank_tolerance * diagonal) || !(diagonal > zero_row * largest);
+    entry(i, i) = skipped_[i] ? Scalar(0) : Scalar(sqrt(pivot));
+    rank_ += skipped_[i] ? 0 : 1;
+  }
+  if (rank_ < size()) factor_gram();
+}
+
+// G = L^T L over the kept columns, then its own Cholesky factor in place.
+template <class Scalar>
+void EnvelopeCholesky<Scalar>::factor_gram() {
+  using std::sqrt;
+  for (auto& value : G_) value = Scalar(0);
+  for (int row = 0; row < size(); ++row)
+    for (int i = first_[row]; i <= row; ++i)
+      for (int j = first_[row] > first_[i] ? first_[row] : first_[i]; j <= i; ++j)
+        gram(i, j) += entry(row, i) * entry(row, j);
+  for (int i = 0; i < size(); ++i) {
+    if (skipped_[i]) continue;
+    for (int j = first_[i]; j <= i; ++j) {
+      if (skipped_[j]) continue;
+      Scalar sum = gram(i, j);
+      const int from = first_[i] > first_[j] ? first_[i] : first_[j];
+      for (int k = from; k < j; ++k)
+        if (!skipped_[k]) sum -= gram(i, k) * gram(j, k);
+      gram(i, j) = i == j ? Scalar(sqrt(sum)) : Scalar(sum / gram(j, j));
+    }
+  }
+}
+
+template <class Scalar>
+void EnvelopeCholesky<Scalar>::forward(const std::vector<Scalar>& L, const std::vector<char>& skipped,
+                                       Scalar* x) const {
+  for (int i = 0; i < size(); ++i) {
+    if (skipped[i]) {
+      x[i] = Scalar(0);
+      continue;
+    }
+    for (int j = first_[i]; j < i; ++j) x[i] -= L[offset_[i] + j] * x[j];
+    x[i] /= L[offset_[i] + i];
+  }
+}
+
+template <class Scalar>
+void EnvelopeCholesky<Scalar>::backward(const std::vector<Scalar>& L, const std::vector<char>& skipped,
+                                        Scalar* x) const {
+  for (int i = size() - 1; i >= 0; --i) {
+    if (skipped[i]) {
+      x[i] = Scalar(0);
+      continue;
+    }
+    x[i] /= L[offset_[i] + i];
+    for (int j = first_[i]; j < i; ++j) x[j] -= L[offset_[i] + j] * x[i];
+  }
+}
+
+template <class Scalar>
+void EnvelopeCholesky<Scalar>::solve(const Scalar* b, Scalar* x) {
+  if (rank_ == size()) {
+    if (x != b)
+      for (int i = 0; i < size(); ++i) x[i] = b[i];
+    forward(S_, skipped_, x);
+    backward(S_, skipped_, x);
+    return;
+  }
+  // S^+ = L (L^T L)^-2 L^T for the m x rank factor L
+  for (int j = 0; j < size(); ++j) work_[j] = Scalar(0);
+  for (int i = 0; i < size(); ++i)
+    for (int j = first_[i]; j <= i; ++j) work_[j] += entry(i, j) * b[i];
+  for (int repeat = 0; repeat < 2; ++repeat) {
+    forward(G_, skipped_, work_.data());
+    backward(G_, skipped_, work_.data());
+  }
+  for (int i = 0; i < size(); ++i) {
+    x[i] = Scalar(0);
+    for (int j = first_[i]; j <= i; ++j) x[i] += entry(i, j) * work_[j];
+  }
+}
+
+}  // namespace redysim
