@@ -1,0 +1,48 @@
+#pragma once
+
+// Which function may be called when: FMI 2.0.4, table of section 4.2.4, as one table.
+
+namespace redysim {
+
+// An instance's life. `failed` follows a failed step, until reset, restored or freed.
+enum class State : unsigned { instantiated = 1, initialization = 2, step = 4, failed = 8, terminated = 16 };
+
+enum class Function {
+  set_debug_logging,
+  setup_experiment,
+  enter_initialization_mode,
+  exit_initialization_mode,
+  terminate,
+  reset,
+  get_real,
+  get_integer,
+  get_boolean,
+  get_string,
+  set_real,
+  set_integer,
+  set_boolean,
+  set_string,
+  get_fmu_state,
+  set_fmu_state,
+  free_fmu_state,
+  serialized_fmu_state_size,
+  serialize_fmu_state,
+  deserialize_fmu_state,
+  get_directional_derivative,
+  set_real_input_derivatives,
+  get_real_output_derivatives,
+  do_step,
+  cancel_step,
+  get_status,
+  get_real_status,
+  get_integer_status,
+  get_boolean_status,
+  get_string_status,
+};
+
+// The function's name in the standard.
+const char* name(Function function);
+const char* name(State state);
+bool is_allowed(Function function, State state);
+
+}  // namespace redysim

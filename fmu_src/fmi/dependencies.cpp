@@ -1,0 +1,126 @@
+#include "fmi/dependencies.hpp"
+
+#include <functional>
+
+namespace redysim {
+namespace {
+
+// Joints that feel each other: those on one tree, and on trees that a loop or a spring ties together.
+// Ties to ground couple nothing.
+class Components {
+ public:
+  explicit Components(const Plan<double>& plan) : leader_(plan.joints.size()), closed_(plan.joints.size()) {
+    for (std::size_t i = 0; i < leader_.size(); ++i) leader_[i] = static_cast<int>(i);
+    for (std::size_t i = 0; i < leader_.size(); ++i) join(static_cast<int>(i), plan.joints[i].parent);
+    for (const auto& spring : plan.springs) join(spring.body_a, spring.body_b);
+    for (const auto& loop : plan.loops) join(loop.body_a, loop.body_b);
+    for (const auto& loop : plan.loops)
+      for (int body : {loop.body_a, loop.body_b})
+        if (body != ground) closed_[of(body)] = 1;
+  }
+  int of(int joint) const {
+    if (joint == ground) return ground;
+    while (leader_[joint] != joint) joint = leader_[joint];
+    return joint;
+  }
+  bool has_loops(int component) const { return closed_[component]; }
+
+ private:
+  void join(int a, int b) {
+    if (a != ground && b != ground) leader_[of(a)] = of(b);
+  }
+  std::vector<int> leader_;
+  std::vector<char> closed_;  // of leaders
+};
+
+bool is_of_link(Role role) { return role == Role::mass || role == Role::com || role == Role::inertia; }
+bool is_spring(Role role) { return role == Role::stiffness || role == Role::rest; }
+
+// Where a known acts: its component, ground if nowhere.
+int component_of(const Variable& known, const Plan<double>& plan, const Components& components) {
+  if (known.joint >= 0) return components.of(known.joint);
+  return is_of_link(known.role) ? components.of(plan.carrier[known.link]) : ground;
+}
+
+bool acts_on_acceleration(const Variable& known, int component, const Plan<double>& plan,
+                          const Components& components) {
+  return known.role == Role::gravity || component_of(known, plan, components) == component;
+}
+
+bool acts_on_kinetic(const Variable& known, const Plan<double>& plan, const Components& components) {
+  switch (known.role) {
+    case Role::q0:
+    case Role::qd0:
+    case Role::armature:
+      return true;
+    default:
+      return is_of_link(known.role) && component_of(known, plan, components) != ground;
+  }
+}
+
+bool acts_on_potential(const Variable& known, const Plan<double>& plan, const Components& components) {
+  if (known.role == Role::q0 || known.role == Role::gravity || is_spring(known.role)) return true;
+  return (known.role == Role::mass || known.role == Role::com) &&
+         component_of(known, plan, components) != ground;
+}
+
+using Rule = std::function<bool(const Variable& unknown, const Variable& known)>;
+
+std::vector<Dependencies> collect(const VariableTable& table, const Rule& depends) {
+  std::vector<Dependencies> result;
+  const auto& all = table.all();
+  for (std::size_t u = 0; u < all.size(); ++u) {
+    if (all[u].causality != Causality::output) continue;
+    Dependencies row;
+    row.unknown = static_cast<int>(u);
+    for (std::size_t k = 0; k < all.size(); ++k)
+      if (all[k].causality != Causality::output && depends(all[u], all[k]))
+        row.knowns.push_back(static_cast<int>(k));
+    result.push_back(std::move(row));
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<Dependencies> output_dependencies(const VariableTable& table, const Plan<double>& plan) {
+  const Components components(plan);
+  // positions and energies change with time alone; forces act at once on accelerations
+  return collect(table, [&](const Variable& unknown, const Variable& known) {
+    return unknown.role == Role::qdd && known.causality == Causality::input &&
+           components.of(unknown.joint) == components.of(known.joint);
+  });
+}
+
+std::vector<Dependencies> initial_dependencies(const VariableTable& table, const Plan<double>& plan) {
+  const Components components(plan);
+  // a closed loop's start pose is assembled from all start values of its component
+  const auto assembled = [&](const Variable& unknown, const Variable& known, bool velocity) {
+    const int component = components.of(unknown.joint);
+    if (!components.has_loops(component))
+      return known.joint == unknown.joint && known.role == (velocity ? Role::qd0 : Role::q0);
+    return component_of(known, plan, components) == component &&
+           (known.role == Role::q0 || (velocity && known.role == Role::qd0) || is_of_link(known.role) ||
+            known.role == Role::armature);
+  };
+  std::vector<Dependencies> rows = collect(table, [&](const Variable& unknown, const Variable& known) {
+    switch (unknown.role) {
+      case Role::q: return assembled(unknown, known, false);
+      case Role::qd: return assembled(unknown, known, true);
+      case Role::qdd: return acts_on_acceleration(known, components.of(unknown.joint), plan, components);
+      case Role::kinetic_energy: return acts_on_kinetic(known, plan, components);
+      case Role::potential_energy: return acts_on_potential(known, plan, components);
+      case Role::total_energy:
+        return acts_on_kinetic(known, plan, components) || acts_on_potential(known, plan, components);
+      default: return false;
+    }
+  });
+  for (Dependencies& row : rows) {
+    const Variable& unknown = table.all()[row.unknown];
+    row.constant = (unknown.role == Role::q || unknown.role == Role::qd) &&
+                   !components.has_loops(components.of(unknown.joint));
+  }
+  return rows;
+}
+
+}  // namespace redysim

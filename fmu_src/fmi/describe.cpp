@@ -1,0 +1,199 @@
+// Prints the variable table of a model file as JSON: all that the packager needs to know of a model.
+
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <string>
+#include <vector>
+
+#include "fmi/dependencies.hpp"
+#include "fmi/drawing.hpp"
+#include "fmi/json.hpp"
+#include "fmi/log.hpp"
+#include "fmi/presentation.hpp"
+#include "fmi/variables.hpp"
+#include "model/fingerprint.hpp"
+#include "model/model_file.hpp"
+
+using namespace redysim;
+
+namespace {
+
+constexpr int json_format = 1;
+
+// A C identifier, for the standard wants one.
+std::string identifier(const std::string& name) {
+  std::string result;
+  for (char c : name) {
+    const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+    const bool digit = c >= '0' && c <= '9';
+    if (digit && result.empty()) result += '_';
+    result += letter || digit ? c : '_';
+  }
+  return result.empty() ? "model" : result;
+}
+
+void write_header(Json& json, const ModelFile& file) {
+  const Model& model = file.model;
+  json.member("format", json_format);
+  json.member("model_name", model.name).member("model_identifier", identifier(model.name));
+  json.member("description", model.description).member("guid", fingerprint(file.source));
+  json.member("generation_tool", "ReDySim-FMU " REDYSIM_VERSION);
+  json.key("default_experiment").begin_object();
+  json.member("start_time", 0).member("stop_time", model.fmu.stop_time);
+  json.member("tolerance", model.solver.rtol).member("step_size", model.fmu.step_size).end_object();
+}
+
+void write_capabilities(Json& json) {
+  json.key("capabilities").begin_object();
+  json.member("canHandleVariableCommunicationStepSize", true);
+  json.member("canInterpolateInputs", false);
+  json.member("maxOutputDerivativeOrder", 1);
+  json.member("canGetAndSetFMUstate", true);
+  json.member("canSerializeFMUstate", true);
+  json.member("providesDirectionalDerivative", false);
+  json.member("canBeInstantiatedOnlyOncePerProcess", false);
+  json.member("canNotUseMemoryManagementFunctions", false);
+  json.member("canRunAsynchronuously", false);
+  json.member("needsExecutionTool", false).end_object();
+}
+
+void write_log_categories(Json& json) {
+  json.key("log_categories").begin_array();
+  for (const LogCategory& category : log_categories)
+    json.begin_object().member("name", category.name).member("description", category.description).end_object();
+  json.end_array();
+}
+
+void write_unit(Json& json, const Unit& unit) {
+  json.begin_object().member("name", unit.name).key("base").begin_object();
+  const std::pair<const char*, int> exponents[] = {
+      {"kg", unit.kg}, {"m", unit.m}, {"s", unit.s}, {"rad", unit.rad}};
+  for (const auto& [name, exponent] : exponents)
+    if (exponent != 0) json.member(name, exponent);
+  json.end_object().key("display").begin_array();
+  if (unit.display_name)
+    json.begin_object().member("name", unit.display_name).member("factor", unit.display_factor).end_object();
+  json.end_array().end_object();
+}
+
+// Each unit once, in the order of first use.
+void write_units(Json& json, const Model& model, const VariableTable& table) {
+  std::vector<const Unit*> used;
+  json.key("units").begin_array();
+  for (const Variable& variable : table.all()) {
+    const Unit* unit = presentation(model, variable).unit;
+    bool is_new = unit != nullptr;
+    for (const Unit* other : used) is_new = is_new && other != unit;
+    if (!is_new) continue;
+    used.push_back(unit);
+    write_unit(json, *unit);
+  }
+  json.end_array();
+}
+
+const char* text(VariableType type) {
+  return type == VariableType::real ? "Real" : type == VariableType::integer ? "Integer" : "String";
+}
+
+const char* text(Causality causality) {
+  return causality == Causality::input ? "input" : causality == Causality::output ? "output" : "parameter";
+}
+
+const char* text(Variability variability) {
+  switch (variability) {
+    case Variability::fixed: return "fixed";
+    case Variability::tunable: return "tunable";
+    case Variability::discrete: return "discrete";
+    default: return "continuous";
+  }
+}
+
+void write_variable(Json& json, const Model& model, const Variable& variable) {
+  json.begin_object().member("name", variable.name).member("value_reference", variable.value_reference);
+  json.member("type", text(variable.type)).member("causality", text(variable.causality));
+  json.member("variability", text(variable.variability)).key("initial");
+  switch (variable.causality) {
+    case Causality::input:
+      json.null().member("start", 0.0);
+      break;
+    case Causality::output:
+      json.value("calculated");
+      break;
+    case Causality::parameter:
+      json.value("exact").key("start");
+      if (variable.type == VariableType::string)
+        json.value(method_name(model.solver.method));
+      else
+        json.value(parameter(model, variable));
+  }
+  const Presentation shown = presentation(model, variable);
+  if (shown.unit) json.member("unit", shown.unit->name);
+  if (shown.unit && shown.unit->display_name) json.member("display_unit", shown.unit->display_name);
+  if (shown.quantity) json.member("quantity", shown.quantity);
+  if (std::isfinite(variable.min)) json.member("min", variable.min);
+  if (std::isfinite(variable.max)) json.member("max", variable.max);
+  json.member("description", shown.description).end_object();
+}
+
+void write_variables(Json& json, const Model& model, const VariableTable& table) {
+  json.key("variables").begin_array();
+  for (const Variable& variable : table.all()) write_variable(json, model, variable);
+  json.end_array();
+}
+
+void write_structure(Json& json, const char* key, const VariableTable& table,
+                     const std::vector<Dependencies>& rows) {
+  json.key(key).begin_array();
+  for (const Dependencies& row : rows) {
+    json.begin_object().member("name", table.all()[row.unknown].name).key("dependencies").begin_array();
+    for (int known : row.knowns) json.value(table.all()[known].name);
+    json.end_array().key("kinds").begin_array();
+    for (std::size_t i = 0; i < row.knowns.size(); ++i) json.value(row.constant ? "constant" : "dependent");
+    json.end_array().end_object();
+  }
+  json.end_array();
+}
+
+std::string description(const ModelFile& file) {
+  const Plan<double> plan(file.model);
+  const VariableTable table(file.model, plan);
+  Json json;
+  json.begin_object();
+  write_header(json, file);
+  write_capabilities(json);
+  write_log_categories(json);
+  write_units(json, file.model, table);
+  write_variables(json, file.model, table);
+  write_structure(json, "outputs", table, output_dependencies(table, plan));
+  write_structure(json, "initial_unknowns", table, initial_dependencies(table, plan));
+  json.key("drawing");
+  write_drawing(json, file.model);
+  json.end_object();
+  return json.text() + "\n";
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+  if (count != 2 || arguments[1][0] == '-') {
+    std::fputs("usage: describe MODEL.toml\n", stderr);
+    return 2;
+  }
+  try {
+    const ModelFile file = read_model_file(arguments[1]);
+    for (const Diagnostic& warning : file.warnings) {
+      Diagnostic line = warning;
+      if (line.message.rfind("warning: ", 0) != 0) line.message.insert(0, "warning: ");
+      std::fprintf(stderr, "%s\n", line.text().c_str());
+    }
+    const std::string text = description(file);
+    if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0) return 0;
+    std::fputs("describe: cannot write to standard output\n", stderr);
+  } catch (const ModelError& error) {
+    for (const Diagnostic& diagnostic : error.diagnostics()) std::fprintf(stderr, "%s\n", diagnostic.text().c_str());
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "describe: %s\n", error.what());
+  }
+  return 1;
+}

@@ -1,0 +1,219 @@
+#include "fmi/instance.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/Eigenvalues>
+
+#include "fmi/number.hpp"
+
+namespace redysim {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// Times of a master compare with this relative tolerance: clocks add up and count nanoseconds.
+constexpr double time_tolerance = 1e-9;
+
+// No method can do better in double precision.
+constexpr double tightest_rtol = 1e-13;
+
+// How far a step's start may lie off our own time: rounding, and never a noticeable part of the step.
+double start_slack(double time, double size) {
+  const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::abs(time);
+  return std::max(std::min(time_tolerance * std::max(std::abs(time), size), 0.1 * size), rounding);
+}
+
+// No negative principal moment, rounding aside.
+bool is_possible_inertia(const std::array<double, 6>& inertia) {
+  const auto& [xx, yy, zz, xy, xz, yz] = inertia;
+  Mat3<double> matrix;
+  matrix << xx, xy, xz, xy, yy, yz, xz, yz, zz;
+  const Vec3<double> moments =
+      Eigen::SelfAdjointEigenSolver<Mat3<double>>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
+  return moments[0] >= -1e-12 * moments.cwiseAbs().maxCoeff();
+}
+
+}  // namespace
+
+Instance::Instance(const Log& log, Model model, std::string guid)
+    : log_(log),
+      guid_(std::move(guid)),
+      model_(std::move(model)),
+      plan_(model_),
+      table_(model_, plan_),
+      system_(plan_, model_.fmu.energy),
+      start_method_(model_.solver.method),
+      applied_tau_(plan_.nv, 0.0),
+      start_state_(system_.size(), 0.0),
+      qdd_(plan_.nv, 0.0) {
+  for (const Variable& variable : table_.all())
+    if (parameter(model_, variable)) start_values_.push_back(*parameter(model_, variable));
+}
+
+fmi2Status Instance::refuse(Function function, const std::string& why) {
+  log_.error(std::string(name(function)) + ": " + why);
+  return fmi2Error;
+}
+
+fmi2Status Instance::set_debug_logging(bool on, std::size_t count, const fmi2String* categories) {
+  if (count > 0 && !categories) return refuse(Function::set_debug_logging, "the categories are missing");
+  if (const char* unknown = log_.set(on, count, categories))
+    return refuse(Function::set_debug_logging, "there is no log category '" + std::string(unknown) + "'");
+  return fmi2OK;
+}
+
+fmi2Status Instance::setup_experiment(bool has_tolerance, double tolerance, double start, bool has_stop,
+                                      double stop) {
+  constexpr Function function = Function::setup_experiment;
+  if (has_tolerance && !(std::isfinite(tolerance) && tolerance > 0))
+    return refuse(function, "the tolerance must be a finite number > 0, got " + shortest(tolerance));
+  if (!std::isfinite(start)) return refuse(function, "the start time must be finite, got " + shortest(start));
+  if (has_stop && !(std::isfinite(stop) && stop >= start))
+    return refuse(function, "the stop time must be finite and not before the start time " + shortest(start) +
+                                ", got " + shortest(stop));
+  tolerance_ = has_tolerance ? tolerance : infinity;
+  time_ = start_time_ = start;
+  stop_time_ = has_stop ? stop : infinity;
+  return fmi2OK;
+}
+
+fmi2Status Instance::enter_initialization_mode() {
+  state_ = State::initialization;
+  return fmi2OK;
+}
+
+fmi2Status Instance::exit_initialization_mode() {
+  constexpr Function function = Function::exit_initialization_mode;
+  // a start that cannot move is found here, not in the first step
+  if (!update_plan(function) || !update_accelerations(function)) return fmi2Error;
+  integrator_settings_ = effective_settings();
+  std::unique_ptr<Integrator> integrator = make_integrator(system_, integrator_settings_);
+  const Outcome outcome = integrator->start(start_time_, current_state());
+  if (!outcome.ok) return refuse(function, outcome.message);
+  if (system_.with_work()) {
+    if (!update_energies(function)) return fmi2Error;
+    energy_offset_ = kinetic_energy_ + potential_energy_ - system_.work(current_state());
+  }
+  integrator_ = std::move(integrator);
+  applied_tau_ = system_.tau();
+  parameters_changed_ = false;
+  time_ = start_time_;
+  state_ = State::step;
+  if (log_.events())
+    log_.event("start at " + shortest(start_time_) + " s, solver " + integrator_->name() + ", rtol " +
+               shortest(integrator_settings_.rtol));
+  return fmi2OK;
+}
+
+// A master's tolerance tightens the model's, both parts alike, and never loosens it.
+SolverSettings Instance::effective_settings() const {
+  SolverSettings settings = model_.solver;
+  const double wanted = std::max(tolerance_, tightest_rtol);
+  if (wanted < settings.rtol) {
+    settings.atol *= wanted / settings.rtol;
+    settings.rtol = wanted;
+  }
+  return settings;
+}
+
+fmi2Status Instance::do_step(double current, double size) {
+  constexpr Function function = Function::do_step;
+  if (!(std::isfinite(size) && size >= 0))
+    return refuse(function, "the step size must be finite and not negative, got " + shortest(size));
+  if (!(std::abs(current - time_) <= start_slack(time_, size)))
+    return refuse(function, "the step starts at " + shortest(current) + " s, but the FMU is at " + shortest(time_) + " s");
+  const double end = current + size;
+  if (!std::isfinite(end)) return refuse(function, "the step ends at no finite time");
+  if (end > stop_time_ + time_tolerance * std::max(std::abs(stop_time_), size))
+    return refuse(function, "the step ends at " + shortest(end) + " s, after the stop time " + shortest(stop_time_) + " s");
+  if (end <= time_) return fmi2OK;  // no time passes
+  if (!update_plan(function)) return fmi2Error;
+
+  const bool inputs_changed = parameters_changed_ || applied_tau_ != system_.tau();
+  const Outcome outcome = integrator_->advance(end, inputs_changed);
+  applied_tau_ = system_.tau();
+  parameters_changed_ = false;
+  values_changed();
+  if (outcome.ok) {
+    time_ = end;
+    return fmi2OK;
+  }
+  time_ = integrator_->time();
+  state_ = State::failed;
+  const std::string joint = failed_joint_name();
+  const bool named = joint.empty() || outcome.message.find(joint) != std::string::npos;
+  return refuse(function, outcome.message + (named ? "" : " (joint '" + joint + "')") + "; the state is the one at " +
+                              shortest(time_) + " s");
+}
+
+fmi2Status Instance::terminate() {
+  state_ = State::terminated;
+  log_.event("terminated at " + shortest(time_) + " s");
+  return fmi2OK;
+}
+
+fmi2Status Instance::reset() {
+  restore_start_values();
+  std::fill(system_.tau().begin(), system_.tau().end(), 0.0);
+  std::fill(applied_tau_.begin(), applied_tau_.end(), 0.0);
+  integrator_.reset();
+  state_ = State::instantiated;
+  start_time_ = time_ = energy_offset_ = 0;
+  stop_time_ = tolerance_ = infinity;
+  parameters_changed_ = false;
+  values_changed();
+  start_state_current_ = false;
+  log_.event("reset");
+  return fmi2OK;
+}
+
+void Instance::restore_start_values() {
+  auto start = start_values_.begin();
+  for (const Variable& variable : table_.all())
+    if (double* value = parameter(model_, variable)) *value = *start++;
+  model_.solver.method = start_method_;
+  plan_current_ = false;
+}
+
+void Instance::values_changed() { qdd_current_ = energies_current_ = false; }
+
+const double* Instance::current_state() {
+  if (integrator_) return integrator_->state();
+  if (!start_state_current_) {
+    for (int i = 0; i < plan_.nq; ++i) {
+      const Joint& joint = model_.links[plan_.joints[i].link].joint;
+      start_state_[i] = joint.q0;
+      start_state_[plan_.nq + i] = joint.qd0;
+    }
+    start_state_current_ = true;
+  }
+  return start_state_.data();
+}
+
+// Brings tuned parameters into force. The balance goes on from its value: tuning is no energy error.
+bool Instance::update_plan(Function function) {
+  if (plan_current_) return true;
+  for (const Link& link : model_.links)
+    if (!is_possible_inertia(link.inertia)) {
+      refuse(function, "the inertia of link '" + link.name + "' has a negative principal moment");
+      return false;
+    }
+  const bool rebase = integrator_ && system_.with_work();
+  double before = 0;
+  if (rebase) before = system_.kinetic_energy(current_state()) + system_.potential_energy(current_state());
+  plan_.update(model_);
+  if (rebase)
+    energy_offset_ += system_.kinetic_energy(current_state()) + system_.potential_energy(current_state()) - before;
+  plan_current_ = true;
+  return true;
+}
+
+std::string Instance::failed_joint_name() const {
+  const int joint = system_.failed_joint();
+  if (joint < 0 || joint >= static_cast<int>(plan_.joints.size())) return {};
+  return model_.links[plan_.joints[joint].link].joint.name;
+}
+
+}  // namespace redysim

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "fmi/call_table.hpp"
+#include "fmi/log.hpp"
+#include "fmi/variables.hpp"
+#include "fmi2Functions.h"
+#include "integrate/integrator.hpp"
+#include "integrate/system.hpp"
+#include "model/model_file.hpp"
+
+namespace redysim {
+
+// One simulation: the model with its current parameters, the state, and where in its life it is.
+// Functions answer like their namesakes in the standard and log why they refuse; whether the state allows
+// a call is asked before (call_table.hpp). A refused call changes nothing.
+class Instance {
+ public:
+  Instance(const Log& log, Model model, std::string guid);
+
+  State state() const { return state_; }
+  Log& log() { return log_; }
+
+  // life (instance.cpp)
+  fmi2Status set_debug_logging(bool on, std::size_t count, const fmi2String* categories);
+  fmi2Status setup_experiment(bool has_tolerance, double tolerance, double start, bool has_stop, double stop);
+  fmi2Status enter_initialization_mode();
+  fmi2Status exit_initialization_mode();
+  fmi2Status do_step(double current, double size);
+  fmi2Status terminate();
+  fmi2Status reset();
+  double last_successful_time() const { return time_; }
+  fmi2Status last_step_status() const { return state_ == State::failed ? fmi2Error : fmi2OK; }
+
+  // values (instance_values.cpp)
+  fmi2Status get_real(const unsigned* references, std::size_t count, double* values);
+  fmi2Status get_integer(const unsigned* references, std::size_t count, int* values);
+  fmi2Status get_string(const unsigned* references, std::size_t count, fmi2String* values);
+  fmi2Status set_real(const unsigned* references, std::size_t count, const double* values);
+  fmi2Status set_integer(const unsigned* references, std::size_t count);
+  fmi2Status set_string(const unsigned* references, std::size_t count, const fmi2String* values);
+  fmi2Status no_booleans(Function function, std::size_t count);
+  fmi2Status get_real_output_derivatives(const unsigned* references, std::size_t count, const int* orders,
+                                         double* values);
+
+  // saved states (instance_state.cpp)
+  fmi2Status get_fmu_state(fmi2FMUstate* saved);
+  fmi2Status set_fmu_state(fmi2FMUstate saved);
+  fmi2Status free_fmu_state(fmi2FMUstate* saved);
+  fmi2Status serialized_size(fmi2FMUstate saved, std::size_t* size);
+  fmi2Status serialize(fmi2FMUstate saved, fmi2Byte* bytes, std::size_t size);
+  fmi2Status deserialize(const fmi2Byte* bytes, std::size_t size, fmi2FMUstate* saved);
+
+  // Logs "<function>: <why>" and returns fmi2Error.
+  fmi2Status refuse(Function function, const std::string& why);
+
+ private:
+  using Bytes = std::vector<unsigned char>;
+
+  SolverSettings effective_settings() const;
+  void restore_start_values();
+  void values_changed();            // all that is computed on demand is stale
+  const double* current_state();    // y, in every state of life
+  bool update_plan(Function function);
+  bool update_accelerations(Function function);
+  bool update_energies(Function function);
+  bool read(Function function, const Variable& variable, double& value);
+  std::string why_not_settable(const Variable& variable) const;
+  std::string failed_joint_name() const;
+
+  void save(Bytes& bytes);
+  bool restore(const Bytes& bytes);
+  Bytes* find_saved(fmi2FMUstate saved);
+  Bytes& add_saved(fmi2FMUstate* saved);
+  std::string serial_header(const unsigned char* bytes, std::size_t size) const;
+
+  Log log_;
+  std::string guid_;
+  Model model_;  // with the current parameters
+  Plan<double> plan_;
+  VariableTable table_;
+  System system_;  // uses plan_; holds the inputs
+  std::vector<double> start_values_;  // of the Real parameters, in table order
+  SolverMethod start_method_;
+
+  State state_ = State::instantiated;
+  double start_time_ = 0;
+  double stop_time_ = std::numeric_limits<double>::infinity();
+  double tolerance_ = std::numeric_limits<double>::infinity();  // the master's
+  double time_ = 0;                                             // of the last communication point
+  double energy_offset_ = 0;                                    // so that energy.balance starts at 0
+  bool parameters_changed_ = false;                             // since the last step
+
+  std::unique_ptr<Integrator> integrator_;  // from the end of initialization on
+  SolverSettings integrator_settings_;      // that it was made with
+  std::vector<double> applied_tau_;         // inputs of the last step
+
+  // computed on demand
+  std::vector<double> start_state_, qdd_;
+  double kinetic_energy_ = 0, potential_energy_ = 0;
+  bool plan_current_ = true, start_state_current_ = false, qdd_current_ = false, energies_current_ = false;
+
+  std::vector<std::unique_ptr<Bytes>> saved_;  // what the master was given and has not freed
+  Bytes integrator_bytes_;
+};
+
+}  // namespace redysim

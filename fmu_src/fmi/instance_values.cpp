@@ -1,0 +1,209 @@
+#include <cmath>
+
+#include "fmi/instance.hpp"
+#include "fmi/number.hpp"
+
+// Reading and writing variables by value reference.
+
+namespace redysim {
+namespace {
+
+std::string unknown_reference(unsigned reference, const char* type) {
+  return "there is no " + std::string(type) + " variable with value reference " + std::to_string(reference);
+}
+
+constexpr const char* null_argument = "an argument is a null pointer";
+
+}  // namespace
+
+bool Instance::update_accelerations(Function function) {
+  if (qdd_current_) return true;
+  if (!update_plan(function)) return false;
+  bool finite = system_.accelerations(time_, current_state(), qdd_.data()) == Status::ok;
+  for (double value : qdd_) finite = finite && std::isfinite(value);
+  if (!finite) {
+    const std::string joint = failed_joint_name();
+    refuse(function, "the accelerations at " + shortest(time_) + " s are not finite" +
+                         (joint.empty() ? "" : " (joint '" + joint + "')"));
+    return false;
+  }
+  return qdd_current_ = true;
+}
+
+bool Instance::update_energies(Function function) {
+  if (energies_current_) return true;
+  if (!update_plan(function)) return false;
+  kinetic_energy_ = system_.kinetic_energy(current_state());
+  potential_energy_ = system_.potential_energy(current_state());
+  return energies_current_ = true;
+}
+
+bool Instance::read(Function function, const Variable& variable, double& value) {
+  switch (variable.role) {
+    case Role::tau:
+      value = system_.tau()[variable.joint];
+      return true;
+    case Role::q:
+      value = current_state()[variable.joint];
+      return true;
+    case Role::qd:
+      value = current_state()[plan_.nq + variable.joint];
+      return true;
+    case Role::qdd:
+      if (!update_accelerations(function)) return false;
+      value = qdd_[variable.joint];
+      return true;
+    case Role::kinetic_energy:
+    case Role::potential_energy:
+    case Role::total_energy:
+    case Role::energy_balance: {
+      if (!update_energies(function)) return false;
+      const double total = kinetic_energy_ + potential_energy_;
+      value = variable.role == Role::kinetic_energy     ? kinetic_energy_
+              : variable.role == Role::potential_energy ? potential_energy_
+              : variable.role == Role::total_energy     ? total
+              : integrator_ ? total - system_.work(current_state()) - energy_offset_
+                            : 0.0;
+      return true;
+    }
+    case Role::work:
+      value = system_.work(current_state());
+      return true;
+    case Role::error_estimate:
+      value = integrator_ ? integrator_->statistics().error_estimate : 0.0;
+      return true;
+    default:
+      value = *parameter(model_, variable);
+      return true;
+  }
+}
+
+fmi2Status Instance::get_real(const unsigned* references, std::size_t count, double* values) {
+  constexpr Function function = Function::get_real;
+  if (count > 0 && (!references || !values)) return refuse(function, null_argument);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Variable* variable = table_.real(references[i]);
+    if (!variable) return refuse(function, unknown_reference(references[i], "Real"));
+    if (state_ == State::instantiated && variable->causality == Causality::output)
+      return refuse(function, variable->name + " has no value before initialization mode");
+    if (!read(function, *variable, values[i])) return fmi2Error;
+  }
+  return fmi2OK;
+}
+
+fmi2Status Instance::get_integer(const unsigned* references, std::size_t count, int* values) {
+  constexpr Function function = Function::get_integer;
+  if (count > 0 && (!references || !values)) return refuse(function, null_argument);
+  const Statistics nothing_yet;
+  const Statistics& statistics = integrator_ ? integrator_->statistics() : nothing_yet;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Variable* variable = table_.integer(references[i]);
+    if (!variable) return refuse(function, unknown_reference(references[i], "Integer"));
+    if (state_ == State::instantiated)
+      return refuse(function, variable->name + " has no value before initialization mode");
+    const long number = variable->role == Role::steps      ? statistics.steps
+                        : variable->role == Role::rejected ? statistics.rejected
+                                                           : statistics.evaluations;
+    values[i] = number > std::numeric_limits<int>::max() ? std::numeric_limits<int>::max()
+                                                         : static_cast<int>(number);
+  }
+  return fmi2OK;
+}
+
+fmi2Status Instance::get_string(const unsigned* references, std::size_t count, fmi2String* values) {
+  constexpr Function function = Function::get_string;
+  if (count > 0 && (!references || !values)) return refuse(function, null_argument);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!table_.string(references[i])) return refuse(function, unknown_reference(references[i], "String"));
+    values[i] = method_name(model_.solver.method);  // the only String
+  }
+  return fmi2OK;
+}
+
+std::string Instance::why_not_settable(const Variable& variable) const {
+  if (variable.causality == Causality::output) return variable.name + " is an output and cannot be set";
+  if (variable.variability == Variability::fixed && state_ == State::step)
+    return variable.name + " is a fixed parameter and cannot be set after initialization";
+  return {};
+}
+
+fmi2Status Instance::set_real(const unsigned* references, std::size_t count, const double* values) {
+  constexpr Function function = Function::set_real;
+  if (count > 0 && (!references || !values)) return refuse(function, null_argument);
+  // all are checked before the first is set
+  for (std::size_t i = 0; i < count; ++i) {
+    const Variable* variable = table_.real(references[i]);
+    if (!variable) return refuse(function, unknown_reference(references[i], "Real"));
+    std::string why = why_not_settable(*variable);
+    if (why.empty()) why = objection(*variable, values[i]);
+    if (!why.empty()) return refuse(function, why);
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const Variable& variable = *table_.real(references[i]);
+    double& value = variable.role == Role::tau ? system_.tau()[variable.joint] : *parameter(model_, variable);
+    if (value == values[i]) continue;
+    value = values[i];
+    values_changed();
+    if (variable.variability == Variability::fixed) start_state_current_ = false;
+    if (variable.variability == Variability::tunable) {
+      plan_current_ = false;
+      parameters_changed_ = true;
+    }
+  }
+  return fmi2OK;
+}
+
+fmi2Status Instance::set_integer(const unsigned* references, std::size_t count) {
+  constexpr Function function = Function::set_integer;
+  if (count == 0) return fmi2OK;
+  if (!references) return refuse(function, null_argument);
+  const Variable* variable = table_.integer(references[0]);
+  return refuse(function, variable ? why_not_settable(*variable) : unknown_reference(references[0], "Integer"));
+}
+
+fmi2Status Instance::set_string(const unsigned* references, std::size_t count, const fmi2String* values) {
+  constexpr Function function = Function::set_string;
+  if (count > 0 && (!references || !values)) return refuse(function, null_argument);
+  SolverMethod method = model_.solver.method;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Variable* variable = table_.string(references[i]);
+    if (!variable) return refuse(function, unknown_reference(references[i], "String"));
+    const std::string why = why_not_settable(*variable);
+    if (!why.empty()) return refuse(function, why);
+    if (!values[i]) return refuse(function, null_argument);
+    if (!parse_method(values[i], method))
+      return refuse(function, variable->name + " must be erk, adams or bdf, got '" + values[i] + "'");
+  }
+  model_.solver.method = method;
+  return fmi2OK;
+}
+
+fmi2Status Instance::no_booleans(Function function, std::size_t count) {
+  return count == 0 ? fmi2OK : refuse(function, "there are no Boolean variables");
+}
+
+fmi2Status Instance::get_real_output_derivatives(const unsigned* references, std::size_t count, const int* orders,
+                                                 double* values) {
+  constexpr Function function = Function::get_real_output_derivatives;
+  if (count > 0 && (!references || !orders || !values)) return refuse(function, null_argument);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Variable* variable = table_.real(references[i]);
+    if (!variable) return refuse(function, unknown_reference(references[i], "Real"));
+    const bool is_q = variable->role == Role::q, is_qd = variable->role == Role::qd;
+    if (!is_q && !is_qd) return refuse(function, "derivatives of " + variable->name + " are not provided");
+    const int highest = is_q ? 2 : 1;
+    if (orders[i] < 1 || orders[i] > highest)
+      return refuse(function, variable->name + ": the order must be 1 to " + std::to_string(highest) + ", got " +
+                                  std::to_string(orders[i]));
+    // q' = qd, qd' = qdd
+    if (is_q && orders[i] == 1) {
+      values[i] = current_state()[plan_.nq + variable->joint];
+    } else {
+      if (!update_accelerations(function)) return fmi2Error;
+      values[i] = qdd_[variable->joint];
+    }
+  }
+  return fmi2OK;
+}
+
+}  // namespace redysim

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include "fmi2Functions.h"
+
+namespace redysim {
+
+struct LogCategory {
+  const char* name;
+  const char* description;
+};
+
+// The categories a master can switch, in the order of the XML; the first stands for all others.
+inline constexpr LogCategory log_categories[] = {
+    {"logAll", "Every message"},
+    {"logStatusError", "Why a call was refused or a step failed"},
+    {"logStatusWarning", "What is doubtful in the model or in how it is used"},
+    {"logEvents", "What the FMU does: the solver it starts, resets, ends of simulations"},
+};
+
+// Hands finished text to the environment's logger, if there is one. Errors are on from the start, the
+// rest when the master asks for it.
+class Log {
+ public:
+  Log(const fmi2CallbackFunctions* functions, const char* instance_name, bool all);
+
+  void error(const std::string& text) const { write(errors_, fmi2Error, 1, text); }
+  void warning(const std::string& text) const { write(warnings_, fmi2Warning, 2, text); }
+  void event(const std::string& text) const { write(events_, fmi2OK, 3, text); }
+  bool events() const { return events_; }
+
+  // Switches categories (none named: all). Returns the first unknown name, or null; nothing changes then.
+  const char* set(bool on, std::size_t count, const char* const* categories);
+
+ private:
+  void write(bool on, fmi2Status status, int category, const std::string& text) const;
+
+  fmi2CallbackLogger logger_ = nullptr;
+  fmi2ComponentEnvironment environment_ = nullptr;
+  std::string instance_name_;
+  bool errors_ = true, warnings_ = false, events_ = false;
+};
+
+}  // namespace redysim

@@ -1,0 +1,110 @@
+#include "fmi/presentation.hpp"
+
+namespace redysim {
+namespace {
+
+constexpr double degrees = 57.295779513082323;  // per radian
+
+constexpr Unit radian{"rad", 0, 0, 0, 1, "deg", degrees};
+constexpr Unit radian_per_second{"rad/s", 0, 0, -1, 1, "deg/s", degrees};
+constexpr Unit radian_per_second2{"rad/s2", 0, 0, -2, 1, "deg/s2", degrees};
+constexpr Unit metre{"m", 0, 1, 0, 0};
+constexpr Unit metre_per_second{"m/s", 0, 1, -1, 0};
+constexpr Unit metre_per_second2{"m/s2", 0, 1, -2, 0};
+constexpr Unit newton_metre{"N.m", 1, 2, -2, 0};
+constexpr Unit newton{"N", 1, 1, -2, 0};
+constexpr Unit torsional_stiffness{"N.m/rad", 1, 2, -2, -1};
+constexpr Unit torsional_damping{"N.m.s/rad", 1, 2, -1, -1};
+constexpr Unit linear_stiffness{"N/m", 1, 0, -2, 0};
+constexpr Unit linear_damping{"N.s/m", 1, 0, -1, 0};
+constexpr Unit kilogram{"kg", 1, 0, 0, 0};
+constexpr Unit kilogram_metre2{"kg.m2", 1, 2, 0, 0};
+constexpr Unit joule{"J", 1, 2, -2, 0};
+constexpr Unit second{"s", 0, 0, 1, 0};
+
+constexpr const char* axes[] = {"x", "y", "z"};
+constexpr const char* inertia_entries[] = {"Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"};
+
+Presentation of_joint(const Joint& joint, Role role) {
+  const bool turns = joint.type == JointType::revolute;
+  const std::string at = " of joint '" + joint.name + "'";
+  switch (role) {
+    case Role::tau:
+      return turns ? Presentation{&newton_metre, "Torque", "Drive torque" + at}
+                   : Presentation{&newton, "Force", "Drive force" + at};
+    case Role::q:
+      return turns ? Presentation{&radian, "Angle", "Angle" + at}
+                   : Presentation{&metre, "Position", "Displacement" + at};
+    case Role::qd:
+      return turns ? Presentation{&radian_per_second, "AngularVelocity", "Angular velocity" + at}
+                   : Presentation{&metre_per_second, "Velocity", "Velocity" + at};
+    case Role::qdd:
+      return turns ? Presentation{&radian_per_second2, "AngularAcceleration", "Angular acceleration" + at}
+                   : Presentation{&metre_per_second2, "Acceleration", "Acceleration" + at};
+    case Role::q0:
+      return turns ? Presentation{&radian, "Angle", "Start angle" + at}
+                   : Presentation{&metre, "Position", "Start displacement" + at};
+    case Role::qd0:
+      return turns ? Presentation{&radian_per_second, "AngularVelocity", "Start angular velocity" + at}
+                   : Presentation{&metre_per_second, "Velocity", "Start velocity" + at};
+    case Role::damping:
+      return {turns ? &torsional_damping : &linear_damping, "Damping", "Viscous damping" + at};
+    case Role::stiffness:
+      return {turns ? &torsional_stiffness : &linear_stiffness, "Stiffness", "Spring stiffness" + at};
+    case Role::rest:
+      return turns ? Presentation{&radian, "Angle", "Angle without spring torque" + at}
+                   : Presentation{&metre, "Position", "Displacement without spring force" + at};
+    default:  // armature
+      return turns ? Presentation{&kilogram_metre2, "MomentOfInertia", "Rotor inertia" + at}
+                   : Presentation{&kilogram, "Mass", "Moving mass of the drive" + at};
+  }
+}
+
+}  // namespace
+
+Presentation presentation(const Model& model, const Variable& variable) {
+  const std::string of_link = variable.link == ground ? "" : " of link '" + model.links[variable.link].name + "'";
+  switch (variable.role) {
+    case Role::mass:
+      return {&kilogram, "Mass", "Mass" + of_link};
+    case Role::com:
+      return {&metre, "Length", std::string("Center of mass") + of_link + ", " + axes[variable.element] +
+                                    " in the link frame"};
+    case Role::inertia:
+      return {&kilogram_metre2, "MomentOfInertia", std::string("Inertia ") + inertia_entries[variable.element] +
+                                                       of_link + " about its center of mass, link axes"};
+    case Role::gravity:
+      return {&metre_per_second2, "Acceleration", std::string("Gravity, ") + axes[variable.element] +
+                                                      " in the ground frame"};
+    case Role::rtol:
+      return {nullptr, nullptr, "Relative tolerance of the solver"};
+    case Role::atol:
+      return {nullptr, nullptr, "Absolute tolerance of the solver, in the state's own units"};
+    case Role::max_step:
+      return {&second, "Time", "Largest internal step; 0: no bound"};
+    case Role::method:
+      return {nullptr, nullptr, "Solver: erk (explicit Runge-Kutta), adams, bdf (both multistep)"};
+    case Role::kinetic_energy:
+      return {&joule, "Energy", "Kinetic energy"};
+    case Role::potential_energy:
+      return {&joule, "Energy", "Potential energy of gravity and springs"};
+    case Role::total_energy:
+      return {&joule, "Energy", "Kinetic and potential energy"};
+    case Role::work:
+      return {&joule, "Energy", "Work of drives and dampers since the start"};
+    case Role::energy_balance:
+      return {&joule, "Energy", "Energy minus work since the start: 0 but for numerical errors"};
+    case Role::steps:
+      return {nullptr, nullptr, "Accepted internal steps"};
+    case Role::rejected:
+      return {nullptr, nullptr, "Rejected internal steps"};
+    case Role::rhs_evaluations:
+      return {nullptr, nullptr, "Evaluations of the equations of motion by the solver"};
+    case Role::error_estimate:
+      return {nullptr, nullptr, "Estimated error of the last internal step; 1: the tolerance"};
+    default:
+      return of_joint(model.links[variable.link].joint, variable.role);
+  }
+}
+
+}  // namespace redysim

@@ -1,0 +1,71 @@
+#include "fmi/resource_location.hpp"
+
+#include <dlfcn.h>
+
+#include <algorithm>
+
+namespace redysim {
+namespace {
+
+int hex_digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+std::string decoded(const std::string& text) {
+  std::string result;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const int high = i + 2 < text.size() && text[i] == '%' ? hex_digit(text[i + 1]) : -1;
+    const int low = high >= 0 ? hex_digit(text[i + 2]) : -1;
+    if (low >= 0 && high + low > 0) {
+      result += static_cast<char>(16 * high + low);
+      i += 2;
+    } else {
+      result += text[i];
+    }
+  }
+  return result;
+}
+
+bool starts_with(const std::string& text, const char* prefix, std::size_t length) {
+  if (text.size() < length) return false;
+  return std::equal(prefix, prefix + length, text.begin(),
+                    [](char a, char b) { return a == (b >= 'A' && b <= 'Z' ? b - 'A' + 'a' : b); });
+}
+
+void add(std::vector<std::string>& list, std::string path) {
+  while (path.size() > 1 && path.back() == '/') path.pop_back();
+  if (!path.empty() && std::find(list.begin(), list.end(), path) == list.end()) list.push_back(std::move(path));
+}
+
+}  // namespace
+
+std::vector<std::string> resource_folders(const char* location) {
+  std::vector<std::string> folders;
+  if (!location) return folders;
+  std::string path = location;
+  const bool is_uri = starts_with(path, "file:", 5);
+  if (is_uri) {
+    path.erase(0, 5);
+    if (starts_with(path, "//localhost/", 12)) path.erase(0, 11);
+    // any number of slashes starts an absolute path, none a relative one
+    const std::size_t first = path.find_first_not_of('/');
+    if (first != std::string::npos && first > 1) path.erase(0, first - 1);
+  }
+  const std::string plain = is_uri ? decoded(path) : path;
+  add(folders, plain);
+  add(folders, is_uri ? path : decoded(path));
+  return folders;
+}
+
+std::string own_resource_folder() {
+  Dl_info info;
+  if (!dladdr(reinterpret_cast<const void*>(&own_resource_folder), &info) || !info.dli_fname) return {};
+  const std::string library = info.dli_fname;  // <fmu>/binaries/linux64/<name>.so
+  const std::size_t slash = library.rfind('/');
+  return (slash == std::string::npos ? std::string(".") : library.substr(0, slash)) + "/../../resources";
+}
+
+}  // namespace redysim

@@ -1,0 +1,265 @@
+#include "fmi/variables.hpp"
+
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "fmi/number.hpp"
+#include "model/model_error.hpp"
+
+namespace redysim {
+namespace {
+
+struct RoleRow {
+  Role role;
+  const char* field;  // after "<joint>.", "<link>." or as the whole name
+  VariableType type;
+  Causality causality;
+  Variability variability;
+};
+
+constexpr RoleRow role_rows[] = {
+    {Role::tau, "tau", VariableType::real, Causality::input, Variability::continuous},
+    {Role::q, "q", VariableType::real, Causality::output, Variability::continuous},
+    {Role::qd, "qd", VariableType::real, Causality::output, Variability::continuous},
+    {Role::qdd, "qdd", VariableType::real, Causality::output, Variability::continuous},
+    {Role::q0, "q0", VariableType::real, Causality::parameter, Variability::fixed},
+    {Role::qd0, "qd0", VariableType::real, Causality::parameter, Variability::fixed},
+    {Role::damping, "damping", VariableType::real, Causality::parameter, Variability::tunable},
+    {Role::stiffness, "stiffness", VariableType::real, Causality::parameter, Variability::tunable},
+    {Role::rest, "rest", VariableType::real, Causality::parameter, Variability::tunable},
+    {Role::armature, "armature", VariableType::real, Causality::parameter, Variability::tunable},
+    {Role::mass, "mass", VariableType::real, Causality::parameter, Variability::tunable},
+    {Role::com, "com", VariableType::real, Causality::parameter, Variability::tunable},
+    {Role::inertia, "inertia", VariableType::real, Causality::parameter, Variability::tunable},
+    {Role::gravity, "gravity", VariableType::real, Causality::parameter, Variability::tunable},
+    {Role::rtol, "solver.rtol", VariableType::real, Causality::parameter, Variability::fixed},
+    {Role::atol, "solver.atol", VariableType::real, Causality::parameter, Variability::fixed},
+    {Role::max_step, "solver.max_step", VariableType::real, Causality::parameter, Variability::fixed},
+    {Role::method, "solver.method", VariableType::string, Causality::parameter, Variability::fixed},
+    {Role::kinetic_energy, "energy.kinetic", VariableType::real, Causality::output, Variability::continuous},
+    {Role::potential_energy, "energy.potential", VariableType::real, Causality::output,
+     Variability::continuous},
+    {Role::total_energy, "energy.total", VariableType::real, Causality::output, Variability::continuous},
+    {Role::work, "energy.work", VariableType::real, Causality::output, Variability::continuous},
+    {Role::energy_balance, "energy.balance", VariableType::real, Causality::output, Variability::continuous},
+    {Role::steps, "solver.steps", VariableType::integer, Causality::output, Variability::discrete},
+    {Role::rejected, "solver.rejected", VariableType::integer, Causality::output, Variability::discrete},
+    {Role::rhs_evaluations, "solver.rhs_evaluations", VariableType::integer, Causality::output,
+     Variability::discrete},
+    {Role::error_estimate, "solver.error_estimate", VariableType::real, Causality::output,
+     Variability::discrete},
+};
+
+Variable make(Role role) {
+  for (const RoleRow& row : role_rows)
+    if (row.role == role) {
+      Variable variable;
+      variable.role = role;
+      variable.name = row.field;
+      variable.type = row.type;
+      variable.causality = row.causality;
+      variable.variability = row.variability;
+      return variable;
+    }
+  return {};
+}
+
+int elements(Role role) { return role == Role::inertia ? 6 : role == Role::com || role == Role::gravity ? 3 : 1; }
+
+bool is_of_joint(Role role) {
+  return role == Role::damping || role == Role::stiffness || role == Role::rest || role == Role::armature;
+}
+
+void set_bounds(Variable& variable) {
+  switch (variable.role) {
+    case Role::rtol:
+      variable.min = 0;
+      variable.min_is_legal = false;
+      variable.max = 0.1;
+      return;
+    case Role::atol:
+    case Role::max_step:
+    case Role::mass:
+    case Role::damping:
+    case Role::stiffness:
+    case Role::armature:
+      variable.min = 0;
+      return;
+    case Role::inertia:
+      if (variable.element < 3) variable.min = 0;  // the moments; products have either sign
+      return;
+    default:
+      return;
+  }
+}
+
+// One parsed entry of model.fmu.tunable: "gravity[2]", "elbow.damping", "link3.com".
+struct Tunable {
+  bool found = false;
+  Role role = Role::gravity;
+  int link = ground;
+  int element = -1;  // -1: all
+};
+
+Tunable parse_tunable(const Model& model, const std::string& text) {
+  Tunable result;
+  std::string name = text;
+  // the element in brackets counts from 1
+  const std::size_t bracket = name.find('[');
+  if (bracket != std::string::npos) {
+    if (name.size() != bracket + 3 || name.back() != ']') return result;
+    result.element = name[bracket + 1] - '1';
+    name.resize(bracket);
+  }
+  if (name == "gravity") {
+    result.found = true;
+  } else {
+    const std::size_t dot = name.rfind('.');
+    if (dot == std::string::npos) return result;
+    const std::string owner = name.substr(0, dot), field = name.substr(dot + 1);
+    for (Role role : {Role::mass, Role::com, Role::inertia, Role::damping, Role::stiffness, Role::rest,
+                      Role::armature}) {
+      if (make(role).name != field) continue;
+      for (std::size_t i = 0; i < model.links.size(); ++i) {
+        const Link& link = model.links[i];
+        if ((is_of_joint(role) ? link.joint.name : link.name) != owner) continue;
+        result.found = true;
+        result.role = role;
+        result.link = static_cast<int>(i);
+      }
+    }
+  }
+  const int count = elements(result.role);
+  if (bracket != std::string::npos && (count == 1 || result.element < 0 || result.element >= count))
+    result.found = false;
+  return result;
+}
+
+}  // namespace
+
+VariableTable::VariableTable(const Model& model, const Plan<double>& plan) {
+  add_of_joints(model, plan, Role::tau);
+  add_of_joints(model, plan, Role::q);
+  add_of_joints(model, plan, Role::qd);
+  if (model.fmu.acceleration) add_of_joints(model, plan, Role::qdd);
+
+  // closed loops: <loop>.gap and <loop>.lambda[i] belong here
+
+  if (model.fmu.energy)
+    for (Role role : {Role::kinetic_energy, Role::potential_energy, Role::total_energy, Role::work,
+                      Role::energy_balance})
+      add_of_model(role);
+  if (model.fmu.solver)
+    for (Role role : {Role::steps, Role::rejected, Role::rhs_evaluations, Role::error_estimate})
+      add_of_model(role);
+
+  add_of_joints(model, plan, Role::q0);
+  add_of_joints(model, plan, Role::qd0);
+  for (const std::string& name : model.fmu.tunable) add_tunable(model, plan, name);
+  for (Role role : {Role::method, Role::rtol, Role::atol, Role::max_step}) add_of_model(role);
+}
+
+void VariableTable::add(Variable variable) {
+  std::vector<int>& index = variable.type == VariableType::real      ? reals_
+                            : variable.type == VariableType::integer ? integers_
+                                                                     : strings_;
+  set_bounds(variable);
+  variable.value_reference = static_cast<unsigned>(index.size());
+  index.push_back(static_cast<int>(all_.size()));
+  all_.push_back(std::move(variable));
+}
+
+void VariableTable::add_of_joints(const Model& model, const Plan<double>& plan, Role role) {
+  for (std::size_t i = 0; i < plan.joints.size(); ++i) {
+    Variable variable = make(role);
+    variable.link = plan.joints[i].link;
+    variable.joint = static_cast<int>(i);
+    const Joint& joint = model.links[variable.link].joint;
+    if (role == Role::tau && joint.drive != Drive::torque) continue;
+    variable.name = joint.name + "." + variable.name;
+    add(std::move(variable));
+  }
+}
+
+void VariableTable::add_of_model(Role role) { add(make(role)); }
+
+void VariableTable::add_tunable(const Model& model, const Plan<double>& plan, const std::string& name) {
+  const Tunable tunable = parse_tunable(model, name);
+  if (!tunable.found)
+    throw ModelError(ModelError::Reason::invalid,
+                     {{model.name, 0, 0, "tunable '" + name + "': the model has no such parameter"}});
+  for (int element = 0; element < elements(tunable.role); ++element) {
+    if (tunable.element >= 0 && element != tunable.element) continue;
+    Variable variable = make(tunable.role);
+    variable.link = tunable.link;
+    variable.element = element;
+    for (std::size_t i = 0; i < plan.joints.size(); ++i)
+      if (is_of_joint(variable.role) && plan.joints[i].link == tunable.link)
+        variable.joint = static_cast<int>(i);
+    if (tunable.role != Role::gravity) {
+      const Link& link = model.links[tunable.link];
+      variable.name = (is_of_joint(tunable.role) ? link.joint.name : link.name) + "." + variable.name;
+    }
+    if (elements(tunable.role) > 1) variable.name += "[" + std::to_string(element + 1) + "]";
+    bool known = false;  // a list may name "arm.com" and "arm.com[1]"
+    for (const Variable& other : all_) known = known || other.name == variable.name;
+    if (!known) add(std::move(variable));
+  }
+}
+
+double* parameter(Model& model, const Variable& variable) {
+  Link* link = variable.link == ground ? nullptr : &model.links[variable.link];
+  switch (variable.role) {
+    case Role::q0: return &link->joint.q0;
+    case Role::qd0: return &link->joint.qd0;
+    case Role::damping: return &link->joint.damping;
+    case Role::stiffness: return &link->joint.stiffness;
+    case Role::rest: return &link->joint.rest;
+    case Role::armature: return &link->joint.armature;
+    case Role::mass: return &link->mass;
+    case Role::com: return &link->com[variable.element];
+    case Role::inertia: return &link->inertia[variable.element];
+    case Role::gravity: return &model.gravity[variable.element];
+    case Role::rtol: return &model.solver.rtol;
+    case Role::atol: return &model.solver.atol;
+    case Role::max_step: return &model.solver.max_step;
+    default: return nullptr;
+  }
+}
+
+double parameter(const Model& model, const Variable& variable) {
+  return *parameter(const_cast<Model&>(model), variable);  // only read
+}
+
+namespace {
+// `automatic` and `dirk` come with the stiff solvers.
+constexpr std::pair<const char*, SolverMethod> methods[] = {
+    {"erk", SolverMethod::erk}, {"adams", SolverMethod::adams}, {"bdf", SolverMethod::bdf}};
+}  // namespace
+
+const char* method_name(SolverMethod method) {
+  for (const auto& [text, value] : methods)
+    if (value == method) return text;
+  return methods[0].first;
+}
+
+bool parse_method(const char* text, SolverMethod& method) {
+  for (const auto& [legal, value] : methods)
+    if (std::strcmp(legal, text) == 0) {
+      method = value;
+      return true;
+    }
+  return false;
+}
+
+std::string objection(const Variable& variable, double value) {
+  if (!std::isfinite(value)) return variable.name + " must be a finite number, got " + shortest(value);
+  if (value < variable.min) return variable.name + " must be >= " + shortest(variable.min) + ", got " + shortest(value);
+  if (value > variable.max) return variable.name + " must be <= " + shortest(variable.max) + ", got " + shortest(value);
+  if (value == variable.min && !variable.min_is_legal)
+    return variable.name + " must be > " + shortest(variable.min) + ", got " + shortest(value);
+  return {};
+}
+
+}  // namespace redysim

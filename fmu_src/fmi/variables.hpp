@@ -1,0 +1,82 @@
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "dynamics/plan.hpp"
+#include "model/model.hpp"
+
+// The one table of what the FMU shows of a model. The XML (through `describe`) and the running FMU are
+// made from it, so they cannot differ.
+
+namespace redysim {
+
+enum class VariableType { real, integer, string };
+enum class Causality { parameter, input, output };
+enum class Variability { fixed, tunable, discrete, continuous };
+
+// What a variable stands for.
+enum class Role {
+  tau, q, qd, qdd,                                                               // of a moving joint
+  q0, qd0,                                                                       // of a moving joint
+  damping, stiffness, rest, armature,                                            // of a link's joint
+  mass, com, inertia,                                                            // of a link
+  gravity,                                                                       //
+  rtol, atol, max_step, method,                                                  // solver settings
+  kinetic_energy, potential_energy, total_energy, work, energy_balance,          //
+  steps, rejected, rhs_evaluations, error_estimate                               // solver health
+};
+
+struct Variable {
+  std::string name;
+  VariableType type = VariableType::real;
+  Causality causality = Causality::output;
+  Variability variability = Variability::continuous;
+  Role role = Role::q;
+  int link = ground;   // index into Model::links; ground: of the whole model
+  int joint = -1;      // index into Plan::joints; -1: not of a moving joint
+  int element = 0;     // of com, inertia, gravity
+  unsigned value_reference = 0;  // unique in its type
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+  bool min_is_legal = true;  // false: values must lie above min
+};
+
+class VariableTable {
+ public:
+  // `plan` is the plan of `model`. Throws ModelError if a tunable parameter does not exist.
+  VariableTable(const Model& model, const Plan<double>& plan);
+
+  const std::vector<Variable>& all() const { return all_; }
+
+  // The variable of a type with this value reference, or null.
+  const Variable* real(unsigned reference) const { return find(reals_, reference); }
+  const Variable* integer(unsigned reference) const { return find(integers_, reference); }
+  const Variable* string(unsigned reference) const { return find(strings_, reference); }
+
+ private:
+  void add(Variable variable);
+  void add_of_joints(const Model& model, const Plan<double>& plan, Role role);
+  void add_of_model(Role role);
+  void add_tunable(const Model& model, const Plan<double>& plan, const std::string& name);
+  const Variable* find(const std::vector<int>& index, unsigned reference) const {
+    return reference < index.size() ? &all_[index[reference]] : nullptr;
+  }
+
+  std::vector<Variable> all_;
+  std::vector<int> reals_, integers_, strings_;  // value reference -> index into all_
+};
+
+// Where a Real parameter lives in a model; null for other variables.
+double* parameter(Model& model, const Variable& variable);
+double parameter(const Model& model, const Variable& variable);
+
+// Legal texts of solver.method, and the method's text.
+const char* method_name(SolverMethod method);
+bool parse_method(const char* text, SolverMethod& method);
+
+// Why `value` may not be given to a Real variable, one sentence; empty if it may.
+std::string objection(const Variable& variable, double value);
+
+}  // namespace redysim
