@@ -12,6 +12,8 @@ import numpy as np
 
 INK, GROUND, COM, LOOP, SPRING = "#22303c", "#7d8792", "#c0392b", "#8e44ad", "#2e8b57"
 AXIS_COLOURS = ("#d1495b", "#3a9d5d", "#2f6fb5")
+ELEVATION, AZIMUTH = 22, -58  # degrees, where a spatial mechanism is seen from
+VIEW = np.array([f(np.radians(AZIMUTH)) * np.cos(np.radians(ELEVATION)) for f in (np.cos, np.sin)] + [np.sin(np.radians(ELEVATION))])
 NAMED_LINKS = 12  # beyond this many links names would only cover each other
 
 
@@ -23,6 +25,7 @@ def draw(drawing: dict[str, Any], title: str) -> bytes:
 
     with matplotlib.rc_context():
         matplotlib.rcdefaults()  # the user's own settings would change the bytes
+        matplotlib.rcParams["text.parse_math"] = False  # a name may hold a dollar sign
         figure = Figure(figsize=(6.4, 5.6), dpi=110, facecolor="white")
         FigureCanvasAgg(figure)
         plane = planar_axes(drawing["links"])
@@ -61,7 +64,7 @@ class _Scene:
 
             # the drawing order is ours: links, then joints, then names
             self.axes = figure.add_axes((-0.04, -0.02, 1.04, 0.98), projection="3d", computed_zorder=False)
-            self.axes.view_init(elev=22, azim=-58)
+            self.axes.view_init(elev=ELEVATION, azim=AZIMUTH)
         else:
             self.axes = figure.add_axes((0.12, 0.1, 0.84, 0.8))
 
@@ -78,9 +81,12 @@ class _Scene:
         self.axes.plot(*self.project(point), ls="none", **style)
 
     def text(self, point, text: str) -> None:
+        from matplotlib.patheffects import withStroke
+
         where = [float(x[0]) for x in self.project(point)]
-        where[-1] += 0.035 * self.size
-        self.axes.text(*where, text, fontsize=8, color=INK, zorder=30, ha="left", va="bottom")
+        where[-1] += 0.02 * self.size
+        halo = [withStroke(linewidth=2.5, foreground="white")]  # readable across a link
+        self.axes.text(*where, f"  {text}", fontsize=8.5, color=INK, zorder=30, ha="left", va="bottom", path_effects=halo)
 
     def finish(self, drawing: dict[str, Any], title: str) -> None:
         points = np.array(self.points)
@@ -93,10 +99,10 @@ class _Scene:
         if self.plane is None:
             axes.set(xlim=limits[0], ylim=limits[1], zlim=limits[2], xlabel=names[0], ylabel=names[1], zlabel=names[2])
             axes.set_box_aspect(2 * half, zoom=0.92)
-            for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+            for axis, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), half / half.max(), strict=True):
+                axis.set_major_locator(_ticks(share))
                 axis.set_pane_color((0.965, 0.97, 0.975, 1))
                 axis._axinfo["grid"].update(color="#dfe3e7", linewidth=0.7)
-                axis.set_major_locator(_few_ticks())
         else:
             i, j = self.plane
             axes.set(xlim=limits[i], ylim=limits[j], xlabel=names[i], ylabel=names[j], facecolor="#f7f8f9")
@@ -134,8 +140,10 @@ def _link(scene: _Scene, links: list[dict[str, Any]], index: int, link: dict[str
         scene.mark(origin, marker=marker, ms=8, mfc="white", mec=INK, mew=1.6, zorder=14)
     if link["mass"] > 0:
         scene.mark(com, marker="P", ms=6, mfc=COM, mec="white", mew=0.6, zorder=16)
-    if len(links) <= NAMED_LINKS:
-        scene.text((base + origin) / 2 if is_tip and link["type"] == "fixed" else origin, link["name"])
+    # joints that meet in a point (a wrist) share one name tag, written by the first of them
+    here = [i for i, other in enumerate(links) if np.linalg.norm(np.asarray(other["origin"], float) - origin) < 0.03 * scene.size]
+    if len(links) <= NAMED_LINKS and here[0] == index:
+        scene.text(origin, ", ".join(links[i]["name"] for i in here))
 
 
 def _ground(scene: _Scene) -> None:
@@ -155,10 +163,11 @@ def _colour(links: list[dict[str, Any]], index: int):
     return colormaps["viridis"](0.12 + 0.75 * index / max(1, len(links) - 1))
 
 
-def _few_ticks():
+def _ticks(share: float):
+    """A short side of the box has room for few numbers."""
     from matplotlib.ticker import MaxNLocator
 
-    return MaxNLocator(nbins=5)
+    return MaxNLocator(nbins=max(2, round(5 * share)))
 
 
 def _size(drawing: dict[str, Any]) -> float:
@@ -169,7 +178,7 @@ def _size(drawing: dict[str, Any]) -> float:
 def _caption(drawing: dict[str, Any]) -> str:
     kinds = [link["type"] for link in drawing["links"]]
     parts = [(kinds.count("revolute"), "revolute"), (kinds.count("prismatic"), "prismatic"),
-             (kinds.count("fixed"), "fixed"), (len(drawing.get("loops", [])), "loop" )]
+             (kinds.count("fixed"), "fixed"), (len(drawing.get("loops", [])), "loop")]
     counts = ", ".join(f"{n} {what}" for n, what in parts if n)
     return f"{counts} · {sum(link['mass'] for link in drawing['links']):.4g} kg · start pose"
 
@@ -178,12 +187,9 @@ def _zigzag(start, end, scene: _Scene) -> list[np.ndarray]:
     """A spring between two points: straight ends and a zigzag across the line in between."""
     start, end = np.asarray(start, float), np.asarray(end, float)
     along = end - start
-    away = np.eye(3)[scene.plane[0]] if scene.plane else np.array([1.0, 0, 0])
-    normal = np.eye(3)[3 - sum(scene.plane)] if scene.plane else away
-    across = np.cross(along, normal)
-    if np.linalg.norm(across) < 1e-9:
-        across = np.cross(along, [0.0, 1.0, 0.0])
-    length = np.linalg.norm(across)
-    across = across / length * 0.025 * scene.size if length > 0 else across
+    # across the line of sight, so that the zigzag is seen from the side
+    sight = np.eye(3)[3 - sum(scene.plane)] if scene.plane else VIEW
+    across = np.cross(along, sight)
+    across *= 0.025 * scene.size / max(float(np.linalg.norm(across)), 1e-12)
     turns = [start + along * (0.2 + 0.6 * k / 12) + across * (0 if k in (0, 12) else (-1) ** k) for k in range(13)]
     return [start, *turns, end]

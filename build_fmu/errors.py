@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from difflib import get_close_matches
+from difflib import SequenceMatcher, get_close_matches
 
 
 class UserError(Exception):
@@ -13,7 +13,9 @@ class UserError(Exception):
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Returns `; did you mean 'x'?` for the nearest known name, or an empty string."""
     known = list(known)
-    near = get_close_matches(name, known, n=1, cutoff=0.6)
+    near = get_close_matches(name, known, n=len(known) or 1, cutoff=0.6)
+    # of equally near names the first in the model's order
+    near.sort(key=lambda k: (-SequenceMatcher(None, k, name).ratio(), known.index(k)))
     if not near:
         # a forgotten or wrong joint index still leads to a name that starts alike
         near = [k for k in known if name and (k.startswith(name) or name.startswith(k))][:1]

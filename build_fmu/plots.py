@@ -65,7 +65,7 @@ def plot(path: Path, session: Session, result: Result, asked: Sequence[str] = ()
         rows = -(-len(drawn) // columns)
         figure = Figure(figsize=(7.4 if columns == 1 else 11.5, 0.7 + 2.9 * rows), dpi=130, layout="constrained")
         FigureCanvasAgg(figure)
-        figure.suptitle(session.description.modelName, x=0.01, ha="left", fontsize=14, weight="bold", color="#22303c")
+        figure.suptitle(session.description.modelName.replace("$", r"\$"), x=0.01, ha="left", fontsize=14, weight="bold", color="#22303c")
         for i, panel in enumerate(drawn):
             # a lone last panel takes the whole row
             last = i == len(drawn) - 1 and len(drawn) % columns
@@ -110,8 +110,9 @@ def _kind(name: str) -> str:
 
 def _label(name: str, kind: str) -> str:
     if kind in TITLES:
-        return name.rpartition(".")[2] if kind in ("energy", "balance") else name.rpartition(".")[0]
-    return name
+        name = name.rpartition(".")[2] if kind in ("energy", "balance") else name.rpartition(".")[0]
+    # matplotlib reads $ as mathematics and hides names that start with _
+    return (" " if name.startswith("_") else "") + name.replace("$", r"\$")
 
 
 def _symbol(kind: str) -> str:

@@ -1,0 +1,37 @@
+# Each target does all the set-up that a fresh Debian or Ubuntu machine needs, and is quick the second time.
+# The work is in scripts/, which also holds for folders with spaces in their names.
+
+.PHONY: demo test build lint format sanitize fmu bench clean distclean help
+
+demo: ## build the KUKA KR5 FMU, simulate it, leave a plot and a CSV in out/
+	@sh scripts/demo.sh
+
+test: ## lint, C++ tests and Python tests
+	@sh scripts/test.sh
+
+build: ## the shared library and `describe`, in build/release
+	@sh scripts/build.sh release
+
+lint: ## arrows between rooms, file sizes, formatting
+	@sh scripts/lint.sh
+
+format: ## let clang-format lay out the C++ files
+	@sh scripts/lint.sh --fix
+
+sanitize: ## the C++ tests under address and undefined-behaviour sanitizers
+	@sh scripts/sanitize.sh
+
+fmu: ## every model in models/ as an FMU in out/, validated and simulated by FMPy
+	@sh scripts/fmu.sh
+
+bench: ## the benchmarks
+	@sh scripts/bench.sh
+
+clean: ## remove what was built
+	@rm -rf build out
+
+distclean: clean ## and the Python environment
+	@rm -rf .venv
+
+help: ## this list
+	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile

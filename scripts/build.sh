@@ -1,0 +1,25 @@
+#!/bin/sh
+# build.sh PRESET: configures build/PRESET when it must and builds it. Presets: see CMakePresets.json.
+set -eu
+cd "$(dirname "$0")/.."
+sh scripts/setup.sh
+preset="${1:-release}"
+cache="build/$preset/CMakeCache.txt"
+
+# the FMI headers come with FMPy
+headers="$(.venv/bin/python -c 'import fmpy, os; print(os.path.join(os.path.dirname(fmpy.__file__), "c-code"))')"
+
+# a cache that was made in another folder is of no use
+if [ -f "$cache" ] && ! grep -qxF "CMAKE_HOME_DIRECTORY:INTERNAL=$PWD" "$cache"; then
+  rm -rf "build/$preset"
+fi
+if [ ! -f "build/$preset/build.ninja" ] || ! grep -F "REDYSIM_FMI_HEADERS:" "$cache" | grep -qF "=$headers"; then
+  echo "== configure build/$preset"
+  mkdir -p build
+  cmake --preset "$preset" -DREDYSIM_FMI_HEADERS="$headers" >"build/$preset.log" 2>&1 || {
+    cat "build/$preset.log" >&2
+    exit 1
+  }
+fi
+echo "== build build/$preset"
+cmake --build "build/$preset" --parallel "$(nproc)"

@@ -1,0 +1,12 @@
+#!/bin/sh
+# Every model becomes an FMU in out/, which FMPy validates and simulates with its own defaults.
+set -eu
+cd "$(dirname "$0")/.."
+sh scripts/build.sh release
+for model in models/*.toml; do
+  name="$(basename "$model" .toml)"
+  echo "== $name"
+  .venv/bin/python -m build_fmu build "$model" -o "out/$name.fmu"
+  .venv/bin/python -m fmpy validate "out/$name.fmu"
+  .venv/bin/python -m build_fmu simulate "out/$name.fmu" --csv "out/$name.csv" --plot "out/$name.png"
+done

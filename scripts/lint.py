@@ -1,0 +1,102 @@
+"""The project's own rules: arrows between rooms, file sizes, Python syntax, no machine paths.
+
+`lint.py [FOLDER]` checks the tree (default: this one), prints `file:line: sentence` for each breach and exits with 1.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+# rooms in the order of the arrows; a room may include itself and rooms before it
+ROOMS = ("math", "model", "dynamics", "integrate", "fmi")
+# who may include whose headers: (pattern of the header, rooms, what it is)
+FOREIGN = (
+    (re.compile(r"^(Eigen|unsupported/Eigen)/"), ("math", "model", "dynamics"), "Eigen"),
+    (re.compile(r"^(toml\+\+/|toml\.hpp)"), ("model",), "toml++"),
+    (re.compile(r"^(sundials|arkode|cvode|cvodes|nvector|sunmatrix|sunlinsol|sunnonlinsol|ida|kinsol)/"), ("integrate",), "SUNDIALS"),
+    (re.compile(r"^fmi2"), ("fmi",), "the FMI headers"),
+)
+LONGEST = 600  # lines of a file
+SIZED = ("fmu_src", "build_fmu", "tests", "bench", "scripts")
+CODE = (".hpp", ".cpp", ".h", ".py")
+TEXT = (*CODE, ".sh", ".toml", ".md", ".json", ".txt", ".yml", ".cmake")
+# folders of one person's machine; a path in a fresh clone never starts like this
+MACHINE_PATH = re.compile(r"(?<![\w.$}~])/(home/\w|Users/\w|root/|work/|tmp/\w)")
+SKIPPED = {".git", ".venv", "build", "out", "__pycache__", ".pytest_cache", ".hypothesis"}
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
+
+
+def breaches(root: Path) -> Iterator[str]:
+    """Yields one line `file:line: sentence` for each breach, in the order of the files."""
+    for path in files(root):
+        name = path.relative_to(root).as_posix()
+        try:
+            lines = path.read_text(encoding="utf-8").splitlines()
+        except UnicodeDecodeError:
+            yield f"{name}:1: not a UTF-8 text"
+            continue
+        if path.suffix in CODE and name.split("/")[0] in SIZED and len(lines) > LONGEST:
+            yield f"{name}:{len(lines)}: more than {LONGEST} lines; split the file by subject"
+        for number, line in enumerate(lines, start=1):
+            for sentence in [*arrow(name, line), *machine_path(line)]:
+                yield f"{name}:{number}: {sentence}"
+        if path.suffix == ".py":
+            yield from syntax(path, name)
+
+
+def files(root: Path) -> list[Path]:
+    """Returns the text files of the tree, sorted, without what is built."""
+    found = []
+    for path in root.rglob("*"):
+        parts = path.relative_to(root).parts
+        if path.is_file() and not SKIPPED.intersection(parts) and (path.suffix in TEXT or path.name == "Makefile"):
+            found.append(path)
+    return sorted(found)
+
+
+def arrow(name: str, line: str) -> Iterator[str]:
+    """Yields a sentence if an include line of a file in fmu_src breaks the table of rooms."""
+    parts = name.split("/")
+    include = INCLUDE.match(line)
+    if parts[0] != "fmu_src" or len(parts) < 3 or not include or parts[1] not in ROOMS:
+        return
+    room, header = parts[1], include[2]
+    # "../fmi/log.hpp" is the same arrow as "fmi/log.hpp"
+    target = next((part for part in header.split("/")[:-1] if part in ROOMS), None)
+    if include[1] == '"' and target and ROOMS.index(target) > ROOMS.index(room):
+        yield f"{room} may not include {target} ('{header}'): the arrows go {' → '.join(ROOMS)}"
+    for pattern, rooms, what in FOREIGN:
+        if pattern.match(header) and room not in rooms:
+            yield f"{room} may not include {what} ('{header}'), only {', '.join(rooms)} may"
+
+
+def machine_path(line: str) -> Iterator[str]:
+    """Yields a sentence if the line holds a path of one machine."""
+    found = MACHINE_PATH.search(line)
+    if found:
+        yield f"'{line[found.start():found.end() + 12].strip()}' is a path of one machine"
+
+
+def syntax(path: Path, name: str) -> Iterator[str]:
+    """Yields the syntax error of a Python file, if any."""
+    try:
+        compile(path.read_bytes(), name, "exec")
+    except (SyntaxError, ValueError) as error:
+        yield f"{name}:{getattr(error, 'lineno', None) or 1}: {getattr(error, 'msg', error)}"
+
+
+def main() -> int:
+    """Checks the tree and returns the exit code."""
+    root = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).resolve().parent.parent
+    found = list(breaches(root))
+    for line in found:
+        print(line)
+    print(f"{len(files(root))} files, {len(found)} breaches")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,43 @@
+#!/bin/sh
+# Set-up of a fresh Debian or Ubuntu machine: system packages, then the Python environment in .venv.
+# Does nothing when all is there. The other scripts start with it.
+set -eu
+cd "$(dirname "$0")/.."
+
+packages="cmake ninja-build g++ libeigen3-dev libsundials-dev libtomlplusplus-dev libgtest-dev libbenchmark-dev
+  clang-format python3-venv"
+
+missing=
+if command -v dpkg >/dev/null; then
+  for package in $packages; do
+    dpkg -s "$package" 2>/dev/null | grep -q '^Status: .* installed$' || missing="$missing $package"
+  done
+else
+  echo "This is not Debian or Ubuntu; these packages are needed:" $packages >&2
+fi
+
+if [ -n "$missing" ]; then
+  as_root=
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || {
+      echo "Please install these packages as root, or install sudo:$missing" >&2
+      exit 1
+    }
+    as_root=sudo
+  fi
+  echo "== system packages:$missing"
+  # package scripts must never wait for an answer
+  $as_root env DEBIAN_FRONTEND=noninteractive apt-get update -q </dev/null
+  $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $missing </dev/null
+fi
+
+# the environment knows its own place: a moved folder or a changed pyproject.toml needs a new one
+stamp="$PWD $(cksum <pyproject.toml)"
+if [ "$(cat .venv/stamp 2>/dev/null || true)" != "$stamp" ]; then
+  echo "== Python environment in .venv"
+  [ "$(cut -d' ' -f1 .venv/place 2>/dev/null || true)" = "$(printf %s "$PWD" | cksum | cut -d' ' -f1)" ] || rm -rf .venv
+  [ -x .venv/bin/python ] || python3 -m venv .venv
+  .venv/bin/python -m pip install --quiet --disable-pip-version-check --retries 5 -e '.[test]' </dev/null
+  printf %s "$PWD" | cksum >.venv/place
+  echo "$stamp" >.venv/stamp
+fi

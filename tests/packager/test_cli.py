@@ -1,0 +1,116 @@
+"""The command line as a user sees it: exit codes, sentences, files, and never a traceback."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from build_fmu import native
+from build_fmu.cli import main
+
+ROOT = Path(__file__).parents[2]
+
+
+def run(*arguments, cwd):
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-m", "build_fmu", *map(str, arguments)]
+    return subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False)
+
+
+def test_build_writes_here_under_the_models_name(compiled, model, tmp_path):
+    done = run("build", model, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "crane.fmu").is_file() and "3 inputs" in done.stdout
+
+
+def test_build_into_a_new_folder_and_an_existing_one(compiled, model, tmp_path, capsys):
+    assert main(["build", str(model), "-o", str(tmp_path / "new" / "x.fmu")]) == 0
+    assert main(["build", str(model), "-o", str(tmp_path / "new")]) == 0
+    assert sorted(p.name for p in (tmp_path / "new").iterdir()) == ["crane.fmu", "x.fmu"]
+
+
+def test_reader_errors_come_as_they_are(compiled, model, tmp_path):
+    model.write_text("# error: link 'elbow': mass must be >= 0, got -1\n# error: unknown key 'mas'; did you mean 'mass'?\n")
+    for command in ("build", "check", "simulate"):
+        done = run(command, model, cwd=tmp_path)
+        assert done.returncode == 1 and done.stdout == ""
+        assert done.stderr.splitlines() == [
+            f"{model}:1:1: link 'elbow': mass must be >= 0, got -1",
+            f"{model}:1:1: unknown key 'mas'; did you mean 'mass'?",
+        ]
+    assert not (tmp_path / "crane.fmu").exists()
+
+
+def test_warnings_are_passed_on(compiled, model, tmp_path):
+    model.write_text("# warning: warning: link 'a': the inertia breaks the triangle inequality\n")
+    for command in ("build", "check"):
+        done = run(command, model, cwd=tmp_path)
+        assert done.returncode == 0 and done.stderr == f"{model}:1:1: warning: link 'a': the inertia breaks the triangle inequality\n"
+
+
+def test_check_summary(compiled, model, tmp_path):
+    done = run("check", model, cwd=tmp_path)
+    assert done.returncode == 0
+    for text in ("tower", "prismatic", "3 moving, 1 fixed", "slew.tau", "49.5 kg"):
+        assert text in done.stdout
+    assert list(tmp_path.glob("*.fmu")) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["build", "missing.toml"], "there is no model file 'missing.toml'"),
+        (["check", "."], "there is no model file '.'"),
+        (["simulate", "missing.fmu"], "there is no FMU 'missing.fmu'"),
+        (["simulate"], "needs an FMU or a model file"),
+        (["simulate", "--input", "a=1", "missing.fmu"], "there is no FMU 'missing.fmu'"),
+        (["simulate", "broken.fmu"], "is not a readable FMU"),
+        (["simulate", "x.fmu", "--csv", "out.txt"], "must end in .csv"),
+        (["simulate", "x.fmu", "--plot", "out.toml"], "must end in .png"),
+    ],
+)
+def test_sentences(compiled, tmp_path, arguments, sentence):
+    (tmp_path / "broken.fmu").write_bytes(b"PK nonsense")
+    done = run(*arguments, cwd=tmp_path)
+    assert done.returncode == 1
+    assert sentence in done.stderr and "Traceback" not in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_a_library_that_cannot_be_loaded(compiled, model, tmp_path):
+    done = run("simulate", model, cwd=tmp_path)
+    assert done.returncode == 1 and "'crane' cannot be loaded" in done.stderr and "Traceback" not in done.stderr
+
+
+def test_a_describe_that_crashes_or_talks_nonsense(compiled, model, tmp_path):
+    program = compiled / "describe"
+    for script, sentence in (
+        ("kill -SEGV $$", "was stopped by signal 11"),
+        ("echo hello", "not JSON"),
+        ('echo \'{"format": 99}\'', "speaks format 99"),
+        ("exit 3", "failed with code 3"),
+    ):
+        program.write_text(f"#!/bin/sh\n{script}\n")
+        done = run("build", model, cwd=tmp_path)
+        assert done.returncode == 1 and sentence in done.stderr and "Traceback" not in done.stderr
+
+
+def test_what_to_run_when_nothing_is_built(model, tmp_path, monkeypatch, capsys):
+    for variable in ("REDYSIM_FMU_DESCRIBE", "REDYSIM_FMU_LIBRARY"):
+        monkeypatch.delenv(variable, raising=False)
+    monkeypatch.setattr(native, "PACKAGE", tmp_path)
+    monkeypatch.setattr(native, "BUILT", tmp_path)
+    assert main(["build", str(model)]) == 1
+    assert "run `make build`" in capsys.readouterr().err
+    monkeypatch.setenv("REDYSIM_FMU_DESCRIBE", str(tmp_path / "no"))
+    assert main(["build", str(model)]) == 1
+    assert "REDYSIM_FMU_DESCRIBE names" in capsys.readouterr().err
+
+
+def test_usage_errors_and_help(capsys):
+    for arguments, code in ((["--help"], 0), (["--version"], 0), ([], 2), (["bild"], 2), (["simulate", "a.fmu", "--stop", "x"], 2)):
+        with pytest.raises(SystemExit) as end:
+            main(arguments)
+        assert end.value.code == code

@@ -1,0 +1,55 @@
+"""The picture: byte-stable, planar where the mechanism is, and drawn for awkward mechanisms too."""
+
+import numpy as np
+import pytest
+
+from build_fmu.drawing import draw, planar_axes
+
+UP = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+ALONG_Y = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]
+
+
+def link(name, parent=-1, kind="revolute", origin=(0, 0, 0), rotation=UP, com=(0, 0, 0), mass=1.0):
+    return {"name": name, "parent": parent, "type": kind, "origin": list(origin), "rotation": rotation, "com": list(com), "mass": mass}
+
+
+def test_equal_drawings_are_equal_bytes(crane):
+    import matplotlib
+
+    first = draw(crane.drawing, "crane")
+    with matplotlib.rc_context({"axes.facecolor": "red", "font.size": 30}):
+        assert draw(crane.drawing, "crane") == first
+
+
+def test_planes():
+    assert planar_axes([link("a"), link("b", 0)]) == (0, 1)
+    assert planar_axes([link("a", rotation=ALONG_Y)]) == (0, 2)
+    assert planar_axes([link("a"), link("b", 0, rotation=ALONG_Y)]) is None
+    # a slider moves in the plane only across the hinges' axis
+    assert planar_axes([link("a"), link("b", 0, "prismatic", rotation=ALONG_Y)]) == (0, 1)
+    assert planar_axes([link("a"), link("b", 0, "prismatic")]) is None
+
+
+@pytest.mark.parametrize(
+    "links",
+    [
+        [link("point")],
+        [link("massless", mass=0.0)],
+        [link("base", kind="fixed")],
+        [link(f"l{i}", i - 1, origin=(i, np.sin(i), 0), com=(i + 0.5, 0, 0)) for i in range(60)],
+        [link("a", com=(1e-6, 0, 0)), link("$x_$", 0, origin=(1e-6, 0, 0), rotation=ALONG_Y)],
+    ],
+    ids=["point", "massless", "only fixed", "long chain", "tiny, odd name"],
+)
+def test_awkward_mechanisms(links):
+    assert draw({"links": links}, "a $ strange_ name").startswith(b"\x89PNG")
+
+
+def test_loops_and_springs_show():
+    links = [link("a", com=(1, 0, 0)), link("b", 0, origin=(1, 1, 0), com=(2, 1, 0))]
+    bare = draw({"links": links}, "x")
+    loop = {"name": "l", "link_a": 0, "link_b": 1, "point_a": [1, 0, 0], "point_b": [1, 0, 0]}
+    assert draw({"links": links, "loops": [loop]}, "x") != bare
+    assert draw({"links": links, "springs": [{**loop, "point_b": [2, 2, 0]}]}, "x") != bare
+    # a spring of no length has no direction, and must not matter
+    assert draw({"links": links, "springs": [loop]}, "x").startswith(b"\x89PNG")

@@ -1,0 +1,65 @@
+"""The lint finds what it is for, and lets the rest pass."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+def lint(tree, files):
+    for name, text in files.items():
+        path = tree / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    command = [sys.executable, str(ROOT / "scripts" / "lint.py"), str(tree)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    return done.returncode, done.stdout.splitlines()[:-1]
+
+
+# put together here, so that this file itself has no machine path
+HOME = "/" + "home/someone/project"
+
+
+@pytest.mark.parametrize(
+    ("name", "line", "sentence"),
+    [
+        ("fmu_src/math/a.hpp", '#include "model/model.hpp"', "math may not include model"),
+        ("fmu_src/model/a.cpp", '#include "dynamics/aba.hpp"', "model may not include dynamics"),
+        ("fmu_src/dynamics/deep/a.cpp", '  #  include "fmi/log.hpp"', "dynamics may not include fmi"),
+        ("fmu_src/integrate/a.cpp", '#include "../fmi/log.hpp"', "integrate may not include fmi"),
+        ("fmu_src/integrate/a.cpp", "#include <Eigen/Dense>", "may not include Eigen"),
+        ("fmu_src/fmi/a.cpp", "#include <arkode/arkode_erkstep.h>", "may not include SUNDIALS"),
+        ("fmu_src/dynamics/a.cpp", "#include <nvector/nvector_serial.h>", "may not include SUNDIALS"),
+        ("fmu_src/fmi/a.cpp", "#include <toml++/toml.h>", "may not include toml++"),
+        ("fmu_src/model/a.cpp", '#include "fmi2Functions.h"', "may not include the FMI headers"),
+        ("docs/a.md", f"see {HOME}/x", "is a path of one machine"),
+        ("build_fmu/a.py", "x = (", "never closed"),
+        ("tests/a.py", "\n" * 601, "more than 600 lines"),
+    ],
+)
+def test_breaches(tmp_path, name, line, sentence):
+    code, lines = lint(tmp_path, {name: line + "\n"})
+    assert code == 1 and len(lines) == 1
+    assert lines[0].startswith(f"{name}:") and sentence in lines[0]
+
+
+def test_what_is_allowed(tmp_path):
+    allowed = {
+        "fmu_src/math/a.hpp": "#include <Eigen/Core>\n#include <cmath>\n",
+        "fmu_src/model/a.cpp": '#include "math/vec3.hpp"\n#include "model/model.hpp"\n#include <toml++/toml.h>\n',
+        "fmu_src/dynamics/a.cpp": '#include "model/model.hpp"\n#include "dynamics/aba.hpp"\n#include <Eigen/Dense>\n',
+        "fmu_src/integrate/a.cpp": '#include "dynamics/aba.hpp"\n#include <cvode/cvode.h>\n// #include "fmi/log.hpp"\n',
+        "fmu_src/fmi/a.cpp": '#include "fmi2Functions.h"\n#include "integrate/integrator.hpp"\n#include "math/vec3.hpp"\n',
+        "tests/unit/a.cpp": '#include "fmi/log.hpp"\n#include <Eigen/Dense>\n',
+        "build/x/a.py": "x = (\n",
+        "docs/a.md": "use $HOME/work/x, ~/tmp/y, https://example.org/home/page and docs/tmp/z\n",
+    }
+    assert lint(tmp_path, allowed) == (0, [])
+
+
+def test_lines_are_numbered(tmp_path):
+    _, lines = lint(tmp_path, {"fmu_src/math/a.hpp": '\n\n#include "fmi/log.hpp"\n'})
+    assert lines[0].startswith("fmu_src/math/a.hpp:3: ")
