@@ -100,14 +100,18 @@ std::vector<int> rigid_carriers(const std::vector<LinkDraft>& drafts) {
   return carrier;
 }
 
-void check_movable(std::vector<LinkDraft>& drafts) {
+void check_movable(std::vector<LinkDraft>& drafts, Section& top) {
+  bool moves = false;
   const std::vector<Outboard> outboard = outboards(drafts);
   for (std::size_t i = 0; i < drafts.size(); ++i) {
     const Joint& joint = drafts[i].link.joint;
-    if (joint.type == JointType::fixed || joint.armature > 0) continue;
+    if (joint.type == JointType::fixed) continue;
+    moves = true;
+    if (joint.armature > 0) continue;
     const std::string message = immovable(joint, outboard[i]);
     if (!message.empty()) drafts[i].section.error(drafts[i].section.place(), message);
   }
+  if (!moves) top.error("link", "all joints are fixed; a model needs one that moves");
 }
 
 }  // namespace redysim

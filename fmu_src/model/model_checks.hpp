@@ -14,6 +14,7 @@ void check_inertia(const Link& link, Section& section);
 std::vector<int> rigid_carriers(const std::vector<LinkDraft>& drafts);
 
 // Refuses joints that move no inertia, for which no acceleration would be defined.
-void check_movable(std::vector<LinkDraft>& drafts);
+// Refuses a model without a moving joint, too.
+void check_movable(std::vector<LinkDraft>& drafts, Section& top);
 
 }  // namespace redysim

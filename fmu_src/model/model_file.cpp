@@ -55,7 +55,7 @@ Model read_model(Section& top, Findings& findings) {
   std::vector<LinkDraft> drafts = read_links(top, degrees, names, findings);
   arrange_tree(drafts);
   const bool sound = findings.error_count() == 0;
-  if (sound) check_movable(drafts);
+  if (sound) check_movable(drafts, top);
   const LinkTable links = link_table(drafts, sound);
   for (const LinkDraft& draft : drafts) model.links.push_back(draft.link);
 

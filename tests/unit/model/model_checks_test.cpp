@@ -69,9 +69,14 @@ TEST(movable, fixed_links_need_no_mass) {
   EXPECT_TRUE(errors(chain({"joint = 'fixed'", "mass = 1\ncom = [1, 0, 0]", "joint = 'fixed'"})).empty());
 }
 
+TEST(movable, a_model_of_fixed_links_is_refused) {
+  EXPECT_EQ(errors(chain({"joint = 'fixed'\nmass = 1"})),
+            (Lines{"2: all joints are fixed; a model needs one that moves"}));
+}
+
 TEST(movable, an_unused_field_of_a_fixed_joint_warns) {
-  EXPECT_EQ(warnings(chain({"joint = 'fixed'\ndamping = 1"})),
-            (Lines{"5: link 'a': damping has no effect on a fixed joint"}));
+  EXPECT_EQ(warnings(chain({"mass = 1\ncom = [1, 0, 0]", "joint = 'fixed'\ndamping = 1"})),
+            (Lines{"9: link 'b': damping has no effect on a fixed joint"}));
 }
 
 }  // namespace
