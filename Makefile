@@ -10,7 +10,7 @@ test: ## lint, C++ tests and Python tests
 	@sh scripts/test.sh
 
 build: ## the shared library and `describe`, in build/release
-	@sh scripts/build.sh release
+	@sh scripts/build.sh release redysim_fmu describe
 
 lint: ## arrows between rooms, file sizes, formatting
 	@sh scripts/lint.sh

@@ -46,19 +46,15 @@ def _build(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from rich.console import Console
-
     from build_fmu.tables import model_summary
 
     model = describe(options.model)
-    Console().print(model_summary(model, options.model))
+    _terminal().print(model_summary(model, options.model))
     _warn(model.warnings)
     return 0
 
 
 def _simulate(options: argparse.Namespace) -> int:
-    from rich.console import Console
-
     from build_fmu.plots import FORMATS, plot
     from build_fmu.session import Session
     from build_fmu.simulate import Settings, simulate
@@ -81,7 +77,7 @@ def _simulate(options: argparse.Namespace) -> int:
             plot(options.plot, session, result, options.output)
             print(f"{options.plot}  t = {result.time[0]:g} to {result.time[-1]:g} s")
         if not (options.csv or options.plot):
-            Console().print(final_values(session, result))
+            _terminal().print(final_values(session, result))
     return 0
 
 
@@ -119,7 +115,8 @@ def _progress(session, settings) -> Iterator:
 
     times = time_grid(session, settings)
     look = (TextColumn("{task.description}"), BarColumn(), TextColumn("t = {task.completed:.3f} s"), TimeRemainingColumn())
-    with Progress(*look, console=Console(stderr=True), transient=True) as bar:
+    screen = Console(stderr=True)
+    with Progress(*look, console=screen, transient=True, disable=not screen.is_terminal) as bar:
         task = bar.add_task(session.description.modelName, total=times[-1] - times[0])
         every = max(1, len(times) // 500)
         count = 0
@@ -131,6 +128,13 @@ def _progress(session, settings) -> Iterator:
                 bar.update(task, completed=time - times[0])
 
         yield reached
+
+
+def _terminal():
+    """Returns a rich console on stdout; a file or a pipe gets wide lines."""
+    from rich.console import Console
+
+    return Console() if sys.stdout.isatty() else Console(width=160)
 
 
 def _warn(warnings: Sequence[str]) -> None:

@@ -34,8 +34,7 @@ def draw(drawing: dict[str, Any], title: str) -> bytes:
         for i, link in enumerate(drawing["links"]):
             _link(scene, drawing["links"], i, link)
         for loop in drawing.get("loops", []):
-            scene.line([loop["point_a"], loop["point_b"]], color=LOOP, lw=1.2, ls=":")
-            scene.mark(loop["point_a"], marker="o", ms=11, mfc="none", mec=LOOP, mew=1.6)
+            _loop(scene, drawing["links"], loop)
         for spring in drawing.get("springs", []):
             scene.line(_zigzag(spring["point_a"], spring["point_b"], scene), color=SPRING, lw=1.4)
         scene.finish(drawing, title)
@@ -146,13 +145,25 @@ def _link(scene: _Scene, links: list[dict[str, Any]], index: int, link: dict[str
         scene.text(origin, ", ".join(links[i]["name"] for i in here))
 
 
+def _loop(scene: _Scene, links: list[dict[str, Any]], loop: dict[str, Any]) -> None:
+    """A cut joint: both links reach to their points, a ring marks the cut, dots bridge a gap."""
+    for side in ("a", "b"):
+        point = np.asarray(loop[f"point_{side}"], float)
+        # links by name; ground is none of them
+        for index in (i for i, link in enumerate(links) if link["name"] == loop[f"link_{side}"]):
+            origin = np.asarray(links[index]["origin"], float)
+            scene.line([origin, point], color=_colour(links, index), lw=6.5 if len(links) <= 40 else 2.0, alpha=0.85, zorder=5)
+    scene.line([loop["point_a"], loop["point_b"]], color=LOOP, lw=1.2, ls=":", zorder=13)
+    scene.mark(loop["point_a"], marker="o", ms=11, mfc="none", mec=LOOP, mew=1.8, zorder=15)
+
+
 def _ground(scene: _Scene) -> None:
     """The ground frame as three short coloured arrows on a grey foot."""
     scene.mark(np.zeros(3), marker="D", ms=9, mfc=GROUND, mec="white", zorder=8)
     for i in scene.plane or (0, 1, 2):
         tip = np.zeros(3)
         tip[i] = 0.16 * scene.size
-        scene.line([np.zeros(3), tip], color=AXIS_COLOURS[i], lw=1.8, zorder=9)
+        scene.line([np.zeros(3), tip], color=AXIS_COLOURS[i], lw=1.8, zorder=4)
         where = [float(x[0]) for x in scene.project(tip * 1.25)]
         scene.axes.text(*where, "xyz"[i], color=AXIS_COLOURS[i], fontsize=8, ha="center", va="center", zorder=30)
 

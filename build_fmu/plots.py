@@ -15,7 +15,7 @@ from build_fmu.simulate import Result
 
 FORMATS = (".png", ".svg", ".pdf")
 TITLES = {"q": "joint position", "qd": "joint velocity", "qdd": "joint acceleration", "tau": "joint torque or force",
-          "energy": "energy", "balance": "energy balance", "gap": "loop gap"}  # fmt: skip
+          "energy": "energy", "balance": "energy balance: total − start − work", "gap": "loop gap"}  # fmt: skip
 BY_DEFAULT = ("q", "qd", "tau", "energy", "balance", "gap")
 DASHES = ("-", "--", ":", "-.")
 MOST_NAMED = 12
@@ -39,7 +39,7 @@ def panels(session: Session, result: Result, asked: bool) -> list[Panel]:
         if not asked and kind not in BY_DEFAULT:
             continue
         shown, column = session.display(name), result[name]
-        if not asked and kind == "tau" and not np.any(column != 0):
+        if not asked and (kind == "tau" or name == "energy.work") and not np.any(column != 0):
             continue
         panel = found.setdefault((kind, shown.unit), Panel(kind, shown.unit))
         panel.curves.append((_label(name, kind), column * shown.factor + shown.offset))
@@ -85,13 +85,19 @@ def _draw(axes, panel: Panel, time: np.ndarray, time_label: bool) -> None:
         named = not many or i in (0, len(panel.curves) - 1)
         # equal curves stay visible: later ones are thinner and dashed
         style = DASHES[i % len(DASHES)] if panel.kind == "energy" else "-"
-        axes.plot(time, values, style, color=colour, lw=1.1 if many else 1.6, label=label if named else None)
+        axes.plot(time, values, style, color=colour, lw=1.1 if many or panel.kind == "balance" else 1.6, label=label if named else None)
     unit = f" [{panel.unit}]" if panel.unit else ""
-    axes.set_title(TITLES.get(panel.kind, panel.kind), loc="left", fontsize=10, color="#22303c")
+    only = len(panel.curves) == 1 and panel.kind in ("q", "qd", "qdd", "tau", "gap")
+    title = TITLES.get(panel.kind, panel.kind) + (f": {panel.curves[0][0].strip()}" if only else "")
+    axes.set_title(title, loc="left", fontsize=10, color="#22303c")
     axes.set_ylabel(f"{_symbol(panel.kind)}{unit}")
     if time_label:
         axes.set_xlabel("time [s]")
     axes.set_xlim(time[0], time[-1])
+    low, high = axes.get_ylim()
+    if panel.kind in ("q", "qd", "tau", "energy") and high - low < 1e-9 * max(1, abs(low), abs(high)):
+        # rounding errors of something at rest are no motion
+        axes.set_ylim((low + high) / 2 - 1, (low + high) / 2 + 1)
     axes.grid(color="#e3e7ea", lw=0.8)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)

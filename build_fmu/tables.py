@@ -32,14 +32,14 @@ def final_values(session: Session, result: Result):
     from rich.markup import escape
     from rich.table import Table
 
-    table = Table(box=box.SIMPLE_HEAD, title=f"{session.description.modelName}, t = {result.time[-1]:g} s", title_justify="left")
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), title=f"{escape(session.description.modelName)}, t = {result.time[-1]:g} s", title_justify="left")
     for head, justify in (("output", "left"), ("start", "right"), ("end", "right"), ("least", "right"), ("most", "right"), ("unit", "left")):
-        table.add_column(head, justify=justify)
+        table.add_column(head, justify=justify, no_wrap=True)
     for i, name in enumerate(result.names):
         shown = session.display(name)
         column = result.values[:, i] * shown.factor + shown.offset
         numbers = (column[0], column[-1], column.min(), column.max())
-        table.add_row(escape(name), *(f"{x + 0.0:.6g}" for x in numbers), shown.unit)
+        table.add_row(escape(name), *(f"{x + 0.0:.5g}" for x in numbers), shown.unit)
     return table
 
 
@@ -53,7 +53,7 @@ def model_summary(model: Description, file: Path):
     links = model.drawing["links"]
     mechanism = Table(box=box.SIMPLE_HEAD, title=f"{escape(model.model_name)} ({escape(str(file))})", title_justify="left")
     for head, justify in (("link", "left"), ("on", "left"), ("joint", "left"), ("mass [kg]", "right"), ("origin [m]", "right")):
-        mechanism.add_column(head, justify=justify)
+        mechanism.add_column(escape(head), justify=justify)
     for link in links:
         parent = "ground" if link["parent"] < 0 else links[link["parent"]]["name"]
         origin = "  ".join(f"{x + 0.0:.4g}" for x in (round(v, 12) for v in link["origin"]))

@@ -1,9 +1,10 @@
 #!/bin/sh
-# build.sh PRESET: configures build/PRESET when it must and builds it. Presets: see CMakePresets.json.
+# build.sh PRESET [TARGET...]: configures build/PRESET when it must and builds it. Presets: see CMakePresets.json.
 set -eu
 cd "$(dirname "$0")/.."
 sh scripts/setup.sh
 preset="${1:-release}"
+[ $# -eq 0 ] || shift
 cache="build/$preset/CMakeCache.txt"
 
 # the FMI headers come with FMPy
@@ -22,4 +23,4 @@ if [ ! -f "build/$preset/build.ninja" ] || ! grep -F "REDYSIM_FMI_HEADERS:" "$ca
   }
 fi
 echo "== build build/$preset"
-cmake --build "build/$preset" --parallel "$(nproc)"
+cmake --build "build/$preset" --parallel "$(nproc)" ${1:+--target "$@"}

@@ -2,9 +2,9 @@
 # The KUKA KR5 falls freely for 1 s: FMU, CSV and plot in out/.
 set -eu
 cd "$(dirname "$0")/.."
-sh scripts/build.sh release
+sh scripts/build.sh release redysim_fmu describe
 echo "== kuka_kr5: pack, simulate 1 s under gravity with no torque"
 .venv/bin/python -m build_fmu build models/kuka_kr5.toml -o out/kuka_kr5.fmu
-.venv/bin/python -m build_fmu simulate out/kuka_kr5.fmu --stop 1 --csv out/kuka_kr5.csv --plot out/kuka_kr5.png
+.venv/bin/python -m build_fmu simulate out/kuka_kr5.fmu --stop 1 --step 0.001 --csv out/kuka_kr5.csv --plot out/kuka_kr5.png
 echo
 echo "The FMU, its record and its plot are in: $PWD/out"

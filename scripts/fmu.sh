@@ -2,7 +2,7 @@
 # Every model becomes an FMU in out/, which FMPy validates and simulates with its own defaults.
 set -eu
 cd "$(dirname "$0")/.."
-sh scripts/build.sh release
+sh scripts/build.sh release redysim_fmu describe
 for model in models/*.toml; do
   name="$(basename "$model" .toml)"
   echo "== $name"

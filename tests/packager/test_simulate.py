@@ -222,4 +222,4 @@ def test_final_values_are_in_display_units():
     console = Console(width=100, record=True, file=SimpleNamespace(write=lambda _: None, flush=lambda: None))
     console.print(final_values(session, simulate(session, Settings(inputs=["joint1.tau=2"]))))
     row = next(line for line in console.export_text().splitlines() if "joint1.q " in line)
-    assert "57.2958" in row and "deg" in row
+    assert "57.296" in row and "deg" in row
