@@ -26,7 +26,7 @@ void joint_space_inertia(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const 
     }
     if (joint.parent == ground) continue;
     ArticulatedInertia<Scalar> A = s.A;
-    to_parent(joint, s, A);
+    to_parent<false>(joint, s, A);
     add(ws.joints[joint.parent].A, A);
   }
 }

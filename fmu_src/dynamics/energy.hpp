@@ -13,7 +13,7 @@ Scalar kinetic_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sca
   for (std::size_t i = 0; i < plan.joints.size(); ++i) {
     const JointPlan<Scalar>& joint = plan.joints[i];
     JointState<Scalar>& s = ws.joints[i];
-    Motion<Scalar> twist;
+    Motion<Scalar> twist = Motion<Scalar>::zero();
     if (joint.parent != ground) {
       twist.angular = ws.joints[joint.parent].omega;
       twist.linear = ws.joints[joint.parent].c.linear;

@@ -102,16 +102,16 @@ void to_parent(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, 
   }
 }
 
-// Articulated inertia at the body's frame -> at the parent's.
-template <class Scalar>
+// Articulated inertia at the body's frame -> at the parent's. `free`: no moment about the joint's axis.
+template <bool free, class Scalar>
 void to_parent(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, ArticulatedInertia<Scalar>& A) {
-  turn_z_back(A, state.cosine, state.sine);
-  if (joint.shifted || joint.prismatic) shift_z_back(A, state.offset);
+  turn_z_back<free>(A, state.cosine, state.sine);
+  if (joint.shifted || joint.prismatic) shift_z_back<free>(A, state.offset);
   turn_x_back(joint, A);
   if (joint.a != Scalar(0)) shift_x_back(A, joint.a);
   if (joint.branch) {
-    turn_z_back(A, joint.cos_gamma, joint.sin_gamma);
-    shift_z_back(A, joint.b);
+    turn_z_back<false>(A, joint.cos_gamma, joint.sin_gamma);
+    shift_z_back<false>(A, joint.b);
   }
 }
 

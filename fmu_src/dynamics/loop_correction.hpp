@@ -11,7 +11,7 @@ namespace redysim {
 template <class Scalar>
 void correct_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, Scalar* delta) {
   LoopState<Scalar>& state = ws.loop;
-  for (auto& s : ws.joints) s.p = Force<Scalar>();
+  for (auto& s : ws.joints) s.p = Force<Scalar>::zero();
   auto pass_up = [&plan, &ws](int i) {
     const JointPlan<Scalar>& joint = plan.joints[i];
     JointState<Scalar>& s = ws.joints[i];

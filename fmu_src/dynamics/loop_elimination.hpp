@@ -38,7 +38,7 @@ void pass_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t clus
     Force<Scalar>& w = state.wrench[passage.side][passage.row];
     if (passage.merge) {
       add(w, state.wrench[1][passage.row]);
-      state.wrench[1][passage.row] = Force<Scalar>();
+      state.wrench[1][passage.row] = Force<Scalar>::zero();
     }
     const Scalar u_row = pass_joint(plan.joints[i], s, w, state.b[passage.row]);
     state.passage_u[cluster.first_passage + n] = u_row;

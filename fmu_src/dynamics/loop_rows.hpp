@@ -75,8 +75,8 @@ RowValues<Scalar> rotation_row(const LoopGeometry<Scalar>& g, const ConstraintRo
   values.rate = moment.dot(g.b.omega - g.a.omega);
   values.quadratic =
       g.a.omega.cross(u_rate).dot(v) + u.dot(g.b.omega.cross(v_rate)) + Scalar(2) * u_rate.dot(v_rate);
-  values.on_b.moment = g.b.rotation.transpose() * moment;
-  values.on_a.moment = -(g.a.rotation.transpose() * moment);
+  values.on_b = {g.b.rotation.transpose() * moment, Vec3<Scalar>::Zero()};
+  values.on_a = {-(g.a.rotation.transpose() * moment), Vec3<Scalar>::Zero()};
   return values;
 }
 

@@ -124,6 +124,7 @@ void Plan<Scalar>::take_bodies(const Model& model) {
     joint.rest = given.rest;
     joint.armature = given.armature;
     joint.passive = given.stiffness != 0 || given.damping != 0;
+    joint.axis_free = !joint.prismatic && given.armature == 0;
     joint.inertia = RigidInertia<Scalar>();
   }
   for (std::size_t i = 0; i < model.links.size(); ++i)

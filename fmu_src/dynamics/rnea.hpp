@@ -16,11 +16,8 @@ void inverse_dynamics(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sca
   for (int i = 0; i < n; ++i) {
     const JointPlan<Scalar>& joint = plan.joints[i];
     JointState<Scalar>& s = ws.joints[i];
-    Motion<Scalar> a;
-    if (joint.parent == ground)
-      a.linear = -plan.gravity;
-    else
-      a = ws.joints[joint.parent].acceleration;
+    Motion<Scalar> a{Vec3<Scalar>::Zero(), -plan.gravity};
+    if (joint.parent != ground) a = ws.joints[joint.parent].acceleration;
     to_body(joint, s, a);
     a.angular += s.c.angular;
     a.linear += s.c.linear;

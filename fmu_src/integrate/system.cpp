@@ -2,7 +2,8 @@
 
 #include <cmath>
 
-#include "dynamics/aba.hpp"
+#include "dynamics/bias.hpp"
+#include "dynamics/compiled.hpp"
 #include "dynamics/energy.hpp"
 #include "dynamics/loop_correction.hpp"
 
@@ -24,7 +25,7 @@ System::System(const Plan<double>& plan, bool with_work)
 
 Status System::accelerations(double, const double* y, double* qdd) {
   ++evaluations_;
-  forward_dynamics(plan_, workspace_, y, y + plan_.nq, tau_.data(), qdd);
+  compiled_forward_dynamics(plan_, workspace_, y, y + plan_.nq, tau_.data(), qdd);
   // one sum finds any non-finite entry: inf - inf and nan are nan
   double sum = 0;
   for (int i = 0; i < plan_.nv; ++i) sum += qdd[i] * 0.0;

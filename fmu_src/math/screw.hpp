@@ -27,34 +27,52 @@ void turn_back(Scalar& x, Scalar& y, const Scalar& cosine, const Scalar& sine) {
   y = sine * old_x + cosine * y;
 }
 
-// The 2x2 diagonal block and the coupling to the third axis of S -> R S R^T; one product per double angle.
+// The 2x2 block of S -> R S R^T; one product u serves the double angle.
 template <class Scalar>
-void turn_symmetric_back(Scalar& aa, Scalar& bb, Scalar& ab, Scalar& ac, Scalar& bc, const Scalar& cosine,
-                         const Scalar& sine) {
+void turn_plane_back(Scalar& aa, Scalar& bb, Scalar& ab, const Scalar& cosine, const Scalar& sine) {
   const Scalar u = sine * (aa - bb) + Scalar(2) * cosine * ab;
   aa -= sine * u;
   bb += sine * u;
   ab = cosine * u - ab;
+}
+
+// The same with the coupling to the axis of the turn.
+template <class Scalar>
+void turn_symmetric_back(Scalar& aa, Scalar& bb, Scalar& ab, Scalar& ac, Scalar& bc, const Scalar& cosine,
+                         const Scalar& sine) {
+  turn_plane_back(aa, bb, ab, cosine, sine);
   turn_back(ac, bc, cosine, sine);
+}
+
+// The 2x2 block of H -> R H R^T.
+template <class Scalar>
+void turn_block_back(Scalar& aa, Scalar& bb, Scalar& ab, Scalar& ba, const Scalar& cosine, const Scalar& sine) {
+  const Scalar u = sine * (aa - bb) + cosine * (ab + ba), old_ab = ab;
+  aa -= sine * u;
+  bb += sine * u;
+  ab = cosine * u - ba;
+  ba = cosine * u - old_ab;
 }
 
 // H -> R H R^T for a turn in the plane of axes a, b; c is the axis of the turn.
 template <int a, int b, int c, class Scalar>
 void turn_general_back(Mat3<Scalar>& H, const Scalar& cosine, const Scalar& sine) {
-  const Scalar u = sine * (H(a, a) - H(b, b)) + cosine * (H(a, b) + H(b, a));
-  H(a, a) -= sine * u;
-  H(b, b) += sine * u;
-  const Scalar old_ab = H(a, b);
-  H(a, b) = cosine * u - H(b, a);
-  H(b, a) = cosine * u - old_ab;
+  turn_block_back(H(a, a), H(b, b), H(a, b), H(b, a), cosine, sine);
   turn_back(H(a, c), H(b, c), cosine, sine);
   turn_back(H(c, a), H(c, b), cosine, sine);
 }
 
-template <class Scalar>
+// `free` axis: no moment about z (row z of I and H is zero), as behind an eliminated revolute joint.
+template <bool free, class Scalar>
 void turn_z_back(ArticulatedInertia<Scalar>& A, const Scalar& cosine, const Scalar& sine) {
-  turn_symmetric_back(A.I.xx, A.I.yy, A.I.xy, A.I.xz, A.I.yz, cosine, sine);
-  turn_general_back<0, 1, 2>(A.H, cosine, sine);
+  if constexpr (free) {
+    turn_plane_back(A.I.xx, A.I.yy, A.I.xy, cosine, sine);
+    turn_block_back(A.H(0, 0), A.H(1, 1), A.H(0, 1), A.H(1, 0), cosine, sine);
+    turn_back(A.H(0, 2), A.H(1, 2), cosine, sine);
+  } else {
+    turn_symmetric_back(A.I.xx, A.I.yy, A.I.xy, A.I.xz, A.I.yz, cosine, sine);
+    turn_general_back<0, 1, 2>(A.H, cosine, sine);
+  }
   turn_symmetric_back(A.M.xx, A.M.yy, A.M.xy, A.M.xz, A.M.yz, cosine, sine);
 }
 
@@ -89,14 +107,16 @@ void quarter_turn_x_back(ArticulatedInertia<Scalar>& A, bool negative) {
 }
 
 // Moves the reference point back along z by d: H += r~ M, I += r~ H^T + (r~ H^T)^T - r~ M r~, r = d z.
-template <class Scalar>
+template <bool free, class Scalar>
 void shift_z_back(ArticulatedInertia<Scalar>& A, const Scalar& d) {
   const Scalar m_xy = d * A.M.xy, m_xx = d * A.M.xx, m_yy = d * A.M.yy;
   A.I.xx += d * (m_yy - Scalar(2) * A.H(0, 1));
   A.I.yy += d * (m_xx + Scalar(2) * A.H(1, 0));
   A.I.xy += d * (A.H(0, 0) - A.H(1, 1) - m_xy);
-  A.I.xz -= d * A.H(2, 1);
-  A.I.yz += d * A.H(2, 0);
+  if constexpr (!free) {
+    A.I.xz -= d * A.H(2, 1);
+    A.I.yz += d * A.H(2, 0);
+  }
   A.H(0, 0) -= m_xy;
   A.H(0, 1) -= m_yy;
   A.H(0, 2) -= d * A.M.yz;

@@ -9,19 +9,21 @@ namespace redysim {
 // Twist or spatial acceleration: angular (rad/s, rad/s^2) and linear (m/s, m/s^2) at the origin.
 template <class Scalar>
 struct Motion {
-  Vec3<Scalar> angular = Vec3<Scalar>::Zero(), linear = Vec3<Scalar>::Zero();
+  Vec3<Scalar> angular, linear;
+  static Motion zero() { return {Vec3<Scalar>::Zero(), Vec3<Scalar>::Zero()}; }
 };
 
 // Wrench: moment (N m) about the origin and force (N).
 template <class Scalar>
 struct Force {
-  Vec3<Scalar> moment = Vec3<Scalar>::Zero(), force = Vec3<Scalar>::Zero();
+  Vec3<Scalar> moment, force;
+  static Force zero() { return {Vec3<Scalar>::Zero(), Vec3<Scalar>::Zero()}; }
 };
 
 // Symmetric 3x3 matrix by its six entries.
 template <class Scalar>
 struct Symmetric3 {
-  Scalar xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
+  Scalar xx, yy, zz, xy, xz, yz;
 
   Vec3<Scalar> operator*(const Vec3<Scalar>& v) const {
     return {xx * v.x() + xy * v.y() + xz * v.z(), xy * v.x() + yy * v.y() + yz * v.z(),
@@ -34,14 +36,14 @@ template <class Scalar>
 struct RigidInertia {
   Scalar mass = 0;
   Vec3<Scalar> h = Vec3<Scalar>::Zero();
-  Symmetric3<Scalar> inertia;
+  Symmetric3<Scalar> inertia{Scalar(0), Scalar(0), Scalar(0), Scalar(0), Scalar(0), Scalar(0)};
 };
 
 // [moment; force] = [I H; H^T M] [angular; linear].
 template <class Scalar>
 struct ArticulatedInertia {
   Symmetric3<Scalar> I;
-  Mat3<Scalar> H = Mat3<Scalar>::Zero();
+  Mat3<Scalar> H;
   Symmetric3<Scalar> M;
 };
 
@@ -104,7 +106,7 @@ ArticulatedInertia<Scalar> articulated(const RigidInertia<Scalar>& body) {
   A.I = body.inertia;
   A.H << Scalar(0), -body.h.z(), body.h.y(), body.h.z(), Scalar(0), -body.h.x(), -body.h.y(), body.h.x(),
       Scalar(0);
-  A.M.xx = A.M.yy = A.M.zz = body.mass;
+  A.M = {body.mass, body.mass, body.mass, Scalar(0), Scalar(0), Scalar(0)};
   return A;
 }
 

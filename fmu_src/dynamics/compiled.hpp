@@ -1,0 +1,19 @@
+#pragma once
+
+#include "dynamics/plan.hpp"
+#include "dynamics/workspace.hpp"
+
+// The hot recursions for double, compiled once for any x86-64 and once for processors with AVX2 and FMA
+// (about twice as fast); the loader takes the right one. Elsewhere there is one version.
+
+namespace redysim {
+
+// forward_dynamics of dynamics/aba.hpp.
+void compiled_forward_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
+                               const double* qd, const double* tau, double* qdd);
+
+// inverse_dynamics of dynamics/rnea.hpp.
+void compiled_inverse_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
+                               const double* qd, const double* qdd, double* tau);
+
+}  // namespace redysim
