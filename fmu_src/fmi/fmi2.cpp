@@ -121,6 +121,11 @@ fmi2Status only_for_pending_steps(Instance& instance, Function function) {
 
 }  // namespace
 
+// Replaces libstdc++'s handler, which writes to stderr and brings the symbol demangler along.
+namespace __gnu_cxx {
+void __verbose_terminate_handler() { std::abort(); }
+}  // namespace __gnu_cxx
+
 const char* fmi2GetTypesPlatform() { return fmi2TypesPlatform; }
 
 const char* fmi2GetVersion() { return fmi2Version; }

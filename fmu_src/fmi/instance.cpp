@@ -6,7 +6,7 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "fmi/number.hpp"
+#include "model/number.hpp"
 
 namespace redysim {
 namespace {
@@ -68,11 +68,11 @@ fmi2Status Instance::setup_experiment(bool has_tolerance, double tolerance, doub
                                       double stop) {
   constexpr Function function = Function::setup_experiment;
   if (has_tolerance && !(std::isfinite(tolerance) && tolerance > 0))
-    return refuse(function, "the tolerance must be a finite number > 0, got " + shortest(tolerance));
-  if (!std::isfinite(start)) return refuse(function, "the start time must be finite, got " + shortest(start));
+    return refuse(function, "the tolerance must be a finite number > 0, got " + shown(tolerance));
+  if (!std::isfinite(start)) return refuse(function, "the start time must be finite, got " + shown(start));
   if (has_stop && !(std::isfinite(stop) && stop >= start))
-    return refuse(function, "the stop time must be finite and not before the start time " + shortest(start) +
-                                ", got " + shortest(stop));
+    return refuse(function, "the stop time must be finite and not before the start time " + shown(start) +
+                                ", got " + shown(stop));
   tolerance_ = has_tolerance ? tolerance : infinity;
   time_ = start_time_ = start;
   stop_time_ = has_stop ? stop : infinity;
@@ -102,8 +102,8 @@ fmi2Status Instance::exit_initialization_mode() {
   time_ = start_time_;
   state_ = State::step;
   if (log_.events())
-    log_.event("start at " + shortest(start_time_) + " s, solver " + integrator_->name() + ", rtol " +
-               shortest(integrator_settings_.rtol));
+    log_.event("start at " + shown(start_time_) + " s, solver " + integrator_->name() + ", rtol " +
+               shown(integrator_settings_.rtol));
   return fmi2OK;
 }
 
@@ -121,13 +121,13 @@ SolverSettings Instance::effective_settings() const {
 fmi2Status Instance::do_step(double current, double size) {
   constexpr Function function = Function::do_step;
   if (!(std::isfinite(size) && size >= 0))
-    return refuse(function, "the step size must be finite and not negative, got " + shortest(size));
+    return refuse(function, "the step size must be finite and not negative, got " + shown(size));
   if (!(std::abs(current - time_) <= start_slack(time_, size)))
-    return refuse(function, "the step starts at " + shortest(current) + " s, but the FMU is at " + shortest(time_) + " s");
+    return refuse(function, "the step starts at " + shown(current) + " s, but the FMU is at " + shown(time_) + " s");
   const double end = current + size;
   if (!std::isfinite(end)) return refuse(function, "the step ends at no finite time");
   if (end > stop_time_ + time_tolerance * std::max(std::abs(stop_time_), size))
-    return refuse(function, "the step ends at " + shortest(end) + " s, after the stop time " + shortest(stop_time_) + " s");
+    return refuse(function, "the step ends at " + shown(end) + " s, after the stop time " + shown(stop_time_) + " s");
   if (end <= time_) return fmi2OK;  // no time passes
   if (!update_plan(function)) return fmi2Error;
 
@@ -145,12 +145,12 @@ fmi2Status Instance::do_step(double current, double size) {
   const std::string joint = failed_joint_name();
   const bool named = joint.empty() || outcome.message.find(joint) != std::string::npos;
   return refuse(function, outcome.message + (named ? "" : " (joint '" + joint + "')") + "; the state is the one at " +
-                              shortest(time_) + " s");
+                              shown(time_) + " s");
 }
 
 fmi2Status Instance::terminate() {
   state_ = State::terminated;
-  log_.event("terminated at " + shortest(time_) + " s");
+  log_.event("terminated at " + shown(time_) + " s");
   return fmi2OK;
 }
 

@@ -1,7 +1,7 @@
 #include <cmath>
 
 #include "fmi/instance.hpp"
-#include "fmi/number.hpp"
+#include "model/number.hpp"
 
 // Reading and writing variables by value reference.
 
@@ -23,7 +23,7 @@ bool Instance::update_accelerations(Function function) {
   for (double value : qdd_) finite = finite && std::isfinite(value);
   if (!finite) {
     const std::string joint = failed_joint_name();
-    refuse(function, "the accelerations at " + shortest(time_) + " s are not finite" +
+    refuse(function, "the accelerations at " + shown(time_) + " s are not finite" +
                          (joint.empty() ? "" : " (joint '" + joint + "')"));
     return false;
   }

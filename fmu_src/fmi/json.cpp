@@ -1,6 +1,6 @@
 #include "fmi/json.hpp"
 
-#include "fmi/number.hpp"
+#include "model/number.hpp"
 
 namespace redysim {
 
@@ -61,7 +61,7 @@ Json& Json::value(std::string_view text) {
   return *this;
 }
 
-Json& Json::value(double number) { return raw(shortest(number)); }
+Json& Json::value(double number) { return raw(shown(number)); }
 Json& Json::value(int number) { return raw(std::to_string(number)); }
 Json& Json::value(unsigned number) { return raw(std::to_string(number)); }
 Json& Json::value(bool flag) { return raw(flag ? "true" : "false"); }

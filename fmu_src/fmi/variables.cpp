@@ -4,8 +4,8 @@
 #include <cstring>
 #include <utility>
 
-#include "fmi/number.hpp"
 #include "model/model_error.hpp"
+#include "model/number.hpp"
 
 namespace redysim {
 namespace {
@@ -254,11 +254,11 @@ bool parse_method(const char* text, SolverMethod& method) {
 }
 
 std::string objection(const Variable& variable, double value) {
-  if (!std::isfinite(value)) return variable.name + " must be a finite number, got " + shortest(value);
-  if (value < variable.min) return variable.name + " must be >= " + shortest(variable.min) + ", got " + shortest(value);
-  if (value > variable.max) return variable.name + " must be <= " + shortest(variable.max) + ", got " + shortest(value);
+  if (!std::isfinite(value)) return variable.name + " must be a finite number, got " + shown(value);
+  if (value < variable.min) return variable.name + " must be >= " + shown(variable.min) + ", got " + shown(value);
+  if (value > variable.max) return variable.name + " must be <= " + shown(variable.max) + ", got " + shown(value);
   if (value == variable.min && !variable.min_is_legal)
-    return variable.name + " must be > " + shortest(variable.min) + ", got " + shortest(value);
+    return variable.name + " must be > " + shown(variable.min) + ", got " + shown(value);
   return {};
 }
 

@@ -1,24 +1,11 @@
 #include "model/section.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "model/suggest.hpp"
 
 namespace redysim {
-
-std::string shown(double number) {
-  char text[32];
-  const auto end = std::to_chars(text, text + sizeof text, number).ptr;
-  return std::string(text, end);
-}
-
-std::string rounded(double number) {
-  char text[32];
-  const auto end = std::to_chars(text, text + sizeof text, number, std::chars_format::general, 6).ptr;
-  return std::string(text, end);
-}
 
 bool is_identifier(const std::string& text) {
   if (text.empty() || ('0' <= text[0] && text[0] <= '9')) return false;

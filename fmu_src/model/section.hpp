@@ -6,17 +6,12 @@
 
 #include "math/vec3.hpp"
 #include "model/findings.hpp"
+#include "model/number.hpp"
 #include "model/toml_value.hpp"
 
 namespace redysim {
 
 enum class Bound { any, not_negative, positive };
-
-// Shortest decimal form that reads back as the same number, whatever the locale.
-std::string shown(double number);
-
-// The same to 6 digits.
-std::string rounded(double number);
 
 // True for a name that can stand in an FMI variable name: [A-Za-z_][A-Za-z0-9_]*
 bool is_identifier(const std::string& text);
