@@ -67,7 +67,6 @@ class Cvode final : public Integrator {
   bool begin(double time, const double* y);
   void reset_to_beginning();
   int take_step();
-  Status project_step();
   void count_step();
   Outcome reach(double end);
   Outcome explain(int flag);
@@ -99,6 +98,8 @@ class Cvode final : public Integrator {
   std::vector<double> slope_;  // f at the beginning, when serve_slope_
   bool serve_slope_ = false;
   bool warming_up_ = false;
+  bool project_history_ = false;   // Adams with loops
+  bool projection_failed_ = false;
 };
 
 Cvode::Cvode(System& system, const SolverSettings& settings, SolverMethod method)
@@ -130,6 +131,7 @@ void Cvode::build() {
     if (system_.has_loops()) CVodeSetProjFn(cvode, &Cvode::project);
   } else {
     nonlinear_solver_.reset(created(SUNNonlinSol_FixedPoint(ahead_.get(), 0, context_)));
+    project_history_ = system_.has_loops();
   }
   CVodeSetNonlinearSolver(cvode, nonlinear_solver_.get());
 
@@ -156,8 +158,17 @@ int Cvode::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_po
   return static_cast<int>(self.system_.right_hand_side(time, data(y), data(ydot)));
 }
 
-int Cvode::weights(N_Vector y, N_Vector weights, void* self) {
-  static_cast<Cvode*>(self)->error_weights_.evaluate(data(y), data(weights));
+// CVODE asks for the weights once before each step, for the newest entry of its history itself. Its own
+// projection serves BDF only, so here is where Adams' history is put back on the closed loops: the state
+// entry alone, since the others are right-hand sides (coordinate projection; Eich 1993).
+int Cvode::weights(N_Vector y, N_Vector weights, void* self_pointer) {
+  Cvode& self = *static_cast<Cvode*>(self_pointer);
+  if (self.project_history_ && self.steps_taken_ > 0) {
+    const Status status = self.system_.project(self.ahead_time_, data(y), nullptr);
+    self.projection_failed_ = status != Status::ok;
+    if (self.projection_failed_) return -1;
+  }
+  self.error_weights_.evaluate(data(y), data(weights));
   return 0;
 }
 
@@ -213,7 +224,7 @@ void Cvode::reset_to_beginning() {
   CVodeSetInitStep(memory_.get(), beginning_.first_step);
   ahead_time_ = beginning_.time;
   steps_taken_ = 0;
-  serve_slope_ = false;
+  serve_slope_ = projection_failed_ = false;
 }
 
 int Cvode::take_step() {
@@ -231,29 +242,16 @@ void Cvode::count_step() {
   statistics_.rejected = beginning_.rejected_before + errors + solver;
 }
 
-// Adams has no projection inside CVODE: begin anew at the projected state where it is a tenth of the
-// tolerance away, and leave smaller distances, which the next steps inherit, to the output's projection.
-Status Cvode::project_step() {
-  double* corrected = room_.probe.data();
-  std::copy_n(data(ahead_), y_.size(), corrected);
-  const Status status = system_.project(ahead_time_, corrected, nullptr);
-  if (status != Status::ok) return status;
-  for (std::size_t i = 0; i < y_.size(); ++i) room_.slope[i] = corrected[i] - data(ahead_)[i];
-  error_weights_.evaluate(corrected, room_.weights.data());
-  if (error_weights_.norm(room_.slope.data(), room_.weights.data()) <= 0.1) return Status::ok;
-  std::copy_n(corrected, y_.size(), data(error_));
-  return begin(ahead_time_, data(error_)) ? Status::ok : Status::fatal;
-}
-
 // CVODE's steps until they pass `end`.
 Outcome Cvode::reach(double end) {
-  const bool project_here = system_.has_loops() && method_ == SolverMethod::adams;
   const long allowed = allowed_steps(end - time_);
   for (long step = 0; ahead_time_ < end; ++step) {
     if (step == allowed)
       return failure(ahead_time_, std::to_string(allowed) + " steps did not reach the end of the step");
     if (steps_taken_ == steps_between_restarts) {
       std::copy_n(data(ahead_), y_.size(), data(error_));
+      if (system_.project(ahead_time_, data(error_), nullptr) != Status::ok)
+        return failure(ahead_time_, "the loops cannot be closed");
       if (!begin(ahead_time_, data(error_))) return failure(ahead_time_, "the accelerations cannot be computed");
     }
     const double before = ahead_time_;
@@ -261,7 +259,6 @@ Outcome Cvode::reach(double end) {
     if (flag < 0) return explain(flag);
     if (!(ahead_time_ > before)) return failure(before, "no step is small enough for the tolerance");
     count_step();
-    if (project_here && project_step() != Status::ok) return failure(ahead_time_, "the loops cannot be closed");
   }
   return {};
 }
@@ -279,7 +276,6 @@ Outcome Cvode::advance(double end, bool inputs_changed) {
   const long steps_before = statistics_.steps;
   Outcome outcome = reach(end);
   if (outcome.ok) {
-    // the state at `end`, which may have just been restarted from
     double* y = data(error_);
     if (ahead_time_ == end) std::copy_n(data(ahead_), y_.size(), y);
     else CVodeGetDky(memory_.get(), end, 0, error_.get());
@@ -302,6 +298,7 @@ Outcome Cvode::advance(double end, bool inputs_changed) {
 }
 
 Outcome Cvode::explain(int flag) {
+  if (projection_failed_) return failure(ahead_time_, "the loops cannot be closed");
   switch (flag) {
     case CV_ERR_FAILURE:
     case CV_CONV_FAILURE: return failure(ahead_time_, "no step is small enough for the tolerance");

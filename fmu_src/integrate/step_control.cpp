@@ -11,21 +11,26 @@ constexpr double safety = 0.9;      // aims at safety^error_order of the toleran
 constexpr double growth = 6;        // per step
 constexpr double reduction = 0.15;  // per step
 constexpr double stretch = 1.02;    // a step may be this much longer where that saves one
-constexpr double smallest_error = 1e-9;
+constexpr double smallest_error = 1e-12;
+constexpr double remembered = 1e-4;  // smallest error that the controller remembers
+constexpr double telling = 1e-4;     // an error below it, of a step cut short, may be rounding
 
 }  // namespace
 
 StepControl::StepControl(int error_order, double max_step)
-    : integral_(0.7 / error_order), proportional_(0.4 / error_order), plain_(1.0 / error_order),
+    : integral_(0.85 / error_order), proportional_(0.2 / error_order), plain_(1.0 / error_order),
       max_step_(max_step > 0 ? max_step : std::numeric_limits<double>::max()) {}
 
 void StepControl::accepted(double h, double error) {
-  error = std::max(error, smallest_error);
-  const double factor = safety * std::exp(proportional_ * std::log(previous_error_) - integral_ * std::log(error));
-  const double proposed = h * std::max(factor, reduction);
-  // a short last step tells less than its law promises: growth counts from the longer of h and the wish
-  wanted_ = limited(std::min(proposed, std::max(growth * h, wanted_)));
-  previous_error_ = error;
+  // error^-integral, the last error^proportional and the limits of the factor
+  const double law = std::exp(proportional_ * std::log(previous_error_) -
+                              integral_ * std::log(std::max(error, smallest_error)));
+  const double proposed = h * std::max(safety * law, reduction);
+  // growth counts from the longer of this step and the wish, so that no error at all stays bounded
+  const double next = std::min(proposed, std::max(growth * h, wanted_));
+  const bool tells_nothing = h < 0.5 * wanted_ && error < telling;
+  wanted_ = limited(tells_nothing ? std::max(next, wanted_) : next);
+  previous_error_ = std::max(error, remembered);
 }
 
 double StepControl::rejected(double h, double error) {

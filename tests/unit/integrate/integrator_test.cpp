@@ -1,0 +1,196 @@
+#include "integrate/integrator.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "support/allocation_count.hpp"
+#include "unit/integrate/rig.hpp"
+
+// What every method owes its caller.
+
+namespace redysim {
+namespace {
+
+using test::Rig;
+using test::solver;
+
+class EveryMethod : public testing::TestWithParam<SolverMethod> {};
+
+INSTANTIATE_TEST_SUITE_P(Methods, EveryMethod,
+                         testing::Values(SolverMethod::erk, SolverMethod::adams, SolverMethod::bdf),
+                         [](const auto& method) {
+                           return method.param == SolverMethod::erk     ? "erk"
+                                  : method.param == SolverMethod::adams ? "adams"
+                                                                        : "bdf";
+                         });
+
+std::vector<double> double_pendulum_after(double end, SolverMethod method, double rtol) {
+  Rig rig("double_pendulum", solver(method, rtol));
+  EXPECT_TRUE(rig.integrator->advance(end, true).ok);
+  return rig.state();
+}
+
+TEST_P(EveryMethod, error_follows_the_tolerance) {
+  const std::vector<double> exact = double_pendulum_after(1, SolverMethod::erk, 1e-12);
+  double previous = 1;
+  for (double rtol : {1e-3, 1e-5, 1e-7, 1e-9}) {
+    const double error = test::largest_difference(double_pendulum_after(1, GetParam(), rtol), exact);
+    EXPECT_LT(error, 500 * rtol);
+    EXPECT_LT(error, 0.3 * previous);
+    previous = error;
+  }
+}
+
+TEST_P(EveryMethod, advance_ends_exactly_where_it_is_told) {
+  Rig rig("double_pendulum", solver(GetParam()));
+  for (double end : {1e-9, 1e-3, 0.1, 0.1 + 1e-15, 1.0 / 3, 2.0}) {
+    EXPECT_TRUE(rig.integrator->advance(end, true).ok);
+    EXPECT_EQ(rig.integrator->time(), end);
+  }
+}
+
+TEST_P(EveryMethod, step_of_no_length_changes_nothing) {
+  Rig rig("double_pendulum", solver(GetParam()));
+  rig.integrator->advance(0.3, true);
+  const std::vector<double> before = rig.state();
+  EXPECT_TRUE(rig.integrator->advance(0.3, true).ok);
+  EXPECT_EQ(rig.state(), before);
+}
+
+TEST_P(EveryMethod, step_backwards_or_to_nowhere_is_refused) {
+  Rig rig("double_pendulum", solver(GetParam()));
+  rig.integrator->advance(0.3, true);
+  const std::vector<double> before = rig.state();
+  for (double end : {0.2, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    const Outcome outcome = rig.integrator->advance(end, false);
+    EXPECT_FALSE(outcome.ok);
+    EXPECT_FALSE(outcome.message.empty());
+    EXPECT_EQ(rig.integrator->time(), 0.3);
+    EXPECT_EQ(rig.state(), before);
+  }
+  EXPECT_TRUE(rig.integrator->advance(0.4, false).ok);
+}
+
+TEST_P(EveryMethod, starts_from_a_state_at_rest) {
+  Rig rig("double_pendulum", solver(GetParam()));
+  const std::vector<double> hanging = {-1.5707963267948966, 0, 0, 0};
+  rig.integrator->start(0, hanging.data());
+  EXPECT_TRUE(rig.integrator->advance(100, true).ok);
+  EXPECT_LT(test::largest_difference(rig.state(), hanging), 1e-5);
+}
+
+TEST_P(EveryMethod, changed_input_takes_effect_at_its_time) {
+  // torques that switch, against a tight run of the one-step method
+  const auto run = [](SolverMethod method, double rtol) {
+    Rig rig("kuka_kr5", solver(method, rtol));
+    for (int k = 1; k <= 20; ++k) {
+      for (int i = 0; i < 6; ++i) rig.system.tau()[i] = (k + i) % 2 ? 3.0 : -2.0;
+      EXPECT_TRUE(rig.integrator->advance(k * 0.01, true).ok);
+    }
+    return rig.state();
+  };
+  EXPECT_LT(test::largest_difference(run(GetParam(), 1e-8), run(SolverMethod::erk, 1e-12)), 1e-4);
+}
+
+TEST_P(EveryMethod, asking_for_the_work_does_not_change_the_motion) {
+  Rig without("double_pendulum", solver(GetParam())), with("double_pendulum", solver(GetParam()), true);
+  for (Rig* rig : {&without, &with}) {
+    rig->system.tau()[0] = 5;
+    for (int k = 1; k <= 100; ++k) ASSERT_TRUE(rig->integrator->advance(k * 0.01, k == 1).ok);
+  }
+  std::vector<double> motion = with.state();
+  motion.pop_back();
+  EXPECT_EQ(motion, without.state());
+  EXPECT_EQ(with.integrator->statistics().steps, without.integrator->statistics().steps);
+}
+
+TEST_P(EveryMethod, longest_step_is_honoured) {
+  SolverSettings settings = solver(GetParam(), 1e-3);
+  settings.max_step = 0.01;
+  Rig rig("double_pendulum", settings);
+  EXPECT_TRUE(rig.integrator->advance(1, true).ok);
+  EXPECT_GE(rig.integrator->statistics().steps, 100);
+  EXPECT_LE(rig.integrator->statistics().step_size, 0.01 * (1 + 1e-12));
+}
+
+TEST_P(EveryMethod, failure_keeps_the_last_good_state_and_prints_nothing) {
+  Rig rig("double_pendulum", solver(GetParam()));
+  ASSERT_TRUE(rig.integrator->advance(0.5, true).ok);
+  const std::vector<double> before = rig.state();
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  for (double broken : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    rig.system.tau()[1] = broken;
+    const Outcome outcome = rig.integrator->advance(0.6, true);
+    EXPECT_FALSE(outcome.ok);
+    EXPECT_NE(outcome.message.find("t = 0.5"), std::string::npos) << outcome.message;
+    EXPECT_EQ(rig.integrator->time(), 0.5);
+    EXPECT_EQ(rig.state(), before);
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr(), "");
+
+  // usable again at once, and after a new start
+  rig.system.tau()[1] = 0;
+  EXPECT_TRUE(rig.integrator->advance(0.6, true).ok);
+  const std::vector<double> y = rig.start_state();
+  EXPECT_TRUE(rig.integrator->start(0, y.data()).ok);
+  EXPECT_TRUE(rig.integrator->advance(0.5, true).ok);
+  EXPECT_EQ(rig.state(), before);
+}
+
+TEST_P(EveryMethod, start_refuses_a_state_that_is_not_finite) {
+  Rig rig("pendulum", solver(GetParam()));
+  const double y[] = {0, std::numeric_limits<double>::quiet_NaN()};
+  EXPECT_FALSE(rig.integrator->start(0, y).ok);
+}
+
+TEST_P(EveryMethod, start_forgets_everything) {
+  Rig rig("double_pendulum", solver(GetParam()));
+  rig.integrator->advance(0.7, true);
+  const std::vector<double> first = rig.state();
+  rig.integrator->advance(3, true);
+  const std::vector<double> y = rig.start_state();
+  rig.integrator->start(0, y.data());
+  EXPECT_EQ(rig.integrator->statistics().steps, 0);
+  rig.integrator->advance(0.7, false);
+  EXPECT_EQ(rig.state(), first);
+}
+
+TEST_P(EveryMethod, successful_advance_does_not_allocate) {
+  Rig rig("kuka_kr5", solver(GetParam()), true);
+  const std::vector<double> y = rig.start_state();
+  rig.integrator->start(0, y.data());
+  const long before = test::allocations;
+  bool ok = true;
+  for (int k = 1; k <= 300; ++k) {
+    rig.system.tau()[0] = k / 100 == 1 ? (k % 7) : 0;
+    ok = ok && rig.integrator->advance(k * 1e-3, k == 1 || k / 100 == 1).ok;
+  }
+  EXPECT_EQ(test::allocations - before, 0);
+  EXPECT_TRUE(ok);
+}
+
+TEST_P(EveryMethod, two_integrators_do_not_know_of_each_other) {
+  Rig alone("double_pendulum", solver(GetParam()));
+  Rig one("double_pendulum", solver(GetParam())), other("kuka_kr5", solver(GetParam(), 1e-3));
+  for (int k = 1; k <= 50; ++k) {
+    alone.integrator->advance(k * 0.02, k == 1);
+    one.integrator->advance(k * 0.02, k == 1);
+    other.integrator->advance(k * 0.013, true);
+  }
+  EXPECT_EQ(one.state(), alone.state());
+}
+
+// Time goes on from a large start as from 0.
+TEST_P(EveryMethod, late_start_ends_exactly_too) {
+  Rig rig("double_pendulum", solver(GetParam()));
+  const std::vector<double> y = rig.start_state();
+  rig.integrator->start(1e5, y.data());
+  for (int k = 1; k <= 100; ++k) ASSERT_TRUE(rig.integrator->advance(1e5 + k * 1e-3, true).ok);
+  EXPECT_EQ(rig.integrator->time(), 1e5 + 100 * 1e-3);
+}
+
+}  // namespace
+}  // namespace redysim

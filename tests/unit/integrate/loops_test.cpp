@@ -1,0 +1,65 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "unit/integrate/rig.hpp"
+
+namespace redysim {
+namespace {
+
+using test::Rig;
+using test::solver;
+
+class LoopsStayClosed : public testing::TestWithParam<SolverMethod> {};
+
+INSTANTIATE_TEST_SUITE_P(Methods, LoopsStayClosed,
+                         testing::Values(SolverMethod::erk, SolverMethod::adams, SolverMethod::bdf),
+                         [](const auto& method) {
+                           return method.param == SolverMethod::erk     ? "erk"
+                                  : method.param == SolverMethod::adams ? "adams"
+                                                                        : "bdf";
+                         });
+
+double gap(Rig& rig) {
+  std::vector<double> qdd(static_cast<std::size_t>(rig.plan.nv));
+  rig.system.accelerations(0, rig.integrator->state(), qdd.data());
+  double largest = 0;
+  for (double residual : rig.system.workspace().loop.residual) largest = std::max(largest, std::fabs(residual));
+  return largest;
+}
+
+double energy(Rig& rig) {
+  return rig.system.kinetic_energy(rig.integrator->state()) + rig.system.potential_energy(rig.integrator->state());
+}
+
+TEST_P(LoopsStayClosed, at_every_output_and_with_the_energy_kept) {
+  Rig rig("four_bar", solver(GetParam(), 1e-8));
+  std::vector<double> y = rig.start_state();
+  ASSERT_EQ(rig.system.project(0, y.data(), nullptr), Status::ok);
+  rig.integrator->start(0, y.data());
+  const double at_start = energy(rig);
+  double largest_kinetic = 0;
+  for (int k = 1; k <= 300; ++k) {
+    const Outcome outcome = rig.integrator->advance(k * 0.01, k == 1);
+    ASSERT_TRUE(outcome.ok) << outcome.message;
+    EXPECT_LT(gap(rig), 1e-10) << k;
+    largest_kinetic = std::max(largest_kinetic, rig.system.kinetic_energy(rig.integrator->state()));
+    EXPECT_NEAR(energy(rig), at_start, 2e-5 * std::max(1.0, largest_kinetic)) << k;
+  }
+  // no method crawls
+  EXPECT_LT(rig.integrator->statistics().evaluations, 30000);
+}
+
+TEST_P(LoopsStayClosed, all_methods_find_the_same_motion) {
+  const auto run = [](SolverMethod method, double rtol) {
+    Rig rig("four_bar", solver(method, rtol));
+    rig.system.tau()[0] = 2;
+    for (int k = 1; k <= 100; ++k) EXPECT_TRUE(rig.integrator->advance(k * 0.01, k == 1).ok);
+    return rig.state();
+  };
+  EXPECT_LT(test::largest_difference(run(GetParam(), 1e-8), run(SolverMethod::erk, 1e-11)), 2e-5);
+}
+
+}  // namespace
+}  // namespace redysim

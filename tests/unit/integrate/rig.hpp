@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "integrate/integrator.hpp"
+#include "model/model_file.hpp"
+
+namespace redysim::test {
+
+// A model of models/ with one integrator over it, started at its start pose.
+struct Rig {
+  Model model;
+  Plan<double> plan;
+  System system;
+  std::unique_ptr<Integrator> integrator;
+
+  Rig(const std::string& name, const SolverSettings& settings, bool with_work = false)
+      : model(read_model_file(std::string(REDYSIM_MODELS "/") + name + ".toml").model),
+        plan(model),
+        system(plan, with_work),
+        integrator(make_integrator(system, settings)) {
+    const std::vector<double> y = start_state();
+    integrator->start(0, y.data());
+  }
+  Rig(const Rig&) = delete;
+  Rig& operator=(const Rig&) = delete;
+
+  std::vector<double> start_state() const {
+    std::vector<double> y(static_cast<std::size_t>(system.size()), 0.0);
+    for (int i = 0; i < plan.nq; ++i) {
+      y[i] = model.links[plan.joints[i].link].joint.q0;
+      y[plan.nq + i] = model.links[plan.joints[i].link].joint.qd0;
+    }
+    return y;
+  }
+  std::vector<double> state() const { return {integrator->state(), integrator->state() + system.size()}; }
+};
+
+inline SolverSettings solver(SolverMethod method, double rtol, double atol) {
+  SolverSettings settings;
+  settings.method = method;
+  settings.rtol = rtol;
+  settings.atol = atol;
+  return settings;
+}
+inline SolverSettings solver(SolverMethod method, double rtol = 1e-6) { return solver(method, rtol, 1e-2 * rtol); }
+
+inline double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  double largest = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) largest = std::max(largest, std::fabs(a[i] - b[i]));
+  return largest;
+}
+
+}  // namespace redysim::test
