@@ -2,6 +2,7 @@
 # lint.sh [--fix]: the project's own rules (scripts/lint.py), then the layout of the C++ files.
 set -eu
 cd "$(dirname "$0")/.."
+sh scripts/setup.sh
 echo "== lint"
 python3 scripts/lint.py
 

@@ -2,8 +2,8 @@
 # Lint, C++ tests, Python tests. Stops at the first that fails, so the last lines say what happened.
 set -eu
 cd "$(dirname "$0")/.."
-sh scripts/build.sh release
 sh scripts/lint.sh
+sh scripts/build.sh release
 if [ -f build/release/CTestTestfile.cmake ]; then
   echo "== C++ tests (ctest, build/release)"
   ctest --test-dir build/release --output-on-failure --progress --parallel "$(nproc)" </dev/null
