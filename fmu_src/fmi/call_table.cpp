@@ -65,11 +65,16 @@ const char* name(Function function) { return row_of(function).name; }
 
 const char* name(State state) {
   switch (state) {
-    case State::instantiated: return "instantiated";
-    case State::initialization: return "in initialization mode";
-    case State::step: return "at a communication point";
-    case State::failed: return "stopped by a failed step";
-    case State::terminated: return "terminated";
+    case State::instantiated:
+      return "instantiated";
+    case State::initialization:
+      return "in initialization mode";
+    case State::step:
+      return "at a communication point";
+    case State::failed:
+      return "stopped by a failed step";
+    case State::terminated:
+      return "terminated";
   }
   return "";
 }

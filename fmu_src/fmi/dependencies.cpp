@@ -105,14 +105,20 @@ std::vector<Dependencies> initial_dependencies(const VariableTable& table, const
   };
   std::vector<Dependencies> rows = collect(table, [&](const Variable& unknown, const Variable& known) {
     switch (unknown.role) {
-      case Role::q: return assembled(unknown, known, false);
-      case Role::qd: return assembled(unknown, known, true);
-      case Role::qdd: return acts_on_acceleration(known, components.of(unknown.joint), plan, components);
-      case Role::kinetic_energy: return acts_on_kinetic(known, plan, components);
-      case Role::potential_energy: return acts_on_potential(known, plan, components);
+      case Role::q:
+        return assembled(unknown, known, false);
+      case Role::qd:
+        return assembled(unknown, known, true);
+      case Role::qdd:
+        return acts_on_acceleration(known, components.of(unknown.joint), plan, components);
+      case Role::kinetic_energy:
+        return acts_on_kinetic(known, plan, components);
+      case Role::potential_energy:
+        return acts_on_potential(known, plan, components);
       case Role::total_energy:
         return acts_on_kinetic(known, plan, components) || acts_on_potential(known, plan, components);
-      default: return false;
+      default:
+        return false;
     }
   });
   for (Dependencies& row : rows) {

@@ -61,7 +61,10 @@ void write_capabilities(Json& json) {
 void write_log_categories(Json& json) {
   json.key("log_categories").begin_array();
   for (const LogCategory& category : log_categories)
-    json.begin_object().member("name", category.name).member("description", category.description).end_object();
+    json.begin_object()
+        .member("name", category.name)
+        .member("description", category.description)
+        .end_object();
   json.end_array();
 }
 
@@ -102,10 +105,14 @@ const char* text(Causality causality) {
 
 const char* text(Variability variability) {
   switch (variability) {
-    case Variability::fixed: return "fixed";
-    case Variability::tunable: return "tunable";
-    case Variability::discrete: return "discrete";
-    default: return "continuous";
+    case Variability::fixed:
+      return "fixed";
+    case Variability::tunable:
+      return "tunable";
+    case Variability::discrete:
+      return "discrete";
+    default:
+      return "continuous";
   }
 }
 
@@ -191,7 +198,8 @@ int main(int count, char** arguments) {
     if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0) return 0;
     std::fputs("describe: cannot write to standard output\n", stderr);
   } catch (const ModelError& error) {
-    for (const Diagnostic& diagnostic : error.diagnostics()) std::fprintf(stderr, "%s\n", diagnostic.text().c_str());
+    for (const Diagnostic& diagnostic : error.diagnostics())
+      std::fprintf(stderr, "%s\n", diagnostic.text().c_str());
   } catch (const std::exception& error) {
     std::fprintf(stderr, "describe: %s\n", error.what());
   }

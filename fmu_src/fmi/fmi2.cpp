@@ -31,7 +31,8 @@ struct Component {
   Instance instance;
   fmi2CallbackFreeMemory release;  // of this block
 };
-static_assert(alignof(Component) <= alignof(std::max_align_t), "the environment's memory is aligned like malloc's");
+static_assert(alignof(Component) <= alignof(std::max_align_t),
+              "the environment's memory is aligned like malloc's");
 
 void log_exception(const Log& log, const char* function) noexcept {
   try {
@@ -56,7 +57,8 @@ fmi2Status guarded(fmi2Component component, Function function, Call&& call) noex
   Instance& instance = static_cast<Component*>(component)->instance;
   try {
     if (!redysim::is_allowed(function, instance.state()))
-      return instance.refuse(function, std::string("not allowed while the instance is ") + name(instance.state()));
+      return instance.refuse(function,
+                             std::string("not allowed while the instance is ") + name(instance.state()));
     return call(instance);
   } catch (...) {
     log_exception(instance.log(), name(function));
@@ -94,14 +96,15 @@ Component* instantiate(const Log& log, fmi2Type type, fmi2String guid, fmi2Strin
   for (const redysim::Diagnostic& warning : file.warnings) log.warning(warning.text());
   std::string own_guid = redysim::fingerprint(file.source);
   if (!guid || own_guid != guid) {
-    log.error("fmi2Instantiate: the GUID " + std::string(guid ? guid : "(null)") + " is not that of '" + path +
-              "', " + own_guid + ": description and model file do not belong together");
+    log.error("fmi2Instantiate: the GUID " + std::string(guid ? guid : "(null)") + " is not that of '" +
+              path + "', " + own_guid + ": description and model file do not belong together");
     return nullptr;
   }
 
   const bool has_memory = functions && functions->allocateMemory && functions->freeMemory;
   const fmi2CallbackFreeMemory release = has_memory ? functions->freeMemory : std::free;
-  void* memory = has_memory ? functions->allocateMemory(1, sizeof(Component)) : std::calloc(1, sizeof(Component));
+  void* memory =
+      has_memory ? functions->allocateMemory(1, sizeof(Component)) : std::calloc(1, sizeof(Component));
   if (!memory) throw std::bad_alloc();
   try {
     return new (memory) Component(log, std::move(file), std::move(own_guid), release);
@@ -116,7 +119,8 @@ fmi2Status not_provided(Instance& instance, Function function, const char* capab
 }
 
 fmi2Status only_for_pending_steps(Instance& instance, Function function) {
-  return instance.refuse(function, "this kind of status exists only while a step is pending, and no step ever is");
+  return instance.refuse(function,
+                         "this kind of status exists only while a step is pending, and no step ever is");
 }
 
 }  // namespace
@@ -159,8 +163,9 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t count, co
 
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance, fmi2Real start,
                                fmi2Boolean has_stop, fmi2Real stop) {
-  return guarded(c, Function::setup_experiment,
-                 [&](Instance& i) { return i.setup_experiment(has_tolerance, tolerance, start, has_stop, stop); });
+  return guarded(c, Function::setup_experiment, [&](Instance& i) {
+    return i.setup_experiment(has_tolerance, tolerance, start, has_stop, stop);
+  });
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
@@ -169,7 +174,8 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
 }
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
-  return guarded(c, Function::exit_initialization_mode, [](Instance& i) { return i.exit_initialization_mode(); });
+  return guarded(c, Function::exit_initialization_mode,
+                 [](Instance& i) { return i.exit_initialization_mode(); });
 }
 
 fmi2Status fmi2Terminate(fmi2Component c) {
@@ -191,7 +197,8 @@ fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t
 }
 
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference[], size_t nvr, fmi2Boolean[]) {
-  return guarded(c, Function::get_boolean, [&](Instance& i) { return i.no_booleans(Function::get_boolean, nvr); });
+  return guarded(c, Function::get_boolean,
+                 [&](Instance& i) { return i.no_booleans(Function::get_boolean, nvr); });
 }
 
 fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2String value[]) {
@@ -207,10 +214,12 @@ fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t
 }
 
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference[], size_t nvr, const fmi2Boolean[]) {
-  return guarded(c, Function::set_boolean, [&](Instance& i) { return i.no_booleans(Function::set_boolean, nvr); });
+  return guarded(c, Function::set_boolean,
+                 [&](Instance& i) { return i.no_booleans(Function::set_boolean, nvr); });
 }
 
-fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2String value[]) {
+fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                         const fmi2String value[]) {
   return guarded(c, Function::set_string, [&](Instance& i) { return i.set_string(vr, nvr, value); });
 }
 
@@ -229,14 +238,17 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate* saved) {
 }
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate saved, size_t* size) {
-  return guarded(c, Function::serialized_fmu_state_size, [&](Instance& i) { return i.serialized_size(saved, size); });
+  return guarded(c, Function::serialized_fmu_state_size,
+                 [&](Instance& i) { return i.serialized_size(saved, size); });
 }
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate saved, fmi2Byte bytes[], size_t size) {
-  return guarded(c, Function::serialize_fmu_state, [&](Instance& i) { return i.serialize(saved, bytes, size); });
+  return guarded(c, Function::serialize_fmu_state,
+                 [&](Instance& i) { return i.serialize(saved, bytes, size); });
 }
 
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate* saved) {
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
+                                   fmi2FMUstate* saved) {
   return guarded(c, Function::deserialize_fmu_state,
                  [&](Instance& i) { return i.deserialize(bytes, size, saved); });
 }
@@ -246,11 +258,12 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference[], size_t,
                                         const fmi2ValueReference[], size_t, const fmi2Real[], fmi2Real[]) {
   constexpr Function function = Function::get_directional_derivative;
-  return guarded(c, function, [](Instance& i) { return not_provided(i, function, "providesDirectionalDerivative"); });
+  return guarded(c, function,
+                 [](Instance& i) { return not_provided(i, function, "providesDirectionalDerivative"); });
 }
 
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference[], size_t, const fmi2Integer[],
-                                       const fmi2Real[]) {
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference[], size_t,
+                                       const fmi2Integer[], const fmi2Real[]) {
   constexpr Function function = Function::set_real_input_derivatives;
   return guarded(c, function, [](Instance& i) { return not_provided(i, function, "canInterpolateInputs"); });
 }
@@ -274,7 +287,8 @@ fmi2Status fmi2CancelStep(fmi2Component c) {
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status* value) {
   constexpr Function function = Function::get_status;
   return guarded(c, function, [&](Instance& i) {
-    if (kind != fmi2DoStepStatus || !value) return i.refuse(function, "only fmi2DoStepStatus is an fmi2Status");
+    if (kind != fmi2DoStepStatus || !value)
+      return i.refuse(function, "only fmi2DoStepStatus is an fmi2Status");
     *value = i.last_step_status();
     return fmi2OK;
   });
@@ -292,13 +306,15 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Rea
 
 fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind, fmi2Integer*) {
   constexpr Function function = Function::get_integer_status;
-  return guarded(c, function, [](Instance& i) { return i.refuse(function, "no kind of status is an Integer"); });
+  return guarded(c, function,
+                 [](Instance& i) { return i.refuse(function, "no kind of status is an Integer"); });
 }
 
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean* value) {
   constexpr Function function = Function::get_boolean_status;
   return guarded(c, function, [&](Instance& i) {
-    if (kind != fmi2Terminated || !value) return i.refuse(function, "only fmi2Terminated is a Boolean status");
+    if (kind != fmi2Terminated || !value)
+      return i.refuse(function, "only fmi2Terminated is a Boolean status");
     *value = fmi2False;  // the FMU never ends a simulation by itself
     return fmi2OK;
   });

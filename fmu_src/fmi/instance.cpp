@@ -1,10 +1,9 @@
 #include "fmi/instance.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
-
-#include <Eigen/Eigenvalues>
 
 #include "model/number.hpp"
 
@@ -123,11 +122,13 @@ fmi2Status Instance::do_step(double current, double size) {
   if (!(std::isfinite(size) && size >= 0))
     return refuse(function, "the step size must be finite and not negative, got " + shown(size));
   if (!(std::abs(current - time_) <= start_slack(time_, size)))
-    return refuse(function, "the step starts at " + shown(current) + " s, but the FMU is at " + shown(time_) + " s");
+    return refuse(function,
+                  "the step starts at " + shown(current) + " s, but the FMU is at " + shown(time_) + " s");
   const double end = current + size;
   if (!std::isfinite(end)) return refuse(function, "the step ends at no finite time");
   if (end > stop_time_ + time_tolerance * std::max(std::abs(stop_time_), size))
-    return refuse(function, "the step ends at " + shown(end) + " s, after the stop time " + shown(stop_time_) + " s");
+    return refuse(function,
+                  "the step ends at " + shown(end) + " s, after the stop time " + shown(stop_time_) + " s");
   if (end <= time_) return fmi2OK;  // no time passes
   if (!update_plan(function)) return fmi2Error;
 
@@ -144,8 +145,8 @@ fmi2Status Instance::do_step(double current, double size) {
   state_ = State::failed;
   const std::string joint = failed_joint_name();
   const bool named = joint.empty() || outcome.message.find(joint) != std::string::npos;
-  return refuse(function, outcome.message + (named ? "" : " (joint '" + joint + "')") + "; the state is the one at " +
-                              shown(time_) + " s");
+  return refuse(function, outcome.message + (named ? "" : " (joint '" + joint + "')") +
+                              "; the state is the one at " + shown(time_) + " s");
 }
 
 fmi2Status Instance::terminate() {
@@ -205,7 +206,8 @@ bool Instance::update_plan(Function function) {
   if (rebase) before = system_.kinetic_energy(current_state()) + system_.potential_energy(current_state());
   plan_.update(model_);
   if (rebase)
-    energy_offset_ += system_.kinetic_energy(current_state()) + system_.potential_energy(current_state()) - before;
+    energy_offset_ +=
+        system_.kinetic_energy(current_state()) + system_.potential_energy(current_state()) - before;
   plan_current_ = true;
   return true;
 }

@@ -64,8 +64,8 @@ class Instance {
 
   SolverSettings effective_settings() const;
   void restore_start_values();
-  void values_changed();            // all that is computed on demand is stale
-  const double* current_state();    // y, in every state of life
+  void values_changed();          // all that is computed on demand is stale
+  const double* current_state();  // y, in every state of life
   bool update_plan(Function function);
   bool update_accelerations(Function function);
   bool update_energies(Function function);
@@ -84,7 +84,7 @@ class Instance {
   Model model_;  // with the current parameters
   Plan<double> plan_;
   VariableTable table_;
-  System system_;  // uses plan_; holds the inputs
+  System system_;                     // uses plan_; holds the inputs
   std::vector<double> start_values_;  // of the Real parameters, in table order
   SolverMethod start_method_;
 

@@ -23,7 +23,8 @@ bool same(const SolverSettings& a, const SolverSettings& b) {
 }
 
 bool is_a_state(State state) {
-  for (State known : {State::instantiated, State::initialization, State::step, State::failed, State::terminated})
+  for (State known :
+       {State::instantiated, State::initialization, State::step, State::failed, State::terminated})
     if (state == known) return true;
   return false;
 }
@@ -176,7 +177,8 @@ fmi2Status Instance::serialize(fmi2FMUstate saved, fmi2Byte* target, std::size_t
   const std::string header = serial_header(bytes->data(), bytes->size());
   const std::size_t needed = header.size() + bytes->size();
   if (!target || size < needed)
-    return refuse(function, std::to_string(needed) + " bytes are needed, got " + std::to_string(target ? size : 0));
+    return refuse(function,
+                  std::to_string(needed) + " bytes are needed, got " + std::to_string(target ? size : 0));
   std::copy(header.begin(), header.end(), target);
   std::copy(bytes->begin(), bytes->end(), target + header.size());
   return fmi2OK;

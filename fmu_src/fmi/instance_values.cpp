@@ -104,8 +104,8 @@ fmi2Status Instance::get_integer(const unsigned* references, std::size_t count, 
     const long number = variable->role == Role::steps      ? statistics.steps
                         : variable->role == Role::rejected ? statistics.rejected
                                                            : statistics.evaluations;
-    values[i] = number > std::numeric_limits<int>::max() ? std::numeric_limits<int>::max()
-                                                         : static_cast<int>(number);
+    values[i] =
+        number > std::numeric_limits<int>::max() ? std::numeric_limits<int>::max() : static_cast<int>(number);
   }
   return fmi2OK;
 }
@@ -158,7 +158,8 @@ fmi2Status Instance::set_integer(const unsigned* references, std::size_t count) 
   if (count == 0) return fmi2OK;
   if (!references) return refuse(function, null_argument);
   const Variable* variable = table_.integer(references[0]);
-  return refuse(function, variable ? why_not_settable(*variable) : unknown_reference(references[0], "Integer"));
+  return refuse(function,
+                variable ? why_not_settable(*variable) : unknown_reference(references[0], "Integer"));
 }
 
 fmi2Status Instance::set_string(const unsigned* references, std::size_t count, const fmi2String* values) {
@@ -182,8 +183,8 @@ fmi2Status Instance::no_booleans(Function function, std::size_t count) {
   return count == 0 ? fmi2OK : refuse(function, "there are no Boolean variables");
 }
 
-fmi2Status Instance::get_real_output_derivatives(const unsigned* references, std::size_t count, const int* orders,
-                                                 double* values) {
+fmi2Status Instance::get_real_output_derivatives(const unsigned* references, std::size_t count,
+                                                 const int* orders, double* values) {
   constexpr Function function = Function::get_real_output_derivatives;
   if (count > 0 && (!references || !orders || !values)) return refuse(function, null_argument);
   for (std::size_t i = 0; i < count; ++i) {
@@ -193,8 +194,8 @@ fmi2Status Instance::get_real_output_derivatives(const unsigned* references, std
     if (!is_q && !is_qd) return refuse(function, "derivatives of " + variable->name + " are not provided");
     const int highest = is_q ? 2 : 1;
     if (orders[i] < 1 || orders[i] > highest)
-      return refuse(function, variable->name + ": the order must be 1 to " + std::to_string(highest) + ", got " +
-                                  std::to_string(orders[i]));
+      return refuse(function, variable->name + ": the order must be 1 to " + std::to_string(highest) +
+                                  ", got " + std::to_string(orders[i]));
     // q' = qd, qd' = qdd
     if (is_q && orders[i] == 1) {
       values[i] = current_state()[plan_.nq + variable->joint];

@@ -63,19 +63,21 @@ Presentation of_joint(const Joint& joint, Role role) {
 }  // namespace
 
 Presentation presentation(const Model& model, const Variable& variable) {
-  const std::string of_link = variable.link == ground ? "" : " of link '" + model.links[variable.link].name + "'";
+  const std::string of_link =
+      variable.link == ground ? "" : " of link '" + model.links[variable.link].name + "'";
   switch (variable.role) {
     case Role::mass:
       return {&kilogram, "Mass", "Mass" + of_link};
     case Role::com:
-      return {&metre, "Length", std::string("Center of mass") + of_link + ", " + axes[variable.element] +
-                                    " in the link frame"};
+      return {&metre, "Length",
+              std::string("Center of mass") + of_link + ", " + axes[variable.element] + " in the link frame"};
     case Role::inertia:
-      return {&kilogram_metre2, "MomentOfInertia", std::string("Inertia ") + inertia_entries[variable.element] +
-                                                       of_link + " about its center of mass, link axes"};
+      return {&kilogram_metre2, "MomentOfInertia",
+              std::string("Inertia ") + inertia_entries[variable.element] + of_link +
+                  " about its center of mass, link axes"};
     case Role::gravity:
-      return {&metre_per_second2, "Acceleration", std::string("Gravity, ") + axes[variable.element] +
-                                                      " in the ground frame"};
+      return {&metre_per_second2, "Acceleration",
+              std::string("Gravity, ") + axes[variable.element] + " in the ground frame"};
     case Role::rtol:
       return {nullptr, nullptr, "Relative tolerance of the solver"};
     case Role::atol:

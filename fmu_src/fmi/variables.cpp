@@ -65,7 +65,9 @@ Variable make(Role role) {
   return {};
 }
 
-int elements(Role role) { return role == Role::inertia ? 6 : role == Role::com || role == Role::gravity ? 3 : 1; }
+int elements(Role role) {
+  return role == Role::inertia ? 6 : role == Role::com || role == Role::gravity ? 3 : 1;
+}
 
 bool is_of_joint(Role role) {
   return role == Role::damping || role == Role::stiffness || role == Role::rest || role == Role::armature;
@@ -118,8 +120,8 @@ Tunable parse_tunable(const Model& model, const std::string& text) {
     const std::size_t dot = name.rfind('.');
     if (dot == std::string::npos) return result;
     const std::string owner = name.substr(0, dot), field = name.substr(dot + 1);
-    for (Role role : {Role::mass, Role::com, Role::inertia, Role::damping, Role::stiffness, Role::rest,
-                      Role::armature}) {
+    for (Role role :
+         {Role::mass, Role::com, Role::inertia, Role::damping, Role::stiffness, Role::rest, Role::armature}) {
       if (make(role).name != field) continue;
       for (std::size_t i = 0; i < model.links.size(); ++i) {
         const Link& link = model.links[i];
@@ -147,8 +149,8 @@ VariableTable::VariableTable(const Model& model, const Plan<double>& plan) {
   // closed loops: <loop>.gap and <loop>.lambda[i] belong here
 
   if (model.fmu.energy)
-    for (Role role : {Role::kinetic_energy, Role::potential_energy, Role::total_energy, Role::work,
-                      Role::energy_balance})
+    for (Role role :
+         {Role::kinetic_energy, Role::potential_energy, Role::total_energy, Role::work, Role::energy_balance})
       add_of_model(role);
   if (model.fmu.solver)
     for (Role role : {Role::steps, Role::rejected, Role::rhs_evaluations, Role::error_estimate})
@@ -211,20 +213,34 @@ void VariableTable::add_tunable(const Model& model, const Plan<double>& plan, co
 double* parameter(Model& model, const Variable& variable) {
   Link* link = variable.link == ground ? nullptr : &model.links[variable.link];
   switch (variable.role) {
-    case Role::q0: return &link->joint.q0;
-    case Role::qd0: return &link->joint.qd0;
-    case Role::damping: return &link->joint.damping;
-    case Role::stiffness: return &link->joint.stiffness;
-    case Role::rest: return &link->joint.rest;
-    case Role::armature: return &link->joint.armature;
-    case Role::mass: return &link->mass;
-    case Role::com: return &link->com[variable.element];
-    case Role::inertia: return &link->inertia[variable.element];
-    case Role::gravity: return &model.gravity[variable.element];
-    case Role::rtol: return &model.solver.rtol;
-    case Role::atol: return &model.solver.atol;
-    case Role::max_step: return &model.solver.max_step;
-    default: return nullptr;
+    case Role::q0:
+      return &link->joint.q0;
+    case Role::qd0:
+      return &link->joint.qd0;
+    case Role::damping:
+      return &link->joint.damping;
+    case Role::stiffness:
+      return &link->joint.stiffness;
+    case Role::rest:
+      return &link->joint.rest;
+    case Role::armature:
+      return &link->joint.armature;
+    case Role::mass:
+      return &link->mass;
+    case Role::com:
+      return &link->com[variable.element];
+    case Role::inertia:
+      return &link->inertia[variable.element];
+    case Role::gravity:
+      return &model.gravity[variable.element];
+    case Role::rtol:
+      return &model.solver.rtol;
+    case Role::atol:
+      return &model.solver.atol;
+    case Role::max_step:
+      return &model.solver.max_step;
+    default:
+      return nullptr;
   }
 }
 
@@ -255,8 +271,10 @@ bool parse_method(const char* text, SolverMethod& method) {
 
 std::string objection(const Variable& variable, double value) {
   if (!std::isfinite(value)) return variable.name + " must be a finite number, got " + shown(value);
-  if (value < variable.min) return variable.name + " must be >= " + shown(variable.min) + ", got " + shown(value);
-  if (value > variable.max) return variable.name + " must be <= " + shown(variable.max) + ", got " + shown(value);
+  if (value < variable.min)
+    return variable.name + " must be >= " + shown(variable.min) + ", got " + shown(value);
+  if (value > variable.max)
+    return variable.name + " must be <= " + shown(variable.max) + ", got " + shown(value);
   if (value == variable.min && !variable.min_is_legal)
     return variable.name + " must be > " + shown(variable.min) + ", got " + shown(value);
   return {};

@@ -18,14 +18,33 @@ enum class Variability { fixed, tunable, discrete, continuous };
 
 // What a variable stands for.
 enum class Role {
-  tau, q, qd, qdd,                                                               // of a moving joint
-  q0, qd0,                                                                       // of a moving joint
-  damping, stiffness, rest, armature,                                            // of a link's joint
-  mass, com, inertia,                                                            // of a link
-  gravity,                                                                       //
-  rtol, atol, max_step, method,                                                  // solver settings
-  kinetic_energy, potential_energy, total_energy, work, energy_balance,          //
-  steps, rejected, rhs_evaluations, error_estimate                               // solver health
+  tau,
+  q,
+  qd,
+  qdd,  // of a moving joint
+  q0,
+  qd0,  // of a moving joint
+  damping,
+  stiffness,
+  rest,
+  armature,  // of a link's joint
+  mass,
+  com,
+  inertia,  // of a link
+  gravity,  //
+  rtol,
+  atol,
+  max_step,
+  method,  // solver settings
+  kinetic_energy,
+  potential_energy,
+  total_energy,
+  work,
+  energy_balance,  //
+  steps,
+  rejected,
+  rhs_evaluations,
+  error_estimate  // solver health
 };
 
 struct Variable {
@@ -34,9 +53,9 @@ struct Variable {
   Causality causality = Causality::output;
   Variability variability = Variability::continuous;
   Role role = Role::q;
-  int link = ground;   // index into Model::links; ground: of the whole model
-  int joint = -1;      // index into Plan::joints; -1: not of a moving joint
-  int element = 0;     // of com, inertia, gravity
+  int link = ground;             // index into Model::links; ground: of the whole model
+  int joint = -1;                // index into Plan::joints; -1: not of a moving joint
+  int element = 0;               // of com, inertia, gravity
   unsigned value_reference = 0;  // unique in its type
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();

@@ -1,0 +1,102 @@
+"""Builds each FMU once with the packager, as a user would."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from build_fmu import native
+from build_fmu.errors import UserError
+from tests.fmi.raw import Unpacked
+
+ROOT = Path(__file__).resolve().parents[2]
+
+# Everything a scene can show, and little else: two joints of two kinds, all parameters tunable.
+CART = """
+name = "cart"
+gravity = [0, -9.81, 0]
+
+[[link]]
+name = "cart"
+joint = "prismatic"
+joint_name = "rail"
+alpha = 1.5707963267948966
+gamma = 1.5707963267948966
+mass = 2
+damping = 0.1
+
+[[link]]
+name = "pole"
+joint_name = "hinge"
+alpha = -1.5707963267948966
+mass = 0.5
+com = [0.4, 0, 0]
+inertia = [0, 0.02, 0.02]
+q = 0.3
+qd = -1
+
+[[link]]
+name = "tip"
+joint = "fixed"
+a = 0.8
+mass = 0.1
+
+[[link]]
+name = "idle"
+parent = "ground"
+drive = "free"
+mass = 1
+com = [0.1, 0, 0]
+
+[solver]
+rtol = 1e-8
+atol = 1e-10
+
+[fmu]
+tunable = ["pole.mass", "pole.com[1]", "pole.inertia[2]", "pole.inertia[4]", "tip.mass", "rail.damping", "hinge.stiffness",
+           "hinge.rest", "hinge.armature", "idle.mass", "gravity[2]"]
+"""
+
+
+def build_fmu(model: Path, target: Path) -> Path:
+    run = subprocess.run([sys.executable, "-m", "build_fmu", "build", str(model), "-o", str(target)],
+                         cwd=ROOT, capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+    return target
+
+
+@pytest.fixture(scope="session")
+def fmu_file(tmp_path_factory):
+    """Returns a function: name of a model in models/, or "cart" -> path of its FMU."""
+    try:
+        native.library()
+    except UserError as error:
+        pytest.skip(str(error))
+    folder, built = tmp_path_factory.mktemp("fmus"), {}
+
+    def file(name: str) -> Path:
+        if name not in built:
+            model = ROOT / "models" / f"{name}.toml"
+            if name == "cart":
+                model = folder / "cart.toml"
+                model.write_text(CART)
+            built[name] = build_fmu(model, folder / f"{name}.fmu")
+        return built[name]
+
+    return file
+
+
+@pytest.fixture(scope="session")
+def fmu(fmu_file, tmp_path_factory):
+    """Returns a function: name of a model -> the unpacked FMU, loaded."""
+    loaded = {}
+
+    def unpacked(name: str) -> Unpacked:
+        if name not in loaded:
+            loaded[name] = Unpacked(fmu_file(name), tmp_path_factory.mktemp(name))
+        return loaded[name]
+
+    return unpacked

@@ -1,0 +1,58 @@
+"""The shared library: what it shows, what it needs, how big it is."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+
+import pytest
+
+from build_fmu import native
+
+FUNCTIONS = """
+GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance SetupExperiment EnterInitializationMode
+ExitInitializationMode Terminate Reset GetReal GetInteger GetBoolean GetString SetReal SetInteger SetBoolean SetString
+GetFMUstate SetFMUstate FreeFMUstate SerializedFMUstateSize SerializeFMUstate DeSerializeFMUstate
+GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives DoStep CancelStep GetStatus GetRealStatus
+GetIntegerStatus GetBooleanStatus GetStringStatus
+""".split()
+
+
+@pytest.fixture(scope="module")
+def library(fmu_file):  # fmu_file skips when nothing is built
+    return native.library()
+
+
+def tool(*command) -> str:
+    if not shutil.which(command[0]):
+        pytest.skip(f"{command[0]} is not installed")
+    return subprocess.run([str(c) for c in command], capture_output=True, text=True, check=True).stdout
+
+
+def test_exports_the_standard_and_nothing_else(library):
+    symbols = {line.split()[-1].split("@")[0] for line in tool("nm", "-D", "--defined-only", library).splitlines()}
+    assert symbols == {f"fmi2{name}" for name in FUNCTIONS}
+
+
+def test_needs_libc_and_libm_only(library):
+    needed = re.findall(r"NEEDED.*\[(.*?)\]", tool("readelf", "-d", library))
+    assert set(needed) <= {"libc.so.6", "libm.so.6", "ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1"}
+
+
+def test_is_hardened(library):
+    headers, dynamic = tool("readelf", "-lW", library), tool("readelf", "-d", library)
+    assert re.search(r"GNU_STACK.* RW ", headers), "the stack must not be executable"
+    assert "GNU_RELRO" in headers and "BIND_NOW" in dynamic
+    assert "RPATH" not in dynamic and "RUNPATH" not in dynamic
+    assert "UNIQUE" not in tool("readelf", "-sW", library)
+
+
+def test_is_at_most_one_megabyte(library):
+    assert library.stat().st_size <= 1 << 20
+
+
+def test_version_and_platform(fmu):
+    library = fmu("pendulum").library
+    assert library.fmi2GetVersion() == b"2.0"
+    assert library.fmi2GetTypesPlatform() == b"default"
