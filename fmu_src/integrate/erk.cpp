@@ -29,6 +29,10 @@ struct Table {
   const char* name;
 };
 
+// By right-hand sides against error, on the KR5, the double pendulum and the SCARA: the fifth order serves
+// the tolerances of daily use, above all when each communication step is one step (7 slopes, not 13); the
+// eighth needs fewer from errors of 1e-6 down; the third costs 4 slopes where hardly any accuracy is asked
+// for. Verner's 6(5) and Cash-Karp's 5(4) lie between without a range of their own.
 Table table_for(double rtol) {
   if (rtol > 3e-4) return {ARKODE_BOGACKI_SHAMPINE_4_2_3, 3, true, "erk (Bogacki-Shampine 3(2))"};
   if (rtol > 1e-9) return {ARKODE_DORMAND_PRINCE_7_4_5, 5, true, "erk (Dormand-Prince 5(4))"};
