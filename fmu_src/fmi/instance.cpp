@@ -1,6 +1,5 @@
 #include "fmi/instance.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -24,14 +23,14 @@ double start_slack(double time, double size) {
   return std::max(std::min(time_tolerance * std::max(std::abs(time), size), 0.1 * size), rounding);
 }
 
-// No negative principal moment, rounding aside.
+// No negative principal moment, rounding aside: no negative principal minor.
 bool is_possible_inertia(const std::array<double, 6>& inertia) {
   const auto& [xx, yy, zz, xy, xz, yz] = inertia;
-  Mat3<double> matrix;
-  matrix << xx, xy, xz, xy, yy, yz, xz, yz, zz;
-  const Vec3<double> moments =
-      Eigen::SelfAdjointEigenSolver<Mat3<double>>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
-  return moments[0] >= -1e-12 * moments.cwiseAbs().maxCoeff();
+  const double scale = xx + yy + zz, slack = 1e-12 * scale * scale;
+  const double minor_x = yy * zz - yz * yz, minor_y = xx * zz - xz * xz, minor_z = xx * yy - xy * xy;
+  const double determinant = xx * minor_x - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
+  return xx >= 0 && yy >= 0 && zz >= 0 && minor_x >= -slack && minor_y >= -slack && minor_z >= -slack &&
+         determinant >= -slack * scale;
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ joint_name = "hinge"
 alpha = -1.5707963267948966
 mass = 0.5
 com = [0.4, 0, 0]
-inertia = [0, 0.02, 0.02]
+inertia = [0.02, 0.02, 0.02]
 q = 0.3
 qd = -1
 
