@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import subprocess
 import sys
 import urllib.parse
+from pathlib import Path
 
 import pytest
 
 from tests.fmi.raw import MODEL_EXCHANGE, OK, Slave, Unpacked
 
+ROOT = Path(__file__).resolve().parents[2]
 FOLDERS = ["plain", "with space", "ü", "a%20b", "100%", "a#b?c", "deep/er/and deeper"]
 
 
@@ -111,7 +112,7 @@ slave = Slave(Unpacked(Path({str(fmu_file("kuka_kr5"))!r}), Path({str(tmp_path /
 slave.initialize().run(0.1, 0.01)
 print(slave.reals(slave.fmu.named("output", ".q")))
 """
-    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, env=os.environ)
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT)
     assert run.returncode == 0, run.stderr
     assert run.stdout.strip() == str(expected)
 

@@ -6,11 +6,13 @@ import ctypes as c
 import math
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from tests.fmi.raw import ERROR, OK, Slave
 
+ROOT = Path(__file__).resolve().parents[2]
 METHODS = ("erk", "adams", "bdf")
 WATCHED = ["rail.q", "hinge.q", "idle.q", "rail.qd", "hinge.qd", "hinge.qdd", "energy.total", "energy.work", "energy.balance",
            "solver.error_estimate", "hinge.tau", "pole.mass"]
@@ -117,6 +119,6 @@ assert status == 0 and slave.call("SetFMUstate", state) == 0
 slave.run(0.6, 0.01, start=0.3)
 print(slave.reals({WATCHED!r}))
 """
-    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT)
     assert run.returncode == 0, run.stderr
     assert run.stdout.strip() == str(expected)
