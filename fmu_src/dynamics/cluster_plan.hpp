@@ -46,6 +46,7 @@ struct ClusterPlan {
   int first_passage = 0;           // in the numbering of all clusters' passages
   std::vector<int> joints;         // of the cluster, descending
   std::vector<int> first_coupled;  // envelope of S: per local row the first local row it couples to
+  std::vector<int> row_group;      // per local row: rows of one loop and one kind share a group
   std::vector<int> passage_begin;  // per cluster joint (+1): its passages
   std::vector<RowPassage> passages;
 };

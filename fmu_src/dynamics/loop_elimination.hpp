@@ -62,7 +62,7 @@ void fold_into_root(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t
     if (cluster.root == ground) state.b[row] += state.K[row].force.dot(plan.gravity);
   }
   EnvelopeCholesky<Scalar>& S = state.S[cluster_index];
-  S.factor();
+  S.factor(state.rank_tolerance);
   if (cluster.root == ground) return;
   JointState<Scalar>& root = ws.joints[cluster.root];
   std::vector<Scalar>& x = state.lambda;

@@ -108,6 +108,7 @@ void set_loop_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
 // Residual and rate alone, for a corrected q or qd: leaves the elimination in the workspace as it is.
 template <class Scalar>
 void set_loop_residuals(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
+  ws.loop.extent = Scalar(0);
   for (const auto& loop : plan.loops) {
     const LoopGeometry<Scalar> geometry = loop_geometry(loop, ws);
     for (std::size_t k = 0; k < loop.rows.size(); ++k) {
@@ -116,6 +117,8 @@ void set_loop_residuals(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
       ws.loop.residual[row] = values.residual;
       ws.loop.rate[row] = values.rate;
     }
+    const Scalar reach = geometry.point_a.position.template lpNorm<Eigen::Infinity>();
+    if (reach > ws.loop.extent) ws.loop.extent = reach;
   }
 }
 

@@ -30,6 +30,13 @@ struct GroundState {
   Vec3<Scalar> position, omega, velocity;
 };
 
+// Rank tolerances, relative to the rows of the same loop. At distance s from a singular position the pivot is
+// about s^2 and a gap of 1e-15 (rounding) turns the tangent by 1e-15 / s^2 and falsifies accelerations by
+// 1e-15 / s^3: below s = 3e-5 leaving the row out is the smaller error, and corrections of q and qd must
+// stop earlier, or they steer the motion into another branch. docs/derivations/loops.md has the runs.
+inline constexpr double dynamics_rank_tolerance = 1e-9;
+inline constexpr double projection_rank_tolerance = 1e-8;
+
 // Scratch of the loop elimination; empty without loops.
 template <class Scalar>
 struct LoopState {
@@ -41,6 +48,8 @@ struct LoopState {
   std::vector<Scalar> residual;          // position residual per row
   std::vector<Scalar> rate;              // velocity residual per row
   std::vector<EnvelopeCholesky<Scalar>> S;  // one per cluster
+  double rank_tolerance = dynamics_rank_tolerance;
+  Scalar extent = 0;  // m, how far loop points are from the ground's origin: sets the rounding of residuals
 };
 
 // Everything a recursion writes. Sized once for a plan; filled with NaN so that a forgotten pass shows.
@@ -71,7 +80,7 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   for (const auto& cluster : plan.clusters) {
     rows += static_cast<std::size_t>(cluster.row_count);
     passages += cluster.passages.size();
-    loop.S.emplace_back(cluster.first_coupled);
+    loop.S.emplace_back(cluster.first_coupled, cluster.row_group);
   }
   for (auto& side : loop.wrench) side.resize(rows);
   loop.K.resize(rows);

@@ -1,5 +1,6 @@
 #include "integrate/system.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "dynamics/bias.hpp"
@@ -11,8 +12,19 @@ namespace redysim {
 
 namespace {
 
-constexpr double closed_gap = 1e-13;        // m or rad: nothing left to project
+constexpr double rounding = 1e-15;  // of a residual, relative to the loop points' coordinates
+constexpr double open_gap = 1e-11;  // m or rad: more than a passing singular position leaves behind
 constexpr int projection_iterations = 8;
+
+double largest_of(const double* values, int count) {
+  double size = 0;
+  for (int i = 0; i < count; ++i) size = std::max(size, std::abs(values[i]));
+  return size;
+}
+
+double largest(const std::vector<double>& values) {
+  return largest_of(values.data(), static_cast<int>(values.size()));
+}
 
 }  // namespace
 
@@ -43,45 +55,53 @@ Status System::right_hand_side(double time, const double* y, double* ydot) {
   return status;
 }
 
-double System::set_residuals(const double* q, const double* qd) {
+void System::set_residuals(const double* q, const double* qd) {
   set_positions(plan_, workspace_, q);
   set_velocities(plan_, workspace_, qd);
   set_ground_motion(plan_, workspace_, qd);
   set_loop_residuals(plan_, workspace_);
-  double largest = 0;
-  for (double phi : workspace_.loop.residual) largest = std::max(largest, std::abs(phi));
-  return largest;
 }
 
 Status System::project(double time, double* y, double* error) {
   if (plan_.loops.empty()) return Status::ok;
+  workspace_.loop.rank_tolerance = projection_rank_tolerance;
+  Status status = project_within_rank(time, y, error);
+  if (status == Status::ok && largest(workspace_.loop.residual) > open_gap) {
+    // constraints that are nearly dependent for good, not only in passing
+    workspace_.loop.rank_tolerance = dynamics_rank_tolerance;
+    status = project_within_rank(time, y, error);
+  }
+  workspace_.loop.rank_tolerance = dynamics_rank_tolerance;
+  return status;
+}
+
+Status System::project_within_rank(double time, double* y, double* error) {
   double* q = y;
   double* qd = y + plan_.nq;
-  LoopState<double>& loop = workspace_.loop;
   // the elimination at the arriving point serves every correction: they are small
   if (accelerations(time, y, scratch_.data()) != Status::ok) return Status::recoverable;
-  double gap = 0;
-  for (double phi : loop.residual) gap = std::max(gap, std::abs(phi));
-  for (int k = 0; gap > closed_gap && k < projection_iterations; ++k) {
-    for (std::size_t row = 0; row < loop.b.size(); ++row) loop.b[row] = -loop.residual[row];
-    correct_loops(plan_, workspace_, scratch_.data());
-    for (int i = 0; i < plan_.nv; ++i) q[i] += scratch_[i];
-    const double before = gap;
-    gap = set_residuals(q, qd);
-    if (!(gap < before)) break;
-  }
-  if (!std::isfinite(gap)) return Status::recoverable;
-  for (int k = 0; k < projection_iterations; ++k) {
-    set_residuals(q, qd);
-    double largest = 0;
-    for (double rate : loop.rate) largest = std::max(largest, std::abs(rate));
-    if (!(largest > closed_gap)) break;
-    for (std::size_t row = 0; row < loop.b.size(); ++row) loop.b[row] = -loop.rate[row];
-    correct_loops(plan_, workspace_, scratch_.data());
-    for (int i = 0; i < plan_.nv; ++i) qd[i] += scratch_[i];
-  }
+  set_residuals(q, qd);
+  reduce_residual(workspace_.loop.residual, rounding * workspace_.loop.extent, q, q, qd);
+  const double speed = largest_of(qd, plan_.nv);
+  reduce_residual(workspace_.loop.rate, rounding * workspace_.loop.extent * speed, qd, q, qd);
+  if (!std::isfinite(largest(workspace_.loop.residual) + largest(workspace_.loop.rate))) return Status::recoverable;
   if (error != nullptr) project_error(error);
   return Status::ok;
+}
+
+// Newton corrections of `part` (q or qd of the state) until `residual` is rounding or grows no smaller.
+void System::reduce_residual(const std::vector<double>& residual, double enough, double* part, const double* q,
+                             const double* qd) {
+  double size = largest(residual);
+  for (int k = 0; size > enough && k < projection_iterations; ++k) {
+    const double before = size;
+    for (std::size_t row = 0; row < residual.size(); ++row) workspace_.loop.b[row] = -residual[row];
+    correct_loops(plan_, workspace_, scratch_.data());
+    for (int i = 0; i < plan_.nv; ++i) part[i] += scratch_[i];
+    set_residuals(q, qd);
+    size = largest(residual);
+    if (!(size < 0.5 * before)) break;
+  }
 }
 
 // The error estimate loses what the projection takes away: its part across the constraints.

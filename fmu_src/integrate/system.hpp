@@ -50,7 +50,10 @@ class System {
   Workspace<double>& workspace() { return workspace_; }
 
  private:
-  double set_residuals(const double* q, const double* qd);  // largest position residual
+  void set_residuals(const double* q, const double* qd);
+  Status project_within_rank(double time, double* y, double* error);
+  void reduce_residual(const std::vector<double>& residual, double enough, double* part, const double* q,
+                       const double* qd);
   void project_error(double* error);
 
   const Plan<double>& plan_;

@@ -8,16 +8,17 @@ namespace redysim {
 // Cholesky factor L L^T = S of a symmetric positive semidefinite matrix stored by rows from its first
 // coupled column to the diagonal (envelope). No fill-in outside the envelope (George and Liu 1981, 4.2).
 //
-// Rank: row k is dependent on the rows before it when its pivot, the part of S_kk they do not explain, is
-// at most `rank_tolerance` S_kk, that is when the sine of the angle between the constraints (in the metric
-// of S) is below its root. Its column of L is then zero. Solves return the least-norm solution.
+// Rank: rows come in groups of one unit and size (the directions of one point, say). Row k is dependent when
+// its pivot, the part of S_kk that the rows before it do not explain, is at most the rank tolerance times
+// the largest diagonal of its group: a row that fades away counts like one that turns into its neighbours.
+// Its column of L is then zero. Solves return the least-norm solution.
 template <class Scalar>
 class EnvelopeCholesky {
  public:
-  static constexpr double rank_tolerance = 1e-11;
-  static constexpr double zero_row = 1e-22;  // a diagonal this small against the largest is no constraint
+  static constexpr double zero_group = 1e-22;  // rows this small against the largest of all are no constraints
 
-  explicit EnvelopeCholesky(std::vector<int> first_column);
+  // `group` per row, ascending from 0.
+  EnvelopeCholesky(std::vector<int> first_column, std::vector<int> group);
 
   int size() const { return static_cast<int>(first_.size()); }
   int rank() const { return rank_; }
@@ -26,7 +27,7 @@ class EnvelopeCholesky {
   Scalar& entry(int row, int column) { return S_[offset_[row] + column]; }  // first(row) <= column <= row
 
   // S (lower envelope) -> factor; S is overwritten.
-  void factor();
+  void factor(double rank_tolerance);
 
   // x = S^+ b, b of length size(); x and b may be the same array.
   void solve(const Scalar* b, Scalar* x);
@@ -41,13 +42,16 @@ class EnvelopeCholesky {
   std::vector<int> offset_;  // S_[offset_[row] + column]
   std::vector<Scalar> S_;    // S, then L
   std::vector<Scalar> G_;    // factor of L^T L, only for a deficient rank
+  std::vector<int> group_;
+  std::vector<Scalar> scale_;  // largest diagonal per group
   std::vector<char> skipped_;
   std::vector<Scalar> work_;
   int rank_ = 0;
 };
 
 template <class Scalar>
-EnvelopeCholesky<Scalar>::EnvelopeCholesky(std::vector<int> first_column) : first_(std::move(first_column)) {
+EnvelopeCholesky<Scalar>::EnvelopeCholesky(std::vector<int> first_column, std::vector<int> group)
+    : first_(std::move(first_column)), group_(std::move(group)) {
   // the Gram matrix L^T L couples columns that meet in a row: keep first_ monotone so that it fits as well
   for (int row = size() - 2; row >= 0; --row)
     if (first_[row] > first_[row + 1]) first_[row] = first_[row + 1];
@@ -60,6 +64,7 @@ EnvelopeCholesky<Scalar>::EnvelopeCholesky(std::vector<int> first_column) : firs
   G_.assign(begin, Scalar(0));
   skipped_.assign(first_.size(), 0);
   work_.assign(first_.size(), Scalar(0));
+  scale_.assign(group_.empty() ? 0 : static_cast<std::size_t>(group_.back()) + 1, Scalar(0));
 }
 
 template <class Scalar>
@@ -68,15 +73,17 @@ void EnvelopeCholesky<Scalar>::set_zero() {
 }
 
 template <class Scalar>
-void EnvelopeCholesky<Scalar>::factor() {
+void EnvelopeCholesky<Scalar>::factor(double rank_tolerance) {
   using std::sqrt;
   Scalar largest(0);
-  for (int k = 0; k < size(); ++k)
+  for (auto& scale : scale_) scale = Scalar(0);
+  for (int k = 0; k < size(); ++k) {
     if (entry(k, k) > largest) largest = entry(k, k);
+    if (entry(k, k) > scale_[group_[k]]) scale_[group_[k]] = entry(k, k);
+  }
   rank_ = 0;
   for (int i = 0; i < size(); ++i) {
-    const Scalar diagonal = entry(i, i);
-    Scalar pivot = diagonal;
+    Scalar pivot = entry(i, i);
     for (int j = first_[i]; j < i; ++j) {
       if (skipped_[j]) {
         entry(i, j) = Scalar(0);
@@ -88,7 +95,8 @@ void EnvelopeCholesky<Scalar>::factor() {
       entry(i, j) = sum / entry(j, j);
       pivot -= entry(i, j) * entry(i, j);
     }
-    skipped_[i] = !(pivot > rank_tolerance * diagonal) || !(diagonal > zero_row * largest);
+    const Scalar& scale = scale_[group_[i]];
+    skipped_[i] = !(pivot > rank_tolerance * scale) || !(scale > zero_group * largest);
     entry(i, i) = skipped_[i] ? Scalar(0) : Scalar(sqrt(pivot));
     rank_ += skipped_[i] ? 0 : 1;
   }
