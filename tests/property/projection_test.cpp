@@ -1,0 +1,72 @@
+#include <gtest/gtest.h>
+
+#include "integrate/system.hpp"
+#include "support/mechanisms.hpp"
+#include "support/random_loops.hpp"
+
+namespace redysim {
+namespace {
+
+using test::Vector;
+
+// Starts `distance` away from a closed pose and asks the projection to close position and velocity.
+void expect_projection_closes(const Model& model, const Vector& closed, double distance,
+                              test::Random& random) {
+  const Plan<double> plan(model);
+  System system(plan, true);
+  const int n = plan.nv;
+  std::vector<double> y(static_cast<std::size_t>(system.size()), 0.0);
+  for (int i = 0; i < n; ++i) {
+    y[i] = closed[i] + random.between(-distance, distance);
+    y[n + i] = random.between(-1, 1);
+  }
+  ASSERT_EQ(system.project(0, y.data(), nullptr), Status::ok);
+  test::Evaluate<double> tree(model);
+  const Vector q = Eigen::Map<Vector>(y.data(), n), qd = Eigen::Map<Vector>(y.data() + n, n);
+  EXPECT_LT(tree.residual(q, qd).lpNorm<Eigen::Infinity>(), 1e-12);
+  EXPECT_LT(tree.rate(q, qd).lpNorm<Eigen::Infinity>(), 1e-11);
+  EXPECT_LT((q - closed).lpNorm<Eigen::Infinity>(), 100 * distance);
+}
+
+class Projection : public testing::TestWithParam<unsigned> {
+ protected:
+  test::Random random{GetParam()};
+};
+INSTANTIATE_TEST_SUITE_P(Seed, Projection, testing::Range(0u, 20u));
+
+TEST_P(Projection, closes_a_chain_of_four_bars) {
+  const auto angle = [this](int k) {
+    return 0.9 + 0.03 * static_cast<double>(GetParam()) + 0.1 * std::sin(7.0 * k);
+  };
+  for (int count : {1, 3, 12})
+    expect_projection_closes(test::four_bar_chain(count),
+                             test::vector_of(test::four_bar_chain_pose(count, angle)), 1e-4, random);
+}
+
+TEST_P(Projection, closes_a_spatial_loop_on_a_moving_root) {
+  Model model = test::serial_chain(9, false);
+  const Vector q = test::vector_of(random.numbers(9, 1));
+  model.loops.push_back(test::closed_loop(random, LoopType::universal, 1, 8, test::poses_at(model, q)));
+  expect_projection_closes(model, q, 1e-4, random);
+}
+
+TEST_P(Projection, closes_overlapping_loops) {
+  expect_projection_closes(test::overlapping_loops(5), test::vector_of(test::overlapping_loops_pose(5)), 1e-4,
+                           random);
+}
+
+TEST_P(Projection, leaves_a_closed_state_alone) {
+  const Model model = test::four_bar_chain(2);
+  const Vector q = test::vector_of(test::four_bar_chain_pose(2, [](int) { return 1.1; }));
+  const Vector qd = test::closed_velocity(model, q, test::vector_of(random.numbers(6, 1)));
+  const Plan<double> plan(model);
+  System system(plan, false);
+  std::vector<double> y(q.data(), q.data() + 6);
+  y.insert(y.end(), qd.data(), qd.data() + 6);
+  std::vector<double> before = y;
+  ASSERT_EQ(system.project(0, y.data(), nullptr), Status::ok);
+  for (std::size_t i = 0; i < y.size(); ++i) EXPECT_NEAR(y[i], before[i], 1e-13);
+}
+
+}  // namespace
+}  // namespace redysim

@@ -1,0 +1,144 @@
+#pragma once
+
+#include <algorithm>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "model/dh.hpp"
+#include "model/model.hpp"
+
+// Random models for the property tests. Everything follows from the seed, which a test prints.
+
+namespace redysim::test {
+
+class Random {
+ public:
+  explicit Random(unsigned seed) : engine_(seed) {}
+  double between(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(engine_);
+  }
+  int index(int count) { return std::uniform_int_distribution<int>(0, count - 1)(engine_); }
+  bool chance(double probability) { return between(0, 1) < probability; }
+  Vec3<double> vector(double size) {
+    return {between(-size, size), between(-size, size), between(-size, size)};
+  }
+  Vec3<double> direction() {
+    Vec3<double> v = vector(1);
+    while (v.norm() < 0.2) v = vector(1);
+    return v.normalized();
+  }
+  std::vector<double> numbers(int count, double size) {
+    std::vector<double> v(static_cast<std::size_t>(count));
+    for (double& value : v) value = between(-size, size);
+    return v;
+  }
+
+ private:
+  std::mt19937 engine_;
+};
+
+struct TreeOptions {
+  int links = 8;
+  bool branches = true;
+  bool prismatic = true;
+  bool fixed = true;
+  bool right_angles = false;  // alpha only from 0, 90, -90, 180 deg
+  bool passive = true;        // springs and dampers in joints, armature
+  bool springs = true;        // spring-dampers between points
+  bool massless = true;       // some links without inertia in front of a link with inertia
+};
+
+// Principal moments that a mass distribution can have, turned into random axes.
+inline void give_inertia(Random& random, Link& link) {
+  link.mass = random.between(0.2, 2);
+  link.com = random.vector(0.3);
+  const double x = random.between(0.01, 0.1), y = random.between(0.01, 0.1), z = random.between(0.01, 0.1);
+  const Mat3<double> axes = Eigen::Quaterniond(random.between(0.1, 1), random.between(-1, 1),
+                                               random.between(-1, 1), random.between(-1, 1))
+                                .normalized()
+                                .toRotationMatrix();
+  const Mat3<double> I = axes * Vec3<double>(y + z, z + x, x + y).asDiagonal() * axes.transpose();
+  link.inertia = {I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)};
+}
+
+inline double random_alpha(Random& random, bool right_angles) {
+  constexpr double quarter = 1.5707963267948966;
+  const double choice[] = {0, quarter, -quarter, 2 * quarter};
+  return right_angles || random.chance(0.4) ? choice[random.index(4)] : random.between(-3, 3);
+}
+
+inline Model random_tree(Random& random, const TreeOptions& options) {
+  Model model;
+  model.name = "random";
+  model.gravity = random.vector(10);
+  for (int i = 0; i < options.links; ++i) {
+    Link link;
+    link.name = "link" + std::to_string(i);
+    link.parent = i == 0 ? ground : i - 1;
+    if (options.branches && random.chance(0.4)) link.parent = random.index(i + 1) - 1;
+    Joint& joint = link.joint;
+    joint.name = "joint" + std::to_string(i);
+    if (options.prismatic && random.chance(0.25)) joint.type = JointType::prismatic;
+    if (options.fixed && i > 0 && random.chance(0.2)) joint.type = JointType::fixed;
+    joint.dh.alpha = random_alpha(random, options.right_angles);
+    joint.dh.a = random.chance(0.2) ? 0 : random.between(-0.6, 0.6);
+    joint.dh.theta = random.between(-3, 3);
+    joint.dh.d = random.chance(0.3) ? 0 : random.between(-0.6, 0.6);
+    if (options.branches && random.chance(0.4)) {
+      joint.dh.gamma = random.between(-3, 3);
+      joint.dh.b = random.between(-0.5, 0.5);
+    }
+    if (options.passive && random.chance(0.4)) joint.armature = random.between(0.01, 0.3);
+    if (options.passive && random.chance(0.4)) joint.damping = random.between(0.01, 1);
+    if (options.passive && random.chance(0.4)) {
+      joint.stiffness = random.between(0.1, 5);
+      joint.rest = random.between(-1, 1);
+    }
+    give_inertia(random, link);
+    model.links.push_back(link);
+  }
+  if (options.massless)
+    for (int i = 0; i + 1 < options.links; ++i) {
+      // a cross: two skew axes without inertia of their own, carried on by a body that has some
+      Link& link = model.links[i];
+      const Link& next = model.links[i + 1];
+      const bool cross = link.joint.type == JointType::revolute && next.joint.type == JointType::revolute &&
+                         next.parent == i && next.mass > 0 && std::abs(std::sin(next.joint.dh.alpha)) > 0.3;
+      if (!cross || (i > 0 && model.links[i - 1].mass == 0) || !random.chance(0.5)) continue;
+      link.mass = 0;
+      link.com.setZero();
+      link.inertia = {};
+    }
+  if (options.springs)
+    for (int k = 0; k < 2; ++k) {
+      SpringDamper spring;
+      spring.name = "spring" + std::to_string(k);
+      spring.link_a = random.index(options.links + 1) - 1;
+      spring.link_b = random.index(options.links + 1) - 1;
+      spring.point_a = random.vector(0.5);
+      spring.point_b = random.vector(0.5) + Vec3<double>(0, 0, 1);
+      spring.stiffness = random.between(1, 20);
+      spring.damping = random.between(0, 2);
+      spring.rest_length = random.between(0, 1);
+      model.springs.push_back(spring);
+    }
+  return model;
+}
+
+// The geometries a law must hold for, one random model for each seed.
+inline TreeOptions options_of(unsigned seed) {
+  TreeOptions options;
+  options.links = 2 + static_cast<int>(seed * 7 % 15);
+  options.right_angles = seed % 3 == 0;
+  options.branches = seed % 4 != 1;
+  options.prismatic = seed % 5 != 2;
+  options.passive = seed % 2 == 0;
+  options.springs = seed % 7 == 0;
+  options.fixed = seed % 6 != 3;
+  return options;
+}
+
+inline constexpr unsigned tree_seeds = 60;
+
+}  // namespace redysim::test

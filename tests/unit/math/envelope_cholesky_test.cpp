@@ -1,0 +1,126 @@
+#include "math/envelope_cholesky.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <numeric>
+
+#include "support/allocation_count.hpp"
+#include "support/random_tree.hpp"
+
+namespace redysim {
+namespace {
+
+using Matrix = Eigen::MatrixXd;
+using Vector = Eigen::VectorXd;
+
+// S = B B^T where row i of B has entries in columns of rows first[i]..i only: S keeps the envelope.
+struct Banded {
+  std::vector<int> first;
+  Matrix S;
+
+  Banded(test::Random& random, int size, int band, double deficiency) {
+    Matrix B = Matrix::Zero(size, size);
+    for (int i = 0; i < size; ++i) {
+      first.push_back(std::max(0, i - random.index(band + 1)));
+      if (i > 0) first[i] = std::max(first[i], first[i - 1]);  // monotone: what meets in a row stays inside
+      for (int j = first[i]; j <= i; ++j) B(i, j) = random.between(-1, 1);
+      B(i, i) += 2;
+    }
+    for (int j = 0; j < size; ++j)
+      if (random.chance(deficiency)) B.col(j).setZero();
+    S = B * B.transpose();
+  }
+};
+
+constexpr double rank_tolerance = 1e-12;
+
+// Each row a group of its own, as for constraints of different units.
+EnvelopeCholesky<double> factored(const std::vector<int>& first, const Matrix& S) {
+  std::vector<int> groups(first.size());
+  std::iota(groups.begin(), groups.end(), 0);
+  EnvelopeCholesky<double> out(first, groups);
+  out.set_zero();
+  for (int i = 0; i < S.rows(); ++i)
+    for (int j = first[i]; j <= i; ++j) out.entry(i, j) = S(i, j);
+  out.factor(rank_tolerance);
+  return out;
+}
+
+Eigen::CompleteOrthogonalDecomposition<Matrix> dense(const Matrix& S) {
+  Eigen::CompleteOrthogonalDecomposition<Matrix> out;
+  out.setThreshold(1e-11);
+  out.compute(S);
+  return out;
+}
+
+class EnvelopeFactor : public testing::TestWithParam<unsigned> {
+ protected:
+  test::Random random{GetParam()};
+};
+INSTANTIATE_TEST_SUITE_P(Seed, EnvelopeFactor, testing::Range(0u, 50u));
+
+TEST_P(EnvelopeFactor, full_rank_solves_the_system) {
+  const Banded banded(random, 3 + random.index(20), 5, 0);
+  auto S = factored(banded.first, banded.S);
+  const Vector b = Eigen::Map<const Vector>(random.numbers(S.size(), 1).data(), S.size());
+  Vector x(S.size());
+  S.solve(b.data(), x.data());
+  EXPECT_EQ(S.rank(), S.size());
+  EXPECT_LT((banded.S * x - b).lpNorm<Eigen::Infinity>(), 1e-10 * std::max(1.0, x.lpNorm<Eigen::Infinity>()));
+}
+
+TEST_P(EnvelopeFactor, deficient_rank_gives_the_pseudo_inverse) {
+  const Banded banded(random, 3 + random.index(20), 5, 0.3);
+  auto S = factored(banded.first, banded.S);
+  const auto reference = dense(banded.S);
+  ASSERT_EQ(S.rank(), reference.rank());
+  // a right-hand side outside the range as well
+  const std::vector<double> numbers = random.numbers(S.size(), 1);
+  Vector x = Eigen::Map<const Vector>(numbers.data(), S.size());
+  const Vector expected = reference.solve(x);
+  S.solve(x.data(), x.data());
+  EXPECT_LT((x - expected).lpNorm<Eigen::Infinity>(),
+            1e-7 * std::max(1.0, expected.lpNorm<Eigen::Infinity>()));
+}
+
+TEST_P(EnvelopeFactor, rank_does_not_depend_on_the_scale_of_the_rows) {
+  const Banded banded(random, 3 + random.index(15), 4, 0.3);
+  Vector scale(banded.S.rows());
+  for (double& entry : scale) entry = std::pow(10.0, random.between(-3, 3));
+  const Matrix scaled = scale.asDiagonal() * banded.S * scale.asDiagonal();
+  EXPECT_EQ(factored(banded.first, scaled).rank(), factored(banded.first, banded.S).rank());
+}
+
+// Two directions of one point, one of which fades away: rounding in its place is no constraint.
+TEST(EnvelopeCholesky, a_row_far_below_its_group_is_dependent) {
+  EnvelopeCholesky<double> S({0, 0}, {0, 0});
+  S.set_zero();
+  S.entry(0, 0) = 1;
+  S.entry(1, 1) = 1e-17;
+  S.factor(rank_tolerance);
+  EXPECT_EQ(S.rank(), 1);
+}
+
+TEST(EnvelopeCholesky, zero_matrix_has_rank_zero_and_solves_to_zero) {
+  auto S = factored({0, 0, 1}, Matrix::Zero(3, 3));
+  double x[] = {1, 2, 3};
+  S.solve(x, x);
+  EXPECT_EQ(S.rank(), 0);
+  EXPECT_EQ(x[0], 0);
+  EXPECT_EQ(x[2], 0);
+}
+
+TEST(EnvelopeCholesky, factor_and_solve_do_not_allocate) {
+  test::Random random(3);
+  const Banded banded(random, 12, 4, 0.3);
+  auto S = factored(banded.first, banded.S);
+  double x[12] = {1};
+  const long before = test::allocations;
+  S.factor(rank_tolerance);
+  S.solve(x, x);
+  EXPECT_EQ(test::allocations, before);
+}
+
+}  // namespace
+}  // namespace redysim
