@@ -61,5 +61,13 @@ struct Eigen::NumTraits<redysim::Dual> : Eigen::NumTraits<double> {
   using Real = redysim::Dual;
   using NonInteger = redysim::Dual;
   using Nested = redysim::Dual;
-  enum { IsComplex = 0, IsInteger = 0, IsSigned = 1, RequireInitialization = 1, ReadCost = 2, AddCost = 2, MulCost = 4 };
+  enum {
+    IsComplex = 0,
+    IsInteger = 0,
+    IsSigned = 1,
+    RequireInitialization = 1,
+    ReadCost = 2,
+    AddCost = 2,
+    MulCost = 4
+  };
 };

@@ -15,7 +15,8 @@ namespace redysim {
 template <class Scalar>
 class EnvelopeCholesky {
  public:
-  static constexpr double zero_group = 1e-22;  // rows this small against the largest of all are no constraints
+  static constexpr double zero_group =
+      1e-22;  // rows this small against the largest of all are no constraints
 
   // `group` per row, ascending from 0.
   EnvelopeCholesky(std::vector<int> first_column, std::vector<int> group);

@@ -46,7 +46,8 @@ void turn_symmetric_back(Scalar& aa, Scalar& bb, Scalar& ab, Scalar& ac, Scalar&
 
 // The 2x2 block of H -> R H R^T.
 template <class Scalar>
-void turn_block_back(Scalar& aa, Scalar& bb, Scalar& ab, Scalar& ba, const Scalar& cosine, const Scalar& sine) {
+void turn_block_back(Scalar& aa, Scalar& bb, Scalar& ab, Scalar& ba, const Scalar& cosine,
+                     const Scalar& sine) {
   const Scalar u = sine * (aa - bb) + cosine * (ab + ba), old_ab = ab;
   aa -= sine * u;
   bb += sine * u;

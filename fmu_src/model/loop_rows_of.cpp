@@ -75,8 +75,8 @@ LoopRows point_rows(const Model& model, const Loop& loop) {
   const int meeting = meeting_link(model, loop.link_a, loop.link_b);
   if (meeting == ground || loop.directions.size() == 3) return out;
   const bool plane_kept =
-      loop.directions.size() == 2 &&
-      turns_about(model, start_poses(model), meeting, loop.directions[0].cross(loop.directions[1]).normalized());
+      loop.directions.size() == 2 && turns_about(model, start_poses(model), meeting,
+                                                 loop.directions[0].cross(loop.directions[1]).normalized());
   out.tied_to_ground = !plane_kept;
   return out;
 }
@@ -99,13 +99,18 @@ Vec3<double> across(const Vec3<double>& axis, const Vec3<double>& x) {
 
 int multiplier_count(const Loop& loop) {
   switch (loop.type) {
-    case LoopType::point: return static_cast<int>(loop.directions.size());
-    case LoopType::spherical: return 3;
+    case LoopType::point:
+      return static_cast<int>(loop.directions.size());
+    case LoopType::spherical:
+      return 3;
     case LoopType::universal:
-    case LoopType::cylindrical: return 4;
+    case LoopType::cylindrical:
+      return 4;
     case LoopType::revolute:
-    case LoopType::prismatic: return 5;
-    case LoopType::fixed: return 6;
+    case LoopType::prismatic:
+      return 5;
+    case LoopType::fixed:
+      return 6;
   }
   return 0;
 }
@@ -125,8 +130,9 @@ LoopRows loop_rows_of(const Model& model, std::size_t index) {
   if (loop.type == LoopType::revolute) {
     const std::vector<Pose> poses = start_poses(model);
     const int meeting = meeting_link(model, loop.link_a, loop.link_b);
-    const Vec3<double> normal =
-        loop.link_a == ground ? Vec3<double>(frame_a.col(2)) : Vec3<double>(poses[loop.link_a].rotation * frame_a.col(2));
+    const Vec3<double> normal = loop.link_a == ground
+                                    ? Vec3<double>(frame_a.col(2))
+                                    : Vec3<double>(poses[loop.link_a].rotation * frame_a.col(2));
     if (moves_in_plane(model, poses, loop.link_a, meeting, normal) &&
         moves_in_plane(model, poses, loop.link_b, meeting, normal)) {
       out.rows.pop_back();

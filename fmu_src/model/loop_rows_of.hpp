@@ -8,9 +8,9 @@ namespace redysim {
 
 // One scalar equation of a cut joint, directions in the frames of the loop's links.
 struct LoopRow {
-  int index = 0;          // its place among the multipliers of its type
-  bool rotation = false;  // u (link a) . v (link b) = 0; otherwise u . (x_b - x_a) = 0
-  bool on_ground = false; // position rows: u in ground axes instead of link a's
+  int index = 0;           // its place among the multipliers of its type
+  bool rotation = false;   // u (link a) . v (link b) = 0; otherwise u . (x_b - x_a) = 0
+  bool on_ground = false;  // position rows: u in ground axes instead of link a's
   Vec3<double> u = Vec3<double>::Zero(), v = Vec3<double>::Zero();
 };
 
