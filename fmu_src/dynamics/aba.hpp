@@ -8,25 +8,30 @@
 
 namespace redysim {
 
-// qdd (nv) from q, qd, tau (nv each, rad or m, N m or N); gravity, springs, dampers and closed loops
-// included. Fills all of the workspace. Non-finite where the tree is not movable.
+// qdd (nv, rad/s^2 or m/s^2) from q, qd (nv) and the inputs: tau (nv, N m or N), then moment and force of
+// each port (6 each). For a prescribed joint tau holds its acceleration. Gravity, springs, dampers and closed
+// loops included. Fills all of the workspace. Non-finite where the tree is not movable.
 template <class Scalar>
 void forward_dynamics(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
-                      const Scalar* tau, Scalar* qdd) {
+                      const Scalar* inputs, Scalar* qdd) {
   const int n = static_cast<int>(plan.joints.size());
   set_positions(plan, ws, q);
   set_velocities(plan, ws, qd);
   set_bias(plan, ws);
   if (!plan.needs_pose.empty()) set_ground_motion(plan, ws, qd);
   if (!plan.springs.empty()) add_spring_wrenches(plan, ws);
+  if (!plan.ports.empty()) add_port_wrenches(plan, ws, inputs + n);
   if (plan.clusters.empty()) {
-    for (int i = n - 1; i >= 0; --i) eliminate(plan, ws, i, q, qd, tau);
+    for (int i = n - 1; i >= 0; --i) eliminate(plan, ws, i, q, qd, inputs);
     for (int i = 0; i < n; ++i) accelerate_joint(plan, ws, i, qdd, Scalar(0));
-    return;
+  } else {
+    set_loop_rows(plan, ws);
+    eliminate_with_loops(plan, ws, q, qd, inputs);
+    accelerate_with_loops(plan, ws, qdd);
   }
-  set_loop_rows(plan, ws);
-  eliminate_with_loops(plan, ws, q, qd, tau);
-  accelerate_with_loops(plan, ws, qdd);
+  if (plan.prescribed_count == 0) return;
+  for (int i = 0; i < n; ++i)
+    if (plan.joints[i].prescribed) qdd[i] = inputs[i];
 }
 
 }  // namespace redysim

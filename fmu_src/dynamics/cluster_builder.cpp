@@ -271,12 +271,16 @@ void mark_pose(Plan<Scalar>& plan, int body) {
 
 template <class Scalar>
 void build_clusters(const Model& model, Plan<Scalar>& plan) {
-  if (model.loops.empty() && model.springs.empty()) return;
+  bool ground_axes = false;
+  for (const auto& port : plan.ports) ground_axes = ground_axes || port.in_ground_axes;
+  if (model.loops.empty() && model.springs.empty() && !ground_axes) return;
   plan.needs_pose.assign(plan.joints.size(), 0);
   for (const auto& spring : plan.springs) {
     mark_pose(plan, spring.body_a);
     mark_pose(plan, spring.body_b);
   }
+  for (const auto& port : plan.ports)
+    if (port.in_ground_axes) mark_pose(plan, port.body);
   if (model.loops.empty()) return;
 
   std::vector<int> parents;

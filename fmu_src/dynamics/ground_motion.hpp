@@ -22,28 +22,33 @@ GroundState<Scalar> ground_state(const Workspace<Scalar>& ws, int body) {
   return body == ground ? ground_at_rest<Scalar>() : ws.ground[body];
 }
 
+// A body's state from its parent's.
+template <class Scalar>
+GroundState<Scalar> moved(const JointPlan<Scalar>& joint, const JointState<Scalar>& state,
+                          const GroundState<Scalar>& from, const Scalar& qd) {
+  Mat3<Scalar> rotation;
+  Vec3<Scalar> position;
+  joint_pose(joint, state, rotation, position);
+  const Vec3<Scalar> arm = from.rotation * position;
+  GroundState<Scalar> to;
+  to.rotation = from.rotation * rotation;
+  to.position = from.position + arm;
+  to.omega = from.omega;
+  to.velocity = from.velocity + from.omega.cross(arm);
+  const Vec3<Scalar> axis = to.rotation.col(2);
+  if (joint.prismatic)
+    to.velocity += axis * qd;
+  else
+    to.omega += axis * qd;
+  return to;
+}
+
 // Uses the joint positions in the workspace (set_positions) and qd; fills ws.ground where needed.
 template <class Scalar>
 void set_ground_motion(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* qd) {
-  Mat3<Scalar> rotation;
-  Vec3<Scalar> position;
-  for (std::size_t i = 0; i < plan.needs_pose.size(); ++i) {
-    if (!plan.needs_pose[i]) continue;
-    const JointPlan<Scalar>& joint = plan.joints[i];
-    const GroundState<Scalar> from = ground_state(ws, joint.parent);
-    GroundState<Scalar>& to = ws.ground[i];
-    joint_pose(joint, ws.joints[i], rotation, position);
-    const Vec3<Scalar> arm = from.rotation * position;
-    to.rotation = from.rotation * rotation;
-    to.position = from.position + arm;
-    to.omega = from.omega;
-    to.velocity = from.velocity + from.omega.cross(arm);
-    const Vec3<Scalar> axis = to.rotation.col(2);
-    if (joint.prismatic)
-      to.velocity += axis * qd[i];
-    else
-      to.omega += axis * qd[i];
-  }
+  for (std::size_t i = 0; i < plan.needs_pose.size(); ++i)
+    if (plan.needs_pose[i])
+      ws.ground[i] = moved(plan.joints[i], ws.joints[i], ground_state(ws, plan.joints[i].parent), qd[i]);
 }
 
 // A point fixed in a body, seen from the ground.
@@ -101,6 +106,32 @@ void add_spring_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
     subtract_force(ws, spring.body_a, line.a.arm, pull);
     subtract_force(ws, spring.body_b, line.b.arm, Vec3<Scalar>(-pull));
   }
+}
+
+// `wrenches`: per port moment (N m) and force (N), 6 numbers.
+template <class Scalar>
+void add_port_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* wrenches) {
+  for (const auto& port : plan.ports) {
+    Vec3<Scalar> moment(wrenches[0], wrenches[1], wrenches[2]), force(wrenches[3], wrenches[4], wrenches[5]);
+    wrenches += 6;
+    if (port.in_ground_axes) {
+      moment = ws.ground[port.body].rotation.transpose() * moment;
+      force = ws.ground[port.body].rotation.transpose() * force;
+    } else {
+      moment = port.rotation * moment;
+      force = port.rotation * force;
+    }
+    ws.joints[port.body].p.moment -= moment + port.position.cross(force);
+    ws.joints[port.body].p.force -= force;
+  }
+}
+
+// Pose and velocity of any body: climbs to the ground, for outputs. Uses set_positions' joint states.
+template <class Scalar>
+GroundState<Scalar> body_motion(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, int body, const Scalar* qd) {
+  if (body == ground) return ground_at_rest<Scalar>();
+  const GroundState<Scalar> from = body_motion(plan, ws, plan.joints[body].parent, qd);
+  return moved(plan.joints[body], ws.joints[body], from, qd[body]);
 }
 
 }  // namespace redysim

@@ -25,6 +25,13 @@ void set_pivot(const JointPlan<Scalar>& joint, JointState<Scalar>& s, const Scal
   }
 }
 
+// A prescribed joint yields to nothing: 1/D = 0, and its acceleration belongs to c.
+template <class Scalar>
+void prescribe(const JointPlan<Scalar>& joint, JointState<Scalar>& s, const Scalar& qdd) {
+  s.D_inverse = s.u = Scalar(0);
+  (joint.prismatic ? s.c.linear : s.c.angular).z() += qdd;
+}
+
 // What the parent feels: A - U U^T / D and p + A_reduced c + U u / D.
 template <class Scalar>
 void reduce(const JointState<Scalar>& s, ArticulatedInertia<Scalar>& A, Force<Scalar>& p) {
@@ -71,6 +78,7 @@ void eliminate(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, const Sca
   JointState<Scalar>& s = ws.joints[i];
   const Scalar force = joint_force(joint, q[i], qd[i], tau[i]);
   set_pivot(joint, s, force);
+  if (joint.prescribed) prescribe(joint, s, tau[i]);
   if (joint.parent == ground) return;
   JointState<Scalar>& parent = ws.joints[joint.parent];
   ArticulatedInertia<Scalar> A;
@@ -104,6 +112,15 @@ void accelerate_joint(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, Sc
   qdd[i] = (s.u + from_loops - dot(s.U, a)) * s.D_inverse;
   (joint.prismatic ? a.linear : a.angular).z() += qdd[i];
   s.acceleration = a;
+  if (joint.prescribed) s.u = from_loops;
+}
+
+// What a prescribed joint's drive must give (N m or N) after forward_dynamics at the same q, qd, qdd.
+template <class Scalar>
+Scalar prescribed_force(const JointPlan<Scalar>& joint, const JointState<Scalar>& s, const Scalar& q,
+                        const Scalar& qd, const Scalar& qdd) {
+  const Scalar along = joint.prismatic ? s.p.force.z() : s.p.moment.z();
+  return dot(s.U, s.acceleration) + along - s.u + joint.armature * qdd - joint_force(joint, q, qd, Scalar(0));
 }
 
 }  // namespace redysim

@@ -25,6 +25,7 @@ JointPlan<Scalar> joint_plan(const Joint& joint, DhParameters dh, int parent, in
   plan.parent = parent;
   plan.link = link;
   plan.prismatic = joint.type == JointType::prismatic;
+  plan.prescribed = joint.drive == Drive::motion || joint.drive == Drive::locked;
   plan.twist = twist_of(dh.alpha);
   if (plan.twist == Twist::none) {
     // the z axes are parallel: offsets along them add up, and so do the angles when nothing lies between
@@ -83,6 +84,7 @@ Plan<Scalar>::Plan(const Model& model) {
   take_bodies(model);
   springs.resize(model.springs.size());
   take_springs(model);
+  take_ports(model);
   build_clusters(model, *this);
   gravity = model.gravity.cast<Scalar>();
 }
@@ -111,6 +113,7 @@ void Plan<Scalar>::take_joints(const Model& model) {
     carrier.push_back(static_cast<int>(joints.size()));
     frame_in_carrier.push_back(Pose());
     joints.push_back(joint_plan<Scalar>(link.joint, dh, parent, static_cast<int>(i)));
+    prescribed_count += joints.back().prescribed ? 1 : 0;
   }
   nq = nv = static_cast<int>(joints.size());
 }
@@ -124,7 +127,7 @@ void Plan<Scalar>::take_bodies(const Model& model) {
     joint.rest = given.rest;
     joint.armature = given.armature;
     joint.passive = given.stiffness != 0 || given.damping != 0;
-    joint.axis_free = !joint.prismatic && given.armature == 0;
+    joint.axis_free = !joint.prismatic && !joint.prescribed && given.armature == 0;
     joint.inertia = RigidInertia<Scalar>();
   }
   for (std::size_t i = 0; i < model.links.size(); ++i)
@@ -147,6 +150,22 @@ void Plan<Scalar>::take_springs(const Model& model) {
     spring.stiffness = given.stiffness;
     spring.damping = given.damping;
     spring.rest_length = given.rest_length;
+  }
+}
+
+template <class Scalar>
+void Plan<Scalar>::take_ports(const Model& model) {
+  for (std::size_t i = 0; i < model.frames.size(); ++i) {
+    const Frame& frame = model.frames[i];
+    if (frame.port == Frame::Port::none || carrier[frame.link] == ground) continue;
+    const Pose in_body = frame_in_carrier[frame.link] * Pose{frame.rotation, frame.position};
+    PortPlan<Scalar> port;
+    port.frame = static_cast<int>(i);
+    port.body = carrier[frame.link];
+    port.in_ground_axes = frame.port == Frame::Port::ground_axes;
+    port.rotation = in_body.rotation.template cast<Scalar>();
+    port.position = in_body.position.template cast<Scalar>();
+    ports.push_back(port);
   }
 }
 

@@ -21,6 +21,7 @@ struct JointPlan {
   int parent = ground;  // joint index of the carrier
   int link = 0;         // index into Model::links
   bool prismatic = false;
+  bool prescribed = false;  // its acceleration is given, its force follows
   bool branch = false;     // gamma or b present
   bool shifted = false;    // constant d of a revolute joint present
   bool passive = false;    // stiffness or damping present
@@ -41,6 +42,16 @@ struct SpringPlan {
   Scalar stiffness = 0, damping = 0, rest_length = 0;
 };
 
+// A frame at which other simulations push: moment and force at its origin, in its own axes or the ground's.
+template <class Scalar>
+struct PortPlan {
+  int frame = 0;  // index into Model::frames
+  int body = ground;
+  bool in_ground_axes = true;
+  Mat3<Scalar> rotation;  // frame in body
+  Vec3<Scalar> position;
+};
+
 template <class Scalar>
 struct Plan {
   Plan() = default;
@@ -51,9 +62,11 @@ struct Plan {
   void update(const Model& model);
 
   int nq = 0, nv = 0;
+  int prescribed_count = 0;
   Vec3<Scalar> gravity = Vec3<Scalar>::Zero();
   std::vector<JointPlan<Scalar>> joints;
   std::vector<SpringPlan<Scalar>> springs;
+  std::vector<PortPlan<Scalar>> ports;
   std::vector<LoopPlan<Scalar>> loops;
   std::vector<ClusterPlan> clusters;
   std::vector<EliminationStep> elimination;  // leaves to root; empty for an open tree
@@ -68,6 +81,7 @@ struct Plan {
   void take_joints(const Model& model);
   void take_bodies(const Model& model);
   void take_springs(const Model& model);
+  void take_ports(const Model& model);
 };
 
 extern template struct Plan<double>;

@@ -59,7 +59,6 @@ struct Workspace {
 
   std::vector<JointState<Scalar>> joints;
   std::vector<GroundState<Scalar>> ground;
-  std::vector<Force<Scalar>> applied;  // wrench of springs and frames on each body; empty without them
   LoopState<Scalar> loop;
 };
 
@@ -75,7 +74,6 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   fresh.A.H.setConstant(nan);
   joints.assign(plan.joints.size(), fresh);
   if (!plan.needs_pose.empty()) ground.resize(plan.joints.size());
-  if (!plan.springs.empty()) applied.resize(plan.joints.size());
   std::size_t rows = 0, passages = 0;
   for (const auto& cluster : plan.clusters) {
     rows += static_cast<std::size_t>(cluster.row_count);

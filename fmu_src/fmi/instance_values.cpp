@@ -33,8 +33,8 @@ bool Instance::update_accelerations(Function function) {
 bool Instance::update_energies(Function function) {
   if (energies_current_) return true;
   if (!update_plan(function)) return false;
-  kinetic_energy_ = system_.kinetic_energy(current_state());
-  potential_energy_ = system_.potential_energy(current_state());
+  kinetic_energy_ = system_.kinetic_energy(time_, current_state());
+  potential_energy_ = system_.potential_energy(time_, current_state());
   return energies_current_ = true;
 }
 

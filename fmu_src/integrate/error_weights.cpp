@@ -11,7 +11,7 @@ ErrorWeights::ErrorWeights(const System& system, double rtol, double atol)
   constexpr double turn = 6.283185307179586;
   cap_.assign(static_cast<std::size_t>(system.nq() + system.nv()), std::numeric_limits<double>::max());
   for (int i = 0; i < system.nq(); ++i)
-    if (!system.plan().joints[i].prismatic) cap_[i] = turn;
+    if (!system.plan().joints[system.joint_of(i)].prismatic) cap_[i] = turn;
 }
 
 void ErrorWeights::evaluate(const double* y, double* weights) const {

@@ -31,13 +31,52 @@ double largest(const std::vector<double>& values) {
 System::System(const Plan<double>& plan, bool with_work)
     : plan_(plan),
       with_work_(with_work),
-      tau_(static_cast<std::size_t>(plan.nv), 0.0),
+      motion_slot_(static_cast<std::size_t>(plan.nv), -1),
+      q_(static_cast<std::size_t>(plan.nv), 0.0),
+      qd_(q_),
+      qdd_(q_),
+      drive_(q_),
       workspace_(plan),
-      scratch_(static_cast<std::size_t>(plan.nv), 0.0) {}
+      scratch_(q_) {
+  int prescribed = 0;
+  for (int i = 0; i < plan.nv; ++i)
+    if (plan.joints[i].prescribed)
+      motion_slot_[i] = prescribed++;
+    else
+      integrated_.push_back(i);
+  const std::size_t motion = prescribed > 0 ? 1 + 2 * static_cast<std::size_t>(prescribed) : 0;
+  inputs_.assign(q_.size() + 6 * plan.ports.size() + motion, 0.0);
+}
 
-Status System::accelerations(double, const double* y, double* qdd) {
+void System::set_motion(double time, int joint, double q, double qd, double qdd) {
+  double* motion = &inputs_[static_cast<std::size_t>(plan_.nv) + 6 * plan_.ports.size()];
+  motion[0] = time;
+  motion[1 + 2 * motion_slot_[joint]] = q;
+  motion[2 + 2 * motion_slot_[joint]] = qd;
+  inputs_[joint] = qdd;
+}
+
+System::Coordinates System::coordinates(double time, const double* y) {
+  if (plan_.prescribed_count == 0) return {y, y + plan_.nv};
+  const double* motion = &inputs_[static_cast<std::size_t>(plan_.nv) + 6 * plan_.ports.size()];
+  const double since = time - motion[0];
+  for (int i = 0; i < plan_.nv; ++i) {
+    if (motion_slot_[i] < 0) continue;
+    const double* held = motion + 1 + 2 * motion_slot_[i];
+    q_[i] = held[0] + since * (held[1] + 0.5 * since * inputs_[i]);
+    qd_[i] = held[1] + since * inputs_[i];
+  }
+  for (int k = 0; k < nq(); ++k) {
+    q_[integrated_[k]] = y[k];
+    qd_[integrated_[k]] = y[nq() + k];
+  }
+  return {q_.data(), qd_.data()};
+}
+
+Status System::accelerations(double time, const double* y, double* qdd) {
   ++evaluations_;
-  compiled_forward_dynamics(plan_, workspace_, y, y + plan_.nq, tau_.data(), qdd);
+  const Coordinates at = coordinates(time, y);
+  compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, inputs_.data(), qdd);
   // one sum finds any non-finite entry: inf - inf and nan are nan
   double sum = 0;
   for (int i = 0; i < plan_.nv; ++i) sum += qdd[i] * 0.0;
@@ -48,17 +87,41 @@ Status System::accelerations(double, const double* y, double* qdd) {
 }
 
 Status System::right_hand_side(double time, const double* y, double* ydot) {
-  const double* qd = y + plan_.nq;
-  const Status status = accelerations(time, y, ydot + plan_.nq);
-  for (int i = 0; i < plan_.nv; ++i) ydot[i] = qd[i];
-  if (with_work_) ydot[plan_.nq + plan_.nv] = external_power(plan_, workspace_, qd, tau_.data());
+  const int n = nq();
+  const bool all = plan_.prescribed_count == 0;
+  double* qdd = all ? ydot + n : qdd_.data();
+  const Status status = accelerations(time, y, qdd);
+  for (int k = 0; k < n; ++k) ydot[k] = y[n + k];
+  if (!all)
+    for (int k = 0; k < n; ++k) ydot[n + k] = qdd[integrated_[k]];
+  if (with_work_) ydot[2 * n] = power(coordinates(time, y), qdd);
   return status;
 }
 
-void System::set_residuals(const double* q, const double* qd) {
-  set_positions(plan_, workspace_, q);
-  set_velocities(plan_, workspace_, qd);
-  set_ground_motion(plan_, workspace_, qd);
+double System::power(const Coordinates& at, const double* qdd) {
+  const double* tau = inputs_.data();
+  if (plan_.prescribed_count > 0) {
+    drive_forces(at, qdd, drive_.data());
+    tau = drive_.data();
+  }
+  double power = external_power(plan_, workspace_, at.qd, tau);
+  for (std::size_t k = 0; k < plan_.ports.size(); ++k)
+    power += port_power(plan_, workspace_, plan_.ports[k], at.qd, port_wrench(static_cast<int>(k)));
+  return power;
+}
+
+void System::drive_forces(const Coordinates& at, const double* qdd, double* tau) const {
+  for (int i = 0; i < plan_.nv; ++i)
+    tau[i] = plan_.joints[i].prescribed
+                 ? prescribed_force(plan_.joints[i], workspace_.joints[i], at.q[i], at.qd[i], qdd[i])
+                 : inputs_[i];
+}
+
+void System::set_residuals(double time, const double* y) {
+  const Coordinates at = coordinates(time, y);
+  set_positions(plan_, workspace_, at.q);
+  set_velocities(plan_, workspace_, at.qd);
+  set_ground_motion(plan_, workspace_, at.qd);
   set_loop_residuals(plan_, workspace_);
 }
 
@@ -76,29 +139,33 @@ Status System::project(double time, double* y, double* error) {
 }
 
 Status System::project_within_rank(double time, double* y, double* error) {
-  double* q = y;
-  double* qd = y + plan_.nq;
+  const int n = nq();
   // the elimination at the arriving point serves every correction: they are small
-  if (accelerations(time, y, scratch_.data()) != Status::ok) return Status::recoverable;
-  set_residuals(q, qd);
-  reduce_residual(workspace_.loop.residual, rounding * workspace_.loop.extent, q, q, qd);
-  const double speed = largest_of(qd, plan_.nv);
-  reduce_residual(workspace_.loop.rate, rounding * workspace_.loop.extent * speed, qd, q, qd);
+  if (accelerations(time, y, qdd_.data()) != Status::ok) return Status::recoverable;
+  set_residuals(time, y);
+  const double enough = rounding * workspace_.loop.extent;
+  reduce_residual(workspace_.loop.residual, enough, time, y, y);
+  reduce_residual(workspace_.loop.rate, enough * largest_of(coordinates(time, y).qd, plan_.nv), time, y, y + n);
   if (!std::isfinite(largest(workspace_.loop.residual) + largest(workspace_.loop.rate))) return Status::recoverable;
   if (error != nullptr) project_error(error);
   return Status::ok;
 }
 
-// Newton corrections of `part` (q or qd of the state) until `residual` is rounding or grows no smaller.
-void System::reduce_residual(const std::vector<double>& residual, double enough, double* part, const double* q,
-                             const double* qd) {
+// Adds to `part` (q or qd of the state) the response to the residuals in ws.loop.b.
+void System::add_correction(double* part) {
+  correct_loops(plan_, workspace_, scratch_.data());
+  for (int k = 0; k < nq(); ++k) part[k] += scratch_[integrated_[k]];
+}
+
+// Newton corrections of `part` (q or qd in y) until `residual` is rounding or grows no smaller.
+void System::reduce_residual(const std::vector<double>& residual, double enough, double time, const double* y,
+                             double* part) {
   double size = largest(residual);
   for (int k = 0; size > enough && k < projection_iterations; ++k) {
     const double before = size;
     for (std::size_t row = 0; row < residual.size(); ++row) workspace_.loop.b[row] = -residual[row];
-    correct_loops(plan_, workspace_, scratch_.data());
-    for (int i = 0; i < plan_.nv; ++i) part[i] += scratch_[i];
-    set_residuals(q, qd);
+    add_correction(part);
+    set_residuals(time, y);
     size = largest(residual);
     if (!(size < 0.5 * before)) break;
   }
@@ -106,23 +173,28 @@ void System::reduce_residual(const std::vector<double>& residual, double enough,
 
 // The error estimate loses what the projection takes away: its part across the constraints.
 void System::project_error(double* error) {
-  for (double* part : {error, error + plan_.nq}) {
-    set_velocities(plan_, workspace_, part);
-    set_ground_motion(plan_, workspace_, part);
+  const int n = nq();
+  for (double* part : {error, error + n}) {
+    std::fill(qdd_.begin(), qdd_.end(), 0.0);
+    for (int k = 0; k < n; ++k) qdd_[integrated_[k]] = part[k];
+    // the rows' rates are linear in the velocity: take the error for one
+    set_velocities(plan_, workspace_, qdd_.data());
+    set_ground_motion(plan_, workspace_, qdd_.data());
     set_loop_residuals(plan_, workspace_);
     for (std::size_t row = 0; row < workspace_.loop.b.size(); ++row)
       workspace_.loop.b[row] = -workspace_.loop.rate[row];
-    correct_loops(plan_, workspace_, scratch_.data());
-    for (int i = 0; i < plan_.nv; ++i) part[i] += scratch_[i];
+    add_correction(part);
   }
 }
 
-double System::kinetic_energy(const double* y) {
-  return redysim::kinetic_energy(plan_, workspace_, y, y + plan_.nq);
+double System::kinetic_energy(double time, const double* y) {
+  const Coordinates at = coordinates(time, y);
+  return redysim::kinetic_energy(plan_, workspace_, at.q, at.qd);
 }
 
-double System::potential_energy(const double* y) {
-  return redysim::potential_energy(plan_, workspace_, y, y + plan_.nq);
+double System::potential_energy(double time, const double* y) {
+  const Coordinates at = coordinates(time, y);
+  return redysim::potential_energy(plan_, workspace_, at.q, at.qd);
 }
 
 }  // namespace redysim

@@ -11,7 +11,9 @@ namespace redysim {
 // step, < 0 give up.
 enum class Status { ok = 0, recoverable = 1, fatal = -1 };
 
-// The ODE of one instance: state y = [q (nq); qd (nv); work (1, when asked for)], ydot = f(time, y; tau).
+// The ODE of one instance: state y = [q (nq); qd (nv); work (1, when asked for)] of the joints that are
+// integrated, ydot = f(time, y; inputs). Prescribed joints (drive motion, locked) are no state: between two
+// settings their motion goes on as q + qd t + qdd t^2 / 2.
 // Owns the inputs and the workspace; neither throws nor allocates after construction.
 class System {
  public:
@@ -20,13 +22,28 @@ class System {
   System(const Plan<double>& plan, bool with_work);
 
   const Plan<double>& plan() const { return plan_; }
-  int nq() const { return plan_.nq; }
-  int nv() const { return plan_.nv; }
-  int size() const { return plan_.nq + plan_.nv + (with_work_ ? 1 : 0); }
+  int nq() const { return static_cast<int>(integrated_.size()); }  // positions in the state
+  int nv() const { return static_cast<int>(integrated_.size()); }  // velocities in the state
+  int size() const { return nq() + nv() + (with_work_ ? 1 : 0); }
   bool with_work() const { return with_work_; }
+  int joint_of(int state_position) const { return integrated_[state_position]; }  // into plan().joints
 
-  // The inputs: joint forces (N m or N), length nv, entries of undriven joints stay 0.
-  std::vector<double>& tau() { return tau_; }
+  // What is held between settings: joint forces (plan().nv, N m or N; undriven joints stay 0; prescribed
+  // joints their qdd), moment and force of each port (6 each), then time and per prescribed joint q, qd at
+  // that time. Equal inputs mean an equal right-hand side.
+  std::vector<double>& inputs() { return inputs_; }
+  std::vector<double>& tau() { return inputs_; }
+  double* port_wrench(int port) { return &inputs_[plan_.nv + 6 * port]; }
+
+  // Sets the motion of a prescribed joint from `time` on; all of them share the time.
+  void set_motion(double time, int joint, double q, double qd, double qdd);
+
+  // All joints at (time, y): q, qd of length plan().nv, valid until the next call.
+  struct Coordinates {
+    const double* q;
+    const double* qd;
+  };
+  Coordinates coordinates(double time, const double* y);
 
   // ydot = f(time, y). Fills the workspace for y. A non-finite result is recoverable.
   Status right_hand_side(double time, const double* y, double* ydot);
@@ -36,12 +53,16 @@ class System {
   bool has_loops() const { return !plan_.loops.empty(); }
   Status project(double time, double* y, double* error);
 
-  // Accelerations at (time, y) into qdd (length nv): the same solve as the right-hand side.
+  // Accelerations of all joints at (time, y) into qdd (plan().nv): the same solve as the right-hand side.
   Status accelerations(double time, const double* y, double* qdd);
 
-  double kinetic_energy(const double* y);
-  double potential_energy(const double* y);
-  double work(const double* y) const { return with_work_ ? y[plan_.nq + plan_.nv] : 0.0; }
+  // Drive forces of all joints after `accelerations` at the same time and state, into tau (plan().nv): the
+  // input where there is one, what the prescribed motion takes elsewhere.
+  void drive_forces(const Coordinates& at, const double* qdd, double* tau) const;
+
+  double kinetic_energy(double time, const double* y);
+  double potential_energy(double time, const double* y);
+  double work(const double* y) const { return with_work_ ? y[nq() + nv()] : 0.0; }
 
   // Which joint made the last evaluation fail: index into plan().joints, or -1.
   int failed_joint() const { return failed_joint_; }
@@ -50,17 +71,23 @@ class System {
   Workspace<double>& workspace() { return workspace_; }
 
  private:
-  void set_residuals(const double* q, const double* qd);
+  void set_residuals(double time, const double* y);
   Status project_within_rank(double time, double* y, double* error);
-  void reduce_residual(const std::vector<double>& residual, double enough, double* part, const double* q,
-                       const double* qd);
+  void reduce_residual(const std::vector<double>& residual, double enough, double time, const double* y,
+                       double* part);
+  void add_correction(double* part);
   void project_error(double* error);
+  double power(const Coordinates& at, const double* qdd);
 
   const Plan<double>& plan_;
   bool with_work_;
-  std::vector<double> tau_;
+  std::vector<int> integrated_;      // joints in the state
+  std::vector<int> motion_slot_;     // per joint: its place among the prescribed ones, or -1
+  std::vector<double> inputs_;
+  std::vector<double> q_, qd_;       // all joints
+  std::vector<double> qdd_, drive_;  // all joints, of the last accelerations
   Workspace<double> workspace_;
-  std::vector<double> scratch_;  // nv
+  std::vector<double> scratch_;      // plan().nv
   int failed_joint_ = -1;
   long evaluations_ = 0;
 };

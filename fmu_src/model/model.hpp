@@ -74,6 +74,19 @@ struct SpringDamper {
   double stiffness = 0, damping = 0, rest_length = 0;
 };
 
+// A named frame on a link: outputs of its motion on request, and a port for force and torque.
+struct Frame {
+  enum class Port { none, ground_axes, frame_axes };
+  std::string name;
+  int link = ground;
+  Vec3<double> position = Vec3<double>::Zero();          // m, in the link's frame
+  Mat3<double> rotation = Mat3<double>::Identity();      // columns: the frame's axes in the link's frame
+  bool pose = true;        // outputs position and quaternion
+  bool rotation_matrix = false;
+  bool velocity = false;   // outputs velocity and angular_velocity
+  Port port = Port::none;  // inputs force and torque
+};
+
 enum class SolverMethod { automatic, erk, adams, bdf, dirk };
 
 struct SolverSettings {
@@ -99,6 +112,7 @@ struct Model {
   std::vector<Link> links;               // parent index < own index
   std::vector<Loop> loops;
   std::vector<SpringDamper> springs;
+  std::vector<Frame> frames;
   SolverSettings solver;
   FmuSettings fmu;
 };
