@@ -1,4 +1,4 @@
-"""The command line `build-fmu`: build, check, simulate. Errors are one sentence on stderr and exit code 1."""
+"""The command line `build-fmu`: import, build, check, simulate. Errors are one sentence on stderr and exit code 1."""
 
 from __future__ import annotations
 
@@ -43,6 +43,12 @@ def _build(options: argparse.Namespace) -> int:
     print(f"{target}  {target.stat().st_size / 1024:.0f} kB, {len(model.select('input'))} inputs, "
           f"{len(model.select('output'))} outputs, {len(model.select('parameter'))} parameters")
     return 0
+
+
+def _import(options: argparse.Namespace) -> int:
+    from build_fmu.importers import command
+
+    return command.run(options)
 
 
 def _check(options: argparse.Namespace) -> int:
@@ -151,6 +157,13 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("model", type=Path, metavar="MODEL", help="model file (.toml)")
     command.add_argument("-o", "--output", type=Path, metavar="FMU", help="file or folder to write (default: NAME.fmu here)")
     command.set_defaults(run=_build)
+
+    command = commands.add_parser("import", help="write a model file from a scene, ReDySim files, a URDF or a DH table")
+    command.add_argument("source", type=Path, metavar="FILE", help="what to import")
+    command.add_argument("-o", "--output", type=Path, metavar="MODEL", help="file or folder to write (default: NAME.toml here)")
+    command.add_argument("--name", metavar="NAME", help="name of the model (default: the file's own)")
+    command.add_argument("--force", action="store_true", help="write over an existing model file")
+    command.set_defaults(run=_import)
 
     command = commands.add_parser("check", help="read a model file and say what it holds")
     command.add_argument("model", type=Path, metavar="MODEL", help="model file (.toml)")

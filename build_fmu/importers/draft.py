@@ -1,0 +1,102 @@
+"""What an importer has understood of a foreign file: plain data, SI units and radians, on its way to a model file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+GROUND = "ground"
+RESERVED = ("time", "energy", "solver", "gravity", GROUND)
+
+
+@dataclass
+class DhFrame:
+    """Modified DH: T = Rz(gamma) Tz(b) Rx(alpha) Tx(a) Rz(theta) Tz(d)."""
+
+    gamma: float = 0.0
+    b: float = 0.0
+    alpha: float = 0.0
+    a: float = 0.0
+    theta: float = 0.0
+    d: float = 0.0
+
+
+@dataclass
+class DraftLink:
+    """A body and its joint; `notes` become comments above it."""
+
+    name: str
+    parent: str = GROUND
+    joint: str = "revolute"
+    joint_name: str = ""
+    dh: DhFrame = field(default_factory=DhFrame)
+    mass: float = 0.0
+    com: list[float] = field(default_factory=lambda: [0.0] * 3)
+    inertia: list[float] = field(default_factory=lambda: [0.0] * 6)  # Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the COM
+    q: float = 0.0
+    qd: float = 0.0
+    hold: bool = False
+    damping: float = 0.0
+    stiffness: float = 0.0
+    rest: float = 0.0
+    armature: float = 0.0
+    drive: str = "torque"
+    notes: list[str] = field(default_factory=list)
+
+
+@dataclass
+class DraftTie:
+    """A loop or a spring, by the field names of the model file."""
+
+    name: str
+    fields: dict[str, object] = field(default_factory=dict)
+
+
+@dataclass
+class Draft:
+    """A whole model file. `lost` says what could not be carried over, `doubts` what to look at; both reach the user."""
+
+    name: str
+    source: str
+    description: str = ""
+    gravity: list[float] = field(default_factory=lambda: [0.0, 0.0, -9.81])
+    links: list[DraftLink] = field(default_factory=list)
+    loops: list[DraftTie] = field(default_factory=list)
+    springs: list[DraftTie] = field(default_factory=list)
+    solver: dict[str, object] = field(default_factory=dict)
+    fmu: dict[str, object] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    lost: list[str] = field(default_factory=list)
+    doubts: list[str] = field(default_factory=list)
+    fragments: list[str] = field(default_factory=list)  # the user's own TOML, taken over as it is
+
+
+def legal(name: str) -> str:
+    """Returns the nearest name that a model file may hold."""
+    text = re.sub(r"[^A-Za-z0-9_]+", "_", name.strip()).strip("_") if not re.fullmatch(r"[A-Za-z_]\w*", name, re.ASCII) else name
+    if not text:
+        text = "unnamed"
+    return f"_{text}" if text[0].isdigit() else text
+
+
+class Names:
+    """Hands out legal names, each once, and remembers which it had to change."""
+
+    def __init__(self, reserved: Iterable[str] = RESERVED) -> None:
+        self.used = set(reserved)
+        self.changed: list[tuple[str, str]] = []
+
+    def take(self, wanted: str, spare: str = "") -> str:
+        """Returns `wanted` made legal and unique, trying `wanted` + `spare` before a number."""
+        base = legal(wanted)
+        tries = [base, *([base + spare] if spare else []), *(f"{base}_{i}" for i in range(2, len(self.used) + 3))]
+        name = next(t for t in tries if t not in self.used)
+        self.used.add(name)
+        if name != wanted:
+            self.changed.append((wanted, name))
+        return name
+
+    def sentences(self) -> list[str]:
+        """Returns a sentence for each name that differs from the source's."""
+        return [f"'{old}' is called '{new}' here: names are made of letters, digits and _, and each is used once" for old, new in self.changed]

@@ -1,0 +1,69 @@
+"""Rigid transforms as 4x4 matrices, and the modified DH parameters of a frame (docs/notation.md)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from build_fmu.importers.draft import DhFrame
+
+
+def rotation_x(angle: float) -> np.ndarray:
+    c, s = _cos_sin(angle)
+    return np.array([[1.0, 0, 0], [0, c, -s], [0, s, c]])
+
+
+def rotation_y(angle: float) -> np.ndarray:
+    c, s = _cos_sin(angle)
+    return np.array([[c, 0, s], [0, 1.0, 0], [-s, 0, c]])
+
+
+def rotation_z(angle: float) -> np.ndarray:
+    c, s = _cos_sin(angle)
+    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
+
+
+def transform(rotation: np.ndarray | None = None, position: Sequence[float] = (0, 0, 0)) -> np.ndarray:
+    """Returns the 4x4 matrix of a frame; columns of `rotation` are its axes, `position` its origin (m)."""
+    result = np.eye(4)
+    result[:3, :3] = np.eye(3) if rotation is None else rotation
+    result[:3, 3] = position
+    return result
+
+
+def inverse(t: np.ndarray) -> np.ndarray:
+    rotation = t[:3, :3].T
+    return transform(rotation, -rotation @ t[:3, 3])
+
+
+def pose_of(dh: DhFrame, joint: str = "fixed", q: float = 0.0) -> np.ndarray:
+    """Returns parent to link for the joint value q, added to theta (revolute) or d (prismatic)."""
+    theta = dh.theta + (q if joint == "revolute" else 0.0)
+    d = dh.d + (q if joint == "prismatic" else 0.0)
+    first = transform(rotation_z(dh.gamma), (0, 0, dh.b))
+    return first @ transform(rotation_x(dh.alpha)) @ transform(None, (dh.a, 0, 0)) @ transform(rotation_z(theta), (0, 0, d))
+
+
+def matrix_of(inertia: Sequence[float]) -> np.ndarray:
+    """Returns the 3x3 tensor of [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]."""
+    xx, yy, zz, xy, xz, yz = inertia
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], float)
+
+
+def six_of(tensor: np.ndarray) -> list[float]:
+    """Returns [Ixx, Iyy, Izz, Ixy, Ixz, Iyz] of a tensor; rounding errors of the rotation become zeros."""
+    noise = 4e-16 * float(np.abs(tensor).max(initial=0.0))
+    pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+    means = [float(tensor[i, j] + tensor[j, i]) / 2 for i, j in pairs]
+    return [0.0 if abs(x) <= noise else x for x in means]
+
+
+def _cos_sin(angle: float) -> tuple[float, float]:
+    """The multiples of 90 degrees give whole numbers, so that a frame turned by them stays exact."""
+    turns = angle / (math.pi / 2)
+    nearest = round(turns)
+    if abs(turns) < 1e6 and abs(angle - nearest * (math.pi / 2)) <= 1e-15 * max(1.0, abs(angle)):
+        return ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[nearest % 4]
+    return math.cos(angle), math.sin(angle)
