@@ -1,8 +1,9 @@
 #include "integrate/sundials_objects.hpp"
 
-#include <Eigen/Core>
 #include <cmath>
 #include <cstring>
+
+#include "math/vec3.hpp"
 
 namespace redysim::sundials {
 namespace {
