@@ -1,0 +1,12 @@
+"""The KUKA KR5 falls for one second, with friction in its second joint. Run `make demo` first."""
+
+from fmpy import simulate_fmu
+
+result = simulate_fmu(
+    "out/kuka_kr5.fmu",
+    stop_time=1,
+    start_values={"joint2.q0": 0.5, "joint2.damping": 20},  # rad, N m s/rad
+    output=["joint2.q", "energy.balance"],
+)
+for time, angle, balance in result[::10]:
+    print(f"{time:.1f} s   joint2 {angle:7.4f} rad   energy balance {balance:8.1e} J")
