@@ -51,6 +51,8 @@ bool acts_on_kinetic(const Variable& known, const Plan<double>& plan, const Comp
   switch (known.role) {
     case Role::q0:
     case Role::qd0:
+    case Role::motion_q:
+    case Role::motion_qd:
     case Role::armature:
       return true;
     default:
@@ -59,7 +61,8 @@ bool acts_on_kinetic(const Variable& known, const Plan<double>& plan, const Comp
 }
 
 bool acts_on_potential(const Variable& known, const Plan<double>& plan, const Components& components) {
-  if (known.role == Role::q0 || known.role == Role::gravity || is_spring(known.role)) return true;
+  if (known.role == Role::q0 || known.role == Role::motion_q || known.role == Role::gravity || is_spring(known.role))
+    return true;
   return (known.role == Role::mass || known.role == Role::com) &&
          component_of(known, plan, components) != ground;
 }
@@ -87,8 +90,24 @@ std::vector<Dependencies> output_dependencies(const VariableTable& table, const 
   const Components components(plan);
   // positions and energies change with time alone; forces act at once on accelerations
   return collect(table, [&](const Variable& unknown, const Variable& known) {
-    return unknown.role == Role::qdd && known.causality == Causality::input &&
-           components.of(unknown.joint) == components.of(known.joint);
+    if (known.causality != Causality::input) return false;
+    const bool motion = known.role == Role::motion_q || known.role == Role::motion_qd;
+    const bool together = components.of(unknown.joint) == components.of(known.joint);
+    switch (unknown.role) {
+      case Role::qdd:
+      case Role::motion_tau:
+        return together;
+      case Role::q:
+      case Role::qd:
+        return motion && together && components.has_loops(components.of(unknown.joint));
+      case Role::kinetic_energy:
+      case Role::potential_energy:
+      case Role::total_energy:
+      case Role::energy_balance:
+        return motion;
+      default:
+        return unknown.frame >= 0 && motion && together;
+    }
   });
 }
 
@@ -110,6 +129,7 @@ std::vector<Dependencies> initial_dependencies(const VariableTable& table, const
       case Role::qd:
         return assembled(unknown, known, true);
       case Role::qdd:
+      case Role::motion_tau:
         return acts_on_acceleration(known, components.of(unknown.joint), plan, components);
       case Role::kinetic_energy:
         return acts_on_kinetic(known, plan, components);
@@ -118,7 +138,7 @@ std::vector<Dependencies> initial_dependencies(const VariableTable& table, const
       case Role::total_energy:
         return acts_on_kinetic(known, plan, components) || acts_on_potential(known, plan, components);
       default:
-        return false;
+        return unknown.frame >= 0 && acts_on_acceleration(known, components.of(unknown.joint), plan, components);
     }
   });
   for (Dependencies& row : rows) {

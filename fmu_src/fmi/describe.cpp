@@ -116,13 +116,20 @@ const char* text(Variability variability) {
   }
 }
 
+// A prescribed motion starts at the model's start pose, everything else at 0.
+double start_of_input(const Model& model, const Variable& variable) {
+  if (variable.role == Role::motion_q) return model.links[variable.link].joint.q0;
+  if (variable.role == Role::motion_qd) return model.links[variable.link].joint.qd0;
+  return 0;
+}
+
 void write_variable(Json& json, const Model& model, const Variable& variable) {
   json.begin_object().member("name", variable.name).member("value_reference", variable.value_reference);
   json.member("type", text(variable.type)).member("causality", text(variable.causality));
   json.member("variability", text(variable.variability)).key("initial");
   switch (variable.causality) {
     case Causality::input:
-      json.null().member("start", 0.0);
+      json.null().member("start", start_of_input(model, variable));
       break;
     case Causality::output:
       json.value("calculated");

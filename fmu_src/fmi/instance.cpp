@@ -41,13 +41,30 @@ Instance::Instance(const Log& log, Model model, std::string guid)
       model_(std::move(model)),
       plan_(model_),
       table_(model_, plan_),
-      system_(plan_, model_.fmu.energy),
+      system_(plan_, has_work(model_, plan_)),
       start_method_(model_.solver.method),
-      applied_tau_(plan_.nv, 0.0),
+      applied_inputs_(system_.inputs().size(), 0.0),
+      motion_(3 * static_cast<std::size_t>(plan_.nv), 0.0),
       start_state_(system_.size(), 0.0),
-      qdd_(plan_.nv, 0.0) {
+      settled_state_(start_state_),
+      qdd_(plan_.nv, 0.0),
+      drive_(plan_.nv, 0.0) {
   for (const Variable& variable : table_.all())
     if (parameter(model_, variable)) start_values_.push_back(*parameter(model_, variable));
+  take_start_motion();
+}
+
+// Before a master sets it, a prescribed motion rests at the model's start pose.
+void Instance::take_start_motion() {
+  for (int i = 0; i < plan_.nv; ++i) {
+    if (!plan_.joints[i].prescribed) continue;
+    const Joint& joint = model_.links[plan_.joints[i].link].joint;
+    double* motion = &motion_[3 * i];
+    motion[0] = joint.q0;
+    motion[1] = joint.drive == Drive::motion ? joint.qd0 : 0;
+    motion[2] = 0;
+    system_.set_motion(start_time_, i, motion[0], motion[1], motion[2]);
+  }
 }
 
 fmi2Status Instance::refuse(Function function, const std::string& why) {
@@ -95,7 +112,7 @@ fmi2Status Instance::exit_initialization_mode() {
     energy_offset_ = kinetic_energy_ + potential_energy_ - system_.work(current_state());
   }
   integrator_ = std::move(integrator);
-  applied_tau_ = system_.tau();
+  applied_inputs_ = system_.inputs();
   parameters_changed_ = false;
   time_ = start_time_;
   state_ = State::step;
@@ -131,10 +148,11 @@ fmi2Status Instance::do_step(double current, double size) {
   if (end <= time_) return fmi2OK;  // no time passes
   if (!update_plan(function)) return fmi2Error;
 
-  const bool inputs_changed = parameters_changed_ || applied_tau_ != system_.tau();
+  const bool inputs_changed = parameters_changed_ || applied_inputs_ != system_.inputs();
   const Outcome outcome = integrator_->advance(end, inputs_changed);
-  applied_tau_ = system_.tau();
+  applied_inputs_ = system_.inputs();
   parameters_changed_ = false;
+  settled_ = true;
   values_changed();
   if (outcome.ok) {
     time_ = end;
@@ -156,8 +174,9 @@ fmi2Status Instance::terminate() {
 
 fmi2Status Instance::reset() {
   restore_start_values();
-  std::fill(system_.tau().begin(), system_.tau().end(), 0.0);
-  std::fill(applied_tau_.begin(), applied_tau_.end(), 0.0);
+  std::fill(system_.inputs().begin(), system_.inputs().end(), 0.0);
+  std::fill(applied_inputs_.begin(), applied_inputs_.end(), 0.0);
+  take_start_motion();
   integrator_.reset();
   state_ = State::instantiated;
   start_time_ = time_ = energy_offset_ = 0;
@@ -180,16 +199,26 @@ void Instance::restore_start_values() {
 void Instance::values_changed() { qdd_current_ = energies_current_ = false; }
 
 const double* Instance::current_state() {
-  if (integrator_) return integrator_->state();
+  if (integrator_) return settled_ ? integrator_->state() : settle();
   if (!start_state_current_) {
-    for (int i = 0; i < plan_.nq; ++i) {
-      const Joint& joint = model_.links[plan_.joints[i].link].joint;
+    for (int i = 0; i < system_.nq(); ++i) {
+      const Joint& joint = model_.links[plan_.joints[system_.joint_of(i)].link].joint;
       start_state_[i] = joint.q0;
-      start_state_[plan_.nq + i] = joint.qd0;
+      start_state_[system_.nq() + i] = joint.qd0;
     }
     start_state_current_ = true;
   }
   return start_state_.data();
+}
+
+// What the integrator will do first thing in the next step: loops follow the prescribed motion.
+const double* Instance::settle() {
+  if (!settled_state_current_) {
+    std::copy_n(integrator_->state(), settled_state_.size(), settled_state_.begin());
+    system_.project(time_, settled_state_.data(), nullptr);
+    settled_state_current_ = true;
+  }
+  return settled_state_.data();
 }
 
 // Brings tuned parameters into force. The balance goes on from its value: tuning is no energy error.

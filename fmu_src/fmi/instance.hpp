@@ -69,6 +69,11 @@ class Instance {
   bool update_plan(Function function);
   bool update_accelerations(Function function);
   bool update_energies(Function function);
+  double read_frame(const Variable& variable);
+  double& port_value(const Variable& variable);
+  void set_motion(const Variable& variable, double value);
+  void take_start_motion();
+  const double* settle();
   bool read(Function function, const Variable& variable, double& value);
   std::string why_not_settable(const Variable& variable) const;
   std::string failed_joint_name() const;
@@ -98,10 +103,13 @@ class Instance {
 
   std::unique_ptr<Integrator> integrator_;  // from the end of initialization on
   SolverSettings integrator_settings_;      // that it was made with
-  std::vector<double> applied_tau_;         // inputs of the last step
+  std::vector<double> applied_inputs_;      // of the last step
+  std::vector<double> motion_;              // per joint: the prescribed q, qd, qdd as last set
+  bool settled_state_current_ = false;
+  bool settled_ = true;                     // false: closed loops have to follow a motion set since the last step
 
   // computed on demand
-  std::vector<double> start_state_, qdd_;
+  std::vector<double> start_state_, settled_state_, qdd_, drive_;
   double kinetic_energy_ = 0, potential_energy_ = 0;
   bool plan_current_ = true, start_state_current_ = false, qdd_current_ = false, energies_current_ = false;
 

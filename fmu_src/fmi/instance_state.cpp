@@ -47,8 +47,9 @@ void Instance::save(Bytes& bytes) {
   writer.value(static_cast<std::uint32_t>(model_.solver.method));
   for (const Variable& variable : table_.all())
     if (const double* value = parameter(model_, variable)) writer.value(*value);
-  writer.values(system_.tau());
-  writer.values(applied_tau_);
+  writer.values(system_.inputs());
+  writer.values(applied_inputs_);
+  writer.values(motion_);
   if (!integrator_) return;
   integrator_->save(integrator_bytes_);
   writer.block(integrator_bytes_.data(), integrator_bytes_.size());
@@ -58,14 +59,16 @@ bool Instance::restore(const Bytes& bytes) {
   ByteReader reader(bytes.data(), bytes.size());
   std::uint32_t state_code = 0, parameters_changed = 0, method_code = 0;
   double start_time, stop_time, tolerance, time, energy_offset;
-  std::vector<double> parameters(start_values_.size()), tau(plan_.nv), applied_tau(plan_.nv);
+  std::vector<double> parameters(start_values_.size()), inputs(applied_inputs_.size()),
+      applied_inputs(applied_inputs_.size()), motion(motion_.size());
   reader.value(state_code);
   for (double* value : {&start_time, &stop_time, &tolerance, &time, &energy_offset}) reader.value(*value);
   reader.value(parameters_changed);
   reader.value(method_code);
   reader.values(parameters);
-  reader.values(tau);
-  if (!reader.values(applied_tau)) return false;
+  reader.values(inputs);
+  reader.values(applied_inputs);
+  if (!reader.values(motion)) return false;
   const auto state = static_cast<State>(state_code);
   auto method = static_cast<SolverMethod>(method_code);
   if (!is_a_state(state) || !is_a_method(method)) return false;
@@ -79,6 +82,7 @@ bool Instance::restore(const Bytes& bytes) {
     std::swap(tolerance_, tolerance);
   };
   exchange_parameters();
+  plan_.update(model_);  // an integrator that repeats steps needs the plant they were made with
   const SolverSettings settings = effective_settings();
   const bool running = state != State::instantiated && state != State::initialization;
   if (running) {
@@ -87,6 +91,7 @@ bool Instance::restore(const Bytes& bytes) {
     Integrator& integrator = fresh ? *fresh : *integrator_;
     if (!integrator.restore(reader.rest(), reader.left())) {
       exchange_parameters();
+      plan_.update(model_);
       return false;
     }
     if (fresh) integrator_ = std::move(fresh);
@@ -95,7 +100,6 @@ bool Instance::restore(const Bytes& bytes) {
     integrator_.reset();
   }
 
-  plan_.update(model_);
   plan_current_ = true;
   start_state_current_ = false;
   values_changed();
@@ -105,8 +109,9 @@ bool Instance::restore(const Bytes& bytes) {
   time_ = time;
   energy_offset_ = energy_offset;
   parameters_changed_ = parameters_changed != 0;
-  std::copy(tau.begin(), tau.end(), system_.tau().begin());
-  std::copy(applied_tau.begin(), applied_tau.end(), applied_tau_.begin());
+  std::copy(inputs.begin(), inputs.end(), system_.inputs().begin());
+  std::copy(applied_inputs.begin(), applied_inputs.end(), applied_inputs_.begin());
+  std::copy(motion.begin(), motion.end(), motion_.begin());
   return true;
 }
 

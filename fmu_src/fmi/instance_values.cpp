@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "fmi/frame_values.hpp"
 #include "fmi/instance.hpp"
 #include "model/number.hpp"
 
@@ -10,6 +11,10 @@ namespace {
 
 std::string unknown_reference(unsigned reference, const char* type) {
   return "there is no " + std::string(type) + " variable with value reference " + std::to_string(reference);
+}
+
+bool is_motion(Role role) {
+  return role == Role::motion_q || role == Role::motion_qd || role == Role::motion_qdd;
 }
 
 constexpr const char* null_argument = "an argument is a null pointer";
@@ -27,6 +32,8 @@ bool Instance::update_accelerations(Function function) {
                          (joint.empty() ? "" : " (joint '" + joint + "')"));
     return false;
   }
+  if (plan_.prescribed_count > 0)
+    system_.drive_forces(system_.coordinates(time_, current_state()), qdd_.data(), drive_.data());
   return qdd_current_ = true;
 }
 
@@ -41,13 +48,34 @@ bool Instance::update_energies(Function function) {
 bool Instance::read(Function function, const Variable& variable, double& value) {
   switch (variable.role) {
     case Role::tau:
-      value = system_.tau()[variable.joint];
+      value = system_.inputs()[variable.joint];
+      return true;
+    case Role::motion_q:
+    case Role::motion_qd:
+    case Role::motion_qdd:
+      value = motion_[3 * variable.joint + (static_cast<int>(variable.role) - static_cast<int>(Role::motion_q))];
+      return true;
+    case Role::port_torque:
+    case Role::port_force:
+      value = port_value(variable);
       return true;
     case Role::q:
-      value = current_state()[variable.joint];
+      value = system_.coordinates(time_, current_state()).q[variable.joint];
       return true;
     case Role::qd:
-      value = current_state()[plan_.nq + variable.joint];
+      value = system_.coordinates(time_, current_state()).qd[variable.joint];
+      return true;
+    case Role::motion_tau:
+      if (!update_accelerations(function)) return false;
+      value = drive_[variable.joint];
+      return true;
+    case Role::frame_position:
+    case Role::frame_quaternion:
+    case Role::frame_rotation:
+    case Role::frame_velocity:
+    case Role::frame_angular_velocity:
+      if (!update_accelerations(function)) return false;
+      value = read_frame(variable);
       return true;
     case Role::qdd:
       if (!update_accelerations(function)) return false;
@@ -76,6 +104,30 @@ bool Instance::read(Function function, const Variable& variable, double& value) 
       value = *parameter(model_, variable);
       return true;
   }
+}
+
+double Instance::read_frame(const Variable& variable) {
+  const Frame& frame = model_.frames[variable.frame];
+  const Pose in_body = plan_.frame_in_carrier[frame.link] * Pose{frame.rotation, frame.position};
+  const double* qd = system_.coordinates(time_, current_state()).qd;
+  return frame_value(variable, body_motion(plan_, system_.workspace(), plan_.carrier[frame.link], qd), in_body);
+}
+
+// Where an input of a port lives: moment, then force.
+double& Instance::port_value(const Variable& variable) {
+  int port = 0;
+  while (plan_.ports[port].frame != variable.frame) ++port;
+  return system_.port_wrench(port)[variable.element + (variable.role == Role::port_force ? 3 : 0)];
+}
+
+// A part of a prescribed motion: the whole of it starts anew from here.
+void Instance::set_motion(const Variable& variable, double value) {
+  double* motion = &motion_[3 * variable.joint];
+  motion[static_cast<int>(variable.role) - static_cast<int>(Role::motion_q)] = value;
+  system_.set_motion(time_, variable.joint, motion[0], motion[1], motion[2]);
+  values_changed();
+  settled_ = plan_.loops.empty() || !integrator_;
+  settled_state_current_ = false;
 }
 
 fmi2Status Instance::get_real(const unsigned* references, std::size_t count, double* values) {
@@ -140,7 +192,13 @@ fmi2Status Instance::set_real(const unsigned* references, std::size_t count, con
   }
   for (std::size_t i = 0; i < count; ++i) {
     const Variable& variable = *table_.real(references[i]);
-    double& value = variable.role == Role::tau ? system_.tau()[variable.joint] : *parameter(model_, variable);
+    if (is_motion(variable.role)) {
+      set_motion(variable, values[i]);
+      continue;
+    }
+    double& value = variable.role == Role::tau                ? system_.inputs()[variable.joint]
+                    : variable.causality == Causality::input ? port_value(variable)
+                                                             : *parameter(model_, variable);
     if (value == values[i]) continue;
     value = values[i];
     values_changed();
@@ -198,7 +256,7 @@ fmi2Status Instance::get_real_output_derivatives(const unsigned* references, std
                                   ", got " + std::to_string(orders[i]));
     // q' = qd, qd' = qdd
     if (is_q && orders[i] == 1) {
-      values[i] = current_state()[plan_.nq + variable->joint];
+      values[i] = system_.coordinates(time_, current_state()).qd[variable->joint];
     } else {
       if (!update_accelerations(function)) return fmi2Error;
       values[i] = qdd_[variable->joint];

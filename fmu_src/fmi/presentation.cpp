@@ -30,8 +30,18 @@ Presentation of_joint(const Joint& joint, Role role) {
   const std::string at = " of joint '" + joint.name + "'";
   switch (role) {
     case Role::tau:
+    case Role::motion_tau:
       return turns ? Presentation{&newton_metre, "Torque", "Drive torque" + at}
                    : Presentation{&newton, "Force", "Drive force" + at};
+    case Role::motion_q:
+      return turns ? Presentation{&radian, "Angle", "Prescribed angle" + at}
+                   : Presentation{&metre, "Position", "Prescribed displacement" + at};
+    case Role::motion_qd:
+      return turns ? Presentation{&radian_per_second, "AngularVelocity", "Prescribed angular velocity" + at}
+                   : Presentation{&metre_per_second, "Velocity", "Prescribed velocity" + at};
+    case Role::motion_qdd:
+      return turns ? Presentation{&radian_per_second2, "AngularAcceleration", "Prescribed angular acceleration" + at}
+                   : Presentation{&metre_per_second2, "Acceleration", "Prescribed acceleration" + at};
     case Role::q:
       return turns ? Presentation{&radian, "Angle", "Angle" + at}
                    : Presentation{&metre, "Position", "Displacement" + at};
@@ -60,11 +70,35 @@ Presentation of_joint(const Joint& joint, Role role) {
   }
 }
 
+Presentation of_frame(const Frame& frame, const Variable& variable) {
+  const std::string at = " of frame '" + frame.name + "'";
+  const std::string along = std::string(", ") + axes[variable.element % 3] + " in the ";
+  const std::string port_axes = frame.port == Frame::Port::frame_axes ? "frame's axes" : "ground axes";
+  static constexpr const char* quaternion[] = {"w", "x", "y", "z"};
+  switch (variable.role) {
+    case Role::frame_position:
+      return {&metre, "Position", "Position" + at + along + "ground frame"};
+    case Role::frame_quaternion:
+      return {nullptr, nullptr, "Orientation" + at + ", quaternion part " + quaternion[variable.element] + ", w >= 0"};
+    case Role::frame_rotation:
+      return {nullptr, nullptr, "Rotation matrix" + at + ", columns are its axes in the ground frame"};
+    case Role::frame_velocity:
+      return {&metre_per_second, "Velocity", "Velocity" + at + along + "ground frame"};
+    case Role::frame_angular_velocity:
+      return {&radian_per_second, "AngularVelocity", "Angular velocity" + at + along + "ground frame"};
+    case Role::port_torque:
+      return {&newton_metre, "Torque", "Torque on the link at the origin" + at + along + port_axes};
+    default:  // port_force
+      return {&newton, "Force", "Force on the link at the origin" + at + along + port_axes};
+  }
+}
+
 }  // namespace
 
 Presentation presentation(const Model& model, const Variable& variable) {
   const std::string of_link =
       variable.link == ground ? "" : " of link '" + model.links[variable.link].name + "'";
+  if (variable.frame >= 0) return of_frame(model.frames[variable.frame], variable);
   switch (variable.role) {
     case Role::mass:
       return {&kilogram, "Mass", "Mass" + of_link};

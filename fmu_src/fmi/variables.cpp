@@ -23,6 +23,18 @@ constexpr RoleRow role_rows[] = {
     {Role::q, "q", VariableType::real, Causality::output, Variability::continuous},
     {Role::qd, "qd", VariableType::real, Causality::output, Variability::continuous},
     {Role::qdd, "qdd", VariableType::real, Causality::output, Variability::continuous},
+    {Role::motion_q, "q", VariableType::real, Causality::input, Variability::continuous},
+    {Role::motion_qd, "qd", VariableType::real, Causality::input, Variability::continuous},
+    {Role::motion_qdd, "qdd", VariableType::real, Causality::input, Variability::continuous},
+    {Role::motion_tau, "tau", VariableType::real, Causality::output, Variability::continuous},
+    {Role::frame_position, "position", VariableType::real, Causality::output, Variability::continuous},
+    {Role::frame_quaternion, "quaternion", VariableType::real, Causality::output, Variability::continuous},
+    {Role::frame_rotation, "rotation", VariableType::real, Causality::output, Variability::continuous},
+    {Role::frame_velocity, "velocity", VariableType::real, Causality::output, Variability::continuous},
+    {Role::frame_angular_velocity, "angular_velocity", VariableType::real, Causality::output,
+     Variability::continuous},
+    {Role::port_torque, "torque", VariableType::real, Causality::input, Variability::continuous},
+    {Role::port_force, "force", VariableType::real, Causality::input, Variability::continuous},
     {Role::q0, "q0", VariableType::real, Causality::parameter, Variability::fixed},
     {Role::qd0, "qd0", VariableType::real, Causality::parameter, Variability::fixed},
     {Role::damping, "damping", VariableType::real, Causality::parameter, Variability::tunable},
@@ -63,6 +75,29 @@ Variable make(Role role) {
       return variable;
     }
   return {};
+}
+
+// Which of its variables a joint shows: motion comes in where it is prescribed, and the force goes out.
+bool has(Drive drive, Role role) {
+  switch (role) {
+    case Role::tau:
+      return drive == Drive::torque;
+    case Role::motion_q:
+    case Role::motion_qd:
+    case Role::motion_qdd:
+      return drive == Drive::motion;
+    case Role::motion_tau:
+      return drive == Drive::motion || drive == Drive::locked;
+    case Role::q:
+    case Role::q0:
+      return drive != Drive::motion;
+    case Role::qd:
+    case Role::qdd:
+    case Role::qd0:
+      return drive != Drive::motion && drive != Drive::locked;
+    default:
+      return true;
+  }
 }
 
 int elements(Role role) {
@@ -140,18 +175,24 @@ Tunable parse_tunable(const Model& model, const std::string& text) {
 
 }  // namespace
 
+bool has_work(const Model& model, const Plan<double>& plan) {
+  return model.fmu.energy && plan.prescribed_count < plan.nv;
+}
+
 VariableTable::VariableTable(const Model& model, const Plan<double>& plan) {
-  add_of_joints(model, plan, Role::tau);
-  add_of_joints(model, plan, Role::q);
-  add_of_joints(model, plan, Role::qd);
+  for (Role role : {Role::tau, Role::motion_q, Role::motion_qd, Role::motion_qdd, Role::q, Role::qd})
+    add_of_joints(model, plan, role);
   if (model.fmu.acceleration) add_of_joints(model, plan, Role::qdd);
+
+  add_of_joints(model, plan, Role::motion_tau);
+  add_of_frames(model, plan);
 
   // closed loops: <loop>.gap and <loop>.lambda[i] belong here
 
   if (model.fmu.energy)
-    for (Role role :
-         {Role::kinetic_energy, Role::potential_energy, Role::total_energy, Role::work, Role::energy_balance})
-      add_of_model(role);
+    for (Role role : {Role::kinetic_energy, Role::potential_energy, Role::total_energy}) add_of_model(role);
+  if (has_work(model, plan))
+    for (Role role : {Role::work, Role::energy_balance}) add_of_model(role);
   if (model.fmu.solver)
     for (Role role : {Role::steps, Role::rejected, Role::rhs_evaluations, Role::error_estimate})
       add_of_model(role);
@@ -178,9 +219,37 @@ void VariableTable::add_of_joints(const Model& model, const Plan<double>& plan, 
     variable.link = plan.joints[i].link;
     variable.joint = static_cast<int>(i);
     const Joint& joint = model.links[variable.link].joint;
-    if (role == Role::tau && joint.drive != Drive::torque) continue;
+    if (!has(joint.drive, role)) continue;
     variable.name = joint.name + "." + variable.name;
     add(std::move(variable));
+  }
+}
+
+// <frame>.position[1] … on request, <frame>.torque[1] … and force[1] … where it is a port.
+void VariableTable::add_of_frames(const Model& model, const Plan<double>& plan) {
+  for (std::size_t k = 0; k < model.frames.size(); ++k) {
+    const Frame& frame = model.frames[k];
+    auto add_array = [&](bool wanted, Role role, int rows, int columns = 1) {
+      for (int i = 0; wanted && i < rows * columns; ++i) {
+        Variable variable = make(role);
+        variable.frame = static_cast<int>(k);
+        variable.link = frame.link;
+        variable.joint = plan.carrier[frame.link];
+        variable.element = i;
+        const std::string index = columns == 1 ? std::to_string(i + 1)
+                                               : std::to_string(i / columns + 1) + "," + std::to_string(i % columns + 1);
+        variable.name = frame.name + "." + variable.name + "[" + index + "]";
+        add(std::move(variable));
+      }
+    };
+    const bool port = frame.port != Frame::Port::none && plan.carrier[frame.link] != ground;
+    add_array(port, Role::port_force, 3);
+    add_array(port, Role::port_torque, 3);
+    add_array(frame.pose, Role::frame_position, 3);
+    add_array(frame.pose, Role::frame_quaternion, 4);
+    add_array(frame.rotation_matrix, Role::frame_rotation, 3, 3);
+    add_array(frame.velocity, Role::frame_velocity, 3);
+    add_array(frame.velocity, Role::frame_angular_velocity, 3);
   }
 }
 

@@ -22,6 +22,17 @@ enum class Role {
   q,
   qd,
   qdd,  // of a moving joint
+  motion_q,
+  motion_qd,
+  motion_qdd,
+  motion_tau,  // of a joint whose motion is prescribed
+  frame_position,
+  frame_quaternion,
+  frame_rotation,
+  frame_velocity,
+  frame_angular_velocity,
+  port_torque,
+  port_force,  // of a frame
   q0,
   qd0,  // of a moving joint
   damping,
@@ -55,7 +66,8 @@ struct Variable {
   Role role = Role::q;
   int link = ground;             // index into Model::links; ground: of the whole model
   int joint = -1;                // index into Plan::joints; -1: not of a moving joint
-  int element = 0;               // of com, inertia, gravity
+  int frame = -1;                // index into Model::frames
+  int element = 0;               // of com, inertia, gravity and the arrays of a frame
   unsigned value_reference = 0;  // unique in its type
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
@@ -78,6 +90,7 @@ class VariableTable {
   void add(Variable variable);
   void add_of_joints(const Model& model, const Plan<double>& plan, Role role);
   void add_of_model(Role role);
+  void add_of_frames(const Model& model, const Plan<double>& plan);
   void add_tunable(const Model& model, const Plan<double>& plan, const std::string& name);
   const Variable* find(const std::vector<int>& index, unsigned reference) const {
     return reference < index.size() ? &all_[index[reference]] : nullptr;
@@ -86,6 +99,9 @@ class VariableTable {
   std::vector<Variable> all_;
   std::vector<int> reals_, integers_, strings_;  // value reference -> index into all_
 };
+
+// Whether the work of drives and dampers is integrated: energies are shown and something is integrated.
+bool has_work(const Model& model, const Plan<double>& plan);
 
 // Where a Real parameter lives in a model; null for other variables.
 double* parameter(Model& model, const Variable& variable);

@@ -254,6 +254,7 @@ Outcome Erk::advance(double end, bool inputs_changed) {
   if (inputs_changed) {
     slope_known_ = false;
     control_.forget_errors();
+    if (!follow_motion(system_, time_, y_.data())) return failure(time_, "the loops cannot follow the prescribed motion");
   }
   if (fresh_ && !first_step_from_here())
     return failure(time_, "the accelerations cannot be computed at the start of the step");

@@ -8,8 +8,14 @@
 #include "integrate/methods.hpp"
 
 namespace redysim {
+namespace {
+
+constexpr double open_loop = 1e-8;  // m or rad: a loop that projection leaves open this far does not close
+
+}  // namespace
 
 std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings& settings) {
+  if (system.size() == 0) return make_still();
   switch (settings.method) {
     case SolverMethod::adams: return make_adams(system, settings);
     case SolverMethod::bdf:
@@ -27,6 +33,11 @@ long allowed_steps(double length) {
 
 double smallest_step(double time, double end) {
   return 16 * std::numeric_limits<double>::epsilon() * std::max(std::fabs(time), std::fabs(end));
+}
+
+bool follow_motion(System& system, double time, double* y) {
+  if (!system.has_loops() || system.plan().prescribed_count == 0) return true;
+  return system.project(time, y, nullptr) == Status::ok && system.largest_gap() < open_loop;
 }
 
 Outcome failure(double time, const std::string& reason) {

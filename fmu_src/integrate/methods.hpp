@@ -12,12 +12,16 @@ namespace redysim {
 std::unique_ptr<Integrator> make_erk(System& system, const SolverSettings& settings);
 std::unique_ptr<Integrator> make_adams(System& system, const SolverSettings& settings);
 std::unique_ptr<Integrator> make_bdf(System& system, const SolverSettings& settings);
+std::unique_ptr<Integrator> make_still();  // for a system without state
 
 // Internal steps, accepted or not, that an advance over `length` seconds may take.
 long allowed_steps(double length);
 
 // The smallest step that still moves the clock of an advance that ends at `end`.
 double smallest_step(double time, double end);
+
+// After new inputs: brings closed loops onto a prescribed motion that jumped. False: they cannot close.
+bool follow_motion(System& system, double time, double* y);
 
 // A failed advance from `time`: "Integration stopped at t = ... s: reason."
 Outcome failure(double time, const std::string& reason);

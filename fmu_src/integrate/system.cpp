@@ -44,27 +44,26 @@ System::System(const Plan<double>& plan, bool with_work)
       motion_slot_[i] = prescribed++;
     else
       integrated_.push_back(i);
-  const std::size_t motion = prescribed > 0 ? 1 + 2 * static_cast<std::size_t>(prescribed) : 0;
-  inputs_.assign(q_.size() + 6 * plan.ports.size() + motion, 0.0);
+  inputs_.assign(q_.size() + 6 * plan.ports.size() + 3 * static_cast<std::size_t>(prescribed), 0.0);
 }
 
 void System::set_motion(double time, int joint, double q, double qd, double qdd) {
-  double* motion = &inputs_[static_cast<std::size_t>(plan_.nv) + 6 * plan_.ports.size()];
-  motion[0] = time;
-  motion[1 + 2 * motion_slot_[joint]] = q;
-  motion[2 + 2 * motion_slot_[joint]] = qd;
+  double* held = &inputs_[q_.size() + 6 * plan_.ports.size() + 3 * static_cast<std::size_t>(motion_slot_[joint])];
+  held[0] = time;
+  held[1] = q;
+  held[2] = qd;
   inputs_[joint] = qdd;
 }
 
 System::Coordinates System::coordinates(double time, const double* y) {
   if (plan_.prescribed_count == 0) return {y, y + plan_.nv};
-  const double* motion = &inputs_[static_cast<std::size_t>(plan_.nv) + 6 * plan_.ports.size()];
-  const double since = time - motion[0];
+  const double* held = &inputs_[q_.size() + 6 * plan_.ports.size()];
   for (int i = 0; i < plan_.nv; ++i) {
     if (motion_slot_[i] < 0) continue;
-    const double* held = motion + 1 + 2 * motion_slot_[i];
-    q_[i] = held[0] + since * (held[1] + 0.5 * since * inputs_[i]);
-    qd_[i] = held[1] + since * inputs_[i];
+    const double since = time - held[0];
+    q_[i] = held[1] + since * (held[2] + 0.5 * since * inputs_[i]);
+    qd_[i] = held[2] + since * inputs_[i];
+    held += 3;
   }
   for (int k = 0; k < nq(); ++k) {
     q_[integrated_[k]] = y[k];
@@ -116,6 +115,8 @@ void System::drive_forces(const Coordinates& at, const double* qdd, double* tau)
                  ? prescribed_force(plan_.joints[i], workspace_.joints[i], at.q[i], at.qd[i], qdd[i])
                  : inputs_[i];
 }
+
+double System::largest_gap() const { return largest(workspace_.loop.residual); }
 
 void System::set_residuals(double time, const double* y) {
   const Coordinates at = coordinates(time, y);

@@ -29,13 +29,13 @@ class System {
   int joint_of(int state_position) const { return integrated_[state_position]; }  // into plan().joints
 
   // What is held between settings: joint forces (plan().nv, N m or N; undriven joints stay 0; prescribed
-  // joints their qdd), moment and force of each port (6 each), then time and per prescribed joint q, qd at
+  // joints their qdd), moment and force of each port (6 each), then per prescribed joint a time and q, qd at
   // that time. Equal inputs mean an equal right-hand side.
   std::vector<double>& inputs() { return inputs_; }
   std::vector<double>& tau() { return inputs_; }
   double* port_wrench(int port) { return &inputs_[plan_.nv + 6 * port]; }
 
-  // Sets the motion of a prescribed joint from `time` on; all of them share the time.
+  // Sets the motion of a prescribed joint from `time` on.
   void set_motion(double time, int joint, double q, double qd, double qdd);
 
   // All joints at (time, y): q, qd of length plan().nv, valid until the next call.
@@ -52,6 +52,7 @@ class System {
   // constraints. `error` (length size(), may be null) is an error estimate to be projected alike.
   bool has_loops() const { return !plan_.loops.empty(); }
   Status project(double time, double* y, double* error);
+  double largest_gap() const;  // over all rows, m or rad, after the last project or accelerations
 
   // Accelerations of all joints at (time, y) into qdd (plan().nv): the same solve as the right-hand side.
   Status accelerations(double time, const double* y, double* qdd);

@@ -107,7 +107,7 @@ void check_movable(std::vector<LinkDraft>& drafts, Section& top) {
     const Joint& joint = drafts[i].link.joint;
     if (joint.type == JointType::fixed) continue;
     moves = true;
-    if (joint.armature > 0) continue;
+    if (joint.armature > 0 || joint.drive == Drive::motion || joint.drive == Drive::locked) continue;
     const std::string message = immovable(joint, outboard[i]);
     if (!message.empty()) drafts[i].section.error(drafts[i].section.place(), message);
   }

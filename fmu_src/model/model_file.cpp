@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "model/frame_reader.hpp"
 #include "model/link_reader.hpp"
 #include "model/loop_reader.hpp"
 #include "model/model_checks.hpp"
@@ -61,6 +62,7 @@ Model read_model(Section& top, Findings& findings) {
 
   model.loops = read_loops(top, links, names, findings);
   model.springs = read_springs(top, links, names, findings);
+  model.frames = read_frames(top, links, degrees, names, findings);
   model.solver = read_solver(top, findings);
   model.fmu = read_fmu(top, model, findings);
   top.refuse_unknown();
