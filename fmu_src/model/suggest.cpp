@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <numeric>
+#include <utility>
 
 namespace redysim {
 namespace {
@@ -27,10 +28,37 @@ std::size_t edit_distance(const std::string& first, const std::string& second) {
   return above[second.size()];
 }
 
+// What other programs and books call our fields.
+constexpr std::pair<const char*, const char*> other_names[] = {
+    {"type", "joint"},
+    {"joint_type", "joint"},
+    {"length", "a"},
+    {"th", "theta"},
+    {"alp", "alpha"},
+    {"cog", "com"},
+    {"cm", "com"},
+    {"center_of_mass", "com"},
+    {"centre_of_mass", "com"},
+    {"I", "inertia"},
+    {"friction", "damping"},
+    {"q0", "q"},
+    {"qd0", "qd"},
+    {"dq", "qd"},
+    {"rotor_inertia", "armature"},
+    {"joints", "link"},
+    {"body", "link"},
+    {"bodies", "link"},
+    {"tolerance", "rtol"},
+    {"g", "gravity"},
+};
+
 }  // namespace
 
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& candidates) {
   if (word.size() > 200) return {};
+  for (const auto& [other, ours] : other_names)
+    if (word == other && std::find(candidates.begin(), candidates.end(), ours) != candidates.end())
+      return "; did you mean '" + std::string(ours) + "'?";
   std::size_t best = std::max<std::size_t>(1, word.size() / 3) + 1;
   const std::string* closest = nullptr;
   for (const std::string& candidate : candidates) {

@@ -52,6 +52,19 @@ TEST(model_error, a_syntax_error_has_its_place) {
   }
 }
 
+TEST(model_error, common_slips_of_syntax_get_plain_words) {
+  const std::string syntax = "TOML syntax: ";
+  EXPECT_EQ(errors("name = \"m\nx = 1\n"),
+            (Lines{"1: " + syntax + "a string lacks its closing quotation mark before the end of the line"}));
+  EXPECT_EQ(errors("name = \"m\xe4rz\"\n"),
+            (Lines{"1: " + syntax + "the file is not UTF-8 text; save it as UTF-8"}));
+  EXPECT_EQ(errors("x = 1,5\n"),
+            (Lines{"1: " + syntax +
+                   "nothing may follow a value here, saw ','; numbers are written with a point: 1.5"}));
+  EXPECT_EQ(errors("name: m\n"),
+            (Lines{"1: " + syntax + "expected '=', saw ':'; a field is written name = value"}));
+}
+
 TEST(model_error, malformed_text_is_a_syntax_error_and_not_a_crash) {
   const std::string nested = std::string(100000, '[');
   for (const std::string text :

@@ -14,6 +14,12 @@ TEST(suggest, a_likely_misspelling_names_the_field) {
   EXPECT_EQ(did_you_mean("dampening", fields), "; did you mean 'damping'?");
 }
 
+TEST(suggest, the_name_that_others_use_leads_to_ours) {
+  EXPECT_EQ(did_you_mean("type", {"joint", "com"}), "; did you mean 'joint'?");
+  EXPECT_EQ(did_you_mean("center_of_mass", {"joint", "com"}), "; did you mean 'com'?");
+  EXPECT_EQ(did_you_mean("type", {"com"}), "");
+}
+
 TEST(suggest, an_unlike_word_suggests_nothing) {
   EXPECT_EQ(did_you_mean("colour", {"name", "mass"}), "");
   EXPECT_EQ(did_you_mean("x", {"a", "b", "d"}), "");
