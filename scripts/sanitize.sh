@@ -3,5 +3,4 @@
 set -eu
 cd "$(dirname "$0")/.."
 sh scripts/build.sh sanitize
-echo "== C++ tests (ctest, build/sanitize)"
-exec ctest --test-dir build/sanitize --output-on-failure --progress --parallel "$(nproc)" </dev/null
+exec sh scripts/ctest.sh sanitize
