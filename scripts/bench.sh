@@ -1,16 +1,13 @@
 #!/bin/sh
-# Builds and runs the benchmarks: bench/run.py if there is one, else each program of build/bench/bench.
+# Builds and runs the benchmarks: bench.sh [OPTIONS OF bench/run.py]. Where `.venv/bin/pip install pin` has put Pinocchio, it
+# is measured in the same process.
 set -eu
 cd "$(dirname "$0")/.."
-[ -f bench/CMakeLists.txt ] || {
-  echo "there are no benchmarks in bench/ yet" >&2
-  exit 1
-}
+sh scripts/setup.sh
+REDYSIM_PINOCCHIO="$(.venv/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/cmeel.prefix"
+[ -d "$REDYSIM_PINOCCHIO/include/pinocchio" ] || REDYSIM_PINOCCHIO=
+export REDYSIM_PINOCCHIO
+# the preset reads it when the build folder is configured
+[ "$(sed -n 's/^REDYSIM_PINOCCHIO:[A-Z]*=//p' build/bench/CMakeCache.txt 2>/dev/null)" = "$REDYSIM_PINOCCHIO" ] || rm -f build/bench/build.ninja
 sh scripts/build.sh bench
-if [ -f bench/run.py ]; then
-  exec .venv/bin/python bench/run.py "$@"
-fi
-find build/bench/bench -maxdepth 1 -type f -perm -u+x | sort | while read -r program; do
-  echo "== $program"
-  "$program" "$@" </dev/null
-done
+exec .venv/bin/python bench/run.py "$@"
