@@ -135,6 +135,8 @@ LoopRows loop_rows_of(const Model& model, std::size_t index) {
                                     : Vec3<double>(poses[loop.link_a].rotation * frame_a.col(2));
     if (moves_in_plane(model, poses, loop.link_a, meeting, normal) &&
         moves_in_plane(model, poses, loop.link_b, meeting, normal)) {
+      out.left_out = {out.rows.back(), rotation_row(next, frame_a.col(0), axis_b),
+                      rotation_row(next + 1, frame_a.col(1), axis_b)};
       out.rows.pop_back();
       return out;
     }

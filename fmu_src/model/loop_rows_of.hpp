@@ -16,6 +16,7 @@ struct LoopRow {
 
 struct LoopRows {
   std::vector<LoopRow> rows;
+  std::vector<LoopRow> left_out;  // a planar scene keeps these in all its poses, or breaks them in all
   // Rows in ground directions that turn with no body: the equations then concern all joints down to
   // the ground, not only those between the two links.
   bool tied_to_ground = false;
@@ -24,8 +25,8 @@ struct LoopRows {
 // How many multipliers a cut joint has, whether or not the scene makes some of them redundant.
 int multiplier_count(const Loop& loop);
 
-// The equations of loop `index`. In a planar scene a revolute cut keeps its two in-plane rows: the others
-// hold by construction.
+// The equations of loop `index`. In a planar scene a revolute cut keeps its two in-plane rows; no motion
+// changes the others.
 LoopRows loop_rows_of(const Model& model, std::size_t index);
 
 }  // namespace redysim

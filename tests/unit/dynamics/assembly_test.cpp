@@ -1,0 +1,146 @@
+#include "dynamics/assembly.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "model/model_file.hpp"
+#include "support/mechanisms.hpp"
+
+namespace redysim {
+namespace {
+
+constexpr double degree = 0.017453292519943295;
+
+struct Start {
+  Model model;
+  Plan<double> plan;
+  Workspace<double> ws;
+  std::vector<double> q, qd;
+  Assembly result;
+
+  explicit Start(Model given, std::vector<double> q0 = {}, std::vector<double> qd0 = {})
+      : model(std::move(given)), plan(model), ws(plan), q(std::move(q0)), qd(std::move(qd0)) {
+    for (std::size_t i = q.size(); i < plan.joints.size(); ++i)
+      q.push_back(model.links[plan.joints[i].link].joint.q0);
+    qd.resize(plan.joints.size(), 0.0);
+    result = assemble(model, plan, ws, q.data(), qd.data());
+  }
+};
+
+Model four_bar() { return read_model_file(REDYSIM_MODELS "/four_bar.toml").model; }
+
+TEST(Assembly, leaves_a_closed_pose_alone) {
+  const Start start(four_bar());
+  EXPECT_TRUE(start.result.closed);
+  EXPECT_EQ(start.q[1], start.model.links[1].joint.q0);
+  EXPECT_EQ(moved_joints(start.model, start.plan, start.result, 0), "");
+}
+
+TEST(Assembly, closes_the_four_bar_whose_start_pose_is_open_by_26_mm) {
+  const Start start(four_bar(), {0, 145.54 * degree, 130.54 * degree});
+  ASSERT_TRUE(start.result.closed);
+  // closed form: crank at 0 leaves a triangle of 0.10, 0.13 and 0.10 m
+  const double closed = std::acos(-0.65);
+  EXPECT_NEAR(start.result.gap_before, std::hypot(0.00340, 0.02588), 2e-5);
+  EXPECT_EQ(start.q[0], 0);
+  EXPECT_NEAR(start.q[1], closed, 1e-13);
+  EXPECT_NEAR(start.q[2], closed, 1e-13);
+  EXPECT_LT(start.result.gap, 1e-15);
+  EXPECT_NEAR(start.result.moved[1], closed - 145.54 * degree, 1e-13);
+  EXPECT_EQ(moved_joints(start.model, start.plan, start.result, 1e-3), "joint2 by -0.261771 rad");
+}
+
+TEST(Assembly, finds_the_nearest_pose_when_nothing_is_held) {
+  Model model = four_bar();
+  model.links[0].joint.hold = false;
+  const std::vector<double> q0 = {0.1, 2.4, 2.2};
+  const Start start(model, q0);
+  ASSERT_TRUE(start.result.closed);
+  // nearest along the one-parameter family of closed poses: neighbours found by holding the crank aside
+  auto distance = [&q0](const std::vector<double>& q) {
+    return std::hypot(q[0] - q0[0], q[1] - q0[1], q[2] - q0[2]);
+  };
+  for (double aside : {-1e-3, 1e-3}) {
+    model.links[0].joint.hold = true;
+    const Start neighbour(model, {start.q[0] + aside, start.q[1], start.q[2]});
+    ASSERT_TRUE(neighbour.result.closed);
+    EXPECT_GT(distance(neighbour.q), distance(start.q));
+  }
+}
+
+TEST(Assembly, makes_velocities_consistent_and_keeps_those_of_held_joints) {
+  const Start start(four_bar(), {}, {3.0, 0, 0});
+  ASSERT_TRUE(start.result.consistent);
+  EXPECT_EQ(start.qd[0], 3.0);
+  // instant centres: crank tip moves at 0.15 m/s square to the base line, see the derivative of the closure
+  const double h = 1e-6;
+  const Start later(four_bar(), {3 * h, start.q[1], start.q[2]});
+  const Start sooner(four_bar(), {-3 * h, start.q[1], start.q[2]});
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(start.qd[i], (later.q[i] - sooner.q[i]) / (2 * h), 1e-7);
+}
+
+TEST(Assembly, says_what_remains_open_of_an_impossible_loop) {
+  Model model = four_bar();
+  model.loops[0].point_b = {0.4, 0, 0};
+  const Start start(model);
+  EXPECT_FALSE(start.result.closed);
+  EXPECT_EQ(start.q[1], model.links[1].joint.q0);
+  // coupler 0.4 m: at its shortest it reaches 0.4 - 0.13 m from the rocker's pivot, the crank tip at 0 is
+  // 0.1 m away from that
+  EXPECT_EQ(failure(start.model, start.result),
+            "loop 'closure' cannot close: 0.17 m remain open at the nearest pose");
+}
+
+TEST(Assembly, sees_that_a_planar_loop_is_offset_along_its_axis) {
+  Model model = four_bar();
+  model.loops[0].type = LoopType::revolute;
+  EXPECT_TRUE(Start(model).result.closed);
+  model.loops[0].point_a.z() = 0.003;
+  EXPECT_EQ(failure(model, Start(model).result),
+            "loop 'closure' cannot close: 0.003 m remain open at the nearest pose");
+}
+
+TEST(Assembly, closes_a_parallelogram_that_starts_flat) {
+  const Model model = test::four_bar_chain(3);
+  const std::vector<double> flat(9, 0.0);
+  const Start exact(model, flat);
+  EXPECT_TRUE(exact.result.closed);
+  EXPECT_EQ(exact.q, flat);
+  std::vector<double> bent = flat;
+  for (std::size_t i = 0; i < bent.size(); ++i) bent[i] = 1e-3 * std::sin(1.0 + static_cast<double>(i));
+  const Start near(model, bent);
+  EXPECT_TRUE(near.result.closed);
+  for (std::size_t i = 0; i < bent.size(); ++i) EXPECT_NEAR(near.q[i], bent[i], 3e-3);
+}
+
+TEST(Assembly, folds_a_flat_pose_that_is_too_long) {
+  // crank and coupler on one line overshoot the rocker's tip: no joint alone shortens them
+  Model model = test::four_bar_chain(1);
+  model.loops[0].point_b = {0.29, 0, 0};
+  const Start start(model, {0, 0, 0});
+  EXPECT_TRUE(start.result.closed);
+  EXPECT_LT(start.result.gap, 1e-11);
+}
+
+TEST(Assembly, closes_redundant_loops) {
+  Model model = test::four_bar_chain(1, LoopType::spherical);
+  model.loops.push_back(model.loops[0]);
+  model.loops[1].name = "again";
+  const Start start(model, {0.7, 0.8, -0.6});
+  ASSERT_TRUE(start.result.closed);
+  EXPECT_NEAR(start.q[0], start.q[1], 1e-12);
+  EXPECT_NEAR(start.q[2], -start.q[1], 1e-12);
+}
+
+TEST(Assembly, closes_long_chains_of_loops) {
+  const int n = 40;
+  std::vector<double> q = test::four_bar_chain_pose(n, [](int k) { return 1 + 0.1 * std::sin(k); });
+  for (std::size_t i = 0; i < q.size(); ++i) q[i] += 0.05 * std::cos(static_cast<double>(i));
+  const Start start(test::four_bar_chain(n), q);
+  EXPECT_TRUE(start.result.closed);
+  EXPECT_LT(start.result.gap, 1e-14);
+}
+
+}  // namespace
+}  // namespace redysim
