@@ -15,7 +15,7 @@ namespace {
 struct LoopPath {
   int loop = 0;
   int body_a = ground, body_b = ground;
-  int meeting = ground;             // last common body, or ground for rows tied to ground directions
+  int meeting = ground;                 // last common body, or ground for rows tied to ground directions
   std::vector<int> joints_a, joints_b;  // from each end up to (not including) the meeting body
 };
 
@@ -179,7 +179,9 @@ LoopPlan<Scalar> loop_plan(const Model& model, const Plan<Scalar>& plan, const L
     ConstraintRow<Scalar> row;
     using Kind = typename ConstraintRow<Scalar>::Kind;
     row.index = given.index;
-    row.kind = given.rotation ? Kind::rotation : given.on_ground ? Kind::position_on_root : Kind::position_on_a;
+    row.kind = given.rotation    ? Kind::rotation
+               : given.on_ground ? Kind::position_on_root
+                                 : Kind::position_on_a;
     row.u = (given.on_ground ? given.u : Vec3<double>(in_a.rotation * given.u)).template cast<Scalar>();
     row.v = (in_b.rotation * given.v).eval().template cast<Scalar>();
     out.rows.push_back(row);
@@ -256,7 +258,8 @@ std::vector<EliminationStep> elimination_order(const Plan<Scalar>& plan) {
     else if (plan.clusters[c].joints.front() == i)
       nodes.push_back({depth[i], {true, c}});
   }
-  std::stable_sort(nodes.begin(), nodes.end(), [](const Node& x, const Node& y) { return x.depth > y.depth; });
+  std::stable_sort(nodes.begin(), nodes.end(),
+                   [](const Node& x, const Node& y) { return x.depth > y.depth; });
   std::vector<EliminationStep> order;
   for (const Node& node : nodes) order.push_back(node.step);
   return order;

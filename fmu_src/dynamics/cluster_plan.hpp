@@ -16,7 +16,7 @@ template <class Scalar>
 struct ConstraintRow {
   enum class Kind { position_on_a, position_on_root, rotation };
   Kind kind = Kind::position_on_a;
-  int index = 0;  // among the multipliers of its loop
+  int index = 0;   // among the multipliers of its loop
   Vec3<Scalar> u;  // position: direction, in body a's frame or (on_root) in ground axes; rotation: in a
   Vec3<Scalar> v;  // rotation: direction in body b's frame
 };
@@ -25,7 +25,7 @@ template <class Scalar>
 struct LoopPlan {
   int loop = 0;  // index into Model::loops
   int body_a = ground, body_b = ground;
-  int root = ground;  // of its cluster
+  int root = ground;              // of its cluster
   Vec3<Scalar> point_a, point_b;  // body frames
   int first_row = 0;              // in the row numbering of the whole plan
   std::vector<ConstraintRow<Scalar>> rows;
@@ -33,14 +33,14 @@ struct LoopPlan {
 
 // One row's wrench on one side of its loop, passing one joint on the way to the cluster's root.
 struct RowPassage {
-  int row = 0;   // global row
-  int side = 0;  // 0: a, 1: b
+  int row = 0;         // global row
+  int side = 0;        // 0: a, 1: b
   bool merge = false;  // both sides meet at this joint's body and go on as side 0
 };
 
 // Loops and rows of a cluster are consecutive in the plan's numbering.
 struct ClusterPlan {
-  int root = ground;               // the body all paths of the cluster meet at
+  int root = ground;  // the body all paths of the cluster meet at
   int first_loop = 0, loop_count = 0;
   int first_row = 0, row_count = 0;
   int first_passage = 0;           // in the numbering of all clusters' passages

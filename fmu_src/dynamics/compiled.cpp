@@ -12,13 +12,15 @@
 
 namespace redysim {
 
-REDYSIM_CLONES void compiled_forward_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
-                                              const double* qd, const double* tau, double* qdd) {
+REDYSIM_CLONES void compiled_forward_dynamics(const Plan<double>& plan, Workspace<double>& ws,
+                                              const double* q, const double* qd, const double* tau,
+                                              double* qdd) {
   forward_dynamics(plan, ws, q, qd, tau, qdd);
 }
 
-REDYSIM_CLONES void compiled_inverse_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
-                                              const double* qd, const double* qdd, double* tau) {
+REDYSIM_CLONES void compiled_inverse_dynamics(const Plan<double>& plan, Workspace<double>& ws,
+                                              const double* q, const double* qd, const double* qdd,
+                                              double* tau) {
   inverse_dynamics(plan, ws, q, qd, qdd, tau);
 }
 

@@ -128,7 +128,8 @@ void add_port_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sc
 
 // Pose and velocity of any body: climbs to the ground, for outputs. Uses set_positions' joint states.
 template <class Scalar>
-GroundState<Scalar> body_motion(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, int body, const Scalar* qd) {
+GroundState<Scalar> body_motion(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, int body,
+                                const Scalar* qd) {
   if (body == ground) return ground_at_rest<Scalar>();
   const GroundState<Scalar> from = body_motion(plan, ws, plan.joints[body].parent, qd);
   return moved(plan.joints[body], ws.joints[body], from, qd[body]);

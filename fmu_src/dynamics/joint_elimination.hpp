@@ -72,8 +72,8 @@ void reduce_free(const JointState<Scalar>& s, const Scalar& tau, ArticulatedIner
 
 // Leaves to root: one joint, folded into its parent's body.
 template <class Scalar>
-void eliminate(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, const Scalar* q,
-                             const Scalar* qd, const Scalar* tau) {
+void eliminate(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, const Scalar* q, const Scalar* qd,
+               const Scalar* tau) {
   const JointPlan<Scalar>& joint = plan.joints[i];
   JointState<Scalar>& s = ws.joints[i];
   const Scalar force = joint_force(joint, q[i], qd[i], tau[i]);

@@ -15,10 +15,19 @@ template <class Scalar>
 void turn_x_into(const JointPlan<Scalar>& joint, Vec3<Scalar>& v) {
   const Scalar y = v.y();
   switch (joint.twist) {
-    case Twist::none: return;
-    case Twist::plus_90: v.y() = v.z(); v.z() = -y; return;
-    case Twist::minus_90: v.y() = -v.z(); v.z() = y; return;
-    case Twist::general: turn_into(v.y(), v.z(), joint.cos_alpha, joint.sin_alpha); return;
+    case Twist::none:
+      return;
+    case Twist::plus_90:
+      v.y() = v.z();
+      v.z() = -y;
+      return;
+    case Twist::minus_90:
+      v.y() = -v.z();
+      v.z() = y;
+      return;
+    case Twist::general:
+      turn_into(v.y(), v.z(), joint.cos_alpha, joint.sin_alpha);
+      return;
   }
 }
 
@@ -26,20 +35,36 @@ template <class Scalar>
 void turn_x_back(const JointPlan<Scalar>& joint, Vec3<Scalar>& v) {
   const Scalar y = v.y();
   switch (joint.twist) {
-    case Twist::none: return;
-    case Twist::plus_90: v.y() = -v.z(); v.z() = y; return;
-    case Twist::minus_90: v.y() = v.z(); v.z() = -y; return;
-    case Twist::general: turn_back(v.y(), v.z(), joint.cos_alpha, joint.sin_alpha); return;
+    case Twist::none:
+      return;
+    case Twist::plus_90:
+      v.y() = -v.z();
+      v.z() = y;
+      return;
+    case Twist::minus_90:
+      v.y() = v.z();
+      v.z() = -y;
+      return;
+    case Twist::general:
+      turn_back(v.y(), v.z(), joint.cos_alpha, joint.sin_alpha);
+      return;
   }
 }
 
 template <class Scalar>
 void turn_x_back(const JointPlan<Scalar>& joint, ArticulatedInertia<Scalar>& A) {
   switch (joint.twist) {
-    case Twist::none: return;
-    case Twist::plus_90: quarter_turn_x_back(A, false); return;
-    case Twist::minus_90: quarter_turn_x_back(A, true); return;
-    case Twist::general: turn_x_back(A, joint.cos_alpha, joint.sin_alpha); return;
+    case Twist::none:
+      return;
+    case Twist::plus_90:
+      quarter_turn_x_back(A, false);
+      return;
+    case Twist::minus_90:
+      quarter_turn_x_back(A, true);
+      return;
+    case Twist::general:
+      turn_x_back(A, joint.cos_alpha, joint.sin_alpha);
+      return;
   }
 }
 
@@ -104,7 +129,8 @@ void to_parent(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, 
 
 // Articulated inertia at the body's frame -> at the parent's. `free`: no moment about the joint's axis.
 template <bool free, class Scalar>
-void to_parent(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, ArticulatedInertia<Scalar>& A) {
+void to_parent(const JointPlan<Scalar>& joint, const JointState<Scalar>& state,
+               ArticulatedInertia<Scalar>& A) {
   turn_z_back<free>(A, state.cosine, state.sine);
   if (joint.shifted || joint.prismatic) shift_z_back<free>(A, state.offset);
   turn_x_back(joint, A);

@@ -105,7 +105,8 @@ void eliminate_with_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
 
 // Root to leaves: multipliers of each cluster as its root's acceleration is known, then the joints.
 template <class Scalar>
-void accelerate_with_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, Scalar* qdd, bool at_rest = false) {
+void accelerate_with_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, Scalar* qdd,
+                           bool at_rest = false) {
   LoopState<Scalar>& state = ws.loop;
   for (auto step = plan.elimination.rbegin(); step != plan.elimination.rend(); ++step) {
     if (!step->is_cluster) {
@@ -116,7 +117,8 @@ void accelerate_with_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, Scal
     const int first = cluster.first_row;
     for (int row = first; row < first + cluster.row_count; ++row) {
       state.lambda[row] = state.b[row];
-      if (cluster.root != ground) state.lambda[row] -= dot(state.K[row], ws.joints[cluster.root].acceleration);
+      if (cluster.root != ground)
+        state.lambda[row] -= dot(state.K[row], ws.joints[cluster.root].acceleration);
     }
     state.S[static_cast<std::size_t>(step->index)].solve(&state.lambda[first], &state.lambda[first]);
     for (std::size_t k = cluster.joints.size(); k-- > 0;) {

@@ -72,8 +72,8 @@ template <class Scalar>
 void add_body(RigidInertia<Scalar>& to, const RigidInertia<double>& body) {
   to.mass += body.mass;
   to.h += body.h.cast<Scalar>();
-  add(to.inertia, {body.inertia.xx, body.inertia.yy, body.inertia.zz, body.inertia.xy, body.inertia.xz,
-                   body.inertia.yz});
+  add(to.inertia,
+      {body.inertia.xx, body.inertia.yy, body.inertia.zz, body.inertia.xy, body.inertia.xz, body.inertia.yz});
 }
 
 }  // namespace

@@ -22,10 +22,10 @@ struct JointPlan {
   int link = 0;         // index into Model::links
   bool prismatic = false;
   bool prescribed = false;  // its acceleration is given, its force follows
-  bool branch = false;     // gamma or b present
-  bool shifted = false;    // constant d of a revolute joint present
-  bool passive = false;    // stiffness or damping present
-  bool axis_free = true;   // revolute without armature: no moment about z gets past the joint
+  bool branch = false;      // gamma or b present
+  bool shifted = false;     // constant d of a revolute joint present
+  bool passive = false;     // stiffness or damping present
+  bool axis_free = true;    // revolute without armature: no moment about z gets past the joint
   Twist twist = Twist::none;
   Scalar cos_gamma = 1, sin_gamma = 0, b = 0;
   Scalar cos_alpha = 1, sin_alpha = 0, a = 0;

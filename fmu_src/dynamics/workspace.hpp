@@ -11,15 +11,15 @@ namespace redysim {
 // What the recursions leave behind for one joint and its body, in body axes unless said otherwise.
 template <class Scalar>
 struct JointState {
-  Scalar cosine, sine;    // of the angle about z
-  Scalar offset;          // along z, m
-  Vec3<Scalar> omega;     // angular velocity of the body
-  Motion<Scalar> c;       // acceleration of the body at qdd = 0 beyond its parent's (velocity products)
+  Scalar cosine, sine;  // of the angle about z
+  Scalar offset;        // along z, m
+  Vec3<Scalar> omega;   // angular velocity of the body
+  Motion<Scalar> c;     // acceleration of the body at qdd = 0 beyond its parent's (velocity products)
   ArticulatedInertia<Scalar> A;
-  Force<Scalar> p;        // bias wrench: acceleration 0 needs it
-  Force<Scalar> U;        // A S (DeNOC: psi-hat)
-  Scalar D_inverse;       // 1 / (S^T A S + armature) (DeNOC: 1 / m-hat)
-  Scalar u;               // tau - S^T p (DeNOC: phi-hat)
+  Force<Scalar> p;              // bias wrench: acceleration 0 needs it
+  Force<Scalar> U;              // A S (DeNOC: psi-hat)
+  Scalar D_inverse;             // 1 / (S^T A S + armature) (DeNOC: 1 / m-hat)
+  Scalar u;                     // tau - S^T p (DeNOC: phi-hat)
   Motion<Scalar> acceleration;  // of the origin, minus gravity
 };
 
@@ -45,8 +45,8 @@ struct LoopState {
   std::vector<Force<Scalar>> K;          // per row: wrench on the cluster's root
   std::vector<Scalar> passage_u;         // per passage (all clusters): S_j^T wrench
   std::vector<Scalar> lambda;
-  std::vector<Scalar> residual;          // position residual per row
-  std::vector<Scalar> rate;              // velocity residual per row
+  std::vector<Scalar> residual;             // position residual per row
+  std::vector<Scalar> rate;                 // velocity residual per row
   std::vector<EnvelopeCholesky<Scalar>> S;  // one per cluster
   double rank_tolerance = dynamics_rank_tolerance;
   Scalar extent = 0;  // m, how far loop points are from the ground's origin: sets the rounding of residuals

@@ -61,7 +61,8 @@ bool acts_on_kinetic(const Variable& known, const Plan<double>& plan, const Comp
 }
 
 bool acts_on_potential(const Variable& known, const Plan<double>& plan, const Components& components) {
-  if (known.role == Role::q0 || known.role == Role::motion_q || known.role == Role::gravity || is_spring(known.role))
+  if (known.role == Role::q0 || known.role == Role::motion_q || known.role == Role::gravity ||
+      is_spring(known.role))
     return true;
   return (known.role == Role::mass || known.role == Role::com) &&
          component_of(known, plan, components) != ground;
@@ -138,7 +139,8 @@ std::vector<Dependencies> initial_dependencies(const VariableTable& table, const
       case Role::total_energy:
         return acts_on_kinetic(known, plan, components) || acts_on_potential(known, plan, components);
       default:
-        return unknown.frame >= 0 && acts_on_acceleration(known, components.of(unknown.joint), plan, components);
+        return unknown.frame >= 0 &&
+               acts_on_acceleration(known, components.of(unknown.joint), plan, components);
     }
   });
   for (Dependencies& row : rows) {

@@ -231,11 +231,13 @@ bool Instance::update_plan(Function function) {
     }
   const bool rebase = integrator_ && system_.with_work();
   double before = 0;
-  if (rebase) before = system_.kinetic_energy(time_, current_state()) + system_.potential_energy(time_, current_state());
+  if (rebase)
+    before =
+        system_.kinetic_energy(time_, current_state()) + system_.potential_energy(time_, current_state());
   plan_.update(model_);
   if (rebase)
-    energy_offset_ +=
-        system_.kinetic_energy(time_, current_state()) + system_.potential_energy(time_, current_state()) - before;
+    energy_offset_ += system_.kinetic_energy(time_, current_state()) +
+                      system_.potential_energy(time_, current_state()) - before;
   plan_current_ = true;
   return true;
 }

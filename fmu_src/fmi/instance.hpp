@@ -106,7 +106,7 @@ class Instance {
   std::vector<double> applied_inputs_;      // of the last step
   std::vector<double> motion_;              // per joint: the prescribed q, qd, qdd as last set
   bool settled_state_current_ = false;
-  bool settled_ = true;                     // false: closed loops have to follow a motion set since the last step
+  bool settled_ = true;  // false: closed loops have to follow a motion set since the last step
 
   // computed on demand
   std::vector<double> start_state_, settled_state_, qdd_, drive_;

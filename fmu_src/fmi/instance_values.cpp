@@ -53,7 +53,8 @@ bool Instance::read(Function function, const Variable& variable, double& value) 
     case Role::motion_q:
     case Role::motion_qd:
     case Role::motion_qdd:
-      value = motion_[3 * variable.joint + (static_cast<int>(variable.role) - static_cast<int>(Role::motion_q))];
+      value =
+          motion_[3 * variable.joint + (static_cast<int>(variable.role) - static_cast<int>(Role::motion_q))];
       return true;
     case Role::port_torque:
     case Role::port_force:
@@ -110,7 +111,8 @@ double Instance::read_frame(const Variable& variable) {
   const Frame& frame = model_.frames[variable.frame];
   const Pose in_body = plan_.frame_in_carrier[frame.link] * Pose{frame.rotation, frame.position};
   const double* qd = system_.coordinates(time_, current_state()).qd;
-  return frame_value(variable, body_motion(plan_, system_.workspace(), plan_.carrier[frame.link], qd), in_body);
+  return frame_value(variable, body_motion(plan_, system_.workspace(), plan_.carrier[frame.link], qd),
+                     in_body);
 }
 
 // Where an input of a port lives: moment, then force.
@@ -196,7 +198,7 @@ fmi2Status Instance::set_real(const unsigned* references, std::size_t count, con
       set_motion(variable, values[i]);
       continue;
     }
-    double& value = variable.role == Role::tau                ? system_.inputs()[variable.joint]
+    double& value = variable.role == Role::tau               ? system_.inputs()[variable.joint]
                     : variable.causality == Causality::input ? port_value(variable)
                                                              : *parameter(model_, variable);
     if (value == values[i]) continue;

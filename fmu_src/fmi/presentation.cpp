@@ -40,7 +40,8 @@ Presentation of_joint(const Joint& joint, Role role) {
       return turns ? Presentation{&radian_per_second, "AngularVelocity", "Prescribed angular velocity" + at}
                    : Presentation{&metre_per_second, "Velocity", "Prescribed velocity" + at};
     case Role::motion_qdd:
-      return turns ? Presentation{&radian_per_second2, "AngularAcceleration", "Prescribed angular acceleration" + at}
+      return turns ? Presentation{&radian_per_second2, "AngularAcceleration",
+                                  "Prescribed angular acceleration" + at}
                    : Presentation{&metre_per_second2, "Acceleration", "Prescribed acceleration" + at};
     case Role::q:
       return turns ? Presentation{&radian, "Angle", "Angle" + at}
@@ -79,7 +80,8 @@ Presentation of_frame(const Frame& frame, const Variable& variable) {
     case Role::frame_position:
       return {&metre, "Position", "Position" + at + along + "ground frame"};
     case Role::frame_quaternion:
-      return {nullptr, nullptr, "Orientation" + at + ", quaternion part " + quaternion[variable.element] + ", w >= 0"};
+      return {nullptr, nullptr,
+              "Orientation" + at + ", quaternion part " + quaternion[variable.element] + ", w >= 0"};
     case Role::frame_rotation:
       return {nullptr, nullptr, "Rotation matrix" + at + ", columns are its axes in the ground frame"};
     case Role::frame_velocity:

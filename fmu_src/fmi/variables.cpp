@@ -236,8 +236,9 @@ void VariableTable::add_of_frames(const Model& model, const Plan<double>& plan) 
         variable.link = frame.link;
         variable.joint = plan.carrier[frame.link];
         variable.element = i;
-        const std::string index = columns == 1 ? std::to_string(i + 1)
-                                               : std::to_string(i / columns + 1) + "," + std::to_string(i % columns + 1);
+        const std::string index =
+            columns == 1 ? std::to_string(i + 1)
+                         : std::to_string(i / columns + 1) + "," + std::to_string(i % columns + 1);
         variable.name = frame.name + "." + variable.name + "[" + index + "]";
         add(std::move(variable));
       }

@@ -23,7 +23,8 @@ Status dense_jacobian(System& system, double time, const double* y, const double
     for (int i = 0; i < n; ++i) column[i] = (column[i] - slope[i]) / increment;
     room[j] = y[j];
   }
-  std::fill(jacobian + static_cast<std::ptrdiff_t>(arguments) * n, jacobian + static_cast<std::ptrdiff_t>(n) * n, 0.0);
+  std::fill(jacobian + static_cast<std::ptrdiff_t>(arguments) * n,
+            jacobian + static_cast<std::ptrdiff_t>(n) * n, 0.0);
   return Status::ok;
 }
 

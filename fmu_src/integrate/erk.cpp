@@ -90,7 +90,7 @@ class Erk final : public Integrator {
   std::vector<double> y_;
   std::vector<double> slope_;  // f(time_, y_) of the last inputs, when slope_known_
   bool slope_known_ = false;
-  bool fresh_ = true;          // the step size is to be found
+  bool fresh_ = true;  // the step size is to be found
   Statistics statistics_;
 
   // of the advance under way
@@ -98,20 +98,25 @@ class Erk final : public Integrator {
   long allowed_ = 0;
   const double* last_slope_ = nullptr;  // where ERKStep keeps the last slope it asked for
   bool warming_up_ = false;
-  bool serve_slope_ = false;     // the next slope asked for is slope_
-  bool skip_slope_ = false;      // the next slope asked for is not used: the advance is over
-  bool stage_failed_ = false;    // a stage had no slope: this attempt is to be rejected
+  bool serve_slope_ = false;   // the next slope asked for is slope_
+  bool skip_slope_ = false;    // the next slope asked for is not used: the advance is over
+  bool stage_failed_ = false;  // a stage had no slope: this attempt is to be rejected
   bool step_at_floor_ = false;
   bool projection_failed_ = false;
 };
 
 Erk::Erk(System& system, const SolverSettings& settings)
-    : system_(system), settings_(settings), table_(table_for(settings.rtol)),
-      error_weights_(system, settings.rtol, settings.atol), control_(table_.error_order, settings.max_step),
+    : system_(system),
+      settings_(settings),
+      table_(table_for(settings.rtol)),
+      error_weights_(system, settings.rtol, settings.atol),
+      control_(table_.error_order, settings.max_step),
       room_(system.size()),
       largest_step_(settings.max_step > 0 ? settings.max_step : std::numeric_limits<double>::max()),
-      start_(make_vector(system.size(), context_)), result_(make_vector(system.size(), context_)),
-      y_(static_cast<std::size_t>(system.size())), slope_(y_) {
+      start_(make_vector(system.size(), context_)),
+      result_(make_vector(system.size(), context_)),
+      y_(static_cast<std::size_t>(system.size())),
+      slope_(y_) {
   build();
 }
 
@@ -131,7 +136,8 @@ void Erk::build() {
   if (settings_.max_step > 0) ERKStepSetMaxStep(erk, settings_.max_step);
   // ERKStep takes c = 1 in the last stage for "first same as last", which 8(7) is not, unless a step is
   // post-processed: then it asks for the slope at the new state
-  if (!table_.first_same_as_last || system_.has_loops()) ERKStepSetPostprocessStepFn(erk, &Erk::complete_step);
+  if (!table_.first_same_as_last || system_.has_loops())
+    ERKStepSetPostprocessStepFn(erk, &Erk::complete_step);
 
   // ERKStep allocates in its first step: take one of a system at rest
   warming_up_ = true;
@@ -179,8 +185,8 @@ int Erk::weights(N_Vector y, N_Vector weights, void* self) {
   return 0;
 }
 
-int Erk::adapt(N_Vector, double t, double h, double, double, double error, double, double, int, int, double* next,
-               void* self_pointer) {
+int Erk::adapt(N_Vector, double t, double h, double, double, double error, double, double, int, int,
+               double* next, void* self_pointer) {
   Erk& self = *static_cast<Erk*>(self_pointer);
   if (error <= 1) {
     self.control_.accepted(h, error);
@@ -225,8 +231,8 @@ bool Erk::first_step_from_here() {
   if (system_.right_hand_side(time_, y_.data(), slope_.data()) != Status::ok) return false;
   slope_known_ = true;
   ++statistics_.evaluations;
-  const double step = first_step(system_, error_weights_, table_.error_order - 1, time_, y_.data(), slope_.data(),
-                                 largest_step_, room_);
+  const double step = first_step(system_, error_weights_, table_.error_order - 1, time_, y_.data(),
+                                 slope_.data(), largest_step_, room_);
   if (!(step > 0)) return false;
   control_.start(step);
   return true;
@@ -254,7 +260,8 @@ Outcome Erk::advance(double end, bool inputs_changed) {
   if (inputs_changed) {
     slope_known_ = false;
     control_.forget_errors();
-    if (!follow_motion(system_, time_, y_.data())) return failure(time_, "the loops cannot follow the prescribed motion");
+    if (!follow_motion(system_, time_, y_.data()))
+      return failure(time_, "the loops cannot follow the prescribed motion");
   }
   if (fresh_ && !first_step_from_here())
     return failure(time_, "the accelerations cannot be computed at the start of the step");
@@ -321,7 +328,8 @@ bool Erk::restore(const unsigned char* bytes, std::size_t size) {
   reader.get(slope.data(), slope.size());
   get(reader, statistics);
   const bool steps_possible = fresh == 1 || (wanted > 0 && previous_error > 0);
-  if (!reader.finished() || !std::isfinite(time) || fresh > 1 || slope_known > 1 || !steps_possible) return false;
+  if (!reader.finished() || !std::isfinite(time) || fresh > 1 || slope_known > 1 || !steps_possible)
+    return false;
 
   time_ = time;
   control_.restore(wanted, previous_error);

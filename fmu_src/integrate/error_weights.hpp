@@ -14,7 +14,7 @@ class ErrorWeights {
  public:
   ErrorWeights(const System& system, double rtol, double atol);
 
-  void evaluate(const double* y, double* weights) const;  // arrays of System::size()
+  void evaluate(const double* y, double* weights) const;          // arrays of System::size()
   double norm(const double* error, const double* weights) const;  // root mean square of weighted entries
 
  private:

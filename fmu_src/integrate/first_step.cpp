@@ -5,8 +5,8 @@
 
 namespace redysim {
 
-double first_step(System& system, const ErrorWeights& error_weights, int order, double time,
-                  const double* y, const double* f0, double largest, FirstStepRoom& room) {
+double first_step(System& system, const ErrorWeights& error_weights, int order, double time, const double* y,
+                  const double* f0, double largest, FirstStepRoom& room) {
   const std::size_t n = room.probe.size();
   error_weights.evaluate(y, room.weights.data());
   const double size_y = error_weights.norm(y, room.weights.data());
@@ -29,8 +29,8 @@ double first_step(System& system, const ErrorWeights& error_weights, int order, 
   // order 1 has its leading error term h^2/2 y'' known, higher orders only a guess of its size
   const double largest_term = order == 1 ? curvature : std::max(size_f, curvature);
   const double share = order == 1 ? 0.5 : 0.01;
-  const double by_curvature = largest_term > 1e-15 ? std::pow(share / largest_term, 1.0 / (order + 1))
-                                                   : std::max(1e-6, 1e-3 * h);
+  const double by_curvature =
+      largest_term > 1e-15 ? std::pow(share / largest_term, 1.0 / (order + 1)) : std::max(1e-6, 1e-3 * h);
   return std::min({100 * h, by_curvature, largest});
 }
 

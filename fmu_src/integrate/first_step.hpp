@@ -15,7 +15,7 @@ struct FirstStepRoom {
 // A first step for a method of the given order at (time, y) with slope f0 = f(time, y), from one
 // right-hand side beside it; it does not know where the integration ends. 0: no step can be made.
 // After Hairer, Norsett, Wanner: Solving Ordinary Differential Equations I, 2nd ed., II.4.
-double first_step(System& system, const ErrorWeights& error_weights, int order, double time,
-                  const double* y, const double* f0, double largest, FirstStepRoom& room);
+double first_step(System& system, const ErrorWeights& error_weights, int order, double time, const double* y,
+                  const double* f0, double largest, FirstStepRoom& room);
 
 }  // namespace redysim

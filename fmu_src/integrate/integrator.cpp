@@ -17,11 +17,14 @@ constexpr double open_loop = 1e-8;  // m or rad: a loop that projection leaves o
 std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings& settings) {
   if (system.size() == 0) return make_still();
   switch (settings.method) {
-    case SolverMethod::adams: return make_adams(system, settings);
+    case SolverMethod::adams:
+      return make_adams(system, settings);
     case SolverMethod::bdf:
-    case SolverMethod::dirk: return make_bdf(system, settings);  // no dirk yet: the other implicit method
+    case SolverMethod::dirk:
+      return make_bdf(system, settings);  // no dirk yet: the other implicit method
     case SolverMethod::erk:
-    case SolverMethod::automatic: break;
+    case SolverMethod::automatic:
+      break;
   }
   return make_erk(system, settings);
 }

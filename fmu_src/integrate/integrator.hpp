@@ -10,11 +10,11 @@
 namespace redysim {
 
 struct Statistics {
-  long steps = 0;            // accepted internal steps
-  long rejected = 0;         // error-test and solver failures
-  long evaluations = 0;      // right-hand sides
-  double step_size = 0;      // s, last accepted
-  double error_estimate = 0; // weighted local error of the last step, 1 = the tolerance
+  long steps = 0;             // accepted internal steps
+  long rejected = 0;          // error-test and solver failures
+  long evaluations = 0;       // right-hand sides
+  double step_size = 0;       // s, last accepted
+  double error_estimate = 0;  // weighted local error of the last step, 1 = the tolerance
 };
 
 // How an advance ended; on failure the state is the one at time(), the last good time.

@@ -16,7 +16,9 @@ class StateWriter {
   explicit StateWriter(std::vector<unsigned char>& bytes) : bytes_(bytes) { bytes_.clear(); }
 
   template <class Value>
-  void put(const Value& value) { put(&value, 1); }
+  void put(const Value& value) {
+    put(&value, 1);
+  }
   template <class Value>
   void put(const Value* values, std::size_t count) {
     static_assert(std::is_arithmetic_v<Value>);
@@ -33,7 +35,9 @@ class StateReader {
   StateReader(const unsigned char* bytes, std::size_t size) : next_(bytes), left_(bytes ? size : 0) {}
 
   template <class Value>
-  void get(Value& value) { get(&value, 1); }
+  void get(Value& value) {
+    get(&value, 1);
+  }
   template <class Value>
   void get(Value* values, std::size_t count) {
     static_assert(std::is_arithmetic_v<Value>);

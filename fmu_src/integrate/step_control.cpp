@@ -18,7 +18,9 @@ constexpr double telling = 1e-4;     // an error below it, of a step cut short, 
 }  // namespace
 
 StepControl::StepControl(int error_order, double max_step)
-    : integral_(0.85 / error_order), proportional_(0.2 / error_order), plain_(1.0 / error_order),
+    : integral_(0.85 / error_order),
+      proportional_(0.2 / error_order),
+      plain_(1.0 / error_order),
       max_step_(max_step > 0 ? max_step : std::numeric_limits<double>::max()) {}
 
 void StepControl::accepted(double h, double error) {

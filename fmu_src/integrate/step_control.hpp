@@ -9,7 +9,10 @@ class StepControl {
   // `error_order`: the local error is proportional to h^error_order.
   StepControl(int error_order, double max_step);
 
-  void start(double step) { wanted_ = limited(step); previous_error_ = 1; }
+  void start(double step) {
+    wanted_ = limited(step);
+    previous_error_ = 1;
+  }
   void forget_errors() { previous_error_ = 1; }  // the equation changed
 
   // A step of size h had the weighted error (not a number: the right-hand side failed).
@@ -21,7 +24,10 @@ class StepControl {
 
   double wanted() const { return wanted_; }
   double previous_error() const { return previous_error_; }
-  void restore(double wanted, double previous_error) { wanted_ = wanted; previous_error_ = previous_error; }
+  void restore(double wanted, double previous_error) {
+    wanted_ = wanted;
+    previous_error_ = previous_error;
+  }
 
  private:
   double limited(double step) const { return step < max_step_ ? step : max_step_; }

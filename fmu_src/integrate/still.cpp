@@ -15,7 +15,8 @@ class Still final : public Integrator {
     return {};
   }
   Outcome advance(double end, bool) override {
-    if (!(end >= time_) || !std::isfinite(end)) return failure(time_, "the end of the step is not a later time");
+    if (!(end >= time_) || !std::isfinite(end))
+      return failure(time_, "the end of the step is not a later time");
     time_ = end;
     return {};
   }

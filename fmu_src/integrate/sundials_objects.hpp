@@ -18,13 +18,16 @@ namespace redysim::sundials {
 template <auto Destroy>
 struct Destroyer {
   template <class Object>
-  void operator()(Object* object) const { Destroy(object); }
+  void operator()(Object* object) const {
+    Destroy(object);
+  }
 };
 
 using Vector = std::unique_ptr<std::remove_pointer_t<N_Vector>, Destroyer<N_VDestroy>>;
 using Matrix = std::unique_ptr<std::remove_pointer_t<SUNMatrix>, Destroyer<SUNMatDestroy>>;
 using LinearSolver = std::unique_ptr<std::remove_pointer_t<SUNLinearSolver>, Destroyer<SUNLinSolFree>>;
-using NonlinearSolver = std::unique_ptr<std::remove_pointer_t<SUNNonlinearSolver>, Destroyer<SUNNonlinSolFree>>;
+using NonlinearSolver =
+    std::unique_ptr<std::remove_pointer_t<SUNNonlinearSolver>, Destroyer<SUNNonlinSolFree>>;
 
 template <class Pointer>
 Pointer created(Pointer pointer) {

@@ -48,7 +48,8 @@ System::System(const Plan<double>& plan, bool with_work)
 }
 
 void System::set_motion(double time, int joint, double q, double qd, double qdd) {
-  double* held = &inputs_[q_.size() + 6 * plan_.ports.size() + 3 * static_cast<std::size_t>(motion_slot_[joint])];
+  double* held =
+      &inputs_[q_.size() + 6 * plan_.ports.size() + 3 * static_cast<std::size_t>(motion_slot_[joint])];
   held[0] = time;
   held[1] = q;
   held[2] = qd;
@@ -146,8 +147,10 @@ Status System::project_within_rank(double time, double* y, double* error) {
   set_residuals(time, y);
   const double enough = rounding * workspace_.loop.extent;
   reduce_residual(workspace_.loop.residual, enough, time, y, y);
-  reduce_residual(workspace_.loop.rate, enough * largest_of(coordinates(time, y).qd, plan_.nv), time, y, y + n);
-  if (!std::isfinite(largest(workspace_.loop.residual) + largest(workspace_.loop.rate))) return Status::recoverable;
+  reduce_residual(workspace_.loop.rate, enough * largest_of(coordinates(time, y).qd, plan_.nv), time, y,
+                  y + n);
+  if (!std::isfinite(largest(workspace_.loop.residual) + largest(workspace_.loop.rate)))
+    return Status::recoverable;
   if (error != nullptr) project_error(error);
   return Status::ok;
 }

@@ -82,13 +82,13 @@ class System {
 
   const Plan<double>& plan_;
   bool with_work_;
-  std::vector<int> integrated_;      // joints in the state
-  std::vector<int> motion_slot_;     // per joint: its place among the prescribed ones, or -1
+  std::vector<int> integrated_;   // joints in the state
+  std::vector<int> motion_slot_;  // per joint: its place among the prescribed ones, or -1
   std::vector<double> inputs_;
   std::vector<double> q_, qd_;       // all joints
   std::vector<double> qdd_, drive_;  // all joints, of the last accelerations
   Workspace<double> workspace_;
-  std::vector<double> scratch_;      // plan().nv
+  std::vector<double> scratch_;  // plan().nv
   int failed_joint_ = -1;
   long evaluations_ = 0;
 };

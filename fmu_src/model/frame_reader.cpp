@@ -30,7 +30,8 @@ void read_frame_outputs(Section& section, Frame& frame) {
   }
 }
 
-Frame read_frame(Section section, const std::string& label, const LinkTable& links, bool degrees, Names& names) {
+Frame read_frame(Section section, const std::string& label, const LinkTable& links, bool degrees,
+                 Names& names) {
   Frame frame;
   frame.name = names.take(section, label);
   if (!section.has("link")) section.error("link", "link is required");
@@ -43,11 +44,10 @@ Frame read_frame(Section section, const std::string& label, const LinkTable& lin
   const double unit = degrees ? 3.14159265358979323846 / 180 : 1;
   frame.rotation = rotation_of(unit * section.vector("rpy", Vec3<double>::Zero()));
   read_frame_outputs(section, frame);
-  frame.port = section.choice<Frame::Port>("port",
-                                           {{"none", Frame::Port::none},
-                                            {"ground", Frame::Port::ground_axes},
-                                            {"frame", Frame::Port::frame_axes}},
-                                           Frame::Port::none);
+  frame.port = section.choice<Frame::Port>(
+      "port",
+      {{"none", Frame::Port::none}, {"ground", Frame::Port::ground_axes}, {"frame", Frame::Port::frame_axes}},
+      Frame::Port::none);
   section.refuse_unknown();
   return frame;
 }

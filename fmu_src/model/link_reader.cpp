@@ -29,10 +29,12 @@ Joint read_joint(Section& section, const std::string& link_name, bool degrees) {
       {{"revolute", JointType::revolute}, {"prismatic", JointType::prismatic}, {"fixed", JointType::fixed}},
       JointType::revolute);
   joint.name = section.identifier("joint_name", link_name);
-  joint.drive = section.choice<Drive>(
-      "drive",
-      {{"torque", Drive::torque}, {"free", Drive::free}, {"motion", Drive::motion}, {"locked", Drive::locked}},
-      Drive::torque);
+  joint.drive = section.choice<Drive>("drive",
+                                      {{"torque", Drive::torque},
+                                       {"free", Drive::free},
+                                       {"motion", Drive::motion},
+                                       {"locked", Drive::locked}},
+                                      Drive::torque);
   joint.dh = read_dh(section, degrees);
   const bool angular = degrees && joint.type != JointType::prismatic;
   joint.q0 = to_radians(section.number("q", 0), angular);

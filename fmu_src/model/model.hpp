@@ -79,9 +79,9 @@ struct Frame {
   enum class Port { none, ground_axes, frame_axes };
   std::string name;
   int link = ground;
-  Vec3<double> position = Vec3<double>::Zero();          // m, in the link's frame
-  Mat3<double> rotation = Mat3<double>::Identity();      // columns: the frame's axes in the link's frame
-  bool pose = true;        // outputs position and quaternion
+  Vec3<double> position = Vec3<double>::Zero();      // m, in the link's frame
+  Mat3<double> rotation = Mat3<double>::Identity();  // columns: the frame's axes in the link's frame
+  bool pose = true;                                  // outputs position and quaternion
   bool rotation_matrix = false;
   bool velocity = false;   // outputs velocity and angular_velocity
   Port port = Port::none;  // inputs force and torque
@@ -98,10 +98,10 @@ struct SolverSettings {
 
 // What the FMU shows of the scene. Group names as in docs/model_file.md.
 struct FmuSettings {
-  bool acceleration = true;            // <joint>.qdd
-  bool energy = true;                  // energy.*
-  bool solver = true;                  // solver.* outputs
-  std::vector<std::string> tunable;    // parameters such as "link3.mass" that a master may change
+  bool acceleration = true;                // <joint>.qdd
+  bool energy = true;                      // energy.*
+  bool solver = true;                      // solver.* outputs
+  std::vector<std::string> tunable;        // parameters such as "link3.mass" that a master may change
   double stop_time = 1, step_size = 1e-3;  // default experiment, s
 };
 

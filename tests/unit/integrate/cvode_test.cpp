@@ -11,7 +11,9 @@ using test::solver;
 class Multistep : public testing::TestWithParam<SolverMethod> {};
 
 INSTANTIATE_TEST_SUITE_P(Cvode, Multistep, testing::Values(SolverMethod::adams, SolverMethod::bdf),
-                         [](const auto& method) { return method.param == SolverMethod::adams ? "adams" : "bdf"; });
+                         [](const auto& method) {
+                           return method.param == SolverMethod::adams ? "adams" : "bdf";
+                         });
 
 TEST_P(Multistep, smooth_run_does_not_depend_on_where_it_is_cut) {
   Rig whole("double_pendulum", solver(GetParam())), cut("double_pendulum", solver(GetParam()));
@@ -23,7 +25,8 @@ TEST_P(Multistep, smooth_run_does_not_depend_on_where_it_is_cut) {
 }
 
 TEST_P(Multistep, output_between_steps_is_as_accurate_as_at_their_ends) {
-  Rig rig("double_pendulum", solver(GetParam(), 1e-7)), exact("double_pendulum", solver(SolverMethod::erk, 1e-12));
+  Rig rig("double_pendulum", solver(GetParam(), 1e-7)),
+      exact("double_pendulum", solver(SolverMethod::erk, 1e-12));
   for (int k = 1; k <= 300; ++k) {
     rig.integrator->advance(k * 3e-3, k == 1);
     exact.integrator->advance(k * 3e-3, k == 1);
@@ -39,7 +42,8 @@ TEST_P(Multistep, restart_by_itself_costs_little) {
   const Statistics first = rig.integrator->statistics();
   rig.integrator->advance(3.8, false);
   const Statistics second = rig.integrator->statistics();
-  EXPECT_LT(static_cast<double>(second.evaluations - first.evaluations), 1.02 * static_cast<double>(first.evaluations));
+  EXPECT_LT(static_cast<double>(second.evaluations - first.evaluations),
+            1.02 * static_cast<double>(first.evaluations));
 }
 
 }  // namespace

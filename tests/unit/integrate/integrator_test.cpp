@@ -63,7 +63,8 @@ TEST_P(EveryMethod, step_backwards_or_to_nowhere_is_refused) {
   Rig rig("double_pendulum", solver(GetParam()));
   rig.integrator->advance(0.3, true);
   const std::vector<double> before = rig.state();
-  for (double end : {0.2, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+  for (double end :
+       {0.2, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     const Outcome outcome = rig.integrator->advance(end, false);
     EXPECT_FALSE(outcome.ok);
     EXPECT_FALSE(outcome.message.empty());

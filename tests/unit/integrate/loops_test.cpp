@@ -25,12 +25,14 @@ double gap(Rig& rig) {
   std::vector<double> qdd(static_cast<std::size_t>(rig.plan.nv));
   rig.system.accelerations(0, rig.integrator->state(), qdd.data());
   double largest = 0;
-  for (double residual : rig.system.workspace().loop.residual) largest = std::max(largest, std::fabs(residual));
+  for (double residual : rig.system.workspace().loop.residual)
+    largest = std::max(largest, std::fabs(residual));
   return largest;
 }
 
 double energy(Rig& rig) {
-  return rig.system.kinetic_energy(rig.integrator->time(), rig.integrator->state()) + rig.system.potential_energy(rig.integrator->time(), rig.integrator->state());
+  return rig.system.kinetic_energy(rig.integrator->time(), rig.integrator->state()) +
+         rig.system.potential_energy(rig.integrator->time(), rig.integrator->state());
 }
 
 TEST_P(LoopsStayClosed, at_every_output_and_with_the_energy_kept) {
@@ -44,7 +46,8 @@ TEST_P(LoopsStayClosed, at_every_output_and_with_the_energy_kept) {
     const Outcome outcome = rig.integrator->advance(k * 0.01, k == 1);
     ASSERT_TRUE(outcome.ok) << outcome.message;
     EXPECT_LT(gap(rig), 1e-10) << k;
-    largest_kinetic = std::max(largest_kinetic, rig.system.kinetic_energy(rig.integrator->time(), rig.integrator->state()));
+    largest_kinetic =
+        std::max(largest_kinetic, rig.system.kinetic_energy(rig.integrator->time(), rig.integrator->state()));
     EXPECT_NEAR(energy(rig), at_start, 2e-5 * std::max(1.0, largest_kinetic)) << k;
   }
   // no method crawls

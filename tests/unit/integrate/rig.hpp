@@ -46,7 +46,9 @@ inline SolverSettings solver(SolverMethod method, double rtol, double atol) {
   settings.atol = atol;
   return settings;
 }
-inline SolverSettings solver(SolverMethod method, double rtol = 1e-6) { return solver(method, rtol, 1e-2 * rtol); }
+inline SolverSettings solver(SolverMethod method, double rtol = 1e-6) {
+  return solver(method, rtol, 1e-2 * rtol);
+}
 
 inline double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
   double largest = 0;
