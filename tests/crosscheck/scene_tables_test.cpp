@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <ostream>
+
 #include "model/model_file.hpp"
 #include "support/evaluate.hpp"
 
@@ -19,6 +21,9 @@ struct Scene {
   const char* model;
   const char* table;
 };
+
+// in the names that ctest lists, else bytes that change from run to run
+void PrintTo(const Scene& scene, std::ostream* out) { *out << scene.table; }
 
 std::string scene_name(const testing::TestParamInfo<Scene>& scene) { return scene.param.table; }
 
