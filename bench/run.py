@@ -13,6 +13,7 @@ import argparse
 import json
 import os
 import platform
+import re
 import statistics
 import subprocess
 import sys
@@ -54,11 +55,16 @@ def run(program, pattern, repetitions, min_time):
     return times, report["context"]
 
 
+def in_reading_order(item):
+    """chain_6 before chain_30, whatever order the scenes were shuffled into"""
+    return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", item[0])]
+
+
 def figures(times):
     """Lines (scene.metric, value): medians, and the ratios that one run allows."""
     median = {s: {m: statistics.median(v) for m, v in metrics.items()} for s, metrics in times.items()}
-    for scene, metrics in median.items():
-        for metric, value in metrics.items():
+    for scene, metrics in sorted(median.items(), key=in_reading_order):
+        for metric, value in sorted(metrics.items()):
             yield f"{scene}.{metric}_ns", value
         peers = [value for metric, value in metrics.items() if metric.startswith("pinocchio_aba")]
         if peers and "forward_dynamics" in metrics:
