@@ -72,6 +72,8 @@ class Description:
 
 def describe(model: Path) -> Description:
     """Reads a model file; raises UserError with the reader's lines, one error a line."""
+    if model.is_dir():
+        raise UserError(f"'{model}' is a folder and not a model file (.toml)")
     if not model.is_file():
         raise UserError(f"there is no model file '{model}'")
     program = native.describe_program()

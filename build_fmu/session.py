@@ -79,6 +79,8 @@ class Session:
         """Returns the name if it is among the given ones; otherwise raises with the nearest."""
         if name in among:
             return name
+        if not among:
+            raise UserError(f"there is no {kind} '{name}': '{self.description.modelName}' has no {kind}s at all")
         if name in self.variables:
             raise UserError(f"'{name}' is no {kind} but a variable of causality {self.variables[name].causality}")
         raise UserError(f"there is no {kind} '{name}'{did_you_mean(name, among)}")

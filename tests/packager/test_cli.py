@@ -62,7 +62,7 @@ def test_check_summary(compiled, model, tmp_path):
     ("arguments", "sentence"),
     [
         (["build", "missing.toml"], "there is no model file 'missing.toml'"),
-        (["check", "."], "there is no model file '.'"),
+        (["check", "."], "'.' is a folder"),
         (["simulate", "missing.fmu"], "there is no FMU 'missing.fmu'"),
         (["simulate"], "needs an FMU or a model file"),
         (["simulate", "--input", "a=1", "missing.fmu"], "there is no FMU 'missing.fmu'"),

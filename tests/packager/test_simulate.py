@@ -223,3 +223,8 @@ def test_final_values_are_in_display_units():
     console.print(final_values(session, simulate(session, Settings(inputs=["joint1.tau=2"]))))
     row = next(line for line in console.export_text().splitlines() if "joint1.q " in line)
     assert "57.296" in row and "deg" in row
+
+
+def test_an_fmu_without_inputs_says_so():
+    with pytest.raises(UserError, match="there is no input 'a.tau': 'fake' has no inputs at all"):
+        FakeSession().find("a.tau", "input", [])
