@@ -1,11 +1,11 @@
 #include "dynamics/assembly.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "dynamics/bias.hpp"
 #include "dynamics/loop_rows.hpp"
+#include "math/least_norm.hpp"
 #include "model/loop_rows_of.hpp"
 #include "model/number.hpp"
 
@@ -15,7 +15,6 @@ namespace {
 
 using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
-using Decomposition = Eigen::CompleteOrthogonalDecomposition<Matrix>;
 
 // All relative to the size of the mechanism, or rad.
 constexpr double closed_already = 2e-15;  // rounding: such a pose is left as it is
@@ -24,6 +23,7 @@ constexpr double dependent = 1e-8;  // rows of J below this part of the largest 
 constexpr double smallest_damping = 1e-10;
 constexpr double near_enough = 1e-9;  // of the nearest pose
 constexpr double velocity_rounding = 1e-9;
+constexpr double typed_precision = 1e-9;  // rad or m: below this start values and closed ones are the same
 
 // One cluster: its joints' unknowns and its rows, both scaled to the cluster's size.
 class ClusterAssembly {
@@ -73,10 +73,10 @@ class ClusterAssembly {
     for (int k = 0; k < 100 && norm > closed_already && idle < 3; ++k) {
       const double before = norm;
       set_jacobian();
-      const Vector phi = phi_;
-      const Matrix J = J_;
+      const LeastNorm tangent(J_, smallest_damping);
+      const Vector wanted = -phi_;
       for (int attempt = 0; attempt < 8; ++attempt) {
-        Vector step = damped_step(J, phi, std::max(norm * damping_factor, smallest_damping));
+        Vector step = tangent.solve(wanted, std::max(norm * damping_factor, smallest_damping));
         const double length = step.norm();
         if (length > 1) step /= length;
         const Vector trial = z + step;
@@ -104,8 +104,7 @@ class ClusterAssembly {
       open(z);
       set_jacobian();
       const Vector away = z_start_ - z;
-      Decomposition decomposition = decompose(J_);
-      const Vector along = away - decomposition.solve(J_ * away);
+      const Vector along = away - LeastNorm(J_, dependent).solve(opened_by(away));
       if (along.norm() < near_enough * std::max(1.0, distance)) break;
       bool nearer = false;
       for (double part = 1; part > 0.01 && !nearer; part *= 0.5) {
@@ -129,9 +128,9 @@ class ClusterAssembly {
     const double largest = rate_.lpNorm<Eigen::Infinity>();
     if (largest == 0 || free_.empty()) return largest;
     set_jacobian();
-    const Vector step = decompose(J_).solve(-rate_);
+    const Vector step = LeastNorm(J_, dependent).solve(-rate_);
     for (std::size_t j = 0; j < free_.size(); ++j) change[free_[j]] = step[j] * unit(free_[j]);
-    return (rate_ + J_ * step).lpNorm<Eigen::Infinity>() * size_;
+    return (rate_ + opened_by(step)).lpNorm<Eigen::Infinity>() * size_;
   }
 
   // Gap of a loop of the cluster at the last pose, m or rad; whether it is mainly an angle.
@@ -170,24 +169,11 @@ class ClusterAssembly {
   int local_row(int k, std::size_t r) const {
     return loop(k).first_row - cluster_.first_row + static_cast<int>(r);
   }
-  static Decomposition decompose(const Matrix& J) {
-    Decomposition decomposition;
-    decomposition.setThreshold(dependent);
-    decomposition.compute(J);
-    return decomposition;
-  }
-
-  static Vector damped_step(const Matrix& J, const Vector& phi, double damping) {
-    const Eigen::Index rows = J.rows(), columns = J.cols();
-    Matrix stacked = Matrix::Zero(rows + columns, columns);
-    stacked.topRows(rows) = J;
-    stacked.bottomRows(columns).diagonal().setConstant(damping);
-    Vector right = Vector::Zero(rows + columns);
-    right.head(rows) = -phi;
-    Decomposition decomposition;
-    decomposition.setThreshold(1e-14);
-    decomposition.compute(stacked);
-    return decomposition.solve(right);
+  // J x
+  Vector opened_by(const Vector& x) const {
+    Vector rates = Vector::Zero(J_.rows());
+    for (Eigen::Index k = 0; k < J_.cols(); ++k) rates += x[k] * J_.col(k);
+    return rates;
   }
 
   void set_poses() {
@@ -308,8 +294,22 @@ void check_left_out(const Model& model, const Plan<double>& plan, Workspace<doub
 }
 
 std::string three_digits(double number) {
-  const double unit = std::pow(10.0, std::floor(std::log10(number)) - 2);
+  if (number == 0) return "0";
+  const double unit = std::pow(10.0, std::floor(std::log10(std::abs(number))) - 2);
   return rounded(std::round(number / unit) * unit);
+}
+
+// "joint2 by -0.262 rad, slider by 0.01 m": what changed by more than start values are typed with.
+std::string changes(const Model& model, const Plan<double>& plan, const std::vector<double>& change,
+                    const char* per) {
+  std::string text;
+  for (std::size_t i = 0; i < change.size(); ++i) {
+    if (!(std::abs(change[i]) > typed_precision)) continue;
+    const char* unit = plan.joints[i].prismatic ? " m" : " rad";
+    text += (text.empty() ? "" : ", ") + model.links[plan.joints[i].link].joint.name + " by " +
+            three_digits(change[i]) + unit + per;
+  }
+  return text;
 }
 
 }  // namespace
@@ -379,15 +379,14 @@ std::string failure(const Model& model, const Assembly& assembly) {
          three_digits(assembly.rate) + " m/s";
 }
 
-std::string moved_joints(const Model& model, const Plan<double>& plan, const Assembly& assembly,
-                         double threshold) {
-  std::string text;
-  for (std::size_t i = 0; i < assembly.moved.size(); ++i) {
-    if (!(std::abs(assembly.moved[i]) > threshold)) continue;
-    const std::string by = rounded(assembly.moved[i]) + (plan.joints[i].prismatic ? " m" : " rad");
-    text += (text.empty() ? "" : ", ") + model.links[plan.joints[i].link].joint.name + " by " + by;
-  }
-  return text;
+std::string assembly_text(const Model& model, const Plan<double>& plan, const Assembly& assembly) {
+  const std::string list = changes(model, plan, assembly.moved, "");
+  if (list.empty()) return {};
+  return "the start pose is open by " + three_digits(assembly.gap_before) + " m and assembles with " + list;
+}
+
+std::string changed_velocities(const Model& model, const Plan<double>& plan, const Assembly& assembly) {
+  return changes(model, plan, assembly.sped, "/s");
 }
 
 }  // namespace redysim

@@ -30,11 +30,11 @@ Assembly assemble(const Model& model, const Plan<double>& plan, Workspace<double
 // Why an assembly failed: "loop 'x' cannot close: 0.0259 m remain open". Empty when it did not.
 std::string failure(const Model& model, const Assembly& assembly);
 
-// The joints that moved by more than `threshold`, "joint2 by -0.261799 rad, slider by 0.01 m". Empty: none.
-std::string moved_joints(const Model& model, const Plan<double>& plan, const Assembly& assembly,
-                         double threshold);
+// What an assembly moved, one sentence: "the start pose is open by 0.0261 m and assembles with joint2 by
+// -0.262 rad, slider by 0.01 m". Empty when it moved nothing by more than 1e-9 rad or m.
+std::string assembly_text(const Model& model, const Plan<double>& plan, const Assembly& assembly);
 
-// Start values written with this precision and closed ones are the same pose, rad or m.
-inline constexpr double typed_precision = 1e-9;
+// The same for velocities: "joint2 by -1.4 rad/s".
+std::string changed_velocities(const Model& model, const Plan<double>& plan, const Assembly& assembly);
 
 }  // namespace redysim

@@ -97,9 +97,11 @@ std::vector<Dependencies> output_dependencies(const VariableTable& table, const 
     switch (unknown.role) {
       case Role::qdd:
       case Role::motion_tau:
+      case Role::lambda:
         return together;
       case Role::q:
       case Role::qd:
+      case Role::gap:
         return motion && together && components.has_loops(components.of(unknown.joint));
       case Role::kinetic_energy:
       case Role::potential_energy:
@@ -120,17 +122,19 @@ std::vector<Dependencies> initial_dependencies(const VariableTable& table, const
     if (!components.has_loops(component))
       return known.joint == unknown.joint && known.role == (velocity ? Role::qd0 : Role::q0);
     return component_of(known, plan, components) == component &&
-           (known.role == Role::q0 || (velocity && known.role == Role::qd0) || is_of_link(known.role) ||
-            known.role == Role::armature);
+           (known.role == Role::q0 || known.role == Role::motion_q ||
+            (velocity && (known.role == Role::qd0 || known.role == Role::motion_qd)));
   };
   std::vector<Dependencies> rows = collect(table, [&](const Variable& unknown, const Variable& known) {
     switch (unknown.role) {
       case Role::q:
+      case Role::gap:
         return assembled(unknown, known, false);
       case Role::qd:
         return assembled(unknown, known, true);
       case Role::qdd:
       case Role::motion_tau:
+      case Role::lambda:
         return acts_on_acceleration(known, components.of(unknown.joint), plan, components);
       case Role::kinetic_energy:
         return acts_on_kinetic(known, plan, components);

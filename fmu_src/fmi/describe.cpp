@@ -1,11 +1,13 @@
 // Prints the variable table of a model file as JSON: all that the packager needs to know of a model.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <exception>
 #include <string>
 #include <vector>
 
+#include "dynamics/assembly.hpp"
 #include "fmi/dependencies.hpp"
 #include "fmi/drawing.hpp"
 #include "fmi/json.hpp"
@@ -169,7 +171,28 @@ void write_structure(Json& json, const char* key, const VariableTable& table,
   json.end_array();
 }
 
-std::string description(const ModelFile& file) {
+// The model at its closed start pose; what that took becomes a warning, an impossible loop an error.
+Model assembled(const ModelFile& file, const std::string& path, const Plan<double>& plan,
+                std::vector<Diagnostic>& warnings) {
+  Model model = file.model;
+  if (plan.loops.empty()) return model;
+  Workspace<double> workspace(plan);
+  std::vector<double> q, qd;
+  for (const auto& joint : plan.joints) {
+    q.push_back(model.links[joint.link].joint.q0);
+    qd.push_back(model.links[joint.link].joint.qd0);
+  }
+  const Assembly assembly = assemble(model, plan, workspace, q.data(), qd.data());
+  const Loop& loop = model.loops[static_cast<std::size_t>(std::max(assembly.loop, 0))];
+  const std::string why = failure(model, assembly);
+  if (!why.empty()) throw ModelError(ModelError::Reason::invalid, {{path, loop.line, loop.column, why}});
+  const std::string moved = assembly_text(model, plan, assembly);
+  if (!moved.empty()) warnings.push_back({path, loop.line, loop.column, moved});
+  for (std::size_t i = 0; i < q.size(); ++i) model.links[plan.joints[i].link].joint.q0 = q[i];
+  return model;
+}
+
+std::string description(const ModelFile& file, const std::string& path, std::vector<Diagnostic>& warnings) {
   const Plan<double> plan(file.model);
   const VariableTable table(file.model, plan);
   Json json;
@@ -182,7 +205,7 @@ std::string description(const ModelFile& file) {
   write_structure(json, "outputs", table, output_dependencies(table, plan));
   write_structure(json, "initial_unknowns", table, initial_dependencies(table, plan));
   json.key("drawing");
-  write_drawing(json, file.model);
+  write_drawing(json, assembled(file, path, plan, warnings));
   json.end_object();
   return json.text() + "\n";
 }
@@ -196,12 +219,13 @@ int main(int count, char** arguments) {
   }
   try {
     const ModelFile file = read_model_file(arguments[1]);
-    for (const Diagnostic& warning : file.warnings) {
+    std::vector<Diagnostic> warnings = file.warnings;
+    const std::string text = description(file, arguments[1], warnings);
+    for (const Diagnostic& warning : warnings) {
       Diagnostic line = warning;
       if (line.message.rfind("warning: ", 0) != 0) line.message.insert(0, "warning: ");
       std::fprintf(stderr, "%s\n", line.text().c_str());
     }
-    const std::string text = description(file);
     if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0) return 0;
     std::fputs("describe: cannot write to standard output\n", stderr);
   } catch (const ModelError& error) {

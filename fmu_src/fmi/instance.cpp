@@ -102,7 +102,7 @@ fmi2Status Instance::enter_initialization_mode() {
 fmi2Status Instance::exit_initialization_mode() {
   constexpr Function function = Function::exit_initialization_mode;
   // a start that cannot move is found here, not in the first step
-  if (!update_plan(function) || !update_accelerations(function)) return fmi2Error;
+  if (!update_plan(function) || !start_is_closed(function) || !update_accelerations(function)) return fmi2Error;
   integrator_settings_ = effective_settings();
   std::unique_ptr<Integrator> integrator = make_integrator(system_, integrator_settings_);
   const Outcome outcome = integrator->start(start_time_, current_state());
@@ -206,9 +206,36 @@ const double* Instance::current_state() {
       start_state_[i] = joint.q0;
       start_state_[system_.nq() + i] = joint.qd0;
     }
+    if (system_.has_loops()) assemble_start();
     start_state_current_ = true;
   }
   return start_state_.data();
+}
+
+// The nearest closed pose to the start values; they stay as they are where there is none.
+void Instance::assemble_start() {
+  const System::Coordinates at = system_.coordinates(time_, start_state_.data());
+  std::vector<double> q(at.q, at.q + plan_.nv), qd(at.qd, at.qd + plan_.nv);
+  assembly_ = std::make_unique<Assembly>(assemble(model_, plan_, system_.workspace(), q.data(), qd.data()));
+  for (int i = 0; i < system_.nq(); ++i) {
+    start_state_[i] = q[system_.joint_of(i)];
+    start_state_[system_.nq() + i] = qd[system_.joint_of(i)];
+  }
+}
+
+bool Instance::start_is_closed(Function function) {
+  if (!system_.has_loops()) return true;
+  current_state();
+  const std::string why = failure(model_, *assembly_);
+  if (!why.empty()) {
+    refuse(function, why);
+    return false;
+  }
+  const std::string text = assembly_text(model_, plan_, *assembly_);
+  if (!text.empty()) log_.warning(text);
+  const std::string sped = changed_velocities(model_, plan_, *assembly_);
+  if (!sped.empty()) log_.event("start velocities follow the loops: " + sped);
+  return true;
 }
 
 // What the integrator will do first thing in the next step: loops follow the prescribed motion.

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/assembly.hpp"
 #include "fmi/call_table.hpp"
 #include "fmi/log.hpp"
 #include "fmi/variables.hpp"
@@ -70,10 +71,13 @@ class Instance {
   bool update_accelerations(Function function);
   bool update_energies(Function function);
   double read_frame(const Variable& variable);
+  double read_multiplier(const Variable& variable);
   double& port_value(const Variable& variable);
   void set_motion(const Variable& variable, double value);
   void take_start_motion();
   const double* settle();
+  void assemble_start();
+  bool start_is_closed(Function function);
   bool read(Function function, const Variable& variable, double& value);
   std::string why_not_settable(const Variable& variable) const;
   std::string failed_joint_name() const;
@@ -107,6 +111,8 @@ class Instance {
   std::vector<double> motion_;              // per joint: the prescribed q, qd, qdd as last set
   bool settled_state_current_ = false;
   bool settled_ = true;  // false: closed loops have to follow a motion set since the last step
+
+  std::unique_ptr<Assembly> assembly_;      // of the start pose; only with loops
 
   // computed on demand
   std::vector<double> start_state_, settled_state_, qdd_, drive_;

@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "dynamics/loop_rows.hpp"
 #include "fmi/frame_values.hpp"
 #include "fmi/instance.hpp"
 #include "model/number.hpp"
@@ -82,6 +83,14 @@ bool Instance::read(Function function, const Variable& variable, double& value) 
       if (!update_accelerations(function)) return false;
       value = qdd_[variable.joint];
       return true;
+    case Role::gap:
+      if (!update_accelerations(function)) return false;
+      value = loop_gap(plan_.loops[variable.plan_loop], system_.workspace());
+      return true;
+    case Role::lambda:
+      if (!update_accelerations(function)) return false;
+      value = read_multiplier(variable);
+      return true;
     case Role::kinetic_energy:
     case Role::potential_energy:
     case Role::total_energy:
@@ -107,6 +116,15 @@ bool Instance::read(Function function, const Variable& variable, double& value) 
   }
 }
 
+// Those that a planar scene leaves out are 0.
+double Instance::read_multiplier(const Variable& variable) {
+  const LoopPlan<double>& loop = plan_.loops[variable.plan_loop];
+  for (std::size_t k = 0; k < loop.rows.size(); ++k)
+    if (loop.rows[k].index == variable.element)
+      return system_.workspace().loop.lambda[static_cast<std::size_t>(loop.first_row) + k];
+  return 0;
+}
+
 double Instance::read_frame(const Variable& variable) {
   const Frame& frame = model_.frames[variable.frame];
   const Pose in_body = plan_.frame_in_carrier[frame.link] * Pose{frame.rotation, frame.position};
@@ -130,6 +148,7 @@ void Instance::set_motion(const Variable& variable, double value) {
   values_changed();
   settled_ = plan_.loops.empty() || !integrator_;
   settled_state_current_ = false;
+  if (system_.has_loops()) start_state_current_ = false;
 }
 
 fmi2Status Instance::get_real(const unsigned* references, std::size_t count, double* values) {

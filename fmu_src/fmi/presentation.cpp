@@ -95,11 +95,26 @@ Presentation of_frame(const Frame& frame, const Variable& variable) {
   }
 }
 
+// Multipliers of position rows are forces, those of rotation rows moments (order: loop_rows_of.hpp).
+Presentation of_loop(const Loop& loop, const Variable& variable) {
+  const std::string of = " of loop '" + loop.name + "'";
+  const bool points_alone = loop.type == LoopType::point || loop.type == LoopType::spherical;
+  if (variable.role == Role::gap)
+    return {points_alone ? &metre : nullptr, points_alone ? "Length" : nullptr,
+            std::string("What is open") + of + (points_alone ? "" : ", m and rad together")};
+  const bool slides = loop.type == LoopType::prismatic || loop.type == LoopType::cylindrical;
+  const bool is_force = loop.type == LoopType::point || variable.element < (slides ? 2 : 3);
+  const std::string number = " multiplier " + std::to_string(variable.element + 1);
+  return is_force ? Presentation{&newton, "Force", "Constraint force," + number + of}
+                  : Presentation{&newton_metre, "Torque", "Constraint moment," + number + of};
+}
+
 }  // namespace
 
 Presentation presentation(const Model& model, const Variable& variable) {
   const std::string of_link =
       variable.link == ground ? "" : " of link '" + model.links[variable.link].name + "'";
+  if (variable.loop >= 0) return of_loop(model.loops[variable.loop], variable);
   if (variable.frame >= 0) return of_frame(model.frames[variable.frame], variable);
   switch (variable.role) {
     case Role::mass:

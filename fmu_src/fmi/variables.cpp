@@ -4,6 +4,7 @@
 #include <cstring>
 #include <utility>
 
+#include "model/loop_rows_of.hpp"
 #include "model/model_error.hpp"
 #include "model/number.hpp"
 
@@ -35,6 +36,8 @@ constexpr RoleRow role_rows[] = {
      Variability::continuous},
     {Role::port_torque, "torque", VariableType::real, Causality::input, Variability::continuous},
     {Role::port_force, "force", VariableType::real, Causality::input, Variability::continuous},
+    {Role::gap, "gap", VariableType::real, Causality::output, Variability::continuous},
+    {Role::lambda, "lambda", VariableType::real, Causality::output, Variability::continuous},
     {Role::q0, "q0", VariableType::real, Causality::parameter, Variability::fixed},
     {Role::qd0, "qd0", VariableType::real, Causality::parameter, Variability::fixed},
     {Role::damping, "damping", VariableType::real, Causality::parameter, Variability::tunable},
@@ -187,7 +190,7 @@ VariableTable::VariableTable(const Model& model, const Plan<double>& plan) {
   add_of_joints(model, plan, Role::motion_tau);
   add_of_frames(model, plan);
 
-  // closed loops: <loop>.gap and <loop>.lambda[i] belong here
+  add_of_loops(model, plan);
 
   if (model.fmu.energy)
     for (Role role : {Role::kinetic_energy, Role::potential_energy, Role::total_energy}) add_of_model(role);
@@ -251,6 +254,28 @@ void VariableTable::add_of_frames(const Model& model, const Plan<double>& plan) 
     add_array(frame.rotation_matrix, Role::frame_rotation, 3, 3);
     add_array(frame.velocity, Role::frame_velocity, 3);
     add_array(frame.velocity, Role::frame_angular_velocity, 3);
+  }
+}
+
+// <loop>.gap and <loop>.lambda[1] …, in the model's order of loops.
+void VariableTable::add_of_loops(const Model& model, const Plan<double>& plan) {
+  for (std::size_t index = 0; index < model.loops.size(); ++index) {
+    std::size_t k = 0;
+    while (plan.loops[k].loop != static_cast<int>(index)) ++k;
+    const LoopPlan<double>& loop = plan.loops[k];
+    const auto add_to = [&](Variable variable, const std::string& ending) {
+      variable.loop = static_cast<int>(index);
+      variable.plan_loop = static_cast<int>(k);
+      variable.joint = loop.body_a == ground ? loop.body_b : loop.body_a;
+      variable.name = model.loops[index].name + "." + variable.name + ending;
+      add(std::move(variable));
+    };
+    add_to(make(Role::gap), "");
+    for (int i = 0; i < multiplier_count(model.loops[index]); ++i) {
+      Variable variable = make(Role::lambda);
+      variable.element = i;
+      add_to(std::move(variable), "[" + std::to_string(i + 1) + "]");
+    }
   }
 }
 

@@ -33,6 +33,8 @@ enum class Role {
   frame_angular_velocity,
   port_torque,
   port_force,  // of a frame
+  gap,
+  lambda,  // of a loop
   q0,
   qd0,  // of a moving joint
   damping,
@@ -67,7 +69,9 @@ struct Variable {
   int link = ground;             // index into Model::links; ground: of the whole model
   int joint = -1;                // index into Plan::joints; -1: not of a moving joint
   int frame = -1;                // index into Model::frames
-  int element = 0;               // of com, inertia, gravity and the arrays of a frame
+  int loop = -1;                 // index into Model::loops
+  int plan_loop = -1;            // the same one in Plan::loops
+  int element = 0;               // of com, inertia, gravity and the arrays of a frame or a loop
   unsigned value_reference = 0;  // unique in its type
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
@@ -91,6 +95,7 @@ class VariableTable {
   void add_of_joints(const Model& model, const Plan<double>& plan, Role role);
   void add_of_model(Role role);
   void add_of_frames(const Model& model, const Plan<double>& plan);
+  void add_of_loops(const Model& model, const Plan<double>& plan);
   void add_tunable(const Model& model, const Plan<double>& plan, const std::string& name);
   const Variable* find(const std::vector<int>& index, unsigned reference) const {
     return reference < index.size() ? &all_[index[reference]] : nullptr;

@@ -94,6 +94,8 @@ Loop read_loop(Section section, const std::string& label, const LinkTable& links
                                         {"universal", LoopType::universal},
                                         {"fixed", LoopType::fixed}},
                                        LoopType::spherical);
+  loop.line = section.place().line;
+  loop.column = section.place().column;
   read_ends(loop, section, links);
   loop.axis_a = section.direction("axis_a", loop.axis_a);
   loop.axis_b = section.direction("axis_b", loop.axis_b);

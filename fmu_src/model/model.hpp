@@ -64,6 +64,7 @@ struct Loop {
   Vec3<double> axis_a = Vec3<double>::UnitZ(), axis_b = Vec3<double>::UnitZ();
   Vec3<double> x_a = Vec3<double>::UnitX(), x_b = Vec3<double>::UnitX();
   std::vector<Vec3<double>> directions;  // ground frame, unit length; type point only
+  int line = 0, column = 0;              // in the model file; 0: not from a file
 };
 
 // Tension k (l - rest_length) + c dl/dt along the line between two points.
