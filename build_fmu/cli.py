@@ -163,6 +163,12 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("-o", "--output", type=Path, metavar="MODEL", help="file or folder to write (default: NAME.toml here)")
     command.add_argument("--name", metavar="NAME", help="name of the model (default: the file's own)")
     command.add_argument("--force", action="store_true", help="write over an existing model file")
+    command.add_argument("--loop", action="append", default=[], metavar="LINK:x,y,z=LINK:x,y,z", help="ReDySim: two points that coincide (each in its "
+                         "link's frame, m), or a TOML file with [[loop]] tables; repeat it for each loop")
+    command.add_argument("--pivot", action="append", default=[], metavar="LINK=x,y,z", help="ReDySim: where a link stands on the ground (m)")
+    command.add_argument("--snap", action="store_true", help="URDF: make angles such as 1.5708 exact multiples of 90 degrees")
+    command.add_argument("--dh", choices=("modified", "standard"), help="DH table: which convention (modified: Craig, Khalil; standard: distal)")
+    command.add_argument("--angles", choices=("rad", "deg"), help="DH table: unit of the angles, where its head does not say")
     command.set_defaults(run=_import)
 
     command = commands.add_parser("check", help="read a model file and say what it holds")

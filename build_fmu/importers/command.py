@@ -12,7 +12,7 @@ from build_fmu.errors import UserError
 from build_fmu.importers.draft import Draft, legal
 from build_fmu.importers.toml_writer import model_text
 
-KINDS = ".json (mbs-scene/1)"
+KINDS = ".json (mbs-scene/1), .urdf, inputs.m and inputs.mat (ReDySim) or their folder, .csv (DH table)"
 
 
 def run(options: Namespace) -> int:
@@ -56,6 +56,18 @@ def read(source: Path, options: Namespace) -> Draft:
         from build_fmu.importers import scene_json
 
         return scene_json.read(source)
+    if ending in (".urdf", ".xml"):
+        from build_fmu.importers import urdf
+
+        return urdf.read(source, options)
+    if ending in (".m", ".mat") or source.is_dir():
+        from build_fmu.importers import redysim
+
+        return redysim.read(source, options)
+    if ending in (".csv", ".tsv"):
+        from build_fmu.importers import dh_table
+
+        return dh_table.read(source, options)
     if ending == ".toml":
         raise UserError(f"'{source}' is a model file already: `build-fmu build {source.name}` makes the FMU")
     raise UserError(f"'{source}' is of no kind that import knows: {KINDS}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from itertools import chain, count
 
 GROUND = "ground"
 RESERVED = ("time", "energy", "solver", "gravity", GROUND)
@@ -90,7 +91,7 @@ class Names:
     def take(self, wanted: str, spare: str = "") -> str:
         """Returns `wanted` made legal and unique, trying `wanted` + `spare` before a number."""
         base = legal(wanted)
-        tries = [base, *([base + spare] if spare else []), *(f"{base}_{i}" for i in range(2, len(self.used) + 3))]
+        tries = chain([base], [base + spare] if spare else [], (f"{base}_{i}" for i in count(2)))
         name = next(t for t in tries if t not in self.used)
         self.used.add(name)
         if name != wanted:

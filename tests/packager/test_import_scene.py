@@ -41,7 +41,7 @@ def imported(tmp_path, scene):
 def test_every_scene_is_a_sound_model(path, tmp_path, capsys):
     assert main(["import", str(path), "-o", str(tmp_path)]) == 0
     said = capsys.readouterr()
-    assert "links" in said.out and "error" not in said.err
+    assert " kg" in said.out and "error" not in said.err
     assert main(["check", str(next(tmp_path.glob("*.toml")))]) == 0
 
 

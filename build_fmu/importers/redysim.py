@@ -1,0 +1,232 @@
+"""Reads ReDySim's fixed-base input: inputs.m with initials.m beside it, or inputs.mat, of every release.
+
+ReDySim's b is our d; its start values y0 replace th (revolute) or b (prismatic), so they go into q and theta or d stays 0.
+"""
+
+from __future__ import annotations
+
+import math
+from argparse import Namespace
+from pathlib import Path
+
+import numpy as np
+
+from build_fmu.errors import UserError, did_you_mean
+from build_fmu.importers import matlab_file, matlab_reader
+from build_fmu.importers.draft import GROUND, DhFrame, Draft, DraftLink, legal
+from build_fmu.importers.matlab_reader import Values
+from build_fmu.importers.redysim_loops import add_loops, place_pivots
+
+NEEDED = ("alp", "a", "b", "bt", "dx", "dy", "dz", "m", "Icxx", "Icyy", "Iczz")
+KNOWN = (*NEEDED, "n", "dof", "type", "th", "r", "g", "Icxy", "Icyz", "Iczx", "aj", "al", "alt", "angs", "Tp", "T", "steps", "nq", "g_prop",
+         "y0", "ti", "tf", "incr", "rtol", "atol", "int_type", "gx", "gy", "gz")
+PROGRAMS = ("torque.m", "trajectory.m", "jacobian.m", "inv_kine.m", "for_kine.m", "animate.m", "sys_ode.m")
+MEANING = {"torque.m": "the control law", "trajectory.m": "the prescribed motion", "jacobian.m": "the typed loop Jacobian",
+           "inv_kine.m": "the typed loop solution"}  # fmt: skip
+SOLVERS = {0: "erk", 1: "bdf", 2: "erk"}
+
+
+def read(path: Path, options: Namespace) -> Draft:
+    """Returns the draft; `path` is inputs.m, initials.m, inputs.mat or their folder. Raises UserError with file, line, field."""
+    folder, inputs, initials = _find(path)
+    cache: dict[str, Values] = {}
+
+    def call(function: str) -> Values:
+        file = {"inputs": inputs, "initials": initials}[function]
+        if file is None:
+            raise UserError(f"{path}: it calls {function}(), and there is no {function}.m beside it")
+        if file not in cache:
+            cache[file] = Values(file)  # a file that calls itself gets nothing
+            cache[file] = _values(file, call)
+        return cache[file]
+
+    data = Reading(call("inputs"))
+    starts = Reading(call("initials")) if initials else data
+    name = options.name or (folder.name if inputs.stem == "inputs" else inputs.stem) or "model"
+    draft = Draft(name=legal(name), source=f"{folder.name}/{inputs.name}" + (f" and {initials.name}" if initials else ""))
+    _refuse_floating(data)
+    count = data.whole("n") if "n" in data else data.length("bt")
+    draft.gravity = _gravity(data, draft)
+    draft.links = _links(data, starts, count, draft)
+    place_pivots(draft, data, options.pivot)
+    add_loops(draft, data, options.loop)
+    _settings(data, starts, draft)
+    _losses(folder, data, draft)
+    return draft
+
+
+class Reading:
+    """The variables of one file by name, with checks; scalars stretch to any length."""
+
+    def __init__(self, values: Values) -> None:
+        self.values, self.path = values, values.path
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.values.arrays and self.values.arrays[name].size > 0
+
+    def error(self, name: str, sentence: str) -> UserError:
+        line = self.values.lines.get(name)
+        return UserError(f"{self.path}:{line}: '{name}' {sentence}" if line else f"{self.path}: '{name}' {sentence}")
+
+    def flat(self, name: str) -> np.ndarray:
+        if name not in self:
+            others = [key for key in self.values.arrays if key not in KNOWN]
+            raise UserError(f"{self.path}: '{name}' is missing{did_you_mean(name, others)}")
+        array = self.values.arrays[name].ravel(order="F")
+        if not np.all(np.isfinite(array)):
+            raise self.error(name, "holds a value that is not a finite number")
+        return array
+
+    def length(self, name: str) -> int:
+        return self.flat(name).size
+
+    def column(self, name: str, count: int, default: float | None = None) -> list[float]:
+        """Returns `count` numbers; longer arrays are cut (ReDySim puts the ground link at the end of some)."""
+        if name not in self and default is not None:
+            return [default] * count
+        array = self.flat(name)
+        if array.size < count:
+            raise self.error(name, f"has {array.size} entries, n = {count} are needed")
+        return [float(x) for x in array[:count]]
+
+    def number(self, name: str, default: float | None = None) -> float:
+        if name not in self and default is not None:
+            return default
+        array = self.flat(name)
+        if array.size != 1:
+            raise self.error(name, f"must be one number, got {array.size}")
+        return float(array[0])
+
+    def whole(self, name: str, default: int | None = None) -> int:
+        value = self.number(name, default)
+        if value != int(value):
+            raise self.error(name, f"must be a whole number, got {value:g}")
+        return int(value)
+
+
+def _find(path: Path) -> tuple[Path, Path, Path | None]:
+    """Returns the folder, the inputs file and the initials file, if there is one."""
+    if path.is_dir():
+        for name in ("inputs.m", "inputs.mat"):
+            if (path / name).is_file():
+                return _find(path / name)
+        raise UserError(f"the folder '{path}' holds neither inputs.m nor inputs.mat")
+    folder = path.resolve().parent
+    inputs = path
+    if path.name.lower() == "initials.m":
+        found = [folder / name for name in ("inputs.m", "inputs.mat") if (folder / name).is_file()]
+        if not found:
+            raise UserError(f"'{path}' holds the start values only: inputs.m is missing beside it")
+        inputs = found[0]
+    initials = folder / "initials.m"
+    return folder, inputs, initials if initials.is_file() else None
+
+
+def _values(path: Path, call) -> Values:
+    return matlab_file.read_values(path) if path.suffix.lower() == ".mat" else matlab_reader.read_values(path, call)
+
+
+def _refuse_floating(data: Reading) -> None:
+    kind = "legged" if "g_prop" in data else "floating-base" if "nq" in data else ""
+    if not kind:
+        return
+    note = ""
+    if "a" in data and data.length("a") == 4 and data.flat("a")[2] in (1, 1.5):
+        note = f"; note that two 3-link arms carry one name, with a(3) = 1 and a(3) = 1.5: this one has {data.flat('a')[2]:g}"
+    raise UserError(f"{data.path}: this is a {kind} robot ({'g_prop' if 'g_prop' in data else 'nq'} is given): only robots on a fixed "
+                    f"base can be imported yet{note}")
+
+
+def _gravity(data: Reading, draft: Draft) -> list[float]:
+    if "g" in data:
+        if data.length("g") != 3:
+            raise data.error("g", f"must be 3 numbers, the acceleration of gravity, got {data.length('g')}")
+        gravity = [float(x) for x in data.flat("g")]
+    elif "gx" in data:
+        gravity = [data.number(key, 0.0) for key in ("gx", "gy", "gz")]
+    else:
+        raise UserError(f"{data.path}: 'g' is missing: the acceleration of gravity, for example g = [0; -9.81; 0]")
+    size = math.hypot(*gravity)
+    if size and max(gravity) > 0.5 * size:
+        shown = ", ".join(f"{x:g}" for x in gravity)
+        draft.doubts.append(f"gravity points along a positive axis, ({shown}) m/s2: check its sign; ReDySim's inverse biped has it the other way "
+                            "round than the forward one")
+    if size and not 9.7 < size < 9.9:
+        draft.doubts.append(f"gravity is {size:g} m/s2")
+    return gravity
+
+
+def _links(data: Reading, starts: Reading, count: int, draft: Draft) -> list[DraftLink]:
+    if not 1 <= count <= 100_000:
+        raise data.error("n", f"must be at least 1, got {count}")
+    columns = {key: data.column(key, count) for key in NEEDED}
+    for key in ("Icxy", "Icyz", "Iczx"):
+        columns[key] = data.column(key, count, 0.0)
+    columns["r"] = data.column("r", count, 1.0)
+    columns["aj"] = data.column("aj", count, 1.0)
+    columns["th"] = data.column("th", count, 0.0)
+    q, qd = _start(data, starts, count, columns, draft)
+    links = []
+    for i in range(count):
+        c = {key: values[i] for key, values in columns.items()}
+        parent = c["bt"]
+        if parent != int(parent) or not 0 <= parent <= count or parent == i + 1:
+            raise data.error("bt", f"entry {i + 1} must be the number of another link, or 0 for ground, got {parent:g}")
+        if c["r"] not in (0, 1):
+            raise data.error("r", f"entry {i + 1} must be 1 (revolute) or 0 (prismatic), got {c['r']:g}")
+        if c["aj"] not in (0, 1):
+            raise data.error("aj", f"entry {i + 1} must be 1 (actuated) or 0, got {c['aj']:g}")
+        turns = c["r"] == 1
+        dh = DhFrame(alpha=_right_angle(c["alp"]), a=c["a"], theta=0.0 if turns else c["th"], d=c["b"] if turns else 0.0)
+        links.append(DraftLink(
+            f"link{i + 1}", f"link{int(parent)}" if parent else GROUND, "revolute" if turns else "prismatic", f"joint{i + 1}", dh,
+            mass=c["m"], com=[c["dx"], c["dy"], c["dz"]], inertia=[c[key] for key in ("Icxx", "Icyy", "Iczz", "Icxy", "Iczx", "Icyz")],
+            q=q[i], qd=qd[i], drive="torque" if c["aj"] == 1 else "free"))
+    return links
+
+
+def _right_angle(angle: float) -> float:
+    """Nothing is rounded but the last digits of pi/2, which .mat files and products of pi lose."""
+    nearest = round(angle / (math.pi / 2)) * (math.pi / 2)
+    return nearest if abs(angle - nearest) < 1e-12 else angle
+
+
+def _start(data: Reading, starts: Reading, count: int, columns: dict[str, list[float]], draft: Draft) -> tuple[list[float], list[float]]:
+    """Start positions and velocities: y0 = (q, dq, actuator energy); without it th and b of the moving joints."""
+    for reading in (starts, data):
+        if "y0" in reading:
+            y0 = [float(x) for x in reading.flat("y0")]
+            if len(y0) not in (2 * count, 2 * count + 1):
+                raise reading.error("y0", f"must have 2 n + 1 = {2 * count + 1} entries (positions, velocities, actuator energy), got {len(y0)}")
+            return y0[:count], y0[count : 2 * count]
+    nominal = columns["th"] if "th" in data else data.column("angs", count, 0.0)
+    draft.doubts.append("no start values (y0) were found: the nominal th and b of the moving joints are taken, at rest")
+    return [nominal[i] if columns["r"][i] == 1 else columns["b"][i] for i in range(count)], [0.0] * count
+
+
+def _settings(data: Reading, starts: Reading, draft: Draft) -> None:
+    for reading in (starts, data):
+        if "int_type" in reading and reading.whole("int_type") in SOLVERS and "method" not in draft.solver:
+            draft.solver["method"] = SOLVERS[reading.whole("int_type")]
+        for key in ("rtol", "atol"):
+            if key in reading and key not in draft.solver:
+                draft.solver[key] = reading.number(key)
+        for field, names in (("stop_time", ("tf", "Tp", "T")), ("step_size", ("incr", "steps"))):
+            for name in names:
+                if name in reading and reading.length(name) == 1 and field not in draft.fmu:
+                    value = reading.number(name)
+                    if value > 0 and not (field == "step_size" and value >= draft.fmu.get("stop_time", math.inf)):
+                        draft.fmu[field] = value
+    if draft.solver.get("rtol", 0) > 1e-5:
+        draft.doubts.append(f"rtol = {draft.solver['rtol']:g} is ReDySim's own tolerance: at it a free double pendulum is wrong by 0.2 rad after "
+                            "3 s; 1e-8 costs little more")
+    if "ti" in starts and starts.number("ti") != 0:
+        draft.lost.append(f"the start time ti = {starts.number('ti'):g} s: the master of the FMU sets it")
+
+
+def _losses(folder: Path, data: Reading, draft: Draft) -> None:
+    for name in PROGRAMS:
+        if (folder / name).is_file() and name in MEANING:
+            draft.lost.append(f"{name} ({MEANING[name]}) is a program: give torques as inputs, loops with --loop")
+    asked = set(data.values.outputs) if data.path.suffix.lower() == ".m" else set()
+    draft.lost += [f"the variable '{name}' of {data.path.name}" for name in sorted(asked - set(KNOWN))]

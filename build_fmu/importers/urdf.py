@@ -1,0 +1,334 @@
+"""Reads a URDF: links, joints, inertias, axes, damping. Frames are laid anew as modified DH, which changes no motion."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from argparse import Namespace
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from build_fmu.errors import UserError, did_you_mean
+from build_fmu.importers.draft import GROUND, Draft, DraftLink, Names, legal
+from build_fmu.importers.fields import read_text
+from build_fmu.importers.layout import far, joint_frame, place, settle, side_frame
+from build_fmu.importers.rigid import matrix_of, pose_of, rotation_x, rotation_y, rotation_z, six_of, transform
+from build_fmu.importers.toml_writer import number
+from build_fmu.importers.xml_lines import parse
+
+KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
+RESIDUE = 1e-16  # m2: an inertia of less than this times the mass
+NEAR_RIGHT = 1e-3  # rad: an angle so near to a multiple of 90 degrees was meant to be one
+
+
+@dataclass
+class Body:
+    """A link of the URDF and the joint that carries it; the root has none."""
+
+    name: str
+    line: int
+    mass: float = 0.0
+    inertia: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))  # about the COM, in link axes
+    com: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    parent: str = ""
+    joint: str = ""
+    kind: str = "fixed"
+    origin: np.ndarray = field(default_factory=lambda: np.eye(4))
+    axis: np.ndarray = field(default_factory=lambda: np.array([1.0, 0, 0]))
+    damping: float = 0.0
+    children: list[str] = field(default_factory=list)
+
+
+class Urdf:
+    """The parsed file with checked access to attributes."""
+
+    def __init__(self, path: Path, snap: bool) -> None:
+        self.path, self.snap, self.near_right = path, snap, 0
+        text = read_text(path)
+        self.root, self.lines = parse(path, path.read_bytes())
+        if self.root.tag != "robot":
+            hint = "; run xacro on it first" if "xacro" in text else ""
+            raise UserError(f"{path}: a URDF starts with <robot>, this file with <{self.root.tag}>{hint}")
+        if any("xacro" in str(e.tag) for e in self.root.iter()):
+            raise UserError(f"'{path}' holds xacro macros: run `xacro {path.name} > robot.urdf` first and import the result")
+
+    def error(self, element: ET.Element, sentence: str) -> UserError:
+        return UserError(f"{self.path}:{self.lines.get(id(element), 1)}: {sentence}")
+
+    def text(self, element: ET.Element, key: str) -> str:
+        if key not in element.attrib:
+            raise self.error(element, f"<{element.tag}> has no attribute '{key}'{did_you_mean(key, element.attrib)}")
+        return element.attrib[key].strip()
+
+    def numbers(self, element: ET.Element, key: str, count: int, default: str) -> list[float]:
+        words = element.attrib.get(key, default).split()
+        try:
+            values = [float(word) for word in words]
+        except ValueError:
+            values = []
+        if len(values) != count or not all(math.isfinite(x) for x in values):
+            what = "a number" if count == 1 else f"{count} numbers"
+            raise self.error(element, f"'{key}' of <{element.tag}> must be {what}, got '{element.attrib.get(key, default)}'")
+        return values
+
+    def pose(self, parent: ET.Element) -> np.ndarray:
+        """Returns the transform of <origin xyz rpy>."""
+        element = parent.find("origin")
+        if element is None:
+            return np.eye(4)
+        angles = self.numbers(element, "rpy", 3, "0 0 0")
+        for i, angle in enumerate(angles):
+            nearest = round(angle / (math.pi / 2)) * (math.pi / 2)
+            # the last digits of pi/2 are no intention
+            if 0 < abs(angle - nearest) < NEAR_RIGHT:
+                if self.snap or abs(angle - nearest) < 1e-14:
+                    angles[i] = nearest
+                self.near_right += not self.snap and abs(angle - nearest) >= 1e-14
+        roll, pitch, yaw = angles
+        return transform(rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll), self.numbers(element, "xyz", 3, "0 0 0"))
+
+
+def read(path: Path, options: Namespace) -> Draft:
+    """Returns the draft; raises UserError with file, line and element."""
+    urdf = Urdf(path, options.snap)
+    bodies = _bodies(urdf)
+    draft = Draft(name=legal(urdf.root.attrib.get("name") or path.stem), source=path.name)
+    _joints(urdf, bodies, draft)
+    root = _root(urdf, bodies)
+    if bodies[root].mass or np.any(bodies[root].inertia):
+        draft.lost.append(f"the mass of '{root}', {bodies[root].mass:g} kg: it is the ground here and moves nothing")
+    _check_reached(urdf, bodies, root)
+    _Layout(draft, bodies).lay(root)
+    draft.notes.append(f"The ground frame is the frame of '{root}'. Link frames are laid anew (z: joint axis, x: common normal), which changes no "
+                       "motion; where the URDF's own frame is another one, a comment tells its place in ours (xyz in m, rpy in rad).")
+    _losses(urdf, draft)
+    if not draft.links:
+        raise UserError(f"'{path}' has one link and no joint: nothing can move")
+    return draft
+
+
+def _bodies(urdf: Urdf) -> dict[str, Body]:
+    bodies: dict[str, Body] = {}
+    for element in urdf.root.findall("link"):
+        body = Body(urdf.text(element, "name"), urdf.lines.get(id(element), 1))
+        if body.name in bodies:
+            raise urdf.error(element, f"the link '{body.name}' is there twice")
+        inertial = element.find("inertial")
+        if inertial is not None:
+            _inertial(urdf, inertial, body)
+        bodies[body.name] = body
+    if not bodies:
+        raise UserError(f"'{urdf.path}' has no <link>")
+    return bodies
+
+
+def _inertial(urdf: Urdf, inertial: ET.Element, body: Body) -> None:
+    pose = urdf.pose(inertial)
+    mass, tensor = inertial.find("mass"), inertial.find("inertia")
+    if mass is not None:
+        body.mass = urdf.numbers(mass, "value", 1, "")[0]
+    if tensor is not None:
+        six = [urdf.numbers(tensor, key, 1, "0")[0] for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")]
+        # an exporter's rounding residue is no inertia, and often an impossible one
+        if max(map(abs, six)) > RESIDUE * body.mass:
+            body.inertia = pose[:3, :3] @ matrix_of(six) @ pose[:3, :3].T
+    body.com = pose[:3, 3]
+
+
+def _joints(urdf: Urdf, bodies: dict[str, Body], draft: Draft) -> None:
+    seen = set()
+    limits, frictions, mimics = [], [], []
+    for element in urdf.root.findall("joint"):
+        name, kind = urdf.text(element, "name"), urdf.text(element, "type")
+        if name in seen:
+            raise urdf.error(element, f"the joint '{name}' is there twice")
+        seen.add(name)
+        if kind not in KINDS:
+            hint = did_you_mean(kind, KINDS) or "; revolute, continuous, prismatic and fixed can be imported"
+            raise urdf.error(element, f"joint '{name}': the type '{kind}' cannot be carried over{hint}")
+        ends = []
+        for tag in ("parent", "child"):
+            end = element.find(tag)
+            if end is None:
+                raise urdf.error(element, f"joint '{name}' has no <{tag}>")
+            link = urdf.text(end, "link")
+            if link not in bodies:
+                raise urdf.error(end, f"joint '{name}': there is no link '{link}'{did_you_mean(link, bodies)}")
+            ends.append(link)
+        body = bodies[ends[1]]
+        if body.parent:
+            raise urdf.error(element, f"the link '{body.name}' hangs on two joints, '{body.joint}' and '{name}': a URDF is a tree; close loops in the "
+                                      "model file with [[loop]]")
+        body.parent, body.joint, body.kind, body.origin = ends[0], name, KINDS[kind], urdf.pose(element)
+        bodies[ends[0]].children.append(body.name)
+        if kind == "fixed":
+            continue
+        body.axis = _axis(urdf, element, name)
+        dynamics = element.find("dynamics")
+        if dynamics is not None:
+            body.damping = urdf.numbers(dynamics, "damping", 1, "0")[0]
+            if urdf.numbers(dynamics, "friction", 1, "0")[0]:
+                frictions.append(name)
+        if element.find("limit") is not None:
+            limits.append(element)
+        if element.find("mimic") is not None:
+            mimics.append(name)
+    for names, what in ((frictions, "dry friction"), (mimics, "the coupling <mimic> (each joint moves by itself here)")):
+        if names:
+            draft.lost.append(f"{what} of {_some(names)}")
+    _limits(urdf, limits, draft)
+
+
+def _axis(urdf: Urdf, joint: ET.Element, name: str) -> np.ndarray:
+    element = joint.find("axis")
+    axis = np.array([1.0, 0, 0] if element is None else urdf.numbers(element, "xyz", 3, "1 0 0"))
+    length = float(np.linalg.norm(axis))
+    if length < 1e-9:
+        raise urdf.error(joint, f"joint '{name}': the axis has no direction")
+    # dividing (0, 0, 1) by 1 keeps it exact
+    return axis / length if abs(length - 1) > 1e-15 else axis
+
+
+def _limits(urdf: Urdf, joints: list[ET.Element], draft: Draft) -> None:
+    outside = []
+    for joint in joints:
+        limit = joint.find("limit")
+        low, high = (urdf.numbers(limit, key, 1, "0")[0] for key in ("lower", "upper"))
+        if joint.attrib["type"] != "continuous" and high > low and not low <= 0 <= high:
+            outside.append(f"{joint.attrib['name']} ({low:g} to {high:g})")
+    if joints:
+        draft.lost.append(f"the limits of {_some([j.attrib['name'] for j in joints])}: no joint has stops here")
+    if outside:
+        draft.doubts.append(f"the start position 0 is outside the limits of {_some(outside)}: set q in the model file")
+
+
+def _root(urdf: Urdf, bodies: dict[str, Body]) -> str:
+    roots = [body.name for body in bodies.values() if not body.parent]
+    if len(roots) != 1:
+        what = f"the links {_some(roots)} all hang on nothing" if roots else "the joints form a ring"
+        raise UserError(f"{urdf.path}: {what}; a robot has one root link")
+    return roots[0]
+
+
+def _check_reached(urdf: Urdf, bodies: dict[str, Body], root: str) -> None:
+    reached, waiting = set(), [root]
+    while waiting:
+        name = waiting.pop()
+        reached.add(name)
+        waiting += bodies[name].children
+    lost = [name for name in bodies if name not in reached]
+    if lost:
+        raise UserError(f"{urdf.path}:{bodies[lost[0]].line}: the links {_some(lost)} form a ring that does not reach '{root}'")
+
+
+def _losses(urdf: Urdf, draft: Draft) -> None:
+    shapes = sum(1 for _ in urdf.root.iter("visual")) + sum(1 for _ in urdf.root.iter("collision"))
+    if shapes:
+        draft.lost.append(f"{shapes} shapes (<visual>, <collision>): a model has no geometry and no contact")
+    for tag in ("transmission", "gazebo", "sensor", "ros2_control"):
+        count = len(urdf.root.findall(tag))
+        if count:
+            extra = "; give the inertia of drives as armature" if tag == "transmission" else ""
+            draft.lost.append(f"{count} x <{tag}>{extra}")
+    if urdf.near_right:
+        draft.doubts.append(f"{urdf.near_right} angles are within {NEAR_RIGHT:g} rad of a multiple of 90 degrees, such as 1.5708: --snap makes them exact, "
+                            "which gives shorter numbers and a faster model")
+
+
+def _some(names: list[str]) -> str:
+    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
+
+
+class _Layout:
+    """Walks the tree, parents first, and makes the links of the draft."""
+
+    def __init__(self, draft: Draft, bodies: dict[str, Body]) -> None:
+        self.draft, self.bodies, self.names = draft, bodies, Names()
+        self.depth = self._depths()
+        self.size = max(float(np.linalg.norm(body.origin[:3, 3])) for body in bodies.values()) or 1.0
+
+    def lay(self, root: str) -> None:
+        """Fills draft.links; names of links win over names of joints."""
+        order, waiting = [], [root]
+        while waiting:
+            name = waiting.pop()
+            order.append(name)
+            waiting += reversed(self.bodies[name].children)
+        called = {name: self.names.take(name) for name in order[1:]} | {root: GROUND}
+        frames = {root: np.eye(4)}  # the URDF's frame, seen from ours
+        for name in order[1:]:
+            body = self.bodies[name]
+            frames[name] = self._link(body, called[name], called[body.parent], frames[body.parent] @ body.origin)
+        self.draft.doubts += self.names.sentences()
+
+    def _link(self, body: Body, name: str, parent: str, frame: np.ndarray) -> np.ndarray:
+        """Adds one link; `frame` is its URDF frame seen from the parent's. Returns it seen from the link's own."""
+        link = DraftLink(name, parent, body.kind, damping=body.damping, mass=body.mass)
+        if body.kind == "fixed":
+            link.dh, own = self._fixed(frame)
+        else:
+            # a joint of its link's own name is legal
+            link.joint_name = name if body.joint == body.name else self.names.take(body.joint, "_joint")
+            wanted = self._wanted(body, frame)
+            if far(settle(wanted), self.size):
+                link.parent, frame = self._mount(body, name, parent, frame)
+                wanted = self._wanted(body, frame)
+            link.dh, own = place(wanted, frame)
+        turn = own[:3, :3]
+        link.com = [0.0 if abs(x) < 1e-16 else float(x) for x in turn @ body.com + own[:3, 3]] if body.mass else [0.0] * 3
+        link.inertia = six_of(turn @ body.inertia @ turn.T)
+        if float(np.abs(own - np.eye(4)).max()) > 1e-12:
+            link.notes.append(f"URDF frame of '{body.name}' here: {_place(own)}")
+        self.draft.links.append(link)
+        return own
+
+    def _wanted(self, body: Body, frame: np.ndarray) -> np.ndarray:
+        axis = frame[:3, :3] @ body.axis
+        main = self._main_child(body)
+        line = None
+        if main is not None:
+            seen = frame @ main.origin
+            line = seen[:3, 3], seen[:3, :3] @ main.axis
+        wanted = joint_frame(frame, axis, line)
+        # a frame that would be out of sight stays where the URDF has it
+        return wanted if not far(settle(wanted), self.size) else joint_frame(frame, axis, None)
+
+    def _fixed(self, frame: np.ndarray) -> tuple:
+        dh, own = place(frame, frame)
+        return (dh, own) if not far(dh, self.size) else place(transform(None, frame[:3, 3]), frame)
+
+    def _mount(self, body: Body, name: str, parent: str, frame: np.ndarray) -> tuple[str, np.ndarray]:
+        mount = self.names.take(f"{name}_mount")
+        dh = settle(side_frame(frame[:3, 3]))
+        note = (f"A frame without mass: the axis of '{body.joint}' is nearly, but not quite, parallel to the one before, and their common normal is out "
+                "of sight.")
+        self.draft.links.append(DraftLink(mount, parent, "fixed", dh=dh, notes=[note]))
+        return mount, np.linalg.inv(pose_of(dh)) @ frame
+
+    def _main_child(self, body: Body) -> Body | None:
+        """The moving child with the longest chain behind it."""
+        moving = [self.bodies[c] for c in body.children if self.bodies[c].kind != "fixed"]
+        return max(moving, key=lambda child: self.depth[child.name], default=None)
+
+    def _depths(self) -> dict[str, int]:
+        order, waiting = [], [body.name for body in self.bodies.values() if not body.parent]
+        while waiting:
+            order.append(waiting.pop())
+            waiting += self.bodies[order[-1]].children
+        depth: dict[str, int] = {}
+        for name in reversed(order):
+            depth[name] = 1 + max((depth[c] for c in self.bodies[name].children), default=0)
+        return depth
+
+
+def _place(own: np.ndarray) -> str:
+    r = own[:3, :3]
+    pitch = math.asin(max(-1.0, min(1.0, -r[2, 0])))
+    if abs(r[2, 0]) < 1 - 1e-12:
+        roll, yaw = math.atan2(r[2, 1], r[2, 2]), math.atan2(r[1, 0], r[0, 0])
+    else:
+        roll, yaw = 0.0, math.atan2(-r[0, 1], r[1, 1])
+    xyz, rpy = ([number(round(float(x), 12)) for x in values] for values in (own[:3, 3], (roll, pitch, yaw)))
+    return f"xyz = [{', '.join(xyz)}], rpy = [{', '.join(rpy)}]"

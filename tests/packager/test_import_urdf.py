@@ -1,0 +1,123 @@
+"""URDF files become modified DH; what cannot be carried over is said; mistakes get a sentence with file and line."""
+
+import argparse
+import math
+
+import numpy as np
+import pytest
+
+from build_fmu.errors import UserError
+from build_fmu.importers import urdf
+from build_fmu.importers.draft import DhFrame
+from build_fmu.importers.layout import settle
+from build_fmu.importers.rigid import pose_of, rotation_x, rotation_y, rotation_z, transform
+from build_fmu.importers.toml_writer import model_text
+
+ARM = """<?xml version="1.0" encoding="UTF-8"?>
+<robot name="two link-arm">
+  <link name="base"><inertial><mass value="3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="upper arm">
+    <inertial><origin xyz="0.1 0 0.2" rpy="0 0 0"/><mass value="2"/><inertia ixx="0.1" iyy="0.2" izz="0.25" ixy="0.01" ixz="0" iyz="0"/></inertial>
+    <visual><geometry><box size="1 1 1"/></geometry></visual>
+  </link>
+  <link name="time"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="tool"/>
+  <joint name="shoulder" type="revolute">
+    <origin xyz="0 0 0.3"/><parent link="base"/><child link="upper arm"/><axis xyz="0 1 0"/>
+    <limit lower="0.5" upper="1" effort="1" velocity="1"/><dynamics damping="0.7" friction="0.2"/>
+  </joint>
+  <joint name="upper_arm" type="continuous">
+    <origin xyz="0.5 0 0" rpy="0 1.5708 0"/><parent link="upper arm"/><child link="time"/><axis xyz="0 2 0"/><mimic joint="shoulder"/>
+  </joint>
+  <joint name="end" type="fixed"><origin xyz="0 0 0.1"/><parent link="time"/><child link="tool"/></joint>
+  <transmission name="t"/>
+</robot>
+"""
+
+
+def imported(tmp_path, text, snap=False):
+    path = tmp_path / "arm.urdf"
+    path.write_text(text, encoding="utf-8")
+    return urdf.read(path, argparse.Namespace(snap=snap))
+
+
+def test_names_frames_and_losses(tmp_path):
+    draft = imported(tmp_path, ARM)
+    assert draft.name == "two_link_arm"
+    assert [(link.name, link.joint_name, link.joint) for link in draft.links] == [
+        ("upper_arm", "shoulder", "revolute"), ("time_2", "upper_arm_joint", "revolute"), ("tool", "", "fixed")]
+    said = " | ".join(draft.lost + draft.doubts)
+    for part in ("the mass of 'base', 3 kg", "dry friction of shoulder", "<mimic>", "of upper_arm", "the limits of shoulder", "1 shapes", "1 x <transmission>",
+                 "outside the limits of shoulder (0.5 to 1)", "'upper arm' is called 'upper_arm'", "'time' is called 'time_2'", "1 angles are within"):
+        assert part in said
+    first, second, _ = draft.links
+    assert (first.damping, first.mass) == (0.7, 2)
+    # both axes along y: the frames lie in one plane, so nothing but a and theta is left in the second joint
+    assert (second.dh.gamma, second.dh.b, second.dh.alpha) == (0, 0, 0) and abs(second.dh.a) == pytest.approx(0.5)
+    assert "URDF frame of 'upper arm' here" in model_text(draft)
+
+
+def test_snap(tmp_path):
+    draft = imported(tmp_path, ARM, snap=True)
+    assert not any("angles are within" in doubt for doubt in draft.doubts)
+    assert any(link.dh.theta in (math.pi / 2, -math.pi / 2) for link in draft.links)
+
+
+def test_textbook_dh_comes_back(tmp_path):
+    """A URDF made from modified DH keeps its parameters: no gamma, no b, the same four numbers."""
+    rows = [(0, 0, 0, 0.3), (-math.pi / 2, 0, 0, 0), (math.pi / 2, 0, 0, 0.3), (math.pi / 2, 0.08, 0, 0), (0, 0.4, 0, 0.1)]
+    links, joints = ['<link name="l0"/>'], []
+    for i, (alpha, a, _, d) in enumerate(rows, start=1):
+        links.append(f'<link name="l{i}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>')
+        xyz = (a, -d * round(math.sin(alpha)), d * round(math.cos(alpha)))
+        joints.append(f'<joint name="j{i}" type="continuous"><origin xyz="{xyz[0]} {xyz[1]} {xyz[2]}" rpy="{alpha!r} 0 0"/>'
+                      f'<parent link="l{i - 1}"/><child link="l{i}"/><axis xyz="0 0 1"/></joint>')
+    draft = imported(tmp_path, f'<robot name="r">{"".join(links)}{"".join(joints)}</robot>')
+    assert [link.dh for link in draft.links] == [DhFrame(alpha=alpha, a=a, theta=theta, d=d) for alpha, a, theta, d in rows]
+    assert all(not link.notes for link in draft.links)
+
+
+def test_settle_inverts_pose_of():
+    rng = np.random.default_rng(1)
+    for _ in range(300):
+        quarter = rng.integers(-2, 3, 3) * np.pi / 2
+        angles = quarter if rng.random() < 0.5 else rng.uniform(-3, 3, 3)
+        pose = transform(rotation_z(angles[0]) @ rotation_y(angles[1]) @ rotation_x(angles[2]), rng.normal(size=3) * rng.integers(0, 2, 3))
+        dh = settle(pose)
+        if abs(dh.d) < 100:
+            assert np.abs(pose_of(dh) - pose).max() < 1e-13
+        assert abs(dh.gamma) <= np.pi / 2 + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ('type="revolute"', 'type="floating"', "arm.urdf:10: joint 'shoulder': the type 'floating' cannot be carried over"),
+        ('type="revolute"', 'type="revolut"', "did you mean 'revolute'?"),
+        ('<parent link="base"/>', '<parent link="bas"/>', "arm.urdf:11: joint 'shoulder': there is no link 'bas'; did you mean 'base'?"),
+        ('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', "the axis has no direction"),
+        ('<axis xyz="0 1 0"/>', '<axis xyz="0 1"/>', "arm.urdf:11: 'xyz' of <axis> must be 3 numbers, got '0 1'"),
+        ('<mass value="2"/>', '<mass value="heavy"/>', "arm.urdf:5: 'value' of <mass> must be a number, got 'heavy'"),
+        ('<mass value="2"/>', "<mass/>", "arm.urdf:5: 'value' of <mass> must be a number"),
+        ("</robot>", "", "no XML"),
+        ("<robot", "<!DOCTYPE r [<!ENTITY a 'b'>]><robot", "XML entities are not read"),
+        ('name="two link-arm">', 'name="r"><xacro:x xmlns:xacro="u"/>', "holds xacro macros"),
+        ('<child link="tool"/>', '<child link="time"/>', "hangs on two joints"),
+        ('<child link="tool"/>', "", "joint 'end' has no <child>"),
+        ('<link name="tool"/>', '<link name="tool"/><link name="alone"/>', "the links base, alone all hang on nothing"),
+        ('<link name="tool"/>', '<link name="time"/>', "the link 'time' is there twice"),
+        ('<parent link="base"/>', '<parent link="time"/>', "form a ring that does not reach 'base'"),
+    ],
+)
+def test_mistakes(tmp_path, old, new, sentence):
+    assert old in ARM
+    with pytest.raises(UserError) as error:
+        imported(tmp_path, ARM.replace(old, new, 1))
+    assert sentence in str(error.value) and "arm.urdf" in str(error.value) and "\n" not in str(error.value)
+
+
+def test_a_deep_chain(tmp_path):
+    inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    links = "".join(f'<link name="l{i}">{inertial}</link>' for i in range(3000))
+    joints = "".join(f'<joint name="j{i}" type="continuous"><parent link="l{i}"/><child link="l{i + 1}"/><origin xyz="1 0 0"/></joint>' for i in range(2999))
+    assert len(imported(tmp_path, f'<robot name="chain">{links}{joints}</robot>').links) == 2999
