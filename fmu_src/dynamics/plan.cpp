@@ -116,6 +116,10 @@ void Plan<Scalar>::take_joints(const Model& model) {
     prescribed_count += joints.back().prescribed ? 1 : 0;
   }
   nq = nv = static_cast<int>(joints.size());
+  for (const Ball& ball : model.balls) {
+    balls.push_back(carrier[ball.chart_link]);
+    for (int k = 0; k < 4; ++k) joints[balls.back() + k].of_ball = true;
+  }
 }
 
 template <class Scalar>

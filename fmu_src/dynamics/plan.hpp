@@ -22,6 +22,7 @@ struct JointPlan {
   int link = 0;         // index into Model::links
   bool prismatic = false;
   bool prescribed = false;  // its acceleration is given, its force follows
+  bool of_ball = false;     // chart, z, x or y joint of a spherical joint (dynamics/ball.hpp)
   bool branch = false;      // gamma or b present
   bool shifted = false;     // constant d of a revolute joint present
   bool passive = false;     // stiffness or damping present
@@ -67,6 +68,7 @@ struct Plan {
   std::vector<JointPlan<Scalar>> joints;
   std::vector<SpringPlan<Scalar>> springs;
   std::vector<PortPlan<Scalar>> ports;
+  std::vector<int> balls;  // chart joint of each spherical joint; its z, x and y joints follow it
   std::vector<LoopPlan<Scalar>> loops;
   std::vector<ClusterPlan> clusters;
   std::vector<EliminationStep> elimination;  // leaves to root; empty for an open tree

@@ -10,7 +10,7 @@ ErrorWeights::ErrorWeights(const System& system, double rtol, double atol)
     : rtol_(rtol), atol_(atol), size_(static_cast<std::size_t>(system.size())) {
   constexpr double turn = 6.283185307179586;
   cap_.assign(static_cast<std::size_t>(system.nq() + system.nv()), std::numeric_limits<double>::max());
-  for (int i = 0; i < system.nq(); ++i)
+  for (int i = 0; i < system.simple(); ++i)
     if (!system.plan().joints[system.joint_of(i)].prismatic) cap_[i] = turn;
 }
 

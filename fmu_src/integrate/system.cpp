@@ -16,6 +16,17 @@ constexpr double rounding = 1e-15;  // of a residual, relative to the loop point
 constexpr double open_gap = 1e-11;  // m or rad: more than a passing singular position leaves behind
 constexpr int projection_iterations = 8;
 
+constexpr double half_pi = 1.5707963267948966;
+
+// The quaternion of a rotation, of the two that of the sign nearer to the one it replaces.
+void write_quaternion(const Mat3<double>& rotation, double* quaternion) {
+  const Eigen::Quaterniond q(rotation);
+  const double values[] = {q.w(), q.x(), q.y(), q.z()};
+  double same = 0;
+  for (int k = 0; k < 4; ++k) same += values[k] * quaternion[k];
+  for (int k = 0; k < 4; ++k) quaternion[k] = same < 0 ? -values[k] : values[k];
+}
+
 double largest_of(const double* values, int count) {
   double size = 0;
   for (int i = 0; i < count; ++i) size = std::max(size, std::abs(values[i]));
@@ -39,17 +50,22 @@ System::System(const Plan<double>& plan, bool with_work)
       workspace_(plan),
       scratch_(q_) {
   int prescribed = 0;
-  for (int i = 0; i < plan.nv; ++i)
+  for (int i = 0; i < plan.nv; ++i) {
+    if (plan.joints[i].of_ball) continue;
     if (plan.joints[i].prescribed)
       motion_slot_[i] = prescribed++;
     else
       integrated_.push_back(i);
-  inputs_.assign(q_.size() + 6 * plan.ports.size() + 3 * static_cast<std::size_t>(prescribed), 0.0);
+  }
+  angles_.resize(plan.balls.size());
+  inputs_.assign(
+      q_.size() + 6 * plan.ports.size() + 3 * (plan.balls.size() + static_cast<std::size_t>(prescribed)),
+      0.0);
+  if (!plan.balls.empty()) applied_ = inputs_;
 }
 
 void System::set_motion(double time, int joint, double q, double qd, double qdd) {
-  double* held =
-      &inputs_[q_.size() + 6 * plan_.ports.size() + 3 * static_cast<std::size_t>(motion_slot_[joint])];
+  double* held = held_motion(motion_slot_[joint]);
   held[0] = time;
   held[1] = q;
   held[2] = qd;
@@ -58,25 +74,51 @@ void System::set_motion(double time, int joint, double q, double qd, double qdd)
 
 System::Coordinates System::coordinates(double time, const double* y) {
   if (plan_.prescribed_count == 0) return {y, y + plan_.nv};
-  const double* held = &inputs_[q_.size() + 6 * plan_.ports.size()];
   for (int i = 0; i < plan_.nv; ++i) {
     if (motion_slot_[i] < 0) continue;
+    const double* held = held_motion(motion_slot_[i]);
     const double since = time - held[0];
     q_[i] = held[1] + since * (held[2] + 0.5 * since * inputs_[i]);
     qd_[i] = held[2] + since * inputs_[i];
-    held += 3;
   }
-  for (int k = 0; k < nq(); ++k) {
+  for (int k = 0; k < simple(); ++k) {
     q_[integrated_[k]] = y[k];
     qd_[integrated_[k]] = y[nq() + k];
   }
+  for (int ball = 0; ball < balls(); ++ball) expand_ball(ball, y);
   return {q_.data(), qd_.data()};
+}
+
+// Quaternion and angular velocity -> the angles, rates and torques of the joints they stand for.
+void System::expand_ball(int ball, const double* y) {
+  const int chart = plan_.balls[ball];
+  const Eigen::Map<const Vec3<double>> omega(y + nq() + simple() + 3 * ball), torque(ball_torque(ball));
+  const Mat3<double> rotation = rotation_of(y + simple() + 4 * ball);
+  BallAngles& angles = angles_[ball];
+  angles = charts_kept_ ? angles_in_chart(rotation, angles.turned) : ball_angles(rotation);
+  const Vec3<double> rates = angle_rates(angles, omega);
+  const Vec3<double> forces = rate_matrix(angles).transpose() * torque;
+  const double positions[] = {angles.phi, angles.theta, angles.psi};
+  q_[chart] = angles.turned ? half_pi : 0;
+  for (int k = 0; k < 3; ++k) {
+    q_[chart + 1 + k] = positions[k];
+    qd_[chart + 1 + k] = rates[k];
+    applied_[chart + 1 + k] = forces[k];
+  }
+}
+
+Vec3<double> System::ball_acceleration(int ball, const double* qdd) const {
+  const int first = plan_.balls[ball] + 1;
+  const Eigen::Map<const Vec3<double>> rates(&qd_[first]), accelerations(qdd + first);
+  return rate_matrix(angles_[ball]) * accelerations + rate_bias(angles_[ball], rates);
 }
 
 Status System::accelerations(double time, const double* y, double* qdd) {
   ++evaluations_;
+  if (!applied_.empty()) std::copy(inputs_.begin(), inputs_.end(), applied_.begin());
   const Coordinates at = coordinates(time, y);
-  compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, inputs_.data(), qdd);
+  compiled_forward_dynamics(plan_, workspace_, at.q, at.qd,
+                            applied_.empty() ? inputs_.data() : applied_.data(), qdd);
   // one sum finds any non-finite entry: inf - inf and nan are nan
   double sum = 0;
   for (int i = 0; i < plan_.nv; ++i) sum += qdd[i] * 0.0;
@@ -87,19 +129,23 @@ Status System::accelerations(double time, const double* y, double* qdd) {
 }
 
 Status System::right_hand_side(double time, const double* y, double* ydot) {
-  const int n = nq();
   const bool all = plan_.prescribed_count == 0;
-  double* qdd = all ? ydot + n : qdd_.data();
+  double* qdd = all ? ydot + nq() : qdd_.data();
   const Status status = accelerations(time, y, qdd);
-  for (int k = 0; k < n; ++k) ydot[k] = y[n + k];
+  for (int k = 0; k < simple(); ++k) ydot[k] = y[nq() + k];
   if (!all)
-    for (int k = 0; k < n; ++k) ydot[n + k] = qdd[integrated_[k]];
-  if (with_work_) ydot[2 * n] = power(coordinates(time, y), qdd);
+    for (int k = 0; k < simple(); ++k) ydot[nq() + k] = qdd[integrated_[k]];
+  for (int ball = 0; ball < balls(); ++ball) {
+    const int at_q = simple() + 4 * ball, at_qd = nq() + simple() + 3 * ball;
+    quaternion_rate(y + at_q, y + at_qd, ydot + at_q);
+    Eigen::Map<Vec3<double>>(ydot + at_qd) = ball_acceleration(ball, qdd);
+  }
+  if (with_work_) ydot[nq() + nv()] = power(coordinates(time, y), qdd);
   return status;
 }
 
 double System::power(const Coordinates& at, const double* qdd) {
-  const double* tau = inputs_.data();
+  const double* tau = inputs_.data();  // of the drives
   if (plan_.prescribed_count > 0) {
     drive_forces(at, qdd, drive_.data());
     tau = drive_.data();
@@ -114,7 +160,7 @@ void System::drive_forces(const Coordinates& at, const double* qdd, double* tau)
   for (int i = 0; i < plan_.nv; ++i)
     tau[i] = plan_.joints[i].prescribed
                  ? prescribed_force(plan_.joints[i], workspace_.joints[i], at.q[i], at.qd[i], qdd[i])
-                 : inputs_[i];
+                 : (plan_.joints[i].of_ball ? applied_[i] : inputs_[i]);
 }
 
 double System::largest_gap() const { return largest(workspace_.loop.residual); }
@@ -141,53 +187,68 @@ Status System::project(double time, double* y, double* error) {
 }
 
 Status System::project_within_rank(double time, double* y, double* error) {
-  const int n = nq();
   // the elimination at the arriving point serves every correction: they are small
   if (accelerations(time, y, qdd_.data()) != Status::ok) return Status::recoverable;
+  charts_kept_ = true;
   set_residuals(time, y);
   const double enough = rounding * workspace_.loop.extent;
-  reduce_residual(workspace_.loop.residual, enough, time, y, y);
+  reduce_residual(workspace_.loop.residual, enough, time, y, false);
   reduce_residual(workspace_.loop.rate, enough * largest_of(coordinates(time, y).qd, plan_.nv), time, y,
-                  y + n);
+                  true);
+  charts_kept_ = false;
   if (!std::isfinite(largest(workspace_.loop.residual) + largest(workspace_.loop.rate)))
     return Status::recoverable;
   if (error != nullptr) project_error(error);
   return Status::ok;
 }
 
-// Adds to `part` (q or qd of the state) the response to the residuals in ws.loop.b.
-void System::add_correction(double* part) {
+// Adds to q or qd of the state the response to the residuals in ws.loop.b.
+void System::add_correction(double* y, bool velocity) {
   correct_loops(plan_, workspace_, scratch_.data());
-  for (int k = 0; k < nq(); ++k) part[k] += scratch_[integrated_[k]];
+  double* part = velocity ? y + nq() : y;
+  for (int k = 0; k < simple(); ++k) part[k] += scratch_[integrated_[k]];
+  for (int ball = 0; ball < balls(); ++ball) {
+    const Eigen::Map<const Vec3<double>> change(&scratch_[plan_.balls[ball] + 1]);
+    if (velocity) {
+      Eigen::Map<Vec3<double>>(part + simple() + 3 * ball) += rate_matrix(angles_[ball]) * change;
+      continue;
+    }
+    BallAngles moved = angles_[ball];
+    moved.phi += change[0];
+    moved.theta += change[1];
+    moved.psi += change[2];
+    write_quaternion(rotation_of(moved), part + simple() + 4 * ball);
+  }
 }
 
-// Newton corrections of `part` (q or qd in y) until `residual` is rounding or grows no smaller.
-void System::reduce_residual(const std::vector<double>& residual, double enough, double time, const double* y,
-                             double* part) {
+// Newton corrections of q or qd in y until `residual` is rounding or grows no smaller.
+void System::reduce_residual(const std::vector<double>& residual, double enough, double time, double* y,
+                             bool velocity) {
   double size = largest(residual);
   for (int k = 0; size > enough && k < projection_iterations; ++k) {
     const double before = size;
     for (std::size_t row = 0; row < residual.size(); ++row) workspace_.loop.b[row] = -residual[row];
-    add_correction(part);
+    add_correction(y, velocity);
     set_residuals(time, y);
     size = largest(residual);
     if (!(size < 0.5 * before)) break;
   }
 }
 
-// The error estimate loses what the projection takes away: its part across the constraints.
+// The error estimate loses what the projection takes away: its part across the constraints (of the joints of
+// one freedom).
 void System::project_error(double* error) {
-  const int n = nq();
-  for (double* part : {error, error + n}) {
+  for (double* part : {error, error + nq()}) {
     std::fill(qdd_.begin(), qdd_.end(), 0.0);
-    for (int k = 0; k < n; ++k) qdd_[integrated_[k]] = part[k];
+    for (int k = 0; k < simple(); ++k) qdd_[integrated_[k]] = part[k];
     // the rows' rates are linear in the velocity: take the error for one
     set_velocities(plan_, workspace_, qdd_.data());
     set_ground_motion(plan_, workspace_, qdd_.data());
     set_loop_residuals(plan_, workspace_);
     for (std::size_t row = 0; row < workspace_.loop.b.size(); ++row)
       workspace_.loop.b[row] = -workspace_.loop.rate[row];
-    add_correction(part);
+    correct_loops(plan_, workspace_, scratch_.data());
+    for (int k = 0; k < simple(); ++k) part[k] += scratch_[integrated_[k]];
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "dynamics/ball.hpp"
 #include "dynamics/plan.hpp"
 #include "dynamics/workspace.hpp"
 
@@ -13,7 +14,8 @@ enum class Status { ok = 0, recoverable = 1, fatal = -1 };
 
 // The ODE of one instance: state y = [q (nq); qd (nv); work (1, when asked for)] of the joints that are
 // integrated, ydot = f(time, y; inputs). Prescribed joints (drive motion, locked) are no state: between two
-// settings their motion goes on as q + qd t + qdd t^2 / 2.
+// settings their motion goes on as q + qd t + qdd t^2 / 2. Spherical joints come last in q, as quaternions
+// (w, x, y, z), and in qd, as angular velocities in link axes.
 // Owns the inputs and the workspace; neither throws nor allocates after construction.
 class System {
  public:
@@ -22,18 +24,24 @@ class System {
   System(const Plan<double>& plan, bool with_work);
 
   const Plan<double>& plan() const { return plan_; }
-  int nq() const { return static_cast<int>(integrated_.size()); }  // positions in the state
-  int nv() const { return static_cast<int>(integrated_.size()); }  // velocities in the state
+  int nq() const { return simple() + 4 * balls(); }  // positions in the state
+  int nv() const { return simple() + 3 * balls(); }  // velocities in the state
   int size() const { return nq() + nv() + (with_work_ ? 1 : 0); }
   bool with_work() const { return with_work_; }
-  int joint_of(int state_position) const { return integrated_[state_position]; }  // into plan().joints
+  int simple() const { return static_cast<int>(integrated_.size()); }  // joints of one freedom in the state
+  int balls() const { return static_cast<int>(plan_.balls.size()); }
+  int joint_of(int state_position) const {
+    return integrated_[state_position];
+  }  // into plan().joints; < simple()
 
   // What is held between settings: joint forces (plan().nv, N m or N; undriven joints stay 0; prescribed
-  // joints their qdd), moment and force of each port (6 each), then per prescribed joint a time and q, qd at
-  // that time. Equal inputs mean an equal right-hand side.
+  // joints their qdd), moment and force of each port (6 each), the torque on each spherical joint (3 each,
+  // link axes), then per prescribed joint a time and q, qd at that time. Equal inputs mean an equal
+  // right-hand side.
   std::vector<double>& inputs() { return inputs_; }
   std::vector<double>& tau() { return inputs_; }
   double* port_wrench(int port) { return &inputs_[plan_.nv + 6 * port]; }
+  double* ball_torque(int ball) { return &inputs_[plan_.nv + 6 * plan_.ports.size() + 3 * ball]; }
 
   // Sets the motion of a prescribed joint from `time` on.
   void set_motion(double time, int joint, double q, double qd, double qdd);
@@ -57,6 +65,9 @@ class System {
   // Accelerations of all joints at (time, y) into qdd (plan().nv): the same solve as the right-hand side.
   Status accelerations(double time, const double* y, double* qdd);
 
+  // Angular acceleration of a spherical joint in link axes, from what `accelerations` gave at the same y.
+  Vec3<double> ball_acceleration(int ball, const double* qdd) const;
+
   // Drive forces of all joints after `accelerations` at the same time and state, into tau (plan().nv): the
   // input where there is one, what the prescribed motion takes elsewhere.
   void drive_forces(const Coordinates& at, const double* qdd, double* tau) const;
@@ -74,9 +85,13 @@ class System {
  private:
   void set_residuals(double time, const double* y);
   Status project_within_rank(double time, double* y, double* error);
-  void reduce_residual(const std::vector<double>& residual, double enough, double time, const double* y,
-                       double* part);
-  void add_correction(double* part);
+  void reduce_residual(const std::vector<double>& residual, double enough, double time, double* y,
+                       bool velocity);
+  void expand_ball(int ball, const double* y);
+  void add_correction(double* y, bool velocity);
+  double* held_motion(int slot) {
+    return &inputs_[plan_.nv + 6 * plan_.ports.size() + 3 * (plan_.balls.size() + slot)];
+  }
   void project_error(double* error);
   double power(const Coordinates& at, const double* qdd);
 
@@ -86,6 +101,9 @@ class System {
   std::vector<int> motion_slot_;  // per joint: its place among the prescribed ones, or -1
   std::vector<double> inputs_;
   std::vector<double> q_, qd_;       // all joints
+  std::vector<BallAngles> angles_;   // of the spherical joints, as in q_
+  bool charts_kept_ = false;         // by the corrections after one elimination
+  std::vector<double> applied_;      // inputs as the recursion takes them; empty without spherical joints
   std::vector<double> qdd_, drive_;  // all joints, of the last accelerations
   Workspace<double> workspace_;
   std::vector<double> scratch_;  // plan().nv

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "model/compound_joint.hpp"
 #include "model/model_checks.hpp"
 
 namespace redysim {
@@ -24,10 +25,16 @@ DhParameters read_dh(Section& section, bool degrees) {
 
 Joint read_joint(Section& section, const std::string& link_name, bool degrees) {
   Joint joint;
-  joint.type = section.choice<JointType>(
-      "joint",
-      {{"revolute", JointType::revolute}, {"prismatic", JointType::prismatic}, {"fixed", JointType::fixed}},
-      JointType::revolute);
+  joint.type = section.choice<JointType>("joint",
+                                         {{"revolute", JointType::revolute},
+                                          {"prismatic", JointType::prismatic},
+                                          {"fixed", JointType::fixed},
+                                          {"universal", JointType::universal},
+                                          {"cylindrical", JointType::cylindrical},
+                                          {"planar", JointType::planar},
+                                          {"spherical", JointType::spherical},
+                                          {"free", JointType::free}},
+                                         JointType::revolute);
   joint.name = section.identifier("joint_name", link_name);
   joint.drive = section.choice<Drive>("drive",
                                       {{"torque", Drive::torque},
@@ -36,10 +43,11 @@ Joint read_joint(Section& section, const std::string& link_name, bool degrees) {
                                        {"locked", Drive::locked}},
                                       Drive::torque);
   joint.dh = read_dh(section, degrees);
+  joint.hold = section.flag("hold", false);
+  if (is_compound(joint.type)) return joint;
   const bool angular = degrees && joint.type != JointType::prismatic;
   joint.q0 = to_radians(section.number("q", 0), angular);
   joint.qd0 = to_radians(section.number("qd", 0), angular);
-  joint.hold = section.flag("hold", false);
   joint.damping = section.number("damping", 0, Bound::not_negative);
   joint.stiffness = section.number("stiffness", 0, Bound::not_negative);
   joint.rest = to_radians(section.number("rest", 0), angular);
@@ -72,9 +80,11 @@ LinkDraft read_link(Section section, const std::string& label, bool degrees, Nam
   link.mass = section.number("mass", 0, Bound::not_negative);
   link.com = section.vector("com", link.com);
   link.inertia = read_inertia(section);
-  section.refuse_unknown();
-  check_inertia(link, section);
-  return {link, parent, section};
+  LinkDraft draft{link, parent, section, {}, {}, {}, {}, {}, {}};
+  if (is_compound(link.joint.type)) read_compound(draft, degrees);
+  draft.section.refuse_unknown();
+  check_inertia(link, draft.section);
+  return draft;
 }
 
 }  // namespace

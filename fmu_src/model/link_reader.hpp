@@ -13,6 +13,8 @@ struct LinkDraft {
   Link link;
   std::string parent;  // empty: the link before, or ground for the first
   Section section;
+  // of a compound joint: start values and parameters per freedom
+  std::vector<double> q, qd, damping, stiffness, rest, armature;
 };
 
 // All [[link]] tables in file order. `degrees`: the file's angles are in degrees.

@@ -14,7 +14,8 @@ namespace redysim {
 
 inline constexpr int ground = -1;  // index of the fixed base wherever a link index is expected
 
-enum class JointType { revolute, prismatic, fixed };
+// A read Model holds revolute, prismatic and fixed joints only: the reader builds the others from them.
+enum class JointType { revolute, prismatic, fixed, universal, cylindrical, planar, spherical, free };
 
 // How a joint is driven: a torque input, a prescribed motion input (inverse dynamics of that joint),
 // held at its start position, or no actuator at all.
@@ -47,6 +48,17 @@ struct Link {
   double mass = 0;
   Vec3<double> com = Vec3<double>::Zero();
   std::array<double, 6> inertia{};
+};
+
+// A spherical joint as the reader builds it: four revolute joints on consecutive links, `chart` (0 or 90 deg
+// about x, set by the simulation), then z, x, y. Its state is a unit quaternion (w, x, y, z; link axes in the
+// joint's DH frame) and the angular velocity in link axes, rad/s.
+struct Ball {
+  std::string name;  // of the joint
+  int chart_link = 0;
+  bool driven = true;  // takes a torque, in link axes
+  std::array<double, 4> quaternion{1, 0, 0, 0};
+  std::array<double, 3> omega{};
 };
 
 // `point` closes the given ground-frame directions only; the others name the joint that was cut.
@@ -114,6 +126,7 @@ struct Model {
   std::vector<Loop> loops;
   std::vector<SpringDamper> springs;
   std::vector<Frame> frames;
+  std::vector<Ball> balls;
   SolverSettings solver;
   FmuSettings fmu;
 };

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "model/compound_joint.hpp"
 #include "model/frame_reader.hpp"
 #include "model/link_reader.hpp"
 #include "model/loop_reader.hpp"
@@ -55,6 +56,7 @@ Model read_model(Section& top, Findings& findings) {
 
   std::vector<LinkDraft> drafts = read_links(top, degrees, names, findings);
   arrange_tree(drafts);
+  model.balls = expand_compound_joints(drafts);
   const bool sound = findings.error_count() == 0;
   if (sound) check_movable(drafts, top);
   const LinkTable links = link_table(drafts, sound);

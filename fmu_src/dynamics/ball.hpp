@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cmath>
+
+#include "math/vec3.hpp"
+
+// A spherical joint inside the recursion: a revolute joint about x at the chart angle beta (0 or 90 deg),
+// then revolute joints about z, x, y at the angles (phi, theta, psi), R = Rx(beta) Rz(phi) Rx(theta) Ry(psi)
+// (ReDySim's order after the chart). The state is a quaternion and the angular velocity in link axes; the
+// chart whose cos(theta) is the larger keeps the angles regular, and the motion does not depend on it.
+
+namespace redysim {
+
+struct BallAngles {
+  bool turned = false;  // beta = 90 deg
+  double phi = 0, theta = 0, psi = 0;
+};
+
+inline Mat3<double> rotation_of(const double* quaternion) {
+  return Eigen::Quaterniond(quaternion[0], quaternion[1], quaternion[2], quaternion[3])
+      .normalized()
+      .toRotationMatrix();
+}
+
+// Rx(-90 deg) R
+inline Mat3<double> turned_back(const Mat3<double>& R) {
+  Mat3<double> turned;
+  turned << R.row(0), R.row(2), -R.row(1);
+  return turned;
+}
+
+inline BallAngles angles_in_chart(const Mat3<double>& rotation, bool turned) {
+  const Mat3<double> R = turned ? turned_back(rotation) : rotation;
+  return {turned, std::atan2(-R(0, 1), R(1, 1)), std::atan2(R(2, 1), std::hypot(R(0, 1), R(1, 1))),
+          std::atan2(-R(2, 0), R(2, 2))};
+}
+
+// The angles in the better chart.
+inline BallAngles ball_angles(const Mat3<double>& rotation) {
+  // sin(theta) is R(2,1) in one chart and -R(1,1) in the other
+  return angles_in_chart(rotation, std::abs(rotation(2, 1)) > std::abs(rotation(1, 1)));
+}
+
+inline Mat3<double> rotation_of(const BallAngles& angles) {
+  using Eigen::AngleAxisd;
+  const Mat3<double> R =
+      (AngleAxisd(angles.phi, Vec3<double>::UnitZ()) * AngleAxisd(angles.theta, Vec3<double>::UnitX()) *
+       AngleAxisd(angles.psi, Vec3<double>::UnitY()))
+          .toRotationMatrix();
+  if (!angles.turned) return R;
+  Mat3<double> turned;  // Rx(90 deg) R
+  turned << R.row(0), -R.row(2), R.row(1);
+  return turned;
+}
+
+// E: angular velocity in link axes = E (phi', theta', psi').
+inline Mat3<double> rate_matrix(const BallAngles& a) {
+  const double st = std::sin(a.theta), ct = std::cos(a.theta), sp = std::sin(a.psi), cp = std::cos(a.psi);
+  Mat3<double> E;
+  E << -sp * ct, cp, 0, st, 0, 1, cp * ct, sp, 0;
+  return E;
+}
+
+// E^-1 omega, without a matrix inverse; cos(theta) >= 1/sqrt(2) in the better chart.
+inline Vec3<double> angle_rates(const BallAngles& a, const Vec3<double>& omega) {
+  const double st = std::sin(a.theta), ct = std::cos(a.theta), sp = std::sin(a.psi), cp = std::cos(a.psi);
+  const double phi_rate = (cp * omega.z() - sp * omega.x()) / ct;
+  return {phi_rate, cp * omega.x() + sp * omega.z(), omega.y() - st * phi_rate};
+}
+
+// E' (phi', theta', psi'): what the angular acceleration has beyond E (phi'', theta'', psi'').
+inline Vec3<double> rate_bias(const BallAngles& a, const Vec3<double>& rates) {
+  const double st = std::sin(a.theta), ct = std::cos(a.theta), sp = std::sin(a.psi), cp = std::cos(a.psi);
+  const double u = rates.x(), v = rates.y(), w = rates.z();
+  return {(st * sp * v - ct * cp * w) * u - sp * w * v, ct * v * u,
+          -(ct * sp * w + st * cp * v) * u + cp * w * v};
+}
+
+// q' = q (0, omega) / 2 for omega in link axes.
+inline void quaternion_rate(const double* q, const double* omega, double* rate) {
+  const double w = q[0], x = q[1], y = q[2], z = q[3], a = omega[0], b = omega[1], c = omega[2];
+  rate[0] = -0.5 * (x * a + y * b + z * c);
+  rate[1] = 0.5 * (w * a + y * c - z * b);
+  rate[2] = 0.5 * (w * b + z * a - x * c);
+  rate[3] = 0.5 * (w * c + x * b - y * a);
+}
+
+}  // namespace redysim
