@@ -131,12 +131,11 @@ TEST(model_error, a_name_has_one_owner) {
 }
 
 TEST(model_error, wrong_words_list_the_right_ones) {
-  EXPECT_EQ(
-      errors(arm + "joint = 'revolut'\n"),
-      (Lines{"6: link 'a': joint must be 'revolute', 'prismatic' or 'fixed', got 'revolut'; did you mean "
-             "'revolute'?"}));
-  EXPECT_EQ(errors(arm + "drive = 'motion'\n"),
-            (Lines{"6: link 'a': drive 'motion' is not available yet; use 'torque' or 'free'"}));
+  EXPECT_EQ(errors(arm + "joint = 'revolut'\n"),
+            (Lines{"6: link 'a': joint must be 'revolute', 'prismatic', 'fixed', 'universal', 'cylindrical', "
+                   "'planar', 'spherical' or 'free', got 'revolut'; did you mean 'revolute'?"}));
+  EXPECT_EQ(errors(arm + "drive = 'position'\n"),
+            (Lines{"6: link 'a': drive must be 'torque', 'free', 'motion' or 'locked', got 'position'"}));
   EXPECT_EQ(errors(arm + "[solver]\nmethod = 'auto'\n"),
             (Lines{"7: solver: method 'auto' is not available yet; use 'erk', 'adams' or 'bdf'"}));
   EXPECT_EQ(errors(arm + "[solver]\nmethod = 'euler'\n"),
