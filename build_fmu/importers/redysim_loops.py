@@ -15,7 +15,7 @@ from build_fmu.importers.fields import read_text
 from build_fmu.importers.layout import settle
 from build_fmu.importers.rigid import pose_of
 
-OPEN = 1e-9  # m, what rounding leaves of a closed loop
+OPEN = 1e-8  # m, what rounding leaves of a closed loop
 LOOP = "--loop 'LINK:x,y,z=LINK:x,y,z', for example --loop 'link1:0.05,0,0=link3:0.1,0,0'"
 PIVOT = "--pivot LINK=x,y,z, for example --pivot link4=1,0,0"
 

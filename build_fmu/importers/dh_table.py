@@ -1,0 +1,263 @@
+"""Reads a DH table from a CSV file, one link a row, in modified (Craig, Khalil) or standard (distal) form (docs/import.md).
+
+Standard to modified is exact: frame i of the distal form without its last Tx(a) Rx(alpha) is our frame i, and those
+two move to the front of the children. Masses and inertias given in the distal frame are turned along.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from argparse import Namespace
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from build_fmu.errors import UserError, did_you_mean
+from build_fmu.expressions import compile_expression
+from build_fmu.importers.draft import GROUND, DhFrame, Draft, DraftLink, Names, legal
+from build_fmu.importers.fields import read_text
+from build_fmu.importers.rigid import matrix_of, rotation_x, six_of, transform
+from build_fmu.importers.toml_writer import number
+
+ANGLES = ("alpha", "theta", "gamma")
+LENGTHS = ("a", "d", "b")
+INERTIA = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
+COM = ("com_x", "com_y", "com_z")
+PLAIN = ("mass", "damping", "stiffness", "armature")
+JOINT_VALUES = ("q", "qd", "rest")
+TEXTS = ("name", "parent", "type", "joint_name")
+COLUMNS = (*TEXTS, *ANGLES, *LENGTHS, *COM, *INERTIA, *PLAIN, *JOINT_VALUES)
+ALIASES = {
+    "link": "name", "body": "name", "joint": "joint_name", "joint_type": "type", "kind": "type", "sigma": "type", "on": "parent", "alp": "alpha",
+    "α": "alpha", "twist": "alpha", "link_twist": "alpha", "θ": "theta", "th": "theta", "joint_angle": "theta", "γ": "gamma", "length": "a", "link_length": "a",
+    "r": "a", "offset": "d", "link_offset": "d", "m": "mass", "cx": "com_x", "cy": "com_y", "cz": "com_z", "comx": "com_x", "comy": "com_y", "comz": "com_z",
+    "dx": "com_x", "dy": "com_y", "dz": "com_z", "q0": "q", "qd0": "qd", "inertia_xx": "Ixx", "inertia_yy": "Iyy", "inertia_zz": "Izz", "b_joint": "damping",
+}  # fmt: skip
+UNITS = {"rad": ("angle", 1.0), "deg": ("angle", math.pi / 180), "°": ("angle", math.pi / 180), "degrees": ("angle", math.pi / 180),
+         "radians": ("angle", 1.0), "m": ("length", 1.0), "mm": ("length", 1e-3), "cm": ("length", 1e-2), "kg": ("mass", 1.0), "g": ("mass", 1e-3),
+         "kgm2": ("inertia", 1.0), "kgm^2": ("inertia", 1.0), "kgm²": ("inertia", 1.0), "kgmm2": ("inertia", 1e-6), "gmm2": ("inertia", 1e-9)}  # fmt: skip
+KINDS = {"revolute": "revolute", "r": "revolute", "hinge": "revolute", "prismatic": "prismatic", "p": "prismatic", "slider": "prismatic",
+         "fixed": "fixed", "f": "fixed", "0": "revolute", "1": "prismatic"}  # fmt: skip
+WORDS = {kind for kind in KINDS if kind.isalpha()}
+# a joint variable in a cell, as books print them: q1, theta_2, θ3*, d4
+VARIABLE = re.compile(r"(?<![A-Za-z0-9_.])(?:q|th|theta|θ|d)_?\{?\d*\}?\*?(?![A-Za-z0-9_.(])|(?<=[\d.])\*$")
+
+
+@dataclass
+class Column:
+    """One column of the file: its field, and what makes its numbers SI."""
+
+    field: str
+    factor: float | None  # None: an angle whose unit the head does not say
+
+
+@dataclass
+class Row:
+    """One row with its place for messages."""
+
+    where: str
+    cells: dict[str, str]
+
+
+def read(path: Path, options: Namespace) -> Draft:
+    """Returns the draft; raises UserError with file, line and column."""
+    columns, rows = _table(path)
+    columns = _with_angle_unit(path, columns, rows, options.angles)
+    standard = options.dh == "standard"
+    if standard and any(c.field in ("gamma", "b") for c in columns.values()):
+        raise UserError(f"'{path}': standard DH has no gamma and b; branches hang on the column 'parent'")
+    draft = Draft(name=legal(path.stem), source=path.name)
+    if options.dh is None:
+        draft.doubts.append("the table was read as modified DH (Craig, Khalil: alpha and a stand before theta and d); say --dh standard for the distal form")
+    names = Names()
+    for index, row in enumerate(rows):
+        draft.links.append(_link(row, columns, index, draft.links, names))
+    for link in draft.links:
+        link.joint_name = names.take(link.joint_name, "_joint") if link.joint_name and link.joint_name != link.name else ""
+    if standard:
+        _from_standard(draft)
+    if not any(link.mass for link in draft.links):
+        draft.lost.append("masses and inertias: the table has none, and a model that moves needs them")
+    draft.doubts += names.sentences()
+    draft.doubts.append("gravity is (0, 0, -9.81) m/s2: a table does not say")
+    return draft
+
+
+def _table(path: Path) -> tuple[dict[str, Column], list[Row]]:
+    text = read_text(path)
+    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    if not lines:
+        raise UserError(f"'{path}' is empty")
+    # the sign that is most frequent in the head separates the columns
+    separator = max(";\t,|", key=lines[0].count)
+    if lines[0].count(separator) == 0:
+        raise UserError(f"{path}:1: the head '{lines[0].strip()[:40]}' has one column; separate columns by comma, semicolon or tab")
+    numbered = [(reader.line_num, row) for reader in [csv.reader(io.StringIO(text, newline=""), delimiter=separator)] for row in reader]
+    numbered = [(line, [cell.strip() for cell in row]) for line, row in numbered if any(cell.strip() for cell in row) and not row[0].lstrip().startswith("#")]
+    (head_line, head), body = numbered[0], numbered[1:]
+    columns = _head(f"{path}:{head_line}", head)
+    if not body:
+        raise UserError(f"'{path}' has a head and no rows")
+    rows = []
+    for line, cells in body:
+        if len(cells) > len(head) and not any(cells[len(head):]):
+            cells = cells[: len(head)]
+        if len(cells) != len(head):
+            raise UserError(f"{path}:{line}: {len(cells)} cells, but the head names {len(head)} columns")
+        cells = [cell.replace(",", ".") if separator == ";" else cell for cell in cells]
+        rows.append(Row(f"{path}:{line}", dict(zip(columns, cells, strict=True))))
+    if "joint_name" in columns and "type" not in columns and all(row.cells["joint_name"].lower() in WORDS for row in rows):
+        # a column 'joint' that says what kind each is
+        columns = {("type" if field == "joint_name" else field): column for field, column in columns.items()}
+        rows = [Row(row.where, dict(zip(columns, row.cells.values(), strict=True))) for row in rows]
+    return columns, rows
+
+
+def _head(where: str, head: list[str]) -> dict[str, Column]:
+    columns: dict[str, Column] = {}
+    fields: set[str] = set()
+    for title in head:
+        match = re.fullmatch(r"(.*?)\s*(?:[\[(]\s*(.*?)\s*[\])])?", title)
+        word, unit = match[1].strip(), (match[2] or "").replace(" ", "").replace("·", "").replace("*", "")
+        key = re.sub(r"[\s\-]+", "_", word)
+        # books write an index behind the letter: a_{i-1}, d_i
+        plain = re.sub(r"_?\{?[ij]\s*([-−+]\s*1)?\}?$", "", word) if len(word) > 1 else word
+        known = {c.lower(): c for c in COLUMNS} | ALIASES
+        field = known.get(key.lower()) or known.get(plain.lower())
+        if field is None and key in ("i", "#", "no", "nr", "number", ""):
+            field = f"ignored {len(columns)}"
+        if field is None:
+            raise UserError(f"{where}: the column '{title}' is not known{did_you_mean(key.lower(), known)}; known are {', '.join(COLUMNS)}")
+        if field in fields:
+            raise UserError(f"{where}: two columns mean '{field}'")
+        fields.add(field)
+        columns[field] = Column(field, _factor(where, title, field, unit))
+    return columns
+
+
+def _factor(where: str, title: str, field: str, unit: str) -> float | None:
+    kind = "angle" if field in ANGLES else "length" if field in (*LENGTHS, *COM) else "mass" if field == "mass" else "inertia" if field in INERTIA else ""
+    if not unit:
+        return None if kind == "angle" or field in JOINT_VALUES else 1.0
+    found = UNITS.get(unit.lower())
+    if field in (*JOINT_VALUES, *PLAIN[1:]) and found is None:
+        return 1.0 if field in PLAIN else None
+    if found is None or (kind and found[0] != kind):
+        raise UserError(f"{where}: '{title}': '{unit}' is no unit of {field}{did_you_mean(unit.lower(), UNITS)}")
+    return found[1]
+
+
+def _with_angle_unit(path: Path, columns: dict[str, Column], rows: list[Row], asked: str | None) -> dict[str, Column]:
+    """An angle without a unit follows the other angles or --angles; degrees are never guessed, only suspected."""
+    said = {c.factor for c in columns.values() if c.field in ANGLES and c.factor is not None}
+    factor = {"rad": 1.0, "deg": math.pi / 180}[asked] if asked else next(iter(said)) if len(said) == 1 else None
+    for column in columns.values():
+        if column.factor is None:
+            if factor is None:
+                for row in rows:
+                    if column.field in ANGLES and abs(_number(row, column.field, 1.0)[0]) > 2 * math.pi + 1e-6:
+                        raise UserError(f"{row.where}: column '{column.field}': {row.cells[column.field]} looks like degrees; say --angles deg or --angles rad, or "
+                                        f"write '{column.field} [deg]' into the head")
+            column.factor = factor or 1.0
+    return columns
+
+
+def _link(row: Row, columns: dict[str, Column], index: int, before: list[DraftLink], names: Names) -> DraftLink:
+    cells = row.cells
+    name = names.take(_called(cells.get("name", ""), "link") or f"link{index + 1}")
+    parent = _parent(row, cells.get("parent", ""), before)
+    values, variable = {}, ""
+    for field, column in columns.items():
+        if field in TEXTS or field.startswith("ignored"):
+            continue
+        values[field], has_variable = _number(row, field, column.factor)
+        if has_variable:
+            if field not in ("theta", "d"):
+                raise UserError(f"{row.where}: column '{field}': only theta and d can be joint variables, got '{cells[field]}'")
+            if variable:
+                raise UserError(f"{row.where}: both theta and d are joint variables; a row is one joint")
+            variable = field
+    kind = _kind(row, cells.get("type", ""), variable)
+    link = DraftLink(name, parent, kind, _called(cells.get("joint_name", ""), "joint"), DhFrame(**{k: values.get(k, 0.0) for k in ("gamma", "b", "alpha", "a", "theta", "d")}))
+    link.com = [values.get(key, 0.0) for key in COM]
+    link.inertia = [values.get(key, 0.0) for key in INERTIA]
+    for field in (*PLAIN, *JOINT_VALUES):
+        setattr(link, field, values.get(field, 0.0))
+    if kind == "prismatic":
+        # the unit of the angles is none of a slider's
+        for field in JOINT_VALUES:
+            if field in columns:
+                setattr(link, field, _number(row, field, 1.0)[0])
+    return link
+
+
+def _called(text: str, what: str) -> str:
+    return f"{what}{text}" if text.isdigit() else text
+
+
+def _parent(row: Row, text: str, before: list[DraftLink]) -> str:
+    if not text:
+        return before[-1].name if before else GROUND
+    known = [link.name for link in before]
+    if text in known:
+        return text
+    if text.lower() in (GROUND, "base", "world", "0", "-1"):
+        return GROUND
+    if text.isdigit() and 1 <= int(text) <= len(before):
+        return known[int(text) - 1]
+    raise UserError(f"{row.where}: column 'parent': '{text}' is no link of a row above{did_you_mean(text, known)}")
+
+
+def _kind(row: Row, text: str, variable: str) -> str:
+    kind = KINDS.get(text.lower()) if text else "prismatic" if variable == "d" else "revolute"
+    if kind is None:
+        raise UserError(f"{row.where}: column 'type': '{text}' must be revolute, prismatic or fixed{did_you_mean(text.lower(), KINDS)}")
+    if variable and kind != {"theta": "revolute", "d": "prismatic"}[variable]:
+        raise UserError(f"{row.where}: the joint is {kind}, but '{variable}' is its variable")
+    return kind
+
+
+def _number(row: Row, field: str, factor: float | None) -> tuple[float, bool]:
+    """Returns the number of a cell such as 0.3, pi/2, q1 or q1 - 90, in SI; and whether it names a joint variable."""
+    text = row.cells[field].replace("−", "-").replace("π", "pi").replace("^", "**")
+    if not text or text == "-":
+        return 0.0, False
+    rest = VARIABLE.sub("0", text) if field in ("theta", "d") else text
+    scale = 1.0 if factor is None else factor
+    try:
+        if re.search(r"\bt\b", rest):
+            raise UserError("t")
+        value = compile_expression(re.sub(r"(?<![\d.eE])0+(?=[1-9])", "", rest))(0.0)
+    except UserError:
+        raise UserError(f"{row.where}: column '{field}': cannot read '{row.cells[field]}' as a number") from None
+    # pi belongs to radians whatever the unit of the column
+    radians = "pi" in rest and field in (*ANGLES, *JOINT_VALUES)
+    return _exact(value, 1.0 if radians else scale), rest != text
+
+
+def _exact(value: float, factor: float) -> float:
+    """Right angles in degrees give the double nearest to their value."""
+    return math.radians(value) if factor == math.pi / 180 else value * factor
+
+
+def _from_standard(draft: Draft) -> None:
+    """T = Rz(theta) Tz(d) Tx(a) Rx(alpha): the last two go to the children, mass and inertia into our frame."""
+    distal = {link.name: (link.dh.alpha, link.dh.a) for link in draft.links}
+    parents = {link.parent for link in draft.links}
+    for link in draft.links:
+        alpha, a = distal[link.name]
+        own = transform(rotation_x(alpha), (a, 0, 0))
+        turn = own[:3, :3]
+        if link.mass or any(link.com):
+            link.com = [float(x) for x in turn @ np.array(link.com) + own[:3, 3]]
+        if any(link.inertia):
+            link.inertia = six_of(turn @ matrix_of(link.inertia) @ turn.T)
+        link.dh.alpha, link.dh.a = distal.get(link.parent, (0.0, 0.0))
+        if link.name not in parents and (alpha or a):
+            link.notes.append(f"The tool frame of the table: xyz = [{number(a)}, 0, 0], rpy = [{number(alpha)}, 0, 0] here.")
+    draft.notes.append("From standard (distal) DH: our frame i is the table's frame i before its Tx(a) Rx(alpha); centers of mass and inertias were "
+                       "given in the table's frame i and are turned along.")

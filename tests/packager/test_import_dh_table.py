@@ -1,0 +1,122 @@
+"""DH tables in CSV: columns, units, joint variables as books print them, and standard DH converted exactly."""
+
+import argparse
+import math
+
+import numpy as np
+import pytest
+
+from build_fmu.errors import UserError
+from build_fmu.importers import dh_table
+from build_fmu.importers.draft import DhFrame
+from build_fmu.importers.rigid import matrix_of, pose_of, rotation_x, rotation_z, transform
+from build_fmu.importers.toml_writer import model_text
+
+
+def imported(tmp_path, text, dh="modified", angles=None, name="arm.csv"):
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    return dh_table.read(path, argparse.Namespace(dh=dh, angles=angles))
+
+
+def test_a_table_as_books_print_it(tmp_path):
+    draft = imported(tmp_path, """i,α_{i-1} [deg],a_{i-1} [mm],θ_i,d_i [mm],mass
+        1,0,0,θ1,400,1
+        2,90,180,θ_2 - 90,0,1
+        3,-90,0,0,d3,1
+        4,45,0,q4*,0,0.5
+        """)
+    assert [link.joint for link in draft.links] == ["revolute", "revolute", "prismatic", "revolute"]
+    assert draft.links[0].dh == DhFrame(d=0.4)
+    assert draft.links[1].dh == DhFrame(alpha=math.pi / 2, a=0.18, theta=-math.pi / 2)
+    assert draft.links[3].dh.alpha == math.pi / 4
+    assert [link.name for link in draft.links] == ["link1", "link2", "link3", "link4"]
+
+
+def test_names_branches_and_the_rest(tmp_path):
+    draft = imported(tmp_path, """name;parent;type;alpha (rad);a;gamma;b;com_x;Ixx;Ixy;damping;stiffness;rest;q;armature;mass
+        # a comment
+        base;;revolute;0;0;0;0;0,1;1;0,01;0,5;2;0,25;pi/3;0,001;1
+        left;base;p;pi/2;0,2;pi/4;0,1;0;1;0;0;0;0;0,3;0;1
+
+        right;1;fixed;-pi/2;0,2;0;0;0;1;0;0;0;0;0;0;1
+        """)
+    base, left, right = draft.links
+    assert (base.q, base.damping, base.rest, base.armature, base.com[0], base.inertia[3]) == (math.pi / 3, 0.5, 0.25, 0.001, 0.1, 0.01)
+    assert (left.parent, left.joint, left.dh.gamma, left.dh.b, left.q) == ("base", "prismatic", math.pi / 4, 0.1, 0.3)
+    assert (right.parent, right.joint) == ("base", "fixed")
+
+
+def test_a_column_joint_may_hold_kinds_or_names(tmp_path):
+    assert [x.joint for x in imported(tmp_path, "joint,a,mass\nR,1,1\nP,1,1\n").links] == ["revolute", "prismatic"]
+    assert [x.joint_name for x in imported(tmp_path, "joint,a,mass\n1,1,1\n2,1,1\n").links] == ["joint1", "joint2"]
+
+
+def test_degrees_are_suspected_and_never_guessed(tmp_path):
+    table = "alpha,a,mass\n90,0,1\n"
+    with pytest.raises(UserError, match="arm.csv:2: column 'alpha': 90 looks like degrees"):
+        imported(tmp_path, table)
+    assert imported(tmp_path, table, angles="deg").links[0].dh.alpha == math.pi / 2
+    assert imported(tmp_path, table, angles="rad").links[0].dh.alpha == 90
+    # the joint values follow the unit of the angles, those of a slider do not
+    draft = imported(tmp_path, "type,alpha [deg],q,mass\nr,0,90,1\np,0,0.5,1\n")
+    assert [link.q for link in draft.links] == [math.pi / 2, 0.5]
+
+
+def test_standard_dh_is_converted_exactly(tmp_path):
+    rng = np.random.default_rng(3)
+    rows, head = [], "type,parent,alpha,a,theta,d,mass,com_x,com_y,com_z,Ixx,Iyy,Izz,Ixy,Ixz,Iyz"
+    numbers, kinds, parents = [], ["revolute", "prismatic", "revolute", "revolute", "prismatic"], ["", "1", "2", "2", "4"]
+    for kind, parent in zip(kinds, parents, strict=True):
+        numbers.append(rng.normal(size=14))
+        numbers[-1][4] = 1.5
+        rows.append(f"{kind},{parent}," + ",".join(repr(float(x)) for x in numbers[-1]))
+    draft = imported(tmp_path, "\n".join([head, *rows]), dh="standard", angles="rad")
+    q = rng.normal(size=5)
+    distal, ours = {"": np.eye(4)}, {"ground": np.eye(4)}
+    for i, link in enumerate(draft.links):
+        alpha, a, theta, d = numbers[i][:4]
+        theta, d = (theta + q[i], d) if kinds[i] == "revolute" else (theta, d + q[i])
+        distal[str(i + 1)] = distal[parents[i]] @ transform(rotation_z(theta), (0, 0, d)) @ transform(rotation_x(alpha), (a * 1.0, 0, 0))
+        ours[link.name] = ours[link.parent] @ pose_of(link.dh, link.joint, q[i])
+        theirs, mine = distal[str(i + 1)], ours[link.name]
+        assert np.allclose(theirs @ [*numbers[i][5:8], 1], mine @ [*link.com, 1], atol=1e-14)
+        turned = [t[:3, :3] @ matrix_of(inertia) @ t[:3, :3].T for t, inertia in ((theirs, numbers[i][8:]), (mine, link.inertia))]
+        assert np.allclose(*turned, atol=1e-13)
+    assert "The tool frame of the table" in model_text(draft)
+
+
+def test_what_is_said(tmp_path):
+    draft = imported(tmp_path, "a,theta\n1,q1\n", dh=None)
+    assert any("modified DH" in x for x in draft.doubts) and any("masses and inertias" in x for x in draft.lost)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("", "is empty"),
+        ("alpha\n1\n", "arm.csv:1: the head 'alpha' has one column"),
+        ("alpha,a\n", "has a head and no rows"),
+        ("alfa,a\n0,1\n", "arm.csv:1: the column 'alfa' is not known; did you mean 'alpha'?"),
+        ("alpha [deg],alp\n0,1\n", "arm.csv:1: two columns mean 'alpha'"),
+        ("alpha [kg],a\n0,1\n", "'alpha [kg]': 'kg' is no unit of alpha"),
+        ("alpha [dg],a\n0,1\n", "'dg' is no unit of alpha; did you mean 'deg'?"),
+        ("alpha,a\n0,1\n0\n", "arm.csv:3: 1 cells, but the head names 2 columns"),
+        ("alpha,a\n0,1m\n", "arm.csv:2: column 'a': cannot read '1m' as a number"),
+        ("alpha,a\n0,t\n", "arm.csv:2: column 'a': cannot read 't' as a number"),
+        ("alpha,a\n0,1e999\n", "cannot read '1e999' as a number"),
+        ("theta,d\nq1,q1\n", "arm.csv:2: both theta and d are joint variables"),
+        ("type,theta\np,q1\n", "the joint is prismatic, but 'theta' is its variable"),
+        ("type,theta\nball,0\n", "'ball' must be revolute, prismatic or fixed"),
+        ("parent,a\n,0\nlink7,1\n", "arm.csv:3: column 'parent': 'link7' is no link of a row above; did you mean 'link1'?"),
+    ],
+)
+def test_mistakes(tmp_path, text, sentence):
+    with pytest.raises(UserError) as error:
+        imported(tmp_path, text)
+    assert sentence in str(error.value) and "arm.csv" in str(error.value) and "\n" not in str(error.value)
+
+
+def test_standard_dh_has_no_branch_parameters(tmp_path):
+    with pytest.raises(UserError, match="standard DH has no gamma and b"):
+        imported(tmp_path, "alpha,gamma\n0,1\n", dh="standard")
