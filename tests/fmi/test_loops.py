@@ -1,0 +1,287 @@
+"""Closed mechanisms through the built FMU, against closed forms, an Euler-Lagrange program and published results."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from math import hypot, pi, radians, sin, tan
+
+import numpy as np
+import pytest
+
+from build_fmu import native
+from build_fmu.errors import UserError
+from tests.fmi.conftest import ROOT, build_fmu
+from tests.fmi.four_bar_lagrange import CLOSED, HOEKEN, REDYSIM
+from tests.fmi.raw import ERROR, OK, Slave, Unpacked
+
+METHODS = ("erk", "adams", "bdf")
+TIGHT = {"solver.rtol": 1e-8, "solver.atol": 1e-10}
+FOUR_BAR_JOINTS = ("crank_joint", "joint2", "joint3")
+HOEKEN_JOINTS = ("crank_joint", "rocker_joint", "coupler_joint")
+
+
+@pytest.fixture(scope="module")
+def changed_model(fmu_file, tmp_path_factory):
+    """Returns a function: name of a model, text replacements -> the unpacked FMU."""
+    folder = tmp_path_factory.mktemp("changed")
+
+    def unpacked(name: str, replacements: dict[str, str]) -> Unpacked:
+        text = (ROOT / "models" / f"{name}.toml").read_text()
+        for old, new in replacements.items():
+            assert old in text
+            text = text.replace(old, new)
+        model = folder / "model.toml"
+        model.write_text(text)
+        return Unpacked(build_fmu(model, folder / "model.fmu"), tmp_path_factory.mktemp("unpacked"))
+
+    return unpacked
+
+
+def run(slave: Slave, stop: float, size: float) -> dict[str, np.ndarray]:
+    """Steps to `stop`; returns what the loops and energies say at each communication point."""
+    gaps, record = slave.fmu.named("output", ".gap"), []
+    for k in range(round(stop / size)):
+        assert slave.step(k * size, size) == OK, slave.errors
+        record.append([max(slave.reals(gaps)), slave.get("energy.balance"), slave.get("energy.kinetic")])
+    return dict(zip(("gap", "balance", "kinetic"), np.array(record).T, strict=True))
+
+
+def values(slave: Slave, joints: tuple[str, ...], ending: str) -> np.ndarray:
+    return np.array(slave.reals([f"{joint}.{ending}" for joint in joints]))
+
+
+# --- trajectories ---
+
+@pytest.mark.parametrize("scene, torque", [("fourbar_freefall", 0), ("fourbar_forced", 2)])
+def test_published_four_bar_scenes(fmu, scene, torque):
+    table = np.genfromtxt(ROOT / "tests" / "scenes" / f"{scene}.csv", delimiter=",", names=True)
+    with Slave(fmu("four_bar")) as slave:
+        slave.initialize(start=TIGHT)
+        assert slave.set("crank_joint.tau", torque) == OK
+        for k in range(1, len(table)):
+            before = table["t"][k - 1]
+            assert slave.step(before, table["t"][k] - before) == OK
+            for name in ("q", "qd"):
+                expected = np.array([table[f"{name}{i}"][k] for i in (1, 2, 3)])
+                scale = max(1, np.abs([table[f"{name}{i}"] for i in (1, 2, 3)]).max())
+                assert np.abs(values(slave, FOUR_BAR_JOINTS, name) - expected).max() < 1e-6 * scale
+
+
+@pytest.mark.parametrize("torque", [0, 2])
+def test_four_bar_moves_as_euler_and_lagrange_say(fmu, torque):
+    times = np.linspace(0, 1, 101)
+    lagrange = REDYSIM.simulate(times, [0, CLOSED, CLOSED], [0, 0, 0], torque)
+    allowed = {"q": 1e-7, "qd": 1e-6, "qdd": 1e-4, "f": 1e-4}
+    with Slave(fmu("four_bar")) as slave:
+        slave.initialize(start={"solver.rtol": 1e-10, "solver.atol": 1e-12})
+        assert slave.set("crank_joint.tau", torque) == OK
+        for k in range(len(times)):
+            if k > 0:
+                assert slave.step(times[k - 1], times[k] - times[k - 1]) == OK
+            for name in ("q", "qd", "qdd"):
+                assert np.abs(values(slave, FOUR_BAR_JOINTS, name) - lagrange[name][k]).max() < allowed[name]
+            # the multipliers are the force on the coupler's tip, with this sign
+            force = np.array(slave.reals(["closure.lambda[1]", "closure.lambda[2]"]))
+            assert np.abs(force - lagrange["f"][k]).max() < allowed["f"]
+
+
+def test_hoeken_as_lagrange_says_from_the_closed_start_and_as_published_from_the_open_one(fmu):
+    times = np.linspace(0, 1.33, 134)
+    shipped = HOEKEN.simulate(times, [0, 0.9844, 4.3144], [4.7124, 1.4045, 0])
+    assert np.abs(shipped["q"][-1] - [0.001967898, 0.984967432, 4.314381214]).max() < 1e-6
+    assert shipped["qd"][-1][0] == pytest.approx(4.597354942, abs=1e-5)
+    with Slave(fmu("hoeken")) as slave:
+        slave.initialize(start={"solver.rtol": 1e-10, "solver.atol": 1e-12})
+        q, qd = values(slave, HOEKEN_JOINTS, "q"), values(slave, HOEKEN_JOINTS, "qd")
+        # the crank keeps its speed, the others follow from the loop
+        assert qd[0] == 4.7124
+        assert np.abs(HOEKEN.gap(q)).max() < 1e-16
+        assert np.abs(HOEKEN.jacobian(q) @ qd).max() < 1e-15
+        assert np.abs(qd - [4.7124, 1.4045, 0]).max() < 0.01
+        closed = HOEKEN.simulate(times, q, qd)
+        for k in range(1, len(times)):
+            assert slave.step(times[k - 1], times[k] - times[k - 1]) == OK
+        assert np.abs(values(slave, HOEKEN_JOINTS, "q") - closed["q"][-1]).max() < 1e-7
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_slider_crank_before_its_singular_position(fmu, method):
+    with Slave(fmu("slider_crank")) as slave:
+        slave.initialize(start={**TIGHT, "solver.method": method})
+        run(slave, 0.5, 0.05)
+        joints = ("crank_joint", "rod_joint", "slider_joint")
+        expected = np.array([-2.545205006, 8.232002666 - 2 * pi, 1.123314785])
+        assert np.abs(values(slave, joints, "q") - expected).max() < 2e-8
+        assert np.abs(values(slave, joints, "qd") - [-2.183492031, 4.366984064, -3.613111226]).max() < 1e-7
+
+
+def test_leg_under_pd_control(fmu):
+    # the controller 49 (-2 pi - q) - 14 qd as spring and damper of the drive
+    with Slave(fmu("leg")) as slave:
+        slave.initialize(start={**TIGHT, "crank_joint.stiffness": 49.0, "crank_joint.rest": -2 * pi, "crank_joint.damping": 14.0})
+        record = run(slave, 0.2, 0.01)
+        expected = [-3.158557789, 4.063256685, -1.854666683, -0.591670424, -1.953723392, -1.953718943, -1.187881593]
+        # its start pose is open by 8e-6 m
+        assert np.abs(np.array(slave.reals(slave.fmu.named("output", ".q"))) - expected).max() < 2e-4
+        assert record["gap"].max() < 1e-12
+
+
+def test_bennett_linkage_obeys_its_closure_equation(fmu):
+    # tan(q1 / 2) tan(q2 / 2) = sin((beta + alpha) / 2) / sin((beta - alpha) / 2), q3 = -q1
+    constant = sin(radians(60)) / sin(radians(30))
+    with Slave(fmu("bennett")) as slave:
+        slave.initialize(start=TIGHT)
+        turned = 0
+        for k in range(200):
+            assert slave.step(0.01 * k, 0.01) == OK
+            q1, q2, q3 = slave.reals(["joint1.q", "joint2.q", "joint3.q"])
+            assert tan(q1 / 2) * tan(q2 / 2) == pytest.approx(constant, rel=1e-9)
+            assert abs((q1 + q3 + pi) % (2 * pi) - pi) < 1e-12
+            turned = max(turned, abs(q1 - radians(80)))
+        assert turned > 1
+        assert abs(slave.get("energy.balance")) < 1e-7
+
+
+def test_five_bar_hand_is_where_both_arms_reach(fmu):
+    with Slave(fmu("five_bar")) as slave:
+        slave.initialize(start=TIGHT)
+        for k in range(50):
+            assert slave.set_reals(["left_drive.tau", "right_drive.tau"], [sin(0.1 * k), -0.5]) == OK
+            assert slave.step(0.01 * k, 0.01) == OK
+            a, b, c, d = slave.reals(["left_drive.q", "left_elbow.q", "right_drive.q", "right_elbow.q"])
+            left = 0.15 * np.exp(1j * a) + 0.25 * np.exp(1j * (a + b))
+            right = 0.2 + 0.15 * np.exp(1j * c) + 0.25 * np.exp(1j * (c + d))
+            assert abs(left - right) < 1e-14
+        assert abs(slave.get("energy.work")) > 0.01
+        assert abs(slave.get("energy.balance")) < 1e-7
+
+
+# --- loops stay closed, energies stay ---
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("model, stop", [("slider_crank", 3), ("parallelogram", 5), ("three_rrr", 2), ("bennett", 2), ("four_bar_chain", 1)])
+def test_gap_and_energy_through_singular_and_redundant_positions(fmu, model, stop, method):
+    with Slave(fmu(model)) as slave:
+        slave.initialize(start={**TIGHT, "solver.method": method})
+        record = run(slave, stop, 0.01)
+        assert record["gap"].max() < 1e-12
+        assert np.abs(record["balance"]).max() < 1e-7 * max(1, record["kinetic"].max())
+
+
+def test_four_bar_stays_closed_for_100_s(fmu):
+    with Slave(fmu("four_bar")) as slave:
+        slave.initialize(start=TIGHT)
+        record = run(slave, 100, 0.1)
+        assert record["gap"].max() < 1e-10
+        assert np.abs(record["balance"]).max() < 1e-5 * record["kinetic"].max()
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8, 1e-10])
+def test_energy_is_kept_as_by_the_same_bars_unpinned(fmu, changed_model, rtol):
+    text = (ROOT / "models" / "four_bar.toml").read_text()
+    opened = changed_model("four_bar", {text[text.index("[[loop]]"):text.index("[solver]")]: ""})
+
+    def balance(bars: Unpacked) -> float:
+        with Slave(bars) as slave:
+            slave.initialize(start={"solver.rtol": rtol, "solver.atol": rtol / 100})
+            largest = 0
+            for k in range(300):
+                assert slave.step(0.01 * k, 0.01) == OK
+                largest = max(largest, abs(slave.get("energy.balance")))
+            return largest
+
+    assert balance(fmu("four_bar")) <= 2 * balance(opened)
+
+
+def test_cost_of_a_chain_grows_with_its_length(changed_model, tmp_path, fmu_file):
+    fmu_file("four_bar")  # skips where nothing is built
+    script = ROOT / "models" / "generate_four_bar_chain.py"
+    for count in (2, 40):
+        model = tmp_path / f"chain{count}.toml"
+        model.write_text(subprocess.run([sys.executable, script, str(count)], capture_output=True, text=True, check=True).stdout)
+        folder = tmp_path / str(count)
+        with Slave(Unpacked(build_fmu(model, tmp_path / f"{count}.fmu"), folder)) as slave:
+            slave.initialize()
+            record = run(slave, 0.1, 0.01)
+            assert record["gap"].max() < 1e-12
+            # each loop is a cluster of its own, so evaluations are O(n) each; and stiffness must not grow either
+            assert slave.get("solver.rhs_evaluations") < 2000
+
+
+def test_the_committed_chain_is_what_the_generator_prints():
+    script = ROOT / "models" / "generate_four_bar_chain.py"
+    text = subprocess.run([sys.executable, script, "10"], capture_output=True, text=True, check=True).stdout
+    assert text == (ROOT / "models" / "four_bar_chain.toml").read_text()
+
+
+# --- start ---
+
+def test_an_open_start_is_assembled_and_said(fmu):
+    with Slave(fmu("four_bar_redysim"), logging=True) as slave:
+        assert slave.setup() == OK
+        assert slave.call("EnterInitializationMode") == OK
+        assert np.abs(values(slave, FOUR_BAR_JOINTS, "q") - [0, CLOSED, CLOSED]).max() < 1e-14
+        assert slave.get("closure.gap") < 1e-16
+        assert slave.call("ExitInitializationMode") == OK
+        warnings = [text for _, category, text in slave.messages if category == "logStatusWarning"]
+        assert warnings == ["the start pose is open by 0.0261 m and assembles with joint2 by -0.262 rad, joint3 by 2.8e-05 rad"]
+        assert slave.step(0, 0.01) == OK
+
+
+def test_changed_start_values_are_assembled_again(fmu):
+    with Slave(fmu("four_bar")) as slave:
+        assert slave.call("EnterInitializationMode") == OK
+        for angle in (0.3, -0.4):
+            assert slave.set("crank_joint.q0", angle) == OK
+            q = values(slave, FOUR_BAR_JOINTS, "q")
+            assert q[0] == angle
+            assert np.abs(REDYSIM.gap(q)).max() < 1e-16
+
+
+def test_a_start_that_cannot_close_is_refused_in_one_sentence(fmu, changed_model):
+    free_crank = changed_model("slider_crank", {"q = 2\n": "q = 2\nhold = true\n"})
+    with Slave(free_crank) as slave:
+        assert slave.call("EnterInitializationMode") == OK
+        assert slave.set("slider_joint.q0", 2.5) == OK
+        # crank at -90 deg and the rod reach 2 m
+        assert slave.get("pin.gap") == pytest.approx(0.5)
+        assert slave.call("ExitInitializationMode") == ERROR
+        assert slave.errors == ["fmi2ExitInitializationMode: loop 'pin' cannot close: 0.5 m remain open at the nearest pose"]
+
+
+def test_an_impossible_loop_is_refused_when_the_fmu_is_built(tmp_path, fmu_file):
+    fmu_file("four_bar")  # skips where nothing is built
+    model = tmp_path / "open.toml"
+    model.write_text((ROOT / "models" / "four_bar.toml").read_text().replace("point_b = [0.1, 0, 0]", "point_b = [0.4, 0, 0]"))
+    check = subprocess.run([sys.executable, "-m", "build_fmu", "check", str(model)], cwd=ROOT, capture_output=True, text=True)
+    assert check.returncode == 1
+    assert check.stderr.strip().endswith("loop 'closure' cannot close: 0.17 m remain open at the nearest pose")
+    assert len(check.stderr.strip().splitlines()) == 1
+
+
+def test_check_says_what_assembly_moves():
+    try:
+        native.describe_program()
+    except UserError as error:
+        pytest.skip(str(error))
+    check = subprocess.run([sys.executable, "-m", "build_fmu", "check", "models/four_bar_redysim.toml"], cwd=ROOT,
+                           capture_output=True, text=True)
+    assert check.returncode == 0
+    assert "assembles with joint2 by -0.262 rad" in " ".join((check.stdout + check.stderr).split())
+
+
+# --- description ---
+
+def test_loops_appear_in_the_table_and_open_trees_have_none_of_it(fmu):
+    bennett, tree = fmu("bennett"), fmu("kuka_kr5")
+    assert [name for name in bennett.named("output") if name.startswith("cut.")] == ["cut.gap", *(f"cut.lambda[{i}]" for i in range(1, 6))]
+    assert not [name for name in tree.variables if "gap" in name or "lambda" in name]
+
+
+def test_multipliers_that_a_planar_scene_leaves_out_are_zero(fmu):
+    with Slave(fmu("slider_crank")) as slave:
+        slave.initialize()
+        forces = slave.reals([f"pin.lambda[{i}]" for i in range(1, 6)])
+        assert forces[2:] == [0, 0, 0]
+        assert hypot(*forces[:2]) > 0.1
