@@ -11,8 +11,9 @@ from pathlib import Path
 
 from build_fmu import __version__
 from build_fmu.build import build
-from build_fmu.describe import describe
+from build_fmu.describe import Description, describe
 from build_fmu.errors import UserError
+from build_fmu.inverse import inverse_of
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -34,12 +35,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _build(options: argparse.Namespace) -> int:
-    model = describe(options.model)
-    target = options.output or Path(f"{model.model_identifier}.fmu")
+    if options.inverse:
+        with inverse_of(options.model) as (model, source):
+            return _pack(model, source, options.output)
+    return _pack(describe(options.model), options.model, options.output)
+
+
+def _pack(model: Description, source: Path, output: Path | None) -> int:
+    target = output or Path(f"{model.model_identifier}.fmu")
     if target.is_dir():
         target = target / f"{model.model_identifier}.fmu"
     _warn(model.warnings)
-    build(model, options.model, target)
+    build(model, source, target)
     print(f"{target}  {target.stat().st_size / 1024:.0f} kB, {len(model.select('input'))} inputs, "
           f"{len(model.select('output'))} outputs, {len(model.select('parameter'))} parameters")
     return 0
@@ -156,6 +163,8 @@ def _parser() -> argparse.ArgumentParser:
     command = commands.add_parser("build", help="pack a model file into an FMU; needs no compiler")
     command.add_argument("model", type=Path, metavar="MODEL", help="model file (.toml)")
     command.add_argument("-o", "--output", type=Path, metavar="FMU", help="file or folder to write (default: NAME.fmu here)")
+    command.add_argument("--inverse", action="store_true", help="the inverse of the model, NAME_inverse: joints take motions and say which torques "
+                         "they need")
     command.set_defaults(run=_build)
 
     command = commands.add_parser("import", help="write a model file from a scene, ReDySim files, a URDF or a DH table")

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "dynamics/freedom.hpp"
 #include "model/number.hpp"
 
 namespace redysim {
@@ -119,7 +120,19 @@ fmi2Status Instance::exit_initialization_mode() {
   if (log_.events())
     log_.event("start at " + shown(start_time_) + " s, solver " + integrator_->name() + ", rtol " +
                shown(integrator_settings_.rtol));
+  report_drives();
   return fmi2OK;
+}
+
+// Whether the prescribed motions miss or outnumber the freedom of closed loops.
+void Instance::report_drives() {
+  if (plan_.loops.empty() || plan_.prescribed_count == 0) return;
+  if (!log_.events() && !log_.warnings()) return;
+  const Freedom found = freedom(model_, system_.coordinates(time_, current_state()).q);
+  if (found.surplus > 0)
+    log_.warning(sentence(found));
+  else
+    log_.event(sentence(found));
 }
 
 // A master's tolerance tightens the model's, both parts alike, and never loosens it.

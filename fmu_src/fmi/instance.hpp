@@ -65,6 +65,7 @@ class Instance {
 
   SolverSettings effective_settings() const;
   void restore_start_values();
+  void report_drives();
   void values_changed();          // all that is computed on demand is stale
   const double* current_state();  // y, in every state of life
   bool update_plan(Function function);

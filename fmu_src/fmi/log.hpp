@@ -30,6 +30,7 @@ class Log {
   void warning(const std::string& text) const { write(warnings_, fmi2Warning, 2, text); }
   void event(const std::string& text) const { write(events_, fmi2OK, 3, text); }
   bool events() const { return events_; }
+  bool warnings() const { return warnings_; }
 
   // Switches categories (none named: all). Returns the first unknown name, or null; nothing changes then.
   const char* set(bool on, std::size_t count, const char* const* categories);

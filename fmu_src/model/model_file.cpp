@@ -36,6 +36,18 @@ bool read_degrees(Section& top) {
   return top.choice<bool>("angle_unit", {{"rad", false}, {"deg", true}}, false);
 }
 
+// The inverse of a model takes motions where the model takes torques; what is free stays free.
+void invert(std::vector<LinkDraft>& drafts, Section& top) {
+  bool driven = false;
+  for (LinkDraft& draft : drafts) {
+    Joint& joint = draft.link.joint;
+    if (joint.type == JointType::fixed || joint.drive != Drive::torque) continue;
+    joint.drive = Drive::motion;
+    driven = true;
+  }
+  if (!driven) top.warn("inverse", "inverse has no effect, no joint has a drive torque");
+}
+
 LinkTable link_table(const std::vector<LinkDraft>& drafts, bool sound) {
   LinkTable links;
   for (const LinkDraft& draft : drafts) {
@@ -50,11 +62,14 @@ Model read_model(Section& top, Findings& findings) {
   Model model;
   Names names;
   model.name = read_name(top);
+  const bool inverse = top.flag("inverse", false);
+  if (inverse) model.name += "_inverse";
   model.description = top.text("description");
   model.gravity = top.vector("gravity", model.gravity);
   const bool degrees = read_degrees(top);
 
   std::vector<LinkDraft> drafts = read_links(top, degrees, names, findings);
+  if (inverse) invert(drafts, top);
   arrange_tree(drafts);
   model.balls = expand_compound_joints(drafts);
   const bool sound = findings.error_count() == 0;

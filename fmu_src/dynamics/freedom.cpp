@@ -1,0 +1,60 @@
+#include "dynamics/freedom.hpp"
+
+#include <vector>
+
+#include "dynamics/compiled.hpp"
+
+namespace redysim {
+namespace {
+
+// Rank of the loops' rows over the joints that are not prescribed: that of J M^-1 J^T for any M > 0.
+int loop_rank(const Model& model, const double* q) {
+  const Plan<double> plan(model);
+  Workspace<double> ws(plan);
+  const std::size_t n = static_cast<std::size_t>(plan.nv);
+  const std::vector<double> rest(n + 6 * plan.ports.size(), 0.0);
+  std::vector<double> qdd(n);
+  compiled_forward_dynamics(plan, ws, q, rest.data(), rest.data(), qdd.data());
+  int rank = 0;
+  for (const auto& S : ws.loop.S) rank += S.rank();
+  return rank;
+}
+
+std::string count(int number, const std::string& one, const std::string& many) {
+  return std::to_string(number) + " " + (number == 1 ? one : many);
+}
+
+}  // namespace
+
+Freedom freedom(const Model& model, const double* q) {
+  Model any = model;
+  Freedom result;
+  int joints = 0;
+  for (Link& link : any.links) {
+    if (link.joint.type == JointType::fixed) continue;
+    ++joints;
+    if (link.joint.drive == Drive::motion || link.joint.drive == Drive::locked) ++result.motions;
+    // every joint moves something, so that the rank is that of the rows alone
+    link.joint.armature = 1;
+  }
+  result.left = joints - result.motions - loop_rank(any, q);
+  for (Link& link : any.links) link.joint.drive = Drive::free;
+  result.system = joints - loop_rank(any, q);
+  result.surplus = result.motions + result.left - result.system;
+  return result;
+}
+
+std::string sentence(const Freedom& freedom) {
+  std::string text = count(freedom.motions, "motion", "motions") + " for " +
+                     count(freedom.system, "degree of freedom", "degrees of freedom") + ": ";
+  if (freedom.surplus == 0 && freedom.left == 0) return text + "fully driven";
+  if (freedom.surplus > 0)
+    text += std::to_string(freedom.surplus) + " more motions than freedoms, they must agree with the loops";
+  if (freedom.surplus > 0 && freedom.left > 0) text += "; ";
+  if (freedom.left > 0)
+    text += std::to_string(freedom.left) + (freedom.left == 1 ? " is not prescribed and is integrated"
+                                                              : " are not prescribed and are integrated");
+  return text;
+}
+
+}  // namespace redysim

@@ -1,0 +1,69 @@
+#include "model/frame_reader.hpp"
+
+#include <gtest/gtest.h>
+
+#include "unit/model/read.hpp"
+
+namespace redysim::test {
+namespace {
+
+// `fields` start on line 13, in a frame on link b.
+std::string frame(const std::string& fields) {
+  return arms + "[[frame]]\nname = 'f'\nlink = 'b'\n" + fields + "\n";
+}
+
+TEST(frame, shows_its_pose_unless_told_otherwise) {
+  const Frame f = read(frame("")).frames.at(0);
+  EXPECT_EQ(f.name, "f");
+  EXPECT_EQ(f.link, 1);
+  EXPECT_TRUE(f.position.isZero(0) && f.rotation.isIdentity(0));
+  EXPECT_TRUE(f.pose && !f.rotation_matrix && !f.velocity);
+  EXPECT_EQ(f.port, Frame::Port::none);
+}
+
+TEST(frame, its_outputs_are_those_listed) {
+  const Frame f = read(frame("outputs = ['velocity', 'rotation']")).frames.at(0);
+  EXPECT_TRUE(!f.pose && f.rotation_matrix && f.velocity);
+  const Frame none = read(frame("outputs = []")).frames.at(0);
+  EXPECT_TRUE(!none.pose && !none.rotation_matrix && !none.velocity);
+}
+
+TEST(frame, turns_by_roll_then_pitch_then_yaw_about_fixed_axes) {
+  const Mat3<double> R = read("angle_unit = 'deg'\n" + frame("rpy = [90, 0, 90]")).frames.at(0).rotation;
+  // roll takes y to z, yaw takes x to y: z stays where roll put y
+  EXPECT_TRUE((R * Vec3<double>::UnitX()).isApprox(Vec3<double>::UnitY(), 1e-15));
+  EXPECT_TRUE((R * Vec3<double>::UnitY()).isApprox(Vec3<double>::UnitZ(), 1e-15));
+}
+
+TEST(frame, its_port_is_in_ground_or_frame_axes) {
+  EXPECT_EQ(read(frame("port = 'ground'")).frames.at(0).port, Frame::Port::ground_axes);
+  EXPECT_EQ(read(frame("port = 'frame'")).frames.at(0).port, Frame::Port::frame_axes);
+}
+
+TEST(frame, its_required_fields_are_asked_for) {
+  EXPECT_EQ(errors(arms + "[[frame]]\n"),
+            (Lines{"10: frame 1: name is required", "10: frame 1: link is required"}));
+}
+
+TEST(frame, its_link_is_a_link) {
+  EXPECT_EQ(errors(arms + "[[frame]]\nname = 'f'\nlink = 'c'\n"),
+            (Lines{"12: frame 'f': link 'c' is not a link"}));
+  EXPECT_EQ(errors(arms + "[[frame]]\nname = 'f'\nlink = 'ground'\n"),
+            (Lines{"12: frame 'f': link must be a moving or fixed link, not 'ground'"}));
+}
+
+TEST(frame, what_it_does_not_know_is_refused) {
+  EXPECT_EQ(errors(frame("outputs = ['pose', 'velocty']")),
+            (Lines{"13: frame 'f': outputs must be 'pose', 'rotation' or 'velocity', got 'velocty'; did you "
+                   "mean 'velocity'?"}));
+  EXPECT_EQ(errors(frame("port = 'world'")),
+            (Lines{"13: frame 'f': port must be 'none', 'ground' or 'frame', got 'world'"}));
+  EXPECT_EQ(errors(frame("offset = [1, 0, 0]")), (Lines{"13: frame 'f': unknown field 'offset'"}));
+}
+
+TEST(frame, its_name_is_its_own) {
+  EXPECT_EQ(errors(arms + "[[frame]]\nname = 'a'\nlink = 'b'\n").size(), 1u);
+}
+
+}  // namespace
+}  // namespace redysim::test
