@@ -48,7 +48,7 @@ class DraftLink:
 
 @dataclass
 class DraftTie:
-    """A loop or a spring, by the field names of the model file."""
+    """A loop, a spring or a frame, by the field names of the model file."""
 
     name: str
     fields: dict[str, object] = field(default_factory=dict)
@@ -65,6 +65,7 @@ class Draft:
     links: list[DraftLink] = field(default_factory=list)
     loops: list[DraftTie] = field(default_factory=list)
     springs: list[DraftTie] = field(default_factory=list)
+    frames: list[DraftTie] = field(default_factory=list)
     solver: dict[str, object] = field(default_factory=dict)
     fmu: dict[str, object] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)

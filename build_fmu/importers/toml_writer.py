@@ -28,7 +28,7 @@ def model_text(draft: Draft) -> str:
     for link in draft.links:
         lines += ["", *_link(link, before)]
         before = link.name
-    for kind, ties in (("loop", draft.loops), ("spring", draft.springs)):
+    for kind, ties in (("loop", draft.loops), ("spring", draft.springs), ("frame", draft.frames)):
         for tie in ties:
             lines += ["", *_tie(kind, tie)]
     for fragment in draft.fragments:

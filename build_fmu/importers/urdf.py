@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from build_fmu.errors import UserError, did_you_mean
-from build_fmu.importers.draft import GROUND, Draft, DraftLink, Names, legal
+from build_fmu.importers.draft import GROUND, Draft, DraftLink, DraftTie, Names, legal
 from build_fmu.importers.fields import read_text
 from build_fmu.importers.layout import far, joint_frame, place, settle, side_frame
 from build_fmu.importers.rigid import matrix_of, pose_of, rotation_x, rotation_y, rotation_z, six_of, transform
@@ -100,9 +100,9 @@ def read(path: Path, options: Namespace) -> Draft:
     if bodies[root].mass or np.any(bodies[root].inertia):
         draft.lost.append(f"the mass of '{root}', {bodies[root].mass:g} kg: it is the ground here and moves nothing")
     _check_reached(urdf, bodies, root)
-    _Layout(draft, bodies).lay(root)
+    _Layout(draft, bodies, options.frames).lay(root)
     draft.notes.append(f"The ground frame is the frame of '{root}'. Link frames are laid anew (z: joint axis, x: common normal), which changes no "
-                       "motion; where the URDF's own frame is another one, a comment tells its place in ours (xyz in m, rpy in rad).")
+                       "motion; where the URDF's own frame is another one, {'a [[frame]]' if options.frames else 'a comment'} tells its place in ours (m, rad).")
     _losses(urdf, draft)
     if not draft.links:
         raise UserError(f"'{path}' has one link and no joint: nothing can move")
@@ -244,8 +244,8 @@ def _some(names: list[str]) -> str:
 class _Layout:
     """Walks the tree, parents first, and makes the links of the draft."""
 
-    def __init__(self, draft: Draft, bodies: dict[str, Body]) -> None:
-        self.draft, self.bodies, self.names = draft, bodies, Names()
+    def __init__(self, draft: Draft, bodies: dict[str, Body], frames: bool) -> None:
+        self.draft, self.bodies, self.frames, self.names = draft, bodies, frames, Names()
         self.depth = self._depths()
         self.size = max(float(np.linalg.norm(body.origin[:3, 3])) for body in bodies.values()) or 1.0
 
@@ -280,7 +280,12 @@ class _Layout:
         link.com = [0.0 if abs(x) < 1e-16 else float(x) for x in turn @ body.com + own[:3, 3]] if body.mass else [0.0] * 3
         link.inertia = six_of(turn @ body.inertia @ turn.T)
         if float(np.abs(own - np.eye(4)).max()) > 1e-12:
-            link.notes.append(f"URDF frame of '{body.name}' here: {_place(own)}")
+            position, rpy = _place(own)
+            if self.frames:
+                self.draft.frames.append(DraftTie(self.names.take(f"{name}_frame"), {"link": name, "position": position, "rpy": rpy}))
+            else:
+                shown = (f"[{', '.join(map(number, values))}]" for values in (position, rpy))
+                link.notes.append("URDF frame of '{}' here: position = {}, rpy = {}".format(body.name, *shown))
         self.draft.links.append(link)
         return own
 
@@ -323,12 +328,12 @@ class _Layout:
         return depth
 
 
-def _place(own: np.ndarray) -> str:
+def _place(own: np.ndarray) -> tuple[list[float], list[float]]:
+    """Returns position (m) and roll, pitch, yaw (rad) of a frame, without the last digits."""
     r = own[:3, :3]
     pitch = math.asin(max(-1.0, min(1.0, -r[2, 0])))
     if abs(r[2, 0]) < 1 - 1e-12:
         roll, yaw = math.atan2(r[2, 1], r[2, 2]), math.atan2(r[1, 0], r[0, 0])
     else:
         roll, yaw = 0.0, math.atan2(-r[0, 1], r[1, 1])
-    xyz, rpy = ([number(round(float(x), 12)) for x in values] for values in (own[:3, 3], (roll, pitch, yaw)))
-    return f"xyz = [{', '.join(xyz)}], rpy = [{', '.join(rpy)}]"
+    return [round(float(x), 13) for x in own[:3, 3]], [round(x, 13) for x in (roll, pitch, yaw)]

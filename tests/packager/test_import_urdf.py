@@ -35,10 +35,10 @@ ARM = """<?xml version="1.0" encoding="UTF-8"?>
 """
 
 
-def imported(tmp_path, text, snap=False):
+def imported(tmp_path, text, snap=False, frames=False):
     path = tmp_path / "arm.urdf"
     path.write_text(text, encoding="utf-8")
-    return urdf.read(path, argparse.Namespace(snap=snap))
+    return urdf.read(path, argparse.Namespace(snap=snap, frames=frames))
 
 
 def test_names_frames_and_losses(tmp_path):
@@ -55,6 +55,19 @@ def test_names_frames_and_losses(tmp_path):
     # both axes along y: the frames lie in one plane, so nothing but a and theta is left in the second joint
     assert (second.dh.gamma, second.dh.b, second.dh.alpha) == (0, 0, 0) and abs(second.dh.a) == pytest.approx(0.5)
     assert "URDF frame of 'upper arm' here" in model_text(draft)
+
+
+def test_frames(tmp_path):
+    """The URDF's frames, given as [[frame]], lie where the URDF has them."""
+    draft = imported(tmp_path, ARM, frames=True)
+    assert [(frame.name, frame.fields["link"]) for frame in draft.frames] == [("upper_arm_frame", "upper_arm"), ("time_2_frame", "time_2")]
+    poses = {"ground": np.eye(4)}
+    for link in draft.links:
+        poses[link.name] = poses[link.parent] @ pose_of(link.dh)
+    roll, pitch, yaw = draft.frames[1].fields["rpy"]
+    found = poses["time_2"] @ transform(rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll), draft.frames[1].fields["position"])
+    assert np.allclose(found, transform(rotation_y(1.5708), (0.5, 0, 0.3)), atol=1e-12)
+    assert '[[frame]]\nname = "upper_arm_frame"\nlink = "upper_arm"\n' in model_text(draft)
 
 
 def test_snap(tmp_path):

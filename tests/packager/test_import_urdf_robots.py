@@ -60,7 +60,7 @@ def order(model, joints):
 
 def compare(path, folder, states=3):
     """Returns the largest relative error of the accelerations and the largest error of a centre of mass (m)."""
-    draft = urdf.read(path, argparse.Namespace(snap=False))
+    draft = urdf.read(path, argparse.Namespace(snap=False, frames=False))
     moving = [link for link in draft.links if link.joint != "fixed"]
     names = {urdf.legal(element.get("name")): element.get("name") for element in ET.parse(path).getroot().findall("joint")}
     joints = [names.get(link.joint_name) or names[link.joint_name.removesuffix("_joint")] for link in moving]
@@ -172,7 +172,7 @@ def rebuilt(draft):
 def test_nearly_parallel_axes_keep_every_digit(seed, tmp_path):
     path = tmp_path / "random.urdf"
     path.write_text(random_urdf(seed, [0, 1e-14, 1e-10, 1e-7, 1e-5, 1e-3]), encoding="utf-8")
-    draft = urdf.read(path, argparse.Namespace(snap=False))
+    draft = urdf.read(path, argparse.Namespace(snap=False, frames=False))
     moving = [link.joint_name for link in draft.links if link.joint != "fixed"]
     q, qd, tau = np.random.default_rng(seed).uniform(-2, 2, (3, len(moving)))
     accelerations = []
