@@ -51,6 +51,8 @@ bool acts_on_kinetic(const Variable& known, const Plan<double>& plan, const Comp
   switch (known.role) {
     case Role::q0:
     case Role::qd0:
+    case Role::ball_quaternion0:
+    case Role::ball_omega0:
     case Role::motion_q:
     case Role::motion_qd:
     case Role::armature:
@@ -61,8 +63,8 @@ bool acts_on_kinetic(const Variable& known, const Plan<double>& plan, const Comp
 }
 
 bool acts_on_potential(const Variable& known, const Plan<double>& plan, const Components& components) {
-  if (known.role == Role::q0 || known.role == Role::motion_q || known.role == Role::gravity ||
-      is_spring(known.role))
+  if (known.role == Role::q0 || known.role == Role::ball_quaternion0 || known.role == Role::motion_q ||
+      known.role == Role::gravity || is_spring(known.role))
     return true;
   return (known.role == Role::mass || known.role == Role::com) &&
          component_of(known, plan, components) != ground;
@@ -96,6 +98,7 @@ std::vector<Dependencies> output_dependencies(const VariableTable& table, const 
     const bool together = components.of(unknown.joint) == components.of(known.joint);
     switch (unknown.role) {
       case Role::qdd:
+      case Role::ball_alpha:
       case Role::motion_tau:
       case Role::lambda:
         return together;
@@ -107,6 +110,8 @@ std::vector<Dependencies> output_dependencies(const VariableTable& table, const 
       case Role::potential_energy:
       case Role::total_energy:
       case Role::energy_balance:
+      case Role::linear_momentum:
+      case Role::angular_momentum:
         return motion;
       default:
         return unknown.frame >= 0 && motion && together;
@@ -125,6 +130,13 @@ std::vector<Dependencies> initial_dependencies(const VariableTable& table, const
            (known.role == Role::q0 || known.role == Role::motion_q ||
             (velocity && (known.role == Role::qd0 || known.role == Role::motion_qd)));
   };
+  const auto assembled_ball = [&](const Variable& unknown, const Variable& known) {
+    if (components.has_loops(components.of(unknown.joint)))
+      return acts_on_acceleration(known, components.of(unknown.joint), plan, components);
+    const bool start = known.role == Role::ball_quaternion0 || known.role == Role::ball_omega0;
+    return start && known.ball == unknown.ball &&
+           (known.role == Role::ball_omega0) == (unknown.role == Role::ball_omega);
+  };
   std::vector<Dependencies> rows = collect(table, [&](const Variable& unknown, const Variable& known) {
     switch (unknown.role) {
       case Role::q:
@@ -132,6 +144,14 @@ std::vector<Dependencies> initial_dependencies(const VariableTable& table, const
         return assembled(unknown, known, false);
       case Role::qd:
         return assembled(unknown, known, true);
+      case Role::ball_quaternion:
+      case Role::ball_omega:
+      case Role::ball_angle:
+        return assembled_ball(unknown, known);
+      case Role::linear_momentum:
+      case Role::angular_momentum:
+        return acts_on_kinetic(known, plan, components);
+      case Role::ball_alpha:
       case Role::qdd:
       case Role::motion_tau:
       case Role::lambda:

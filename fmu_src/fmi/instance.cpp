@@ -49,7 +49,8 @@ Instance::Instance(const Log& log, Model model, std::string guid)
       start_state_(system_.size(), 0.0),
       settled_state_(start_state_),
       qdd_(plan_.nv, 0.0),
-      drive_(plan_.nv, 0.0) {
+      drive_(plan_.nv, 0.0),
+      ball_alpha_(plan_.balls.size()) {
   for (const Variable& variable : table_.all())
     if (parameter(model_, variable)) start_values_.push_back(*parameter(model_, variable));
   take_start_motion();
@@ -64,7 +65,7 @@ void Instance::take_start_motion() {
     motion[0] = joint.q0;
     motion[1] = joint.drive == Drive::motion ? joint.qd0 : 0;
     motion[2] = 0;
-    system_.set_motion(start_time_, i, motion[0], motion[1], motion[2]);
+    system_.set_motion(start_time_, i, motion[0], motion[1], motion[2], true);
   }
 }
 
@@ -102,8 +103,12 @@ fmi2Status Instance::enter_initialization_mode() {
 
 fmi2Status Instance::exit_initialization_mode() {
   constexpr Function function = Function::exit_initialization_mode;
+  for (const Ball& ball : model_.balls)
+    if (!(Eigen::Map<const Eigen::Vector4d>(ball.quaternion.data()).norm() > 1e-6))
+      return refuse(function, ball.name + ".quaternion0 must not be zero");
   // a start that cannot move is found here, not in the first step
-  if (!update_plan(function) || !start_is_closed(function) || !update_accelerations(function)) return fmi2Error;
+  if (!update_plan(function) || !start_is_closed(function) || !update_accelerations(function))
+    return fmi2Error;
   integrator_settings_ = effective_settings();
   std::unique_ptr<Integrator> integrator = make_integrator(system_, integrator_settings_);
   const Outcome outcome = integrator->start(start_time_, current_state());
@@ -214,10 +219,15 @@ void Instance::values_changed() { qdd_current_ = energies_current_ = false; }
 const double* Instance::current_state() {
   if (integrator_) return settled_ ? integrator_->state() : settle();
   if (!start_state_current_) {
-    for (int i = 0; i < system_.nq(); ++i) {
+    for (int i = 0; i < system_.simple(); ++i) {
       const Joint& joint = model_.links[plan_.joints[system_.joint_of(i)].link].joint;
       start_state_[i] = joint.q0;
       start_state_[system_.nq() + i] = joint.qd0;
+    }
+    for (int ball = 0; ball < system_.balls(); ++ball) {
+      const Ball& start = model_.balls[ball];
+      std::copy_n(start.quaternion.begin(), 4, &start_state_[system_.simple() + 4 * ball]);
+      std::copy_n(start.omega.begin(), 3, &start_state_[system_.nq() + system_.simple() + 3 * ball]);
     }
     if (system_.has_loops()) assemble_start();
     start_state_current_ = true;
@@ -230,10 +240,7 @@ void Instance::assemble_start() {
   const System::Coordinates at = system_.coordinates(time_, start_state_.data());
   std::vector<double> q(at.q, at.q + plan_.nv), qd(at.qd, at.qd + plan_.nv);
   assembly_ = std::make_unique<Assembly>(assemble(model_, plan_, system_.workspace(), q.data(), qd.data()));
-  for (int i = 0; i < system_.nq(); ++i) {
-    start_state_[i] = q[system_.joint_of(i)];
-    start_state_[system_.nq() + i] = qd[system_.joint_of(i)];
-  }
+  system_.collect(q.data(), qd.data(), start_state_.data());
 }
 
 bool Instance::start_is_closed(Function function) {
@@ -251,11 +258,11 @@ bool Instance::start_is_closed(Function function) {
   return true;
 }
 
-// What the integrator will do first thing in the next step: loops follow the prescribed motion.
+// What the integrator will do first thing in the next step: the state follows the prescribed motion.
 const double* Instance::settle() {
   if (!settled_state_current_) {
     std::copy_n(integrator_->state(), settled_state_.size(), settled_state_.begin());
-    system_.project(time_, settled_state_.data(), nullptr);
+    system_.follow_jumps(time_, settled_state_.data());
     settled_state_current_ = true;
   }
   return settled_state_.data();

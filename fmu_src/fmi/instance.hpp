@@ -72,6 +72,7 @@ class Instance {
   bool update_accelerations(Function function);
   bool update_energies(Function function);
   double read_frame(const Variable& variable);
+  double read_momentum(const Variable& variable);
   double read_multiplier(const Variable& variable);
   double& port_value(const Variable& variable);
   void set_motion(const Variable& variable, double value);
@@ -111,12 +112,13 @@ class Instance {
   std::vector<double> applied_inputs_;      // of the last step
   std::vector<double> motion_;              // per joint: the prescribed q, qd, qdd as last set
   bool settled_state_current_ = false;
-  bool settled_ = true;  // false: closed loops have to follow a motion set since the last step
+  bool settled_ = true;  // false: the state has to follow a motion set since the last step
 
-  std::unique_ptr<Assembly> assembly_;      // of the start pose; only with loops
+  std::unique_ptr<Assembly> assembly_;  // of the start pose; only with loops
 
   // computed on demand
   std::vector<double> start_state_, settled_state_, qdd_, drive_;
+  std::vector<Vec3<double>> ball_alpha_;
   double kinetic_energy_ = 0, potential_energy_ = 0;
   bool plan_current_ = true, start_state_current_ = false, qdd_current_ = false, energies_current_ = false;
 

@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "dynamics/loop_rows.hpp"
+#include "dynamics/momentum.hpp"
 #include "fmi/frame_values.hpp"
 #include "fmi/instance.hpp"
 #include "model/number.hpp"
@@ -12,6 +13,14 @@ namespace {
 
 std::string unknown_reference(unsigned reference, const char* type) {
   return "there is no " + std::string(type) + " variable with value reference " + std::to_string(reference);
+}
+
+Eigen::Vector4d unit_quaternion(const double* q) { return Eigen::Map<const Eigen::Vector4d>(q).normalized(); }
+
+// ReDySim's angles of R = Rz(phi) Rx(theta) Ry(psi).
+Vec3<double> zxy_angles(const double* quaternion) {
+  const BallAngles angles = angles_in_chart(rotation_of(quaternion), false);
+  return {angles.phi, angles.theta, angles.psi};
 }
 
 bool is_motion(Role role) {
@@ -35,6 +44,8 @@ bool Instance::update_accelerations(Function function) {
   }
   if (plan_.prescribed_count > 0)
     system_.drive_forces(system_.coordinates(time_, current_state()), qdd_.data(), drive_.data());
+  for (int ball = 0; ball < system_.balls(); ++ball)
+    ball_alpha_[ball] = system_.ball_acceleration(ball, qdd_.data());
   return qdd_current_ = true;
 }
 
@@ -56,6 +67,26 @@ bool Instance::read(Function function, const Variable& variable, double& value) 
     case Role::motion_qdd:
       value =
           motion_[3 * variable.joint + (static_cast<int>(variable.role) - static_cast<int>(Role::motion_q))];
+      return true;
+    case Role::ball_tau:
+      value = system_.ball_torque(variable.ball)[variable.element];
+      return true;
+    case Role::ball_quaternion:
+      value = unit_quaternion(current_state() + system_.simple() + 4 * variable.ball)[variable.element];
+      return true;
+    case Role::ball_omega:
+      value = current_state()[system_.nq() + system_.simple() + 3 * variable.ball + variable.element];
+      return true;
+    case Role::ball_alpha:
+      if (!update_accelerations(function)) return false;
+      value = ball_alpha_[variable.ball][variable.element];
+      return true;
+    case Role::ball_angle:
+      value = zxy_angles(current_state() + system_.simple() + 4 * variable.ball)[variable.element];
+      return true;
+    case Role::linear_momentum:
+    case Role::angular_momentum:
+      value = read_momentum(variable);
       return true;
     case Role::port_torque:
     case Role::port_force:
@@ -125,6 +156,13 @@ double Instance::read_multiplier(const Variable& variable) {
   return 0;
 }
 
+double Instance::read_momentum(const Variable& variable) {
+  const System::Coordinates at = system_.coordinates(time_, current_state());
+  const Force<double> total = momentum(plan_, system_.workspace(), at.q, at.qd);
+  return variable.role == Role::linear_momentum ? total.force[variable.element]
+                                                : total.moment[variable.element];
+}
+
 double Instance::read_frame(const Variable& variable) {
   const Frame& frame = model_.frames[variable.frame];
   const Pose in_body = plan_.frame_in_carrier[frame.link] * Pose{frame.rotation, frame.position};
@@ -144,9 +182,9 @@ double& Instance::port_value(const Variable& variable) {
 void Instance::set_motion(const Variable& variable, double value) {
   double* motion = &motion_[3 * variable.joint];
   motion[static_cast<int>(variable.role) - static_cast<int>(Role::motion_q)] = value;
-  system_.set_motion(time_, variable.joint, motion[0], motion[1], motion[2]);
+  system_.set_motion(time_, variable.joint, motion[0], motion[1], motion[2], !integrator_);
   values_changed();
-  settled_ = plan_.loops.empty() || !integrator_;
+  settled_ = !integrator_ || system_.size() == 0;
   settled_state_current_ = false;
   if (system_.has_loops()) start_state_current_ = false;
 }

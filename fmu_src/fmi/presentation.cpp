@@ -20,6 +20,8 @@ constexpr Unit linear_damping{"N.s/m", 1, 0, -1, 0};
 constexpr Unit kilogram{"kg", 1, 0, 0, 0};
 constexpr Unit kilogram_metre2{"kg.m2", 1, 2, 0, 0};
 constexpr Unit joule{"J", 1, 2, -2, 0};
+constexpr Unit newton_second{"N.s", 1, 1, -1, 0};
+constexpr Unit newton_metre_second{"N.m.s", 1, 2, -1, 0};
 constexpr Unit second{"s", 0, 0, 1, 0};
 
 constexpr const char* axes[] = {"x", "y", "z"};
@@ -71,6 +73,31 @@ Presentation of_joint(const Joint& joint, Role role) {
   }
 }
 
+Presentation of_ball(const Ball& ball, const Variable& variable) {
+  const std::string at = " of joint '" + ball.name + "'";
+  const std::string along = std::string(", ") + axes[variable.element % 3] + " in link axes";
+  static constexpr const char* quaternion[] = {"w", "x", "y", "z"};
+  static constexpr const char* turns[] = {"z", "x", "y"};
+  switch (variable.role) {
+    case Role::ball_tau:
+      return {&newton_metre, "Torque", "Drive torque" + at + along};
+    case Role::ball_quaternion:
+    case Role::ball_quaternion0:
+      return {nullptr, nullptr,
+              std::string(variable.role == Role::ball_quaternion ? "Orientation" : "Start orientation") + at +
+                  ", quaternion part " + quaternion[variable.element]};
+    case Role::ball_omega:
+      return {&radian_per_second, "AngularVelocity", "Angular velocity" + at + along};
+    case Role::ball_omega0:
+      return {&radian_per_second, "AngularVelocity", "Start angular velocity" + at + along};
+    case Role::ball_alpha:
+      return {&radian_per_second2, "AngularAcceleration", "Angular acceleration" + at + along};
+    default:  // ball_angle
+      return {&radian, "Angle",
+              std::string("Angle about ") + turns[variable.element] + at + ", turned in the order z, x, y"};
+  }
+}
+
 Presentation of_frame(const Frame& frame, const Variable& variable) {
   const std::string at = " of frame '" + frame.name + "'";
   const std::string along = std::string(", ") + axes[variable.element % 3] + " in the ";
@@ -115,6 +142,14 @@ Presentation presentation(const Model& model, const Variable& variable) {
   const std::string of_link =
       variable.link == ground ? "" : " of link '" + model.links[variable.link].name + "'";
   if (variable.loop >= 0) return of_loop(model.loops[variable.loop], variable);
+  if (variable.ball >= 0) return of_ball(model.balls[variable.ball], variable);
+  if (variable.role == Role::linear_momentum)
+    return {&newton_second, "Momentum",
+            std::string("Linear momentum, ") + axes[variable.element] + " in the ground frame"};
+  if (variable.role == Role::angular_momentum)
+    return {&newton_metre_second, "AngularMomentum",
+            std::string("Angular momentum about the ground's origin, ") + axes[variable.element] +
+                " in the ground frame"};
   if (variable.frame >= 0) return of_frame(model.frames[variable.frame], variable);
   switch (variable.role) {
     case Role::mass:

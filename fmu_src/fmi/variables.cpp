@@ -38,6 +38,17 @@ constexpr RoleRow role_rows[] = {
     {Role::port_force, "force", VariableType::real, Causality::input, Variability::continuous},
     {Role::gap, "gap", VariableType::real, Causality::output, Variability::continuous},
     {Role::lambda, "lambda", VariableType::real, Causality::output, Variability::continuous},
+    {Role::ball_tau, "tau", VariableType::real, Causality::input, Variability::continuous},
+    {Role::ball_quaternion, "quaternion", VariableType::real, Causality::output, Variability::continuous},
+    {Role::ball_omega, "omega", VariableType::real, Causality::output, Variability::continuous},
+    {Role::ball_alpha, "alpha", VariableType::real, Causality::output, Variability::continuous},
+    {Role::ball_angle, "angle", VariableType::real, Causality::output, Variability::continuous},
+    {Role::ball_quaternion0, "quaternion0", VariableType::real, Causality::parameter, Variability::fixed},
+    {Role::ball_omega0, "omega0", VariableType::real, Causality::parameter, Variability::fixed},
+    {Role::linear_momentum, "momentum.linear", VariableType::real, Causality::output,
+     Variability::continuous},
+    {Role::angular_momentum, "momentum.angular", VariableType::real, Causality::output,
+     Variability::continuous},
     {Role::q0, "q0", VariableType::real, Causality::parameter, Variability::fixed},
     {Role::qd0, "qd0", VariableType::real, Causality::parameter, Variability::fixed},
     {Role::damping, "damping", VariableType::real, Causality::parameter, Variability::tunable},
@@ -186,6 +197,9 @@ VariableTable::VariableTable(const Model& model, const Plan<double>& plan) {
   for (Role role : {Role::tau, Role::motion_q, Role::motion_qd, Role::motion_qdd, Role::q, Role::qd})
     add_of_joints(model, plan, role);
   if (model.fmu.acceleration) add_of_joints(model, plan, Role::qdd);
+  for (Role role : {Role::ball_tau, Role::ball_quaternion, Role::ball_omega}) add_of_balls(model, plan, role);
+  if (model.fmu.acceleration) add_of_balls(model, plan, Role::ball_alpha);
+  add_of_balls(model, plan, Role::ball_angle);
 
   add_of_joints(model, plan, Role::motion_tau);
   add_of_frames(model, plan);
@@ -194,6 +208,8 @@ VariableTable::VariableTable(const Model& model, const Plan<double>& plan) {
 
   if (model.fmu.energy)
     for (Role role : {Role::kinetic_energy, Role::potential_energy, Role::total_energy}) add_of_model(role);
+  if (model.fmu.momentum)
+    for (Role role : {Role::linear_momentum, Role::angular_momentum}) add_array_of_model(role, 3);
   if (has_work(model, plan))
     for (Role role : {Role::work, Role::energy_balance}) add_of_model(role);
   if (model.fmu.solver)
@@ -202,6 +218,8 @@ VariableTable::VariableTable(const Model& model, const Plan<double>& plan) {
 
   add_of_joints(model, plan, Role::q0);
   add_of_joints(model, plan, Role::qd0);
+  add_of_balls(model, plan, Role::ball_quaternion0);
+  add_of_balls(model, plan, Role::ball_omega0);
   for (const std::string& name : model.fmu.tunable) add_tunable(model, plan, name);
   for (Role role : {Role::method, Role::rtol, Role::atol, Role::max_step}) add_of_model(role);
 }
@@ -222,8 +240,34 @@ void VariableTable::add_of_joints(const Model& model, const Plan<double>& plan, 
     variable.link = plan.joints[i].link;
     variable.joint = static_cast<int>(i);
     const Joint& joint = model.links[variable.link].joint;
-    if (!has(joint.drive, role)) continue;
+    if (plan.joints[i].of_ball || !has(joint.drive, role)) continue;
     variable.name = joint.name + "." + variable.name;
+    add(std::move(variable));
+  }
+}
+
+void VariableTable::add_of_balls(const Model& model, const Plan<double>& plan, Role role) {
+  for (std::size_t k = 0; k < model.balls.size(); ++k) {
+    const Ball& ball = model.balls[k];
+    if (role == Role::ball_tau && !ball.driven) continue;
+    const bool quaternion = role == Role::ball_quaternion || role == Role::ball_quaternion0;
+    for (int i = 0; i < (quaternion ? 4 : 3); ++i) {
+      Variable variable = make(role);
+      variable.ball = static_cast<int>(k);
+      variable.link = ball.chart_link;
+      variable.joint = plan.balls[k];
+      variable.element = i;
+      variable.name = ball.name + "." + variable.name + "[" + std::to_string(i + 1) + "]";
+      add(std::move(variable));
+    }
+  }
+}
+
+void VariableTable::add_array_of_model(Role role, int count) {
+  for (int i = 0; i < count; ++i) {
+    Variable variable = make(role);
+    variable.element = i;
+    variable.name += "[" + std::to_string(i + 1) + "]";
     add(std::move(variable));
   }
 }
@@ -308,6 +352,10 @@ void VariableTable::add_tunable(const Model& model, const Plan<double>& plan, co
 double* parameter(Model& model, const Variable& variable) {
   Link* link = variable.link == ground ? nullptr : &model.links[variable.link];
   switch (variable.role) {
+    case Role::ball_quaternion0:
+      return &model.balls[variable.ball].quaternion[variable.element];
+    case Role::ball_omega0:
+      return &model.balls[variable.ball].omega[variable.element];
     case Role::q0:
       return &link->joint.q0;
     case Role::qd0:

@@ -35,6 +35,15 @@ enum class Role {
   port_force,  // of a frame
   gap,
   lambda,  // of a loop
+  ball_tau,
+  ball_quaternion,
+  ball_omega,
+  ball_alpha,
+  ball_angle,
+  ball_quaternion0,
+  ball_omega0,  // of a spherical joint
+  linear_momentum,
+  angular_momentum,  // of all bodies
   q0,
   qd0,  // of a moving joint
   damping,
@@ -69,6 +78,7 @@ struct Variable {
   int link = ground;             // index into Model::links; ground: of the whole model
   int joint = -1;                // index into Plan::joints; -1: not of a moving joint
   int frame = -1;                // index into Model::frames
+  int ball = -1;                 // index into Model::balls
   int loop = -1;                 // index into Model::loops
   int plan_loop = -1;            // the same one in Plan::loops
   int element = 0;               // of com, inertia, gravity and the arrays of a frame or a loop
@@ -94,6 +104,8 @@ class VariableTable {
   void add(Variable variable);
   void add_of_joints(const Model& model, const Plan<double>& plan, Role role);
   void add_of_model(Role role);
+  void add_of_balls(const Model& model, const Plan<double>& plan, Role role);
+  void add_array_of_model(Role role, int count);
   void add_of_frames(const Model& model, const Plan<double>& plan);
   void add_of_loops(const Model& model, const Plan<double>& plan);
   void add_tunable(const Model& model, const Plan<double>& plan, const std::string& name);

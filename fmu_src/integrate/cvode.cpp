@@ -228,7 +228,7 @@ Outcome Cvode::start(double time, const double* y) {
 bool Cvode::begin(double time, const double* y) {
   beginning_.time = time;
   std::copy_n(y, y_.size(), beginning_.y.begin());
-  beginning_.tau = system_.tau();
+  beginning_.tau = system_.inputs();
   beginning_.rejected_before = statistics_.rejected;
   ++statistics_.evaluations;
   if (system_.right_hand_side(time, beginning_.y.data(), slope_.data()) != Status::ok) return false;
@@ -396,11 +396,11 @@ bool Cvode::restore(const unsigned char* bytes, std::size_t size) {
   if (!fresh) {
     // the same steps as then, under the inputs of then
     std::vector<double> tau_now = beginning_.tau;
-    tau_now.swap(system_.tau());
+    tau_now.swap(system_.inputs());
     reset_to_beginning();
     int flag = 0;
     while (steps_taken_ < steps_taken && flag >= 0) flag = take_step();
-    tau_now.swap(system_.tau());
+    tau_now.swap(system_.inputs());
     // another model or machine ends elsewhere: then begin anew from the state
     fresh_ = flag < 0 || ahead_time_ != ahead_time;
   }

@@ -8,12 +8,6 @@
 #include "integrate/methods.hpp"
 
 namespace redysim {
-namespace {
-
-constexpr double open_loop = 1e-8;  // m or rad: a loop that projection leaves open this far does not close
-
-}  // namespace
-
 std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings& settings) {
   if (system.size() == 0) return make_still();
   switch (settings.method) {
@@ -39,8 +33,9 @@ double smallest_step(double time, double end) {
 }
 
 bool follow_motion(System& system, double time, double* y) {
-  if (!system.has_loops() || system.plan().prescribed_count == 0) return true;
-  return system.project(time, y, nullptr) == Status::ok && system.largest_gap() < open_loop;
+  const bool closed = system.follow_jumps(time, y);
+  system.forget_jumps();
+  return closed;
 }
 
 Outcome failure(double time, const std::string& reason) {

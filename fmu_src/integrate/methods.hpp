@@ -20,7 +20,7 @@ long allowed_steps(double length);
 // The smallest step that still moves the clock of an advance that ends at `end`.
 double smallest_step(double time, double end);
 
-// After new inputs: brings closed loops onto a prescribed motion that jumped. False: they cannot close.
+// After new inputs: y follows a prescribed motion that jumped. False: loops cannot close.
 bool follow_motion(System& system, double time, double* y);
 
 // A failed advance from `time`: "Integration stopped at t = ... s: reason."

@@ -58,18 +58,9 @@ System::System(const Plan<double>& plan, bool with_work)
       integrated_.push_back(i);
   }
   angles_.resize(plan.balls.size());
-  inputs_.assign(
-      q_.size() + 6 * plan.ports.size() + 3 * (plan.balls.size() + static_cast<std::size_t>(prescribed)),
-      0.0);
+  inputs_.assign(held_begin() + held_size * static_cast<std::size_t>(prescribed), 0.0);
+  if (prescribed > 0) scratch_inputs_ = inputs_;
   if (!plan.balls.empty()) applied_ = inputs_;
-}
-
-void System::set_motion(double time, int joint, double q, double qd, double qdd) {
-  double* held = held_motion(motion_slot_[joint]);
-  held[0] = time;
-  held[1] = q;
-  held[2] = qd;
-  inputs_[joint] = qdd;
 }
 
 System::Coordinates System::coordinates(double time, const double* y) {
@@ -104,6 +95,20 @@ void System::expand_ball(int ball, const double* y) {
     q_[chart + 1 + k] = positions[k];
     qd_[chart + 1 + k] = rates[k];
     applied_[chart + 1 + k] = forces[k];
+  }
+}
+
+void System::collect(const double* q, const double* qd, double* y) const {
+  for (int k = 0; k < simple(); ++k) {
+    y[k] = q[integrated_[k]];
+    y[nq() + k] = qd[integrated_[k]];
+  }
+  for (int ball = 0; ball < balls(); ++ball) {
+    const int first = plan_.balls[ball] + 1;
+    const BallAngles angles{angles_[ball].turned, q[first], q[first + 1], q[first + 2]};
+    write_quaternion(rotation_of(angles), y + simple() + 4 * ball);
+    const Eigen::Map<const Vec3<double>> rates(qd + first);
+    Eigen::Map<Vec3<double>>(y + nq() + simple() + 3 * ball) = rate_matrix(angles) * rates;
   }
 }
 
@@ -205,18 +210,24 @@ Status System::project_within_rank(double time, double* y, double* error) {
 // Adds to q or qd of the state the response to the residuals in ws.loop.b.
 void System::add_correction(double* y, bool velocity) {
   correct_loops(plan_, workspace_, scratch_.data());
+  add_change(scratch_.data(), y, velocity);
+}
+
+// Adds a change of all joints' q or qd to the state, near the coordinates of the last expansion.
+void System::add_change(const double* change, double* y, bool velocity) const {
   double* part = velocity ? y + nq() : y;
-  for (int k = 0; k < simple(); ++k) part[k] += scratch_[integrated_[k]];
+  for (int k = 0; k < simple(); ++k) part[k] += change[integrated_[k]];
   for (int ball = 0; ball < balls(); ++ball) {
-    const Eigen::Map<const Vec3<double>> change(&scratch_[plan_.balls[ball] + 1]);
+    const double* angles = change + plan_.balls[ball] + 1;
     if (velocity) {
-      Eigen::Map<Vec3<double>>(part + simple() + 3 * ball) += rate_matrix(angles_[ball]) * change;
+      Eigen::Map<Vec3<double>>(part + simple() + 3 * ball) +=
+          rate_matrix(angles_[ball]) * Eigen::Map<const Vec3<double>>(angles);
       continue;
     }
     BallAngles moved = angles_[ball];
-    moved.phi += change[0];
-    moved.theta += change[1];
-    moved.psi += change[2];
+    moved.phi += angles[0];
+    moved.theta += angles[1];
+    moved.psi += angles[2];
     write_quaternion(rotation_of(moved), part + simple() + 4 * ball);
   }
 }
@@ -250,6 +261,11 @@ void System::project_error(double* error) {
     correct_loops(plan_, workspace_, scratch_.data());
     for (int k = 0; k < simple(); ++k) part[k] += scratch_[integrated_[k]];
   }
+}
+
+double System::energy(const double* q, const double* qd) {
+  return redysim::kinetic_energy(plan_, workspace_, q, qd) +
+         redysim::potential_energy(plan_, workspace_, q, qd);
 }
 
 double System::kinetic_energy(double time, const double* y) {

@@ -36,15 +36,22 @@ class System {
 
   // What is held between settings: joint forces (plan().nv, N m or N; undriven joints stay 0; prescribed
   // joints their qdd), moment and force of each port (6 each), the torque on each spherical joint (3 each,
-  // link axes), then per prescribed joint a time and q, qd at that time. Equal inputs mean an equal
-  // right-hand side.
+  // link axes), then per prescribed joint a time, q and qd at that time, and by how much q and qd jumped
+  // since the last step. Equal inputs mean an equal right-hand side.
   std::vector<double>& inputs() { return inputs_; }
   std::vector<double>& tau() { return inputs_; }
   double* port_wrench(int port) { return &inputs_[plan_.nv + 6 * port]; }
   double* ball_torque(int ball) { return &inputs_[plan_.nv + 6 * plan_.ports.size() + 3 * ball]; }
 
-  // Sets the motion of a prescribed joint from `time` on.
-  void set_motion(double time, int joint, double q, double qd, double qdd);
+  // Sets the motion of a prescribed joint from `time` on. Where it does not go on from the motion before, it
+  // jumps, unless `anew`: then there is no motion before.
+  void set_motion(double time, int joint, double q, double qd, double qdd, bool anew);
+
+  // What a jump of prescribed joints does to the others, in y: the sudden drive keeps momentum,
+  // M_ff dq_f + M_fp dq_p = 0 and the same for qd, its work counts, and loops close again. False: they do
+  // not.
+  bool follow_jumps(double time, double* y);
+  void forget_jumps();
 
   // All joints at (time, y): q, qd of length plan().nv, valid until the next call.
   struct Coordinates {
@@ -52,6 +59,9 @@ class System {
     const double* qd;
   };
   Coordinates coordinates(double time, const double* y);
+
+  // The way back: q and qd of all joints, near those of the last `coordinates`, into the state y.
+  void collect(const double* q, const double* qd, double* y) const;
 
   // ydot = f(time, y). Fills the workspace for y. A non-finite result is recoverable.
   Status right_hand_side(double time, const double* y, double* ydot);
@@ -89,9 +99,14 @@ class System {
                        bool velocity);
   void expand_ball(int ball, const double* y);
   void add_correction(double* y, bool velocity);
-  double* held_motion(int slot) {
-    return &inputs_[plan_.nv + 6 * plan_.ports.size() + 3 * (plan_.balls.size() + slot)];
-  }
+  void add_change(const double* change, double* y, bool velocity) const;
+  void respond(double time, double* y, bool velocity);
+  bool jumped() const;
+  double energy(const double* q, const double* qd);
+  double energy_before_jump(double time, const double* y);
+  static constexpr int held_size = 5;  // time, q, qd, jump of q, jump of qd
+  std::size_t held_begin() const { return plan_.nv + 6 * plan_.ports.size() + 3 * plan_.balls.size(); }
+  double* held_motion(int slot) { return &inputs_[held_begin() + held_size * slot]; }
   void project_error(double* error);
   double power(const Coordinates& at, const double* qdd);
 
@@ -100,6 +115,7 @@ class System {
   std::vector<int> integrated_;   // joints in the state
   std::vector<int> motion_slot_;  // per joint: its place among the prescribed ones, or -1
   std::vector<double> inputs_;
+  std::vector<double> scratch_inputs_;
   std::vector<double> q_, qd_;       // all joints
   std::vector<BallAngles> angles_;   // of the spherical joints, as in q_
   bool charts_kept_ = false;         // by the corrections after one elimination

@@ -10,8 +10,8 @@ namespace {
 
 void read_outputs(Section& section, FmuSettings& fmu) {
   if (!section.has("outputs")) return;
-  const std::vector<std::string> groups = {"acceleration", "energy", "solver"};
-  bool* const shown_flags[] = {&fmu.acceleration, &fmu.energy, &fmu.solver};
+  const std::vector<std::string> groups = {"acceleration", "energy", "solver", "momentum"};
+  bool* const shown_flags[] = {&fmu.acceleration, &fmu.energy, &fmu.solver, &fmu.momentum};
   for (bool* shown_flag : shown_flags) *shown_flag = false;
   for (const auto& [group, place] : section.texts("outputs")) {
     const auto found = std::find(groups.begin(), groups.end(), group);

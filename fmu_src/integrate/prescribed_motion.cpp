@@ -1,0 +1,73 @@
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/compiled.hpp"
+#include "integrate/system.hpp"
+
+// Prescribed motion between and across the steps of a System.
+
+namespace redysim {
+namespace {
+
+constexpr double open_loop = 1e-8;  // m or rad: a loop that projection leaves open this far does not close
+
+}  // namespace
+
+void System::set_motion(double time, int joint, double q, double qd, double qdd, bool anew) {
+  double* held = held_motion(motion_slot_[joint]);
+  const double since = time - held[0];
+  held[3] += anew ? 0 : q - (held[1] + since * (held[2] + 0.5 * since * inputs_[joint]));
+  held[4] += anew ? 0 : qd - (held[2] + since * inputs_[joint]);
+  held[0] = time;
+  held[1] = q;
+  held[2] = qd;
+  inputs_[joint] = qdd;
+}
+
+bool System::jumped() const {
+  for (std::size_t at = held_begin(); at < inputs_.size(); at += held_size)
+    if (inputs_[at + 3] != 0 || inputs_[at + 4] != 0) return true;
+  return false;
+}
+
+void System::forget_jumps() {
+  for (std::size_t at = held_begin(); at < inputs_.size(); at += held_size)
+    inputs_[at + 3] = inputs_[at + 4] = 0;
+}
+
+bool System::follow_jumps(double time, double* y) {
+  if (plan_.prescribed_count == 0) return true;
+  if (jumped()) {
+    const double before = with_work_ ? energy_before_jump(time, y) : 0;
+    respond(time, y, false);
+    respond(time, y, true);
+    if (with_work_) y[nq() + nv()] += kinetic_energy(time, y) + potential_energy(time, y) - before;
+  }
+  return plan_.loops.empty() || (project(time, y, nullptr) == Status::ok && largest_gap() < open_loop);
+}
+
+double System::energy_before_jump(double time, const double* y) {
+  coordinates(time, y);
+  for (int i = 0; i < plan_.nv; ++i) {
+    if (motion_slot_[i] < 0) continue;
+    q_[i] -= held_motion(motion_slot_[i])[3];
+    qd_[i] -= held_motion(motion_slot_[i])[4];
+  }
+  return energy(q_.data(), qd_.data());
+}
+
+// Accelerations are linear in the prescribed ones, with the factor -M_ff^-1 M_fp: twice the forward dynamics,
+// once with the jump added to the prescribed accelerations, give the others' share of the jump.
+void System::respond(double time, double* y, bool velocity) {
+  std::vector<double>& inputs = scratch_inputs_;
+  inputs.assign(inputs_.begin(), inputs_.end());
+  const Coordinates at = coordinates(time, y);
+  compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, inputs.data(), scratch_.data());
+  for (int i = 0; i < plan_.nv; ++i)
+    if (motion_slot_[i] >= 0) inputs[i] += held_motion(motion_slot_[i])[velocity ? 4 : 3];
+  compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, inputs.data(), qdd_.data());
+  for (int i = 0; i < plan_.nv; ++i) qdd_[i] -= scratch_[i];
+  add_change(qdd_.data(), y, velocity);
+}
+
+}  // namespace redysim
