@@ -39,11 +39,13 @@ constexpr const char* not_ours = "this is no saved state of this instance";
 }  // namespace
 
 void Instance::save(Bytes& bytes) {
+  absorb_jump();
   bytes.clear();
   ByteWriter writer(bytes);
   writer.value(static_cast<std::uint32_t>(state_));
   for (double value : {start_time_, stop_time_, tolerance_, time_, energy_offset_}) writer.value(value);
   writer.value(static_cast<std::uint32_t>(parameters_changed_));
+  writer.value(static_cast<std::uint32_t>(settled_));
   writer.value(static_cast<std::uint32_t>(model_.solver.method));
   for (const Variable& variable : table_.all())
     if (const double* value = parameter(model_, variable)) writer.value(*value);
@@ -57,13 +59,14 @@ void Instance::save(Bytes& bytes) {
 
 bool Instance::restore(const Bytes& bytes) {
   ByteReader reader(bytes.data(), bytes.size());
-  std::uint32_t state_code = 0, parameters_changed = 0, method_code = 0;
+  std::uint32_t state_code = 0, parameters_changed = 0, settled = 0, method_code = 0;
   double start_time, stop_time, tolerance, time, energy_offset;
   std::vector<double> parameters(start_values_.size()), inputs(applied_inputs_.size()),
       applied_inputs(applied_inputs_.size()), motion(motion_.size());
   reader.value(state_code);
   for (double* value : {&start_time, &stop_time, &tolerance, &time, &energy_offset}) reader.value(*value);
   reader.value(parameters_changed);
+  reader.value(settled);
   reader.value(method_code);
   reader.values(parameters);
   reader.values(inputs);
@@ -101,7 +104,7 @@ bool Instance::restore(const Bytes& bytes) {
   }
 
   plan_current_ = true;
-  start_state_current_ = false;
+  start_state_current_ = settled_state_current_ = motion_jumped_ = false;
   values_changed();
   state_ = state;
   start_time_ = start_time;
@@ -109,6 +112,7 @@ bool Instance::restore(const Bytes& bytes) {
   time_ = time;
   energy_offset_ = energy_offset;
   parameters_changed_ = parameters_changed != 0;
+  settled_ = settled != 0;
   std::copy(inputs.begin(), inputs.end(), system_.inputs().begin());
   std::copy(applied_inputs.begin(), applied_inputs.end(), applied_inputs_.begin());
   std::copy(motion.begin(), motion.end(), motion_.begin());

@@ -61,8 +61,8 @@ tunable = ["pole.mass", "pole.com[1]", "pole.inertia[2]", "pole.inertia[4]", "ti
 """
 
 
-def build_fmu(model: Path, target: Path) -> Path:
-    run = subprocess.run([sys.executable, "-m", "build_fmu", "build", str(model), "-o", str(target)],
+def build_fmu(model: Path, target: Path, *options: str) -> Path:
+    run = subprocess.run([sys.executable, "-m", "build_fmu", "build", str(model), "-o", str(target), *options],
                          cwd=ROOT, capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
     return target
@@ -70,7 +70,7 @@ def build_fmu(model: Path, target: Path) -> Path:
 
 @pytest.fixture(scope="session")
 def fmu_file(tmp_path_factory):
-    """Returns a function: name of a model in models/, or "cart" -> path of its FMU."""
+    """Returns a function: name of a model in models/, "<model>_inverse" or "cart" -> path of its FMU."""
     try:
         native.library()
     except UserError as error:
@@ -83,7 +83,10 @@ def fmu_file(tmp_path_factory):
             if name == "cart":
                 model = folder / "cart.toml"
                 model.write_text(CART)
-            built[name] = build_fmu(model, folder / f"{name}.fmu")
+            inverse = name.endswith("_inverse")
+            if inverse:
+                model = ROOT / "models" / f"{name.removesuffix('_inverse')}.toml"
+            built[name] = build_fmu(model, folder / f"{name}.fmu", *["--inverse"] * inverse)
         return built[name]
 
     return file
