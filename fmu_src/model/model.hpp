@@ -114,7 +114,7 @@ struct FmuSettings {
   bool acceleration = true;                // <joint>.qdd
   bool energy = true;                      // energy.*
   bool solver = true;                      // solver.* outputs
-  bool momentum = false;                  // momentum.*
+  bool momentum = false;                   // momentum.*
   std::vector<std::string> tunable;        // parameters such as "link3.mass" that a master may change
   double stop_time = 1, step_size = 1e-3;  // default experiment, s
 };
