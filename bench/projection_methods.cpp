@@ -2,7 +2,7 @@
 // plain step control, four treatments of the loops, the same right-hand side. Prints the table of
 // docs/loops.md.
 //
-//     projection_methods [MODEL [END]]      default: four_bar, 3 s
+//     projection_methods [MODEL [END [STEP]]]      default: four_bar, 10 s, communication step 0.1 s
 
 #include <algorithm>
 #include <chrono>
@@ -22,7 +22,6 @@ namespace {
 
 enum class Treatment { none, baumgarte, communication_step, each_step };
 constexpr const char* names[] = {"none", "Baumgarte 10", "once a communication step", "each step"};
-constexpr double communication_step = 0.01;  // s
 
 constexpr double c[7] = {0, 0.2, 0.3, 0.8, 8.0 / 9, 1, 1};
 constexpr double a[7][6] = {{},
@@ -43,8 +42,12 @@ struct Run {
 
 class Integration {
  public:
-  Integration(const Plan<double>& plan, Treatment treatment, double rtol)
-      : system_(plan, false), treatment_(treatment), rtol_(rtol), delta_(static_cast<std::size_t>(plan.nv)) {}
+  Integration(const Plan<double>& plan, Treatment treatment, double rtol, double communication_step)
+      : system_(plan, false),
+        treatment_(treatment),
+        rtol_(rtol),
+        communication_step_(communication_step),
+        delta_(static_cast<std::size_t>(plan.nv)) {}
 
   Run run(std::vector<double> y, double end) {
     Run result;
@@ -54,10 +57,10 @@ class Integration {
     const double energy = total_energy(y);
     double h = 1e-4;
     const auto begin = std::chrono::steady_clock::now();
-    const int outputs = static_cast<int>(std::lround(end / communication_step));
+    const int outputs = static_cast<int>(std::lround(end / communication_step_));
     for (int output = 1; output <= outputs; ++output) {
-      double time = (output - 1) * communication_step;
-      const double stop = output * communication_step;
+      double time = (output - 1) * communication_step_;
+      const double stop = output * communication_step_;
       slope(time, y, k[0]);
       while (time < stop) {
         const double step = std::min(h, stop - time);
@@ -123,7 +126,7 @@ class Integration {
 
   System system_;
   Treatment treatment_;
-  double rtol_;
+  double rtol_, communication_step_;
   std::vector<double> delta_;
   long extra_ = 0;  // evaluations for the record alone
 };
@@ -132,14 +135,15 @@ class Integration {
 
 int main(int count, char** arguments) {
   const std::string model_name = count > 1 ? arguments[1] : "four_bar";
-  const double end = count > 2 ? std::atof(arguments[2]) : 3;
+  const double end = count > 2 ? std::atof(arguments[2]) : 10;
+  const double step = count > 3 ? std::atof(arguments[3]) : 0.1;
   const Model model = read_model_file(std::string(REDYSIM_MODELS "/") + model_name + ".toml").model;
   const Plan<double> plan(model);
   std::vector<double> start;
   for (const auto& joint : plan.joints) start.push_back(model.links[joint.link].joint.q0);
   for (const auto& joint : plan.joints) start.push_back(model.links[joint.link].joint.qd0);
   // q at the end of a run that is as tight as double precision allows
-  const std::vector<double> truth = Integration(plan, Treatment::each_step, 1e-13).run(start, end).y;
+  const std::vector<double> truth = Integration(plan, Treatment::each_step, 1e-13, step).run(start, end).y;
   std::printf(
       "| rtol | treatment | gap, m | energy / kinetic | error of q | evaluations | ms |\n| --- | --- | --- | "
       "--- | --- | --- | --- |\n");
@@ -149,7 +153,7 @@ int main(int count, char** arguments) {
       Run best;
       best.milliseconds = 1e300;
       for (int repeat = 0; repeat < 5; ++repeat) {
-        const Run run = Integration(plan, treatment, rtol).run(start, end);
+        const Run run = Integration(plan, treatment, rtol, step).run(start, end);
         if (run.milliseconds < best.milliseconds) best = run;
       }
       double error = 0;
