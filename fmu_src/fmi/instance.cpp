@@ -199,7 +199,7 @@ fmi2Status Instance::reset() {
   state_ = State::instantiated;
   start_time_ = time_ = energy_offset_ = 0;
   stop_time_ = tolerance_ = infinity;
-  parameters_changed_ = motion_jumped_ = false;
+  parameters_changed_ = false;
   settled_ = true;
   values_changed();
   start_state_current_ = false;
@@ -269,17 +269,8 @@ const double* Instance::settle() {
   return settled_state_.data();
 }
 
-// A motion that jumps does no work: the balance goes on from its value.
-void Instance::absorb_jump() {
-  if (!motion_jumped_) return;
-  motion_jumped_ = false;
-  energy_offset_ += system_.kinetic_energy(time_, current_state()) +
-                    system_.potential_energy(time_, current_state()) - energy_before_jump_;
-}
-
 // Brings tuned parameters into force. The balance goes on from its value: tuning is no energy error.
 bool Instance::update_plan(Function function) {
-  absorb_jump();
   if (plan_current_) return true;
   for (const Link& link : model_.links)
     if (!is_possible_inertia(link.inertia)) {

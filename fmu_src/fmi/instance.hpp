@@ -76,7 +76,6 @@ class Instance {
   double read_multiplier(const Variable& variable);
   double& port_value(const Variable& variable);
   void set_motion(const Variable& variable, double value);
-  void absorb_jump();
   void take_start_motion();
   const double* settle();
   void assemble_start();
@@ -112,8 +111,6 @@ class Instance {
   SolverSettings integrator_settings_;      // that it was made with
   std::vector<double> applied_inputs_;      // of the last step
   std::vector<double> motion_;              // per joint: the prescribed q, qd, qdd as last set
-  bool motion_jumped_ = false;              // since energy_before_jump_ (J) was taken
-  double energy_before_jump_ = 0;
   bool settled_state_current_ = false;
   bool settled_ = true;  // false: the state has to follow a motion set since the last step
 

@@ -39,7 +39,6 @@ constexpr const char* not_ours = "this is no saved state of this instance";
 }  // namespace
 
 void Instance::save(Bytes& bytes) {
-  absorb_jump();
   bytes.clear();
   ByteWriter writer(bytes);
   writer.value(static_cast<std::uint32_t>(state_));
@@ -104,7 +103,7 @@ bool Instance::restore(const Bytes& bytes) {
   }
 
   plan_current_ = true;
-  start_state_current_ = settled_state_current_ = motion_jumped_ = false;
+  start_state_current_ = settled_state_current_ = false;
   values_changed();
   state_ = state;
   start_time_ = start_time;

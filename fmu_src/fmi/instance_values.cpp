@@ -180,11 +180,6 @@ double& Instance::port_value(const Variable& variable) {
 
 // A part of a prescribed motion: the whole of it starts anew from here.
 void Instance::set_motion(const Variable& variable, double value) {
-  if (integrator_ && system_.with_work() && !motion_jumped_) {
-    energy_before_jump_ = system_.kinetic_energy(time_, current_state()) +
-                          system_.potential_energy(time_, current_state());
-    motion_jumped_ = true;
-  }
   double* motion = &motion_[3 * variable.joint];
   motion[static_cast<int>(variable.role) - static_cast<int>(Role::motion_q)] = value;
   system_.set_motion(time_, variable.joint, motion[0], motion[1], motion[2], !integrator_);
