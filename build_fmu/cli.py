@@ -58,6 +58,12 @@ def _import(options: argparse.Namespace) -> int:
     return command.run(options)
 
 
+def _show(options: argparse.Namespace) -> int:
+    from build_fmu.show import command
+
+    return command.run(options)
+
+
 def _check(options: argparse.Namespace) -> int:
     from build_fmu.tables import model_summary
 
@@ -199,4 +205,14 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--csv", type=Path, metavar="OUT.csv", help="write the record, 17 digits")
     command.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the record (.png, .svg, .pdf)")
     command.set_defaults(run=_simulate)
+
+    command = commands.add_parser("show", help="write a page that plays a run: the mechanism beside linked plots", description="Write one HTML file that "
+                                  "plays a run in any browser, without network. An FMU or a model file is run first; with a CSV its record is played.")
+    command.add_argument("targets", nargs="+", type=Path, metavar="FMU|MODEL|CSV", help="what to run, a record to play, or both")
+    command.add_argument("-o", "--output", type=Path, metavar="PAGE", help="file to write (default: NAME.html here)")
+    command.add_argument("--stop", type=float, metavar="T", help="stop time in s (default: the FMU's own)")
+    command.add_argument("--step", type=float, metavar="H", help="time between two pictures in s (default: the FMU's own)")
+    command.add_argument("--start", **several, metavar="NAME=VALUE", help="start values, as for simulate")
+    command.add_argument("--input", **several, metavar="NAME=EXPR|FILE.csv", help="inputs, as for simulate")
+    command.set_defaults(run=_show)
     return parser

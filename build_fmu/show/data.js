@@ -1,0 +1,39 @@
+// The run: columns of numbers by name, read from the page itself; values in SI units.
+const run = JSON.parse(document.getElementById("run").textContent);
+
+function numbers(text, Kind) {
+  const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  return new Kind(bytes.buffer);
+}
+
+const time = numbers(run.time, Float64Array);
+const columns = new Map();
+{
+  const all = numbers(run.values, Float32Array);
+  run.names.forEach((name, i) => columns.set(name, all.subarray(i * time.length, (i + 1) * time.length)));
+}
+const startTime = time[0], stopTime = time[time.length - 1];
+
+// The row before a time, and how far the time is on the way to the next one.
+function rowAt(t) {
+  let low = 0, high = time.length - 1;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (time[middle] <= t) low = middle; else high = middle;
+  }
+  const span = time[high] - time[low];
+  return [low, high, span > 0 ? Math.min(1, Math.max(0, (t - time[low]) / span)) : 0];
+}
+
+function valueAt(column, [low, high, part]) {
+  return part === 0 ? column[low] : column[low] + part * (column[high] - column[low]);
+}
+
+// Colours: a joint has one, in the view and in every plot.
+const PALETTE = ["#2f6fb5", "#e07b39", "#3a9d5d", "#c8455a", "#8064b8", "#a5734d", "#d46fae", "#6d7f8c", "#a8a32e", "#2ba5b5"];
+function colourOf(index, count) {
+  return count <= PALETTE.length ? PALETTE[index % PALETTE.length] : `hsl(${Math.round(250 - 250 * index / (count - 1))} 62% 50%)`;
+}
+function css(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+}

@@ -1,0 +1,114 @@
+// Where the links are: from their places at the start and how far the joints have moved since (z of a link is its axis).
+const IDENTITY = { R: [1, 0, 0, 0, 1, 0, 0, 0, 1], p: [0, 0, 0] };
+
+function times(A, B) {
+  const C = new Array(9);
+  for (let i = 0; i < 9; i += 3)
+    for (let j = 0; j < 3; j++) C[i + j] = A[i] * B[j] + A[i + 1] * B[j + 3] + A[i + 2] * B[j + 6];
+  return C;
+}
+function turned(A, v) {
+  return [A[0] * v[0] + A[1] * v[1] + A[2] * v[2], A[3] * v[0] + A[4] * v[1] + A[5] * v[2], A[6] * v[0] + A[7] * v[1] + A[8] * v[2]];
+}
+function transposed(A) {
+  return [A[0], A[3], A[6], A[1], A[4], A[7], A[2], A[5], A[8]];
+}
+function plus(a, b, k = 1) {
+  return [a[0] + k * b[0], a[1] + k * b[1], a[2] + k * b[2]];
+}
+function dot(a, b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+function cross(a, b) {
+  return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+}
+function scaled(a, k) {
+  return [a[0] * k, a[1] * k, a[2] * k];
+}
+function long(a) {
+  return Math.hypot(a[0], a[1], a[2]);
+}
+function unit(a) {
+  return scaled(a, 1 / (long(a) || 1));
+}
+function place(pose, point) {
+  return plus(pose.p, turned(pose.R, point));
+}
+// a point of the ground frame, seen from a pose
+function seen(pose, point) {
+  return turned(transposed(pose.R), plus(point, pose.p, -1));
+}
+
+const links = run.drawing.links.map((link) => ({ ...link, start: { R: link.rotation.flat(), p: link.origin } }));
+const moving = links.filter((link) => link.type !== "fixed");
+for (const link of links) {
+  const base = link.parent < 0 ? IDENTITY : links[link.parent].start;
+  link.R = times(transposed(base.R), link.start.R);
+  link.p = seen(base, link.start.p);
+  link.centre = seen(link.start, link.com);
+  link.column = columns.get(link.q);
+  link.colour = link.type === "fixed" ? (link.parent < 0 ? "#8b97a3" : links[link.parent].colour) : colourOf(moving.indexOf(link), moving.length);
+}
+function carrier(name) {
+  return links.findIndex((link) => link.name === name);
+}
+const ties = ["loops", "springs"].flatMap((kind) => (run.drawing[kind] || []).map((tie) => {
+  const ends = ["a", "b"].map((side) => {
+    const link = carrier(tie[`link_${side}`]), point = tie[`point_${side}`];
+    return { link, point: link < 0 ? point : seen(links[link].start, point) };
+  });
+  return { kind, name: tie.name, ends };
+}));
+
+function posesAt(row) {
+  const poses = [];
+  for (const link of links) {
+    const base = link.parent < 0 ? IDENTITY : poses[link.parent];
+    let R = times(base.R, link.R), p = place(base, link.p);
+    const moved = link.column ? valueAt(link.column, row) - link.q0 : 0;
+    if (moved && link.type === "revolute") {
+      const c = Math.cos(moved), s = Math.sin(moved);
+      R = times(R, [c, -s, 0, s, c, 0, 0, 0, 1]);
+    } else if (moved && link.type === "prismatic") {
+      p = plus(p, [R[2], R[5], R[8]], moved);
+    }
+    poses.push({ R, p });
+  }
+  return poses;
+}
+function endOf(end, poses) {
+  return end.link < 0 ? end.point : place(poses[end.link], end.point);
+}
+
+// the far ends of the mechanism: what a trace follows
+const tips = links.map((link, i) => i).filter((i) => links.every((other) => other.parent !== i));
+function tipOf(i, poses) {
+  const link = links[i];
+  return long(link.centre) > 1e-9 && link.mass > 0 ? place(poses[i], link.centre) : poses[i].p;
+}
+const traced = tips.slice(0, 4);
+const traces = traced.map(() => []);
+const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+const reached = []; // points that the view has to hold
+if (links.length) {
+  const include = (point) => {
+    point.forEach((x, k) => {
+      low[k] = Math.min(low[k], x);
+      high[k] = Math.max(high[k], x);
+    });
+    reached.push(point);
+  };
+  include([0, 0, 0]);
+  // between the rows, too: a trace is a curve
+  const count = Math.min(3000, Math.max(400, time.length)), every = Math.ceil(count * links.length / 4000);
+  for (let k = 0; k <= count; k++) {
+    const t = startTime + (stopTime - startTime) * k / count, poses = posesAt(rowAt(t));
+    traced.forEach((i, n) => traces[n].push({ t, p: tipOf(i, poses) }));
+    if (k % every) continue;
+    poses.forEach((pose, i) => {
+      include(pose.p);
+      if (links[i].mass > 0) include(place(pose, links[i].centre));
+    });
+    ties.forEach((tie) => tie.ends.forEach((end) => include(endOf(end, poses), true)));
+  }
+}

@@ -1,0 +1,101 @@
+"""Fills the page: style, scripts and the run in one HTML file that needs no network and no other file."""
+
+from __future__ import annotations
+
+import base64
+import json
+from dataclasses import dataclass, field
+from html import escape
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from build_fmu.describe import Description
+
+SCRIPTS = ("data.js", "mechanism.js", "view.js", "paint.js", "plots.js", "player.js")
+TITLES = {"q": "Joint position", "qd": "Joint velocity", "qdd": "Joint acceleration", "tau": "Drive torque or force", "energy": "Energy",
+          "balance": "Energy balance: total − start − work", "gap": "Loop gap", "lambda": "Loop multipliers"}  # fmt: skip
+ORDER = ("q", "qd", "tau", "energy", "balance", "gap", "qdd", "lambda")
+AT_REST = ("q", "qd", "qdd", "tau", "energy")  # rounding errors of these are not blown up to the height of a panel
+MOST_VALUES = 60_000  # in the page; a longer run keeps every k-th row
+HIDDEN = ("solver",)
+
+
+@dataclass
+class Run:
+    """A record over time in SI units, with what is known of its columns."""
+
+    time: np.ndarray
+    columns: dict[str, np.ndarray]
+    units: dict[str, tuple[str, float]] = field(default_factory=dict)  # name -> unit to show, factor from SI
+
+
+def page(title: str, about: str, run: Run, model: Description | None) -> tuple[str, int]:
+    """Returns the HTML text and the stride: 1 if every row of the run is in it."""
+    columns = {name: values for name, values in run.columns.items() if name.split(".")[0] not in HIDDEN}
+    stride = max(1, -(-len(run.time) * len(columns) // MOST_VALUES))
+    rows = np.unique(np.append(np.arange(0, len(run.time), stride), len(run.time) - 1))
+    values = np.array([column[rows] for column in columns.values()], np.float32)
+    data = {
+        "time": _base64(run.time[rows].astype(np.float64)),
+        "values": _base64(values),
+        "names": list(columns),
+        "panels": _panels(columns, run.units),
+        "drawing": _drawing(model, columns),
+    }
+    # a name must not end the script element
+    text = json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
+    fields = {"TITLE": escape(title), "ABOUT": escape(about), "STYLE": _file("style.css"), "SCRIPT": "\n".join(map(_file, SCRIPTS)), "DATA": text}
+    filled = _file("page.html")
+    for key, value in fields.items():
+        filled = filled.replace(f"@{key}@", value)
+    return filled, stride
+
+
+def _file(name: str) -> str:
+    return (resources.files("build_fmu.show") / name).read_text(encoding="utf-8").strip()
+
+
+def _base64(array: np.ndarray) -> str:
+    return base64.b64encode(array.astype(array.dtype.newbyteorder("<")).tobytes()).decode()
+
+
+def _drawing(model: Description | None, columns: dict[str, np.ndarray]) -> dict[str, Any]:
+    """The mechanism at its start pose; each moving link learns its joint's column and that joint's value in the drawing."""
+    if model is None:
+        return {"links": []}
+    starts = [v for v in model.variables if v.name.endswith(".q0")]
+    moving = [i for i, link in enumerate(model.drawing["links"]) if link["type"] != "fixed"]
+    known = dict(zip(moving, starts, strict=True)) if len(starts) == len(moving) else {}
+    links = []
+    for i, link in enumerate(model.drawing["links"]):
+        variable = known.get(i)
+        name = variable.name.removesuffix("0") if variable else None
+        links.append({**link, "q": name if name in columns else None, "q0": float(variable.start or 0) if variable else 0.0})
+    return {**model.drawing, "links": links}
+
+
+def _panels(columns: dict[str, np.ndarray], units: dict[str, tuple[str, float]]) -> list[dict[str, Any]]:
+    joints = [name.removesuffix(".q") for name in columns if name.endswith(".q")]
+    found: dict[tuple[str, str], dict[str, Any]] = {}
+    for name, values in columns.items():
+        kind = kind_of(name)
+        if kind in ("tau",) and not np.any(values != 0):
+            continue
+        unit, factor = units.get(name, ("", 1.0))
+        panel = found.setdefault((kind, unit), {"title": TITLES.get(kind, kind), "unit": unit, "factor": factor, "rest": kind in AT_REST,
+                                                "joints": len(joints), "curves": []})
+        head = name.rpartition(".")[0]
+        label = name.rpartition(".")[2] if kind in ("energy", "balance") else head if kind in TITLES else name
+        panel["curves"].append({"name": name, "label": label or name, "joint": joints.index(head) if head in joints else -1, "dash": kind == "energy"})
+    rank = {kind: i for i, kind in enumerate(ORDER)}
+    return [panel for (kind, _), panel in sorted(found.items(), key=lambda item: rank.get(item[0][0], len(rank)))]
+
+
+def kind_of(name: str) -> str:
+    """Returns what a column is: q, qd, tau, energy, gap, … or, for other names, all but the index."""
+    head, _, tail = name.rpartition(".")
+    if head == "energy":
+        return "balance" if tail == "balance" else "energy"
+    return tail.partition("[")[0] if head else name

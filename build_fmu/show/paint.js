@@ -1,0 +1,205 @@
+// What a frame of the view shows: floor, shadow, links, joints, centres of mass, loops, springs, names, traces.
+const totalMass = links.reduce((sum, link) => sum + link.mass, 0) || 1;
+const tick = (x) => document.getElementById(x).checked;
+
+function niceStep(x) {
+  const power = 10 ** Math.floor(Math.log10(x));
+  return [1, 2, 5, 10].map((k) => k * power).find((step) => step >= x * 0.999);
+}
+
+// the floor lies under a spatial mechanism, or behind a planar one
+const floorNormal = normal || up;
+const floorHeight = normal ? dot(middle, normal) - 3 * thick : Math.min(0, dot(low, up)) - (dot(low, up) < -1e-9 ? 2 * thick : 0);
+const floorU = right, floorV = cross(floorNormal, right);
+const floorStep = niceStep(radius / 5);
+function onFloor(point) {
+  return plus(point, floorNormal, floorHeight - dot(point, floorNormal));
+}
+
+function paintFloor() {
+  const centre = onFloor(middle), cu = dot(centre, floorU), cv = dot(centre, floorV), reach = 2.2 * radius;
+  const base = scaled(floorNormal, floorHeight);
+  const at = (u, v) => project(plus(plus(base, floorU, u), floorV, v));
+  pen.lineWidth = 1;
+  const first = (x) => Math.ceil((x - reach) / floorStep), last = (x) => Math.floor((x + reach) / floorStep);
+  const stroke = (points) => {
+    for (let i = 1; i < points.length; i++) {
+      const [a, b] = [points[i - 1], points[i]];
+      if (a[2] < 0.05 * radius || b[2] < 0.05 * radius) continue;
+      // the grid fades out to its rim
+      const away = Math.min(1, Math.max(a.away, b.away));
+      pen.globalAlpha = Math.max(0, 1 - away * away);
+      pen.beginPath();
+      pen.moveTo(a[0], a[1]);
+      pen.lineTo(b[0], b[1]);
+      pen.stroke();
+    }
+    pen.globalAlpha = 1;
+  };
+  pen.strokeStyle = css("--floor");
+  for (const lengthwise of [true, false]) {
+    for (let k = first(lengthwise ? cv : cu); k <= last(lengthwise ? cv : cu); k++) {
+      const points = [];
+      for (let n = 0; n <= 24; n++) {
+        const s = (lengthwise ? cu : cv) - reach + 2 * reach * n / 24;
+        const [u, v] = lengthwise ? [s, k * floorStep] : [k * floorStep, s];
+        const q = at(u, v);
+        q.away = Math.hypot(u - cu, v - cv) / reach;
+        points.push(q);
+      }
+      stroke(points);
+    }
+  }
+}
+
+const shade = document.createElement("canvas");
+function paintShadow(poses) {
+  // drawn whole on a sheet of its own, so that overlaps do not darken
+  shade.width = canvas.width;
+  shade.height = canvas.height;
+  const ink = shade.getContext("2d");
+  ink.setTransform(pen.getTransform());
+  ink.strokeStyle = `rgb(${css("--shadow")})`;
+  ink.lineCap = "round";
+  for (const [a, b, , width] of bonesOf(poses)) {
+    const p = project(onFloor(a)), q = project(onFloor(b));
+    if (Math.min(p[2], q[2]) < 0.05 * radius) continue;
+    ink.lineWidth = 2.2 * width * thick * (p[3] + q[3]) / 2;
+    ink.beginPath();
+    ink.moveTo(p[0], p[1]);
+    ink.lineTo(q[0], q[1]);
+    ink.stroke();
+  }
+  pen.globalAlpha = normal ? 0.1 : 0.17;
+  pen.drawImage(shade, 0, 0, canvas.clientWidth, canvas.clientHeight);
+  pen.globalAlpha = 1;
+}
+
+// the rods of the figure: [from, to, colour, width, at the end]
+function bonesOf(poses) {
+  const rods = [];
+  links.forEach((link, i) => {
+    const base = link.parent < 0 ? [0, 0, 0] : poses[link.parent].p;
+    const colour = link.parent < 0 ? css("--metal") : links[link.parent].colour;
+    if (long(plus(poses[i].p, base, -1)) > 1e-9) rods.push([base, poses[i].p, colour, link.parent < 0 ? 0.55 : 1]);
+    const isTip = tips.includes(i), centre = place(poses[i], link.centre);
+    if (link.mass > 0 && long(link.centre) > 1e-9) {
+      const held = ties.some((tie) => tie.kind === "loops" && tie.ends.some((end) => end.link === i));
+      rods.push([poses[i].p, centre, link.colour, isTip && !held ? 1 : 0.35]);
+    }
+  });
+  for (const tie of ties)
+    for (const end of tie.ends)
+      if (end.link >= 0 && tie.kind === "loops") rods.push([poses[end.link].p, endOf(end, poses), links[end.link].colour, 1]);
+  return rods;
+}
+
+function paintLinks(poses) {
+  for (const [a, b, colour, width] of bonesOf(poses)) tube(a, b, width * thick, width * thick * (width === 1 ? 0.82 : 1), colour);
+  links.forEach((link, i) => {
+    const { R, p } = poses[i], axis = [R[2], R[5], R[8]];
+    if (link.parent < 0 && link.type !== "fixed") tube(plus(p, axis, -1.15 * thick), plus(p, axis, 1.15 * thick), 1.75 * thick, 1.75 * thick, css("--metal"));
+    if (link.type === "revolute") tube(plus(p, axis, -1.7 * thick), plus(p, axis, 1.7 * thick), 1.28 * thick, 1.28 * thick, link.colour);
+    if (link.type === "prismatic") {
+      box(p, R, [1.5 * thick, 1.5 * thick, 2.1 * thick], link.colour);
+      tube(plus(p, axis, -4.5 * thick), plus(p, axis, 4.5 * thick), 0.35 * thick, 0.35 * thick, css("--metal"));
+    }
+    // the axis of a joint ends in two bright studs
+    if (link.type === "revolute") tube(plus(p, axis, -2 * thick), plus(p, axis, 2 * thick), 0.5 * thick, 0.5 * thick, "#dfe6ec");
+    if (link.mass > 0 && links.length <= 60) massCentre(place(poses[i], link.centre), thick * (0.55 + 0.75 * Math.cbrt(link.mass / totalMass)));
+  });
+  for (const tie of ties) {
+    const [a, b] = tie.ends.map((end) => endOf(end, poses));
+    if (tie.kind === "springs") coil(a, b);
+    else {
+      ball(a, 1.15 * thick, "#8e44ad");
+      if (long(plus(a, b, -1)) > 0.3 * thick) {
+        ball(b, 1.15 * thick, "#8e44ad");
+        polyline([a, b], "#8e44ad", 1.5);
+      }
+    }
+  }
+}
+
+const AXES = ["#d1495b", "#3a9d5d", "#2f6fb5"];
+function paintAxes(pose, length, width) {
+  AXES.forEach((colour, k) => {
+    const tip = plus(pose.p, [pose.R[k], pose.R[3 + k], pose.R[6 + k]], length);
+    polyline([pose.p, tip], colour, width);
+    if (pose === IDENTITY) label(tip, "xyz"[k], colour, 4);
+  });
+}
+let labels = [];
+function label(point, text, colour, shift = 9) {
+  const q = project(point);
+  if (q[2] > 0.02 * radius) labels.push([q[0] + shift, q[1] - shift, text, colour]);
+}
+// joints that meet in a point, such as a wrist, share one line
+function paintNames(poses) {
+  const spots = [];
+  links.forEach((link, i) => {
+    const q = project(poses[i].p);
+    const spot = spots.find((other) => Math.hypot(other.q[0] - q[0], other.q[1] - q[1]) < 18);
+    if (spot) spot.names.push(link.name); else spots.push({ q, p: poses[i].p, names: [link.name] });
+  });
+  for (const { p, names } of spots) label(p, names.length < 4 ? names.join(", ") : `${names[0]} … ${names[names.length - 1]}`, css("--ink"), 12);
+}
+function paintLabels() {
+  pen.font = "12px system-ui, 'DejaVu Sans', sans-serif";
+  pen.lineJoin = "round";
+  for (const [x, y, text, colour] of labels) {
+    pen.strokeStyle = css("--sky");
+    pen.lineWidth = 4;
+    pen.strokeText(text, x, y);
+    pen.fillStyle = colour;
+    pen.fillText(text, x, y);
+  }
+}
+function paintTraces(t) {
+  const window_ = Math.max((stopTime - startTime) / 4, 1e-9);
+  traces.forEach((points, n) => {
+    pen.strokeStyle = links[traced[n]].colour;
+    pen.lineWidth = 1.8;
+    for (let i = 1; i < points.length && points[i].t <= t; i++) {
+      const age = (t - points[i].t) / window_;
+      if (age > 1) continue;
+      const a = project(points[i - 1].p), b = project(points[i].p);
+      pen.globalAlpha = 0.75 * (1 - age);
+      pen.beginPath();
+      pen.moveTo(a[0], a[1]);
+      pen.lineTo(b[0], b[1]);
+      pen.stroke();
+    }
+    pen.globalAlpha = 1;
+  });
+}
+
+function paint(t) {
+  const scale = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
+  if (!width || !height || !links.length) return;
+  if (canvas.width !== Math.round(width * scale) || canvas.height !== Math.round(height * scale)) {
+    canvas.width = Math.round(width * scale);
+    canvas.height = Math.round(height * scale);
+  }
+  pen.setTransform(scale, 0, 0, scale, 0, 0);
+  pen.clearRect(0, 0, width, height);
+  pen.lineCap = pen.lineJoin = "round";
+  if (atHome) fit(width, height);
+  aim(width, height);
+  const poses = posesAt(rowAt(t));
+  parts = [];
+  labels = [];
+  paintFloor();
+  paintShadow(poses);
+  if (tick("trace")) paintTraces(t);
+  paintLinks(poses);
+  paintAxes(IDENTITY, 0.2 * radius, 2);
+  if (tick("frames")) poses.forEach((pose) => paintAxes(pose, 5 * thick, 2));
+  if (tick("names")) paintNames(poses);
+  parts.sort((a, b) => b[0] - a[0]);
+  for (const [, draw] of parts) draw();
+  paintLabels();
+  // what a test reads: where the ends of the mechanism are
+  document.documentElement.dataset.tips = JSON.stringify(tips.map((i) => tipOf(i, poses)));
+  document.documentElement.dataset.faces = parts.length;
+}

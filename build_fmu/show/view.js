@@ -1,0 +1,192 @@
+// The view: solids of flat faces, sorted by distance, on a plain canvas; no graphics card is needed.
+const canvas = document.getElementById("view");
+const pen = canvas.getContext("2d");
+const middle = [0, 1, 2].map((k) => (low[k] + high[k]) / 2);
+const radius = Math.max(1e-9, long(plus(high, low, -1)) / 2);
+const bones = links.map((link) => long(link.p)).filter((x) => x > 1e-9).sort((a, b) => a - b);
+const thick = Math.min(0.036 * radius, 0.16 * (bones[bones.length >> 1] || radius));
+const sides = links.length > 60 ? 6 : links.length > 20 ? 8 : 14;
+const LIGHT = unit([-0.45, 0.75, 0.6]); // from the camera: left, up, near
+
+// A planar mechanism is seen along its axes, any other one from the side and above; z is up, or y where z is the axis.
+const normal = [[0, 0, 1], [0, 1, 0], [1, 0, 0]].find((n) => moving.length && moving.every((link) => {
+  const along = Math.abs(dot(n, [link.start.R[2], link.start.R[5], link.start.R[8]]));
+  return link.type === "revolute" ? along > 1 - 1e-9 : along < 1e-9;
+}));
+const up = normal && normal[2] ? [0, 1, 0] : [0, 0, 1];
+const right = normal ? (normal[0] ? [0, 1, 0] : [1, 0, 0]) : [1, 0, 0];
+const front = cross(right, up);
+const HOME = { yaw: normal ? 0.16 : 0.75, pitch: normal ? 0.1 : 0.42, far: (normal ? 2.45 : 2.75) * radius, target: middle };
+let camera = { ...HOME }, atHome = true;
+
+// Brings the whole run into the frame: moves the target and steps back or near until it fits.
+function fit(width, height) {
+  camera = { ...HOME };
+  const margin = 3 * thick;
+  for (let round = 0; round < 6; round++) {
+    aim(width, height);
+    const box = [Infinity, Infinity, -Infinity, -Infinity];
+    for (const point of reached) {
+      const [x, y, , k] = project(point), m = margin * k;
+      box[0] = Math.min(box[0], x - m);
+      box[1] = Math.min(box[1], y - m);
+      box[2] = Math.max(box[2], x + m);
+      box[3] = Math.max(box[3], y + m);
+    }
+    const k = camera.far / sight.focus;
+    camera.target = plus(plus(camera.target, sight.across, k * ((box[0] + box[2]) / 2 - width / 2)), sight.above, k * (height / 2 - (box[1] + box[3]) / 2));
+    camera.far *= Math.min(1.6, Math.max(0.6, Math.max((box[2] - box[0]) / (0.9 * width), (box[3] - box[1]) / (0.82 * height))));
+  }
+}
+
+let eye, sight; // of the frame being drawn
+function aim(width, height) {
+  const { yaw, pitch, far, target } = camera;
+  const ahead = plus(scaled(right, Math.sin(yaw)), front, Math.cos(yaw));
+  const back = unit(plus(scaled(ahead, Math.cos(pitch)), up, Math.sin(pitch)));
+  const across = unit(cross(up, back));
+  sight = { across, above: cross(back, across), back, width, height, focus: 1.35 * Math.min(width, height * 1.15) };
+  eye = plus(target, back, far);
+}
+function project(point) {
+  const v = plus(point, eye, -1);
+  const depth = -dot(v, sight.back);
+  const k = sight.focus / Math.max(depth, 1e-6 * radius);
+  return [sight.width / 2 + k * dot(v, sight.across), sight.height / 2 - k * dot(v, sight.above), depth, k];
+}
+
+let parts = []; // [depth, draw] of what is in sight
+function face(points, colour, facing, both = false) {
+  const flat = points.map(project);
+  if (flat.some((q) => q[2] < 0.02 * radius)) return;
+  let area = 0, depth = 0;
+  flat.forEach((q, i) => {
+    const next = flat[(i + 1) % flat.length];
+    area += q[0] * next[1] - next[0] * q[1];
+    depth += q[2] / flat.length;
+  });
+  if (area >= 0 && !both) return; // turned away
+  const light = turnedToCamera(facing);
+  const shade = 0.5 + 0.5 * Math.max(0, dot(light, LIGHT)) + 0.12 * Math.max(0, light[1]);
+  parts.push([depth, () => {
+    pen.beginPath();
+    flat.forEach((q, i) => (i ? pen.lineTo(q[0], q[1]) : pen.moveTo(q[0], q[1])));
+    pen.closePath();
+    pen.fillStyle = pen.strokeStyle = shaded(colour, shade);
+    pen.lineWidth = 0.7; // hides the seams between faces
+    pen.fill();
+    pen.stroke();
+  }]);
+}
+function turnedToCamera(v) {
+  return [dot(v, sight.across), dot(v, sight.above), dot(v, sight.back)];
+}
+
+const rgb = new Map();
+function shaded(colour, shade) {
+  if (!rgb.has(colour)) {
+    pen.fillStyle = "#000";
+    pen.fillStyle = colour; // the canvas turns any colour into #rrggbb
+    rgb.set(colour, [1, 3, 5].map((i) => parseInt(pen.fillStyle.slice(i, i + 2), 16)));
+  }
+  const tone = rgb.get(colour).map((x) => Math.round(shade <= 1 ? x * shade : x + (255 - x) * (shade - 1)));
+  return `rgb(${tone})`;
+}
+
+// A tube from a to b, cut into pieces so that sorting by distance works.
+function tube(a, b, ra, rb, colour, caps = true) {
+  const along = plus(b, a, -1), length = long(along);
+  if (length < 1e-12) return;
+  const w = scaled(along, 1 / length);
+  const u = unit(cross(w, Math.abs(w[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0])), v = cross(w, u);
+  const ring = [];
+  for (let i = 0; i < sides; i++) {
+    const angle = 2 * Math.PI * i / sides;
+    ring.push(plus(scaled(u, Math.cos(angle)), v, Math.sin(angle)));
+  }
+  const pieces = Math.min(6, Math.max(1, Math.round(length / (9 * Math.max(ra, rb)))));
+  const at = (k, i, r) => plus(plus(a, along, k), ring[i % sides], r);
+  for (let piece = 0; piece < pieces; piece++) {
+    const k0 = piece / pieces, k1 = (piece + 1) / pieces;
+    const r0 = ra + (rb - ra) * k0, r1 = ra + (rb - ra) * k1;
+    for (let i = 0; i < sides; i++)
+      face([at(k0, i, r0), at(k0, i + 1, r0), at(k1, i + 1, r1), at(k1, i, r1)], colour, unit(plus(ring[i], ring[(i + 1) % sides])));
+  }
+  if (caps) {
+    face(ring.map((_, i) => at(1, i, rb)), colour, w);
+    face(ring.map((_, i) => at(0, sides - 1 - i, ra)), colour, scaled(w, -1));
+  }
+}
+function box(centre, R, half, colour) {
+  for (let axis = 0; axis < 3; axis++)
+    for (const side of [-1, 1]) {
+      const [i, j] = [(axis + 1) % 3, (axis + 2) % 3];
+      const corner = (x, y) => {
+        const v = [0, 0, 0];
+        v[axis] = side * half[axis];
+        v[i] = x * half[i];
+        v[j] = y * half[j];
+        return plus(centre, turned(R, v));
+      };
+      const around = [corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)];
+      face(side > 0 ? around : around.reverse(), colour, [R[axis] * side, R[3 + axis] * side, R[6 + axis] * side]);
+    }
+}
+function ball(centre, r, colour) {
+  const q = project(centre);
+  if (q[2] < 0.02 * radius) return;
+  parts.push([q[2] - r, () => {
+    const size = r * q[3];
+    const fill = pen.createRadialGradient(q[0] - size * 0.35, q[1] - size * 0.4, size * 0.1, q[0], q[1], size);
+    fill.addColorStop(0, shaded(colour, 1.45));
+    fill.addColorStop(0.6, shaded(colour, 0.95));
+    fill.addColorStop(1, shaded(colour, 0.6));
+    disc(q, size, fill);
+  }]);
+}
+function disc(q, size, fill) {
+  pen.beginPath();
+  pen.arc(q[0], q[1], size, 0, 2 * Math.PI);
+  pen.fillStyle = fill;
+  pen.fill();
+}
+// the sign for a centre of mass: a disc in four quarters
+function massCentre(centre, r) {
+  const q = project(centre);
+  if (q[2] < 0.02 * radius) return;
+  parts.push([q[2] - 4 * thick, () => {
+    const size = Math.max(3.2, r * q[3]);
+    disc(q, size + 1, "#fff");
+    disc(q, size, "#1d2733");
+    pen.fillStyle = "#fff";
+    for (const from of [0, Math.PI]) {
+      pen.beginPath();
+      pen.moveTo(q[0], q[1]);
+      pen.arc(q[0], q[1], size - 0.8, from, from + Math.PI / 2);
+      pen.fill();
+    }
+  }]);
+}
+function polyline(points, colour, width) {
+  for (let i = 1; i < points.length; i++) {
+    const a = project(points[i - 1]), b = project(points[i]);
+    if (Math.min(a[2], b[2]) < 0.02 * radius) continue;
+    parts.push([(a[2] + b[2]) / 2, () => {
+      pen.beginPath();
+      pen.moveTo(a[0], a[1]);
+      pen.lineTo(b[0], b[1]);
+      pen.strokeStyle = colour;
+      pen.lineWidth = width;
+      pen.stroke();
+    }]);
+  }
+}
+function coil(a, b) {
+  const along = plus(b, a, -1), w = unit(along);
+  const u = unit(cross(w, Math.abs(w[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0])), v = cross(w, u), points = [a];
+  for (let k = 0; k <= 96; k++) {
+    const angle = 2 * Math.PI * 8 * k / 96, r = 1.1 * thick * Math.min(1, k / 8, (96 - k) / 8);
+    points.push(plus(plus(plus(a, along, 0.12 + 0.76 * k / 96), u, r * Math.cos(angle)), v, r * Math.sin(angle)));
+  }
+  polyline([...points, b], "#2e8b57", 2.2);
+}
