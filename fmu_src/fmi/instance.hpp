@@ -75,6 +75,7 @@ class Instance {
   double read_momentum(const Variable& variable);
   double read_multiplier(const Variable& variable);
   double& port_value(const Variable& variable);
+  double& settable_value(const Variable& variable);
   void set_motion(const Variable& variable, double value);
   void take_start_motion();
   const double* settle();

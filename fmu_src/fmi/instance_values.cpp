@@ -171,6 +171,21 @@ double Instance::read_frame(const Variable& variable) {
                      in_body);
 }
 
+// Where an input (but a motion) or a parameter lives.
+double& Instance::settable_value(const Variable& variable) {
+  switch (variable.role) {
+    case Role::tau:
+      return system_.inputs()[variable.joint];
+    case Role::ball_tau:
+      return system_.ball_torque(variable.ball)[variable.element];
+    case Role::port_torque:
+    case Role::port_force:
+      return port_value(variable);
+    default:
+      return *parameter(model_, variable);
+  }
+}
+
 // Where an input of a port lives: moment, then force.
 double& Instance::port_value(const Variable& variable) {
   int port = 0;
@@ -255,9 +270,7 @@ fmi2Status Instance::set_real(const unsigned* references, std::size_t count, con
       set_motion(variable, values[i]);
       continue;
     }
-    double& value = variable.role == Role::tau               ? system_.inputs()[variable.joint]
-                    : variable.causality == Causality::input ? port_value(variable)
-                                                             : *parameter(model_, variable);
+    double& value = settable_value(variable);
     if (value == values[i]) continue;
     value = values[i];
     values_changed();
