@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+import sys
 
 import pytest
 
@@ -56,3 +57,27 @@ def test_version_and_platform(fmu):
     library = fmu("pendulum").library
     assert library.fmi2GetVersion() == b"2.0"
     assert library.fmi2GetTypesPlatform() == b"default"
+
+
+def test_loading_and_unloading_from_new_paths_leaves_nothing_behind(library, tmp_path):
+    program = """
+import _ctypes, ctypes, os, shutil, sys
+library, folder = sys.argv[1:]
+
+def kilobytes():
+    return int(open("/proc/self/statm").read().split()[1]) * 4
+
+for k in range(700):
+    path = os.path.join(folder, f"l{k}.so")
+    shutil.copy(library, path)
+    handle = ctypes.CDLL(path)
+    handle.fmi2GetVersion.restype = ctypes.c_char_p
+    assert handle.fmi2GetVersion() == b"2.0"
+    _ctypes.dlclose(handle._handle)
+    os.remove(path)
+    if k == 100:
+        before = kilobytes()
+print(kilobytes() - before)
+"""
+    run = subprocess.run([sys.executable, "-c", program, str(library), str(tmp_path)], capture_output=True, text=True)
+    assert int(run.stdout) < 600, run.stderr
