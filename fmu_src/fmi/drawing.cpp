@@ -13,7 +13,15 @@ void write(Json& json, const Vec3<double>& v) {
   json.end_array();
 }
 
-// Ground to link frame of each link at q = q0.
+Mat3<double> rotation_of(const std::array<double, 4>& q) {
+  return Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
+}
+
+// Of a ball's links the last, which the turn carries; before it stand the chart and three angles, all at
+// zero.
+int turned_link(const Ball& ball) { return ball.chart_link + 4; }
+
+// Ground to link frame of each link at the start values.
 std::vector<Pose> start_poses(const Model& model) {
   std::vector<Pose> poses;
   for (const Link& link : model.links) {
@@ -21,12 +29,27 @@ std::vector<Pose> start_poses(const Model& model) {
     if (link.joint.type == JointType::revolute) dh.theta += link.joint.q0;
     if (link.joint.type == JointType::prismatic) dh.d += link.joint.q0;
     poses.push_back(link.parent == ground ? pose_of(dh) : poses[link.parent] * pose_of(dh));
+    for (const Ball& ball : model.balls)
+      if (turned_link(ball) == static_cast<int>(poses.size()) - 1)
+        poses.back().rotation *= rotation_of(ball.quaternion);
   }
   return poses;
 }
 
 const char* type_name(JointType type) {
   return type == JointType::revolute ? "revolute" : type == JointType::prismatic ? "prismatic" : "fixed";
+}
+
+// The turns that a quaternion describes: which link turns, seen from which, and by what at the start.
+void write_balls(Json& json, const Model& model) {
+  json.key("balls").begin_array();
+  for (const Ball& ball : model.balls) {
+    json.begin_object().member("name", ball.name).member("link", turned_link(ball));
+    json.member("base", model.links[ball.chart_link].parent).key("quaternion").begin_array();
+    for (const double x : ball.quaternion) json.value(x);
+    json.end_array().end_object();
+  }
+  json.end_array();
 }
 
 // A loop or a spring: two points, each on a link or on ground.
@@ -57,7 +80,8 @@ void write_drawing(Json& json, const Model& model) {
     const Link& link = model.links[i];
     const Pose& pose = poses[i];
     json.begin_object().member("name", link.name).member("parent", link.parent);
-    json.member("type", type_name(link.joint.type));
+    json.member("type", type_name(link.joint.type)).member("joint", link.joint.name);
+    json.member("q", link.joint.q0);
     write(json.key("origin"), pose.position);
     json.key("rotation").begin_array();
     for (int row = 0; row < 3; ++row) write(json, pose.rotation.row(row).transpose());
@@ -66,6 +90,7 @@ void write_drawing(Json& json, const Model& model) {
     json.member("mass", link.mass).end_object();
   }
   json.end_array();
+  write_balls(json, model);
   write_ties(json, "loops", model.loops, model, poses);
   write_ties(json, "springs", model.springs, model, poses);
   json.end_object();
