@@ -39,7 +39,7 @@ def run(options: Namespace) -> int:
             shown, title = _simulated(mechanism, model, Path(folder), options)
     text, stride = page(model.model_name if model else title, _about(model, shown, record), shown, model)
     whole_file(target, lambda temporary: temporary.write_text(text, encoding="utf-8", newline="\n"))
-    every = f", every {stride}th row" if stride > 1 else ""
+    every = f", one row in {stride}" if stride > 1 else ""
     print(f"{target}  {len(text.encode()) / 1024:.0f} kB, t = {shown.time[0]:g} to {shown.time[-1]:g} s{every}; open it in a browser")
     return 0
 
@@ -102,7 +102,9 @@ def _recorded(record: Path, model: Description | None) -> Run:
         for variable in model.variables:
             factor = shown.get(variable.unit, {}).get(variable.display_unit)
             units[variable.name] = (variable.display_unit, factor) if factor else (variable.unit or "", 1.0)
-        missing = [v.name.removesuffix("0") for v in model.variables if v.name.endswith(".q0") and v.name.removesuffix("0") not in columns]
+        known = {v.name for v in model.variables}
+        joints = [f"{link.get('joint')}.q" for link in model.drawing["links"] if link["type"] != "fixed"]
+        missing = [name for name in joints if name in known and name not in columns]
         if missing:
             print(f"'{record}' has no column '{missing[0]}'{f' and {len(missing) - 1} more' if len(missing) > 1 else ''}: these joints stand still",
                   file=sys.stderr)
@@ -116,6 +118,9 @@ def _about(model: Description | None, shown: Run, record: Path | None) -> str:
         counts = {"revolute": 0, "prismatic": 0, "fixed": 0}
         for link in links:
             counts[link["type"]] = counts.get(link["type"], 0) + 1
+        # a spherical joint stands in the table as four revolute ones
+        counts["spherical"] = len(model.drawing.get("balls", []))
+        counts["revolute"] -= 4 * counts["spherical"]
         loops = len(model.drawing.get("loops", []))
         words = [f"{count} {kind}" for kind, count in counts.items() if count] + ([f"{loops} loop{'s' if loops > 1 else ''}"] if loops else [])
         parts.append(f"{', '.join(words)}, {sum(link['mass'] for link in links):.4g} kg")

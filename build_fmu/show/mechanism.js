@@ -40,13 +40,37 @@ function seen(pose, point) {
 }
 
 const links = run.drawing.links.map((link) => ({ ...link, start: { R: link.rotation.flat(), p: link.origin } }));
-const moving = links.filter((link) => link.type !== "fixed");
+// a joint that a quaternion turns stands in the table as four links and the one that it turns; only this one is drawn
+const balls = run.drawing.balls || [];
+for (const ball of balls) {
+  for (let i = ball.link - 4; i < ball.link; i++) links[i].hidden = true;
+  links[ball.link].ball = { base: ball.base, columns: ball.columns.map((name) => columns.get(name)), start: matrixOf(ball.quaternion) };
+  links[ball.link].type = "spherical";
+}
+function matrixOf(quaternion) {
+  const size = Math.hypot(...quaternion) || 1, [w, x, y, z] = quaternion.map((part) => part / size);
+  return [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y), 2 * (x * y + w * z), 1 - 2 * (x * x + z * z),
+    2 * (y * z - w * x), 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)];
+}
+// between two rows the shorter way: a quaternion and its negative are one turn
+function turnAt(parts, [from, to, part]) {
+  const a = parts.map((column) => column[from]), b = parts.map((column) => column[to]);
+  const side = a.reduce((sum, x, k) => sum + x * b[k], 0) < 0 ? -1 : 1;
+  return matrixOf(a.map((x, k) => x + part * (side * b[k] - x)));
+}
+const moving = links.filter((link) => link.type !== "fixed" && !link.hidden);
 for (const link of links) {
   const base = link.parent < 0 ? IDENTITY : links[link.parent].start;
   link.R = times(transposed(base.R), link.start.R);
   link.p = seen(base, link.start.p);
   link.centre = seen(link.start, link.com);
   link.column = columns.get(link.q);
+  if (link.ball) {
+    // the frame of the joint, seen from its base: the start less the start's turn
+    const from = link.ball.base < 0 ? IDENTITY : links[link.ball.base].start;
+    link.ball.R = times(times(transposed(from.R), link.start.R), transposed(link.ball.start));
+    link.ball.p = seen(from, link.start.p);
+  }
   link.colour = link.type === "fixed" ? (link.parent < 0 ? "#8b97a3" : links[link.parent].colour) : colourOf(moving.indexOf(link), moving.length);
 }
 function carrier(name) {
@@ -64,6 +88,12 @@ function posesAt(row) {
   const poses = [];
   for (const link of links) {
     const base = link.parent < 0 ? IDENTITY : poses[link.parent];
+    if (link.ball) {
+      const from = link.ball.base < 0 ? IDENTITY : poses[link.ball.base];
+      const turn = turnAt(link.ball.columns, row);
+      poses.push({ R: times(times(from.R, link.ball.R), turn), p: place(from, link.ball.p) });
+      continue;
+    }
     let R = times(base.R, link.R), p = place(base, link.p);
     const moved = link.column ? valueAt(link.column, row) - link.q0 : 0;
     if (moved && link.type === "revolute") {

@@ -15,8 +15,10 @@ from build_fmu.describe import Description
 
 SCRIPTS = ("data.js", "mechanism.js", "view.js", "paint.js", "plots.js", "player.js")
 TITLES = {"q": "Joint position", "qd": "Joint velocity", "qdd": "Joint acceleration", "tau": "Drive torque or force", "energy": "Energy",
-          "balance": "Energy balance: total − start − work", "gap": "Loop gap", "lambda": "Loop multipliers"}  # fmt: skip
-ORDER = ("q", "qd", "tau", "energy", "balance", "gap", "qdd", "lambda")
+          "balance": "Energy balance: total − start − work", "gap": "Loop gap", "lambda": "Loop multipliers",
+          "quaternion": "Quaternion (w, x, y, z)", "omega": "Angular velocity in link axes", "alpha": "Angular acceleration in link axes",
+          "angle": "Angles about z, x, y", "position": "Frame position", "velocity": "Frame velocity"}  # fmt: skip
+ORDER = ("q", "angle", "qd", "omega", "tau", "energy", "balance", "gap", "position", "velocity", "quaternion", "qdd", "alpha", "lambda")
 AT_REST = ("q", "qd", "qdd", "tau", "energy")  # rounding errors of these are not blown up to the height of a panel
 MOST_VALUES = 60_000  # in the page; a longer run keeps every k-th row
 HIDDEN = ("solver",)
@@ -62,18 +64,19 @@ def _base64(array: np.ndarray) -> str:
 
 
 def _drawing(model: Description | None, columns: dict[str, np.ndarray]) -> dict[str, Any]:
-    """The mechanism at its start pose; each moving link learns its joint's column and that joint's value in the drawing."""
+    """The mechanism at its start pose; each moving link learns the column of its joint, each ball those of its quaternion."""
     if model is None:
         return {"links": []}
-    starts = [v for v in model.variables if v.name.endswith(".q0")]
-    moving = [i for i, link in enumerate(model.drawing["links"]) if link["type"] != "fixed"]
-    known = dict(zip(moving, starts, strict=True)) if len(starts) == len(moving) else {}
     links = []
-    for i, link in enumerate(model.drawing["links"]):
-        variable = known.get(i)
-        name = variable.name.removesuffix("0") if variable else None
-        links.append({**link, "q": name if name in columns else None, "q0": float(variable.start or 0) if variable else 0.0})
-    return {**model.drawing, "links": links}
+    for link in model.drawing["links"]:
+        name = f"{link['joint']}.q" if link.get("joint") and link["type"] != "fixed" else None
+        links.append({**link, "q": name if name in columns else None, "q0": link.get("q", 0.0)})
+    balls = []
+    for ball in model.drawing.get("balls", []):
+        names = [f"{ball['name']}.quaternion[{i}]" for i in range(1, 5)]
+        if all(name in columns for name in names):
+            balls.append({**ball, "columns": names})
+    return {**model.drawing, "links": links, "balls": balls}
 
 
 def _panels(columns: dict[str, np.ndarray], units: dict[str, tuple[str, float]]) -> list[dict[str, Any]]:
@@ -87,7 +90,9 @@ def _panels(columns: dict[str, np.ndarray], units: dict[str, tuple[str, float]])
         panel = found.setdefault((kind, unit), {"title": TITLES.get(kind, kind), "unit": unit, "factor": factor, "rest": kind in AT_REST,
                                                 "joints": len(joints), "curves": []})
         head = name.rpartition(".")[0]
-        label = name.rpartition(".")[2] if kind in ("energy", "balance") else head if kind in TITLES else name
+        tail = name.rpartition(".")[2]
+        # a vector's parts keep their index
+        label = tail if kind in ("energy", "balance") else head + tail[len(kind):] if kind in TITLES else name
         panel["curves"].append({"name": name, "label": label or name, "joint": joints.index(head) if head in joints else -1, "dash": kind == "energy"})
     rank = {kind: i for i, kind in enumerate(ORDER)}
     return [panel for (kind, _), panel in sorted(found.items(), key=lambda item: rank.get(item[0][0], len(rank)))]

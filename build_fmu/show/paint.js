@@ -97,7 +97,9 @@ function bonesOf(poses) {
 function paintLinks(poses) {
   for (const [a, b, colour, width] of bonesOf(poses)) tube(a, b, width * thick, width * thick * (width === 1 ? 0.82 : 1), colour);
   links.forEach((link, i) => {
+    if (link.hidden) return;
     const { R, p } = poses[i], axis = [R[2], R[5], R[8]];
+    if (link.type === "spherical") ball(p, 1.6 * thick, link.colour);
     if (link.parent < 0 && link.type !== "fixed") tube(plus(p, axis, -1.15 * thick), plus(p, axis, 1.15 * thick), 1.75 * thick, 1.75 * thick, css("--metal"));
     if (link.type === "revolute") tube(plus(p, axis, -1.7 * thick), plus(p, axis, 1.7 * thick), 1.28 * thick, 1.28 * thick, link.colour);
     if (link.type === "prismatic") {
@@ -138,8 +140,10 @@ function label(point, text, colour, shift = 9) {
 function paintNames(poses) {
   const spots = [];
   links.forEach((link, i) => {
+    if (link.hidden) return;
     const q = project(poses[i].p);
     const spot = spots.find((other) => Math.hypot(other.q[0] - q[0], other.q[1] - q[1]) < 18);
+    if (spot && spot.names.includes(link.name)) return;
     if (spot) spot.names.push(link.name); else spots.push({ q, p: poses[i].p, names: [link.name] });
   });
   for (const { p, names } of spots) label(p, names.length < 4 ? names.join(", ") : `${names[0]} … ${names[names.length - 1]}`, css("--ink"), 12);

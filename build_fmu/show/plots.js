@@ -1,10 +1,11 @@
 // The plots: curves over time with ticks, a legend that shows the values at the cursor, a click that moves the run.
-const LEFT = 54, RIGHT = 10, TOP = 6, BOTTOM = 20;
+const LEFT = 60, RIGHT = 10, TOP = 6, BOTTOM = 20;
 
 function shown(x) {
   if (!isFinite(x)) return "–";
   const size = Math.abs(x);
-  if (size !== 0 && (size < 1e-3 || size >= 1e5)) return power(x.toExponential(2));
+  if (size === 0) return "0";
+  if (size < 1e-3 || size >= 1e5) return power(x.toExponential(2));
   return x.toFixed(size < 1 ? 4 : size < 100 ? 2 : 1).replace("-", "−");
 }
 // 1.5e-8 as 1.5·10⁻⁸
@@ -86,6 +87,7 @@ class Panel {
     if (!(high >= low)) [low, high] = [-1, 1];
     low *= this.factor;
     high *= this.factor;
+    this.most = Math.max(Math.abs(low), Math.abs(high));
     // rounding errors of something at rest are no motion
     if (this.rest && high - low < 1e-6 * Math.max(1, Math.abs(low), Math.abs(high))) return [(low + high) / 2 - 1, (low + high) / 2 + 1];
     const margin = 0.06 * (high - low) || Math.abs(high) || 1;
@@ -151,6 +153,9 @@ class Panel {
   }
   moveTo(t, row) {
     if (this.x) this.cursor.style.transform = `translateX(${this.x(t)}px)`;
-    if (row) for (const curve of this.curves) curve.shown.textContent = shown(valueAt(curve.values, row) * this.factor);
+    if (row) for (const curve of this.curves) {
+      const value = valueAt(curve.values, row) * this.factor;
+      curve.shown.textContent = shown(this.rest && Math.abs(value) < 1e-9 * Math.max(1, this.most) ? 0 : value);
+    }
   }
 }

@@ -1,0 +1,249 @@
+"""The page of a run: complete in itself, safe with odd names, and its own kinematics checked in a browser where there is one."""
+
+import html
+import json
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from build_fmu import native
+from build_fmu.cli import main
+from build_fmu.errors import UserError
+from build_fmu.importers.draft import DhFrame
+from build_fmu.importers.rigid import pose_of
+from build_fmu.show.page import MOST_VALUES, Run, page
+
+MODEL = """
+name = "reach"
+description = "A <b>turning</b> arm & a slider"
+gravity = [0, 0, -9.81]
+[[link]]
+name = "mast"
+gamma = 0.3
+b = 0.1
+alpha = 0.4
+a = 0.2
+mass = 1
+inertia = [1, 1, 1]
+q = 0.5
+qd = 1
+[[link]]
+name = "plate"
+joint = "fixed"
+alpha = 1.1
+a = 0.3
+[[link]]
+name = "slide"
+joint = "prismatic"
+alpha = -0.7
+d = 0.2
+theta = 0.6
+mass = 1
+q = 0.1
+[[link]]
+name = "hand"
+alpha = 1.2
+a = 0.25
+mass = 0.5
+com = [0.1, 0.2, 0.3]
+inertia = [0.1, 0.1, 0.1]
+[[spring]]
+name = "coil"
+link_a = "ground"
+link_b = "slide"
+point_a = [1, 0, 0]
+stiffness = 3
+[fmu]
+stop_time = 0.5
+step_size = 0.01
+"""
+DH = {"mast": DhFrame(0.3, 0.1, 0.4, 0.2), "plate": DhFrame(alpha=1.1, a=0.3), "slide": DhFrame(alpha=-0.7, theta=0.6, d=0.2), "hand": DhFrame(alpha=1.2, a=0.25)}
+JOINTS = {"mast": "revolute", "plate": "fixed", "slide": "prismatic", "hand": "revolute"}
+
+
+def built() -> bool:
+    try:
+        return bool(native.describe_program() and native.library())
+    except UserError:
+        return False
+
+
+needs_library = pytest.mark.skipif(not built(), reason="the library is not built: run `make build`")
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+needs_browser = pytest.mark.skipif(BROWSER is None, reason="there is no chromium")
+
+
+@pytest.fixture
+def model_file(tmp_path):
+    path = tmp_path / "reach.toml"
+    path.write_text(MODEL, encoding="utf-8")
+    return path
+
+
+def data_of(text):
+    return json.loads(re.search(r'<script type="application/json" id="run">(.*?)</script>', text, re.DOTALL)[1])
+
+
+@needs_library
+def test_one_file_that_asks_for_nothing_else(model_file, tmp_path, capsys):
+    out = tmp_path / "page.html"
+    assert main(["show", str(model_file), "-o", str(out)]) == 0
+    assert "open it in a browser" in capsys.readouterr().out
+    text = out.read_text(encoding="utf-8")
+    assert len(text) < 300_000 and "default-src 'none'" in text
+    assert not re.search(r"https?://|src=|href=|@import|url\(", text.replace("<p id=", ""))
+    assert "A &lt;b&gt;turning&lt;/b&gt; arm &amp; a slider" in text
+    data = data_of(text)
+    assert [panel["title"] for panel in data["panels"]][:3] == ["Joint position", "Joint position", "Joint velocity"]
+    assert {panel["unit"] for panel in data["panels"][:2]} == {"deg", "m"}
+    assert [link["q"] for link in data["drawing"]["links"]] == ["mast.q", None, "slide.q", "hand.q"]
+    assert [link["q0"] for link in data["drawing"]["links"]] == [0.5, 0, 0.1, 0]
+
+
+@needs_library
+def test_an_fmu_and_a_record(model_file, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["build", str(model_file)]) == 0
+    assert main(["simulate", "reach.fmu", "--csv", "run.csv", "--input", "mast.tau=1"]) == 0
+    for targets, links in ((["reach.fmu"], 4), (["run.csv", "reach.fmu"], 4), (["run.csv"], 0)):
+        assert main(["show", *targets, "-o", "x.html"]) == 0
+        assert len(data_of((tmp_path / "x.html").read_text(encoding="utf-8"))["drawing"]["links"]) == links
+    assert main(["show", "run.csv"]) == 0 and (tmp_path / "run.html").is_file()
+    assert main(["simulate", "reach.fmu", "--csv", "part.csv", "--output", "mast.q"]) == 0
+    capsys.readouterr()
+    assert main(["show", "part.csv", "reach.fmu"]) == 0
+    assert "'part.csv' has no column 'slide.q' and 1 more: these joints stand still" in capsys.readouterr().err
+
+
+@needs_library
+@pytest.mark.parametrize(
+    ("targets", "sentence"),
+    [
+        (["a.txt"], "neither an FMU"),
+        (["reach.toml", "reach.toml"], "show takes one FMU or model file"),
+        (["missing.fmu"], "there is no FMU 'missing.fmu'"),
+        (["missing.csv"], "cannot read 'missing.csv'"),
+        (["broken.fmu"], "is not a readable FMU"),
+        (["empty.csv"], "has no column but time"),
+        (["reach.toml", "-o", "page.pdf"], "must end in .html"),
+        (["empty.csv", "--stop", "1"], "--stop belongs to a run"),
+    ],
+)
+def test_mistakes(model_file, tmp_path, monkeypatch, capsys, targets, sentence):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "broken.fmu").write_bytes(b"PK no")
+    (tmp_path / "empty.csv").write_text("time\n0\n1\n")
+    assert main(["show", *targets]) == 1
+    said = capsys.readouterr().err
+    assert sentence in said and len(said.strip().splitlines()) == 1 and not list(tmp_path.glob("*.html"))
+
+
+def test_names_cannot_leave_the_data(crane):
+    run = Run(np.array([0.0, 1.0]), {"</script><b>.q": np.array([0.0, 1.0])})
+    text, _ = page("</title><i>", "a & b", run, None)
+    assert "</script><b>" not in text and "</title><i>" not in text
+    assert data_of(text)["names"] == ["</script><b>.q"]
+
+
+def test_long_runs_keep_every_kth_row_and_the_last(crane):
+    time = np.linspace(0, 1, 100_001)
+    text, stride = page("x", "", Run(time, {"a.q": time, "b.q": time}), None)
+    assert stride == 4 and len(text) < 1_000_000
+    values = np.frombuffer(__import__("base64").b64decode(data_of(text)["time"]), "<f8")
+    assert values[0] == 0 and values[-1] == 1 and 2 * len(values) <= MOST_VALUES + 2
+
+
+def test_the_crane_of_a_record(crane):
+    """A table with other names than the model's leaves the drawing in its start pose."""
+    text, _ = page("x", "", Run(np.array([0.0, 1.0]), {"other": np.array([0.0, 1.0])}), crane)
+    assert all(link["q"] is None for link in data_of(text)["drawing"]["links"])
+
+
+def browse(path, folder, *options):
+    profile = folder / "profile"
+    command = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+               "--disable-component-update", "--disable-sync", "--window-size=1300,800", f"--user-data-dir={profile}", *options, path]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=True, cwd=folder).stdout
+
+
+def attribute(dom, name):
+    found = re.search(rf'data-{name}="([^"]*)"', dom)
+    return html.unescape(found[1]) if found else None
+
+
+@needs_library
+@needs_browser
+def test_the_browser_puts_the_links_where_the_model_has_them(model_file, tmp_path):
+    """Also from another start than the drawing's: only the difference of the joint values counts."""
+    record, out = tmp_path / "run.csv", tmp_path / "page.html"
+    start = ["--start", "mast.q0=-0.7", "slide.q0=0.4"]
+    assert main(["simulate", str(model_file), *start, "--csv", str(record)]) == 0
+    assert main(["show", str(model_file), *start, "-o", str(out)]) == 0
+    dom = browse(f"{out.as_uri()}#t=0.25", tmp_path, "--dump-dom")
+    assert attribute(dom, "trouble") is None and int(attribute(dom, "faces")) > 100
+    table = np.genfromtxt(record, delimiter=",", names=True, deletechars="")
+    row = table[np.argmin(np.abs(table["time"] - 0.25))]
+    pose = np.eye(4)
+    for name, dh in DH.items():
+        pose = pose @ pose_of(dh, JOINTS[name], row[f"{name}.q"] if f"{name}.q" in table.dtype.names else 0.0)
+    assert json.loads(attribute(dom, "tips"))[0] == pytest.approx((pose @ [0.1, 0.2, 0.3, 1])[:3], abs=1e-6)
+    assert "0.250 of 0.500 s" in dom and dom.count('class="panel"') >= 5
+
+
+@needs_library
+@needs_browser
+def test_a_spherical_joint_turns_by_its_quaternion(tmp_path):
+    model, record, out = tmp_path / "ball.toml", tmp_path / "run.csv", tmp_path / "page.html"
+    model.write_text("""
+name = "ball"
+[[link]]
+name = "arm"
+alpha = 0.7
+mass = 1
+com = [0.5, 0, 0]
+inertia = [0.1, 0.1, 0.1]
+[[link]]
+name = "body"
+joint = "spherical"
+joint_name = "socket"
+a = 1
+alpha = 0.4
+mass = 1
+com = [0.3, 0.1, -0.4]
+inertia = [0.1, 0.2, 0.2]
+q = [0.3, -0.4, 0.5]
+qd = [1, 2, 3]
+""", encoding="utf-8")
+    assert main(["simulate", str(model), "--stop", "0.5", "--step", "0.01", "--csv", str(record)]) == 0
+    assert main(["show", str(model), str(record), "-o", str(out)]) == 0
+    dom = browse(f"{out.as_uri()}#t=0.25", tmp_path, "--dump-dom")
+    table = np.genfromtxt(record, delimiter=",", names=True, deletechars="")
+    row = table[np.argmin(np.abs(table["time"] - 0.25))]
+    w, x, y, z = (row[f"socket.quaternion[{i}]"] for i in range(1, 5))
+    com = np.array([0.3, 0.1, -0.4])
+    axis = np.array([x, y, z])
+    turned = com + 2 * np.cross(axis, np.cross(axis, com) + w * com)
+    expected = pose_of(DhFrame(alpha=0.7), "revolute", row["arm.q"]) @ pose_of(DhFrame(alpha=0.4, a=1)) @ [*turned, 1]
+    assert attribute(dom, "trouble") is None
+    assert json.loads(attribute(dom, "tips"))[0] == pytest.approx(expected[:3], abs=1e-6)
+
+
+@needs_library
+@needs_browser
+def test_the_run_plays_by_itself(model_file, tmp_path):
+    out = tmp_path / "page.html"
+    assert main(["show", str(model_file), "-o", str(out)]) == 0
+    dom = browse(out.as_uri(), tmp_path, "--virtual-time-budget=400", "--dump-dom")
+    clock = re.search(r'<output id="clock">([\d.]+) of', dom)
+    assert attribute(dom, "trouble") is None and float(clock[1]) > 0
+
+
+@needs_browser
+def test_a_record_without_mechanism(tmp_path):
+    (tmp_path / "a.csv").write_text("time,x,y.q\n0,1,0\n1,nan,2\n2,3,2\n".replace("nan", "2"))
+    assert main(["show", str(tmp_path / "a.csv"), "-o", str(tmp_path / "a.html")]) == 0
+    dom = browse((tmp_path / "a.html").as_uri() + "#t=1", tmp_path, "--dump-dom")
+    assert attribute(dom, "trouble") is None and dom.count('class="panel"') == 2 and 'class="plain"' in dom
