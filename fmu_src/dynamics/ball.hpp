@@ -11,10 +11,12 @@
 
 namespace redysim {
 
-struct BallAngles {
+template <class Scalar>
+struct BallAnglesOf {
   bool turned = false;  // beta = 90 deg
-  double phi = 0, theta = 0, psi = 0;
+  Scalar phi = 0, theta = 0, psi = 0;
 };
+using BallAngles = BallAnglesOf<double>;
 
 inline Mat3<double> rotation_of(const double* quaternion) {
   return Eigen::Quaterniond(quaternion[0], quaternion[1], quaternion[2], quaternion[3])
@@ -54,24 +56,33 @@ inline Mat3<double> rotation_of(const BallAngles& angles) {
 }
 
 // E: angular velocity in link axes = E (phi', theta', psi').
-inline Mat3<double> rate_matrix(const BallAngles& a) {
-  const double st = std::sin(a.theta), ct = std::cos(a.theta), sp = std::sin(a.psi), cp = std::cos(a.psi);
-  Mat3<double> E;
-  E << -sp * ct, cp, 0, st, 0, 1, cp * ct, sp, 0;
+template <class Scalar>
+Mat3<Scalar> rate_matrix(const BallAnglesOf<Scalar>& a) {
+  using std::cos;
+  using std::sin;
+  const Scalar st = sin(a.theta), ct = cos(a.theta), sp = sin(a.psi), cp = cos(a.psi);
+  Mat3<Scalar> E;
+  E << -sp * ct, cp, Scalar(0), st, Scalar(0), Scalar(1), cp * ct, sp, Scalar(0);
   return E;
 }
 
 // E^-1 omega, without a matrix inverse; cos(theta) >= 1/sqrt(2) in the better chart.
-inline Vec3<double> angle_rates(const BallAngles& a, const Vec3<double>& omega) {
-  const double st = std::sin(a.theta), ct = std::cos(a.theta), sp = std::sin(a.psi), cp = std::cos(a.psi);
-  const double phi_rate = (cp * omega.z() - sp * omega.x()) / ct;
+template <class Scalar>
+Vec3<Scalar> angle_rates(const BallAnglesOf<Scalar>& a, const Vec3<Scalar>& omega) {
+  using std::cos;
+  using std::sin;
+  const Scalar st = sin(a.theta), ct = cos(a.theta), sp = sin(a.psi), cp = cos(a.psi);
+  const Scalar phi_rate = (cp * omega.z() - sp * omega.x()) / ct;
   return {phi_rate, cp * omega.x() + sp * omega.z(), omega.y() - st * phi_rate};
 }
 
 // E' (phi', theta', psi'): what the angular acceleration has beyond E (phi'', theta'', psi'').
-inline Vec3<double> rate_bias(const BallAngles& a, const Vec3<double>& rates) {
-  const double st = std::sin(a.theta), ct = std::cos(a.theta), sp = std::sin(a.psi), cp = std::cos(a.psi);
-  const double u = rates.x(), v = rates.y(), w = rates.z();
+template <class Scalar>
+Vec3<Scalar> rate_bias(const BallAnglesOf<Scalar>& a, const Vec3<Scalar>& rates) {
+  using std::cos;
+  using std::sin;
+  const Scalar st = sin(a.theta), ct = cos(a.theta), sp = sin(a.psi), cp = cos(a.psi);
+  const Scalar u = rates.x(), v = rates.y(), w = rates.z();
   return {(st * sp * v - ct * cp * w) * u - sp * w * v, ct * v * u,
           -(ct * sp * w + st * cp * v) * u + cp * w * v};
 }

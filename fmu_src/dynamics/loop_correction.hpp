@@ -4,33 +4,42 @@
 
 namespace redysim {
 
-// delta = -M^-1 J^T (J M^-1 J^T)^+ r: the smallest change of q or qd in the mass metric that takes the
-// residuals r away to first order. Uses the elimination that forward_dynamics left in the workspace (same
-// or nearby q) and reads r from ws.loop.b with its sign turned, b = -r; overwrites p, u, acceleration,
-// lambda.
+// Leaves to root at rest: one joint pushed by `force` against what its subtree answers.
 template <class Scalar>
-void correct_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, Scalar* delta) {
+void pass_force(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, const Scalar& force) {
+  const JointPlan<Scalar>& joint = plan.joints[i];
+  JointState<Scalar>& s = ws.joints[i];
+  s.u = force - (joint.prismatic ? s.p.force.z() : s.p.moment.z());
+  if (joint.parent == ground) return;
+  const Scalar scaled = s.u * s.D_inverse;
+  Force<Scalar> p{s.p.moment + s.U.moment * scaled, s.p.force + s.U.force * scaled};
+  to_parent(joint, s, p);
+  add(ws.joints[joint.parent].p, p);
+}
+
+// Accelerations at rest, without gravity, that answer joint forces (nv; null: none) and make the
+// accelerations of the loop rows b, read from ws.loop.b. Uses the elimination that forward_dynamics left in
+// the workspace (same or nearby q); overwrites p, u, acceleration, lambda and b.
+template <class Scalar>
+void respond(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* forces, Scalar* qdd) {
   LoopState<Scalar>& state = ws.loop;
   for (auto& s : ws.joints) s.p = Force<Scalar>::zero();
-  auto pass_up = [&plan, &ws](int i) {
-    const JointPlan<Scalar>& joint = plan.joints[i];
-    JointState<Scalar>& s = ws.joints[i];
-    s.u = joint.prismatic ? -s.p.force.z() : -s.p.moment.z();
-    if (joint.parent == ground) return;
-    const Scalar scaled = s.u * s.D_inverse;
-    Force<Scalar> p{s.p.moment + s.U.moment * scaled, s.p.force + s.U.force * scaled};
-    to_parent(joint, s, p);
-    add(ws.joints[joint.parent].p, p);
-  };
+  const auto pass = [&](int i) { pass_force(plan, ws, i, forces ? forces[i] : Scalar(0)); };
+  if (plan.clusters.empty()) {
+    const int n = static_cast<int>(plan.joints.size());
+    for (int i = n - 1; i >= 0; --i) pass(i);
+    for (int i = 0; i < n; ++i) accelerate_joint(plan, ws, i, qdd, Scalar(0), /*at_rest=*/true);
+    return;
+  }
   for (const EliminationStep& step : plan.elimination) {
     if (!step.is_cluster) {
-      pass_up(step.index);
+      pass(step.index);
       continue;
     }
     const ClusterPlan& cluster = plan.clusters[static_cast<std::size_t>(step.index)];
     for (std::size_t k = 0; k < cluster.joints.size(); ++k) {
       const int i = cluster.joints[k];
-      pass_up(i);
+      pass(i);
       for (int n = cluster.passage_begin[k]; n < cluster.passage_begin[k + 1]; ++n)
         state.b[cluster.passages[n].row] -=
             state.passage_u[cluster.first_passage + n] * ws.joints[i].u * ws.joints[i].D_inverse;
@@ -43,7 +52,14 @@ void correct_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, Scalar* delt
       ws.joints[cluster.root].p.force -= state.K[row].force * state.lambda[row];
     }
   }
-  accelerate_with_loops(plan, ws, delta, /*at_rest=*/true);
+  accelerate_with_loops(plan, ws, qdd, /*at_rest=*/true);
+}
+
+// delta = -M^-1 J^T (J M^-1 J^T)^+ r: the smallest change of q or qd in the mass metric that takes the
+// residuals r away to first order; reads r from ws.loop.b with its sign turned, b = -r. As `respond`.
+template <class Scalar>
+void correct_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, Scalar* delta) {
+  respond(plan, ws, static_cast<const Scalar*>(nullptr), delta);
 }
 
 }  // namespace redysim

@@ -4,16 +4,14 @@
 
 namespace redysim {
 
-// Inverse dynamics, recursive Newton-Euler (Luh, Walker, Paul 1980; the seed's Fig. 2 left): tau (nv)
-// that gives qdd at (q, qd) for the open tree, gravity included, springs, dampers and armature counted
-// as part of the plant. Uses q, qd, qdd (nv); fills the workspace's accelerations and wrenches.
+// Root to leaves: accelerations of the bodies (minus gravity) and the wrench that each alone takes, into
+// ws.joints[i].acceleration and .p.
 template <class Scalar>
-void inverse_dynamics(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
-                      const Scalar* qdd, Scalar* tau) {
-  const int n = static_cast<int>(plan.joints.size());
+void set_body_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
+                       const Scalar* qdd) {
   set_positions(plan, ws, q);
   set_velocities(plan, ws, qd);
-  for (int i = 0; i < n; ++i) {
+  for (std::size_t i = 0; i < plan.joints.size(); ++i) {
     const JointPlan<Scalar>& joint = plan.joints[i];
     JointState<Scalar>& s = ws.joints[i];
     Motion<Scalar> a{Vec3<Scalar>::Zero(), -plan.gravity};
@@ -27,9 +25,13 @@ void inverse_dynamics(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sca
     s.p = body_bias(joint.inertia, s.omega);
     add(s.p, joint.inertia * a);
   }
-  if (!plan.needs_pose.empty()) set_ground_motion(plan, ws, qd);
-  if (!plan.springs.empty()) add_spring_wrenches(plan, ws);
-  for (int i = n - 1; i >= 0; --i) {
+}
+
+// Leaves to root: what the joints must give for the wrenches in ws.joints[i].p; sums these up on the way.
+template <class Scalar>
+void collect_joint_forces(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
+                          const Scalar* qdd, Scalar* tau) {
+  for (int i = static_cast<int>(plan.joints.size()) - 1; i >= 0; --i) {
     const JointPlan<Scalar>& joint = plan.joints[i];
     JointState<Scalar>& s = ws.joints[i];
     const Scalar along = joint.prismatic ? s.p.force.z() : s.p.moment.z();
@@ -39,6 +41,18 @@ void inverse_dynamics(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sca
     to_parent(joint, s, p);
     add(ws.joints[joint.parent].p, p);
   }
+}
+
+// Inverse dynamics, recursive Newton-Euler (Luh, Walker, Paul 1980; the seed's Fig. 2 left): tau (nv)
+// that gives qdd at (q, qd) for the open tree, gravity included, springs, dampers and armature counted
+// as part of the plant. Uses q, qd, qdd (nv); fills the workspace's accelerations and wrenches.
+template <class Scalar>
+void inverse_dynamics(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
+                      const Scalar* qdd, Scalar* tau) {
+  set_body_wrenches(plan, ws, q, qd, qdd);
+  if (!plan.needs_pose.empty()) set_ground_motion(plan, ws, qd);
+  if (!plan.springs.empty()) add_spring_wrenches(plan, ws);
+  collect_joint_forces(plan, ws, q, qd, qdd, tau);
 }
 
 }  // namespace redysim

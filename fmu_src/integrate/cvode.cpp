@@ -96,7 +96,8 @@ class Cvode final : public Integrator {
 
   Context context_;
   LastMessage message_;
-  Vector ahead_, weights_, error_;  // ahead_: the state at ahead_time_
+  Vector ahead_, weights_, error_;           // ahead_: the state at ahead_time_
+  std::unique_ptr<DenseJacobian> jacobian_;  // BDF alone
   Matrix matrix_;
   LinearSolver linear_solver_;
   NonlinearSolver nonlinear_solver_;
@@ -145,6 +146,7 @@ void Cvode::build() {
   CVodeWFtolerances(cvode, &Cvode::weights);
   if (settings_.max_step > 0) CVodeSetMaxStep(cvode, settings_.max_step);
   if (bdf) {
+    jacobian_ = std::make_unique<DenseJacobian>(system_);
     matrix_.reset(created(SUNDenseMatrix(system_.size(), system_.size(), context_)));
     linear_solver_.reset(created(SUNLinSol_Dense(ahead_.get(), matrix_.get(), context_)));
     CVodeSetLinearSolver(cvode, linear_solver_.get(), matrix_.get());
@@ -195,12 +197,13 @@ int Cvode::weights(N_Vector y, N_Vector weights, void* self_pointer) {
   return 0;
 }
 
-int Cvode::jacobian(double time, N_Vector y, N_Vector slope, SUNMatrix matrix, void* self_pointer, N_Vector,
+int Cvode::jacobian(double time, N_Vector y, N_Vector, SUNMatrix matrix, void* self_pointer, N_Vector,
                     N_Vector, N_Vector) {
   Cvode& self = *static_cast<Cvode*>(self_pointer);
   if (self.warming_up_) return SUNMatZero(matrix);
-  return static_cast<int>(dense_jacobian(self.system_, time, data(y), data(slope), SM_DATA_D(matrix),
-                                         self.room_.probe, self.statistics_.evaluations));
+  ++self.statistics_.jacobians;
+  ++self.statistics_.evaluations;
+  return static_cast<int>(self.jacobian_->evaluate(time, data(y), SM_DATA_D(matrix)));
 }
 
 int Cvode::project(double time, N_Vector y, N_Vector correction, double, N_Vector error, void* self_pointer) {

@@ -2,14 +2,28 @@
 
 #include <vector>
 
+#include "dynamics/derivatives.hpp"
 #include "integrate/system.hpp"
 
 namespace redysim {
 
-// d(ydot)/dy at (time, y), columns of length System::size() one after the other in `jacobian`;
-// `slope` = f(time, y), `room` as long as a column. Difference quotients: a right-hand side a column,
-// added to `evaluations`; the work is no argument of the right-hand side.
-Status dense_jacobian(System& system, double time, const double* y, const double* slope, double* jacobian,
-                      std::vector<double>& room, long& evaluations);
+// d(ydot)/dy of a system, exact (dynamics/derivatives.hpp). Owned by the implicit methods alone.
+class DenseJacobian {
+ public:
+  explicit DenseJacobian(System& system);
+
+  // Fills `matrix`, columns of length System::size() one after the other. Costs about a right-hand side for
+  // each column, and one by itself, which counts as an evaluation.
+  Status evaluate(double time, const double* y, double* matrix);
+
+ private:
+  void add_rows(const double* change, double* column) const;
+  void set_ball(int ball, const double* y, double* matrix);
+
+  System& system_;
+  Derivatives derivatives_;
+  std::vector<int> variables_;  // simple joints' positions, their velocities, then 9 a spherical joint
+  std::vector<double> columns_, qdd_, tau_, change_;
+};
 
 }  // namespace redysim

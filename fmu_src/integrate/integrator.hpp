@@ -13,6 +13,7 @@ struct Statistics {
   long steps = 0;             // accepted internal steps
   long rejected = 0;          // error-test and solver failures
   long evaluations = 0;       // right-hand sides
+  long jacobians = 0;         // of the right-hand side; none with an explicit method
   double step_size = 0;       // s, last accepted
   double error_estimate = 0;  // weighted local error of the last step, 1 = the tolerance
 };

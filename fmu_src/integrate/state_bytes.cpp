@@ -4,7 +4,7 @@ namespace redysim {
 
 StateHeader state_header(const System& system, const SolverSettings& settings, SolverMethod method) {
   constexpr std::uint32_t magic = 0x49534452;  // "RDSI"
-  constexpr std::uint32_t version = 1;         // of the bytes below the header too
+  constexpr std::uint32_t version = 2;         // of the bytes below the header too
   return {magic,         version,       static_cast<std::uint32_t>(method),
           system.nq(),   system.nv(),   system.size(),
           settings.rtol, settings.atol, settings.max_step};
@@ -43,18 +43,21 @@ void put(StateWriter& writer, const Statistics& statistics) {
   writer.put<std::int64_t>(statistics.steps);
   writer.put<std::int64_t>(statistics.rejected);
   writer.put<std::int64_t>(statistics.evaluations);
+  writer.put<std::int64_t>(statistics.jacobians);
   writer.put(statistics.step_size);
   writer.put(statistics.error_estimate);
 }
 
 void get(StateReader& reader, Statistics& statistics) {
-  std::int64_t steps = 0, rejected = 0, evaluations = 0;
+  std::int64_t steps = 0, rejected = 0, evaluations = 0, jacobians = 0;
   reader.get(steps);
   reader.get(rejected);
   reader.get(evaluations);
+  reader.get(jacobians);
   statistics.steps = static_cast<long>(steps);
   statistics.rejected = static_cast<long>(rejected);
   statistics.evaluations = static_cast<long>(evaluations);
+  statistics.jacobians = static_cast<long>(jacobians);
   reader.get(statistics.step_size);
   reader.get(statistics.error_estimate);
 }

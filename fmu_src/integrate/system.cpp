@@ -83,7 +83,7 @@ System::Coordinates System::coordinates(double time, const double* y) {
 // Quaternion and angular velocity -> the angles, rates and torques of the joints they stand for.
 void System::expand_ball(int ball, const double* y) {
   const int chart = plan_.balls[ball];
-  const Eigen::Map<const Vec3<double>> omega(y + nq() + simple() + 3 * ball), torque(ball_torque(ball));
+  const Vec3<double> omega(y + nq() + simple() + 3 * ball), torque(ball_torque(ball));
   const Mat3<double> rotation = rotation_of(y + simple() + 4 * ball);
   BallAngles& angles = angles_[ball];
   angles = charts_kept_ ? angles_in_chart(rotation, angles.turned) : ball_angles(rotation);
@@ -114,7 +114,7 @@ void System::collect(const double* q, const double* qd, double* y) const {
 
 Vec3<double> System::ball_acceleration(int ball, const double* qdd) const {
   const int first = plan_.balls[ball] + 1;
-  const Eigen::Map<const Vec3<double>> rates(&qd_[first]), accelerations(qdd + first);
+  const Vec3<double> rates(&qd_[first]), accelerations(qdd + first);
   return rate_matrix(angles_[ball]) * accelerations + rate_bias(angles_[ball], rates);
 }
 

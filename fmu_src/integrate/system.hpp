@@ -75,6 +75,9 @@ class System {
   // Accelerations of all joints at (time, y) into qdd (plan().nv): the same solve as the right-hand side.
   Status accelerations(double time, const double* y, double* qdd);
 
+  // The angles of a spherical joint in the recursion, after `coordinates`.
+  const BallAngles& angles_of_ball(int ball) const { return angles_[ball]; }
+
   // Angular acceleration of a spherical joint in link axes, from what `accelerations` gave at the same y.
   Vec3<double> ball_acceleration(int ball, const double* qdd) const;
 

@@ -4,63 +4,89 @@
 #include <cmath>
 #include <limits>
 
-// Dual numbers a + b eps, eps^2 = 0: one evaluation carries an exact directional derivative. Comparisons
-// look at the value alone, so a branch on the model takes the same way as with double.
+// Dual numbers a + b eps, eps^2 = 0: one evaluation carries exact directional derivatives, as many as there
+// are directions (a power of two; the compiler keeps them in vector registers). Comparisons look at the
+// value alone, so a branch on the model takes the same way as with double.
 
 namespace redysim {
 
-struct Dual {
-  double value = 0, derivative = 0;
-
-  Dual() = default;
-  Dual(double v) : value(v) {}  // a constant; implicit, as double's own conversions
-  Dual(double v, double d) : value(v), derivative(d) {}
-
-  Dual& operator+=(const Dual& o) { return *this = {value + o.value, derivative + o.derivative}; }
-  Dual& operator-=(const Dual& o) { return *this = {value - o.value, derivative - o.derivative}; }
-  Dual& operator*=(const Dual& o) {
-    return *this = {value * o.value, derivative * o.value + value * o.derivative};
-  }
-  Dual& operator/=(const Dual& o) {
-    const double quotient = value / o.value;
-    return *this = {quotient, (derivative - quotient * o.derivative) / o.value};
-  }
-  friend Dual operator+(Dual a, const Dual& b) { return a += b; }
-  friend Dual operator-(Dual a, const Dual& b) { return a -= b; }
-  friend Dual operator*(Dual a, const Dual& b) { return a *= b; }
-  friend Dual operator/(Dual a, const Dual& b) { return a /= b; }
-  friend Dual operator-(const Dual& a) { return {-a.value, -a.derivative}; }
-  friend bool operator<(const Dual& a, const Dual& b) { return a.value < b.value; }
-  friend bool operator>(const Dual& a, const Dual& b) { return a.value > b.value; }
-  friend bool operator<=(const Dual& a, const Dual& b) { return a.value <= b.value; }
-  friend bool operator>=(const Dual& a, const Dual& b) { return a.value >= b.value; }
-  friend bool operator==(const Dual& a, const Dual& b) { return a.value == b.value; }
-  friend bool operator!=(const Dual& a, const Dual& b) { return a.value != b.value; }
+template <int directions>
+struct DirectionsOf {
+  // aligned as its numbers are, so that any container will do
+  typedef double Type __attribute__((vector_size(directions * sizeof(double)), aligned(alignof(double))));
+};
+template <>
+struct DirectionsOf<1> {
+  using Type = double;
 };
 
-inline Dual sin(const Dual& a) { return {std::sin(a.value), std::cos(a.value) * a.derivative}; }
-inline Dual cos(const Dual& a) { return {std::cos(a.value), -std::sin(a.value) * a.derivative}; }
-inline Dual abs(const Dual& a) { return a.value < 0 ? -a : a; }
-inline Dual sqrt(const Dual& a) {
-  const double root = std::sqrt(a.value);
-  return {root, a.derivative / (2 * root)};
-}
-inline Dual tanh(const Dual& a) {
-  const double t = std::tanh(a.value);
-  return {t, (1 - t * t) * a.derivative};
-}
-inline Dual exp(const Dual& a) {
-  const double e = std::exp(a.value);
-  return {e, e * a.derivative};
-}
+template <int directions>
+struct DualNumber {
+  using Derivative = typename DirectionsOf<directions>::Type;
+  double value = 0;
+  Derivative derivative = {};
+
+  DualNumber() = default;
+  DualNumber(double v) : value(v) {}  // a constant; implicit, as double's own conversions
+  DualNumber(double v, const Derivative& d) : value(v), derivative(d) {}
+
+  DualNumber& operator+=(const DualNumber& o) {
+    value += o.value;
+    derivative += o.derivative;
+    return *this;
+  }
+  DualNumber& operator-=(const DualNumber& o) {
+    value -= o.value;
+    derivative -= o.derivative;
+    return *this;
+  }
+  DualNumber& operator*=(const DualNumber& o) {
+    return *this = {value * o.value, derivative * o.value + value * o.derivative};
+  }
+  DualNumber& operator/=(const DualNumber& o) {
+    const double quotient = value / o.value, inverse = 1 / o.value;
+    return *this = {quotient, (derivative - quotient * o.derivative) * inverse};
+  }
+  friend DualNumber operator+(DualNumber a, const DualNumber& b) { return a += b; }
+  friend DualNumber operator-(DualNumber a, const DualNumber& b) { return a -= b; }
+  friend DualNumber operator*(DualNumber a, const DualNumber& b) { return a *= b; }
+  friend DualNumber operator/(DualNumber a, const DualNumber& b) { return a /= b; }
+  friend DualNumber operator-(const DualNumber& a) { return {-a.value, -a.derivative}; }
+  friend bool operator<(const DualNumber& a, const DualNumber& b) { return a.value < b.value; }
+  friend bool operator>(const DualNumber& a, const DualNumber& b) { return a.value > b.value; }
+  friend bool operator<=(const DualNumber& a, const DualNumber& b) { return a.value <= b.value; }
+  friend bool operator>=(const DualNumber& a, const DualNumber& b) { return a.value >= b.value; }
+  friend bool operator==(const DualNumber& a, const DualNumber& b) { return a.value == b.value; }
+  friend bool operator!=(const DualNumber& a, const DualNumber& b) { return a.value != b.value; }
+
+  friend DualNumber sin(const DualNumber& a) { return {std::sin(a.value), std::cos(a.value) * a.derivative}; }
+  friend DualNumber cos(const DualNumber& a) {
+    return {std::cos(a.value), -std::sin(a.value) * a.derivative};
+  }
+  friend DualNumber abs(const DualNumber& a) { return a.value < 0 ? -a : a; }
+  friend DualNumber sqrt(const DualNumber& a) {
+    const double root = std::sqrt(a.value);
+    return {root, a.derivative / (2 * root)};
+  }
+  friend DualNumber tanh(const DualNumber& a) {
+    const double t = std::tanh(a.value);
+    return {t, (1 - t * t) * a.derivative};
+  }
+  friend DualNumber exp(const DualNumber& a) {
+    const double e = std::exp(a.value);
+    return {e, e * a.derivative};
+  }
+};
+
+using Dual = DualNumber<1>;
 
 }  // namespace redysim
 
-template <>
-struct Eigen::NumTraits<redysim::Dual> : Eigen::NumTraits<double> {
-  using Real = redysim::Dual;
-  using NonInteger = redysim::Dual;
-  using Nested = redysim::Dual;
+template <int directions>
+struct Eigen::NumTraits<redysim::DualNumber<directions>> : Eigen::NumTraits<double> {
+  using Real = redysim::DualNumber<directions>;
+  using NonInteger = Real;
+  using Nested = Real;
   enum {
     IsComplex = 0,
     IsInteger = 0,

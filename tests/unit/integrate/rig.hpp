@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -30,9 +31,15 @@ struct Rig {
 
   std::vector<double> start_state() const {
     std::vector<double> y(static_cast<std::size_t>(system.size()), 0.0);
-    for (int i = 0; i < plan.nq; ++i) {
-      y[i] = model.links[plan.joints[i].link].joint.q0;
-      y[plan.nq + i] = model.links[plan.joints[i].link].joint.qd0;
+    for (int k = 0; k < system.simple(); ++k) {
+      const Joint& joint = model.links[plan.joints[system.joint_of(k)].link].joint;
+      y[k] = joint.q0;
+      y[system.nq() + k] = joint.qd0;
+    }
+    for (int ball = 0; ball < system.balls(); ++ball) {
+      const Ball& given = model.balls[ball];
+      std::copy(given.quaternion.begin(), given.quaternion.end(), &y[system.simple() + 4 * ball]);
+      std::copy(given.omega.begin(), given.omega.end(), &y[system.nq() + system.simple() + 3 * ball]);
     }
     return y;
   }

@@ -1,0 +1,308 @@
+#include "dynamics/derivatives.hpp"
+
+#include <algorithm>
+
+#include "dynamics/energy.hpp"
+#include "dynamics/loop_correction.hpp"
+#include "dynamics/rnea.hpp"
+
+// Equation numbers: docs/derivations/derivatives.md.
+
+namespace redysim {
+
+namespace {
+
+// Springs, ports and loops with constants as dual numbers; does not allocate the second time.
+void copy_elements(const Plan<double>& from, Plan<Dual>& to) {
+  to.springs.resize(from.springs.size());
+  for (std::size_t i = 0; i < from.springs.size(); ++i) {
+    const SpringPlan<double>& spring = from.springs[i];
+    to.springs[i] = {
+        spring.body_a,    spring.body_b,  spring.point_a.cast<Dual>(), spring.point_b.cast<Dual>(),
+        spring.stiffness, spring.damping, spring.rest_length};
+  }
+  to.ports.resize(from.ports.size());
+  for (std::size_t i = 0; i < from.ports.size(); ++i) {
+    const PortPlan<double>& port = from.ports[i];
+    to.ports[i] = {port.frame, port.body, port.in_ground_axes, port.rotation.cast<Dual>(),
+                   port.position.cast<Dual>()};
+  }
+}
+
+void copy_loops(const Plan<double>& from, Plan<Dual>& to) {
+  to.clusters = from.clusters;
+  for (const LoopPlan<double>& loop : from.loops) {
+    LoopPlan<Dual> copy{loop.loop,
+                        loop.body_a,
+                        loop.body_b,
+                        loop.root,
+                        loop.point_a.cast<Dual>(),
+                        loop.point_b.cast<Dual>(),
+                        loop.first_row,
+                        {}};
+    for (const ConstraintRow<double>& row : loop.rows)
+      copy.rows.push_back({static_cast<ConstraintRow<Dual>::Kind>(row.kind), row.index, row.u.cast<Dual>(),
+                           row.v.cast<Dual>()});
+    to.loops.push_back(std::move(copy));
+  }
+}
+
+Plan<Dual> elements_of(const Plan<double>& plan) {
+  Plan<Dual> elements;
+  if (plan.needs_pose.empty()) return elements;
+  elements.joints.resize(plan.joints.size());
+  elements.needs_pose = plan.needs_pose;
+  copy_elements(plan, elements);
+  copy_loops(plan, elements);
+  return elements;
+}
+
+Vec3<Dual> with(const Vec3<double>& value, const Vec3<double>& change) {
+  return {Dual(value.x(), change.x()), Dual(value.y(), change.y()), Dual(value.z(), change.z())};
+}
+
+Force<double> change_of(const Force<Dual>& f) {
+  const auto part = [](const Vec3<Dual>& v) {
+    return Vec3<double>(v[0].derivative, v[1].derivative, v[2].derivative);
+  };
+  return {part(f.moment), part(f.force)};
+}
+
+// How the bias wrench changes with the angular velocity.
+Force<double> bias_change(const RigidInertia<double>& body, const Vec3<double>& omega,
+                          const Vec3<double>& change) {
+  return {change.cross(body.inertia * omega) + omega.cross(body.inertia * change),
+          change * omega.dot(body.h) + omega * change.dot(body.h) - 2 * omega.dot(change) * body.h};
+}
+
+}  // namespace
+
+Derivatives::Derivatives(const Plan<double>& plan)
+    : bodies_(plan.joints.size()),
+      changes_(plan.joints.size()),
+      forces_(plan.joints.size()),
+      has_elements_(!plan.needs_pose.empty()),
+      plan_(elements_of(plan)),
+      workspace_(plan_),
+      port_wrenches_(6 * plan.ports.size()) {
+  lambda_.resize(workspace_.loop.lambda.size());
+  K_.resize(lambda_.size());
+}
+
+// The equations of motion at the point itself, so that each joint's wrench is known.
+void Derivatives::set_point(const Plan<double>& plan, Workspace<double>& ws, const double* q,
+                            const double* qd, const double* qdd, const double* ports) {
+  std::copy(ws.loop.lambda.begin(), ws.loop.lambda.end(), lambda_.begin());
+  // belongs to the elimination, but the rows start anew from it
+  std::copy(ws.loop.K.begin(), ws.loop.K.end(), K_.begin());
+  set_body_wrenches(plan, ws, q, qd, qdd);
+  if (has_elements_) set_ground_motion(plan, ws, qd);
+  add_spring_wrenches(plan, ws);
+  add_port_wrenches(plan, ws, ports);
+  if (!plan.loops.empty()) set_loop_rows(plan, ws);
+  for (const auto& loop : plan.loops)
+    for (std::size_t row = loop.first_row; row < loop.first_row + loop.rows.size(); ++row)
+      for (const auto& [body, wrench] :
+           {std::pair(loop.body_a, &ws.loop.wrench[0][row]), std::pair(loop.body_b, &ws.loop.wrench[1][row]),
+            std::pair(loop.root, &ws.loop.K[row])}) {
+        if (body == ground) continue;
+        ws.joints[body].p.moment -= lambda_[row] * wrench->moment;
+        ws.joints[body].p.force -= lambda_[row] * wrench->force;
+      }
+  std::copy(K_.begin(), K_.end(), ws.loop.K.begin());
+  collect_joint_forces(plan, ws, q, qd, qdd, forces_.data());
+  const Vec3<double> axis = Vec3<double>::UnitZ();
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const JointPlan<double>& joint = plan.joints[i];
+    const JointState<double>& s = ws.joints[i];
+    Mat3<double> rotation;
+    Vec3<double> position;
+    joint_pose(joint, s, rotation, position);
+    const Vec3<double> own = joint.prismatic ? Vec3<double>::Zero() : Vec3<double>(qd[i] * axis);
+    bodies_[i] = {s.omega, s.omega - own, rotation.transpose() * position, s.acceleration, s.p};
+  }
+}
+
+// Twist rates and wrenches of the bodies behind `joint`: (1)-(4) at the joint, (5) behind it.
+void Derivatives::move_subtree(const Plan<double>& plan, const Workspace<double>& ws, const double* qd,
+                               int joint, bool velocity) {
+  const Vec3<double> axis = Vec3<double>::UnitZ();
+  for (std::size_t i = 0; i < changes_.size(); ++i) {
+    const JointPlan<double>& at = plan.joints[i];
+    const Body& body = bodies_[i];
+    Change& change = changes_[i];
+    change.wrench = Force<double>::zero();
+    change.moved = static_cast<int>(i) == joint || (at.parent != ground && changes_[at.parent].moved);
+    if (!change.moved) continue;
+    if (static_cast<int>(i) == joint) {
+      change.omega.setZero();
+      change.acceleration = Motion<double>::zero();
+      const Vec3<double> turning = body.omega.cross(axis);
+      if (velocity && at.prismatic) {
+        change.acceleration.linear = 2 * turning;
+      } else if (velocity) {
+        change.omega = axis;
+        change.acceleration.angular = turning;
+      } else if (at.prismatic) {
+        change.acceleration.linear = body.acceleration.angular.cross(axis) + body.omega.cross(turning);
+      } else {
+        change.omega = turning;
+        change.acceleration = {body.acceleration.angular.cross(axis), body.acceleration.linear.cross(axis)};
+      }
+    } else {
+      const Change& parent = changes_[at.parent];
+      Motion<double> turned{parent.omega, Vec3<double>::Zero()};
+      to_body(at, ws.joints[i], turned);
+      change.omega = turned.angular;
+      change.acceleration = parent.acceleration;
+      to_body(at, ws.joints[i], change.acceleration);
+      const Vec3<double>& w = body.omega_carried;
+      change.acceleration.linear +=
+          change.omega.cross(w.cross(body.arm)) + w.cross(change.omega.cross(body.arm));
+      const Vec3<double> coriolis = qd[i] * change.omega.cross(axis);
+      if (at.prismatic)
+        change.acceleration.linear += 2 * coriolis;
+      else
+        change.acceleration.angular += coriolis;
+    }
+    change.wrench = bias_change(at.inertia, body.omega, change.omega);
+    add(change.wrench, at.inertia * change.acceleration);
+  }
+}
+
+// The bodies that springs, ports and loops look at, seen from the ground: (6)-(8).
+void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<double>& ws, int joint,
+                                     bool velocity) {
+  const bool prismatic = plan.joints[joint].prismatic;
+  const GroundState<double> carrier = ground_state(ws, plan.joints[joint].parent);
+  const Vec3<double> zero = Vec3<double>::Zero();
+  for (std::size_t i = 0; i < plan.needs_pose.size(); ++i) {
+    if (!plan.needs_pose[i]) continue;
+    const GroundState<double>& g = ws.ground[i];
+    Vec3<double> turn = zero, position = zero, omega = zero, rate = zero;
+    if (changes_[i].moved) {
+      const Vec3<double> e = ws.ground[joint].rotation.col(2);
+      const Vec3<double> shift =
+          prismatic ? e : Vec3<double>(e.cross(g.position - ws.ground[joint].position));
+      if (velocity) {
+        rate = shift;
+        if (!prismatic) omega = e;
+      } else {
+        position = shift;
+        rate = carrier.omega.cross(shift);
+        if (!prismatic) {
+          turn = e;
+          omega = e.cross(g.omega - carrier.omega);
+          rate += e.cross(g.velocity - carrier.velocity - carrier.omega.cross(g.position - carrier.position));
+        }
+      }
+    }
+    GroundState<Dual>& to = workspace_.ground[i];
+    for (int column = 0; column < 3; ++column) {
+      const Vec3<double> direction = g.rotation.col(column);
+      to.rotation.col(column) = with(direction, turn.cross(direction));
+    }
+    to.position = with(g.position, position);
+    to.omega = with(g.omega, omega);
+    to.velocity = with(g.velocity, rate);
+  }
+}
+
+// Wrenches of springs, ports and loops; returns the change of the springs' power.
+double Derivatives::change_elements(const Plan<double>& plan) {
+  for (auto& s : workspace_.joints) s.p = Force<Dual>::zero();
+  add_spring_wrenches(plan_, workspace_);
+  add_port_wrenches(plan_, workspace_, port_wrenches_.data());
+  for (std::size_t i = 0; i < plan.joints.size(); ++i)
+    add(changes_[i].wrench, change_of(workspace_.joints[i].p));
+  double power = 0;
+  for (const auto& spring : plan_.springs) {
+    const Dual rate = spring_line(spring, workspace_).rate;
+    power -= (spring.damping * rate * rate).derivative;
+  }
+  return power;
+}
+
+// Row accelerations phi'' = sum of wrench . acceleration + quadratic part, whose change ws.loop.b is to take
+// back, and the wrenches that the held lambda makes.
+void Derivatives::change_loops(const Plan<double>& plan, Workspace<double>& ws) {
+  set_loop_rows(plan_, workspace_);
+  LoopState<Dual>& state = workspace_.loop;
+  for (const auto& loop : plan_.loops) {
+    const int bodies[] = {loop.body_a, loop.body_b, loop.root};
+    for (std::size_t row = loop.first_row; row < loop.first_row + loop.rows.size(); ++row) {
+      const Force<Dual>* const wrenches[] = {&state.wrench[0][row], &state.wrench[1][row], &state.K[row]};
+      ws.loop.b[row] = state.b[row].derivative;
+      for (int side = 0; side < 3; ++side) {
+        const Force<Dual>& wrench = *wrenches[side];
+        const Force<double> change = change_of(wrench);
+        if (bodies[side] == ground) {
+          ws.loop.b[row] += change.force.dot(plan.gravity);
+          continue;
+        }
+        const Motion<double>& a = bodies_[bodies[side]].acceleration;
+        ws.loop.b[row] -= dot(change, a);
+        Change& body = changes_[bodies[side]];
+        for (int k = 0; body.moved && k < 3; ++k)
+          ws.loop.b[row] -= wrench.moment[k].value * body.acceleration.angular[k] +
+                            wrench.force[k].value * body.acceleration.linear[k];
+        body.wrench.moment -= lambda_[row] * change.moment;
+        body.wrench.force -= lambda_[row] * change.force;
+      }
+    }
+  }
+}
+
+// Leaves to root: what the joints then lack, turned into the forces that answer it: (9).
+void Derivatives::collect_forces(const Plan<double>& plan, const Workspace<double>& ws, int joint,
+                                 bool velocity) {
+  const Vec3<double> axis = Vec3<double>::UnitZ();
+  for (int i = plan.nv - 1; i >= 0; --i) {
+    const JointPlan<double>& at = plan.joints[i];
+    Force<double> f = changes_[i].wrench;
+    forces_[i] = -(at.prismatic ? f.force.z() : f.moment.z());
+    if (i == joint) forces_[i] -= velocity ? at.damping : at.stiffness;
+    if (at.parent == ground) continue;
+    if (i == joint && !velocity) {
+      const Force<double>& whole = bodies_[i].wrench;
+      f.moment += axis.cross(at.prismatic ? whole.force : whole.moment);
+      if (!at.prismatic) f.force += axis.cross(whole.force);
+    }
+    to_parent(at, ws.joints[i], f);
+    add(changes_[at.parent].wrench, f);
+  }
+}
+
+void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
+                           const double* qdd, const double* tau, const double* ports,
+                           const std::vector<int>& variables, double* columns) {
+  set_point(plan, ws, q, qd, qdd, ports);
+  if (has_elements_) {
+    copy_elements(plan, plan_);
+    std::copy_n(ports, port_wrenches_.size(), port_wrenches_.begin());
+  }
+  for (std::size_t k = 0; k < variables.size(); ++k) {
+    const int kind = variables[k] / plan.nv, joint = variables[k] % plan.nv;
+    double* column = columns + k * (static_cast<std::size_t>(plan.nv) + 1);
+    double& power = column[plan.nv];
+    if (kind == 2) {
+      power = qd[joint];
+      std::fill(forces_.begin(), forces_.end(), 0.0);
+      std::fill(ws.loop.b.begin(), ws.loop.b.end(), 0.0);
+      forces_[joint] = 1;
+    } else {
+      const bool velocity = kind == 1;
+      power = velocity ? tau[joint] - 2 * plan.joints[joint].damping * qd[joint] : 0;
+      move_subtree(plan, ws, qd, joint, velocity);
+      if (has_elements_) {
+        move_ground_states(plan, ws, joint, velocity);
+        power += change_elements(plan);
+        if (!plan.loops.empty()) change_loops(plan, ws);
+      }
+      collect_forces(plan, ws, joint, velocity);
+    }
+    respond(plan, ws, forces_.data(), column);
+  }
+}
+
+}  // namespace redysim
