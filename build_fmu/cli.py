@@ -208,7 +208,7 @@ def _parser() -> argparse.ArgumentParser:
 
     command = commands.add_parser("show", help="write a page that plays a run: the mechanism beside linked plots", description="Write one HTML file that "
                                   "plays a run in any browser, without network. An FMU or a model file is run first; with a CSV its record is played.")
-    command.add_argument("targets", nargs="+", type=Path, metavar="FMU|MODEL|CSV", help="what to run, a record to play, or both")
+    command.add_argument("targets", nargs="*", type=Path, metavar="FMU|MODEL|CSV", help="what to run, a record to play, or both")
     command.add_argument("-o", "--output", type=Path, metavar="PAGE", help="file to write (default: NAME.html here)")
     command.add_argument("--stop", type=float, metavar="T", help="stop time in s (default: the FMU's own)")
     command.add_argument("--step", type=float, metavar="H", help="time between two pictures in s (default: the FMU's own)")

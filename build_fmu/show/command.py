@@ -24,6 +24,10 @@ MODEL_IN_FMU = "resources/model.toml"
 
 def run(options: Namespace) -> int:
     """Writes the page and returns the exit code."""
+    # a target may stand after a list: --input a=1 arm.fmu
+    for values in (options.input, options.start):
+        while values and "=" not in values[-1] and values[-1].endswith((".fmu", ".toml")):
+            options.targets.append(Path(values.pop()))
     mechanism, record = _targets(options.targets)
     target = options.output or Path((record or mechanism).with_suffix(".html").name)
     if target.suffix.lower() not in (".html", ".htm"):
@@ -46,6 +50,8 @@ def run(options: Namespace) -> int:
 
 def _targets(targets: list[Path]) -> tuple[Path | None, Path | None]:
     """Returns the FMU or model and the CSV among the arguments."""
+    if not targets:
+        raise UserError("show needs an FMU, a model file or a record, for example `build-fmu show arm.fmu`")
     mechanisms = [t for t in targets if t.suffix in (".fmu", ".toml")]
     records = [t for t in targets if t.suffix.lower() == ".csv"]
     for other in targets:

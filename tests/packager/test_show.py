@@ -123,6 +123,8 @@ def test_an_fmu_and_a_record(model_file, tmp_path, capsys, monkeypatch):
     ("targets", "sentence"),
     [
         (["a.txt"], "neither an FMU"),
+        ([], "show needs an FMU, a model file or a record"),
+        (["--input", "nothing.tau=1", "reach.toml"], "there is no input 'nothing.tau'"),
         (["reach.toml", "reach.toml"], "show takes one FMU or model file"),
         (["missing.fmu"], "there is no FMU 'missing.fmu'"),
         (["missing.csv"], "cannot read 'missing.csv'"),
