@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "dynamics/joint_elimination.hpp"
 #include "dynamics/loop_rows.hpp"
 
@@ -24,6 +26,23 @@ Scalar pass_joint(const JointPlan<Scalar>& joint, const JointState<Scalar>& s, F
   return u_row;
 }
 
+// Rows that no joint is left to yield to, because motions are prescribed, are no constraints: what they have
+// of S is the rounding of levers that are zero. Here the levers are known; the factor sees S alone.
+template <class Scalar>
+void drop_unmoved_groups(const ClusterPlan& cluster, const LoopState<Scalar>& state,
+                         EnvelopeCholesky<Scalar>& S) {
+  const int first = cluster.first_row, count = cluster.row_count;
+  Scalar largest(0);
+  for (int row = first; row < first + count; ++row)
+    if (state.reach[0][row] > largest) largest = state.reach[0][row];
+  for (int begin = 0, end = 0; begin < count; begin = end) {
+    bool moved = false;
+    for (; end < count && cluster.row_group[end] == cluster.row_group[begin]; ++end)
+      moved = moved || state.reach[1][first + end] > EnvelopeCholesky<Scalar>::zero_group * largest;
+    if (!moved) S.clear(begin, end);
+  }
+}
+
 // All rows over one joint of the cluster.
 template <class Scalar>
 void pass_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t cluster_index, std::size_t k) {
@@ -42,6 +61,9 @@ void pass_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t clus
     }
     const Scalar u_row = pass_joint(plan.joints[i], s, w, state.b[passage.row]);
     state.passage_u[cluster.first_passage + n] = u_row;
+    if (plan.prescribed_count > 0)
+      for (int side = 0; side < (plan.joints[i].prescribed ? 1 : 2); ++side)
+        if (u_row * u_row > state.reach[side][passage.row]) state.reach[side][passage.row] = u_row * u_row;
     for (int m = begin; m <= n; ++m) {
       const int other = cluster.passages[m].row - cluster.first_row, row = passage.row - cluster.first_row;
       const Scalar term = u_row * state.passage_u[cluster.first_passage + m] * s.D_inverse;
@@ -62,6 +84,7 @@ void fold_into_root(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t
     if (cluster.root == ground) state.b[row] += state.K[row].force.dot(plan.gravity);
   }
   EnvelopeCholesky<Scalar>& S = state.S[cluster_index];
+  if (plan.prescribed_count > 0) drop_unmoved_groups(cluster, state, S);
   S.factor(state.rank_tolerance);
   if (cluster.root == ground) return;
   JointState<Scalar>& root = ws.joints[cluster.root];
@@ -89,6 +112,7 @@ template <class Scalar>
 void eliminate_with_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
                           const Scalar* tau) {
   for (auto& S : ws.loop.S) S.set_zero();
+  for (auto& reach : ws.loop.reach) std::fill(reach.begin(), reach.end(), Scalar(0));
   for (const EliminationStep& step : plan.elimination) {
     if (!step.is_cluster) {
       eliminate(plan, ws, step.index, q, qd, tau);

@@ -44,6 +44,7 @@ struct LoopState {
   std::vector<Scalar> b;                 // right-hand side of S lambda = b - K a_root
   std::vector<Force<Scalar>> K;          // per row: wrench on the cluster's root
   std::vector<Scalar> passage_u;         // per passage (all clusters): S_j^T wrench
+  std::vector<Scalar> reach[2];          // per row: largest lever^2 on any joint, on one that may yield
   std::vector<Scalar> lambda;
   std::vector<Scalar> residual;             // position residual per row
   std::vector<Scalar> rate;                 // velocity residual per row
@@ -83,6 +84,8 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   for (auto& side : loop.wrench) side.resize(rows);
   loop.K.resize(rows);
   loop.b.assign(rows, nan);
+  if (plan.prescribed_count > 0)
+    for (auto& reach : loop.reach) reach.assign(rows, nan);
   loop.lambda.assign(rows, Scalar(0));
   loop.residual.assign(rows, nan);
   loop.rate.assign(rows, nan);

@@ -91,7 +91,8 @@ std::vector<Dependencies> collect(const VariableTable& table, const Rule& depend
 
 std::vector<Dependencies> output_dependencies(const VariableTable& table, const Plan<double>& plan) {
   const Components components(plan);
-  // positions and energies change with time alone; forces act at once on accelerations
+  // positions and energies change with time and where a prescribed motion jumps; forces act at once on
+  // accelerations
   return collect(table, [&](const Variable& unknown, const Variable& known) {
     if (known.causality != Causality::input) return false;
     const bool motion = known.role == Role::motion_q || known.role == Role::motion_qd;
@@ -104,11 +105,15 @@ std::vector<Dependencies> output_dependencies(const VariableTable& table, const 
         return together;
       case Role::q:
       case Role::qd:
+      case Role::ball_quaternion:
+      case Role::ball_omega:
+      case Role::ball_angle:
       case Role::gap:
-        return motion && together && components.has_loops(components.of(unknown.joint));
+        return motion && together;
       case Role::kinetic_energy:
       case Role::potential_energy:
       case Role::total_energy:
+      case Role::work:
       case Role::energy_balance:
       case Role::linear_momentum:
       case Role::angular_momentum:

@@ -65,8 +65,15 @@ void Instance::take_start_motion() {
     motion[0] = joint.q0;
     motion[1] = joint.drive == Drive::motion ? joint.qd0 : 0;
     motion[2] = 0;
-    system_.set_motion(start_time_, i, motion[0], motion[1], motion[2], true);
   }
+  anchor_motion();
+}
+
+// All prescribed motions begin now, as they were set last.
+void Instance::anchor_motion() {
+  for (int i = 0; i < plan_.nv; ++i)
+    if (plan_.joints[i].prescribed)
+      system_.set_motion(time_, i, motion_[3 * i], motion_[3 * i + 1], motion_[3 * i + 2], true);
 }
 
 fmi2Status Instance::refuse(Function function, const std::string& why) {
@@ -93,6 +100,7 @@ fmi2Status Instance::setup_experiment(bool has_tolerance, double tolerance, doub
   tolerance_ = has_tolerance ? tolerance : infinity;
   time_ = start_time_ = start;
   stop_time_ = has_stop ? stop : infinity;
+  anchor_motion();
   return fmi2OK;
 }
 
@@ -194,10 +202,10 @@ fmi2Status Instance::reset() {
   restore_start_values();
   std::fill(system_.inputs().begin(), system_.inputs().end(), 0.0);
   std::fill(applied_inputs_.begin(), applied_inputs_.end(), 0.0);
-  take_start_motion();
   integrator_.reset();
   state_ = State::instantiated;
   start_time_ = time_ = energy_offset_ = 0;
+  take_start_motion();
   stop_time_ = tolerance_ = infinity;
   parameters_changed_ = false;
   settled_ = true;

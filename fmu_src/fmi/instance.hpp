@@ -78,6 +78,7 @@ class Instance {
   double& settable_value(const Variable& variable);
   void set_motion(const Variable& variable, double value);
   void take_start_motion();
+  void anchor_motion();
   const double* settle();
   void assemble_start();
   bool start_is_closed(Function function);

@@ -275,6 +275,10 @@ fmi2Status Instance::set_real(const unsigned* references, std::size_t count, con
     value = values[i];
     values_changed();
     if (variable.variability == Variability::fixed) start_state_current_ = false;
+    if (variable.role == Role::q0 && plan_.joints[variable.joint].prescribed) {
+      motion_[3 * variable.joint] = value;  // a locked joint
+      anchor_motion();
+    }
     if (variable.variability == Variability::tunable) {
       plan_current_ = false;
       parameters_changed_ = true;

@@ -27,6 +27,9 @@ class EnvelopeCholesky {
   void set_zero();
   Scalar& entry(int row, int column) { return S_[offset_[row] + column]; }  // first(row) <= column <= row
 
+  // Rows begin to end - 1 become zero, and so do their columns: they are no constraints.
+  void clear(int begin, int end);
+
   // S (lower envelope) -> factor; S is overwritten.
   void factor(double rank_tolerance);
 
@@ -71,6 +74,13 @@ EnvelopeCholesky<Scalar>::EnvelopeCholesky(std::vector<int> first_column, std::v
 template <class Scalar>
 void EnvelopeCholesky<Scalar>::set_zero() {
   for (auto& value : S_) value = Scalar(0);
+}
+
+template <class Scalar>
+void EnvelopeCholesky<Scalar>::clear(int begin, int end) {
+  for (int row = begin; row < size(); ++row)
+    for (int column = first_[row]; column <= row; ++column)
+      if (row < end || (column >= begin && column < end)) entry(row, column) = Scalar(0);
 }
 
 template <class Scalar>

@@ -1,0 +1,60 @@
+#include "dynamics/freedom.hpp"
+
+#include <gtest/gtest.h>
+
+#include "support/mechanisms.hpp"
+
+namespace redysim {
+namespace {
+
+// Two parallelogram four-bars, one on the other: two degrees of freedom, redundant spatial rows.
+struct Chain {
+  Model model = test::four_bar_chain(2);
+  std::vector<double> q = {0.7, 0.7, -0.7, 0.4, 0.4, -0.4};
+
+  Freedom with(const std::vector<int>& motions) {
+    for (Link& link : model.links) link.joint.drive = Drive::free;
+    for (int i : motions) model.links[i].joint.drive = Drive::motion;
+    return freedom(model, q.data());
+  }
+};
+
+TEST(freedom, of_a_fully_driven_system) {
+  Chain chain;
+  const Freedom found = chain.with({0, 3});
+  EXPECT_EQ(found.system, 2);
+  EXPECT_EQ(found.left, 0);
+  EXPECT_EQ(found.surplus, 0);
+  EXPECT_EQ(sentence(found), "2 motions for 2 degrees of freedom: fully driven");
+}
+
+TEST(freedom, that_motions_leave_is_integrated) {
+  EXPECT_EQ(sentence(Chain().with({4})),
+            "1 motion for 2 degrees of freedom: 1 is not prescribed and is integrated");
+}
+
+TEST(freedom, that_motions_outnumber) {
+  EXPECT_EQ(
+      sentence(Chain().with({0, 1, 3})),
+      "3 motions for 2 degrees of freedom: 1 motion more than freedoms, they must agree with the loops");
+  EXPECT_EQ(
+      sentence(Chain().with({0, 1})),
+      "2 motions for 2 degrees of freedom: 1 motion more than freedoms, they must agree with the loops; 1 is "
+      "not prescribed and is integrated");
+}
+
+TEST(freedom, locked_joints_count_as_motions) {
+  Chain chain;
+  chain.with({0});
+  chain.model.links[3].joint.drive = Drive::locked;
+  EXPECT_EQ(freedom(chain.model, chain.q.data()).left, 0);
+}
+
+TEST(freedom, of_all_joints_prescribed_has_nothing_left) {
+  const Freedom found = Chain().with({0, 1, 2, 3, 4, 5});
+  EXPECT_EQ(found.left, 0);
+  EXPECT_EQ(found.surplus, 4);
+}
+
+}  // namespace
+}  // namespace redysim
