@@ -16,8 +16,7 @@ void forward_dynamics(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sca
                       const Scalar* inputs, Scalar* qdd) {
   const int n = static_cast<int>(plan.joints.size());
   set_positions(plan, ws, q);
-  set_velocities(plan, ws, qd);
-  set_bias(plan, ws);
+  set_motion(plan, ws, qd);
   if (!plan.needs_pose.empty()) set_ground_motion(plan, ws, qd);
   if (!plan.springs.empty()) add_spring_wrenches(plan, ws);
   if (!plan.ports.empty()) add_port_wrenches(plan, ws, inputs + n);

@@ -2,6 +2,7 @@
 
 #include "dynamics/ground_motion.hpp"
 #include "dynamics/joint_transform.hpp"
+#include "math/sin_cos.hpp"
 
 // Root-to-leaves passes that every recursion starts with: joint positions, velocities and velocity
 // products, and the inertia and bias wrench of the single bodies. Accelerations are those of the body's
@@ -16,9 +17,26 @@ Scalar joint_force(const JointPlan<Scalar>& joint, const Scalar& q, const Scalar
   return tau - joint.stiffness * (q - joint.rest) - joint.damping * qd;
 }
 
+// cos, sin and offset of the joints' z screws at q, four joints at a time.
 template <class Scalar>
 void set_positions(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q) {
-  for (std::size_t i = 0; i < plan.joints.size(); ++i) set_joint_position(plan.joints[i], q[i], ws.joints[i]);
+  const std::size_t n = plan.joints.size();
+  auto angle = [&plan, q, n](std::size_t i) { return i < n ? joint_angle(plan.joints[i], q[i]) : Scalar(0); };
+  for (std::size_t i = 0; i < n; i += 4) {
+    const SinCos<Scalar> four =
+        sin_cos(Lanes<Scalar>::of(angle(i), angle(i + 1), angle(i + 2), angle(i + 3)));
+    auto set = [&plan, &ws, &four, q, i, n](int k) {
+      const std::size_t j = i + static_cast<std::size_t>(k);
+      if (j >= n) return;
+      ws.joints[j].cosine = four.cosine[k];
+      ws.joints[j].sine = four.sine[k];
+      ws.joints[j].offset = joint_offset(plan.joints[j], q[j]);
+    };
+    set(0);
+    set(1);
+    set(2);
+    set(3);
+  }
 }
 
 // omega of the body and c: acceleration of its frame when qdd and the parent's acceleration are zero.
@@ -57,13 +75,21 @@ void set_joint_velocity(const JointPlan<Scalar>& joint, JointState<Scalar>& s, V
   s.omega = w;
 }
 
+// The same where the parent is the ground.
+template <class Scalar>
+void set_root_velocity(const JointPlan<Scalar>& joint, JointState<Scalar>& s, const Scalar& qd) {
+  s.c = Motion<Scalar>::zero();
+  s.omega = {Scalar(0), Scalar(0), joint.prismatic ? Scalar(0) : qd};
+}
+
 template <class Scalar>
 void set_velocities(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* qd) {
   for (std::size_t i = 0; i < plan.joints.size(); ++i) {
     const JointPlan<Scalar>& joint = plan.joints[i];
-    Vec3<Scalar> w = Vec3<Scalar>::Zero();
-    if (joint.parent != ground) w = ws.joints[joint.parent].omega;
-    set_joint_velocity(joint, ws.joints[i], w, qd[i]);
+    if (joint.parent == ground)
+      set_root_velocity(joint, ws.joints[i], qd[i]);
+    else
+      set_joint_velocity(joint, ws.joints[i], ws.joints[joint.parent].omega, qd[i]);
   }
 }
 
@@ -73,12 +99,18 @@ Force<Scalar> body_bias(const RigidInertia<Scalar>& body, const Vec3<Scalar>& om
   return {omega.cross(body.inertia * omega), omega * omega.dot(body.h) - body.h * omega.squaredNorm()};
 }
 
+// Velocities, and inertia and bias wrench of the single bodies. Uses positions.
 template <class Scalar>
-void set_bias(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
+void set_motion(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* qd) {
   for (std::size_t i = 0; i < plan.joints.size(); ++i) {
-    const RigidInertia<Scalar>& body = plan.joints[i].inertia;
-    ws.joints[i].A = articulated(body);
-    ws.joints[i].p = body_bias(body, ws.joints[i].omega);
+    const JointPlan<Scalar>& joint = plan.joints[i];
+    JointState<Scalar>& s = ws.joints[i];
+    if (joint.parent == ground)
+      set_root_velocity(joint, s, qd[i]);
+    else
+      set_joint_velocity(joint, s, ws.joints[joint.parent].omega, qd[i]);
+    assign(s.A, joint.rigid);
+    s.p = body_bias(joint.inertia, s.omega);
   }
 }
 

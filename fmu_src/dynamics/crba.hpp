@@ -10,7 +10,7 @@ template <class Scalar>
 void joint_space_inertia(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q,
                          Eigen::Ref<Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>> M) {
   set_positions(plan, ws, q);
-  for (std::size_t i = 0; i < plan.joints.size(); ++i) ws.joints[i].A = articulated(plan.joints[i].inertia);
+  for (std::size_t i = 0; i < plan.joints.size(); ++i) ws.joints[i].A = plan.joints[i].rigid;
   M.setZero();
   for (int i = static_cast<int>(plan.joints.size()) - 1; i >= 0; --i) {
     const JointPlan<Scalar>& joint = plan.joints[i];
@@ -26,7 +26,7 @@ void joint_space_inertia(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const 
     }
     if (joint.parent == ground) continue;
     ArticulatedInertia<Scalar> A = s.A;
-    to_parent<false>(joint, s, A);
+    to_parent(joint, s, A);
     add(ws.joints[joint.parent].A, A);
   }
 }

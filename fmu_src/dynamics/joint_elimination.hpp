@@ -9,20 +9,21 @@
 
 namespace redysim {
 
+// The lanes of A S (moment, force) in the entry of one row and z: the joint turns about z or slides along it.
+template <class Scalar>
+REDYSIM_INLINE Lanes<Scalar> axis_column(const JointPlan<Scalar>& joint, const Lanes<Scalar>& entry) {
+  return joint.prismatic ? permuted<2, 1, 1, 2>(entry) : permuted<0, 3, 3, 0>(entry);
+}
+
 // U = A S, 1/D and u of one joint.
 template <class Scalar>
 void set_pivot(const JointPlan<Scalar>& joint, JointState<Scalar>& s, const Scalar& tau) {
-  if (joint.prismatic) {
-    s.U.moment = s.A.H.col(2);
-    s.U.force = {s.A.M.xz, s.A.M.yz, s.A.M.zz};
-    s.D_inverse = Scalar(1) / (s.A.M.zz + joint.armature);
-    s.u = tau - s.p.force.z();
-  } else {
-    s.U.moment = {s.A.I.xz, s.A.I.yz, s.A.I.zz};
-    s.U.force = s.A.H.row(2).transpose();
-    s.D_inverse = Scalar(1) / (s.A.I.zz + joint.armature);
-    s.u = tau - s.p.moment.z();
-  }
+  const Lanes<Scalar> x = axis_column(joint, s.A.xz), y = axis_column(joint, s.A.yz),
+                      z = axis_column(joint, s.A.zz);
+  s.U = {{x[0], y[0], z[0]}, {x[1], y[1], z[1]}};
+  const bool turns = !joint.prismatic;
+  s.D_inverse = Scalar(1) / ((turns ? z[0] : z[1]) + joint.armature);
+  s.u = tau - (turns ? s.p.moment.z() : s.p.force.z());
 }
 
 // A prescribed joint yields to nothing: 1/D = 0, and its acceleration belongs to c.
@@ -32,42 +33,33 @@ void prescribe(const JointPlan<Scalar>& joint, JointState<Scalar>& s, const Scal
   (joint.prismatic ? s.c.linear : s.c.angular).z() += qdd;
 }
 
-// What the parent feels: A - U U^T / D and p + A_reduced c + U u / D.
+// What the parent feels: A - U U^T / D and p + A_reduced c + U u / D. A free axis passes on nothing but tau
+// about z: written down without rounding, so that bodies without inertia stay so.
 template <class Scalar>
-void reduce(const JointState<Scalar>& s, ArticulatedInertia<Scalar>& A, Force<Scalar>& p) {
-  const Vec3<Scalar> n = s.U.moment, g = s.D_inverse * s.U.moment;
-  const Vec3<Scalar> f = s.U.force, h = s.D_inverse * s.U.force;
-  A.I = {s.A.I.xx - n.x() * g.x(), s.A.I.yy - n.y() * g.y(), s.A.I.zz - n.z() * g.z(),
-         s.A.I.xy - n.x() * g.y(), s.A.I.xz - n.x() * g.z(), s.A.I.yz - n.y() * g.z()};
-  for (int column = 0; column < 3; ++column) A.H.col(column) = s.A.H.col(column) - g * f[column];
-  A.M = {s.A.M.xx - f.x() * h.x(), s.A.M.yy - f.y() * h.y(), s.A.M.zz - f.z() * h.z(),
-         s.A.M.xy - f.x() * h.y(), s.A.M.xz - f.x() * h.z(), s.A.M.yz - f.y() * h.z()};
-  p = A * s.c;
-  p.moment += s.p.moment + g * s.u;
-  p.force += s.p.force + h * s.u;
-}
-
-// The same behind a revolute joint without armature: nothing is left about z, and c has no part about z.
-template <class Scalar>
-void reduce_free(const JointState<Scalar>& s, const Scalar& tau, ArticulatedInertia<Scalar>& A,
-                 Force<Scalar>& p) {
-  const Scalar nx = s.U.moment.x(), ny = s.U.moment.y();
-  const Scalar gx = s.D_inverse * nx, gy = s.D_inverse * ny;
-  const Vec3<Scalar> f = s.U.force, h = s.D_inverse * s.U.force;
-  A.I = {s.A.I.xx - nx * gx, s.A.I.yy - ny * gy, Scalar(0), s.A.I.xy - nx * gy, Scalar(0), Scalar(0)};
-  for (int column = 0; column < 3; ++column) {
-    A.H(0, column) = s.A.H(0, column) - gx * f[column];
-    A.H(1, column) = s.A.H(1, column) - gy * f[column];
-    A.H(2, column) = Scalar(0);
+REDYSIM_INLINE void reduce(const JointPlan<Scalar>& joint, const JointState<Scalar>& s, const Scalar& tau,
+                           ArticulatedInertia<Scalar>& A, Force<Scalar>& p) {
+  using L = Lanes<Scalar>;
+  // of one row: right = [n f f n], left = [n f n f]; the lanes of left * right are n n, f f, n f, f n
+  const L right_x = axis_column(joint, s.A.xz), right_y = axis_column(joint, s.A.yz),
+          right_z = axis_column(joint, s.A.zz);
+  const L left_x = s.D_inverse * permuted<0, 1, 0, 1>(right_x),
+          left_y = s.D_inverse * permuted<0, 1, 0, 1>(right_y),
+          left_z = s.D_inverse * permuted<0, 1, 0, 1>(right_z);
+  A.xx = s.A.xx - left_x * right_x;
+  A.yy = s.A.yy - left_y * right_y;
+  A.xy = s.A.xy - left_x * right_y;
+  A.xz = s.A.xz - left_x * right_z;
+  A.yz = s.A.yz - left_y * right_z;
+  A.zz = s.A.zz - left_z * right_z;
+  if (joint.axis_free) {
+    A.xz = kept<false, true, true, false>(A.xz);
+    A.yz = kept<false, true, true, false>(A.yz);
+    A.zz = kept<false, true, false, false>(A.zz);
   }
-  A.M = {s.A.M.xx - f.x() * h.x(), s.A.M.yy - f.y() * h.y(), s.A.M.zz - f.z() * h.z(),
-         s.A.M.xy - f.x() * h.y(), s.A.M.xz - f.x() * h.z(), s.A.M.yz - f.y() * h.z()};
-  const Scalar cx = s.c.angular.x(), cy = s.c.angular.y();
-  const Vec3<Scalar>& c = s.c.linear;
-  p.moment.x() = s.p.moment.x() + A.I.xx * cx + A.I.xy * cy + A.H.row(0).dot(c) + gx * s.u;
-  p.moment.y() = s.p.moment.y() + A.I.xy * cx + A.I.yy * cy + A.H.row(1).dot(c) + gy * s.u;
-  p.moment.z() = tau;
-  p.force = s.p.force + A.H.row(0).transpose() * cx + A.H.row(1).transpose() * cy + A.M * c + h * s.u;
+  p = A * s.c;
+  p.moment += s.p.moment + s.u * Vec3<Scalar>(left_x[0], left_y[0], left_z[0]);
+  p.force += s.p.force + s.u * Vec3<Scalar>(left_x[1], left_y[1], left_z[1]);
+  if (joint.axis_free) p.moment.z() = tau;
 }
 
 // Leaves to root: one joint, folded into its parent's body.
@@ -83,13 +75,8 @@ void eliminate(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, const Sca
   JointState<Scalar>& parent = ws.joints[joint.parent];
   ArticulatedInertia<Scalar> A;
   Force<Scalar> p;
-  if (joint.axis_free) {
-    reduce_free(s, force, A, p);
-    to_parent<true>(joint, s, A);
-  } else {
-    reduce(s, A, p);
-    to_parent<false>(joint, s, A);
-  }
+  reduce(joint, s, force, A, p);
+  to_parent(joint, s, A);
   to_parent(joint, s, p);
   add(parent.A, A);
   add(parent.p, p);
@@ -102,8 +89,11 @@ void accelerate_joint(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, Sc
                       const Scalar& from_loops, bool at_rest = false) {
   const JointPlan<Scalar>& joint = plan.joints[i];
   JointState<Scalar>& s = ws.joints[i];
-  Motion<Scalar> a = joint.parent != ground ? ws.joints[joint.parent].acceleration : Motion<Scalar>::zero();
-  if (joint.parent == ground && !at_rest) a.linear = -plan.gravity;
+  Motion<Scalar> a;
+  if (joint.parent != ground)
+    a = ws.joints[joint.parent].acceleration;
+  else
+    a = {Vec3<Scalar>::Zero(), at_rest ? Vec3<Scalar>::Zero() : Vec3<Scalar>(-plan.gravity)};
   to_body(joint, s, a);
   if (!at_rest) {
     a.angular += s.c.angular;

@@ -57,10 +57,10 @@ void turn_x_back(const JointPlan<Scalar>& joint, ArticulatedInertia<Scalar>& A) 
     case Twist::none:
       return;
     case Twist::plus_90:
-      quarter_turn_x_back(A, false);
+      quarter_turn_x_back<false>(A);
       return;
     case Twist::minus_90:
-      quarter_turn_x_back(A, true);
+      quarter_turn_x_back<true>(A);
       return;
     case Twist::general:
       turn_x_back(A, joint.cos_alpha, joint.sin_alpha);
@@ -68,21 +68,25 @@ void turn_x_back(const JointPlan<Scalar>& joint, ArticulatedInertia<Scalar>& A) 
   }
 }
 
-// cos, sin and offset of the joint's z screw at q.
+// Angle of the joint's z screw at q; its offset.
+template <class Scalar>
+Scalar joint_angle(const JointPlan<Scalar>& joint, const Scalar& q) {
+  return joint.prismatic ? joint.theta : Scalar(joint.theta + q);
+}
+
+template <class Scalar>
+Scalar joint_offset(const JointPlan<Scalar>& joint, const Scalar& q) {
+  return joint.prismatic ? Scalar(joint.d + q) : joint.d;
+}
+
+// cos, sin and offset of one joint's z screw at q.
 template <class Scalar>
 void set_joint_position(const JointPlan<Scalar>& joint, const Scalar& q, JointState<Scalar>& state) {
   using std::cos;
   using std::sin;
-  if (joint.prismatic) {
-    state.cosine = joint.cos_theta;
-    state.sine = joint.sin_theta;
-    state.offset = joint.d + q;
-  } else {
-    const Scalar angle = joint.theta + q;
-    state.cosine = cos(angle);
-    state.sine = sin(angle);
-    state.offset = joint.d;
-  }
+  state.cosine = cos(joint_angle(joint, q));
+  state.sine = sin(joint_angle(joint, q));
+  state.offset = joint_offset(joint, q);
 }
 
 // Motion of the parent's frame -> of the body's frame (joint at rest).
@@ -127,17 +131,17 @@ void to_parent(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, 
   }
 }
 
-// Articulated inertia at the body's frame -> at the parent's. `free`: no moment about the joint's axis.
-template <bool free, class Scalar>
+// Articulated inertia at the body's frame -> at the parent's.
+template <class Scalar>
 void to_parent(const JointPlan<Scalar>& joint, const JointState<Scalar>& state,
                ArticulatedInertia<Scalar>& A) {
-  turn_z_back<free>(A, state.cosine, state.sine);
-  if (joint.shifted || joint.prismatic) shift_z_back<free>(A, state.offset);
+  turn_z_back(A, state.cosine, state.sine);
+  if (joint.shifted || joint.prismatic) shift_z_back(A, state.offset);
   turn_x_back(joint, A);
   if (joint.a != Scalar(0)) shift_x_back(A, joint.a);
   if (joint.branch) {
-    turn_z_back<false>(A, joint.cos_gamma, joint.sin_gamma);
-    shift_z_back<false>(A, joint.b);
+    turn_z_back(A, joint.cos_gamma, joint.sin_gamma);
+    shift_z_back(A, joint.b);
   }
 }
 

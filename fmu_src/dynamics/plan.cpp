@@ -137,6 +137,7 @@ void Plan<Scalar>::take_bodies(const Model& model) {
   for (std::size_t i = 0; i < model.links.size(); ++i)
     if (carrier[i] != ground)
       add_body(joints[carrier[i]].inertia, inertia_in(frame_in_carrier[i], model.links[i]));
+  for (auto& joint : joints) joint.rigid = articulated(joint.inertia);
 }
 
 template <class Scalar>

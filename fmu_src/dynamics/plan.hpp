@@ -32,6 +32,7 @@ struct JointPlan {
   Scalar cos_alpha = 1, sin_alpha = 0, a = 0;
   Scalar theta = 0, cos_theta = 1, sin_theta = 0, d = 0;
   RigidInertia<Scalar> inertia;
+  ArticulatedInertia<Scalar> rigid;  // the same, entry by entry
   Scalar stiffness = 0, rest = 0, damping = 0, armature = 0;
 };
 

@@ -72,7 +72,7 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   fresh.c.angular.setConstant(nan);
   fresh.c.linear.setConstant(nan);
   fresh.acceleration = fresh.c;
-  fresh.A.H.setConstant(nan);
+  fresh.A.xx = fresh.A.yy = fresh.A.zz = fresh.A.xy = fresh.A.xz = fresh.A.yz = Lanes<Scalar>::all(nan);
   joints.assign(plan.joints.size(), fresh);
   if (!plan.needs_pose.empty()) ground.resize(plan.joints.size());
   std::size_t rows = 0, passages = 0;

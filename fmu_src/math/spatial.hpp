@@ -1,5 +1,6 @@
 #pragma once
 
+#include "math/lanes.hpp"
 #include "math/vec3.hpp"
 
 // Spatial vectors and inertias, angular part first, all at one frame's origin and in its axes.
@@ -39,13 +40,17 @@ struct RigidInertia {
   Symmetric3<Scalar> inertia{Scalar(0), Scalar(0), Scalar(0), Scalar(0), Scalar(0), Scalar(0)};
 };
 
-// [moment; force] = [I H; H^T M] [angular; linear].
+// [moment; force] = [I H; H^T M] [angular; linear], symmetric, entry by entry: lanes I_rc, M_rc, H_rc, H_cr.
 template <class Scalar>
 struct ArticulatedInertia {
-  Symmetric3<Scalar> I;
-  Mat3<Scalar> H;
-  Symmetric3<Scalar> M;
+  Lanes<Scalar> xx, yy, zz, xy, xz, yz;
 };
+
+// Entry rc -> entry cr.
+template <class Scalar>
+REDYSIM_INLINE Lanes<Scalar> transposed(const Lanes<Scalar>& entry) {
+  return permuted<0, 1, 3, 2>(entry);
+}
 
 template <class Scalar>
 Scalar dot(const Force<Scalar>& f, const Motion<Scalar>& m) {
@@ -58,9 +63,19 @@ Force<Scalar> operator*(const RigidInertia<Scalar>& body, const Motion<Scalar>& 
   return {body.inertia * m.angular + body.h.cross(m.linear), body.mass * m.linear - body.h.cross(m.angular)};
 }
 
+// Column c of a motion beside an entry rc: its products with the lanes add up to moment and force.
 template <class Scalar>
-Force<Scalar> operator*(const ArticulatedInertia<Scalar>& A, const Motion<Scalar>& m) {
-  return {A.I * m.angular + A.H * m.linear, A.H.transpose() * m.angular + A.M * m.linear};
+REDYSIM_INLINE Lanes<Scalar> beside(const Motion<Scalar>& m, int axis) {
+  return around(m.angular[axis], m.linear[axis]);
+}
+
+template <class Scalar>
+REDYSIM_INLINE Force<Scalar> operator*(const ArticulatedInertia<Scalar>& A, const Motion<Scalar>& m) {
+  const Lanes<Scalar> mx = beside(m, 0), my = beside(m, 1), mz = beside(m, 2);
+  const Lanes<Scalar> x = A.xx * mx + A.xy * my + A.xz * mz;
+  const Lanes<Scalar> y = transposed(A.xy) * mx + A.yy * my + A.yz * mz;
+  const Lanes<Scalar> z = transposed(A.xz) * mx + transposed(A.yz) * my + A.zz * mz;
+  return {{x[0] + x[2], y[0] + y[2], z[0] + z[2]}, {x[1] + x[3], y[1] + y[3], z[1] + z[3]}};
 }
 
 template <class Scalar>
@@ -74,10 +89,23 @@ void add(Symmetric3<Scalar>& to, const Symmetric3<Scalar>& s) {
 }
 
 template <class Scalar>
-void add(ArticulatedInertia<Scalar>& to, const ArticulatedInertia<Scalar>& A) {
-  add(to.I, A.I);
-  to.H += A.H;
-  add(to.M, A.M);
+REDYSIM_INLINE void assign(ArticulatedInertia<Scalar>& to, const ArticulatedInertia<Scalar>& A) {
+  assign(to.xx, A.xx);
+  assign(to.yy, A.yy);
+  assign(to.zz, A.zz);
+  assign(to.xy, A.xy);
+  assign(to.xz, A.xz);
+  assign(to.yz, A.yz);
+}
+
+template <class Scalar>
+REDYSIM_INLINE void add(ArticulatedInertia<Scalar>& to, const ArticulatedInertia<Scalar>& A) {
+  to.xx += A.xx;
+  to.yy += A.yy;
+  to.zz += A.zz;
+  to.xy += A.xy;
+  to.xz += A.xz;
+  to.yz += A.yz;
 }
 
 template <class Scalar>
@@ -95,19 +123,21 @@ const Scalar& component(const Force<Scalar>& f, int index) {
 // Adds a symmetric 6x6 matrix given by its upper triangle.
 template <class Scalar>
 void add_upper(ArticulatedInertia<Scalar>& to, const Eigen::Matrix<Scalar, 6, 6>& upper) {
-  add(to.I, {upper(0, 0), upper(1, 1), upper(2, 2), upper(0, 1), upper(0, 2), upper(1, 2)});
-  to.H += upper.template topRightCorner<3, 3>();
-  add(to.M, {upper(3, 3), upper(4, 4), upper(5, 5), upper(3, 4), upper(3, 5), upper(4, 5)});
+  auto entry = [&upper](int r, int c) {
+    return Lanes<Scalar>::of(upper(r, c), upper(3 + r, 3 + c), upper(r, 3 + c), upper(c, 3 + r));
+  };
+  add(to, {entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)});
 }
 
 template <class Scalar>
-ArticulatedInertia<Scalar> articulated(const RigidInertia<Scalar>& body) {
-  ArticulatedInertia<Scalar> A;
-  A.I = body.inertia;
-  A.H << Scalar(0), -body.h.z(), body.h.y(), body.h.z(), Scalar(0), -body.h.x(), -body.h.y(), body.h.x(),
-      Scalar(0);
-  A.M = {body.mass, body.mass, body.mass, Scalar(0), Scalar(0), Scalar(0)};
-  return A;
+REDYSIM_INLINE ArticulatedInertia<Scalar> articulated(const RigidInertia<Scalar>& body) {
+  const Scalar &m = body.mass, zero(0);
+  const Vec3<Scalar>& h = body.h;
+  const Symmetric3<Scalar>& I = body.inertia;
+  using L = Lanes<Scalar>;
+  return {L::of(I.xx, m, zero, zero),       L::of(I.yy, m, zero, zero),
+          L::of(I.zz, m, zero, zero),       L::of(I.xy, zero, -h.z(), h.z()),
+          L::of(I.xz, zero, h.y(), -h.y()), L::of(I.yz, zero, -h.x(), h.x())};
 }
 
 }  // namespace redysim
