@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The gripper's inverse dynamics of the seed paper (101 rows, 1 s) by its inverse FMU: through FMPy, and compiled.
 
     python bench/inverse.py [--build build/bench]     after configuring with -DREDYSIM_BENCH=ON, target inverse_batch
@@ -21,7 +20,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from bench.run import commit, processor  # noqa: E402
+from bench.run import commit, processor
 
 PAPER = {"redysim": 0.025, "adams": 1.95}
 REPETITIONS = 21

@@ -30,15 +30,21 @@ Freedom freedom(const Model& model, const double* q) {
   Model any = model;
   Freedom result;
   int joints = 0;
-  for (Link& link : any.links) {
-    if (link.joint.type == JointType::fixed) continue;
+  // the chart of a spherical joint is no freedom: as good as fixed
+  std::vector<char> moves;
+  for (const Link& link : any.links) moves.push_back(link.joint.type != JointType::fixed);
+  for (const Ball& ball : any.balls) moves[ball.chart_link] = false;
+  for (std::size_t i = 0; i < any.links.size(); ++i) {
+    Link& link = any.links[i];
+    if (!moves[i]) continue;
     ++joints;
     if (link.joint.drive == Drive::motion || link.joint.drive == Drive::locked) ++result.motions;
     // every joint moves something, so that the rank is that of the rows alone
     link.joint.armature = 1;
   }
   result.left = joints - result.motions - loop_rank(any, q);
-  for (Link& link : any.links) link.joint.drive = Drive::free;
+  for (std::size_t i = 0; i < any.links.size(); ++i)
+    if (moves[i]) any.links[i].joint.drive = Drive::free;
   result.system = joints - loop_rank(any, q);
   result.surplus = result.motions + result.left - result.system;
   return result;

@@ -36,12 +36,15 @@ bool read_degrees(Section& top) {
   return top.choice<bool>("angle_unit", {{"rad", false}, {"deg", true}}, false);
 }
 
-// The inverse of a model takes motions where the model takes torques; what is free stays free.
+// The inverse of a model takes motions where the model takes torques; what is free stays free, and joints
+// with a quaternion cannot be prescribed.
 void invert(std::vector<LinkDraft>& drafts, Section& top) {
   bool driven = false;
   for (LinkDraft& draft : drafts) {
     Joint& joint = draft.link.joint;
-    if (joint.type == JointType::fixed || joint.drive != Drive::torque) continue;
+    if (joint.type == JointType::fixed || joint.type == JointType::spherical ||
+        joint.type == JointType::free || joint.drive != Drive::torque)
+      continue;
     joint.drive = Drive::motion;
     driven = true;
   }

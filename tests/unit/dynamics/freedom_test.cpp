@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "model/model_file.hpp"
 #include "support/mechanisms.hpp"
 
 namespace redysim {
@@ -48,6 +49,22 @@ TEST(freedom, locked_joints_count_as_motions) {
   chain.with({0});
   chain.model.links[3].joint.drive = Drive::locked;
   EXPECT_EQ(freedom(chain.model, chain.q.data()).left, 0);
+}
+
+TEST(freedom, a_spherical_joint_has_three) {
+  // a rod on a spherical joint whose tip slides along x and y of the ground
+  const Model model = read_model_text(
+                          "name = 'm'\n[[link]]\nname = 'a'\njoint = 'spherical'\nmass = 1\n"
+                          "inertia = [1, 1, 1]\n[[link]]\nname = 'b'\njoint = 'prismatic'\nmass = 1\n"
+                          "drive = 'motion'\n[[loop]]\nname = 'l'\ntype = 'point'\nlink_a = 'b'\nlink_b = "
+                          "'ground'\npoint_a = [0, 0, 1]\ndirections = [[1, 0, 0]]\n",
+                          "m.toml")
+                          .model;
+  const std::vector<double> q(5, 0.0);
+  const Freedom found = freedom(model, q.data());
+  EXPECT_EQ(found.motions, 1);
+  EXPECT_EQ(found.system, 3);
+  EXPECT_EQ(found.left, 2);
 }
 
 TEST(freedom, of_all_joints_prescribed_has_nothing_left) {

@@ -49,6 +49,13 @@ TEST(inverse, turns_torques_into_motions_and_nothing_else) {
   }
 }
 
+TEST(inverse, leaves_joints_with_a_quaternion_alone) {
+  const Model model = read("inverse = true\n" + b_with("joint = 'spherical'\n"));
+  ASSERT_EQ(model.balls.size(), 1u);
+  EXPECT_TRUE(model.balls[0].driven);
+  EXPECT_EQ(model.links.at(0).joint.drive, Drive::motion);
+}
+
 TEST(inverse, may_be_said_to_be_off) {
   const Model model = read("inverse = false\n" + arms);
   EXPECT_EQ(model.name, "m");
