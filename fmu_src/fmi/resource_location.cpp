@@ -1,8 +1,9 @@
 #include "fmi/resource_location.hpp"
 
-#include <dlfcn.h>
+#include <link.h>
 
 #include <algorithm>
+#include <cstdint>
 
 namespace redysim {
 namespace {
@@ -62,11 +63,28 @@ std::vector<std::string> resource_folders(const char* location) {
 }
 
 std::string own_resource_folder() {
-  Dl_info info;
-  if (!dladdr(reinterpret_cast<const void*>(&own_resource_folder), &info) || !info.dli_fname) return {};
-  const std::string library = info.dli_fname;  // <fmu>/binaries/linux64/<name>.so
-  const std::size_t slash = library.rfind('/');
-  return (slash == std::string::npos ? std::string(".") : library.substr(0, slash)) + "/../../resources";
+  // the loaded object that holds this very function
+  struct Search {
+    std::uintptr_t here;
+    std::string library;  // <fmu>/binaries/linux64/<name>.so
+  } search{reinterpret_cast<std::uintptr_t>(&own_resource_folder), {}};
+  dl_iterate_phdr(
+      [](dl_phdr_info* object, std::size_t, void* data) {
+        auto& wanted = *static_cast<Search*>(data);
+        for (int i = 0; i < object->dlpi_phnum; ++i) {
+          const ElfW(Phdr)& segment = object->dlpi_phdr[i];
+          if (segment.p_type != PT_LOAD) continue;
+          if (wanted.here - (object->dlpi_addr + segment.p_vaddr) >= segment.p_memsz) continue;
+          wanted.library = object->dlpi_name;
+          return 1;
+        }
+        return 0;
+      },
+      &search);
+  if (search.library.empty()) return {};
+  const std::size_t slash = search.library.rfind('/');
+  return (slash == std::string::npos ? std::string(".") : search.library.substr(0, slash)) +
+         "/../../resources";
 }
 
 }  // namespace redysim

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import platform
 import re
 import shutil
 import subprocess
@@ -39,6 +40,13 @@ def test_exports_the_standard_and_nothing_else(library):
 def test_needs_libc_and_libm_only(library):
     needed = re.findall(r"NEEDED.*\[(.*?)\]", tool("readelf", "-d", library))
     assert set(needed) <= {"libc.so.6", "libm.so.6", "ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1"}
+
+
+def test_loads_with_the_glibc_of_older_systems(library):
+    if tuple(int(part) for part in platform.libc_ver()[1].split(".")) > (2, 36):
+        pytest.skip("built with a newer glibc than that of Debian 12, which the released library is built with")
+    versions = re.findall(r"GLIBC_(\d+)\.(\d+)", tool("objdump", "-T", library))
+    assert max((int(major), int(minor)) for major, minor in versions) <= (2, 17)
 
 
 def test_is_hardened(library):

@@ -1,0 +1,98 @@
+// The library loads wherever glibc is 2.17 (2012) or newer, though it is linked against a newer one: what
+// glibc has renewed since is bound to its first version here, or written in what was always there. All
+// definitions are hidden, so they serve this library only.
+
+#include <features.h>
+
+#if defined(__GLIBC__) && defined(__x86_64__)
+
+#include <elf.h>
+#include <link.h>
+#include <sched.h>
+
+#include <cstdint>
+
+// C functions with errno handling that 2.29 and 2.35 dropped; the values are the same
+#define REDYSIM_FIRST_VERSION(name) __asm__(".symver redysim_" #name ", " #name "@GLIBC_2.2.5")
+REDYSIM_FIRST_VERSION(exp);
+REDYSIM_FIRST_VERSION(log);
+REDYSIM_FIRST_VERSION(pow);
+REDYSIM_FIRST_VERSION(hypot);
+
+#define REDYSIM_OURS(name) __asm__(#name) __attribute__((visibility("hidden")))
+
+extern "C" {
+
+double redysim_exp(double);
+double redysim_log(double);
+double redysim_pow(double, double);
+double redysim_hypot(double, double);
+
+double our_exp(double x) REDYSIM_OURS(exp);
+double our_log(double x) REDYSIM_OURS(log);
+double our_pow(double x, double y) REDYSIM_OURS(pow);
+double our_hypot(double x, double y) REDYSIM_OURS(hypot);
+
+double our_exp(double x) { return redysim_exp(x); }
+double our_log(double x) { return redysim_log(x); }
+double our_pow(double x, double y) { return redysim_pow(x, y); }
+double our_hypot(double x, double y) { return redysim_hypot(x, y); }
+
+// libstdc++ counts references without atomics when this says so (2.32); atomics are always right
+extern char our_single_threaded REDYSIM_OURS(__libc_single_threaded);
+char our_single_threaded = 0;
+
+// libgcc's unwinder sets up its tables once (2.34: in libc; before: in libpthread, which may be absent)
+int our_pthread_once(int* control, void (*routine)()) REDYSIM_OURS(pthread_once);
+int our_pthread_once(int* control, void (*routine)()) {
+  enum { untouched = 0, running = 1, done = 2 };
+  int seen = untouched;
+  if (__atomic_compare_exchange_n(control, &seen, running, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) {
+    routine();
+    __atomic_store_n(control, done, __ATOMIC_RELEASE);
+    return 0;
+  }
+  while (__atomic_load_n(control, __ATOMIC_ACQUIRE) != done) sched_yield();
+  return 0;
+}
+
+// libgcc asks only whether it exists
+int our_pthread_key_create() REDYSIM_OURS(__pthread_key_create);
+int our_pthread_key_create() { return 0; }
+
+// libgcc's unwinder asks where the unwind table of the code at `pc` is (2.35)
+struct FoundObject {  // struct dl_find_object of x86-64
+  unsigned long long flags;
+  void* map_start;
+  void* map_end;
+  void* link_map;
+  const void* eh_frame;
+  unsigned long long reserved[7];
+};
+int our_dl_find_object(void* pc, FoundObject* found) REDYSIM_OURS(_dl_find_object);
+int our_dl_find_object(void* pc, FoundObject* found) {
+  struct Search {
+    std::uintptr_t pc;
+    FoundObject* found;
+  } search{reinterpret_cast<std::uintptr_t>(pc), found};
+  const auto visit = [](dl_phdr_info* object, std::size_t, void* data) {
+    auto& wanted = *static_cast<Search*>(data);
+    const ElfW(Phdr)* table = nullptr;
+    bool inside = false;
+    for (int i = 0; i < object->dlpi_phnum; ++i) {
+      const ElfW(Phdr)& segment = object->dlpi_phdr[i];
+      if (segment.p_type == PT_GNU_EH_FRAME) table = &segment;
+      if (segment.p_type == PT_LOAD && wanted.pc - (object->dlpi_addr + segment.p_vaddr) < segment.p_memsz)
+        inside = true;
+    }
+    if (!inside || !table) return 0;
+    *wanted.found = {};
+    wanted.found->eh_frame = reinterpret_cast<const void*>(object->dlpi_addr + table->p_vaddr);
+    return 1;
+  };
+  return dl_iterate_phdr(visit, &search) == 1 ? 0 : -1;
+}
+
+}  // extern "C"
+
+#endif
