@@ -1,8 +1,10 @@
 #include "model/compound_joint.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "model/dh.hpp"
+#include "model/joint_parameters.hpp"
 
 namespace redysim {
 namespace {
@@ -51,50 +53,51 @@ std::array<double, 4> quaternion_of(double phi, double theta, double psi) {
   return {q.w(), q.x(), q.y(), q.z()};
 }
 
-void read_list(Section& section, const std::string& key, std::size_t count, std::vector<double>& values) {
-  values.assign(count, 0.0);
-  std::vector<double> given;
-  if (!section.numbers(key, given)) return;
-  if (given.size() == count)
-    values = given;
-  else
-    section.error(
-        key, key + " must be " + std::to_string(count) + " numbers, got " + std::to_string(given.size()));
-}
-
-// q of a ball: a quaternion (4) or the angles phi, theta, psi (3), after the translations.
-void read_ball_start(LinkDraft& draft, std::size_t translations, double unit) {
+// q of a ball: a quaternion (4) or the angles phi, theta, psi (3), after its slides.
+void read_ball_position(LinkDraft& draft, double unit) {
   Section& section = draft.section;
-  draft.q.assign(translations + 4, 0.0);
-  draft.q[translations] = 1;
+  const std::size_t slides = draft.freedoms.size();
   std::vector<double> given;
   if (!section.numbers("q", given)) return;
-  if (given.size() == translations + 3) {
-    const double* angles = &given[translations];
-    const auto quaternion = quaternion_of(unit * angles[0], unit * angles[1], unit * angles[2]);
-    given.resize(translations);
-    given.insert(given.end(), quaternion.begin(), quaternion.end());
-  }
-  if (given.size() != translations + 4) {
-    section.error("q", "q must be " + std::to_string(translations + 3) +
-                           " numbers (angles about z, x, y) or " + std::to_string(translations + 4) +
-                           " (quaternion w, x, y, z), got " + std::to_string(given.size()));
+  std::array<double, 4> quaternion{};
+  if (given.size() == slides + 3) {
+    const double* angles = &given[slides];
+    quaternion = quaternion_of(unit * angles[0], unit * angles[1], unit * angles[2]);
+  } else if (given.size() == slides + 4) {
+    std::copy_n(given.begin() + static_cast<std::ptrdiff_t>(slides), 4, quaternion.begin());
+  } else {
+    section.error("q", "q must be " + std::to_string(slides + 3) + " numbers (angles about z, x, y) or " +
+                           std::to_string(slides + 4) + " (quaternion w, x, y, z), got " +
+                           std::to_string(given.size()));
     return;
   }
   double norm = 0;
-  for (std::size_t k = translations; k < given.size(); ++k) norm += given[k] * given[k];
+  for (double part : quaternion) norm += part * part;
   if (!(std::abs(norm - 1) < 1e-3)) {
     section.error("q", "the quaternion in q must have length 1, got " + shown(std::sqrt(norm)));
     return;
   }
-  for (std::size_t k = translations; k < given.size(); ++k) given[k] /= std::sqrt(norm);
-  draft.q = given;
+  for (std::size_t k = 0; k < 4; ++k) draft.ball.quaternion[k] = quaternion[k] / std::sqrt(norm);
+  for (std::size_t k = 0; k < slides; ++k) draft.freedoms[k].q0 = given[k];
+}
+
+void read_ball_velocity(LinkDraft& draft, double unit) {
+  const std::size_t slides = draft.freedoms.size();
+  std::vector<double> given;
+  if (!draft.section.numbers("qd", given)) return;
+  if (given.size() != slides + 3) {
+    draft.section.error(
+        "qd", "qd must be " + std::to_string(slides + 3) + " numbers, got " + std::to_string(given.size()));
+    return;
+  }
+  for (std::size_t k = 0; k < slides; ++k) draft.freedoms[k].qd0 = given[k];
+  for (std::size_t k = 0; k < 3; ++k) draft.ball.omega[k] = unit * given[slides + k];
 }
 
 // A massless link that carries one freedom.
 LinkDraft carrier(const LinkDraft& of, const Freedom& freedom, const Pose& frame, int parent,
                   const std::string& index) {
-  LinkDraft draft{of.link, {}, of.section, {}, {}, {}, {}, {}, {}};
+  LinkDraft draft{of.link, {}, of.section, {}, {}};
   draft.link.name += index;
   draft.link.parent = parent;
   draft.link.mass = 0;
@@ -113,32 +116,19 @@ bool is_compound(JointType type) { return !freedoms_of(type).empty(); }
 void read_compound(LinkDraft& draft, bool degrees) {
   Section& section = draft.section;
   const JointType type = draft.link.joint.type;
-  const double unit = degrees ? pi / 180 : 1;
-  if (has_ball(type)) {
-    const std::size_t translations = type == JointType::free ? 3 : 0;
-    read_ball_start(draft, translations, unit);
-    read_list(section, "qd", translations + 3, draft.qd);
-    for (std::size_t k = translations; k < draft.qd.size(); ++k) draft.qd[k] *= unit;
-    const Drive drive = draft.link.joint.drive;
-    if (drive == Drive::motion || drive == Drive::locked)
-      section.error("drive", "a " + section.text("joint") + " joint takes drive 'torque' or 'free'");
-    return;
+  std::vector<Freedom> freedoms = freedoms_of(type);
+  if (has_ball(type)) freedoms.resize(freedoms.size() - 4);
+  for (const Freedom& freedom : freedoms) {
+    draft.freedoms.emplace_back();
+    draft.freedoms.back().type = freedom.type;
   }
-  const std::vector<Freedom> freedoms = freedoms_of(type);
-  read_list(section, "q", freedoms.size(), draft.q);
-  read_list(section, "qd", freedoms.size(), draft.qd);
-  read_list(section, "damping", freedoms.size(), draft.damping);
-  read_list(section, "stiffness", freedoms.size(), draft.stiffness);
-  read_list(section, "rest", freedoms.size(), draft.rest);
-  read_list(section, "armature", freedoms.size(), draft.armature);
-  for (const char* key : {"damping", "stiffness", "armature"})
-    for (double value : std::string(key) == "damping"     ? draft.damping
-                        : std::string(key) == "stiffness" ? draft.stiffness
-                                                          : draft.armature)
-      if (value < 0) section.error(key, std::string(key) + " must be >= 0, got " + shown(value));
-  for (std::size_t k = 0; k < freedoms.size(); ++k)
-    if (freedoms[k].type == JointType::revolute)
-      for (double* angle : {&draft.q[k], &draft.qd[k], &draft.rest[k]}) *angle *= unit;
+  if (!has_ball(type)) return read_joint_parameters(section, draft.freedoms, degrees);
+  const double unit = degrees ? pi / 180 : 1;
+  read_ball_position(draft, unit);
+  read_ball_velocity(draft, unit);
+  const Drive drive = draft.link.joint.drive;
+  if (drive == Drive::motion || drive == Drive::locked)
+    section.error("drive", "a " + section.text("joint") + " joint takes drive 'torque' or 'free'");
 }
 
 std::vector<Ball> expand_compound_joints(std::vector<LinkDraft>& drafts) {
@@ -165,21 +155,14 @@ std::vector<Ball> expand_compound_joints(std::vector<LinkDraft>& drafts) {
         joint.drive = k == ball_at ? Drive::locked : Drive::free;
         continue;
       }
-      joint.q0 = draft.q[k];
-      joint.qd0 = draft.qd[k];
-      if (has_ball(type)) continue;
-      joint.damping = draft.damping[k];
-      joint.stiffness = draft.stiffness[k];
-      joint.rest = draft.rest[k];
-      joint.armature = draft.armature[k];
+      for (const JointParameter& parameter : joint_parameters)
+        joint.*parameter.value = draft.freedoms[k].*parameter.value;
     }
     if (has_ball(type)) {
-      Ball ball;
+      Ball& ball = draft.ball;
       ball.name = draft.link.joint.name;
       ball.chart_link = parent - 3;
       ball.driven = draft.link.joint.drive == Drive::torque;
-      std::copy_n(draft.q.begin() + static_cast<std::ptrdiff_t>(ball_at), 4, ball.quaternion.begin());
-      std::copy_n(draft.qd.begin() + static_cast<std::ptrdiff_t>(ball_at), 3, ball.omega.begin());
       balls.push_back(ball);
     }
     if (!freedoms.empty()) {

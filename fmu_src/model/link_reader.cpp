@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "model/compound_joint.hpp"
+#include "model/joint_parameters.hpp"
 #include "model/model_checks.hpp"
 
 namespace redysim {
@@ -21,6 +22,13 @@ DhParameters read_dh(Section& section, bool degrees) {
   dh.theta = to_radians(section.number("theta", 0), degrees);
   dh.d = section.number("d", 0);
   return dh;
+}
+
+void warn_without_effect(Section& section) {
+  std::vector<std::string> keys = {"hold", "drive"};
+  for (const JointParameter& parameter : joint_parameters) keys.push_back(parameter.name);
+  for (const std::string& key : keys)
+    if (section.has(key)) section.warn(key, key + " has no effect on a fixed joint");
 }
 
 Joint read_joint(Section& section, const std::string& link_name, bool degrees) {
@@ -45,16 +53,8 @@ Joint read_joint(Section& section, const std::string& link_name, bool degrees) {
   joint.dh = read_dh(section, degrees);
   joint.hold = section.flag("hold", false);
   if (is_compound(joint.type)) return joint;
-  const bool angular = degrees && joint.type != JointType::prismatic;
-  joint.q0 = to_radians(section.number("q", 0), angular);
-  joint.qd0 = to_radians(section.number("qd", 0), angular);
-  joint.damping = section.number("damping", 0, Bound::not_negative);
-  joint.stiffness = section.number("stiffness", 0, Bound::not_negative);
-  joint.rest = to_radians(section.number("rest", 0), angular);
-  joint.armature = section.number("armature", 0, Bound::not_negative);
-  if (joint.type == JointType::fixed)
-    for (const char* key : {"q", "qd", "hold", "damping", "stiffness", "rest", "armature", "drive"})
-      if (section.has(key)) section.warn(key, std::string(key) + " has no effect on a fixed joint");
+  read_joint_parameters(section, joint, degrees);
+  if (joint.type == JointType::fixed) warn_without_effect(section);
   return joint;
 }
 
@@ -80,7 +80,7 @@ LinkDraft read_link(Section section, const std::string& label, bool degrees, Nam
   link.mass = section.number("mass", 0, Bound::not_negative);
   link.com = section.vector("com", link.com);
   link.inertia = read_inertia(section);
-  LinkDraft draft{link, parent, section, {}, {}, {}, {}, {}, {}};
+  LinkDraft draft{link, parent, section, {}, {}};
   if (is_compound(link.joint.type)) read_compound(draft, degrees);
   draft.section.refuse_unknown();
   check_inertia(link, draft.section);

@@ -13,8 +13,8 @@ struct LinkDraft {
   Link link;
   std::string parent;  // empty: the link before, or ground for the first
   Section section;
-  // of a compound joint: start values and parameters per freedom
-  std::vector<double> q, qd, damping, stiffness, rest, armature;
+  std::vector<Joint> freedoms;  // of a compound joint, but for those of its ball: type and parameters
+  Ball ball;                    // its start values
 };
 
 // All [[link]] tables in file order. `degrees`: the file's angles are in degrees.

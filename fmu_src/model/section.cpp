@@ -78,11 +78,13 @@ bool Section::finite(const std::string& key, const Value& value) {
 double Section::number(const std::string& key, double fallback, Bound bound) {
   const Value* value = ask(key, Value::Kind::number, "a number");
   if (!value || !finite(key, *value)) return fallback;
-  const double number = value->number;
-  if (bound == Bound::any || number > 0 || (bound == Bound::not_negative && number == 0)) return number;
-  error(value->place,
-        key + " must be " + (bound == Bound::positive ? "> 0" : ">= 0") + ", got " + shown(number));
-  return fallback;
+  return within(key, value->number, bound) ? value->number : fallback;
+}
+
+bool Section::within(const std::string& key, double number, Bound bound) {
+  if (bound == Bound::any || number > 0 || (bound == Bound::not_negative && number == 0)) return true;
+  error(key, key + " must be " + (bound == Bound::positive ? "> 0" : ">= 0") + ", got " + shown(number));
+  return false;
 }
 
 bool Section::read_numbers(const std::string& key, const Value& list, std::vector<double>& numbers) {

@@ -32,6 +32,7 @@ class Section {
   bool flag(const std::string& key, bool fallback);
   double number(const std::string& key, double fallback, Bound bound = Bound::any);
   bool numbers(const std::string& key, std::vector<double>& numbers);  // false: absent or bad
+  bool within(const std::string& key, double number, Bound bound);     // reports it where it is not
   Vec3<double> vector(const std::string& key, const Vec3<double>& fallback);
   Vec3<double> direction(const std::string& key, const Vec3<double>& fallback);    // of unit length
   bool directions(const std::string& key, std::vector<Vec3<double>>& directions);  // false: absent or bad

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "model/joint_parameters.hpp"
 #include "model/suggest.hpp"
 
 namespace redysim {
@@ -53,8 +54,8 @@ std::vector<std::string> tunable_names(const Model& model) {
     add_indexed(names, link.name + ".com", 3);
     add_indexed(names, link.name + ".inertia", 6);
     if (link.joint.type == JointType::fixed) continue;
-    for (const char* parameter : {".damping", ".stiffness", ".rest", ".armature"})
-      names.push_back(link.joint.name + parameter);
+    for (const JointParameter& parameter : joint_parameters)
+      if (parameter.tunable) names.push_back(link.joint.name + "." + parameter.name);
   }
   add_indexed(names, "gravity", 3);
   return names;
