@@ -11,7 +11,7 @@ from build_fmu.description import model_description
 from build_fmu.documentation import documentation
 from build_fmu.drawing import draw
 from build_fmu.errors import UserError
-from build_fmu.licences import licence_file
+from build_fmu.licences import licence_files
 
 
 def build(model: Description, model_file: Path, target: Path) -> None:
@@ -29,5 +29,5 @@ def contents(model: Description, model_file: Path) -> list[Entry]:
         Entry(f"binaries/linux64/{model.model_identifier}.so", native.library().read_bytes(), executable=True),
         Entry("resources/model.toml", model_file.read_bytes()),
         Entry("documentation/index.html", documentation(model)),
-        Entry("documentation/licenses/license.txt", licence_file()),
+        *(Entry(f"documentation/licenses/{name}", text) for name, text in licence_files().items()),
     ]

@@ -19,12 +19,19 @@ THIRD_PARTY = (
 )  # fmt: skip
 
 
-def licence_file() -> bytes:
-    """Returns documentation/licenses/license.txt: the terms of the library and of its parts."""
+def licence_files() -> dict[str, bytes]:
+    """Returns the files of documentation/licenses: the terms of the library and of its parts."""
+    parts = native.licences_of_parts()
+    return {"license.txt": _overview(list(parts))} | {f"{name}.txt": text.encode() for name, text in parts.items()}
+
+
+def _overview(parts: list[str]) -> bytes:
     lines = [native.licence_text().rstrip(), "", "-" * 78, "",
              "The licence above covers the simulation library in this FMU. The model in resources/model.toml",
              "belongs to whoever wrote it. The library also contains parts of these works:", ""]
     for name, licence, holder, use, address in THIRD_PARTY:
         lines += [f"  {name}", f"    licence    {licence}", f"    copyright  {holder}", f"    use        {use}",
                   f"    source     {address}", ""]
+    if parts:
+        lines.append(f"Their terms in full are beside this file: {', '.join(f'{name}.txt' for name in parts)}.")
     return "\n".join(lines).encode()

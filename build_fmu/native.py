@@ -33,6 +33,12 @@ def licence_text() -> str:
     raise UserError("the file LICENSE is missing: install build_fmu again")
 
 
+def licences_of_parts() -> dict[str, str]:
+    """Returns the terms of what is linked into the library, by name; empty where its build machine had none."""
+    texts = (library().parent / "licenses").glob("*.txt")
+    return {path.stem: path.read_text(encoding="utf-8") for path in sorted(texts)}
+
+
 def _find(variable: str, name: str) -> Path:
     given = os.environ.get(variable)
     if given:

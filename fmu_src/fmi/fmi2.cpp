@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "fmi/call_table.hpp"
+#include "fmi/float_mode.hpp"
 #include "fmi/instance.hpp"
 #include "fmi/log.hpp"
 #include "fmi/resource_location.hpp"
@@ -18,6 +19,7 @@
 #include "model/fingerprint.hpp"
 #include "model/model_file.hpp"
 
+using redysim::FloatMode;
 using redysim::Function;
 using redysim::Instance;
 using redysim::Log;
@@ -54,6 +56,7 @@ void log_exception(const Log& log, const char* function) noexcept {
 template <class Call>
 fmi2Status guarded(fmi2Component component, Function function, Call&& call) noexcept {
   if (!component) return fmi2Error;
+  const FloatMode ours;
   Instance& instance = static_cast<Component*>(component)->instance;
   try {
     if (!redysim::is_allowed(function, instance.state()))
@@ -136,6 +139,7 @@ const char* fmi2GetVersion() { return fmi2Version; }
 
 fmi2Component fmi2Instantiate(fmi2String instance_name, fmi2Type type, fmi2String guid, fmi2String location,
                               const fmi2CallbackFunctions* functions, fmi2Boolean, fmi2Boolean logging_on) {
+  const FloatMode ours;
   try {
     const Log log(functions, instance_name, logging_on);
     try {

@@ -15,13 +15,16 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 // Times of a master compare with this relative tolerance: clocks add up and count nanoseconds.
 constexpr double time_tolerance = 1e-9;
 
+// s: shorter steps are no steps, or quotients by them would overflow.
+constexpr double no_time = 1e-100;
+
 // No method can do better in double precision.
 constexpr double tightest_rtol = 1e-13;
 
 // How far a step's start may lie off our own time: rounding, and never a noticeable part of the step.
 double start_slack(double time, double size) {
   const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::abs(time);
-  return std::max(std::min(time_tolerance * std::max(std::abs(time), size), 0.1 * size), rounding);
+  return std::max({std::min(time_tolerance * std::max(std::abs(time), size), 0.1 * size), rounding, no_time});
 }
 
 // No negative principal moment, rounding aside: no negative principal minor.
@@ -171,7 +174,7 @@ fmi2Status Instance::do_step(double current, double size) {
   if (end > stop_time_ + time_tolerance * std::max(std::abs(stop_time_), size))
     return refuse(function,
                   "the step ends at " + shown(end) + " s, after the stop time " + shown(stop_time_) + " s");
-  if (end <= time_) return fmi2OK;  // no time passes
+  if (end <= time_ + no_time) return fmi2OK;  // no time passes
   if (!update_plan(function)) return fmi2Error;
 
   const bool inputs_changed = parameters_changed_ || applied_inputs_ != system_.inputs();

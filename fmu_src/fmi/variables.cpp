@@ -137,6 +137,14 @@ void set_bounds(Variable& variable) {
     case Role::armature:
       variable.min = 0;
       return;
+    case Role::gap:
+    case Role::kinetic_energy:
+    case Role::steps:
+    case Role::rejected:
+    case Role::rhs_evaluations:
+    case Role::error_estimate:
+      variable.min = 0;
+      return;
     case Role::inertia:
       if (variable.element < 3) variable.min = 0;  // the moments; products have either sign
       return;

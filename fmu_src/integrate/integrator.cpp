@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "integrate/methods.hpp"
+#include "model/number.hpp"
 
 namespace redysim {
 std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings& settings) {
@@ -39,9 +39,8 @@ bool follow_motion(System& system, double time, double* y) {
 }
 
 Outcome failure(double time, const std::string& reason) {
-  char moment[48];
-  std::snprintf(moment, sizeof moment, "%.9g", time);
-  return {false, std::string("Integration stopped at t = ") + moment + " s: " + reason + "."};
+  const bool ended = !reason.empty() && reason.back() == '.';
+  return {false, "Integration stopped at t = " + shown(time) + " s: " + reason + (ended ? "" : ".")};
 }
 
 }  // namespace redysim

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
-import sys
 import urllib.parse
-from pathlib import Path
 
 import pytest
 
 from tests.fmi.raw import MODEL_EXCHANGE, OK, Slave, Unpacked
 
-ROOT = Path(__file__).resolve().parents[2]
 FOLDERS = ["plain", "with space", "ü", "a%20b", "100%", "a#b?c", "deep/er/and deeper"]
 
 
@@ -93,28 +89,6 @@ def test_the_environments_memory_is_used_and_given_back(fmu):
     slave.initialize()
     slave.free()
     assert not slave.blocks
-
-
-def test_a_locale_with_decimal_commas_changes_nothing(fmu, fmu_file, tmp_path):
-    locales = subprocess.run(["locale", "-a"], capture_output=True, text=True).stdout.split() if shutil.which("locale") else []
-    comma = next((name for name in locales if name.lower().startswith(("de_", "fr_", "nl_", "it_"))), None)
-    if comma is None:
-        pytest.skip("no locale with decimal commas is installed")
-    with Slave(fmu("kuka_kr5")) as slave:
-        slave.initialize().run(0.1, 0.01)
-        expected = slave.reals(slave.fmu.named("output", ".q"))
-    program = f"""
-import locale
-from pathlib import Path
-from tests.fmi.raw import Slave, Unpacked
-locale.setlocale(locale.LC_ALL, {comma!r})
-slave = Slave(Unpacked(Path({str(fmu_file("kuka_kr5"))!r}), Path({str(tmp_path / "fmu")!r})))
-slave.initialize().run(0.1, 0.01)
-print(slave.reals(slave.fmu.named("output", ".q")))
-"""
-    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT)
-    assert run.returncode == 0, run.stderr
-    assert run.stdout.strip() == str(expected)
 
 
 def test_many_instances_come_and_go(fmu):

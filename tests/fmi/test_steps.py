@@ -54,6 +54,13 @@ def test_a_step_of_no_length_does_nothing(slave):
     assert slave.reals(STATE) == before and slave.last_time() == 0
 
 
+@pytest.mark.parametrize("size", [5e-324, 1e-310, 1e-200])
+def test_steps_too_short_to_divide_by_pass_no_time(slave, size):
+    for k in range(3):
+        assert slave.step(k * size, size) == OK, slave.errors
+    assert slave.step(3 * size, 0.01) == OK and slave.last_time() == 0.01
+
+
 def test_a_clock_that_adds_up_is_accepted(slave):
     time = 0.0
     for _ in range(1000):

@@ -119,6 +119,15 @@ def test_pages(fmu):
         assert text in licence
 
 
+def test_terms_beside_the_library_go_into_the_fmu(compiled, model, tmp_path):
+    (compiled / "licenses").mkdir()
+    (compiled / "licenses" / "sundials.txt").write_text("terms of ü", encoding="utf-8")
+    build(describe(model), model, tmp_path / "crane.fmu")
+    with zipfile.ZipFile(tmp_path / "crane.fmu") as file:
+        assert file.read("documentation/licenses/sundials.txt").decode() == "terms of ü"
+        assert "sundials.txt" in file.read("documentation/licenses/license.txt").decode()
+
+
 def test_picture_is_of_a_useful_size(fmu):
     from PIL import Image
 
