@@ -76,7 +76,8 @@ def _check(options: argparse.Namespace) -> int:
 def _simulate(options: argparse.Namespace) -> int:
     from build_fmu.plots import FORMATS, plot
     from build_fmu.session import Session
-    from build_fmu.simulate import Settings, simulate
+    from build_fmu.redysim_layout import columns_of, described, write_layout
+    from build_fmu.simulate import Settings, select_outputs, simulate
     from build_fmu.tables import final_values, write_csv
 
     target = _simulated_file(options)
@@ -84,18 +85,28 @@ def _simulate(options: argparse.Namespace) -> int:
     for path, endings in ((options.csv, (".csv",)), (options.plot, FORMATS)):
         if path is not None and path.suffix.lower() not in endings:
             raise UserError(f"'{path}' must end in {' or '.join(endings)}")
-    settings = Settings(options.stop, options.step, options.tolerance, options.start, options.input, options.output)
     with _as_fmu(target) as fmu, Session(fmu) as session:
+        model = described(fmu) if options.redysim_layout else None
+        if model:
+            columns_of(model)  # what ReDySim does not know shows before the run
+        chosen = select_outputs(session, options.output)
+        # the layout needs columns that --output may have left out
+        recorded = list(dict.fromkeys([*select_outputs(session, ()), *chosen])) if model else chosen
+        settings = Settings(options.stop, options.step, options.tolerance, options.start, options.input, recorded)
         with _progress(session, settings) as progress:
             result = simulate(session, settings, progress)
         _warn(result.warnings)
+        if model:
+            written = write_layout(options.redysim_layout, model, result)
+            print(f"{options.redysim_layout}  {len(result.time)} rows in {', '.join(written)}")
+        result = result.only(chosen)
         if options.csv:
             write_csv(options.csv, result)
             print(f"{options.csv}  {len(result.time)} rows, {len(result.names)} outputs")
         if options.plot:
             plot(options.plot, session, result, options.output)
             print(f"{options.plot}  t = {result.time[0]:g} to {result.time[-1]:g} s")
-        if not (options.csv or options.plot):
+        if not (options.csv or options.plot or model):
             _terminal().print(final_values(session, result))
     return 0
 
@@ -204,6 +215,7 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--output", **several, metavar="NAME", help="outputs to record, * allowed (default: all)")
     command.add_argument("--csv", type=Path, metavar="OUT.csv", help="write the record, 17 digits")
     command.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the record (.png, .svg, .pdf)")
+    command.add_argument("--redysim-layout", type=Path, metavar="DIR", help="write timevar.dat, statevar.dat, envar.dat, tor.dat as ReDySim does")
     command.set_defaults(run=_simulate)
 
     command = commands.add_parser("show", help="write a page that plays a run: the mechanism beside linked plots", description="Write one HTML file that "

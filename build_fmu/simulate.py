@@ -1,6 +1,7 @@
 """Runs an FMU over a time span and records its outputs.
 
-Inputs are set at the start of each communication step and held during it; outputs are read at its end.
+Inputs are set at the start of each communication step and held during it; outputs are read at its end, or, where motions
+are prescribed, once the motion of that time is set, since torques belong to it.
 """
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,10 @@ class Result:
         """Returns the column of an output or, failing that, of an input."""
         return self.values[:, self.names.index(name)] if name in self.names else self.inputs[name]
 
+    def only(self, names: Sequence[str]) -> Result:
+        """Returns the record with these outputs alone."""
+        return replace(self, names=list(names), values=self.values[:, [self.names.index(name) for name in names]])
+
 
 def simulate(session: Session, settings: Settings, progress: Callable[[float], None] = lambda _: None) -> Result:
     """Runs the opened FMU; `progress` gets the time reached (s). Raises UserError in one sentence."""
@@ -62,14 +67,18 @@ def simulate(session: Session, settings: Settings, progress: Callable[[float], N
     if clash:
         raise UserError(f"'{clash[0]}' is given both as a start value and as an input")
     session.initialise(times[0], times[-1], settings.tolerance, start | inputs_at(times[0]))
+    prescribed = any(name.endswith((".q", ".qd", ".qdd")) for name in signals)
     values = np.empty((len(times), len(names)))
     recorded = {name: np.empty(len(times)) for name in session.names("input") if session.variables[name].type == "Real"}
     for k, time in enumerate(times):
         now = inputs_at(time)
         if k > 0:
             session.step(times[k - 1], time - times[k - 1])
+        if prescribed:
+            session.write(now)
         values[k] = session.read(names)
-        session.write(now)
+        if not prescribed:
+            session.write(now)
         for name, column in recorded.items():
             column[k] = now.get(name, start.get(name, session.variables[name].start or 0))
         progress(time)
