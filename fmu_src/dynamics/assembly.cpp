@@ -317,7 +317,7 @@ std::string changes(const Model& model, const Plan<double>& plan, const std::vec
 Assembly assemble(const Model& model, const Plan<double>& plan, Workspace<double>& ws, double* q,
                   double* qd) {
   Assembly result;
-  if (plan.clusters.empty()) return result;
+  if (!plan.has_loops()) return result;
   const std::vector<double> at_rest(plan.joints.size(), 0.0);
   set_positions(plan, ws, q);
   set_ground_motion(plan, ws, at_rest.data());

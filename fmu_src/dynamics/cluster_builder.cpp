@@ -284,7 +284,7 @@ void build_clusters(const Model& model, Plan<Scalar>& plan) {
   }
   for (const auto& port : plan.ports)
     if (port.in_ground_axes) mark_pose(plan, port.body);
-  if (model.loops.empty()) return;
+  if (!features::loops || model.loops.empty()) return;
 
   std::vector<int> parents;
   for (const auto& joint : plan.joints) parents.push_back(joint.parent);

@@ -49,7 +49,7 @@ void copy_loops(const Plan<double>& from, Plan<Dual>& to) {
 
 Plan<Dual> elements_of(const Plan<double>& plan) {
   Plan<Dual> elements;
-  if (plan.needs_pose.empty()) return elements;
+  if (!plan.has_poses()) return elements;
   elements.joints.resize(plan.joints.size());
   elements.needs_pose = plan.needs_pose;
   copy_elements(plan, elements);
@@ -81,7 +81,7 @@ Derivatives::Derivatives(const Plan<double>& plan)
     : bodies_(plan.joints.size()),
       changes_(plan.joints.size()),
       forces_(plan.joints.size()),
-      has_elements_(!plan.needs_pose.empty()),
+      has_elements_(plan.has_poses()),
       plan_(elements_of(plan)),
       workspace_(plan_),
       port_wrenches_(6 * plan.ports.size()) {
@@ -99,7 +99,7 @@ void Derivatives::set_point(const Plan<double>& plan, Workspace<double>& ws, con
   if (has_elements_) set_ground_motion(plan, ws, qd);
   add_spring_wrenches(plan, ws);
   add_port_wrenches(plan, ws, ports);
-  if (!plan.loops.empty()) set_loop_rows(plan, ws);
+  if (plan.has_loops()) set_loop_rows(plan, ws);
   for (const auto& loop : plan.loops)
     for (std::size_t row = loop.first_row; row < loop.first_row + loop.rows.size(); ++row)
       for (const auto& [body, wrench] :
@@ -297,7 +297,7 @@ void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, cons
       if (has_elements_) {
         move_ground_states(plan, ws, joint, velocity);
         power += change_elements(plan);
-        if (!plan.loops.empty()) change_loops(plan, ws);
+        if (plan.has_loops()) change_loops(plan, ws);
       }
       collect_forces(plan, ws, joint, velocity);
     }

@@ -57,7 +57,7 @@ Scalar potential_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const S
     const Scalar stretch = q[i] - joint.rest;
     energy += Scalar(0.5) * joint.stiffness * stretch * stretch;
   }
-  if (plan.springs.empty()) return energy;
+  if (!plan.has_springs()) return energy;
   set_ground_motion(plan, ws, qd);
   for (const auto& spring : plan.springs) {
     const Scalar stretch = spring_line(spring, ws).length - spring.rest_length;
@@ -74,6 +74,7 @@ Scalar external_power(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, con
   Scalar power(0);
   for (std::size_t i = 0; i < plan.joints.size(); ++i)
     power += qd[i] * (tau[i] - plan.joints[i].damping * qd[i]);
+  if (!plan.has_springs()) return power;
   for (const auto& spring : plan.springs) {
     const Scalar rate = spring_line(spring, ws).rate;
     power -= spring.damping * rate * rate;

@@ -25,7 +25,7 @@ void respond(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* forc
   LoopState<Scalar>& state = ws.loop;
   for (auto& s : ws.joints) s.p = Force<Scalar>::zero();
   const auto pass = [&](int i) { pass_force(plan, ws, i, forces ? forces[i] : Scalar(0)); };
-  if (plan.clusters.empty()) {
+  if (!plan.has_loops()) {
     const int n = static_cast<int>(plan.joints.size());
     for (int i = n - 1; i >= 0; --i) pass(i);
     for (int i = 0; i < n; ++i) accelerate_joint(plan, ws, i, qdd, Scalar(0), /*at_rest=*/true);

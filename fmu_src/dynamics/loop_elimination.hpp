@@ -61,7 +61,7 @@ void pass_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t clus
     }
     const Scalar u_row = pass_joint(plan.joints[i], s, w, state.b[passage.row]);
     state.passage_u[cluster.first_passage + n] = u_row;
-    if (plan.prescribed_count > 0)
+    if (plan.has_motion())
       for (int side = 0; side < (plan.joints[i].prescribed ? 1 : 2); ++side)
         if (u_row * u_row > state.reach[side][passage.row]) state.reach[side][passage.row] = u_row * u_row;
     for (int m = begin; m <= n; ++m) {
@@ -84,7 +84,7 @@ void fold_into_root(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t
     if (cluster.root == ground) state.b[row] += state.K[row].force.dot(plan.gravity);
   }
   EnvelopeCholesky<Scalar>& S = state.S[cluster_index];
-  if (plan.prescribed_count > 0) drop_unmoved_groups(cluster, state, S);
+  if (plan.has_motion()) drop_unmoved_groups(cluster, state, S);
   S.factor(state.rank_tolerance);
   if (cluster.root == ground) return;
   JointState<Scalar>& root = ws.joints[cluster.root];

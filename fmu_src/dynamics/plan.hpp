@@ -5,6 +5,7 @@
 #include "dynamics/cluster_plan.hpp"
 #include "math/spatial.hpp"
 #include "model/dh.hpp"
+#include "model/features.hpp"
 #include "model/model.hpp"
 
 // What the recursion needs of a model and nothing else: fixed links lumped into their carriers, constant
@@ -74,6 +75,16 @@ struct Plan {
   std::vector<ClusterPlan> clusters;
   std::vector<EliminationStep> elimination;  // leaves to root; empty for an open tree
   std::vector<char> needs_pose;              // per joint; empty when nothing asks for ground poses
+
+  // What a recursion may skip; known to the compiler where this library was built without it.
+  bool has_loops() const { return features::loops && !loops.empty(); }
+  bool has_springs() const { return features::springs && !springs.empty(); }
+  bool has_ports() const { return features::ports && !ports.empty(); }
+  bool has_motion() const { return features::motion && prescribed_count > 0; }
+  bool has_balls() const { return features::spherical && !balls.empty(); }
+  bool has_poses() const {
+    return (features::loops || features::springs || features::ports) && !needs_pose.empty();
+  }
 
   // Where each link of the model went: the joint that carries it (ground for links fixed to it) and its
   // frame in that joint's body frame.

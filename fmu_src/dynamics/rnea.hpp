@@ -50,8 +50,8 @@ template <class Scalar>
 void inverse_dynamics(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
                       const Scalar* qdd, Scalar* tau) {
   set_body_wrenches(plan, ws, q, qd, qdd);
-  if (!plan.needs_pose.empty()) set_ground_motion(plan, ws, qd);
-  if (!plan.springs.empty()) add_spring_wrenches(plan, ws);
+  if (plan.has_poses()) set_ground_motion(plan, ws, qd);
+  if (plan.has_springs()) add_spring_wrenches(plan, ws);
   collect_joint_forces(plan, ws, q, qd, qdd, tau);
 }
 

@@ -74,7 +74,7 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   fresh.acceleration = fresh.c;
   fresh.A.xx = fresh.A.yy = fresh.A.zz = fresh.A.xy = fresh.A.xz = fresh.A.yz = Lanes<Scalar>::all(nan);
   joints.assign(plan.joints.size(), fresh);
-  if (!plan.needs_pose.empty()) ground.resize(plan.joints.size());
+  if (plan.has_poses()) ground.resize(plan.joints.size());
   std::size_t rows = 0, passages = 0;
   for (const auto& cluster : plan.clusters) {
     rows += static_cast<std::size_t>(cluster.row_count);
@@ -84,7 +84,7 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   for (auto& side : loop.wrench) side.resize(rows);
   loop.K.resize(rows);
   loop.b.assign(rows, nan);
-  if (plan.prescribed_count > 0)
+  if (plan.has_motion())
     for (auto& reach : loop.reach) reach.assign(rows, nan);
   loop.lambda.assign(rows, Scalar(0));
   loop.residual.assign(rows, nan);

@@ -14,6 +14,7 @@
 #include "fmi/log.hpp"
 #include "fmi/presentation.hpp"
 #include "fmi/variables.hpp"
+#include "model/features.hpp"
 #include "model/fingerprint.hpp"
 #include "model/model_file.hpp"
 
@@ -152,6 +153,13 @@ void write_variable(Json& json, const Model& model, const Variable& variable) {
   json.member("description", shown.description).end_object();
 }
 
+// What `build --specialise` must not leave out.
+void write_features(Json& json, const Model& model) {
+  json.key("features").begin_array();
+  for (const std::string& feature : features_of(model)) json.value(feature);
+  json.end_array();
+}
+
 void write_variables(Json& json, const Model& model, const VariableTable& table) {
   json.key("variables").begin_array();
   for (const Variable& variable : table.all()) write_variable(json, model, variable);
@@ -200,6 +208,7 @@ std::string description(const ModelFile& file, const std::string& path, std::vec
   write_header(json, file);
   write_capabilities(json);
   write_log_categories(json);
+  write_features(json, file.model);
   write_units(json, file.model, table);
   write_variables(json, file.model, table);
   write_structure(json, "outputs", table, output_dependencies(table, plan));

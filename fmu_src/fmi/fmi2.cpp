@@ -16,6 +16,7 @@
 #include "fmi/log.hpp"
 #include "fmi/resource_location.hpp"
 #include "fmi2Functions.h"
+#include "model/features.hpp"
 #include "model/fingerprint.hpp"
 #include "model/model_file.hpp"
 
@@ -101,6 +102,12 @@ Component* instantiate(const Log& log, fmi2Type type, fmi2String guid, fmi2Strin
   if (!guid || own_guid != guid) {
     log.error("fmi2Instantiate: the GUID " + std::string(guid ? guid : "(null)") + " is not that of '" +
               path + "', " + own_guid + ": description and model file do not belong together");
+    return nullptr;
+  }
+  const std::string missing = redysim::missing_feature(file.model);
+  if (!missing.empty()) {
+    log.error("fmi2Instantiate: this library was specialised for another scene, without " + missing +
+              ", which '" + path + "' uses");
     return nullptr;
   }
 

@@ -142,7 +142,7 @@ fmi2Status Instance::exit_initialization_mode() {
 
 // Whether the prescribed motions miss or outnumber the freedom of closed loops.
 void Instance::report_drives() {
-  if (plan_.loops.empty() || plan_.prescribed_count == 0) return;
+  if (!plan_.has_loops() || !plan_.has_motion()) return;
   if (!log_.events() && !log_.warnings()) return;
   const Freedom found = freedom(model_, system_.coordinates(time_, current_state()).q);
   if (found.surplus > 0)

@@ -4,6 +4,7 @@
 #include "dynamics/momentum.hpp"
 #include "fmi/frame_values.hpp"
 #include "fmi/instance.hpp"
+#include "model/features.hpp"
 #include "model/number.hpp"
 
 // Reading and writing variables by value reference.
@@ -42,7 +43,7 @@ bool Instance::update_accelerations(Function function) {
                          (joint.empty() ? "" : " (joint '" + joint + "')"));
     return false;
   }
-  if (plan_.prescribed_count > 0)
+  if (plan_.has_motion())
     system_.drive_forces(system_.coordinates(time_, current_state()), qdd_.data(), drive_.data());
   for (int ball = 0; ball < system_.balls(); ++ball)
     ball_alpha_[ball] = system_.ball_acceleration(ball, qdd_.data());
@@ -309,6 +310,9 @@ fmi2Status Instance::set_string(const unsigned* references, std::size_t count, c
     if (!parse_method(values[i], method))
       return refuse(function, variable->name + " must be erk, adams or bdf, got '" + values[i] + "'");
   }
+  if (!has_method(method))
+    return refuse(function, "this library was specialised for its scene and does not hold the method " +
+                                std::string(method_name(method)));
   model_.solver.method = method;
   return fmi2OK;
 }

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "integrate/methods.hpp"
+#include "model/features.hpp"
 #include "model/number.hpp"
 
 namespace redysim {
@@ -12,15 +13,19 @@ std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings
   if (system.size() == 0) return make_still();
   switch (settings.method) {
     case SolverMethod::adams:
-      return make_adams(system, settings);
+      if constexpr (features::adams) return make_adams(system, settings);
+      break;
     case SolverMethod::bdf:
     case SolverMethod::dirk:
-      return make_bdf(system, settings);  // no dirk yet: the other implicit method
+      if constexpr (features::bdf)
+        return make_bdf(system, settings);  // no dirk yet: the other implicit method
+      break;
     case SolverMethod::erk:
     case SolverMethod::automatic:
       break;
   }
-  return make_erk(system, settings);
+  if constexpr (features::erk) return make_erk(system, settings);
+  return nullptr;  // missing_feature has refused the model before
 }
 
 long allowed_steps(double length) {

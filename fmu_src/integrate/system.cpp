@@ -64,7 +64,7 @@ System::System(const Plan<double>& plan, bool with_work)
 }
 
 System::Coordinates System::coordinates(double time, const double* y) {
-  if (plan_.prescribed_count == 0) return {y, y + plan_.nv};
+  if (!plan_.has_motion()) return {y, y + plan_.nv};
   for (int i = 0; i < plan_.nv; ++i) {
     if (motion_slot_[i] < 0) continue;
     const double* held = held_motion(motion_slot_[i]);
@@ -134,7 +134,7 @@ Status System::accelerations(double time, const double* y, double* qdd) {
 }
 
 Status System::right_hand_side(double time, const double* y, double* ydot) {
-  const bool all = plan_.prescribed_count == 0;
+  const bool all = !plan_.has_motion();
   double* qdd = all ? ydot + nq() : qdd_.data();
   const Status status = accelerations(time, y, qdd);
   for (int k = 0; k < simple(); ++k) ydot[k] = y[nq() + k];
@@ -151,7 +151,7 @@ Status System::right_hand_side(double time, const double* y, double* ydot) {
 
 double System::power(const Coordinates& at, const double* qdd) {
   const double* tau = inputs_.data();  // of the drives
-  if (plan_.prescribed_count > 0) {
+  if (plan_.has_motion()) {
     drive_forces(at, qdd, drive_.data());
     tau = drive_.data();
   }
@@ -179,7 +179,7 @@ void System::set_residuals(double time, const double* y) {
 }
 
 Status System::project(double time, double* y, double* error) {
-  if (plan_.loops.empty()) return Status::ok;
+  if (!plan_.has_loops()) return Status::ok;
   workspace_.loop.rank_tolerance = projection_rank_tolerance;
   Status status = project_within_rank(time, y, error);
   if (status == Status::ok && largest(workspace_.loop.residual) > open_gap) {

@@ -29,7 +29,7 @@ class System {
   int size() const { return nq() + nv() + (with_work_ ? 1 : 0); }
   bool with_work() const { return with_work_; }
   int simple() const { return static_cast<int>(integrated_.size()); }  // joints of one freedom in the state
-  int balls() const { return static_cast<int>(plan_.balls.size()); }
+  int balls() const { return plan_.has_balls() ? static_cast<int>(plan_.balls.size()) : 0; }
   int joint_of(int state_position) const {
     return integrated_[state_position];
   }  // into plan().joints; < simple()
@@ -68,7 +68,7 @@ class System {
 
   // Closed loops: moves y to the nearest point (mass metric) with closed position and velocity
   // constraints. `error` (length size(), may be null) is an error estimate to be projected alike.
-  bool has_loops() const { return !plan_.loops.empty(); }
+  bool has_loops() const { return plan_.has_loops(); }
   Status project(double time, double* y, double* error);
   double largest_gap() const;  // over all rows, m or rad, after the last project or accelerations
 
