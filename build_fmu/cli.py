@@ -37,16 +37,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _build(options: argparse.Namespace) -> int:
     if options.inverse:
         with inverse_of(options.model) as (model, source):
-            return _pack(model, source, options.output)
-    return _pack(describe(options.model), options.model, options.output)
+            return _pack(model, source, options)
+    return _pack(describe(options.model), options.model, options)
 
 
-def _pack(model: Description, source: Path, output: Path | None) -> int:
+def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
+    output = options.output
     target = output or Path(f"{model.model_identifier}.fmu")
     if target.is_dir():
         target = target / f"{model.model_identifier}.fmu"
     _warn(model.warnings)
-    build(model, source, target)
+    reason = build(model, source, target, show=not options.no_show)
+    if reason:
+        print(f"note: the FMU carries no page that plays it, because {reason}", file=sys.stderr)
     print(f"{target}  {target.stat().st_size / 1024:.0f} kB, {len(model.select('input'))} inputs, "
           f"{len(model.select('output'))} outputs, {len(model.select('parameter'))} parameters")
     return 0
@@ -182,6 +185,7 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("-o", "--output", type=Path, metavar="FMU", help="file or folder to write (default: NAME.fmu here)")
     command.add_argument("--inverse", action="store_true", help="the inverse of the model, NAME_inverse: joints take motions and say which torques "
                          "they need")
+    command.add_argument("--no-show", action="store_true", help="leave out the page that plays the default experiment (documentation/run.html)")
     command.set_defaults(run=_build)
 
     command = commands.add_parser("import", help="write a model file from a scene, ReDySim files, a URDF or a DH table")
@@ -226,5 +230,9 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--step", type=float, metavar="H", help="time between two pictures in s (default: the FMU's own)")
     command.add_argument("--start", **several, metavar="NAME=VALUE", help="start values, as for simulate")
     command.add_argument("--input", **several, metavar="NAME=EXPR|FILE.csv", help="inputs, as for simulate")
+    command.add_argument("--gif", type=Path, metavar="FILM", help="write a film (.gif) for reports; a page only with -o")
+    command.add_argument("--mp4", type=Path, metavar="FILM", help="the same as .mp4, by the program ffmpeg")
+    command.add_argument("--speed", type=float, default=1.0, metavar="X", help="of a film: seconds of the run in a second (default: 1)")
+    command.add_argument("--rate", type=float, default=20.0, metavar="N", help="of a film: pictures in a second (default: 20)")
     command.set_defaults(run=_show)
     return parser

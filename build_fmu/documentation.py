@@ -26,8 +26,8 @@ GROUPS = (
 )
 
 
-def documentation(model: Description) -> bytes:
-    """Returns the page, UTF-8; it needs no file but ../model.png."""
+def documentation(model: Description, played: bool = False) -> bytes:
+    """Returns the page, UTF-8; it needs no file but ../model.png, and run.html if there is a run to play."""
     name = escape(model.model_name)
     parts = [
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{name}</title>',
@@ -38,6 +38,8 @@ def documentation(model: Description) -> bytes:
     parts.append(f"<p>A multibody system of {len(model.drawing['links'])} links as an FMI 2.0 co-simulation FMU, made by "
                  f"{escape(model.generation_tool)}. All values are in SI units and radians.</p>")
     parts.append(f'<p><img src="../model.png" alt="{name} at its start pose"></p>')
+    if played:
+        parts.append('<p><a href="run.html">Play its default experiment</a>: the motion without inputs, in three dimensions beside its plots.</p>')
     parts += [_links(model), _run(model)]
     for causality, title, note in GROUPS:
         rows = model.select(causality)

@@ -6,6 +6,7 @@ A planar mechanism is drawn in its plane, every other one in three dimensions. L
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -28,19 +29,31 @@ def draw(drawing: dict[str, Any], title: str) -> bytes:
         matplotlib.rcParams["text.parse_math"] = False  # a name may hold a dollar sign
         figure = Figure(figsize=(6.4, 5.6), dpi=110, facecolor="white")
         FigureCanvasAgg(figure)
-        plane = planar_axes(drawing["links"])
-        scene = _Scene(figure, plane, _size(drawing))
-        _ground(scene)
-        for i, link in enumerate(drawing["links"]):
-            _link(scene, drawing["links"], i, link)
-        for loop in drawing.get("loops", []):
-            _loop(scene, drawing["links"], loop)
-        for spring in drawing.get("springs", []):
-            scene.line(_zigzag(spring["point_a"], spring["point_b"], scene), color=SPRING, lw=1.4)
-        scene.finish(drawing, title)
+        mechanism(figure, drawing, title, _caption(drawing))
         content = io.BytesIO()
         figure.savefig(content, format="png", metadata={"Software": None})
         return content.getvalue()
+
+
+def mechanism(figure, drawing: dict[str, Any], title: str, caption: str, bounds: np.ndarray | None = None, traces: Sequence = ()) -> None:
+    """Draws into an empty figure. `bounds` (least, greatest point) keeps the view of a film still; `traces` are paths of tips."""
+    scene = _Scene(figure, planar_axes(drawing["links"]), _size(drawing), vertical_axis(drawing))
+    _ground(scene)
+    for path in traces:
+        scene.line(path, color=LOOP, lw=1.2, alpha=0.5, zorder=3)
+    for i, link in enumerate(drawing["links"]):
+        _link(scene, drawing["links"], i, link)
+    for loop in drawing.get("loops", []):
+        _loop(scene, drawing["links"], loop)
+    for spring in drawing.get("springs", []):
+        scene.line(_zigzag(spring["point_a"], spring["point_b"], scene), color=SPRING, lw=1.4)
+    scene.finish(title, caption, bounds)
+
+
+def vertical_axis(drawing: dict[str, Any]) -> int:
+    """Returns the ground axis (0, 1, 2) that gravity is nearest to; z without gravity."""
+    gravity = np.abs(drawing.get("gravity", [0, 0, 0]))
+    return int(np.argmax(gravity)) if gravity.any() else 2
 
 
 def planar_axes(links: list[dict[str, Any]]) -> tuple[int, int] | None:
@@ -48,7 +61,7 @@ def planar_axes(links: list[dict[str, Any]]) -> tuple[int, int] | None:
     moving = [link for link in links if link["type"] != "fixed"]
     for normal, plane in ((2, (0, 1)), (1, (0, 2)), (0, (1, 2))):
         along = [(link["type"], abs(link["rotation"][normal][2])) for link in moving]
-        if along and all(z > 1 - 1e-9 if kind == "revolute" else z < 1e-9 for kind, z in along):
+        if along and all(z > 1 - 1e-9 if kind == "revolute" else kind == "prismatic" and z < 1e-9 for kind, z in along):
             return plane
     return None
 
@@ -56,14 +69,16 @@ def planar_axes(links: list[dict[str, Any]]) -> tuple[int, int] | None:
 class _Scene:
     """One set of axes that takes points of the ground frame, in the plane or in space."""
 
-    def __init__(self, figure, plane: tuple[int, int] | None, size: float) -> None:
+    def __init__(self, figure, plane: tuple[int, int] | None, size: float, vertical: int) -> None:
         self.plane, self.size, self.points = plane, size, [np.zeros(3)]
+        # a cyclic change of axes turns z to the vertical one
+        self.view = np.roll(VIEW, vertical - 2)
         if plane is None:
             from mpl_toolkits.mplot3d import Axes3D  # noqa: F401  registers the projection
 
             # the drawing order is ours: links, then joints, then names
             self.axes = figure.add_axes((-0.04, -0.02, 1.04, 0.98), projection="3d", computed_zorder=False)
-            self.axes.view_init(elev=ELEVATION, azim=AZIMUTH)
+            self.axes.view_init(elev=ELEVATION, azim=AZIMUTH, vertical_axis="xyz"[vertical])
         else:
             self.axes = figure.add_axes((0.12, 0.1, 0.84, 0.8))
 
@@ -87,8 +102,8 @@ class _Scene:
         halo = [withStroke(linewidth=2.5, foreground="white")]  # readable across a link
         self.axes.text(*where, f"  {text}", fontsize=8.5, color=INK, zorder=30, ha="left", va="bottom", path_effects=halo)
 
-    def finish(self, drawing: dict[str, Any], title: str) -> None:
-        points = np.array(self.points)
+    def finish(self, title: str, caption: str, bounds: np.ndarray | None) -> None:
+        points = np.array(self.points) if bounds is None else np.array(bounds)
         low, high = points.min(axis=0), points.max(axis=0)
         # a flat side still gets some depth, so that the box never degenerates
         thin = 0.3 * max(high - low)
@@ -112,7 +127,7 @@ class _Scene:
                 side.set_color("#c9cfd5")
         axes.tick_params(labelsize=8, colors="#56616b")
         axes.figure.text(0.04, 0.955, title, fontsize=13, color=INK, weight="bold", va="center")
-        axes.figure.text(0.96, 0.955, _caption(drawing), fontsize=8.5, color="#56616b", va="center", ha="right")
+        axes.figure.text(0.96, 0.955, caption, fontsize=8.5, color="#56616b", va="center", ha="right")
 
 
 def _link(scene: _Scene, links: list[dict[str, Any]], index: int, link: dict[str, Any]) -> None:
@@ -133,16 +148,17 @@ def _link(scene: _Scene, links: list[dict[str, Any]], index: int, link: dict[str
         return
     if link["type"] != "fixed":
         axis = np.asarray(link["rotation"], float)[:, 2] * 0.07 * scene.size
-        if scene.plane is None or link["type"] == "prismatic":
+        if link["type"] == "prismatic" or (scene.plane is None and link["type"] == "revolute"):
             scene.line([origin - axis, origin + axis], color=INK, lw=1.2, zorder=12)
-        marker = "o" if link["type"] == "revolute" else "s"
-        scene.mark(origin, marker=marker, ms=8, mfc="white", mec=INK, mew=1.6, zorder=14)
+        marker, size = {"revolute": ("o", 8), "spherical": ("o", 11)}.get(link["type"], ("s", 8))
+        scene.mark(origin, marker=marker, ms=size, mfc="white", mec=INK, mew=1.6, zorder=14)
     if link["mass"] > 0:
         scene.mark(com, marker="P", ms=6, mfc=COM, mec="white", mew=0.6, zorder=16)
     # joints that meet in a point (a wrist) share one name tag, written by the first of them
     here = [i for i, other in enumerate(links) if np.linalg.norm(np.asarray(other["origin"], float) - origin) < 0.03 * scene.size]
     if len(links) <= NAMED_LINKS and here[0] == index:
-        scene.text(origin, ", ".join(links[i]["name"] for i in here))
+        # the joints of a link's joint of several freedoms, hand[1] and hand[2], go by the link's name
+        scene.text(origin, ", ".join(dict.fromkeys(links[i]["name"].partition("[")[0] for i in here)))
 
 
 def _loop(scene: _Scene, links: list[dict[str, Any]], loop: dict[str, Any]) -> None:
@@ -189,7 +205,7 @@ def _size(drawing: dict[str, Any]) -> float:
 def _caption(drawing: dict[str, Any]) -> str:
     kinds = [link["type"] for link in drawing["links"]]
     parts = [(kinds.count("revolute"), "revolute"), (kinds.count("prismatic"), "prismatic"),
-             (kinds.count("fixed"), "fixed"), (len(drawing.get("loops", [])), "loop")]
+             (kinds.count("spherical"), "spherical"), (kinds.count("fixed"), "fixed"), (len(drawing.get("loops", [])), "loop")]
     counts = ", ".join(f"{n} {what}" for n, what in parts if n)
     return f"{counts} · {sum(link['mass'] for link in drawing['links']):.4g} kg · start pose"
 
@@ -199,7 +215,7 @@ def _zigzag(start, end, scene: _Scene) -> list[np.ndarray]:
     start, end = np.asarray(start, float), np.asarray(end, float)
     along = end - start
     # across the line of sight, so that the zigzag is seen from the side
-    sight = np.eye(3)[3 - sum(scene.plane)] if scene.plane else VIEW
+    sight = np.eye(3)[3 - sum(scene.plane)] if scene.plane else scene.view
     across = np.cross(along, sight)
     across *= 0.025 * scene.size / max(float(np.linalg.norm(across)), 1e-12)
     turns = [start + along * (0.2 + 0.6 * k / 12) + across * (0 if k in (0, 12) else (-1) ** k) for k in range(13)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -52,9 +53,11 @@ class Session:
     def __enter__(self) -> Session:
         import fmpy
 
+        here = Path.cwd()
         try:
             self.instance = fmpy.instantiate_fmu(self.folder, self.description, "CoSimulation", logger=self._logged)
         except Exception as error:
+            os.chdir(here)  # FMPy loads a library in its own folder, and stays there when that fails
             self.close()
             raise UserError(f"'{self.description.modelName}' cannot be loaded: {self._reason(str(error))}") from None
         return self

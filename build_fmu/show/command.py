@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import tempfile
 import zipfile
@@ -15,9 +16,10 @@ from build_fmu.build import build
 from build_fmu.describe import Description, describe
 from build_fmu.errors import UserError
 from build_fmu.session import Session
+from build_fmu.show.film import encoder, film
 from build_fmu.show.page import Run, page
 from build_fmu.signals import read_table
-from build_fmu.simulate import Settings, simulate
+from build_fmu.simulate import Result, Settings, simulate
 
 MODEL_IN_FMU = "resources/model.toml"
 
@@ -30,6 +32,7 @@ def run(options: Namespace) -> int:
             options.targets.append(Path(values.pop()))
     mechanism, record = _targets(options.targets)
     target = options.output or Path((record or mechanism).with_suffix(".html").name)
+    films = _films(options)
     if target.suffix.lower() not in (".html", ".htm"):
         raise UserError(f"'{target}' is no name for a page: it must end in .html")
     asked = [word for word, value in (("--stop", options.stop), ("--step", options.step), ("--start", options.start), ("--input", options.input)) if value]
@@ -41,11 +44,33 @@ def run(options: Namespace) -> int:
             shown, title = _recorded(record, model), record.stem
         else:
             shown, title = _simulated(mechanism, model, Path(folder), options)
-    text, stride = page(model.model_name if model else title, _about(model, shown, record), shown, model)
+    name = model.model_name if model else title
+    for path in films:
+        if model is None:
+            raise UserError(f"'{path}' needs a mechanism: give the FMU or the model file, too")
+        count = film(path, name, shown, model, options.speed, options.rate)
+        print(f"{path}  {path.stat().st_size / 1024:.0f} kB, {count} pictures, t = {shown.time[0]:g} to {shown.time[-1]:g} s")
+    if films and not options.output:
+        return 0
+    text, stride = page(name, about(model, shown, record), shown, model)
     whole_file(target, lambda temporary: temporary.write_text(text, encoding="utf-8", newline="\n"))
     every = f", one row in {stride}" if stride > 1 else ""
     print(f"{target}  {len(text.encode()) / 1024:.0f} kB, t = {shown.time[0]:g} to {shown.time[-1]:g} s{every}; open it in a browser")
     return 0
+
+
+def _films(options: Namespace) -> list[Path]:
+    """Returns the films that are asked for; what is wrong with them shows before the run."""
+    films = [path for path in (options.gif, options.mp4) if path]
+    for path, ending in ((options.gif, ".gif"), (options.mp4, ".mp4")):
+        if path and path.suffix.lower() != ending:
+            raise UserError(f"'{path}' must end in {ending}")
+    if options.mp4:
+        encoder()
+    for word, value in (("--speed", options.speed), ("--rate", options.rate)):
+        if not (math.isfinite(value) and value > 0):
+            raise UserError(f"{word} must be a positive number, got {value:g}")
+    return films
 
 
 def _targets(targets: list[Path]) -> tuple[Path | None, Path | None]:
@@ -86,15 +111,20 @@ def _simulated(mechanism: Path, model: Description | None, folder: Path, options
         build(model, mechanism, fmu)
     with Session(fmu) as session:
         result = simulate(session, Settings(options.stop, options.step, None, options.start, options.input))
-        columns = {name: result[name] for name in result.names} | {name: values for name, values in result.inputs.items() if np.any(values != 0)}
-        units = {}
-        for name in columns:
-            display = session.display(name)
-            # an offset would be wrong for differences; no unit of ours has one
-            units[name] = (display.unit, display.factor)
         for line in result.warnings:
             print(line, file=sys.stderr)
-        return Run(result.time, columns, units), session.description.modelName
+        return run_of(session, result), session.description.modelName
+
+
+def run_of(session: Session, result: Result) -> Run:
+    """Returns what a page needs of a simulated run: outputs, inputs that were used, units."""
+    columns = {name: result[name] for name in result.names} | {name: values for name, values in result.inputs.items() if np.any(values != 0)}
+    units = {}
+    for name in columns:
+        display = session.display(name)
+        # an offset would be wrong for differences; no unit of ours has one
+        units[name] = (display.unit, display.factor)
+    return Run(result.time, columns, units)
 
 
 def _recorded(record: Path, model: Description | None) -> Run:
@@ -117,16 +147,14 @@ def _recorded(record: Path, model: Description | None) -> Run:
     return Run(np.array(table["time"]), columns, units)
 
 
-def _about(model: Description | None, shown: Run, record: Path | None) -> str:
+def about(model: Description | None, shown: Run, record: Path | None) -> str:
+    """Returns the line under the title: what the model says of itself, its joints, its mass."""
     parts = [model.description] if model and model.description else []
     if model:
         links = model.drawing["links"]
         counts = {"revolute": 0, "prismatic": 0, "fixed": 0}
         for link in links:
             counts[link["type"]] = counts.get(link["type"], 0) + 1
-        # a spherical joint stands in the table as four revolute ones
-        counts["spherical"] = len(model.drawing.get("balls", []))
-        counts["revolute"] -= 4 * counts["spherical"]
         loops = len(model.drawing.get("loops", []))
         words = [f"{count} {kind}" for kind, count in counts.items() if count] + ([f"{loops} loop{'s' if loops > 1 else ''}"] if loops else [])
         parts.append(f"{', '.join(words)}, {sum(link['mass'] for link in links):.4g} kg")

@@ -40,12 +40,8 @@ function seen(pose, point) {
 }
 
 const links = run.drawing.links.map((link) => ({ ...link, start: { R: link.rotation.flat(), p: link.origin } }));
-// a joint that a quaternion turns stands in the table as four links and the one that it turns; only this one is drawn
-const balls = run.drawing.balls || [];
-for (const ball of balls) {
-  for (let i = ball.link - 4; i < ball.link; i++) links[i].hidden = true;
+for (const ball of run.drawing.balls || []) {
   links[ball.link].ball = { base: ball.base, columns: ball.columns.map((name) => columns.get(name)), start: matrixOf(ball.quaternion) };
-  links[ball.link].type = "spherical";
 }
 function matrixOf(quaternion) {
   const size = Math.hypot(...quaternion) || 1, [w, x, y, z] = quaternion.map((part) => part / size);
@@ -58,7 +54,7 @@ function turnAt(parts, [from, to, part]) {
   const side = a.reduce((sum, x, k) => sum + x * b[k], 0) < 0 ? -1 : 1;
   return matrixOf(a.map((x, k) => x + part * (side * b[k] - x)));
 }
-const moving = links.filter((link) => link.type !== "fixed" && !link.hidden);
+const moving = links.filter((link) => link.type !== "fixed");
 for (const link of links) {
   const base = link.parent < 0 ? IDENTITY : links[link.parent].start;
   link.R = times(transposed(base.R), link.start.R);

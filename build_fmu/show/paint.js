@@ -9,7 +9,8 @@ function niceStep(x) {
 
 // the floor lies under a spatial mechanism, or behind a planar one
 const floorNormal = normal || up;
-const floorHeight = normal ? dot(middle, normal) - 3 * thick : Math.min(0, dot(low, up)) - (dot(low, up) < -1e-9 ? 2 * thick : 0);
+const lowest = reached.reduce((least, point) => Math.min(least, dot(point, up)), 0);
+const floorHeight = normal ? dot(middle, normal) - 3 * thick : lowest - (lowest < -1e-9 ? 2 * thick : 0);
 const floorU = right, floorV = cross(floorNormal, right);
 const floorStep = niceStep(radius / 5);
 function onFloor(point) {
@@ -97,7 +98,6 @@ function bonesOf(poses) {
 function paintLinks(poses) {
   for (const [a, b, colour, width] of bonesOf(poses)) tube(a, b, width * thick, width * thick * (width === 1 ? 0.82 : 1), colour);
   links.forEach((link, i) => {
-    if (link.hidden) return;
     const { R, p } = poses[i], axis = [R[2], R[5], R[8]];
     if (link.type === "spherical") ball(p, 1.6 * thick, link.colour);
     if (link.parent < 0 && link.type !== "fixed") tube(plus(p, axis, -1.15 * thick), plus(p, axis, 1.15 * thick), 1.75 * thick, 1.75 * thick, css("--metal"));
@@ -140,11 +140,12 @@ function label(point, text, colour, shift = 9) {
 function paintNames(poses) {
   const spots = [];
   links.forEach((link, i) => {
-    if (link.hidden) return;
     const q = project(poses[i].p);
     const spot = spots.find((other) => Math.hypot(other.q[0] - q[0], other.q[1] - q[1]) < 18);
-    if (spot && spot.names.includes(link.name)) return;
-    if (spot) spot.names.push(link.name); else spots.push({ q, p: poses[i].p, names: [link.name] });
+    // the joints of a link's joint of several freedoms, hand[1] and hand[2], go by the link's name
+    const name = link.name.split("[")[0];
+    if (spot && spot.names.includes(name)) return;
+    if (spot) spot.names.push(name); else spots.push({ q, p: poses[i].p, names: [name] });
   });
   for (const { p, names } of spots) label(p, names.length < 4 ? names.join(", ") : `${names[0]} … ${names[names.length - 1]}`, css("--ink"), 12);
 }
@@ -205,5 +206,6 @@ function paint(t) {
   paintLabels();
   // what a test reads: where the ends of the mechanism are
   document.documentElement.dataset.tips = JSON.stringify(tips.map((i) => tipOf(i, poses)));
+  document.documentElement.dataset.up = JSON.stringify(up);
   document.documentElement.dataset.faces = parts.length;
 }

@@ -8,13 +8,19 @@ const thick = Math.min(0.036 * radius, 0.16 * (bones[bones.length >> 1] || radiu
 const sides = links.length > 60 ? 6 : links.length > 20 ? 8 : 14;
 const LIGHT = unit([-0.45, 0.75, 0.6]); // from the camera: left, up, near
 
-// A planar mechanism is seen along its axes, any other one from the side and above; z is up, or y where z is the axis.
-const normal = [[0, 0, 1], [0, 1, 0], [1, 0, 0]].find((n) => moving.length && moving.every((link) => {
+// A planar mechanism is seen along its axes, any other one from the side and above.
+const normal = [[0, 0, 1], [0, -1, 0], [1, 0, 0]].find((n) => moving.length && moving.every((link) => {
   const along = Math.abs(dot(n, [link.start.R[2], link.start.R[5], link.start.R[8]]));
   return link.type === "revolute" ? along > 1 - 1e-9 : link.type === "prismatic" && along < 1e-9;
 }));
-const up = normal && normal[2] ? [0, 1, 0] : [0, 0, 1];
-const right = normal ? (normal[0] ? [0, 1, 0] : [1, 0, 0]) : [1, 0, 0];
+// Up is against gravity, as far as that lies in the plane; without gravity z is up, or y where z is the axis.
+function without(v, n) {
+  return plus(v, n, -dot(v, n));
+}
+const gravity = run.drawing.gravity || [0, 0, 0];
+const against = scaled(normal ? without(gravity, normal) : gravity, -1);
+const up = long(against) > 1e-6 * long(gravity) && long(gravity) > 0 ? unit(against) : normal && normal[2] ? [0, 1, 0] : [0, 0, 1];
+const right = normal ? cross(up, normal) : unit(without(Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0], up));
 const front = cross(right, up);
 const HOME = { yaw: normal ? 0.16 : 0.75, pitch: normal ? 0.1 : 0.42, far: (normal ? 2.45 : 2.75) * radius, target: middle };
 let camera = { ...HOME }, atHome = true;

@@ -5,7 +5,7 @@
 
 namespace redysim {
 
-// Writes where links, loops and springs stand at the start pose, in the ground frame, m.
+// Writes gravity, and where links, loops and springs stand at the start pose, in the ground frame, SI.
 void write_drawing(Json& json, const Model& model);
 
 }  // namespace redysim

@@ -62,7 +62,7 @@ tunable = ["pole.mass", "pole.com[1]", "pole.inertia[2]", "pole.inertia[4]", "ti
 
 
 def build_fmu(model: Path, target: Path, *options: str) -> Path:
-    run = subprocess.run([sys.executable, "-m", "build_fmu", "build", str(model), "-o", str(target), *options],
+    run = subprocess.run([sys.executable, "-m", "build_fmu", "build", str(model), "-o", str(target), "--no-show", *options],
                          cwd=ROOT, capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
     return target

@@ -235,6 +235,16 @@ qd = [1, 2, 3]
 
 @needs_library
 @needs_browser
+@pytest.mark.parametrize(("gravity", "up"), [([0, -9.81, 0], [0, 1, 0]), ([-3, 0, -4], [0.6, 0, 0.8]), ([0, 0, 0], [0, 0, 1])])
+def test_up_is_against_gravity(model_file, tmp_path, gravity, up):
+    model_file.write_text(MODEL.replace("[0, 0, -9.81]", str(gravity)), encoding="utf-8")
+    assert main(["show", str(model_file), "-o", str(tmp_path / "page.html")]) == 0
+    dom = browse((tmp_path / "page.html").as_uri() + "#t=0", tmp_path, "--dump-dom")
+    assert json.loads(attribute(dom, "up")) == pytest.approx(up)
+
+
+@needs_library
+@needs_browser
 def test_the_run_plays_by_itself(model_file, tmp_path):
     out = tmp_path / "page.html"
     assert main(["show", str(model_file), "-o", str(out)]) == 0

@@ -1,0 +1,113 @@
+"""Writes a run as a film for reports: a GIF by Pillow, which comes with matplotlib, or an MP4 by ffmpeg."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from build_fmu.archive import whole_file
+from build_fmu.describe import Description
+from build_fmu.drawing import mechanism
+from build_fmu.errors import UserError
+from build_fmu.show.motion import Motion
+from build_fmu.show.page import Run
+
+FORMATS = (".gif", ".mp4")
+MOST_PICTURES = 400
+TRACE = 0.25  # of the run: how long the path of a tip stays
+
+
+def film(target: Path, title: str, run: Run, model: Description, speed: float, pictures_per_second: float) -> int:
+    """Writes the film and returns the number of its pictures; raises UserError in one sentence."""
+    rows = pictures(run.time, speed, pictures_per_second)
+    motion = Motion(model.drawing, run.columns)
+    if target.suffix.lower() == ".mp4":
+        program = encoder()
+        whole_file(target, lambda path: _mp4(program, path, frames(motion, run, rows, title), pictures_per_second))
+    else:
+        whole_file(target, lambda path: _gif(path, frames(motion, run, rows, title), pictures_per_second))
+    return len(rows)
+
+
+def encoder() -> str:
+    """Returns the ffmpeg program; raises UserError if there is none."""
+    program = shutil.which("ffmpeg")
+    if program is None:
+        raise UserError("an MP4 needs the program ffmpeg, which is not installed; a name that ends in .gif needs nothing")
+    return program
+
+
+def pictures(time: np.ndarray, speed: float, per_second: float) -> np.ndarray:
+    """Returns the rows nearest to the times of the pictures; raises UserError if they are too many."""
+    span = time[-1] - time[0]
+    count = max(2, round(span / speed * per_second) + 1)
+    if count > MOST_PICTURES:
+        raise UserError(f"the film would have {count} pictures, more than {MOST_PICTURES}: give a higher --speed, a lower --rate or an earlier --stop")
+    return np.array([int(np.argmin(np.abs(time - t))) for t in np.linspace(time[0], time[-1], count)])
+
+
+def frames(motion: Motion, run: Run, rows: np.ndarray, title: str) -> Iterator[np.ndarray]:
+    """Yields the pictures, height x width x RGB."""
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    drawings = [motion.at(int(row)) for row in rows]
+    points = np.array([point for drawing in drawings for point in _points(drawing)])
+    bounds = np.array([points.min(axis=0), points.max(axis=0)])
+    tips = [i for i, _ in enumerate(drawings[0]["links"]) if all(link["parent"] != i for link in drawings[0]["links"])][:4]
+    kept = max(2, round(TRACE * len(rows)))
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams["text.parse_math"] = False
+        for k, (row, drawing) in enumerate(zip(rows, drawings, strict=True)):
+            figure = Figure(figsize=(6.4, 5.6), dpi=80, facecolor="white")
+            canvas = FigureCanvasAgg(figure)
+            traces = [[_tip(d["links"][i]) for d in drawings[max(0, k - kept): k + 1]] for i in tips]
+            mechanism(figure, drawing, title, f"t = {run.time[row]:.2f} s", bounds, traces)
+            canvas.draw()
+            yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+
+def _tip(link: dict) -> np.ndarray:
+    return np.asarray(link["com"] if link["mass"] > 0 else link["origin"], float)
+
+
+def _points(drawing: dict) -> list[np.ndarray]:
+    points = [np.zeros(3)]
+    for link in drawing["links"]:
+        points += [np.asarray(link["origin"], float), np.asarray(link["com"] if link["mass"] > 0 else link["origin"], float)]
+    for tie in (*drawing["loops"], *drawing["springs"]):
+        points += [np.asarray(tie["point_a"], float), np.asarray(tie["point_b"], float)]
+    return points
+
+
+def _gif(path: Path, images: Iterator[np.ndarray], per_second: float) -> None:
+    from PIL import Image
+
+    # one palette for all pictures keeps still parts still
+    coloured = [Image.fromarray(image) for image in images]
+    palette = coloured[len(coloured) // 2].quantize(128)
+    flat = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in coloured]
+    flat[0].save(path, format="GIF", save_all=True, append_images=flat[1:], duration=round(1000 / per_second), loop=0, optimize=True)
+
+
+def _mp4(program: str, path: Path, images: Iterator[np.ndarray], per_second: float) -> None:
+    first = next(images)
+    height, width = (first.shape[0] // 2 * 2, first.shape[1] // 2 * 2)  # the encoder wants even sizes
+    command = [program, "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{per_second:g}", "-i", "-",
+               "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(path)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as run:
+        try:
+            for image in (first, *images):
+                run.stdin.write(image[:height, :width].tobytes())
+        except BrokenPipeError:
+            pass  # its own words say why
+        run.stdin.close()
+        words = run.stderr.read().decode("utf-8", "replace").strip()
+    if run.returncode != 0:
+        raise UserError(f"ffmpeg failed: {words.splitlines()[-1] if words else f'exit code {run.returncode}'}")

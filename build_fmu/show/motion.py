@@ -1,0 +1,81 @@
+"""Where the mechanism of a drawing is at other joint values: the kinematics of the page, in Python, for films."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+class Motion:
+    """A drawing table (see `describe`) and the columns of a run that move it."""
+
+    def __init__(self, drawing: dict[str, Any], columns: dict[str, np.ndarray]) -> None:
+        self.drawing, self.columns = drawing, columns
+        self.start = [_pose(link["rotation"], link["origin"]) for link in drawing["links"]]
+        self.balls = {ball["link"]: ball for ball in drawing.get("balls", []) if f"{ball['name']}.quaternion[4]" in columns}
+        names = [link["name"] for link in drawing["links"]]
+        self.carriers = {name: i for i, name in enumerate(names)}
+
+    def at(self, row: int) -> dict[str, Any]:
+        """Returns the drawing table at a row of the run."""
+        poses = self._poses(row)
+        moves = [pose @ np.linalg.inv(start) for pose, start in zip(poses, self.start, strict=True)]
+        links = [{**link, "origin": pose[:3, 3], "rotation": pose[:3, :3], "com": _moved(move, link["com"])}
+                 for link, pose, move in zip(self.drawing["links"], poses, moves, strict=True)]
+        ties = {kind: [self._tie(tie, moves) for tie in self.drawing.get(kind, [])] for kind in ("loops", "springs")}
+        return {**self.drawing, "links": links, **ties}
+
+    def _poses(self, row: int) -> list[np.ndarray]:
+        poses: list[np.ndarray] = []
+        for i, link in enumerate(self.drawing["links"]):
+            base, base_start = self._base(link["parent"], poses)
+            relative = np.linalg.inv(base_start) @ self.start[i]
+            if i in self.balls:
+                ball = self.balls[i]
+                turn = [self.columns[f"{ball['name']}.quaternion[{k}]"][row] for k in range(1, 5)]
+                # less the start's turn, then the turn of now
+                relative = relative @ np.linalg.inv(_turn(ball["quaternion"])) @ _turn(turn)
+            elif link["type"] in ("revolute", "prismatic") and f"{link['joint']}.q" in self.columns:
+                relative = relative @ _joint(link["type"], self.columns[f"{link['joint']}.q"][row] - link["q"])
+            poses.append(base @ relative)
+        return poses
+
+    def _base(self, parent: int, poses: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        return (np.eye(4), np.eye(4)) if parent < 0 else (poses[parent], self.start[parent])
+
+    def _tie(self, tie: dict[str, Any], moves: list[np.ndarray]) -> dict[str, Any]:
+        points = {}
+        for side in ("a", "b"):
+            link, point = self.carriers.get(tie[f"link_{side}"]), tie[f"point_{side}"]
+            points[f"point_{side}"] = point if link is None else _moved(moves[link], point)
+        return {**tie, **points}
+
+
+def _pose(rotation, origin) -> np.ndarray:
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = rotation, origin
+    return pose
+
+
+def _moved(move: np.ndarray, point) -> np.ndarray:
+    return move[:3, :3] @ np.asarray(point, float) + move[:3, 3]
+
+
+def _joint(kind: str, value: float) -> np.ndarray:
+    pose = np.eye(4)
+    if kind == "prismatic":
+        pose[2, 3] = value
+    else:
+        c, s = np.cos(value), np.sin(value)
+        pose[:2, :2] = [[c, -s], [s, c]]
+    return pose
+
+
+def _turn(quaternion) -> np.ndarray:
+    w, x, y, z = np.asarray(quaternion, float) / (np.linalg.norm(quaternion) or 1.0)
+    pose = np.eye(4)
+    pose[:3, :3] = [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                    [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                    [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]  # fmt: skip
+    return pose
