@@ -50,7 +50,7 @@ void write_header(Json& json, const ModelFile& file) {
 void write_capabilities(Json& json) {
   json.key("capabilities").begin_object();
   json.member("canHandleVariableCommunicationStepSize", true);
-  json.member("canInterpolateInputs", false);
+  json.member("canInterpolateInputs", true);
   json.member("maxOutputDerivativeOrder", 1);
   json.member("canGetAndSetFMUstate", true);
   json.member("canSerializeFMUstate", true);

@@ -273,10 +273,10 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
                  [](Instance& i) { return not_provided(i, function, "providesDirectionalDerivative"); });
 }
 
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference[], size_t,
-                                       const fmi2Integer[], const fmi2Real[]) {
-  constexpr Function function = Function::set_real_input_derivatives;
-  return guarded(c, function, [](Instance& i) { return not_provided(i, function, "canInterpolateInputs"); });
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                       const fmi2Integer order[], const fmi2Real value[]) {
+  return guarded(c, Function::set_real_input_derivatives,
+                 [&](Instance& i) { return i.set_real_input_derivatives(vr, nvr, order, value); });
 }
 
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,

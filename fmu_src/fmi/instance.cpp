@@ -103,6 +103,7 @@ fmi2Status Instance::setup_experiment(bool has_tolerance, double tolerance, doub
   tolerance_ = has_tolerance ? tolerance : infinity;
   time_ = start_time_ = start;
   stop_time_ = has_stop ? stop : infinity;
+  system_.anchor_input_slopes(time_);
   anchor_motion();
   return fmi2OK;
 }
@@ -180,6 +181,7 @@ fmi2Status Instance::do_step(double current, double size) {
   const bool inputs_changed = parameters_changed_ || applied_inputs_ != system_.inputs();
   const Outcome outcome = integrator_->advance(end, inputs_changed);
   applied_inputs_ = system_.inputs();
+  system_.end_input_slopes(outcome.ok ? end : integrator_->time());
   parameters_changed_ = false;
   settled_ = true;
   values_changed();
@@ -203,8 +205,9 @@ fmi2Status Instance::terminate() {
 
 fmi2Status Instance::reset() {
   restore_start_values();
+  system_.resize_inputs(system_.base_size());
   std::fill(system_.inputs().begin(), system_.inputs().end(), 0.0);
-  std::fill(applied_inputs_.begin(), applied_inputs_.end(), 0.0);
+  applied_inputs_ = system_.inputs();
   integrator_.reset();
   state_ = State::instantiated;
   start_time_ = time_ = energy_offset_ = 0;

@@ -46,6 +46,8 @@ class Instance {
   fmi2Status set_integer(const unsigned* references, std::size_t count);
   fmi2Status set_string(const unsigned* references, std::size_t count, const fmi2String* values);
   fmi2Status no_booleans(Function function, std::size_t count);
+  fmi2Status set_real_input_derivatives(const unsigned* references, std::size_t count, const int* orders,
+                                        const double* values);
   fmi2Status get_real_output_derivatives(const unsigned* references, std::size_t count, const int* orders,
                                          double* values);
 
@@ -74,7 +76,8 @@ class Instance {
   double read_frame(const Variable& variable);
   double read_momentum(const Variable& variable);
   double read_multiplier(const Variable& variable);
-  double& port_value(const Variable& variable);
+  int force_index(const Variable& variable) const;
+  void set_input_derivative(const Variable& variable, int order, double value);
   double& settable_value(const Variable& variable);
   void set_motion(const Variable& variable, double value);
   void take_start_motion();

@@ -48,8 +48,10 @@ void Instance::save(Bytes& bytes) {
   writer.value(static_cast<std::uint32_t>(model_.solver.method));
   for (const Variable& variable : table_.all())
     if (const double* value = parameter(model_, variable)) writer.value(*value);
-  writer.values(system_.inputs());
-  writer.values(applied_inputs_);
+  for (const auto* inputs : {&system_.inputs(), &applied_inputs_}) {
+    writer.value(static_cast<std::uint64_t>(inputs->size()));
+    writer.values(*inputs);
+  }
   writer.values(motion_);
   if (!integrator_) return;
   integrator_->save(integrator_bytes_);
@@ -60,16 +62,19 @@ bool Instance::restore(const Bytes& bytes) {
   ByteReader reader(bytes.data(), bytes.size());
   std::uint32_t state_code = 0, parameters_changed = 0, settled = 0, method_code = 0;
   double start_time, stop_time, tolerance, time, energy_offset;
-  std::vector<double> parameters(start_values_.size()), inputs(applied_inputs_.size()),
-      applied_inputs(applied_inputs_.size()), motion(motion_.size());
+  std::vector<double> parameters(start_values_.size()), inputs, applied_inputs, motion(motion_.size());
   reader.value(state_code);
   for (double* value : {&start_time, &stop_time, &tolerance, &time, &energy_offset}) reader.value(*value);
   reader.value(parameters_changed);
   reader.value(settled);
   reader.value(method_code);
   reader.values(parameters);
-  reader.values(inputs);
-  reader.values(applied_inputs);
+  for (auto* values : {&inputs, &applied_inputs}) {
+    std::uint64_t size = 0;
+    if (!reader.value(size) || !system_.is_input_size(size)) return false;
+    values->resize(size);
+    reader.values(*values);
+  }
   if (!reader.values(motion)) return false;
   const auto state = static_cast<State>(state_code);
   auto method = static_cast<SolverMethod>(method_code);
@@ -112,8 +117,8 @@ bool Instance::restore(const Bytes& bytes) {
   energy_offset_ = energy_offset;
   parameters_changed_ = parameters_changed != 0;
   settled_ = settled != 0;
-  std::copy(inputs.begin(), inputs.end(), system_.inputs().begin());
-  std::copy(applied_inputs.begin(), applied_inputs.end(), applied_inputs_.begin());
+  system_.swap_inputs(inputs);
+  applied_inputs_.swap(applied_inputs);
   std::copy(motion.begin(), motion.end(), motion_.begin());
   return true;
 }

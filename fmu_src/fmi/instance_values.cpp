@@ -61,16 +61,16 @@ bool Instance::update_energies(Function function) {
 bool Instance::read(Function function, const Variable& variable, double& value) {
   switch (variable.role) {
     case Role::tau:
-      value = system_.inputs()[variable.joint];
+    case Role::ball_tau:
+    case Role::port_torque:
+    case Role::port_force:
+      value = system_.inputs()[force_index(variable)];
       return true;
     case Role::motion_q:
     case Role::motion_qd:
     case Role::motion_qdd:
       value =
           motion_[3 * variable.joint + (static_cast<int>(variable.role) - static_cast<int>(Role::motion_q))];
-      return true;
-    case Role::ball_tau:
-      value = system_.ball_torque(variable.ball)[variable.element];
       return true;
     case Role::ball_quaternion:
       value = unit_quaternion(current_state() + system_.simple() + 4 * variable.ball)[variable.element];
@@ -88,10 +88,6 @@ bool Instance::read(Function function, const Variable& variable, double& value) 
     case Role::linear_momentum:
     case Role::angular_momentum:
       value = read_momentum(variable);
-      return true;
-    case Role::port_torque:
-    case Role::port_force:
-      value = port_value(variable);
       return true;
     case Role::q:
       value = system_.coordinates(time_, current_state()).q[variable.joint];
@@ -176,22 +172,24 @@ double Instance::read_frame(const Variable& variable) {
 double& Instance::settable_value(const Variable& variable) {
   switch (variable.role) {
     case Role::tau:
-      return system_.inputs()[variable.joint];
     case Role::ball_tau:
-      return system_.ball_torque(variable.ball)[variable.element];
     case Role::port_torque:
     case Role::port_force:
-      return port_value(variable);
+      return system_.inputs()[force_index(variable)];
     default:
       return *parameter(model_, variable);
   }
 }
 
-// Where an input of a port lives: moment, then force.
-double& Instance::port_value(const Variable& variable) {
+// Where an input force lives in System::inputs().
+int Instance::force_index(const Variable& variable) const {
+  if (variable.role == Role::ball_tau)
+    return plan_.nv + 6 * static_cast<int>(plan_.ports.size()) + 3 * variable.ball + variable.element;
+  if (variable.role != Role::port_torque && variable.role != Role::port_force) return variable.joint;
   int port = 0;
   while (plan_.ports[port].frame != variable.frame) ++port;
-  return system_.port_wrench(port)[variable.element + (variable.role == Role::port_force ? 3 : 0)];
+  // moment, then force
+  return plan_.nv + 6 * port + variable.element + (variable.role == Role::port_force ? 3 : 0);
 }
 
 // A part of a prescribed motion: the whole of it starts anew from here.
@@ -319,30 +317,6 @@ fmi2Status Instance::set_string(const unsigned* references, std::size_t count, c
 
 fmi2Status Instance::no_booleans(Function function, std::size_t count) {
   return count == 0 ? fmi2OK : refuse(function, "there are no Boolean variables");
-}
-
-fmi2Status Instance::get_real_output_derivatives(const unsigned* references, std::size_t count,
-                                                 const int* orders, double* values) {
-  constexpr Function function = Function::get_real_output_derivatives;
-  if (count > 0 && (!references || !orders || !values)) return refuse(function, null_argument);
-  for (std::size_t i = 0; i < count; ++i) {
-    const Variable* variable = table_.real(references[i]);
-    if (!variable) return refuse(function, unknown_reference(references[i], "Real"));
-    const bool is_q = variable->role == Role::q, is_qd = variable->role == Role::qd;
-    if (!is_q && !is_qd) return refuse(function, "derivatives of " + variable->name + " are not provided");
-    const int highest = is_q ? 2 : 1;
-    if (orders[i] < 1 || orders[i] > highest)
-      return refuse(function, variable->name + ": the order must be 1 to " + std::to_string(highest) +
-                                  ", got " + std::to_string(orders[i]));
-    // q' = qd, qd' = qdd
-    if (is_q && orders[i] == 1) {
-      values[i] = system_.coordinates(time_, current_state()).qd[variable->joint];
-    } else {
-      if (!update_accelerations(function)) return fmi2Error;
-      values[i] = qdd_[variable->joint];
-    }
-  }
-  return fmi2OK;
 }
 
 }  // namespace redysim

@@ -358,6 +358,7 @@ void Cvode::save(std::vector<unsigned char>& bytes) const {
   writer.put(beginning_.time);
   writer.put(beginning_.first_step);
   writer.put(beginning_.y.data(), beginning_.y.size());
+  writer.put<std::uint64_t>(beginning_.tau.size());
   writer.put(beginning_.tau.data(), beginning_.tau.size());
   writer.put<std::int64_t>(beginning_.rejected_before);
   writer.put(ahead_time_);
@@ -373,6 +374,7 @@ bool Cvode::restore(const unsigned char* bytes, std::size_t size) {
   unsigned char fresh = 0;
   Beginning beginning = beginning_;
   std::int64_t rejected_before = 0;
+  std::uint64_t inputs = 0;
   std::int32_t steps_taken = 0;
   Statistics statistics;
   reader.get(time);
@@ -381,7 +383,10 @@ bool Cvode::restore(const unsigned char* bytes, std::size_t size) {
   reader.get(beginning.time);
   reader.get(beginning.first_step);
   reader.get(beginning.y.data(), beginning.y.size());
-  reader.get(beginning.tau.data(), beginning.tau.size());
+  reader.get(inputs);
+  if (!reader.good() || !system_.is_input_size(inputs)) return false;
+  beginning.tau.resize(inputs);
+  reader.get(beginning.tau.data(), inputs);
   reader.get(rejected_before);
   reader.get(ahead_time);
   reader.get(steps_taken);
@@ -399,11 +404,11 @@ bool Cvode::restore(const unsigned char* bytes, std::size_t size) {
   if (!fresh) {
     // the same steps as then, under the inputs of then
     std::vector<double> tau_now = beginning_.tau;
-    tau_now.swap(system_.inputs());
+    system_.swap_inputs(tau_now);
     reset_to_beginning();
     int flag = 0;
     while (steps_taken_ < steps_taken && flag >= 0) flag = take_step();
-    tau_now.swap(system_.inputs());
+    system_.swap_inputs(tau_now);
     // another model or machine ends elsewhere: then begin anew from the state
     fresh_ = flag < 0 || ahead_time_ != ahead_time;
   }

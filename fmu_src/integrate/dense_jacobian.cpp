@@ -28,7 +28,7 @@ Status DenseJacobian::evaluate(double time, const double* y, double* matrix) {
   const System::Coordinates at = system_.coordinates(time, y);
   system_.drive_forces(at, qdd_.data(), tau_.data());
   derivatives_.evaluate(system_.plan(), system_.workspace(), at.q, at.qd, qdd_.data(), tau_.data(),
-                        system_.port_wrench(0), variables_, columns_.data());
+                        system_.port_wrenches(), variables_, columns_.data());
   const int simple = system_.simple(), nq = system_.nq();
   const std::ptrdiff_t size = system_.size();
   std::fill_n(matrix, size * size, 0.0);
@@ -63,7 +63,7 @@ void DenseJacobian::set_ball(int ball, const double* y, double* matrix) {
   const int nq = system_.nq(), simple = system_.simple(), chart = system_.plan().balls[ball];
   const std::ptrdiff_t size = system_.size();
   const double* quaternion = y + simple + 4 * ball;
-  const Vec3<double> omega(y + nq + simple + 3 * ball), torque(system_.ball_torque(ball));
+  const Vec3<double> omega(y + nq + simple + 3 * ball), torque(system_.ball_force(ball));
   const BallAngles angles = system_.angles_of_ball(ball);
   const double* columns = &columns_[static_cast<std::size_t>(2 * simple + 9 * ball) * change_.size()];
   double squared = 0;

@@ -15,9 +15,8 @@ constexpr double open_loop = 1e-8;  // m or rad: a loop that projection leaves o
 
 void System::set_motion(double time, int joint, double q, double qd, double qdd, bool anew) {
   double* held = held_motion(motion_slot_[joint]);
-  const double since = time - held[0];
-  held[3] += anew ? 0 : q - (held[1] + since * (held[2] + 0.5 * since * inputs_[joint]));
-  held[4] += anew ? 0 : qd - (held[2] + since * inputs_[joint]);
+  held[3] += anew ? 0 : q - motion_at(time, joint, 0);
+  held[4] += anew ? 0 : qd - motion_at(time, joint, 1);
   held[0] = time;
   held[1] = q;
   held[2] = qd;
@@ -25,14 +24,13 @@ void System::set_motion(double time, int joint, double q, double qd, double qdd,
 }
 
 bool System::jumped() const {
-  for (std::size_t at = held_begin(); at < inputs_.size(); at += held_size)
+  for (std::size_t at = held_begin(); at < base_size_; at += held_size)
     if (inputs_[at + 3] != 0 || inputs_[at + 4] != 0) return true;
   return false;
 }
 
 void System::forget_jumps() {
-  for (std::size_t at = held_begin(); at < inputs_.size(); at += held_size)
-    inputs_[at + 3] = inputs_[at + 4] = 0;
+  for (std::size_t at = held_begin(); at < base_size_; at += held_size) inputs_[at + 3] = inputs_[at + 4] = 0;
 }
 
 bool System::follow_jumps(double time, double* y) {

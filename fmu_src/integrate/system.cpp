@@ -58,19 +58,18 @@ System::System(const Plan<double>& plan, bool with_work)
       integrated_.push_back(i);
   }
   angles_.resize(plan.balls.size());
-  inputs_.assign(held_begin() + held_size * static_cast<std::size_t>(prescribed), 0.0);
+  base_size_ = held_begin() + held_size * static_cast<std::size_t>(prescribed);
+  inputs_.assign(base_size_, 0.0);
   if (prescribed > 0) scratch_inputs_ = inputs_;
-  if (!plan.balls.empty()) applied_ = inputs_;
+  if (!plan.balls.empty()) applied_.assign(forces_size(), 0.0);
 }
 
 System::Coordinates System::coordinates(double time, const double* y) {
   if (!plan_.has_motion()) return {y, y + plan_.nv};
   for (int i = 0; i < plan_.nv; ++i) {
     if (motion_slot_[i] < 0) continue;
-    const double* held = held_motion(motion_slot_[i]);
-    const double since = time - held[0];
-    q_[i] = held[1] + since * (held[2] + 0.5 * since * inputs_[i]);
-    qd_[i] = held[2] + since * inputs_[i];
+    q_[i] = motion_at(time, i, 0);
+    qd_[i] = motion_at(time, i, 1);
   }
   for (int k = 0; k < simple(); ++k) {
     q_[integrated_[k]] = y[k];
@@ -83,7 +82,7 @@ System::Coordinates System::coordinates(double time, const double* y) {
 // Quaternion and angular velocity -> the angles, rates and torques of the joints they stand for.
 void System::expand_ball(int ball, const double* y) {
   const int chart = plan_.balls[ball];
-  const Vec3<double> omega(y + nq() + simple() + 3 * ball), torque(ball_torque(ball));
+  const Vec3<double> omega(y + nq() + simple() + 3 * ball), torque(ball_force(ball));
   const Mat3<double> rotation = rotation_of(y + simple() + 4 * ball);
   BallAngles& angles = angles_[ball];
   angles = charts_kept_ ? angles_in_chart(rotation, angles.turned) : ball_angles(rotation);
@@ -120,10 +119,9 @@ Vec3<double> System::ball_acceleration(int ball, const double* qdd) const {
 
 Status System::accelerations(double time, const double* y, double* qdd) {
   ++evaluations_;
-  if (!applied_.empty()) std::copy(inputs_.begin(), inputs_.end(), applied_.begin());
+  take_inputs(time);
   const Coordinates at = coordinates(time, y);
-  compiled_forward_dynamics(plan_, workspace_, at.q, at.qd,
-                            applied_.empty() ? inputs_.data() : applied_.data(), qdd);
+  compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, forces(), qdd);
   // one sum finds any non-finite entry: inf - inf and nan are nan
   double sum = 0;
   for (int i = 0; i < plan_.nv; ++i) sum += qdd[i] * 0.0;
@@ -150,14 +148,14 @@ Status System::right_hand_side(double time, const double* y, double* ydot) {
 }
 
 double System::power(const Coordinates& at, const double* qdd) {
-  const double* tau = inputs_.data();  // of the drives
+  const double* tau = forces();  // of the drives
   if (plan_.has_motion()) {
     drive_forces(at, qdd, drive_.data());
     tau = drive_.data();
   }
   double power = external_power(plan_, workspace_, at.qd, tau);
   for (std::size_t k = 0; k < plan_.ports.size(); ++k)
-    power += port_power(plan_, workspace_, plan_.ports[k], at.qd, port_wrench(static_cast<int>(k)));
+    power += port_power(plan_, workspace_, plan_.ports[k], at.qd, port_wrenches() + 6 * k);
   return power;
 }
 
@@ -165,7 +163,7 @@ void System::drive_forces(const Coordinates& at, const double* qdd, double* tau)
   for (int i = 0; i < plan_.nv; ++i)
     tau[i] = plan_.joints[i].prescribed
                  ? prescribed_force(plan_.joints[i], workspace_.joints[i], at.q[i], at.qd[i], qdd[i])
-                 : (plan_.joints[i].of_ball ? applied_[i] : inputs_[i]);
+                 : forces()[i];
 }
 
 double System::largest_gap() const { return largest(workspace_.loop.residual); }

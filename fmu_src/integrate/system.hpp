@@ -43,6 +43,24 @@ class System {
   double* port_wrench(int port) { return &inputs_[plan_.nv + 6 * port]; }
   double* ball_torque(int ball) { return &inputs_[plan_.nv + 6 * plan_.ports.size() + 3 * ball]; }
 
+  // Inputs that move as polynomials of time (input_slopes.cpp): the order-th derivative, 1 to
+  // highest_input_order, of a force in inputs() (a prescribed joint's: of its qdd) from `time` on. They are
+  // part of inputs() until they end at another time, where each input stays at the value that it has reached.
+  static constexpr int highest_input_order = 3;
+  void set_input_slope(double time, int input, int order, double value);
+  bool has_input_slopes() const { return inputs_.size() > base_size_; }
+  void anchor_input_slopes(double time);
+  void end_input_slopes(double time);
+  std::size_t base_size() const { return base_size_; }  // of inputs() without them
+  bool is_input_size(std::size_t size) const;
+  void resize_inputs(std::size_t size);
+  void swap_inputs(std::vector<double>& other);  // of a legal size
+
+  // The forces in inputs() as they are at the time of the last evaluation.
+  const double* forces() const { return applied_.empty() ? inputs_.data() : applied_.data(); }
+  const double* port_wrenches() const { return forces() + plan_.nv; }
+  const double* ball_force(int ball) const { return port_wrenches() + 6 * plan_.ports.size() + 3 * ball; }
+
   // Sets the motion of a prescribed joint from `time` on. Where it does not go on from the motion before, it
   // jumps, unless `anew`: then there is no motion before.
   void set_motion(double time, int joint, double q, double qd, double qdd, bool anew);
@@ -107,6 +125,10 @@ class System {
   bool jumped() const;
   double energy(const double* q, const double* qd);
   double energy_before_jump(double time, const double* y);
+  void take_inputs(double time);
+  double motion_at(double time, int joint, int derivative) const;
+  void hold_motion(double time, int joint);
+  std::size_t forces_size() const { return held_begin(); }
   static constexpr int held_size = 5;  // time, q, qd, jump of q, jump of qd
   std::size_t held_begin() const { return plan_.nv + 6 * plan_.ports.size() + 3 * plan_.balls.size(); }
   double* held_motion(int slot) { return &inputs_[held_begin() + held_size * slot]; }
@@ -118,11 +140,12 @@ class System {
   std::vector<int> integrated_;   // joints in the state
   std::vector<int> motion_slot_;  // per joint: its place among the prescribed ones, or -1
   std::vector<double> inputs_;
+  std::size_t base_size_ = 0;
   std::vector<double> scratch_inputs_;
   std::vector<double> q_, qd_;       // all joints
   std::vector<BallAngles> angles_;   // of the spherical joints, as in q_
   bool charts_kept_ = false;         // by the corrections after one elimination
-  std::vector<double> applied_;      // inputs as the recursion takes them; empty without spherical joints
+  std::vector<double> applied_;      // forces as the recursion takes them, where they are not just inputs_
   std::vector<double> qdd_, drive_;  // all joints, of the last accelerations
   Workspace<double> workspace_;
   std::vector<double> scratch_;  // plan().nv

@@ -56,7 +56,7 @@ CALLS = {
     "GetDirectionalDerivative": (lambda s: s.call("GetDirectionalDerivative", reference(s, REAL), ONE, reference(s, "hinge.tau"),
                                                   ONE, DOUBLES(1), DOUBLES()), set()),
     "SetRealInputDerivatives": (lambda s: s.call("SetRealInputDerivatives", reference(s, "hinge.tau"), ONE, INTS(1), DOUBLES(1)),
-                                set()),
+                                {"instantiated", "initialization", "step"}),
     "GetRealOutputDerivatives": (lambda s: s.call("GetRealOutputDerivatives", reference(s, REAL), ONE, INTS(1), DOUBLES()),
                                  {"step", "failed", "terminated"}),
     "DoStep": (lambda s: s.step(0, 0.01), {"step"}),
