@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from build_fmu import native
@@ -12,23 +13,33 @@ from build_fmu.documentation import documentation
 from build_fmu.drawing import draw
 from build_fmu.errors import UserError
 from build_fmu.licences import licence_files
+from build_fmu.report.target import with_chosen_tolerance
 
 
-def build(model: Description, model_file: Path, target: Path, show: bool = False) -> str:
-    """Writes the FMU of a described model file; no compiler is needed and a failure leaves no half file.
+@dataclass(frozen=True)
+class Built:
+    """What went into an FMU: its description, and why it carries no page that plays it (or an empty string)."""
 
-    With `show` it carries a page that plays its default experiment. Returns why there is none, or an empty string.
+    model: Description
+    no_page: str = ""
+
+
+def build(model: Description, model_file: Path, target: Path, show: bool = False) -> Built:
+    """Writes the FMU of a described model file, a target_error turned into a tolerance.
+
+    No compiler is needed and a failure leaves no half file. With `show` the FMU carries a page that plays its default experiment.
     """
     if target.suffix != ".fmu":
         raise UserError(f"'{target}' is no name for an FMU: it must end in .fmu")
     picture = draw(model.drawing, model.model_name)
     played, reason = None, ""
-    if show:
-        from build_fmu.show.attached import attached_page
+    with with_chosen_tolerance(model, model_file) as (packed, file):
+        if show:
+            from build_fmu.show.attached import attached_page
 
-        played, reason = attached_page(model, contents(model, model_file, picture))
-    write_archive(target, contents(model, model_file, picture, played))
-    return reason
+            played, reason = attached_page(packed, contents(packed, file, picture))
+        write_archive(target, contents(packed, file, picture, played))
+    return Built(packed, reason)
 
 
 def contents(model: Description, model_file: Path, picture: bytes, played: bytes | None = None) -> list[Entry]:

@@ -1,4 +1,4 @@
-"""The command line `build-fmu`: import, build, check, simulate. Errors are one sentence on stderr and exit code 1."""
+"""The command line `build-fmu`: import, build, check, simulate, show, report. Errors are one sentence on stderr and exit code 1."""
 
 from __future__ import annotations
 
@@ -47,9 +47,19 @@ def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
     if target.is_dir():
         target = target / f"{model.model_identifier}.fmu"
     _warn(model.warnings)
-    reason = build(model, source, target, show=not options.no_show)
-    if reason:
-        print(f"note: the FMU carries no page that plays it, because {reason}", file=sys.stderr)
+    built = build(model, source, target, show=not options.no_show)
+    if built.no_page:
+        print(f"note: the FMU carries no page that plays it, because {built.no_page}", file=sys.stderr)
+    if built.model is not model:
+        rtol = next(v.start for v in built.model.variables if v.name == "solver.rtol")
+        print(f"rtol {rtol:g} keeps target_error = {model.report['target_error']:g}")
+    if options.report:
+        from build_fmu.report import command
+        from build_fmu.report.pages import advice
+
+        with command.bar() as progress:
+            report = command.put_into(target, built.model, options.model, progress(target))
+        print("\n".join(advice(report)))
     print(f"{target}  {target.stat().st_size / 1024:.0f} kB, {len(model.select('input'))} inputs, "
           f"{len(model.select('output'))} outputs, {len(model.select('parameter'))} parameters")
     return 0
@@ -63,6 +73,12 @@ def _import(options: argparse.Namespace) -> int:
 
 def _show(options: argparse.Namespace) -> int:
     from build_fmu.show import command
+
+    return command.run(options)
+
+
+def _report(options: argparse.Namespace) -> int:
+    from build_fmu.report import command
 
     return command.run(options)
 
@@ -186,6 +202,7 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--inverse", action="store_true", help="the inverse of the model, NAME_inverse: joints take motions and say which torques "
                          "they need")
     command.add_argument("--no-show", action="store_true", help="leave out the page that plays the default experiment (documentation/run.html)")
+    command.add_argument("--report", action="store_true", help="put what accuracy costs into the FMU's documentation (takes a minute)")
     command.set_defaults(run=_build)
 
     command = commands.add_parser("import", help="write a model file from a scene, ReDySim files, a URDF or a DH table")
@@ -221,6 +238,20 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the record (.png, .svg, .pdf)")
     command.add_argument("--redysim-layout", type=Path, metavar="DIR", help="write timevar.dat, statevar.dat, envar.dat, tor.dat as ReDySim does")
     command.set_defaults(run=_simulate)
+
+    command = commands.add_parser("report", help="what accuracy costs: error against run time, with advice", description="Run method x tolerance x "
+                                  "communication step in a compiled master and write NAME_report.md, .csv, .svg and .png.")
+    command.add_argument("targets", nargs="*", type=Path, metavar="FMU|MODEL", help="what to sweep")
+    command.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder to write into (default: here)")
+    command.add_argument("--stop", type=float, metavar="T", help="length of the motion in s (default: the model's own)")
+    command.add_argument("--step", type=float, nargs="+", action="extend", metavar="H", help="communication steps in s that divide the longest of them "
+                         "(default: the model's own, a tenth and ten times of it)")
+    command.add_argument("--method", nargs="+", action="extend", metavar="NAME", help="methods (default: all)")
+    command.add_argument("--rtol", type=float, nargs="+", action="extend", metavar="R", help="tolerances (default: 1e-3 to 1e-12)")
+    command.add_argument("--input", **several, metavar="NAME=EXPR|FILE.csv", help="inputs, as for simulate")
+    command.add_argument("--reference", type=Path, metavar="CSV", help="the true motion: a column time (or t), then the FMU's outputs, or q1, q2, ...")
+    command.add_argument("--seconds", type=float, default=120, metavar="S", help="bound on all runs of a target together (default: 120)")
+    command.set_defaults(run=_report)
 
     command = commands.add_parser("show", help="write a page that plays a run: the mechanism beside linked plots", description="Write one HTML file that "
                                   "plays a run in any browser, without network. An FMU or a model file is run first; with a CSV its record is played.")

@@ -64,6 +64,7 @@ class Description:
     initial_unknowns: list[Unknown]
     drawing: dict[str, Any]
     warnings: list[str] = field(default_factory=list)
+    report: dict[str, Any] = field(default_factory=dict)
 
     def select(self, causality: str) -> list[Variable]:
         """Returns the variables of one causality, in the table's order."""
@@ -112,6 +113,7 @@ def from_table(table: dict[str, Any], warnings: list[str]) -> Description:
         outputs=[_unknown(row) for row in table["outputs"]],
         initial_unknowns=[_unknown(row) for row in table["initial_unknowns"]],
         drawing=table["drawing"],
+        report=table.get("report", {}),
         warnings=[line for line in warnings if line.strip()],
     )
 

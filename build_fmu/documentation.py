@@ -17,6 +17,9 @@ pre { background: #8881; padding: .8rem 1rem; overflow-x: auto }
 img { max-width: 100%; background: white; border-radius: 6px }
 """.strip()
 
+REPORT = ('<h2>What accuracy costs</h2>\n<p><img src="report.svg" alt="error against run time"></p>\n'
+          '<p>Advice and tables: <a href="report.md">report.md</a>, <a href="report.csv">report.csv</a>.</p>')
+
 GROUPS = (
     ("input", "Inputs", "Held constant during a communication step."),
     ("output", "Outputs", ""),
@@ -26,8 +29,8 @@ GROUPS = (
 )
 
 
-def documentation(model: Description, played: bool = False) -> bytes:
-    """Returns the page, UTF-8; it needs no file but ../model.png, and run.html if there is a run to play."""
+def documentation(model: Description, played: bool = False, has_report: bool = False) -> bytes:
+    """Returns the page, UTF-8; it needs no file but ../model.png, run.html if there is a run to play, and the report if there is one."""
     name = escape(model.model_name)
     parts = [
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{name}</title>',
@@ -41,6 +44,8 @@ def documentation(model: Description, played: bool = False) -> bytes:
     if played:
         parts.append('<p><a href="run.html">Play its default experiment</a>: the motion without inputs, in three dimensions beside its plots.</p>')
     parts += [_links(model), _run(model)]
+    if has_report:
+        parts.append(REPORT)
     for causality, title, note in GROUPS:
         rows = model.select(causality)
         if rows:

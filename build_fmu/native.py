@@ -1,4 +1,4 @@
-"""Finds the two compiled files: the `describe` program and the shared library that every FMU carries.
+"""Finds the compiled files: the programs `describe` and `fmu_driver`, and the shared library that every FMU carries.
 
 The order is: environment variable, the package's own `native/` folder (as in a wheel), the source tree's build folder.
 """
@@ -12,12 +12,18 @@ from build_fmu.errors import UserError
 
 PACKAGE = Path(__file__).resolve().parent
 SOURCE_TREE = PACKAGE.parent
-BUILT = SOURCE_TREE / "build" / "release" / "fmu_src" / "fmi"
+BUILT = SOURCE_TREE / "build" / "release" / "fmu_src"
+ROOMS = {"describe": "fmi", "libredysim_fmu.so": "fmi", "fmu_driver": "drive"}
 
 
 def describe_program() -> Path:
     """Returns the program that prints a model file's variable table; raises UserError if it is not built."""
     return _find("REDYSIM_FMU_DESCRIBE", "describe")
+
+
+def driver_program() -> Path:
+    """Returns the program that runs an FMU without Python; raises UserError if it is not built."""
+    return _find("REDYSIM_FMU_DRIVER", "fmu_driver")
 
 
 def library() -> Path:
@@ -45,7 +51,7 @@ def _find(variable: str, name: str) -> Path:
         if Path(given).is_file():
             return Path(given)
         raise UserError(f"{variable} names '{given}', and there is no such file")
-    for path in (PACKAGE / "native" / name, BUILT / name):
+    for path in (PACKAGE / "native" / name, BUILT / ROOMS[name] / name):
         if path.is_file():
             return path
     raise UserError(f"'{name}' is not built yet: run `make build` in the source tree, or set {variable}")

@@ -36,17 +36,18 @@ def parse_inputs(arguments: Sequence[str], find: Callable[[str], str]) -> dict[s
     return signals
 
 
-def read_table(path: Path) -> dict[str, list[float]]:
-    """Reads a CSV of numbers with a `time` column (s) that never decreases; raises UserError with the line."""
+def read_table(path: Path, clock: Sequence[str] = ("time",)) -> dict[str, list[float]]:
+    """Reads a CSV of numbers with a `time` column (s; `clock` lists its names) that never decreases; raises UserError with the line."""
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             rows = list(csv.reader(file))
     except (OSError, UnicodeDecodeError) as error:
         raise UserError(f"cannot read '{path}': {getattr(error, 'strerror', None) or 'it is not a text file'}") from None
     rows = [[cell.strip().strip('"') for cell in row] for row in rows]
-    if not rows or "time" not in rows[0]:
-        raise UserError(f"'{path}' has no column 'time' in its first line")
-    head = rows[0]
+    head = rows[0] if rows else []
+    named = next((name for name in clock if name in head), None)
+    if named is None:
+        raise UserError(f"'{path}' has no column '{clock[0]}' in its first line")
     table: dict[str, list[float]] = {name: [] for name in head}
     if len(table) != len(head):
         raise UserError(f"'{path}' has two columns of the same name")
@@ -57,7 +58,7 @@ def read_table(path: Path) -> dict[str, list[float]]:
             raise UserError(f"{path}:{line}: {len(row)} values, but the first line names {len(head)} columns")
         for name, cell in zip(head, row, strict=True):
             table[name].append(_number(cell, f"{path}:{line}: column '{name}'"))
-    times = table["time"]
+    times = table[named]
     if not times:
         raise UserError(f"'{path}' has no rows")
     for i in range(1, len(times)):

@@ -47,6 +47,14 @@ void write_header(Json& json, const ModelFile& file) {
   json.member("tolerance", model.solver.rtol).member("step_size", model.fmu.step_size).end_object();
 }
 
+// What the packager does with the model beside packing it.
+void write_report(Json& json, const Model& model) {
+  json.key("report").begin_object();
+  if (!model.report.reference.empty()) json.member("reference", model.report.reference);
+  if (model.solver.target_error > 0) json.member("target_error", model.solver.target_error);
+  json.end_object();
+}
+
 void write_capabilities(Json& json) {
   json.key("capabilities").begin_object();
   json.member("canHandleVariableCommunicationStepSize", true);
@@ -206,6 +214,7 @@ std::string description(const ModelFile& file, const std::string& path, std::vec
   Json json;
   json.begin_object();
   write_header(json, file);
+  write_report(json, file.model);
   write_capabilities(json);
   write_log_categories(json);
   write_features(json, file.model);

@@ -106,7 +106,8 @@ struct SolverSettings {
   SolverMethod method = SolverMethod::erk;
   double rtol = 1e-6;
   double atol = 1e-8;
-  double max_step = 0;  // s; 0: no bound
+  double max_step = 0;      // s; 0: no bound
+  double target_error = 0;  // m or rad: the packager chooses rtol by it; 0: none, or rtol is given
 };
 
 // What the FMU shows of the scene. Group names as in docs/model_file.md.
@@ -117,6 +118,11 @@ struct FmuSettings {
   bool momentum = false;                   // momentum.*
   std::vector<std::string> tunable;        // parameters such as "link3.mass" that a master may change
   double stop_time = 1, step_size = 1e-3;  // default experiment, s
+};
+
+// What `build-fmu report` measures errors against.
+struct ReportSettings {
+  std::string reference;  // a CSV beside the model file; empty: none
 };
 
 struct Model {
@@ -130,6 +136,7 @@ struct Model {
   std::vector<Ball> balls;
   SolverSettings solver;
   FmuSettings fmu;
+  ReportSettings report;
 };
 
 }  // namespace redysim

@@ -85,6 +85,7 @@ Model read_model(Section& top, Findings& findings) {
   model.frames = read_frames(top, links, degrees, names, findings);
   model.solver = read_solver(top, findings);
   model.fmu = read_fmu(top, model, findings);
+  model.report = read_report(top, findings);
   top.refuse_unknown();
   return model;
 }

@@ -73,8 +73,20 @@ SolverSettings read_solver(Section& top, Findings& findings) {
   if (solver.rtol > 0.1) section.error("rtol", "rtol must be <= 0.1, got " + shown(solver.rtol));
   solver.atol = section.number("atol", solver.rtol / 100, Bound::not_negative);
   solver.max_step = section.number("max_step", 0, Bound::not_negative);
+  solver.target_error = section.number("target_error", 0, Bound::positive);
+  if (section.has("rtol")) solver.target_error = 0;  // it has been chosen
   section.refuse_unknown();
   return solver;
+}
+
+ReportSettings read_report(Section& top, Findings& findings) {
+  ReportSettings report;
+  const Value* table = top.table("report");
+  if (!table) return report;
+  Section section(*table, "report", findings);
+  report.reference = section.text("reference");
+  section.refuse_unknown();
+  return report;
 }
 
 FmuSettings read_fmu(Section& top, const Model& model, Findings& findings) {

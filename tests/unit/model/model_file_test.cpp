@@ -195,5 +195,13 @@ TEST(model_file, the_source_is_kept_byte_for_byte) {
   EXPECT_EQ(read_model_text(text, "m.toml").source, text);
 }
 
+TEST(model_file, a_given_rtol_settles_the_target_error) {
+  const auto target = [](const std::string& solver) {
+    return read(arm + "[solver]\ntarget_error = 1e-6\n" + solver).solver.target_error;
+  };
+  EXPECT_EQ(target(""), 1e-6);
+  EXPECT_EQ(target("rtol = 1e-3\n"), 0);
+}
+
 }  // namespace
 }  // namespace redysim::test

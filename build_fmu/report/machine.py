@@ -1,0 +1,43 @@
+"""Where and with what a figure was measured."""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+from datetime import date
+from pathlib import Path
+
+from build_fmu import __version__
+from build_fmu.native import SOURCE_TREE
+
+
+def processor() -> str:
+    """Returns the processor's name."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+        return next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        return platform.processor() or platform.machine()
+
+
+def commit() -> str:
+    """Returns the source tree's commit, or an empty string outside one."""
+
+    def git(*arguments: str) -> str:
+        try:
+            return subprocess.run(("git", "-C", str(SOURCE_TREE), *arguments), capture_output=True, text=True, check=False).stdout.strip()
+        except OSError:
+            return ""
+
+    if not (SOURCE_TREE / ".git").exists():
+        return ""
+    return git("rev-parse", "--short", "HEAD") + (" with changes" if git("status", "--porcelain", "--untracked-files=no") else "")
+
+
+def machine_lines() -> list[str]:
+    """Returns lines for people."""
+    lines = [f"{processor()}, {os.cpu_count()} processors, load {os.getloadavg()[0]:.1f}, {platform.system()} {platform.release()}"]
+    at = commit()
+    lines.append(f"build-fmu {__version__}{f', commit {at}' if at else ''}, {date.today().isoformat()}")
+    return lines

@@ -1,0 +1,81 @@
+"""The truth that errors are measured against: a table the model names, or two tight runs of different methods."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from build_fmu.driver import Staged, Task, drive
+from build_fmu.errors import UserError
+from build_fmu.report.motion import Positions
+from build_fmu.signals import read_table
+
+TIGHT = (1e-13, 1e-12, 1e-11, 1e-10)
+# methods of different families first, so that they do not err alike
+ORDER = ("erk", "adams", "dirk", "bdf", "auto")
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Positions at times (s), how far they can be off (same unit as errors), and where they come from."""
+
+    times: np.ndarray
+    values: np.ndarray
+    uncertainty: float
+    origin: str
+
+    def error(self, where: Positions, times: np.ndarray, values: np.ndarray, columns: list[int]) -> float:
+        """Returns the largest error at the times that both have; nan if there are none after the start."""
+        at = np.searchsorted(self.times, times - 1e-9 * max(1.0, float(self.times[-1])))
+        at = np.minimum(at, len(self.times) - 1)
+        both = np.abs(self.times[at] - times) <= 1e-9 * np.maximum(1.0, np.abs(times))
+        if not np.any(both & (times > 0)):
+            return float("nan")
+        return where.error(values[both][:, columns], self.values[at[both]])
+
+
+def from_csv(path: Path, where: Positions) -> Reference:
+    """Reads a table whose columns are the FMU's output names, or t, q1, q2, … in the order of its joints."""
+    table = read_table(path, clock=("time", "t"))
+    clock = "time" if "time" in table else "t"
+    numbered = [name for name in table if re.fullmatch(r"q[1-9][0-9]*", name)]
+    if all(name in table for name in where.names):
+        names = where.names
+    elif not where.quaternions and len(numbered) == len(where.coordinates):
+        names = [f"q{i}" for i in range(1, len(numbered) + 1)]
+    else:
+        missing = next(name for name in where.names if name not in table)
+        raise UserError(f"'{path}' is no reference: it has no column '{missing}'")
+    values = np.array([table[name] for name in names]).T
+    return Reference(np.array(table[clock]), values, 0.0, f"the table {path.name}")
+
+
+def from_tight_runs(fmu: Staged, where: Positions, task: Task, methods: list[str], budget: float) -> Reference:
+    """Runs the two tightest that finish, of different methods; their difference is the uncertainty. Raises UserError."""
+    best: Reference | None = None
+    for rtol in TIGHT:
+        runs = []
+        for method in sorted(methods, key=ORDER.index):
+            start = {**task.start, "solver.method": method, "solver.rtol": rtol, "solver.atol": rtol / 100}
+            outcome = drive(fmu, Task(task.step, task.steps, task.every, start, where.names, task.inputs, task.rows, task.hold, budget=budget))
+            if outcome.status == "ok":
+                runs.append((method, outcome))
+            if len(runs) == 2:
+                break
+        if len(runs) < 2:
+            continue
+        (one, first), (other, second) = runs
+        difference = where.error(first.values, second.values)
+        if best is None or difference < best.uncertainty:
+            best = Reference(first.times, first.values, difference, f"{one} at rtol {rtol:g}, which {other} confirms")
+        # rounding is all that is left where a looser pair agrees better
+        elif best is not None:
+            return best
+        if difference < 1e-9:
+            return best
+    if best is None:
+        raise UserError(f"'{fmu.name}' has no reference: no two methods finish a tight run in {budget:g} s; name a table with --reference")
+    return best

@@ -1,0 +1,154 @@
+"""Runs method × tolerance × communication step and measures what each point costs and how far it is off."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+
+from build_fmu.driver import Outcome, Staged, Task, drive
+from build_fmu.errors import UserError
+from build_fmu.report.motion import Positions
+from build_fmu.report.reference import Reference
+
+METHODS = ("auto", "erk", "adams", "dirk", "bdf")
+TOLERANCES = tuple(10.0**-k for k in range(3, 13))
+# added to each input at every other step: far below the last digit of any torque, yet a change of the input
+TOUCH = 1e-100
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Input signals sampled per communication step: names and a function of time that gives their row."""
+
+    names: list[str] = field(default_factory=list)
+    row: Callable[[float], list[float]] = lambda _: []
+
+    @property
+    def given(self) -> bool:
+        """Whether there are any."""
+        return bool(self.names)
+
+
+@dataclass(frozen=True)
+class Point:
+    """One measured run. Error in m or rad, cost in microseconds of computing a millisecond of motion."""
+
+    method: str
+    rtol: float
+    step: float
+    changing: bool
+    outcome: Outcome
+    error: float
+    us_per_ms: float
+    rhs_per_ms: float
+
+    @property
+    def good(self) -> bool:
+        """Whether it ran to the end."""
+        return self.outcome.status == "ok" and math.isfinite(self.error)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What to sweep: times in s, the bound `seconds` on all runs together, and how often each is repeated for its time."""
+
+    stop: float
+    steps: Sequence[float]
+    methods: Sequence[str]
+    tolerances: Sequence[float] = TOLERANCES
+    changing: Sequence[bool] = (False, True)
+    seconds: float = 120.0
+    repeats: int = 20
+    spend: float = 0.06
+
+
+def offered_methods(fmu: Staged, wanted: Sequence[str] = METHODS) -> list[str]:
+    """Returns those methods that the FMU accepts."""
+    if "solver.method" not in fmu.variables or "solver.rtol" not in fmu.variables:
+        raise UserError(f"'{fmu.name}' has no parameters solver.method and solver.rtol: it was not built by build-fmu")
+    found = []
+    for method in wanted:
+        outcome = drive(fmu, Task(1e-6, 1, start={"solver.method": method}, budget=20))
+        if outcome.status != "refused" or not any("solver.method" in line for line in outcome.log):
+            found.append(method)
+    return found
+
+
+def communication_steps(stop: float, step: float) -> list[float]:
+    """Returns a tenth of the usual step, the step, and ten of it where the motion has room for that."""
+    return [h for h in (step / 10, step, step * 10) if h <= stop / 5 * (1 + 1e-9)] or [stop]
+
+
+def task_for(fmu: Staged, stop: float, step: float, row_every: float, inputs: Inputs, changing: bool, names: Sequence[str]) -> Task:
+    """Returns the run from 0 to `stop` with a row of outputs each `row_every` (s)."""
+    count, every = round(stop / step), round(row_every / step)
+    if abs(every * step - row_every) > 1e-9 * row_every or every < 1:
+        raise UserError(f"the communication step {step:g} s does not divide the longest one, {row_every:g} s")
+    rows: list[list[float]] = [inputs.row(k * step) for k in range(count)] if inputs.given else []
+    names_of_inputs = list(inputs.names)
+    if changing:
+        # every input that is a force; a motion that is set anew would begin anew
+        touched = [n for n in fmu.names("input") if not n.endswith((".q", ".qd", ".qdd"))]
+        missing = [n for n in touched if n not in names_of_inputs]
+        names_of_inputs += missing
+        rows = [row + [0.0] * len(missing) for row in rows] or [[0.0] * len(names_of_inputs), [0.0] * len(names_of_inputs)]
+        for k, row in enumerate(rows):
+            for i, name in enumerate(names_of_inputs):
+                if name in touched and k % 2 == 1:
+                    row[i] += TOUCH
+    return Task(step, count, every, {}, names, names_of_inputs, rows)
+
+
+def measure(fmu: Staged, where: Positions, reference: Reference, task: Task, method: str, rtol: float, changing: bool,
+            ratio: float, plan: Plan, budget: float) -> Point:
+    """Runs one point of the sweep, then again for its time."""
+    start = {**task.start, "solver.method": method, "solver.rtol": rtol, "solver.atol": rtol * ratio}
+    full = Task(task.step, task.steps, task.every, start, task.outputs, task.inputs, task.rows, task.hold, plan.repeats, plan.spend, budget)
+    outcome = drive(fmu, full)
+    error = cost = rhs = math.nan
+    if outcome.status == "ok":
+        columns = [list(task.outputs).index(name) for name in where.names]
+        error = reference.error(where, outcome.times, outcome.values, columns)
+        milliseconds = outcome.reached * 1e3
+        cost = outcome.seconds * 1e6 / milliseconds
+        count = outcome.health.get("solver.rhs_evaluations")
+        rhs = math.nan if count is None else count / milliseconds
+    return Point(method, rtol, task.step, changing, outcome, error, cost, rhs)
+
+
+def sweep(fmu: Staged, where: Positions, references: Callable[[float], Reference], inputs: Inputs, plan: Plan,
+          progress: Callable[[str, int], None] = lambda *_: None) -> Iterator[Point]:
+    """Yields the points, loose tolerances first; a curve ends where it fails or its time is up."""
+    begin = time.monotonic()
+    longest = max(plan.steps)
+    ratio = _atol_ratio(fmu)
+    curves = [(h, c, m) for h in plan.steps for c in plan.changing for m in plan.methods]
+    for number, (step, changing, method) in enumerate(curves):
+        task = task_for(fmu, plan.stop, step, longest, inputs, changing, where.names)
+        reference = references(step)
+        # what is left is shared by the curves that are still to come
+        allowed = (plan.seconds - (time.monotonic() - begin)) / (len(curves) - number)
+        curve_begin = time.monotonic()
+        for k, rtol in enumerate(sorted(plan.tolerances, reverse=True)):
+            left = allowed - (time.monotonic() - curve_begin)
+            progress(f"{method}, rtol {rtol:.0e}, step {step:g} s", number * len(plan.tolerances) + k)
+            point = measure(fmu, where, reference, task, method, rtol, changing, ratio, plan, max(left, 0.5))
+            yield point
+            if point.outcome.status != "ok" or left < 0:
+                break
+
+
+def _atol_ratio(fmu: Staged) -> float:
+    rtol, atol = (fmu.variables[name].start for name in ("solver.rtol", "solver.atol"))
+    return float(atol) / float(rtol) if rtol else 0.01
+
+
+def best(points: Sequence[Point], target: float, step: float, changing: bool) -> Point | None:
+    """Returns the cheapest point whose error stays below the target."""
+    fit = [p for p in points if p.good and p.error <= target and p.changing == changing and math.isclose(p.step, step)]
+    return min(fit, key=lambda p: p.us_per_ms, default=None)
+
+

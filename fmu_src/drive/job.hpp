@@ -1,0 +1,35 @@
+#pragma once
+
+#include <iosfwd>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "fmi2Functions.h"
+
+namespace redysim::drive {
+
+// What to do with one FMU. Read from lines `word value...`, see job.cpp; times in s.
+struct Job {
+  std::string mode = "run";  // run | latency
+  std::string library, resources, guid;
+  double tolerance = 0;  // 0: none is asked for
+  double step = 1e-3;
+  long steps = 1;
+  long every = 1;  // steps between two rows of outputs
+  std::vector<std::pair<unsigned, double>> reals;
+  std::vector<std::pair<unsigned, std::string>> strings;
+  std::vector<fmi2ValueReference> inputs, outputs, integers, names;
+  long hold = 1;                // steps that a row of inputs lasts
+  std::vector<double> motion;   // rows of inputs, one after the other; the last is followed by the first
+  long repeats = 0;             // further runs, for their time only,
+  double spend = 1e9;           // as long as all runs have taken less, s
+  double budget = 60;           // s of the wall clock, then the run ends at the step that it has reached
+  double patience = 30;         // s after that; then it hangs
+  std::vector<long> instances;  // latency: how many live at once
+};
+
+// Throws std::runtime_error with a sentence.
+Job read_job(std::istream& stream);
+
+}  // namespace redysim::drive

@@ -1,0 +1,164 @@
+// What a step, a reading of the outputs, a start and an instance cost, as a compiled master sees them.
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+
+#include "drive/allocations.hpp"
+#include "drive/run.hpp"
+
+namespace redysim::drive {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int starts = 51;  // instantiations and initialisations whose median is taken
+
+double ns_since(Clock::time_point begin) {
+  return std::chrono::duration<double, std::nano>(Clock::now() - begin).count();
+}
+
+double quantile(std::vector<double> values, double part) {
+  if (values.empty()) return 0;
+  const auto place = values.begin() + static_cast<long>(part * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
+// What two readings of the clock cost, to be taken off.
+double clock_ns() {
+  std::vector<double> costs(10001);
+  for (double& cost : costs) {
+    const auto begin = Clock::now();
+    cost = ns_since(begin);
+  }
+  return quantile(std::move(costs), 0.5);
+}
+
+class Bench {
+ public:
+  Bench(const FmuLibrary& fmu, const Job& job, Watchdog& watchdog, Json& json)
+      : fmu_(fmu), job_(job), watchdog_(watchdog), json_(json), clock_(clock_ns()) {}
+
+  void all() {
+    json_.member("status", "ok").member("clock_ns", clock_);
+    start_cost();
+    steps("constant", false);
+    if (!job_.inputs.empty()) steps("changing", true);
+    json_.key("many").begin_array();
+    for (long count : job_.instances) many(static_cast<std::size_t>(count));
+    json_.end_array();
+  }
+
+ private:
+  fmi2Component make() {
+    fmi2Component instance = fmu_.instantiate("timed", fmi2CoSimulation, job_.guid.c_str(),
+                                              job_.resources.c_str(), &callbacks_, fmi2False, fmi2False);
+    if (!instance) throw std::runtime_error("fmi2Instantiate failed");
+    return instance;
+  }
+
+  void start(fmi2Component instance) {
+    if (initialise(fmu_, instance, job_) > fmi2Warning)
+      throw std::runtime_error(log_.lines().empty() ? "initialisation failed" : log_.lines().back());
+  }
+
+  void start_cost() {
+    std::vector<double> instantiate, initialisation;
+    double bytes = 0;
+    for (int i = 0; i < starts; ++i) {
+      const double before = heap_bytes();
+      auto begin = Clock::now();
+      fmi2Component instance = make();
+      instantiate.push_back(ns_since(begin));
+      begin = Clock::now();
+      start(instance);
+      initialisation.push_back(ns_since(begin));
+      if (fmu_.do_step(instance, 0, job_.step, fmi2True) != fmi2OK)
+        throw std::runtime_error("first step failed");
+      bytes = heap_bytes() - before;
+      fmu_.free_instance(instance);
+    }
+    json_.member("instantiate_ns", quantile(instantiate, 0.5))
+        .member("initialise_ns", quantile(initialisation, 0.5));
+    json_.member("bytes", bytes);
+  }
+
+  // Steps one after the other; every reading of the outputs is timed by itself.
+  void steps(const char* name, bool changing) {
+    fmi2Component instance = make();
+    start(instance);
+    std::vector<double> step(static_cast<std::size_t>(job_.steps)), read(step.size()),
+        row(job_.outputs.size());
+    const long warm = std::max(10L, job_.steps / 20);
+    long before = 0;
+    for (long k = -warm; k < job_.steps; ++k) {
+      if (k == 0) before = allocations();
+      const double time = static_cast<double>(k + warm) * job_.step,
+                   end = static_cast<double>(k + warm + 1) * job_.step;
+      watchdog_.at(end);
+      const auto begin = Clock::now();
+      if (changing) set_inputs(fmu_, instance, job_, k + warm);
+      const fmi2Status status = fmu_.do_step(instance, time, end - time, fmi2True);
+      const auto middle = Clock::now();
+      fmu_.get_real(instance, job_.outputs.data(), row.size(), row.data());
+      if (status != fmi2OK)
+        throw std::runtime_error(log_.lines().empty() ? "a step failed" : log_.lines().back());
+      if (k < 0) continue;
+      step[static_cast<std::size_t>(k)] =
+          std::chrono::duration<double, std::nano>(middle - begin).count() - clock_;
+      read[static_cast<std::size_t>(k)] = ns_since(middle) - clock_;
+    }
+    const long asked = allocations() < 0 ? -1 : allocations() - before;
+    fmu_.free_instance(instance);
+    double sum = 0;
+    for (double ns : step) sum += ns;
+    json_.key(name).begin_object();
+    json_.member("mean_ns", sum / static_cast<double>(step.size())).member("median_ns", quantile(step, 0.5));
+    json_.member("p99_ns", quantile(step, 0.99)).member("read_ns", quantile(read, 0.5));
+    json_.member("allocations", static_cast<double>(asked)).end_object();
+  }
+
+  // Many at once, stepped in turn: what does not fit a cache shows.
+  void many(std::size_t count) {
+    watchdog_.at("many instances", static_cast<double>(count));
+    std::vector<fmi2Component> instances;
+    const double bytes = heap_bytes();
+    auto begin = Clock::now();
+    for (std::size_t i = 0; i < count; ++i) {
+      instances.push_back(make());
+      start(instances.back());
+    }
+    const double made = ns_since(begin);
+    const long rounds = std::max(2L, 2000 / static_cast<long>(count));
+    double stepped = 0;
+    for (long k = 0; k <= rounds; ++k) {
+      begin = Clock::now();
+      for (fmi2Component instance : instances)
+        if (fmu_.do_step(instance, static_cast<double>(k) * job_.step, job_.step, fmi2True) != fmi2OK)
+          throw std::runtime_error("a step failed");
+      if (k > 0) stepped += ns_since(begin);
+    }
+    const double all = static_cast<double>(count);
+    json_.begin_object().member("count", all).member("start_ns", made / all);
+    json_.member("bytes", (heap_bytes() - bytes) / all);
+    json_.member("step_ns", stepped / static_cast<double>(rounds) / all).end_object();
+    for (fmi2Component instance : instances) fmu_.free_instance(instance);
+  }
+
+  const FmuLibrary& fmu_;
+  const Job& job_;
+  Watchdog& watchdog_;
+  Json& json_;
+  double clock_;
+  MessageLog log_;
+  fmi2CallbackFunctions callbacks_{MessageLog::callback, nullptr, nullptr, nullptr, &log_};
+};
+
+}  // namespace
+
+void latency(const FmuLibrary& fmu, const Job& job, Watchdog& watchdog, Json& json) {
+  Bench(fmu, job, watchdog, json).all();
+}
+
+}  // namespace redysim::drive
