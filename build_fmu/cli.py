@@ -1,8 +1,9 @@
-"""The command line `build-fmu`: import, build, check, simulate, show, report. Errors are one sentence on stderr and exit code 1."""
+"""The command line `build-fmu`: import, build, check, simulate, show, report, stress. Errors are one sentence on stderr and exit code 1."""
 
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -79,6 +80,12 @@ def _show(options: argparse.Namespace) -> int:
 
 def _report(options: argparse.Namespace) -> int:
     from build_fmu.report import command
+
+    return command.run(options)
+
+
+def _stress(options: argparse.Namespace) -> int:
+    from build_fmu.stress import command
 
     return command.run(options)
 
@@ -252,6 +259,16 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--reference", type=Path, metavar="CSV", help="the true motion: a column time (or t), then the FMU's outputs, or q1, q2, ...")
     command.add_argument("--seconds", type=float, default=120, metavar="S", help="bound on all runs of a target together (default: 120)")
     command.set_defaults(run=_report)
+
+    command = commands.add_parser("stress", help="run extreme cases made from models and say how they went", description="Make extreme cases from each "
+                                  "model, run each in a process of its own, and write stress.md, .csv, .svg and .png.")
+    command.add_argument("models", nargs="+", type=Path, metavar="MODEL", help="model files (.toml)")
+    command.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder to write into (default: here)")
+    command.add_argument("--only", nargs="+", action="extend", default=[], metavar="WORD", help="groups of cases whose name holds a word, such as stiff")
+    command.add_argument("--method", metavar="NAME", help="solver method (default: the model's own)")
+    command.add_argument("--seconds", type=float, default=2, metavar="S", help="wall clock that each run may take (default: 2)")
+    command.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N", help="runs side by side (default: one a processor)")
+    command.set_defaults(run=_stress)
 
     command = commands.add_parser("show", help="write a page that plays a run: the mechanism beside linked plots", description="Write one HTML file that "
                                   "plays a run in any browser, without network. An FMU or a model file is run first; with a CSV its record is played.")

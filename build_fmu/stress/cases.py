@@ -1,0 +1,103 @@
+"""The catalogue: which extreme cases are made from every model, and how long each of them runs."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+from build_fmu.stress import variants
+from build_fmu.stress.variants import Model
+
+LONG = 1e4  # s
+SWITCH = 5e-4  # s between two switches: a square wave of 1 kHz
+STIFF_HORIZON = 0.2  # s
+
+
+@dataclass(frozen=True)
+class Case:
+    """One case: the changed model, times in s. `open_end`: as far as its time goes is far enough."""
+
+    group: str
+    label: str
+    model: Model
+    stop: float
+    step: float
+    rtol: float | None = None
+    torques: dict[str, float] = field(default_factory=dict)
+    stiff: bool = False
+    open_end: bool = False
+
+
+GROUPS = {
+    "tolerance": "from loose to as tight as doubles allow",
+    "communication step": "from 10 µs to 1 s",
+    "mass ratio": "tips or roots of up to 1e6 times their mass",
+    "near-massless links": "every second link of 1e-6 or 1e-9 of its mass",
+    "fast": "a joint starts at 1000 rad/s (or m/s)",
+    "far away": "the mechanism stands up to 1e9 m from the origin",
+    "stiff springs": "a spring in every joint, 1e2 to 1e8 N m/rad (N/m), undamped",
+    "stiff and damped": "the same springs with damping of 1 ms times the stiffness",
+    "switching torques": "all torques jump between + and - at 1 kHz",
+    "long run": "10 000 s, or as far as the time for it goes",
+    "singular start": "all joints at 0, or all at half a turn",
+}
+
+
+def catalogue(model: Model, stop: float, step: float) -> list[Case]:
+    """Returns the cases of a parsed model file; `stop` and `step` (s) are those of its default experiment."""
+    model = copy.deepcopy(model)
+    variants.plain(model)
+    stop = min(stop, 2.0)
+    step = min(step, stop)
+    cases: list[Case] = []
+
+    def add(group: str, label: str, change: Callable[[Model], Any] | None = None, **other: Any) -> None:
+        changed = copy.deepcopy(model)
+        if change:
+            change(changed)
+        cases.append(Case(group, label, changed, **{"stop": stop, "step": step, **other}))
+
+    for rtol in (1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-12):
+        add("tolerance", f"rtol {rtol:.0e}", rtol=rtol)
+    for size, end in ((1e-5, 0.05), (1e-4, 0.2), (1e-3, 1.0), (1e-2, 2.0), (0.1, 2.0), (1.0, 5.0)):
+        add("communication step", f"{size:g} s", stop=end, step=size)
+    for ratio in (1e3, 1e6):
+        add("mass ratio", f"tips x {ratio:.0e}", partial(variants.heavy_tips, ratio=ratio))
+    add("mass ratio", "roots x 1e+06", partial(variants.heavy_roots, ratio=1e6))
+    for factor in (1e-6, 1e-9):
+        add("near-massless links", f"x {factor:.0e}", partial(variants.light_links, factor=factor))
+    _fast(model, add)
+    for distance in (1e3, 1e6, 1e9):
+        add("far away", f"{distance:.0e} m", partial(variants.far_away, distance=distance))
+    for group, time in (("stiff springs", 0.0), ("stiff and damped", 1e-3)):
+        for stiffness in (1e2, 1e4, 1e6, 1e8):
+            change = partial(variants.stiff_joints, stiffness=stiffness, damping=time * stiffness)
+            add(group, f"{stiffness:.0e}", change, stop=STIFF_HORIZON, step=1e-3, stiff=True)
+    torques = _torques(model)
+    if torques:
+        add("switching torques", "1 kHz", stop=1.0, step=SWITCH, torques=torques)
+    add("long run", f"{LONG:g} s", stop=LONG, step=0.1, open_end=True)
+    for angle, name in ((0.0, "0"), (math.pi, "half a turn")):
+        add("singular start", f"all at {name}", partial(variants.start_at, angle=angle))
+    return cases
+
+
+def _fast(model: Model, add: Callable[..., None]) -> None:
+    names = [link["name"] for link in variants.moving(model)]
+    for name, label in dict.fromkeys(zip(names[:1] + names[-1:], ("first joint", "last joint"), strict=False)):
+
+        def change(changed: Model, name: str = name) -> None:
+            variants.fast(changed, next(link for link in changed["link"] if link["name"] == name), 1e3)
+
+        add("fast", label, change, stop=0.5, step=1e-3)
+
+
+def _torques(model: Model) -> dict[str, float]:
+    """Returns an amplitude for each driven joint: what holds up what it carries on an arm of 5 cm, a tenth of its weight where it slides."""
+    masses = variants.outboard_masses(model)
+    return {link.get("joint_name", link["name"]): 9.81 * masses[link["name"]] * (0.1 if link.get("joint") == "prismatic" else 0.05)
+            for link in variants.moving(model) if link.get("drive", "torque") == "torque"}

@@ -1,0 +1,73 @@
+"""`build-fmu stress`: makes the cases of each model, runs them side by side and writes the page."""
+
+from __future__ import annotations
+
+import time
+import tomllib
+from argparse import Namespace
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from pathlib import Path
+
+from build_fmu.describe import describe
+from build_fmu.errors import UserError
+from build_fmu.stress.cases import GROUPS, Case, catalogue
+from build_fmu.stress.pages import KINDS, not_finished, write_csv, write_page, write_pictures
+from build_fmu.stress.run import Verdict, run_case
+
+
+def run(options: Namespace) -> int:
+    """Writes the files and returns the exit code: 1 where a case failed."""
+    begin = time.monotonic()
+    wanted = _groups(options.only)
+    work = [(model, case) for file in options.models for model, case in _cases(file) if case.group in wanted]
+    verdicts = _run_all(work, options)
+    folder = options.output or Path(".")
+    files = [folder / name for name in ("stress.md", "stress.csv", "stress.svg", "stress.png")]
+    write_pictures(files[2:], verdicts)
+    write_csv(files[1], verdicts)
+    write_page(files[0], verdicts, files[2].name, options.seconds, time.monotonic() - begin)
+    counts = {kind: sum(v.kind == kind for v in verdicts) for kind in KINDS}
+    print(f"{len(verdicts)} cases: " + ", ".join(f"{count} {kind}" for kind, count in counts.items() if count))
+    if counts["failed"]:
+        print("\n".join(line for line in not_finished(verdicts) if line.startswith("| failed")))
+    for file in files:
+        print(file)
+    return 1 if counts["failed"] else 0
+
+
+def _groups(words: list[str]) -> list[str]:
+    found = [group for group in GROUPS if not words or any(word in group for word in words)]
+    if not found:
+        raise UserError(f"no group of cases holds '{words[0]}': they are {', '.join(GROUPS)}")
+    return found
+
+
+def _cases(file: Path) -> list[tuple[str, Case]]:
+    """Returns the model's name with each of its cases; the reader has accepted the file before."""
+    description = describe(file)
+    experiment = description.default_experiment
+    model = tomllib.loads(file.read_text(encoding="utf-8-sig"))
+    return [(file.stem, case) for case in catalogue(model, experiment["stop_time"], experiment["step_size"])]
+
+
+def _run_all(work: list[tuple[str, Case]], options: Namespace) -> list[Verdict]:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    verdicts: dict[int, Verdict] = {}
+    screen = Console(stderr=True)
+    look = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    with Progress(*look, console=screen, transient=True, disable=not screen.is_terminal) as bar, ThreadPoolExecutor(options.jobs) as pool:
+        task = bar.add_task("", total=len(work))
+        futures = {pool.submit(run_case, model, case, options.seconds, options.method): i for i, (model, case) in enumerate(work)}
+        try:
+            for number, future in enumerate(as_completed(futures), start=1):
+                verdict = verdicts[futures[future]] = future.result()
+                words = f"{verdict.model}: {verdict.case.group}, {verdict.case.label}"
+                bar.update(task, description=words, completed=number)
+                if verdict.kind == "failed":
+                    screen.print(f"failed  {words}: {verdict.message}", highlight=False, markup=False, soft_wrap=True)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return [verdicts[i] for i in range(len(work))]

@@ -1,0 +1,141 @@
+"""The verdicts as a CSV, a Markdown page for someone new to it, and a picture of all cases."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from build_fmu.archive import whole_file
+from build_fmu.report.machine import machine_lines
+from build_fmu.stress.cases import GROUPS
+from build_fmu.stress.run import LARGEST_GAP, LONG_SHARE, Verdict
+
+KINDS = {"finished": "#2a9d57", "doubtful": "#e9a23b", "slow": "#8fa3b0", "refused": "#7a5fb5", "failed": "#d1342f"}
+COLUMNS = ("model", "group", "case", "verdict", "message", "remedy", "method", "reached_s", "energy_balance", "gap", "error", "unit", "steps", "rhs",
+           "seconds", "after_failure")
+
+
+def write_csv(path: Path, verdicts: Sequence[Verdict]) -> None:
+    """Writes one row a case."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for v in verdicts:
+        numbers = ["" if math.isnan(x) else f"{x:.4g}" for x in (v.balance, v.gap, v.error)]
+        writer.writerow([v.model, v.case.group, v.case.label, v.kind, v.message, v.remedy, v.method, f"{v.reached:.6g}", *numbers, v.unit, v.steps, v.rhs,
+                         "" if math.isnan(v.seconds) else f"{v.seconds:.4g}", v.after])
+    whole_file(path, lambda temporary: temporary.write_text(text.getvalue(), encoding="utf-8"))
+
+
+def write_page(path: Path, verdicts: Sequence[Verdict], picture: str, seconds: float, taken: float) -> None:
+    """Writes the Markdown page."""
+    lines = ["# Extreme cases", "", *introduction(seconds), "", f"![all cases]({picture})", "", *summary(verdicts), "", *not_finished(verdicts), ""]
+    for model in dict.fromkeys(v.model for v in verdicts):
+        lines += [f"## {model}", "", *table([v for v in verdicts if v.model == model]), ""]
+    lines += [*(f"* {line}" for line in machine_lines()), f"* {len(verdicts)} cases in {taken:.0f} s"]
+    whole_file(path, lambda temporary: temporary.write_text("\n".join(lines) + "\n", encoding="utf-8"))
+
+
+def introduction(seconds: float) -> list[str]:
+    """Returns what the page is about."""
+    lines = ["Each model is changed in the ways below and run through its FMU, every case in a process of its own that may take "
+             f"{seconds:g} s of wall clock ({LONG_SHARE * seconds:g} s for the long run). Motions last up to 2 s.", ""]
+    lines += [f"* **{group}**: {words}" for group, words in GROUPS.items()]
+    return [*lines, "", "A case is *finished* if every step was OK, every value finite, loops stayed closed to "
+            f"{LARGEST_GAP:g} m, and the energy balance (total energy minus its start minus the work done, over the largest kinetic energy) within "
+            "1000 times the relative tolerance; *doubtful* if only the last two fail; *slow* if its time was up; *refused* if the model file is not accepted; "
+            "*failed* if a step failed, a value was not finite, or the process hung or crashed. The *error* is the largest distance of a joint to a run of "
+            "another method at a tolerance 1000 times tighter; it holds what chaos makes of small differences. *Remedy* names a method that finishes the case."]
+
+
+def summary(verdicts: Sequence[Verdict]) -> list[str]:
+    """Returns a table: groups of cases, how many went how, the worst energy balance and gap of the finished ones."""
+    lines = ["| cases | " + " | ".join(KINDS) + " | worst balance | worst gap |", "| --- |" + " ---: |" * (len(KINDS) + 2)]
+    for group in GROUPS:
+        rows = [v for v in verdicts if v.case.group == group]
+        if not rows:
+            continue
+        counts = [str(sum(v.kind == kind for v in rows) or "") for kind in KINDS]
+        good = [v for v in rows if v.kind == "finished"]
+        worst = [max((x for x in values if not math.isnan(x)), default=math.nan) for values in ([v.balance for v in good], [v.gap for v in good])]
+        lines.append(f"| {group} | {' | '.join(counts)} | {_number(worst[0])} | {_number(worst[1])} |")
+    total = [str(sum(v.kind == kind for v in verdicts) or "") for kind in KINDS]
+    return [*lines, f"| **all {len(verdicts)}** | {' | '.join(total)} | | |"]
+
+
+def not_finished(verdicts: Sequence[Verdict]) -> list[str]:
+    """Returns a table of the cases that did not finish, alike ones in one row."""
+    rest: dict[tuple[str, str, str, str, str], list[str]] = {}
+    for v in verdicts:
+        if v.kind != "finished":
+            message = "" if v.kind == "slow" else v.message
+            rest.setdefault((v.kind, v.case.group, v.case.label, message, v.remedy), []).append(v.model)
+    if not rest:
+        return ["All cases finished."]
+    lines = ["| verdict | case | models | what was said | remedy |", "| --- | --- | --- | --- | --- |"]
+    order = list(KINDS)
+    for (kind, group, label, message, remedy), models in sorted(rest.items(), key=lambda item: (-order.index(item[0][0]), *item[0][1:])):
+        lines.append(f"| {kind} | {group}, {label} | {', '.join(models)} | {_cell(message)} | {remedy} |")
+    return lines
+
+
+def table(verdicts: Sequence[Verdict]) -> list[str]:
+    """Returns the table of one model's cases."""
+    lines = ["| case | verdict | energy balance | gap | error | steps | right-hand sides | s | |", "| --- | --- |" + " ---: |" * 6 + " --- |"]
+    for v in verdicts:
+        counts = ["" if n is None else str(n) for n in (v.steps, v.rhs)]
+        note = "; ".join(part for part in (_cell(v.message), v.remedy) if part)
+        lines.append(f"| {v.case.group}, {v.case.label} | {v.kind} | {_number(v.balance)} | {_number(v.gap)} | {_number(v.error)} | "
+                     f"{' | '.join(counts)} | {'' if math.isnan(v.seconds) else f'{v.seconds:.2g}'} | {note} |")
+    return lines
+
+
+def _number(x: float) -> str:
+    return "" if math.isnan(x) else f"{x:.0e}"
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|")
+
+
+def write_pictures(paths: Sequence[Path], verdicts: Sequence[Verdict]) -> None:
+    """Draws a square a case, models down and cases across; the deeper the green, the better the energy balance."""
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch, Rectangle
+
+    models = list(dict.fromkeys(v.model for v in verdicts))
+    labels = list(dict.fromkeys((v.case.group, v.case.label) for v in sorted(verdicts, key=lambda v: list(GROUPS).index(v.case.group))))
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update({"svg.hashsalt": "build_fmu", "font.size": 8})
+        figure = Figure(figsize=(max(8, 3 + 0.24 * len(labels)), 4 + 0.22 * len(models)), dpi=130, layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = figure.subplots()
+        for v in verdicts:
+            x, y = labels.index((v.case.group, v.case.label)), models.index(v.model)
+            axes.add_patch(Rectangle((x, y), 0.92, 0.92, color=KINDS[v.kind], alpha=_depth(v)))
+        axes.set_xlim(0, len(labels))
+        axes.set_ylim(len(models), 0)
+        axes.set_yticks([y + 0.46 for y in range(len(models))], [m.replace("$", r"\$") for m in models])
+        axes.set_xticks([x + 0.46 for x in range(len(labels))], [f"{group}, {label}" for group, label in labels], rotation=90)
+        axes.tick_params(length=0)
+        for side in axes.spines.values():
+            side.set_visible(False)
+        figure.suptitle("Extreme cases", x=0.01, ha="left", fontsize=13, weight="bold", color="#22303c")
+        named = {"finished": "finished; paler: energy balance worse"}
+        axes.legend(handles=[Patch(color=c, label=named.get(k, k)) for k, c in KINDS.items()], loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=5, frameon=False)
+        for path in paths:
+            metadata = {".png": {"Software": None}, ".svg": {"Date": None}}[path.suffix]
+            whole_file(path, lambda temporary, m=metadata: figure.savefig(temporary, metadata=m))
+
+
+def _depth(v: Verdict) -> float:
+    if v.kind != "finished" or math.isnan(v.balance):
+        return 1.0 if v.kind != "finished" else 0.8
+    # 1e-12 and better is full, 1e-2 and worse is pale
+    return min(1.0, max(0.25, -math.log10(max(v.balance, 1e-16)) / 12))

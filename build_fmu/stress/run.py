@@ -1,0 +1,153 @@
+"""Runs one case: the case itself, a tight run to compare with, and another method where it failed."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from build_fmu.describe import describe
+from build_fmu.driver import Outcome, Staged, Task, drive, stage_model
+from build_fmu.errors import UserError
+from build_fmu.report.motion import Positions, positions
+from build_fmu.report.sweep import METHODS
+from build_fmu.stress.cases import Case
+from build_fmu.stress.toml_text import toml_text
+
+MOST_ROWS = 200
+LONG_SHARE = 4  # a run with an open end may take so many times the seconds of the others
+LARGEST_GAP = 1e-8  # m or rad
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How a case went. `kind`: finished, doubtful, slow, refused, failed."""
+
+    model: str
+    case: Case
+    kind: str
+    message: str = ""
+    method: str = ""
+    remedy: str = ""
+    reached: float = 0.0
+    balance: float = math.nan  # largest energy balance over largest kinetic energy
+    gap: float = math.nan
+    error: float = math.nan
+    unit: str = ""
+    steps: int | None = None
+    rhs: int | None = None
+    seconds: float = math.nan
+    after: str = ""
+    health: dict[str, Any] = field(default_factory=dict)
+
+
+def run_case(name: str, case: Case, seconds: float, method: str | None) -> Verdict:
+    """Runs the case within the bound (s of the wall clock for each of its runs)."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "model.toml"
+        file.write_text(toml_text(case.model), encoding="utf-8")
+        try:
+            fmu = stage_model(file, Path(folder) / "staged", describe(file))
+        except UserError as error:
+            return Verdict(name, case, "refused", str(error).replace(str(file), "model.toml").splitlines()[0])
+        return _run(name, fmu, case, seconds, method)
+
+
+def _run(name: str, fmu: Staged, case: Case, seconds: float, method: str | None) -> Verdict:
+    start: dict[str, Any] = {} if method is None else {"solver.method": method}
+    rtol = float(fmu.variables["solver.rtol"].start)
+    if case.rtol is not None:
+        rtol = case.rtol
+        start |= {"solver.rtol": rtol, "solver.atol": rtol / 100}
+    budget = seconds * (LONG_SHARE if case.open_end else 1)
+    task = _task(fmu, case, start, budget)
+    outcome = drive(fmu, task)
+    where = _positions(fmu)
+    facts = _facts(fmu, task, outcome)
+    kind, message = _judge(case, outcome, facts, rtol)
+    remedy = ""
+    if kind in ("failed", "slow", "doubtful"):
+        remedy = _remedy(fmu, case, start, outcome, seconds, rtol)
+    error = math.nan
+    if kind in ("finished", "doubtful") and where and not case.open_end:
+        error = _error(fmu, case, task, outcome, where, rtol, seconds)
+    return Verdict(name, case, kind, message, outcome.method, remedy, outcome.reached, facts["balance"], facts["gap"], error,
+                   where.unit if where else "", outcome.health.get("solver.steps"), outcome.health.get("solver.rhs_evaluations"),
+                   outcome.seconds, outcome.after)
+
+
+def _task(fmu: Staged, case: Case, start: dict[str, Any], budget: float) -> Task:
+    count = max(1, round(case.stop / case.step))
+    inputs = [n for n in fmu.names("input") if n.endswith(".tau") and n.removesuffix(".tau") in case.torques]
+    rows = [[sign * case.torques[n.removesuffix(".tau")] for n in inputs] for sign in (1, -1)] if inputs else []
+    return Task(case.step, count, max(1, count // MOST_ROWS), start, fmu.reals(), inputs, rows, budget=budget)
+
+
+def _positions(fmu: Staged) -> Positions | None:
+    try:
+        return positions(fmu)
+    except UserError:
+        return None
+
+
+def _facts(fmu: Staged, task: Task, outcome: Outcome) -> dict[str, float]:
+    """Returns the energy balance over the largest kinetic energy, and the largest gap, over the rows."""
+    if not outcome.values.size:
+        return {"balance": math.nan, "gap": math.nan}
+    column = {n: i for i, n in enumerate(task.outputs)}
+    gaps = [outcome.values[:, i].max() for n, i in column.items() if n.endswith(".gap")]
+    balance = math.nan
+    if "energy.balance" in column:
+        largest = np.abs(outcome.values[:, column["energy.kinetic"]]).max()
+        off = np.abs(outcome.values[:, column["energy.balance"]]).max()
+        # a mechanism that never moves has nothing to compare with
+        balance = float(off / largest) if largest > 0 else (0.0 if off == 0 else math.nan)
+    return {"balance": balance, "gap": float(max(gaps, default=math.nan))}
+
+
+def _judge(case: Case, outcome: Outcome, facts: dict[str, float], rtol: float) -> tuple[str, str]:
+    if outcome.status == "budget" and not case.open_end:
+        return "slow", outcome.message
+    if outcome.status not in ("ok", "budget"):
+        return "failed", f"{outcome.status}: {outcome.message}"
+    if facts["gap"] > LARGEST_GAP:
+        return "doubtful", f"a loop opens by {facts['gap']:.1e}"
+    if facts["balance"] > balance_bound(rtol) and not case.open_end:
+        return "doubtful", f"the energy balance is off by {facts['balance']:.1e} of the largest kinetic energy"
+    return "finished", f"to {outcome.reached:g} s" if outcome.status == "budget" else ""
+
+
+def balance_bound(rtol: float) -> float:
+    """Returns how large an energy balance, over the largest kinetic energy, may be before it is doubtful."""
+    return max(1e3 * rtol, 1e-8)
+
+
+def _remedy(fmu: Staged, case: Case, start: dict[str, Any], first: Outcome, seconds: float, rtol: float) -> str:
+    """Returns the first other method that finishes the case."""
+    for method in METHODS:
+        if method == first.method:
+            continue
+        task = _task(fmu, case, {**start, "solver.method": method}, seconds)
+        outcome = drive(fmu, task)
+        if _judge(case, outcome, _facts(fmu, task, outcome), rtol)[0] == "finished":
+            return f"{method} finishes it"
+    return ""
+
+
+def _error(fmu: Staged, case: Case, task: Task, outcome: Outcome, where: Positions, rtol: float, seconds: float) -> float:
+    """Returns the distance to a tight run of another method; nan if that does not finish."""
+    tight = max(min(rtol / 1000, 1e-10), 1e-13)
+    for method in ("bdf", "erk") if case.stiff else ("adams", "erk"):
+        if method == outcome.method:
+            continue
+        start = {**task.start, "solver.method": method, "solver.rtol": tight, "solver.atol": tight / 100}
+        other = drive(fmu, Task(task.step, task.steps, task.every, start, where.names, task.inputs, task.rows, task.hold, budget=seconds))
+        if other.status == "ok" and len(other.times) == len(outcome.times):
+            columns = [list(task.outputs).index(n) for n in where.names]
+            return where.error(outcome.values[:, columns], other.values)
+        break
+    return math.nan

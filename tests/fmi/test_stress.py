@@ -1,0 +1,58 @@
+"""`build-fmu stress` on the compiled library: cases finish, fail or run out of time as they should."""
+
+from __future__ import annotations
+
+import csv
+import os
+import subprocess
+import sys
+import tomllib
+from dataclasses import replace
+
+from build_fmu.stress.cases import Case, catalogue
+from build_fmu.stress.run import run_case
+from tests.fmi.conftest import ROOT
+
+
+def cases(name: str) -> dict[str, Case]:
+    model = tomllib.loads((ROOT / "models" / f"{name}.toml").read_text())
+    return {f"{case.group}, {case.label}": case for case in catalogue(model, 1.0, 0.01)}
+
+
+def test_a_closed_loop_far_from_the_origin_stays_closed(fmu_file):
+    verdict = run_case("four_bar", cases("four_bar")["far away, 1e+03 m"], 30, None)
+    assert verdict.kind == "finished" and verdict.gap < 1e-9 and verdict.balance < 1e-6
+    assert verdict.error < 1e-4 and verdict.steps > 10
+
+
+def test_torques_switch_at_1_khz(fmu_file):
+    case = cases("kuka_kr5")["switching torques, 1 kHz"]
+    assert set(case.torques) == {f"joint{i}" for i in range(1, 7)}
+    verdict = run_case("kuka_kr5", case, 30, "erk")
+    still = run_case("kuka_kr5", replace(case, torques={}), 30, "erk")
+    assert verdict.kind == still.kind == "finished" and verdict.error < 1e-5
+    assert verdict.balance != still.balance
+
+
+def test_what_the_reader_refuses_is_told(fmu_file):
+    case = cases("pendulum")["tolerance, rtol 1e-03"]
+    case.model["link"][0]["mass"] = -1
+    verdict = run_case("pendulum", case, 30, None)
+    assert verdict.kind == "refused" and "mass must be >= 0" in verdict.message and "/tmp" not in verdict.message
+
+
+def test_time_is_up(fmu_file):
+    case = replace(cases("pendulum")["tolerance, rtol 1e-03"], stop=1e5, step=1e-5)
+    verdict = run_case("pendulum", case, 0.2, "erk")
+    assert verdict.kind == "slow" and 0 < verdict.reached < 1e5
+
+
+def test_the_command_leaves_a_page(fmu_file, tmp_path):
+    models = [str(ROOT / "models" / f"{name}.toml") for name in ("pendulum", "top")]
+    command = [sys.executable, "-m", "build_fmu", "stress", *models, "--only", "singular", "near", "-o", str(tmp_path)]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)})
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["stress.csv", "stress.md", "stress.png", "stress.svg"]
+    rows = list(csv.DictReader((tmp_path / "stress.csv").open()))
+    assert {row["group"] for row in rows} == {"singular start", "near-massless links"} and len(rows) == 8
+    assert all(row["verdict"] == "finished" for row in rows)

@@ -1,0 +1,125 @@
+"""The catalogue of extreme cases: what is changed, what is judged, what the page says. Nothing is run."""
+
+import math
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from build_fmu.driver import Outcome
+from build_fmu.stress import variants
+from build_fmu.stress.cases import GROUPS, Case, catalogue
+from build_fmu.stress.pages import not_finished, summary, write_csv, write_page, write_pictures
+from build_fmu.stress.run import Verdict, _judge
+from build_fmu.stress.toml_text import toml_text
+
+MODELS = sorted((Path(__file__).parents[2] / "models").glob("*.toml"))
+
+
+def read(path):
+    return tomllib.loads(path.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
+def test_a_model_file_survives_being_written(path):
+    assert tomllib.loads(toml_text(read(path))) == read(path)
+
+
+@pytest.mark.parametrize("value", ['quote " and \\', "tab\tline\nend", "é \x7f", [1e-300, -0.0, 3], True, {"a": [{"b": 1}], "c": "x"}])
+def test_awkward_values_survive(value):
+    assert tomllib.loads(toml_text({"value": value, "t": {"u": {"v": value}}})) == {"value": value, "t": {"u": {"v": value}}}
+
+
+@pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
+def test_every_model_has_every_group(path):
+    model = read(path)
+    cases = catalogue(model, 1.0, 0.01)
+    missing = set(GROUPS) - {case.group for case in cases}
+    assert missing <= {"switching torques"} and len(cases) >= 30
+    # the model itself is left alone
+    assert model == read(path)
+
+
+CRANE = """
+angle_unit = "deg"
+[[link]]
+name = "post"
+mass = 2
+inertia = [1, 2, 3]
+q = 90
+[[link]]
+name = "arm"
+mass = 3
+[[link]]
+name = "twin"
+parent = "post"
+joint = "prismatic"
+mass = 4
+[[loop]]
+link_a = "ground"
+link_b = "arm"
+point_a = [1, 2, 3]
+point_b = [4, 5, 6]
+"""
+
+
+@pytest.fixture
+def crane():
+    return tomllib.loads(CRANE)
+
+
+def test_tips_get_heavy_and_roots_do_not(crane):
+    variants.heavy_tips(crane, 10)
+    assert [link["mass"] for link in crane["link"]] == [2, 30, 40]
+    variants.heavy_roots(crane, 100)
+    assert [link["mass"] for link in crane["link"]] == [200, 30, 40]
+    assert crane["link"][0]["inertia"] == [100, 200, 300]
+
+
+def test_the_ground_moves_along_when_the_mechanism_does(crane):
+    variants.far_away(crane, 1000)
+    assert [link.get("b", 0) for link in crane["link"]] == [1000, 0, 0]
+    assert (crane["loop"][0]["point_a"], crane["loop"][0]["point_b"]) == ([1, 2, 1003], [4, 5, 6])
+
+
+def test_masses_are_summed_outboard(crane):
+    assert variants.outboard_masses(crane) == {"post": 9, "arm": 3, "twin": 4}
+
+
+def test_springs_rest_at_the_start_and_angles_have_the_files_unit(crane):
+    variants.stiff_joints(crane, 1e6, 1e3)
+    assert [(link["stiffness"], link["damping"], link["rest"]) for link in crane["link"]] == [(1e6, 1e3, 90), (1e6, 1e3, 0), (1e6, 1e3, 0)]
+    variants.start_at(crane, math.pi)
+    assert [link["q"] for link in crane["link"]] == [180, 180, 0]
+    variants.fast(crane, crane["link"][0], math.pi)
+    assert crane["link"][0]["qd"] == 180
+
+
+CASE = Case("tolerance", "rtol 1e-03", {}, 1.0, 0.01)
+GOOD = {"balance": 1e-9, "gap": 1e-15}
+
+
+@pytest.mark.parametrize("outcome, facts, case, kind", [
+    (Outcome("ok"), GOOD, CASE, "finished"),
+    (Outcome("ok"), {"balance": math.nan, "gap": math.nan}, CASE, "finished"),
+    (Outcome("ok"), GOOD | {"balance": 2e-3}, CASE, "doubtful"),
+    (Outcome("ok"), GOOD | {"gap": 1e-7}, CASE, "doubtful"),
+    (Outcome("budget", reached=0.5), GOOD, CASE, "slow"),
+    (Outcome("budget", reached=0.5), GOOD, replace(CASE, open_end=True), "finished"),
+    (Outcome("budget", reached=0.5), GOOD | {"gap": 1e-7}, replace(CASE, open_end=True), "doubtful"),
+    *((Outcome(status), GOOD, CASE, "failed") for status in ("error", "not finite", "hang", "crash", "refused", "other status", "not loaded"))])
+def test_judgements(outcome, facts, case, kind):
+    assert _judge(case, outcome, facts, 1e-6)[0] == kind
+
+
+def test_the_page_groups_alike_failures(tmp_path):
+    failed = Verdict("arm", CASE, "failed", "error: a | b", "erk", "bdf finishes it", after="usable")
+    verdicts = [failed, replace(failed, model="leg"), Verdict("arm", CASE, "finished", balance=1e-5, gap=1e-12)]
+    rows = not_finished(verdicts)
+    assert rows[2:] == ["| failed | tolerance, rtol 1e-03 | arm, leg | error: a \\| b | bdf finishes it |"]
+    assert summary(verdicts)[2] == "| tolerance | 1 |  |  |  | 2 | 1e-05 | 1e-12 |"
+    write_page(tmp_path / "a.md", verdicts, "a.svg", 2.0, 3.0)
+    write_csv(tmp_path / "a.csv", verdicts)
+    write_pictures([tmp_path / "a.svg", tmp_path / "a.png"], verdicts)
+    assert (tmp_path / "a.csv").read_text().count("\n") == 4 and "## leg" in (tmp_path / "a.md").read_text()
