@@ -46,7 +46,7 @@ def introduction(seconds: float) -> list[str]:
     lines += [f"* **{group}**: {words}" for group, words in GROUPS.items()]
     return [*lines, "", "A case is *finished* if every step was OK, every value finite, loops stayed closed to "
             f"{LARGEST_GAP:g} m, and the energy balance (total energy minus its start minus the work done, over the largest kinetic energy) within "
-            "1000 times the relative tolerance; *doubtful* if only the last two fail; *slow* if its time was up; *refused* if the model file is not accepted; "
+            "1000 times the relative tolerance; *doubtful* if only the last two fail; *slow* if its time was up; *refused* if the model file or its start is not accepted; "
             "*failed* if a step failed, a value was not finite, or the process hung or crashed. The *error* is the largest distance of a joint to a run of "
             "another method at a tolerance 1000 times tighter; it holds what chaos makes of small differences. *Remedy* names a method that finishes the case."]
 

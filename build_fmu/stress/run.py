@@ -112,6 +112,8 @@ def _facts(fmu: Staged, task: Task, outcome: Outcome) -> dict[str, float]:
 def _judge(case: Case, outcome: Outcome, facts: dict[str, float], rtol: float) -> tuple[str, str]:
     if outcome.status == "budget" and not case.open_end:
         return "slow", outcome.message
+    if outcome.status == "refused":
+        return "refused", outcome.message
     if outcome.status not in ("ok", "budget"):
         return "failed", f"{outcome.status}: {outcome.message}"
     if facts["gap"] > LARGEST_GAP:

@@ -1,0 +1,63 @@
+#!/usr/bin/env python3
+"""What a compiled master waits for: steps of 1 ms, reading the outputs, starting, and many instances at once.
+
+    python bench/latency.py                       pendulum, four-bar, KUKA KR5, a chain of 20 and ten four-bars in a row
+    python bench/latency.py -m models/leg.toml    other models
+    python bench/latency.py --instances 1 100     (default: 1 100 10000)
+
+Prints lines `scene.metric value`: nanoseconds, bytes of the heap an instance, allocations in all timed steps. `constant`: no input ever
+changes; `changing`: every torque is set to another value at each step. The model's own method and tolerance are used. The cost
+of reading the clock is taken off. Uses the build in build/release, or what REDYSIM_FMU_LIBRARY, _DESCRIBE and _DRIVER name.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+from build_fmu.driver import Task, latency, staged
+from build_fmu.errors import UserError
+from build_fmu.report.machine import machine_lines
+
+SCENES = ("pendulum", "four_bar", "kuka_kr5", "long_chain", "four_bar_chain")
+STEP = 1e-3  # s
+TORQUE = 1e-3  # N m, by which an input changes
+
+
+def figures(model, steps, instances, seconds):
+    """Yields (scene.metric, value) of one model file."""
+    with staged(model) as fmu:
+        inputs = [name for name in fmu.names("input") if name.endswith(".tau")]
+        rows = [[0.0] * len(inputs), [TORQUE] * len(inputs)] if inputs else []
+        found = latency(fmu, Task(STEP, steps, inputs=inputs, rows=rows, outputs=fmu.reals(), budget=seconds), instances)
+        for metric in ("instantiate_ns", "initialise_ns", "bytes"):
+            yield f"{model.stem}.{metric}", found[metric]
+        for kind in ("constant", "changing"):
+            for metric, value in found.get(kind, {}).items():
+                yield f"{model.stem}.{kind}_{metric}", value
+        for row in found["many"]:
+            for metric in ("start_ns", "step_ns", "bytes"):
+                yield f"{model.stem}.of_{row['count']:.0f}_instances_{metric}", row[metric]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("-m", "--models", type=Path, nargs="+", default=[ROOT / "models" / f"{name}.toml" for name in SCENES])
+    parser.add_argument("-n", "--steps", type=int, default=5000)
+    parser.add_argument("--instances", type=int, nargs="*", default=[1, 100, 10000])
+    parser.add_argument("--seconds", type=float, default=300, help="bound on each model")
+    options = parser.parse_args()
+    for line in machine_lines():
+        print(f"# {line}")
+    for model in options.models:
+        try:
+            for name, value in figures(model, options.steps, options.instances, options.seconds):
+                print(f"{name} {value:.4g}", flush=True)
+        except UserError as error:
+            sys.exit(str(error))
+
+
+if __name__ == "__main__":
+    main()
