@@ -15,6 +15,9 @@ from build_fmu.stress.pages import KINDS, not_finished, write_csv, write_page, w
 from build_fmu.stress.run import Verdict, run_case
 
 
+QUIET = 15.0  # s between two lines of progress where there is no terminal
+
+
 def run(options: Namespace) -> int:
     """Writes the files and returns the exit code: 1 where a case failed."""
     begin = time.monotonic()
@@ -55,6 +58,7 @@ def _run_all(work: list[tuple[str, Case]], options: Namespace) -> list[Verdict]:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
     verdicts: dict[int, Verdict] = {}
+    spoken = time.monotonic()
     screen = Console(stderr=True)
     look = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     with Progress(*look, console=screen, transient=True, disable=not screen.is_terminal) as bar, ThreadPoolExecutor(options.jobs) as pool:
@@ -65,6 +69,10 @@ def _run_all(work: list[tuple[str, Case]], options: Namespace) -> list[Verdict]:
                 verdict = verdicts[futures[future]] = future.result()
                 words = f"{verdict.model}: {verdict.case.group}, {verdict.case.label}"
                 bar.update(task, description=words, completed=number)
+                # a log gets a line now and then instead of a bar
+                if not screen.is_terminal and time.monotonic() - spoken > QUIET:
+                    spoken = time.monotonic()
+                    screen.print(f"{number} of {len(work)} cases, now {verdict.model}", highlight=False, markup=False, soft_wrap=True)
                 if verdict.kind == "failed":
                     screen.print(f"failed  {words}: {verdict.message}", highlight=False, markup=False, soft_wrap=True)
         except BaseException:
