@@ -171,7 +171,8 @@ Presentation presentation(const Model& model, const Variable& variable) {
     case Role::max_step:
       return {&second, "Time", "Largest internal step; 0: no bound"};
     case Role::method:
-      return {nullptr, nullptr, "Solver: erk (explicit Runge-Kutta), adams, bdf (both multistep)"};
+      return {nullptr, nullptr,
+              "Solver: erk, dirk (Runge-Kutta, explicit and implicit), adams, bdf (multistep)"};
     case Role::kinetic_energy:
       return {&joule, "Energy", "Kinetic energy"};
     case Role::potential_energy:

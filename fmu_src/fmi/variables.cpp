@@ -400,9 +400,10 @@ double parameter(const Model& model, const Variable& variable) {
 }
 
 namespace {
-// `automatic` and `dirk` come with the stiff solvers.
-constexpr std::pair<const char*, SolverMethod> methods[] = {
-    {"erk", SolverMethod::erk}, {"adams", SolverMethod::adams}, {"bdf", SolverMethod::bdf}};
+constexpr std::pair<const char*, SolverMethod> methods[] = {{"erk", SolverMethod::erk},
+                                                            {"adams", SolverMethod::adams},
+                                                            {"dirk", SolverMethod::dirk},
+                                                            {"bdf", SolverMethod::bdf}};
 }  // namespace
 
 const char* method_name(SolverMethod method) {

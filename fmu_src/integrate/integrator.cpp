@@ -16,9 +16,10 @@ std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings
       if constexpr (features::adams) return make_adams(system, settings);
       break;
     case SolverMethod::bdf:
+      if constexpr (features::bdf) return make_bdf(system, settings);
+      break;
     case SolverMethod::dirk:
-      if constexpr (features::bdf)
-        return make_bdf(system, settings);  // no dirk yet: the other implicit method
+      if constexpr (features::dirk) return make_dirk(system, settings);
       break;
     case SolverMethod::erk:
     case SolverMethod::automatic:

@@ -10,6 +10,7 @@
 namespace redysim {
 
 std::unique_ptr<Integrator> make_erk(System& system, const SolverSettings& settings);
+std::unique_ptr<Integrator> make_dirk(System& system, const SolverSettings& settings);
 std::unique_ptr<Integrator> make_adams(System& system, const SolverSettings& settings);
 std::unique_ptr<Integrator> make_bdf(System& system, const SolverSettings& settings);
 std::unique_ptr<Integrator> make_still();  // for a system without state

@@ -22,8 +22,9 @@ class StateWriter {
   template <class Value>
   void put(const Value* values, std::size_t count) {
     static_assert(std::is_arithmetic_v<Value>);
-    const auto* first = reinterpret_cast<const unsigned char*>(values);
-    bytes_.insert(bytes_.end(), first, first + count * sizeof(Value));
+    const std::size_t before = bytes_.size(), length = count * sizeof(Value);
+    bytes_.resize(before + length);
+    if (length > 0) std::memcpy(bytes_.data() + before, values, length);
   }
 
  private:

@@ -18,6 +18,7 @@ class StepControl {
   // A step of size h had the weighted error (not a number: the right-hand side failed).
   void accepted(double h, double error);
   double rejected(double h, double error);  // the step to try instead
+  void limit(double h) { wanted_ = h < wanted_ ? h : wanted_; }
 
   // The step to take when `remaining` is left: equal parts rather than a small rest at the end.
   double step_for(double remaining) const;

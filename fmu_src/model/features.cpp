@@ -13,7 +13,6 @@ struct Feature {
 
 bool uses_method(const Model& model, SolverMethod method) {
   const SolverMethod chosen = model.solver.method;
-  if (method == SolverMethod::bdf && chosen == SolverMethod::dirk) return true;
   return chosen == method || chosen == SolverMethod::automatic;
 }
 
@@ -34,6 +33,7 @@ constexpr Feature all_features[] = {
     {"spherical", features::spherical, [](const Model& model) { return !model.balls.empty(); }},
     {"erk", features::erk, [](const Model& model) { return uses_method(model, SolverMethod::erk); }},
     {"adams", features::adams, [](const Model& model) { return uses_method(model, SolverMethod::adams); }},
+    {"dirk", features::dirk, [](const Model& model) { return uses_method(model, SolverMethod::dirk); }},
     {"bdf", features::bdf, [](const Model& model) { return uses_method(model, SolverMethod::bdf); }},
 };
 
@@ -52,13 +52,14 @@ bool has_method(SolverMethod method) {
       return features::erk;
     case SolverMethod::adams:
       return features::adams;
-    case SolverMethod::bdf:
     case SolverMethod::dirk:
+      return features::dirk;
+    case SolverMethod::bdf:
       return features::bdf;
     case SolverMethod::automatic:
       break;
   }
-  return features::erk && features::adams && features::bdf;
+  return features::erk && features::adams && features::dirk && features::bdf;
 }
 
 std::string missing_feature(const Model& model) {

@@ -47,6 +47,11 @@ inline constexpr bool adams = false;
 #else
 inline constexpr bool adams = true;
 #endif
+#ifdef REDYSIM_WITHOUT_DIRK
+inline constexpr bool dirk = false;
+#else
+inline constexpr bool dirk = true;
+#endif
 #ifdef REDYSIM_WITHOUT_BDF
 inline constexpr bool bdf = false;
 #else

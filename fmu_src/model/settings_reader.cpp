@@ -66,9 +66,12 @@ SolverSettings read_solver(Section& top, Findings& findings) {
   const Value* table = top.table("solver");
   if (!table) return solver;
   Section section(*table, "solver", findings);
-  solver.method = section.choice<SolverMethod>(
-      "method", {{"erk", SolverMethod::erk}, {"adams", SolverMethod::adams}, {"bdf", SolverMethod::bdf}},
-      SolverMethod::erk, {"auto", "dirk"});
+  solver.method = section.choice<SolverMethod>("method",
+                                               {{"erk", SolverMethod::erk},
+                                                {"adams", SolverMethod::adams},
+                                                {"dirk", SolverMethod::dirk},
+                                                {"bdf", SolverMethod::bdf}},
+                                               SolverMethod::erk, {"auto"});
   solver.rtol = section.number("rtol", solver.rtol, Bound::positive);
   if (solver.rtol > 0.1) section.error("rtol", "rtol must be <= 0.1, got " + shown(solver.rtol));
   solver.atol = section.number("atol", solver.rtol / 100, Bound::not_negative);

@@ -10,7 +10,7 @@ import pytest
 
 from tests.fmi.raw import DO_STEP_STATUS, ERROR, OK, Slave
 
-METHODS = ("erk", "adams", "bdf")
+METHODS = ("erk", "adams", "dirk", "bdf")
 STATE = ["rail.q", "hinge.q", "idle.q", "rail.qd", "hinge.qd", "idle.qd", "energy.balance"]
 
 

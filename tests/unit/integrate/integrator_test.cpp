@@ -18,13 +18,7 @@ using test::solver;
 
 class EveryMethod : public testing::TestWithParam<SolverMethod> {};
 
-INSTANTIATE_TEST_SUITE_P(Methods, EveryMethod,
-                         testing::Values(SolverMethod::erk, SolverMethod::adams, SolverMethod::bdf),
-                         [](const auto& method) {
-                           return method.param == SolverMethod::erk     ? "erk"
-                                  : method.param == SolverMethod::adams ? "adams"
-                                                                        : "bdf";
-                         });
+INSTANTIATE_TEST_SUITE_P(Methods, EveryMethod, test::every_method(), test::method_name);
 
 std::vector<double> double_pendulum_after(double end, SolverMethod method, double rtol) {
   Rig rig("double_pendulum", solver(method, rtol));

@@ -13,13 +13,7 @@ using test::solver;
 
 class LoopsStayClosed : public testing::TestWithParam<SolverMethod> {};
 
-INSTANTIATE_TEST_SUITE_P(Methods, LoopsStayClosed,
-                         testing::Values(SolverMethod::erk, SolverMethod::adams, SolverMethod::bdf),
-                         [](const auto& method) {
-                           return method.param == SolverMethod::erk     ? "erk"
-                                  : method.param == SolverMethod::adams ? "adams"
-                                                                        : "bdf";
-                         });
+INSTANTIATE_TEST_SUITE_P(Methods, LoopsStayClosed, test::every_method(), test::method_name);
 
 double gap(Rig& rig) {
   std::vector<double> qdd(static_cast<std::size_t>(rig.plan.nv));

@@ -14,13 +14,7 @@ using test::solver;
 
 class Restored : public testing::TestWithParam<SolverMethod> {};
 
-INSTANTIATE_TEST_SUITE_P(Methods, Restored,
-                         testing::Values(SolverMethod::erk, SolverMethod::adams, SolverMethod::bdf),
-                         [](const auto& method) {
-                           return method.param == SolverMethod::erk     ? "erk"
-                                  : method.param == SolverMethod::adams ? "adams"
-                                                                        : "bdf";
-                         });
+INSTANTIATE_TEST_SUITE_P(Methods, Restored, test::every_method(), test::method_name);
 
 // Torques that hold still for ten steps, then change: in the middle of smooth runs and at their ends.
 bool drive(Rig& rig, int k) {

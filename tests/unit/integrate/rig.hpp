@@ -1,5 +1,7 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -10,6 +12,26 @@
 #include "model/model_file.hpp"
 
 namespace redysim::test {
+
+// For suites that run over all methods.
+inline auto every_method() {
+  return testing::Values(SolverMethod::erk, SolverMethod::adams, SolverMethod::dirk, SolverMethod::bdf);
+}
+inline std::string method_name(const testing::TestParamInfo<SolverMethod>& method) {
+  switch (method.param) {
+    case SolverMethod::erk:
+      return "erk";
+    case SolverMethod::adams:
+      return "adams";
+    case SolverMethod::dirk:
+      return "dirk";
+    case SolverMethod::bdf:
+      return "bdf";
+    case SolverMethod::automatic:
+      break;
+  }
+  return "auto";
+}
 
 // A model of models/ with one integrator over it, started at its start pose.
 struct Rig {

@@ -1,0 +1,84 @@
+#pragma once
+
+#include "integrate/first_step.hpp"
+#include "integrate/methods.hpp"
+#include "integrate/step_control.hpp"
+#include "integrate/sundials_objects.hpp"
+
+// What the Runge-Kutta methods of SUNDIALS' ARKODE share, explicit and implicit.
+//
+// Each advance is a fresh start of ARKODE at (time, y) with a stop time, so that nothing but y, the step
+// control and the slope at the start, where it is known, lives on.
+
+namespace redysim {
+
+class OneStep : public Integrator {
+ public:
+  Outcome start(double time, const double* y) override;
+  Outcome advance(double end, bool inputs_changed) override;
+
+  double time() const override { return time_; }
+  const double* state() const override { return y_.data(); }
+  const Statistics& statistics() const override { return statistics_; }
+
+  void save(std::vector<unsigned char>& bytes) const override;
+  bool restore(const unsigned char* bytes, std::size_t size) override;
+
+ protected:
+  // `error_order`: the error estimate is proportional to h^error_order. `tightening`: what a step may err, of
+  // the user's tolerance.
+  OneStep(System& system, const SolverSettings& settings, SolverMethod method, int error_order,
+          double tightening);
+
+  // One run of ARKODE from (time_, y_) to end_ into result_ in at most allowed_ steps; its flag.
+  virtual int run(double first_step) = 0;
+  virtual double reached() const = 0;              // by the last run, when it failed
+  virtual const double* last_slope() const = 0;    // f at the end of the last run, or null
+  virtual const char* reason(int flag) const = 0;  // of a failure that only the method knows, or null
+  virtual long unsolved() const { return 0; }      // attempts of all runs whose stages were not solved
+
+  // Signs of ARKODE; `self` is a OneStep.
+  static int weights(N_Vector y, N_Vector weights, void* self);
+  static int adapt(N_Vector y, double t, double h, double, double, double error, double, double, int, int,
+                   double* next, void* self);
+  static int complete_step(double time, N_Vector y, void* self);
+  static constexpr double sundials_safety = 0.96;  // ARKODE multiplies what `adapt` proposes
+
+  System& system_;
+  SolverSettings settings_;
+  ErrorWeights error_weights_;
+  StepControl control_;
+  sundials::Context context_;
+  sundials::LastMessage message_;
+  sundials::Vector start_, result_;
+
+  // what the future depends on
+  double time_ = 0;
+  std::vector<double> y_;
+  std::vector<double> slope_;  // f(time_, y_) of the last inputs, when slope_known_
+  bool slope_known_ = false;
+  Statistics statistics_;
+
+  // of the advance under way
+  double end_ = 0;
+  long allowed_ = 0;
+  bool warming_up_ = false;    // ARKODE allocates in its first step: it takes one of a system at rest
+  bool stage_failed_ = false;  // a stage had no slope: this attempt is to be rejected
+  bool skip_slope_ = false;    // the next slope asked for is not used: the advance is over
+
+ private:
+  bool first_step_from_here();
+  int attempt(double end);
+  Outcome explain(int flag);
+
+  SolverMethod method_;
+  int error_order_;
+  FirstStepRoom room_;
+  double largest_step_;
+  bool fresh_ = true;  // the step size is to be found
+  long unsolved_before_ = 0;
+  bool step_at_floor_ = false;
+  bool projection_failed_ = false;
+};
+
+}  // namespace redysim
