@@ -12,6 +12,7 @@ from pathlib import Path
 
 from build_fmu import __version__
 from build_fmu.build import build
+from build_fmu.completion import SHELLS, script
 from build_fmu.describe import Description, describe
 from build_fmu.errors import UserError
 from build_fmu.inverse import inverse_of
@@ -22,7 +23,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = _parser()
     options = parser.parse_args(arguments)
     try:
-        return options.run(options)
+        return options.run(options) or 0
     except UserError as error:
         print(error, file=sys.stderr)
         return 1
@@ -111,6 +112,8 @@ def _simulate(options: argparse.Namespace) -> int:
     for path, endings in ((options.csv, (".csv",)), (options.plot, FORMATS)):
         if path is not None and path.suffix.lower() not in endings:
             raise UserError(f"'{path}' must end in {' or '.join(endings)}")
+    if options.redysim_layout and options.redysim_layout.is_file():
+        raise UserError(f"'{options.redysim_layout}' is a file: --redysim-layout needs the name of a folder")
     with _as_fmu(target) as fmu, Session(fmu) as session:
         model = described(fmu) if options.redysim_layout else None
         if model:
@@ -283,4 +286,9 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--speed", type=float, default=1.0, metavar="X", help="of a film: seconds of the run in a second (default: 1)")
     command.add_argument("--rate", type=float, default=20.0, metavar="N", help="of a film: pictures in a second (default: 20)")
     command.set_defaults(run=_show)
+
+    command = commands.add_parser("completion", help="print what a shell needs to complete commands and options",
+                                  description="Print the script; for bash, put this into ~/.bashrc: eval \"$(build-fmu completion bash)\"")
+    command.add_argument("shell", choices=SHELLS)
+    command.set_defaults(run=lambda options: print(script(options.shell, _parser()), end=""))
     return parser

@@ -15,6 +15,8 @@ from build_fmu import native
 from build_fmu.errors import UserError
 
 FORMAT = 1
+IMPORTED = "`build-fmu import` makes one of it"
+FOREIGN = {".fmu": "it is an FMU already", ".urdf": IMPORTED, ".m": IMPORTED, ".mat": IMPORTED, ".csv": IMPORTED, ".json": IMPORTED}
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,8 @@ def describe(model: Path) -> Description:
         raise UserError(f"'{model}' is a folder and not a model file (.toml)")
     if not model.is_file():
         raise UserError(f"there is no model file '{model}'")
+    if model.suffix.lower() in FOREIGN:
+        raise UserError(f"'{model}' is no model file (.toml): {FOREIGN[model.suffix.lower()]}")
     program = native.describe_program()
     try:
         run = subprocess.run([str(program), str(model)], capture_output=True, stdin=subprocess.DEVNULL, check=False)

@@ -37,7 +37,10 @@ if [ "$(cat .venv/stamp 2>/dev/null || true)" != "$stamp" ]; then
   echo "== Python environment in .venv"
   [ "$(cut -d' ' -f1 .venv/place 2>/dev/null || true)" = "$(printf %s "$PWD" | cksum | cut -d' ' -f1)" ] || rm -rf .venv
   [ -x .venv/bin/python ] || python3 -m venv .venv
-  .venv/bin/python -m pip install --quiet --disable-pip-version-check --retries 5 -e '.[test]' </dev/null
+  pip=".venv/bin/python -m pip install --quiet --disable-pip-version-check --retries 5"
+  # the tree as it is: no build of a wheel, and no compiler run that `build.sh` would repeat
+  $pip "scikit-build-core>=0.10" </dev/null
+  $pip --no-build-isolation --config-settings wheel.cmake=false --config-settings editable.mode=inplace -e '.[test]' </dev/null
   printf %s "$PWD" | cksum >.venv/place
   echo "$stamp" >.venv/stamp
 fi

@@ -116,3 +116,18 @@ def test_usage_errors_and_help(capsys):
         with pytest.raises(SystemExit) as end:
             main(arguments)
         assert end.value.code == code
+
+
+@pytest.mark.parametrize(("name", "sentence"), [("arm.urdf", "`build-fmu import` makes one of it"), ("arm.fmu", "it is an FMU already")])
+def test_files_of_other_kinds_are_told_apart(tmp_path, capsys, name, sentence):
+    (tmp_path / name).write_text("x")
+    for command in ("build", "check"):
+        assert main([command, str(tmp_path / name)]) == 1
+        said = capsys.readouterr().err
+        assert sentence in said and len(said.splitlines()) == 1
+
+
+def test_a_layout_needs_a_folder(tmp_path, capsys):
+    (tmp_path / "file").write_text("x")
+    assert main(["simulate", str(ROOT / "models" / "pendulum.toml"), "--redysim-layout", str(tmp_path / "file")]) == 1
+    assert "needs the name of a folder" in capsys.readouterr().err

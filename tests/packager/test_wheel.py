@@ -1,0 +1,56 @@
+"""A wheel in an empty environment: a model file becomes a running FMU with no compiler and no source tree. Slow.
+
+REDYSIM_FMU_WHEEL names a wheel that is built already; otherwise the test builds one.
+"""
+
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+pytestmark = pytest.mark.slow
+
+
+def command(*words, **more):
+    done = subprocess.run([*map(str, words)], capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False, **more)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    given = os.environ.get("REDYSIM_FMU_WHEEL")
+    if given:
+        return Path(given).resolve()
+    folder = tmp_path_factory.mktemp("wheel")
+    command(sys.executable, "-m", "pip", "wheel", "--no-deps", "-w", folder, ROOT, cwd=folder)
+    return next(folder.glob("*.whl"))
+
+
+def test_the_wheel_carries_what_was_compiled(wheel):
+    assert wheel.name.startswith("build_fmu-") and "-py3-none-linux" in wheel.name
+    names = zipfile.ZipFile(wheel).namelist()
+    for name in ("libredysim_fmu.so", "describe", "fmu_driver", "LICENSE", "licenses/sundials.txt"):
+        assert f"build_fmu/native/{name}" in names
+    assert not [name for name in names if name.startswith(("tests/", "fmu_src/"))]
+
+
+def test_an_empty_environment_builds_and_runs_an_fmu(wheel, tmp_path):
+    folder = tmp_path / "with space"
+    command(sys.executable, "-m", "venv", folder)
+    command(folder / "bin" / "pip", "install", "--quiet", "--disable-pip-version-check", wheel)
+    (tmp_path / "pendulum.toml").write_bytes((ROOT / "models" / "pendulum.toml").read_bytes())
+    # nothing but the environment's own programs: no compiler, no CMake
+    plain = {"PATH": str(folder / "bin"), "HOME": str(tmp_path), "MPLCONFIGDIR": str(tmp_path)}
+    program = folder / "bin" / "build-fmu"
+    said = command(program, "build", "pendulum.toml", cwd=tmp_path, env=plain)
+    assert "pendulum.fmu" in said
+    command(program, "simulate", "pendulum.fmu", "--csv", "run.csv", "--plot", "run.png", cwd=tmp_path, env=plain)
+    command(program, "show", "pendulum.fmu", cwd=tmp_path, env=plain)
+    command(program, "report", "pendulum.fmu", "--method", "erk", "--rtol", "1e-4", "1e-6", "-o", "report", cwd=tmp_path, env=plain)
+    place = command(folder / "bin" / "python", "-c", "import build_fmu; print(build_fmu.__file__)", cwd=tmp_path, env=plain)
+    assert str(folder) in place and len((tmp_path / "run.csv").read_text().splitlines()) > 100 and (tmp_path / "pendulum.html").is_file()
