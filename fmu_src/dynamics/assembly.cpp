@@ -322,9 +322,11 @@ Assembly assemble(const Model& model, const Plan<double>& plan, Workspace<double
   set_positions(plan, ws, q);
   set_ground_motion(plan, ws, at_rest.data());
   std::vector<double> moved(plan.joints.size(), 0.0), sped(plan.joints.size(), 0.0);
+  result.unit.assign(plan.joints.size(), 1.0);
   for (const ClusterPlan& plan_of_cluster : plan.clusters) {
     ClusterAssembly cluster(model, plan, ws, plan_of_cluster);
     double norm = cluster.start(q);
+    for (int joint : plan_of_cluster.joints) result.unit[joint] = cluster.unit(joint);
     bool in_angle = false;
     for (int k = 0; k < cluster.loop_count(); ++k)
       result.gap_before = std::max(result.gap_before, cluster.gap(k, in_angle));

@@ -19,6 +19,7 @@ struct Assembly {
   double rate = 0;            // m/s or rad/s that held joints leave of the velocities
   std::vector<double> moved;  // change of q per joint of the plan; empty: none
   std::vector<double> sped;   // change of qd per joint
+  std::vector<double> unit;   // per joint: what its displacement was counted in, m or rad
 };
 
 // Moves q to the nearest closed pose (least squares over the joints, the displacement of a prismatic joint

@@ -62,7 +62,7 @@ void write_capabilities(Json& json) {
   json.member("maxOutputDerivativeOrder", 1);
   json.member("canGetAndSetFMUstate", true);
   json.member("canSerializeFMUstate", true);
-  json.member("providesDirectionalDerivative", false);
+  json.member("providesDirectionalDerivative", true);
   json.member("canBeInstantiatedOnlyOncePerProcess", false);
   json.member("canNotUseMemoryManagementFunctions", false);
   json.member("canRunAsynchronuously", false);

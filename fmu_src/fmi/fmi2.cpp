@@ -124,10 +124,6 @@ Component* instantiate(const Log& log, fmi2Type type, fmi2String guid, fmi2Strin
   }
 }
 
-fmi2Status not_provided(Instance& instance, Function function, const char* capability) {
-  return instance.refuse(function, std::string("not provided (") + capability + " is false)");
-}
-
 fmi2Status only_for_pending_steps(Instance& instance, Function function) {
   return instance.refuse(function,
                          "this kind of status exists only while a step is pending, and no step ever is");
@@ -266,11 +262,12 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
 
 // --- derivatives ---
 
-fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference[], size_t,
-                                        const fmi2ValueReference[], size_t, const fmi2Real[], fmi2Real[]) {
-  constexpr Function function = Function::get_directional_derivative;
-  return guarded(c, function,
-                 [](Instance& i) { return not_provided(i, function, "providesDirectionalDerivative"); });
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknowns[], size_t nu,
+                                        const fmi2ValueReference knowns[], size_t nk,
+                                        const fmi2Real directions[], fmi2Real derivatives[]) {
+  return guarded(c, Function::get_directional_derivative, [&](Instance& i) {
+    return i.get_directional_derivative(unknowns, nu, knowns, nk, directions, derivatives);
+  });
 }
 
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,

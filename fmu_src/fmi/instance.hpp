@@ -13,6 +13,7 @@
 #include "fmi2Functions.h"
 #include "integrate/integrator.hpp"
 #include "integrate/system.hpp"
+#include "integrate/tangent.hpp"
 #include "model/model_file.hpp"
 
 namespace redysim {
@@ -48,6 +49,9 @@ class Instance {
   fmi2Status no_booleans(Function function, std::size_t count);
   fmi2Status set_real_input_derivatives(const unsigned* references, std::size_t count, const int* orders,
                                         const double* values);
+  fmi2Status get_directional_derivative(const unsigned* unknowns, std::size_t unknown_count,
+                                        const unsigned* knowns, std::size_t known_count,
+                                        const double* directions, double* derivatives);
   fmi2Status get_real_output_derivatives(const unsigned* references, std::size_t count, const int* orders,
                                          double* values);
 
@@ -77,6 +81,15 @@ class Instance {
   double read_momentum(const Variable& variable);
   double read_multiplier(const Variable& variable);
   int force_index(const Variable& variable) const;
+  static std::string unknown_reference(unsigned reference, const char* type);
+  std::string why_no_direction(const Variable& variable, double direction) const;
+  bool take_tangent(Function function);
+  void set_direction(const Variable& variable, double direction);
+  void set_parameter_direction(const Variable& variable, double direction);
+  fmi2Status read_tangent(Function function, const unsigned* references, std::size_t count,
+                          double* derivatives);
+  double read_direction(const Variable& variable);
+  double energy_direction(Role role);
   void set_input_derivative(const Variable& variable, int order, double value);
   double& settable_value(const Variable& variable);
   void set_motion(const Variable& variable, double value);
@@ -120,6 +133,9 @@ class Instance {
   bool settled_ = true;  // false: the state has to follow a motion set since the last step
 
   std::unique_ptr<Assembly> assembly_;  // of the start pose; only with loops
+
+  std::unique_ptr<Tangent> tangent_;  // from the first derivative asked for on
+  enum class WorkChange { none, of_energy, by_power } work_change_ = WorkChange::none;
 
   // computed on demand
   std::vector<double> start_state_, settled_state_, qdd_, drive_;

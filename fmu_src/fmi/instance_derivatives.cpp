@@ -3,16 +3,12 @@
 #include "fmi/instance.hpp"
 #include "model/number.hpp"
 
-// Derivatives of inputs and outputs.
+// Derivatives of inputs by time.
 
 namespace redysim {
 namespace {
 
 constexpr const char* null_argument = "an argument is a null pointer";
-
-std::string unknown_reference(unsigned reference) {
-  return "there is no Real variable with value reference " + std::to_string(reference);
-}
 
 // How often a part of a prescribed motion is derived by itself; the derivatives of the three are one chain.
 int motion_order(Role role) {
@@ -27,7 +23,7 @@ fmi2Status Instance::set_real_input_derivatives(const unsigned* references, std:
   if (count > 0 && (!references || !orders || !values)) return refuse(function, null_argument);
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = table_.real(references[i]);
-    if (!variable) return refuse(function, unknown_reference(references[i]));
+    if (!variable) return refuse(function, unknown_reference(references[i], "Real"));
     if (variable->causality != Causality::input)
       return refuse(function, variable->name + " is no input and has no derivative to be set");
     if (orders[i] < 1 || orders[i] > System::highest_input_order)
@@ -56,30 +52,6 @@ void Instance::set_input_derivative(const Variable& variable, int order, double 
   const int input = of_motion >= 0 ? variable.joint : force_index(variable);
   if (value == 0 && !system_.has_input_slopes()) return;
   system_.set_input_slope(time_, input, slope, value);
-}
-
-fmi2Status Instance::get_real_output_derivatives(const unsigned* references, std::size_t count,
-                                                 const int* orders, double* values) {
-  constexpr Function function = Function::get_real_output_derivatives;
-  if (count > 0 && (!references || !orders || !values)) return refuse(function, null_argument);
-  for (std::size_t i = 0; i < count; ++i) {
-    const Variable* variable = table_.real(references[i]);
-    if (!variable) return refuse(function, unknown_reference(references[i]));
-    const bool is_q = variable->role == Role::q, is_qd = variable->role == Role::qd;
-    if (!is_q && !is_qd) return refuse(function, "derivatives of " + variable->name + " are not provided");
-    const int highest = is_q ? 2 : 1;
-    if (orders[i] < 1 || orders[i] > highest)
-      return refuse(function, variable->name + ": the order must be 1 to " + std::to_string(highest) +
-                                  ", got " + std::to_string(orders[i]));
-    // q' = qd, qd' = qdd
-    if (is_q && orders[i] == 1) {
-      values[i] = system_.coordinates(time_, current_state()).qd[variable->joint];
-    } else {
-      if (!update_accelerations(function)) return fmi2Error;
-      values[i] = qdd_[variable->joint];
-    }
-  }
-  return fmi2OK;
 }
 
 }  // namespace redysim

@@ -12,10 +12,6 @@
 namespace redysim {
 namespace {
 
-std::string unknown_reference(unsigned reference, const char* type) {
-  return "there is no " + std::string(type) + " variable with value reference " + std::to_string(reference);
-}
-
 Eigen::Vector4d unit_quaternion(const double* q) { return Eigen::Map<const Eigen::Vector4d>(q).normalized(); }
 
 // ReDySim's angles of R = Rz(phi) Rx(theta) Ry(psi).
@@ -31,6 +27,10 @@ bool is_motion(Role role) {
 constexpr const char* null_argument = "an argument is a null pointer";
 
 }  // namespace
+
+std::string Instance::unknown_reference(unsigned reference, const char* type) {
+  return "there is no " + std::string(type) + " variable with value reference " + std::to_string(reference);
+}
 
 bool Instance::update_accelerations(Function function) {
   if (qdd_current_) return true;

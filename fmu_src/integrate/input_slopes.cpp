@@ -46,6 +46,10 @@ void System::set_input_slope(double time, int input, int order, double value) {
   inputs_[base_size_ + 1 + (order - 1) * forces_size() + input] = value;
 }
 
+double System::input_slope(int input) const {
+  return has_input_slopes() ? inputs_[base_size_ + 1 + input] : 0;
+}
+
 void System::anchor_input_slopes(double time) {
   if (has_input_slopes()) inputs_[base_size_] = time;
 }

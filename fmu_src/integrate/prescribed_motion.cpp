@@ -35,13 +35,16 @@ void System::forget_jumps() {
 
 bool System::follow_jumps(double time, double* y) {
   if (!plan_.has_motion()) return true;
-  if (jumped()) {
-    const double before = with_work_ ? energy_before_jump(time, y) : 0;
+  const bool jumps = jumped();
+  const double before = jumps && with_work_ ? energy_before_jump(time, y) : 0;
+  if (jumps) {
     respond(time, y, false);
     respond(time, y, true);
-    if (with_work_) y[nq() + nv()] += kinetic_energy(time, y) + potential_energy(time, y) - before;
   }
-  return !plan_.has_loops() || (project(time, y, nullptr) == Status::ok && largest_gap() < open_loop);
+  const bool closed =
+      !plan_.has_loops() || (project(time, y, nullptr) == Status::ok && largest_gap() < open_loop);
+  if (jumps && with_work_) y[nq() + nv()] += kinetic_energy(time, y) + potential_energy(time, y) - before;
+  return closed;
 }
 
 double System::energy_before_jump(double time, const double* y) {

@@ -49,6 +49,7 @@ class System {
   static constexpr int highest_input_order = 3;
   void set_input_slope(double time, int input, int order, double value);
   bool has_input_slopes() const { return inputs_.size() > base_size_; }
+  double input_slope(int input) const;  // the first derivative where they begin; 0: none
   void anchor_input_slopes(double time);
   void end_input_slopes(double time);
   std::size_t base_size() const { return base_size_; }  // of inputs() without them

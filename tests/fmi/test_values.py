@@ -142,11 +142,11 @@ def test_output_derivatives_are_velocities_and_accelerations(fmu):
     with Slave(fmu("cart")) as slave:
         slave.initialize()
         slave.run(0.1, 0.01)
-        for name, order, same_as in (("hinge.q", 1, "hinge.qd"), ("hinge.q", 2, "hinge.qdd"), ("hinge.qd", 1, "hinge.qdd")):
+        for name, order, same_as in (("hinge.q", 1, "hinge.qd"), ("hinge.qd", 1, "hinge.qdd")):
             reference, value = slave.fmu.variables[name][1], (c.c_double * 1)()
             status = slave.call("GetRealOutputDerivatives", (c.c_uint * 1)(reference), c.c_size_t(1), (c.c_int * 1)(order), value)
             assert status == OK and value[0] == slave.get(same_as)
-        for name, order in (("hinge.q", 0), ("hinge.qd", 2), ("energy.total", 1), ("hinge.tau", 1)):
+        for name, order in (("hinge.q", 0), ("hinge.q", 2), ("solver.error_estimate", 1), ("hinge.tau", 1)):
             reference = slave.fmu.variables[name][1]
             assert slave.call("GetRealOutputDerivatives", (c.c_uint * 1)(reference), c.c_size_t(1), (c.c_int * 1)(order),
                               (c.c_double * 1)()) == ERROR

@@ -1,0 +1,265 @@
+"""Directional derivatives and time derivatives of outputs, against central differences through the same interface."""
+
+from __future__ import annotations
+
+import ctypes as c
+import math
+import random
+
+import pytest
+
+from tests.fmi.conftest import ROOT, build_fmu
+from tests.fmi.raw import ERROR, OK, Slave, Unpacked
+
+STEP = 1e-3
+MODELS = ("cart", "gripper", "four_bar", "four_bar_inverse", "slider_crank", "parallelogram", "three_rrr", "bennett",
+          "space_robot", "top")
+
+
+def random_tree(seed: int) -> str:
+    """A tree of joints of all drives, with frames, a port, tunable parameters, gravity and passive elements."""
+    draw = random.Random(seed)
+    near = lambda size: round(draw.uniform(-size, size), 3)
+    text = f'name = "random"\ngravity = [{near(3)}, {near(3)}, -9.81]\n'
+    names, tunable = [], [f"gravity[{k}]" for k in (1, 2, 3)]
+    for i in range(5):
+        parent = f'parent = "{draw.choice([*names, "ground"])}"\n' if names else ""
+        kind, drive = draw.choice(["revolute", "prismatic"]), draw.choice(["torque", "torque", "motion"]) if i else "torque"
+        text += f"""
+[[link]]
+name = "b{i}"
+{parent}joint = "{kind}"
+joint_name = "j{i}"
+drive = "{drive}"
+alpha = {near(2)}
+a = {near(0.5)}
+theta = {near(1)}
+d = {near(0.5)}
+q = {near(1)}
+qd = {near(1)}
+mass = {1 + abs(near(1))}
+com = [{near(0.3)}, {near(0.3)}, {near(0.3)}]
+inertia = [0.2, 0.25, 0.3, {near(0.03)}, {near(0.03)}, {near(0.03)}]
+damping = {abs(near(0.2)) if i % 2 else 0}
+"""
+        names.append(f"b{i}")
+        tunable += [f"b{i}.mass", *(f"b{i}.com[{k}]" for k in (1, 2, 3)), *(f"b{i}.inertia[{k}]" for k in range(1, 7)), f"j{i}.damping", f"j{i}.stiffness", f"j{i}.rest", f"j{i}.armature"]
+    for k, port in enumerate(("ground", "frame")):
+        text += f"""
+[[frame]]
+name = "f{k}"
+link = "b{3 + k}"
+position = [{near(0.3)}, {near(0.3)}, {near(0.3)}]
+outputs = ["pose", "rotation", "velocity"]
+port = "{port}"
+"""
+    outputs = ["acceleration", "energy", "momentum", "solver"]
+    return text + f"\n[fmu]\noutputs = {outputs}\ntunable = {tunable}\n".replace("'", '"')
+
+
+@pytest.fixture(scope="module")
+def model(fmu, fmu_file, tmp_path_factory):
+    """Returns a function: name of a model, or "random <seed>" -> the unpacked FMU."""
+    built = {}
+
+    def unpacked(name: str) -> Unpacked:
+        if not name.startswith("random"):
+            return fmu(name)
+        if name not in built:
+            folder = tmp_path_factory.mktemp("random")
+            (folder / "random.toml").write_text(random_tree(int(name.split()[1])))
+            built[name] = Unpacked(build_fmu(folder / "random.toml", folder / "random.fmu"), folder / "unpacked")
+        return built[name]
+
+    return unpacked
+
+
+def continuous_outputs(fmu) -> list[str]:
+    return [s.get("name") for s in fmu.xml.iter("ScalarVariable")
+            if s.get("causality") == "output" and s.get("variability") == "continuous" and s[0].tag == "Real"]
+
+
+def derivative(slave, unknowns, direction: dict[str, float]) -> list[float]:
+    references = lambda names: (c.c_uint * len(names))(*[slave.fmu.variables[name][1] for name in names])
+    found = (c.c_double * len(unknowns))()
+    status = slave.call("GetDirectionalDerivative", references(unknowns), c.c_size_t(len(unknowns)), references(list(direction)),
+                        c.c_size_t(len(direction)), (c.c_double * len(direction))(*direction.values()), found)
+    assert status == OK, slave.errors
+    return list(found)
+
+
+def differences(slave, unknowns, direction: dict[str, float], size: float = STEP) -> list[float]:
+    """Five-point central differences; leaves the instance as it was."""
+    state = slave.save()
+    start = {name: slave.get(name) for name in direction}
+
+    def at(k):
+        for name, value in start.items():
+            assert slave.set(name, value + k * size * direction[name]) == OK, slave.errors
+        values = slave.reals(unknowns)
+        assert slave.call("SetFMUstate", state) == OK
+        return values
+
+    far, near, near_, far_ = (at(k) for k in (-2, -1, 1, 2))
+    assert slave.call("FreeFMUstate", c.byref(state)) == OK
+    return [(8 * (p - m) - (pp - mm)) / (12 * size) for mm, m, p, pp in zip(far, near, near_, far_, strict=True)]
+
+
+def assert_equal(slave, unknowns, direction, relative, size: float = STEP) -> None:
+    exact, estimate = derivative(slave, unknowns, direction), differences(slave, unknowns, direction, size)
+    scale = max(1.0, *(abs(x) for x in estimate))
+    for name, a, b in zip(unknowns, exact, estimate, strict=True):
+        assert a == pytest.approx(b, rel=relative, abs=relative * scale), f"{name} along {direction}"
+
+
+NAMES = [*MODELS, *(f"random {seed}" for seed in range(4))]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_by_inputs_at_a_communication_point(model, name):
+    draw = random.Random(name)
+    with Slave(model(name)) as slave:
+        slave.initialize()
+        inputs = slave.fmu.named("input")
+        for name_ in inputs:
+            if not name_.endswith((".q", ".qd")):
+                assert slave.set(name_, draw.uniform(-0.5, 0.5)) == OK
+        for k in range(20):
+            assert slave.step(k * 0.01, 0.01) == OK
+        outputs = [o for o in continuous_outputs(slave.fmu) if not o.endswith(".gap")]
+        prescribed = {i.rsplit(".", 1)[0]: slave.get(i) for i in inputs if i.endswith(".qdd")}
+        if prescribed:  # the motion as it is by now, so that nothing jumps
+            for joint, qdd in prescribed.items():
+                q, qd = slave.get(f"{joint}.q"), slave.get(f"{joint}.qd")
+                assert slave.set(f"{joint}.q", q + 0.2 * qd + 0.02 * qdd) == OK
+                assert slave.set(f"{joint}.qd", qd + 0.2 * qdd) == OK
+        for name_ in inputs:
+            # where motions jump in loops the state is projected: shorter steps, and more of its rounding
+            loose = name_.endswith((".q", ".qd")) and slave.fmu.named("output", ".gap")
+            assert_equal(slave, outputs, {name_: 1.0}, 1e-6 if loose else 1e-8, size=3e-4 if loose else STEP)
+        assert_equal(slave, outputs, {name_: draw.uniform(-1, 1) for name_ in inputs}, 1e-6)
+
+
+# a start in a singular position lies on two branches at once, and differences on either
+@pytest.mark.parametrize("name", [*(name for name in NAMES if name not in ("slider_crank", "parallelogram")), "five_bar"])
+def test_by_start_values_and_parameters_in_initialization(model, name):
+    draw = random.Random(name)
+    with Slave(model(name)) as slave:
+        assert slave.setup() == OK and slave.call("EnterInitializationMode") == OK
+        looped = bool(slave.fmu.named("output", ".gap"))
+        outputs = [o for o in continuous_outputs(slave.fmu) if not o.endswith(".gap")]
+        knowns = [k for k in slave.fmu.named("input") + slave.fmu.named("parameter") if not k.startswith("solver.")]
+        if name in ("four_bar", "five_bar"):
+            assert slave.set(next(k for k in knowns if k.endswith(".qd0")), 0.7) == OK  # the others follow
+        for known in knowns:
+            if known.endswith((".damping", ".stiffness", ".armature")):
+                assert slave.set(known, slave.get(known) + 0.1) == OK  # away from the bound
+        for known in knowns:
+            start = known.endswith((".q0", ".qd0", ".q", ".qd"))
+            # assembled poses are exact to 1e-9, which the step divides
+            assert_equal(slave, outputs, {known: 1.0}, 2e-5 if looped and start else 1e-7)
+        assert_equal(slave, outputs, {known: draw.uniform(-0.3, 0.3) for known in knowns}, 5e-5 if looped else 1e-6)
+
+
+@pytest.mark.parametrize(("name", "moved"), [("four_bar", 0.3), ("five_bar", 0.1), ("hoeken", -0.1)])
+@pytest.mark.parametrize("held", [True, False])
+def test_by_start_values_that_are_assembled_from_afar(tmp_path, name, moved, held):
+    """The nearest closed pose depends on the curvature of the loops, too."""
+    text = (ROOT / "models" / f"{name}.toml").read_text()
+    (tmp_path / "model.toml").write_text(text if held else text.replace("hold = true\n", ""))
+    with Slave(Unpacked(build_fmu(tmp_path / "model.toml", tmp_path / "model.fmu"), tmp_path / "unpacked")) as slave:
+        assert slave.setup() == OK and slave.call("EnterInitializationMode") == OK
+        knowns = [k for k in slave.fmu.named("parameter") if k.endswith((".q0", ".qd0"))]
+        assert slave.set(knowns[0], slave.get(knowns[0]) + moved) == OK
+        assert slave.set(next(k for k in knowns if k.endswith(".qd0")), 1.0) == OK
+        outputs = slave.fmu.named("output", ".q") + slave.fmu.named("output", ".qd")
+        for known in knowns:
+            assert_equal(slave, outputs, {known: 1.0}, 1e-4, size=3e-3)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_outputs_by_time(model, name):
+    """The first time derivatives, against differences of states on both sides of a communication point."""
+    with Slave(model(name)) as slave:
+        slave.initialize(start={"solver.rtol": 1e-12, "solver.atol": 1e-13})
+        outputs = [o for o in continuous_outputs(slave.fmu) if not o.endswith(".gap")]
+        torques = [i for i in slave.fmu.named("input") if not i.endswith((".q", ".qd", ".qdd"))]
+        for i, torque in enumerate(torques):
+            assert slave.set(torque, 0.1 * (i + 1)) == OK
+        assert slave.step(0, 0.05) == OK
+        at, size, points = 0.05, 1e-4, []
+        for k in range(5):
+            points.append(slave.reals(outputs))
+            if k == 2:
+                found = (c.c_double * len(outputs))()
+                references = (c.c_uint * len(outputs))(*[slave.fmu.variables[o][1] for o in outputs])
+                assert slave.call("GetRealOutputDerivatives", references, c.c_size_t(len(outputs)),
+                                  (c.c_int * len(outputs))(*[1] * len(outputs)), found) == OK, slave.errors
+            assert slave.step(at, size) == OK
+            at = slave.last_time()
+        for k, output in enumerate(outputs):
+            mm, m, _, p, pp = (point[k] for point in points)
+            expected = (8 * (p - m) - (pp - mm)) / (12 * size)
+            assert found[k] == pytest.approx(expected, rel=2e-5, abs=2e-5), output
+
+
+def test_the_rate_of_inputs_counts(fmu):
+    with Slave(fmu("pendulum")) as slave:
+        slave.initialize()
+        tau, qdd = slave.fmu.named("input")[0], slave.fmu.named("output", ".qdd")[0]
+        rate = c.c_double()
+        ask = lambda: slave.call("GetRealOutputDerivatives", (c.c_uint * 1)(slave.fmu.variables[qdd][1]), c.c_size_t(1),
+                                 (c.c_int * 1)(1), c.byref(rate))
+        assert ask() == OK
+        before = rate.value
+        assert slave.call("SetRealInputDerivatives", (c.c_uint * 1)(slave.fmu.variables[tau][1]), c.c_size_t(1),
+                          (c.c_int * 1)(1), (c.c_double * 1)(2.0)) == OK
+        assert ask() == OK
+        assert rate.value - before == pytest.approx(2 * derivative(slave, [qdd], {tau: 1.0})[0], rel=1e-12)
+
+
+def test_what_is_refused(fmu):
+    with Slave(fmu("cart")) as slave:
+        reference = lambda name: (c.c_uint * 1)(slave.fmu.variables[name][1])
+        one, zero = c.c_size_t(1), c.c_size_t(0)
+
+        def ask(unknown, known, direction=1.0):
+            return slave.call("GetDirectionalDerivative", reference(unknown), one, reference(known), one,
+                              (c.c_double * 1)(direction), (c.c_double * 1)())
+
+        assert ask("hinge.qdd", "hinge.tau") == ERROR, "not before initialization mode"
+        slave.initialize()
+        assert ask("hinge.qdd", "hinge.tau") == OK
+        assert ask("hinge.qdd", "pole.mass") == ERROR and "initialization mode" in slave.errors[-1]
+        assert ask("hinge.qdd", "hinge.qdd") == ERROR and "no known" in slave.errors[-1]
+        assert ask("hinge.tau", "hinge.tau") == ERROR and "no output" in slave.errors[-1]
+        assert ask("hinge.qdd", "solver.rtol") == ERROR
+        assert ask("hinge.qdd", "hinge.tau", math.nan) == ERROR
+        assert slave.call("GetDirectionalDerivative", None, zero, None, zero, None, None) == OK
+        assert slave.call("GetDirectionalDerivative", None, one, None, zero, None, None) == ERROR
+        assert slave.call("GetDirectionalDerivative", (c.c_uint * 1)(999), one, None, zero, None, (c.c_double * 1)()) == ERROR
+        assert slave.reals(["hinge.q"]) == [0.3], "nothing has changed"
+        ends = []
+        for asks in (0, 3):
+            assert slave.call("Reset") == OK
+            slave.initialize(start={"solver.method": "bdf"})
+            for k in range(20):
+                for _ in range(asks):
+                    assert ask("hinge.qdd", "hinge.tau") == OK
+                assert slave.step(k * 0.01, 0.01) == OK
+            ends.append(slave.reals(["hinge.q", "rail.qd"]))
+        assert ends[0] == ends[1], "asking changes no bit of the run"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_derivative_by_what_the_description_does_not_name(model, name):
+    with Slave(model(name)) as slave:
+        slave.initialize()
+        names = [s.get("name") for s in slave.fmu.xml.iter("ScalarVariable")]
+        for row in slave.fmu.xml.find("ModelStructure/Outputs"):
+            output = names[int(row.get("index")) - 1]
+            if slave.fmu.variables[output][0] != "Real":
+                continue
+            named = {names[int(i) - 1] for i in row.get("dependencies").split()}
+            others = {known: 1.0 for known in slave.fmu.named("input") if known not in named}
+            assert derivative(slave, [output], others) == [0], output
