@@ -1,7 +1,7 @@
 # Each target does all the set-up that a fresh Debian or Ubuntu machine needs, and is quick the second time.
 # The work is in scripts/, which also holds for folders with spaces in their names.
 
-.PHONY: demo test build lint format sanitize fmu bench clean distclean help
+.PHONY: demo test build lint format sanitize fmu bench docs clean distclean help
 
 demo: ## build the KUKA KR5 FMU, simulate it, leave a plot and a CSV in out/
 	@sh scripts/demo.sh
@@ -26,6 +26,9 @@ fmu: ## every model in models/ as an FMU in out/, validated and simulated by FMP
 
 bench: ## the benchmarks
 	@sh scripts/bench.sh
+
+docs: ## the docs as a site in out/site
+	@sh scripts/docs.sh
 
 clean: ## remove what was built
 	@rm -rf build out

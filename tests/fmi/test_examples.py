@@ -39,6 +39,12 @@ def test_hold_pose_holds_the_pose(run):
     assert last == pytest.approx([0, 0.5, -1, 0, 0.5, 0], abs=0.02)
 
 
+def test_gravity_compensation_needs_no_stiff_controller(run):
+    rows = {line[:22].strip(): [abs(float(word)) for word in line[24:].split()] for line in run("gravity_compensation.py")[-2:]}
+    # PD alone sags under the weight, by 49.9 N m / 800 N m/rad and more; with compensation nothing is left but the decay
+    assert rows["PD alone"][1] > 0.05 and max(rows["with compensation"]) < 0.005
+
+
 def test_the_readme_shows_the_example():
     shown = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
     program = (EXAMPLES / "free_fall.py").read_text(encoding="utf-8")

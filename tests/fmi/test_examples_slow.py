@@ -1,0 +1,77 @@
+"""Examples that need more packages: the sweep over Dask, also when a worker is lost, and the notebook."""
+
+import itertools
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.fmi.test_examples import EXAMPLES, ROOT
+
+pytestmark = pytest.mark.slow
+
+
+def test_a_sweep_ends_in_a_table(tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    pytest.importorskip("dask.distributed")
+    command = [sys.executable, str(EXAMPLES / "sweep.py"), str(ROOT / "models" / "double_pendulum.toml"), "--vary", "shoulder.q0=0:1:3",
+               "--vary", "elbow.damping=0,1,-1", "--output", "elbow.q", "energy.*", "--stop", "0.5", "--workers", "2", "-o", "sweep.parquet"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=500)
+    assert done.returncode == 0, done.stderr
+    assert "9 of 9 runs" in done.stdout and "9 runs, 3 failed, the first: " in done.stdout
+    rows = parquet.read_table(tmp_path / "sweep.parquet").to_pylist()
+    assert [(row["shoulder.q0"], row["elbow.damping"]) for row in rows] == list(itertools.product([0, 0.5, 1], [0, 1, -1]))
+    for row in rows:
+        if row["elbow.damping"] < 0:
+            assert "elbow.damping" in row["error"] and row["elbow.q end"] is None
+        else:
+            assert row["error"] == "" and abs(row["energy.balance end"]) < 1e-4
+            # dampers take energy, and nothing else does
+            assert (row["energy.work end"] < -1e-6) == (row["elbow.damping"] > 0)
+
+
+SLOWED = """
+import os, sys, time
+sys.path.insert(0, {examples!r})
+import sweep
+
+def slow_run(fmu, point, stop, outputs, real=sweep.one_run):
+    time.sleep(0.2)
+    return real(fmu, point, stop, outputs)
+
+if __name__ == "__main__":
+    from pathlib import Path
+    from dask.distributed import Client, LocalCluster
+    sweep.one_run = slow_run
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+        victim = [worker["pid"] for worker in client.run(lambda: {{"pid": os.getpid()}}).values()][0]
+        told = []
+        def tell(line):
+            told.append(line)
+            if len(told) == 1:
+                os.kill(victim, 9)
+        points = [{{"shoulder.q0": 0.1 * k}} for k in range(20)]
+        rows = sweep.sweep(client, sweep.packed(Path({model!r})), points, 0.2, ["shoulder.q"], tell)
+    assert [row["shoulder.q0"] for row in rows] == [point["shoulder.q0"] for point in points]
+    assert all(row["error"] == "" for row in rows), rows
+    print("all runs are there")
+"""
+
+
+def test_a_lost_worker_costs_time_and_no_run(tmp_path):
+    pytest.importorskip("dask.distributed")
+    program = tmp_path / "lose.py"
+    program.write_text(SLOWED.format(examples=str(EXAMPLES), model=str(ROOT / "models" / "double_pendulum.toml")))
+    done = subprocess.run([sys.executable, str(program)], cwd=tmp_path, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=500)
+    assert done.returncode == 0 and "all runs are there" in done.stdout, done.stderr
+
+
+def test_the_notebook_runs(tmp_path):
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    notebook = nbformat.read(EXAMPLES / "tour.ipynb", as_version=4)
+    nbclient.NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(Path(ROOT))}}).execute()
+    ends = notebook.cells[-1]["outputs"][0]["data"]["text/plain"]
+    falls = [float(part.split("(")[-1].rstrip("}) ").split(":")[-1]) for part in ends.split(",")]
+    # the stronger the damper, the less joint 2 falls
+    assert falls == sorted(falls) and len(falls) == 4
