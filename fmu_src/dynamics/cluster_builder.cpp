@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "dynamics/recorded.hpp"
 #include "math/dual.hpp"
 #include "model/loop_rows_of.hpp"
 
@@ -325,5 +326,6 @@ void build_clusters(const Model& model, Plan<Scalar>& plan) {
 
 template void build_clusters<double>(const Model&, Plan<double>&);
 template void build_clusters<Dual>(const Model&, Plan<Dual>&);
+template void build_clusters<Recorded>(const Model&, Plan<Recorded>&);
 
 }  // namespace redysim

@@ -1,14 +1,8 @@
 #include "dynamics/compiled.hpp"
 
 #include "dynamics/aba.hpp"
+#include "dynamics/clones.hpp"
 #include "dynamics/rnea.hpp"
-
-#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define REDYSIM_CLONES __attribute__((flatten, target_clones("arch=x86-64-v3", "default")))
-#else
-#define REDYSIM_CLONES
-#endif
 
 namespace redysim {
 

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "dynamics/cluster_builder.hpp"
+#include "dynamics/recorded.hpp"
 #include "math/dual.hpp"
 
 namespace redysim {
@@ -176,5 +177,6 @@ void Plan<Scalar>::take_ports(const Model& model) {
 
 template struct Plan<double>;
 template struct Plan<Dual>;
+template struct Plan<Recorded>;
 
 }  // namespace redysim

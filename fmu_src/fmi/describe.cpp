@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <exception>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "dynamics/assembly.hpp"
+#include "dynamics/straight_line.hpp"
 #include "fmi/dependencies.hpp"
 #include "fmi/drawing.hpp"
 #include "fmi/json.hpp"
@@ -228,17 +231,29 @@ std::string description(const ModelFile& file, const std::string& path, std::vec
   return json.text() + "\n";
 }
 
+// Forward dynamics as straight-line C++ code, where that is faster than the recursion.
+std::string code(const ModelFile& file) {
+  const StraightLine line = straight_line(file.model);
+  const int count = operations(line);
+  if (count > longest_line)
+    throw std::domain_error("the recursion is faster than a straight line of " + std::to_string(count) +
+                            " operations");
+  return straight_line_source(line, fingerprint(file.source));
+}
+
 }  // namespace
 
 int main(int count, char** arguments) {
-  if (count != 2 || arguments[1][0] == '-') {
-    std::fputs("usage: describe MODEL.toml\n", stderr);
+  const bool as_code = count == 3 && std::strcmp(arguments[1], "--straight-line") == 0;
+  const char* path = arguments[count - 1];
+  if ((count != 2 && !as_code) || path[0] == '-') {
+    std::fputs("usage: describe [--straight-line] MODEL.toml\n", stderr);
     return 2;
   }
   try {
-    const ModelFile file = read_model_file(arguments[1]);
+    const ModelFile file = read_model_file(path);
     std::vector<Diagnostic> warnings = file.warnings;
-    const std::string text = description(file, arguments[1], warnings);
+    const std::string text = as_code ? code(file) : description(file, path, warnings);
     for (const Diagnostic& warning : warnings) {
       Diagnostic line = warning;
       if (line.message.rfind("warning: ", 0) != 0) line.message.insert(0, "warning: ");

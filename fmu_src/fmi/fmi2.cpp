@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "dynamics/straight_line.hpp"
 #include "fmi/call_table.hpp"
 #include "fmi/float_mode.hpp"
 #include "fmi/instance.hpp"
@@ -103,6 +104,12 @@ Component* instantiate(const Log& log, fmi2Type type, fmi2String guid, fmi2Strin
     log.error("fmi2Instantiate: the GUID " + std::string(guid ? guid : "(null)") + " is not that of '" +
               path + "', " + own_guid + ": description and model file do not belong together");
     return nullptr;
+  }
+  if constexpr (redysim::features::straight_line) {
+    if (own_guid != redysim::straight_line_scene) {
+      log.error("fmi2Instantiate: this library was specialised for another scene than '" + path + "'");
+      return nullptr;
+    }
   }
   const std::string missing = redysim::missing_feature(file.model);
   if (!missing.empty()) {

@@ -7,6 +7,7 @@
 #include "dynamics/compiled.hpp"
 #include "dynamics/energy.hpp"
 #include "dynamics/loop_correction.hpp"
+#include "dynamics/straight_line.hpp"
 
 namespace redysim {
 
@@ -118,10 +119,18 @@ Vec3<double> System::ball_acceleration(int ball, const double* qdd) const {
 }
 
 Status System::accelerations(double time, const double* y, double* qdd) {
+  return accelerations<true>(time, y, qdd);
+}
+
+template <bool fill_workspace>
+Status System::accelerations(double time, const double* y, double* qdd) {
   ++evaluations_;
   take_inputs(time);
   const Coordinates at = coordinates(time, y);
-  compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, forces(), qdd);
+  if constexpr (features::straight_line && !fill_workspace)
+    straight_line_forward_dynamics(plan_, at.q, at.qd, forces(), qdd);
+  else
+    compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, forces(), qdd);
   // one sum finds any non-finite entry: inf - inf and nan are nan
   double sum = 0;
   for (int i = 0; i < plan_.nv; ++i) sum += qdd[i] * 0.0;
@@ -134,7 +143,7 @@ Status System::accelerations(double time, const double* y, double* qdd) {
 Status System::right_hand_side(double time, const double* y, double* ydot) {
   const bool all = !plan_.has_motion();
   double* qdd = all ? ydot + nq() : qdd_.data();
-  const Status status = accelerations(time, y, qdd);
+  const Status status = accelerations<false>(time, y, qdd);
   for (int k = 0; k < simple(); ++k) ydot[k] = y[nq() + k];
   if (!all)
     for (int k = 0; k < simple(); ++k) ydot[nq() + k] = qdd[integrated_[k]];

@@ -115,6 +115,8 @@ class System {
   Workspace<double>& workspace() { return workspace_; }
 
  private:
+  template <bool fill_workspace>
+  Status accelerations(double time, const double* y, double* qdd);
   void set_residuals(double time, const double* y);
   Status project_within_rank(double time, double* y, double* error);
   void reduce_residual(const std::vector<double>& residual, double enough, double time, double* y,

@@ -57,6 +57,11 @@ inline constexpr bool bdf = false;
 #else
 inline constexpr bool bdf = true;
 #endif
+#ifdef REDYSIM_HAS_STRAIGHT_LINE
+inline constexpr bool straight_line = true;  // forward dynamics compiled for one scene
+#else
+inline constexpr bool straight_line = false;
+#endif
 
 }  // namespace features
 

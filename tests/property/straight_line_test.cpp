@@ -1,0 +1,155 @@
+#include "dynamics/straight_line.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <stdexcept>
+#include <string>
+
+#include "support/evaluate.hpp"
+#include "support/random_tree.hpp"
+
+// The recorded recursion, run node by node, against the recursion.
+
+namespace redysim {
+namespace {
+
+using test::Evaluate;
+using test::relative_difference;
+using test::vector_of;
+
+double called(const std::string& name, double x) {
+  if (name == "sin") return std::sin(x);
+  if (name == "cos") return std::cos(x);
+  if (name == "sqrt") return std::sqrt(x);
+  throw std::logic_error("the recursion calls " + name);
+}
+
+test::Vector run(const StraightLine& line, const std::map<std::string, double>& symbols) {
+  std::vector<double> value(static_cast<std::size_t>(line.tape.size()));
+  for (int i = 0; i < line.tape.size(); ++i) {
+    const Tape::Node& node = line.tape[i];
+    const auto operand = [&value](int k) { return value[static_cast<std::size_t>(k)]; };
+    double& result = value[static_cast<std::size_t>(i)];
+    switch (node.operation) {
+      case Tape::Operation::constant:
+        result = node.value;
+        break;
+      case Tape::Operation::symbol:
+        result = symbols.at(node.name);
+        break;
+      case Tape::Operation::add:
+        result = operand(node.left) + operand(node.right);
+        break;
+      case Tape::Operation::subtract:
+        result = operand(node.left) - operand(node.right);
+        break;
+      case Tape::Operation::multiply:
+        result = operand(node.left) * operand(node.right);
+        break;
+      case Tape::Operation::divide:
+        result = operand(node.left) / operand(node.right);
+        break;
+      case Tape::Operation::negate:
+        result = -operand(node.left);
+        break;
+      case Tape::Operation::function:
+        result = called(node.name, operand(node.left));
+        break;
+    }
+  }
+  test::Vector qdd(line.qdd.size());
+  for (std::size_t i = 0; i < line.qdd.size(); ++i)
+    qdd[static_cast<int>(i)] = value[static_cast<std::size_t>(line.qdd[i])];
+  return qdd;
+}
+
+void set(std::map<std::string, double>& symbols, const std::string& name, const std::vector<double>& values) {
+  for (std::size_t i = 0; i < values.size(); ++i) symbols[name + "[" + std::to_string(i) + "]"] = values[i];
+}
+
+class StraightLines : public testing::TestWithParam<unsigned> {
+ protected:
+  test::Random random{GetParam()};
+  Model tree() {
+    test::TreeOptions options = test::options_of(GetParam());
+    options.springs = false;
+    return test::random_tree(random, options);
+  }
+};
+
+TEST_P(StraightLines, say_what_the_recursion_says) {
+  const Model model = tree();
+  Evaluate<double> recursion(model);
+  const StraightLine line = straight_line(model);
+  const int n = recursion.nv();
+  const auto q = random.numbers(n, 3), qd = random.numbers(n, 2), tau = random.numbers(n, 5);
+  std::map<std::string, double> symbols;
+  set(symbols, "q", q);
+  set(symbols, "qd", qd);
+  set(symbols, "tau", tau);
+  EXPECT_LT(
+      relative_difference(run(line, symbols), recursion.qdd(vector_of(q), vector_of(qd), vector_of(tau))),
+      1e-10);
+}
+
+TEST_P(StraightLines, leave_open_what_is_tunable) {
+  Model model = tree();
+  const Link& last = model.links.back();
+  if (last.joint.type == JointType::fixed) return;
+  model.fmu.tunable = {"gravity[3]", last.name + ".mass", last.joint.name + ".damping"};
+  const StraightLine line = straight_line(model);
+
+  model.gravity = random.vector(10);
+  test::give_inertia(random, model.links.back());
+  model.links.back().joint.damping = random.between(1, 2);
+  Evaluate<double> recursion(model);
+  const int n = recursion.nv();
+  const auto q = random.numbers(n, 3), qd = random.numbers(n, 2), tau = random.numbers(n, 5);
+  std::map<std::string, double> symbols;
+  set(symbols, "q", q);
+  set(symbols, "qd", qd);
+  set(symbols, "tau", tau);
+  set(symbols, "plan.gravity", {model.gravity.x(), model.gravity.y(), model.gravity.z()});
+  const std::string place = "plan.joints[" + std::to_string(n - 1) + "].";
+  const JointPlan<double>& joint = recursion.plan.joints.back();
+  symbols[place + "damping"] = joint.damping;
+  symbols[place + "inertia.mass"] = joint.inertia.mass;
+  set(symbols, place + "inertia.h", {joint.inertia.h.x(), joint.inertia.h.y(), joint.inertia.h.z()});
+  const Symmetric3<double>& I = joint.inertia.inertia;
+  symbols[place + "inertia.inertia.xx"] = I.xx;
+  symbols[place + "inertia.inertia.yy"] = I.yy;
+  symbols[place + "inertia.inertia.zz"] = I.zz;
+  symbols[place + "inertia.inertia.xy"] = I.xy;
+  symbols[place + "inertia.inertia.xz"] = I.xz;
+  symbols[place + "inertia.inertia.yz"] = I.yz;
+  EXPECT_LT(
+      relative_difference(run(line, symbols), recursion.qdd(vector_of(q), vector_of(qd), vector_of(tau))),
+      1e-10);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, StraightLines, testing::Range(0u, 40u));
+
+TEST(StraightLine, folds_a_pendulum_to_its_formula) {
+  Model model;
+  Link link;
+  link.name = "rod";
+  link.joint.name = "pivot";
+  link.joint.dh.alpha = 1.5707963267948966;
+  link.mass = 2;
+  link.com = {0.5, 0, 0};
+  model.links = {link};
+  // qdd = (tau - m g c cos q) / (m c^2): sin is not needed
+  EXPECT_LE(operations(straight_line(model)), 5);
+}
+
+TEST(StraightLine, refuses_what_it_cannot_write_down) {
+  test::Random random(1);
+  test::TreeOptions options;
+  options.springs = true;
+  EXPECT_THROW(straight_line(test::random_tree(random, options)), std::domain_error);
+}
+
+}  // namespace
+}  // namespace redysim
