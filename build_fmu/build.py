@@ -18,36 +18,43 @@ from build_fmu.report.target import with_chosen_tolerance
 
 @dataclass(frozen=True)
 class Built:
-    """What went into an FMU: its description, and why it carries no page that plays it (or an empty string)."""
+    """What went into an FMU: its description, why it carries no page that plays it, how its library was specialised."""
 
     model: Description
     no_page: str = ""
+    specialised: str = ""
 
 
-def build(model: Description, model_file: Path, target: Path, show: bool = False) -> Built:
+def build(model: Description, model_file: Path, target: Path, show: bool = False, specialised: bool = False) -> Built:
     """Writes the FMU of a described model file, a target_error turned into a tolerance.
 
-    No compiler is needed and a failure leaves no half file. With `show` the FMU carries a page that plays its default experiment.
+    No compiler is needed, unless `specialised` asks for a library of this scene's own. A failure leaves no half file. With `show` the FMU carries a page that plays its default experiment.
     """
     if target.suffix != ".fmu":
         raise UserError(f"'{target}' is no name for an FMU: it must end in .fmu")
     picture = draw(model.drawing, model.model_name)
     played, reason = None, ""
     with with_chosen_tolerance(model, model_file) as (packed, file):
+        library, how = native.library(), ""
+        if specialised:
+            from build_fmu.specialise import specialise
+
+            special = specialise(packed, file)
+            library, how = special.library, special.summary()
         if show:
             from build_fmu.show.attached import attached_page
 
-            played, reason = attached_page(packed, contents(packed, file, picture))
-        write_archive(target, contents(packed, file, picture, played))
-    return Built(packed, reason)
+            played, reason = attached_page(packed, contents(packed, file, picture, library))
+        write_archive(target, contents(packed, file, picture, library, played))
+    return Built(packed, reason, how)
 
 
-def contents(model: Description, model_file: Path, picture: bytes, played: bytes | None = None) -> list[Entry]:
+def contents(model: Description, model_file: Path, picture: bytes, library: Path, played: bytes | None = None) -> list[Entry]:
     """Returns the files of the FMU in the order in which they are stored."""
     return [
         Entry("modelDescription.xml", model_description(model)),
         Entry("model.png", picture),
-        Entry(f"binaries/linux64/{model.model_identifier}.so", native.library().read_bytes(), executable=True),
+        Entry(f"binaries/linux64/{model.model_identifier}.so", library.read_bytes(), executable=True),
         Entry("resources/model.toml", model_file.read_bytes()),
         Entry("documentation/index.html", documentation(model, played is not None)),
         *([Entry("documentation/run.html", played)] if played else []),

@@ -49,7 +49,11 @@ def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
     if target.is_dir():
         target = target / f"{model.model_identifier}.fmu"
     _warn(model.warnings)
-    built = build(model, source, target, show=not options.no_show)
+    if options.specialise:
+        print("compiling a library for this scene, about a minute the first time", file=sys.stderr)
+    built = build(model, source, target, show=not options.no_show, specialised=options.specialise)
+    if built.specialised:
+        print(built.specialised)
     if built.no_page:
         print(f"note: the FMU carries no page that plays it, because {built.no_page}", file=sys.stderr)
     if built.model is not model:
@@ -213,6 +217,8 @@ def _parser() -> argparse.ArgumentParser:
                          "they need")
     command.add_argument("--no-show", action="store_true", help="leave out the page that plays the default experiment (documentation/run.html)")
     command.add_argument("--report", action="store_true", help="put what accuracy costs into the FMU's documentation (takes a minute)")
+    command.add_argument("--specialise", action="store_true", help="compile a library for this scene alone: smaller and faster; needs the source "
+                         "tree, CMake and a C++ compiler")
     command.set_defaults(run=_build)
 
     command = commands.add_parser("import", help="write a model file from a scene, ReDySim files, a URDF or a DH table")

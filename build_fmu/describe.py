@@ -67,6 +67,7 @@ class Description:
     drawing: dict[str, Any]
     warnings: list[str] = field(default_factory=list)
     report: dict[str, Any] = field(default_factory=dict)
+    features: list[str] = field(default_factory=list)  # parts of the library that the model uses
 
     def select(self, causality: str) -> list[Variable]:
         """Returns the variables of one causality, in the table's order."""
@@ -118,6 +119,7 @@ def from_table(table: dict[str, Any], warnings: list[str]) -> Description:
         initial_unknowns=[_unknown(row) for row in table["initial_unknowns"]],
         drawing=table["drawing"],
         report=table.get("report", {}),
+        features=table.get("features", []),
         warnings=[line for line in warnings if line.strip()],
     )
 

@@ -1,0 +1,49 @@
+"""A library compiled for one scene does what the general one does; slow: run with `pytest -m slow`."""
+
+from __future__ import annotations
+
+import shutil
+
+import numpy as np
+import pytest
+
+from build_fmu import native
+from build_fmu.build import build
+from build_fmu.describe import describe
+
+MODELS = native.SOURCE_TREE / "models"
+
+
+def run(fmu, **start):
+    from fmpy import simulate_fmu
+
+    return simulate_fmu(str(fmu), stop_time=0.5, output_interval=0.01, start_values=start)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name, parts", [("kuka_kr5", ["erk"]), ("four_bar", ["loops", "erk"])])
+def test_a_specialised_library_is_smaller_and_gives_the_same_motion(name, parts, tmp_path):
+    if not shutil.which("cmake"):
+        pytest.skip("cmake is not installed")
+    model = describe(MODELS / f"{name}.toml")
+    assert model.features == parts
+    general, special = tmp_path / "general.fmu", tmp_path / "special.fmu"
+    build(model, MODELS / f"{name}.toml", general)
+    built = build(model, MODELS / f"{name}.toml", special, specialised=True)
+    assert special.stat().st_size < general.stat().st_size
+    assert ("straight line:" in built.specialised) == ("loops" in parts)
+    a, b = run(general), run(special)
+    for column in a.dtype.names:
+        if not column.startswith("solver."):
+            assert np.allclose(a[column], b[column], rtol=1e-7, atol=1e-7), column
+
+
+@pytest.mark.slow
+def test_a_straight_line_follows_tunable_parameters(tmp_path):
+    general, special = tmp_path / "general.fmu", tmp_path / "special.fmu"
+    model = describe(MODELS / "kuka_kr5.toml")
+    build(model, MODELS / "kuka_kr5.toml", general)
+    build(model, MODELS / "kuka_kr5.toml", special, specialised=True)
+    start = {"link6.mass": 3.0, "joint2.damping": 20.0}
+    assert np.allclose(run(general, **start)["joint2.q"], run(special, **start)["joint2.q"], atol=1e-7)
+    assert not np.allclose(run(general)["joint2.q"], run(special, **start)["joint2.q"], atol=1e-3)
