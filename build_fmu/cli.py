@@ -275,7 +275,7 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder to write into (default: here)")
     command.add_argument("--only", nargs="+", action="extend", default=[], metavar="WORD", help="groups of cases whose name holds a word, such as stiff")
     command.add_argument("--method", metavar="NAME", help="solver method (default: the model's own)")
-    command.add_argument("--seconds", type=float, default=2, metavar="S", help="wall clock that each run may take (default: 2)")
+    command.add_argument("--seconds", type=float, default=2, metavar="S", help="computing that each run may take (default: 2)")
     command.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N", help="runs side by side (default: one a processor)")
     command.set_defaults(run=_stress)
 

@@ -178,7 +178,7 @@ def _ask(lines: list[str], budget: float) -> dict[str, Any] | Outcome:
     program = native.driver_program()
     try:
         done = subprocess.run([str(program)], input="\n".join(lines) + "\n", text=True, errors="replace", capture_output=True,
-                              timeout=budget + 3 * PATIENCE, check=False, env={**os.environ, "LC_ALL": "C"})
+                              timeout=12 * (budget + PATIENCE), check=False, env={**os.environ, "LC_ALL": "C"})
     except subprocess.TimeoutExpired:
         return Outcome("hang", "the process does not answer")
     except OSError as error:

@@ -42,7 +42,7 @@ def write_page(path: Path, verdicts: Sequence[Verdict], picture: str, seconds: f
 def introduction(seconds: float) -> list[str]:
     """Returns what the page is about."""
     lines = ["Each model is changed in the ways below and run through its FMU, every case in a process of its own that may take "
-             f"{seconds:g} s of wall clock ({LONG_SHARE * seconds:g} s for the long run). Motions last up to 2 s.", ""]
+             f"{seconds:g} s of computing ({LONG_SHARE * seconds:g} s for the long run). Motions last up to 2 s.", ""]
     lines += [f"* **{group}**: {words}" for group, words in GROUPS.items()]
     return [*lines, "", "A case is *finished* if every step was OK, every value finite, loops stayed closed to "
             f"{LARGEST_GAP:g} m, and the energy balance (total energy minus its start minus the work done, over the largest kinetic energy) within "

@@ -46,7 +46,7 @@ class Verdict:
 
 
 def run_case(name: str, case: Case, seconds: float, method: str | None) -> Verdict:
-    """Runs the case within the bound (s of the wall clock for each of its runs)."""
+    """Runs the case within the bound (s of computing for each of its runs)."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "model.toml"
         file.write_text(toml_text(case.model), encoding="utf-8")

@@ -24,7 +24,7 @@ struct Job {
   std::vector<double> motion;   // rows of inputs, one after the other; the last is followed by the first
   long repeats = 0;             // further runs, for their time only,
   double spend = 1e9;           // as long as these have taken less computing, s
-  double budget = 60;           // s of the wall clock, then the run ends at the step that it has reached
+  double budget = 60;           // s of computing, then the run ends at the step that it has reached
   double patience = 30;         // s after that; then it hangs
   std::vector<long> instances;  // latency: how many live at once
 };

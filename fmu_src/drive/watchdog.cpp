@@ -2,9 +2,11 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 
+#include "drive/computing_time.hpp"
 #include "fmi/json.hpp"
 
 namespace redysim::drive {
@@ -22,7 +24,13 @@ Watchdog::~Watchdog() {
 
 void Watchdog::watch(double seconds) {
   std::unique_lock<std::mutex> lock(mutex_);
-  if (done_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return finished_; })) return;
+  const auto begin = std::chrono::steady_clock::now();
+  const std::chrono::duration<double> look(std::min(0.1, seconds / 4)), longest(most_waiting * seconds);
+  while (!done_.wait_for(lock, look, [this] { return finished_; }))
+    if (computing_seconds(CLOCK_PROCESS_CPUTIME_ID) > seconds ||
+        std::chrono::steady_clock::now() - begin > longest)
+      break;
+  if (finished_) return;
   Json json;
   json.begin_object().member("status", "hang").member("phase", phase_.load()).member("reached", time_.load());
   json.end_object();
