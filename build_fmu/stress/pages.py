@@ -45,8 +45,8 @@ def introduction(seconds: float) -> list[str]:
              f"{seconds:g} s of computing ({LONG_SHARE * seconds:g} s for the long run). Motions last up to 2 s.", ""]
     lines += [f"* **{group}**: {words}" for group, words in GROUPS.items()]
     return [*lines, "", "A case is *finished* if every step was OK, every value finite, loops stayed closed to "
-            f"{LARGEST_GAP:g} m, and the energy balance (total energy minus its start minus the work done, over the largest kinetic energy) within "
-            "1000 times the relative tolerance; *doubtful* if only the last two fail; *slow* if its time was up; *refused* if the model file or its start is not accepted; "
+            f"{LARGEST_GAP:g} m, and the energy balance (total energy minus its start minus the work done, over the energy that moves, the largest of kinetic energy, change of potential energy and work) within "
+            "1000 times the relative tolerance for each second; *doubtful* if only the last two fail; *slow* if its time was up; *refused* if the model file or its start is not accepted; "
             "*failed* if a step failed, a value was not finite, or the process hung or crashed. The *error* is the largest distance of a joint to a run of "
             "another method at a tolerance 1000 times tighter; it holds what chaos makes of small differences. *Remedy* names a method that finishes the case."]
 

@@ -15,6 +15,9 @@ namespace {
 
 constexpr double rounding = 1e-15;  // of a residual, relative to the loop points' coordinates
 constexpr double open_gap = 1e-11;  // m or rad: more than a passing singular position leaves behind
+constexpr double lost_gap =
+    1e-8;  // m or rad: a loop that is open this far is not closed, whatever the energy says
+constexpr double lost_digits = 1e6;  // and so many times the rounding of points far away
 constexpr int projection_iterations = 8;
 
 constexpr double half_pi = 1.5707963267948966;
@@ -193,6 +196,8 @@ Status System::project(double time, double* y, double* error) {
     // constraints that are nearly dependent for good, not only in passing
     workspace_.loop.rank_tolerance = dynamics_rank_tolerance;
     status = project_within_rank(time, y, error);
+    const double lost = std::max(lost_gap, lost_digits * rounding * workspace_.loop.extent);
+    if (status == Status::ok && largest(workspace_.loop.residual) > lost) status = Status::recoverable;
   }
   workspace_.loop.rank_tolerance = dynamics_rank_tolerance;
   return status;
