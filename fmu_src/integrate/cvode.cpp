@@ -311,7 +311,7 @@ Outcome Cvode::advance(double end, bool inputs_changed) {
       std::copy_n(data(ahead_), y_.size(), y);
     else
       CVodeGetDky(memory_.get(), end, 0, error_.get());
-    if (system_.has_loops() && system_.project(end, y, nullptr) != Status::ok)
+    if (system_.has_loops() && (system_.project(end, y, nullptr) != Status::ok || system_.loops_are_lost()))
       outcome = failure(end, "the loops cannot be closed");
   }
   if (!outcome.ok) {

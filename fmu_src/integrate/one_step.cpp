@@ -98,7 +98,11 @@ int OneStep::attempt(double end) {
   skip_slope_ = stage_failed_ = step_at_floor_ = projection_failed_ = false;
   unsolved_before_ = unsolved();
   std::copy(y_.begin(), y_.end(), data(start_));
-  return run(control_.step_for(end - time_));
+  const int flag = run(control_.step_for(end - time_));
+  // on the way a loop may open a little where it passes a singular position, at the end it is closed
+  if (flag < 0 || !system_.loops_are_lost()) return flag;
+  projection_failed_ = true;
+  return ARK_POSTPROCESS_STEP_FAIL;
 }
 
 Outcome OneStep::advance(double end, bool inputs_changed) {

@@ -180,6 +180,11 @@ void System::drive_forces(const Coordinates& at, const double* qdd, double* tau)
 
 double System::largest_gap() const { return largest(workspace_.loop.residual); }
 
+bool System::loops_are_lost() const {
+  return plan_.has_loops() &&
+         largest_gap() > std::max(lost_gap, lost_digits * rounding * workspace_.loop.extent);
+}
+
 void System::set_residuals(double time, const double* y) {
   const Coordinates at = coordinates(time, y);
   set_positions(plan_, workspace_, at.q);
@@ -196,8 +201,6 @@ Status System::project(double time, double* y, double* error) {
     // constraints that are nearly dependent for good, not only in passing
     workspace_.loop.rank_tolerance = dynamics_rank_tolerance;
     status = project_within_rank(time, y, error);
-    const double lost = std::max(lost_gap, lost_digits * rounding * workspace_.loop.extent);
-    if (status == Status::ok && largest(workspace_.loop.residual) > lost) status = Status::recoverable;
   }
   workspace_.loop.rank_tolerance = dynamics_rank_tolerance;
   return status;

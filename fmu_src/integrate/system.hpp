@@ -90,6 +90,8 @@ class System {
   bool has_loops() const { return plan_.has_loops(); }
   Status project(double time, double* y, double* error);
   double largest_gap() const;  // over all rows, m or rad, after the last project or accelerations
+  bool loops_are_lost()
+      const;  // the last project left a loop open: the rows that would close it were given up
 
   // Accelerations of all joints at (time, y) into qdd (plan().nv): the same solve as the right-hand side.
   Status accelerations(double time, const double* y, double* qdd);

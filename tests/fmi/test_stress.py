@@ -9,6 +9,8 @@ import sys
 import tomllib
 from dataclasses import replace
 
+import pytest
+
 from build_fmu.stress.cases import Case, catalogue
 from build_fmu.stress.run import run_case
 from tests.fmi.conftest import ROOT
@@ -23,6 +25,14 @@ def test_a_closed_loop_far_from_the_origin_stays_closed(fmu_file):
     verdict = run_case("four_bar", cases("four_bar")["far away, 1e+03 m"], 30, None)
     assert verdict.kind == "finished" and verdict.gap < 1e-9 and verdict.balance < 1e-6
     assert verdict.error < 1e-4 and verdict.steps > 10
+
+
+@pytest.mark.parametrize("method", ["erk", "adams", "bdf"])
+def test_a_loop_that_cannot_be_kept_is_an_error_and_never_an_open_loop(fmu_file, method):
+    # links of next to no mass make the rows of this loop dependent beyond rounding
+    verdict = run_case("parallelogram", cases("parallelogram")["near-massless links, x 1e-09"], 30, method)
+    assert verdict.kind in ("finished", "failed") and verdict.gap < 1e-8
+    assert verdict.after in ("", "usable")
 
 
 def test_torques_switch_at_1_khz(fmu_file):
