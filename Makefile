@@ -1,7 +1,7 @@
 # Each target does all the set-up that a fresh Debian or Ubuntu machine needs, and is quick the second time.
 # The work is in scripts/, which also holds for folders with spaces in their names.
 
-.PHONY: demo test build lint format sanitize fmu bench docs clean distclean help
+.PHONY: demo test build lint format sanitize fuzz fmu bench docs clean distclean help
 
 demo: ## build the KUKA KR5 FMU, simulate it, leave a plot and a CSV in out/
 	@sh scripts/demo.sh
@@ -20,6 +20,9 @@ format: ## let clang-format lay out the C++ files
 
 sanitize: ## the C++ tests under address and undefined-behaviour sanitizers
 	@sh scripts/sanitize.sh
+
+fuzz: ## libFuzzer for a minute on model files, saved states and call sequences
+	@sh scripts/fuzz.sh
 
 fmu: ## every model in models/ as an FMU in out/, validated and simulated by FMPy
 	@sh scripts/fmu.sh

@@ -1,11 +1,11 @@
 #!/bin/sh
 # Set-up of a fresh Debian or Ubuntu machine: system packages, then the Python environment in .venv.
-# Does nothing when all is there. The other scripts start with it.
+# Does nothing when all is there. The other scripts start with it. Arguments are packages that one script needs beyond.
 set -eu
 cd "$(dirname "$0")/.."
 
 packages="cmake ninja-build g++ libeigen3-dev libsundials-dev libtomlplusplus-dev libgtest-dev libbenchmark-dev
-  clang-format python3-venv"
+  clang-format python3-venv $*"
 
 missing=
 if command -v dpkg >/dev/null; then
