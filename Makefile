@@ -1,7 +1,7 @@
 # Each target does all the set-up that a fresh Debian or Ubuntu machine needs, and is quick the second time.
 # The work is in scripts/, which also holds for folders with spaces in their names.
 
-.PHONY: demo test build lint format sanitize fuzz fmu bench docs clean distclean help
+.PHONY: demo test build lint format sanitize fuzz fmu bench interop docs clean distclean help
 
 demo: ## build the KUKA KR5 FMU, simulate it, leave a plot and a CSV in out/
 	@sh scripts/demo.sh
@@ -27,11 +27,14 @@ fuzz: ## libFuzzer for a minute on model files, saved states and call sequences
 fmu: ## every model in models/ as an FMU in out/, validated and simulated by FMPy
 	@sh scripts/fmu.sh
 
-bench: ## the benchmarks
+bench: ## every figure and plot of docs/performance.md and docs/stability_peers.md, in out/bench
 	@sh scripts/bench.sh
 
 docs: ## the docs as a site in out/site
 	@sh scripts/docs.sh
+
+interop: ## the FMUs in foreign masters: Ecos, libcosim, FMU containers, FMI4j, JavaFMI, VDMCheck
+	@sh scripts/interop.sh
 
 clean: ## remove what was built
 	@rm -rf build out

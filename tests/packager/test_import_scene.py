@@ -46,7 +46,7 @@ def test_every_scene_is_a_sound_model(path, tmp_path, capsys):
 
 
 @needs_library
-@pytest.mark.parametrize("name", ["double_pendulum", "fourbar_forced", "kr5_freefall"])
+@pytest.mark.parametrize("name", ["double_pendulum", "fourbar_forced", "kr5_freefall", "stiff_strut"])
 def test_the_fmu_reproduces_the_reference(name, tmp_path):
     model, out = tmp_path / f"{name}.toml", tmp_path / "out.csv"
     assert main(["import", str(SCENES / f"{name}.json"), "-o", str(model)]) == 0

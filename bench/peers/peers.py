@@ -1,0 +1,125 @@
+"""Who takes part in the comparison, by which methods, and how each one's process is started."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import mjcf
+from scenes import ROOT, Scene
+from worker import Worker
+
+HERE = Path(__file__).resolve().parent
+TOLERANCES = tuple(10.0 ** (-k) for k in range(2, 13))
+CUTS = tuple(float(2**k) for k in range(14))
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A method of a peer, and the tolerances or numbers of steps to try, coarse to fine."""
+
+    peer: str
+    method: str
+    label: str
+    values: tuple[float, ...]
+
+
+def curves(scene: Scene) -> list[Curve]:
+    """The methods that make sense for the scene. What is missing here a peer cannot do: see docs/performance.md."""
+    found = [Curve("ReDySim-FMU", method, f"ReDySim-FMU, {method}", TOLERANCES) for method in scene.methods]
+    if scene.stiff:
+        found += [Curve("Pinocchio", "bdf", "Pinocchio + CVODE BDF", TOLERANCES), Curve("Pinocchio", "erk5", "Pinocchio + ARKODE ERK 5", TOLERANCES)]
+    else:
+        found += [
+            Curve("Pinocchio", "adams", "Pinocchio + CVODE Adams", TOLERANCES),
+            Curve("Pinocchio", "erk5", "Pinocchio + ARKODE ERK 5", TOLERANCES),
+            Curve("Pinocchio", "erk8", "Pinocchio + ARKODE ERK 8", TOLERANCES),
+        ]
+    found += [Curve("MuJoCo", "RK4", "MuJoCo RK4", CUTS), Curve("MuJoCo", "implicitfast", "MuJoCo implicitfast", CUTS)]
+    if scene.has_loops:
+        found += [Curve("Drake", "sap", "Drake SAP", CUTS)]
+    elif scene.stiff:
+        found += [Curve("Drake", method, f"Drake {method}", TOLERANCES) for method in ("radau3", "implicit_euler", "runge_kutta3")]
+    else:
+        found += [Curve("Drake", method, f"Drake {method}", TOLERANCES) for method in ("runge_kutta3", "runge_kutta5")]
+    if not scene.has_loops:
+        found += [Curve("Exudyn", "RK44", "Exudyn RK44", CUTS), Curve("Exudyn", "RK67", "Exudyn RK67", CUTS), Curve("Exudyn", "DOPRI5", "Exudyn DOPRI5", TOLERANCES)]
+    if scene.has_loops or scene.stiff:
+        found += [Curve("Exudyn", "GeneralizedAlpha", "Exudyn generalized alpha", CUTS), Curve("Exudyn", "TrapezoidalIndex2", "Exudyn trapezoidal", CUTS)]
+    return found
+
+
+class Peers:
+    """Starts the processes; `programs` is the folder of the compiled runners, `python` that of the peers' environment."""
+
+    def __init__(self, programs: Path, python: Path, work: Path):
+        self.programs, self.python, self.work = programs, python, work
+        work.mkdir(parents=True, exist_ok=True)
+
+    def missing(self) -> dict[str, str]:
+        """Peers that are not there, each with a reason."""
+        found = {}
+        for peer, program in (("Pinocchio", "pinocchio_runner"), ("MuJoCo", "mujoco_runner")):
+            if not (self.programs / program).exists():
+                found[peer] = f"{program} was not built, its PyPI package is not installed"
+        for peer, module in (("Drake", "pydrake"), ("Exudyn", "exudyn")):
+            if not self.python.exists() or subprocess.run([self.python, "-c", f"import {module}"], capture_output=True).returncode:
+                found[peer] = f"Python cannot import {module}"
+        return found
+
+    def versions(self) -> dict[str, str]:
+        """{peer: version}, from the installed packages."""
+        code = "import importlib.metadata as m, json; print(json.dumps({d.metadata['Name'].lower(): d.version for d in m.distributions()}))"
+        if not self.python.exists():
+            return {}
+        installed = json.loads(subprocess.run([self.python, "-c", code], capture_output=True, text=True, check=True).stdout)
+        names = {"Pinocchio": "pin", "MuJoCo": "mujoco", "Drake": "drake", "Exudyn": "exudyn"}
+        return {peer: installed[name] for peer, name in names.items() if name in installed}
+
+    def start(self, peer: str, scene: Scene) -> Worker:
+        command = getattr(self, f"_{peer.lower().replace('-', '_')}")(scene)
+        return Worker(command, str(self.work / f"{scene.name}_{peer}.log"))
+
+    def _redysim_fmu(self, scene: Scene) -> list:
+        return fmu_command(self.programs / "fmu_runner", scene.model, self.work, scene.rows, scene.step, scene.torques)
+
+    def _pinocchio(self, scene: Scene) -> list:
+        file = self.work / f"{scene.name}.txt"
+        file.write_text(scene.text())
+        return [self.programs / "pinocchio_runner", file]
+
+    def _mujoco(self, scene: Scene) -> list:
+        file = self.work / f"{scene.name}.xml"
+        file.write_text(mjcf.write(scene, scene.step / CUTS[-1]))
+        return [self.programs / "mujoco_runner", file, scene.rows, repr(scene.step), *map(repr, scene.torques)]
+
+    def _drake(self, scene: Scene) -> list:
+        return [self.python, HERE / "drake_peer.py", scene.file]
+
+    def _exudyn(self, scene: Scene) -> list:
+        return [self.python, HERE / "exudyn_peer.py", scene.file]
+
+
+def fmu_command(runner: Path, model: Path, work: Path, rows: int, step: float, torques: list[float]) -> list:
+    """Builds the model's FMU, unpacks it and returns the command line of fmu_runner."""
+    archive = work / f"{model.stem}.fmu"
+    build = [os.sys.executable, "-m", "build_fmu", "build", model, "-o", archive]
+    subprocess.run(build, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    folder = work / model.stem
+    with zipfile.ZipFile(archive) as opened:
+        opened.extractall(folder)
+    from fmpy import read_model_description
+
+    description = read_model_description(archive)
+    at = {variable.name: variable for variable in description.modelVariables}
+    library = folder / "binaries" / "linux64" / f"{description.coSimulation.modelIdentifier}.so"
+    solver = [at[f"solver.{name}"].valueReference for name in ("method", "rtol", "atol", "rhs_evaluations")]
+    outputs = [v.valueReference for v in description.modelVariables if v.causality == "output" and v.name.endswith(".q")]
+    joints = [v.name[:-2] for v in description.modelVariables if v.causality == "output" and v.name.endswith(".q")]
+    inputs = [(at[f"{joint}.tau"].valueReference, torque) for joint, torque in zip(joints, torques) if f"{joint}.tau" in at]
+    command = [runner, library, (folder / "resources").as_uri(), description.guid, rows, repr(step), *solver]
+    return [*command, len(outputs), *outputs, len(inputs), *(word for vr, torque in inputs for word in (vr, repr(torque)))]

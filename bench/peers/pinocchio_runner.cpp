@@ -1,0 +1,225 @@
+// Pinocchio's forward dynamics in SUNDIALS' solvers, for work_precision.py (see serve.hpp).
+//   pinocchio_runner SCENE_TEXT
+// Methods: adams and bdf (CVODE, its own interpolation to the output times, no restart), erk5 and erk8
+// (ARKODE). Value: rtol; atol is a hundredth of it.
+
+#include <arkode/arkode_erkstep.h>
+#include <cvode/cvode.h>
+#include <nvector/nvector_serial.h>
+#include <sunlinsol/sunlinsol_dense.h>
+#include <sunmatrix/sunmatrix_dense.h>
+#include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
+
+#include <cmath>
+#include <pinocchio/multibody.hpp>
+// after multibody.hpp, which they need
+#include <pinocchio/algorithm/aba.hpp>
+#include <pinocchio/algorithm/constrained-dynamics.hpp>
+#include <pinocchio/algorithm/frames.hpp>
+#include <pinocchio/algorithm/kinematics.hpp>
+
+#include "scene_text.hpp"
+#include "serve.hpp"
+
+namespace {
+
+namespace pin = pinocchio;
+using redysim::bench::Run;
+using redysim::bench::SceneText;
+using State = Eigen::Map<const Eigen::VectorXd>;
+
+class Peer {
+ public:
+  explicit Peer(const SceneText& scene) : scene_(scene), settings_(1e-14, 1e-14, 1e-10, 20) {
+    model_.gravity.linear() = scene.gravity;
+    for (const auto& body : scene.bodies) {
+      const auto& I = body.inertia;
+      Eigen::Matrix3d about_com;
+      about_com << I[0], I[3], I[4], I[3], I[1], I[5], I[4], I[5], I[2];
+      const auto joint =
+          model_.addJoint(joint_of(body.parent), pin::JointModelRZ(), pin::SE3(body.rotation, body.position),
+                          "j" + std::to_string(model_.njoints));
+      model_.appendBodyToJoint(joint, pin::Inertia(body.mass, body.com, about_com), pin::SE3::Identity());
+      passive_ = passive_ || body.stiffness != 0 || body.damping != 0;
+    }
+    for (const auto& loop : scene.loops) {
+      const auto at = [](const Eigen::Vector3d& point) {
+        return pin::SE3(Eigen::Matrix3d::Identity(), point);
+      };
+      constraints_.emplace_back(pin::CONTACT_3D, model_, joint_of(loop.a), at(loop.point_a), joint_of(loop.b),
+                                at(loop.point_b), pin::LOCAL);
+      // critically damped, fast against the motion
+      constraints_.back().m_baumgarte_parameters.Kp = 100.0 * 100.0;
+      constraints_.back().m_baumgarte_parameters.Kd = 2 * 100.0;
+      constraint_data_.emplace_back(constraints_.back());
+    }
+    data_ = pin::Data(model_);
+    if (!constraints_.empty()) pin::initConstraintDynamics(model_, data_, constraints_, constraint_data_);
+    tau_.resize(model_.nv);
+    forces_.assign(model_.njoints, pin::Force::Zero());
+  }
+
+  int size() const { return 2 * model_.nv; }
+
+  void start(double* y) const {
+    for (int i = 0; i < model_.nv; ++i) {
+      y[i] = scene_.bodies[i].q;
+      y[model_.nv + i] = scene_.bodies[i].qd;
+    }
+  }
+
+  int slope(const double* y, double* ydot) {
+    const int n = model_.nv;
+    const State q(y, n), qd(y + n, n);
+    for (int i = 0; i < n; ++i) {
+      const auto& body = scene_.bodies[i];
+      tau_[i] = body.tau;
+      if (passive_) tau_[i] -= body.stiffness * (q[i] - body.rest) + body.damping * qd[i];
+    }
+    Eigen::Map<Eigen::VectorXd>(ydot, n) = qd;
+    Eigen::Map<Eigen::VectorXd> qdd(ydot + n, n);
+    if (!constraints_.empty()) {
+      qdd = pin::constraintDynamics(model_, data_, q, qd, tau_, constraints_, constraint_data_, settings_);
+    } else if (!scene_.springs.empty()) {
+      pull(q, qd);
+      qdd = pin::aba(model_, data_, q, qd, tau_, forces_, pin::Convention::LOCAL);
+    } else {
+      qdd = pin::aba(model_, data_, q, qd, tau_, pin::Convention::LOCAL);
+    }
+    return qdd.allFinite() ? 0 : 1;
+  }
+
+ private:
+  static pin::JointIndex joint_of(int body) { return static_cast<pin::JointIndex>(body + 1); }
+
+  struct Tip {
+    Eigen::Vector3d position, velocity;
+  };
+
+  Tip tip(int body, const Eigen::Vector3d& point) const {
+    if (body < 0) return {point, Eigen::Vector3d::Zero()};
+    const auto& pose = data_.oMi[joint_of(body)];
+    const auto& twist = data_.v[joint_of(body)];
+    return {pose.act(point), pose.rotation() * (twist.linear() + twist.angular().cross(point))};
+  }
+
+  void push(int body, const Eigen::Vector3d& point, const Eigen::Vector3d& force) {
+    if (body < 0) return;
+    const Eigen::Vector3d local = data_.oMi[joint_of(body)].rotation().transpose() * force;
+    forces_[joint_of(body)] += pin::Force(local, point.cross(local));
+  }
+
+  void pull(const State& q, const State& qd) {
+    pin::forwardKinematics(model_, data_, q, qd);
+    for (auto& force : forces_) force.setZero();
+    for (const auto& spring : scene_.springs) {
+      const Tip a = tip(spring.a, spring.point_a), b = tip(spring.b, spring.point_b);
+      const Eigen::Vector3d line = b.position - a.position;
+      const double length = line.norm();
+      const double rate = line.dot(b.velocity - a.velocity) / length;
+      const Eigen::Vector3d force =
+          (spring.stiffness * (length - spring.length) + spring.damping * rate) / length * line;
+      push(spring.a, spring.point_a, force);
+      push(spring.b, spring.point_b, -force);
+    }
+  }
+
+  SceneText scene_;
+  pin::Model model_;
+  pin::Data data_;
+  pin::ProximalSettings settings_;
+  PINOCCHIO_STD_VECTOR_WITH_EIGEN_ALLOCATOR(pin::RigidConstraintModel) constraints_;
+  PINOCCHIO_STD_VECTOR_WITH_EIGEN_ALLOCATOR(pin::RigidConstraintData) constraint_data_;
+  PINOCCHIO_ALIGNED_STD_VECTOR(pin::Force) forces_;
+  Eigen::VectorXd tau_;
+  bool passive_ = false;
+};
+
+int right_hand_side(double, N_Vector y, N_Vector ydot, void* peer) {
+  return static_cast<Peer*>(peer)->slope(N_VGetArrayPointer(y), N_VGetArrayPointer(ydot));
+}
+
+// Steps through the rows; `advance` is one call of a solver.
+template <class Advance>
+Run record(const SceneText& scene, N_Vector y, const Advance& advance) {
+  Run run;
+  const std::size_t n = scene.bodies.size();
+  const double* q = N_VGetArrayPointer(y);
+  run.rows.insert(run.rows.end(), q, q + n);
+  const double begin = redysim::bench::cpu_seconds();
+  for (int row = 1; row <= scene.rows; ++row) {
+    double time = 0;
+    const int flag = advance(row * scene.step, &time);
+    if (flag < 0) {
+      run.failure = "SUNDIALS flag " + std::to_string(flag);
+      return run;
+    }
+    run.rows.insert(run.rows.end(), q, q + n);
+  }
+  run.seconds = redysim::bench::cpu_seconds() - begin;
+  return run;
+}
+
+void silent(int, const char*, const char*, char*, void*) {}
+
+Run multistep(Peer& peer, const SceneText& scene, SUNContext context, N_Vector y, bool stiff, double rtol) {
+  void* cvode = CVodeCreate(stiff ? CV_BDF : CV_ADAMS, context);
+  CVodeInit(cvode, right_hand_side, 0, y);
+  CVodeSetErrHandlerFn(cvode, silent, nullptr);
+  CVodeSStolerances(cvode, rtol, rtol / 100);
+  CVodeSetUserData(cvode, &peer);
+  CVodeSetMaxNumSteps(cvode, 10000000);
+  SUNMatrix matrix = nullptr;
+  SUNLinearSolver linear = nullptr;
+  SUNNonlinearSolver fixed_point = nullptr;
+  if (stiff) {
+    matrix = SUNDenseMatrix(peer.size(), peer.size(), context);
+    linear = SUNLinSol_Dense(y, matrix, context);
+    CVodeSetLinearSolver(cvode, linear, matrix);
+  } else {
+    fixed_point = SUNNonlinSol_FixedPoint(y, 0, context);
+    CVodeSetNonlinearSolver(cvode, fixed_point);
+  }
+  const Run run =
+      record(scene, y, [&](double end, double* time) { return CVode(cvode, end, y, time, CV_NORMAL); });
+  CVodeFree(&cvode);
+  if (fixed_point) SUNNonlinSolFree(fixed_point);
+  if (linear) SUNLinSolFree(linear);
+  if (matrix) SUNMatDestroy(matrix);
+  return run;
+}
+
+Run one_step(Peer& peer, const SceneText& scene, SUNContext context, N_Vector y, bool eighth, double rtol) {
+  void* erk = ERKStepCreate(right_hand_side, 0, y, context);
+  ERKStepSetErrHandlerFn(erk, silent, nullptr);
+  ERKStepSetTableNum(erk, eighth ? ARKODE_FEHLBERG_13_7_8 : ARKODE_DORMAND_PRINCE_7_4_5);
+  ERKStepSStolerances(erk, rtol, rtol / 100);
+  ERKStepSetUserData(erk, &peer);
+  ERKStepSetMaxNumSteps(erk, 10000000);
+  const Run run = record(
+      scene, y, [&](double end, double* time) { return ERKStepEvolve(erk, end, y, time, ARK_NORMAL); });
+  ERKStepFree(&erk);
+  return run;
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+  if (count != 2) {
+    std::fputs("usage: pinocchio_runner SCENE_TEXT\n", stderr);
+    return 2;
+  }
+  const SceneText scene(arguments[1]);
+  Peer peer(scene);
+  SUNContext context = nullptr;
+  SUNContext_Create(nullptr, &context);
+  N_Vector y = N_VNew_Serial(peer.size(), context);
+  redysim::bench::serve(scene.bodies.size(), [&](const std::string& method, double rtol) {
+    peer.start(N_VGetArrayPointer(y));
+    if (method == "erk5" || method == "erk8")
+      return one_step(peer, scene, context, y, method == "erk8", rtol);
+    return multistep(peer, scene, context, y, method == "bdf", rtol);
+  });
+  N_VDestroy(y);
+  SUNContext_Free(&context);
+}

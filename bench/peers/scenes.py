@@ -1,0 +1,97 @@
+"""The scenes of the comparison: files of tests/scenes, and the form in which the C++ programs of this folder take them."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+
+
+@dataclass
+class Scene:
+    """One scene with its reference; `model` is our model file of the same system."""
+
+    name: str
+    model: Path
+    title: str
+    methods: tuple[str, ...]  # ours
+    file: Path  # the neutral scene
+    data: dict
+    stiff: bool = False
+    reference: list[list[float]] = field(default_factory=list)
+
+    @property
+    def joints(self) -> int:
+        return len(self.data["bodies"])
+
+    @property
+    def end(self) -> float:
+        return self.data["time"]["t_end"]
+
+    @property
+    def step(self) -> float:
+        return self.data["time"]["dt_out"]
+
+    @property
+    def rows(self) -> int:
+        return round(self.end / self.step)
+
+    @property
+    def torques(self) -> list[float]:
+        torques = [0.0] * self.joints
+        for item in self.data["inputs"]:
+            torques[item["joint"]] = item["value"] if item["type"] == "constant" else item["amplitude"]
+        return torques
+
+    @property
+    def frequency(self) -> float:
+        """Of a torque that switches its sign; 0: none does."""
+        return next((item["frequency"] for item in self.data["inputs"] if item["type"] == "bangbang"), 0.0)
+
+    @property
+    def has_loops(self) -> bool:
+        return bool(self.data["loops"])
+
+    def text(self) -> str:
+        """Returns the scene as scene_text.hpp reads it."""
+        lines = [["gravity", *self.data["gravity"]], ["rows", self.rows, self.step]]
+        for i, body in enumerate(self.data["bodies"]):
+            joint = body["joint"]
+            placement = joint["placement"]
+            passive = [joint.get(key, 0.0) for key in ("stiffness", "damping", "rest")]
+            start = [self.data["initial"]["q"][i], self.data["initial"]["qd"][i], self.torques[i]]
+            turn = [x for row in placement["R"] for x in row]
+            lines.append(["body", body["parent"], *turn, *placement["p"], body["mass"], *body["com"], *body["inertia"], *passive, *start])
+        for loop in self.data["loops"]:
+            lines.append(["loop", loop["body_a"], *loop["point_a"], loop["body_b"], *loop["point_b"]])
+        for spring in self.data["forces"]:
+            lines.append(["spring", spring["body_a"], *spring["point_a"], spring["body_b"], *spring["point_b"], spring["k"], spring["c"], spring["rest_length"]])
+        return "".join(" ".join(x if isinstance(x, str) else repr(x) for x in line) + "\n" for line in lines)
+
+
+def read(file: Path) -> Scene:
+    """Returns the scene of a file for a peer's process: without reference."""
+    return Scene(file.stem, Path(), "", (), file, json.loads(file.read_text()))
+
+
+def public(name: str, model: str, title: str, methods: tuple[str, ...], stiff: bool = False) -> Scene:
+    """Returns a scene of tests/scenes with its reference."""
+    file = ROOT / "tests" / "scenes" / f"{name}.json"
+    scene = Scene(name, ROOT / "models" / f"{model}.toml", title, methods, file, json.loads(file.read_text()), stiff)
+    rows = list(csv.DictReader(file.with_suffix(".csv").open()))
+    scene.reference = [[float(row[f"q{i + 1}"]) for i in range(scene.joints)] for row in rows]
+    return scene
+
+
+def all_scenes() -> list[Scene]:
+    explicit = ("erk", "adams")
+    return [
+        public("double_pendulum", "double_pendulum", "double pendulum, 5 s", explicit),
+        public("kr5_freefall", "kuka_kr5", "KUKA KR5 in free fall, 6 joints, 1 s", explicit),
+        public("gripper_freefall", "gripper", "gripper in free fall, 4 joints, 1 s", explicit),
+        public("fourbar_forced", "four_bar", "four-bar, a closed loop, 2 N m at the crank, 1 s", explicit),
+        public("stiff_strut", "stiff_strut", "two rods on a stiff strut, 2 s", ("bdf", "dirk", "erk"), stiff=True),
+    ]

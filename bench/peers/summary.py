@@ -1,0 +1,65 @@
+"""What a comparison shows: a plot and a table a scene."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+matplotlib.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "redysim"})
+import matplotlib.pyplot as plt  # noqa: E402
+
+TARGETS = (1e-2, 1e-3, 1e-6, 1e-9)
+COLOURS = {"ReDySim-FMU": "#c1121f", "Pinocchio": "#1d4e89", "MuJoCo": "#2a9d5c", "Drake": "#8a5a00", "Exudyn": "#7b3fa0"}
+STYLES = (("-", "o"), ("--", "s"), (":", "^"), ("-.", "D"), ("--", "v"))
+
+
+def draw(scene, points, folder: Path) -> None:
+    """One work-precision plot: error to the left is smaller, time upwards is longer."""
+    figure, axes = plt.subplots(figsize=(8, 5.2), layout="constrained")
+    used: dict[str, int] = {}
+    for curve in dict.fromkeys(point.curve for point in points):
+        mine = [point for point in points if point.curve == curve and point.error > 0]
+        line, marker = STYLES[used.get(curve.peer, 0) % len(STYLES)]
+        used[curve.peer] = used.get(curve.peer, 0) + 1
+        ours = curve.peer == "ReDySim-FMU"
+        axes.loglog(
+            [point.error for point in mine], [1e3 * point.median / scene.end for point in mine], linestyle=line, marker=marker, markersize=4,
+            linewidth=2.4 if ours else 1.2, color=COLOURS[curve.peer], label=curve.label, zorder=3 if ours else 2,
+        )
+    axes.set_xlim(1e-12, 1)
+    axes.set_xlabel("largest error of a joint's position, rad")
+    axes.set_ylabel("CPU time, ms a simulated second")
+    axes.set_title(scene.title)
+    axes.grid(True, which="major", alpha=0.3)
+    axes.legend(fontsize=7.5, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    for ending in ("svg", "png"):
+        # no date in the file: equal figures, equal bytes
+        figure.savefig(folder / f"peers_{scene.name}.{ending}", dpi=110, metadata={"Date": None} if ending == "svg" else {"Software": None})
+    plt.close(figure)
+
+
+def cheapest(points, peer: str, target: float):
+    """The fastest run of a peer whose error is no larger than the target."""
+    good = [point for point in points if point.curve.peer == peer and point.error <= target]
+    return min(good, key=lambda point: point.median, default=None)
+
+
+def table(scene, points) -> str:
+    """Markdown: per target the time of each peer, and how many times longer than ours."""
+    peers = [peer for peer in COLOURS if any(point.curve.peer == peer for point in points)]
+    lines = [f"**{scene.title}**, ms a simulated second (times ours)", "", "| error ≤ | " + " | ".join(peers) + " |", "| --- " * (len(peers) + 1) + "|"]
+    for target in TARGETS:
+        ours = cheapest(points, "ReDySim-FMU", target)
+        cells = []
+        for peer in peers:
+            best = cheapest(points, peer, target)
+            if best is None:
+                cells.append("not reached")
+                continue
+            name = best.curve.label.removeprefix(peer).strip(" ,+")
+            ratio = f" ({best.median / ours.median:.1f}×)" if ours and peer != "ReDySim-FMU" else ""
+            cells.append(f"{1e3 * best.median / scene.end:.3g}{ratio}, {name}")
+        lines.append(f"| {target:.0e} | " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"

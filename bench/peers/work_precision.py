@@ -1,0 +1,136 @@
+#!/usr/bin/env python3
+"""Error against CPU time of this project's FMU and of other simulators on the scenes of tests/scenes, side by side.
+
+    python bench/peers/work_precision.py -o out/bench                 all scenes
+    python bench/peers/work_precision.py -f double -r 3 -o FOLDER     some scenes, three rounds
+
+The error is the largest difference of a joint's position from the 16-digit reference over the scene's output times. The time
+is CPU time of stepping alone (no loading, no start values), the median of all rounds; each round asks every method of every
+peer once, in random order, so that a busy moment of the machine does not fall on one of them alone. Leaves peers.csv,
+peers.md and a plot a scene in the folder.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import random
+import re
+import statistics
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from peers import Curve, Peers, curves  # noqa: E402
+from scenes import ROOT, Scene, all_scenes  # noqa: E402
+from summary import draw, table  # noqa: E402
+from worker import Gone  # noqa: E402
+
+LONGEST = 1.0  # seconds: a curve is not followed to slower runs
+ROUNDING = 1e-7  # rad: from here a finer run that is no better has met its floor
+SMALLEST = 1e-12  # rad: below, the reference's digits and rounding decide
+
+
+@dataclass
+class Point:
+    curve: Curve
+    value: float
+    error: float
+    seconds: list[float] = field(default_factory=list)
+
+    @property
+    def median(self) -> float:
+        return statistics.median(self.seconds)
+
+
+def error_of(scene: Scene, rows: np.ndarray) -> float:
+    """Largest error of a position; rows that a peer could not give are NaN."""
+    difference = np.abs(rows - np.array(scene.reference))
+    return float(np.nanmax(difference)) if np.isfinite(difference).any() else float("inf")
+
+
+def first_round(scene: Scene, curve: Curve, worker, failures: list[str]) -> list[Point]:
+    """Follows a curve from coarse to fine until its runs take long or meet their floor."""
+    points, worse = [], 0
+    for value in curve.values:
+        answer = worker.ask(curve.method, value)
+        if answer.rows is None:
+            failures.append(f"{curve.label}, {value:g}: {answer.failure}")
+            continue
+        error = error_of(scene, answer.rows)
+        if np.isfinite(error) and error < 10:
+            best = min((p.error for p in points), default=1.0)
+            worse = worse + 1 if best < ROUNDING and error > 0.7 * best else 0
+            points.append(Point(curve, value, error, [answer.seconds]))
+        if answer.seconds > LONGEST or worse >= 2 or error < SMALLEST:
+            break
+    return points
+
+
+def compare(scene: Scene, peers: Peers, absent: dict[str, str], rounds: int, seed: int) -> tuple[list[Point], list[str]]:
+    failures: list[str] = []
+    points: list[Point] = []
+    chosen = [curve for curve in curves(scene) if curve.peer not in absent]
+    workers = {peer: peers.start(peer, scene) for peer in {curve.peer for curve in chosen}}
+    try:
+        for curve in chosen:
+            print(f"  {curve.label}", flush=True)
+            try:
+                points += first_round(scene, curve, workers[curve.peer], failures)
+            except Gone:
+                failures.append(f"{curve.label}: its process ended, see {workers[curve.peer].log.name}")
+                workers[curve.peer] = peers.start(curve.peer, scene)
+        order = random.Random(seed)
+        for k in range(1, rounds):
+            print(f"  round {k + 1} of {rounds}, {len(points)} runs", flush=True)
+            for point in order.sample(points, len(points)):
+                try:
+                    point.seconds.append(workers[point.curve.peer].ask(point.curve.method, point.value).seconds)
+                except Gone:
+                    failures.append(f"{point.curve.label}, {point.value:g}: its process ended")
+                    workers[point.curve.peer] = peers.start(point.curve.peer, scene)
+    finally:
+        for worker in workers.values():
+            worker.close()
+    return points, failures
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("-f", "--filter", default=".", help="regular expression on scenes")
+    parser.add_argument("-r", "--rounds", type=int, default=5)
+    parser.add_argument("-o", "--output", type=Path, default=ROOT / "out" / "bench")
+    parser.add_argument("--programs", type=Path, default=ROOT / "build" / "bench" / "bench" / "peers")
+    parser.add_argument("--python", type=Path, default=ROOT / "build" / "peers" / "bin" / "python", help="of the peers' environment")
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    options.output.mkdir(parents=True, exist_ok=True)
+    peers = Peers(options.programs, options.python, ROOT / "build" / "peers_work")
+    absent = peers.missing()
+    for peer, reason in absent.items():
+        print(f"{peer} is skipped: {reason}")
+    records, text = [], []
+    for scene in all_scenes():
+        if not re.search(options.filter, scene.name):
+            continue
+        print(f"{scene.name}: {scene.title}", flush=True)
+        points, failures = compare(scene, peers, absent, options.rounds, options.seed)
+        for point in points:
+            records.append([scene.name, point.curve.label, f"{point.value:g}", f"{point.error:.4g}", f"{point.median / scene.end:.6g}"])
+        draw(scene, points, options.output)
+        text.append(table(scene, points))
+        (options.output / f"peers_{scene.name}_failures.txt").write_text("".join(f"{line}\n" for line in failures))
+    with (options.output / "peers.csv").open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["scene", "method", "tolerance or steps an output step", "error, rad", "CPU seconds a simulated second"])
+        writer.writerows(records)
+    versions = ", ".join(f"{peer} {version}" for peer, version in peers.versions().items() if peer not in absent)
+    (options.output / "peers.md").write_text(f"{versions}; medians of {options.rounds} rounds.\n\n" + "\n".join(text))
+    print(f"wrote {options.output}/peers.csv, peers.md and the plots")
+
+
+if __name__ == "__main__":
+    main()

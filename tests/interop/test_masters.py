@@ -1,0 +1,105 @@
+"""The KR5 and the four-bar in the masters that PyPI and Maven Central offer: the same numbers as in our own loop."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+
+import numpy as np
+import pytest
+
+from tests.interop.conftest import CLIENTS, ROOT
+
+JOINTS = {"kuka_kr5": [f"joint{i + 1}" for i in range(6)], "four_bar": ["crank_joint", "joint2", "joint3"]}
+STEP, STEPS = 0.01, 100
+PREFERENCES = ("--add-opens", "java.prefs/java.util.prefs=ALL-UNNAMED")  # JavaFMI sets file modes through it
+
+
+@pytest.fixture(params=JOINTS)
+def model(request):
+    return request.param
+
+
+@pytest.fixture
+def archive(tmp_path_factory):
+    """Builds a model's FMU as a file."""
+
+    def build(name: str):
+        from build_fmu.cli import main
+
+        file = tmp_path_factory.mktemp("fmu") / f"{name}.fmu"
+        assert main(["build", str(ROOT / "models" / f"{name}.toml"), "-o", str(file)]) == 0
+        return file
+
+    return build
+
+
+def outputs_of(model: str) -> list[str]:
+    return [f"{joint}.{ending}" for ending in ("q", "qd") for joint in JOINTS[model]]
+
+
+def agree(rows, reference) -> None:
+    told = [k for k, row in enumerate(rows) if row is not None]
+    assert len(rows) == len(reference) and len(told) >= len(rows) - 1
+    rows, reference = (np.array([table[k] for k in told]) for table in (rows, reference))
+    assert rows.shape == reference.shape and np.isfinite(rows).all()
+    assert np.ptp(reference, axis=0).max() > 0.1, "a scene that does not move shows nothing"
+    difference = np.abs(rows - reference).max()
+    print(f"largest difference {difference:.1e}")
+    assert difference < 1e-9
+
+
+@pytest.mark.parametrize("client", ["ecos", "cosim", "container"])
+def test_python_masters(client, model, archive, ask, expected):
+    names = outputs_of(model)
+    version, rows = ask(client, {"plant": archive(model)}, [["plant", name] for name in names], STEP, STEPS)
+    print(f"{client} {version}")
+    agree(rows, expected(model, names, STEP, STEPS))
+
+
+@pytest.mark.parametrize("program, folder, options", [("Fmi4j", "fmi4j", ()), ("JavaFmi", "javafmi", PREFERENCES)])
+def test_java_masters(program, folder, options, model, archive, java, place, expected, tmp_path):
+    names, out = outputs_of(model), tmp_path / "rows.csv"
+    file = CLIENTS.parent / "java" / f"{program}.java"
+    java(folder, "-cp", f"{place / folder}/*", file, archive(model), STEP, STEPS, out, *names, options=options)
+    with out.open() as rows:
+        agree([[float(row[name]) for name in names] for row in csv.DictReader(rows)], expected(model, names, STEP, STEPS))
+
+
+@pytest.mark.parametrize("client", ["ecos", "cosim"])
+def test_a_controller_of_pythonfmu_closes_the_loop(client, archive, ask, place, expected, tmp_path):
+    program = place / "bin" / "pythonfmu"
+    subprocess.run([program, "build", "-f", CLIENTS / "crank_controller.py", "-d", tmp_path], check=True, capture_output=True)
+    fmus = {"plant": archive("four_bar"), "controller": tmp_path / "CrankController.fmu"}
+    wires = [[["plant", "crank_joint.q"], ["controller", "q"]], [["plant", "crank_joint.qd"], ["controller", "qd"]],
+             [["controller", "tau"], ["plant", "crank_joint.tau"]]]
+    names = outputs_of("four_bar")
+    _, rows = ask(client, fmus, [["plant", name] for name in names], STEP, STEPS, wires)
+
+    def law(get):
+        return {"crank_joint.tau": 4.0 * (0.5 - get("crank_joint.q")) - 0.2 * get("crank_joint.qd")}
+
+    reference = expected("four_bar", names, STEP, STEPS, law)
+    free = expected("four_bar", names, STEP, STEPS)
+    assert np.abs(np.array(reference) - np.array(free)).max() > 0.1, "the controller does nothing"
+    agree(rows, reference)
+
+
+def test_vdmcheck_finds_nothing(model, archive, java, place):
+    folder = place / "vdmcheck"
+    said = java("vdmcheck", "-jar", folder / "vdmcheck2.jar", archive(model), cwd=folder if folder.is_dir() else None)
+    assert "No errors found." in said, said
+
+
+def test_vdmcheck_sees_a_mistake(archive, java, place, tmp_path):
+    from zipfile import ZipFile
+
+    with ZipFile(archive("four_bar")) as opened:
+        text = opened.read("modelDescription.xml").decode()
+    wrong = tmp_path / "modelDescription.xml"
+    # an output without its entry in ModelStructure
+    at = text.index("<Unknown", text.index("<Outputs>"))
+    wrong.write_text(text[:at] + text[text.index("/>", at) + 2 :])
+    folder = place / "vdmcheck"
+    said = java("vdmcheck", "-jar", folder / "vdmcheck2.jar", wrong, cwd=folder if folder.is_dir() else None, good=None)
+    assert "No errors found." not in said
