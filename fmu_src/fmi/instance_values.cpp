@@ -216,6 +216,23 @@ fmi2Status Instance::get_real(const unsigned* references, std::size_t count, dou
   return fmi2OK;
 }
 
+// Of the method in use, as the description of solver.active lists them.
+static long number_of(const Integrator* integrator) {
+  switch (integrator ? integrator->method() : SolverMethod::automatic) {
+    case SolverMethod::erk:
+      return 1;
+    case SolverMethod::adams:
+      return 2;
+    case SolverMethod::dirk:
+      return 3;
+    case SolverMethod::bdf:
+      return 4;
+    case SolverMethod::automatic:
+      break;
+  }
+  return 0;
+}
+
 fmi2Status Instance::get_integer(const unsigned* references, std::size_t count, int* values) {
   constexpr Function function = Function::get_integer;
   if (count > 0 && (!references || !values)) return refuse(function, null_argument);
@@ -226,9 +243,10 @@ fmi2Status Instance::get_integer(const unsigned* references, std::size_t count, 
     if (!variable) return refuse(function, unknown_reference(references[i], "Integer"));
     if (state_ == State::instantiated)
       return refuse(function, variable->name + " has no value before initialization mode");
-    const long number = variable->role == Role::steps      ? statistics.steps
-                        : variable->role == Role::rejected ? statistics.rejected
-                                                           : statistics.evaluations;
+    const long number = variable->role == Role::steps           ? statistics.steps
+                        : variable->role == Role::rejected      ? statistics.rejected
+                        : variable->role == Role::active_method ? number_of(integrator_.get())
+                                                                : statistics.evaluations;
     values[i] =
         number > std::numeric_limits<int>::max() ? std::numeric_limits<int>::max() : static_cast<int>(number);
   }

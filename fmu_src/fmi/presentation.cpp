@@ -172,7 +172,7 @@ Presentation presentation(const Model& model, const Variable& variable) {
       return {&second, "Time", "Largest internal step; 0: no bound"};
     case Role::method:
       return {nullptr, nullptr,
-              "Solver: erk, dirk (Runge-Kutta, explicit and implicit), adams, bdf (multistep)"};
+              "Solver: erk, dirk (Runge-Kutta, explicit and implicit), adams, bdf (multistep), auto"};
     case Role::kinetic_energy:
       return {&joule, "Energy", "Kinetic energy"};
     case Role::potential_energy:
@@ -191,6 +191,8 @@ Presentation presentation(const Model& model, const Variable& variable) {
       return {nullptr, nullptr, "Evaluations of the equations of motion by the solver"};
     case Role::error_estimate:
       return {nullptr, nullptr, "Estimated error of the last internal step; 1: the tolerance"};
+    case Role::active_method:
+      return {nullptr, nullptr, "Method that auto uses now: 1 erk, 2 adams, 3 dirk, 4 bdf"};
     default:
       return of_joint(model.links[variable.link].joint, variable.role);
   }

@@ -75,6 +75,7 @@ constexpr RoleRow role_rows[] = {
      Variability::discrete},
     {Role::error_estimate, "solver.error_estimate", VariableType::real, Causality::output,
      Variability::discrete},
+    {Role::active_method, "solver.active", VariableType::integer, Causality::output, Variability::discrete},
 };
 
 Variable make(Role role) {
@@ -143,6 +144,7 @@ void set_bounds(Variable& variable) {
     case Role::rejected:
     case Role::rhs_evaluations:
     case Role::error_estimate:
+    case Role::active_method:
       variable.min = 0;
       return;
     case Role::inertia:
@@ -223,6 +225,7 @@ VariableTable::VariableTable(const Model& model, const Plan<double>& plan) {
   if (model.fmu.solver)
     for (Role role : {Role::steps, Role::rejected, Role::rhs_evaluations, Role::error_estimate})
       add_of_model(role);
+  if (model.fmu.solver && model.solver.method == SolverMethod::automatic) add_of_model(Role::active_method);
 
   add_of_joints(model, plan, Role::q0);
   add_of_joints(model, plan, Role::qd0);
@@ -403,7 +406,8 @@ namespace {
 constexpr std::pair<const char*, SolverMethod> methods[] = {{"erk", SolverMethod::erk},
                                                             {"adams", SolverMethod::adams},
                                                             {"dirk", SolverMethod::dirk},
-                                                            {"bdf", SolverMethod::bdf}};
+                                                            {"bdf", SolverMethod::bdf},
+                                                            {"auto", SolverMethod::automatic}};
 }  // namespace
 
 const char* method_name(SolverMethod method) {

@@ -66,7 +66,8 @@ enum class Role {
   steps,
   rejected,
   rhs_evaluations,
-  error_estimate  // solver health
+  error_estimate,
+  active_method  // solver health
 };
 
 struct Variable {

@@ -60,6 +60,7 @@ class Cvode final : public Integrator {
   double time() const override { return time_; }
   const double* state() const override { return y_.data(); }
   const Statistics& statistics() const override { return statistics_; }
+  SolverMethod method() const override { return method_; }
   const char* name() const override { return method_ == SolverMethod::bdf ? "bdf" : "adams"; }
 
   void save(std::vector<unsigned char>& bytes) const override;
@@ -84,7 +85,7 @@ class Cvode final : public Integrator {
   void reset_to_beginning();
   int take_step();
   void count_step();
-  Outcome reach(double end);
+  Outcome reach(double& end);
   Outcome explain(int flag);
 
   System& system_;
@@ -269,10 +270,14 @@ void Cvode::count_step() {
   statistics_.rejected = beginning_.rejected_before + errors + solver;
 }
 
-// CVODE's steps until they pass `end`.
-Outcome Cvode::reach(double end) {
+// CVODE's steps until they pass `end`, which is where they stand when it is time for a pause.
+Outcome Cvode::reach(double& end) {
   const long allowed = allowed_steps(end - time_);
   for (long step = 0; ahead_time_ < end; ++step) {
+    if (pause_after_ > 0 && step == pause_after_) {
+      end = ahead_time_;
+      break;
+    }
     if (step == allowed)
       return failure(ahead_time_, std::to_string(allowed) + " steps did not reach the end of the step");
     if (steps_taken_ == steps_between_restarts) {

@@ -264,7 +264,7 @@ const char* Dirk::reason(int flag) const {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_dirk(System& system, const SolverSettings& settings) {
+std::unique_ptr<OneStep> make_dirk(System& system, const SolverSettings& settings) {
   return std::make_unique<Dirk>(system, settings);
 }
 

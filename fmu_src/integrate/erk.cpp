@@ -136,7 +136,7 @@ double Erk::reached() const {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_erk(System& system, const SolverSettings& settings) {
+std::unique_ptr<OneStep> make_erk(System& system, const SolverSettings& settings) {
   return std::make_unique<Erk>(system, settings, table_for(settings.rtol));
 }
 

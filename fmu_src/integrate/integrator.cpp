@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "integrate/methods.hpp"
+#include "integrate/one_step.hpp"
 #include "model/features.hpp"
 #include "model/number.hpp"
 
@@ -21,8 +22,11 @@ std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings
     case SolverMethod::dirk:
       if constexpr (features::dirk) return make_dirk(system, settings);
       break;
-    case SolverMethod::erk:
     case SolverMethod::automatic:
+      if constexpr (features::erk && features::adams && features::dirk && features::bdf)
+        return make_automatic(system, settings);
+      break;
+    case SolverMethod::erk:
       break;
   }
   if constexpr (features::erk) return make_erk(system, settings);

@@ -36,15 +36,22 @@ class Integrator {
   // last advance, so history built on it must not be used; otherwise it is kept.
   virtual Outcome advance(double end, bool inputs_changed) = 0;
 
+  // From now on an advance ends after so many steps, successful, wherever it is then; 0: at its end only.
+  void pause_after(long steps) { pause_after_ = steps; }
+
   virtual double time() const = 0;
   virtual const double* state() const = 0;  // length System::size()
   virtual const Statistics& statistics() const = 0;
   virtual const char* name() const = 0;
+  virtual SolverMethod method() const = 0;  // in use; automatic: none yet
 
   // A copy of everything the future depends on, as plain bytes, so that the run after `restore` (here or
   // in another process with the same model) is bit for bit the run that was not interrupted.
   virtual void save(std::vector<unsigned char>& bytes) const = 0;
   virtual bool restore(const unsigned char* bytes, std::size_t size) = 0;  // false: not ours, unchanged
+
+ protected:
+  long pause_after_ = 0;
 };
 
 // Throws std::bad_alloc only.

@@ -9,10 +9,13 @@
 
 namespace redysim {
 
-std::unique_ptr<Integrator> make_erk(System& system, const SolverSettings& settings);
-std::unique_ptr<Integrator> make_dirk(System& system, const SolverSettings& settings);
+class OneStep;
+
+std::unique_ptr<OneStep> make_erk(System& system, const SolverSettings& settings);
+std::unique_ptr<OneStep> make_dirk(System& system, const SolverSettings& settings);
 std::unique_ptr<Integrator> make_adams(System& system, const SolverSettings& settings);
 std::unique_ptr<Integrator> make_bdf(System& system, const SolverSettings& settings);
+std::unique_ptr<Integrator> make_automatic(System& system, const SolverSettings& settings);
 std::unique_ptr<Integrator> make_still();  // for a system without state
 
 // Internal steps, accepted or not, that an advance over `length` seconds may take.

@@ -80,6 +80,11 @@ Outcome OneStep::start(double time, const double* y) {
   return {};
 }
 
+void OneStep::expect_step(double step) {
+  control_.start(step);
+  fresh_ = false;
+}
+
 bool OneStep::first_step_from_here() {
   ++statistics_.evaluations;
   if (system_.right_hand_side(time_, y_.data(), slope_.data()) != Status::ok) return false;
@@ -95,6 +100,7 @@ bool OneStep::first_step_from_here() {
 int OneStep::attempt(double end) {
   end_ = end;
   allowed_ = allowed_steps(end - time_);
+  if (pause_after_ > 0) allowed_ = std::min(allowed_, pause_after_);
   skip_slope_ = stage_failed_ = step_at_floor_ = projection_failed_ = false;
   unsolved_before_ = unsolved();
   std::copy(y_.begin(), y_.end(), data(start_));
@@ -125,14 +131,15 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
     control_.start(0.25 * std::min(control_.wanted(), end - time_));
     flag = attempt(end);
   }
-  if (flag < 0) {
+  const bool paused = flag == ARK_TOO_MUCH_WORK && allowed_ == pause_after_;
+  if (flag < 0 && !paused) {
     fresh_ = true;
     slope_known_ = false;
     return explain(flag);
   }
 
   std::copy_n(data(result_), y_.size(), y_.begin());
-  time_ = end;
+  time_ = paused ? reached() : end;
   const double* slope = last_slope();
   slope_known_ = slope != nullptr;
   if (slope_known_) std::copy_n(slope, slope_.size(), slope_.begin());

@@ -21,6 +21,10 @@ class OneStep : public Integrator {
   const double* state() const override { return y_.data(); }
   const Statistics& statistics() const override { return statistics_; }
 
+  SolverMethod method() const override { return method_; }
+  double allowed_step() const { return fresh_ ? 0 : control_.wanted(); }  // by the tolerance, s; 0: unknown
+  void expect_step(double step);                                          // after `start`
+
   void save(std::vector<unsigned char>& bytes) const override;
   bool restore(const unsigned char* bytes, std::size_t size) override;
 

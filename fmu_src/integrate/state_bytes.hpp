@@ -49,6 +49,8 @@ class StateReader {
     next_ += length;
     left_ -= length;
   }
+  const unsigned char* rest() const { return next_; }  // what was not read yet
+  std::size_t left() const { return left_; }
   bool good() const { return good_; }
   bool finished() const { return good_ && left_ == 0; }  // all read, nothing left over
 

@@ -23,6 +23,7 @@ class Still final : public Integrator {
   double time() const override { return time_; }
   const double* state() const override { return &nothing_; }
   const Statistics& statistics() const override { return statistics_; }
+  SolverMethod method() const override { return SolverMethod::automatic; }
   const char* name() const override { return "none: all joints are prescribed"; }
 
   void save(std::vector<unsigned char>& bytes) const override { StateWriter(bytes).put(time_); }

@@ -70,8 +70,9 @@ SolverSettings read_solver(Section& top, Findings& findings) {
                                                {{"erk", SolverMethod::erk},
                                                 {"adams", SolverMethod::adams},
                                                 {"dirk", SolverMethod::dirk},
-                                                {"bdf", SolverMethod::bdf}},
-                                               SolverMethod::erk, {"auto"});
+                                                {"bdf", SolverMethod::bdf},
+                                                {"auto", SolverMethod::automatic}},
+                                               SolverMethod::erk);
   solver.rtol = section.number("rtol", solver.rtol, Bound::positive);
   if (solver.rtol > 0.1) section.error("rtol", "rtol must be <= 0.1, got " + shown(solver.rtol));
   solver.atol = section.number("atol", solver.rtol / 100, Bound::not_negative);

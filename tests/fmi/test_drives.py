@@ -96,7 +96,7 @@ atol = 1e-12
 tunable = ["hand.mass", "elbow.stiffness", "rail.damping", "hinge.armature", "gravity[2]"]
 """
 
-METHODS = ("erk", "adams", "dirk", "bdf")
+METHODS = ("erk", "adams", "dirk", "bdf", "auto")
 STATE = ["hinge.q", "hinge.qd", "hinge.qdd", "elbow.tau", "wrist.q", "wrist.qd", "rail.tau", "energy.work", "energy.balance",
          "tip.position[1]", "tip.velocity[2]"]
 

@@ -13,7 +13,7 @@ import pytest
 from tests.fmi.raw import ERROR, OK, Slave
 
 ROOT = Path(__file__).resolve().parents[2]
-METHODS = ("erk", "adams", "dirk", "bdf")
+METHODS = ("erk", "adams", "dirk", "bdf", "auto")
 WATCHED = ["rail.q", "hinge.q", "idle.q", "rail.qd", "hinge.qd", "hinge.qdd", "energy.total", "energy.work", "energy.balance",
            "solver.error_estimate", "hinge.tau", "pole.mass"]
 

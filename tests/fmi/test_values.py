@@ -46,7 +46,7 @@ def test_tunable_parameters_act_at_the_next_communication_point(fmu):
         assert abs(slave.get("energy.balance")) < 1e-6
 
 
-@pytest.mark.parametrize("method", ["erk", "adams", "dirk", "bdf"])
+@pytest.mark.parametrize("method", ["erk", "adams", "dirk", "bdf", "auto"])
 def test_tuning_to_the_same_value_changes_nothing(fmu, method):
     ends = []
     for tune in (False, True):

@@ -15,7 +15,8 @@ namespace redysim::test {
 
 // For suites that run over all methods.
 inline auto every_method() {
-  return testing::Values(SolverMethod::erk, SolverMethod::adams, SolverMethod::dirk, SolverMethod::bdf);
+  return testing::Values(SolverMethod::erk, SolverMethod::adams, SolverMethod::dirk, SolverMethod::bdf,
+                         SolverMethod::automatic);
 }
 inline std::string method_name(const testing::TestParamInfo<SolverMethod>& method) {
   switch (method.param) {

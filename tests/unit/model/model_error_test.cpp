@@ -136,10 +136,9 @@ TEST(model_error, wrong_words_list_the_right_ones) {
                    "'planar', 'spherical' or 'free', got 'revolut'; did you mean 'revolute'?"}));
   EXPECT_EQ(errors(arm + "drive = 'position'\n"),
             (Lines{"6: link 'a': drive must be 'torque', 'free', 'motion' or 'locked', got 'position'"}));
-  EXPECT_EQ(errors(arm + "[solver]\nmethod = 'auto'\n"),
-            (Lines{"7: solver: method 'auto' is not available yet; use 'erk', 'adams' or 'bdf'"}));
+  EXPECT_TRUE(errors(arm + "[solver]\nmethod = 'auto'\n").empty());
   EXPECT_EQ(errors(arm + "[solver]\nmethod = 'euler'\n"),
-            (Lines{"7: solver: method must be 'erk', 'adams' or 'bdf', got 'euler'"}));
+            (Lines{"7: solver: method must be 'erk', 'adams', 'dirk', 'bdf' or 'auto', got 'euler'"}));
   EXPECT_EQ(errors("angle_unit = 'degrees'\n" + arm),
             (Lines{"1: angle_unit must be 'rad' or 'deg', got 'degrees'"}));
 }

@@ -1,0 +1,124 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "model/model_file.hpp"
+#include "unit/integrate/rig.hpp"
+
+namespace redysim {
+namespace {
+
+using test::Rig;
+using test::solver;
+
+// A pendulum on a cart; the damping of the cart decides how stiff it is.
+struct Cart {
+  Model model;
+  Plan<double> plan;
+  System system;
+  std::unique_ptr<Integrator> integrator;
+
+  explicit Cart(double damping, SolverMethod method = SolverMethod::automatic, double rtol = 1e-6)
+      : model(read_model_text("name = 'cart'\n"
+                              "[[link]]\nname = 'base'\njoint = 'prismatic'\nalpha = 1.5707963267948966\n"
+                              "mass = 1\n"
+                              "[[link]]\nname = 'rod'\nmass = 0.5\ncom = [0.3, 0, 0]\n"
+                              "inertia = [0, 0.01, 0.01]\nq = 0.4\n",
+                              "cart.toml")
+                  .model),
+        plan(with_damping(damping)),
+        system(plan, false),
+        integrator(make_integrator(system, solver(method, rtol))) {
+    const double y[] = {0, 0.4, 0.5, 0};
+    integrator->start(0, y);
+  }
+  const Model& with_damping(double damping) {
+    model.links[0].joint.damping = damping;
+    return model;
+  }
+  void set_damping(double damping) { plan.update(with_damping(damping)); }
+  std::vector<double> state() const { return {integrator->state(), integrator->state() + system.size()}; }
+};
+
+TEST(Automatic, steps_explicitly_where_nothing_is_stiff) {
+  Cart held(0.1), driven(0.1);
+  for (int k = 1; k <= 100; ++k) {
+    ASSERT_TRUE(held.integrator->advance(k * 1e-3, k == 1).ok);
+    ASSERT_TRUE(driven.integrator->advance(k * 1e-3, true).ok);
+  }
+  EXPECT_EQ(held.integrator->method(), SolverMethod::adams);
+  EXPECT_EQ(driven.integrator->method(), SolverMethod::erk);
+}
+
+TEST(Automatic, steps_implicitly_where_it_is_stiff) {
+  Cart held(1e6), driven(1e6);
+  for (int k = 1; k <= 100; ++k) {
+    ASSERT_TRUE(held.integrator->advance(k * 1e-2, k == 1).ok);
+    driven.system.tau()[0] = k % 2;
+    ASSERT_TRUE(driven.integrator->advance(k * 1e-2, true).ok);
+  }
+  EXPECT_EQ(held.integrator->method(), SolverMethod::bdf);
+  EXPECT_EQ(driven.integrator->method(), SolverMethod::dirk);
+}
+
+TEST(Automatic, goes_there_and_back_without_a_jump) {
+  Cart cart(0.1), exact(0.1, SolverMethod::dirk, 1e-10);
+  std::vector<SolverMethod> used;
+  for (int k = 1; k <= 300; ++k) {
+    const bool changes = k % 100 == 1;
+    if (changes)
+      for (Cart* each : {&cart, &exact}) each->set_damping(k == 101 ? 1e5 : 0.1);
+    ASSERT_TRUE(cart.integrator->advance(k * 0.02, changes).ok);
+    ASSERT_TRUE(exact.integrator->advance(k * 0.02, changes).ok);
+    EXPECT_LT(test::largest_difference(cart.state(), exact.state()), 1e-4) << k;
+    if (k % 100 == 0) used.push_back(cart.integrator->method());
+  }
+  EXPECT_EQ(used[1], SolverMethod::bdf);
+  for (int k : {0, 2}) EXPECT_TRUE(used[k] == SolverMethod::erk || used[k] == SolverMethod::adams);
+}
+
+// Restored in the middle of an explicit, a stiff and a trial phase, wherever they are.
+TEST(Automatic, switches_are_saved_and_restored) {
+  const auto step = [](Cart& cart, int k) {
+    const bool changes = k % 40 == 1 || (k > 100 && k < 130);
+    cart.set_damping(k > 40 && k <= 120 ? 1e5 : 0.1);
+    return cart.integrator->advance(k * 0.01, changes).ok;
+  };
+  Cart whole(0.1);
+  std::vector<std::vector<unsigned char>> saved(161);
+  std::vector<std::vector<double>> states(161);
+  for (int k = 1; k <= 160; ++k) {
+    ASSERT_TRUE(step(whole, k));
+    whole.integrator->save(saved[k]);
+    states[k] = whole.state();
+  }
+  for (int from = 1; from < 160; from += 3) {
+    Cart other(0.1);
+    other.set_damping(from > 40 && from <= 120 ? 1e5 : 0.1);
+    ASSERT_TRUE(other.integrator->restore(saved[from].data(), saved[from].size()));
+    for (int k = from + 1; k <= std::min(from + 30, 160); ++k) {
+      ASSERT_TRUE(step(other, k));
+      ASSERT_EQ(other.state(), states[k]) << from << " " << k;
+    }
+  }
+}
+
+// One long advance is as good as many short ones: stiffness is found on the way.
+TEST(Automatic, one_long_advance_costs_no_more_than_twice_the_best) {
+  for (double damping : {0.1, 1e3, 1e6}) {
+    const auto cost = [&](SolverMethod method) {
+      Cart cart(damping, method);
+      const bool ok = cart.integrator->advance(2, true).ok;
+      const Statistics& s = cart.integrator->statistics();
+      return ok ? static_cast<double>(s.evaluations + 6 * s.jacobians) : 1e9;
+    };
+    double best = 1e9;
+    for (SolverMethod method :
+         {SolverMethod::erk, SolverMethod::adams, SolverMethod::dirk, SolverMethod::bdf})
+      best = std::min(best, cost(method));
+    EXPECT_LT(cost(SolverMethod::automatic), 2 * best) << damping;
+  }
+}
+
+}  // namespace
+}  // namespace redysim
