@@ -231,6 +231,7 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--pivot", action="append", default=[], metavar="LINK=x,y,z", help="ReDySim: where a link stands on the ground (m)")
     command.add_argument("--snap", action="store_true", help="URDF: make angles such as 1.5708 exact multiples of 90 degrees")
     command.add_argument("--frames", action="store_true", help="URDF: keep the frames of its links as [[frame]] tables, with outputs")
+    command.add_argument("--stops", type=float, metavar="STIFFNESS", help="URDF: make the limits of joints stops of this stiffness (N m/rad, N/m)")
     command.add_argument("--dh", choices=("modified", "standard"), help="DH table: which convention (modified: Craig, Khalil; standard: distal)")
     command.add_argument("--angles", choices=("rad", "deg"), help="DH table: unit of the angles, where its head does not say")
     command.set_defaults(run=_import)

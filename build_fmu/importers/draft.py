@@ -42,6 +42,10 @@ class DraftLink:
     stiffness: float = 0.0
     rest: float = 0.0
     armature: float = 0.0
+    friction: float = 0.0
+    lower: float | None = None
+    upper: float | None = None
+    stop_stiffness: float = 0.0
     drive: str = "torque"
     notes: list[str] = field(default_factory=list)
 

@@ -74,6 +74,13 @@ def _link(link: DraftLink, before: str | None) -> Iterator[str]:
         for key in ("q", "qd", "damping", "stiffness", "rest", "armature"):
             if getattr(link, key) != 0:
                 yield f"{key} = {number(getattr(link, key))}"
+        if link.friction != 0:
+            yield f"friction = {number(link.friction)}"
+        for key in ("lower", "upper"):
+            if getattr(link, key) is not None:
+                yield f"{key} = {number(getattr(link, key))}"
+        if link.lower is not None or link.upper is not None:
+            yield f"stop_stiffness = {number(link.stop_stiffness)}"
         if link.hold:
             yield "hold = true"
 

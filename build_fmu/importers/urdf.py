@@ -1,4 +1,4 @@
-"""Reads a URDF: links, joints, inertias, axes, damping. Frames are laid anew as modified DH, which changes no motion."""
+"""Reads a URDF: links, joints, inertias, axes, damping, friction, limits. Frames are laid anew as modified DH, which changes no motion."""
 
 from __future__ import annotations
 
@@ -38,6 +38,8 @@ class Body:
     origin: np.ndarray = field(default_factory=lambda: np.eye(4))
     axis: np.ndarray = field(default_factory=lambda: np.array([1.0, 0, 0]))
     damping: float = 0.0
+    friction: float = 0.0
+    limits: tuple[float, float] | None = None
     children: list[str] = field(default_factory=list)
 
 
@@ -92,15 +94,17 @@ class Urdf:
 
 def read(path: Path, options: Namespace) -> Draft:
     """Returns the draft; raises UserError with file, line and element."""
+    if options.stops is not None and not 0 < options.stops < math.inf:
+        raise UserError(f"--stops: the stiffness must be > 0 and finite, got {options.stops:g}")
     urdf = Urdf(path, options.snap)
     bodies = _bodies(urdf)
     draft = Draft(name=legal(urdf.root.attrib.get("name") or path.stem), source=path.name)
-    _joints(urdf, bodies, draft)
+    _joints(urdf, bodies, draft, options.stops)
     root = _root(urdf, bodies)
     if bodies[root].mass or np.any(bodies[root].inertia):
         draft.lost.append(f"the mass of '{root}', {bodies[root].mass:g} kg: it is the ground here and moves nothing")
     _check_reached(urdf, bodies, root)
-    _Layout(draft, bodies, options.frames).lay(root)
+    _Layout(draft, bodies, options).lay(root)
     draft.notes.append(f"The ground frame is the frame of '{root}'. Link frames are laid anew (z: joint axis, x: common normal), which changes no "
                        "motion; where the URDF's own frame is another one, {'a [[frame]]' if options.frames else 'a comment'} tells its place in ours (m, rad).")
     _losses(urdf, draft)
@@ -137,9 +141,9 @@ def _inertial(urdf: Urdf, inertial: ET.Element, body: Body) -> None:
     body.com = pose[:3, 3]
 
 
-def _joints(urdf: Urdf, bodies: dict[str, Body], draft: Draft) -> None:
+def _joints(urdf: Urdf, bodies: dict[str, Body], draft: Draft, stops: float | None) -> None:
     seen = set()
-    limits, frictions, mimics = [], [], []
+    limited, mimics = [], []
     for element in urdf.root.findall("joint"):
         name, kind = urdf.text(element, "name"), urdf.text(element, "type")
         if name in seen:
@@ -169,16 +173,19 @@ def _joints(urdf: Urdf, bodies: dict[str, Body], draft: Draft) -> None:
         dynamics = element.find("dynamics")
         if dynamics is not None:
             body.damping = urdf.numbers(dynamics, "damping", 1, "0")[0]
-            if urdf.numbers(dynamics, "friction", 1, "0")[0]:
-                frictions.append(name)
-        if element.find("limit") is not None:
-            limits.append(element)
+            body.friction = urdf.numbers(dynamics, "friction", 1, "0")[0]
+        body.limits = _limits(urdf, element)
+        if body.limits:
+            limited.append(body)
         if element.find("mimic") is not None:
             mimics.append(name)
-    for names, what in ((frictions, "dry friction"), (mimics, "the coupling <mimic> (each joint moves by itself here)")):
-        if names:
-            draft.lost.append(f"{what} of {_some(names)}")
-    _limits(urdf, limits, draft)
+    if mimics:
+        draft.lost.append(f"the coupling <mimic> of {_some(mimics)} (each joint moves by itself here)")
+    outside = [f"{body.joint} ({body.limits[0]:g} to {body.limits[1]:g})" for body in limited if not body.limits[0] <= 0 <= body.limits[1]]
+    if outside:
+        draft.doubts.append(f"the start position 0 is outside the limits of {_some(outside)}: set q in the model file")
+    if limited and stops is None:
+        draft.lost.append(f"the limits of {_some([body.joint for body in limited])}: --stops STIFFNESS makes stops of them")
 
 
 def _axis(urdf: Urdf, joint: ET.Element, name: str) -> np.ndarray:
@@ -191,17 +198,13 @@ def _axis(urdf: Urdf, joint: ET.Element, name: str) -> np.ndarray:
     return axis / length if abs(length - 1) > 1e-15 else axis
 
 
-def _limits(urdf: Urdf, joints: list[ET.Element], draft: Draft) -> None:
-    outside = []
-    for joint in joints:
-        limit = joint.find("limit")
-        low, high = (urdf.numbers(limit, key, 1, "0")[0] for key in ("lower", "upper"))
-        if joint.attrib["type"] != "continuous" and high > low and not low <= 0 <= high:
-            outside.append(f"{joint.attrib['name']} ({low:g} to {high:g})")
-    if joints:
-        draft.lost.append(f"the limits of {_some([j.attrib['name'] for j in joints])}: no joint has stops here")
-    if outside:
-        draft.doubts.append(f"the start position 0 is outside the limits of {_some(outside)}: set q in the model file")
+def _limits(urdf: Urdf, joint: ET.Element) -> tuple[float, float] | None:
+    limit = joint.find("limit")
+    if limit is None or joint.attrib["type"] == "continuous":
+        return None
+    low, high = (urdf.numbers(limit, key, 1, "0")[0] for key in ("lower", "upper"))
+    # 0 to 0 is what a file without limits says
+    return (low, high) if low < high else None
 
 
 def _root(urdf: Urdf, bodies: dict[str, Body]) -> str:
@@ -244,8 +247,9 @@ def _some(names: list[str]) -> str:
 class _Layout:
     """Walks the tree, parents first, and makes the links of the draft."""
 
-    def __init__(self, draft: Draft, bodies: dict[str, Body], frames: bool) -> None:
-        self.draft, self.bodies, self.frames, self.names = draft, bodies, frames, Names()
+    def __init__(self, draft: Draft, bodies: dict[str, Body], options: Namespace) -> None:
+        self.draft, self.bodies, self.names = draft, bodies, Names()
+        self.frames, self.stops = options.frames, options.stops
         self.depth = self._depths()
         self.size = max(float(np.linalg.norm(body.origin[:3, 3])) for body in bodies.values()) or 1.0
 
@@ -265,7 +269,9 @@ class _Layout:
 
     def _link(self, body: Body, name: str, parent: str, frame: np.ndarray) -> np.ndarray:
         """Adds one link; `frame` is its URDF frame seen from the parent's. Returns it seen from the link's own."""
-        link = DraftLink(name, parent, body.kind, damping=body.damping, mass=body.mass)
+        link = DraftLink(name, parent, body.kind, damping=body.damping, friction=body.friction, mass=body.mass)
+        if body.limits and self.stops is not None:
+            (link.lower, link.upper), link.stop_stiffness = body.limits, self.stops
         if body.kind == "fixed":
             link.dh, own = self._fixed(frame)
         else:

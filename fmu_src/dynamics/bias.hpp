@@ -1,6 +1,7 @@
 #pragma once
 
 #include "dynamics/ground_motion.hpp"
+#include "dynamics/joint_force.hpp"
 #include "dynamics/joint_transform.hpp"
 #include "math/sin_cos.hpp"
 
@@ -9,13 +10,6 @@
 // origin (not spatial), so linear velocities are never needed.
 
 namespace redysim {
-
-// Torque or force at a joint: actuator, spring and damper.
-template <class Scalar>
-Scalar joint_force(const JointPlan<Scalar>& joint, const Scalar& q, const Scalar& qd, const Scalar& tau) {
-  if (!joint.passive) return tau;
-  return tau - joint.stiffness * (q - joint.rest) - joint.damping * qd;
-}
 
 // cos, sin and offset of the joints' z screws at q, four joints at a time.
 template <class Scalar>

@@ -75,6 +75,17 @@ Force<double> bias_change(const RigidInertia<double>& body, const Vec3<double>& 
           change * omega.dot(body.h) + omega * change.dot(body.h) - 2 * omega.dot(change) * body.h};
 }
 
+// How the force and the loss in a joint change with its position or velocity.
+struct PassiveChange {
+  double force = 0, loss = 0;
+};
+PassiveChange passive_change(const Plan<double>& plan, int joint, double q, double qd, bool velocity) {
+  if (!plan.joints[joint].passive) return {};
+  const Dual position(q, velocity ? 0 : 1), rate(qd, velocity ? 1 : 0);
+  return {joint_force(plan, joint, position, rate, Dual(0)).derivative,
+          joint_loss(plan, joint, position, rate).derivative};
+}
+
 }  // namespace
 
 Derivatives::Derivatives(const Plan<double>& plan)
@@ -261,7 +272,6 @@ void Derivatives::collect_forces(const Plan<double>& plan, const Workspace<doubl
     const JointPlan<double>& at = plan.joints[i];
     Force<double> f = changes_[i].wrench;
     forces_[i] = -(at.prismatic ? f.force.z() : f.moment.z());
-    if (i == joint) forces_[i] -= velocity ? at.damping : at.stiffness;
     if (at.parent == ground) continue;
     if (i == joint && !velocity) {
       const Force<double>& whole = bodies_[i].wrench;
@@ -292,7 +302,8 @@ void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, cons
       forces_[joint] = 1;
     } else {
       const bool velocity = kind == 1;
-      power = velocity ? tau[joint] - 2 * plan.joints[joint].damping * qd[joint] : 0;
+      const PassiveChange passive = passive_change(plan, joint, q[joint], qd[joint], velocity);
+      power = (velocity ? tau[joint] : 0) + passive.loss;
       move_subtree(plan, ws, qd, joint, velocity);
       if (has_elements_) {
         move_ground_states(plan, ws, joint, velocity);
@@ -300,6 +311,7 @@ void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, cons
         if (plan.has_loops()) change_loops(plan, ws);
       }
       collect_forces(plan, ws, joint, velocity);
+      forces_[joint] += passive.force;
     }
     respond(plan, ws, forces_.data(), column);
   }

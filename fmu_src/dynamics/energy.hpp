@@ -27,8 +27,8 @@ Scalar kinetic_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sca
   return Scalar(0.5) * twice;
 }
 
-// Potential energy, J, of gravity (zero with all mass at the ground origin), joint springs and
-// spring-dampers at q. Overwrites positions in the workspace.
+// Potential energy, J, of gravity (zero with all mass at the ground origin), joint springs,
+// stops and spring-dampers at q. Overwrites positions in the workspace.
 template <class Scalar>
 Scalar potential_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd) {
   set_positions(plan, ws, q);
@@ -54,8 +54,7 @@ Scalar potential_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const S
       ws.joints[joint.parent].p.moment += at_parent;
       ws.joints[joint.parent].u += mass;
     }
-    const Scalar stretch = q[i] - joint.rest;
-    energy += Scalar(0.5) * joint.stiffness * stretch * stretch;
+    energy += joint_energy(plan, static_cast<int>(i), q[i]);
   }
   if (!plan.has_springs()) return energy;
   set_ground_motion(plan, ws, qd);
@@ -66,14 +65,16 @@ Scalar potential_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const S
   return energy;
 }
 
-// Power of actuators and dampers, W: the rate of kinetic plus potential energy. With springs, uses the
+// Power of drives, dampers and friction, W: the rate of kinetic plus potential energy. With springs, uses the
 // ground motion in the workspace (as forward_dynamics leaves it).
 template <class Scalar>
-Scalar external_power(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const Scalar* qd,
-                      const Scalar* tau) {
+Scalar external_power(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const Scalar* q,
+                      const Scalar* qd, const Scalar* tau) {
   Scalar power(0);
-  for (std::size_t i = 0; i < plan.joints.size(); ++i)
-    power += qd[i] * (tau[i] - plan.joints[i].damping * qd[i]);
+  for (int i = 0; i < plan.nv; ++i) {
+    power += qd[i] * tau[i];
+    if (plan.joints[i].passive) power += joint_loss(plan, i, q[i], qd[i]);
+  }
   if (!plan.has_springs()) return power;
   for (const auto& spring : plan.springs) {
     const Scalar rate = spring_line(spring, ws).rate;

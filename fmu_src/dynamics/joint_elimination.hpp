@@ -68,7 +68,7 @@ void eliminate(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, const Sca
                const Scalar* tau) {
   const JointPlan<Scalar>& joint = plan.joints[i];
   JointState<Scalar>& s = ws.joints[i];
-  const Scalar force = joint_force(joint, q[i], qd[i], tau[i]);
+  const Scalar force = joint_force(plan, i, q[i], qd[i], tau[i]);
   set_pivot(joint, s, force);
   if (joint.prescribed) prescribe(joint, s, tau[i]);
   if (joint.parent == ground) return;
@@ -105,12 +105,15 @@ void accelerate_joint(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, Sc
   if (joint.prescribed) s.u = from_loops;
 }
 
-// What a prescribed joint's drive must give (N m or N) after forward_dynamics at the same q, qd, qdd.
+// What the drive of prescribed joint i must give (N m or N) after forward_dynamics at the same q, qd, qdd.
 template <class Scalar>
-Scalar prescribed_force(const JointPlan<Scalar>& joint, const JointState<Scalar>& s, const Scalar& q,
-                        const Scalar& qd, const Scalar& qdd) {
+Scalar prescribed_force(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, int i, const Scalar* q,
+                        const Scalar* qd, const Scalar* qdd) {
+  const JointPlan<Scalar>& joint = plan.joints[i];
+  const JointState<Scalar>& s = ws.joints[i];
   const Scalar along = joint.prismatic ? s.p.force.z() : s.p.moment.z();
-  return dot(s.U, s.acceleration) + along - s.u + joint.armature * qdd - joint_force(joint, q, qd, Scalar(0));
+  return dot(s.U, s.acceleration) + along - s.u + joint.armature * qdd[i] -
+         joint_force(plan, i, q[i], qd[i], Scalar(0));
 }
 
 }  // namespace redysim

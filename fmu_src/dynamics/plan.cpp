@@ -1,5 +1,6 @@
 #include "dynamics/plan.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "dynamics/cluster_builder.hpp"
@@ -70,11 +71,35 @@ RigidInertia<double> inertia_in(const Pose& frame, const Link& link) {
 }
 
 template <class Scalar>
+Resistance<Scalar> resistance_of(const Joint& joint) {
+  Resistance<Scalar> plan;
+  plan.friction = joint.friction;
+  plan.excess = std::max(joint.static_friction - joint.friction, 0.0);
+  plan.per_velocity = 1 / joint.friction_velocity;
+  plan.lower = joint.lower;
+  plan.upper = joint.upper;
+  plan.stiffness = joint.stop_stiffness;
+  plan.damping = joint.stop_damping;
+  plan.width = joint.stop_width;
+  return plan;
+}
+
+template <class Scalar>
 void add_body(RigidInertia<Scalar>& to, const RigidInertia<double>& body) {
   to.mass += body.mass;
   to.h += body.h.cast<Scalar>();
   add(to.inertia,
       {body.inertia.xx, body.inertia.yy, body.inertia.zz, body.inertia.xy, body.inertia.xz, body.inertia.yz});
+}
+
+// Whether a joint has friction or stops, or may get some by tuning.
+bool may_resist(const Model& model) {
+  if (!model.fmu.tunable.empty()) return true;
+  for (const Link& link : model.links) {
+    const Joint& joint = link.joint;
+    if (joint.friction != 0 || joint.static_friction != 0 || has_stops(joint)) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -125,13 +150,17 @@ void Plan<Scalar>::take_joints(const Model& model) {
 
 template <class Scalar>
 void Plan<Scalar>::take_bodies(const Model& model) {
+  if (resistances.empty() && may_resist(model)) resistances.resize(joints.size());
   for (auto& joint : joints) {
     const Joint& given = model.links[joint.link].joint;
     joint.stiffness = given.stiffness;
     joint.damping = given.damping;
     joint.rest = given.rest;
     joint.armature = given.armature;
-    joint.passive = given.stiffness != 0 || given.damping != 0;
+    joint.rubs = given.friction != 0 || given.static_friction != 0;
+    joint.stopped = has_stops(given) && given.stop_stiffness != 0;
+    joint.passive = given.stiffness != 0 || given.damping != 0 || joint.rubs || joint.stopped;
+    if (!resistances.empty()) resistances[&joint - joints.data()] = resistance_of<Scalar>(given);
     joint.axis_free = !joint.prismatic && !joint.prescribed && given.armature == 0;
     joint.inertia = RigidInertia<Scalar>();
   }

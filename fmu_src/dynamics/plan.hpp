@@ -26,7 +26,9 @@ struct JointPlan {
   bool of_ball = false;     // chart, z, x or y joint of a spherical joint (dynamics/ball.hpp)
   bool branch = false;      // gamma or b present
   bool shifted = false;     // constant d of a revolute joint present
-  bool passive = false;     // stiffness or damping present
+  bool passive = false;     // stiffness, damping, friction or stops present
+  bool rubs = false;        // friction present
+  bool stopped = false;     // stops present
   bool axis_free = true;    // revolute without armature: no moment about z gets past the joint
   Twist twist = Twist::none;
   Scalar cos_gamma = 1, sin_gamma = 0, b = 0;
@@ -35,6 +37,13 @@ struct JointPlan {
   RigidInertia<Scalar> inertia;
   ArticulatedInertia<Scalar> rigid;  // the same, entry by entry
   Scalar stiffness = 0, rest = 0, damping = 0, armature = 0;
+};
+
+// Dry friction and stops of one joint (dynamics/joint_force.hpp).
+template <class Scalar>
+struct Resistance {
+  Scalar friction = 0, excess = 0, per_velocity = 0;  // excess: of the largest over the sliding friction
+  Scalar lower = 0, upper = 0, stiffness = 0, damping = 0, width = 1;
 };
 
 // A point spring between two bodies, points in body frames.
@@ -68,6 +77,7 @@ struct Plan {
   int prescribed_count = 0;
   Vec3<Scalar> gravity = Vec3<Scalar>::Zero();
   std::vector<JointPlan<Scalar>> joints;
+  std::vector<Resistance<Scalar>> resistances;  // per joint; empty when none can have any
   std::vector<SpringPlan<Scalar>> springs;
   std::vector<PortPlan<Scalar>> ports;
   std::vector<int> balls;  // chart joint of each spherical joint; its z, x and y joints follow it

@@ -35,7 +35,7 @@ void collect_joint_forces(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
     const JointPlan<Scalar>& joint = plan.joints[i];
     JointState<Scalar>& s = ws.joints[i];
     const Scalar along = joint.prismatic ? s.p.force.z() : s.p.moment.z();
-    tau[i] = along + joint.armature * qdd[i] - joint_force(joint, q[i], qd[i], Scalar(0));
+    tau[i] = along + joint.armature * qdd[i] - joint_force(plan, i, q[i], qd[i], Scalar(0));
     if (joint.parent == ground) continue;
     Force<Scalar> p = s.p;
     to_parent(joint, s, p);

@@ -34,7 +34,19 @@ class Components {
 };
 
 bool is_of_link(Role role) { return role == Role::mass || role == Role::com || role == Role::inertia; }
-bool is_spring(Role role) { return role == Role::stiffness || role == Role::rest; }
+bool is_spring(Role role) {
+  switch (role) {
+    case Role::stiffness:
+    case Role::rest:
+    case Role::lower:
+    case Role::upper:
+    case Role::stop_stiffness:
+    case Role::stop_width:
+      return true;
+    default:
+      return false;
+  }
+}
 
 // Where a known acts: its component, ground if nowhere.
 int component_of(const Variable& known, const Plan<double>& plan, const Components& components) {

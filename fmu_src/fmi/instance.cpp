@@ -291,6 +291,11 @@ bool Instance::update_plan(Function function) {
       refuse(function, "the inertia of link '" + link.name + "' has a negative principal moment");
       return false;
     }
+  for (const Link& link : model_.links)
+    if (!(link.joint.lower < link.joint.upper)) {
+      refuse(function, link.joint.name + ".upper must be greater than " + link.joint.name + ".lower");
+      return false;
+    }
   const bool rebase = integrator_ && system_.with_work();
   double before = 0;
   if (rebase)

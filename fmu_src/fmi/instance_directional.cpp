@@ -197,10 +197,49 @@ void Instance::set_parameter_direction(const Variable& variable, double directio
     return;
   }
   joint.passive = true;
+  if (variable.role >= Role::friction && variable.role <= Role::stop_width) {
+    set_resistance_direction(variable, direction);
+    return;
+  }
   Dual& value = variable.role == Role::damping     ? joint.damping
                 : variable.role == Role::stiffness ? joint.stiffness
                                                    : joint.rest;
   value.derivative += direction;
+}
+
+// Friction and stops, as the plan makes them of a joint's parameters.
+void Instance::set_resistance_direction(const Variable& variable, double direction) {
+  const Joint& given = model_.links[variable.link].joint;
+  Resistance<Dual>& to = tangent_->plan().resistances[variable.joint];
+  const bool peak = given.static_friction > given.friction;
+  tangent_->plan().joints[variable.joint].rubs = true;
+  tangent_->plan().joints[variable.joint].stopped = has_stops(given);
+  switch (variable.role) {
+    case Role::friction:
+      to.friction.derivative += direction;
+      if (peak) to.excess.derivative -= direction;
+      return;
+    case Role::static_friction:
+      if (peak) to.excess.derivative += direction;
+      return;
+    case Role::friction_velocity:
+      to.per_velocity.derivative -= direction / (given.friction_velocity * given.friction_velocity);
+      return;
+    case Role::lower:
+      to.lower.derivative += direction;
+      return;
+    case Role::upper:
+      to.upper.derivative += direction;
+      return;
+    case Role::stop_stiffness:
+      to.stiffness.derivative += direction;
+      return;
+    case Role::stop_damping:
+      to.damping.derivative += direction;
+      return;
+    default:  // stop_width
+      to.width.derivative += direction;
+  }
 }
 
 fmi2Status Instance::read_tangent(Function function, const unsigned* references, std::size_t count,

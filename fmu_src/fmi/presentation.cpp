@@ -23,6 +23,8 @@ constexpr Unit joule{"J", 1, 2, -2, 0};
 constexpr Unit newton_second{"N.s", 1, 1, -1, 0};
 constexpr Unit newton_metre_second{"N.m.s", 1, 2, -1, 0};
 constexpr Unit second{"s", 0, 0, 1, 0};
+constexpr Unit second_per_radian{"s/rad", 0, 0, 1, -1};
+constexpr Unit second_per_metre{"s/m", 0, -1, 1, 0};
 
 constexpr const char* axes[] = {"x", "y", "z"};
 constexpr const char* inertia_entries[] = {"Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"};
@@ -67,6 +69,29 @@ Presentation of_joint(const Joint& joint, Role role) {
     case Role::rest:
       return turns ? Presentation{&radian, "Angle", "Angle without spring torque" + at}
                    : Presentation{&metre, "Position", "Displacement without spring force" + at};
+    case Role::friction:
+      return turns ? Presentation{&newton_metre, "Torque", "Dry friction" + at}
+                   : Presentation{&newton, "Force", "Dry friction" + at};
+    case Role::static_friction:
+      return turns ? Presentation{&newton_metre, "Torque", "Largest dry friction" + at}
+                   : Presentation{&newton, "Force", "Largest dry friction" + at};
+    case Role::friction_velocity:
+      return turns ? Presentation{&radian_per_second, "AngularVelocity", "Speed of the largest friction" + at}
+                   : Presentation{&metre_per_second, "Velocity", "Speed of the largest friction" + at};
+    case Role::lower:
+    case Role::upper: {
+      const std::string which = role == Role::lower ? "Lower stop" : "Upper stop";
+      return turns ? Presentation{&radian, "Angle", which + at}
+                   : Presentation{&metre, "Position", which + at};
+    }
+    case Role::stop_stiffness:
+      return {turns ? &torsional_stiffness : &linear_stiffness, "Stiffness", "Stiffness of the stops" + at};
+    case Role::stop_damping:
+      return {turns ? &second_per_radian : &second_per_metre, nullptr,
+              "Damping of the stops" + at + ", relative growth of their force with speed"};
+    case Role::stop_width:
+      return turns ? Presentation{&radian, "Angle", "Depth of full stiffness in the stops" + at}
+                   : Presentation{&metre, "Length", "Depth of full stiffness in the stops" + at};
     default:  // armature
       return turns ? Presentation{&kilogram_metre2, "MomentOfInertia", "Rotor inertia" + at}
                    : Presentation{&kilogram, "Mass", "Moving mass of the drive" + at};
@@ -176,11 +201,11 @@ Presentation presentation(const Model& model, const Variable& variable) {
     case Role::kinetic_energy:
       return {&joule, "Energy", "Kinetic energy"};
     case Role::potential_energy:
-      return {&joule, "Energy", "Potential energy of gravity and springs"};
+      return {&joule, "Energy", "Potential energy of gravity, springs and stops"};
     case Role::total_energy:
       return {&joule, "Energy", "Kinetic and potential energy"};
     case Role::work:
-      return {&joule, "Energy", "Work of drives and dampers since the start"};
+      return {&joule, "Energy", "Work of drives, dampers and friction since the start"};
     case Role::energy_balance:
       return {&joule, "Energy", "Energy minus work since the start: 0 but for numerical errors"};
     case Role::steps:

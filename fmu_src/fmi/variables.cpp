@@ -55,6 +55,16 @@ constexpr RoleRow role_rows[] = {
     {Role::stiffness, "stiffness", VariableType::real, Causality::parameter, Variability::tunable},
     {Role::rest, "rest", VariableType::real, Causality::parameter, Variability::tunable},
     {Role::armature, "armature", VariableType::real, Causality::parameter, Variability::tunable},
+    {Role::friction, "friction", VariableType::real, Causality::parameter, Variability::tunable},
+    {Role::static_friction, "static_friction", VariableType::real, Causality::parameter,
+     Variability::tunable},
+    {Role::friction_velocity, "friction_velocity", VariableType::real, Causality::parameter,
+     Variability::tunable},
+    {Role::lower, "lower", VariableType::real, Causality::parameter, Variability::tunable},
+    {Role::upper, "upper", VariableType::real, Causality::parameter, Variability::tunable},
+    {Role::stop_stiffness, "stop_stiffness", VariableType::real, Causality::parameter, Variability::tunable},
+    {Role::stop_damping, "stop_damping", VariableType::real, Causality::parameter, Variability::tunable},
+    {Role::stop_width, "stop_width", VariableType::real, Causality::parameter, Variability::tunable},
     {Role::mass, "mass", VariableType::real, Causality::parameter, Variability::tunable},
     {Role::com, "com", VariableType::real, Causality::parameter, Variability::tunable},
     {Role::inertia, "inertia", VariableType::real, Causality::parameter, Variability::tunable},
@@ -119,9 +129,8 @@ int elements(Role role) {
   return role == Role::inertia ? 6 : role == Role::com || role == Role::gravity ? 3 : 1;
 }
 
-bool is_of_joint(Role role) {
-  return role == Role::damping || role == Role::stiffness || role == Role::rest || role == Role::armature;
-}
+bool is_of_link(Role role) { return role == Role::mass || role == Role::com || role == Role::inertia; }
+bool is_of_joint(Role role) { return role >= Role::damping && role <= Role::stop_width; }
 
 void set_bounds(Variable& variable) {
   switch (variable.role) {
@@ -136,6 +145,10 @@ void set_bounds(Variable& variable) {
     case Role::damping:
     case Role::stiffness:
     case Role::armature:
+    case Role::friction:
+    case Role::static_friction:
+    case Role::stop_stiffness:
+    case Role::stop_damping:
       variable.min = 0;
       return;
     case Role::gap:
@@ -146,6 +159,11 @@ void set_bounds(Variable& variable) {
     case Role::error_estimate:
     case Role::active_method:
       variable.min = 0;
+      return;
+    case Role::friction_velocity:
+    case Role::stop_width:
+      variable.min = 0;
+      variable.min_is_legal = false;
       return;
     case Role::inertia:
       if (variable.element < 3) variable.min = 0;  // the moments; products have either sign
@@ -179,9 +197,10 @@ Tunable parse_tunable(const Model& model, const std::string& text) {
     const std::size_t dot = name.rfind('.');
     if (dot == std::string::npos) return result;
     const std::string owner = name.substr(0, dot), field = name.substr(dot + 1);
-    for (Role role :
-         {Role::mass, Role::com, Role::inertia, Role::damping, Role::stiffness, Role::rest, Role::armature}) {
-      if (make(role).name != field) continue;
+    for (const RoleRow& row : role_rows) {
+      const Role role = row.role;
+      const bool tunable = is_of_joint(role) || is_of_link(role);
+      if (!tunable || row.field != field) continue;
       for (std::size_t i = 0; i < model.links.size(); ++i) {
         const Link& link = model.links[i];
         if ((is_of_joint(role) ? link.joint.name : link.name) != owner) continue;
@@ -379,6 +398,22 @@ double* parameter(Model& model, const Variable& variable) {
       return &link->joint.rest;
     case Role::armature:
       return &link->joint.armature;
+    case Role::friction:
+      return &link->joint.friction;
+    case Role::static_friction:
+      return &link->joint.static_friction;
+    case Role::friction_velocity:
+      return &link->joint.friction_velocity;
+    case Role::lower:
+      return &link->joint.lower;
+    case Role::upper:
+      return &link->joint.upper;
+    case Role::stop_stiffness:
+      return &link->joint.stop_stiffness;
+    case Role::stop_damping:
+      return &link->joint.stop_damping;
+    case Role::stop_width:
+      return &link->joint.stop_width;
     case Role::mass:
       return &link->mass;
     case Role::com:

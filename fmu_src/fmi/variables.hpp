@@ -49,7 +49,15 @@ enum class Role {
   damping,
   stiffness,
   rest,
-  armature,  // of a link's joint
+  armature,
+  friction,
+  static_friction,
+  friction_velocity,
+  lower,
+  upper,
+  stop_stiffness,
+  stop_damping,
+  stop_width,  // of a link's joint
   mass,
   com,
   inertia,  // of a link

@@ -165,7 +165,7 @@ double System::power(const Coordinates& at, const double* qdd) {
     drive_forces(at, qdd, drive_.data());
     tau = drive_.data();
   }
-  double power = external_power(plan_, workspace_, at.qd, tau);
+  double power = external_power(plan_, workspace_, at.q, at.qd, tau);
   for (std::size_t k = 0; k < plan_.ports.size(); ++k)
     power += port_power(plan_, workspace_, plan_.ports[k], at.qd, port_wrenches() + 6 * k);
   return power;
@@ -173,9 +173,8 @@ double System::power(const Coordinates& at, const double* qdd) {
 
 void System::drive_forces(const Coordinates& at, const double* qdd, double* tau) const {
   for (int i = 0; i < plan_.nv; ++i)
-    tau[i] = plan_.joints[i].prescribed
-                 ? prescribed_force(plan_.joints[i], workspace_.joints[i], at.q[i], at.qd[i], qdd[i])
-                 : forces()[i];
+    tau[i] =
+        plan_.joints[i].prescribed ? prescribed_force(plan_, workspace_, i, at.q, at.qd, qdd) : forces()[i];
 }
 
 double System::largest_gap() const { return largest(workspace_.loop.residual); }

@@ -156,9 +156,9 @@ bool Tangent::evaluate() {
   multipliers = workspace_.loop.lambda;
   for (std::size_t i = 0; i < n; ++i)
     drive[i] = plan_.joints[i].prescribed
-                   ? prescribed_force(plan_.joints[i], workspace_.joints[i], q[i], qd[i], qdd[i])
+                   ? prescribed_force(plan_, workspace_, static_cast<int>(i), q.data(), qd.data(), qdd.data())
                    : force[i];
-  power = external_power(plan_, workspace_, qd.data(), drive.data());
+  power = external_power(plan_, workspace_, q.data(), qd.data(), drive.data());
   for (std::size_t k = 0; k < plan_.ports.size(); ++k)
     power += port_power(plan_, workspace_, plan_.ports[k], qd.data(), &force[n + 6 * k]);
   double sum = 0;

@@ -121,6 +121,7 @@ void read_compound(LinkDraft& draft, bool degrees) {
   for (const Freedom& freedom : freedoms) {
     draft.freedoms.emplace_back();
     draft.freedoms.back().type = freedom.type;
+    draft.freedoms.back().drive = draft.link.joint.drive;
   }
   if (!has_ball(type)) return read_joint_parameters(section, draft.freedoms, degrees);
   const double unit = degrees ? pi / 180 : 1;

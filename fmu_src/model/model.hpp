@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -28,7 +29,8 @@ struct DhParameters {
 };
 
 // The joint that carries its link; its axis is z of the link frame. q adds to theta (revolute) or d
-// (prismatic). tau_passive = -stiffness (q - rest) - damping qd; armature adds to the mass matrix diagonal.
+// (prismatic). tau_passive = -stiffness (q - rest) - damping qd - friction and stops, whose laws are in
+// dynamics/joint_force.hpp; armature adds to the mass matrix diagonal.
 struct Joint {
   std::string name;
   JointType type = JointType::revolute;
@@ -37,7 +39,17 @@ struct Joint {
   double q0 = 0, qd0 = 0;
   bool hold = false;  // loop assembly keeps q0 of this joint
   double damping = 0, stiffness = 0, rest = 0, armature = 0;
+  // N m or N; static: the largest, at friction_velocity (rad/s or m/s); no peak where it is below friction
+  double friction = 0, static_friction = 0, friction_velocity = 0.01;
+  // stops at lower and upper, s/rad or s/m of damping, full stiffness from stop_width on
+  double lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
+  double stop_stiffness = 0, stop_damping = 0, stop_width = 0.01;
 };
+
+inline bool has_stops(const Joint& joint) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  return joint.lower > -infinity || joint.upper < infinity;
+}
 
 // A rigid body: mass in kg, com in m in the link frame, inertia in kg m^2 about the com in link axes
 // as (Ixx, Iyy, Izz, Ixy, Ixz, Iyz), products with the sign of the matrix entry.

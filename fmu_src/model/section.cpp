@@ -87,23 +87,24 @@ bool Section::within(const std::string& key, double number, Bound bound) {
   return false;
 }
 
-bool Section::read_numbers(const std::string& key, const Value& list, std::vector<double>& numbers) {
+bool Section::read_numbers(const std::string& key, const Value& list, std::vector<double>& numbers,
+                           bool infinite) {
   bool good = true;
   for (const Value& item : list.items) {
     if (item.kind != Value::Kind::number) {
       error(item.place, key + " must hold numbers, got " + item.kind_name());
       good = false;
     } else {
-      good = finite(key, item) && good;
+      good = ((infinite && std::isinf(item.number)) || finite(key, item)) && good;
     }
     numbers.push_back(item.number);
   }
   return good;
 }
 
-bool Section::numbers(const std::string& key, std::vector<double>& numbers) {
+bool Section::numbers(const std::string& key, std::vector<double>& numbers, bool infinite) {
   const Value* list = ask(key, Value::Kind::list, "a list of numbers");
-  return list && read_numbers(key, *list, numbers);
+  return list && read_numbers(key, *list, numbers, infinite);
 }
 
 bool Section::read_vector(const std::string& key, const Value& list, Vec3<double>& vector) {

@@ -31,8 +31,9 @@ class Section {
   std::string identifier(const std::string& key, const std::string& fallback = {});
   bool flag(const std::string& key, bool fallback);
   double number(const std::string& key, double fallback, Bound bound = Bound::any);
-  bool numbers(const std::string& key, std::vector<double>& numbers);  // false: absent or bad
-  bool within(const std::string& key, double number, Bound bound);     // reports it where it is not
+  bool numbers(const std::string& key, std::vector<double>& numbers,
+               bool infinite = false);                              // false: absent or bad
+  bool within(const std::string& key, double number, Bound bound);  // reports it where it is not
   Vec3<double> vector(const std::string& key, const Vec3<double>& fallback);
   Vec3<double> direction(const std::string& key, const Vec3<double>& fallback);    // of unit length
   bool directions(const std::string& key, std::vector<Vec3<double>>& directions);  // false: absent or bad
@@ -61,7 +62,8 @@ class Section {
   const Value* ask(const std::string& key);
   const Value* ask(const std::string& key, Value::Kind kind, const char* kind_name);
   bool finite(const std::string& key, const Value& value);
-  bool read_numbers(const std::string& key, const Value& list, std::vector<double>& numbers);
+  bool read_numbers(const std::string& key, const Value& list, std::vector<double>& numbers,
+                    bool infinite = false);
   bool read_vector(const std::string& key, const Value& list, Vec3<double>& vector);
   bool normalise(const std::string& key, const Value& list, Vec3<double>& vector);
   int chosen_word(const std::string& key, const std::vector<std::string>& words,

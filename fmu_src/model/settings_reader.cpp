@@ -1,6 +1,7 @@
 #include "model/settings_reader.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "model/joint_parameters.hpp"
@@ -55,7 +56,8 @@ std::vector<std::string> tunable_names(const Model& model) {
     add_indexed(names, link.name + ".inertia", 6);
     if (link.joint.type == JointType::fixed) continue;
     for (const JointParameter& parameter : joint_parameters)
-      if (parameter.tunable) names.push_back(link.joint.name + "." + parameter.name);
+      if (parameter.tunable && std::isfinite(link.joint.*parameter.value))
+        names.push_back(link.joint.name + "." + parameter.name);
   }
   add_indexed(names, "gravity", 3);
   return names;

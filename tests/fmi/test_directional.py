@@ -42,6 +42,11 @@ com = [{near(0.3)}, {near(0.3)}, {near(0.3)}]
 inertia = [0.2, 0.25, 0.3, {near(0.03)}, {near(0.03)}, {near(0.03)}]
 damping = {abs(near(0.2)) if i % 2 else 0}
 """
+        if i % 2:
+            resistance = {"friction": 0.5, "static_friction": 0.8, "friction_velocity": 0.7, "lower": -0.2, "upper": 0.3, "stop_stiffness": 4,
+                          "stop_damping": 0.3, "stop_width": 0.1}
+            text += "".join(f"{key} = {value}\n" for key, value in resistance.items())
+            tunable += [f"j{i}.{key}" for key in resistance]
         names.append(f"b{i}")
         tunable += [f"b{i}.mass", *(f"b{i}.com[{k}]" for k in (1, 2, 3)), *(f"b{i}.inertia[{k}]" for k in range(1, 7)), f"j{i}.damping", f"j{i}.stiffness", f"j{i}.rest", f"j{i}.armature"]
     for k, port in enumerate(("ground", "frame")):

@@ -35,10 +35,10 @@ ARM = """<?xml version="1.0" encoding="UTF-8"?>
 """
 
 
-def imported(tmp_path, text, snap=False, frames=False):
+def imported(tmp_path, text, snap=False, frames=False, stops=None):
     path = tmp_path / "arm.urdf"
     path.write_text(text, encoding="utf-8")
-    return urdf.read(path, argparse.Namespace(snap=snap, frames=frames))
+    return urdf.read(path, argparse.Namespace(snap=snap, frames=frames, stops=stops))
 
 
 def test_names_frames_and_losses(tmp_path):
@@ -47,11 +47,12 @@ def test_names_frames_and_losses(tmp_path):
     assert [(link.name, link.joint_name, link.joint) for link in draft.links] == [
         ("upper_arm", "shoulder", "revolute"), ("time_2", "upper_arm_joint", "revolute"), ("tool", "", "fixed")]
     said = " | ".join(draft.lost + draft.doubts)
-    for part in ("the mass of 'base', 3 kg", "dry friction of shoulder", "<mimic>", "of upper_arm", "the limits of shoulder", "1 shapes", "1 x <transmission>",
+    for part in ("the mass of 'base', 3 kg", "<mimic>", "of upper_arm", "the limits of shoulder: --stops", "1 shapes", "1 x <transmission>",
                  "outside the limits of shoulder (0.5 to 1)", "'upper arm' is called 'upper_arm'", "'time' is called 'time_2'", "1 angles are within"):
         assert part in said
     first, second, _ = draft.links
-    assert (first.damping, first.mass) == (0.7, 2)
+    assert (first.damping, first.friction, first.lower, first.mass) == (0.7, 0.2, None, 2)
+    assert "friction = 0.2" in model_text(draft) and "stop" not in model_text(draft).split("name =", 1)[1]
     # both axes along y: the frames lie in one plane, so nothing but a and theta is left in the second joint
     assert (second.dh.gamma, second.dh.b, second.dh.alpha) == (0, 0, 0) and abs(second.dh.a) == pytest.approx(0.5)
     assert "URDF frame of 'upper arm' here" in model_text(draft)
@@ -68,6 +69,15 @@ def test_frames(tmp_path):
     found = poses["time_2"] @ transform(rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll), draft.frames[1].fields["position"])
     assert np.allclose(found, transform(rotation_y(1.5708), (0.5, 0, 0.3)), atol=1e-12)
     assert '[[frame]]\nname = "upper_arm_frame"\nlink = "upper_arm"\n' in model_text(draft)
+
+
+def test_limits_become_stops_on_request(tmp_path):
+    draft = imported(tmp_path, ARM, stops=800.0)
+    assert not any("limits" in sentence for sentence in draft.lost)
+    first, second, _ = draft.links
+    assert (first.lower, first.upper, first.stop_stiffness) == (0.5, 1, 800)
+    assert (second.lower, second.upper) == (None, None), "a continuous joint has none"
+    assert "lower = 0.5\nupper = 1\nstop_stiffness = 800\n" in model_text(draft)
 
 
 def test_snap(tmp_path):

@@ -32,7 +32,7 @@ struct Case {
     Vector tau = inputs.head(nv());
     for (int i = 0; i < nv(); ++i)
       if (tree.plan.joints[i].prescribed)
-        tau[i] = prescribed_force(tree.plan.joints[i], tree.ws.joints[i], q[i], qd[i], qdd[i]);
+        tau[i] = prescribed_force(tree.plan, tree.ws, i, q.data(), qd.data(), qdd.data());
     derivatives.evaluate(tree.plan, tree.ws, q.data(), qd.data(), qdd.data(), tau.data(),
                          inputs.data() + nv(), variables, columns.data());
     return columns;
@@ -47,7 +47,7 @@ struct Case {
       const auto at = test::dual(q, j < nv() ? unit : zero), rate = test::dual(qd, j < nv() ? zero : unit);
       const auto held = test::dual(inputs, Vector::Zero(inputs.size()));
       columns.col(j) << test::derivative(exact.qdd(at, rate, held)),
-          external_power(exact.plan, exact.ws, rate.data(), held.data()).derivative;
+          external_power(exact.plan, exact.ws, at.data(), rate.data(), held.data()).derivative;
     }
     return columns;
   }

@@ -28,7 +28,7 @@ Vector drive_forces(Evaluate<double>& mixed, const Vector& q, const Vector& qd, 
   Vector tau = inputs.head(mixed.nv());
   for (Eigen::Index i = 0; i < tau.size(); ++i)
     if (mixed.plan.joints[i].prescribed)
-      tau[i] = prescribed_force(mixed.plan.joints[i], mixed.ws.joints[i], q[i], qd[i], qdd[i]);
+      tau[i] = prescribed_force(mixed.plan, mixed.ws, i, q.data(), qd.data(), qdd.data());
   return tau;
 }
 
@@ -132,7 +132,7 @@ TEST_P(Drives, power_of_drives_dampers_and_ports_is_the_rate_of_energy) {
   const Vector q = numbers(n, 3), qd = numbers(n, 2), inputs = numbers(n + 6 * ports, 5);
   const Vector qdd = mixed.qdd(q, qd, inputs);
   const Vector tau = drive_forces(mixed, q, qd, qdd, inputs);
-  double power = external_power(mixed.plan, mixed.ws, qd.data(), tau.data());
+  double power = external_power(mixed.plan, mixed.ws, q.data(), qd.data(), tau.data());
   for (int k = 0; k < ports; ++k)
     power += port_power(mixed.plan, mixed.ws, mixed.plan.ports[k], qd.data(), inputs.data() + n + 6 * k);
   const auto q_along = test::dual(q, qd), qd_along = test::dual(qd, qdd);

@@ -74,7 +74,8 @@ TEST_P(OpenTree, torque_at_rest_is_the_gradient_of_the_potential) {
 // Velocity terms against Christoffel's symbols of M: c_i = (dM_ij/dq_k - 1/2 dM_jk/dq_i) qd_j qd_k; with
 // this C, M' - 2C is skew.
 TEST_P(OpenTree, velocity_terms_are_christoffels) {
-  for (Link& link : model.links) link.joint.damping = 0;
+  for (Link& link : model.links)
+    link.joint.damping = link.joint.friction = link.joint.static_friction = link.joint.stop_damping = 0;
   for (SpringDamper& spring : model.springs) spring.damping = 0;
   Evaluate<double> conservative(model);
   Evaluate<Dual> exact(model);
@@ -95,7 +96,7 @@ TEST_P(OpenTree, velocity_terms_are_christoffels) {
   EXPECT_LT(relative_difference(found, expected), 1e-12);
 }
 
-TEST_P(OpenTree, energy_changes_by_the_power_of_actuators_and_dampers) {
+TEST_P(OpenTree, energy_changes_by_the_power_of_drives_dampers_and_friction) {
   Evaluate<Dual> exact(model);
   const Vector found = tree.qdd(q, qd, tau);
   const auto q_dual = test::dual(q, qd), qd_dual = test::dual(qd, found);
@@ -293,6 +294,7 @@ TEST_P(OpenTree, update_takes_over_changed_parameters) {
   for (Link& link : changed.links) {
     if (link.mass > 0) test::give_inertia(random, link);
     link.joint.damping += 0.3;
+    if (random.chance(0.5)) test::give_resistance(random, link.joint);
     link.joint.armature = random.chance(0.5) ? 0.2 : 0;
   }
   changed.gravity = {1, 2, 3};

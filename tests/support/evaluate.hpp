@@ -66,7 +66,7 @@ struct Evaluate {
   Scalar potential(const V& q, const V& qd) { return potential_energy(plan, ws, q.data(), qd.data()); }
   Scalar power(const V& q, const V& qd, const V& tau) {
     qdd(q, qd, tau);  // leaves the ground motion that springs need
-    return external_power(plan, ws, qd.data(), tau.data());
+    return external_power(plan, ws, q.data(), qd.data(), tau.data());
   }
 
   // Position residuals of all loop rows; `rate` as well.

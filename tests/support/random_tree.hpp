@@ -45,6 +45,7 @@ struct TreeOptions {
   bool fixed = true;
   bool right_angles = false;  // alpha only from 0, 90, -90, 180 deg
   bool passive = true;        // springs and dampers in joints, armature
+  bool resistance = true;     // friction and stops in joints
   bool springs = true;        // spring-dampers between points
   bool massless = true;       // some links without inertia in front of a link with inertia
 };
@@ -66,6 +67,22 @@ inline double random_alpha(Random& random, bool right_angles) {
   constexpr double quarter = 1.5707963267948966;
   const double choice[] = {0, quarter, -quarter, 2 * quarter};
   return right_angles || random.chance(0.4) ? choice[random.index(4)] : random.between(-3, 3);
+}
+
+// Friction and stops, mild enough for differences to see them; those of half the joints are pressed at random
+// q.
+inline void give_resistance(Random& random, Joint& joint) {
+  if (random.chance(0.5)) {
+    joint.friction = random.between(0.1, 2);
+    if (random.chance(0.5)) joint.static_friction = random.between(2, 3);
+    joint.friction_velocity = random.between(0.3, 2);
+  }
+  if (random.chance(0.3)) return;
+  if (random.chance(0.7)) joint.lower = random.between(-1, -0.1);
+  if (random.chance(0.7)) joint.upper = random.between(0.1, 1);
+  joint.stop_stiffness = random.between(0.1, 20);
+  joint.stop_damping = random.between(0, 1);
+  joint.stop_width = random.between(0.1, 1);
 }
 
 inline Model random_tree(Random& random, const TreeOptions& options) {
@@ -98,6 +115,10 @@ inline Model random_tree(Random& random, const TreeOptions& options) {
     give_inertia(random, link);
     model.links.push_back(link);
   }
+  // from a source of their own, so that models without them stay as they were
+  Random resistance = random;
+  if (options.resistance)
+    for (Link& link : model.links) give_resistance(resistance, link.joint);
   if (options.massless)
     for (int i = 0; i + 1 < options.links; ++i) {
       // a cross: two skew axes without inertia of their own, carried on by a body that has some
@@ -134,6 +155,7 @@ inline TreeOptions options_of(unsigned seed) {
   options.branches = seed % 4 != 1;
   options.prismatic = seed % 5 != 2;
   options.passive = seed % 2 == 0;
+  options.resistance = seed % 8 >= 5;
   options.springs = seed % 7 == 0;
   options.fixed = seed % 6 != 3;
   return options;

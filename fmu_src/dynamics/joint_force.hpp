@@ -1,0 +1,94 @@
+#pragma once
+
+#include <cmath>
+
+#include "dynamics/plan.hpp"
+
+// Forces that act in a joint itself: drive, spring, damper, dry friction and stops; their energy and their
+// loss. Constants and states may be of two scalars, so that derivatives follow from dual states.
+//
+// Friction after Brown and McPhee (2016), smooth in the velocity; s = qd / friction_velocity:
+//   friction tanh(4 s) + (static_friction - friction) s / (s^2 / 4 + 3 / 4)^2       largest at s = 1
+// A stop at depth x > 0 pushes back with k h(x) g(damping x'), where
+//   h'' = 6 u (1 - u) / width,  u = min(x / width, 1)          a linear spring from x = width on, C2 at 0
+//   g(s) = s + sqrt(1 + s^2)                                     1 + s nearby (Hunt and Crossley 1975),
+// positive everywhere, so that no stop ever pulls.
+
+namespace redysim {
+
+template <class Constant, class Scalar>
+Scalar dry_friction(const Resistance<Constant>& joint, const Scalar& qd) {
+  using std::tanh;
+  const Scalar s = joint.per_velocity * qd, spread = Scalar(0.25) * s * s + Scalar(0.75);
+  return joint.friction * tanh(Scalar(4) * s) + joint.excess * s / (spread * spread);
+}
+
+// The stop that a joint presses: how deep (0 between the stops) and on which side.
+template <class Constant, class Scalar>
+struct PressedStop {
+  const Resistance<Constant>& joint;
+  Scalar depth, side;  // side: 1 upper, -1 lower
+
+  PressedStop(const Resistance<Constant>& of, const Scalar& q) : joint(of), depth(0), side(-1) {
+    const Scalar over = q - of.upper, under = of.lower - q;
+    if (under > Scalar(0)) depth = under;
+    if (over > Scalar(0)) {
+      depth = over;
+      side = Scalar(1);
+    }
+  }
+  Scalar softened() const { return depth < Scalar(joint.width) ? depth / joint.width : Scalar(1); }
+  Scalar elastic_force() const {
+    const Scalar u = softened(), behind = depth - joint.width * u;
+    return joint.stiffness * (joint.width * u * u * u * (Scalar(1) - Scalar(0.5) * u) + behind);
+  }
+  Scalar energy() const {
+    const Scalar u = softened(), behind = depth - joint.width * u;
+    const Scalar soft = joint.width * joint.width * u * u * u * u * (Scalar(0.25) - Scalar(0.1) * u);
+    return joint.stiffness * (soft + Scalar(0.5) * behind * (joint.width + behind));
+  }
+  Scalar growth(const Scalar& qd) const {
+    using std::sqrt;
+    const Scalar s = joint.damping * side * qd;
+    return s + sqrt(Scalar(1) + s * s);
+  }
+};
+
+// Torque or force at joint i, the drive's included.
+template <class Constant, class Scalar>
+Scalar joint_force(const Plan<Constant>& plan, int i, const Scalar& q, const Scalar& qd, const Scalar& tau) {
+  const JointPlan<Constant>& joint = plan.joints[i];
+  if (!joint.passive) return tau;
+  Scalar force = tau - joint.stiffness * (q - joint.rest) - joint.damping * qd;
+  if (joint.rubs) force -= dry_friction(plan.resistances[i], qd);
+  if (joint.stopped) {
+    const PressedStop<Constant, Scalar> stop(plan.resistances[i], q);
+    force -= stop.side * stop.elastic_force() * stop.growth(qd);
+  }
+  return force;
+}
+
+// Energy of the spring and the stops of joint i, J.
+template <class Constant, class Scalar>
+Scalar joint_energy(const Plan<Constant>& plan, int i, const Scalar& q) {
+  const JointPlan<Constant>& joint = plan.joints[i];
+  const Scalar stretch = q - joint.rest;
+  const Scalar energy = Scalar(0.5) * joint.stiffness * stretch * stretch;
+  if (!joint.stopped) return energy;
+  return energy + PressedStop<Constant, Scalar>(plan.resistances[i], q).energy();
+}
+
+// Power of the damper, the friction and the stops' damping of joint i, W; never positive.
+template <class Constant, class Scalar>
+Scalar joint_loss(const Plan<Constant>& plan, int i, const Scalar& q, const Scalar& qd) {
+  const JointPlan<Constant>& joint = plan.joints[i];
+  Scalar force = -(joint.damping * qd);
+  if (joint.rubs) force -= dry_friction(plan.resistances[i], qd);
+  if (joint.stopped) {
+    const PressedStop<Constant, Scalar> stop(plan.resistances[i], q);
+    force -= stop.side * stop.elastic_force() * (stop.growth(qd) - Scalar(1));
+  }
+  return force * qd;
+}
+
+}  // namespace redysim

@@ -1,0 +1,263 @@
+"""Dry friction and stops through the FMU, with every method: closed forms, laws of energy and an integration by hand."""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+import pytest
+
+from tests.fmi.conftest import build_fmu
+from tests.fmi.raw import ERROR, OK, Slave, Unpacked
+
+METHODS = ["erk", "adams", "bdf"]
+
+# A block of 2 kg on a level rail; every test gives it what it needs.
+BLOCK = """
+name = "block"
+gravity = [0, 0, -9.81]
+
+[[link]]
+name = "block"
+joint_name = "rail"
+joint = "prismatic"
+alpha = 1.5707963267948966
+mass = 2
+{fields}
+
+[solver]
+rtol = 1e-8
+
+[fmu]
+tunable = {tunable}
+"""
+
+# Two bars in a ring with the ground: stops and friction on joints that the loop couples.
+SLIDER = """
+name = "slider"
+gravity = [0, -9.81, 0]
+
+[[link]]
+name = "crank"
+mass = 1
+com = [0.1, 0, 0]
+inertia = [0.001, 0.004, 0.004]
+q = 1.2
+hold = true
+friction = 0.3
+static_friction = 0.5
+friction_velocity = 0.05
+
+[[link]]
+name = "rod"
+drive = "free"
+a = 0.2
+mass = 1
+com = [0.25, 0, 0]
+inertia = [0.001, 0.02, 0.02]
+q = -1.6
+lower = -2
+upper = -0.2
+stop_stiffness = 500
+stop_damping = 0.3
+stop_width = 0.05
+
+[[link]]
+name = "piston"
+parent = "ground"
+joint = "prismatic"
+drive = "free"
+gamma = 1.5707963267948966
+alpha = 1.5707963267948966
+mass = 1
+q = 0.5
+friction = 1
+
+[[loop]]
+name = "pin"
+type = "point"
+link_a = "rod"
+point_a = [0.5, 0, 0]
+link_b = "piston"
+directions = [[1, 0, 0], [0, 1, 0]]
+
+[solver]
+rtol = 1e-8
+"""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Returns a function: text of a model file -> the unpacked FMU."""
+    pytest.importorskip("fmpy")
+    built = {}
+
+    def fmu(text: str) -> Unpacked:
+        if text not in built:
+            folder = tmp_path_factory.mktemp("friction")
+            (folder / "model.toml").write_text(text, encoding="utf-8")
+            built[text] = Unpacked(build_fmu(folder / "model.toml", folder / "model.fmu"), folder / "unpacked")
+        return built[text]
+
+    return fmu
+
+
+def block(made, fields: str, tunable: str = "[]") -> Unpacked:
+    return made(BLOCK.format(fields=fields, tunable=tunable))
+
+
+def trajectory(slave: Slave, names: list[str], stop: float, size: float) -> np.ndarray:
+    rows = [slave.reals(names)]
+    for k in range(round(stop / size)):
+        assert slave.step(k * size, size) == OK, slave.errors
+        rows.append(slave.reals(names))
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_friction_takes_four_f_over_k_of_the_swing_in_each_period(made, method):
+    """The limit of a sharp law: amplitudes fall by 2 F / k in each half period; the regularisation changes little of it."""
+    stiffness, force, start = 200.0, 3.0, 1.0
+    fmu = block(made, f"stiffness = {stiffness}\nfriction = {force}\nfriction_velocity = 1e-3\nq = {start}\n")
+    with Slave(fmu) as slave:
+        slave.initialize(start={"solver.method": method})
+        half = math.pi * math.sqrt(2 / stiffness)
+        for k in range(6):
+            assert slave.step(k * half, half) == OK, slave.errors
+            q, speed = slave.reals(["rail.q", "rail.qd"])
+            assert q == pytest.approx((-1) ** (k + 1) * (start - 2 * (k + 1) * force / stiffness), abs=1e-4 * start)
+            assert abs(speed) < 0.05
+        lost = 0.5 * stiffness * (start**2 - (start - 12 * force / stiffness) ** 2)
+        assert slave.get("energy.work") == pytest.approx(-lost, rel=1e-3)
+        assert abs(slave.get("energy.balance")) < 1e-5
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_block_sticks_where_the_spring_is_weaker_than_friction(made, method):
+    """What remains is creep at the speed at which friction balances the spring: tanh(4 s) = k q / F."""
+    fmu = block(made, "stiffness = 10\nfriction = 3\nfriction_velocity = 1e-3\nq = 0.1\n")
+    with Slave(fmu) as slave:
+        slave.initialize(start={"solver.method": method})
+        assert slave.step(0, 1.0) == OK, slave.errors
+        q, speed = slave.reals(["rail.q", "rail.qd"])
+        assert speed == pytest.approx(-0.25e-3 * math.atanh(10 * q / 3), rel=1e-3)
+        assert 0.0995 < q < 0.1
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("damping", [0.0, 0.2, 3.0])
+def test_rebound_speed_has_its_closed_form(made, method, damping):
+    """m v dv = -k h(x) g(d v) dx separates: ((1 + s^2)^1.5 - 1 - s^3) before equals the same + s^3 behind, s = d |v|."""
+    fmu = block(made, f"qd = 0.8\nupper = 0.1\nstop_stiffness = 4e4\nstop_damping = {damping}\nstop_width = 0.002\n")
+    with Slave(fmu) as slave:
+        slave.initialize(start={"solver.method": method})
+        slave.run(0.3, 0.01)
+        q, speed, work, balance = slave.reals(["rail.q", "rail.qd", "energy.work", "energy.balance"])
+        assert q < 0.1 and speed < 0
+        if damping == 0:
+            assert speed == pytest.approx(-0.8, rel=1e-6)
+        else:
+            before, behind = damping * 0.8, damping * -speed
+            assert ((1 + behind**2) ** 1.5 - 1 + behind**3) == pytest.approx((1 + before**2) ** 1.5 - 1 - before**3, rel=1e-5)
+        assert work == pytest.approx(speed**2 - 0.8**2, abs=1e-6) and abs(balance) < 1e-6
+
+
+@functools.cache
+def bounces_by_hand(count: int, steps: int) -> list[tuple[float, float]]:
+    """Integrates 2 q'' = 5 - stop(q, q') from rest at 0 by the classical Runge-Kutta method; q and q' every 0.2 s."""
+    stiffness, damping, width, upper = 3e3, 0.5, 0.01, 0.05
+
+    def acceleration(q, v):
+        x = max(q - upper, 0.0)
+        # h by its pieces, not in the form that the program uses
+        h = x**3 / width**2 - x**4 / (2 * width**3) if x < width else x - width / 2
+        s = damping * v
+        return 2.5 - 0.5 * stiffness * h * (s + math.sqrt(1 + s * s))
+
+    q = v = 0.0
+    step, states = 0.2 / steps, []
+    for k in range(count * steps):
+        v1, a1 = v, acceleration(q, v)
+        v2, a2 = v + 0.5 * step * a1, acceleration(q + 0.5 * step * v1, v + 0.5 * step * a1)
+        v3, a3 = v + 0.5 * step * a2, acceleration(q + 0.5 * step * v2, v + 0.5 * step * a2)
+        v4, a4 = v + step * a3, acceleration(q + step * v3, v + step * a3)
+        q, v = q + step / 6 * (v1 + 2 * v2 + 2 * v3 + v4), v + step / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+        if (k + 1) % steps == 0:
+            states.append((q, v))
+    return states
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_bounces_follow_an_integration_by_hand(made, method):
+    fmu = block(made, "upper = 0.05\nstop_stiffness = 3e3\nstop_damping = 0.5\nstop_width = 0.01\n")
+    with Slave(fmu) as slave:
+        slave.initialize(start={"solver.method": method})
+        assert slave.set("rail.tau", 5.0) == OK
+        for k, (q, speed) in enumerate(bounces_by_hand(4, 5000)):
+            assert slave.step(k * 0.2, 0.2) == OK, slave.errors
+            assert slave.get("rail.q") == pytest.approx(q, abs=3e-6)
+            assert slave.get("rail.qd") == pytest.approx(speed, abs=3e-5)
+        # energy.potential holds what the stop keeps
+        assert slave.get("energy.balance") == pytest.approx(0, abs=1e-6)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_friction_and_stops_in_a_closed_loop_balance_the_energy(made, method):
+    with Slave(made(SLIDER)) as slave:
+        slave.initialize(start={"solver.method": method})
+        names = ["rod.q", "crank.qd", "piston.qd", "energy.work", "energy.balance", "energy.kinetic", "pin.gap"]
+        run = dict(zip(names, trajectory(slave, names, 2.0, 0.01).T, strict=True))
+    assert run["rod.q"].min() < -2 or run["rod.q"].max() > -0.2, "no stop was reached"
+    assert (np.diff(run["energy.work"]) <= 1e-9).all() and run["energy.work"][-1] < -0.3
+    assert np.abs(run["energy.balance"]).max() < 2e-6 * run["energy.kinetic"].max()
+    assert run["pin.gap"].max() < 1e-10
+
+
+def test_a_prescribed_motion_works_against_friction_and_stops(made):
+    """tau of a prescribed joint is m qdd + friction + stop, by hand."""
+    fmu = block(made, 'drive = "motion"\nfriction = 3\nstatic_friction = 4\nfriction_velocity = 0.2\nupper = 0.1\nstop_stiffness = 1e4\nstop_damping = 2\n')
+    with Slave(fmu) as slave:
+        slave.initialize()
+        for speed in (0.1, 0.2, 5.0, -0.2):
+            assert slave.set_reals(["rail.q", "rail.qd", "rail.qdd"], [0.12, speed, 0.5]) == OK
+            s, d = speed / 0.2, 2 * speed
+            friction = 3 * math.tanh(4 * s) + s / (s * s / 4 + 0.75) ** 2
+            stop = 1e4 * (0.02 - 0.0005) * (d + math.sqrt(1 + d * d))
+            assert slave.get("rail.tau") == pytest.approx(2 * 0.5 + friction + stop, rel=1e-12)
+
+
+def test_friction_and_stops_can_be_tuned(made):
+    fmu = block(made, "upper = 0.1\nstop_stiffness = 1000\n",
+                '["rail.friction", "rail.static_friction", "rail.friction_velocity", "rail.upper", "rail.stop_stiffness", "rail.stop_damping", '
+                '"rail.stop_width"]')
+    with Slave(fmu) as slave:
+        slave.initialize()
+        assert slave.set("rail.tau", 4.0) == OK
+        assert slave.get("rail.qdd") == 2
+        assert slave.set("rail.upper", -0.1) == OK
+        assert slave.get("rail.qdd") == pytest.approx(2 - 1000 * (0.1 - 0.0005) / 2, rel=1e-12)
+        assert slave.set("rail.upper", 0.2) == OK
+        assert slave.set("rail.friction", 10.0) == OK
+        slave.run(0.5, 0.01)
+        assert 0 < slave.get("rail.q") < 0.01, "friction was not felt"
+        assert abs(slave.get("energy.balance")) < 1e-7
+        for name, value, sentence in (("rail.friction", -1.0, "must be >= 0"), ("rail.friction_velocity", 0.0, "must be > 0"),
+                                      ("rail.stop_width", 0.0, "must be > 0")):
+            assert slave.set(name, value) == ERROR and sentence in slave.errors[-1]
+
+
+def test_what_a_scene_lacks_is_not_in_its_description(made):
+    names = block(made, "friction = 1\n").variables
+    assert not any("friction" in name or "stop_" in name for name in names)
+
+
+def test_stops_that_cross_are_refused(made):
+    fmu = block(made, "lower = -0.1\nupper = 0.1\nstop_stiffness = 1000\n", '["rail.lower"]')
+    with Slave(fmu) as slave:
+        slave.initialize()
+        assert slave.set("rail.lower", 0.1) == OK
+        assert slave.step(0, 0.01) == ERROR
+        assert "rail.upper must be greater than rail.lower" in slave.errors[-1]
+        assert slave.set("rail.lower", 0.0) == OK
+        assert slave.step(0, 0.01) == OK

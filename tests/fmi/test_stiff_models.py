@@ -1,0 +1,102 @@
+"""The stiff models of models/ against statics and closed forms written by hand."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.fmi.conftest import ROOT, build_fmu
+from tests.fmi.raw import OK, Slave, Unpacked
+
+
+def run(slave: Slave, names: list[str], stop: float, size: float) -> dict[str, np.ndarray]:
+    rows = [slave.reals(names)]
+    for k in range(round(stop / size)):
+        assert slave.step(k * size, size) == OK, slave.errors
+        rows.append(slave.reals(names))
+    return dict(zip(names, np.array(rows).T, strict=True))
+
+
+def changed(model: str, folder: Path, *replacements: tuple[str, str]) -> Unpacked:
+    """Returns the FMU of a model with some of its text replaced."""
+    text = (ROOT / "models" / f"{model}.toml").read_text()
+    for old, new in replacements:
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    (folder / f"{model}.toml").write_text(text)
+    return Unpacked(build_fmu(folder / f"{model}.toml", folder / f"{model}.fmu"), folder / "unpacked")
+
+
+def test_the_stiff_arm_swings_as_one_with_rigid_joints(fmu, tmp_path):
+    """Behind the ringing its stiff joints bend by what gravity and the swing ask of them, and the shoulder feels a rigid arm."""
+    names = ["shoulder.q", "elbow.q", "wrist.q", "energy.kinetic", "energy.balance"]
+    with Slave(fmu("stiff_arm")) as slave:
+        soft = run(slave.initialize(start={"elbow.q0": 0.0, "wrist.q0": 0.0}), names, 1, 0.02)
+    rigid_arm = changed("stiff_arm", tmp_path, ('joint_name = "elbow"', 'joint_name = "elbow"\ndrive = "locked"'),
+                        ('joint_name = "wrist"', 'joint_name = "wrist"\ndrive = "locked"'))
+    with Slave(rigid_arm) as slave:
+        rigid = run(slave.initialize(start={"elbow.q0": 0.0, "wrist.q0": 0.0}), ["shoulder.q"], 1, 0.02)
+    # 1e4 N m/rad bend by less than 1 mrad under the weights of a kilogram, 1e7 a thousandfold less
+    assert np.abs(soft["shoulder.q"] - rigid["shoulder.q"]).max() < 5e-3
+    assert np.abs(soft["elbow.q"]).max() < 3e-3 and np.abs(soft["wrist.q"]).max() < 3e-6
+    assert np.abs(soft["energy.balance"]).max() < 1e-5 * soft["energy.kinetic"].max()
+
+
+@pytest.mark.parametrize("speed", [4.5, 5.0, 5.5])
+def test_the_governor_settles_where_virtual_work_says(tmp_path, speed):
+    """Virtual work with stiff rods: (2 m l^2 w^2 + k) cos q = 2 m g l + M g + k (2 - 1.1), l = 1 m."""
+    governor = changed("governor", tmp_path, ('joint_name = "spin"', 'joint_name = "spin"\ndrive = "motion"'),
+                       ("damping = 5\n", "damping = 300\n"), ("qd = 6.283185307179586", f"qd = {speed}"))
+    with Slave(governor) as slave:
+        slave.initialize()
+        assert slave.step(0, 40) == OK, slave.errors
+        a, b, lift = slave.reals(["arm_a.q", "arm_b.q", "lift.q"])
+    assert a == pytest.approx(b, abs=1e-9)
+    assert math.cos(a) == pytest.approx((2 * 5 * 9.81 + 10 * 9.81 + 200 * 0.9) / (2 * 5 * speed**2 + 200), rel=2e-4)
+    assert lift == pytest.approx(-math.cos(a), abs=5e-4), "the rods are nearly rigid"
+
+
+def test_the_governor_balances_its_energy(fmu):
+    with Slave(fmu("governor")) as slave:
+        table = run(slave.initialize(), ["spin.qd", "lift.q", "energy.kinetic", "energy.balance"], 5, 0.02)
+    assert np.ptp(table["lift.q"]) > 0.05
+    assert np.abs(table["energy.balance"]).max() < 1e-5 * table["energy.kinetic"].max()
+
+
+@pytest.mark.parametrize("method", ["adams", "bdf"])
+def test_the_block_sticks_and_slips(fmu, method):
+    """It tears off at static friction / stiffness and swings back around sliding friction / stiffness."""
+    with Slave(fmu("stick_slip")) as slave:
+        table = run(slave.initialize(start={"solver.method": method}), ["block.q", "block.qd", "energy.balance", "energy.work"], 5, 0.005)
+    stretch = table["block.q"] + 0.1 * 0.005 * np.arange(len(table["block.q"]))
+    late = stretch[len(stretch) // 2 :]
+    # the swing: from 6 N at 0.1 m/s with 10 rad/s about 3 N
+    assert 0.03 + math.hypot(0.03, 0.01) < late.max() < 0.065, "tearing off takes a little longer"
+    assert late.min() == pytest.approx(0.03 - math.hypot(0.03, 0.01), abs=1.5e-3)
+    tears = np.count_nonzero((stretch[:-1] > 0.03) & (stretch[1:] <= 0.03))
+    assert tears == round(5 / 0.9) or tears == round(5 / 0.9) - 1
+    assert np.abs(table["energy.balance"]).max() < 1e-6
+
+
+@pytest.mark.parametrize("method", ["erk", "bdf"])
+def test_the_pendulum_comes_to_rest_on_its_stop(fmu, method):
+    """Statics: the stop carries the moment of the weight."""
+    with Slave(fmu("pendulum_stops")) as slave:
+        table = run(slave.initialize(start={"solver.method": method}), ["rod.q", "rod.qd", "energy.balance", "energy.kinetic"], 5, 0.01)
+    assert table["rod.q"].min() < -math.pi / 4 and np.count_nonzero(np.diff(np.sign(table["rod.qd"]))) > 4
+    q, speed = table["rod.q"][-1], table["rod.qd"][-1]
+    depth, width = -math.pi / 4 - q, math.radians(0.5)
+    assert 0 < depth < width
+    assert 2e4 * (depth**3 / width**2 - depth**4 / (2 * width**3)) == pytest.approx(2 * 9.81 * 0.5 * math.cos(q), rel=1e-4)
+    assert abs(speed) < 1e-3
+    assert np.abs(table["energy.balance"]).max() < 1e-5 * table["energy.kinetic"].max()
+
+
+def test_a_top_at_1000_rad_per_s_keeps_its_spin(fmu):
+    with Slave(fmu("top")) as slave:
+        table = run(slave.initialize(start={"top.omega0[3]": 1000.0}), ["top.omega[3]", "energy.balance", "energy.kinetic"], 5, 0.01)
+    assert np.abs(table["top.omega[3]"] - 1000).max() < 1e-5
+    assert np.abs(table["energy.balance"]).max() < 1e-6 * table["energy.kinetic"].max()
