@@ -131,6 +131,17 @@ int main(int argc, char** argv) {
           (right_angles ? "right_angle_chain_" : "any_angle_chain_") + std::to_string(n),
           test::serial_chain(n, right_angles)));
   measure_right_hand_side(std::make_shared<Scene>("kuka_kr5", model_file("kuka_kr5")));
+  // what friction and stops in every joint add
+  Model resisted = model_file("kuka_kr5");
+  for (Link& link : resisted.links) {
+    link.joint.friction = 1;
+    link.joint.static_friction = 1.5;
+    link.joint.lower = -2;
+    link.joint.upper = 0.5;
+    link.joint.stop_stiffness = 1e4;
+    link.joint.stop_damping = 0.2;
+  }
+  measure_right_hand_side(std::make_shared<Scene>("kuka_kr5_friction_and_stops", resisted));
   measure_right_hand_side(std::make_shared<Scene>(
       "four_bar", model_file("four_bar"), std::vector<double>{0, 2.278380763520252, 2.278380763520252}));
   for (const int n : {1, 10, 100}) {

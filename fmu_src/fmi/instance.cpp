@@ -179,6 +179,7 @@ fmi2Status Instance::do_step(double current, double size) {
   if (!update_plan(function)) return fmi2Error;
 
   const bool inputs_changed = parameters_changed_ || applied_inputs_ != system_.inputs();
+  system_.forget_failure();
   const Outcome outcome = integrator_->advance(end, inputs_changed);
   applied_inputs_ = system_.inputs();
   system_.end_input_slopes(outcome.ok ? end : integrator_->time());
@@ -312,6 +313,8 @@ bool Instance::update_plan(Function function) {
 std::string Instance::failed_joint_name() const {
   const int joint = system_.failed_joint();
   if (joint < 0 || joint >= static_cast<int>(plan_.joints.size())) return {};
+  for (std::size_t ball = 0; ball < plan_.balls.size(); ++ball)
+    if (joint >= plan_.balls[ball] && joint < plan_.balls[ball] + 4) return model_.balls[ball].name;
   return model_.links[plan_.joints[joint].link].joint.name;
 }
 

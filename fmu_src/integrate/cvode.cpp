@@ -279,7 +279,7 @@ Outcome Cvode::reach(double& end) {
       break;
     }
     if (step == allowed)
-      return failure(ahead_time_, std::to_string(allowed) + " steps did not reach the end of the step");
+      return failure(ahead_time_, too_many_steps(system_, allowed, name(), ahead_time_, data(ahead_)));
     if (steps_taken_ == steps_between_restarts) {
       std::copy_n(data(ahead_), y_.size(), data(error_));
       if (system_.project(ahead_time_, data(error_), nullptr) != Status::ok)

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <limits>
 
+#include "integrate/dormand_prince_8.hpp"
 #include "integrate/one_step.hpp"
 
 // Explicit Runge-Kutta steps by SUNDIALS' ARKODE (ERKStep). Right-hand sides per step: exactly the stages;
@@ -15,7 +16,7 @@ namespace {
 using namespace sundials;
 
 struct Table {
-  ARKODE_ERKTableID id;
+  ARKODE_ERKTableID id;     // none: dormand_prince_8
   int error_order;          // local error estimate ~ h^error_order
   bool first_same_as_last;  // its last stage is f at the new state
   const char* name;
@@ -28,7 +29,7 @@ struct Table {
 Table table_for(double rtol) {
   if (rtol > 3e-4) return {ARKODE_BOGACKI_SHAMPINE_4_2_3, 3, true, "erk (Bogacki-Shampine 3(2))"};
   if (rtol > 1e-9) return {ARKODE_DORMAND_PRINCE_7_4_5, 5, true, "erk (Dormand-Prince 5(4))"};
-  return {ARKODE_FEHLBERG_13_7_8, 8, false, "erk (Fehlberg 8(7))"};
+  return {ARKODE_ERK_NONE, 8, false, "erk (Dormand-Prince 8(7))"};
 }
 
 struct ErkStepDeleter {
@@ -63,7 +64,10 @@ Erk::Erk(System& system, const SolverSettings& settings, const Table& table)
   void* erk = memory_.get();
   ERKStepSetErrHandlerFn(erk, &LastMessage::keep, &message_);
   ERKStepSetUserData(erk, static_cast<OneStep*>(this));
-  ERKStepSetTableNum(erk, table_.id);
+  if (table_.id == ARKODE_ERK_NONE)
+    ERKStepSetTable(erk, dormand_prince_8().get());  // copies it
+  else
+    ERKStepSetTableNum(erk, table_.id);
   ERKStepSetInterpolantDegree(erk, 1);  // never used between step ends; higher ones cost right-hand sides
   ERKStepWFtolerances(erk, &OneStep::weights);
   ERKStepSetAdaptivityFn(erk, &OneStep::adapt, static_cast<OneStep*>(this));

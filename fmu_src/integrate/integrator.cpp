@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "integrate/methods.hpp"
 #include "integrate/one_step.hpp"
+#include "integrate/stiffest_joint.hpp"
 #include "model/features.hpp"
 #include "model/number.hpp"
 
@@ -50,7 +52,17 @@ bool follow_motion(System& system, double time, double* y) {
 
 Outcome failure(double time, const std::string& reason) {
   const bool ended = !reason.empty() && reason.back() == '.';
-  return {false, "Integration stopped at t = " + shown(time) + " s: " + reason + (ended ? "" : ".")};
+  return {false, "Integration stopped at t = " + shown(time) +
+                     " s: " + reason.substr(0, reason.size() - (ended ? 1 : 0))};
+}
+
+std::string too_many_steps(System& system, long allowed, const char* method, double time, const double* y) {
+  const double rate = blame_stiffest_joint(system, time, y);
+  const bool implicit = std::strncmp(method, "bdf", 3) == 0 || std::strncmp(method, "dirk", 4) == 0;
+  return std::to_string(allowed) + " internal steps of " + method +
+         " did not reach the end of the step; the stiffest joint has a rate of " + shown(rate) + " 1/s: " +
+         (implicit ? "loosen solver.rtol, damp what rings, or take shorter steps"
+                   : "use solver.method dirk or bdf, or lower stiffness, damping or gains");
 }
 
 }  // namespace redysim

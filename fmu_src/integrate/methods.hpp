@@ -27,7 +27,11 @@ double smallest_step(double time, double end);
 // After new inputs: y follows a prescribed motion that jumped. False: loops cannot close.
 bool follow_motion(System& system, double time, double* y);
 
-// A failed advance from `time`: "Integration stopped at t = ... s: reason."
+// A failed advance from `time`: "Integration stopped at t = ... s: reason"
 Outcome failure(double time, const std::string& reason);
+
+// The reason where an advance used up its allowed_steps at (time, y), and what to do about it; blames a
+// joint.
+std::string too_many_steps(System& system, long allowed, const char* method, double time, const double* y);
 
 }  // namespace redysim

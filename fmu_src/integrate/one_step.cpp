@@ -155,7 +155,7 @@ Outcome OneStep::explain(int flag) {
   if (flag == ARK_RHSFUNC_FAIL || flag == ARK_UNREC_RHSFUNC_ERR)
     return failure(at, "the accelerations cannot be computed");
   if (flag == ARK_TOO_MUCH_WORK)
-    return failure(at, std::to_string(allowed_) + " steps did not reach the end of the step");
+    return failure(at, too_many_steps(system_, allowed_, name(), at, data(result_)));
   return failure(at, message_.text);
 }
 

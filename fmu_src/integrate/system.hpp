@@ -110,8 +110,12 @@ class System {
   double potential_energy(double time, const double* y);
   double work(const double* y) const { return with_work_ ? y[nq() + nv()] : 0.0; }
 
-  // Which joint made the last evaluation fail: index into plan().joints, or -1.
+  // Which joint is to blame for a failure, an evaluation's or a method's: index into plan().joints, or -1.
   int failed_joint() const { return failed_joint_; }
+  void forget_failure() { failed_joint_ = -1; }
+  void blame(int velocity) {  // the joint of a velocity of the state
+    failed_joint_ = velocity < simple() ? joint_of(velocity) : plan_.balls[(velocity - simple()) / 3];
+  }
   long evaluations() const { return evaluations_; }
 
   Workspace<double>& workspace() { return workspace_; }

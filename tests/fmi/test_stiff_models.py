@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.fmi.conftest import ROOT, build_fmu
-from tests.fmi.raw import OK, Slave, Unpacked
+from tests.fmi.raw import ERROR, OK, Slave, Unpacked
 
 
 def run(slave: Slave, names: list[str], stop: float, size: float) -> dict[str, np.ndarray]:
@@ -75,10 +75,10 @@ def test_the_block_sticks_and_slips(fmu, method):
     late = stretch[len(stretch) // 2 :]
     # the swing: from 6 N at 0.1 m/s with 10 rad/s about 3 N
     assert 0.03 + math.hypot(0.03, 0.01) < late.max() < 0.065, "tearing off takes a little longer"
-    assert late.min() == pytest.approx(0.03 - math.hypot(0.03, 0.01), abs=1.5e-3)
+    assert late.min() == pytest.approx(0.06 - late.max(), abs=5e-4)
     tears = np.count_nonzero((stretch[:-1] > 0.03) & (stretch[1:] <= 0.03))
     assert tears == round(5 / 0.9) or tears == round(5 / 0.9) - 1
-    assert np.abs(table["energy.balance"]).max() < 1e-6
+    assert np.abs(table["energy.balance"]).max() < 1e-4
 
 
 @pytest.mark.parametrize("method", ["erk", "bdf"])
@@ -93,6 +93,26 @@ def test_the_pendulum_comes_to_rest_on_its_stop(fmu, method):
     assert 2e4 * (depth**3 / width**2 - depth**4 / (2 * width**3)) == pytest.approx(2 * 9.81 * 0.5 * math.cos(q), rel=1e-4)
     assert abs(speed) < 1e-3
     assert np.abs(table["energy.balance"]).max() < 1e-5 * table["energy.kinetic"].max()
+
+
+@pytest.mark.parametrize(("method", "advice"), [("erk", "use solver.method dirk"), ("adams", "use solver.method dirk"), ("bdf", "loosen solver.rtol"), ("dirk", "loosen solver.rtol")])
+def test_a_step_that_is_too_stiff_fails_in_bounded_time_and_says_what_to_do(fmu, method, advice):
+    with Slave(fmu("stiff_arm")) as slave:
+        slave.initialize(start={"solver.method": method, "wrist.damping": 0.0})
+        assert slave.step(0, 1e-4) == OK
+        before = slave.reals(["shoulder.q", "wrist.q"])
+        assert slave.set("wrist.stiffness", 1e15) == OK
+        assert slave.step(1e-4, 0.1) == ERROR
+        (sentence,) = slave.errors
+        assert f"110000 internal steps of {method}" in sentence and "did not reach the end of the step" in sentence
+        # 1e15 N m/rad against some 0.005 kg m2
+        assert 1e8 < float(sentence.split("a rate of ")[1].split()[0]) < 1e9
+        assert advice in sentence and "(joint 'wrist'); the state is the one at 0.0001 s" in sentence and ".;" not in sentence
+        assert slave.last_time() == 1e-4 and slave.reals(["shoulder.q", "wrist.q"]) == before
+        assert slave.call("Reset") == OK
+        slave.messages.clear()
+        slave.initialize(start={"solver.method": "bdf"})
+        assert slave.step(0, 0.1) == OK
 
 
 def test_a_top_at_1000_rad_per_s_keeps_its_spin(fmu):
