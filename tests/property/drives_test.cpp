@@ -28,7 +28,7 @@ Vector drive_forces(Evaluate<double>& mixed, const Vector& q, const Vector& qd, 
   Vector tau = inputs.head(mixed.nv());
   for (Eigen::Index i = 0; i < tau.size(); ++i)
     if (mixed.plan.joints[i].prescribed)
-      tau[i] = prescribed_force(mixed.plan, mixed.ws, i, q.data(), qd.data(), qdd.data());
+      tau[i] = prescribed_force(mixed.plan, mixed.ws, static_cast<int>(i), q.data(), qd.data(), qdd.data());
   return tau;
 }
 
