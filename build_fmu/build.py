@@ -56,6 +56,7 @@ def contents(model: Description, model_file: Path, picture: bytes, library: Path
         Entry("model.png", picture),
         Entry(f"binaries/linux64/{model.model_identifier}.so", library.read_bytes(), executable=True),
         Entry("resources/model.toml", model_file.read_bytes()),
+        *(Entry(f"resources/{name}", (model_file.parent / name).read_bytes()) for name in model.resources),
         Entry("documentation/index.html", documentation(model, played is not None)),
         *([Entry("documentation/run.html", played)] if played else []),
         *(Entry(f"documentation/licenses/{name}", text) for name, text in licence_files().items()),

@@ -65,6 +65,7 @@ class Description:
     outputs: list[Unknown]
     initial_unknowns: list[Unknown]
     drawing: dict[str, Any]
+    resources: list[str] = field(default_factory=list)  # files beside the model file that belong into the FMU
     warnings: list[str] = field(default_factory=list)
     report: dict[str, Any] = field(default_factory=dict)
     features: list[str] = field(default_factory=list)  # parts of the library that the model uses
@@ -120,6 +121,7 @@ def from_table(table: dict[str, Any], warnings: list[str]) -> Description:
         drawing=table["drawing"],
         report=table.get("report", {}),
         features=table.get("features", []),
+        resources=table.get("resources", []),
         warnings=[line for line in warnings if line.strip()],
     )
 

@@ -20,6 +20,7 @@ import numpy as np
 from build_fmu import native
 from build_fmu.describe import Description, Variable, describe
 from build_fmu.errors import UserError
+from build_fmu.resources import attach
 
 HEALTH = ("solver.steps", "solver.rejected", "solver.rhs_evaluations")
 PATIENCE = 10.0  # s that a single call may take over the budget before it counts as a hang
@@ -92,6 +93,7 @@ def stage_model(model: Path, folder: Path, description: Description | None = Non
     table = description or describe(model)
     (folder / "resources").mkdir(parents=True, exist_ok=True)
     (folder / "resources" / "model.toml").write_bytes(model.read_bytes())
+    attach(table.resources, model, folder / "resources")
     experiment = table.default_experiment
     return Staged(table.model_name, native.library(), (folder / "resources").as_uri(), table.guid, {v.name: v for v in table.variables},
                   experiment["stop_time"], experiment["step_size"])

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from build_fmu.describe import Description, describe
 from build_fmu.errors import UserError
+from build_fmu.resources import attach
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
@@ -18,11 +19,11 @@ BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 @contextmanager
 def inverse_of(model: Path) -> Iterator[tuple[Description, Path]]:
     """Yields the description of a model's inverse and the file it was read from; raises UserError as `describe` does."""
-    if not model.is_file():
-        describe(model)  # says why
+    resources = describe(model).resources
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / model.name
         copy.write_bytes(b"inverse = true\n" + model.read_bytes().removeprefix(BYTE_ORDER_MARK))
+        attach(resources, model, Path(folder))
 
         def of_the_user(text: str) -> str:
             """Names the user's own file and lines."""

@@ -18,9 +18,9 @@ from build_fmu.archive import whole_file
 from build_fmu.describe import Description, describe
 from build_fmu.drawing import planar_axes
 from build_fmu.errors import UserError
+from build_fmu.resources import MODEL_IN_FMU, extract_model
 from build_fmu.simulate import Result
 
-MODEL_IN_FMU = "resources/model.toml"
 
 
 @dataclass(frozen=True)
@@ -37,9 +37,7 @@ def described(fmu: Path) -> Description:
     with zipfile.ZipFile(fmu) as archive, TemporaryDirectory() as folder:
         if MODEL_IN_FMU not in archive.namelist():
             raise UserError(f"'{fmu}' holds no model file, which tells ReDySim's order of joints")
-        model = Path(folder) / "model.toml"
-        model.write_bytes(archive.read(MODEL_IN_FMU))
-        return describe(model)
+        return describe(extract_model(archive, Path(folder)))
 
 
 def columns_of(model: Description) -> Columns:

@@ -15,6 +15,7 @@ from build_fmu.errors import UserError
 from build_fmu.report.motion import positions
 from build_fmu.report.reference import from_csv, from_tight_runs
 from build_fmu.report.sweep import Inputs, offered_methods, task_for
+from build_fmu.resources import attach
 
 CANDIDATES = tuple(float(f"{head}e-{k}") for k in range(3, 13) for head in (3, 1))[1:]
 TIGHT_SECONDS = 60.0
@@ -54,7 +55,7 @@ def _choose(model: Description, file: Path, target: float, folder: Path) -> tupl
         raise UserError(f"{file}: target_error = {target:g} cannot be checked: two tight runs differ by {reference.uncertainty:.1g} in {stop:g} s")
     before, best = None, float("inf")
     for number, rtol in enumerate(CANDIDATES):
-        candidate = _candidate(file, rtol, folder / str(number))
+        candidate = _candidate(file, model.resources, rtol, folder / str(number))
         error = _error(candidate, where, reference, stop, row_every, folder / f"{number} staged")
         best = min(best, error)
         # a lucky run has no equally good neighbour
@@ -80,11 +81,12 @@ def _error(candidate: tuple[Description, Path], where, reference, stop: float, r
     return worst
 
 
-def _candidate(file: Path, rtol: float, folder: Path) -> tuple[Description, Path]:
+def _candidate(file: Path, resources: list[str], rtol: float, folder: Path) -> tuple[Description, Path]:
     folder.mkdir()
     path = folder / file.name
     text = with_rtol(file.read_text(encoding="utf-8-sig"), rtol)
     path.write_text(text, encoding="utf-8", newline="\n")
+    attach(resources, file, folder)
     description = describe(path)
     start = next(v.start for v in description.variables if v.name == "solver.rtol")
     if start != rtol:

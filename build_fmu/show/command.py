@@ -15,13 +15,13 @@ from build_fmu.archive import whole_file
 from build_fmu.build import build
 from build_fmu.describe import Description, describe
 from build_fmu.errors import UserError
+from build_fmu.resources import MODEL_IN_FMU, extract_model
 from build_fmu.session import Session
 from build_fmu.show.film import encoder, film
 from build_fmu.show.page import Run, page
 from build_fmu.signals import read_table
 from build_fmu.simulate import Result, Settings, simulate
 
-MODEL_IN_FMU = "resources/model.toml"
 
 
 def run(options: Namespace) -> int:
@@ -98,10 +98,9 @@ def _model(mechanism: Path, folder: Path) -> Description | None:
             if MODEL_IN_FMU not in archive.namelist():
                 print(f"'{mechanism}' holds no model file: the page has plots and no mechanism", file=sys.stderr)
                 return None
-            (folder / "model.toml").write_bytes(archive.read(MODEL_IN_FMU))
+            return describe(extract_model(archive, folder))
     except (zipfile.BadZipFile, OSError, zipfile.LargeZipFile) as error:
         raise UserError(f"'{mechanism}' is not a readable FMU: {error}") from None
-    return describe(folder / "model.toml")
 
 
 def _simulated(mechanism: Path, model: Description | None, folder: Path, options: Namespace) -> tuple[Run, str]:

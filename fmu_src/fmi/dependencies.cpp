@@ -156,6 +156,8 @@ std::vector<Dependencies> initial_dependencies(const VariableTable& table, const
   };
   std::vector<Dependencies> rows = collect(table, [&](const Variable& unknown, const Variable& known) {
     switch (unknown.role) {
+      case Role::reference_q:
+        return known.role == Role::target && known.joint == unknown.joint;
       case Role::q:
       case Role::gap:
         return assembled(unknown, known, false);

@@ -17,6 +17,7 @@
 #include "fmi/log.hpp"
 #include "fmi/presentation.hpp"
 #include "fmi/variables.hpp"
+#include "integrate/reference.hpp"
 #include "model/features.hpp"
 #include "model/fingerprint.hpp"
 #include "model/model_file.hpp"
@@ -44,6 +45,9 @@ void write_header(Json& json, const ModelFile& file) {
   json.member("format", json_format);
   json.member("model_name", model.name).member("model_identifier", identifier(model.name));
   json.member("description", model.description).member("guid", fingerprint(file.source));
+  json.key("resources").begin_array();
+  for (const std::string& name : file.attached) json.value(name);
+  json.end_array();
   json.member("generation_tool", "ReDySim-FMU " REDYSIM_VERSION);
   json.key("default_experiment").begin_object();
   json.member("start_time", 0).member("stop_time", model.fmu.stop_time);
@@ -58,14 +62,16 @@ void write_report(Json& json, const Model& model) {
   json.end_object();
 }
 
-void write_capabilities(Json& json) {
+// Derivatives do not know trajectories and controllers.
+void write_capabilities(Json& json, const Model& model) {
+  const bool derived = model.trajectories.empty() && model.controller.law == Law::none;
   json.key("capabilities").begin_object();
   json.member("canHandleVariableCommunicationStepSize", true);
   json.member("canInterpolateInputs", true);
-  json.member("maxOutputDerivativeOrder", 1);
+  json.member("maxOutputDerivativeOrder", derived ? 1 : 0);
   json.member("canGetAndSetFMUstate", true);
   json.member("canSerializeFMUstate", true);
-  json.member("providesDirectionalDerivative", true);
+  json.member("providesDirectionalDerivative", derived);
   json.member("canBeInstantiatedOnlyOncePerProcess", false);
   json.member("canNotUseMemoryManagementFunctions", false);
   json.member("canRunAsynchronuously", false);
@@ -194,6 +200,13 @@ void write_structure(Json& json, const char* key, const VariableTable& table,
 Model assembled(const ModelFile& file, const std::string& path, const Plan<double>& plan,
                 std::vector<Diagnostic>& warnings) {
   Model model = file.model;
+  for (const Trajectory& trajectory : model.trajectories) {
+    Joint& joint = model.links[trajectory.link].joint;
+    if (joint.drive != Drive::motion) continue;
+    const JointMotion start = motion_at(trajectory, phase_at(trajectory, 0), 0);
+    joint.q0 = start.q;
+    joint.qd0 = start.qd;
+  }
   if (plan.loops.empty()) return model;
   Workspace<double> workspace(plan);
   std::vector<double> q, qd;
@@ -218,7 +231,7 @@ std::string description(const ModelFile& file, const std::string& path, std::vec
   json.begin_object();
   write_header(json, file);
   write_report(json, file.model);
-  write_capabilities(json);
+  write_capabilities(json, file.model);
   write_log_categories(json);
   write_features(json, file.model);
   write_units(json, file.model, table);

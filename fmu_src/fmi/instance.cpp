@@ -45,7 +45,7 @@ Instance::Instance(const Log& log, Model model, std::string guid)
       model_(std::move(model)),
       plan_(model_),
       table_(model_, plan_),
-      system_(plan_, has_work(model_, plan_)),
+      system_(plan_, has_work(model_, plan_), &model_),
       start_method_(model_.solver.method),
       applied_inputs_(system_.inputs().size(), 0.0),
       motion_(3 * static_cast<std::size_t>(plan_.nv), 0.0),
@@ -74,6 +74,7 @@ void Instance::take_start_motion() {
 
 // All prescribed motions begin now, as they were set last.
 void Instance::anchor_motion() {
+  system_.enter_phases(time_);
   for (int i = 0; i < plan_.nv; ++i)
     if (plan_.joints[i].prescribed)
       system_.set_motion(time_, i, motion_[3 * i], motion_[3 * i + 1], motion_[3 * i + 2], true);
@@ -105,6 +106,7 @@ fmi2Status Instance::setup_experiment(bool has_tolerance, double tolerance, doub
   stop_time_ = has_stop ? stop : infinity;
   system_.anchor_input_slopes(time_);
   anchor_motion();
+  if (system_.control()) start_state_current_ = false;
   return fmi2OK;
 }
 
@@ -180,7 +182,7 @@ fmi2Status Instance::do_step(double current, double size) {
 
   const bool inputs_changed = parameters_changed_ || applied_inputs_ != system_.inputs();
   system_.forget_failure();
-  const Outcome outcome = integrator_->advance(end, inputs_changed);
+  const Outcome outcome = advance(*integrator_, system_, end, inputs_changed);
   applied_inputs_ = system_.inputs();
   system_.end_input_slopes(outcome.ok ? end : integrator_->time());
   parameters_changed_ = false;
@@ -303,6 +305,7 @@ bool Instance::update_plan(Function function) {
     before =
         system_.kinetic_energy(time_, current_state()) + system_.potential_energy(time_, current_state());
   plan_.update(model_);
+  system_.update_control(model_);
   if (rebase)
     energy_offset_ += system_.kinetic_energy(time_, current_state()) +
                       system_.potential_energy(time_, current_state()) - before;

@@ -134,6 +134,10 @@ std::string Instance::why_no_direction(const Variable& variable, double directio
 
 bool Instance::take_tangent(Function function) {
   if (!update_accelerations(function)) return false;
+  if (system_.control()) {
+    refuse(function, "the trajectories and the controller of this model are not derived");
+    return false;
+  }
   if (!tangent_) tangent_ = std::make_unique<Tangent>(model_, system_);
   tangent_->go_to(model_, system_, time_, current_state());
   return true;

@@ -89,6 +89,7 @@ bool Instance::restore(const Bytes& bytes) {
     std::swap(tolerance_, tolerance);
   };
   exchange_parameters();
+  system_.update_control(model_);
   plan_.update(model_);  // an integrator that repeats steps needs the plant they were made with
   const SolverSettings settings = effective_settings();
   const bool running = state != State::instantiated && state != State::initialization;
@@ -99,6 +100,7 @@ bool Instance::restore(const Bytes& bytes) {
     if (!integrator.restore(reader.rest(), reader.left())) {
       exchange_parameters();
       plan_.update(model_);
+      system_.update_control(model_);
       return false;
     }
     if (fresh) integrator_ = std::move(fresh);

@@ -43,7 +43,7 @@ bool Instance::update_accelerations(Function function) {
                          (joint.empty() ? "" : " (joint '" + joint + "')"));
     return false;
   }
-  if (plan_.has_motion())
+  if (plan_.has_motion() || system_.control())
     system_.drive_forces(system_.coordinates(time_, current_state()), qdd_.data(), drive_.data());
   for (int ball = 0; ball < system_.balls(); ++ball)
     ball_alpha_[ball] = system_.ball_acceleration(ball, qdd_.data());
@@ -94,6 +94,13 @@ bool Instance::read(Function function, const Variable& variable, double& value) 
       return true;
     case Role::qd:
       value = system_.coordinates(time_, current_state()).qd[variable.joint];
+      return true;
+    case Role::reference_q:
+      if (!update_plan(function)) return false;
+      value = system_.reference(variable.joint, time_).q;
+      return true;
+    case Role::reference_qd:
+      value = system_.reference(variable.joint, time_).qd;
       return true;
     case Role::motion_tau:
       if (!update_accelerations(function)) return false;

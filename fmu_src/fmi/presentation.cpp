@@ -22,6 +22,8 @@ constexpr Unit kilogram_metre2{"kg.m2", 1, 2, 0, 0};
 constexpr Unit joule{"J", 1, 2, -2, 0};
 constexpr Unit newton_second{"N.s", 1, 1, -1, 0};
 constexpr Unit newton_metre_second{"N.m.s", 1, 2, -1, 0};
+constexpr Unit per_second{"1/s", 0, 0, -1, 0};
+constexpr Unit per_second2{"1/s2", 0, 0, -2, 0};
 constexpr Unit second{"s", 0, 0, 1, 0};
 constexpr Unit second_per_radian{"s/rad", 0, 0, 1, -1};
 constexpr Unit second_per_metre{"s/m", 0, -1, 1, 0};
@@ -33,6 +35,16 @@ Presentation of_joint(const Joint& joint, Role role) {
   const bool turns = joint.type == JointType::revolute;
   const std::string at = " of joint '" + joint.name + "'";
   switch (role) {
+    case Role::reference_q:
+    case Role::target:
+      return turns ? Presentation{&radian, "Angle",
+                                  (role == Role::target ? "Target angle" : "Reference angle") + at}
+                   : Presentation{
+                         &metre, "Position",
+                         (role == Role::target ? "Target displacement" : "Reference displacement") + at};
+    case Role::reference_qd:
+      return turns ? Presentation{&radian_per_second, "AngularVelocity", "Reference angular velocity" + at}
+                   : Presentation{&metre_per_second, "Velocity", "Reference velocity" + at};
     case Role::tau:
     case Role::motion_tau:
       return turns ? Presentation{&newton_metre, "Torque", "Drive torque" + at}
@@ -96,6 +108,17 @@ Presentation of_joint(const Joint& joint, Role role) {
       return turns ? Presentation{&kilogram_metre2, "MomentOfInertia", "Rotor inertia" + at}
                    : Presentation{&kilogram, "Mass", "Moving mass of the drive" + at};
   }
+}
+
+// Gains act on torques, those of computed torque on accelerations.
+Presentation of_gain(const Joint& joint, Role role, Law law) {
+  const bool turns = joint.type == JointType::revolute, position = role == Role::kp;
+  const Unit* unit = law == Law::computed_torque ? (position ? &per_second2 : &per_second)
+                     : position                  ? (turns ? &torsional_stiffness : &linear_stiffness)
+                                                 : (turns ? &torsional_damping : &linear_damping);
+  return {unit, nullptr,
+          std::string(position ? "Gain of the position error" : "Gain of the velocity error") +
+              " of joint '" + joint.name + "'"};
 }
 
 Presentation of_ball(const Ball& ball, const Variable& variable) {
@@ -177,6 +200,9 @@ Presentation presentation(const Model& model, const Variable& variable) {
                 " in the ground frame"};
   if (variable.frame >= 0) return of_frame(model.frames[variable.frame], variable);
   switch (variable.role) {
+    case Role::kp:
+    case Role::kd:
+      return of_gain(model.links[variable.link].joint, variable.role, model.controller.law);
     case Role::mass:
       return {&kilogram, "Mass", "Mass" + of_link};
     case Role::com:

@@ -28,6 +28,8 @@ constexpr RoleRow role_rows[] = {
     {Role::motion_qd, "qd", VariableType::real, Causality::input, Variability::continuous},
     {Role::motion_qdd, "qdd", VariableType::real, Causality::input, Variability::continuous},
     {Role::motion_tau, "tau", VariableType::real, Causality::output, Variability::continuous},
+    {Role::reference_q, "q_ref", VariableType::real, Causality::output, Variability::continuous},
+    {Role::reference_qd, "qd_ref", VariableType::real, Causality::output, Variability::continuous},
     {Role::frame_position, "position", VariableType::real, Causality::output, Variability::continuous},
     {Role::frame_quaternion, "quaternion", VariableType::real, Causality::output, Variability::continuous},
     {Role::frame_rotation, "rotation", VariableType::real, Causality::output, Variability::continuous},
@@ -65,6 +67,9 @@ constexpr RoleRow role_rows[] = {
     {Role::stop_stiffness, "stop_stiffness", VariableType::real, Causality::parameter, Variability::tunable},
     {Role::stop_damping, "stop_damping", VariableType::real, Causality::parameter, Variability::tunable},
     {Role::stop_width, "stop_width", VariableType::real, Causality::parameter, Variability::tunable},
+    {Role::kp, "kp", VariableType::real, Causality::parameter, Variability::tunable},
+    {Role::kd, "kd", VariableType::real, Causality::parameter, Variability::tunable},
+    {Role::target, "target", VariableType::real, Causality::parameter, Variability::tunable},
     {Role::mass, "mass", VariableType::real, Causality::parameter, Variability::tunable},
     {Role::com, "com", VariableType::real, Causality::parameter, Variability::tunable},
     {Role::inertia, "inertia", VariableType::real, Causality::parameter, Variability::tunable},
@@ -102,22 +107,43 @@ Variable make(Role role) {
   return {};
 }
 
-// Which of its variables a joint shows: motion comes in where it is prescribed, and the force goes out.
-bool has(Drive drive, Role role) {
+bool has_trajectory(const Model& model, int link) {
+  for (const Trajectory& trajectory : model.trajectories)
+    if (trajectory.link == link) return true;
+  return false;
+}
+
+const ControlledJoint* controlled_joint(const Model& model, int link) {
+  for (const ControlledJoint& joint : model.controller.joints)
+    if (joint.link == link) return &joint;
+  return nullptr;
+}
+
+// Which of its variables a joint shows: motion comes in where it is prescribed from outside, and the force
+// goes out; so does that of a controller.
+bool has(const Model& model, int link, Role role) {
+  const Drive drive = model.links[link].joint.drive;
+  const bool controlled = controlled_joint(model, link) != nullptr;
+  const bool guided = drive == Drive::motion && has_trajectory(model, link);
   switch (role) {
     case Role::tau:
-      return drive == Drive::torque;
+      return drive == Drive::torque && (!controlled || model.controller.input);
     case Role::motion_q:
     case Role::motion_qd:
     case Role::motion_qdd:
-      return drive == Drive::motion;
+      return drive == Drive::motion && !guided;
     case Role::motion_tau:
-      return drive == Drive::motion || drive == Drive::locked;
+      return drive == Drive::motion || drive == Drive::locked || controlled;
+    case Role::reference_q:
+    case Role::reference_qd:
+      return controlled;
     case Role::q:
+      return drive != Drive::motion || guided;
     case Role::q0:
       return drive != Drive::motion;
     case Role::qd:
     case Role::qdd:
+      return (drive != Drive::motion || guided) && drive != Drive::locked;
     case Role::qd0:
       return drive != Drive::motion && drive != Drive::locked;
     default:
@@ -130,7 +156,10 @@ int elements(Role role) {
 }
 
 bool is_of_link(Role role) { return role == Role::mass || role == Role::com || role == Role::inertia; }
-bool is_of_joint(Role role) { return role >= Role::damping && role <= Role::stop_width; }
+bool is_of_controller(Role role) { return role == Role::kp || role == Role::kd || role == Role::target; }
+bool is_of_joint(Role role) {
+  return (role >= Role::damping && role <= Role::stop_width) || is_of_controller(role);
+}
 
 void set_bounds(Variable& variable) {
   switch (variable.role) {
@@ -149,6 +178,8 @@ void set_bounds(Variable& variable) {
     case Role::static_friction:
     case Role::stop_stiffness:
     case Role::stop_damping:
+    case Role::kp:
+    case Role::kd:
       variable.min = 0;
       return;
     case Role::gap:
@@ -204,6 +235,7 @@ Tunable parse_tunable(const Model& model, const std::string& text) {
       for (std::size_t i = 0; i < model.links.size(); ++i) {
         const Link& link = model.links[i];
         if ((is_of_joint(role) ? link.joint.name : link.name) != owner) continue;
+        if (is_of_controller(role) && !controlled_joint(model, static_cast<int>(i))) continue;
         result.found = true;
         result.role = role;
         result.link = static_cast<int>(i);
@@ -231,6 +263,8 @@ VariableTable::VariableTable(const Model& model, const Plan<double>& plan) {
   add_of_balls(model, plan, Role::ball_angle);
 
   add_of_joints(model, plan, Role::motion_tau);
+  if (model.fmu.reference)
+    for (Role role : {Role::reference_q, Role::reference_qd}) add_of_joints(model, plan, role);
   add_of_frames(model, plan);
 
   add_of_loops(model, plan);
@@ -270,7 +304,8 @@ void VariableTable::add_of_joints(const Model& model, const Plan<double>& plan, 
     variable.link = plan.joints[i].link;
     variable.joint = static_cast<int>(i);
     const Joint& joint = model.links[variable.link].joint;
-    if (plan.joints[i].of_ball || !has(joint.drive, role)) continue;
+    if (plan.joints[i].of_ball || !has(model, variable.link, role)) continue;
+    if (role == Role::tau && controlled_joint(model, variable.link)) variable.name = "tau_added";
     variable.name = joint.name + "." + variable.name;
     add(std::move(variable));
   }
@@ -414,6 +449,12 @@ double* parameter(Model& model, const Variable& variable) {
       return &link->joint.stop_damping;
     case Role::stop_width:
       return &link->joint.stop_width;
+    case Role::kp:
+    case Role::kd:
+    case Role::target: {
+      auto* joint = const_cast<ControlledJoint*>(controlled_joint(model, variable.link));
+      return variable.role == Role::kp ? &joint->kp : variable.role == Role::kd ? &joint->kd : &joint->target;
+    }
     case Role::mass:
       return &link->mass;
     case Role::com:

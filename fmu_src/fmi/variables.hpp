@@ -25,7 +25,9 @@ enum class Role {
   motion_q,
   motion_qd,
   motion_qdd,
-  motion_tau,  // of a joint whose motion is prescribed
+  motion_tau,  // of a joint whose motion is prescribed or whose torque is controlled
+  reference_q,
+  reference_qd,  // of a controlled joint
   frame_position,
   frame_quaternion,
   frame_rotation,
@@ -58,6 +60,9 @@ enum class Role {
   stop_stiffness,
   stop_damping,
   stop_width,  // of a link's joint
+  kp,
+  kd,
+  target,  // of a controlled joint
   mass,
   com,
   inertia,  // of a link

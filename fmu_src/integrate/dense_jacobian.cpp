@@ -19,6 +19,8 @@ DenseJacobian::DenseJacobian(System& system)
   for (int chart : system.plan().balls)
     for (int first : {0, n, 2 * n})
       for (int k = 1; k <= 3; ++k) variables_.push_back(first + chart + k);
+  if (const Control* control = system.control())
+    for (int joint : control->joints()) variables_.push_back(2 * n + joint);
   columns_.resize(variables_.size() * change_.size());
 }
 
@@ -29,6 +31,7 @@ Status DenseJacobian::evaluate(double time, const double* y, double* matrix) {
   system_.drive_forces(at, qdd_.data(), tau_.data());
   derivatives_.evaluate(system_.plan(), system_.workspace(), at.q, at.qd, qdd_.data(), tau_.data(),
                         system_.port_wrenches(), variables_, columns_.data());
+  if (system_.control()) system_.close_control(time, at, variables_, columns_.data());
   const int simple = system_.simple(), nq = system_.nq();
   const std::ptrdiff_t size = system_.size();
   std::fill_n(matrix, size * size, 0.0);

@@ -35,6 +35,20 @@ std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings
   return nullptr;  // missing_feature has refused the model before
 }
 
+Outcome advance(Integrator& integrator, System& system, double end, bool inputs_changed) {
+  if (!system.control()) return integrator.advance(end, inputs_changed);
+  for (;;) {
+    const double time = integrator.time();
+    const bool entered = system.enter_phases(time);
+    // what is left behind a border must be a step, not rounding
+    const double slack = 1e-12 * std::max(1.0, std::fabs(end)), border = system.next_border(time);
+    const double halt = border < end - slack ? border : end;
+    const Outcome outcome = integrator.advance(halt, inputs_changed || entered);
+    if (!outcome.ok || halt == end || !(halt > time)) return outcome;
+    inputs_changed = false;
+  }
+}
+
 long allowed_steps(double length) {
   // ten times what 0.1 ms steps need, and enough for a short advance through a rough patch
   return static_cast<long>(std::min(1e5 + 1e5 * length, 1e9));

@@ -54,6 +54,9 @@ class Integrator {
   long pause_after_ = 0;
 };
 
+// Integrator::advance with a halt wherever a trajectory of the system changes its phase.
+Outcome advance(Integrator& integrator, System& system, double end, bool inputs_changed);
+
 // Throws std::bad_alloc only.
 std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings& settings);
 

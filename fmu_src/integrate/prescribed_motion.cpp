@@ -14,6 +14,7 @@ constexpr double open_loop = 1e-8;  // m or rad: a loop that projection leaves o
 }  // namespace
 
 void System::set_motion(double time, int joint, double q, double qd, double qdd, bool anew) {
+  if (motion_slot_[joint] < 0) return;  // a trajectory moves it
   double* held = held_motion(motion_slot_[joint]);
   held[3] += anew ? 0 : q - motion_at(time, joint, 0);
   held[4] += anew ? 0 : qd - motion_at(time, joint, 1);
@@ -24,13 +25,14 @@ void System::set_motion(double time, int joint, double q, double qd, double qdd,
 }
 
 bool System::jumped() const {
-  for (std::size_t at = held_begin(); at < base_size_; at += held_size)
+  for (std::size_t at = held_begin(); at < phases_begin(); at += held_size)
     if (inputs_[at + 3] != 0 || inputs_[at + 4] != 0) return true;
   return false;
 }
 
 void System::forget_jumps() {
-  for (std::size_t at = held_begin(); at < base_size_; at += held_size) inputs_[at + 3] = inputs_[at + 4] = 0;
+  for (std::size_t at = held_begin(); at < phases_begin(); at += held_size)
+    inputs_[at + 3] = inputs_[at + 4] = 0;
 }
 
 bool System::follow_jumps(double time, double* y) {

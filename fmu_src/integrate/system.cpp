@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "dynamics/bias.hpp"
 #include "dynamics/compiled.hpp"
@@ -43,7 +44,7 @@ double largest(const std::vector<double>& values) {
 
 }  // namespace
 
-System::System(const Plan<double>& plan, bool with_work)
+System::System(const Plan<double>& plan, bool with_work, const Model* model)
     : plan_(plan),
       with_work_(with_work),
       motion_slot_(static_cast<std::size_t>(plan.nv), -1),
@@ -53,19 +54,20 @@ System::System(const Plan<double>& plan, bool with_work)
       drive_(q_),
       workspace_(plan),
       scratch_(q_) {
-  int prescribed = 0;
+  if (features::control && model && (!model->trajectories.empty() || model->controller.law != Law::none))
+    control_ = std::make_unique<Control>(*model, plan);
   for (int i = 0; i < plan.nv; ++i) {
     if (plan.joints[i].of_ball) continue;
-    if (plan.joints[i].prescribed)
-      motion_slot_[i] = prescribed++;
-    else
+    if (!plan.joints[i].prescribed)
       integrated_.push_back(i);
+    else if (!control_ || !control_->prescribes(i))
+      motion_slot_[i] = held_count_++;
   }
   angles_.resize(plan.balls.size());
-  base_size_ = held_begin() + held_size * static_cast<std::size_t>(prescribed);
+  base_size_ = phases_begin() + (control_ ? control_->phase_count() : 0);
   inputs_.assign(base_size_, 0.0);
-  if (prescribed > 0) scratch_inputs_ = inputs_;
-  if (!plan.balls.empty()) applied_.assign(forces_size(), 0.0);
+  if (held_count_ > 0) scratch_inputs_ = inputs_;
+  if (!plan.balls.empty() || control_) applied_.assign(forces_size(), 0.0);
 }
 
 System::Coordinates System::coordinates(double time, const double* y) {
@@ -75,6 +77,7 @@ System::Coordinates System::coordinates(double time, const double* y) {
     q_[i] = motion_at(time, i, 0);
     qd_[i] = motion_at(time, i, 1);
   }
+  if (control()) control_->set_motions(time, phases(), q_.data(), qd_.data());
   for (int k = 0; k < simple(); ++k) {
     q_[integrated_[k]] = y[k];
     qd_[integrated_[k]] = y[nq() + k];
@@ -130,6 +133,7 @@ Status System::accelerations(double time, const double* y, double* qdd) {
   ++evaluations_;
   take_inputs(time);
   const Coordinates at = coordinates(time, y);
+  if (control()) control_->apply(time, phases(), at.q, at.qd, applied_.data());
   if constexpr (features::straight_line && !fill_workspace)
     straight_line_forward_dynamics(plan_, at.q, at.qd, forces(), qdd);
   else
@@ -175,6 +179,15 @@ void System::drive_forces(const Coordinates& at, const double* qdd, double* tau)
   for (int i = 0; i < plan_.nv; ++i)
     tau[i] =
         plan_.joints[i].prescribed ? prescribed_force(plan_, workspace_, i, at.q, at.qd, qdd) : forces()[i];
+}
+
+double System::next_border(double time) const {
+  return control() ? control_->next_border(time, phases()) : std::numeric_limits<double>::infinity();
+}
+
+void System::close_control(double time, const Coordinates& at, const std::vector<int>& variables,
+                           double* columns) {
+  control_->close(time, phases(), at.q, at.qd, forces(), variables, columns);
 }
 
 double System::largest_gap() const { return largest(workspace_.loop.residual); }

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "dynamics/ball.hpp"
 #include "dynamics/plan.hpp"
 #include "dynamics/workspace.hpp"
+#include "integrate/control.hpp"
+#include "model/features.hpp"
 
 namespace redysim {
 
@@ -20,8 +23,8 @@ enum class Status { ok = 0, recoverable = 1, fatal = -1 };
 class System {
  public:
   // `plan` is used, not copied, and must outlive the system. `with_work` appends the work of inputs and
-  // dampers (J) as the last state.
-  System(const Plan<double>& plan, bool with_work);
+  // dampers (J) as the last state. `model`: that of the plan, for its trajectories and controller.
+  System(const Plan<double>& plan, bool with_work, const Model* model = nullptr);
 
   const Plan<double>& plan() const { return plan_; }
   int nq() const { return simple() + 4 * balls(); }  // positions in the state
@@ -36,8 +39,9 @@ class System {
 
   // What is held between settings: joint forces (plan().nv, N m or N; undriven joints stay 0; prescribed
   // joints their qdd), moment and force of each port (6 each), the torque on each spherical joint (3 each,
-  // link axes), then per prescribed joint a time, q and qd at that time, and by how much q and qd jumped
-  // since the last step. Equal inputs mean an equal right-hand side.
+  // link axes), then per joint with a motion input (or locked) a time, q and qd at that time, and by how much
+  // q and qd jumped since the last step, then the phase of each trajectory. Equal inputs mean an equal
+  // right-hand side.
   std::vector<double>& inputs() { return inputs_; }
   std::vector<double>& tau() { return inputs_; }
   double* port_wrench(int port) { return &inputs_[plan_.nv + 6 * port]; }
@@ -65,6 +69,16 @@ class System {
   // Sets the motion of a prescribed joint from `time` on. Where it does not go on from the motion before, it
   // jumps, unless `anew`: then there is no motion before.
   void set_motion(double time, int joint, double q, double qd, double qdd, bool anew);
+
+  // Trajectories and the controller; null where the model has none. `enter_phases` brings the trajectories to
+  // a time at which a step starts and tells whether the right-hand side changed.
+  const Control* control() const { return features::control ? control_.get() : nullptr; }
+  void update_control(const Model& model) {
+    if (control()) control_->update(model);
+  }
+  bool enter_phases(double time) { return control() && control_->enter(time, phases()); }
+  double next_border(double time) const;  // where a step has to end, s; infinity: nowhere
+  JointMotion reference(int joint, double time) { return control_->reference(joint, time, phases()); }
 
   // What a jump of prescribed joints does to the others, in y: the sudden drive keeps momentum,
   // M_ff dq_f + M_fp dq_p = 0 and the same for qd, its work counts, and loops close again. False: they do
@@ -106,6 +120,9 @@ class System {
   // input where there is one, what the prescribed motion takes elsewhere.
   void drive_forces(const Coordinates& at, const double* qdd, double* tau) const;
 
+  // Columns of Derivatives by `variables`, at held drive forces -> with the controller's answer.
+  void close_control(double time, const Coordinates& at, const std::vector<int>& variables, double* columns);
+
   double kinetic_energy(double time, const double* y);
   double potential_energy(double time, const double* y);
   double work(const double* y) const { return with_work_ ? y[nq() + nv()] : 0.0; }
@@ -141,13 +158,20 @@ class System {
   static constexpr int held_size = 5;  // time, q, qd, jump of q, jump of qd
   std::size_t held_begin() const { return plan_.nv + 6 * plan_.ports.size() + 3 * plan_.balls.size(); }
   double* held_motion(int slot) { return &inputs_[held_begin() + held_size * slot]; }
+  std::size_t phases_begin() const {
+    return held_begin() + held_size * static_cast<std::size_t>(held_count_);
+  }
+  double* phases() { return inputs_.data() + phases_begin(); }
+  const double* phases() const { return inputs_.data() + phases_begin(); }
   void project_error(double* error);
   double power(const Coordinates& at, const double* qdd);
 
   const Plan<double>& plan_;
   bool with_work_;
   std::vector<int> integrated_;   // joints in the state
-  std::vector<int> motion_slot_;  // per joint: its place among the prescribed ones, or -1
+  std::vector<int> motion_slot_;  // per joint: its place among those with a held motion, or -1
+  int held_count_ = 0;
+  std::unique_ptr<Control> control_;
   std::vector<double> inputs_;
   std::size_t base_size_ = 0;
   std::vector<double> scratch_inputs_;

@@ -26,11 +26,16 @@ constexpr Feature all_features[] = {
      }},
     {"motion", features::motion,
      [](const Model& model) {
-       return std::any_of(model.links.begin(), model.links.end(), [](const Link& link) {
-         return link.joint.drive == Drive::motion || link.joint.drive == Drive::locked;
-       });
+       return std::any_of(model.links.begin(), model.links.end(),
+                          [](const Link& link) {
+                            return link.joint.drive == Drive::motion || link.joint.drive == Drive::locked;
+                          }) ||
+              model.controller.law == Law::computed_torque ||
+              model.controller.law == Law::gravity_compensation;
      }},
     {"spherical", features::spherical, [](const Model& model) { return !model.balls.empty(); }},
+    {"control", features::control,
+     [](const Model& model) { return !model.trajectories.empty() || model.controller.law != Law::none; }},
     {"erk", features::erk, [](const Model& model) { return uses_method(model, SolverMethod::erk); }},
     {"adams", features::adams, [](const Model& model) { return uses_method(model, SolverMethod::adams); }},
     {"dirk", features::dirk, [](const Model& model) { return uses_method(model, SolverMethod::dirk); }},

@@ -37,6 +37,11 @@ inline constexpr bool spherical = false;
 #else
 inline constexpr bool spherical = true;
 #endif
+#ifdef REDYSIM_WITHOUT_CONTROL
+inline constexpr bool control = false;  // trajectories and controllers
+#else
+inline constexpr bool control = true;
+#endif
 #ifdef REDYSIM_WITHOUT_ERK
 inline constexpr bool erk = false;
 #else

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "math/vec3.hpp"
+#include "model/controller.hpp"
+#include "model/trajectory.hpp"
 
 // The multibody system as its user describes it: names, links, loops, forces and settings in SI units
 // and radians, checked, with parents before children, and immutable once read.
@@ -128,6 +130,7 @@ struct FmuSettings {
   bool energy = true;                      // energy.*
   bool solver = true;                      // solver.* outputs
   bool momentum = false;                   // momentum.*
+  bool reference = false;                  // <joint>.q_ref, .qd_ref of controlled joints
   std::vector<std::string> tunable;        // parameters such as "link3.mass" that a master may change
   double stop_time = 1, step_size = 1e-3;  // default experiment, s
 };
@@ -146,6 +149,8 @@ struct Model {
   std::vector<SpringDamper> springs;
   std::vector<Frame> frames;
   std::vector<Ball> balls;
+  std::vector<Trajectory> trajectories;
+  Controller controller;
   SolverSettings solver;
   FmuSettings fmu;
   ReportSettings report;

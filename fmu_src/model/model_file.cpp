@@ -3,11 +3,13 @@
 #include <cstdio>
 
 #include "model/compound_joint.hpp"
+#include "model/controller_reader.hpp"
 #include "model/frame_reader.hpp"
 #include "model/link_reader.hpp"
 #include "model/loop_reader.hpp"
 #include "model/model_checks.hpp"
 #include "model/settings_reader.hpp"
+#include "model/trajectory_reader.hpp"
 #include "model/tree.hpp"
 
 namespace redysim {
@@ -61,7 +63,16 @@ LinkTable link_table(const std::vector<LinkDraft>& drafts, bool sound) {
   return links;
 }
 
-Model read_model(Section& top, Findings& findings) {
+// Reference motions and what follows them.
+void read_guidance(Section& top, Model& model, bool degrees, bool inverse, const std::string& folder,
+                   std::vector<AttachedFile>& files, Findings& findings) {
+  model.trajectories = read_trajectories(top, model, degrees, folder, files, findings);
+  model.controller = read_controller(top, model, degrees, inverse, findings);
+  if (findings.error_count() == 0) check_trajectories(top, model, findings);
+}
+
+Model read_model(Section& top, const std::string& folder, std::vector<AttachedFile>& files,
+                 Findings& findings) {
   Model model;
   Names names;
   model.name = read_name(top);
@@ -84,8 +95,10 @@ Model read_model(Section& top, Findings& findings) {
   model.springs = read_springs(top, links, names, findings);
   model.frames = read_frames(top, links, degrees, names, findings);
   model.solver = read_solver(top, findings);
+  read_guidance(top, model, degrees, inverse, folder, files, findings);
   model.fmu = read_fmu(top, model, findings);
   model.report = read_report(top, findings);
+  if (inverse) drop_controller(model);
   top.refuse_unknown();
   return model;
 }
@@ -96,9 +109,15 @@ ModelFile read_model_text(const std::string& text, const std::string& name) {
   const Value document = parse_toml(text, name);
   Findings findings(name);
   Section top(document, "", findings);
-  Model model = read_model(top, findings);
+  std::vector<AttachedFile> files;
+  Model model = read_model(top, name.substr(0, name.rfind('/') + 1), files, findings);
   if (findings.error_count() > 0) throw ModelError(ModelError::Reason::invalid, findings.errors());
-  return {std::move(model), findings.warnings(), text};
+  ModelFile file{std::move(model), findings.warnings(), text, {}};
+  for (const AttachedFile& attached : files) {
+    file.source += '\n' + attached.name + '\n' + attached.bytes;
+    file.attached.push_back(attached.name);
+  }
+  return file;
 }
 
 ModelFile read_model_file(const std::string& path) { return read_model_text(read_bytes(path), path); }

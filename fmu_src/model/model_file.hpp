@@ -11,7 +11,8 @@ namespace redysim {
 struct ModelFile {
   Model model;
   std::vector<Diagnostic> warnings;
-  std::string source;  // the file's bytes
+  std::string source;                 // the file's bytes, then those of attached files
+  std::vector<std::string> attached;  // names of files beside it that it takes tables from
 };
 
 // Reads and checks a model file (TOML; fields in docs/model_file.md). Throws ModelError with all errors.

@@ -107,6 +107,27 @@ bool Section::numbers(const std::string& key, std::vector<double>& numbers, bool
   return list && read_numbers(key, *list, numbers, infinite);
 }
 
+std::vector<double> Section::numbers_each(const std::string& key, std::size_t count, double fallback,
+                                          Bound bound) {
+  const Value* value = ask(key);
+  std::vector<double> each(count, fallback), given;
+  if (!value) return each;
+  if (value->kind != Value::Kind::list) return std::vector<double>(count, number(key, fallback, bound));
+  if (!read_numbers(key, *value, given)) return each;
+  if (given.size() != count) {
+    error(value->place, key + " must be a number or a list of " + std::to_string(count) + ", got " +
+                            std::to_string(given.size()) + " numbers");
+    return each;
+  }
+  for (std::size_t k = 0; k < count; ++k)
+    if (bound != Bound::any && (given[k] < 0 || (bound == Bound::positive && given[k] == 0))) {
+      error(value->items[k].place,
+            key + " must be " + (bound == Bound::positive ? "> 0" : ">= 0") + ", got " + shown(given[k]));
+      return each;
+    }
+  return given;
+}
+
 bool Section::read_vector(const std::string& key, const Value& list, Vec3<double>& vector) {
   std::vector<double> numbers;
   if (!read_numbers(key, list, numbers)) return false;

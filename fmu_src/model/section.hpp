@@ -34,6 +34,9 @@ class Section {
   bool numbers(const std::string& key, std::vector<double>& numbers,
                bool infinite = false);                              // false: absent or bad
   bool within(const std::string& key, double number, Bound bound);  // reports it where it is not
+  // A number for all or a list of `count`; too few or many are a finding, and read as the fallback.
+  std::vector<double> numbers_each(const std::string& key, std::size_t count, double fallback,
+                                   Bound bound = Bound::any);
   Vec3<double> vector(const std::string& key, const Vec3<double>& fallback);
   Vec3<double> direction(const std::string& key, const Vec3<double>& fallback);    // of unit length
   bool directions(const std::string& key, std::vector<Vec3<double>>& directions);  // false: absent or bad

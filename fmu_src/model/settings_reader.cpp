@@ -12,8 +12,8 @@ namespace {
 
 void read_outputs(Section& section, FmuSettings& fmu) {
   if (!section.has("outputs")) return;
-  const std::vector<std::string> groups = {"acceleration", "energy", "solver", "momentum"};
-  bool* const shown_flags[] = {&fmu.acceleration, &fmu.energy, &fmu.solver, &fmu.momentum};
+  const std::vector<std::string> groups = {"acceleration", "energy", "solver", "momentum", "reference"};
+  bool* const shown_flags[] = {&fmu.acceleration, &fmu.energy, &fmu.solver, &fmu.momentum, &fmu.reference};
   for (bool* shown_flag : shown_flags) *shown_flag = false;
   for (const auto& [group, place] : section.texts("outputs")) {
     const auto found = std::find(groups.begin(), groups.end(), group);
@@ -59,6 +59,9 @@ std::vector<std::string> tunable_names(const Model& model) {
       if (parameter.tunable && std::isfinite(link.joint.*parameter.value))
         names.push_back(link.joint.name + "." + parameter.name);
   }
+  for (const ControlledJoint& controlled : model.controller.joints)
+    for (const char* parameter : {".kp", ".kd", ".target"})
+      names.push_back(model.links[controlled.link].joint.name + parameter);
   add_indexed(names, "gravity", 3);
   return names;
 }

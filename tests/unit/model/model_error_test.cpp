@@ -167,7 +167,8 @@ TEST(model_error, settings_have_bounds) {
             (Lines{"7: solver: rtol must be > 0, got 0", "8: solver: atol must be >= 0, got -1",
                    "9: solver: max_step must be >= 0, got -1", "10: solver: unknown field 'step'"}));
   EXPECT_EQ(errors(arm + "[fmu]\noutputs = ['energi', 'solver', 'solver', 1]\nstep_size = 0\n"),
-            (Lines{"7: fmu: outputs must be 'acceleration', 'energy', 'solver' or 'momentum', got 'energi'; "
+            (Lines{"7: fmu: outputs must be 'acceleration', 'energy', 'solver', 'momentum' or 'reference', "
+                   "got 'energi'; "
                    "did you mean "
                    "'energy'?",
                    "7: fmu: outputs lists 'solver' twice", "7: fmu: outputs must hold strings, got a number",

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <vector>
+
+namespace redysim {
+
+// Torques of joints from a reference (the joint's trajectory, or its target) and gains; e = reference - q:
+//   pd                    tau = kp e + kd e'
+//   gravity_compensation  ... + what holds the pose: gravity and springs
+//   feed_forward          ... + the inverse dynamics of the reference
+//   computed_torque       the tau at which qdd = qdd_reference + kd e' + kp e
+enum class Law { none, pd, gravity_compensation, feed_forward, computed_torque };
+
+struct ControlledJoint {
+  int link = 0;           // whose joint it is
+  double kp = 0, kd = 0;  // N m/rad and N m s/rad (N/m, N s/m); computed torque: 1/s^2 and 1/s
+  double target = 0;      // rad or m; where there is no trajectory
+};
+
+struct Controller {
+  Law law = Law::none;
+  bool input = false;  // a torque can be added: <joint>.tau_added
+  std::vector<ControlledJoint> joints;
+};
+
+}  // namespace redysim

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <limits>
+#include <vector>
+
+namespace redysim {
+
+// A joint's motion as a function of time, in s and rad or m. Before `begin` and after `end` it goes on at the
+// velocity it has there.
+struct Trajectory {
+  // q = from + (to - from) (s - sin(2 pi s) / (2 pi)), s = (t - begin) / (end - begin); or polynomials in a
+  // row, each in powers of the time since its own knot.
+  enum class Kind { cycloid, polynomials };
+  struct Piece {
+    double knot = 0;  // s
+    std::vector<double> coefficients;
+  };
+
+  Kind kind = Kind::polynomials;
+  int link = 0;  // whose joint it moves
+  double begin = -std::numeric_limits<double>::infinity();
+  double end = std::numeric_limits<double>::infinity();
+  double from = 0, to = 0;    // of a cycloid
+  std::vector<Piece> pieces;  // knots ascend
+};
+
+}  // namespace redysim

@@ -1,0 +1,95 @@
+#include "integrate/reference.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "unit/model/read.hpp"
+
+// Trajectories against closed forms and their own differences.
+
+namespace redysim {
+namespace {
+
+JointMotion at(const Trajectory& trajectory, double time) {
+  return motion_at(trajectory, phase_at(trajectory, time), time);
+}
+
+Trajectory trajectory(const std::string& fields) {
+  return test::read(test::arm + "drive = 'motion'\n[[trajectory]]\njoint = 'a'\n" + fields)
+      .trajectories.at(0);
+}
+
+const char* const all[] = {
+    "type = 'cycloid'\nfrom = 0.2\nto = -1.5\nstart = 0.3\nduration = 1.1\n",
+    "type = 'quintic'\nfrom = 0.2\nto = -1.5\nstart = 0.3\nduration = 1.1\nspeed_from = 1\nspeed_to = -2\n",
+    "type = 'cubic'\nfrom = 0.2\nto = -1.5\nstart = 0.3\nduration = 1.1\nspeed_from = 1\nspeed_to = -2\n",
+    "type = 'speed'\nfrom = 0.2\nspeed = -3\nstart = 0.3\n",
+    "type = 'polynomial'\ncoefficients = [1, -2, 3, -4]\nstart = 0.3\n",
+    "type = 'polynomial'\ncoefficients = [1, -2, 3, -4]\nstart = 0.3\nduration = 1\n",
+    "type = 'table'\ntime = [0.3, 0.5, 1, 1.4]\nq = [0, 1, -1, 2]\n",
+    "type = 'table'\ntime = [0.3, 0.5, 1, 1.4]\nq = [0, 1, -1, 2]\nqd = [1, 2, 3, 4]\n"};
+
+TEST(reference, velocity_and_acceleration_are_the_derivatives) {
+  for (const char* fields : all) {
+    const Trajectory tested = trajectory(fields);
+    for (double t : {-0.4, 0.1, 0.35, 0.6, 0.95, 1.2, 1.39, 1.7, 2.5}) {
+      const double h = 1e-4;
+      const JointMotion before = at(tested, t - h), now = at(tested, t), after = at(tested, t + h);
+      EXPECT_NEAR(now.qd, (after.q - before.q) / (2 * h), 3e-5) << fields << t;
+      EXPECT_NEAR(now.qdd, (after.qd - before.qd) / (2 * h), 3e-5) << fields << t;
+    }
+  }
+}
+
+TEST(reference, position_and_velocity_do_not_jump_where_a_phase_ends) {
+  for (const char* fields : all) {
+    const Trajectory tested = trajectory(fields);
+    for (double border : {tested.begin, tested.end}) {
+      if (std::isinf(border)) continue;
+      const Phase left = border == tested.begin ? Phase::before : Phase::inside;
+      const Phase right = border == tested.begin ? Phase::inside : Phase::after;
+      const JointMotion one = motion_at(tested, left, border), other = motion_at(tested, right, border);
+      EXPECT_NEAR(one.q, other.q, 1e-14) << fields;
+      EXPECT_NEAR(one.qd, other.qd, 1e-13) << fields;
+    }
+  }
+}
+
+TEST(reference, the_cycloid_is_redysims_equation_1) {
+  const Trajectory tested = trajectory(all[0]);
+  for (double t : {0.3, 0.5, 0.9, 1.3, 1.4}) {
+    const double s = t - 0.3, T = 1.1;
+    EXPECT_NEAR(at(tested, t).q, 0.2 + (-1.5 - 0.2) / T * (s - T / (2 * M_PI) * std::sin(2 * M_PI * s / T)),
+                1e-15);
+  }
+  for (double t : {0.3, 1.4}) {
+    EXPECT_NEAR(at(tested, t).qd, 0, 1e-13);
+    EXPECT_NEAR(at(tested, t).qdd, 0, 1e-13);
+  }
+  EXPECT_EQ(at(tested, -1).q, 0.2);
+  EXPECT_NEAR(at(tested, 9).q, -1.5, 1e-15);
+}
+
+TEST(reference, point_to_point_polynomials_meet_their_ends) {
+  for (int k : {1, 2}) {
+    const Trajectory tested = trajectory(all[k]);
+    EXPECT_NEAR(at(tested, 0.3).q, 0.2, 1e-14);
+    EXPECT_NEAR(at(tested, 0.3).qd, 1, 1e-14);
+    EXPECT_NEAR(at(tested, 1.4).q, -1.5, 1e-14);
+    EXPECT_NEAR(at(tested, 1.4).qd, -2, 1e-13);
+  }
+  const Trajectory quintic = trajectory(all[1]);
+  EXPECT_NEAR(motion_at(quintic, Phase::inside, 0.3).qdd, 0, 1e-13);
+  EXPECT_NEAR(motion_at(quintic, Phase::inside, 1.4).qdd, 0, 1e-12);
+}
+
+TEST(reference, outside_its_time_a_trajectory_keeps_the_velocity_of_its_end) {
+  const Trajectory tested = trajectory(all[1]);
+  EXPECT_NEAR(at(tested, 0.1).q, 0.2 - 0.2 * 1, 1e-14);
+  EXPECT_NEAR(at(tested, 2.4).q, -1.5 - 2 * 1, 1e-13);
+  EXPECT_EQ(at(tested, 2.4).qdd, 0);
+}
+
+}  // namespace
+}  // namespace redysim

@@ -1,0 +1,144 @@
+#include "model/motion_table.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace redysim {
+namespace {
+
+double value(const std::vector<double>& c, double t, int order) {
+  double sum = 0;
+  for (std::size_t k = c.size(); k-- > static_cast<std::size_t>(order);) {
+    double factor = 1;
+    for (int i = 0; i < order; ++i) factor *= static_cast<double>(k) - i;
+    sum = sum * t + factor * c[k];
+  }
+  return sum;
+}
+
+// Largest jump of a derivative between neighbouring pieces.
+double jump(const std::vector<Trajectory::Piece>& pieces, int order) {
+  double largest = 0;
+  for (std::size_t k = 1; k < pieces.size(); ++k) {
+    const double h = pieces[k].knot - pieces[k - 1].knot;
+    largest = std::max(largest, std::abs(value(pieces[k - 1].coefficients, h, order) -
+                                         value(pieces[k].coefficients, 0, order)));
+  }
+  return largest;
+}
+
+MotionTable sine(int points) {
+  MotionTable table;
+  for (int k = 0; k < points; ++k) {
+    // uneven points
+    const double t = 2 * k / (points - 1.0) + 0.2 * std::sin(3.0 * k) / points;
+    table.time.push_back(t);
+    table.q.push_back(std::sin(t));
+    table.qd.push_back(std::cos(t));
+    table.qdd.push_back(-std::sin(t));
+  }
+  return table;
+}
+
+// Largest error of a derivative of sin, half way between the points.
+double error(const std::vector<Trajectory::Piece>& pieces, int order) {
+  double largest = 0;
+  for (std::size_t k = 0; k + 1 < pieces.size(); ++k) {
+    const double h = 0.5 * (pieces[k + 1].knot - pieces[k].knot), t = pieces[k].knot + h;
+    const double exact = order == 0 ? std::sin(t) : order == 1 ? std::cos(t) : -std::sin(t);
+    largest = std::max(largest, std::abs(value(pieces[k].coefficients, h, order) - exact));
+  }
+  return largest;
+}
+
+TEST(motion_table, quintic_meets_its_ends) {
+  const std::vector<double> c = quintic(0.7, {1, -2, 3}, {-4, 5, -6});
+  for (int order = 0; order < 3; ++order) {
+    EXPECT_NEAR(value(c, 0, order), (std::vector<double>{1, -2, 3})[order], 1e-12);
+    EXPECT_NEAR(value(c, 0.7, order), (std::vector<double>{-4, 5, -6})[order], 1e-11);
+  }
+}
+
+TEST(motion_table, cubic_meets_its_ends) {
+  const std::vector<double> c = cubic(0.7, 1, -2, -4, 5);
+  EXPECT_NEAR(value(c, 0.7, 0), -4, 1e-12);
+  EXPECT_NEAR(value(c, 0.7, 1), 5, 1e-12);
+}
+
+TEST(motion_table, positions_alone_make_a_smooth_spline_at_rest_at_its_ends) {
+  MotionTable table;
+  table.time = {0, 0.3, 1, 1.2, 2};
+  table.q = {1, -1, 0.5, 2, 2};
+  const auto pieces = interpolate(table);
+  for (int order = 0; order < 3; ++order) EXPECT_LT(jump(pieces, order), 1e-11) << order;
+  for (std::size_t k = 0; k < pieces.size(); ++k) EXPECT_EQ(pieces[k].coefficients[0], table.q[k]);
+  EXPECT_EQ(pieces.front().coefficients[1], 0);
+  EXPECT_NEAR(value(pieces.back().coefficients, 0.8, 1), 0, 1e-12);
+  EXPECT_NEAR(value(pieces.back().coefficients, 0.8, 0), 2, 1e-12);
+}
+
+TEST(motion_table, a_spline_of_two_points_is_the_cubic_between_rests) {
+  MotionTable table;
+  table.time = {1, 3};
+  table.q = {0, 4};
+  const auto pieces = interpolate(table);
+  ASSERT_EQ(pieces.size(), 1u);
+  EXPECT_EQ(pieces[0].coefficients, cubic(2, 0, 0, 4, 0));
+}
+
+TEST(motion_table, velocities_are_met_and_the_acceleration_is_continuous) {
+  MotionTable table = sine(9);
+  table.qdd.clear();
+  const auto pieces = interpolate(table);
+  for (int order = 0; order < 3; ++order) EXPECT_LT(jump(pieces, order), 1e-11) << order;
+  for (std::size_t k = 0; k < pieces.size(); ++k) EXPECT_EQ(pieces[k].coefficients[1], table.qd[k]);
+}
+
+TEST(motion_table, errors_fall_with_the_order_of_what_is_given) {
+  for (bool accelerations : {false, true}) {
+    MotionTable coarse = sine(9), fine = sine(17);
+    if (!accelerations) {
+      coarse.qdd.clear();
+      fine.qdd.clear();
+    }
+    // position errors: of the sixth order with accelerations, of the fourth without
+    const double ratio = error(interpolate(coarse), 0) / error(interpolate(fine), 0);
+    EXPECT_GT(ratio, accelerations ? 40 : 10);
+    EXPECT_LT(error(interpolate(fine), 2), accelerations ? 1e-6 : 1e-2);
+  }
+}
+
+TEST(motion_table, a_bad_table_is_refused_with_a_sentence) {
+  EXPECT_EQ(objection({{0}, {1}, {}, {}}), "a table needs 2 rows or more, got 1");
+  EXPECT_EQ(objection({{0, 1}, {1}, {}, {}}), "q must be as long as time, 2 numbers, got 1");
+  EXPECT_EQ(objection({{0, 0}, {1, 1}, {}, {}}), "time must grow from row to row, got 0 after 0");
+  EXPECT_EQ(objection({{0, 1}, {1, 1}, {}, {1, 1}}), "qdd needs qd as well");
+  EXPECT_EQ(objection({{0, 1}, {1, NAN}, {}, {}}), "q must be finite, got nan");
+  EXPECT_EQ(objection({{0, 1}, {1, 1}, {1, 1}, {1, 1}}), "");
+}
+
+TEST(motion_table, csv_takes_the_joints_own_columns_first) {
+  MotionTable table;
+  EXPECT_EQ(
+      read_csv("# made by hand\ntime, q,\"b[1].q\" ,b[1].qd\r\n0,9,1,2\n\n 1 ,9, 3e0,-4\n", "b[1]", table),
+      "");
+  EXPECT_EQ(table.time, (std::vector<double>{0, 1}));
+  EXPECT_EQ(table.q, (std::vector<double>{1, 3}));
+  EXPECT_EQ(table.qd, (std::vector<double>{2, -4}));
+  EXPECT_TRUE(table.qdd.empty());
+  MotionTable plain;
+  EXPECT_EQ(read_csv("time,q\n0,9\n1,8", "a", plain), "");
+  EXPECT_EQ(plain.q, (std::vector<double>{9, 8}));
+}
+
+TEST(motion_table, a_bad_csv_is_refused_with_its_line) {
+  MotionTable table;
+  EXPECT_EQ(read_csv("t,q\n0,1\n", "a", table), "has no column 'time' in its line of names");
+  EXPECT_EQ(read_csv("time,b.q\n0,1\n", "a", table), "has no column 'a.q' or 'q' in its line of names");
+  EXPECT_EQ(read_csv("time,q\n0,1\n1,x\n", "a", table), "has no number in column 'q' of line 3");
+  EXPECT_EQ(read_csv("time,q\n0\n", "a", table), "has no number in column 'q' of line 2");
+}
+
+}  // namespace
+}  // namespace redysim
