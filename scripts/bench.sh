@@ -22,11 +22,13 @@ if [ "${1:-}" = core ]; then
   shift
   exec .venv/bin/python bench/run.py "$@"
 fi
-sh scripts/build.sh release redysim_fmu describe
+sh scripts/build.sh release redysim_fmu describe fmu_driver
 mkdir -p out/bench
 echo "== the recursions, two minutes"
 .venv/bin/python bench/run.py >out/bench/core.txt
 .venv/bin/python bench/do_step.py --core out/bench/core.txt | tee out/bench/do_step.txt
+echo "== steps, starts and many instances"
+.venv/bin/python bench/latency.py >out/bench/latency.txt
 echo "== error against run time, beside other simulators"
 .venv/bin/python bench/peers/work_precision.py -o out/bench
 echo "== extreme cases, beside other simulators"
