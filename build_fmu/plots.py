@@ -66,10 +66,11 @@ def plot(path: Path, session: Session, result: Result, asked: Sequence[str] = ()
         figure = Figure(figsize=(7.4 if columns == 1 else 11.5, 0.7 + 2.9 * rows), dpi=130, layout="constrained")
         FigureCanvasAgg(figure)
         figure.suptitle(session.description.modelName.replace("$", r"\$"), x=0.01, ha="left", fontsize=14, weight="bold", color="#22303c")
+        grid = figure.add_gridspec(rows, columns)
         for i, panel in enumerate(drawn):
             # a lone last panel takes the whole row
             last = i == len(drawn) - 1 and len(drawn) % columns
-            axes = figure.add_subplot(rows, 1, rows) if last else figure.add_subplot(rows, columns, i + 1)
+            axes = figure.add_subplot(grid[-1, :] if last else grid[i // columns, i % columns])
             _draw(axes, panel, result.time, time_label=i >= len(drawn) - columns)
         metadata = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
         whole_file(path, lambda temporary: figure.savefig(temporary, metadata=metadata[path.suffix.lower()]))
