@@ -33,7 +33,6 @@ class Components {
   std::vector<char> closed_;  // of leaders
 };
 
-bool is_of_link(Role role) { return role == Role::mass || role == Role::com || role == Role::inertia; }
 bool is_spring(Role role) {
   switch (role) {
     case Role::stiffness:

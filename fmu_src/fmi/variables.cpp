@@ -155,7 +155,6 @@ int elements(Role role) {
   return role == Role::inertia ? 6 : role == Role::com || role == Role::gravity ? 3 : 1;
 }
 
-bool is_of_link(Role role) { return role == Role::mass || role == Role::com || role == Role::inertia; }
 bool is_of_controller(Role role) { return role == Role::kp || role == Role::kd || role == Role::target; }
 bool is_of_joint(Role role) {
   return (role >= Role::damping && role <= Role::stop_width) || is_of_controller(role);
@@ -249,6 +248,8 @@ Tunable parse_tunable(const Model& model, const std::string& text) {
 }
 
 }  // namespace
+
+bool is_of_link(Role role) { return role == Role::mass || role == Role::com || role == Role::inertia; }
 
 bool has_work(const Model& model, const Plan<double>& plan) {
   return model.fmu.energy && plan.prescribed_count < plan.nv;

@@ -131,6 +131,9 @@ class VariableTable {
   std::vector<int> reals_, integers_, strings_;  // value reference -> index into all_
 };
 
+// A parameter of a link's body: mass, com or inertia.
+bool is_of_link(Role role);
+
 // Whether the work of drives and dampers is integrated: energies are shown and something is integrated.
 bool has_work(const Model& model, const Plan<double>& plan);
 

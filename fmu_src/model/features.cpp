@@ -51,26 +51,16 @@ std::vector<std::string> features_of(const Model& model) {
   return names;
 }
 
-bool has_method(SolverMethod method) {
-  switch (method) {
-    case SolverMethod::erk:
-      return features::erk;
-    case SolverMethod::adams:
-      return features::adams;
-    case SolverMethod::dirk:
-      return features::dirk;
-    case SolverMethod::bdf:
-      return features::bdf;
-    case SolverMethod::automatic:
-      break;
-  }
-  return features::erk && features::adams && features::dirk && features::bdf;
-}
-
 std::string missing_feature(const Model& model) {
   for (const Feature& feature : all_features)
     if (!feature.built_in && feature.used(model)) return feature.name;
   return {};
+}
+
+bool has_method(SolverMethod method) {
+  Model bare;
+  bare.solver.method = method;
+  return missing_feature(bare).empty();
 }
 
 }  // namespace redysim

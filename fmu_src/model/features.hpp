@@ -1,67 +1,43 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "model/model.hpp"
 
 // What this library was built for: everything, or what one scene uses (`build-fmu build --specialise`).
-// CMake's REDYSIM_FEATURES names the parts; REDYSIM_WITHOUT_<PART> comes from there. Code of an absent part
-// stands behind a condition that is constant, so that the compiler and the linker leave it out.
+// CMake's REDYSIM_FEATURES names the parts. Code of an absent part stands behind a condition that is
+// constant, so that the compiler and the linker leave it out.
 
 namespace redysim {
 namespace features {
 
-#ifdef REDYSIM_WITHOUT_LOOPS
-inline constexpr bool loops = false;
-#else
-inline constexpr bool loops = true;
+#ifndef REDYSIM_FEATURES
+#define REDYSIM_FEATURES "all"
 #endif
-#ifdef REDYSIM_WITHOUT_SPRINGS
-inline constexpr bool springs = false;
-#else
-inline constexpr bool springs = true;
-#endif
-#ifdef REDYSIM_WITHOUT_PORTS
-inline constexpr bool ports = false;  // frames at which forces act
-#else
-inline constexpr bool ports = true;
-#endif
-#ifdef REDYSIM_WITHOUT_MOTION
-inline constexpr bool motion = false;  // prescribed joints
-#else
-inline constexpr bool motion = true;
-#endif
-#ifdef REDYSIM_WITHOUT_SPHERICAL
-inline constexpr bool spherical = false;
-#else
-inline constexpr bool spherical = true;
-#endif
-#ifdef REDYSIM_WITHOUT_CONTROL
-inline constexpr bool control = false;  // trajectories and controllers
-#else
-inline constexpr bool control = true;
-#endif
-#ifdef REDYSIM_WITHOUT_ERK
-inline constexpr bool erk = false;
-#else
-inline constexpr bool erk = true;
-#endif
-#ifdef REDYSIM_WITHOUT_ADAMS
-inline constexpr bool adams = false;
-#else
-inline constexpr bool adams = true;
-#endif
-#ifdef REDYSIM_WITHOUT_DIRK
-inline constexpr bool dirk = false;
-#else
-inline constexpr bool dirk = true;
-#endif
-#ifdef REDYSIM_WITHOUT_BDF
-inline constexpr bool bdf = false;
-#else
-inline constexpr bool bdf = true;
-#endif
+
+// Whether REDYSIM_FEATURES, parts with a comma after each or "all", holds a part.
+constexpr bool holds(std::string_view part) {
+  std::string_view parts = REDYSIM_FEATURES;
+  if (parts == "all") return true;
+  for (std::size_t comma = parts.find(','); comma != parts.npos; comma = parts.find(',')) {
+    if (parts.substr(0, comma) == part) return true;
+    parts.remove_prefix(comma + 1);
+  }
+  return false;
+}
+
+inline constexpr bool loops = holds("loops");
+inline constexpr bool springs = holds("springs");
+inline constexpr bool ports = holds("ports");    // frames at which forces act
+inline constexpr bool motion = holds("motion");  // prescribed joints
+inline constexpr bool spherical = holds("spherical");
+inline constexpr bool control = holds("control");  // trajectories and controllers
+inline constexpr bool erk = holds("erk");
+inline constexpr bool adams = holds("adams");
+inline constexpr bool dirk = holds("dirk");
+inline constexpr bool bdf = holds("bdf");
 #ifdef REDYSIM_HAS_STRAIGHT_LINE
 inline constexpr bool straight_line = true;  // forward dynamics compiled for one scene
 #else
