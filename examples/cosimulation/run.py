@@ -1,0 +1,95 @@
+"""A robot with drives and a controller as one .ssp file, run by several masters: plant and weight are FMUs of ours, the rest is PythonFMU's.
+
+python examples/cosimulation/run.py [-o out/cosimulation]
+
+Needs `pip install 'build-fmu[cosimulation]'`; a master that is not there is left out. Ends with a table and cosimulation.png.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+
+matplotlib.use("Agg")
+from masters import MASTERS
+from matplotlib import pyplot
+from system import JOINTS, STEP, make_fmus, pack, watched
+
+NAMES = {"fmpy": "FMPy", "ecospy": "Ecos", "libcosimpy": "libcosim"}
+STYLES = {"fmpy": {"linewidth": 3, "alpha": 0.35}, "ecospy": {"linestyle": "--"}, "libcosimpy": {"linestyle": ":", "linewidth": 2}}
+
+
+def run(master: str, ssp: Path) -> dict | None:
+    """Runs one master in a process of its own; returns its version, its rows and the seconds it took."""
+    if importlib.util.find_spec(master) is None:
+        print(f"{NAMES[master]} is left out: `pip install {master}` brings it")
+        return None
+    answer = ssp.with_name(f"{master}.json")
+    answer.unlink(missing_ok=True)
+    done = subprocess.run([sys.executable, str(Path(__file__).parent / "masters.py"), master, str(ssp), str(answer)],
+                          capture_output=True, text=True)
+    if done.returncode != 0 or not answer.exists():
+        print(f"{NAMES[master]} failed: {(done.stderr or done.stdout).strip().splitlines()[-1:]}")
+        return None
+    told = json.loads(answer.read_text())
+    columns = len(watched())
+    told["rows"] = np.array([row or [math.nan] * columns for row in told["rows"]])
+    return told
+
+
+def table(results: dict[str, dict]) -> None:
+    """Prints how far each master is from the loop in FMPy, and how well the arm follows."""
+    columns = watched()
+    q, reference = ([columns.index((element, f"{joint}.{kind}")) for joint in JOINTS]
+                    for element, kind in (("arm", "q"), ("controller", "reference")))
+    base = results["fmpy"]["rows"]
+    print("master      version   joints and torques, largest difference from FMPy   tracking error [rad]   time [s]")
+    for name, told in results.items():
+        rows = told["rows"]
+        error = np.nanmax(np.abs(rows[:, q] - rows[:, reference]))
+        print(f"{NAMES[name]:<11} {told['version']:<9} {np.nanmax(np.abs(rows - base)):<54.1e} {error:<22.4f} {told['seconds']:.1f}")
+
+
+def draw(results: dict[str, dict], target: Path) -> None:
+    """Draws two joints and their drives, every master over the others."""
+    columns = watched()
+    figure, axes = pyplot.subplots(2, 2, sharex=True, figsize=(10, 6), layout="constrained")
+    for side, joint in enumerate(("joint2", "joint3")):
+        for row, (element, kind, said) in enumerate((("arm", "q", "position, rad"), ("drive", "torque", "torque of the drive, N m"))):
+            ax, k = axes[row, side], columns.index((element, f"{joint}.{kind}"))
+            for name, told in results.items():
+                ax.plot(np.arange(len(told["rows"])) * STEP, told["rows"][:, k], label=NAMES[name], **STYLES[name])
+            ax.set(title=joint if row == 0 else "", ylabel=said, xlabel="time, s" if row else "")
+            ax.grid(alpha=0.3)
+    axes[0, 0].legend()
+    figure.savefig(target, dpi=120)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("-o", "--output", type=Path, default=Path("out/cosimulation"), metavar="DIR", help="folder to write into")
+    folder = parser.parse_args().output.resolve()
+    if importlib.util.find_spec("pythonfmu") is None:
+        print("the controller and the drive are made by PythonFMU: `pip install 'build-fmu[cosimulation]'` brings it", file=sys.stderr)
+        return 1
+    ssp = folder / "kuka_kr5.ssp"
+    pack(make_fmus(folder), ssp)
+    results = {name: told for name in MASTERS if (told := run(name, ssp)) is not None}
+    if "fmpy" not in results:
+        return 1
+    table(results)
+    draw(results, folder / "cosimulation.png")
+    print(f"{ssp}\n{folder / 'cosimulation.png'}")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
