@@ -286,19 +286,29 @@ const double* Instance::settle() {
   return settled_state_.data();
 }
 
-// Brings tuned parameters into force. The balance goes on from its value: tuning is no energy error.
 bool Instance::update_plan(Function function) {
   if (plan_current_) return true;
+  const std::string why = impossible_parameter();
+  if (why.empty())
+    renew_plan();
+  else
+    refuse(function, why);
+  return plan_current_;
+}
+
+// Which parameters contradict each other; empty: none.
+std::string Instance::impossible_parameter() const {
   for (const Link& link : model_.links)
-    if (!is_possible_inertia(link.inertia)) {
-      refuse(function, "the inertia of link '" + link.name + "' has a negative principal moment");
-      return false;
-    }
+    if (!is_possible_inertia(link.inertia))
+      return "the inertia of link '" + link.name + "' has a negative principal moment";
   for (const Link& link : model_.links)
-    if (!(link.joint.lower < link.joint.upper)) {
-      refuse(function, link.joint.name + ".upper must be greater than " + link.joint.name + ".lower");
-      return false;
-    }
+    if (!(link.joint.lower < link.joint.upper))
+      return link.joint.name + ".upper must be greater than " + link.joint.name + ".lower";
+  return {};
+}
+
+// Brings tuned parameters into force. The balance goes on from its value: tuning is no energy error.
+void Instance::renew_plan() {
   const bool rebase = integrator_ && system_.with_work();
   double before = 0;
   if (rebase)
@@ -310,7 +320,6 @@ bool Instance::update_plan(Function function) {
     energy_offset_ += system_.kinetic_energy(time_, current_state()) +
                       system_.potential_energy(time_, current_state()) - before;
   plan_current_ = true;
-  return true;
 }
 
 std::string Instance::failed_joint_name() const {

@@ -75,6 +75,8 @@ class Instance {
   void values_changed();          // all that is computed on demand is stale
   const double* current_state();  // y, in every state of life
   bool update_plan(Function function);
+  std::string impossible_parameter() const;
+  void renew_plan();
   bool update_accelerations(Function function);
   bool update_energies(Function function);
   double read_frame(const Variable& variable);
@@ -107,7 +109,8 @@ class Instance {
   bool restore(const Bytes& bytes);
   Bytes* find_saved(fmi2FMUstate saved);
   Bytes& add_saved(fmi2FMUstate* saved);
-  std::string serial_header(const unsigned char* bytes, std::size_t size) const;
+  Bytes serial_kind() const;
+  Bytes serial_header(const unsigned char* bytes, std::size_t size) const;
 
   Log log_;
   std::string guid_;

@@ -38,7 +38,9 @@ constexpr const char* not_ours = "this is no saved state of this instance";
 
 }  // namespace
 
+// Tuned parameters come into force first, as they do where values are read: the balance goes on from there.
 void Instance::save(Bytes& bytes) {
+  if (!plan_current_ && impossible_parameter().empty()) renew_plan();
   bytes.clear();
   ByteWriter writer(bytes);
   writer.value(static_cast<std::uint32_t>(state_));
@@ -59,6 +61,7 @@ void Instance::save(Bytes& bytes) {
 }
 
 bool Instance::restore(const Bytes& bytes) {
+  if (!plan_current_ && impossible_parameter().empty()) renew_plan();  // what a refusal comes back to
   ByteReader reader(bytes.data(), bytes.size());
   std::uint32_t state_code = 0, parameters_changed = 0, settled = 0, method_code = 0;
   double start_time, stop_time, tolerance, time, energy_offset;
@@ -109,7 +112,7 @@ bool Instance::restore(const Bytes& bytes) {
     integrator_.reset();
   }
 
-  plan_current_ = true;
+  plan_current_ = impossible_parameter().empty();
   start_state_current_ = settled_state_current_ = false;
   values_changed();
   state_ = state;
@@ -165,15 +168,21 @@ fmi2Status Instance::free_fmu_state(fmi2FMUstate* saved) {
   return fmi2OK;
 }
 
-// Kind, version, model, size and check sum of the bytes that follow.
-std::string Instance::serial_header(const unsigned char* bytes, std::size_t size) const {
-  std::vector<unsigned char> header;
-  ByteWriter writer(header);
+// Kind, version and model; then size and check sum of the bytes that follow.
+Instance::Bytes Instance::serial_kind() const {
+  Bytes kind;
+  ByteWriter writer(kind);
   writer.text("ReDySim-FMU state " REDYSIM_VERSION);
   writer.text(guid_);
+  return kind;
+}
+
+Instance::Bytes Instance::serial_header(const unsigned char* bytes, std::size_t size) const {
+  Bytes header = serial_kind();
+  ByteWriter writer(header);
   writer.value(static_cast<std::uint64_t>(size));
   writer.value(check_sum(bytes, size));
-  return std::string(header.begin(), header.end());
+  return header;
 }
 
 fmi2Status Instance::serialized_size(fmi2FMUstate saved, std::size_t* size) {
@@ -189,7 +198,7 @@ fmi2Status Instance::serialize(fmi2FMUstate saved, fmi2Byte* target, std::size_t
   constexpr Function function = Function::serialize_fmu_state;
   const Bytes* bytes = find_saved(saved);
   if (!bytes) return refuse(function, not_ours);
-  const std::string header = serial_header(bytes->data(), bytes->size());
+  const Bytes header = serial_header(bytes->data(), bytes->size());
   const std::size_t needed = header.size() + bytes->size();
   if (!target || size < needed)
     return refuse(function,
@@ -203,12 +212,20 @@ fmi2Status Instance::deserialize(const fmi2Byte* source, std::size_t size, fmi2F
   constexpr Function function = Function::deserialize_fmu_state;
   if (!source || !saved) return refuse(function, "an argument is a null pointer");
   const auto* first = reinterpret_cast<const unsigned char*>(source);
-  const std::size_t header_size = serial_header(first, 0).size();
+  const Bytes kind = serial_kind();
+  std::uint64_t length = 0, sum = 0;
+  const std::size_t header_size = kind.size() + sizeof length + sizeof sum;
   if (size < header_size) return refuse(function, "these bytes are no saved state, or a part of one");
-  const std::string header = serial_header(first + header_size, size - header_size);
-  if (!std::equal(header.begin(), header.end(), source))
-    return refuse(function, "these bytes are damaged, or a saved state of another model or version");
-  add_saved(saved).assign(first + header_size, first + size);
+  if (!std::equal(kind.begin(), kind.end(), first))
+    return refuse(function, "these bytes are no saved state, or one of another model or version");
+  // nothing is read beyond what the bytes themselves say that there is
+  ByteReader reader(first + kind.size(), size - kind.size());
+  reader.value(length);
+  reader.value(sum);
+  if (length != reader.left())
+    return refuse(function, "these bytes are longer or shorter than the state that was saved");
+  if (sum != check_sum(reader.rest(), reader.left())) return refuse(function, "these bytes are damaged");
+  add_saved(saved).assign(reader.rest(), reader.rest() + reader.left());
   return fmi2OK;
 }
 

@@ -218,7 +218,10 @@ fmi2Status Instance::get_real(const unsigned* references, std::size_t count, dou
     if (!variable) return refuse(function, unknown_reference(references[i], "Real"));
     if (state_ == State::instantiated && variable->causality == Causality::output)
       return refuse(function, variable->name + " has no value before initialization mode");
-    if (!read(function, *variable, values[i])) return fmi2Error;
+    double value = 0;
+    if (!read(function, *variable, value)) return fmi2Error;
+    if (!std::isfinite(value)) return refuse(function, variable->name + " is not finite: " + shown(value));
+    values[i] = value;
   }
   return fmi2OK;
 }

@@ -118,7 +118,7 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
     slope_known_ = false;
     control_.forget_errors();
     if (!follow_motion(system_, time_, y_.data()))
-      return failure(time_, "the loops cannot follow the prescribed motion");
+      return failure(time_, "the joints cannot follow the prescribed motion");
   }
   if (fresh_ && !first_step_from_here())
     return failure(time_, "the accelerations cannot be computed at the start of the step");

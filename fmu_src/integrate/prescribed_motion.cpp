@@ -40,13 +40,16 @@ bool System::follow_jumps(double time, double* y) {
   const bool jumps = jumped();
   const double before = jumps && with_work_ ? energy_before_jump(time, y) : 0;
   if (jumps) {
+    unmoved_.assign(y, y + size());
     respond(time, y, false);
     respond(time, y, true);
   }
   const bool closed =
       !plan_.has_loops() || (project(time, y, nullptr) == Status::ok && largest_gap() < open_loop);
   if (jumps && with_work_) y[nq() + nv()] += kinetic_energy(time, y) + potential_energy(time, y) - before;
-  return closed;
+  if (!jumps || std::all_of(y, y + size(), [](double value) { return std::isfinite(value); })) return closed;
+  std::copy(unmoved_.begin(), unmoved_.end(), y);
+  return false;
 }
 
 double System::energy_before_jump(double time, const double* y) {

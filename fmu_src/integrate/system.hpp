@@ -82,7 +82,7 @@ class System {
 
   // What a jump of prescribed joints does to the others, in y: the sudden drive keeps momentum,
   // M_ff dq_f + M_fp dq_p = 0 and the same for qd, its work counts, and loops close again. False: they do
-  // not.
+  // not, or the jump is beyond numbers and y is as it was.
   bool follow_jumps(double time, double* y);
   void forget_jumps();
 
@@ -174,7 +174,7 @@ class System {
   std::unique_ptr<Control> control_;
   std::vector<double> inputs_;
   std::size_t base_size_ = 0;
-  std::vector<double> scratch_inputs_;
+  std::vector<double> scratch_inputs_, unmoved_;
   std::vector<double> q_, qd_;       // all joints
   std::vector<BallAngles> angles_;   // of the spherical joints, as in q_
   bool charts_kept_ = false;         // by the corrections after one elimination

@@ -11,6 +11,7 @@ import pytest
 from build_fmu import native
 from build_fmu.errors import UserError
 from tests.fmi.raw import Unpacked
+from tests.fmi.subjects import Subject
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -103,3 +104,10 @@ def fmu(fmu_file, tmp_path_factory):
         return loaded[name]
 
     return unpacked
+
+
+@pytest.fixture(scope="session")
+def subject(fmu):
+    """Returns a function: name of a model -> what the abuse tests know of its FMU."""
+    known = {}
+    return lambda name: known[name] if name in known else known.setdefault(name, Subject(fmu(name)))
