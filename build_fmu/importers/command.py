@@ -40,10 +40,10 @@ def run(options: Namespace) -> int:
         raise UserError(f"{error}\n'{target}' is written, but the model in it is not complete or not sound: see the lines above") from None
     for warning in model.warnings:
         print(warning, file=sys.stderr)
-    links = model.drawing["links"]
-    counts = {"link": len(links), "moving joint": sum(link["type"] != "fixed" for link in links), "loop": len(model.drawing.get("loops", []))}
+    # the drawing has a link for each freedom of a joint with several
+    counts = {"link": len(draft.links), "moving joint": sum(link.joint != "fixed" for link in draft.links), "loop": len(model.drawing.get("loops", []))}
     words = ", ".join(f"{n} {what}{'' if n == 1 else 's'}" for what, n in counts.items())
-    print(f"{target}  {words}, {sum(link['mass'] for link in links):.6g} kg")
+    print(f"{target}  {words}, {sum(link.mass for link in draft.links):.6g} kg")
     return 0
 
 

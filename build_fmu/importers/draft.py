@@ -35,17 +35,21 @@ class DraftLink:
     mass: float = 0.0
     com: list[float] = field(default_factory=lambda: [0.0] * 3)
     inertia: list[float] = field(default_factory=lambda: [0.0] * 6)  # Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the COM
-    q: float = 0.0
-    qd: float = 0.0
+    q: float | list[float] = 0.0  # a list on joints of several freedoms, here and below
+    qd: float | list[float] = 0.0
     hold: bool = False
-    damping: float = 0.0
+    damping: float | list[float] = 0.0
     stiffness: float = 0.0
     rest: float = 0.0
     armature: float = 0.0
-    friction: float = 0.0
+    friction: float | list[float] = 0.0
+    static_friction: float = 0.0
+    friction_velocity: float = 0.0
     lower: float | None = None
     upper: float | None = None
     stop_stiffness: float = 0.0
+    stop_damping: float = 0.0
+    stop_width: float = 0.0
     drive: str = "torque"
     notes: list[str] = field(default_factory=list)
 

@@ -71,16 +71,18 @@ def _link(link: DraftLink, before: str | None) -> Iterator[str]:
     if any(link.inertia):
         yield f"inertia = {_value(link.inertia if any(link.inertia[3:]) else link.inertia[:3])}"
     if moving:
-        for key in ("q", "qd", "damping", "stiffness", "rest", "armature"):
-            if getattr(link, key) != 0:
-                yield f"{key} = {number(getattr(link, key))}"
-        if link.friction != 0:
-            yield f"friction = {number(link.friction)}"
-        for key in ("lower", "upper"):
-            if getattr(link, key) is not None:
-                yield f"{key} = {number(getattr(link, key))}"
-        if link.lower is not None or link.upper is not None:
+        for key in ("q", "qd", "damping", "stiffness", "rest", "armature", "friction", "static_friction", "friction_velocity"):
+            value = getattr(link, key)
+            if any(value) if isinstance(value, list) else value != 0:
+                yield f"{key} = {_value(value)}"
+        stops = [key for key in ("lower", "upper") if getattr(link, key) is not None]
+        for key in stops:
+            yield f"{key} = {number(getattr(link, key))}"
+        if stops:
             yield f"stop_stiffness = {number(link.stop_stiffness)}"
+            for key in ("stop_damping", "stop_width"):
+                if getattr(link, key) != 0:
+                    yield f"{key} = {number(getattr(link, key))}"
         if link.hold:
             yield "hold = true"
 

@@ -16,10 +16,13 @@ from build_fmu.importers.fields import read_text
 from build_fmu.importers.layout import far, joint_frame, place, settle, side_frame
 from build_fmu.importers.rigid import matrix_of, pose_of, rotation_x, rotation_y, rotation_z, six_of, transform
 from build_fmu.importers.toml_writer import number
+from build_fmu.importers.urdf_losses import report_losses, some
 from build_fmu.importers.xml_lines import parse
 
-KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
+KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed", "floating": "free", "planar": "planar"}
+WORLD = "world"  # what some simulators call the ground without listing it
 RESIDUE = 1e-16  # m2: an inertia of less than this times the mass
+DEGREES = 4 * math.pi  # rad: a limit beyond two turns was meant in degrees
 NEAR_RIGHT = 1e-3  # rad: an angle so near to a multiple of 90 degrees was meant to be one
 
 
@@ -48,6 +51,7 @@ class Urdf:
 
     def __init__(self, path: Path, snap: bool) -> None:
         self.path, self.snap, self.near_right = path, snap, 0
+        self.like_degrees: list[str] = []
         text = read_text(path)
         self.root, self.lines = parse(path, path.read_bytes())
         if self.root.tag != "robot":
@@ -75,12 +79,22 @@ class Urdf:
             raise self.error(element, f"'{key}' of <{element.tag}> must be {what}, got '{element.attrib.get(key, default)}'")
         return values
 
+    def amount(self, element: ET.Element, key: str, default: str) -> float:
+        """Returns a number that cannot be negative."""
+        value = self.numbers(element, key, 1, default)[0]
+        if value < 0:
+            raise self.error(element, f"'{key}' of <{element.tag}> must be >= 0, got {value:g}")
+        return value
+
     def pose(self, parent: ET.Element) -> np.ndarray:
         """Returns the transform of <origin xyz rpy>."""
         element = parent.find("origin")
         if element is None:
             return np.eye(4)
         angles = self.numbers(element, "rpy", 3, "0 0 0")
+        if max(map(abs, angles)) > DEGREES:
+            self.like_degrees.append(f"{self.path}:{self.lines.get(id(element), 1)}: rpy = '{element.attrib['rpy']}' looks like degrees; a URDF counts in rad, "
+                                     "and so it was read")
         for i, angle in enumerate(angles):
             nearest = round(angle / (math.pi / 2)) * (math.pi / 2)
             # the last digits of pi/2 are no intention
@@ -101,15 +115,21 @@ def read(path: Path, options: Namespace) -> Draft:
     draft = Draft(name=legal(urdf.root.attrib.get("name") or path.stem), source=path.name)
     _joints(urdf, bodies, draft, options.stops)
     root = _root(urdf, bodies)
-    if bodies[root].mass or np.any(bodies[root].inertia):
-        draft.lost.append(f"the mass of '{root}', {bodies[root].mass:g} kg: it is the ground here and moves nothing")
+    if options.floating:
+        bodies[root].kind = "free"
+    elif bodies[root].mass or np.any(bodies[root].inertia):
+        draft.lost.append(f"the mass of '{root}', {bodies[root].mass:g} kg: it is the ground here and moves nothing; --floating lets it float free")
     _check_reached(urdf, bodies, root)
     _Layout(draft, bodies, options).lay(root)
-    draft.notes.append(f"The ground frame is the frame of '{root}'. Link frames are laid anew (z: joint axis, x: common normal), which changes no "
-                       "motion; where the URDF's own frame is another one, {'a [[frame]]' if options.frames else 'a comment'} tells its place in ours (m, rad).")
-    _losses(urdf, draft)
-    if not draft.links:
-        raise UserError(f"'{path}' has one link and no joint: nothing can move")
+    draft.notes.append(f"The ground frame is the frame of '{root}'{' at q = 0' if options.floating else ''}. Link frames are laid anew (z: joint axis, x: common normal), which changes no "
+                       f"motion; where the URDF's own frame is another one, {'a [[frame]]' if options.frames else 'a comment'} tells its place in ours (m, rad).")
+    report_losses(urdf.root, urdf.lines, draft)
+    draft.doubts += urdf.like_degrees
+    if urdf.near_right:
+        draft.doubts.append(f"{urdf.near_right} angles are within {NEAR_RIGHT:g} rad of a multiple of 90 degrees, such as 1.5708: --snap makes them exact, "
+                            "which gives shorter numbers and a faster model")
+    if not any(link.joint != "fixed" for link in draft.links):
+        raise UserError(f"'{path}' has no joint that moves; --floating lets its root link '{root}' float free")
     return draft
 
 
@@ -132,7 +152,7 @@ def _inertial(urdf: Urdf, inertial: ET.Element, body: Body) -> None:
     pose = urdf.pose(inertial)
     mass, tensor = inertial.find("mass"), inertial.find("inertia")
     if mass is not None:
-        body.mass = urdf.numbers(mass, "value", 1, "")[0]
+        body.mass = urdf.amount(mass, "value", "")
     if tensor is not None:
         six = [urdf.numbers(tensor, key, 1, "0")[0] for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")]
         # an exporter's rounding residue is no inertia, and often an impossible one
@@ -150,14 +170,16 @@ def _joints(urdf: Urdf, bodies: dict[str, Body], draft: Draft, stops: float | No
             raise urdf.error(element, f"the joint '{name}' is there twice")
         seen.add(name)
         if kind not in KINDS:
-            hint = did_you_mean(kind, KINDS) or "; revolute, continuous, prismatic and fixed can be imported"
-            raise urdf.error(element, f"joint '{name}': the type '{kind}' cannot be carried over{hint}")
+            hint = did_you_mean(kind, KINDS) or f"; {', '.join(KINDS)} are known"
+            raise urdf.error(element, f"joint '{name}': there is no type '{kind}'{hint}")
         ends = []
         for tag in ("parent", "child"):
             end = element.find(tag)
             if end is None:
                 raise urdf.error(element, f"joint '{name}' has no <{tag}>")
             link = urdf.text(end, "link")
+            if link == WORLD and tag == "parent":
+                bodies.setdefault(WORLD, Body(WORLD, urdf.lines.get(id(end), 1)))
             if link not in bodies:
                 raise urdf.error(end, f"joint '{name}': there is no link '{link}'{did_you_mean(link, bodies)}")
             ends.append(link)
@@ -167,25 +189,30 @@ def _joints(urdf: Urdf, bodies: dict[str, Body], draft: Draft, stops: float | No
                                       "model file with [[loop]]")
         body.parent, body.joint, body.kind, body.origin = ends[0], name, KINDS[kind], urdf.pose(element)
         bodies[ends[0]].children.append(body.name)
-        if kind == "fixed":
+        for tag in ("dynamics", "limit") if kind in ("floating", "planar") else ():
+            if element.find(tag) is not None and (kind, tag) != ("planar", "dynamics"):
+                draft.lost.append(f"<{tag}> of '{name}': a {kind} joint takes none here")
+        if kind in ("fixed", "floating"):
             continue
         body.axis = _axis(urdf, element, name)
         dynamics = element.find("dynamics")
         if dynamics is not None:
-            body.damping = urdf.numbers(dynamics, "damping", 1, "0")[0]
-            body.friction = urdf.numbers(dynamics, "friction", 1, "0")[0]
-        body.limits = _limits(urdf, element)
+            body.damping = urdf.amount(dynamics, "damping", "0")
+            body.friction = urdf.amount(dynamics, "friction", "0")
+        if kind == "planar":
+            continue
+        body.limits = _limits(urdf, element, name, draft)
         if body.limits:
             limited.append(body)
         if element.find("mimic") is not None:
             mimics.append(name)
     if mimics:
-        draft.lost.append(f"the coupling <mimic> of {_some(mimics)} (each joint moves by itself here)")
+        draft.lost.append(f"the coupling <mimic> of {some(mimics)} (each joint moves by itself here)")
     outside = [f"{body.joint} ({body.limits[0]:g} to {body.limits[1]:g})" for body in limited if not body.limits[0] <= 0 <= body.limits[1]]
     if outside:
-        draft.doubts.append(f"the start position 0 is outside the limits of {_some(outside)}: set q in the model file")
+        draft.doubts.append(f"the start position 0 is outside the limits of {some(outside)}: set q in the model file")
     if limited and stops is None:
-        draft.lost.append(f"the limits of {_some([body.joint for body in limited])}: --stops STIFFNESS makes stops of them")
+        draft.lost.append(f"the limits of {some([body.joint for body in limited])}: --stops STIFFNESS makes stops of them")
 
 
 def _axis(urdf: Urdf, joint: ET.Element, name: str) -> np.ndarray:
@@ -198,11 +225,16 @@ def _axis(urdf: Urdf, joint: ET.Element, name: str) -> np.ndarray:
     return axis / length if abs(length - 1) > 1e-15 else axis
 
 
-def _limits(urdf: Urdf, joint: ET.Element) -> tuple[float, float] | None:
+def _limits(urdf: Urdf, joint: ET.Element, name: str, draft: Draft) -> tuple[float, float] | None:
     limit = joint.find("limit")
     if limit is None or joint.attrib["type"] == "continuous":
         return None
     low, high = (urdf.numbers(limit, key, 1, "0")[0] for key in ("lower", "upper"))
+    where = f"{urdf.path}:{urdf.lines.get(id(limit), 1)}: the limits of '{name}', {low:g} to {high:g},"
+    if low > high:
+        draft.doubts.append(f"{where} are the wrong way round and are left out")
+    elif joint.attrib["type"] == "revolute" and DEGREES < max(abs(low), abs(high)) <= 720:
+        draft.doubts.append(f"{where} look like degrees; a URDF counts in rad, and so they were read")
     # 0 to 0 is what a file without limits says
     return (low, high) if low < high else None
 
@@ -210,7 +242,7 @@ def _limits(urdf: Urdf, joint: ET.Element) -> tuple[float, float] | None:
 def _root(urdf: Urdf, bodies: dict[str, Body]) -> str:
     roots = [body.name for body in bodies.values() if not body.parent]
     if len(roots) != 1:
-        what = f"the links {_some(roots)} all hang on nothing" if roots else "the joints form a ring"
+        what = f"the links {some(roots)} all hang on nothing" if roots else "the joints form a ring"
         raise UserError(f"{urdf.path}: {what}; a robot has one root link")
     return roots[0]
 
@@ -223,25 +255,7 @@ def _check_reached(urdf: Urdf, bodies: dict[str, Body], root: str) -> None:
         waiting += bodies[name].children
     lost = [name for name in bodies if name not in reached]
     if lost:
-        raise UserError(f"{urdf.path}:{bodies[lost[0]].line}: the links {_some(lost)} form a ring that does not reach '{root}'")
-
-
-def _losses(urdf: Urdf, draft: Draft) -> None:
-    shapes = sum(1 for _ in urdf.root.iter("visual")) + sum(1 for _ in urdf.root.iter("collision"))
-    if shapes:
-        draft.lost.append(f"{shapes} shapes (<visual>, <collision>): a model has no geometry and no contact")
-    for tag in ("transmission", "gazebo", "sensor", "ros2_control"):
-        count = len(urdf.root.findall(tag))
-        if count:
-            extra = "; give the inertia of drives as armature" if tag == "transmission" else ""
-            draft.lost.append(f"{count} x <{tag}>{extra}")
-    if urdf.near_right:
-        draft.doubts.append(f"{urdf.near_right} angles are within {NEAR_RIGHT:g} rad of a multiple of 90 degrees, such as 1.5708: --snap makes them exact, "
-                            "which gives shorter numbers and a faster model")
-
-
-def _some(names: list[str]) -> str:
-    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
+        raise UserError(f"{urdf.path}:{bodies[lost[0]].line}: the links {some(lost)} form a ring that does not reach '{root}'")
 
 
 class _Layout:
@@ -262,6 +276,9 @@ class _Layout:
             waiting += reversed(self.bodies[name].children)
         called = {name: self.names.take(name) for name in order[1:]} | {root: GROUND}
         frames = {root: np.eye(4)}  # the URDF's frame, seen from ours
+        if self.bodies[root].kind != "fixed":
+            called[root] = self.names.take(root)
+            frames[root] = self._link(self.bodies[root], called[root], GROUND, np.eye(4))
         for name in order[1:]:
             body = self.bodies[name]
             frames[name] = self._link(body, called[name], called[body.parent], frames[body.parent] @ body.origin)
@@ -269,15 +286,18 @@ class _Layout:
 
     def _link(self, body: Body, name: str, parent: str, frame: np.ndarray) -> np.ndarray:
         """Adds one link; `frame` is its URDF frame seen from the parent's. Returns it seen from the link's own."""
-        link = DraftLink(name, parent, body.kind, damping=body.damping, friction=body.friction, mass=body.mass)
+        link = DraftLink(name, parent, body.kind, mass=body.mass)
+        several = 3 if body.kind == "planar" else 0
+        link.damping, link.friction = ([x] * several if several and x else x for x in (body.damping, body.friction))
         if body.limits and self.stops is not None:
             (link.lower, link.upper), link.stop_stiffness = body.limits, self.stops
         if body.kind == "fixed":
             link.dh, own = self._fixed(frame)
         else:
             # a joint of its link's own name is legal
-            link.joint_name = name if body.joint == body.name else self.names.take(body.joint, "_joint")
+            link.joint_name = name if body.joint in ("", body.name) else self.names.take(body.joint, "_joint")
             wanted = self._wanted(body, frame)
+            # `place` would give up the direction of x, which joints of several freedoms need
             if far(settle(wanted), self.size):
                 link.parent, frame = self._mount(body, name, parent, frame)
                 wanted = self._wanted(body, frame)
@@ -296,8 +316,11 @@ class _Layout:
         return own
 
     def _wanted(self, body: Body, frame: np.ndarray) -> np.ndarray:
+        if body.kind == "free":
+            return frame
         axis = frame[:3, :3] @ body.axis
-        main = self._main_child(body)
+        # a planar joint slides along the x and y that the URDF has
+        main = self._main_child(body) if body.kind != "planar" else None
         line = None
         if main is not None:
             seen = frame @ main.origin

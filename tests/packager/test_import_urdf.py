@@ -35,10 +35,10 @@ ARM = """<?xml version="1.0" encoding="UTF-8"?>
 """
 
 
-def imported(tmp_path, text, snap=False, frames=False, stops=None):
+def imported(tmp_path, text, snap=False, frames=False, stops=None, floating=False):
     path = tmp_path / "arm.urdf"
     path.write_text(text, encoding="utf-8")
-    return urdf.read(path, argparse.Namespace(snap=snap, frames=frames, stops=stops))
+    return urdf.read(path, argparse.Namespace(snap=snap, frames=frames, stops=stops, floating=floating))
 
 
 def test_names_frames_and_losses(tmp_path):
@@ -56,6 +56,38 @@ def test_names_frames_and_losses(tmp_path):
     # both axes along y: the frames lie in one plane, so nothing but a and theta is left in the second joint
     assert (second.dh.gamma, second.dh.b, second.dh.alpha) == (0, 0, 0) and abs(second.dh.a) == pytest.approx(0.5)
     assert "URDF frame of 'upper arm' here" in model_text(draft)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("<dynamics", "<dynamic", "1 x <dynamic> in <joint>, the first in line 12; did you mean 'dynamics'?"),
+        ('damping="0.7"', 'dampng="0.7"', "line 12: 'dampng' of <dynamics>; did you mean 'damping'?"),
+        ("<transmission", '<loop_joint name="l"/><transmission', "1 x <loop_joint> in <robot>, the first in line 18"),
+        ("<mass value=\"2\"/>", "<mass value=\"2\"/><mass value=\"9\"/>", "line 5: another <mass> in <inertial>: the first one counts"),
+        ("<mass value=\"2\"/>", "", "line 5: the <inertial> of 'upper arm' has no <mass>, so it is 0"),
+        ('ixx="0.1" iyy="0.2"', 'iyy="0.2"', "line 5: <inertia> of 'upper arm' has no ixx"),
+        ('lower="0.5" upper="1"', 'lower="1" upper="0.5"', "arm.urdf:12: the limits of 'shoulder', 1 to 0.5, are the wrong way round"),
+        ('lower="0.5" upper="1"', 'lower="-90" upper="90"', "arm.urdf:12: the limits of 'shoulder', -90 to 90, look like degrees"),
+        ('rpy="0 1.5708 0"', 'rpy="0 90 0"', "arm.urdf:15: rpy = '0 90 0' looks like degrees"),
+        ('effort="1"', 'effort="0"', "the largest effort and velocity of shoulder"),
+        ('type="revolute"', 'type="floating"', "<limit> of 'shoulder': a floating joint takes none here"),
+    ],
+)
+def test_nothing_is_dropped_in_silence(tmp_path, old, new, sentence):
+    assert old in ARM
+    draft = imported(tmp_path, ARM.replace(old, new, 1))
+    assert any(sentence in said for said in draft.lost + draft.doubts), draft.lost + draft.doubts
+
+
+def test_the_world_is_the_ground_and_a_base_can_float(tmp_path):
+    draft = imported(tmp_path, ARM.replace("</robot>", '<joint name="weld" type="fixed"><parent link="world"/><child link="base"/></joint></robot>'))
+    assert [(link.name, link.parent, link.joint) for link in draft.links][:2] == [("base", "ground", "fixed"), ("upper_arm", "base", "revolute")]
+    draft = imported(tmp_path, ARM, floating=True)
+    assert [(link.name, link.parent, link.joint, link.mass) for link in draft.links][:2] == [("base", "ground", "free", 3), ("upper_arm", "base", "revolute", 2)]
+    assert not any("--floating" in said for said in draft.lost) and any("--floating" in said for said in imported(tmp_path, ARM).lost)
+    with pytest.raises(UserError, match="--floating lets its root link 'box' float free"):
+        imported(tmp_path, '<robot name="r"><link name="box"/></robot>')
 
 
 def test_frames(tmp_path):
@@ -115,7 +147,9 @@ def test_settle_inverts_pose_of():
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
-        ('type="revolute"', 'type="floating"', "arm.urdf:10: joint 'shoulder': the type 'floating' cannot be carried over"),
+        ('type="revolute"', 'type="ball"', "arm.urdf:10: joint 'shoulder': there is no type 'ball'; revolute, continuous, prismatic, fixed, floating, planar"),
+        ('<mass value="2"/>', '<mass value="-2"/>', "arm.urdf:5: 'value' of <mass> must be >= 0, got -2"),
+        ('damping="0.7"', 'damping="-0.7"', "arm.urdf:12: 'damping' of <dynamics> must be >= 0, got -0.7"),
         ('type="revolute"', 'type="revolut"', "did you mean 'revolute'?"),
         ('<parent link="base"/>', '<parent link="bas"/>', "arm.urdf:11: joint 'shoulder': there is no link 'bas'; did you mean 'base'?"),
         ('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', "the axis has no direction"),

@@ -70,7 +70,7 @@ def passive(link, q, qd):
 
 def compare(path, folder, states=3):
     """Returns the largest relative error of the accelerations and the largest error of a centre of mass (m)."""
-    draft = urdf.read(path, argparse.Namespace(snap=False, frames=False, stops=50.0))
+    draft = urdf.read(path, argparse.Namespace(snap=False, frames=False, stops=50.0, floating=False))
     moving = [link for link in draft.links if link.joint != "fixed"]
     names = {urdf.legal(element.get("name")): element.get("name") for element in ET.parse(path).getroot().findall("joint")}
     joints = [names.get(link.joint_name) or names[link.joint_name.removesuffix("_joint")] for link in moving]
@@ -182,7 +182,7 @@ def rebuilt(draft):
 def test_nearly_parallel_axes_keep_every_digit(seed, tmp_path):
     path = tmp_path / "random.urdf"
     path.write_text(random_urdf(seed, [0, 1e-14, 1e-10, 1e-7, 1e-5, 1e-3]), encoding="utf-8")
-    draft = urdf.read(path, argparse.Namespace(snap=False, frames=False, stops=None))
+    draft = urdf.read(path, argparse.Namespace(snap=False, frames=False, stops=None, floating=False))
     moving = [link.joint_name for link in draft.links if link.joint != "fixed"]
     q, qd, tau = np.random.default_rng(seed).uniform(-2, 2, (3, len(moving)))
     accelerations = []
@@ -195,3 +195,58 @@ def test_nearly_parallel_axes_keep_every_digit(seed, tmp_path):
     assert np.abs(accelerations[0] - accelerations[1]).max() < 1e-11 * np.abs(accelerations[0]).max()
     sizes = [abs(x) for link in draft.links for x in (link.dh.a, link.dh.b, link.dh.d)]
     assert max(sizes) < 100
+
+
+def random_turn(rng):
+    """Returns a random unit quaternion x, y, z, w."""
+    quaternion = rng.normal(size=4)
+    return quaternion / np.linalg.norm(quaternion)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_floating_tree_moves_as_pinocchio_says(seed, tmp_path):
+    path, rng = tmp_path / "random.urdf", np.random.default_rng(seed)
+    body = '<inertial><origin xyz="0.1 0.2 -0.3"/><mass value="4"/><inertia ixx="1" iyy="2" izz="2.5" ixy="0.1" ixz="0" iyz="0.2"/></inertial>'
+    text = random_urdf(seed, [0]).replace('<link name="base"/>', f'<link name="base">{body}</link>')
+    # and a second body that slides and turns in a tilted plane
+    plate = (f'<link name="plate">{body}</link><joint name="plane" type="planar"><origin xyz="0.2 -0.1 0.4" rpy="0.3 -0.4 0.5"/><parent link="base"/>'
+             '<child link="plate"/><axis xyz="0 0 1"/></joint>')
+    path.write_text(text.replace("</robot>", plate + "</robot>"), encoding="utf-8")
+    draft = urdf.read(path, argparse.Namespace(snap=False, frames=False, stops=None, floating=True))
+    model = pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer())
+    data, file, fmu = model.createData(), tmp_path / "robot.toml", tmp_path / "robot.fmu"
+    model.armature[:] = model.damping[:] = 0
+    for link in draft.links:
+        link.damping = 0.0
+    file.write_text(model_text(draft), encoding="utf-8")
+    build(describe(file), file, fmu)
+    joints = [link.joint_name for link in draft.links if link.joint in ("revolute", "prismatic")]
+    plane = [f"plane[{k}]" for k in (1, 2, 3)]
+    q_pin, v_pin, tau_pin = pin.neutral(model), rng.normal(size=model.nv), rng.normal(size=model.nv)
+    columns, flat = order(model, joints), model.joints[model.getJointId("plane")]
+    # base: place and quaternion x, y, z, w; Pinocchio counts its speeds and forces in the base's axes
+    place, quaternion, angles, (x, y, turn) = rng.normal(size=3), random_turn(rng), rng.uniform(-2, 2, len(joints)), rng.normal(size=3)
+    q_pin, _ = pin_state(model, joints, angles, v_pin[columns])
+    q_pin[:3], q_pin[3:7], q_pin[flat.idx_q : flat.idx_q + 4] = place, quaternion, [x, y, np.cos(turn), np.sin(turn)]
+    axes = pin.XYZQUATToSE3(np.array([*place, *quaternion])).rotation
+    # the slides of a planar joint are seen from its parent here, and from its child there
+    tilt = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    k = flat.idx_v
+    slide_speed, slide_force = tilt @ v_pin[k : k + 2], tilt @ tau_pin[k : k + 2]
+    values = dict(zip(("base[1].q0", "base[2].q0", "base[3].q0"), place, strict=True))
+    values |= {f"base.quaternion0[{i + 1}]": value for i, value in enumerate([quaternion[3], *quaternion[:3]])}
+    values |= dict(zip(("base[1].qd0", "base[2].qd0", "base[3].qd0"), axes @ v_pin[:3], strict=True))
+    values |= {f"base.omega0[{i + 1}]": v_pin[3 + i] for i in range(3)} | {f"base.tau[{i + 1}]": tau_pin[3 + i] for i in range(3)}
+    values |= dict(zip(("base[1].tau", "base[2].tau", "base[3].tau"), axes @ tau_pin[:3], strict=True))
+    for names, (q0, qd0, tau) in ((joints, (angles, v_pin[columns], tau_pin[columns])),
+                                  (plane, ((x, y, turn), (*slide_speed, v_pin[k + 2]), (*slide_force, tau_pin[k + 2])))):
+        for ending, numbers in ((".q0", q0), (".qd0", qd0), (".tau", tau)):
+            values |= {name + ending: number for name, number in zip(names, numbers, strict=True)}
+    expected = pin.aba(model, data, q_pin, v_pin, tau_pin)
+    slide = tilt @ (expected[k : k + 2] + v_pin[k + 2] * np.array([-v_pin[k + 1], v_pin[k]]))
+    linear = axes @ (expected[:3] + np.cross(v_pin[3:6], v_pin[:3]))
+    wanted = np.array([*linear, *expected[3:6], *expected[columns], *slide, expected[k + 2]])
+    with Session(fmu) as session:
+        session.initialise(0, 1, None, values)
+        told = session.read([*(f"base[{i}].qdd" for i in (1, 2, 3)), *(f"base.alpha[{i}]" for i in (1, 2, 3)), *(f"{name}.qdd" for name in [*joints, *plane])])
+    assert np.abs(np.array(told) - wanted).max() < 1e-9 * np.abs(wanted).max()

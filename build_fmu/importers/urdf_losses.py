@@ -1,0 +1,93 @@
+"""What a URDF holds and a model file does not: each kind is told once, misspelt and unknown words too."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections import Counter
+from collections.abc import Iterable
+
+from build_fmu.errors import did_you_mean
+from build_fmu.importers.draft import Draft
+
+# what is read (or told by a sentence of its own) in each element
+CHILDREN = {
+    "robot": ("link", "joint", "material", "transmission", "gazebo", "sensor", "ros2_control"),
+    "link": ("inertial", "visual", "collision"),
+    "joint": ("origin", "parent", "child", "axis", "dynamics", "limit", "mimic"),
+    "inertial": ("origin", "mass", "inertia"),
+}
+ATTRIBUTES = {
+    "joint": ("name", "type"), "origin": ("xyz", "rpy"), "parent": ("link",), "child": ("link",), "axis": ("xyz",), "mass": ("value",),
+    "dynamics": ("damping", "friction"), "limit": ("lower", "upper", "effort", "velocity"), "inertia": ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"),
+}  # fmt: skip
+EXTRA = {"transmission": "; give the inertia of drives as armature"}
+
+
+def report_losses(robot: ET.Element, lines: dict[int, int], draft: Draft) -> None:
+    """Fills draft.lost and draft.doubts; `lines` tells the line of an element by its id()."""
+    shapes = sum(1 for _ in robot.iter("visual")) + sum(1 for _ in robot.iter("collision"))
+    if shapes:
+        draft.lost.append(f"{shapes} shapes (<visual>, <collision>): a model has no geometry and no contact")
+    for tag in ("transmission", "gazebo", "sensor", "ros2_control"):
+        count = len(robot.findall(tag))
+        if count:
+            draft.lost.append(f"{count} x <{tag}>{EXTRA.get(tag, '')}")
+    bounds = [joint.get("name", "") for joint in robot.findall("joint") if joint.get("type") != "fixed"
+              and any(_nonzero(limit.get(key)) for limit in joint.findall("limit") for key in ("effort", "velocity"))]
+    if bounds:
+        draft.lost.append(f"the largest effort and velocity of {some(bounds)}: nothing bounds them here")
+    _unknown(robot, lines, draft)
+    _masses(robot, lines, draft)
+
+
+def _unknown(robot: ET.Element, lines: dict[int, int], draft: Draft) -> None:
+    """Elements and attributes that no one reads, and elements that are there twice."""
+    tags, first = Counter(), {}
+    for parent in [robot, *robot.findall("link"), *robot.findall("joint"), *robot.findall("link/inertial")]:
+        seen = set()
+        for child in parent:
+            if child.tag not in CHILDREN[parent.tag]:
+                tags[parent.tag, child.tag] += 1
+                first.setdefault((parent.tag, child.tag), lines.get(id(child), 1))
+            elif parent.tag != "robot" and child.tag in seen and child.tag not in ("visual", "collision"):
+                draft.lost.append(f"line {lines.get(id(child), 1)}: another <{child.tag}> in <{parent.tag}>: the first one counts")
+            seen.add(child.tag)
+    for (parent, tag), count in tags.items():
+        draft.lost.append(f"{count} x <{tag}> in <{parent}>, the first in line {first[parent, tag]}{did_you_mean(tag, CHILDREN[parent])}")
+    for element in _read(robot):
+        for key in element.attrib:
+            if key not in ATTRIBUTES[element.tag]:
+                draft.lost.append(f"line {lines.get(id(element), 1)}: '{key}' of <{element.tag}>{did_you_mean(key, ATTRIBUTES[element.tag])}")
+
+
+def _read(robot: ET.Element) -> Iterable[ET.Element]:
+    for joint in robot.findall("joint"):
+        yield joint
+        yield from (child for child in joint if child.tag in ATTRIBUTES)
+    for inertial in robot.findall("link/inertial"):
+        yield from (child for child in inertial if child.tag in ATTRIBUTES)
+
+
+def _masses(robot: ET.Element, lines: dict[int, int], draft: Draft) -> None:
+    for link in robot.findall("link"):
+        inertial = link.find("inertial")
+        if inertial is None:
+            continue
+        tensor, name = inertial.find("inertia"), link.get("name")
+        if inertial.find("mass") is None:
+            draft.doubts.append(f"line {lines.get(id(inertial), 1)}: the <inertial> of '{name}' has no <mass>, so it is 0")
+        missing = [key for key in ("ixx", "iyy", "izz") if tensor is not None and key not in tensor.attrib]
+        if missing:
+            draft.doubts.append(f"line {lines.get(id(tensor), 1)}: <inertia> of '{name}' has no {', '.join(missing)}, so they are 0")
+
+
+def _nonzero(text: str | None) -> bool:
+    try:
+        return text is not None and float(text) != 0
+    except ValueError:
+        return True
+
+
+def some(names: list[str]) -> str:
+    """Returns the first few names, and how many more there are."""
+    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
