@@ -1,7 +1,7 @@
 # Each target does all the set-up that a fresh Debian or Ubuntu machine needs, and is quick the second time.
 # The work is in scripts/, which also holds for folders with spaces in their names.
 
-.PHONY: demo test build lint format sanitize fuzz fmu bench interop docs clean distclean help
+.PHONY: demo test build lint format sanitize fuzz fmu bench interop memcheck docs clean distclean help
 
 demo: ## build the KUKA KR5 FMU, simulate it, leave a plot and a CSV in out/
 	@sh scripts/demo.sh
@@ -18,8 +18,11 @@ lint: ## arrows between rooms, file sizes, formatting
 format: ## let clang-format lay out the C++ files
 	@sh scripts/lint.sh --fix
 
-sanitize: ## the C++ tests under address and undefined-behaviour sanitizers
+sanitize: ## the C++ tests under address and undefined-behaviour sanitizers, those with threads under the thread sanitizer
 	@sh scripts/sanitize.sh
+
+memcheck: ## whole lives of instances under Valgrind
+	@sh scripts/memcheck.sh
 
 fuzz: ## libFuzzer for a minute on model files, saved states and call sequences
 	@sh scripts/fuzz.sh

@@ -1,6 +1,11 @@
 #!/bin/sh
-# The C++ tests under the address and undefined-behaviour sanitizers.
+# The C++ tests under the address and undefined-behaviour sanitizers, then one instance in each of many threads under the
+# thread sanitizer.
 set -eu
 cd "$(dirname "$0")/.."
 sh scripts/build.sh sanitize
-exec sh scripts/ctest.sh sanitize
+sh scripts/ctest.sh sanitize
+sh scripts/build.sh threads many_threads
+echo "== threads (build/threads)"
+cd models
+exec ../build/threads/tests/many_threads gripper.toml kuka_kr5.toml four_bar.toml stiff_strut.toml stick_slip.toml </dev/null

@@ -1,0 +1,11 @@
+#!/bin/sh
+# Whole lives of instances under Valgrind's memcheck: no error, nothing left. Takes some minutes.
+set -eu
+cd "$(dirname "$0")/.."
+sh scripts/setup.sh valgrind
+sh scripts/build.sh release whole_life
+for model in kuka_kr5 four_bar stiff_strut stick_slip; do
+  echo "== memcheck $model"
+  valgrind --quiet --leak-check=full --show-leak-kinds=all --errors-for-leak-kinds=all --error-exitcode=9 \
+    build/release/tests/whole_life "models/$model.toml" </dev/null
+done
