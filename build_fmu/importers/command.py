@@ -12,7 +12,7 @@ from build_fmu.errors import UserError
 from build_fmu.importers.draft import Draft, legal
 from build_fmu.importers.toml_writer import model_text
 
-KINDS = ".json (mbs-scene/1), .urdf, inputs.m and inputs.mat (ReDySim) or their folder, .csv (DH table)"
+KINDS = ".json (mbs-scene/1), .urdf, inputs.m and inputs.mat (ReDySim) or their folder, .csv or .xlsx (DH table)"
 
 
 def run(options: Namespace) -> int:
@@ -64,7 +64,7 @@ def read(source: Path, options: Namespace) -> Draft:
         from build_fmu.importers import redysim
 
         return redysim.read(source, options)
-    if ending in (".csv", ".tsv"):
+    if ending in (".csv", ".tsv", ".txt", ".xlsx", ".xls", ".ods", ".xlsb", ".numbers"):
         from build_fmu.importers import dh_table
 
         return dh_table.read(source, options)

@@ -1,4 +1,4 @@
-"""Reads a DH table from a CSV file, one link a row, in modified (Craig, Khalil) or standard (distal) form (docs/import.md).
+"""Reads a DH table from a CSV file or a workbook, one link a row, in modified (Craig, Khalil) or standard (distal) form (docs/import.md).
 
 Standard to modified is exact: frame i of the distal form without its last Tx(a) Rx(alpha) is our frame i, and those
 two move to the front of the children. Masses and inertias given in the distal frame are turned along.
@@ -6,8 +6,6 @@ two move to the front of the children. Masses and inertias given in the distal f
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import re
 from argparse import Namespace
@@ -18,8 +16,8 @@ import numpy as np
 
 from build_fmu.errors import UserError, did_you_mean
 from build_fmu.expressions import compile_expression
+from build_fmu.importers import sheet
 from build_fmu.importers.draft import GROUND, DhFrame, Draft, DraftLink, Names, legal
-from build_fmu.importers.fields import read_text
 from build_fmu.importers.rigid import matrix_of, rotation_x, six_of, transform
 from build_fmu.importers.toml_writer import number
 
@@ -27,8 +25,8 @@ ANGLES = ("alpha", "theta", "gamma")
 LENGTHS = ("a", "d", "b")
 INERTIA = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 COM = ("com_x", "com_y", "com_z")
-PLAIN = ("mass", "damping", "stiffness", "armature")
-JOINT_VALUES = ("q", "qd", "rest")
+PLAIN = ("mass", "damping", "stiffness", "armature", "friction", "static_friction", "stop_stiffness", "stop_damping")
+JOINT_VALUES = ("q", "qd", "rest", "friction_velocity", "stop_width", "lower", "upper")  # rad or m, as the joint moves
 TEXTS = ("name", "parent", "type", "joint_name")
 COLUMNS = (*TEXTS, *ANGLES, *LENGTHS, *COM, *INERTIA, *PLAIN, *JOINT_VALUES)
 ALIASES = {
@@ -36,10 +34,17 @@ ALIASES = {
     "α": "alpha", "twist": "alpha", "link_twist": "alpha", "θ": "theta", "th": "theta", "joint_angle": "theta", "γ": "gamma", "length": "a", "link_length": "a",
     "r": "a", "offset": "d", "link_offset": "d", "m": "mass", "cx": "com_x", "cy": "com_y", "cz": "com_z", "comx": "com_x", "comy": "com_y", "comz": "com_z",
     "dx": "com_x", "dy": "com_y", "dz": "com_z", "q0": "q", "qd0": "qd", "inertia_xx": "Ixx", "inertia_yy": "Iyy", "inertia_zz": "Izz", "b_joint": "damping",
+    "q_min": "lower", "qmin": "lower", "limit_lower": "lower", "lower_limit": "lower", "min": "lower", "q_max": "upper", "qmax": "upper",
+    "limit_upper": "upper", "upper_limit": "upper", "max": "upper", "coulomb": "friction", "coulomb_friction": "friction", "viscous": "damping",
+    "viscous_friction": "damping",
 }  # fmt: skip
 UNITS = {"rad": ("angle", 1.0), "deg": ("angle", math.pi / 180), "°": ("angle", math.pi / 180), "degrees": ("angle", math.pi / 180),
          "radians": ("angle", 1.0), "m": ("length", 1.0), "mm": ("length", 1e-3), "cm": ("length", 1e-2), "kg": ("mass", 1.0), "g": ("mass", 1e-3),
          "kgm2": ("inertia", 1.0), "kgm^2": ("inertia", 1.0), "kgm²": ("inertia", 1.0), "kgmm2": ("inertia", 1e-6), "gmm2": ("inertia", 1e-9)}  # fmt: skip
+# SI units of the fields that depend on the joint; others are refused
+PLAIN_UNITS = {"damping": ("Nms/rad", "Nms", "Nm/(rad/s)", "Ns/m", "N/(m/s)"), "stiffness": ("Nm/rad", "Nm", "N/m"), "armature": ("kgm2", "kgm^2", "kgm²", "kg"),
+               "friction": ("Nm", "N"), "static_friction": ("Nm", "N"), "stop_stiffness": ("Nm/rad", "Nm", "N/m"), "stop_damping": ("s/rad", "s/m", "s")}  # fmt: skip
+RATES = {"rad/s": ("angle", 1.0), "deg/s": ("angle", math.pi / 180), "°/s": ("angle", math.pi / 180), "m/s": ("length", 1.0), "mm/s": ("length", 1e-3)}
 KINDS = {"revolute": "revolute", "r": "revolute", "hinge": "revolute", "prismatic": "prismatic", "p": "prismatic", "slider": "prismatic",
          "fixed": "fixed", "f": "fixed", "0": "revolute", "1": "prismatic"}  # fmt: skip
 WORDS = {kind for kind in KINDS if kind.isalpha()}
@@ -53,6 +58,8 @@ class Column:
 
     field: str
     factor: float | None  # None: an angle whose unit the head does not say
+    title: str = ""
+    kind: str = ""  # of the unit: "angle", "length", …
 
 
 @dataclass
@@ -61,16 +68,19 @@ class Row:
 
     where: str
     cells: dict[str, str]
+    decimal_comma: bool
 
 
 def read(path: Path, options: Namespace) -> Draft:
     """Returns the draft; raises UserError with file, line and column."""
-    columns, rows = _table(path)
+    if options.stops is not None and not 0 < options.stops < math.inf:
+        raise UserError(f"--stops: the stiffness must be > 0 and finite, got {options.stops:g}")
+    draft = Draft(name=legal(path.stem), source=path.name)
+    columns, rows = _table(path, draft)
     columns = _with_angle_unit(path, columns, rows, options.angles)
     standard = options.dh == "standard"
     if standard and any(c.field in ("gamma", "b") for c in columns.values()):
         raise UserError(f"'{path}': standard DH has no gamma and b; branches hang on the column 'parent'")
-    draft = Draft(name=legal(path.stem), source=path.name)
     if options.dh is None:
         draft.doubts.append("the table was read as modified DH (Craig, Khalil: alpha and a stand before theta and d); say --dh standard for the distal form")
     names = Names()
@@ -80,6 +90,13 @@ def read(path: Path, options: Namespace) -> Draft:
         link.joint_name = names.take(link.joint_name, "_joint") if link.joint_name and link.joint_name != link.name else ""
     if standard:
         _from_standard(draft)
+    for row, link in zip(rows, draft.links, strict=True):
+        for field, most in (("q", 2 * math.pi), ("lower", 4 * math.pi), ("upper", 4 * math.pi)):
+            value = getattr(link, field)
+            if link.joint == "revolute" and value is not None and most + 1e-6 < abs(value):
+                draft.doubts.append(f"{row.where}: column '{field}': {row.cells[field]} was read as {value:g} rad; an angle in degrees needs '{field} [deg]' "
+                                    "in the head")
+    _stops(draft, options.stops)
     if not any(link.mass for link in draft.links):
         draft.lost.append("masses and inertias: the table has none, and a model that moves needs them")
     draft.doubts += names.sentences()
@@ -87,18 +104,10 @@ def read(path: Path, options: Namespace) -> Draft:
     return draft
 
 
-def _table(path: Path) -> tuple[dict[str, Column], list[Row]]:
-    text = read_text(path)
-    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
-    if not lines:
-        raise UserError(f"'{path}' is empty")
-    # the sign that is most frequent in the head separates the columns
-    separator = max(";\t,|", key=lines[0].count)
-    if lines[0].count(separator) == 0:
-        raise UserError(f"{path}:1: the head '{lines[0].strip()[:40]}' has one column; separate columns by comma, semicolon or tab")
-    numbered = [(reader.line_num, row) for reader in [csv.reader(io.StringIO(text, newline=""), delimiter=separator)] for row in reader]
-    numbered = [(line, [cell.strip() for cell in row]) for line, row in numbered if any(cell.strip() for cell in row) and not row[0].lstrip().startswith("#")]
-    (head_line, head), body = numbered[0], numbered[1:]
+def _table(path: Path, draft: Draft) -> tuple[dict[str, Column], list[Row]]:
+    table = sheet.read(path)
+    draft.lost += [table.left_out] if table.left_out else []
+    (head_line, head), body = table.rows[0], table.rows[1:]
     columns = _head(f"{path}:{head_line}", head)
     if not body:
         raise UserError(f"'{path}' has a head and no rows")
@@ -108,12 +117,11 @@ def _table(path: Path) -> tuple[dict[str, Column], list[Row]]:
             cells = cells[: len(head)]
         if len(cells) != len(head):
             raise UserError(f"{path}:{line}: {len(cells)} cells, but the head names {len(head)} columns")
-        cells = [cell.replace(",", ".") if separator == ";" else cell for cell in cells]
-        rows.append(Row(f"{path}:{line}", dict(zip(columns, cells, strict=True))))
+        rows.append(Row(f"{path}:{line}", dict(zip(columns, cells, strict=True)), table.decimal_comma))
     if "joint_name" in columns and "type" not in columns and all(row.cells["joint_name"].lower() in WORDS for row in rows):
         # a column 'joint' that says what kind each is
         columns = {("type" if field == "joint_name" else field): column for field, column in columns.items()}
-        rows = [Row(row.where, dict(zip(columns, row.cells.values(), strict=True))) for row in rows]
+        rows = [Row(row.where, dict(zip(columns, row.cells.values(), strict=True)), row.decimal_comma) for row in rows]
     return columns, rows
 
 
@@ -121,8 +129,9 @@ def _head(where: str, head: list[str]) -> dict[str, Column]:
     columns: dict[str, Column] = {}
     fields: set[str] = set()
     for title in head:
-        match = re.fullmatch(r"(.*?)\s*(?:[\[(]\s*(.*?)\s*[\])])?", title)
-        word, unit = match[1].strip(), (match[2] or "").replace(" ", "").replace("·", "").replace("*", "")
+        # alpha [deg], alpha (deg), alpha / deg
+        match = re.fullmatch(r"([^/\[(]*?)\s*(?:[\[(]\s*(.*?)\s*[\])]|/\s*(.*))?", title) or re.fullmatch(r"(.*)()()", title)
+        word, unit = match[1].strip(), (match[2] or match[3] or "").replace(" ", "").replace("·", "").replace("*", "")
         key = re.sub(r"[\s\-]+", "_", word)
         # books write an index behind the letter: a_{i-1}, d_i
         plain = re.sub(r"_?\{?[ij]\s*([-−+]\s*1)?\}?$", "", word) if len(word) > 1 else word
@@ -135,20 +144,28 @@ def _head(where: str, head: list[str]) -> dict[str, Column]:
         if field in fields:
             raise UserError(f"{where}: two columns mean '{field}'")
         fields.add(field)
-        columns[field] = Column(field, _factor(where, title, field, unit))
+        columns[field] = Column(field, *_unit(where, title, field, unit))
     return columns
 
 
-def _factor(where: str, title: str, field: str, unit: str) -> float | None:
+def _unit(where: str, title: str, field: str, unit: str) -> tuple[float | None, str, str]:
+    """Returns the factor to SI, the title and the kind of the unit; the factor is None where the head does not say it and must."""
     kind = "angle" if field in ANGLES else "length" if field in (*LENGTHS, *COM) else "mass" if field == "mass" else "inertia" if field in INERTIA else ""
     if not unit:
-        return None if kind == "angle" or field in JOINT_VALUES else 1.0
-    found = UNITS.get(unit.lower())
-    if field in (*JOINT_VALUES, *PLAIN[1:]) and found is None:
-        return 1.0 if field in PLAIN else None
-    if found is None or (kind and found[0] != kind):
-        raise UserError(f"{where}: '{title}': '{unit}' is no unit of {field}{did_you_mean(unit.lower(), UNITS)}")
-    return found[1]
+        return None if kind == "angle" or field in JOINT_VALUES else 1.0, title, kind
+    if field in PLAIN_UNITS:
+        if unit not in PLAIN_UNITS[field]:
+            raise UserError(f"{where}: '{title}': {field} can be given in {' or '.join(PLAIN_UNITS[field])}")
+        return 1.0, title, kind
+    units = RATES if field in ("qd", "friction_velocity") else UNITS
+    found = units.get(unit.lower())
+    # a column of start values may hold sliders and hinges
+    mixed = field in JOINT_VALUES and unit.replace(" ", "") in ("rad,m", "rad|m", "rad/m", "rador m", "radorm")
+    if mixed:
+        return None, title, kind
+    if found is None or (kind and found[0] != kind) or (field in JOINT_VALUES and found[0] not in ("angle", "length")):
+        raise UserError(f"{where}: '{title}': '{unit}' is no unit of {field}{did_you_mean(unit.lower(), units)}")
+    return found[1], title, found[0]
 
 
 def _with_angle_unit(path: Path, columns: dict[str, Column], rows: list[Row], asked: str | None) -> dict[str, Column]:
@@ -185,14 +202,41 @@ def _link(row: Row, columns: dict[str, Column], index: int, before: list[DraftLi
     link = DraftLink(name, parent, kind, _called(cells.get("joint_name", ""), "joint"), DhFrame(**{k: values.get(k, 0.0) for k in ("gamma", "b", "alpha", "a", "theta", "d")}))
     link.com = [values.get(key, 0.0) for key in COM]
     link.inertia = [values.get(key, 0.0) for key in INERTIA]
-    for field in (*PLAIN, *JOINT_VALUES):
+    for field in PLAIN:
+        if values.get(field, 0.0) < 0:
+            raise UserError(f"{row.where}: column '{field}': must be >= 0, got {cells[field]}")
         setattr(link, field, values.get(field, 0.0))
-    if kind == "prismatic":
-        # the unit of the angles is none of a slider's
-        for field in JOINT_VALUES:
-            if field in columns:
-                setattr(link, field, _number(row, field, 1.0)[0])
+    for field in JOINT_VALUES:
+        if field in columns:
+            setattr(link, field, _joint_value(row, columns[field], kind))
     return link
+
+
+def _joint_value(row: Row, column: Column, kind: str) -> float | None:
+    """Start values, limits and the like in rad or m; a blank limit is none."""
+    cell = row.cells[column.field]
+    if column.field in ("lower", "upper") and cell in ("", "-"):
+        return None
+    unit = {"revolute": "angle", "prismatic": "length"}.get(kind, column.kind)
+    value = _number(row, column.field, column.factor if not column.kind or column.kind == unit else 1.0)[0]
+    if column.kind == "length" and unit == "angle" and value:
+        raise UserError(f"{row.where}: column '{column.title}': the joint is revolute, and {cell} is a length")
+    # the unit of the angles is none of a slider's
+    return value if column.kind or unit == "angle" else _number(row, column.field, 1.0)[0]
+
+
+def _stops(draft: Draft, stiffness: float | None) -> None:
+    """Limits become stops where a stiffness is given, by a column or by --stops; else they are told."""
+    left = []
+    for link in draft.links:
+        if link.lower is None and link.upper is None:
+            continue
+        link.stop_stiffness = link.stop_stiffness or stiffness or 0.0
+        if not link.stop_stiffness:
+            left.append(link.joint_name or link.name)
+            link.lower = link.upper = None
+    if left:
+        draft.lost.append(f"the limits of {', '.join(left)}: --stops STIFFNESS or a column 'stop_stiffness' makes stops of them")
 
 
 def _called(text: str, what: str) -> str:
@@ -223,7 +267,7 @@ def _kind(row: Row, text: str, variable: str) -> str:
 
 def _number(row: Row, field: str, factor: float | None) -> tuple[float, bool]:
     """Returns the number of a cell such as 0.3, pi/2, q1 or q1 - 90, in SI; and whether it names a joint variable."""
-    text = row.cells[field].replace("−", "-").replace("π", "pi").replace("^", "**")
+    text = row.cells[field].replace("," if row.decimal_comma else "\0", ".").replace("−", "-").replace("π", "pi").replace("^", "**")
     if not text or text == "-":
         return 0.0, False
     rest = VARIABLE.sub("0", text) if field in ("theta", "d") else text
@@ -233,15 +277,22 @@ def _number(row: Row, field: str, factor: float | None) -> tuple[float, bool]:
             raise UserError("t")
         value = compile_expression(re.sub(r"(?<![\d.eE])0+(?=[1-9])", "", rest))(0.0)
     except UserError:
-        raise UserError(f"{row.where}: column '{field}': cannot read '{row.cells[field]}' as a number") from None
+        hint = ""
+        if text.strip("[]()").lower() in UNITS:
+            hint = f"; units stand in the head, for example '{field} [{text.strip('[]()')}]'"
+        elif re.fullmatch(r"[-+]?\d+,\d+", text):
+            hint = "; decimal commas need ; or tabs between the columns"
+        raise UserError(f"{row.where}: column '{field}': cannot read '{row.cells[field]}' as a number{hint}") from None
     # pi belongs to radians whatever the unit of the column
     radians = "pi" in rest and field in (*ANGLES, *JOINT_VALUES)
     return _exact(value, 1.0 if radians else scale), rest != text
 
 
 def _exact(value: float, factor: float) -> float:
-    """Right angles in degrees give the double nearest to their value."""
-    return math.radians(value) if factor == math.pi / 180 else value * factor
+    """Right angles in degrees and lengths in mm give the double nearest to their value."""
+    if factor == math.pi / 180:
+        return math.radians(value)
+    return value / round(1 / factor) if factor < 1 else value * factor
 
 
 def _from_standard(draft: Draft) -> None:

@@ -90,9 +90,11 @@ def read_text(path: Path) -> str:
     try:
         if path.stat().st_size > LARGEST:
             raise UserError(f"'{path}' is larger than {LARGEST // 1_000_000} MB: that is no description of a mechanism")
-        return path.read_bytes().decode("utf-8-sig")
+        content = path.read_bytes()
+        # Excel's "Unicode text" is UTF-16
+        return content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
     except UnicodeDecodeError:
-        return path.read_bytes().decode("latin-1")
+        return content.decode("latin-1")
     except OSError as error:
         raise UserError(f"cannot read '{path}': {error.strerror}") from None
 

@@ -2,21 +2,22 @@
 
 import argparse
 import math
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
 
 from build_fmu.errors import UserError
-from build_fmu.importers import dh_table
+from build_fmu.importers import dh_table, sheet
 from build_fmu.importers.draft import DhFrame
 from build_fmu.importers.rigid import matrix_of, pose_of, rotation_x, rotation_z, transform
 from build_fmu.importers.toml_writer import model_text
 
 
-def imported(tmp_path, text, dh="modified", angles=None, name="arm.csv"):
+def imported(tmp_path, text, dh="modified", angles=None, name="arm.csv", stops=None):
     path = tmp_path / name
     path.write_text(text, encoding="utf-8")
-    return dh_table.read(path, argparse.Namespace(dh=dh, angles=angles))
+    return dh_table.read(path, argparse.Namespace(dh=dh, angles=angles, stops=stops))
 
 
 def test_a_table_as_books_print_it(tmp_path):
@@ -86,6 +87,83 @@ def test_standard_dh_is_converted_exactly(tmp_path):
     assert "The tool frame of the table" in model_text(draft)
 
 
+LIMITED = "name,type,a,mass,com_x,friction,damping [N m s/rad],q_min [deg],q_max [deg],d\nl1,R,1,2,0.1,0.3,0.5,-90,180,0\nl2,P,1,2,0.1,0,0,,,0\n"
+
+
+def test_friction_and_limits(tmp_path):
+    first, second = imported(tmp_path, LIMITED, stops=1000).links
+    assert (first.friction, first.damping, first.stop_stiffness) == (0.3, 0.5, 1000)
+    assert first.lower == pytest.approx(-math.pi / 2) and first.upper == pytest.approx(math.pi)
+    assert second.lower is None and second.upper is None
+    draft = imported(tmp_path, LIMITED)
+    assert draft.links[0].lower is None and any("the limits of l1: --stops" in said for said in draft.lost)
+    # a column of its own needs no option; a slider counts in m or what its column says
+    stiff = "type,a,mass,com_x,lower [mm],upper [mm],stop_stiffness\nP,1,1,0.1,-5,250,2e4\n"
+    link = imported(tmp_path, stiff).links[0]
+    assert (link.lower, link.upper, link.stop_stiffness) == (-0.005, 0.25, 2e4)
+    with pytest.raises(UserError, match="the joint is revolute, and -5 is a length"):
+        imported(tmp_path, stiff.replace("P,", "R,"))
+
+
+def test_a_table_as_spreadsheets_write_it(tmp_path):
+    expected = model_text(imported(tmp_path, "name,alpha [deg],a [m],mass,com_x\nl1,90,0.5,2.5,0.1\n", name="same.csv"))
+    for text, encoding in (
+        ("\ufeffname;alpha [deg];a [m];mass;com_x\r\nl1;90;0,5;2,5;0,1\r\n", "utf-8"),  # with decimal commas
+        ("\ufeffname\talpha [deg]\ta [m]\tmass\tcom_x\r\nl1\t90\t0,5\t2,5\t0,1\r\n", "utf-16-le"),  # Unicode text
+        ("sep=|\nname|alpha / deg|a / m|mass / kg|com_x / m\nl1|90|0.5|2.5|0.1\n", "utf-8"),
+        ("name;alpha [°];a [m];mass;com_x\nl1;90;0,5;2,5;0,1;;\n", "latin-1"),
+    ):
+        path = tmp_path / "same.csv"
+        path.write_bytes(text.encode(encoding))
+        assert model_text(dh_table.read(path, argparse.Namespace(dh="modified", angles=None, stops=None))) == expected
+
+
+CELLS = """<row r="1"><c r="A1" t="s"><v>0</v></c><c r="B1" t="inlineStr"><is><r><t>alpha </t></r><r><t>[deg]</t></r></is></c><c r="D1" t="str"><v>mass</v></c>
+<c r="E1" t="str"><v>com_x</v></c></row><row r="3"><c r="A3" t="str"><v>l1</v></c><c r="B3"><f>45*2</f><v>90</v></c><c r="D3"><v>2.5</v></c>
+<c r="E3"><v>0.10000000000000001</v></c></row>"""
+SHEETS = '<workbook xmlns="{0}" xmlns:r="{1}"><sheets><sheet name="arm" sheetId="1" r:id="rId7"/><sheet name="notes" sheetId="2" r:id="rId2"/></sheets></workbook>'
+
+
+def workbook(path, cells=CELLS):
+    """A workbook of two sheets as the format demands it, no more."""
+    main, package = sheet.MAIN, "http://schemas.openxmlformats.org/package/2006/relationships"
+    with ZipFile(path, "w") as archive:
+        archive.writestr("xl/workbook.xml", SHEETS.format(main, "http://schemas.openxmlformats.org/officeDocument/2006/relationships"))
+        archive.writestr("xl/_rels/workbook.xml.rels", f'<Relationships xmlns="{package}"><Relationship Id="rId7" Target="/xl/worksheets/one.xml"/></Relationships>')
+        archive.writestr("xl/sharedStrings.xml", f'<sst xmlns="{main}"><si><t>name</t></si></sst>')
+        archive.writestr("xl/worksheets/one.xml", f'<worksheet xmlns="{main}"><sheetData>{cells}</sheetData></worksheet>')
+    return path
+
+
+def test_a_workbook(tmp_path):
+    draft = dh_table.read(workbook(tmp_path / "arm.xlsx"), argparse.Namespace(dh="modified", angles=None, stops=None))
+    (link,) = draft.links
+    assert (link.name, link.dh.alpha, link.mass, link.com[0]) == ("l1", math.pi / 2, 2.5, 0.1)
+    assert any("the sheets notes" in said for said in draft.lost)
+    broken = workbook(tmp_path / "arm.xlsx", CELLS.replace("<v>90</v>", "<v>#REF!</v>"))
+    with pytest.raises(UserError, match="arm.xlsx:3: column 'alpha': cannot read '#REF!'"):
+        dh_table.read(broken, argparse.Namespace(dh="modified", angles=None, stops=None))
+
+
+def test_a_workbook_of_another_program(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for row in (["name", "alpha [deg]", "a [mm]", "mass", "com_x"], ["l1", 90, 500.5, 2.5, 0.1], ["l2", -90, None, 1, 0.2]):
+        book.active.append(row)
+    book.save(tmp_path / "arm.xlsx")
+    links = dh_table.read(tmp_path / "arm.xlsx", argparse.Namespace(dh="modified", angles=None, stops=None)).links
+    assert [(link.name, link.dh.alpha, link.dh.a, link.mass) for link in links] == [("l1", math.pi / 2, 0.5005, 2.5), ("l2", -math.pi / 2, 0, 1)]
+
+
+@pytest.mark.parametrize(("name", "content", "sentence"), [("arm.xlsx", b"no", "is no .xlsx workbook"), ("arm.csv", b"PK\x03\x04", "is no .xlsx workbook"),
+                                                           ("arm.ods", b"PK\x03\x04", "save the table as .xlsx or .csv")])
+def test_no_workbook(tmp_path, name, content, sentence):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(UserError) as error:
+        dh_table.read(tmp_path / name, argparse.Namespace(dh="modified", angles=None, stops=None))
+    assert sentence in str(error.value) and name in str(error.value)
+
+
 def test_what_is_said(tmp_path):
     draft = imported(tmp_path, "a,theta\n1,q1\n", dh=None)
     assert any("modified DH" in x for x in draft.doubts) and any("masses and inertias" in x for x in draft.lost)
@@ -103,6 +181,11 @@ def test_what_is_said(tmp_path):
         ("alpha [dg],a\n0,1\n", "'dg' is no unit of alpha; did you mean 'deg'?"),
         ("alpha,a\n0,1\n0\n", "arm.csv:3: 1 cells, but the head names 2 columns"),
         ("alpha,a\n0,1m\n", "arm.csv:2: column 'a': cannot read '1m' as a number"),
+        ('a,mass\n1,"0,5"\n', "arm.csv:2: column 'mass': cannot read '0,5' as a number; decimal commas need ; or tabs"),
+        ("alpha,a\ndeg,mm\n", "arm.csv:2: column 'alpha': cannot read 'deg' as a number; units stand in the head, for example 'alpha [deg]'"),
+        ("a,mass\n1,-2\n", "arm.csv:2: column 'mass': must be >= 0, got -2"),
+        ("a,damping [N mm s/rad]\n1,2\n", "arm.csv:1: 'damping [N mm s/rad]': damping can be given in Nms/rad"),
+        ("a,q [mm]\n1,2\n", "arm.csv:2: column 'q [mm]': the joint is revolute, and 2 is a length"),
         ("alpha,a\n0,t\n", "arm.csv:2: column 'a': cannot read 't' as a number"),
         ("alpha,a\n0,1e999\n", "cannot read '1e999' as a number"),
         ("theta,d\nq1,q1\n", "arm.csv:2: both theta and d are joint variables"),
