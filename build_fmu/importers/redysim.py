@@ -1,4 +1,4 @@
-"""Reads ReDySim's fixed-base input: inputs.m with initials.m beside it, or inputs.mat, of every release.
+"""Reads ReDySim's input of robots on fixed and floating bases: inputs.m with initials.m beside it, or inputs.mat, of every release.
 
 ReDySim's b is our d; its start values y0 replace th (revolute) or b (prismatic), so they go into q and theta or d stays 0.
 """
@@ -15,6 +15,7 @@ from build_fmu.errors import UserError, did_you_mean
 from build_fmu.importers import matlab_file, matlab_reader
 from build_fmu.importers.draft import GROUND, DhFrame, Draft, DraftLink, legal
 from build_fmu.importers.matlab_reader import Values
+from build_fmu.importers.redysim_floating import is_floating, joint_column, set_free, start
 from build_fmu.importers.redysim_loops import add_loops, place_pivots
 
 NEEDED = ("alp", "a", "b", "bt", "dx", "dy", "dz", "m", "Icxx", "Icyy", "Iczz")
@@ -44,10 +45,10 @@ def read(path: Path, options: Namespace) -> Draft:
     starts = Reading(call("initials")) if initials else data
     name = options.name or (folder.name if inputs.stem == "inputs" else inputs.stem) or "model"
     draft = Draft(name=legal(name), source=f"{folder.name}/{inputs.name}" + (f" and {initials.name}" if initials else ""))
-    _refuse_floating(data)
     count = data.whole("n") if "n" in data else data.length("bt")
     draft.gravity = _gravity(data, draft)
     draft.links = _links(data, starts, count, draft)
+    _warn_of_namesakes(data, draft)
     place_pivots(draft, data, options.pivot)
     add_loops(draft, data, options.loop)
     _settings(data, starts, draft)
@@ -126,15 +127,9 @@ def _values(path: Path, call) -> Values:
     return matlab_file.read_values(path) if path.suffix.lower() == ".mat" else matlab_reader.read_values(path, call)
 
 
-def _refuse_floating(data: Reading) -> None:
-    kind = "legged" if "g_prop" in data else "floating-base" if "nq" in data else ""
-    if not kind:
-        return
-    note = ""
-    if "a" in data and data.length("a") == 4 and data.flat("a")[2] in (1, 1.5):
-        note = f"; note that two 3-link arms carry one name, with a(3) = 1 and a(3) = 1.5: this one has {data.flat('a')[2]:g}"
-    raise UserError(f"{data.path}: this is a {kind} robot ({'g_prop' if 'g_prop' in data else 'nq'} is given): only robots on a fixed "
-                    f"base can be imported yet{note}")
+def _warn_of_namesakes(data: Reading, draft: Draft) -> None:
+    if is_floating(data) and data.length("a") == 4 and data.flat("a")[2] in (1, 1.5):
+        draft.doubts.append(f"two 3-link arms carry one name, with a(3) = 1 and a(3) = 1.5: this one has {data.flat('a')[2]:g}")
 
 
 def _gravity(data: Reading, draft: Draft) -> list[float]:
@@ -162,16 +157,20 @@ def _links(data: Reading, starts: Reading, count: int, draft: Draft) -> list[Dra
     columns = {key: data.column(key, count) for key in NEEDED}
     for key in ("Icxy", "Icyz", "Iczx"):
         columns[key] = data.column(key, count, 0.0)
-    columns["r"] = data.column("r", count, 1.0)
-    columns["aj"] = data.column("aj", count, 1.0)
-    columns["th"] = data.column("th", count, 0.0)
-    q, qd = _start(data, starts, count, columns, draft)
+    for key, default in (("r", 1.0), ("aj", 1.0), ("th", 0.0)):
+        columns[key] = (joint_column if is_floating(data) else Reading.column)(data, key, count, default)
+    if is_floating(data):
+        columns["r"][0] = 1.0
+    base = start(data, starts, count) if is_floating(data) else None
+    q, qd = base[2:] if base else _start(data, starts, count, columns, draft)
     links = []
     for i in range(count):
         c = {key: values[i] for key, values in columns.items()}
         parent = c["bt"]
         if parent != int(parent) or not 0 <= parent <= count or parent == i + 1:
             raise data.error("bt", f"entry {i + 1} must be the number of another link, or 0 for ground, got {parent:g}")
+        if c["m"] < 0:
+            raise data.error("m", f"entry {i + 1} must be >= 0, got {c['m']:g}")
         if c["r"] not in (0, 1):
             raise data.error("r", f"entry {i + 1} must be 1 (revolute) or 0 (prismatic), got {c['r']:g}")
         if c["aj"] not in (0, 1):
@@ -182,7 +181,20 @@ def _links(data: Reading, starts: Reading, count: int, draft: Draft) -> list[Dra
             f"link{i + 1}", f"link{int(parent)}" if parent else GROUND, "revolute" if turns else "prismatic", f"joint{i + 1}", dh,
             mass=c["m"], com=[c["dx"], c["dy"], c["dz"]], inertia=[c[key] for key in ("Icxx", "Icyy", "Iczz", "Icxy", "Iczx", "Icyz")],
             q=q[i], qd=qd[i], drive="torque" if c["aj"] == 1 else "free"))
+    if is_floating(data):
+        place, rates = base[:2] if base else ([0.0] * 6, [0.0] * 6)
+        set_free(links[0], data, place, rates, draft)
+    _check_ring(data, links)
     return links
+
+
+def _check_ring(data: Reading, links: list[DraftLink]) -> None:
+    carried, waiting = {GROUND}, links
+    while ready := [link for link in waiting if link.parent in carried]:
+        carried |= {link.name for link in ready}
+        waiting = [link for link in waiting if link.name not in carried]
+    if waiting:
+        raise data.error("bt", f"makes a ring of {', '.join(link.name for link in waiting)}: nothing carries them")
 
 
 def _right_angle(angle: float) -> float:

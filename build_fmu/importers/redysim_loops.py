@@ -13,7 +13,7 @@ from build_fmu.errors import UserError, did_you_mean
 from build_fmu.importers.draft import GROUND, Draft, DraftLink, DraftTie
 from build_fmu.importers.fields import read_text
 from build_fmu.importers.layout import settle
-from build_fmu.importers.rigid import pose_of
+from build_fmu.importers.rigid import pose_of, rotation_x, rotation_y, rotation_z, transform
 
 OPEN = 1e-8  # m, what rounding leaves of a closed loop
 LOOP = "--loop 'LINK:x,y,z=LINK:x,y,z', for example --loop 'link1:0.05,0,0=link3:0.1,0,0'"
@@ -64,7 +64,7 @@ def add_loops(draft: Draft, data, arguments: Sequence[str]) -> None:
     if arguments:
         # the driven joints keep their start values when the pose is closed
         for link in draft.links:
-            link.hold = link.drive == "torque"
+            link.hold = link.drive == "torque" and isinstance(link.q, float)
 
 
 def start_poses(links: Sequence[DraftLink]) -> dict[str, np.ndarray]:
@@ -76,9 +76,19 @@ def start_poses(links: Sequence[DraftLink]) -> dict[str, np.ndarray]:
         if not ready:
             raise UserError(f"the parents of {', '.join(link.name for link in waiting)} form a ring")
         for link in ready:
-            poses[link.name] = poses[link.parent] @ pose_of(link.dh, link.joint, link.q)
+            poses[link.name] = poses[link.parent] @ _pose(link)
         waiting = [link for link in waiting if link.name not in poses]
     return poses
+
+
+def _pose(link: DraftLink) -> np.ndarray:
+    if link.joint not in ("planar", "free"):
+        return pose_of(link.dh, link.joint, link.q)
+    if link.joint == "planar":
+        x, y, phi = link.q or [0.0] * 3
+        return pose_of(link.dh) @ transform(rotation_z(phi), (x, y, 0))
+    *place, phi, theta, psi = link.q or [0.0] * 6
+    return pose_of(link.dh) @ transform(rotation_z(phi) @ rotation_x(theta) @ rotation_y(psi), place)
 
 
 def _loop(draft: Draft, argument: str, poses: dict[str, np.ndarray], number: int) -> DraftTie:
@@ -113,10 +123,10 @@ def _loop(draft: Draft, argument: str, poses: dict[str, np.ndarray], number: int
 
 
 def _plane(links: Sequence[DraftLink], poses: dict[str, np.ndarray]) -> tuple[list[list[float]] | None, np.ndarray]:
-    """Returns the directions of a planar loop and the normal of its plane: hinges along the normal, sliders across it. Else None."""
+    """Returns the directions of a planar loop and the normal of its plane: hinges and planar bases along the normal, sliders across it. Else None."""
     for normal in np.eye(3)[::-1]:
         along = [(link.joint, abs(float(poses[link.name][:3, 2] @ normal))) for link in links]
-        if all(x > 1 - 1e-9 if joint == "revolute" else x < 1e-9 for joint, x in along):
+        if all(x > 1 - 1e-9 if joint in ("revolute", "planar") else joint == "prismatic" and x < 1e-9 for joint, x in along):
             return [[float(x) for x in axis] for axis in np.eye(3) if not axis @ normal], normal
     return None, np.zeros(3)
 

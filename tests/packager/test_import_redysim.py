@@ -13,6 +13,7 @@ from build_fmu import native
 from build_fmu.cli import main
 from build_fmu.errors import UserError
 from build_fmu.importers import matlab_file, matlab_reader, redysim
+from build_fmu.importers.rigid import rotation_x, rotation_y, rotation_z
 from build_fmu.importers.toml_writer import model_text
 
 GRIPPER = """
@@ -187,16 +188,75 @@ def test_gravity_that_points_up(tmp_path):
 
 
 def test_every_signature(tmp_path):
-    """The oldest release has no r, no th and angs; floating and legged robots are refused with a sentence."""
+    """The oldest release has no r, no th and angs."""
     old = GRIPPER.replace("th = [0, 0, 0, pi/2];", "angs = [0.1 0.2 0.3 0.4];").replace("r = [1;1;1;1];", "").replace(" th bt r ", " bt ").replace(
         "Tp steps]", "angs]")
     assert [link.q for link in imported(write(tmp_path / "old", inputs=old)).links] == [0.1, 0.2, 0.3, 0.4]
     manual = GRIPPER.replace(" al Tp steps]", " T steps]").replace("Tp = 1;", "T = 2;")
     assert imported(write(tmp_path / "manual", inputs=manual)).fmu == {"stop_time": 2, "step_size": 0.01}
-    for extra, word in (("nq = 0;", "floating-base"), ("nq = 1; g_prop = [2000 1 4.5 0.7 1000 2 1 3];", "legged")):
-        text = GRIPPER.replace("Tp = 1;", extra).replace("al(1)/2]", "al(1)/2];a(3) = 1.5; a = [a(1) a(2) a(3) a(4)]")
-        with pytest.raises(UserError, match=f"this is a {word} robot.*a\\(3\\) = 1.5"):
-            imported(write(tmp_path / word, inputs=text))
+
+
+SATELLITE = """
+function [n nq alp a b bt dx dy dz al alt m g Icxx Icyy Iczz Icxy Icyz Iczx] = inputs()
+n = 4; nq = 0; alp = zeros(n,1); a = [0 0.5 1 1]; b = zeros(n,1); bt = [0 1 2 3]; al = ones(n,1); alt = [0.5 1 1 1];
+dx = [0 0.5 0.5 0.5]; dy = zeros(n,1); dz = zeros(n,1); m = [500 10 10 10]; g = [0; 0; 0];
+Icxx = [83.61 0.01 0.01 0.01]; Icyy = [83.61 1.05 1.05 1.05]; Iczz = Icyy; Icxy = zeros(n,1); Icyz = zeros(n,1); Iczx = zeros(n,1);
+"""
+SATELLITE_START = """
+function [y0, ti, tf, incr, rtol, atol] = initials()
+q = [0; 0; 0; 0; 0; 0]; th = [0.3803; -0.6198; 1.2867]; dq = zeros(6,1); dth = zeros(3,1);
+y0 = [q; th; dq; dth; 0]; ti = 0; tf = 30; incr = 0.1; rtol = 1e-5; atol = 1e-7;
+"""
+
+
+@needs_library
+def test_a_planar_satellite_is_the_one_among_the_models(tmp_path):
+    """Its own file is held against ReDySim's results in tests/fmi."""
+    model = tmp_path / "satellite.toml"
+    assert main(["import", str(write(tmp_path / "s", inputs=SATELLITE, initials=SATELLITE_START)), "-o", str(model)]) == 0
+    torque = ["--input", "joint{}.tau=3*sin(t)", "joint{}.tau=-2", "--output", "joint*.q", "--stop", "2", "--step", "0.1", "--tolerance", "1e-9"]
+    ends = []
+    for file, first in ((model, 2), (Path(__file__).parents[2] / "models" / "space_robot.toml", 1)):
+        out = tmp_path / f"{file.stem}.csv"
+        assert main(["simulate", str(file), *(word.format(first + (word[-1] != ")")) for word in torque), "--csv", str(out)]) == 0
+        ends.append(np.genfromtxt(out, delimiter=",", skip_header=1)[-1, 1:])
+    assert np.abs(ends[0] - [0.3803, -0.6198, 1.2867]).max() > 0.5
+    assert ends[0] == pytest.approx(ends[1], abs=1e-5)  # at the file's own tolerance
+
+
+def test_a_base_in_space_starts_as_its_angles_say(tmp_path):
+    start = SATELLITE_START.replace("q = [0; 0; 0; 0; 0; 0]", "q = [1; 2; 3; 0.4; -0.5; 0.6]").replace("dq = zeros(6,1)", "dq = [4; 5; 6; 0.7; 0.8; -0.9]")
+    base = imported(write(tmp_path / "s", inputs=SATELLITE.replace("nq = 0", "nq = 1"), initials=start)).links[0]
+    assert (base.joint, base.drive, base.q, base.qd[:3]) == ("free", "free", [1, 2, 3, 0.4, -0.5, 0.6], [4, 5, 6])
+
+    def turn(time):
+        phi, theta, psi = np.array([0.4, -0.5, 0.6]) + time * np.array([0.7, 0.8, -0.9])
+        return rotation_z(phi) @ rotation_x(theta) @ rotation_y(psi)
+
+    slope = turn(0).T @ (turn(1e-5) - turn(-1e-5)) / 2e-5
+    assert base.qd[3:] == pytest.approx([slope[2, 1], slope[0, 2], slope[1, 0]], abs=1e-9)
+    with pytest.raises(UserError, match="'y0' must have 2 \\(n \\+ 5\\) \\+ 1 = 19 entries"):
+        imported(write(tmp_path / "t", inputs=SATELLITE, initials=start.replace("dth; 0]", "dth; 0; 0]")))
+    assert "two 3-link arms" in said(imported(tmp_path / "s"))
+
+
+@needs_library
+def test_a_four_bar_on_a_satellite(tmp_path, capsys):
+    text = """n = 4; nq = 0; type = 1; dof = 4; alp = zeros(4,1); a = [0 0.4475 1.152 -0.4475 0]; b = zeros(5,1); bt = [0 1 2 1]; aj = [0 0 1];
+    dx = [0 0.576 0.576 0.19]; dy = zeros(4,1); dz = zeros(4,1); m = [500 10 10 10]; g = [0 0 0];
+    Icxx = [83.61 0.01 0.01 0.01]; Icyy = [83.61 1.05 1.05 1.05]; Iczz = Icyy; y0 = [0 0 0 0 0 0 2.1572 1.9687 3.1416 0 0 0 0 0 0 0 0 0 0];
+    """
+    model = tmp_path / "s.toml"
+    assert main(["import", str(write(tmp_path / "s", inputs=text)), "--loop", "link3:1.152,0,0=link4:0.38,0,0", "-o", str(model)]) == 0
+    assert "open by 0.0" in capsys.readouterr().err
+    assert [link.hold for link in imported(tmp_path / "s", ["link3:1.152,0,0=link4:0.38,0,0"]).links] == [False, False, False, True]
+    assert main(["simulate", str(model), "--stop", "0.1"]) == 0
+
+
+def test_a_legged_robot_loses_its_ground(tmp_path):
+    text = SATELLITE.replace("nq = 0;", "nq = 1; g_prop = [2000 1 4.5 0.7 1000 2 1 3];").replace("g = [0; 0; 0]", "g = [0; -9.81; 0]")
+    draft = imported(write(tmp_path / "s", inputs=text))
+    assert draft.links[0].joint == "free" and "the ground (g_prop)" in said(draft)
 
 
 @pytest.mark.parametrize(
@@ -204,6 +264,8 @@ def test_every_signature(tmp_path):
     [
         ("m = [0.4 0.2 0.2 0.2];", "", "m' has no value here"),
         ("m = [0.4 0.2 0.2 0.2];", "m = [0.4 0.2];", "inputs.m:15: 'm' has 2 entries, n = 4 are needed"),
+        ("m = [0.4 0.2 0.2 0.2];", "m = [0.4 -0.2 0.2 0.2];", "inputs.m:15: 'm' entry 2 must be >= 0, got -0.2"),
+        ("bt = [0 1 2 1];", "bt = [0 3 2 1];", "inputs.m:12: 'bt' makes a ring of link2, link3"),
         ("bt = [0 1 2 1];", "bt = [0 1 2 9];", "inputs.m:12: 'bt' entry 4 must be the number of another link"),
         ("g = [0 ; -9.81 ; 0];", "", "'g' is missing"),
         ("g = [0 ; -9.81 ; 0];", "g = [0 ; -9.81];", "inputs.m:16: 'g' must be 3 numbers"),

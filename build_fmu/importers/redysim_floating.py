@@ -1,0 +1,64 @@
+"""The floating base of ReDySim's space and legged robots: link 1, its six coordinates, and what its files leave out.
+
+Coordinates are x, y, z and the angles of Rz(phi) Rx(theta) Ry(psi), in this order; y0 holds those of the base, the joints, then their rates.
+"""
+
+from __future__ import annotations
+
+import math
+
+from build_fmu.importers.draft import Draft, DraftLink
+
+BASE = 6  # coordinates of the base in y0, also where it moves in a plane
+
+
+def is_floating(data) -> bool:
+    """Floating and legged robots say whether they move in a plane (nq = 0) or in space."""
+    return "nq" in data or "g_prop" in data
+
+
+def joint_column(data, name: str, count: int, default: float | None = None) -> list[float]:
+    """Returns a column of joint values: some files have no entry for the base."""
+    if name in data and data.length(name) == count - 1:
+        return [0.0, *data.column(name, count - 1)]
+    return data.column(name, count, default)
+
+
+def start(data, starts, count: int) -> tuple[list[float], list[float], list[float], list[float]] | None:
+    """Returns base coordinates, base rates, joint positions and joint rates (with 0 for the base) of y0, or None."""
+    for reading in (starts, data):
+        if "y0" not in reading:
+            continue
+        y0 = [float(x) for x in reading.flat("y0")]
+        half = BASE + count - 1
+        # then come the actuators' energy and, of legged robots, the ground's and the controller's states
+        if len(y0) < 2 * half or ("g_prop" not in data and len(y0) > 2 * half + 1):
+            raise reading.error("y0", f"must have 2 (n + 5) + 1 = {2 * half + 1} entries (base, joints, their rates, actuator energy), got {len(y0)}")
+        q, qd = y0[:half], y0[half : 2 * half]
+        return q[:BASE], qd[:BASE], [0.0, *q[BASE:]], [0.0, *qd[BASE:]]
+    return None
+
+
+def set_free(base: DraftLink, data, place: list[float], rates: list[float], draft: Draft) -> None:
+    """Puts the base on its joint at the given start."""
+    base.drive, base.joint_name = "free", "base"
+    planar = "nq" in data and data.whole("nq", 0) == 0
+    if planar:
+        base.joint = "planar"
+        left = [f"{x:g}" for x in (place[2], *place[4:], rates[2], *rates[4:]) if x]
+        if left:
+            draft.lost.append(f"start values of the base out of its plane ({', '.join(left)}): nq = 0 says that it moves in x and y")
+        base.q, base.qd = [*place[:2], place[3]], [*rates[:2], rates[3]]
+    else:
+        base.joint = "free"
+        base.q, base.qd = list(place), [*rates[:3], *_omega(place[3:], rates[3:])]
+    draft.notes.append("The base carries no actuators; drive = \"torque\" in its place gives it forces and torques as inputs.")
+    if "g_prop" in data:
+        draft.lost.append("the ground (g_prop): a model has no contact, so the robot falls")
+
+
+def _omega(angles: list[float], rates: list[float]) -> list[float]:
+    """The angular velocity in the base's axes from the rates of phi, theta, psi."""
+    (_, theta, psi), (d_phi, d_theta, d_psi) = angles, rates
+    return [-math.sin(psi) * math.cos(theta) * d_phi + math.cos(psi) * d_theta, math.sin(theta) * d_phi + d_psi,
+            math.cos(psi) * math.cos(theta) * d_phi + math.sin(psi) * d_theta]
