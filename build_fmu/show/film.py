@@ -34,11 +34,16 @@ def film(target: Path, title: str, run: Run, model: Description, speed: float, p
 
 
 def encoder() -> str:
-    """Returns the ffmpeg program; raises UserError if there is none."""
+    """Returns the ffmpeg program, the system's or that of the package imageio-ffmpeg; raises UserError if there is none."""
     program = shutil.which("ffmpeg")
-    if program is None:
-        raise UserError("an MP4 needs the program ffmpeg, which is not installed; a name that ends in .gif needs nothing")
-    return program
+    if program is not None:
+        return program
+    try:
+        from imageio_ffmpeg import get_ffmpeg_exe
+
+        return get_ffmpeg_exe()
+    except (ImportError, RuntimeError):
+        raise UserError("an MP4 needs the program ffmpeg, which `pip install imageio-ffmpeg` brings; --gif needs nothing") from None
 
 
 def pictures(time: np.ndarray, speed: float, per_second: float) -> np.ndarray:

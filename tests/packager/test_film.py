@@ -1,5 +1,7 @@
 """Films, the page inside an FMU, and joints that a drawing shows as people know them."""
 
+import subprocess
+import sys
 import zipfile
 from pathlib import Path
 
@@ -8,9 +10,11 @@ import pytest
 
 from build_fmu.cli import main
 from build_fmu.describe import describe
+from build_fmu.errors import UserError
 from build_fmu.session import Session
 from build_fmu.show.attached import attached_page
 from build_fmu.show.command import run_of
+from build_fmu.show.film import encoder
 from build_fmu.show.motion import Motion
 from build_fmu.simulate import Settings, simulate
 from tests.packager.test_real_fmu import ROOT, pytestmark  # noqa: F401  skips where nothing is built
@@ -109,8 +113,22 @@ def test_a_gif_has_the_pictures_that_were_asked_for(tmp_path, capsys):
 
 def test_an_mp4_without_ffmpeg_is_one_sentence(tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     assert main(["show", str(ROOT / "models" / "pendulum.toml"), "--mp4", str(tmp_path / "a.mp4")]) == 1
-    assert capsys.readouterr().err.strip() == "an MP4 needs the program ffmpeg, which is not installed; a name that ends in .gif needs nothing"
+    assert capsys.readouterr().err.strip() == "an MP4 needs the program ffmpeg, which `pip install imageio-ffmpeg` brings; --gif needs nothing"
+
+
+def test_an_mp4_plays(tmp_path):
+    """The pictures that a real ffmpeg reads back from the film: as many as asked for, and they move."""
+    try:
+        program = encoder()
+    except UserError as error:
+        pytest.skip(str(error))
+    target = tmp_path / "a b.mp4"
+    assert main(["show", str(ROOT / "models" / "pendulum.toml"), "--mp4", str(target), "--stop", "0.5", "--rate", "10"]) == 0
+    raw = subprocess.run([program, "-loglevel", "error", "-i", target, "-f", "rawvideo", "-pix_fmt", "gray", "-"], capture_output=True, check=True).stdout
+    pictures = np.frombuffer(raw, np.uint8).reshape(-1, 448, 512).astype(int)
+    assert len(pictures) == 6 and all(np.abs(after - before).max() > 50 for before, after in zip(pictures, pictures[1:], strict=False))
 
 
 def test_an_mp4_goes_through_ffmpeg(tmp_path, capsys, monkeypatch):
