@@ -4,7 +4,8 @@
     python bench/document.py            pages with new figures into out/bench
     python bench/document.py --docs     and into docs/, with the plots
 
-A page marks what is measured by `<!-- measured NAME -->` and `<!-- end -->`; what stands between is replaced.
+A page marks what is measured by `<!-- measured NAME -->` and `<!-- end -->`; what stands between is replaced. All lines `scene.metric value`
+of a run go into figures.txt as well.
 """
 
 from __future__ import annotations
@@ -12,42 +13,61 @@ from __future__ import annotations
 import argparse
 import re
 import shutil
+from collections.abc import Callable
 from pathlib import Path
+
+import tables
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = ("performance.md", "stability_peers.md")
-SIZES = (1, 2, 6, 7, 30, 100, 1000)
+LINES = ("core.txt", "do_step.txt", "latency.txt", "accuracy.txt", "parts.txt", "peers.txt")
+PICTURES = ("peers_*.svg", "peers_*.png", "accuracy.png")
 
 
-def header(core: str) -> str:
-    lines = [line[2:] for line in core.splitlines() if line.startswith("# ")]
+def machine(folder: Path) -> str:
+    """Machine, flags, versions and commit, as the stages noted them."""
+    lines = [line[2:] for line in read(folder / "core.txt").splitlines() if line.startswith("# ")]
+    versions = read(folder / "peers.md").split(";")[0].strip()
+    if versions:
+        lines.append(versions)
+    load = read(folder / "load.txt").split()
+    if load:
+        lines.append(f"load average while it ran: {load[0]} to {load[1]}; the run took {load[2]} minutes")
+    commits = {found[1] for name in LINES for found in re.finditer(r"commit ([0-9a-f]+(?: with changes)?)", read(folder / name))}
+    if len(commits) > 1:
+        lines.append(f"not all from one commit: {', '.join(sorted(commits))}")
     return "\n".join(f"* {line}" for line in lines) + "\n"
 
 
-def recursions(core: str) -> str:
-    """The table of forward and inverse dynamics in ns, with Pinocchio's where it was there."""
-    figures = dict(line.split() for line in core.splitlines() if line and not line.startswith("#"))
-
-    def cell(name: str) -> str:
-        return f"{float(figures[name]):,.0f}" if name in figures else "–"
-
-    def ratio(name: str) -> str:
-        return f"{float(figures[name]):.1f}×" if name in figures else "–"
-
-    lines = ["| joints | angles | forward dynamics, ns | Pinocchio `aba` slower by | inverse dynamics, ns | Pinocchio `rnea` slower by |", "| --- " * 6 + "|"]
-    for kind, words in (("right_angle", "right"), ("any_angle", "any")):
-        for n in SIZES:
-            scene = f"{kind}_chain_{n}"
-            lines.append(
-                f"| {n} | {words} | {cell(f'{scene}.forward_dynamics_ns')} | {ratio(f'{scene}.forward_dynamics_times_faster_than_pinocchio')} "
-                f"| {cell(f'{scene}.inverse_dynamics_ns')} | {ratio(f'{scene}.inverse_dynamics_times_faster_than_pinocchio')} |"
-            )
-    return "\n".join(lines) + "\n"
+def read(file: Path) -> str:
+    return file.read_text(encoding="utf-8") if file.exists() else ""
 
 
-def steps(text: str) -> str:
-    lines = ["| metric | value |", "| --- | --- |"]
-    return "\n".join(lines + [f"| `{name}` | {value} |" for name, value in (line.split() for line in text.splitlines())]) + "\n"
+def every_line(folder: Path) -> str:
+    found: dict[str, float] = {}
+    for name in LINES:
+        found.update(tables.figures(read(folder / name)))
+    found.update(tables.derived(found))
+    return "".join(f"{name} {value:.6g}\n" for name, value in found.items())
+
+
+def blocks(folder: Path) -> dict[str, str]:
+    """Returns what each mark gets; a mark whose file is missing keeps what it has."""
+    makers: dict[str, tuple[str, Callable[[str], str]]] = {
+        "recursions": ("core.txt", tables.recursions), "right_hand_sides": ("core.txt", tables.right_hand_sides), "do_step": ("do_step.txt", tables.steps),
+        "latency": ("latency.txt", tables.latencies), "parts": ("parts.txt", tables.parts), "peers": ("peers.md", str), "losses": ("losses.md", str),
+        "extreme": ("extreme.md", str), "targets": ("figures.txt", tables.targets),
+    }
+    found = {}
+    for mark, (file, maker) in makers.items():
+        text = read(folder / file)
+        if text:
+            found[mark] = maker(text)
+        else:
+            print(f"{file} is not there: `{mark}` stays as it is")
+    if (folder / "core.txt").exists():
+        found["machine"] = machine(folder)
+    return found
 
 
 def main() -> None:
@@ -55,26 +75,21 @@ def main() -> None:
     parser.add_argument("--docs", action="store_true", help="write into docs/ too")
     parser.add_argument("--figures", type=Path, default=ROOT / "out" / "bench")
     options = parser.parse_args()
-    makers = {"core.txt": {"machine": header, "recursions": recursions}, "do_step.txt": {"do_step": steps},
-              "peers.md": {"peers": str}, "extreme.md": {"extreme": str}}
-    blocks = {}
-    for file, made in makers.items():
-        if (options.figures / file).exists():
-            text = (options.figures / file).read_text()
-            blocks.update((name, maker(text)) for name, maker in made.items())
-        else:
-            print(f"{file} is not there: its figures stay as they are")
+    (options.figures / "figures.txt").write_text(every_line(options.figures), encoding="utf-8")
+    found = blocks(options.figures)
+
+    def fresh(match: re.Match[str]) -> str:
+        return f"{match[1]}\n{found[match[2]]}\n{match[3]}" if match[2] in found else match[0]
+
     for name in PAGES:
-        page = (ROOT / "docs" / name).read_text(encoding="utf-8")
-        for mark in re.findall(r"<!-- measured (\w+) -->", page):
-            if mark in blocks:
-                page = re.sub(rf"(<!-- measured {mark} -->\n).*?(<!-- end -->)", lambda found: f"{found[1]}\n{blocks[found[0].split()[2]]}\n{found[2]}", page, flags=re.S)
+        page = re.sub(r"(<!-- measured (\w+) -->\n).*?(<!-- end -->)", fresh, read(ROOT / "docs" / name), flags=re.S)
         (options.figures / name).write_text(page, encoding="utf-8")
         if options.docs:
             (ROOT / "docs" / name).write_text(page, encoding="utf-8")
     if options.docs:
-        for picture in sorted(options.figures.glob("peers_*.*g")):
-            shutil.copy(picture, ROOT / "docs" / "pictures" / picture.name)
+        for pattern in PICTURES:
+            for picture in sorted(options.figures.glob(pattern)):
+                shutil.copy(picture, ROOT / "docs" / "pictures" / picture.name)
     print(f"pages with these figures: {options.figures}" + (", docs" if options.docs else ""))
 
 

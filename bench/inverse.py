@@ -64,8 +64,6 @@ def main():
     program = options.build / "bench" / "inverse_batch"
     if not program.exists():
         sys.exit("no benchmark program: configure with -DREDYSIM_BENCH=ON and build the target inverse_batch")
-    os.environ.setdefault("REDYSIM_FMU_LIBRARY", str(options.build / "fmu_src" / "fmi" / "libredysim_fmu.so"))
-    os.environ.setdefault("REDYSIM_FMU_DESCRIBE", str(options.build / "fmu_src" / "fmi" / "describe"))
     import fmpy
 
     from build_fmu.build import build

@@ -4,8 +4,6 @@
 // INPUT: 3 JOINTS value references (all q, all qd, all qdd), OUTPUT: JOINTS. A row: time, q, qd, qdd.
 // Prints the median seconds of one batch and its torques.
 
-#include <dlfcn.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -14,25 +12,18 @@
 #include <string>
 #include <vector>
 
-#include "fmi2Functions.h"
+#include "drive/fmu_library.hpp"
 
 namespace {
 
 constexpr int batches = 2001;
 
-template <class Function>
-Function* symbol(void* library, const char* name) {
-  if (void* address = dlsym(library, name)) return reinterpret_cast<Function*>(address);
-  std::fprintf(stderr, "%s is missing\n", name);
+using redysim::drive::FmuLibrary;
+using redysim::drive::MessageLog;
+
+[[noreturn]] void give_up(const std::string& why) {
+  std::fprintf(stderr, "%s\n", why.c_str());
   std::exit(1);
-}
-
-void log(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String message, ...) {
-  std::fprintf(stderr, "%s\n", message);
-}
-
-void expect_ok(fmi2Status status) {
-  if (status != fmi2OK) std::exit(1);
 }
 
 }  // namespace
@@ -50,37 +41,33 @@ int main(int count, char** arguments) {
   for (double number; std::cin >> number;) numbers.push_back(number);
   const std::size_t width = 1 + 3 * joints, rows = numbers.size() / width;
 
-  void* library = dlopen(arguments[1], RTLD_NOW | RTLD_LOCAL);
-  if (!library) {
-    std::fprintf(stderr, "%s\n", dlerror());
-    return 1;
-  }
-  const auto set_real = symbol<fmi2SetRealTYPE>(library, "fmi2SetReal");
-  const auto get_real = symbol<fmi2GetRealTYPE>(library, "fmi2GetReal");
-  const auto do_step = symbol<fmi2DoStepTYPE>(library, "fmi2DoStep");
-  const auto reset = symbol<fmi2ResetTYPE>(library, "fmi2Reset");
-  const auto enter = symbol<fmi2EnterInitializationModeTYPE>(library, "fmi2EnterInitializationMode");
-  const auto exit = symbol<fmi2ExitInitializationModeTYPE>(library, "fmi2ExitInitializationMode");
-  const fmi2CallbackFunctions callbacks{log, nullptr, nullptr, nullptr, nullptr};
-  const fmi2Component fmu = symbol<fmi2InstantiateTYPE>(library, "fmi2Instantiate")(
-      "inverse", fmi2CoSimulation, arguments[3], arguments[2], &callbacks, fmi2False, fmi2False);
-  if (!fmu) return 1;
+  FmuLibrary fmu;
+  const std::string missing = fmu.load(arguments[1]);
+  if (!missing.empty()) give_up(missing);
+  MessageLog log;
+  const auto expect_ok = [&log](fmi2Status status) {
+    if (status != fmi2OK) give_up(log.lines().empty() ? "a call was refused" : log.lines().back());
+  };
+  const fmi2CallbackFunctions callbacks{MessageLog::callback, nullptr, nullptr, nullptr, &log};
+  const fmi2Component instance = fmu.instantiate("inverse", fmi2CoSimulation, arguments[3], arguments[2],
+                                                 &callbacks, fmi2False, fmi2False);
+  if (!instance) give_up(log.lines().empty() ? "no instance" : log.lines().back());
 
   std::vector<double> torques(rows * joints), seconds;
   for (int batch = 0; batch < batches; ++batch) {
-    expect_ok(reset(fmu));
+    expect_ok(fmu.reset(instance));
     const auto begin = std::chrono::steady_clock::now();
-    expect_ok(enter(fmu));
-    expect_ok(exit(fmu));
+    expect_ok(fmu.enter_initialization_mode(instance));
+    expect_ok(fmu.exit_initialization_mode(instance));
     for (std::size_t row = 0; row < rows; ++row) {
       const double* motion = &numbers[row * width];
-      expect_ok(set_real(fmu, references.data(), 3 * joints, motion + 1));
-      expect_ok(get_real(fmu, references.data() + 3 * joints, joints, &torques[row * joints]));
-      if (row + 1 < rows) expect_ok(do_step(fmu, motion[0], motion[width] - motion[0], fmi2True));
+      expect_ok(fmu.set_real(instance, references.data(), 3 * joints, motion + 1));
+      expect_ok(fmu.get_real(instance, references.data() + 3 * joints, joints, &torques[row * joints]));
+      if (row + 1 < rows) expect_ok(fmu.do_step(instance, motion[0], motion[width] - motion[0], fmi2True));
     }
     seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
   }
-  symbol<fmi2FreeInstanceTYPE>(library, "fmi2FreeInstance")(fmu);
+  fmu.free_instance(instance);
   std::nth_element(seconds.begin(), seconds.begin() + batches / 2, seconds.end());
   std::printf("%.9g\n", seconds[batches / 2]);
   for (double torque : torques) std::printf("%.17g\n", torque);

@@ -64,7 +64,7 @@ def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
         from build_fmu.report.pages import advice
 
         with command.bar() as progress:
-            report = command.put_into(target, built.model, options.model, progress(target))
+            report = command.put_into(target, built.model, options.model, progress(target), built.specialised)
         print("\n".join(advice(report)))
     print(f"{target}  {target.stat().st_size / 1024:.0f} kB, {len(model.select('input'))} inputs, "
           f"{len(model.select('output'))} outputs, {len(model.select('parameter'))} parameters")

@@ -133,10 +133,7 @@ def _variable(element: xml.Element) -> Variable:
 def drive(fmu: Staged, task: Task) -> Outcome:
     """Runs the task in a process of its own."""
     health = [name for name in HEALTH if name in fmu.variables]
-    lines = [*_head(fmu, task), f"repeats {task.repeats}", f"spend {task.spend!r}"]
-    lines += ["integers " + " ".join(_reference(fmu, name) for name in health)] if health else []
-    lines += [f"names {_reference(fmu, 'solver.method')}"] if "solver.method" in fmu.variables else []
-    answer = _ask(lines, task.budget)
+    answer = _ask(job_lines(fmu, task), task.budget)
     if isinstance(answer, Outcome):
         return answer
     status, phase, log = answer["status"], answer.get("phase", ""), [" ".join(line.split()) for line in answer.get("log", [])]
@@ -152,6 +149,14 @@ def drive(fmu: Staged, task: Task) -> Outcome:
     return Outcome(status, message, answer.get("reached", 0.0), int(answer.get("steps_done", 0)), answer.get("seconds", math.nan),
                    np.array(answer.get("times", [])), values, dict(zip(health, answer.get("integers", []), strict=False)),
                    next((text for text in answer.get("texts", []) if text), ""), answer.get("after", ""), log)
+
+
+def job_lines(fmu: Staged, task: Task) -> list[str]:
+    """Returns the lines that fmu_driver reads to run the task."""
+    health = [name for name in HEALTH if name in fmu.variables]
+    lines = [*_head(fmu, task), f"repeats {task.repeats}", f"spend {task.spend!r}"]
+    lines += ["integers " + " ".join(_reference(fmu, name) for name in health)] if health else []
+    return lines + ([f"names {_reference(fmu, 'solver.method')}"] if "solver.method" in fmu.variables else [])
 
 
 def latency(fmu: Staged, task: Task, instances: Sequence[int]) -> dict[str, Any]:

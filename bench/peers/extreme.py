@@ -27,7 +27,7 @@ from work_precision import error_of  # noqa: E402
 from worker import Gone  # noqa: E402
 
 TOLERANCE = 1e-6
-LIMIT = 120.0  # seconds of CPU time or waiting: longer than anyone would
+LIMIT = 60.0  # seconds of CPU time or waiting: longer than anyone would
 
 
 def imported(data: dict, title: str, methods: tuple[str, ...], work: Path) -> Scene:
@@ -110,7 +110,7 @@ def attempts(scene: Scene, step: float) -> list[tuple[str, str, float, str]]:
     return found
 
 
-def table(scene: Scene, step: float, peers: Peers, absent: dict[str, str]) -> str:
+def table(scene: Scene, step: float, peers: Peers, absent: dict[str, str], limit: float) -> str:
     lines = [f"**{scene.title}**", "", "| simulator | how | largest error, rad | CPU ms a simulated second |", "| --- | --- | --- | --- |"]
     workers = {}
     for peer, method, value, words in attempts(scene, step):
@@ -120,10 +120,10 @@ def table(scene: Scene, step: float, peers: Peers, absent: dict[str, str]) -> st
         try:
             if peer not in workers:
                 workers[peer] = peers.start(peer, scene)
-            answer = workers[peer].ask(method, value, LIMIT)
+            answer = workers[peer].ask(method, value, limit)
         except Gone:
             workers.pop(peer).close()
-            lines.append(f"| {peer} | {words} | no end within {LIMIT:.0f} s, or the process died | |")
+            lines.append(f"| {peer} | {words} | no end within {limit:.0f} s, or the process died | |")
             continue
         if answer.rows is None:
             lines.append(f"| {peer} | {words} | failed: {answer.failure} | |")
@@ -141,6 +141,7 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "out" / "bench")
     parser.add_argument("--programs", type=Path, default=ROOT / "build" / "bench" / "bench" / "peers")
     parser.add_argument("--python", type=Path, default=ROOT / "build" / "peers" / "bin" / "python")
+    parser.add_argument("--limit", type=float, default=LIMIT, help="seconds for a run")
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
     work = ROOT / "build" / "peers_work"
@@ -152,7 +153,7 @@ def main() -> None:
     text = []
     for scene, step in cases(work):
         print(f"{scene.name}: {scene.title}", flush=True)
-        text.append(table(scene, step, peers, absent))
+        text.append(table(scene, step, peers, absent, options.limit))
     versions = ", ".join(f"{peer} {version}" for peer, version in peers.versions().items() if peer in ("MuJoCo", "Drake", "Exudyn"))
     (options.output / "extreme.md").write_text(f"{versions}.\n\n" + "\n".join(text))
     print(f"wrote {options.output}/extreme.md")

@@ -87,11 +87,11 @@ def public(name: str, model: str, title: str, methods: tuple[str, ...], stiff: b
 
 
 def all_scenes() -> list[Scene]:
-    explicit = ("erk", "adams")
+    explicit = ("erk", "adams", "auto")
     return [
         public("double_pendulum", "double_pendulum", "double pendulum, 5 s", explicit),
         public("kr5_freefall", "kuka_kr5", "KUKA KR5 in free fall, 6 joints, 1 s", explicit),
         public("gripper_freefall", "gripper", "gripper in free fall, 4 joints, 1 s", explicit),
         public("fourbar_forced", "four_bar", "four-bar, a closed loop, 2 N m at the crank, 1 s", explicit),
-        public("stiff_strut", "stiff_strut", "two rods on a stiff strut, 2 s", ("bdf", "dirk", "erk"), stiff=True),
+        public("stiff_strut", "stiff_strut", "two rods on a stiff strut, 2 s", ("bdf", "dirk", "erk", "auto"), stiff=True),
     ]

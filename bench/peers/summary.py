@@ -63,3 +63,38 @@ def table(scene, points) -> str:
             cells.append(f"{1e3 * best.median / scene.end:.3g}{ratio}, {name}")
         lines.append(f"| {target:.0e} | " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
+
+
+def lines(scene, points) -> list[tuple[str, float]]:
+    """(scene.metric, value): what each peer, and the nearest of them, takes as a multiple of our time at equal error."""
+    found = []
+    for power in range(2, 11):
+        ours = cheapest(points, "ReDySim-FMU", 10.0**-power)
+        if not ours:
+            continue
+        found.append((f"{scene.name}.us_a_ms_at_1e-{power:02d}", 1e3 * ours.median / scene.end))
+        ratios = {peer: best.median / ours.median for peer in COLOURS if peer != "ReDySim-FMU" and (best := cheapest(points, peer, 10.0**-power))}
+        found += [(f"{scene.name}.{peer.lower()}_times_slower_at_1e-{power:02d}", ratio) for peer, ratio in ratios.items()]
+        if ratios:
+            found.append((f"{scene.name}.nearest_peer_times_slower_at_1e-{power:02d}", min(ratios.values())))
+    return found
+
+
+def losses(scene, points) -> str:
+    """A line of Markdown: at which errors some run of a peer is cheaper than ours, at any bound from 0.3 to 1e-11."""
+    ahead: dict[str, list[tuple[float, float]]] = {}
+    for fourth in range(2, 45):
+        bound = 10.0 ** (-fourth / 4)
+        ours = cheapest(points, "ReDySim-FMU", bound)
+        for peer in COLOURS:
+            best = cheapest(points, peer, bound)
+            if peer != "ReDySim-FMU" and best and (not ours or best.median < ours.median):
+                ahead.setdefault(best.curve.label, []).append((bound, ours.median / best.median if ours else float("inf")))
+    if not ahead:
+        return f"* **{scene.title}**: nowhere.\n"
+    words = []
+    for label, cases in ahead.items():
+        largest, smallest, most = max(b for b, _ in cases), min(b for b, _ in cases), max(r for _, r in cases)
+        where = f"at {largest:.1g} rad" if largest == smallest else f"between {largest:.1g} and {smallest:.1g} rad"
+        words.append(f"{label} {where}, by up to {most:.2f}×")
+    return f"* **{scene.title}**: {'; '.join(words)}.\n"

@@ -7,7 +7,7 @@
 The error is the largest difference of a joint's position from the 16-digit reference over the scene's output times. The time
 is CPU time of stepping alone (no loading, no start values), the median of all rounds; each round asks every method of every
 peer once, in random order, so that a busy moment of the machine does not fall on one of them alone. Leaves peers.csv,
-peers.md and a plot a scene in the folder.
+peers.md, losses.md, peers.txt (lines `scene.metric value`) and a plot a scene in the folder.
 """
 
 from __future__ import annotations
@@ -26,10 +26,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from peers import Curve, Peers, curves  # noqa: E402
 from scenes import ROOT, Scene, all_scenes  # noqa: E402
-from summary import draw, table  # noqa: E402
+from summary import draw, lines, losses, table  # noqa: E402
 from worker import Gone  # noqa: E402
 
-LONGEST = 1.0  # seconds: a curve is not followed to slower runs
 ROUNDING = 1e-7  # rad: from here a finer run that is no better has met its floor
 SMALLEST = 1e-12  # rad: below, the reference's digits and rounding decide
 
@@ -52,7 +51,7 @@ def error_of(scene: Scene, rows: np.ndarray) -> float:
     return float(np.nanmax(difference)) if np.isfinite(difference).any() else float("inf")
 
 
-def first_round(scene: Scene, curve: Curve, worker, failures: list[str]) -> list[Point]:
+def first_round(scene: Scene, curve: Curve, worker, failures: list[str], longest: float) -> list[Point]:
     """Follows a curve from coarse to fine until its runs take long or meet their floor."""
     points, worse = [], 0
     for value in curve.values:
@@ -65,12 +64,12 @@ def first_round(scene: Scene, curve: Curve, worker, failures: list[str]) -> list
             best = min((p.error for p in points), default=1.0)
             worse = worse + 1 if best < ROUNDING and error > 0.7 * best else 0
             points.append(Point(curve, value, error, [answer.seconds]))
-        if answer.seconds > LONGEST or worse >= 2 or error < SMALLEST:
+        if answer.seconds > longest or worse >= 2 or error < SMALLEST:
             break
     return points
 
 
-def compare(scene: Scene, peers: Peers, absent: dict[str, str], rounds: int, seed: int) -> tuple[list[Point], list[str]]:
+def compare(scene: Scene, peers: Peers, absent: dict[str, str], rounds: int, longest: float, seed: int) -> tuple[list[Point], list[str]]:
     failures: list[str] = []
     points: list[Point] = []
     chosen = [curve for curve in curves(scene) if curve.peer not in absent]
@@ -79,7 +78,7 @@ def compare(scene: Scene, peers: Peers, absent: dict[str, str], rounds: int, see
         for curve in chosen:
             print(f"  {curve.label}", flush=True)
             try:
-                points += first_round(scene, curve, workers[curve.peer], failures)
+                points += first_round(scene, curve, workers[curve.peer], failures, longest)
             except Gone:
                 failures.append(f"{curve.label}: its process ended, see {workers[curve.peer].log.name}")
                 workers[curve.peer] = peers.start(curve.peer, scene)
@@ -102,6 +101,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-f", "--filter", default=".", help="regular expression on scenes")
     parser.add_argument("-r", "--rounds", type=int, default=5)
+    parser.add_argument("--longest", type=float, default=1.0, help="seconds: a curve is not followed to slower runs")
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "out" / "bench")
     parser.add_argument("--programs", type=Path, default=ROOT / "build" / "bench" / "bench" / "peers")
     parser.add_argument("--python", type=Path, default=ROOT / "build" / "peers" / "bin" / "python", help="of the peers' environment")
@@ -112,16 +112,18 @@ def main() -> None:
     absent = peers.missing()
     for peer, reason in absent.items():
         print(f"{peer} is skipped: {reason}")
-    records, text = [], []
+    records, text, lost, figures = [], [], [], []
     for scene in all_scenes():
         if not re.search(options.filter, scene.name):
             continue
         print(f"{scene.name}: {scene.title}", flush=True)
-        points, failures = compare(scene, peers, absent, options.rounds, options.seed)
+        points, failures = compare(scene, peers, absent, options.rounds, options.longest, options.seed)
         for point in points:
             records.append([scene.name, point.curve.label, f"{point.value:g}", f"{point.error:.4g}", f"{point.median / scene.end:.6g}"])
         draw(scene, points, options.output)
         text.append(table(scene, points))
+        lost.append(losses(scene, points))
+        figures += lines(scene, points)
         (options.output / f"peers_{scene.name}_failures.txt").write_text("".join(f"{line}\n" for line in failures))
     with (options.output / "peers.csv").open("w", newline="") as file:
         writer = csv.writer(file)
@@ -129,6 +131,8 @@ def main() -> None:
         writer.writerows(records)
     versions = ", ".join(f"{peer} {version}" for peer, version in peers.versions().items() if peer not in absent)
     (options.output / "peers.md").write_text(f"{versions}; medians of {options.rounds} rounds.\n\n" + "\n".join(text))
+    (options.output / "losses.md").write_text("".join(lost))
+    (options.output / "peers.txt").write_text("".join(f"{name} {value:.4g}\n" for name, value in figures))
     print(f"wrote {options.output}/peers.csv, peers.md and the plots")
 
 

@@ -8,7 +8,7 @@ import zipfile
 from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from build_fmu.archive import Entry, write_archive
@@ -78,10 +78,10 @@ def write(report: Report, folder: Path, stem: str) -> list[Path]:
     return files
 
 
-def put_into(fmu: Path, model: Description, source: Path, progress: Callable[[str, int, int], None]) -> Report:
-    """Sweeps a built FMU and adds the pages to its documentation."""
+def put_into(fmu: Path, model: Description, source: Path, progress: Callable[[str, int, int], None], note: str = "") -> Report:
+    """Sweeps a built FMU and adds the pages, with a note, to its documentation."""
     table = model.report.get("reference")
-    report = make_report(fmu, Wish(reference=source.parent / table if table else None), progress)
+    report = replace(make_report(fmu, Wish(reference=source.parent / table if table else None), progress), note=note)
     with zipfile.ZipFile(fmu) as archive:
         entries = [Entry(i.filename, archive.read(i), bool(i.external_attr >> 16 & 0o100)) for i in archive.infolist()]
     page = "documentation/index.html"

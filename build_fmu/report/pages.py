@@ -29,6 +29,7 @@ class Report:
     reference: Reference
     points: Sequence[Point]
     seconds: float
+    note: str = ""  # how the library came to be
 
     @property
     def steps(self) -> list[float]:
@@ -102,6 +103,7 @@ def page_lines(report: Report, picture: str) -> list[str]:
             points = [p for p in report.points if p.changing == changing and p.step == step]
             if points:
                 lines += [f"## Step {duration(step)}, inputs {'change' if changing else 'held'}", "", *_table(points, report.unit), ""]
+    lines += [f"* {report.note}"] if report.note else []
     lines += [*(f"* {line}" for line in machine_lines()), f"* {len(report.points)} runs in {report.seconds:.0f} s"]
     return lines
 

@@ -60,8 +60,8 @@ Scalar joint_force(const Plan<Constant>& plan, int i, const Scalar& q, const Sca
   const JointPlan<Constant>& joint = plan.joints[i];
   if (!joint.passive) return tau;
   Scalar force = tau - joint.stiffness * (q - joint.rest) - joint.damping * qd;
-  if (joint.rubs) force -= dry_friction(plan.resistances[i], qd);
-  if (joint.stopped) {
+  if (features::friction && joint.rubs) force -= dry_friction(plan.resistances[i], qd);
+  if (features::friction && joint.stopped) {
     const PressedStop<Constant, Scalar> stop(plan.resistances[i], q);
     force -= stop.side * stop.elastic_force() * stop.growth(qd);
   }
@@ -74,7 +74,7 @@ Scalar joint_energy(const Plan<Constant>& plan, int i, const Scalar& q) {
   const JointPlan<Constant>& joint = plan.joints[i];
   const Scalar stretch = q - joint.rest;
   const Scalar energy = Scalar(0.5) * joint.stiffness * stretch * stretch;
-  if (!joint.stopped) return energy;
+  if (!features::friction || !joint.stopped) return energy;
   return energy + PressedStop<Constant, Scalar>(plan.resistances[i], q).energy();
 }
 
@@ -83,8 +83,8 @@ template <class Constant, class Scalar>
 Scalar joint_loss(const Plan<Constant>& plan, int i, const Scalar& q, const Scalar& qd) {
   const JointPlan<Constant>& joint = plan.joints[i];
   Scalar force = -(joint.damping * qd);
-  if (joint.rubs) force -= dry_friction(plan.resistances[i], qd);
-  if (joint.stopped) {
+  if (features::friction && joint.rubs) force -= dry_friction(plan.resistances[i], qd);
+  if (features::friction && joint.stopped) {
     const PressedStop<Constant, Scalar> stop(plan.resistances[i], q);
     force -= stop.side * stop.elastic_force() * (stop.growth(qd) - Scalar(1));
   }

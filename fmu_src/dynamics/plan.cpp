@@ -92,16 +92,6 @@ void add_body(RigidInertia<Scalar>& to, const RigidInertia<double>& body) {
       {body.inertia.xx, body.inertia.yy, body.inertia.zz, body.inertia.xy, body.inertia.xz, body.inertia.yz});
 }
 
-// Whether a joint has friction or stops, or may get some by tuning.
-bool may_resist(const Model& model) {
-  if (!model.fmu.tunable.empty()) return true;
-  for (const Link& link : model.links) {
-    const Joint& joint = link.joint;
-    if (joint.friction != 0 || joint.static_friction != 0 || has_stops(joint)) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 template <class Scalar>

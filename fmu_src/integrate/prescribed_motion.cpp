@@ -38,7 +38,7 @@ void System::forget_jumps() {
 bool System::follow_jumps(double time, double* y) {
   if (!plan_.has_motion()) return true;
   const bool jumps = jumped();
-  const double before = jumps && with_work_ ? energy_before_jump(time, y) : 0;
+  const double before = jumps && with_work() ? energy_before_jump(time, y) : 0;
   if (jumps) {
     unmoved_.assign(y, y + size());
     respond(time, y, false);
@@ -46,7 +46,7 @@ bool System::follow_jumps(double time, double* y) {
   }
   const bool closed =
       !plan_.has_loops() || (project(time, y, nullptr) == Status::ok && largest_gap() < open_loop);
-  if (jumps && with_work_) y[nq() + nv()] += kinetic_energy(time, y) + potential_energy(time, y) - before;
+  if (jumps && with_work()) y[nq() + nv()] += kinetic_energy(time, y) + potential_energy(time, y) - before;
   if (!jumps || std::all_of(y, y + size(), [](double value) { return std::isfinite(value); })) return closed;
   std::copy(unmoved_.begin(), unmoved_.end(), y);
   return false;

@@ -159,7 +159,7 @@ Status System::right_hand_side(double time, const double* y, double* ydot) {
     quaternion_rate(y + at_q, y + at_qd, ydot + at_q);
     Eigen::Map<Vec3<double>>(ydot + at_qd) = ball_acceleration(ball, qdd);
   }
-  if (with_work_) ydot[nq() + nv()] = power(coordinates(time, y), qdd);
+  if (with_work()) ydot[nq() + nv()] = power(coordinates(time, y), qdd);
   return status;
 }
 

@@ -29,8 +29,8 @@ class System {
   const Plan<double>& plan() const { return plan_; }
   int nq() const { return simple() + 4 * balls(); }  // positions in the state
   int nv() const { return simple() + 3 * balls(); }  // velocities in the state
-  int size() const { return nq() + nv() + (with_work_ ? 1 : 0); }
-  bool with_work() const { return with_work_; }
+  int size() const { return nq() + nv() + (with_work() ? 1 : 0); }
+  bool with_work() const { return features::energies && with_work_; }
   int simple() const { return static_cast<int>(integrated_.size()); }  // joints of one freedom in the state
   int balls() const { return plan_.has_balls() ? static_cast<int>(plan_.balls.size()) : 0; }
   int joint_of(int state_position) const {
@@ -125,7 +125,7 @@ class System {
 
   double kinetic_energy(double time, const double* y);
   double potential_energy(double time, const double* y);
-  double work(const double* y) const { return with_work_ ? y[nq() + nv()] : 0.0; }
+  double work(const double* y) const { return with_work() ? y[nq() + nv()] : 0.0; }
 
   // Which joint is to blame for a failure, an evaluation's or a method's: index into plan().joints, or -1.
   int failed_joint() const { return failed_joint_; }

@@ -19,6 +19,7 @@ bool uses_method(const Model& model, SolverMethod method) {
 constexpr Feature all_features[] = {
     {"loops", features::loops, [](const Model& model) { return !model.loops.empty(); }},
     {"springs", features::springs, [](const Model& model) { return !model.springs.empty(); }},
+    {"friction", features::friction, may_resist},
     {"ports", features::ports,
      [](const Model& model) {
        return std::any_of(model.frames.begin(), model.frames.end(),
@@ -36,6 +37,7 @@ constexpr Feature all_features[] = {
     {"spherical", features::spherical, [](const Model& model) { return !model.balls.empty(); }},
     {"control", features::control,
      [](const Model& model) { return !model.trajectories.empty() || model.controller.law != Law::none; }},
+    {"energies", features::energies, [](const Model& model) { return model.fmu.energy; }},
     {"erk", features::erk, [](const Model& model) { return uses_method(model, SolverMethod::erk); }},
     {"adams", features::adams, [](const Model& model) { return uses_method(model, SolverMethod::adams); }},
     {"dirk", features::dirk, [](const Model& model) { return uses_method(model, SolverMethod::dirk); }},
@@ -43,6 +45,17 @@ constexpr Feature all_features[] = {
 };
 
 }  // namespace
+
+bool may_resist(const Model& model) {
+  for (const Link& link : model.links) {
+    const Joint& joint = link.joint;
+    if (joint.friction != 0 || joint.static_friction != 0 || has_stops(joint)) return true;
+  }
+  for (const std::string& name : model.fmu.tunable)
+    for (const char* word : {".friction", ".static_friction", ".lower", ".upper", ".stop_"})
+      if (name.find(word) != name.npos) return true;
+  return false;
+}
 
 std::vector<std::string> features_of(const Model& model) {
   std::vector<std::string> names;

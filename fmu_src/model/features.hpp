@@ -30,10 +30,12 @@ constexpr bool holds(std::string_view part) {
 
 inline constexpr bool loops = holds("loops");
 inline constexpr bool springs = holds("springs");
-inline constexpr bool ports = holds("ports");    // frames at which forces act
-inline constexpr bool motion = holds("motion");  // prescribed joints
+inline constexpr bool friction = holds("friction");  // dry friction and stops in joints
+inline constexpr bool ports = holds("ports");        // frames at which forces act
+inline constexpr bool motion = holds("motion");      // prescribed joints
 inline constexpr bool spherical = holds("spherical");
-inline constexpr bool control = holds("control");  // trajectories and controllers
+inline constexpr bool control = holds("control");    // trajectories and controllers
+inline constexpr bool energies = holds("energies");  // outputs energy.*, and the work that they need
 inline constexpr bool erk = holds("erk");
 inline constexpr bool adams = holds("adams");
 inline constexpr bool dirk = holds("dirk");
@@ -45,6 +47,9 @@ inline constexpr bool straight_line = false;
 #endif
 
 }  // namespace features
+
+// Whether a joint has friction or stops, or may get some by tuning.
+bool may_resist(const Model& model);
 
 // The parts that a model uses, by the names that REDYSIM_FEATURES takes.
 std::vector<std::string> features_of(const Model& model);

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 
 import numpy as np
@@ -21,7 +22,7 @@ def run(fmu, **start):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name, parts", [("kuka_kr5", ["erk"]), ("four_bar", ["loops", "erk"])])
+@pytest.mark.parametrize("name, parts", [("kuka_kr5", ["energies", "erk"]), ("four_bar", ["loops", "energies", "erk"])])
 def test_a_specialised_library_is_smaller_and_gives_the_same_motion(name, parts, tmp_path):
     if not shutil.which("cmake"):
         pytest.skip("cmake is not installed")
@@ -32,6 +33,7 @@ def test_a_specialised_library_is_smaller_and_gives_the_same_motion(name, parts,
     built = build(model, MODELS / f"{name}.toml", special, specialised=True)
     assert special.stat().st_size < general.stat().st_size
     assert ("straight line:" in built.specialised) == ("loops" in parts)
+    assert float(re.search(r"([0-9.]+) times as fast", built.specialised)[1]) > 0
     a, b = run(general), run(special)
     for column in a.dtype.names:
         if not column.startswith("solver."):

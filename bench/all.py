@@ -1,0 +1,124 @@
+#!/usr/bin/env python3
+"""Everything that docs/performance.md and docs/stability_peers.md show, measured in one go; scripts/bench.sh builds what it needs.
+
+    python bench/all.py              about half an hour on two processors; figures, plots and pages into out/bench
+    python bench/all.py --quick      a few minutes, rough figures: to see that everything runs
+    python bench/all.py --docs       and into docs/ as well
+    python bench/all.py -s parts peers --docs      some stages; the other figures stay as they are
+
+Each stage is a script that runs by itself, too. A stage that takes longer than its bound is ended, and its figures stay as they were.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+HERE = ROOT / "bench"
+
+
+@dataclass(frozen=True)
+class Stage:
+    """`output` gets what the script prints; bound in minutes."""
+
+    name: str
+    title: str
+    command: tuple[str, ...]
+    quick: tuple[str, ...] = ()
+    output: str = ""
+    bound: float = 10
+    usual: float = 1
+
+
+def stages(folder: Path) -> list[Stage]:
+    out = ("-o", str(folder))
+    core = str(folder / "core.txt")
+    return [
+        Stage("core", "the recursions", ("run.py",), ("-r", "3", "-t", "0.002"), "core.txt", 8, 2),
+        Stage("do_step", "a communication step", ("do_step.py", "--core", core), (), "do_step.txt", 3, 0.2),
+        Stage("latency", "steps, starts and many instances", ("latency.py",), ("-n", "500", "--instances", "1", "100"), "latency.txt", 8, 2),
+        Stage("accuracy", "how right it is", ("accuracy.py",), (), "accuracy.txt", 5, 0.2),
+        Stage("parts", "what absent parts cost", ("parts.py",), ("--no-time", "-p", "all_these"), "parts.txt", 25, 8),
+        Stage("peers", "error against run time, beside other simulators", ("peers/work_precision.py", *out), ("-r", "1", "--longest", "0.05"), "", 25, 10),
+        Stage("extreme", "extreme cases, beside other simulators", ("peers/extreme.py", *out), ("--limit", "5"), "", 12, 4),
+        Stage("picture", "the README's picture of what accuracy costs", ("accuracy_picture.py", *out), ("--quick",), "", 6, 2),
+    ]
+
+
+def run(stage: Stage, folder: Path, quick: bool) -> str:
+    """Runs a stage and shows what it says; returns why it failed, or nothing. Its file is replaced only when it is complete."""
+    command = [sys.executable, str(HERE / stage.command[0]), *stage.command[1:], *(stage.quick if quick else ())]
+    partial = folder / f"{stage.output}.part" if stage.output else None
+    late = threading.Event()
+    # a group of its own, so that the peers' processes end with it
+    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, start_new_session=True, env={**os.environ, "PYTHONUNBUFFERED": "1"})
+
+    def end() -> None:
+        late.set()
+        os.killpg(process.pid, signal.SIGKILL)
+
+    watch = threading.Timer(60 * stage.bound, end)
+    watch.start()
+    try:
+        with open(partial or os.devnull, "w", encoding="utf-8") as file:
+            for line in process.stdout:
+                print(f"  {line}", end="", flush=True)
+                file.write(line)
+        code = process.wait()
+    finally:
+        watch.cancel()
+    if late.is_set():
+        return f"took more than {stage.bound:g} minutes and was ended"
+    if code:
+        return f"failed with code {code}"
+    if partial:
+        partial.replace(folder / stage.output)
+    return ""
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--docs", action="store_true", help="put figures and plots into docs/ too")
+    parser.add_argument("--quick", action="store_true", help="rough figures in a few minutes")
+    parser.add_argument("-s", "--stages", nargs="+", metavar="STAGE", help="those alone: " + ", ".join(stage.name for stage in stages(ROOT)))
+    parser.add_argument("-o", "--output", type=Path)
+    options = parser.parse_args()
+    if options.docs and options.quick:
+        parser.error("--quick gives no figures for docs")
+    folder = (options.output or ROOT / "out" / ("bench_quick" if options.quick else "bench")).resolve()
+    folder.mkdir(parents=True, exist_ok=True)
+    every = stages(folder)
+    unknown = set(options.stages or ()) - {stage.name for stage in every}
+    if unknown:
+        parser.error(f"there is no stage {', '.join(sorted(unknown))}")
+    wanted = [stage for stage in every if not options.stages or stage.name in options.stages]
+    begin = time.monotonic()
+    loads, failures = [os.getloadavg()[0]], []
+    for number, stage in enumerate(wanted, 1):
+        passed = (time.monotonic() - begin) / 60
+        usual = "" if options.quick else f", usually {stage.usual:g} min, at most {stage.bound:g}"
+        print(f"== {number}/{len(wanted)} {stage.name}: {stage.title} ({passed:.0f} min so far{usual})", flush=True)
+        why = run(stage, folder, options.quick)
+        loads.append(os.getloadavg()[0])
+        if why:
+            failures.append(f"{stage.name}: {why}")
+            print(f"  {why}", flush=True)
+    minutes = (time.monotonic() - begin) / 60
+    (folder / "load.txt").write_text(f"{min(loads):.1f} {max(loads):.1f} {minutes:.0f}\n", encoding="utf-8")
+    document = [sys.executable, str(HERE / "document.py"), "--figures", str(folder), *(["--docs"] if options.docs else [])]
+    if subprocess.run(document, cwd=ROOT).returncode:
+        failures.append("the pages were not written")
+    print(f"== {minutes:.0f} minutes" + "".join(f"\n   {line}" for line in failures))
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

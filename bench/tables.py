@@ -1,0 +1,144 @@
+"""Lines `scene.metric value` as the tables of docs/performance.md."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+
+SIZES = (1, 2, 6, 7, 30, 100, 1000)
+PART_WORDS = {
+    "loops": "closed loops", "springs": "springs between bodies", "friction": "dry friction and stops", "ports": "forces at frames", "motion": "prescribed motion",
+    "spherical": "spherical joints", "control": "trajectories and controllers", "energies": "energies and work", "multistep_and_implicit": "`adams`, `dirk`, `bdf`, `auto`",
+    "all_these": "all of them",
+}
+
+
+def figures(text: str) -> dict[str, float]:
+    """Returns the lines' values by name."""
+    return {name: float(value) for name, value in (line.split() for line in text.splitlines() if line and not line.startswith("#"))}
+
+
+def recursions(core: str) -> str:
+    """The table of forward and inverse dynamics in ns, with Pinocchio's where it was there."""
+    found = figures(core)
+
+    def cell(name: str) -> str:
+        return f"{found[name]:,.0f}" if name in found else "–"
+
+    def ratio(name: str) -> str:
+        return f"{found[name]:.1f}×" if name in found else "–"
+
+    lines = ["| joints | angles | forward dynamics, ns | Pinocchio `aba` slower by | inverse dynamics, ns | Pinocchio `rnea` slower by |", "| --- " * 6 + "|"]
+    for kind, words in (("right_angle", "right"), ("any_angle", "any")):
+        for n in SIZES:
+            scene = f"{kind}_chain_{n}"
+            lines.append(
+                f"| {n} | {words} | {cell(f'{scene}.forward_dynamics_ns')} | {ratio(f'{scene}.forward_dynamics_times_faster_than_pinocchio')} "
+                f"| {cell(f'{scene}.inverse_dynamics_ns')} | {ratio(f'{scene}.inverse_dynamics_times_faster_than_pinocchio')} |"
+            )
+    return "\n".join(lines) + "\n"
+
+
+def right_hand_sides(core: str) -> str:
+    """The right-hand side of the whole models: springs, loops, friction and the work included."""
+    rows = [(name.removesuffix(".right_hand_side_ns"), value) for name, value in figures(core).items() if name.endswith(".right_hand_side_ns")]
+    return "\n".join(["| scene | one right-hand side, ns |", "| --- | --- |", *(f"| `{name}` | {value:,.0f} |" for name, value in rows)]) + "\n"
+
+
+def steps(text: str) -> str:
+    """Names and values as they are."""
+    return "\n".join(["| metric | value |", "| --- | --- |", *(f"| `{name}` | {value:g} |" for name, value in figures(text).items())]) + "\n"
+
+
+def latencies(text: str) -> str:
+    """A row a scene: what starts, steps and many instances cost."""
+    found = figures(text)
+    many = max((int(match[1]) for name in found if (match := re.search(r"of_(\d+)_instances_step_ns", name))), default=1)
+    columns = [("instantiate", "instantiate_ns", 1e-6, " ms"), ("initialise", "initialise_ns", 1e-6, " ms"), ("bytes", "bytes", 1e-3, " kB"),
+               ("step, inputs held: median", "constant_median_ns", 1e-3, " µs"), ("99 %", "constant_p99_ns", 1e-3, " µs"),
+               ("inputs change: median", "changing_median_ns", 1e-3, " µs"), ("99 %", "changing_p99_ns", 1e-3, " µs"),
+               ("allocations", "changing_allocations", 1, ""), (f"a step of each of {many:,}", f"of_{many}_instances_step_ns", 1e-3, " µs")]
+    lines = ["| scene | " + " | ".join(head for head, *_ in columns) + " |", "| --- " * (len(columns) + 1) + "|"]
+    for scene in dict.fromkeys(name.split(".")[0] for name in found):
+        cells = [f"{found[name] * factor:.3g}{unit}" if (name := f"{scene}.{metric}") in found else "–" for _, metric, factor, unit in columns]
+        lines.append(f"| {scene} | " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def parts(text: str) -> str:
+    """A row a part: what the whole library needs more than one without it."""
+    found = figures(text)
+    scenes = list(dict.fromkeys(name.split(".")[0] for name in found))
+    heads = [f"{scene}: {metric}" for scene in scenes for metric in ("instructions", "time")]
+    lines = ["| part that the library lacks | " + " | ".join(heads) + " | bytes an instance | other variables |", "| --- " * (len(heads) + 3) + "|"]
+    for part in dict.fromkeys(name.split(".")[1].removeprefix("without_") for name in found):
+        cells = [f"{found[name]:.3f}" if (name := f"{scene}.without_{part}.{metric}") in found else "–" for scene in scenes for metric in ("instructions", "time")]
+        sizes = [found[name] for scene in scenes if (name := f"{scene}.without_{part}.bytes") in found]
+        others = [found[name] for scene in scenes if (name := f"{scene}.without_{part}.variables") in found]
+        same = "the same" if all(size == 1 for size in sizes) else f"{max(sizes):.4f}"
+        lines.append(f"| {PART_WORDS.get(part, part)} | " + " | ".join(cells) + f" | {same} | {'none' if not any(others) else int(max(others))} |")
+    return "\n".join(lines) + "\n"
+
+
+@dataclass(frozen=True)
+class Target:
+    """One figure to reach: the worst of the metrics that match counts."""
+
+    words: str
+    metric: str  # regular expression
+    bound: float
+    at_least: bool = False
+    show: Callable[[float], str] = "{:.3g}".format
+
+    def row(self, found: dict[str, float]) -> str:
+        """Returns the table's row."""
+        values = {name: value for name, value in found.items() if re.fullmatch(self.metric, name)}
+        if not values:
+            return f"| {self.words} | {'≥' if self.at_least else '≤'} {self.show(self.bound)} | not measured | |"
+        name = (min if self.at_least else max)(values, key=values.__getitem__)
+        good = values[name] >= self.bound if self.at_least else values[name] <= self.bound
+        return f"| {self.words} | {'≥' if self.at_least else '≤'} {self.show(self.bound)} | {self.show(values[name])}{'' if good else ', **missed**'} | `{name}` |"
+
+
+TARGETS = (
+    Target("forward dynamics, 6 and 30 joints, Pinocchio's time over ours", r"(right|any)_angle_chain_(6|30)\.forward_dynamics_times_faster_than_pinocchio", 4, True),
+    Target("cost of a joint among 1000 over that among 10", r"\w+_angle_chain\.forward_dynamics_cost_each_at_1000_against_10", 1.3),
+    Target("step of 1 ms over its stages' right-hand sides, KR5, torques change", r"kuka_kr5\.do_step_1ms_over_right_hand_sides", 1.5),
+    Target("allocations in a step", r"\w+\.(constant|changing)_allocations", 0),
+    Target("99th percentile over median, KR5, torques change", r"kuka_kr5\.changing_p99_over_median", 2),
+    Target("the nearest peer's time over ours, errors of 1e-3 to 1e-9", r"\w+\.nearest_peer_times_slower_at_1e-0[3-9]", 1, True),
+    Target("accelerations and torques of random states, relative error", r"\w+\.random_states_[fi]d_error", 1e-12),
+    Target("trajectories, error over rtol and the scene's own amplification", r"\w+\.trajectory_error_in_rtol_times_amplification", 100),
+    Target("loop gap, m or rad", r"\w+\.loop_gap_in_\d+_s", 1e-10),
+    Target("shared library, MB", r"library_megabytes", 1),
+    Target("instantiate, ms", r"\w+\.instantiate_ms", 1),
+    Target("an instance of the KR5, kB", r"kuka_kr5\.kilobytes", 64),
+    Target("a part that a scene does not use: instructions with it over without", r"\w+\.without_(?!all_these)\w+\.instructions", 1.02),
+)
+
+
+def targets(text: str) -> str:
+    """The design's figures beside what was reached."""
+    found = figures(text)
+    lines = ["| figure | to reach | reached, the worst | where |", "| --- | --- | --- | --- |"]
+    return "\n".join(lines + [target.row(found) for target in TARGETS]) + "\n"
+
+
+def derived(found: dict[str, float]) -> dict[str, float]:
+    """Figures that follow from others, for the targets."""
+    more = {}
+    for name, value in found.items():
+        scene, _, metric = name.rpartition(".")
+        if metric in ("constant_p99_ns", "changing_p99_ns"):
+            kind = metric.split("_")[0]
+            more[f"{scene}.{kind}_p99_over_median"] = value / found[f"{scene}.{kind}_median_ns"]
+        elif metric == "instantiate_ns":
+            more[f"{scene}.instantiate_ms"] = value / 1e6
+        elif metric == "bytes" and "without" not in scene and "instances" not in metric:
+            more[f"{scene}.kilobytes"] = value / 1e3
+        elif metric == "library_bytes":
+            more["library_megabytes"] = value / 1e6
+        elif metric == "do_step_1ms_share_of_right_hand_sides":
+            more[f"{scene}.do_step_1ms_over_right_hand_sides"] = 1 / value
+    return more
