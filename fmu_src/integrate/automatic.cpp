@@ -25,8 +25,8 @@ constexpr long first_watch = 100;      // right-hand sides until stiffness is lo
 constexpr long longest_watch = 3000;   // doubled each time
 constexpr long trial = 400;            // right-hand sides until a trial is judged
 constexpr int longest_backoff = 64;    // of trials that failed
-constexpr double border_erk = 2.0;     // step times radius of an explicit one-step method near its border,
-constexpr double border_adams = 0.5;   // and of Adams, whose iteration must contract
+constexpr double border_adams = 0.5;   // step times radius of Adams, whose iteration must contract
+constexpr double near_border = 0.6;    // of its limit, for an explicit one-step method
 constexpr double reachable = 2.5;      // step times radius that explicit steps keep to
 constexpr double gain = 0.7;           // of the cost: what a trial must promise
 constexpr double stages = 7;           // of an explicit step
@@ -81,7 +81,7 @@ class Automatic final : public Integrator {
   Choice choice() const { return static_cast<Choice>(memory_.choice); }
   Integrator& integrator(Choice choice);
   double step() const;
-  double border() const { return choice() == Choice::adams ? border_adams : border_erk; }
+  bool at_border(double radius) const;
   void use(Choice choice);
   void choose_history(double span);
   void watch(double span);
@@ -160,6 +160,12 @@ double Automatic::step() const {
                                 : static_cast<const OneStep*>(current_)->allowed_step();
 }
 
+// Whether an explicit method's steps are held up by its stability.
+bool Automatic::at_border(double radius) const {
+  return choice() == Choice::adams ? step() * radius > border_adams
+                                   : erk_->stability_used(radius) > near_border;
+}
+
 // Goes on from here with another method: no jump, the same state.
 void Automatic::use(Choice choice) {
   if (choice == this->choice()) return;
@@ -224,7 +230,7 @@ void Automatic::watch(double span) {
     // explicit steps, as long as stability and the communication steps let them be
     promising = stages * std::max(radius / reachable, is_multistep(choice()) ? 0.0 : 1 / span) < gain * cost;
   } else {
-    promising = step() * radius > border();
+    promising = at_border(radius);
   }
   count();
   if (promising) {

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <optional>
 
 #include "integrate/dormand_prince_8.hpp"
 #include "integrate/one_step.hpp"
+#include "integrate/table_choice.hpp"
 
 // Explicit Runge-Kutta steps by SUNDIALS' ARKODE (ERKStep). Right-hand sides per step: exactly the stages;
 // one fewer where the last stage's slope is the next step's first (same inputs).
@@ -19,17 +21,27 @@ struct Table {
   ARKODE_ERKTableID id;     // none: dormand_prince_8
   int error_order;          // local error estimate ~ h^error_order
   bool first_same_as_last;  // its last stage is f at the new state
+  double stability;         // interval on the negative real axis
   const char* name;
 };
 
-// By right-hand sides against error, on the KR5, the double pendulum and the SCARA: the fifth order serves
-// the tolerances of daily use, above all when each communication step is one step (7 slopes, not 13); the
-// eighth needs fewer from errors of 1e-6 down; the third costs 4 slopes where hardly any accuracy is asked
-// for. Verner's 6(5) and Cash-Karp's 5(4) lie between without a range of their own.
-Table table_for(double rtol) {
-  if (rtol > 3e-4) return {ARKODE_BOGACKI_SHAMPINE_4_2_3, 3, true, "erk (Bogacki-Shampine 3(2))"};
-  if (rtol > 1e-9) return {ARKODE_DORMAND_PRINCE_7_4_5, 5, true, "erk (Dormand-Prince 5(4))"};
-  return {ARKODE_ERK_NONE, 8, false, "erk (Dormand-Prince 8(7))"};
+// By right-hand sides against error (docs/solvers.md): the third order costs 4 slopes where hardly any
+// accuracy is asked for. Below, the fifth serves communication steps that are one step (7 slopes, not 13),
+// and the eighth those that are several. Verner's 6(5) and Cash-Karp's 5(4) lie between without a range of
+// their own.
+constexpr Table third = {ARKODE_BOGACKI_SHAMPINE_4_2_3, 3, true, 2.5, "erk (Bogacki-Shampine 3(2))"};
+constexpr Table fifth = {ARKODE_DORMAND_PRINCE_7_4_5, 5, true, 3.3, "erk (Dormand-Prince 5(4))"};
+constexpr Table eighth = {ARKODE_ERK_NONE, 8, false, 5.2, "erk (Dormand-Prince 8(7))"};
+constexpr double loose = 3e-4;  // rtol above which the third order serves
+constexpr double tight =
+    1e-9;  // rtol from which on the eighth serves whatever the advance, where forces have corners
+
+const Table& alone_for(double rtol) { return rtol > loose ? third : rtol > tight ? fifth : eighth; }
+
+// Friction and stops act within a step or two, where longer steps of a higher order gain nothing.
+bool is_smooth(const Plan<double>& plan) {
+  return std::none_of(plan.joints.begin(), plan.joints.end(),
+                      [](const JointPlan<double>& joint) { return joint.rubs || joint.stopped; });
 }
 
 struct ErkStepDeleter {
@@ -38,36 +50,66 @@ struct ErkStepDeleter {
 
 class Erk final : public OneStep {
  public:
-  Erk(System& system, const SolverSettings& settings, const Table& table);
-  const char* name() const override { return table_.name; }
+  Erk(System& system, const SolverSettings& settings);
+  const char* name() const override {
+    return choice_ ? "erk (Dormand-Prince 5(4) and 8(7))" : alone_for(settings_.rtol).name;
+  }
+  double allowed_step() const override {
+    return choice_ && choice_->eighth() ? OneStep::allowed_step() / choice_->gain() : OneStep::allowed_step();
+  }
 
  private:
+  using Memory = std::unique_ptr<void, ErkStepDeleter>;
+
   static int right_hand_side(double time, N_Vector y, N_Vector ydot, void* self);
 
+  Memory made(const Table& table);
+  const Table& table_in_use() const {
+    return !choice_ ? alone_for(settings_.rtol) : choice_->eighth() ? eighth : fifth;
+  }
   int run(double first_step) override;
   double reached() const override;
-  const double* last_slope() const override {
-    return table_.first_same_as_last && !system_.has_loops() ? last_slope_ : nullptr;
-  }
+  const double* last_slope() const override { return last_slope_; }
   const char* reason(int) const override { return nullptr; }
+  double stability() const override { return table_in_use().stability; }
 
-  Table table_;
-  std::unique_ptr<void, ErkStepDeleter> memory_;
-  long allowed_before_ = 0;
-  const double* last_slope_ = nullptr;  // where ERKStep keeps the last slope it asked for
+  void choose_table(double remaining) override;
+  long steps_between_choices() const override { return choice_ ? choice_->steps_until_decision() : 0; }
+  void use_chosen();
+  void forget_choice() override;
+  void put_choice(StateWriter& writer) const override;
+  bool get_choice(StateReader& reader) override;
+
+  Memory lower_, eighth_;  // eighth: where there is a choice
+  void* in_use_ = nullptr;
+  std::optional<TableChoice> choice_;   // where there are two
+  const double* last_slope_ = nullptr;  // where ERKStep keeps the slope at the end of its last step, or null
   bool serve_slope_ = false;            // the next slope asked for is slope_
 };
 
-Erk::Erk(System& system, const SolverSettings& settings, const Table& table)
-    : OneStep(system, settings, SolverMethod::erk, table.error_order, 1), table_(table) {
-  memory_.reset(created(ERKStepCreate(&Erk::right_hand_side, 0.0, start_.get(), context_)));
-  void* erk = memory_.get();
+Erk::Erk(System& system, const SolverSettings& settings)
+    : OneStep(system, settings, SolverMethod::erk, alone_for(settings.rtol).error_order, 1) {
+  if (settings.rtol <= loose && is_smooth(system.plan())) {
+    set_error_order(fifth.error_order);
+    lower_ = made(fifth);
+    eighth_ = made(eighth);
+    choice_.emplace(settings.rtol);
+  } else {
+    lower_ = made(alone_for(settings.rtol));
+  }
+  in_use_ = lower_.get();
+  statistics_ = {};
+}
+
+Erk::Memory Erk::made(const Table& table) {
+  Memory memory(created(ERKStepCreate(&Erk::right_hand_side, 0.0, start_.get(), context_)));
+  void* erk = memory.get();
   ERKStepSetErrHandlerFn(erk, &LastMessage::keep, &message_);
   ERKStepSetUserData(erk, static_cast<OneStep*>(this));
-  if (table_.id == ARKODE_ERK_NONE)
+  if (table.id == ARKODE_ERK_NONE)
     ERKStepSetTable(erk, dormand_prince_8().get());  // copies it
   else
-    ERKStepSetTableNum(erk, table_.id);
+    ERKStepSetTableNum(erk, table.id);
   ERKStepSetInterpolantDegree(erk, 1);  // never used between step ends; higher ones cost right-hand sides
   ERKStepWFtolerances(erk, &OneStep::weights);
   ERKStepSetAdaptivityFn(erk, &OneStep::adapt, static_cast<OneStep*>(this));
@@ -75,10 +117,10 @@ Erk::Erk(System& system, const SolverSettings& settings, const Table& table)
   ERKStepSetSafetyFactor(erk, sundials_safety);
   ERKStepSetFixedStepBounds(erk, 1.0, 1.0);
   ERKStepSetMaxErrTestFails(erk, 100);  // step_control's floor is reached before
-  if (settings.max_step > 0) ERKStepSetMaxStep(erk, settings.max_step);
+  if (settings_.max_step > 0) ERKStepSetMaxStep(erk, settings_.max_step);
   // ERKStep takes c = 1 in the last stage for "first same as last", which 8(7) is not, unless a step is
   // post-processed: then it asks for the slope at the new state
-  if (!table_.first_same_as_last || system.has_loops())
+  if (!table.first_same_as_last || system_.has_loops())
     ERKStepSetPostprocessStepFn(erk, &OneStep::complete_step);
 
   warming_up_ = true;
@@ -88,7 +130,42 @@ Erk::Erk(System& system, const SolverSettings& settings, const Table& table)
   double reached = 0;
   ERKStepEvolve(erk, 1.0, result_.get(), &reached, ARK_ONE_STEP);
   warming_up_ = false;
-  statistics_ = {};
+  return memory;
+}
+
+void Erk::choose_table(double remaining) {
+  if (!choice_) return;
+  const bool same = !system_.has_loops();  // the last slope is the next step's first
+  const double longest = settings_.max_step > 0 ? settings_.max_step : std::numeric_limits<double>::max();
+  double factor;
+  choice_->decide({remaining, control_.wanted(), longest, statistics_.steps,
+                   slope_known_ || !same ? 0.0 : 1.0, same ? 6.0 : 7.0},
+                  factor);
+  if (factor == 1) return;
+  use_chosen();
+  control_.start(factor * control_.wanted());
+}
+
+void Erk::use_chosen() {
+  in_use_ = choice_->eighth() ? eighth_.get() : lower_.get();
+  set_error_order(table_in_use().error_order);
+}
+
+void Erk::forget_choice() {
+  if (!choice_) return;
+  choice_->forget();
+  use_chosen();
+}
+
+void Erk::put_choice(StateWriter& writer) const {
+  if (choice_) choice_->put(writer);
+}
+
+bool Erk::get_choice(StateReader& reader) {
+  if (!choice_) return reader.finished();
+  if (!choice_->get(reader)) return false;
+  use_chosen();
+  return true;
 }
 
 int Erk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_pointer) {
@@ -97,6 +174,7 @@ int Erk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_poin
   const std::size_t bytes = self.y_.size() * sizeof(double);
   if (self.skip_slope_) {
     self.skip_slope_ = false;
+    self.last_slope_ = nullptr;
     return 0;
   }
   if (self.serve_slope_) {
@@ -122,9 +200,9 @@ int Erk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_poin
 }
 
 int Erk::run(double first_step) {
-  void* erk = memory_.get();
+  void* erk = in_use_;
   serve_slope_ = slope_known_;
-  if (allowed_ != allowed_before_) ERKStepSetMaxNumSteps(erk, allowed_before_ = allowed_);
+  ERKStepSetMaxNumSteps(erk, allowed_);
   ERKStepSetInitStep(erk, first_step);
   ERKStepReset(erk, time_, start_.get());
   ERKStepSetStopTime(erk, end_);
@@ -134,14 +212,14 @@ int Erk::run(double first_step) {
 
 double Erk::reached() const {
   double time = time_;
-  ERKStepGetCurrentTime(memory_.get(), &time);
+  ERKStepGetCurrentTime(in_use_, &time);
   return time;
 }
 
 }  // namespace
 
 std::unique_ptr<OneStep> make_erk(System& system, const SolverSettings& settings) {
-  return std::make_unique<Erk>(system, settings, table_for(settings.rtol));
+  return std::make_unique<Erk>(system, settings);
 }
 
 }  // namespace redysim

@@ -74,6 +74,7 @@ Outcome OneStep::start(double time, const double* y) {
   fresh_ = true;
   slope_known_ = false;
   statistics_ = {};
+  forget_choice();
   if (!std::isfinite(time)) return failure(time, "the start time is not a number");
   for (double value : y_)
     if (!std::isfinite(value)) return failure(time, "the start state is not finite");
@@ -99,8 +100,6 @@ bool OneStep::first_step_from_here() {
 
 int OneStep::attempt(double end) {
   end_ = end;
-  allowed_ = allowed_steps(end - time_);
-  if (pause_after_ > 0) allowed_ = std::min(allowed_, pause_after_);
   skip_slope_ = stage_failed_ = step_at_floor_ = projection_failed_ = false;
   unsolved_before_ = unsolved();
   std::copy(y_.begin(), y_.end(), data(start_));
@@ -109,6 +108,17 @@ int OneStep::attempt(double end) {
   if (flag < 0 || !system_.loops_are_lost()) return flag;
   projection_failed_ = true;
   return ARK_POSTPROCESS_STEP_FAIL;
+}
+
+// A state too far off to be projected: shorter steps end closer to the closed loops.
+int OneStep::attempt_until_closed(double end) {
+  int flag = attempt(end);
+  for (int retry = 0; flag == ARK_POSTPROCESS_STEP_FAIL && retry < 12; ++retry) {
+    ++statistics_.rejected;
+    control_.start(0.25 * std::min(control_.wanted(), end - time_));
+    flag = attempt(end);
+  }
+  return flag;
 }
 
 Outcome OneStep::advance(double end, bool inputs_changed) {
@@ -122,31 +132,39 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
   }
   if (fresh_ && !first_step_from_here())
     return failure(time_, "the accelerations cannot be computed at the start of the step");
+  bool guessed = fresh_;  // a first guess of the step decides nothing
   fresh_ = false;
 
-  int flag = attempt(end);
-  // a state too far off to be projected: shorter steps end closer to the closed loops
-  for (int retry = 0; flag == ARK_POSTPROCESS_STEP_FAIL && retry < 12; ++retry) {
-    ++statistics_.rejected;
-    control_.start(0.25 * std::min(control_.wanted(), end - time_));
-    flag = attempt(end);
+  const long bound = allowed_steps(end - time_),
+             allowed = pause_after_ > 0 ? std::min(bound, pause_after_) : bound;
+  for (long left = allowed; left > 0;) {
+    if (!guessed) choose_table(end - time_);
+    guessed = false;
+    const long some = steps_between_choices();
+    allowed_ = some > 0 ? std::min(left, some) : left;
+    left -= allowed_;
+    const int flag = attempt_until_closed(end);
+    const bool halted = flag == ARK_TOO_MUCH_WORK;
+    if (flag < 0 && !(halted && (left > 0 || allowed == pause_after_))) {
+      fresh_ = true;
+      slope_known_ = false;
+      return explain(flag, bound);
+    }
+    arrive(halted ? reached() : end);
+    if (!halted) break;
   }
-  const bool paused = flag == ARK_TOO_MUCH_WORK && allowed_ == pause_after_;
-  if (flag < 0 && !paused) {
-    fresh_ = true;
-    slope_known_ = false;
-    return explain(flag);
-  }
-
-  std::copy_n(data(result_), y_.size(), y_.begin());
-  time_ = paused ? reached() : end;
-  const double* slope = last_slope();
-  slope_known_ = slope != nullptr;
-  if (slope_known_) std::copy_n(slope, slope_.size(), slope_.begin());
   return {};
 }
 
-Outcome OneStep::explain(int flag) {
+void OneStep::arrive(double time) {
+  std::copy_n(data(result_), y_.size(), y_.begin());
+  time_ = time;
+  const double* slope = last_slope();
+  slope_known_ = slope != nullptr;
+  if (slope_known_) std::copy_n(slope, slope_.size(), slope_.begin());
+}
+
+Outcome OneStep::explain(int flag, long allowed) {
   const double at = reached();
   if (step_at_floor_)
     return failure(at, "no step is small enough for the tolerance, or the accelerations are not finite");
@@ -155,7 +173,7 @@ Outcome OneStep::explain(int flag) {
   if (flag == ARK_RHSFUNC_FAIL || flag == ARK_UNREC_RHSFUNC_ERR)
     return failure(at, "the accelerations cannot be computed");
   if (flag == ARK_TOO_MUCH_WORK)
-    return failure(at, too_many_steps(system_, allowed_, name(), at, data(result_)));
+    return failure(at, too_many_steps(system_, allowed, name(), at, data(result_)));
   return failure(at, message_.text);
 }
 
@@ -170,7 +188,10 @@ void OneStep::save(std::vector<unsigned char>& bytes) const {
   writer.put(y_.data(), y_.size());
   writer.put(slope_.data(), slope_.size());
   put(writer, statistics_);
+  put_choice(writer);
 }
+
+bool OneStep::get_choice(StateReader& reader) { return reader.finished(); }
 
 bool OneStep::restore(const unsigned char* bytes, std::size_t size) {
   StateReader reader(bytes, size);
@@ -188,8 +209,8 @@ bool OneStep::restore(const unsigned char* bytes, std::size_t size) {
   reader.get(slope.data(), slope.size());
   get(reader, statistics);
   const bool steps_possible = fresh == 1 || (wanted > 0 && previous_error > 0);
-  if (!reader.finished() || !std::isfinite(time) || fresh > 1 || slope_known > 1 || !steps_possible)
-    return false;
+  if (!std::isfinite(time) || fresh > 1 || slope_known > 1 || !steps_possible) return false;
+  if (!get_choice(reader)) return false;
 
   time_ = time;
   control_.restore(wanted, previous_error);

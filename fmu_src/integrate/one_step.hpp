@@ -12,6 +12,9 @@
 
 namespace redysim {
 
+class StateReader;
+class StateWriter;
+
 class OneStep : public Integrator {
  public:
   Outcome start(double time, const double* y) override;
@@ -22,8 +25,11 @@ class OneStep : public Integrator {
   const Statistics& statistics() const override { return statistics_; }
 
   SolverMethod method() const override { return method_; }
-  double allowed_step() const { return fresh_ ? 0 : control_.wanted(); }  // by the tolerance, s; 0: unknown
-  void expect_step(double step);                                          // after `start`
+  // By the tolerance, s; 0: unknown. Where a method has several tables, that of the lower order.
+  virtual double allowed_step() const { return fresh_ ? 0 : control_.wanted(); }
+  // The step times a spectral radius, as a part of what an explicit method can bear.
+  double stability_used(double radius) const { return fresh_ ? 0 : control_.wanted() * radius / stability(); }
+  void expect_step(double step);  // after `start`
 
   void save(std::vector<unsigned char>& bytes) const override;
   bool restore(const unsigned char* bytes, std::size_t size) override;
@@ -39,7 +45,20 @@ class OneStep : public Integrator {
   virtual double reached() const = 0;              // by the last run, when it failed
   virtual const double* last_slope() const = 0;    // f at the end of the last run, or null
   virtual const char* reason(int flag) const = 0;  // of a failure that only the method knows, or null
+  virtual double stability() const { return 1; }   // its interval on the negative real axis, if it is finite
   virtual long unsolved() const { return 0; }      // attempts of all runs whose stages were not solved
+
+  // A method of several tables: which serves the rest of an advance, looked at again every so many steps (0:
+  // never). What it decides by is part of a saved state.
+  virtual void choose_table(double /*remaining*/) {}
+  virtual long steps_between_choices() const { return 0; }
+  virtual void forget_choice() {}
+  virtual void put_choice(StateWriter&) const {}
+  virtual bool get_choice(StateReader& reader);  // must finish it; false: unchanged
+  void set_error_order(int error_order) {
+    error_order_ = error_order;
+    control_.set_error_order(error_order);
+  }
 
   // Signs of ARKODE; `self` is a OneStep.
   static int weights(N_Vector y, N_Vector weights, void* self);
@@ -65,7 +84,7 @@ class OneStep : public Integrator {
 
   // of the advance under way
   double end_ = 0;
-  long allowed_ = 0;
+  long allowed_ = 0;           // steps of this run
   bool warming_up_ = false;    // ARKODE allocates in its first step: it takes one of a system at rest
   bool stage_failed_ = false;  // a stage had no slope: this attempt is to be rejected
   bool skip_slope_ = false;    // the next slope asked for is not used: the advance is over
@@ -73,7 +92,9 @@ class OneStep : public Integrator {
  private:
   bool first_step_from_here();
   int attempt(double end);
-  Outcome explain(int flag);
+  int attempt_until_closed(double end);
+  void arrive(double time);
+  Outcome explain(int flag, long allowed);
 
   SolverMethod method_;
   int error_order_;

@@ -18,10 +18,15 @@ constexpr double telling = 1e-4;     // an error below it, of a step cut short, 
 }  // namespace
 
 StepControl::StepControl(int error_order, double max_step)
-    : integral_(0.85 / error_order),
-      proportional_(0.2 / error_order),
-      plain_(1.0 / error_order),
-      max_step_(max_step > 0 ? max_step : std::numeric_limits<double>::max()) {}
+    : max_step_(max_step > 0 ? max_step : std::numeric_limits<double>::max()) {
+  set_error_order(error_order);
+}
+
+void StepControl::set_error_order(int error_order) {
+  integral_ = 0.85 / error_order;
+  proportional_ = 0.2 / error_order;
+  plain_ = 1.0 / error_order;
+}
 
 void StepControl::accepted(double h, double error) {
   // error^-integral, the last error^proportional and the limits of the factor
@@ -41,8 +46,12 @@ double StepControl::rejected(double h, double error) {
   return wanted_;
 }
 
+double StepControl::parts_of(double remaining, double step) {
+  return std::ceil(remaining / (stretch * step));
+}
+
 double StepControl::step_for(double remaining) const {
-  const double parts = std::ceil(remaining / (stretch * wanted_));
+  const double parts = parts_of(remaining, wanted_);
   // too many to count: the end is far away
   if (!(parts < 1e6)) return wanted_;
   return limited(parts <= 1 ? remaining : remaining / parts);

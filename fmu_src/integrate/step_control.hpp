@@ -8,6 +8,7 @@ class StepControl {
  public:
   // `error_order`: the local error is proportional to h^error_order.
   StepControl(int error_order, double max_step);
+  void set_error_order(int error_order);
 
   void start(double step) {
     wanted_ = limited(step);
@@ -22,6 +23,9 @@ class StepControl {
 
   // The step to take when `remaining` is left: equal parts rather than a small rest at the end.
   double step_for(double remaining) const;
+  static double parts_of(double remaining, double step);  // how many
+
+  double limited(double step) const { return step < max_step_ ? step : max_step_; }
 
   double wanted() const { return wanted_; }
   double previous_error() const { return previous_error_; }
@@ -31,8 +35,6 @@ class StepControl {
   }
 
  private:
-  double limited(double step) const { return step < max_step_ ? step : max_step_; }
-
   double integral_, proportional_, plain_, max_step_;
   double wanted_ = 0;          // s, what the tolerance allows, whatever the communication step
   double previous_error_ = 1;  // of the last accepted step

@@ -1,0 +1,245 @@
+// Right-hand sides against error: one model, one way of driving it, several methods and tolerances.
+//
+//     stepping MODEL.toml [KEY=VALUE]...
+//
+// method=erk,adams,dirk,bdf,auto,bdf-dq   to be compared; bdf-dq: CVODE BDF with CVODE's own difference
+// Jacobian rtol=1e-6,...    step=0.01 (s between outputs)    end=1 (s) drive=rest|wave|square    inputs: 0;
+// amplitude sin(...) held over each step; +-amplitude, another sign each step arm=0.05         the amplitude
+// of a drive is what holds all that hangs on its joint, this far (m) off the axis after=T          error
+// counted from there on reference=erk    method of the reference, at reference_rtol=1e-13
+//
+// A line for each: method, rtol, right-hand sides, Jacobians, right-hand sides with Jacobians counted by
+// their time, error of positions (largest over joints and outputs), of velocities, energy balance (of the
+// largest kinetic energy), CPU seconds.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "difference_bdf.hpp"
+#include "dynamics/assembly.hpp"
+#include "integrate/dense_jacobian.hpp"
+#include "integrate/integrator.hpp"
+#include "model/model_file.hpp"
+
+using namespace redysim;
+
+namespace {
+
+struct Options {
+  std::map<std::string, std::string> values = {
+      {"method", "erk"}, {"rtol", "1e-6"},     {"step", "0.01"},
+      {"end", "1"},      {"drive", "rest"},    {"arm", "0.05"},
+      {"after", "0"},    {"reference", "erk"}, {"reference_rtol", "1e-13"}};
+
+  double number(const std::string& key) const { return std::atof(values.at(key).c_str()); }
+  std::vector<std::string> list(const std::string& key) const {
+    std::vector<std::string> parts;
+    std::istringstream text(values.at(key));
+    for (std::string part; std::getline(text, part, ',');) parts.push_back(part);
+    return parts;
+  }
+};
+
+SolverMethod method_called(const std::string& name) {
+  const std::map<std::string, SolverMethod> methods = {
+      {"erk", SolverMethod::erk}, {"adams", SolverMethod::adams}, {"dirk", SolverMethod::dirk},
+      {"bdf", SolverMethod::bdf}, {"bdf-dq", SolverMethod::bdf},  {"auto", SolverMethod::automatic}};
+  return methods.at(name);
+}
+
+// The state in which the FMU would start.
+std::vector<double> start_of(const Model& model, System& system) {
+  const Plan<double>& plan = system.plan();
+  for (int i = 0; i < plan.nv; ++i) {
+    const Joint& joint = model.links[plan.joints[i].link].joint;
+    if (plan.joints[i].prescribed)
+      system.set_motion(0, i, joint.q0, joint.drive == Drive::motion ? joint.qd0 : 0, 0, true);
+  }
+  system.enter_phases(0);
+  std::vector<double> y(static_cast<std::size_t>(system.size()), 0.0);
+  for (int k = 0; k < system.simple(); ++k) {
+    const Joint& joint = model.links[plan.joints[system.joint_of(k)].link].joint;
+    y[k] = joint.q0;
+    y[system.nq() + k] = joint.qd0;
+  }
+  for (int ball = 0; ball < system.balls(); ++ball) {
+    const Ball& given = model.balls[ball];
+    std::copy(given.quaternion.begin(), given.quaternion.end(), &y[system.simple() + 4 * ball]);
+    std::copy(given.omega.begin(), given.omega.end(), &y[system.nq() + system.simple() + 3 * ball]);
+  }
+  if (system.has_loops()) {
+    const System::Coordinates at = system.coordinates(0, y.data());
+    std::vector<double> q(at.q, at.q + plan.nv), qd(at.qd, at.qd + plan.nv);
+    const Assembly found = assemble(model, plan, system.workspace(), q.data(), qd.data());
+    if (!found.closed) throw std::runtime_error("the loops do not close at the start");
+    system.collect(q.data(), qd.data(), y.data());
+  }
+  return y;
+}
+
+struct Run {
+  std::vector<std::vector<double>> states;  // at the outputs, from `after` on
+  long evaluations = 0, jacobians = 0;
+  double balance = 0, seconds = 0;
+  std::string stopped;  // why
+};
+
+class Scene {
+ public:
+  Scene(const std::string& file, const Options& options)
+      : model_(read_model_file(file).model),
+        plan_(model_),
+        step_(options.number("step")),
+        after_(options.number("after")),
+        steps_(std::lround(options.number("end") / step_)),
+        drive_(options.values.at("drive")) {
+    std::vector<double> carried;
+    for (const Link& link : model_.links) carried.push_back(link.mass);
+    for (std::size_t i = carried.size(); i-- > 0;)
+      if (model_.links[i].parent >= 0) carried[model_.links[i].parent] += carried[i];
+    for (int i = 0; i < plan_.nv; ++i) {
+      const JointPlan<double>& joint = plan_.joints[i];
+      const bool driven =
+          !joint.prescribed && !joint.of_ball && model_.links[joint.link].joint.drive == Drive::torque;
+      amplitudes_.push_back(driven ? 9.81 * options.number("arm") * carried[joint.link] : 0);
+    }
+  }
+
+  Run run(const std::string& method, double rtol) const {
+    System system(plan_, true, &model_);
+    SolverSettings settings = model_.solver;
+    settings.method = method_called(method);
+    settings.rtol = rtol;
+    settings.atol = rtol / 100;
+    const std::vector<double> y = start_of(model_, system);
+    const std::unique_ptr<Integrator> integrator =
+        method == "bdf-dq" ? make_difference_bdf(system, settings) : make_integrator(system, settings);
+    Run result;
+    integrator->start(0, y.data());
+    const double energy = system.kinetic_energy(0, y.data()) + system.potential_energy(0, y.data());
+    double moving = 0, worst = 0;
+    std::clock_t used = 0;
+    for (long k = 1; k <= steps_; ++k) {
+      const bool changed = set_inputs(system, k) || k == 1;
+      const double end = static_cast<double>(k) * step_;
+      const std::clock_t begin = std::clock();
+      const Outcome outcome = advance(*integrator, system, end, changed);
+      used += std::clock() - begin;
+      if (!outcome.ok) {
+        result.stopped = outcome.message;
+        break;
+      }
+      const double* now = integrator->state();
+      if (end >= after_) result.states.emplace_back(now, now + system.nq() + system.nv());
+      const double kinetic = system.kinetic_energy(end, now);
+      moving = std::max(moving, kinetic);
+      worst =
+          std::max(worst, std::fabs(kinetic + system.potential_energy(end, now) - energy - system.work(now)));
+    }
+    result.evaluations = integrator->statistics().evaluations;
+    result.jacobians = integrator->statistics().jacobians;
+    result.balance = moving > 0 ? worst / moving : 0;
+    result.seconds = static_cast<double>(used) / CLOCKS_PER_SEC;
+    return result;
+  }
+
+  // The time of an exact Jacobian in right-hand sides, beyond the one that it counts itself.
+  double jacobian_cost() const {
+    System system(plan_, true, &model_);
+    const std::vector<double> y = start_of(model_, system);
+    DenseJacobian jacobian(system);
+    std::vector<double> slope(y.size()), matrix(y.size() * y.size());
+    const double slope_time = quickest([&] { system.right_hand_side(0, y.data(), slope.data()); });
+    const double matrix_time = quickest([&] { jacobian.evaluate(0, y.data(), matrix.data()); });
+    return matrix_time / slope_time - 1;
+  }
+
+  int positions() const { return System(plan_, false, &model_).nq(); }
+
+ private:
+  template <class Call>
+  static double quickest(const Call& call) {
+    double best = 1e300;
+    for (int repeat = 0; repeat < 20; ++repeat) {
+      const std::clock_t begin = std::clock();
+      for (int k = 0; k < 200; ++k) call();
+      best = std::min(best, static_cast<double>(std::clock() - begin));
+    }
+    return best;
+  }
+
+  bool set_inputs(System& system, long k) const {
+    if (drive_ == "rest") return false;
+    bool any = false;
+    for (int i = 0; i < plan_.nv; ++i) {
+      if (amplitudes_[i] == 0) continue;
+      const double time = static_cast<double>(k - 1) * step_;
+      system.tau()[i] = drive_ == "square" ? ((k + i) % 2 ? amplitudes_[i] : -amplitudes_[i])
+                                           : amplitudes_[i] * std::sin(6.3 * time * (1 + 0.3 * i) + i);
+      any = true;
+    }
+    return any;
+  }
+
+  Model model_;
+  Plan<double> plan_;
+  double step_, after_;
+  long steps_;
+  std::string drive_;
+  std::vector<double> amplitudes_;
+};
+
+double largest_difference(const Run& a, const Run& b, std::size_t first, std::size_t last) {
+  double largest = 0;
+  for (std::size_t k = 0; k < std::min(a.states.size(), b.states.size()); ++k)
+    for (std::size_t i = first; i < std::min(last, a.states[k].size()); ++i)
+      largest = std::max(largest, std::fabs(a.states[k][i] - b.states[k][i]));
+  return largest;
+}
+
+int compare(const std::string& file, const Options& options) {
+  const Scene scene(file, options);
+  const Run reference = scene.run(options.values.at("reference"), options.number("reference_rtol"));
+  if (!reference.stopped.empty()) std::printf("# reference: %s\n", reference.stopped.c_str());
+  const double jacobian_cost = scene.jacobian_cost();
+  const std::size_t positions = static_cast<std::size_t>(scene.positions());
+  std::printf("# a Jacobian costs %.1f right-hand sides\n", jacobian_cost + 1);
+  for (const std::string& method : options.list("method"))
+    for (const std::string& rtol : options.list("rtol")) {
+      const Run run = scene.run(method, std::atof(rtol.c_str()));
+      const double work =
+          static_cast<double>(run.evaluations) + jacobian_cost * static_cast<double>(run.jacobians);
+      std::printf("%s %s %ld %ld %.0f %.1e %.1e %.1e %.3g%s%s\n", method.c_str(), rtol.c_str(),
+                  run.evaluations, run.jacobians, work, largest_difference(run, reference, 0, positions),
+                  largest_difference(run, reference, positions, 1000000), run.balance, run.seconds,
+                  run.stopped.empty() ? "" : " # ", run.stopped.c_str());
+      std::fflush(stdout);
+    }
+  return 0;
+}
+
+}  // namespace
+
+int main(int count, char** arguments) try {
+  Options options;
+  for (int i = 2; i < count; ++i) {
+    const std::string text = arguments[i];
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos || options.values.count(text.substr(0, equals)) == 0)
+      throw std::runtime_error("no option '" + text + "'");
+    options.values[text.substr(0, equals)] = text.substr(equals + 1);
+  }
+  if (count < 2) throw std::runtime_error("stepping MODEL.toml [KEY=VALUE]...");
+  return compare(arguments[1], options);
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "%s\n", error.what());
+  return 1;
+}
