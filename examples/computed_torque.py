@@ -1,6 +1,6 @@
 """Computed-torque control: the inverse FMU of the KUKA KR5 tells its plant FMU which torques to apply.
 
-Run `make demo` and `build-fmu build --inverse models/kuka_kr5.toml -o out` first; draws out/computed_torque.png.
+Draws out/computed_torque.png.
 """
 
 import shutil
@@ -11,6 +11,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 from matplotlib import pyplot
+from ready import ready
 
 STEP, STEPS, MOVE = 0.001, 2000, 1.0  # s, 1, s
 START, GOAL = 0.05, pi / 3  # rad: the arm starts beside its trajectory, which begins at 0
@@ -54,7 +55,7 @@ class Model:
 
 def track(with_model):
     """Returns times and the six tracking errors (rad): computed torque, or the same gains on inertias at rest alone."""
-    plant, inverse = Model("out/kuka_kr5.fmu", "q0"), Model("out/kuka_kr5_inverse.fmu", "q")
+    plant, inverse = Model(ready("kuka_kr5"), "q0"), Model(ready("kuka_kr5", inverse=True), "q")
     inertia = [14.8, 9.16, 1.09, 0.0141, 0.00277, 1.65e-6]  # kg m2, the diagonal of the mass matrix at 0
     times, errors = [], []
     for step in range(STEPS + 1):
@@ -86,6 +87,6 @@ for ax, with_model, title in zip(axes, (False, True), ("PD control", "computed t
         ax.plot(times, curve, label=joint)
     ax.set(title=f"{title}, same gains", ylabel="tracking error, rad")
     ax.grid(alpha=0.3)
-axes[0].legend(ncols=6, fontsize="small")
+figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=6, fontsize="small")
 axes[1].set_xlabel("time, s")
 figure.savefig("out/computed_torque.png", dpi=120)

@@ -1,5 +1,10 @@
 """The KUKA KR5 falls for one second, with friction in its second joint. Run `make demo` first."""
 
+from pathlib import Path
+
+if not Path("out/kuka_kr5.fmu").exists():
+    raise SystemExit("out/kuka_kr5.fmu is not there: `make demo` builds it")
+
 from fmpy import simulate_fmu
 
 result = simulate_fmu(

@@ -1,16 +1,14 @@
 """PD control with gravity compensation: the inverse FMU tells the torques that hold the arm where it is, a PD law does the rest.
 
-Usage: python examples/gravity_compensation.py            needs `make demo` once; builds its two FMUs in out/
+Usage: python examples/gravity_compensation.py            builds its two FMUs in out/
 """
 
 import shutil
-from pathlib import Path
 
 import fmpy
+from ready import ready
 
-from build_fmu.cli import main as build_fmu
-
-MODEL, FOLDER, STEP, STEPS = Path(__file__).parents[1] / "models" / "kuka_kr5.toml", Path("out"), 0.001, 2000
+STEP, STEPS = 0.001, 2000
 JOINTS = [f"joint{i}" for i in range(1, 7)]
 WANTED = [0.5, 0.5, -1.0, 0.3, 0.5, 0.2]  # rad
 STIFFNESS = [400, 800, 300, 10, 2, 0.002]  # N m/rad: a tenth of what hold_pose.py needs
@@ -20,10 +18,10 @@ DAMPING = [160, 200, 50, 1, 0.15, 1e-4]  # N m s/rad
 class Loaded:
     """An FMU that runs, with its variables by name."""
 
-    def __init__(self, file: Path) -> None:
-        description = fmpy.read_model_description(str(file))
+    def __init__(self, file: str) -> None:
+        description = fmpy.read_model_description(file)
         self.number = {v.name: v.valueReference for v in description.modelVariables}
-        self.folder = fmpy.extract(str(file))
+        self.folder = fmpy.extract(file)
         self.fmu = fmpy.instantiate_fmu(self.folder, description, "CoSimulation")
         self.fmu.setupExperiment(startTime=0)
         self.fmu.enterInitializationMode()
@@ -40,7 +38,7 @@ class Loaded:
 
 def run(compensated: bool) -> list[float]:
     """Returns how far each joint ends from where it should be (rad)."""
-    arm, inverse = Loaded(FOLDER / "kuka_kr5.fmu"), Loaded(FOLDER / "kuka_kr5_inverse.fmu")
+    arm, inverse = Loaded(ready("kuka_kr5")), Loaded(ready("kuka_kr5", inverse=True))
     for step in range(STEPS):
         angles, speeds = arm.fmu.getReal(arm.all("q")), arm.fmu.getReal(arm.all("qd"))
         torques = [k * (w - a) - c * s for k, c, w, a, s in zip(STIFFNESS, DAMPING, WANTED, angles, speeds, strict=True)]
@@ -58,10 +56,6 @@ def run(compensated: bool) -> list[float]:
 
 
 if __name__ == "__main__":
-    FOLDER.mkdir(exist_ok=True)
-    for option in ([], ["--inverse"]):
-        if build_fmu(["build", "--no-show", *option, str(MODEL), "-o", str(FOLDER)]) != 0:
-            raise SystemExit(1)
     print("error after 2 s [rad]   " + " ".join(f"{joint:>9}" for joint in JOINTS))
     for name, compensated in (("PD alone", False), ("with compensation", True)):
         print(f"{name:22}  " + " ".join(f"{error:9.1e}" for error in run(compensated)))

@@ -1,10 +1,11 @@
-"""A PD controller holds the KUKA KR5 up, step by step: the FMU as the plant of a control loop. Run `make demo` first."""
+"""A PD controller holds the KUKA KR5 up, step by step: the FMU as the plant of a control loop."""
 
 import shutil
 
 import fmpy
+from ready import ready
 
-FMU, STEP, STEPS = "out/kuka_kr5.fmu", 0.001, 2000
+FMU, STEP, STEPS = ready("kuka_kr5"), 0.001, 2000
 JOINTS = [f"joint{i}" for i in range(1, 7)]
 WANTED = [0.0, 0.5, -1.0, 0.0, 0.5, 0.0]  # rad
 STIFFNESS = [4000, 8000, 4000, 100, 20, 0.02]  # N m/rad

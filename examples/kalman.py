@@ -1,7 +1,6 @@
 """An unscented Kalman filter around an FMU: 2n+1 predictions a step, each from a restored state with its own start values.
 
-Noisy angles of a falling double pendulum go in, angles and speeds come out. Run
-`build-fmu build models/double_pendulum.toml -o out/double_pendulum.fmu` first; draws out/kalman.png.
+Noisy angles of a falling double pendulum go in, angles and speeds come out. Draws out/kalman.png.
 """
 
 import shutil
@@ -12,8 +11,9 @@ import numpy as np
 
 matplotlib.use("Agg")
 from matplotlib import pyplot
+from ready import ready
 
-FMU, STEP, STEPS = "out/double_pendulum.fmu", 0.01, 300
+FMU, STEP, STEPS = ready("double_pendulum"), 0.01, 300
 NOISE = 0.02  # rad, standard deviation of a measured angle
 random = np.random.default_rng(1)
 

@@ -1,7 +1,7 @@
 """A master that rolls back: it compares each step of a control loop with two half steps and chooses the step size by that.
 
 The FMU alone would be exact with any step; what a step costs here is the controller's torque, held until the next one.
-Run `build-fmu build models/double_pendulum.toml -o out/double_pendulum.fmu` first; draws out/rollback.png.
+Draws out/rollback.png.
 """
 
 import shutil
@@ -11,8 +11,9 @@ import matplotlib
 
 matplotlib.use("Agg")
 from matplotlib import pyplot
+from ready import ready
 
-FMU, END = "out/double_pendulum.fmu", 2.0  # s
+FMU, END = ready("double_pendulum"), 2.0  # s
 TOLERANCE = 1e-5  # rad, of a step
 STIFFNESS, DAMPING, GOAL = (60, 20), (6, 2), (0.5, -0.8)  # N m/rad, N m s/rad, rad
 

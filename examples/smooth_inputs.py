@@ -1,7 +1,6 @@
 """What it gains to tell an FMU how its inputs move: a control loop with torques that are held, linear or quadratic over a step.
 
-The drives answer with a lag, so their torques are smooth and their derivatives known. Run
-`build-fmu build models/double_pendulum.toml -o out/double_pendulum.fmu` first; draws out/smooth_inputs.png.
+The drives answer with a lag, so their torques are smooth and their derivatives known. Draws out/smooth_inputs.png.
 """
 
 import shutil
@@ -12,8 +11,9 @@ import numpy as np
 
 matplotlib.use("Agg")
 from matplotlib import pyplot
+from ready import ready
 
-FMU, END = "out/double_pendulum.fmu", 1.0  # s
+FMU, END = ready("double_pendulum"), 1.0  # s
 STIFFNESS, DAMPING, GOAL, LAG = np.array([60, 20]), np.array([6, 2]), np.array([0.5, -0.8]), 0.1  # N m/rad, N m s/rad, rad, s
 METHODS = ("held", "linear", "quadratic")
 
@@ -84,6 +84,8 @@ figure, ax = pyplot.subplots(figsize=(7, 5), layout="constrained")
 for method, curve in zip(METHODS, zip(*errors), strict=True):
     ax.loglog([END / steps for steps in counts], curve, "o-", label=method)
 ax.set(xlabel="communication step, s", ylabel=f"error of the angles at {END} s, rad", title="torques over a step")
-ax.grid(which="both", alpha=0.3)
+ax.set_xticks([END / steps for steps in counts], [f"{END / steps:g}" for steps in counts])
+ax.minorticks_off()
+ax.grid(alpha=0.3)
 ax.legend()
 figure.savefig("out/smooth_inputs.png", dpi=120)
