@@ -1,9 +1,11 @@
-"""Hook of mkdocs: a link to a file of the tree outside docs/ becomes the file's name, for a site holds no such file."""
+"""Hook of mkdocs: a link to a file of the tree outside docs/ becomes the file's name, for a site holds no such file; numbers stay whole."""
 
 import re
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+# a browser breaks 1e-06 after its sign
+NUMBER = re.compile(r"(?<=\de)-(?=\d)")
 LINK = re.compile(r"\[([^\]]+)\]\(((?:\.\./)+)([^)#]+)(#[^)]*)?\)")
 
 
@@ -20,4 +22,5 @@ def on_page_markdown(markdown: str, page, **_) -> str:
         name = target.relative_to(ROOT).as_posix()
         return f"`{name}`" if link[1].strip("`") in (name, Path(name).name) else f"{link[1]} (`{name}`)"
 
-    return LINK.sub(named, markdown)
+    lines = (NUMBER.sub("-\u2060", line) if line.startswith("|") else line for line in LINK.sub(named, markdown).splitlines())
+    return "\n".join(lines)

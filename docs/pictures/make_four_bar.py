@@ -63,7 +63,7 @@ def main() -> None:
                 difference.semilogy(times[1:], np.maximum(error[1:], 1e-17), color="black", linewidth=0.8)
                 curves.set_ylabel(label)
                 difference.set_ylabel("difference", fontsize=7)
-    axes[0][0].legend(fontsize=7, ncols=2)
+    figure.legend(*axes[0][0].get_legend_handles_labels(), loc="outside lower center", fontsize=8, ncols=6)
     for axis in axes[-1]:
         axis.set_xlabel("time, s")
     picture = Path(__file__).with_name("four_bar_lagrange.png")
