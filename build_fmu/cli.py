@@ -66,8 +66,8 @@ def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
         with command.bar() as progress:
             report = command.put_into(target, built.model, options.model, progress(target), built.specialised)
         print("\n".join(advice(report)))
-    print(f"{target}  {target.stat().st_size / 1024:.0f} kB, {len(model.select('input'))} inputs, "
-          f"{len(model.select('output'))} outputs, {len(model.select('parameter'))} parameters")
+    counts = [(len(model.select(kind)), kind) for kind in ("input", "output", "parameter")]
+    print(f"{target}  {target.stat().st_size / 1024:.0f} kB, {', '.join(f'{n} {kind}' + ('' if n == 1 else 's') for n, kind in counts)}")
     return 0
 
 
@@ -206,7 +206,9 @@ def _warn(warnings: Sequence[str]) -> None:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="build-fmu", description="From a DH model file to a running FMU (FMI 2.0 co-simulation).")
+    parser = argparse.ArgumentParser(prog="build-fmu", description="From a DH model file to a running FMU (FMI 2.0 co-simulation).",
+                                     epilog="For example: build-fmu import arm.urdf; build-fmu show arm.toml; build-fmu build arm.toml. "
+                                     "build-fmu COMMAND --help says more.")
     parser.add_argument("--version", action="version", version=f"build-fmu {__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
 
@@ -221,7 +223,9 @@ def _parser() -> argparse.ArgumentParser:
                          "tree, CMake and a C++ compiler")
     command.set_defaults(run=_build)
 
-    command = commands.add_parser("import", help="write a model file from a scene, ReDySim files, a URDF or a DH table")
+    command = commands.add_parser("import", help="write a model file from a URDF, a DH table, ReDySim's files or a scene",
+                                  description="Write a model file from a URDF (.urdf), a DH table (.csv, .xlsx), ReDySim's inputs.m or inputs.mat or their "
+                                  "folder, or a scene (.json). What it cannot hold is listed.")
     command.add_argument("source", type=Path, metavar="FILE", help="what to import")
     command.add_argument("-o", "--output", type=Path, metavar="MODEL", help="file or folder to write (default: NAME.toml here)")
     command.add_argument("--name", metavar="NAME", help="name of the model (default: the file's own)")
@@ -286,7 +290,7 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("targets", nargs="*", type=Path, metavar="FMU|MODEL|CSV", help="what to run, a record to play, or both")
     command.add_argument("-o", "--output", type=Path, metavar="PAGE", help="file to write (default: NAME.html here)")
     command.add_argument("--stop", type=float, metavar="T", help="stop time in s (default: the FMU's own)")
-    command.add_argument("--step", type=float, metavar="H", help="time between two pictures in s (default: the FMU's own)")
+    command.add_argument("--step", type=float, metavar="H", help="time between two pictures in s (default: the FMU's own, or a part of it that gives 250 pictures)")
     command.add_argument("--start", **several, metavar="NAME=VALUE", help="start values, as for simulate")
     command.add_argument("--input", **several, metavar="NAME=EXPR|FILE.csv", help="inputs, as for simulate")
     command.add_argument("--gif", type=Path, metavar="FILM", help="write a film (.gif) for reports; a page only with -o")

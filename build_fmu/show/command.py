@@ -20,8 +20,9 @@ from build_fmu.session import Session
 from build_fmu.show.film import encoder, film
 from build_fmu.show.page import Run, page
 from build_fmu.signals import read_table
-from build_fmu.simulate import Result, Settings, simulate
+from build_fmu.simulate import Result, Settings, simulate, time_grid
 
+FEWEST_PICTURES = 250
 
 
 def run(options: Namespace) -> int:
@@ -109,10 +110,17 @@ def _simulated(mechanism: Path, model: Description | None, folder: Path, options
         fmu = folder / f"{model.model_identifier}.fmu"
         build(model, mechanism, fmu)
     with Session(fmu) as session:
-        result = simulate(session, Settings(options.stop, options.step, None, options.start, options.input))
+        step = options.step if options.step is not None or model is None else _smooth(time_grid(session, Settings(options.stop)))
+        result = simulate(session, Settings(options.stop, step, None, options.start, options.input))
         for line in result.warnings:
             print(line, file=sys.stderr)
         return run_of(session, result), session.description.modelName
+
+
+def _smooth(times: list[float]) -> float:
+    """Returns a step that plays smoothly where the model's own is coarse: a whole part of it."""
+    count = len(times) - 1
+    return (times[1] - times[0]) / math.ceil(FEWEST_PICTURES / count)
 
 
 def run_of(session: Session, result: Result) -> Run:

@@ -1,5 +1,6 @@
 """The page of a run: complete in itself, safe with odd names, and its own kinematics checked in a browser where there is one."""
 
+import base64
 import html
 import json
 import re
@@ -101,6 +102,13 @@ def test_one_file_that_asks_for_nothing_else(model_file, tmp_path, capsys):
     assert {panel["unit"] for panel in data["panels"][:2]} == {"deg", "m"}
     assert [link["q"] for link in data["drawing"]["links"]] == ["mast.q", None, "slide.q", "hand.q"]
     assert [link["q0"] for link in data["drawing"]["links"]] == [0.5, 0, 0.1, 0]
+
+
+@needs_library
+def test_a_coarse_step_still_plays_smoothly(model_file, tmp_path):
+    for options, rows in (([], 251), (["--step", "0.125"], 5)):
+        assert main(["show", str(model_file), *options, "-o", str(tmp_path / "page.html")]) == 0
+        assert len(base64.b64decode(data_of((tmp_path / "page.html").read_text(encoding="utf-8"))["time"])) == 8 * rows
 
 
 @needs_library
