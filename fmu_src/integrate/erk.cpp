@@ -26,17 +26,21 @@ struct Table {
 };
 
 // By right-hand sides against error (docs/solvers.md): the third order costs 4 slopes where hardly any
-// accuracy is asked for. Below, the fifth serves communication steps that are one step (7 slopes, not 13),
-// and the eighth those that are several. Verner's 6(5) and Cash-Karp's 5(4) lie between without a range of
-// their own.
+// accuracy is asked for; not with loops, where a worse step is longer in closing. Below, the fifth serves
+// communication steps that are one step (7 slopes, not 13), and the eighth those that are several. Verner's
+// 6(5) and Cash-Karp's 5(4) lie between without a range of their own.
 constexpr Table third = {ARKODE_BOGACKI_SHAMPINE_4_2_3, 3, true, 2.5, "erk (Bogacki-Shampine 3(2))"};
 constexpr Table fifth = {ARKODE_DORMAND_PRINCE_7_4_5, 5, true, 3.3, "erk (Dormand-Prince 5(4))"};
 constexpr Table eighth = {ARKODE_ERK_NONE, 8, false, 5.2, "erk (Dormand-Prince 8(7))"};
-constexpr double loose = 3e-4;  // rtol above which the third order serves
+constexpr double loose = 5e-3;  // rtol above which the third order serves
 constexpr double tight =
     1e-9;  // rtol from which on the eighth serves whatever the advance, where forces have corners
 
-const Table& alone_for(double rtol) { return rtol > loose ? third : rtol > tight ? fifth : eighth; }
+bool third_serves(double rtol, const System& system) { return rtol > loose && !system.has_loops(); }
+
+const Table& alone_for(double rtol, const System& system) {
+  return third_serves(rtol, system) ? third : rtol > tight ? fifth : eighth;
+}
 
 // Friction and stops act within a step or two, where longer steps of a higher order gain nothing.
 bool is_smooth(const Plan<double>& plan) {
@@ -52,7 +56,7 @@ class Erk final : public OneStep {
  public:
   Erk(System& system, const SolverSettings& settings);
   const char* name() const override {
-    return choice_ ? "erk (Dormand-Prince 5(4) and 8(7))" : alone_for(settings_.rtol).name;
+    return choice_ ? "erk (Dormand-Prince 5(4) and 8(7))" : alone_for(settings_.rtol, system_).name;
   }
   double allowed_step() const override {
     return choice_ && choice_->eighth() ? OneStep::allowed_step() / choice_->gain() : OneStep::allowed_step();
@@ -65,7 +69,7 @@ class Erk final : public OneStep {
 
   Memory made(const Table& table);
   const Table& table_in_use() const {
-    return !choice_ ? alone_for(settings_.rtol) : choice_->eighth() ? eighth : fifth;
+    return !choice_ ? alone_for(settings_.rtol, system_) : choice_->eighth() ? eighth : fifth;
   }
   int run(double first_step) override;
   double reached() const override;
@@ -88,14 +92,14 @@ class Erk final : public OneStep {
 };
 
 Erk::Erk(System& system, const SolverSettings& settings)
-    : OneStep(system, settings, SolverMethod::erk, alone_for(settings.rtol).error_order, 1) {
-  if (settings.rtol <= loose && is_smooth(system.plan())) {
+    : OneStep(system, settings, SolverMethod::erk, alone_for(settings.rtol, system).error_order, 1) {
+  if (!third_serves(settings.rtol, system) && is_smooth(system.plan())) {
     set_error_order(fifth.error_order);
     lower_ = made(fifth);
     eighth_ = made(eighth);
     choice_.emplace(settings.rtol);
   } else {
-    lower_ = made(alone_for(settings.rtol));
+    lower_ = made(alone_for(settings.rtol, system));
   }
   in_use_ = lower_.get();
   statistics_ = {};

@@ -31,7 +31,7 @@ double observed_order(double rtol, double step) {
   return std::log(coarse / fine) / std::log(4.0);
 }
 
-TEST(Erk, order_is_three_at_loose_tolerance) { EXPECT_NEAR(observed_order(1e-3, 1.0 / 64), 3, 0.4); }
+TEST(Erk, order_is_three_at_loose_tolerance) { EXPECT_NEAR(observed_order(1e-2, 1.0 / 64), 3, 0.4); }
 TEST(Erk, order_is_five_at_middle_tolerance) { EXPECT_NEAR(observed_order(1e-6, 1.0 / 32), 5, 0.5); }
 
 // At steps free to grow, right-hand sides ~ tolerance^(-1/order of the error estimate).
@@ -72,15 +72,29 @@ double evaluations_per_advance(double rtol, bool inputs_changed) {
 }
 
 TEST(Erk, step_costs_exactly_its_stages) {
-  EXPECT_EQ(evaluations_per_advance(1e-3, true), 4);
+  EXPECT_EQ(evaluations_per_advance(1e-2, true), 4);
   EXPECT_EQ(evaluations_per_advance(1e-6, true), 7);
   EXPECT_EQ(evaluations_per_advance(1e-10, true), 7);
 }
 
 TEST(Erk, last_slope_serves_the_next_step_when_inputs_stay) {
-  EXPECT_EQ(evaluations_per_advance(1e-3, false), 3);
+  EXPECT_EQ(evaluations_per_advance(1e-2, false), 3);
   EXPECT_EQ(evaluations_per_advance(1e-6, false), 6);
   EXPECT_EQ(evaluations_per_advance(1e-10, false), 6);
+}
+
+// What a step of low order leaves open costs more to close than the slopes that it saves.
+TEST(Erk, loose_tolerances_take_order_five_where_there_are_loops) {
+  const auto error = [](double rtol) {
+    Rig loose("four_bar", solver(erk, rtol)), exact("four_bar", solver(erk, 1e-12));
+    for (int k = 1; k <= 50; ++k) {
+      EXPECT_TRUE(loose.integrator->advance(k * 0.01, false).ok);
+      EXPECT_TRUE(exact.integrator->advance(k * 0.01, false).ok);
+    }
+    EXPECT_LE(loose.integrator->statistics().steps, 60);
+    return test::largest_difference(loose.state(), exact.state());
+  };
+  EXPECT_LT(error(0.1), 1e-3);
 }
 
 TEST(Erk, many_steps_cost_their_stages_too) {
