@@ -24,6 +24,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
+from bare import bare  # noqa: E402
 from build_fmu import native  # noqa: E402
 from build_fmu.describe import describe  # noqa: E402
 from build_fmu.driver import Staged, Task, drive, job_lines, latency, stage_model  # noqa: E402
@@ -64,15 +65,6 @@ def without(name: str) -> Build:
         if done.returncode:
             sys.exit(f"{name}: the library was not built:\n{(done.stdout + done.stderr)[-2000:]}")
     return Build(folder / "fmu_src" / "fmi" / "libredysim_fmu.so", folder / "fmu_src" / "fmi" / "describe")
-
-
-def bare(scene: str, folder: Path) -> Path:
-    """Writes the model file without outputs that are computed for their own sake, so that no part but erk is used (and loops)."""
-    text = (ROOT / "models" / f"{scene}.toml").read_text(encoding="utf-8")
-    text = re.sub(r"(?m)^\[report\]\n(?:.+\n)*", "", text)
-    file = folder / f"{scene}.toml"
-    file.write_text(re.sub(r"(?m)^\[fmu\]$", "[fmu]\noutputs = []", text), encoding="utf-8")
-    return file
 
 
 def task(fmu: Staged, steps: int, repeats: int = 0) -> Task:
@@ -131,7 +123,7 @@ def main() -> None:
         print(f"# {line}")
     full = whole()
     with tempfile.TemporaryDirectory() as folder:
-        models = {scene: bare(scene, Path(folder)) for scene in options.scenes}
+        models = {scene: bare(ROOT / "models" / f"{scene}.toml", Path(folder)) for scene in options.scenes}
         uses = {scene: set(describe(model).features) for scene, model in models.items()}
         for part in options.parts:
             print(f"without {part}", file=sys.stderr, flush=True)

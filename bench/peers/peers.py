@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
+import sys
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
-import mjcf
-from scenes import ROOT, Scene
-from worker import Worker
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+import mjcf  # noqa: E402
+from bare import bare  # noqa: E402
+from scenes import ROOT, Scene  # noqa: E402
+from worker import Worker  # noqa: E402
 
 HERE = Path(__file__).resolve().parent
 TOLERANCES = tuple(10.0 ** (-k) for k in range(2, 13))
@@ -85,7 +87,10 @@ class Peers:
         return Worker(command, str(self.work / f"{scene.name}_{peer}.log"))
 
     def _redysim_fmu(self, scene: Scene) -> list:
-        return fmu_command(self.programs / "fmu_runner", scene.model, self.work, scene.rows, scene.step, scene.torques)
+        # no peer integrates the energies' work
+        folder = self.work / "bare"
+        folder.mkdir(exist_ok=True)
+        return fmu_command(self.programs / "fmu_runner", bare(scene.model, folder, ("solver",)), self.work, scene.rows, scene.step, scene.torques)
 
     def _pinocchio(self, scene: Scene) -> list:
         file = self.work / f"{scene.name}.txt"
@@ -107,7 +112,7 @@ class Peers:
 def fmu_command(runner: Path, model: Path, work: Path, rows: int, step: float, torques: list[float]) -> list:
     """Builds the model's FMU, unpacks it and returns the command line of fmu_runner."""
     archive = work / f"{model.stem}.fmu"
-    build = [os.sys.executable, "-m", "build_fmu", "build", model, "-o", archive]
+    build = [sys.executable, "-m", "build_fmu", "build", model, "-o", archive]
     subprocess.run(build, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
     folder = work / model.stem
     with zipfile.ZipFile(archive) as opened:

@@ -96,5 +96,5 @@ def losses(scene, points) -> str:
     for label, cases in ahead.items():
         largest, smallest, most = max(b for b, _ in cases), min(b for b, _ in cases), max(r for _, r in cases)
         where = f"at {largest:.1g} rad" if largest == smallest else f"between {largest:.1g} and {smallest:.1g} rad"
-        words.append(f"{label} {where}, by up to {most:.2f}×")
+        words.append(f"{label} {where}, {'where none of ours is as good' if most == float('inf') else f'by up to {most:.2f}×'}")
     return f"* **{scene.title}**: {'; '.join(words)}.\n"

@@ -123,7 +123,7 @@ def make_report(target: Path, wish: Wish, progress: Callable[[str, int, int], No
         total = len(steps) * len(changing) * len(methods) * len(wish.tolerances)
         points = list(sweep(fmu, where, references, inputs, plan, lambda text, done: progress(text, done, total)))
         given = f"inputs {', '.join(wish.inputs)}" if wish.inputs else "no input acts"
-        return Report(fmu.name, where.unit, stop, usual, given, references(usual), points, time.monotonic() - begin)
+        return Report(fmu.name, where.unit, stop, usual, given, references(usual), points, time.monotonic() - begin, tightest=min(wish.tolerances))
 
 
 def _inputs(fmu: Staged, arguments: Sequence[str]) -> Inputs:

@@ -30,11 +30,18 @@ class Report:
     points: Sequence[Point]
     seconds: float
     note: str = ""  # how the library came to be
+    tightest: float = 0.0  # tolerance that each curve was to reach
 
     @property
     def steps(self) -> list[float]:
         """Returns the communication steps, shortest first."""
         return sorted({p.step for p in self.points})
+
+    @property
+    def cut_short(self) -> int:
+        """Returns how many curves ended before the tightest tolerance because their time was up."""
+        last = {(p.method, p.step, p.changing): p for p in self.points}
+        return sum(p.rtol > self.tightest * 1.01 and p.outcome.status in ("ok", "budget") for p in last.values())
 
 
 def duration(seconds: float) -> str:
@@ -57,7 +64,9 @@ def advice(report: Report) -> list[str]:
             line = f"take {_choice(first)} (step {duration(report.step)}, inputs {'that change at each step' if changing else 'held'}"
             line += f"; {_choice(held)} where they are held)" if changing and held else ")"
         else:
-            line = "there is no choice in this sweep"
+            line = "no run of this sweep is good enough"
+            if report.cut_short:
+                line += f"; the time was up for {report.cut_short} of its curves: give it more --seconds"
         lines.append(f"for {_power(target)} {report.unit} {line}")
     return lines
 

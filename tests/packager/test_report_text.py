@@ -1,6 +1,7 @@
 """What a report says and where a chosen tolerance is written, without any run."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -25,6 +26,20 @@ def test_the_cheapest_that_is_good_enough_is_advised():
         "for 1e-3 rad take erk at rtol 1e-7: 9.5 µs a ms (step 10 ms, inputs that change at each step; erk at rtol 1e-5: 3 µs a ms where they are held)",
         "for 1e-6 rad take erk at rtol 1e-7: 9.5 µs a ms (step 10 ms, inputs that change at each step; adams at rtol 1e-8: 7.2 µs a ms where they are held)",
         "for 1e-9 rad take bdf at rtol 1e-9: 100 µs a ms (step 10 ms, inputs held)"]
+
+
+def test_an_accuracy_that_no_run_reached_is_said_so_and_why():
+    points = [point("erk", 1e-3, 1e-3, 1.0), point("adams", 1e-3, 1e-4, 2.0), point("bdf", 1e-3, math.nan, 0.1, status="error")]
+    report = Report("arm", "rad", 1.0, 0.01, "", Reference(None, None, 0.0, ""), points, 1.0)
+    ended = replace(report, tightest=1e-9)
+    assert advice(replace(report, tightest=1e-3))[-1] == "for 1e-9 rad no run of this sweep is good enough"
+    assert advice(ended)[-1] == "for 1e-9 rad no run of this sweep is good enough; the time was up for 2 of its curves: give it more --seconds"
+
+
+def test_of_equal_costs_a_method_is_named_before_auto():
+    points = [point("auto", 1e-6, 1e-7, 1.0), point("erk", 1e-6, 1e-7, 1.03), point("adams", 1e-6, 1e-7, 1.3)]
+    assert best(points, 1e-6, 0.01, False).method == "erk"
+    assert best([points[0], points[2]], 1e-6, 0.01, False).method == "auto"
 
 
 def test_a_run_that_failed_is_never_best():

@@ -1,0 +1,18 @@
+"""A model file without the outputs that are computed for their own sake."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+
+def bare(model: Path, folder: Path, outputs: tuple[str, ...] = ()) -> Path:
+    """Writes a copy of the model that shows positions, velocities and those groups of outputs alone, and names no reference."""
+    text = model.read_text(encoding="utf-8")
+    text = re.sub(r"(?m)^\[report\]\n(?:(?!\[).*\n)*", "", text)
+    text = re.sub(r"(?m)^outputs = .*\n", "", text)
+    line = f"outputs = [{', '.join(repr(name).replace(chr(39), chr(34)) for name in outputs)}]"
+    text = re.sub(r"(?m)^\[fmu\]$", f"[fmu]\n{line}", text) if re.search(r"(?m)^\[fmu\]$", text) else f"{text}\n[fmu]\n{line}\n"
+    file = folder / model.name
+    file.write_text(text, encoding="utf-8")
+    return file
