@@ -276,7 +276,7 @@ def _parser() -> argparse.ArgumentParser:
     command.set_defaults(run=_report)
 
     command = commands.add_parser("stress", help="run extreme cases made from models and say how they went", description="Make extreme cases from each "
-                                  "model, run each in a process of its own, and write stress.md, .csv, .svg and .png.")
+                                  "model, run each in a process of its own, and write stress.html, .md, .csv, .svg and .png.")
     command.add_argument("models", nargs="+", type=Path, metavar="MODEL", help="model files (.toml)")
     command.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder to write into (default: here)")
     command.add_argument("--only", nargs="+", action="extend", default=[], metavar="WORD", help="groups of cases whose name holds a word, such as stiff")

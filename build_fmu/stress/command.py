@@ -11,6 +11,7 @@ from pathlib import Path
 from build_fmu.describe import describe
 from build_fmu.errors import UserError
 from build_fmu.stress.cases import GROUPS, Case, catalogue
+from build_fmu.stress.html import write_html
 from build_fmu.stress.pages import KINDS, not_finished, write_csv, write_page, write_pictures
 from build_fmu.stress.run import Verdict, run_case
 
@@ -25,10 +26,12 @@ def run(options: Namespace) -> int:
     work = [(model, case) for file in options.models for model, case in _cases(file) if case.group in wanted]
     verdicts = _run_all(work, options)
     folder = options.output or Path(".")
-    files = [folder / name for name in ("stress.md", "stress.csv", "stress.svg", "stress.png")]
-    write_pictures(files[2:], verdicts)
-    write_csv(files[1], verdicts)
-    write_page(files[0], verdicts, files[2].name, options.seconds, time.monotonic() - begin)
+    files = [folder / name for name in ("stress.html", "stress.md", "stress.csv", "stress.svg", "stress.png")]
+    taken = time.monotonic() - begin
+    write_pictures(files[3:], verdicts)
+    write_csv(files[2], verdicts)
+    write_page(files[1], verdicts, files[3].name, options.seconds, taken)
+    write_html(files[0], verdicts, options.seconds, taken)
     counts = {kind: sum(v.kind == kind for v in verdicts) for kind in KINDS}
     print(f"{len(verdicts)} cases: " + ", ".join(f"{count} {kind}" for kind, count in counts.items() if count))
     if counts["failed"]:

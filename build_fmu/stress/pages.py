@@ -1,4 +1,4 @@
-"""The verdicts as a CSV, a Markdown page for someone new to it, and a picture of all cases."""
+"""The verdicts as a CSV, as Markdown with a summary that documents may take over, and as a picture of all cases."""
 
 from __future__ import annotations
 
@@ -11,9 +11,22 @@ from pathlib import Path
 from build_fmu.archive import whole_file
 from build_fmu.report.machine import machine_lines
 from build_fmu.stress.cases import GROUPS
-from build_fmu.stress.run import LARGEST_GAP, LONG_SHARE, Verdict
+from build_fmu.stress.run import LARGEST_GAP, LONG_SHARE, REST, Verdict
 
 KINDS = {"finished": "#2a9d57", "doubtful": "#e9a23b", "slow": "#8fa3b0", "refused": "#7a5fb5", "failed": "#d1342f"}
+MEANING = {
+    "finished": "every step was OK, every value finite, loops stayed closed to "
+                f"{LARGEST_GAP:g} m, and the energy balance within 1000 times the relative tolerance (at least 1e-8) for each second of motion. Where only the balance misses "
+                "that, the case is run once more with 1e-4 of the absolute tolerance and allowed the relative tolerance for each step: if it holds then, the motion was small "
+                f"against the tolerance, or fast, and the method right; the note says so. What moves by no more than {REST:g} m or rad stands still and has no energy to judge",
+    "doubtful": "loops or energy miss these bounds",
+    "slow": "its time was up; the note says how far it came",
+    "refused": "the model file or its start is not accepted",
+    "failed": "a step failed, a value was not finite, or the process hung or crashed"}
+LEGEND = ("*Energy balance*: total energy minus its start minus the work done, over the energy that moves: the largest of kinetic energy, change of potential energy and work.",
+          "*Gap*: the widest that a loop opened, m or rad. *Error*: the largest distance of a joint to a run of another method at a tolerance 1000 times tighter; it holds what",
+          "chaos makes of small differences. *Steps*, *right-hand sides*: of the solver. *s*: of computing. The *note* ends with another method that finishes what this one did not.")
+SUMMARY_BEGIN, SUMMARY_END = "<!-- summary -->", "<!-- end of summary -->"
 COLUMNS = ("model", "group", "case", "verdict", "message", "remedy", "method", "reached_s", "energy_balance", "gap", "error", "unit", "steps", "rhs",
            "seconds", "after_failure")
 
@@ -31,12 +44,19 @@ def write_csv(path: Path, verdicts: Sequence[Verdict]) -> None:
 
 
 def write_page(path: Path, verdicts: Sequence[Verdict], picture: str, seconds: float, taken: float) -> None:
-    """Writes the Markdown page."""
-    lines = ["# Extreme cases", "", *introduction(seconds), "", f"![all cases]({picture})", "", *summary(verdicts), "", *not_finished(verdicts), ""]
+    """Writes the Markdown page. What stands between the two comments is the summary that `docs/pictures/make_stability.py` takes over."""
+    lines = ["# Extreme cases", "", *introduction(seconds), "", SUMMARY_BEGIN, *measured(verdicts, seconds, taken), "", *summary(verdicts), "",
+             *not_finished(verdicts), SUMMARY_END, "", f"![all cases]({picture})", ""]
     for model in dict.fromkeys(v.model for v in verdicts):
         lines += [f"## {model}", "", *table([v for v in verdicts if v.model == model]), ""]
-    lines += [*(f"* {line}" for line in machine_lines()), f"* {len(verdicts)} cases in {taken:.0f} s"]
-    whole_file(path, lambda temporary: temporary.write_text("\n".join(lines) + "\n", encoding="utf-8"))
+    whole_file(path, lambda temporary: temporary.write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8"))
+
+
+def measured(verdicts: Sequence[Verdict], seconds: float, taken: float) -> list[str]:
+    """Returns what was run, when and where."""
+    models = len({v.model for v in verdicts})
+    lines = [f"{len(verdicts)} cases of {models} model{'s' * (models != 1)}, {seconds:g} s of computing a case, {taken:.0f} s in all.", ""]
+    return [*lines, *(f"* {line}" for line in machine_lines())]
 
 
 def introduction(seconds: float) -> list[str]:
@@ -44,11 +64,7 @@ def introduction(seconds: float) -> list[str]:
     lines = ["Each model is changed in the ways below and run through its FMU, every case in a process of its own that may take "
              f"{seconds:g} s of computing ({LONG_SHARE * seconds:g} s for the long run). Motions last up to 2 s.", ""]
     lines += [f"* **{group}**: {words}" for group, words in GROUPS.items()]
-    return [*lines, "", "A case is *finished* if every step was OK, every value finite, loops stayed closed to "
-            f"{LARGEST_GAP:g} m, and the energy balance (total energy minus its start minus the work done, over the energy that moves, the largest of kinetic energy, change of potential energy and work) within "
-            "1000 times the relative tolerance for each second; *doubtful* if only the last two fail; *slow* if its time was up; *refused* if the model file or its start is not accepted; "
-            "*failed* if a step failed, a value was not finite, or the process hung or crashed. The *error* is the largest distance of a joint to a run of "
-            "another method at a tolerance 1000 times tighter; it holds what chaos makes of small differences. *Remedy* names a method that finishes the case."]
+    return [*lines, "", "How a case is judged:", "", *(f"* *{kind}*: {words}" for kind, words in MEANING.items()), "", *LEGEND]
 
 
 def summary(verdicts: Sequence[Verdict]) -> list[str]:
@@ -118,7 +134,7 @@ def write_pictures(paths: Sequence[Path], verdicts: Sequence[Verdict]) -> None:
         axes = figure.subplots()
         for v in verdicts:
             x, y = labels.index((v.case.group, v.case.label)), models.index(v.model)
-            axes.add_patch(Rectangle((x, y), 0.92, 0.92, color=KINDS[v.kind], alpha=_depth(v)))
+            axes.add_patch(Rectangle((x, y), 0.92, 0.92, color=KINDS[v.kind], alpha=depth(v)))
         axes.set_xlim(0, len(labels))
         axes.set_ylim(len(models), 0)
         axes.set_yticks([y + 0.46 for y in range(len(models))], [m.replace("$", r"\$") for m in models])
@@ -134,8 +150,8 @@ def write_pictures(paths: Sequence[Path], verdicts: Sequence[Verdict]) -> None:
             whole_file(path, lambda temporary, m=metadata: figure.savefig(temporary, metadata=m))
 
 
-def _depth(v: Verdict) -> float:
-    if v.kind != "finished" or math.isnan(v.balance):
-        return 1.0 if v.kind != "finished" else 0.8
-    # 1e-12 and better is full, 1e-2 and worse is pale
-    return min(1.0, max(0.25, -math.log10(max(v.balance, 1e-16)) / 12))
+def depth(v: Verdict) -> float:
+    """Returns how full the colour of a case is: of finished ones 1 for an energy balance of 1e-12 and better, a quarter for 1e-3 and worse."""
+    if v.kind != "finished":
+        return 1.0
+    return 0.8 if math.isnan(v.balance) else min(1.0, max(0.25, -math.log10(max(v.balance, 1e-16)) / 12))

@@ -215,6 +215,7 @@ void add_groups(ClusterPlan& cluster, const LoopPlan<Scalar>& loop) {
   for (std::size_t k = 0; k < loop.rows.size(); ++k) {
     if (k == 0 || loop.rows[k].kind != loop.rows[k - 1].kind) ++group;
     cluster.row_group.push_back(group);
+    cluster.row_turns.push_back(loop.rows[k].kind == ConstraintRow<Scalar>::Kind::rotation);
   }
 }
 

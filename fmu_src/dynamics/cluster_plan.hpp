@@ -47,6 +47,7 @@ struct ClusterPlan {
   std::vector<int> joints;         // of the cluster, descending
   std::vector<int> first_coupled;  // envelope of S: per local row the first local row it couples to
   std::vector<int> row_group;      // per local row: rows of one loop and one kind share a group
+  std::vector<char> row_turns;     // per local row: whether it closes an angle, not a distance
   std::vector<int> passage_begin;  // per cluster joint (+1): its passages
   std::vector<RowPassage> passages;
 };

@@ -50,6 +50,7 @@ void copy_loops(const Plan<double>& from, Plan<Dual>& to) {
 Plan<Dual> elements_of(const Plan<double>& plan) {
   Plan<Dual> elements;
   if (!plan.has_poses()) return elements;
+  elements.origin = plan.origin.cast<Dual>();
   elements.joints.resize(plan.joints.size());
   elements.needs_pose = plan.needs_pose;
   copy_elements(plan, elements);

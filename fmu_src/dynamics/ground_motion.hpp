@@ -19,7 +19,7 @@ GroundState<Scalar> ground_at_rest() {
 
 template <class Scalar>
 GroundState<Scalar> ground_state(const Workspace<Scalar>& ws, int body) {
-  return body == ground ? ground_at_rest<Scalar>() : ws.ground[body];
+  return body == ground ? ws.base : ws.ground[body];
 }
 
 // A body's state from its parent's.

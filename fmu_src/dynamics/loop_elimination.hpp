@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "dynamics/joint_elimination.hpp"
+#include "dynamics/loop_rank.hpp"
 #include "dynamics/loop_rows.hpp"
 
 // Closed loops in the recursion. A multiplier's wrench travels from both ends of its loop to the
@@ -24,23 +25,6 @@ Scalar pass_joint(const JointPlan<Scalar>& joint, const JointState<Scalar>& s, F
   b -= dot(w, s.c) + scaled * s.u;
   to_parent(joint, s, w);
   return u_row;
-}
-
-// Rows that no joint is left to yield to, because motions are prescribed, are no constraints: what they have
-// of S is the rounding of levers that are zero. Here the levers are known; the factor sees S alone.
-template <class Scalar>
-void drop_unmoved_groups(const ClusterPlan& cluster, const LoopState<Scalar>& state,
-                         EnvelopeCholesky<Scalar>& S) {
-  const int first = cluster.first_row, count = cluster.row_count;
-  Scalar largest(0);
-  for (int row = first; row < first + count; ++row)
-    if (state.reach[0][row] > largest) largest = state.reach[0][row];
-  for (int begin = 0, end = 0; begin < count; begin = end) {
-    bool moved = false;
-    for (; end < count && cluster.row_group[end] == cluster.row_group[begin]; ++end)
-      moved = moved || state.reach[1][first + end] > EnvelopeCholesky<Scalar>::zero_group * largest;
-    if (!moved) S.clear(begin, end);
-  }
 }
 
 // All rows over one joint of the cluster.
@@ -86,6 +70,7 @@ void fold_into_root(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t
   EnvelopeCholesky<Scalar>& S = state.S[cluster_index];
   if (plan.has_motion()) drop_unmoved_groups(cluster, state, S);
   S.factor(state.rank_tolerance);
+  if (S.doubtful()) factor_by_geometry(plan, ws, cluster_index);
   if (cluster.root == ground) return;
   JointState<Scalar>& root = ws.joints[cluster.root];
   std::vector<Scalar>& x = state.lambda;

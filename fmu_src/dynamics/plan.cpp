@@ -132,6 +132,11 @@ void Plan<Scalar>::take_joints(const Model& model) {
     prescribed_count += joints.back().prescribed ? 1 : 0;
   }
   nq = nv = static_cast<int>(joints.size());
+  if (!joints.empty() && joints[0].parent == ground) {
+    const Link& first = model.links[joints[0].link];
+    const Pose base = first.parent == ground ? Pose() : frame_in_carrier[first.parent];
+    origin = (base * pose_of(first.joint.dh)).position.template cast<Scalar>();
+  }
   for (const Ball& ball : model.balls) {
     balls.push_back(carrier[ball.chart_link]);
     for (int k = 0; k < 4; ++k) joints[balls.back() + k].of_ball = true;

@@ -76,6 +76,9 @@ struct Plan {
   int nq = 0, nv = 0;
   int prescribed_count = 0;
   Vec3<Scalar> gravity = Vec3<Scalar>::Zero();
+  // in the ground, where the first joint stands: positions that loops compare are measured from here, so that
+  // far from the ground's own origin they keep their digits
+  Vec3<Scalar> origin = Vec3<Scalar>::Zero();
   std::vector<JointPlan<Scalar>> joints;
   std::vector<Resistance<Scalar>> resistances;  // per joint; empty when none can have any
   std::vector<SpringPlan<Scalar>> springs;

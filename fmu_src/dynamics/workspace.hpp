@@ -23,7 +23,8 @@ struct JointState {
   Motion<Scalar> acceleration;  // of the origin, minus gravity
 };
 
-// Pose and velocity in the ground frame, kept only for bodies that loops, springs or frames look at.
+// Pose and velocity along the ground's axes, positions from plan.origin, kept only for bodies that loops,
+// springs or frames look at.
 template <class Scalar>
 struct GroundState {
   Mat3<Scalar> rotation;
@@ -49,8 +50,9 @@ struct LoopState {
   std::vector<Scalar> residual;             // position residual per row
   std::vector<Scalar> rate;                 // velocity residual per row
   std::vector<EnvelopeCholesky<Scalar>> S;  // one per cluster
+  std::vector<EnvelopeCholesky<Scalar>> G;  // the same with all inertias 1: rank by geometry alone
   double rank_tolerance = dynamics_rank_tolerance;
-  Scalar extent = 0;  // m, how far loop points are from the ground's origin: sets the rounding of residuals
+  Scalar extent = 0;  // m, how far loop points are from the plan's origin: sets the rounding of residuals
 };
 
 // Everything a recursion writes. Sized once for a plan; filled with NaN so that a forgotten pass shows.
@@ -60,6 +62,7 @@ struct Workspace {
 
   std::vector<JointState<Scalar>> joints;
   std::vector<GroundState<Scalar>> ground;
+  GroundState<Scalar> base;  // the ground itself, seen from plan.origin
   LoopState<Scalar> loop;
 };
 
@@ -75,12 +78,17 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   fresh.A.xx = fresh.A.yy = fresh.A.zz = fresh.A.xy = fresh.A.xz = fresh.A.yz = Lanes<Scalar>::all(nan);
   joints.assign(plan.joints.size(), fresh);
   if (plan.has_poses()) ground.resize(plan.joints.size());
+  base.rotation.setIdentity();
+  base.position = -plan.origin;
+  base.omega.setZero();
+  base.velocity.setZero();
   std::size_t rows = 0, passages = 0;
   for (const auto& cluster : plan.clusters) {
     rows += static_cast<std::size_t>(cluster.row_count);
     passages += cluster.passages.size();
     loop.S.emplace_back(cluster.first_coupled, cluster.row_group);
   }
+  loop.G = loop.S;
   for (auto& side : loop.wrench) side.resize(rows);
   loop.K.resize(rows);
   loop.b.assign(rows, nan);

@@ -17,6 +17,8 @@ class EnvelopeCholesky {
  public:
   static constexpr double zero_group =
       1e-22;  // rows this small against the largest of all are no constraints
+  // between these parts of its group a pivot is doubtful: a dependent row, or one of other inertias
+  static constexpr double rounding = 1e-14, small_pivot = 1e-4;
 
   // `group` per row, ascending from 0.
   EnvelopeCholesky(std::vector<int> first_column, std::vector<int> group);
@@ -33,6 +35,12 @@ class EnvelopeCholesky {
   // S (lower envelope) -> factor; S is overwritten.
   void factor(double rank_tolerance);
 
+  // As above, but the rows that count as dependent are those of `other`, where S itself can tell.
+  void factor_like(const EnvelopeCholesky& other);
+
+  // Whether the last factor() met a pivot that is small, yet above rounding: against its group.
+  bool doubtful() const { return doubtful_; }
+
   // x = S^+ b, b of length size(); x and b may be the same array.
   void solve(const Scalar* b, Scalar* x);
 
@@ -40,6 +48,8 @@ class EnvelopeCholesky {
   Scalar& gram(int row, int column) { return G_[offset_[row] + column]; }
   void forward(const std::vector<Scalar>& L, const std::vector<char>& skipped, Scalar* x) const;
   void backward(const std::vector<Scalar>& L, const std::vector<char>& skipped, Scalar* x) const;
+  template <class Keep>
+  void factor_rows(Keep keep);
   void factor_gram();
 
   std::vector<int> first_;   // first stored column of a row
@@ -51,6 +61,7 @@ class EnvelopeCholesky {
   std::vector<char> skipped_;
   std::vector<Scalar> work_;
   int rank_ = 0;
+  bool doubtful_ = false;
 };
 
 template <class Scalar>
@@ -85,13 +96,30 @@ void EnvelopeCholesky<Scalar>::clear(int begin, int end) {
 
 template <class Scalar>
 void EnvelopeCholesky<Scalar>::factor(double rank_tolerance) {
-  using std::sqrt;
   Scalar largest(0);
   for (auto& scale : scale_) scale = Scalar(0);
   for (int k = 0; k < size(); ++k) {
     if (entry(k, k) > largest) largest = entry(k, k);
     if (entry(k, k) > scale_[group_[k]]) scale_[group_[k]] = entry(k, k);
   }
+  doubtful_ = false;
+  factor_rows([&](int row, const Scalar& pivot) {
+    const Scalar& scale = scale_[group_[row]];
+    if (!(scale > zero_group * largest)) return false;
+    doubtful_ = doubtful_ || (pivot > rounding * scale && pivot < small_pivot * scale);
+    return pivot > rank_tolerance * scale;
+  });
+}
+
+template <class Scalar>
+void EnvelopeCholesky<Scalar>::factor_like(const EnvelopeCholesky& other) {
+  factor_rows([&](int row, const Scalar& pivot) { return !other.skipped_[row] && pivot > Scalar(0); });
+}
+
+template <class Scalar>
+template <class Keep>
+void EnvelopeCholesky<Scalar>::factor_rows(Keep keep) {
+  using std::sqrt;
   rank_ = 0;
   for (int i = 0; i < size(); ++i) {
     Scalar pivot = entry(i, i);
@@ -106,8 +134,7 @@ void EnvelopeCholesky<Scalar>::factor(double rank_tolerance) {
       entry(i, j) = sum / entry(j, j);
       pivot -= entry(i, j) * entry(i, j);
     }
-    const Scalar& scale = scale_[group_[i]];
-    skipped_[i] = !(pivot > rank_tolerance * scale) || !(scale > zero_group * largest);
+    skipped_[i] = !keep(i, pivot);
     entry(i, i) = skipped_[i] ? Scalar(0) : Scalar(sqrt(pivot));
     rank_ += skipped_[i] ? 0 : 1;
   }

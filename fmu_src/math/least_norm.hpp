@@ -15,6 +15,9 @@ class LeastNorm {
   // Minimises |J x - b|^2 + damping^2 |x|^2.
   Eigen::VectorXd solve(const Eigen::VectorXd& b, double damping = 0) const;
 
+  // Combinations n of rows that vanish, n^T J = 0: orthonormal columns.
+  Eigen::MatrixXd left_null_space() const;
+
  private:
   // J^T V = U with columns of U orthogonal, their lengths the singular values
   Eigen::MatrixXd U_, V_;
@@ -70,6 +73,15 @@ inline Eigen::VectorXd LeastNorm::solve(const Eigen::VectorXd& b, double damping
     for (Eigen::Index i = 0; i < U_.rows(); ++i) x[i] += along * U_(i, k);
   }
   return x;
+}
+
+inline Eigen::MatrixXd LeastNorm::left_null_space() const {
+  Eigen::Index count = 0;
+  for (double value : squared_) count += value == 0 ? 1 : 0;
+  Eigen::MatrixXd null(V_.rows(), count);
+  for (Eigen::Index k = 0, next = 0; k < V_.cols(); ++k)
+    if (squared_[k] == 0) null.col(next++) = V_.col(k);
+  return null;
 }
 
 }  // namespace redysim

@@ -195,5 +195,34 @@ TEST(FourBar, crank_acceleration_has_its_closed_form) {
   }
 }
 
+// A parallelogram turns like one pendulum: the coupler does not rotate, so with I about the pivots
+//   (I_crank + I_rocker + m_coupler r^2) qdd = -g cos q (m_crank c + m_rocker c + m_coupler r)
+// for any masses, next to none included: then one bar alone moves the others.
+TEST(Parallelogram, acceleration_has_its_closed_form_for_any_masses) {
+  constexpr double r = 0.2, c = 0.1;
+  for (int light = 0; light < 8; ++light)
+    for (double factor : {1.0, 1e-3, 1e-6, 1e-9, 1e-12}) {
+      if (light == 7 && factor < 1) continue;
+      Model model = test::four_bar_chain(1);
+      double inertia = 0, weight = 0;
+      for (int k = 0; k < 3; ++k) {
+        Link& link = model.links[k];
+        if (light >> k & 1) {
+          link.mass *= factor;
+          for (double& entry : link.inertia) entry *= factor;
+        }
+        inertia += link.mass * (k == 2 ? r * r : c * c) + (k == 2 ? 0 : link.inertia[2]);
+        weight += link.mass * g * (k == 2 ? r : c);
+      }
+      Evaluate<double> bars(model);
+      for (double q = 0.13; q < 3; q += 0.31) {
+        const double qd = 1.7, qdd = -weight / inertia * std::cos(q);
+        const Vector found = bars.qdd(Vector{{q, q, -q}}, Vector{{qd, qd, -qd}}, Vector::Zero(3));
+        EXPECT_LT((found - Vector{{qdd, qdd, -qdd}}).lpNorm<Eigen::Infinity>(), 1e-9)
+            << "links " << light << " x " << factor << " at " << q;
+      }
+    }
+}
+
 }  // namespace
 }  // namespace redysim

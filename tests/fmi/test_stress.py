@@ -27,12 +27,23 @@ def test_a_closed_loop_far_from_the_origin_stays_closed(fmu_file):
     assert verdict.error < 1e-4 and verdict.steps > 10
 
 
+# the parallelogram starts flat, where its branches meet, and passes flat positions
+@pytest.mark.parametrize("case", ["near-massless links, x 1e-06", "far away, 1e+09 m", "fast, first joint", "fast, last joint"])
+def test_extremes_of_a_loop_that_starts_in_a_singular_pose(fmu_file, case):
+    verdict = run_case("parallelogram", cases("parallelogram")[case], 30, None)
+    assert verdict.kind == "finished" and verdict.balance < 1e-6 and verdict.gap < 1e-12
+
+
 @pytest.mark.parametrize("method", ["erk", "adams", "bdf"])
 def test_a_loop_that_cannot_be_kept_is_an_error_and_never_an_open_loop(fmu_file, method):
-    # links of next to no mass make the rows of this loop dependent beyond rounding
     verdict = run_case("parallelogram", cases("parallelogram")["near-massless links, x 1e-09"], 30, method)
     assert verdict.kind in ("finished", "failed") and verdict.gap < 1e-8
     assert verdict.after in ("", "usable")
+
+
+def test_a_motion_below_the_absolute_tolerance_is_judged_with_a_finer_one(fmu_file):
+    verdict = run_case("pendulum", cases("pendulum")["stiff springs, 1e+08"], 30, None)
+    assert verdict.kind == "finished" and verdict.balance > 1e-5 and "with an absolute tolerance of 1e-10" in verdict.message
 
 
 def test_torques_switch_at_1_khz(fmu_file):
@@ -62,7 +73,7 @@ def test_the_command_leaves_a_page(fmu_file, tmp_path):
     command = [sys.executable, "-m", "build_fmu", "stress", *models, "--only", "singular", "near", "-o", str(tmp_path)]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)})
     assert done.returncode == 0, done.stdout + done.stderr
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["stress.csv", "stress.md", "stress.png", "stress.svg"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["stress.csv", "stress.html", "stress.md", "stress.png", "stress.svg"]
     rows = list(csv.DictReader((tmp_path / "stress.csv").open()))
     assert {row["group"] for row in rows} == {"singular start", "near-massless links"} and len(rows) == 8
     assert all(row["verdict"] == "finished" for row in rows)

@@ -97,12 +97,14 @@ def test_springs_rest_at_the_start_and_angles_have_the_files_unit(crane):
 
 
 CASE = Case("tolerance", "rtol 1e-03", {}, 1.0, 0.01)
-GOOD = {"balance": 1e-9, "gap": 1e-15}
+GOOD = {"balance": 1e-9, "gap": 1e-15, "energy": 1.0, "moved": 1.0}
 
 
 @pytest.mark.parametrize("outcome, facts, case, kind", [
     (Outcome("ok"), GOOD, CASE, "finished"),
-    (Outcome("ok"), {"balance": math.nan, "gap": math.nan}, CASE, "finished"),
+    (Outcome("ok"), dict.fromkeys(GOOD, math.nan), CASE, "finished"),
+    (Outcome("ok"), GOOD | {"balance": 2e-3, "moved": 1e-10}, CASE, "finished"),
+    (Outcome("ok"), GOOD | {"gap": 1e-7, "moved": 1e-10}, CASE, "doubtful"),
     (Outcome("refused"), GOOD, CASE, "refused"),
     (Outcome("ok"), GOOD | {"balance": 2e-3}, CASE, "doubtful"),
     (Outcome("ok"), GOOD | {"gap": 1e-7}, CASE, "doubtful"),

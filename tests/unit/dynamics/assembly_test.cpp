@@ -82,6 +82,28 @@ TEST(Assembly, makes_velocities_consistent_and_keeps_those_of_held_joints) {
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(start.qd[i], (later.q[i] - sooner.q[i]) / (2 * h), 1e-7);
 }
 
+// A flat parallelogram goes on parallel, (1, 1, -1), or crossed: r psi' (r - l) = r theta' (r + l) with bars
+// of r = 0.2 m and l = 0.3 m gives (1, -5, -5). Other velocities that its dependent rows allow are no
+// motions.
+TEST(Assembly, starts_a_singular_pose_on_one_of_its_branches) {
+  Model model = test::four_bar_chain(1);
+  model.links[0].joint.hold = true;
+  const std::vector<double> flat(3, 0.0);
+  const auto expect_velocity = [](const Start& start, double crank, double rocker, double coupler) {
+    ASSERT_TRUE(start.result.consistent);
+    const double wanted[] = {crank, rocker, coupler};
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(start.qd[i], wanted[i], 1e-9 * std::abs(crank));
+  };
+  expect_velocity(Start(model, flat, {2.0, 2.0, -2.0}), 2, 2, -2);
+  expect_velocity(Start(model, flat, {2.0, -10.0, -10.0}), 2, -10, -10);
+  expect_velocity(Start(model, flat, {1000.0, 2.0, -2.0}), 1000, 1000, -1000);
+  expect_velocity(Start(model, flat, {2.0, -9.0, -11.0}), 2, -10, -10);
+  // the same far away
+  model.links[0].joint.dh.a += 1e6;
+  model.links[1].joint.dh.a += 1e6;
+  expect_velocity(Start(model, flat, {1000.0, 2.0, -2.0}), 1000, 1000, -1000);
+}
+
 TEST(Assembly, says_what_remains_open_of_an_impossible_loop) {
   Model model = four_bar();
   model.loops[0].point_b = {0.4, 0, 0};

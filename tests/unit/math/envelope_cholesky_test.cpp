@@ -102,6 +102,33 @@ TEST(EnvelopeCholesky, a_row_far_below_its_group_is_dependent) {
   EXPECT_EQ(S.rank(), 1);
 }
 
+// Two directions that a light body serves alike, but for a part of 1e-12: that is for another matrix to
+// judge.
+TEST(EnvelopeCholesky, takes_over_which_rows_are_dependent) {
+  const double inertia = 1e-12, c = 0.6, s = 0.8;
+  Matrix S{{1 / inertia * c * c + 1, 1 / inertia * c * s}, {1 / inertia * c * s, 1 / inertia * s * s + 1}};
+  EnvelopeCholesky<double> mass({0, 0}, {0, 0}), levers = mass;
+  const auto fill = [](EnvelopeCholesky<double>& to, const Matrix& from) {
+    for (int i = 0; i < 2; ++i)
+      for (int j = 0; j <= i; ++j) to.entry(i, j) = from(i, j);
+  };
+  fill(mass, S);
+  mass.factor(1e-9);
+  EXPECT_TRUE(mass.doubtful());
+  EXPECT_EQ(mass.rank(), 1);
+  fill(levers, Matrix{{c * c + 1, c * s}, {c * s, s * s + 1}});
+  levers.factor(1e-9);
+  EXPECT_FALSE(levers.doubtful());
+  fill(mass, S);
+  mass.factor_like(levers);
+  EXPECT_EQ(mass.rank(), 2);
+  // along (s, -c) S is 1
+  double x[] = {s, -c};
+  mass.solve(x, x);
+  EXPECT_NEAR(x[0], s, 1e-3);
+  EXPECT_NEAR(x[1], -c, 1e-3);
+}
+
 TEST(EnvelopeCholesky, zero_matrix_has_rank_zero_and_solves_to_zero) {
   auto S = factored({0, 0, 1}, Matrix::Zero(3, 3));
   double x[] = {1, 2, 3};

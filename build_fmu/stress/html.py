@@ -1,0 +1,127 @@
+"""The verdicts as one HTML page that needs no other file: a map of all cases, what did not finish, and every case's figures."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+
+from build_fmu.archive import whole_file
+from build_fmu.report.machine import machine_lines
+from build_fmu.stress.cases import GROUPS
+from build_fmu.stress.pages import KINDS, LEGEND, MEANING, depth
+from build_fmu.stress.run import LONG_SHARE, Verdict
+
+STYLE = """
+body { font: 15px/1.5 system-ui, sans-serif; color: #22303c; margin: 2rem auto; max-width: 76rem; padding: 0 1rem; }
+h1 { margin-bottom: 0; } h2 { margin-top: 2.5rem; } .small { color: #5b6b78; font-size: 13px; }
+table { border-collapse: collapse; } th { text-align: left; font-weight: 600; }
+.figures td, .figures th { padding: 2px 10px 2px 0; border-bottom: 1px solid #e4e9ed; vertical-align: top; font-size: 13px; }
+.figures td.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; } .figures th.n { text-align: right; }
+.map { font-size: 11px; } .map th { font-weight: 400; padding: 0 6px 0 0; white-space: nowrap; }
+.map thead th { writing-mode: vertical-rl; transform: rotate(180deg); padding: 4px 0; }
+.map td { padding: 0 1px 1px 0; } .map .first { padding-left: 6px; } .map a { display: block; width: 14px; height: 14px; border-radius: 2px; }
+.wide { overflow-x: auto; } .tag { display: inline-block; border-radius: 3px; padding: 0 6px; color: #fff; font-size: 12px; }
+.counts span { margin-right: 1.2rem; } tr:target { background: #fff6d6; } dt { font-weight: 600; } dd { margin: 0 0 .3rem 1.5rem; }
+summary { cursor: pointer; font-weight: 600; padding: .3rem 0; }
+"""
+# a link into a folded table opens it
+SCRIPT = """
+function show() { const row = document.getElementById(location.hash.slice(1)); if (!row) return;
+  const fold = row.closest("details"); if (fold) fold.open = true; row.scrollIntoView({ block: "center" }); }
+addEventListener("hashchange", show); addEventListener("load", show);
+"""
+
+
+def write_html(path: Path, verdicts: Sequence[Verdict], seconds: float, taken: float) -> None:
+    """Writes the page."""
+    models = list(dict.fromkeys(v.model for v in verdicts))
+    parts = [f"<h1>Extreme cases</h1><p class=small>{len(verdicts)} cases of {len(models)} models in {taken:.0f} s. {escape('; '.join(machine_lines()))}</p>",
+             _counts(verdicts), _words(seconds), "<h2>All cases</h2><p>A square is a case; the paler its green, the worse its energy balance. Point at one, or open it.</p>",
+             _map(verdicts, models), "<h2>What did not finish</h2>", _not_finished(verdicts), "<h2>Every case</h2>", _legend()]
+    for model in models:
+        rows = [v for v in verdicts if v.model == model]
+        good = sum(v.kind == "finished" for v in rows)
+        parts.append(f"<details{' open' if len(models) == 1 else ''}><summary>{escape(model)}: {good} of {len(rows)} finished</summary>{_table(rows)}</details>")
+    text = (f"<!DOCTYPE html><html lang=en><meta charset=utf-8><meta name=viewport content='width=device-width'><title>Extreme cases</title>"
+            f"<style>{STYLE}</style><script>{SCRIPT}</script><body>{''.join(parts)}</body></html>\n")
+    whole_file(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+
+
+def _counts(verdicts: Sequence[Verdict]) -> str:
+    found = ((kind, sum(v.kind == kind for v in verdicts)) for kind in KINDS)
+    return "<p class=counts>" + "".join(f"<span>{_tag(kind)} {count}</span>" for kind, count in found if count) + "</p>"
+
+
+def _words(seconds: float) -> str:
+    groups = "".join(f"<dt>{escape(group)}</dt><dd>{escape(words)}</dd>" for group, words in GROUPS.items())
+    kinds = "".join(f"<dt>{_tag(kind)}</dt><dd>{escape(words)}</dd>" for kind, words in MEANING.items())
+    return (f"<p>Each model is changed in the ways below and run through its FMU. Every case has a process of its own and {seconds:g} s of computing "
+            f"({LONG_SHARE * seconds:g} s for the long run); motions last up to 2 s.</p>"
+            f"<details><summary>What is run</summary><dl>{groups}</dl></details><details open><summary>How a case is judged</summary><dl>{kinds}</dl></details>")
+
+
+def _legend() -> str:
+    text = re.sub(r"\*(.+?)\*", r"<em>\1</em>", escape(" ".join(LEGEND)))
+    return f"<p class=small>{text}</p>"
+
+
+def _map(verdicts: Sequence[Verdict], models: Sequence[str]) -> str:
+    cases = list(dict.fromkeys((v.case.group, v.case.label) for v in verdicts))
+    found = {(v.model, v.case.group, v.case.label): v for v in verdicts}
+    starts = {case for before, case in zip([("", ""), *cases], cases, strict=False) if before[0] != case[0]}
+    side = {case: " class=first" if case in starts else "" for case in cases}
+    head = "".join(f"<th{side[c]}>{escape(c[0])}, {escape(c[1])}</th>" for c in cases)
+    body = ""
+    for model in models:
+        squares = ""
+        for case in cases:
+            v = found.get((model, *case))
+            square = f"<a href='#{_id(v)}' title='{escape(_words_of(v), quote=True)}' style='background:{KINDS[v.kind]};opacity:{depth(v):.2f}'></a>" if v else ""
+            squares += f"<td{side[case]}>{square}</td>"
+        body += f"<tr><th>{escape(model)}</th>{squares}</tr>"
+    return f"<div class=wide><table class=map><thead><tr><th></th>{head}</tr></thead><tbody>{body}</tbody></table></div>"
+
+
+def _words_of(v: Verdict) -> str:
+    words = f"{v.model}: {v.case.group}, {v.case.label}: {v.kind}"
+    if v.message:
+        words += f", {v.message}"
+    return words + ("" if math.isnan(v.balance) else f"; energy balance {v.balance:.0e}")
+
+
+def _not_finished(verdicts: Sequence[Verdict]) -> str:
+    rest = sorted((v for v in verdicts if v.kind != "finished"), key=lambda v: -list(KINDS).index(v.kind))
+    if not rest:
+        return "<p>All cases finished.</p>"
+    rows = "".join(f"<tr><td>{_tag(v.kind)}</td><td><a href='#{_id(v)}'>{escape(v.model)}</a></td><td>{escape(v.case.group)}, {escape(v.case.label)}</td>"
+                   f"<td>{escape(v.message)}</td><td>{escape(v.remedy)}</td></tr>" for v in rest)
+    return f"<table class=figures><tr><th></th><th>model</th><th>case</th><th>what was said</th><th>remedy</th></tr>{rows}</table>"
+
+
+def _table(verdicts: Sequence[Verdict]) -> str:
+    heads = ("energy balance", "gap", "error", "steps", "right-hand sides", "s")
+    rows = ""
+    for v in verdicts:
+        cells = [_number(v.balance), _number(v.gap), f"{_number(v.error)} {escape(v.unit) if not math.isnan(v.error) else ''}",
+                 *("" if n is None else f"{n:,}".replace(",", "\u2009") for n in (v.steps, v.rhs)), "" if math.isnan(v.seconds) else f"{v.seconds:.2g}"]
+        note = "; ".join(part for part in (v.message, v.remedy) if part)
+        rows += (f"<tr id='{_id(v)}'><td>{escape(v.case.group)}, {escape(v.case.label)}</td><td>{_tag(v.kind)}</td><td>{escape(v.method)}</td>"
+                 + "".join(f"<td class=n>{cell}</td>" for cell in cells) + f"<td>{escape(note)}</td></tr>")
+    head = "<tr><th>case</th><th></th><th>method</th>" + "".join(f"<th class=n>{h}</th>" for h in heads) + "<th>note</th></tr>"
+    return f"<div class=wide><table class=figures>{head}{rows}</table></div>"
+
+
+def _tag(kind: str) -> str:
+    return f"<span class=tag style='background:{KINDS[kind]}'>{kind}</span>"
+
+
+def _id(v: Verdict) -> str:
+    return re.sub(r"[^A-Za-z0-9]+", "-", f"{v.model}-{v.case.group}-{v.case.label}")
+
+
+def _number(x: float) -> str:
+    return "" if math.isnan(x) else f"{x:.0e}"
+

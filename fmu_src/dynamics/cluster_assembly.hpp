@@ -1,0 +1,341 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "dynamics/bias.hpp"
+#include "dynamics/loop_rows.hpp"
+#include "math/least_norm.hpp"
+
+namespace redysim {
+
+// One cluster: its joints' unknowns and its rows, both scaled to the cluster's size.
+class ClusterAssembly {
+ public:
+  using Vector = Eigen::VectorXd;
+  using Matrix = Eigen::MatrixXd;
+
+  // All relative to the size of the mechanism, or rad.
+  static constexpr double closed_already = 2e-15;  // rounding: such a pose is left as it is
+  static constexpr double closed_enough = 1e-10;
+
+  ClusterAssembly(const Model& model, const Plan<double>& plan, Workspace<double>& ws,
+                  const ClusterPlan& cluster)
+      : plan_(plan), ws_(ws), cluster_(cluster) {
+    column_.assign(plan.joints.size(), -1);
+    // descending in the plan: turn round, parents first
+    for (auto joint = cluster.joints.rbegin(); joint != cluster.joints.rend(); ++joint) {
+      joints_.push_back(*joint);
+      if (model.links[plan.joints[*joint].link].joint.hold || plan.joints[*joint].prescribed) continue;
+      column_[*joint] = static_cast<int>(free_.size());
+      free_.push_back(*joint);
+    }
+    phi_.resize(cluster.row_count);
+    rate_.resize(cluster.row_count);
+    J_.resize(cluster.row_count, static_cast<Eigen::Index>(free_.size()));
+  }
+
+  // Takes the start pose, measures the mechanism and returns what is open.
+  double start(const double* q) {
+    for (int i : joints_) set_joint_position(plan_.joints[i], q[i], ws_.joints[i]);
+    set_poses();
+    const Vec3<double> root =
+        cluster_.root == ground ? Vec3<double>(Vec3<double>::Zero()) : ws_.ground[cluster_.root].position;
+    for (int i : joints_) size_ = std::max(size_, (ws_.ground[i].position - root).norm());
+    for (int k = 0; k < cluster_.loop_count; ++k) {
+      const LoopGeometry<double> g = loop_geometry(loop(k), ws_);
+      size_ = std::max({size_, (g.point_a.position - root).norm(), (g.point_b.position - root).norm()});
+    }
+    if (size_ == 0) size_ = 1;
+    z_start_.resize(static_cast<Eigen::Index>(free_.size()));
+    for (std::size_t j = 0; j < free_.size(); ++j) z_start_[j] = q[free_[j]] / unit(free_[j]);
+    return open(z_start_);
+  }
+
+  const Vector& z_start() const { return z_start_; }
+  const std::vector<int>& free_joints() const { return free_; }
+  double unit(int joint) const { return plan_.joints[joint].prismatic ? size_ : 1.0; }
+
+  // Levenberg-Marquardt steps, damped by the distance itself: quadratic at regular poses, steady at singular
+  // ones. Returns what stays open.
+  double close(Vector& z) {
+    double norm = open(z);
+    double damping_factor = 1;
+    int idle = 0;
+    for (int k = 0; k < 100 && norm > closed_already && idle < 3; ++k) {
+      const double before = norm;
+      set_jacobian();
+      const LeastNorm tangent(J_, smallest_damping);
+      const Vector wanted = -phi_;
+      for (int attempt = 0; attempt < 8; ++attempt) {
+        Vector step = tangent.solve(wanted, std::max(norm * damping_factor, smallest_damping));
+        const double length = step.norm();
+        if (length > 1) step /= length;
+        const Vector trial = z + step;
+        const double there = open(trial);
+        if (there < norm) {
+          z = trial;
+          norm = there;
+          damping_factor = std::max(0.25 * damping_factor, 1e-3);
+          break;
+        }
+        if (norm < 1e-13) break;
+        damping_factor *= 4;
+      }
+      idle = norm < (1 - 1e-5) * before ? 0 : idle + 1;
+      if (norm == before) break;
+    }
+    open(z);
+    return norm;
+  }
+
+  // From a closed pose along the loops to the one nearest to the start.
+  void approach(Vector& z) {
+    double distance = (z - z_start_).norm();
+    for (int k = 0; k < 60; ++k) {
+      open(z);
+      set_jacobian();
+      const Vector away = z_start_ - z;
+      const Vector along = away - LeastNorm(J_, dependent).solve(opened_by(away));
+      if (along.norm() < near_enough * std::max(1.0, distance)) break;
+      bool nearer = false;
+      for (double part = 1; part > 0.01 && !nearer; part *= 0.5) {
+        Vector trial = z + part * along;
+        if (close(trial) > closed_enough) continue;
+        const double there = (trial - z_start_).norm();
+        nearer = there < distance * (1 - 1e-12);
+        if (nearer) {
+          z = trial;
+          distance = there;
+        }
+      }
+      if (!nearer) break;
+    }
+    open(z);
+  }
+
+  // The nearest velocities on the loops; returns what held joints leave open.
+  double align(const double* qd, std::vector<double>& change) {
+    set_rates(qd);
+    const double largest = rate_.lpNorm<Eigen::Infinity>();
+    set_jacobian();
+    Vector step = Vector::Zero(static_cast<Eigen::Index>(free_.size()));
+    double open = largest;
+    if (largest > 0 && !free_.empty()) {
+      step = LeastNorm(J_, dependent).solve(-rate_);
+      open = (rate_ + opened_by(step)).lpNorm<Eigen::Infinity>() * size_;
+    }
+    take_a_branch(qd, step);
+    for (std::size_t j = 0; j < free_.size(); ++j) change[free_[j]] = step[j] * unit(free_[j]);
+    return open;
+  }
+
+  // Gap of a loop of the cluster at the last pose, m or rad; whether it is mainly an angle.
+  double gap(int k, bool& in_angle) const {
+    double distance = 0, angle = 0;
+    for (std::size_t r = 0; r < loop(k).rows.size(); ++r) {
+      const double value = phi_[loop(k).first_row - cluster_.first_row + static_cast<int>(r)];
+      (is_rotation(loop(k).rows[r]) ? angle : distance) += value * value;
+    }
+    in_angle = angle > distance;
+    return std::sqrt(angle + size_ * size_ * distance);
+  }
+
+  const LoopPlan<double>& loop(int k) const { return plan_.loops[cluster_.first_loop + k]; }
+  int loop_count() const { return cluster_.loop_count; }
+  double size() const { return size_; }
+
+  // Residuals at z; returns their norm.
+  double open(const Vector& z) {
+    for (std::size_t j = 0; j < free_.size(); ++j)
+      set_joint_position(plan_.joints[free_[j]], z[j] * unit(free_[j]), ws_.joints[free_[j]]);
+    set_poses();
+    for (int k = 0; k < cluster_.loop_count; ++k) {
+      const LoopGeometry<double> g = loop_geometry(loop(k), ws_);
+      for (std::size_t r = 0; r < loop(k).rows.size(); ++r)
+        phi_[local_row(k, r)] = row_values(g, loop(k).rows[r]).residual / row_unit(loop(k).rows[r]);
+    }
+    return phi_.norm();
+  }
+
+ private:
+  static constexpr double dependent = 1e-8;  // rows of J below this part of the largest pivot
+  static constexpr double smallest_damping = 1e-10;
+  static constexpr double near_enough = 1e-9;    // of the nearest pose
+  static constexpr double on_a_branch = 1e-10;   // bends by less, over the squared speed: rounding
+  static constexpr double closes_again = 1e-13;  // after the search for a branch
+
+  static bool is_rotation(const ConstraintRow<double>& row) {
+    return row.kind == ConstraintRow<double>::Kind::rotation;
+  }
+  double row_unit(const ConstraintRow<double>& row) const { return is_rotation(row) ? 1.0 : size_; }
+  int local_row(int k, std::size_t r) const {
+    return loop(k).first_row - cluster_.first_row + static_cast<int>(r);
+  }
+  // J x
+  Vector opened_by(const Vector& x) const {
+    Vector rates = Vector::Zero(J_.rows());
+    for (Eigen::Index k = 0; k < J_.cols(); ++k) rates += x[k] * J_.col(k);
+    return rates;
+  }
+
+  void set_poses() {
+    for (int i : joints_)
+      ws_.ground[i] = moved(plan_.joints[i], ws_.joints[i], ground_state(ws_, plan_.joints[i].parent), 0.0);
+  }
+
+  // The rows' wrenches, taken down both paths: J_rj = S_j . w.
+  void set_jacobian() {
+    J_.setZero();
+    for (int k = 0; k < cluster_.loop_count; ++k) {
+      const LoopGeometry<double> g = loop_geometry(loop(k), ws_);
+      for (std::size_t r = 0; r < loop(k).rows.size(); ++r) {
+        const RowValues<double> values = row_values(g, loop(k).rows[r]);
+        const double scale = 1 / row_unit(loop(k).rows[r]);
+        add_path(local_row(k, r), loop(k).body_a, values.on_a, scale);
+        add_path(local_row(k, r), loop(k).body_b, values.on_b, scale);
+      }
+    }
+  }
+
+  void add_path(int row, int body, Force<double> w, double scale) {
+    for (; body != cluster_.root; body = plan_.joints[body].parent) {
+      const JointPlan<double>& joint = plan_.joints[body];
+      if (column_[body] >= 0)
+        J_(row, column_[body]) += scale * unit(body) * (joint.prismatic ? w.force.z() : w.moment.z());
+      to_parent(joint, ws_.joints[body], w);
+    }
+  }
+
+  void set_rates(const double* qd) {
+    for (int i : joints_)
+      ws_.ground[i] = moved(plan_.joints[i], ws_.joints[i], ground_state(ws_, plan_.joints[i].parent), qd[i]);
+    for (int k = 0; k < cluster_.loop_count; ++k) {
+      const LoopGeometry<double> g = loop_geometry(loop(k), ws_);
+      for (std::size_t r = 0; r < loop(k).rows.size(); ++r)
+        rate_[local_row(k, r)] = row_values(g, loop(k).rows[r]).rate / row_unit(loop(k).rows[r]);
+    }
+  }
+
+  // Where rows are dependent, n^T J = 0, a velocity that keeps J v = 0 need not be one of a motion: also
+  // n^T phi'' = n^T (dJ/dt v) = 0 must hold, whatever the accelerations. That is so on the tangents of the
+  // branches that meet in a singular pose, and on no other; motion off them would begin with an impact. Adds
+  // to `step` the way to one of them (Newton, least norm; what phi'' has of v is quadratic, so its derivative
+  // is a difference). Prescribed accelerations would count as well: there nothing is done.
+  void take_a_branch(const double* qd, Vector& step) {
+    for (int i : joints_)
+      if (plan_.joints[i].prescribed) return;
+    if (free_.empty()) return;
+    const Matrix null = LeastNorm(jacobian_of_all(), dependent).left_null_space();
+    if (null.cols() == 0) return;
+    std::vector<double> speed(plan_.joints.size(), 0.0);
+    const auto at = [&](const Vector& x) -> double* {
+      for (int i : joints_) speed[i] = qd[i];
+      for (std::size_t j = 0; j < free_.size(); ++j) speed[free_[j]] += x[j] * unit(free_[j]);
+      return speed.data();
+    };
+    Vector x = step;
+    const double size = squared(at(x));
+    if (bend(null, at(x)).norm() <= on_a_branch * size) return;
+    const auto rows = J_.rows(), bends = null.cols(), n = J_.cols();
+    Matrix K(rows + bends, n);
+    Vector open(rows + bends);
+    for (int k = 0; k < 50; ++k) {
+      set_rates(at(x));
+      const Vector bent = bend(null, at(x));
+      const double length = std::sqrt(squared(at(x)));
+      open << rate_, bent;
+      if (length == 0) return;
+      if (rate_.norm() <= closes_again * length && bent.norm() <= closes_again * length * length) {
+        step = x;
+        return;
+      }
+      K.topRows(rows) = J_;
+      for (Eigen::Index j = 0; j < n; ++j) {
+        const Vector along = length * Vector::Unit(n, j);
+        K.col(j).tail(bends) = (bend(null, at(x + along)) - bend(null, at(x - along))) / (2 * length);
+      }
+      // rows of one size: speeds, and bends over the speed
+      K.bottomRows(bends) /= length;
+      open.tail(bends) /= length;
+      x -= LeastNorm(K, dependent).solve(open);
+    }
+  }
+
+  // n^T dJ/dt v, per column of `null`.
+  Vector bend(const Matrix& null, const double* qd) {
+    set_rates(qd);
+    set_accelerations(qd);
+    Vector bent = Vector::Zero(null.cols());
+    for (int k = 0; k < cluster_.loop_count; ++k) {
+      const LoopGeometry<double> g = loop_geometry(loop(k), ws_);
+      for (std::size_t r = 0; r < loop(k).rows.size(); ++r) {
+        const RowValues<double> values = row_values(g, loop(k).rows[r]);
+        const double second = values.quadratic + served(values.on_a, g.a, loop(k).body_a) +
+                              served(values.on_b, g.b, loop(k).body_b);
+        for (Eigen::Index n = 0; n < null.cols(); ++n)
+          bent[n] += null(local_row(k, r), n) * second / row_unit(loop(k).rows[r]);
+      }
+    }
+    return bent;
+  }
+
+  // Accelerations of the bodies while no joint accelerates; the cluster's root has none. Uses set_rates.
+  void set_accelerations(const double* qd) {
+    acceleration_.resize(plan_.joints.size());
+    for (int i : joints_) {
+      const int parent = plan_.joints[i].parent;
+      const GroundState<double> from = ground_state(ws_, parent);
+      const Vec3<double> arm = ws_.ground[i].position - from.position, zero = Vec3<double>::Zero();
+      const Vec3<double> turned = from.omega.cross(ws_.ground[i].rotation.col(2) * qd[i]);
+      const Motion<double> carried =
+          parent == cluster_.root ? Motion<double>{zero, zero} : acceleration_[parent];
+      const bool slides = plan_.joints[i].prismatic;
+      acceleration_[i].angular = carried.angular + (slides ? zero : turned);
+      acceleration_[i].linear = carried.linear + carried.angular.cross(arm) +
+                                from.omega.cross(from.omega.cross(arm)) +
+                                (slides ? Vec3<double>(2 * turned) : zero);
+    }
+  }
+
+  // What a body's acceleration adds to that of a row that pulls on it.
+  double served(const Force<double>& on_body, const GroundState<double>& at, int body) const {
+    if (body == cluster_.root) return 0;
+    return on_body.moment.dot(at.rotation.transpose() * acceleration_[body].angular) +
+           on_body.force.dot(at.rotation.transpose() * acceleration_[body].linear);
+  }
+
+  double squared(const double* qd) const {
+    double sum = 0;
+    for (int i : joints_) sum += qd[i] * qd[i] / (unit(i) * unit(i));
+    return sum;
+  }
+
+  // J with the columns of held joints as well: they may accelerate.
+  Matrix jacobian_of_all() {
+    const std::vector<int> free = free_, column = column_;
+    const Matrix J = J_;
+    free_ = joints_;
+    for (std::size_t j = 0; j < joints_.size(); ++j) column_[joints_[j]] = static_cast<int>(j);
+    J_.resize(J.rows(), static_cast<Eigen::Index>(joints_.size()));
+    set_jacobian();
+    const Matrix all = J_;
+    free_ = free;
+    column_ = column;
+    J_ = J;
+    return all;
+  }
+
+  const Plan<double>& plan_;
+  Workspace<double>& ws_;
+  const ClusterPlan& cluster_;
+  std::vector<int> joints_, free_;  // of the plan, parents first
+  std::vector<int> column_;         // per joint of the plan: its unknown, or -1
+  double size_ = 0;                 // m
+  Vector z_start_, phi_, rate_;
+  std::vector<Motion<double>> acceleration_;  // along the ground's axes
+  Matrix J_;
+};
+
+}  // namespace redysim
