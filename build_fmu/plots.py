@@ -15,8 +15,10 @@ from build_fmu.simulate import Result
 
 FORMATS = (".png", ".svg", ".pdf")
 TITLES = {"q": "joint position", "qd": "joint velocity", "qdd": "joint acceleration", "tau": "joint torque or force",
+          "angle": "angles about z, x, y", "omega": "angular velocity in link axes", "alpha": "angular acceleration in link axes",
           "energy": "energy", "balance": "energy balance: total − start − work", "gap": "loop gap"}  # fmt: skip
-BY_DEFAULT = ("q", "qd", "tau", "energy", "balance", "gap")
+ORDER = ("q", "angle", "qd", "omega", "qdd", "alpha", "tau", "energy", "balance", "gap")
+BY_DEFAULT = ("q", "angle", "qd", "omega", "tau", "energy", "balance", "gap")
 DASHES = ("-", "--", ":", "-.")
 MOST_NAMED = 12
 
@@ -42,9 +44,16 @@ def panels(session: Session, result: Result, asked: bool) -> list[Panel]:
         if not asked and (kind == "tau" or name == "energy.work") and not np.any(column != 0):
             continue
         panel = found.setdefault((kind, shown.unit), Panel(kind, shown.unit))
+        column = _open_turns(column) if kind == "angle" else column
         panel.curves.append((_label(name, kind), column * shown.factor + shown.offset))
-    order = {kind: i for i, kind in enumerate(("q", "qd", "qdd", "tau", "energy", "balance", "gap"))}
-    return sorted(found.values(), key=lambda p: order.get(p.kind, len(order)))
+    return sorted(found.values(), key=lambda p: ORDER.index(p.kind) if p.kind in ORDER else len(ORDER))
+
+
+def _open_turns(angle: np.ndarray) -> np.ndarray:
+    """Leaves a gap where an angle goes on at -pi after pi: no line is drawn across the panel."""
+    shown = np.array(angle, float)
+    shown[1:][np.abs(np.diff(angle)) > 1.5 * np.pi] = np.nan
+    return shown
 
 
 def plot(path: Path, session: Session, result: Result, asked: Sequence[str] = ()) -> None:
@@ -102,7 +111,7 @@ def _draw(axes, panel: Panel, time: np.ndarray, time_label: bool) -> None:
     axes.grid(color="#e3e7ea", lw=0.8)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
-    if all(np.all(np.isfinite(values)) for _, values in panel.curves) and panel.kind != "balance":
+    if (panel.kind == "angle" or all(np.all(np.isfinite(values)) for _, values in panel.curves)) and panel.kind != "balance":
         axes.ticklabel_format(axis="y", style="sci", scilimits=(-3, 5), useMathText=True)
     if len(panel.curves) > 1 or panel.kind not in TITLES:
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.02), frameon=False, fontsize=8.5, handlelength=1.6)
@@ -117,11 +126,13 @@ def _kind(name: str) -> str:
 
 def _label(name: str, kind: str) -> str:
     if kind in TITLES:
-        name = name.rpartition(".")[2] if kind in ("energy", "balance") else name.rpartition(".")[0]
+        head, _, tail = name.rpartition(".")
+        # joints of several freedoms count theirs behind the kind: top.angle[2]
+        name = tail if kind in ("energy", "balance") else head + tail[len(kind):]
     # matplotlib reads $ as mathematics and hides names that start with _
     return (" " if name.startswith("_") else "") + name.replace("$", r"\$")
 
 
 def _symbol(kind: str) -> str:
-    symbols = {"q": "$q$", "qd": r"$\dot{q}$", "qdd": r"$\ddot{q}$", "tau": r"$\tau$", "energy": "$E$", "balance": r"$\Delta E$"}
+    symbols = {"angle": "angle", "omega": r"$\omega$", "alpha": r"$\alpha$", "q": "$q$", "qd": r"$\dot{q}$", "qdd": r"$\ddot{q}$", "tau": r"$\tau$", "energy": "$E$", "balance": r"$\Delta E$"}
     return symbols.get(kind, kind)

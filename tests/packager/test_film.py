@@ -11,6 +11,7 @@ import pytest
 from build_fmu.cli import main
 from build_fmu.describe import describe
 from build_fmu.errors import UserError
+from build_fmu.plots import panels
 from build_fmu.session import Session
 from build_fmu.show.attached import attached_page
 from build_fmu.show.command import run_of
@@ -198,3 +199,14 @@ def test_a_run_that_takes_too_long_is_left_out(tmp_path, capsys, monkeypatch):
 def test_a_model_in_which_nothing_moves_has_no_page(crane, tmp_path):
     crane.drawing["links"] *= 40
     assert attached_page(crane, [])[0] is None
+
+
+def test_a_plot_shows_how_balls_turn(zoo, tmp_path):
+    assert main(["build", str(zoo), "-o", str(tmp_path / "zoo.fmu"), "--no-show"]) == 0
+    with Session(tmp_path / "zoo.fmu") as session:
+        drawn = {(panel.kind, panel.unit): panel for panel in panels(session, simulate(session, Settings(stop=3, inputs=["base.tau[3]=30"])), asked=False)}
+    assert [label for label, _ in drawn["angle", "deg"].curves] == [f"{joint}[{i}]" for joint in ("base", "neck") for i in (1, 2, 3)]
+    assert ("omega", "deg/s") in drawn and [label for label, _ in drawn["tau", "N.m"].curves] == ["base[3]"]
+    turns = np.array([values for _, values in drawn["angle", "deg"].curves])
+    # what goes on at -180 degrees leaves a gap and no line across the panel
+    assert np.isnan(turns).any() and np.nanmax(np.abs(np.diff(turns))) <= 270
