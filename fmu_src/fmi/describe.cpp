@@ -62,16 +62,14 @@ void write_report(Json& json, const Model& model) {
   json.end_object();
 }
 
-// Derivatives do not know trajectories and controllers.
-void write_capabilities(Json& json, const Model& model) {
-  const bool derived = model.trajectories.empty() && model.controller.law == Law::none;
+void write_capabilities(Json& json) {
   json.key("capabilities").begin_object();
   json.member("canHandleVariableCommunicationStepSize", true);
   json.member("canInterpolateInputs", true);
-  json.member("maxOutputDerivativeOrder", derived ? 1 : 0);
+  json.member("maxOutputDerivativeOrder", 1);
   json.member("canGetAndSetFMUstate", true);
   json.member("canSerializeFMUstate", true);
-  json.member("providesDirectionalDerivative", derived);
+  json.member("providesDirectionalDerivative", true);
   json.member("canBeInstantiatedOnlyOncePerProcess", false);
   json.member("canNotUseMemoryManagementFunctions", false);
   json.member("canRunAsynchronuously", false);
@@ -231,7 +229,7 @@ std::string description(const ModelFile& file, const std::string& path, std::vec
   json.begin_object();
   write_header(json, file);
   write_report(json, file.model);
-  write_capabilities(json, file.model);
+  write_capabilities(json);
   write_log_categories(json);
   write_features(json, file.model);
   write_units(json, file.model, table);

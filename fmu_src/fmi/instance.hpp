@@ -88,7 +88,7 @@ class Instance {
   bool take_tangent(Function function);
   void set_direction(const Variable& variable, double direction);
   void set_parameter_direction(const Variable& variable, double direction);
-  void set_resistance_direction(const Variable& variable, double direction);
+  void set_resistance_direction(Plan<Dual>& plan, const Variable& variable, double direction);
   fmi2Status read_tangent(Function function, const unsigned* references, std::size_t count,
                           double* derivatives);
   double read_direction(const Variable& variable);

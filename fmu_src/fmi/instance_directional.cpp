@@ -134,10 +134,6 @@ std::string Instance::why_no_direction(const Variable& variable, double directio
 
 bool Instance::take_tangent(Function function) {
   if (!update_accelerations(function)) return false;
-  if (system_.control()) {
-    refuse(function, "the trajectories and the controller of this model are not derived");
-    return false;
-  }
   if (!tangent_) tangent_ = std::make_unique<Tangent>(model_, system_);
   tangent_->go_to(model_, system_, time_, current_state());
   return true;
@@ -173,7 +169,16 @@ void Instance::set_direction(const Variable& variable, double direction) {
       to.balls[variable.ball].omega[element] += direction;
       return;
     case Role::gravity:
-      to.plan().gravity[element].derivative += direction;
+      for (Plan<Dual>* plan : to.plans()) plan->gravity[element].derivative += direction;
+      return;
+    case Role::kp:
+      to.control()->gains(joint)->kp.derivative += direction;
+      return;
+    case Role::kd:
+      to.control()->gains(joint)->kd.derivative += direction;
+      return;
+    case Role::target:
+      to.control()->gains(joint)->target.derivative += direction;
       return;
     default:
       set_parameter_direction(variable, direction);
@@ -194,30 +199,32 @@ void Instance::set_parameter_direction(const Variable& variable, double directio
     return;
   }
   if (variable.joint < 0) return;  // of a joint that does not move
-  JointPlan<Dual>& joint = tangent_->plan().joints[variable.joint];
-  if (variable.role == Role::armature) {
-    joint.armature.derivative += direction;
-    joint.axis_free = false;
-    return;
+  for (Plan<Dual>* plan : tangent_->plans()) {
+    JointPlan<Dual>& joint = plan->joints[variable.joint];
+    if (variable.role == Role::armature) {
+      joint.armature.derivative += direction;
+      joint.axis_free = false;
+      continue;
+    }
+    joint.passive = true;
+    if (variable.role >= Role::friction && variable.role <= Role::stop_width) {
+      set_resistance_direction(*plan, variable, direction);
+      continue;
+    }
+    Dual& value = variable.role == Role::damping     ? joint.damping
+                  : variable.role == Role::stiffness ? joint.stiffness
+                                                     : joint.rest;
+    value.derivative += direction;
   }
-  joint.passive = true;
-  if (variable.role >= Role::friction && variable.role <= Role::stop_width) {
-    set_resistance_direction(variable, direction);
-    return;
-  }
-  Dual& value = variable.role == Role::damping     ? joint.damping
-                : variable.role == Role::stiffness ? joint.stiffness
-                                                   : joint.rest;
-  value.derivative += direction;
 }
 
 // Friction and stops, as the plan makes them of a joint's parameters.
-void Instance::set_resistance_direction(const Variable& variable, double direction) {
+void Instance::set_resistance_direction(Plan<Dual>& plan, const Variable& variable, double direction) {
   const Joint& given = model_.links[variable.link].joint;
-  Resistance<Dual>& to = tangent_->plan().resistances[variable.joint];
+  Resistance<Dual>& to = plan.resistances[variable.joint];
   const bool peak = given.static_friction > given.friction;
-  tangent_->plan().joints[variable.joint].rubs = true;
-  tangent_->plan().joints[variable.joint].stopped = has_stops(given);
+  plan.joints[variable.joint].rubs = true;
+  plan.joints[variable.joint].stopped = has_stops(given);
   switch (variable.role) {
     case Role::friction:
       to.friction.derivative += direction;
@@ -271,6 +278,10 @@ double Instance::read_direction(const Variable& variable) {
       return at.qdd[joint].derivative;
     case Role::motion_tau:
       return at.drive[joint].derivative;
+    case Role::reference_q:
+      return at.control()->reference_q(joint).derivative;
+    case Role::reference_qd:
+      return at.control()->reference_qd(joint).derivative;
     case Role::ball_quaternion:
       return quaternion_change(
           Eigen::Map<const Eigen::Vector4d>(current_state() + system_.simple() + 4 * variable.ball),

@@ -18,7 +18,7 @@ struct Control::Twin {
   std::vector<double> held, moved;  // of differences: torques at the point, inputs beside it
 
   Twin(const Model& model, std::size_t input_count)
-      : plan(with_motions(model)),
+      : plan(with_controlled_motions(model)),
         workspace(plan),
         inputs(input_count, 0.0),
         q(static_cast<std::size_t>(plan.nv), 0.0),
@@ -28,13 +28,13 @@ struct Control::Twin {
         zero(q),
         held(q),
         moved(q) {}
-
-  static Plan<double> with_motions(Model model) {
-    for (const ControlledJoint& joint : model.controller.joints)
-      model.links[joint.link].joint.drive = Drive::motion;
-    return Plan<double>(model);
-  }
 };
+
+Model with_controlled_motions(Model model) {
+  for (const ControlledJoint& joint : model.controller.joints)
+    model.links[joint.link].joint.drive = Drive::motion;
+  return model;
+}
 
 Control::Control(const Model& model, const Plan<double>& plan)
     : law_(model.controller.law),
@@ -101,6 +101,11 @@ JointMotion Control::reference(int joint, double time, const double* phases) con
   if (k >= 0) return motion_at(trajectories_[k], static_cast<Phase>(static_cast<int>(phases[k])), time);
   const auto place = std::find(joints_.begin(), joints_.end(), joint) - joints_.begin();
   return {gains_[static_cast<std::size_t>(place)].target, 0, 0};
+}
+
+double Control::jerk(int joint, double time, const double* phases) const {
+  const int k = trajectory_of_[joint];
+  return k < 0 ? 0 : jerk_at(trajectories_[k], static_cast<Phase>(static_cast<int>(phases[k])), time);
 }
 
 void Control::apply(double time, const double* phases, const double* q, const double* qd, double* inputs) {

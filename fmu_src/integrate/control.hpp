@@ -10,6 +10,9 @@
 
 namespace redysim {
 
+// A model whose controlled joints are prescribed: the plant that a controller knows.
+Model with_controlled_motions(Model model);
+
 // Trajectories of prescribed joints and the law that drives the controlled ones, at any time and state. What
 // it remembers is the phase of each trajectory, which its owner keeps as numbers among the inputs.
 // Neither throws nor allocates after construction.
@@ -29,6 +32,9 @@ class Control {
 
   bool prescribes(int joint) const { return trajectory_of_[joint] >= 0 && prescribed_[joint] != 0; }
   bool controls(int joint) const;
+  bool follows(int joint) const { return trajectory_of_[joint] >= 0; }  // a trajectory
+  int joint_count() const { return static_cast<int>(trajectory_of_.size()); }
+  Law law() const { return law_; }
 
   // q, qd of the joints that a trajectory prescribes.
   void set_motions(double time, const double* phases, double* q, double* qd) const;
@@ -39,6 +45,7 @@ class Control {
 
   // The reference of a controlled joint.
   JointMotion reference(int joint, double time, const double* phases) const;
+  double jerk(int joint, double time, const double* phases) const;  // along its trajectory
 
   // The columns of `dynamics/derivatives.hpp` at held torques become those of the controlled plant:
   // d qdd += d qdd / d tau . d tau, with exact gains and, for the laws that hold a model, differences.

@@ -70,4 +70,18 @@ JointMotion motion_at(const Trajectory& trajectory, Phase phase, double time) {
   return motion;
 }
 
+double jerk_at(const Trajectory& trajectory, Phase phase, double time) {
+  if (phase != Phase::inside) return 0;
+  if (trajectory.kind == Trajectory::Kind::cycloid) {
+    const double length = trajectory.end - trajectory.begin, frequency = two_pi / length;
+    return (trajectory.to - trajectory.from) / length * frequency * frequency *
+           std::cos(frequency * (time - trajectory.begin));
+  }
+  const Trajectory::Piece& piece = *(next_piece(trajectory, time) - 1);
+  double jerk = 0;
+  for (std::size_t k = piece.coefficients.size(); k-- > 3;)
+    jerk = jerk * (time - piece.knot) + static_cast<double>(k * (k - 1) * (k - 2)) * piece.coefficients[k];
+  return jerk;
+}
+
 }  // namespace redysim

@@ -21,5 +21,6 @@ double end_of(const Trajectory& trajectory, Phase phase);
 double next_knot(const Trajectory& trajectory, double time);
 
 JointMotion motion_at(const Trajectory& trajectory, Phase phase, double time);
+double jerk_at(const Trajectory& trajectory, Phase phase, double time);  // the third derivative
 
 }  // namespace redysim

@@ -79,6 +79,7 @@ class System {
   bool enter_phases(double time) { return control() && control_->enter(time, phases()); }
   double next_border(double time) const;  // where a step has to end, s; infinity: nowhere
   JointMotion reference(int joint, double time) { return control_->reference(joint, time, phases()); }
+  double jerk(int joint, double time) { return control_->jerk(joint, time, phases()); }
 
   // What a jump of prescribed joints does to the others, in y: the sudden drive keeps momentum,
   // M_ff dq_f + M_fp dq_p = 0 and the same for qd, its work counts, and loops close again. False: they do

@@ -31,6 +31,14 @@ Tangent::Tangent(const Model& model, const System& system)
   ball_turn_.resize(balls.size());
   ball_quaternion_.resize(balls.size());
   moved_.resize(balls.size());
+  if (features::control && system.control())
+    control_ = std::make_unique<ControlTangent>(model, *system.control(),
+                                                static_cast<std::size_t>(plan_.nv) + 6 * plan_.ports.size());
+}
+
+std::vector<Plan<Dual>*> Tangent::plans() {
+  if (control() && control()->plan()) return {&plan_, control()->plan()};
+  return {&plan_};
 }
 
 void Tangent::go_to(const Model& model, System& system, double time, const double* y) {
@@ -53,6 +61,7 @@ void Tangent::go_to(const Model& model, System& system, double time, const doubl
     ball_torque_[k] = Vec3<double>(system.ball_force(ball));
   }
   with_time_ = false;
+  if (control()) control()->go_to(model, system, time);
 }
 
 // A link's inertia about its own center of mass, seen from the body that carries it.
@@ -63,15 +72,17 @@ void Tangent::change_mass(int body, const Pose& frame, const Vec3<double>& com, 
   const Mat3<double> about_origin = frame.rotation * d_inertia * frame.rotation.transpose() +
                                     d_mass * (c.squaredNorm() * unit - c * c.transpose()) +
                                     mass * (2 * c.dot(dc) * unit - dc * c.transpose() - c * dc.transpose());
-  JointPlan<Dual>& joint = plan_.joints[body];
-  RigidInertia<Dual>& to = joint.inertia;
-  to.mass.derivative += d_mass;
-  for (int k = 0; k < 3; ++k) to.h[k].derivative += d_mass * c[k] + mass * dc[k];
-  Dual* const entries[] = {&to.inertia.xx, &to.inertia.yy, &to.inertia.zz,
-                           &to.inertia.xy, &to.inertia.xz, &to.inertia.yz};
   constexpr int rows[] = {0, 1, 2, 0, 0, 1}, columns[] = {0, 1, 2, 1, 2, 2};
-  for (int k = 0; k < 6; ++k) entries[k]->derivative += about_origin(rows[k], columns[k]);
-  joint.rigid = articulated(to);
+  for (Plan<Dual>* plan : plans()) {
+    JointPlan<Dual>& joint = plan->joints[body];
+    RigidInertia<Dual>& to = joint.inertia;
+    to.mass.derivative += d_mass;
+    for (int k = 0; k < 3; ++k) to.h[k].derivative += d_mass * c[k] + mass * dc[k];
+    Dual* const entries[] = {&to.inertia.xx, &to.inertia.yy, &to.inertia.zz,
+                             &to.inertia.xy, &to.inertia.xz, &to.inertia.yz};
+    for (int k = 0; k < 6; ++k) entries[k]->derivative += about_origin(rows[k], columns[k]);
+    joint.rigid = articulated(to);
+  }
 }
 
 void Tangent::follow_jumps(System& system, double time, const double* y) {
@@ -121,6 +132,7 @@ void Tangent::go_with_time(System& system, double time, const double* y) {
     for (int i = 0; i < 3; ++i)
       balls[k].torque[i] = force[force.size() - 3 * balls.size() + 3 * k + i].derivative;
   with_time_ = true;
+  if (control()) control()->go_with_time(system, time, force);
 }
 
 // A change of a quaternion is a turn, 2 conj(q) dq in link axes; angles, rates and forces of the joints that
@@ -151,6 +163,7 @@ void Tangent::set_balls() {
 
 bool Tangent::evaluate() {
   set_balls();
+  if (control()) control()->answer(q, qd, force);
   const std::size_t n = q.size();
   forward_dynamics(plan_, workspace_, q.data(), qd.data(), force.data(), qdd.data());
   multipliers = workspace_.loop.lambda;

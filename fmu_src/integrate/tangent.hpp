@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "dynamics/assembly.hpp"
+#include "integrate/control_tangent.hpp"
 #include "integrate/system.hpp"
 #include "math/dual.hpp"
 #include "math/spatial.hpp"
@@ -16,7 +17,7 @@ class Tangent {
   Tangent(const Model& model, const System& system);
 
   // Goes to (time, y) with no direction; parameters of `model`. The directions of known things are then set
-  // by the caller: of q, qd (joints of one freedom), force, ball_* and the parameters in plan().
+  // by the caller: of q, qd (joints of one freedom), force, ball_*, the parameters in plans() and control().
   void go_to(const Model& model, System& system, double time, const double* y);
 
   // Quaternion (any length), angular velocity and torque of a spherical joint: directions.
@@ -25,7 +26,8 @@ class Tangent {
   };
   std::vector<Dual> q, qd, force;  // of all joints; force: as System::forces()
   std::vector<BallChange> balls;
-  Plan<Dual>& plan() { return plan_; }
+  std::vector<Plan<Dual>*> plans();  // in which a parameter has its direction: the plant's, the controller's
+  ControlTangent* control() { return features::control ? control_.get() : nullptr; }  // null: no such thing
   void change_mass(int body, const Pose& frame, const Vec3<double>& com, double mass, double d_mass,
                    const Vec3<double>& d_com, const Mat3<double>& d_inertia);
 
@@ -63,6 +65,7 @@ class Tangent {
   std::vector<Eigen::Vector4d> ball_quaternion_;
   std::vector<BallAnglesOf<Dual>> moved_;
   bool with_time_ = false;
+  std::unique_ptr<ControlTangent> control_;
 };
 
 }  // namespace redysim

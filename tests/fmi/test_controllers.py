@@ -229,12 +229,6 @@ def test_energy_is_balanced_with_the_controllers_work(mixed, law):
         assert abs(slave.get("energy.work")) > 1e-2
 
 
-def test_derivatives_that_do_not_know_the_controller_are_not_offered(mixed, fmu):
-    assert mixed().xml.find("CoSimulation").get("providesDirectionalDerivative", "false") == "false"
-    assert mixed().xml.find("CoSimulation").get("maxOutputDerivativeOrder", "0") == "0"
-    assert fmu("kuka_kr5").xml.find("CoSimulation").get("providesDirectionalDerivative") == "true"
-
-
 def test_an_added_torque_adds(mixed):
     with Slave(mixed()) as slave:
         slave.initialize()

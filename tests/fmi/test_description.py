@@ -6,7 +6,7 @@ import pytest
 
 from tests.fmi.raw import OK, Slave
 
-MODELS = ("pendulum", "double_pendulum", "gripper", "kuka_kr5", "scara", "cart")
+MODELS = ("pendulum", "double_pendulum", "gripper", "kuka_kr5", "scara", "cart", "gripper_pd", "leg")
 
 
 @pytest.mark.parametrize("name", MODELS)

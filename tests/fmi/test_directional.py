@@ -62,18 +62,85 @@ port = "{port}"
     return text + f"\n[fmu]\noutputs = {outputs}\ntunable = {tunable}\n".replace("'", '"')
 
 
+LAWS = ("pd", "gravity_compensation", "feed_forward", "computed_torque")
+
+
+def controlled(law: str) -> str:
+    """A tree whose law meets springs, friction, a free and a guided joint; tunable are the plant, which the law knows, and the gains."""
+    feed_forward = law == "feed_forward"
+    base = "" if feed_forward else '{name = "swing", drive = "free", mass = 0.5, com = [0.2, 0, 0], inertia = [0.01, 0.02, 0.03], a = 0.4, alpha = 0.4},'
+    return f"""
+name = "controlled"
+gravity = [1, -9, 3]
+link = [
+  {{name = "rail", joint = "prismatic", drive = "motion", mass = 1, alpha = 1.57}},
+  {{name = "arm", mass = 1, com = [0.3, 0, 0.1], inertia = [0.1, 0.2, 0.3], alpha = -1.57, q = 0.2, qd = 0.3, damping = 0.2, stiffness = 2, armature = 0.1}},
+  {base}
+  {{name = "hand", parent = "arm", mass = 0.4, com = [0.1, 0.05, 0], inertia = [0.01, 0.02, 0.03], a = 0.4, alpha = 0.3, q = -0.4, friction = 0.2, friction_velocity = 0.5}},
+]
+trajectory = [
+  {{joint = "rail", type = "table", time = [0, 0.2, 0.35, 0.6], q = [0.1, 0.3, 0.2, 0.4]}},
+  {{joint = "arm", type = "{'cycloid' if law == 'pd' else 'quintic'}", to = 1, start = 0.01, duration = 0.4}},
+  {'{joint = "hand", type = "polynomial", coefficients = [-0.4, 1, 2, -3, 4]},' if feed_forward else ''}
+]
+frame = [{{name = "tool", link = "hand", position = [0.1, 0.2, 0], port = "ground", outputs = ["pose", "velocity"]}}]
+[controller]
+law = "{law}"
+joints = ["arm", "hand"]
+kp = [30, 5]
+kd = 2
+input = true
+[fmu]
+outputs = ["acceleration", "energy", "solver", "reference", "momentum"]
+tunable = ["arm.kp", "arm.kd", "hand.kd", {'' if feed_forward else '"hand.target", '}"hand.mass", "hand.com[2]", "arm.inertia[3]", "arm.damping", "arm.stiffness",
+           "arm.rest", "arm.armature", "hand.friction", "gravity[1]", "gravity[2]"]
+"""
+
+
+def controlled_loop(law: str) -> str:
+    """The four-bar with a law at its crank: the law's model is closed, too."""
+    text = (ROOT / "models" / "four_bar.toml").read_text().replace('["crank_joint.damping"]', '["crank_joint.damping", "crank_joint.kp", "crank_joint.target"]')
+    return text + f'\n[controller]\nlaw = "{law}"\njoints = ["crank_joint"]\nkp = 3\nkd = 0.5\ntarget = 0.7\ninput = true\n'
+
+
+def controlled_base(law: str) -> str:
+    """A floating base with two controlled joints."""
+    return f"""
+name = "floating"
+link = [
+  {{name = "base", joint = "free", mass = 3, inertia = [0.3, 0.4, 0.5], q = [0, 0, 0, 0.3, 0.2, -0.4], qd = [0.1, 0, 0.2, 0.3, -0.2, 0.1]}},
+  {{name = "arm", mass = 1, com = [0.3, 0, 0.1], inertia = [0.1, 0.2, 0.3], a = 0.5, alpha = 1, q = 0.2, qd = 0.3}},
+  {{name = "hand", mass = 0.4, com = [0.1, 0.05, 0], inertia = [0.01, 0.02, 0.03], a = 0.4, alpha = 0.3}},
+]
+[controller]
+law = "{law}"
+joints = ["arm", "hand"]
+kp = 10
+kd = 2
+target = [0.5, -0.5]
+input = true
+[fmu]
+outputs = ["acceleration", "energy", "solver", "momentum"]
+tunable = ["arm.kp", "hand.target", "hand.mass"]
+"""
+
+
+MADE = {"random": lambda seed: random_tree(int(seed)), "controlled": controlled, "controlled_loop": controlled_loop, "controlled_base": controlled_base}
+
+
 @pytest.fixture(scope="module")
 def model(fmu, fmu_file, tmp_path_factory):
-    """Returns a function: name of a model, or "random <seed>" -> the unpacked FMU."""
+    """Returns a function: name of a model, or "<maker> <what>" -> the unpacked FMU."""
     built = {}
 
     def unpacked(name: str) -> Unpacked:
-        if not name.startswith("random"):
+        if " " not in name:
             return fmu(name)
         if name not in built:
-            folder = tmp_path_factory.mktemp("random")
-            (folder / "random.toml").write_text(random_tree(int(name.split()[1])))
-            built[name] = Unpacked(build_fmu(folder / "random.toml", folder / "random.fmu"), folder / "unpacked")
+            folder = tmp_path_factory.mktemp("made")
+            maker, what = name.split()
+            (folder / "made.toml").write_text(MADE[maker](what))
+            built[name] = Unpacked(build_fmu(folder / "made.toml", folder / "made.fmu"), folder / "unpacked")
         return built[name]
 
     return unpacked
@@ -117,7 +184,8 @@ def assert_equal(slave, unknowns, direction, relative, size: float = STEP) -> No
         assert a == pytest.approx(b, rel=relative, abs=relative * scale), f"{name} along {direction}"
 
 
-NAMES = [*MODELS, *(f"random {seed}" for seed in range(4))]
+NAMES = [*MODELS, *(f"random {seed}" for seed in range(4)), *(f"controlled {law}" for law in LAWS),
+         *(f"controlled_{kind} {law}" for kind in ("loop", "base") for law in LAWS if law != "feed_forward")]
 
 
 @pytest.mark.parametrize("name", NAMES)

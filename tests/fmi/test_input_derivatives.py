@@ -10,7 +10,7 @@ import pytest
 from tests.fmi.conftest import build_fmu
 from tests.fmi.raw import ERROR, OK, Slave, Unpacked
 
-METHODS = ("erk", "adams", "bdf")
+METHODS = ("erk", "adams", "dirk", "bdf", "auto")
 MASS, LENGTH, GRAVITY = 1.5, 0.7, 9.81
 
 # a slider without gravity along it, a pendulum, a guided joint, and a port
