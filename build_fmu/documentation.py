@@ -21,7 +21,7 @@ REPORT = ('<h2>What accuracy costs</h2>\n<p><img src="report.svg" alt="error aga
           '<p>Advice and tables: <a href="report.md">report.md</a>, <a href="report.csv">report.csv</a>.</p>')
 
 GROUPS = (
-    ("input", "Inputs", "Held constant during a communication step."),
+    ("input", "Inputs", "Held during a communication step, unless the master gives their derivatives."),
     ("output", "Outputs", ""),
     ("parameter", "Parameters", "Set them before initialisation; <em>tunable</em> ones also between steps."),
     ("calculatedParameter", "Calculated parameters", ""),

@@ -15,6 +15,7 @@ INK, GROUND, COM, LOOP, SPRING = "#22303c", "#7d8792", "#c0392b", "#8e44ad", "#2
 AXIS_COLOURS = ("#d1495b", "#3a9d5d", "#2f6fb5")
 ELEVATION, AZIMUTH = 22, -58  # degrees, where a spatial mechanism is seen from
 VIEW = np.array([f(np.radians(AZIMUTH)) * np.cos(np.radians(ELEVATION)) for f in (np.cos, np.sin)] + [np.sin(np.radians(ELEVATION))])
+NAMES_END = 0.68  # of the width of the picture: names of points further right stand left of them
 NAMED_LINKS = 12  # beyond this many links names would only cover each other
 
 
@@ -70,7 +71,7 @@ class _Scene:
     """One set of axes that takes points of the ground frame, in the plane or in space."""
 
     def __init__(self, figure, plane: tuple[int, int] | None, size: float, vertical: int) -> None:
-        self.plane, self.size, self.points = plane, size, [np.zeros(3)]
+        self.plane, self.size, self.points, self.names = plane, size, [np.zeros(3)], []
         # a cyclic change of axes turns z to the vertical one
         self.view = np.roll(VIEW, vertical - 2)
         if plane is None:
@@ -100,7 +101,8 @@ class _Scene:
         where = [float(x[0]) for x in self.project(point)]
         where[-1] += 0.02 * self.size
         halo = [withStroke(linewidth=2.5, foreground="white")]  # readable across a link
-        self.axes.text(*where, f"  {text}", fontsize=8.5, color=INK, zorder=30, ha="left", va="bottom", path_effects=halo)
+        shown = self.axes.text(*where, f"  {text}", fontsize=8.5, color=INK, zorder=30, ha="left", va="bottom", path_effects=halo)
+        self.names.append((where, shown))
 
     def finish(self, title: str, caption: str, bounds: np.ndarray | None) -> None:
         points = np.array(self.points) if bounds is None else np.array(bounds)
@@ -126,8 +128,20 @@ class _Scene:
             for side in axes.spines.values():
                 side.set_color("#c9cfd5")
         axes.tick_params(labelsize=8, colors="#56616b")
+        self._keep_names_inside()
         axes.figure.text(0.04, 0.955, title, fontsize=13, color=INK, weight="bold", va="center")
         axes.figure.text(0.96, 0.955, caption, fontsize=8.5, color="#56616b", va="center", ha="right")
+
+    def _keep_names_inside(self) -> None:
+        """Names at the right edge stand left of their point, where no number of an axis is."""
+        from mpl_toolkits.mplot3d.proj3d import proj_transform
+
+        self.axes.apply_aspect()
+        for where, shown in self.names:
+            flat = where if self.plane else proj_transform(*where, self.axes.get_proj())[:2]
+            x = self.axes.figure.transFigure.inverted().transform(self.axes.transData.transform(flat))[0]
+            if x > NAMES_END:
+                shown.set(text=shown.get_text().strip() + "  ", ha="right")
 
 
 def _link(scene: _Scene, links: list[dict[str, Any]], index: int, link: dict[str, Any]) -> None:
@@ -203,9 +217,9 @@ def _size(drawing: dict[str, Any]) -> float:
 
 
 def _caption(drawing: dict[str, Any]) -> str:
-    kinds = [link["type"] for link in drawing["links"]]
+    kinds, loops = [link["type"] for link in drawing["links"]], len(drawing.get("loops", []))
     parts = [(kinds.count("revolute"), "revolute"), (kinds.count("prismatic"), "prismatic"),
-             (kinds.count("spherical"), "spherical"), (kinds.count("fixed"), "fixed"), (len(drawing.get("loops", [])), "loop")]
+             (kinds.count("spherical"), "spherical"), (kinds.count("fixed"), "fixed"), (loops, "loop" if loops == 1 else "loops")]
     counts = ", ".join(f"{n} {what}" for n, what in parts if n)
     return f"{counts} · {sum(link['mass'] for link in drawing['links']):.4g} kg · start pose"
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from build_fmu.drawing import draw, planar_axes
+from build_fmu.drawing import _Scene, draw, planar_axes
 
 UP = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
 ALONG_Y = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]
@@ -53,3 +53,15 @@ def test_loops_and_springs_show():
     assert draw({"links": links, "springs": [{**loop, "point_b": [2, 2, 0]}]}, "x") != bare
     # a spring of no length has no direction, and must not matter
     assert draw({"links": links, "springs": [loop]}, "x").startswith(b"\x89PNG")
+
+
+def test_names_stay_left_of_the_numbers():
+    """A name whose point lies near the right edge ends there."""
+    from matplotlib.figure import Figure
+
+    scene = _Scene(Figure(), (0, 1), 1.0, 2)
+    for x in (0.0, 0.5, 2.0):
+        scene.points.append(np.array([x, 0, 0]))
+        scene.text([x, 0.0, 0.0], f"at {x}")
+    scene.finish("names", "", None)
+    assert [(shown.get_ha(), shown.get_text()) for _, shown in scene.names] == [("left", "  at 0.0"), ("left", "  at 0.5"), ("right", "at 2.0  ")]
