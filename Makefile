@@ -42,8 +42,8 @@ interop: ## the FMUs in foreign masters: Ecos, libcosim, FMU containers, FMI4j, 
 clean: ## remove what was built
 	@rm -rf build out
 
-distclean: clean ## and the Python environment
-	@rm -rf .venv
+distclean: clean ## and the Python environment and SUNDIALS
+	@rm -rf .venv .sundials
 
 help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile

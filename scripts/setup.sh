@@ -5,7 +5,7 @@ set -eu
 cd "$(dirname "$0")/.."
 
 packages="cmake ninja-build g++ libeigen3-dev libsundials-dev libtomlplusplus-dev libgtest-dev libbenchmark-dev
-  clang-format python3-venv $*"
+  clang-format python3-venv xz-utils $*"
 
 missing=
 if command -v dpkg >/dev/null; then

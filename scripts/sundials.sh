@@ -1,0 +1,86 @@
+#!/bin/sh
+# sundials.sh [native|win64]: the parts of SUNDIALS that go into FMUs, built for size from the source package of the
+# distribution into .sundials/TARGET. Does nothing when that is there. Where the source cannot be had, it says so
+# and succeeds: CMake then takes the distribution's archives, with which the library is larger.
+set -eu
+cd "$(dirname "$0")/.."
+target="${1:-native}"
+place="$PWD/.sundials"
+
+case "$target" in
+  native) compiler="${CC:-cc}" ;;
+  win64) compiler=x86_64-w64-mingw32-gcc-posix ;;
+  *) echo "usage: sundials.sh [native|win64]" >&2; exit 2 ;;
+esac
+
+# one section a function, so that the linker leaves out what no one calls; C code that no exception passes
+flags="-Os -ffunction-sections -fdata-sections -fno-asynchronous-unwind-tables -fvisibility=hidden"
+version="$("$compiler" --version | head -n 1)"
+case "$version" in
+  # objects that gcc can link either way, see fmu_src/fmi/CMakeLists.txt
+  *clang*) ;;
+  *) [ "$target" = win64 ] || flags="$flags -flto -ffat-lto-objects" ;;
+esac
+
+stamp="$(printf '%s\n' "$version" "$flags" | cat - scripts/sundials.sh | cksum)"
+[ "$(cat "$place/$target/stamp" 2>/dev/null || true)" != "$stamp" ] || exit 0
+
+without() {
+  echo "== SUNDIALS' source: $1; the distribution's archives are linked, the library is 0.3 MB larger" >&2
+  exit 0
+}
+
+# The source package from where the distribution's binary package comes from, checked by apt. The lists and the cache
+# of the system stay as they are.
+fetch() {
+  rm -rf "$place/apt"
+  mkdir -p "$place/apt/lists/partial" "$place/apt/cache/archives/partial" "$place/source"
+  apt-cache madison libsundials-dev | awk -F' *[|] *' '$3 ~ /Packages$/ {
+    split($3, part, " "); slash = match(part[2], "/[^/]*$")
+    print "deb-src", part[1], substr(part[2], 1, slash - 1), substr(part[2], slash + 1); exit }' >"$place/apt/sources.list"
+  [ -s "$place/apt/sources.list" ] || return 1
+  set -- -q -o Dir::Etc::sourcelist="$place/apt/sources.list" -o Dir::Etc::sourceparts=- -o Dir::State::lists="$place/apt/lists" \
+    -o Dir::Cache="$place/apt/cache" -o Acquire::http::Timeout=20 -o Acquire::https::Timeout=20 -o APT::Sandbox::User=root
+  apt-get "$@" update </dev/null &&
+    (cd "$place/source" && apt-get "$@" source --download-only sundials </dev/null)
+}
+
+archive="$(ls "$place"/source/sundials_*.orig.tar.xz 2>/dev/null | head -n 1)"
+if [ -z "$archive" ]; then
+  # a machine without network asks once a day
+  [ -z "$(find "$place/unavailable" -mtime -1 2>/dev/null)" ] || without "could not be fetched, see .sundials/fetch.log"
+  command -v apt-get >/dev/null || without "apt is not here to fetch it"
+  mkdir -p "$place"
+  echo "== SUNDIALS' source" >&2
+  if ! fetch >"$place/fetch.log" 2>&1; then
+    rm -rf "$place/source" "$place/apt"
+    touch "$place/unavailable"
+    without "could not be fetched, see .sundials/fetch.log"
+  fi
+  rm -rf "$place/apt" "$place/unavailable"
+  archive="$(ls "$place"/source/sundials_*.orig.tar.xz | head -n 1)"
+fi
+
+echo "== SUNDIALS for $target" >&2
+work="$place/work-$target"
+rm -rf "$work"
+mkdir -p "$work/source"
+tar -xJf "$archive" -C "$work/source" --strip-components=1
+set -- -DCMAKE_C_COMPILER="$compiler" -DCMAKE_C_FLAGS="$flags" -DCMAKE_BUILD_TYPE=None
+[ "$target" = native ] || set -- "$@" -DCMAKE_SYSTEM_NAME=Windows -DCMAKE_SYSTEM_PROCESSOR=AMD64
+{
+  cmake -S "$work/source" -B "$work/build" -G Ninja "$@" -DCMAKE_INSTALL_PREFIX="$work/installed" -DCMAKE_INSTALL_LIBDIR=lib \
+    -DCMAKE_POSITION_INDEPENDENT_CODE=ON -DBUILD_SHARED_LIBS=OFF -DBUILD_STATIC_LIBS=ON \
+    -DBUILD_CVODES=OFF -DBUILD_IDA=OFF -DBUILD_IDAS=OFF -DBUILD_KINSOL=OFF -DSUNDIALS_BUILD_WITH_MONITORING=OFF \
+    -DEXAMPLES_ENABLE_C=OFF -DEXAMPLES_ENABLE_CXX=OFF -DEXAMPLES_INSTALL=OFF &&
+    cmake --build "$work/build" --parallel "$(nproc)" --target install
+} >"$place/$target.log" 2>&1 </dev/null || {
+  tail -n 20 "$place/$target.log" >&2
+  without "does not compile here, see .sundials/$target.log"
+}
+# the terms travel with every FMU
+cat "$work/source/LICENSE" "$work/source/NOTICE" >"$work/installed/LICENSE"
+printf '%s\n' "$stamp" >"$work/installed/stamp"
+rm -rf "${place:?}/$target"
+mv "$work/installed" "$place/$target"
+rm -rf "$work"
