@@ -15,7 +15,7 @@ INK, GROUND, COM, LOOP, SPRING = "#22303c", "#7d8792", "#c0392b", "#8e44ad", "#2
 AXIS_COLOURS = ("#d1495b", "#3a9d5d", "#2f6fb5")
 ELEVATION, AZIMUTH = 22, -58  # degrees, where a spatial mechanism is seen from
 VIEW = np.array([f(np.radians(AZIMUTH)) * np.cos(np.radians(ELEVATION)) for f in (np.cos, np.sin)] + [np.sin(np.radians(ELEVATION))])
-NAMES_END = 0.68  # of the width of the picture: names of points further right stand left of them
+NAMES_END = (0.9, 0.68)  # of the width of a flat and a spatial picture: names of points further right stand left of them
 NAMED_LINKS = 12  # beyond this many links names would only cover each other
 
 
@@ -133,14 +133,14 @@ class _Scene:
         axes.figure.text(0.96, 0.955, caption, fontsize=8.5, color="#56616b", va="center", ha="right")
 
     def _keep_names_inside(self) -> None:
-        """Names at the right edge stand left of their point, where no number of an axis is."""
+        """Names at the right edge, where the numbers of a spatial picture are, stand left of their point."""
         from mpl_toolkits.mplot3d.proj3d import proj_transform
 
         self.axes.apply_aspect()
         for where, shown in self.names:
             flat = where if self.plane else proj_transform(*where, self.axes.get_proj())[:2]
             x = self.axes.figure.transFigure.inverted().transform(self.axes.transData.transform(flat))[0]
-            if x > NAMES_END:
+            if x > NAMES_END[self.plane is None]:
                 shown.set(text=shown.get_text().strip() + "  ", ha="right")
 
 

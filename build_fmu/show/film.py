@@ -18,6 +18,7 @@ from build_fmu.show.page import Run
 
 FORMATS = (".gif", ".mp4")
 MOST_PICTURES = 400
+PATH_POINTS = 1000
 TRACE = 0.25  # of the run: how long the path of a tip stays
 
 
@@ -65,14 +66,19 @@ def frames(motion: Motion, run: Run, rows: np.ndarray, title: str) -> Iterator[n
     points = np.array([point for drawing in drawings for point in _points(drawing)])
     bounds = np.array([points.min(axis=0), points.max(axis=0)])
     tips = [i for i, _ in enumerate(drawings[0]["links"]) if all(link["parent"] != i for link in drawings[0]["links"])][:4]
-    kept = max(2, round(TRACE * len(rows)))
+    # paths take more rows than pictures, so that they have no corners
+    path_rows = np.unique(np.linspace(rows[0], rows[-1], min(rows[-1] - rows[0] + 1, PATH_POINTS)).astype(int))
+    paths = np.array([[_tip(links[i]) for i in tips] for links in (motion.at(int(row))["links"] for row in path_rows)])
+    path_time, kept = run.time[path_rows], TRACE * (run.time[rows[-1]] - run.time[rows[0]])
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams["text.parse_math"] = False
-        for k, (row, drawing) in enumerate(zip(rows, drawings, strict=True)):
+        for row, drawing in zip(rows, drawings, strict=True):
             figure = Figure(figsize=(6.4, 5.6), dpi=80, facecolor="white")
             canvas = FigureCanvasAgg(figure)
-            traces = [[_tip(d["links"][i]) for d in drawings[max(0, k - kept): k + 1]] for i in tips]
+            now = run.time[row]
+            behind = paths[(path_time <= now) & (path_time >= now - kept)]
+            traces = [[*behind[:, k], _tip(drawing["links"][i])] for k, i in enumerate(tips)]
             mechanism(figure, drawing, title, f"t = {run.time[row]:.2f} s", bounds, traces)
             canvas.draw()
             yield np.asarray(canvas.buffer_rgba())[..., :3].copy()

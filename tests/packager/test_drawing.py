@@ -59,9 +59,11 @@ def test_names_stay_left_of_the_numbers():
     """A name whose point lies near the right edge ends there."""
     from matplotlib.figure import Figure
 
-    scene = _Scene(Figure(), (0, 1), 1.0, 2)
-    for x in (0.0, 0.5, 2.0):
-        scene.points.append(np.array([x, 0, 0]))
-        scene.text([x, 0.0, 0.0], f"at {x}")
-    scene.finish("names", "", None)
-    assert [(shown.get_ha(), shown.get_text()) for _, shown in scene.names] == [("left", "  at 0.0"), ("left", "  at 0.5"), ("right", "at 2.0  ")]
+    for plane in ((0, 1), None):
+        scene = _Scene(Figure(), plane, 1.0, 2)
+        for x in (0.0, 0.5, 2.0):
+            scene.points.append(np.array([x, 0, 0]))
+            scene.text([x, 0.0, 0.0], f"at {x}")
+        scene.finish("names", "", None)
+        assert [shown.get_ha() for _, shown in scene.names] == ["left", "left", "right"]
+        assert [shown.get_text().strip() for _, shown in scene.names] == ["at 0.0", "at 0.5", "at 2.0"]
