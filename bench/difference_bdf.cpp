@@ -44,6 +44,11 @@ class DifferenceBdf final : public Integrator {
   Outcome advance(double end, bool inputs_changed) override {
     if (inputs_changed) CVodeReInit(memory_, time_, now_.get());
     const int flag = CVode(memory_, end, now_.get(), &time_, CV_NORMAL);
+    long fails = 0, solves = 0;
+    CVodeGetNumSteps(memory_, &statistics_.steps);
+    CVodeGetNumErrTestFails(memory_, &fails);
+    CVodeGetNumNonlinSolvConvFails(memory_, &solves);
+    statistics_.rejected = fails + solves;
     return flag < 0 ? Outcome{false, "CVODE stopped with " + std::to_string(flag)} : Outcome{};
   }
 

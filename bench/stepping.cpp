@@ -9,8 +9,8 @@
 // counted from there on reference=erk    method of the reference, at reference_rtol=1e-13
 //
 // A line for each: method, rtol, right-hand sides, Jacobians, right-hand sides with Jacobians counted by
-// their time, error of positions (largest over joints and outputs), of velocities, energy balance (of the
-// largest kinetic energy), CPU seconds.
+// their time, steps accepted and rejected, error of positions (largest over joints and outputs), of
+// velocities, energy balance (of the largest kinetic energy), CPU seconds.
 
 #include <algorithm>
 #include <cmath>
@@ -87,7 +87,7 @@ std::vector<double> start_of(const Model& model, System& system) {
 
 struct Run {
   std::vector<std::vector<double>> states;  // at the outputs, from `after` on
-  long evaluations = 0, jacobians = 0;
+  long evaluations = 0, jacobians = 0, steps = 0, rejected = 0;
   double balance = 0, seconds = 0;
   std::string stopped;  // why
 };
@@ -145,6 +145,8 @@ class Scene {
           std::max(worst, std::fabs(kinetic + system.potential_energy(end, now) - energy - system.work(now)));
     }
     result.evaluations = integrator->statistics().evaluations;
+    result.steps = integrator->statistics().steps;
+    result.rejected = integrator->statistics().rejected;
     result.jacobians = integrator->statistics().jacobians;
     result.balance = moving > 0 ? worst / moving : 0;
     result.seconds = static_cast<double>(used) / CLOCKS_PER_SEC;
@@ -217,8 +219,9 @@ int compare(const std::string& file, const Options& options) {
       const Run run = scene.run(method, std::atof(rtol.c_str()));
       const double work =
           static_cast<double>(run.evaluations) + jacobian_cost * static_cast<double>(run.jacobians);
-      std::printf("%s %s %ld %ld %.0f %.1e %.1e %.1e %.3g%s%s\n", method.c_str(), rtol.c_str(),
-                  run.evaluations, run.jacobians, work, largest_difference(run, reference, 0, positions),
+      std::printf("%s %s %ld %ld %.0f %ld+%ld %.1e %.1e %.1e %.3g%s%s\n", method.c_str(), rtol.c_str(),
+                  run.evaluations, run.jacobians, work, run.steps, run.rejected,
+                  largest_difference(run, reference, 0, positions),
                   largest_difference(run, reference, positions, 1000000), run.balance, run.seconds,
                   run.stopped.empty() ? "" : " # ", run.stopped.c_str());
       std::fflush(stdout);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "dynamics/clones.hpp"
 #include "dynamics/energy.hpp"
 #include "dynamics/loop_correction.hpp"
 #include "dynamics/rnea.hpp"
@@ -87,6 +88,11 @@ PassiveChange passive_change(const Plan<double>& plan, int joint, double q, doub
           joint_loss(plan, joint, position, rate).derivative};
 }
 
+REDYSIM_CLONES void answer(const Plan<double>& plan, Workspace<double>& ws, const double* forces,
+                           double* qdd) {
+  respond(plan, ws, forces, qdd);
+}
+
 }  // namespace
 
 Derivatives::Derivatives(const Plan<double>& plan)
@@ -136,8 +142,8 @@ void Derivatives::set_point(const Plan<double>& plan, Workspace<double>& ws, con
 }
 
 // Twist rates and wrenches of the bodies behind `joint`: (1)-(4) at the joint, (5) behind it.
-void Derivatives::move_subtree(const Plan<double>& plan, const Workspace<double>& ws, const double* qd,
-                               int joint, bool velocity) {
+REDYSIM_CLONES void Derivatives::move_subtree(const Plan<double>& plan, const Workspace<double>& ws,
+                                              const double* qd, int joint, bool velocity) {
   const Vec3<double> axis = Vec3<double>::UnitZ();
   for (std::size_t i = 0; i < changes_.size(); ++i) {
     const JointPlan<double>& at = plan.joints[i];
@@ -183,8 +189,8 @@ void Derivatives::move_subtree(const Plan<double>& plan, const Workspace<double>
 }
 
 // The bodies that springs, ports and loops look at, seen from the ground: (6)-(8).
-void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<double>& ws, int joint,
-                                     bool velocity) {
+REDYSIM_CLONES void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<double>& ws,
+                                                    int joint, bool velocity) {
   const bool prismatic = plan.joints[joint].prismatic;
   const GroundState<double> carrier = ground_state(ws, plan.joints[joint].parent);
   const Vec3<double> zero = Vec3<double>::Zero();
@@ -221,7 +227,7 @@ void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<d
 }
 
 // Wrenches of springs, ports and loops; returns the change of the springs' power.
-double Derivatives::change_elements(const Plan<double>& plan) {
+REDYSIM_CLONES double Derivatives::change_elements(const Plan<double>& plan) {
   for (auto& s : workspace_.joints) s.p = Force<Dual>::zero();
   add_spring_wrenches(plan_, workspace_);
   add_port_wrenches(plan_, workspace_, port_wrenches_.data());
@@ -266,8 +272,8 @@ void Derivatives::change_loops(const Plan<double>& plan, Workspace<double>& ws) 
 }
 
 // Leaves to root: what the joints then lack, turned into the forces that answer it: (9).
-void Derivatives::collect_forces(const Plan<double>& plan, const Workspace<double>& ws, int joint,
-                                 bool velocity) {
+REDYSIM_CLONES void Derivatives::collect_forces(const Plan<double>& plan, const Workspace<double>& ws,
+                                                int joint, bool velocity) {
   const Vec3<double> axis = Vec3<double>::UnitZ();
   for (int i = plan.nv - 1; i >= 0; --i) {
     const JointPlan<double>& at = plan.joints[i];
@@ -314,7 +320,7 @@ void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, cons
       collect_forces(plan, ws, joint, velocity);
       forces_[joint] += passive.force;
     }
-    respond(plan, ws, forces_.data(), column);
+    answer(plan, ws, forces_.data(), column);
   }
 }
 

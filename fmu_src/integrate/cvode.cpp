@@ -28,16 +28,19 @@ namespace {
 
 using namespace sundials;
 
-constexpr int steps_between_restarts = 2000;
+constexpr int steps_between_restarts = 4000;
 
 // A multistep method's errors add up where a Runge-Kutta step's are damped or overestimated, so the user's
 // tolerance is tightened inside, to the global error that the one-step methods have at the same rtol: on the
-// public scenes at 1e-8 all stay within 4e-6 (docs/solvers.md). Each beginning climbs from order one: its
-// first steps are kept tighter still, or a restart each millisecond would add up to a hundred tolerances.
+// public scenes at 1e-8 all stay within 4e-6 (docs/solvers.md). Each beginning climbs from order one: the
+// first steps after changed inputs are kept tighter still, or a restart each millisecond would add up to a
+// hundred tolerances. The one beginning of a run need not be.
 constexpr double adams_tightening = 1.0 / 30;
 constexpr double bdf_tightening = 1.0 / 100;
 constexpr double beginning_tightening = 0.1;
 constexpr int beginning_steps = 6;
+constexpr double newton_tolerance =
+    0.03;  // of the error test; CVODE's 0.1 costs accuracy, an iteration is cheap
 constexpr double finest_tolerance = 4 * std::numeric_limits<double>::epsilon();
 
 // `tolerance` tightened, but not into rounding.
@@ -70,6 +73,7 @@ class Cvode final : public Integrator {
   // Where CVODE last began, with what it needs to begin there again.
   struct Beginning {
     double time = 0, first_step = 0;
+    bool careful = false;  // one of many
     std::vector<double> y, tau;
     long rejected_before = 0;  // statistics
   };
@@ -81,7 +85,7 @@ class Cvode final : public Integrator {
   static int project(double time, N_Vector y, N_Vector correction, double, N_Vector error, void* self);
 
   void build();
-  bool begin(double time, const double* y);
+  bool begin(double time, const double* y, bool careful);
   void reset_to_beginning();
   int take_step();
   void count_step();
@@ -152,6 +156,7 @@ void Cvode::build() {
     linear_solver_.reset(created(SUNLinSol_Dense(ahead_.get(), matrix_.get(), context_)));
     CVodeSetLinearSolver(cvode, linear_solver_.get(), matrix_.get());
     CVodeSetJacFn(cvode, &Cvode::jacobian);
+    CVodeSetNonlinConvCoef(cvode, newton_tolerance);
     nonlinear_solver_.reset(created(SUNNonlinSol_Newton(ahead_.get(), context_)));
     if (system_.has_loops()) CVodeSetProjFn(cvode, &Cvode::project);
   } else {
@@ -194,7 +199,8 @@ int Cvode::weights(N_Vector y, N_Vector weights, void* self_pointer) {
     if (self.projection_failed_) return -1;
   }
   self.error_weights_.evaluate(data(y), data(weights));
-  if (self.steps_taken_ < beginning_steps) N_VScale(1 / beginning_tightening, weights, weights);
+  if (self.beginning_.careful && self.steps_taken_ < beginning_steps)
+    N_VScale(1 / beginning_tightening, weights, weights);
   return 0;
 }
 
@@ -229,7 +235,8 @@ Outcome Cvode::start(double time, const double* y) {
 }
 
 // A beginning at (time, y) with the inputs of now: two right-hand sides.
-bool Cvode::begin(double time, const double* y) {
+bool Cvode::begin(double time, const double* y, bool careful) {
+  beginning_.careful = careful;
   beginning_.time = time;
   std::copy_n(y, y_.size(), beginning_.y.begin());
   beginning_.tau = system_.inputs();
@@ -284,7 +291,7 @@ Outcome Cvode::reach(double& end) {
       std::copy_n(data(ahead_), y_.size(), data(error_));
       if (system_.project(ahead_time_, data(error_), nullptr) != Status::ok)
         return failure(ahead_time_, "the loops cannot be closed");
-      if (!begin(ahead_time_, data(error_)))
+      if (!begin(ahead_time_, data(error_), true))
         return failure(ahead_time_, "the accelerations cannot be computed");
     }
     const double before = ahead_time_;
@@ -302,8 +309,9 @@ Outcome Cvode::advance(double end, bool inputs_changed) {
   if (inputs_changed && !follow_motion(system_, time_, y_.data()))
     return failure(time_, "the joints cannot follow the prescribed motion");
   if (fresh_ || inputs_changed) {
+    const bool first = fresh_;
     fresh_ = true;
-    if (!begin(time_, y_.data()))
+    if (!begin(time_, y_.data(), !first))
       return failure(time_, "the accelerations cannot be computed at the start of the step");
     fresh_ = false;
   }
@@ -362,6 +370,7 @@ void Cvode::save(std::vector<unsigned char>& bytes) const {
   writer.put(fresh_);
   writer.put(beginning_.time);
   writer.put(beginning_.first_step);
+  writer.put(beginning_.careful);
   writer.put(beginning_.y.data(), beginning_.y.size());
   writer.put<std::uint64_t>(beginning_.tau.size());
   writer.put(beginning_.tau.data(), beginning_.tau.size());
@@ -376,7 +385,7 @@ bool Cvode::restore(const unsigned char* bytes, std::size_t size) {
   if (!matches(reader, state_header(system_, settings_, method_))) return false;
   double time = 0, ahead_time = 0;
   std::vector<double> y(y_.size());
-  unsigned char fresh = 0;
+  unsigned char fresh = 0, careful = 0;
   Beginning beginning = beginning_;
   std::int64_t rejected_before = 0;
   std::uint64_t inputs = 0;
@@ -387,6 +396,7 @@ bool Cvode::restore(const unsigned char* bytes, std::size_t size) {
   reader.get(fresh);
   reader.get(beginning.time);
   reader.get(beginning.first_step);
+  reader.get(careful);
   reader.get(beginning.y.data(), beginning.y.size());
   reader.get(inputs);
   if (!reader.good() || !system_.is_input_size(inputs)) return false;
@@ -397,6 +407,7 @@ bool Cvode::restore(const unsigned char* bytes, std::size_t size) {
   reader.get(steps_taken);
   get(reader, statistics);
   if (!reader.finished() || !std::isfinite(time) || fresh > 1) return false;
+  beginning.careful = careful != 0;
   const bool repeatable = steps_taken >= 0 && steps_taken <= steps_between_restarts &&
                           std::isfinite(beginning.time) && beginning.first_step > 0;
   if (!fresh && !repeatable) return false;

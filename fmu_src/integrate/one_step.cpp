@@ -22,6 +22,7 @@ OneStep::OneStep(System& system, const SolverSettings& settings, SolverMethod me
       result_(make_vector(system.size(), context_)),
       y_(static_cast<std::size_t>(system.size())),
       slope_(y_),
+      y_before_(y_),
       method_(method),
       error_order_(error_order),
       room_(system.size()),
@@ -137,6 +138,8 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
 
   const long bound = allowed_steps(end - time_),
              allowed = pause_after_ > 0 ? std::min(bound, pause_after_) : bound;
+  const double time_before = time_;
+  std::copy(y_.begin(), y_.end(), y_before_.begin());
   for (long left = allowed; left > 0;) {
     if (!guessed) choose_table(end - time_);
     guessed = false;
@@ -148,7 +151,10 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
     if (flag < 0 && !(halted && (left > 0 || allowed == pause_after_))) {
       fresh_ = true;
       slope_known_ = false;
-      return explain(flag, bound);
+      const Outcome outcome = explain(flag, bound);
+      time_ = time_before;
+      std::copy(y_before_.begin(), y_before_.end(), y_.begin());
+      return outcome;
     }
     arrive(halted ? reached() : end);
     if (!halted) break;

@@ -83,6 +83,7 @@ class OneStep : public Integrator {
   Statistics statistics_;
 
   // of the advance under way
+  std::vector<double> y_before_;  // where it began
   double end_ = 0;
   long allowed_ = 0;           // steps of this run
   bool warming_up_ = false;    // ARKODE allocates in its first step: it takes one of a system at rest

@@ -131,6 +131,17 @@ TEST(Erk, long_advances_gain_by_order_eight_and_short_ones_cost_order_five) {
   EXPECT_LT(long_error, 1e-6);
 }
 
+TEST(Erk, long_advance_that_fails_late_leaves_the_state_where_it_began) {
+  SolverSettings settings = solver(erk, 1e-8);
+  settings.max_step = 1e-6;  // 100 100 steps end long before 1 s
+  Rig rig("double_pendulum", settings);
+  ASSERT_TRUE(rig.integrator->advance(1e-3, true).ok);
+  const std::vector<double> before = rig.state();
+  EXPECT_FALSE(rig.integrator->advance(1, false).ok);
+  EXPECT_EQ(rig.integrator->time(), 1e-3);
+  EXPECT_EQ(rig.state(), before);
+}
+
 TEST(Erk, energy_of_a_pendulum_stays_for_hours) {
   Rig rig("pendulum", solver(erk, 1e-8));
   const double start = rig.system.potential_energy(0, rig.integrator->state());

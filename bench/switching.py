@@ -1,0 +1,44 @@
+#!/usr/bin/env python3
+"""Torques that switch at 1 kHz: right-hand sides a second of motion and error of `erk`, a line for each scene.
+
+    python bench/switching.py                      KR5, gripper and four-bar; 1 ms and 0.5 ms steps
+    python bench/switching.py --method auto adams  other methods
+
+Each drive gives plus or minus what holds all that hangs on its joint 5 cm off the axis, with another sign in each communication step: 1000
+or 2000 switches a second, at the right times. The error is the largest of the positions over 1 s, against `erk` at rtol 1e-13 with
+the same torques. Of the tolerances 1e-3 to 1e-9 the first with an error of 1e-5 at most is taken. Needs the program `stepping`
+(configure with -DREDYSIM_BENCH=ON).
+"""
+
+import argparse
+from pathlib import Path
+
+from stiff import find_program, stepping
+
+ROOT = Path(__file__).resolve().parent.parent
+SCENES = ("kuka_kr5", "gripper", "four_bar")
+TOLERANCES = ("1e-3", "1e-4", "1e-5", "1e-6", "1e-7", "1e-8", "1e-9")
+ERROR = 1e-5  # rad
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--method", nargs="+", default=["erk"])
+    parser.add_argument("--build", help="build folder (build/bench or build/release)")
+    options = parser.parse_args()
+    program = find_program("stepping", options.build)
+    for scene in SCENES:
+        for step in (1e-3, 5e-4):
+            model = ROOT / "models" / f"{scene}.toml"
+            rows = stepping(program, model, method=options.method, rtol=TOLERANCES, step=step, end=1, drive="square")
+            for method in options.method:
+                name = f"{scene}.{method}_{1 / step:.0f}_switches_a_second"
+                good = [row for row in rows if row["method"] == method and row["error"] <= ERROR]
+                if good:
+                    print(f"{name} {good[0]['work']:.0f} right-hand sides, error {good[0]['error']:.1e} at rtol {good[0]['rtol']}", flush=True)
+                else:
+                    print(f"{name} not reached", flush=True)
+
+
+if __name__ == "__main__":
+    main()
