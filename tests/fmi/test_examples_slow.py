@@ -78,6 +78,7 @@ def test_the_notebook_runs(tmp_path):
     assert falls == sorted(falls) and len(falls) == 4
 
 
+@pytest.mark.interop
 def test_a_system_runs_alike_in_three_masters(tmp_path):
     for package in ("pythonfmu", "ecospy", "libcosimpy"):
         if importlib.util.find_spec(package) is None:
