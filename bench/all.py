@@ -44,12 +44,12 @@ def stages(folder: Path) -> list[Stage]:
     return [
         Stage("core", "the recursions", ("run.py",), ("-r", "3", "-t", "0.002"), "core.txt", 8, 2),
         Stage("do_step", "a communication step", ("do_step.py", "--core", core), (), "do_step.txt", 3, 0.2),
-        Stage("latency", "steps, starts and many instances", ("latency.py",), ("-n", "500", "--instances", "1", "100"), "latency.txt", 8, 2),
+        Stage("latency", "steps, starts and many instances", ("latency.py",), ("-n", "500", "--instances", "1", "100"), "latency.txt", 8, 1),
         Stage("accuracy", "how right it is", ("accuracy.py",), (), "accuracy.txt", 5, 0.2),
-        Stage("parts", "what absent parts cost", ("parts.py",), ("--no-time", "-p", "all_these"), "parts.txt", 25, 8),
-        Stage("peers", "error against run time, beside other simulators", ("peers/work_precision.py", *out), ("-r", "1", "--longest", "0.05"), "", 25, 10),
-        Stage("extreme", "extreme cases, beside other simulators", ("peers/extreme.py", *out), ("--limit", "5"), "", 12, 4),
-        Stage("picture", "the README's picture of what accuracy costs", ("accuracy_picture.py", *out), ("--quick",), "", 6, 2),
+        Stage("parts", "what absent parts cost", ("parts.py",), ("--no-time", "-p", "all_these"), "parts.txt", 25, 9),
+        Stage("peers", "error against run time, beside other simulators", ("peers/work_precision.py", *out), ("-r", "1", "--longest", "0.05"), "", 25, 7),
+        Stage("extreme", "extreme cases, beside other simulators", ("peers/extreme.py", *out), ("--limit", "5"), "", 12, 3),
+        Stage("picture", "the README's picture of what accuracy costs", ("accuracy_picture.py", *out), ("--quick",), "", 6, 1),
     ]
 
 

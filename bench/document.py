@@ -27,6 +27,7 @@ PICTURES = ("peers_*.svg", "peers_*.png", "accuracy.png")
 def machine(folder: Path) -> str:
     """Machine, flags, versions and commit, as the stages noted them."""
     lines = [line[2:] for line in read(folder / "core.txt").splitlines() if line.startswith("# ")]
+    lines = [line for line in lines if not line.startswith("Pinocchio")]  # named below with the others
     versions = read(folder / "peers.md").split(";")[0].strip()
     if versions:
         lines.append(versions)

@@ -101,7 +101,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-f", "--filter", default=".", help="regular expression on scenes")
     parser.add_argument("-r", "--rounds", type=int, default=5)
-    parser.add_argument("--longest", type=float, default=1.0, help="seconds: a curve is not followed to slower runs")
+    parser.add_argument("--longest", type=float, default=0.5, help="seconds: a curve is not followed to slower runs")
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "out" / "bench")
     parser.add_argument("--programs", type=Path, default=ROOT / "build" / "bench" / "bench" / "peers")
     parser.add_argument("--python", type=Path, default=ROOT / "build" / "peers" / "bin" / "python", help="of the peers' environment")
