@@ -75,6 +75,9 @@ def run(stage: Stage, folder: Path, quick: bool) -> str:
         code = process.wait()
     finally:
         watch.cancel()
+        # an interrupt from the keyboard does not reach the group
+        if process.poll() is None:
+            end()
     if late.is_set():
         return f"took more than {stage.bound:g} minutes and was ended"
     if code:
@@ -112,7 +115,7 @@ def main() -> int:
             failures.append(f"{stage.name}: {why}")
             print(f"  {why}", flush=True)
     minutes = (time.monotonic() - begin) / 60
-    (folder / "load.txt").write_text(f"{min(loads):.1f} {max(loads):.1f} {minutes:.0f}\n", encoding="utf-8")
+    (folder / "load.txt").write_text(f"{min(loads):.1f} {max(loads):.1f} {minutes:.0f}{' quick' if options.quick else ''}\n", encoding="utf-8")
     document = [sys.executable, str(HERE / "document.py"), "--figures", str(folder), *(["--docs"] if options.docs else [])]
     if subprocess.run(document, cwd=ROOT).returncode:
         failures.append("the pages were not written")

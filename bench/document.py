@@ -34,6 +34,8 @@ def machine(folder: Path) -> str:
     load = read(folder / "load.txt").split()
     if load:
         lines.append(f"load average while it ran: {load[0]} to {load[1]}; the run took {load[2]} minutes")
+    if load[3:]:
+        lines.append("a quick run: few repetitions, and runs above 0.05 s of CPU time left out of the comparison; the figures are rough")
     commits = {found[1] for name in LINES for found in re.finditer(r"commit ([0-9a-f]+(?: with changes)?)", read(folder / name))}
     if len(commits) > 1:
         lines.append(f"not all from one commit: {', '.join(sorted(commits))}")
