@@ -36,7 +36,7 @@ bench: ## every figure and plot of docs/performance.md and docs/stability_peers.
 docs: ## the docs as a site in out/site
 	@sh scripts/docs.sh
 
-interop: ## the FMUs in foreign masters: Ecos, libcosim, FMU containers, FMI4j, JavaFMI, VDMCheck
+interop: ## the FMUs in foreign masters: Ecos, libcosim, FMU containers, FMI4j, JavaFMI, Maestro, VDMCheck
 	@sh scripts/interop.sh
 
 clean: ## remove what was built

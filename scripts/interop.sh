@@ -34,12 +34,17 @@ if command -v java >/dev/null && command -v mvn >/dev/null; then
   jars info.laht.fmi4j fmi-import 0.38.0 fmi4j
   jars org.siani.javafmi fmu-wrapper 2.24.3 javafmi
   jars org.into-cps.vdmcheck.fmi2 vdmcheck2 1.1.3 vdmcheck
+  # Maestro's jar holds what it needs
+  [ -d build/interop/maestro ] ||
+    mvn -q -B dependency:copy -Dartifact=org.into-cps.maestro:maestro:2.3.0:jar:jar-with-dependencies \
+      -DoutputDirectory="$PWD/build/interop/maestro" </dev/null ||
+    { rm -rf build/interop/maestro; echo "Maestro cannot be fetched here and is skipped"; }
   # the checker reads its rules from files beside its jar
   [ ! -d build/interop/vdmcheck ] || [ -d build/interop/vdmcheck/fmi2schema ] ||
     (cd build/interop/vdmcheck && for part in static-model rule-model vdmcheck2; do
       ../bin/python -c 'import sys, zipfile; zipfile.ZipFile(sys.argv[1]).extractall()' "$part.jar"
     done)
 else
-  echo "Java or Maven is missing: FMI4j, JavaFMI and VDMCheck are skipped"
+  echo "Java or Maven is missing: FMI4j, JavaFMI, Maestro and VDMCheck are skipped"
 fi
 exec .venv/bin/python -m pytest -m interop -rA tests/interop tests/fmi/test_examples_slow.py </dev/null
