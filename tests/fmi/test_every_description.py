@@ -1,0 +1,90 @@
+"""The FMU of every model in models/: valid, complete, and nothing in the archive that does not belong there."""
+
+from __future__ import annotations
+
+import re
+import zipfile
+from xml.etree import ElementTree as xml
+
+import pytest
+
+from tests.fmi.conftest import ROOT
+
+QUICK = ("four_bar", "kuka_kr5_computed_torque", "space_robot", "stick_slip")
+MODELS = [pytest.param(path.stem, marks=[] if path.stem in QUICK else pytest.mark.slow) for path in sorted((ROOT / "models").glob("*.toml"))]
+BASE = {"kg", "m", "s", "rad"}
+IDENTIFIER = r"[A-Za-z_]\w*"
+STRUCTURED = re.compile(rf"{IDENTIFIER}(\[\d+(,\d+)*\])?(\.{IDENTIFIER}(\[\d+(,\d+)*\])?)*")
+
+
+@pytest.fixture(params=MODELS)
+def archive(request, fmu_file):
+    with zipfile.ZipFile(fmu_file(request.param)) as opened:
+        yield opened
+
+
+@pytest.fixture
+def description(archive):
+    return xml.fromstring(archive.read("modelDescription.xml"))
+
+
+def test_fmpy_and_its_schema_find_no_problem(archive):
+    from fmpy.validation import validate_fmu
+
+    assert validate_fmu(archive.filename) == []
+
+
+def test_the_archive_holds_what_belongs_there(archive, description):
+    identifier = description.find("CoSimulation").get("modelIdentifier")
+    names = set(archive.namelist())
+    assert len(names) == len(archive.namelist())
+    wanted = {"modelDescription.xml", "model.png", f"binaries/linux64/{identifier}.so", "resources/model.toml", "documentation/index.html"}
+    assert wanted <= names
+    for name in names - wanted:
+        assert re.fullmatch(r"documentation/licenses/\w+\.txt|resources/[\w.-]+\.csv", name), name
+    assert "documentation/licenses/license.txt" in names
+    assert all(archive.getinfo(name).file_size > 0 for name in names)
+
+
+def test_units_have_base_units_and_angles_degrees(description):
+    units = {unit.get("name"): unit for unit in description.iter("Unit")}
+    used = {scalar[0].get("unit") for scalar in description.iter("ScalarVariable")} - {None}
+    assert used == set(units), "each that is used, and no other"
+    for name, unit in units.items():
+        powers = unit.find("BaseUnit").attrib
+        assert powers and set(powers) <= BASE and all(int(power) for power in powers.values()), name
+    for scalar in description.iter("ScalarVariable"):
+        unit, display = scalar[0].get("unit"), scalar[0].get("displayUnit")
+        assert display in {None, *(shown.get("name") for shown in units[unit].iter("DisplayUnit"))} if unit else display is None
+        if unit and unit.startswith("rad"):
+            assert display == unit.replace("rad", "deg")
+
+
+def test_names_are_structured_and_unique(description):
+    names = [scalar.get("name") for scalar in description.iter("ScalarVariable")]
+    assert len(set(names)) == len(names) and description.get("variableNamingConvention") == "structured"
+    assert all(STRUCTURED.fullmatch(name) for name in names)
+
+
+def test_start_values_stand_where_they_must_and_nowhere_else(description):
+    for scalar in description.iter("ScalarVariable"):
+        causality, variability, initial, start = (*(scalar.get(key) for key in ("causality", "variability", "initial")), scalar[0].get("start"))
+        legal = {"input": (("continuous",), None, True), "output": (("continuous", "discrete"), "calculated", False),
+                 "parameter": (("fixed", "tunable"), "exact", True)}[causality]
+        assert variability in legal[0] and initial == legal[1] and (start is not None) == legal[2], scalar.get("name")
+        if scalar[0].tag == "Real" and start is not None:
+            low, high = float(scalar[0].get("min", "-inf")), float(scalar[0].get("max", "inf"))
+            assert low <= float(start) <= high
+
+
+def test_the_structure_is_complete(description):
+    scalars = list(description.iter("ScalarVariable"))
+    outputs = [i for i, scalar in enumerate(scalars, 1) if scalar.get("causality") == "output"]
+    for group in ("Outputs", "InitialUnknowns"):
+        rows = description.findall(f"ModelStructure/{group}/Unknown")
+        assert [int(row.get("index")) for row in rows] == outputs, "all of them, in order, once"
+        for row in rows:
+            knowns, kinds = row.get("dependencies").split(), row.get("dependenciesKind", "").split()
+            assert len(knowns) == len(kinds) == len(set(knowns)) and set(kinds) <= {"dependent", "constant"}
+            causalities = {scalars[int(known) - 1].get("causality") for known in knowns}
+            assert causalities <= ({"input"} if group == "Outputs" else {"input", "parameter"})
