@@ -334,7 +334,7 @@ fmi2Status Instance::set_string(const unsigned* references, std::size_t count, c
     if (!why.empty()) return refuse(function, why);
     if (!values[i]) return refuse(function, null_argument);
     if (!parse_method(values[i], method))
-      return refuse(function, variable->name + " must be erk, adams or bdf, got '" + values[i] + "'");
+      return refuse(function, variable->name + " must be " + method_names() + ", got '" + values[i] + "'");
   }
   if (!has_method(method))
     return refuse(function, "this library was specialised for its scene and does not hold the method " +

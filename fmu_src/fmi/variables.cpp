@@ -7,6 +7,8 @@
 #include "model/loop_rows_of.hpp"
 #include "model/model_error.hpp"
 #include "model/number.hpp"
+#include "model/solver_methods.hpp"
+#include "model/suggest.hpp"
 
 namespace redysim {
 namespace {
@@ -479,27 +481,25 @@ double parameter(const Model& model, const Variable& variable) {
   return *parameter(const_cast<Model&>(model), variable);  // only read
 }
 
-namespace {
-constexpr std::pair<const char*, SolverMethod> methods[] = {{"erk", SolverMethod::erk},
-                                                            {"adams", SolverMethod::adams},
-                                                            {"dirk", SolverMethod::dirk},
-                                                            {"bdf", SolverMethod::bdf},
-                                                            {"auto", SolverMethod::automatic}};
-}  // namespace
-
 const char* method_name(SolverMethod method) {
-  for (const auto& [text, value] : methods)
+  for (const auto& [text, value] : solver_methods)
     if (value == method) return text;
-  return methods[0].first;
+  return solver_methods[0].first;
 }
 
 bool parse_method(const char* text, SolverMethod& method) {
-  for (const auto& [legal, value] : methods)
+  for (const auto& [legal, value] : solver_methods)
     if (std::strcmp(legal, text) == 0) {
       method = value;
       return true;
     }
   return false;
+}
+
+std::string method_names() {
+  std::vector<std::string> names;
+  for (const auto& [legal, value] : solver_methods) names.push_back(legal);
+  return one_of(names);
 }
 
 std::string objection(const Variable& variable, double value) {

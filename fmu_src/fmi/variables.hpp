@@ -144,6 +144,7 @@ double parameter(const Model& model, const Variable& variable);
 // Legal texts of solver.method, and the method's text.
 const char* method_name(SolverMethod method);
 bool parse_method(const char* text, SolverMethod& method);
+std::string method_names();  // 'erk', 'adams' or ...
 
 // Why `value` may not be given to a Real variable, one sentence; empty if it may.
 std::string objection(const Variable& variable, double value);

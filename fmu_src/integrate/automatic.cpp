@@ -8,33 +8,35 @@
 // Chooses among the four methods, from what it meets (docs/solvers.md).
 //
 // * One step or many: a multistep method is begun when the inputs have held still for as long as a beginning
-//   costs, and left when they change; an explicit one only where communication steps are much shorter than
-//   the steps that the tolerance allows, and so what a one-step method takes.
+//   costs, and left when they change; an explicit one only where communication steps are no more than a few
+//   of the steps that the tolerance allows.
 // * Explicit or implicit: from time to time the spectral radius is estimated. Where the explicit method
 //   stands at the border of its stability, or an implicit one takes more than explicit steps within that
 //   border would, the other is tried; a trial that costs more per second than what it replaced is undone,
-//   and the next one waits longer.
+//   and the next one waits longer. Where bdf takes steps as short as what rings, dirk is tried likewise.
 //
 // All counts are of right-hand sides, so that the same run makes the same choices.
 
 namespace redysim {
 namespace {
 
-constexpr long pause_steps = 16;       // after which the choice is looked at
-constexpr long first_watch = 100;      // right-hand sides until stiffness is looked for,
-constexpr long longest_watch = 3000;   // doubled each time
-constexpr long trial = 400;            // right-hand sides until a trial is judged
-constexpr int longest_backoff = 64;    // of trials that failed
-constexpr double border_adams = 0.5;   // step times radius of Adams, whose iteration must contract
-constexpr double near_border = 0.6;    // of its limit, for an explicit one-step method
-constexpr double reachable = 2.5;      // step times radius that explicit steps keep to
-constexpr double gain = 0.7;           // of the cost: what a trial must promise
-constexpr double stages = 7;           // of an explicit step
+constexpr long pause_steps = 16;      // after which the choice is looked at
+constexpr long first_watch = 100;     // right-hand sides until stiffness is looked for,
+constexpr long longest_watch = 3000;  // doubled each time
+constexpr long trial = 400;           // right-hand sides until a trial is judged
+constexpr int longest_backoff = 64;   // of trials that failed
+constexpr double border_adams = 0.3;  // step times radius of Adams, whose iteration must contract
+constexpr double rings = 10;  // step times radius of bdf below which it is its stability that holds it up
+constexpr double near_border = 0.6;  // of its limit, for an explicit one-step method
+constexpr double mild_border = 0.2;  // the same where inputs hold still, so that bdf has no beginnings to pay
+constexpr double reachable = 2.5;    // step times radius that explicit steps keep to
+constexpr double gain = 0.7;         // of the cost: what a trial must promise
+constexpr double stages = 7;         // of an explicit step
 constexpr double jacobian_work = 1.5;  // right-hand sides for each column, factorization included
 constexpr int held_for_adams = 6;      // communication steps, as many as a beginning of Adams costs
 constexpr int held_for_bdf = 3;
-constexpr double short_step = 0.5;  // of the step that the tolerance allows
-constexpr double long_step = 30;    // bdf's steps in a communication step: a beginning does not matter
+constexpr double short_step = 6;  // steps that the tolerance allows: adams does with fewer slopes up to here
+constexpr double long_step = 30;  // bdf's steps in a communication step: a beginning does not matter
 
 enum class Choice : std::uint8_t { erk, adams, dirk, bdf };
 constexpr int choices = 4;
@@ -70,6 +72,7 @@ class Automatic final : public Integrator {
   struct Memory {
     std::uint8_t choice = 0;  // a Choice
     std::uint8_t trying = 0;  // a trial is under way
+    std::uint8_t rung = 0;    // dirk in place of bdf
     std::int32_t held = 0;    // communication steps since the inputs changed
     std::int32_t backoff = 1;
     std::int64_t watch = first_watch;     // right-hand sides between two looks
@@ -77,6 +80,21 @@ class Automatic final : public Integrator {
     double other_cost = 0;                // right-hand sides a second, of what a trial replaced
     double step[choices] = {};            // s, last of each method, 0: unknown
   };
+
+  // All of it, to be saved and restored.
+  template <class SomeMemory, class Visit>
+  static void each_part(SomeMemory& memory, const Visit& visit) {
+    visit(memory.choice);
+    visit(memory.trying);
+    visit(memory.rung);
+    visit(memory.held);
+    visit(memory.backoff);
+    visit(memory.watch);
+    visit(memory.mark_work);
+    visit(memory.mark_time);
+    visit(memory.other_cost);
+    for (auto& step : memory.step) visit(step);
+  }
 
   Choice choice() const { return static_cast<Choice>(memory_.choice); }
   Integrator& integrator(Choice choice);
@@ -162,8 +180,9 @@ double Automatic::step() const {
 
 // Whether an explicit method's steps are held up by its stability.
 bool Automatic::at_border(double radius) const {
-  return choice() == Choice::adams ? step() * radius > border_adams
-                                   : erk_->stability_used(radius) > near_border;
+  return choice() == Choice::adams
+             ? step() * radius > border_adams
+             : erk_->stability_used(radius) > (memory_.held >= held_for_bdf ? mild_border : near_border);
 }
 
 // Goes on from here with another method: no jump, the same state.
@@ -177,6 +196,7 @@ void Automatic::use(Choice choice) {
   if (!is_multistep(choice) && known > 0) static_cast<OneStep&>(next).expect_step(known);
   current_ = &next;
   memory_.choice = static_cast<std::uint8_t>(choice);
+  if (!is_implicit(choice)) memory_.rung = 0;
   count();
 }
 
@@ -184,7 +204,8 @@ void Automatic::choose_history(double span) {
   bool multistep = false;
   if (is_implicit(choice())) {
     const double own = memory_.step[static_cast<int>(Choice::bdf)];
-    multistep = memory_.held >= held_for_bdf || span > long_step * (own > 0 ? own : step());
+    multistep =
+        memory_.rung == 0 && (memory_.held >= held_for_bdf || span > long_step * (own > 0 ? own : step()));
   } else if (memory_.held >= held_for_adams) {
     const double allowed = choice() == Choice::adams ? memory_.step[static_cast<int>(Choice::erk)] : step();
     multistep = span < short_step * allowed;
@@ -238,6 +259,10 @@ void Automatic::watch(double span) {
     memory_.trying = 1;
     const bool held = is_multistep(choice()) || memory_.held >= held_for_bdf || span > long_step * step();
     use(is_implicit(choice()) ? Choice::erk : (held ? Choice::bdf : Choice::dirk));
+  } else if (choice() == Choice::bdf && step() * radius < rings) {
+    memory_.other_cost = cost;
+    memory_.trying = memory_.rung = 1;
+    use(Choice::dirk);
   }
   begin_account();
 }
@@ -246,7 +271,9 @@ void Automatic::judge(double cost) {
   memory_.trying = 0;
   if (cost > memory_.other_cost) {
     memory_.backoff = std::min(4 * memory_.backoff, longest_backoff);
-    use(is_implicit(choice()) ? Choice::erk : Choice::bdf);
+    const bool was_implicit = memory_.rung == 0 && is_implicit(choice());
+    memory_.rung = 0;
+    use(was_implicit ? Choice::erk : Choice::bdf);
   } else {
     memory_.backoff = 1;
     memory_.watch = first_watch;
@@ -259,15 +286,7 @@ void Automatic::save(std::vector<unsigned char>& bytes) const {
   current_->save(inner);
   StateWriter writer(bytes);
   put(writer, state_header(system_, settings_, SolverMethod::automatic));
-  writer.put(memory_.choice);
-  writer.put(memory_.trying);
-  writer.put(memory_.held);
-  writer.put(memory_.backoff);
-  writer.put(memory_.watch);
-  writer.put(memory_.mark_work);
-  writer.put(memory_.mark_time);
-  writer.put(memory_.other_cost);
-  writer.put(memory_.step, choices);
+  each_part(memory_, [&writer](const auto& part) { writer.put(part); });
   put(writer, before_);
   writer.put(inner.data(), inner.size());
 }
@@ -277,17 +296,9 @@ bool Automatic::restore(const unsigned char* bytes, std::size_t size) {
   if (!matches(reader, state_header(system_, settings_, SolverMethod::automatic))) return false;
   Memory memory;
   Statistics before;
-  reader.get(memory.choice);
-  reader.get(memory.trying);
-  reader.get(memory.held);
-  reader.get(memory.backoff);
-  reader.get(memory.watch);
-  reader.get(memory.mark_work);
-  reader.get(memory.mark_time);
-  reader.get(memory.other_cost);
-  reader.get(memory.step, choices);
+  each_part(memory, [&reader](auto& part) { reader.get(part); });
   get(reader, before);
-  if (!reader.good() || memory.choice >= choices) return false;
+  if (!reader.good() || memory.choice >= choices || memory.rung > 1) return false;
   Integrator& next = integrator(static_cast<Choice>(memory.choice));
   if (!next.restore(reader.rest(), reader.left())) return false;
   current_ = &next;

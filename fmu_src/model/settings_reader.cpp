@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <set>
 
 #include "model/joint_parameters.hpp"
+#include "model/solver_methods.hpp"
 #include "model/suggest.hpp"
 
 namespace redysim {
@@ -71,13 +73,8 @@ SolverSettings read_solver(Section& top, Findings& findings) {
   const Value* table = top.table("solver");
   if (!table) return solver;
   Section section(*table, "solver", findings);
-  solver.method = section.choice<SolverMethod>("method",
-                                               {{"erk", SolverMethod::erk},
-                                                {"adams", SolverMethod::adams},
-                                                {"dirk", SolverMethod::dirk},
-                                                {"bdf", SolverMethod::bdf},
-                                                {"auto", SolverMethod::automatic}},
-                                               SolverMethod::erk);
+  solver.method = section.choice<SolverMethod>(
+      "method", {std::begin(solver_methods), std::end(solver_methods)}, SolverMethod::erk);
   solver.rtol = section.number("rtol", solver.rtol, Bound::positive);
   if (solver.rtol > 0.1) section.error("rtol", "rtol must be <= 0.1, got " + shown(solver.rtol));
   solver.atol = section.number("atol", solver.rtol / 100, Bound::not_negative);

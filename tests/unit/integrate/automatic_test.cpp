@@ -120,5 +120,18 @@ TEST(Automatic, one_long_advance_costs_no_more_than_twice_the_best) {
   }
 }
 
+// Lightly damped ringing at 7e4 rad/s, where BDF of higher order is unstable.
+TEST(Automatic, takes_dirk_where_bdf_would_follow_what_rings) {
+  const auto evaluations = [](SolverMethod method) {
+    test::Rig rig("stiff_arm", solver(method));
+    for (int k = 1; k <= 50; ++k) EXPECT_TRUE(rig.integrator->advance(k * 0.01, k == 1).ok);
+    if (method == SolverMethod::automatic) {
+      EXPECT_EQ(rig.integrator->method(), SolverMethod::dirk);
+    }
+    return static_cast<double>(rig.integrator->statistics().evaluations);
+  };
+  EXPECT_LT(evaluations(SolverMethod::automatic), 0.7 * evaluations(SolverMethod::bdf));
+}
+
 }  // namespace
 }  // namespace redysim

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <utility>
+
+#include "model/model.hpp"
+
+namespace redysim {
+
+// The words of `solver.method`.
+inline constexpr std::pair<const char*, SolverMethod> solver_methods[] = {{"erk", SolverMethod::erk},
+                                                                          {"adams", SolverMethod::adams},
+                                                                          {"dirk", SolverMethod::dirk},
+                                                                          {"bdf", SolverMethod::bdf},
+                                                                          {"auto", SolverMethod::automatic}};
+
+}  // namespace redysim
