@@ -70,7 +70,8 @@ void fold_into_root(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t
   EnvelopeCholesky<Scalar>& S = state.S[cluster_index];
   if (plan.has_motion()) drop_unmoved_groups(cluster, state, S);
   S.factor(state.rank_tolerance);
-  if (S.doubtful()) factor_by_geometry(plan, ws, cluster_index);
+  state.uses_Q[cluster_index] = false;
+  if (rank_is_in_doubt(plan, ws, cluster_index)) factor_by_geometry(plan, ws, cluster_index);
   if (cluster.root == ground) return;
   JointState<Scalar>& root = ws.joints[cluster.root];
   std::vector<Scalar>& x = state.lambda;
@@ -122,20 +123,17 @@ void accelerate_with_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, Scal
       accelerate_joint(plan, ws, step->index, qdd, Scalar(0), at_rest);
       continue;
     }
-    const ClusterPlan& cluster = plan.clusters[static_cast<std::size_t>(step->index)];
+    const std::size_t c = static_cast<std::size_t>(step->index);
+    const ClusterPlan& cluster = plan.clusters[c];
     const int first = cluster.first_row;
     for (int row = first; row < first + cluster.row_count; ++row) {
       state.lambda[row] = state.b[row];
       if (cluster.root != ground)
         state.lambda[row] -= dot(state.K[row], ws.joints[cluster.root].acceleration);
     }
-    state.S[static_cast<std::size_t>(step->index)].solve(&state.lambda[first], &state.lambda[first]);
-    for (std::size_t k = cluster.joints.size(); k-- > 0;) {
-      Scalar from_loops(0);
-      for (int n = cluster.passage_begin[k]; n < cluster.passage_begin[k + 1]; ++n)
-        from_loops += state.passage_u[cluster.first_passage + n] * state.lambda[cluster.passages[n].row];
-      accelerate_joint(plan, ws, cluster.joints[k], qdd, from_loops, at_rest);
-    }
+    state.S[c].solve(&state.lambda[first], &state.lambda[first]);
+    for (std::size_t k = cluster.joints.size(); k-- > 0;)
+      accelerate_joint(plan, ws, cluster.joints[k], qdd, from_loops(plan, ws, c, k), at_rest);
   }
 }
 

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "dynamics/workspace.hpp"
 
 // Which rows of a cluster count as constraints, after all of them have passed its joints.
@@ -54,6 +57,68 @@ Scalar longest_lever(const Plan<Scalar>& plan, const ClusterPlan& cluster, const
   return longest > Scalar(0) ? longest : Scalar(1);
 }
 
+// S = B B^T with B_rj = u_r / sqrt(D_j). Where one joint's D is next to nothing, S has lost the digits of all
+// others; B has not.
+template <class Scalar>
+void factor_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t cluster_index) {
+  using std::sqrt;
+  const ClusterPlan& cluster = plan.clusters[cluster_index];
+  LoopState<Scalar>& state = ws.loop;
+  std::vector<Scalar>& B = state.Q[cluster_index];
+  const std::size_t columns = cluster.joints.size();
+  std::fill(B.begin(), B.end(), Scalar(0));
+  for (std::size_t k = 0; k < columns; ++k) {
+    if (plan.joints[cluster.joints[k]].prescribed) continue;
+    const Scalar root = sqrt(ws.joints[cluster.joints[k]].D_inverse);
+    for (int n = cluster.passage_begin[k]; n < cluster.passage_begin[k + 1]; ++n) {
+      const std::size_t row = static_cast<std::size_t>(cluster.passages[n].row - cluster.first_row);
+      B[row * columns + k] += state.passage_u[cluster.first_passage + n] * root;
+    }
+  }
+  state.S[cluster_index].factor_product(B.data(), static_cast<int>(columns), state.G[cluster_index]);
+  state.uses_Q[cluster_index] = true;
+}
+
+// What the multipliers add to joint k of the cluster: sum of u lambda, or from Q, where that sum would
+// cancel.
+template <class Scalar>
+Scalar from_loops(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, std::size_t cluster_index,
+                  std::size_t k) {
+  using std::sqrt;
+  const ClusterPlan& cluster = plan.clusters[cluster_index];
+  const LoopState<Scalar>& state = ws.loop;
+  const int i = cluster.joints[k];
+  Scalar sum(0);
+  if (state.uses_Q[cluster_index] && !plan.joints[i].prescribed) {
+    const std::vector<Scalar>&Q = state.Q[cluster_index], &along = state.S[cluster_index].along();
+    for (std::size_t row = 0; row < along.size(); ++row)
+      sum += Q[row * cluster.joints.size() + k] * along[row];
+    return sum / sqrt(ws.joints[i].D_inverse);
+  }
+  for (int n = cluster.passage_begin[k]; n < cluster.passage_begin[k + 1]; ++n)
+    sum += state.passage_u[cluster.first_passage + n] * state.lambda[cluster.passages[n].row];
+  return sum;
+}
+
+// Whether the factor of S may be wrong about the rank: a pivot is in doubt, or one is lost while inertias are
+// so far apart that rounding of the largest hides the smallest.
+template <class Scalar>
+bool rank_is_in_doubt(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, std::size_t cluster_index) {
+  constexpr double far_apart = 1e4;
+  const ClusterPlan& cluster = plan.clusters[cluster_index];
+  const EnvelopeCholesky<Scalar>& S = ws.loop.S[cluster_index];
+  if (S.doubtful() || S.rank() == S.size()) return S.doubtful();
+  const Scalar lever = longest_lever(plan, cluster, ws.loop);
+  Scalar most(0), least(0);
+  for (int i : cluster.joints) {
+    if (plan.joints[i].prescribed) continue;
+    const Scalar gives = ws.joints[i].D_inverse * (plan.joints[i].prismatic ? Scalar(1) : lever);
+    if (gives > most) most = gives;
+    if (least == Scalar(0) || gives < least) least = gives;
+  }
+  return most > far_apart * least;
+}
+
 // Rank is a matter of levers, not of masses: on a link of next to no mass one row's diagonal of S exceeds the
 // others' without end. Where pivots leave that open, the dependent rows are those of S with all inertias 1.
 template <class Scalar>
@@ -65,12 +130,11 @@ void factor_by_geometry(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::si
   sum_passages(cluster, state, G, [&](int i) {
     return plan.joints[i].prescribed ? Scalar(0) : plan.joints[i].prismatic ? slide : Scalar(1);
   });
-  sum_passages(cluster, state, S, [&](int i) { return ws.joints[i].D_inverse; });
-  if (plan.has_motion()) {
-    drop_unmoved_groups(cluster, state, G);
-    drop_unmoved_groups(cluster, state, S);
-  }
+  if (plan.has_motion()) drop_unmoved_groups(cluster, state, G);
   G.factor(state.rank_tolerance);
+  if (!state.Q[cluster_index].empty()) return factor_levers(plan, ws, cluster_index);
+  sum_passages(cluster, state, S, [&](int i) { return ws.joints[i].D_inverse; });
+  if (plan.has_motion()) drop_unmoved_groups(cluster, state, S);
   S.factor_like(G);
 }
 

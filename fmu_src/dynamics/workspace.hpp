@@ -38,6 +38,9 @@ struct GroundState {
 inline constexpr double dynamics_rank_tolerance = 1e-9;
 inline constexpr double projection_rank_tolerance = 1e-8;
 
+// Rows times joints of a cluster up to which the factor may be taken from the levers themselves.
+inline constexpr std::size_t largest_product = 4096;
+
 // Scratch of the loop elimination; empty without loops.
 template <class Scalar>
 struct LoopState {
@@ -51,6 +54,8 @@ struct LoopState {
   std::vector<Scalar> rate;                 // velocity residual per row
   std::vector<EnvelopeCholesky<Scalar>> S;  // one per cluster
   std::vector<EnvelopeCholesky<Scalar>> G;  // the same with all inertias 1: rank by geometry alone
+  std::vector<std::vector<Scalar>> Q;       // per cluster: S = L Q Q^T L^T, rows by joints; of small clusters
+  std::vector<char> uses_Q;                 // per cluster: where S was factored so
   double rank_tolerance = dynamics_rank_tolerance;
   Scalar extent = 0;  // m, how far loop points are from the plan's origin: sets the rounding of residuals
 };
@@ -89,6 +94,11 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
     loop.S.emplace_back(cluster.first_coupled, cluster.row_group);
   }
   loop.G = loop.S;
+  for (const auto& cluster : plan.clusters) {
+    const std::size_t size = static_cast<std::size_t>(cluster.row_count) * cluster.joints.size();
+    loop.Q.emplace_back(size <= largest_product ? size : 0, nan);
+  }
+  loop.uses_Q.assign(plan.clusters.size(), 0);
   for (auto& side : loop.wrench) side.resize(rows);
   loop.K.resize(rows);
   loop.b.assign(rows, nan);

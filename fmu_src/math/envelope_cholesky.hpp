@@ -38,11 +38,18 @@ class EnvelopeCholesky {
   // As above, but the rows that count as dependent are those of `other`, where S itself can tell.
   void factor_like(const EnvelopeCholesky& other);
 
+  // The same of S = B B^T from the rows of B, `columns` numbers each, without squaring B's condition: row by
+  // row by Gram-Schmidt, twice. B becomes orthonormal rows Q, B = L Q.
+  void factor_product(Scalar* B, int columns, const EnvelopeCholesky& other);
+
   // Whether the last factor() met a pivot that is small, yet above rounding: against its group.
   bool doubtful() const { return doubtful_; }
 
   // x = S^+ b, b of length size(); x and b may be the same array.
   void solve(const Scalar* b, Scalar* x);
+
+  // L^T x of the last solve, without its cancellations: B^T x = Q^T of it.
+  const std::vector<Scalar>& along() const { return along_; }
 
  private:
   Scalar& gram(int row, int column) { return G_[offset_[row] + column]; }
@@ -59,7 +66,7 @@ class EnvelopeCholesky {
   std::vector<int> group_;
   std::vector<Scalar> scale_;  // largest diagonal per group
   std::vector<char> skipped_;
-  std::vector<Scalar> work_;
+  std::vector<Scalar> work_, along_;
   int rank_ = 0;
   bool doubtful_ = false;
 };
@@ -79,6 +86,7 @@ EnvelopeCholesky<Scalar>::EnvelopeCholesky(std::vector<int> first_column, std::v
   G_.assign(begin, Scalar(0));
   skipped_.assign(first_.size(), 0);
   work_.assign(first_.size(), Scalar(0));
+  along_ = work_;
   scale_.assign(group_.empty() ? 0 : static_cast<std::size_t>(group_.back()) + 1, Scalar(0));
 }
 
@@ -114,6 +122,34 @@ void EnvelopeCholesky<Scalar>::factor(double rank_tolerance) {
 template <class Scalar>
 void EnvelopeCholesky<Scalar>::factor_like(const EnvelopeCholesky& other) {
   factor_rows([&](int row, const Scalar& pivot) { return !other.skipped_[row] && pivot > Scalar(0); });
+}
+
+template <class Scalar>
+void EnvelopeCholesky<Scalar>::factor_product(Scalar* B, int columns, const EnvelopeCholesky& other) {
+  using std::sqrt;
+  set_zero();
+  rank_ = 0;
+  const auto product = [=](int i, int j) {
+    Scalar sum(0);
+    for (int k = 0; k < columns; ++k) sum += B[i * columns + k] * B[j * columns + k];
+    return sum;
+  };
+  for (int i = 0; i < size(); ++i) {
+    for (int repeat = 0; repeat < 2; ++repeat)
+      for (int j = first_[i]; j < i; ++j) {
+        if (skipped_[j]) continue;
+        const Scalar along = product(i, j);
+        entry(i, j) += along;
+        for (int k = 0; k < columns; ++k) B[i * columns + k] -= along * B[j * columns + k];
+      }
+    const Scalar length = sqrt(product(i, i));
+    skipped_[i] = other.skipped_[i] || !(length > Scalar(0));
+    entry(i, i) = skipped_[i] ? Scalar(0) : length;
+    for (int k = 0; k < columns; ++k)
+      B[i * columns + k] = skipped_[i] ? Scalar(0) : Scalar(B[i * columns + k] / length);
+    rank_ += skipped_[i] ? 0 : 1;
+  }
+  if (rank_ < size()) factor_gram();
 }
 
 template <class Scalar>
@@ -195,6 +231,7 @@ void EnvelopeCholesky<Scalar>::solve(const Scalar* b, Scalar* x) {
     if (x != b)
       for (int i = 0; i < size(); ++i) x[i] = b[i];
     forward(S_, skipped_, x);
+    for (int i = 0; i < size(); ++i) along_[i] = x[i];
     backward(S_, skipped_, x);
     return;
   }
@@ -205,6 +242,7 @@ void EnvelopeCholesky<Scalar>::solve(const Scalar* b, Scalar* x) {
   for (int repeat = 0; repeat < 2; ++repeat) {
     forward(G_, skipped_, work_.data());
     backward(G_, skipped_, work_.data());
+    if (repeat == 0) along_ = work_;
   }
   for (int i = 0; i < size(); ++i) {
     x[i] = Scalar(0);

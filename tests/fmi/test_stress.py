@@ -34,11 +34,11 @@ def test_extremes_of_a_loop_that_starts_in_a_singular_pose(fmu_file, case):
     assert verdict.kind == "finished" and verdict.balance < 1e-6 and verdict.gap < 1e-12
 
 
-@pytest.mark.parametrize("method", ["erk", "adams", "bdf"])
-def test_a_loop_that_cannot_be_kept_is_an_error_and_never_an_open_loop(fmu_file, method):
+@pytest.mark.parametrize("method", ["erk", "adams", "dirk", "bdf", "auto"])
+def test_a_link_of_next_to_no_mass_leaves_its_loop_closed(fmu_file, method):
+    # near flat positions one row fades while the other is a billion times as stiff
     verdict = run_case("parallelogram", cases("parallelogram")["near-massless links, x 1e-09"], 30, method)
-    assert verdict.kind in ("finished", "failed") and verdict.gap < 1e-8
-    assert verdict.after in ("", "usable")
+    assert verdict.kind == "finished" and verdict.balance < 1e-7 and verdict.gap < 1e-12
 
 
 def test_a_motion_below_the_absolute_tolerance_is_judged_with_a_finer_one(fmu_file):

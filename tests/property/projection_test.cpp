@@ -55,6 +55,19 @@ TEST_P(Projection, closes_overlapping_loops) {
                            random);
 }
 
+// Rockers of next to no mass, next to the flat position where the loop's two rows become one.
+TEST_P(Projection, closes_near_massless_links_near_singular_poses) {
+  const auto angle = [this](int k) { return 0.003 * (1 + static_cast<double>(GetParam())) + 0.001 * k; };
+  for (double factor : {1e-6, 1e-9, 1e-12}) {
+    Model model = test::four_bar_chain(3);
+    for (std::size_t k = 1; k < model.links.size(); k += 2) {
+      model.links[k].mass *= factor;
+      for (double& entry : model.links[k].inertia) entry *= factor;
+    }
+    expect_projection_closes(model, test::vector_of(test::four_bar_chain_pose(3, angle)), 1e-7, random);
+  }
+}
+
 TEST_P(Projection, leaves_a_closed_state_alone) {
   const Model model = test::four_bar_chain(2);
   const Vector q = test::vector_of(test::four_bar_chain_pose(2, [](int) { return 1.1; }));

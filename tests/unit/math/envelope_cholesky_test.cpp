@@ -129,6 +129,28 @@ TEST(EnvelopeCholesky, takes_over_which_rows_are_dependent) {
   EXPECT_NEAR(x[1], -c, 1e-3);
 }
 
+// S = B B^T with a column of 1e8: S itself has lost the rest, its rows have not. Along (s, -c) S is 1 +
+// 1e-16.
+TEST(EnvelopeCholesky, a_product_keeps_the_digits_that_its_square_has_lost) {
+  const double heavy = 1e8, c = 0.6, s = 0.8;
+  EnvelopeCholesky<double> product({0, 0}, {0, 0}), levers = product;
+  levers.set_zero();
+  levers.entry(0, 0) = levers.entry(1, 1) = 1;
+  levers.factor(1e-9);
+  double B[] = {heavy * c, 1, 0, heavy * s, 0, 1};
+  product.factor_product(B, 3, levers);
+  EXPECT_EQ(product.rank(), 2);
+  double x[] = {s, -c};
+  product.solve(x, x);
+  EXPECT_NEAR(x[0], s, 1e-7);
+  EXPECT_NEAR(x[1], -c, 1e-7);
+  // B^T x: nothing in the heavy column, to the digits that a number of 1e-8 has
+  const double* along = product.along().data();
+  EXPECT_NEAR(B[0] * along[0] + B[3] * along[1], 0, 1e-15);
+  EXPECT_NEAR(B[1] * along[0] + B[4] * along[1], s, 1e-7);
+  EXPECT_NEAR(B[2] * along[0] + B[5] * along[1], -c, 1e-7);
+}
+
 TEST(EnvelopeCholesky, zero_matrix_has_rank_zero_and_solves_to_zero) {
   auto S = factored({0, 0, 1}, Matrix::Zero(3, 3));
   double x[] = {1, 2, 3};
