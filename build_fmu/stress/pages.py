@@ -68,7 +68,7 @@ def introduction(seconds: float) -> list[str]:
 
 
 def summary(verdicts: Sequence[Verdict]) -> list[str]:
-    """Returns a table: groups of cases, how many went how, the worst energy balance and gap of the finished ones."""
+    """Returns a table: groups of cases, how many went how, the worst energy balance (of motions large enough to be judged) and gap of the finished ones."""
     lines = ["| cases | " + " | ".join(KINDS) + " | worst balance | worst gap |", "| --- |" + " ---: |" * (len(KINDS) + 2)]
     for group in GROUPS:
         rows = [v for v in verdicts if v.case.group == group]
@@ -76,7 +76,7 @@ def summary(verdicts: Sequence[Verdict]) -> list[str]:
             continue
         counts = [str(sum(v.kind == kind for v in rows) or "") for kind in KINDS]
         good = [v for v in rows if v.kind == "finished"]
-        worst = [max((x for x in values if not math.isnan(x)), default=math.nan) for values in ([v.balance for v in good], [v.gap for v in good])]
+        worst = [max((x for x in values if not math.isnan(x)), default=math.nan) for values in ([v.balance for v in good if not v.small], [v.gap for v in good])]
         lines.append(f"| {group} | {' | '.join(counts)} | {_number(worst[0])} | {_number(worst[1])} |")
     total = [str(sum(v.kind == kind for v in verdicts) or "") for kind in KINDS]
     return [*lines, f"| **all {len(verdicts)}** | {' | '.join(total)} | | |"]

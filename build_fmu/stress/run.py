@@ -23,6 +23,7 @@ LONG_SHARE = 4  # a run with an open end may take so many times the seconds of t
 LARGEST_GAP = 1e-8  # m or rad
 ROUNDING = 1e-9  # of the potential energy: less exchanged than this is rest
 REST = 1e-9  # m or rad: who moves by no more stands still, and has no energy to judge
+SMALL = ("moves ", "stands still")  # how messages about too small motions begin
 FINER = 1e-4  # of the absolute tolerance: tried where that may be too coarse for the motion
 
 
@@ -46,6 +47,11 @@ class Verdict:
     seconds: float = math.nan
     after: str = ""
     health: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def small(self) -> bool:
+        """Says whether the case finished although its energy is too small to be judged by the usual bound."""
+        return self.kind == "finished" and self.message.startswith(SMALL)
 
 
 def run_case(name: str, case: Case, seconds: float, method: str | None) -> Verdict:
