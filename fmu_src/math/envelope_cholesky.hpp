@@ -19,6 +19,7 @@ class EnvelopeCholesky {
       1e-22;  // rows this small against the largest of all are no constraints
   // between these parts of its group a pivot is doubtful: a dependent row, or one of other inertias
   static constexpr double rounding = 1e-14, small_pivot = 1e-4;
+  static constexpr double lost = 1e-12;  // of a row of B: what is left has no direction any more
 
   // `group` per row, ascending from 0.
   EnvelopeCholesky(std::vector<int> first_column, std::vector<int> group);
@@ -135,6 +136,7 @@ void EnvelopeCholesky<Scalar>::factor_product(Scalar* B, int columns, const Enve
     return sum;
   };
   for (int i = 0; i < size(); ++i) {
+    const Scalar whole = sqrt(product(i, i));
     for (int repeat = 0; repeat < 2; ++repeat)
       for (int j = first_[i]; j < i; ++j) {
         if (skipped_[j]) continue;
@@ -143,7 +145,7 @@ void EnvelopeCholesky<Scalar>::factor_product(Scalar* B, int columns, const Enve
         for (int k = 0; k < columns; ++k) B[i * columns + k] -= along * B[j * columns + k];
       }
     const Scalar length = sqrt(product(i, i));
-    skipped_[i] = other.skipped_[i] || !(length > Scalar(0));
+    skipped_[i] = other.skipped_[i] || !(length > lost * whole);
     entry(i, i) = skipped_[i] ? Scalar(0) : length;
     for (int k = 0; k < columns; ++k)
       B[i * columns + k] = skipped_[i] ? Scalar(0) : Scalar(B[i * columns + k] / length);
