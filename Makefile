@@ -1,7 +1,7 @@
 # Each target does all the set-up that a fresh Debian or Ubuntu machine needs, and is quick the second time.
 # The work is in scripts/, which also holds for folders with spaces in their names.
 
-.PHONY: demo test build lint format sanitize fuzz fmu bench interop memcheck docs clean distclean help
+.PHONY: demo test build lint format sanitize fuzz fmu bench win64 interop memcheck docs clean distclean help
 
 demo: ## build the KUKA KR5 FMU, simulate it, leave a plot and a CSV in out/
 	@sh scripts/demo.sh
@@ -36,6 +36,9 @@ bench: ## every figure and plot of docs/performance.md and docs/stability_peers.
 docs: ## the docs as a site in out/site
 	@sh scripts/docs.sh
 
+win64: ## the library for 64-bit Windows in build/win64, run under Wine
+	@sh scripts/win64.sh
+
 interop: ## the FMUs in foreign masters: Ecos, libcosim, FMU containers, FMI4j, JavaFMI, Maestro, VDMCheck
 	@sh scripts/interop.sh
 
@@ -46,4 +49,4 @@ distclean: clean ## and the Python environment and SUNDIALS
 	@rm -rf .venv .sundials
 
 help: ## this list
-	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile
+	@sed -n 's/^\([a-z0-9]*\):.*## /\1\t/p' Makefile

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,39 +26,42 @@ class Built:
     specialised: str = ""
 
 
-def build(model: Description, model_file: Path, target: Path, show: bool = False, specialised: bool = False) -> Built:
+def build(model: Description, model_file: Path, target: Path, show: bool = False, specialised: bool = False, platforms: Sequence[str] = ("linux64",)) -> Built:
     """Writes the FMU of a described model file, a target_error turned into a tolerance.
 
     No compiler is needed, unless `specialised` asks for a library of this scene's own. A failure leaves no half file. With `show` the FMU carries a page that plays its default experiment.
     """
+    libraries = {platform: native.library(platform) for platform in platforms}
     if target.suffix != ".fmu":
         raise UserError(f"'{target}' is no name for an FMU: it must end in .fmu")
     picture = draw(model.drawing, model.model_name)
     played, reason = None, ""
     with with_chosen_tolerance(model, model_file) as (packed, file):
-        library, how = native.library(), ""
+        own, how = {"linux64": native.library()}, ""
         if specialised:
             from build_fmu.specialise import specialise
 
             special = specialise(packed, file)
-            library, how = special.library, special.summary()
+            own, how = {"linux64": special.library}, special.summary()
+            libraries |= own
         if show:
             from build_fmu.show.attached import attached_page
 
-            played, reason = attached_page(packed, contents(packed, file, picture, library))
-        write_archive(target, contents(packed, file, picture, library, played))
+            played, reason = attached_page(packed, contents(packed, file, picture, own))
+        write_archive(target, contents(packed, file, picture, libraries, played))
     return Built(packed, reason, how)
 
 
-def contents(model: Description, model_file: Path, picture: bytes, library: Path, played: bytes | None = None) -> list[Entry]:
-    """Returns the files of the FMU in the order in which they are stored."""
+def contents(model: Description, model_file: Path, picture: bytes, libraries: Mapping[str, Path], played: bytes | None = None) -> list[Entry]:
+    """Returns the files of the FMU, with a library for each platform, in the order in which they are stored."""
     return [
         Entry("modelDescription.xml", model_description(model)),
         Entry("model.png", picture),
-        Entry(f"binaries/linux64/{model.model_identifier}.so", library.read_bytes(), executable=True),
+        *(Entry(f"binaries/{platform}/{model.model_identifier}{native.LIBRARIES[platform][1]}", library.read_bytes(), executable=True)
+          for platform, library in libraries.items()),
         Entry("resources/model.toml", model_file.read_bytes()),
         *(Entry(f"resources/{name}", (model_file.parent / name).read_bytes()) for name in model.resources),
         Entry("documentation/index.html", documentation(model, played is not None)),
         *([Entry("documentation/run.html", played)] if played else []),
-        *(Entry(f"documentation/licenses/{name}", text) for name, text in licence_files().items()),
+        *(Entry(f"documentation/licenses/{name}", text) for name, text in licence_files(libraries).items()),
     ]

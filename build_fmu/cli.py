@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from build_fmu import __version__
+from build_fmu import __version__, native
 from build_fmu.build import build
 from build_fmu.completion import SHELLS, script
 from build_fmu.describe import Description, describe
@@ -50,8 +50,10 @@ def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
         target = target / f"{model.model_identifier}.fmu"
     _warn(model.warnings)
     if options.specialise:
+        if options.platforms != ["linux64"]:
+            raise UserError("--specialise compiles for this machine alone: leave out --platforms")
         print("compiling a library for this scene, about a minute the first time", file=sys.stderr)
-    built = build(model, source, target, show=not options.no_show, specialised=options.specialise)
+    built = build(model, source, target, show=not options.no_show, specialised=options.specialise, platforms=options.platforms)
     if built.specialised:
         print(built.specialised)
     if built.no_page:
@@ -205,6 +207,14 @@ def _warn(warnings: Sequence[str]) -> None:
         print(line, file=sys.stderr)
 
 
+def _platforms(text: str) -> list[str]:
+    platforms = list(dict.fromkeys(text.split(",")))
+    for platform in platforms:
+        if platform not in native.LIBRARIES:
+            raise argparse.ArgumentTypeError(f"there is no platform '{platform}', only {', '.join(native.LIBRARIES)}")
+    return platforms
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="build-fmu", description="From a DH model file to a running FMU (FMI 2.0 co-simulation).",
                                      epilog="For example: build-fmu import arm.urdf; build-fmu show arm.toml; build-fmu build arm.toml. "
@@ -221,6 +231,8 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--report", action="store_true", help="put what accuracy costs into the FMU's documentation (takes a minute)")
     command.add_argument("--specialise", action="store_true", help="compile a library for this scene alone: smaller and faster; needs the source "
                          "tree, CMake and a C++ compiler")
+    command.add_argument("--platforms", type=_platforms, default=["linux64"], metavar="LIST", help=f"which systems the FMU runs on, of "
+                         f"{', '.join(native.LIBRARIES)}, separated by commas (default: linux64)")
     command.set_defaults(run=_build)
 
     command = commands.add_parser("import", help="write a model file from a URDF, a DH table, ReDySim's files or a scene",

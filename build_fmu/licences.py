@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from build_fmu import native
 
 # name, licence, holder, what the library uses it for, where its source and its full terms are
@@ -19,9 +21,9 @@ THIRD_PARTY = (
 )  # fmt: skip
 
 
-def licence_files() -> dict[str, bytes]:
-    """Returns the files of documentation/licenses: the terms of the library and of its parts."""
-    parts = native.licences_of_parts()
+def licence_files(platforms: Iterable[str] = ("linux64",)) -> dict[str, bytes]:
+    """Returns the files of documentation/licenses: the terms of the libraries and of their parts."""
+    parts = native.licences_of_parts(platforms)
     return {"license.txt": _overview(list(parts))} | {f"{name}.txt": text.encode() for name, text in parts.items()}
 
 

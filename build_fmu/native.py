@@ -6,6 +6,7 @@ The order is: environment variable, the package's own `native/` folder (as in a 
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from pathlib import Path
 
 from build_fmu.errors import UserError
@@ -13,6 +14,8 @@ from build_fmu.errors import UserError
 PACKAGE = Path(__file__).resolve().parent
 SOURCE_TREE = PACKAGE.parent
 BUILT = SOURCE_TREE / "build" / "release" / "fmu_src"
+# of each platform that FMI names: the built library and how it is called inside an FMU
+LIBRARIES = {"linux64": ("libredysim_fmu.so", ".so"), "win64": ("libredysim_fmu.dll", ".dll")}
 ROOMS = {"describe": "fmi", "libredysim_fmu.so": "fmi", "fmu_driver": "drive"}
 
 
@@ -26,9 +29,12 @@ def driver_program() -> Path:
     return _find("REDYSIM_FMU_DRIVER", "fmu_driver")
 
 
-def library() -> Path:
-    """Returns the shared library; raises UserError if it is not built."""
-    return _find("REDYSIM_FMU_LIBRARY", "libredysim_fmu.so")
+def library(platform: str = "linux64") -> Path:
+    """Returns the shared library of a platform; raises UserError if it is not built."""
+    if platform == "linux64":
+        return _find("REDYSIM_FMU_LIBRARY", "libredysim_fmu.so")
+    built = SOURCE_TREE / "build" / platform / "fmu_src" / "fmi" / LIBRARIES[platform][0]
+    return _find(f"REDYSIM_FMU_LIBRARY_{platform.upper()}", LIBRARIES[platform][0], built, f"make {platform}")
 
 
 def licence_text() -> str:
@@ -39,19 +45,22 @@ def licence_text() -> str:
     raise UserError("the file LICENSE is missing: install build_fmu again")
 
 
-def licences_of_parts() -> dict[str, str]:
-    """Returns the terms of what is linked into the library, by name; empty where its build machine had none."""
-    texts = (library().parent / "licenses").glob("*.txt")
-    return {path.stem: path.read_text(encoding="utf-8") for path in sorted(texts)}
+def licences_of_parts(platforms: Iterable[str] = ("linux64",)) -> dict[str, str]:
+    """Returns the terms of what is linked into the libraries, by name; empty where their build machine had none."""
+    texts = {}
+    for platform in platforms:
+        for path in sorted((library(platform).parent / "licenses").glob("*.txt")):
+            texts.setdefault(path.stem, path.read_text(encoding="utf-8"))
+    return texts
 
 
-def _find(variable: str, name: str) -> Path:
+def _find(variable: str, name: str, built: Path | None = None, how: str = "make build") -> Path:
     given = os.environ.get(variable)
     if given:
         if Path(given).is_file():
             return Path(given)
         raise UserError(f"{variable} names '{given}', and there is no such file")
-    for path in (PACKAGE / "native" / name, BUILT / ROOMS[name] / name):
+    for path in (PACKAGE / "native" / name, built or BUILT / ROOMS[name] / name):
         if path.is_file():
             return path
-    raise UserError(f"'{name}' is not built yet: run `make build` in the source tree, or set {variable}")
+    raise UserError(f"'{name}' is not built yet: run `{how}` in the source tree, or set {variable}")

@@ -1,8 +1,7 @@
 // The C boundary: every co-simulation function of FMI 2.0, each one line around the instance.
 
-#include <unistd.h>
-
 #include <cstddef>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
@@ -20,6 +19,7 @@
 #include "model/features.hpp"
 #include "model/fingerprint.hpp"
 #include "model/model_file.hpp"
+#include "model/open_file.hpp"
 
 using redysim::FloatMode;
 using redysim::Function;
@@ -79,7 +79,8 @@ std::string find_model_file(const Log& log, const char* location) {
   std::string tried;
   for (const std::string& folder : folders) {
     const std::string path = folder + "/model.toml";
-    if (access(path.c_str(), R_OK) == 0) {
+    if (std::FILE* file = redysim::open_file(path)) {
+      std::fclose(file);
       log.event("reading '" + path + "'");
       return path;
     }

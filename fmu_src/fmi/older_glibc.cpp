@@ -2,7 +2,7 @@
 // glibc has renewed since is bound to its first version here, or written in what was always there. All
 // definitions are hidden, so they serve this library only.
 
-#include <features.h>
+#include <cstdlib>  // names the C library
 
 #if defined(__GLIBC__) && defined(__x86_64__)
 

@@ -1,6 +1,10 @@
 #include "fmi/resource_location.hpp"
 
+#ifdef _WIN32
+#include <windows.h>
+#else
 #include <link.h>
+#endif
 
 #include <algorithm>
 #include <cstdint>
@@ -55,6 +59,13 @@ std::vector<std::string> resource_folders(const char* location) {
     // any number of slashes starts an absolute path, none a relative one
     const std::size_t first = path.find_first_not_of('/');
     if (first != std::string::npos && first > 1) path.erase(0, first - 1);
+#ifdef _WIN32
+    // a drive stands for the root: /C:/folder or /C|/folder
+    if (path.size() > 2 && path[0] == '/' && (path[2] == ':' || path[2] == '|')) {
+      path.erase(0, 1);
+      path[1] = ':';
+    }
+#endif
   }
   const std::string plain = is_uri ? decoded(path) : path;
   add(folders, plain);
@@ -62,6 +73,23 @@ std::vector<std::string> resource_folders(const char* location) {
   return folders;
 }
 
+#ifdef _WIN32
+std::string own_resource_folder() {
+  HMODULE library = nullptr;  // <fmu>/binaries/win64/<name>.dll, the one that holds this very function
+  if (!GetModuleHandleExW(
+          GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT,
+          reinterpret_cast<LPCWSTR>(&own_resource_folder), &library))
+    return {};
+  std::wstring wide(32768, L'\0');  // the longest path of Windows
+  const DWORD length = GetModuleFileNameW(library, wide.data(), static_cast<DWORD>(wide.size()));
+  std::string path(4 * static_cast<std::size_t>(length), '\0');
+  path.resize(static_cast<std::size_t>(WideCharToMultiByte(CP_UTF8, 0, wide.data(), static_cast<int>(length),
+                                                           path.data(), static_cast<int>(path.size()),
+                                                           nullptr, nullptr)));
+  const std::size_t slash = path.find_last_of("/\\");
+  return (slash == std::string::npos ? std::string(".") : path.substr(0, slash)) + "/../../resources";
+}
+#else
 std::string own_resource_folder() {
   // the loaded object that holds this very function
   struct Search {
@@ -86,5 +114,6 @@ std::string own_resource_folder() {
   return (slash == std::string::npos ? std::string(".") : search.library.substr(0, slash)) +
          "/../../resources";
 }
+#endif
 
 }  // namespace redysim

@@ -243,7 +243,7 @@ void Automatic::watch(double span) {
     return;
   }
   if (spent < static_cast<double>(memory_.watch) * memory_.backoff) return;
-  memory_.watch = std::min(2 * memory_.watch, longest_watch);
+  memory_.watch = std::min<std::int64_t>(2 * memory_.watch, longest_watch);
   before_.evaluations += SpectralRadius::evaluations;
   const double radius = radius_.estimate(system_, time(), state());
   bool promising;

@@ -8,6 +8,7 @@
 #include "model/link_reader.hpp"
 #include "model/loop_reader.hpp"
 #include "model/model_checks.hpp"
+#include "model/open_file.hpp"
 #include "model/settings_reader.hpp"
 #include "model/trajectory_reader.hpp"
 #include "model/tree.hpp"
@@ -18,7 +19,7 @@ namespace {
 std::string read_bytes(const std::string& path) {
   std::string bytes;
   bool good = false;
-  if (std::FILE* file = std::fopen(path.c_str(), "rb")) {
+  if (std::FILE* file = open_file(path)) {
     char block[4096];
     while (const std::size_t count = std::fread(block, 1, sizeof block, file)) bytes.append(block, count);
     good = std::ferror(file) == 0;

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "model/motion_table.hpp"
+#include "model/open_file.hpp"
 #include "model/suggest.hpp"
 
 namespace redysim {
@@ -75,7 +76,7 @@ bool read_file(Section& section, const std::string& folder, const std::string& j
   auto file = std::find_if(files.begin(), files.end(), [&name](const auto& f) { return f.name == name; });
   if (file == files.end()) {
     AttachedFile read{name, {}};
-    std::FILE* stream = std::fopen((folder + name).c_str(), "rb");
+    std::FILE* stream = open_file(folder + name);
     bool good = stream != nullptr;
     if (stream) {
       char block[4096];

@@ -128,6 +128,23 @@ def test_terms_beside_the_library_go_into_the_fmu(compiled, model, tmp_path):
         assert "sundials.txt" in file.read("documentation/licenses/license.txt").decode()
 
 
+def test_a_library_for_each_platform(compiled, model, tmp_path, monkeypatch):
+    foreign = tmp_path / "foreign"
+    (foreign / "licenses").mkdir(parents=True)
+    (foreign / "licenses" / "mingw-w64.txt").write_text("terms of the run time")
+    (foreign / "library.dll").write_bytes(b"not a library either")
+    monkeypatch.setenv("REDYSIM_FMU_LIBRARY_WIN64", str(foreign / "library.dll"))
+    build(describe(model), model, tmp_path / "both.fmu", platforms=["linux64", "win64"])
+    build(describe(model), model, tmp_path / "one.fmu", platforms=["win64"])
+    with zipfile.ZipFile(tmp_path / "both.fmu") as file:
+        binaries = [name for name in file.namelist() if name.startswith("binaries/")]
+        assert binaries == ["binaries/linux64/crane.so", "binaries/win64/crane.dll"]
+        assert file.read("binaries/win64/crane.dll") == b"not a library either"
+        assert "mingw-w64.txt" in file.read("documentation/licenses/license.txt").decode()
+    with zipfile.ZipFile(tmp_path / "one.fmu") as file:
+        assert [name for name in file.namelist() if name.startswith("binaries/")] == ["binaries/win64/crane.dll"]
+
+
 def test_picture_is_of_a_useful_size(fmu):
     from PIL import Image
 

@@ -111,6 +111,19 @@ def test_what_to_run_when_nothing_is_built(model, tmp_path, monkeypatch, capsys)
     assert "REDYSIM_FMU_DESCRIBE names" in capsys.readouterr().err
 
 
+def test_platforms(compiled, model, tmp_path, monkeypatch, capsys):
+    monkeypatch.delenv("REDYSIM_FMU_LIBRARY_WIN64", raising=False)
+    monkeypatch.setattr(native, "SOURCE_TREE", tmp_path)
+    target = tmp_path / "crane.fmu"
+    assert main(["build", str(model), "-o", str(target), "--platforms", "linux64,win64"]) == 1
+    assert "'libredysim_fmu.dll' is not built yet: run `make win64`" in capsys.readouterr().err and not target.exists()
+    assert main(["build", str(model), "-o", str(target), "--platforms", "linux64,win64", "--specialise"]) == 1
+    assert "compiles for this machine alone" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main(["build", str(model), "--platforms", "win32"])
+    assert "there is no platform 'win32', only linux64, win64" in capsys.readouterr().err
+
+
 def test_usage_errors_and_help(capsys):
     for arguments, code in ((["--help"], 0), (["--version"], 0), ([], 2), (["bild"], 2), (["simulate", "a.fmu", "--stop", "x"], 2)):
         with pytest.raises(SystemExit) as end:
