@@ -6,16 +6,40 @@
 
 namespace redysim {
 
-REDYSIM_CLONES void compiled_forward_dynamics(const Plan<double>& plan, Workspace<double>& ws,
-                                              const double* q, const double* qd, const double* tau,
-                                              double* qdd) {
+namespace {
+
+#ifdef REDYSIM_AVX2
+REDYSIM_AVX2 void forward(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
+                          const double* tau, double* qdd) {
   forward_dynamics(plan, ws, q, qd, tau, qdd);
 }
 
-REDYSIM_CLONES void compiled_inverse_dynamics(const Plan<double>& plan, Workspace<double>& ws,
-                                              const double* q, const double* qd, const double* qdd,
-                                              double* tau) {
+REDYSIM_AVX2 void inverse(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
+                          const double* qdd, double* tau) {
   inverse_dynamics(plan, ws, q, qd, qdd, tau);
+}
+#endif
+
+REDYSIM_PLAIN void forward(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
+                           const double* tau, double* qdd) {
+  forward_dynamics(plan, ws, q, qd, tau, qdd);
+}
+
+REDYSIM_PLAIN void inverse(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
+                           const double* qdd, double* tau) {
+  inverse_dynamics(plan, ws, q, qd, qdd, tau);
+}
+
+}  // namespace
+
+void compiled_forward_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
+                               const double* qd, const double* tau, double* qdd) {
+  forward(plan, ws, q, qd, tau, qdd);
+}
+
+void compiled_inverse_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
+                               const double* qd, const double* qdd, double* tau) {
+  inverse(plan, ws, q, qd, qdd, tau);
 }
 
 }  // namespace redysim

@@ -88,8 +88,14 @@ PassiveChange passive_change(const Plan<double>& plan, int joint, double q, doub
           joint_loss(plan, joint, position, rate).derivative};
 }
 
-REDYSIM_CLONES void answer(const Plan<double>& plan, Workspace<double>& ws, const double* forces,
-                           double* qdd) {
+#ifdef REDYSIM_AVX2
+REDYSIM_AVX2 void answer(const Plan<double>& plan, Workspace<double>& ws, const double* forces, double* qdd) {
+  respond(plan, ws, forces, qdd);
+}
+#endif
+
+REDYSIM_PLAIN void answer(const Plan<double>& plan, Workspace<double>& ws, const double* forces,
+                          double* qdd) {
   respond(plan, ws, forces, qdd);
 }
 
@@ -189,8 +195,8 @@ REDYSIM_CLONES void Derivatives::move_subtree(const Plan<double>& plan, const Wo
 }
 
 // The bodies that springs, ports and loops look at, seen from the ground: (6)-(8).
-REDYSIM_CLONES void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<double>& ws,
-                                                    int joint, bool velocity) {
+void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<double>& ws, int joint,
+                                     bool velocity) {
   const bool prismatic = plan.joints[joint].prismatic;
   const GroundState<double> carrier = ground_state(ws, plan.joints[joint].parent);
   const Vec3<double> zero = Vec3<double>::Zero();
@@ -227,7 +233,7 @@ REDYSIM_CLONES void Derivatives::move_ground_states(const Plan<double>& plan, co
 }
 
 // Wrenches of springs, ports and loops; returns the change of the springs' power.
-REDYSIM_CLONES double Derivatives::change_elements(const Plan<double>& plan) {
+double Derivatives::change_elements(const Plan<double>& plan) {
   for (auto& s : workspace_.joints) s.p = Force<Dual>::zero();
   add_spring_wrenches(plan_, workspace_);
   add_port_wrenches(plan_, workspace_, port_wrenches_.data());

@@ -58,7 +58,6 @@ def test_is_hardened(library):
     assert "UNIQUE" not in tool("readelf", "-sW", library)
 
 
-@pytest.mark.xfail(reason="1.04 MB: derivatives through controllers, and what stiff scenes need, came on top of 0.95 MB", strict=False)
 def test_is_at_most_one_megabyte(library):
     cache = library.parents[2] / "CMakeCache.txt"  # build/release of the source tree
     place = re.search(r"^REDYSIM_SUNDIALS:PATH=(.*)$", cache.read_text(encoding="utf-8") if cache.is_file() else "", re.MULTILINE)
