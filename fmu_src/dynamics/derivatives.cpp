@@ -233,7 +233,7 @@ void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<d
 }
 
 // Wrenches of springs, ports and loops; returns the change of the springs' power.
-double Derivatives::change_elements(const Plan<double>& plan) {
+REDYSIM_CLONES double Derivatives::change_elements(const Plan<double>& plan) {
   for (auto& s : workspace_.joints) s.p = Force<Dual>::zero();
   add_spring_wrenches(plan_, workspace_);
   add_port_wrenches(plan_, workspace_, port_wrenches_.data());
