@@ -111,13 +111,15 @@ def _simulate(options: argparse.Namespace) -> int:
     from build_fmu.session import Session
     from build_fmu.redysim_layout import columns_of, described, write_layout
     from build_fmu.simulate import Settings, select_outputs, simulate
-    from build_fmu.tables import final_values, write_csv
+    from build_fmu.tables import final_values, keep_other_files, write_csv
 
     target = _simulated_file(options)
     # a wrong file name shows before the run, not after
     for path, endings in ((options.csv, (".csv",)), (options.plot, FORMATS)):
         if path is not None and path.suffix.lower() not in endings:
             raise UserError(f"'{path}' must end in {' or '.join(endings)}")
+    if options.csv:
+        keep_other_files(options.csv, options.input)
     if options.redysim_layout and options.redysim_layout.is_file():
         raise UserError(f"'{options.redysim_layout}' is a file: --redysim-layout needs the name of a folder")
     with _as_fmu(target) as fmu, Session(fmu) as session:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from build_fmu.archive import whole_file
 from build_fmu.describe import Description
+from build_fmu.errors import UserError
 from build_fmu.session import Session
 from build_fmu.simulate import Result
 
@@ -20,6 +22,19 @@ def write_csv(path: Path, result: Result) -> None:
                 file.write(",".join(f"{x:.17g}" for x in (time, *row)) + "\n")
 
     whole_file(path, write)
+
+
+def keep_other_files(path: Path, inputs: Sequence[str]) -> None:
+    """Raises UserError where a record would take the place of something else: of an input, or of a file that is no record."""
+    if any(Path(name).resolve() == path.resolve() for name in inputs):
+        raise UserError(f"'{path}' is an input of this run: choose another name for the record")
+    try:
+        with path.open(encoding="utf-8", errors="replace") as file:
+            head = file.readline(5)
+    except OSError:
+        return  # not there, or what is wrong with it is said on writing
+    if head not in ("", "time,", "time\n"):
+        raise UserError(f"'{path}' exists and is no record of a run: choose another name, or remove it")
 
 
 def _quoted(name: str) -> str:

@@ -144,3 +144,19 @@ def test_a_layout_needs_a_folder(tmp_path, capsys):
     (tmp_path / "file").write_text("x")
     assert main(["simulate", str(ROOT / "models" / "pendulum.toml"), "--redysim-layout", str(tmp_path / "file")]) == 1
     assert "needs the name of a folder" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "sentence"),
+    [
+        ("arm.csv", "joint,alpha,a,theta,d\n", "is no record of a run"),
+        ("wind.csv", "time,rod.tau\n0,0\n1,1\n", "is an input of this run"),
+    ],
+)
+def test_a_record_takes_the_place_of_records_alone(compiled, tmp_path, name, content, sentence):
+    (tmp_path / name).write_text(content)
+    more = ["--input", name] if "input" in sentence else []
+    done = run("simulate", ROOT / "models" / "pendulum.toml", "--stop", "0.01", "--csv", name, *more, cwd=tmp_path)
+    assert done.returncode == 1
+    assert sentence in done.stderr
+    assert (tmp_path / name).read_text() == content

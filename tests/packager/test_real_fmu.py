@@ -41,6 +41,7 @@ def folder(tmp_path):
 
 def test_the_whole_way(folder):
     assert run("build", PENDULUM, cwd=folder).returncode == 0
+    (folder / "a.csv").write_text("time,rod.q\n0,0\n")  # an older record, which may go
     done = run("simulate", "pendulum.fmu", "--stop", 0.5, "--csv", "a.csv", "--plot", "a.png", cwd=folder)
     assert (done.returncode, done.stderr) == (0, "")
     rows = list(csv.reader((folder / "a.csv").open()))
