@@ -28,6 +28,7 @@
 #include "integrate/dense_jacobian.hpp"
 #include "integrate/integrator.hpp"
 #include "model/model_file.hpp"
+#include "model/solver_methods.hpp"
 
 using namespace redysim;
 
@@ -49,10 +50,9 @@ struct Options {
 };
 
 SolverMethod method_called(const std::string& name) {
-  const std::map<std::string, SolverMethod> methods = {
-      {"erk", SolverMethod::erk}, {"adams", SolverMethod::adams}, {"dirk", SolverMethod::dirk},
-      {"bdf", SolverMethod::bdf}, {"bdf-dq", SolverMethod::bdf},  {"auto", SolverMethod::automatic}};
-  return methods.at(name);
+  for (const auto& [text, value] : solver_methods)
+    if (name == text) return value;
+  throw std::runtime_error("there is no method " + name);
 }
 
 // The state in which the FMU would start.
@@ -116,7 +116,7 @@ class Scene {
   Run run(const std::string& method, double rtol) const {
     System system(plan_, true, &model_);
     SolverSettings settings = model_.solver;
-    settings.method = method_called(method);
+    settings.method = method_called(method == "bdf-dq" ? "bdf" : method);
     settings.rtol = rtol;
     settings.atol = rtol / 100;
     const std::vector<double> y = start_of(model_, system);

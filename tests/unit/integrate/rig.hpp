@@ -10,6 +10,7 @@
 
 #include "integrate/integrator.hpp"
 #include "model/model_file.hpp"
+#include "model/solver_methods.hpp"
 
 namespace redysim::test {
 
@@ -19,19 +20,9 @@ inline auto every_method() {
                          SolverMethod::automatic);
 }
 inline std::string method_name(const testing::TestParamInfo<SolverMethod>& method) {
-  switch (method.param) {
-    case SolverMethod::erk:
-      return "erk";
-    case SolverMethod::adams:
-      return "adams";
-    case SolverMethod::dirk:
-      return "dirk";
-    case SolverMethod::bdf:
-      return "bdf";
-    case SolverMethod::automatic:
-      break;
-  }
-  return "auto";
+  for (const auto& [text, value] : solver_methods)
+    if (value == method.param) return text;
+  return "";
 }
 
 // A model of models/ with one integrator over it, started at its start pose.
