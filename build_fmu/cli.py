@@ -44,10 +44,11 @@ def _build(options: argparse.Namespace) -> int:
 
 
 def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
-    output = options.output
-    target = output or Path(f"{model.model_identifier}.fmu")
+    # as the model file is called, whatever the model calls itself
+    name = f"{options.model.stem}{'_inverse' if options.inverse else ''}.fmu"
+    target = options.output or Path(name)
     if target.is_dir():
-        target = target / f"{model.model_identifier}.fmu"
+        target = target / name
     _warn(model.warnings)
     if options.specialise:
         if options.platforms != ["linux64"]:
@@ -226,9 +227,9 @@ def _parser() -> argparse.ArgumentParser:
 
     command = commands.add_parser("build", help="pack a model file into an FMU; needs no compiler")
     command.add_argument("model", type=Path, metavar="MODEL", help="model file (.toml)")
-    command.add_argument("-o", "--output", type=Path, metavar="FMU", help="file or folder to write (default: NAME.fmu here)")
-    command.add_argument("--inverse", action="store_true", help="the inverse of the model, NAME_inverse: joints take motions and say which torques "
-                         "they need")
+    command.add_argument("-o", "--output", type=Path, metavar="FMU", help="file or folder to write (default: here, MODEL's name with .fmu)")
+    command.add_argument("--inverse", action="store_true", help="the inverse of the model, MODEL_inverse.fmu: joints take motions and say which "
+                         "torques they need")
     command.add_argument("--no-show", action="store_true", help="leave out the page that plays the default experiment (documentation/run.html)")
     command.add_argument("--report", action="store_true", help="put what accuracy costs into the FMU's documentation (takes a minute)")
     command.add_argument("--specialise", action="store_true", help="compile a library for this scene alone: smaller and faster; needs the source "
@@ -241,8 +242,8 @@ def _parser() -> argparse.ArgumentParser:
                                   description="Write a model file from a URDF (.urdf), a DH table (.csv, .xlsx), ReDySim's inputs.m or inputs.mat or their "
                                   "folder, or a scene (.json). What it cannot hold is listed.")
     command.add_argument("source", type=Path, metavar="FILE", help="what to import")
-    command.add_argument("-o", "--output", type=Path, metavar="MODEL", help="file or folder to write (default: NAME.toml here)")
-    command.add_argument("--name", metavar="NAME", help="name of the model (default: the file's own)")
+    command.add_argument("-o", "--output", type=Path, metavar="MODEL", help="file or folder to write (default: here, FILE's name with .toml)")
+    command.add_argument("--name", metavar="NAME", help="name of the model and its file (default: the one in FILE, else FILE's own)")
     command.add_argument("--force", action="store_true", help="write over an existing model file")
     command.add_argument("--loop", action="append", default=[], metavar="LINK:x,y,z=LINK:x,y,z", help="ReDySim: two points that coincide (each in its "
                          "link's frame, m), or a TOML file with [[loop]] tables; repeat it for each loop")

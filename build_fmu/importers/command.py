@@ -22,9 +22,10 @@ def run(options: Namespace) -> int:
         if legal(options.name) != options.name:
             raise UserError(f"--name: '{options.name}' is no name for a model; use letters, digits and _, for example '{legal(options.name)}'")
         draft.name = options.name
-    target = options.output or Path(f"{draft.name}.toml")
+    name = f"{_file_name(options, draft)}.toml"
+    target = options.output or Path(name)
     if target.is_dir():
-        target = target / f"{draft.name}.toml"
+        target = target / name
     if target.suffix != ".toml":
         raise UserError(f"'{target}' is no name for a model file: it must end in .toml")
     if target.exists() and not options.force:
@@ -45,6 +46,12 @@ def run(options: Namespace) -> int:
     words = ", ".join(f"{n} {what}{'' if n == 1 else 's'}" for what, n in counts.items())
     print(f"{target}  {words}, {sum(link.mass for link in draft.links):.6g} kg")
     return 0
+
+
+def _file_name(options: Namespace, draft: Draft) -> str:
+    """Returns the model file's name without its ending: the source's; ReDySim's files are all called alike, there it is their folder's."""
+    source = options.source
+    return draft.name if options.name or source.is_dir() or source.suffix.lower() in (".m", ".mat") else source.stem
 
 
 def read(source: Path, options: Namespace) -> Draft:

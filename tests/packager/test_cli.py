@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -21,10 +22,13 @@ def run(*arguments, cwd):
     return subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False)
 
 
-def test_build_writes_here_under_the_models_name(compiled, model, tmp_path):
-    done = run("build", model, cwd=tmp_path)
+def test_build_writes_here_under_the_model_files_name(compiled, model, tmp_path):
+    # the file is called other than the model in it, which names the library
+    done = run("build", model.rename(model.with_name("harbour crane.toml")), cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
-    assert (tmp_path / "crane.fmu").is_file() and "3 inputs" in done.stdout
+    assert "harbour crane.fmu" in done.stdout and "3 inputs" in done.stdout
+    with zipfile.ZipFile(tmp_path / "harbour crane.fmu") as archive:
+        assert "binaries/linux64/crane.so" in archive.namelist()
 
 
 def test_build_into_a_new_folder_and_an_existing_one(compiled, model, tmp_path, capsys):

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 
+from build_fmu.cli import main
 from build_fmu.errors import UserError
 from build_fmu.importers import urdf
 from build_fmu.importers.draft import DhFrame
@@ -39,6 +40,15 @@ def imported(tmp_path, text, snap=False, frames=False, stops=None, floating=Fals
     path = tmp_path / "arm.urdf"
     path.write_text(text, encoding="utf-8")
     return urdf.read(path, argparse.Namespace(snap=snap, frames=frames, stops=stops, floating=floating))
+
+
+def test_the_model_file_is_called_as_its_source_is(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my-arm v2.urdf").write_text(ARM, encoding="utf-8")
+    assert main(["import", "my-arm v2.urdf", "--stops", "1e4"]) == 0
+    assert 'name = "two_link_arm"' in (tmp_path / "my-arm v2.toml").read_text()
+    assert main(["import", "my-arm v2.urdf", "--name", "crane"]) == 0
+    assert 'name = "crane"' in (tmp_path / "crane.toml").read_text()
 
 
 def test_names_frames_and_losses(tmp_path):
