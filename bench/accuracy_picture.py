@@ -65,7 +65,7 @@ def draw(report: Report, file: Path) -> None:
     for target, point in chosen.items():
         if point:
             axes.plot([target, target], [bottom, point.us_per_ms], color=PALE, lw=1, ls=":")
-            axes.annotate(f"{power(target)} rad\n{cost(point.us_per_ms)} µs", (target, point.us_per_ms), (0, -10), textcoords="offset points", ha="center", va="top", fontsize=11, color=INK,
+            axes.annotate(f"{power(target)} rad\n{cost(point.us_per_ms)} µs", (target, point.us_per_ms), (0, -16), textcoords="offset points", ha="center", va="top", fontsize=11, color=INK,
                           bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5})
     axes.set_ylim(bottom, None)
     first, last = chosen[TARGETS[0]], chosen[TARGETS[-1]]

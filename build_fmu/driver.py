@@ -161,7 +161,7 @@ def job_lines(fmu: Staged, task: Task) -> list[str]:
 
 def latency(fmu: Staged, task: Task, instances: Sequence[int]) -> dict[str, Any]:
     """Returns the driver's figures of single steps, starts and many instances (ns, bytes); raises UserError."""
-    answer = _ask([*_head(fmu, task), "mode latency", "instances " + " ".join(map(str, instances))], task.budget)
+    answer = _ask([*_head(fmu, task), f"repeats {task.repeats}", "mode latency", "instances " + " ".join(map(str, instances))], task.budget)
     if isinstance(answer, Outcome) or answer["status"] != "ok":
         raise UserError(f"'{fmu.name}' cannot be timed: {answer.message if isinstance(answer, Outcome) else answer['status']}")
     return answer

@@ -85,37 +85,51 @@ class Bench {
     json_.member("bytes", bytes);
   }
 
-  // Steps one after the other; every reading of the outputs is timed by itself.
+  // Steps one after the other, in runs that each begin at the start; every reading of the outputs is timed by
+  // itself.
   void steps(const char* name, bool changing) {
-    fmi2Component instance = make();
-    start(instance);
-    std::vector<double> step(static_cast<std::size_t>(job_.steps)), read(step.size()),
-        row(job_.outputs.size());
-    const long warm = std::max(10L, job_.steps / 20);
+    Timed timed;
+    for (long run = 0; run <= job_.repeats; ++run) {
+      fmi2Component instance = make();
+      start(instance);
+      this->run(instance, changing, timed);
+      fmu_.free_instance(instance);
+    }
+    json_.key(name).begin_object();
+    json_.member("median_ns", quantile(timed.step, 0.5)).member("p99_ns", quantile(timed.step, 0.99));
+    json_.member("read_ns", quantile(timed.read, 0.5));
+    json_.member("allocations", static_cast<double>(timed.allocations)).end_object();
+  }
+
+  struct Timed {
+    std::vector<double> step, read;  // ns
+    long allocations = 0;            // -1: not counted
+  };
+
+  // One run of a new instance, its first steps untimed.
+  void run(fmi2Component instance, bool changing, Timed& timed) {
+    const long warm = std::min(job_.steps, std::max(10L, job_.steps / 20));
+    timed.step.reserve(timed.step.size() + static_cast<std::size_t>(job_.steps));
+    timed.read.reserve(timed.step.capacity());
+    std::vector<double> row(job_.outputs.size());
     long before = 0;
-    for (long k = -warm; k < job_.steps; ++k) {
-      if (k == 0) before = allocations();
-      const double time = static_cast<double>(k + warm) * job_.step,
-                   end = static_cast<double>(k + warm + 1) * job_.step;
+    for (long k = 0; k < warm + job_.steps; ++k) {
+      if (k == warm) before = allocations();
+      const double time = static_cast<double>(k) * job_.step, end = static_cast<double>(k + 1) * job_.step;
       watchdog_.at(end);
       const auto begin = Clock::now();
-      if (changing) set_inputs(fmu_, instance, job_, k + warm);
+      if (changing) set_inputs(fmu_, instance, job_, k);
       const fmi2Status status = fmu_.do_step(instance, time, end - time, fmi2True);
       const auto middle = Clock::now();
       fmu_.get_real(instance, job_.outputs.data(), row.size(), row.data());
       if (status != fmi2OK)
         throw std::runtime_error(log_.lines().empty() ? "a step failed" : log_.lines().back());
-      if (k < 0) continue;
-      step[static_cast<std::size_t>(k)] =
-          std::chrono::duration<double, std::nano>(middle - begin).count() - clock_;
-      read[static_cast<std::size_t>(k)] = ns_since(middle) - clock_;
+      if (k < warm) continue;
+      timed.read.push_back(ns_since(middle) - clock_);
+      timed.step.push_back(std::chrono::duration<double, std::nano>(middle - begin).count() - clock_);
     }
-    const long asked = allocations() < 0 ? -1 : allocations() - before;
-    fmu_.free_instance(instance);
-    json_.key(name).begin_object();
-    json_.member("median_ns", quantile(step, 0.5));
-    json_.member("p99_ns", quantile(step, 0.99)).member("read_ns", quantile(read, 0.5));
-    json_.member("allocations", static_cast<double>(asked)).end_object();
+    const long after = allocations();
+    timed.allocations = after < 0 ? -1 : timed.allocations + after - before;
   }
 
   // Many at once, stepped in turn: what does not fit a cache shows.
