@@ -10,6 +10,14 @@ class UserError(Exception):
     """A problem that the user can act on; its text is one sentence (or the reader's own lines)."""
 
 
+def named(known: Iterable[str]) -> str:
+    """Returns `; there are a, b and 7 more`, for a name that is like none of them."""
+    known = list(known)
+    shown = known if len(known) <= 5 else known[:4]
+    more = f" and {len(known) - len(shown)} more" if len(shown) < len(known) else ""
+    return f"; there {'is' if len(known) == 1 else 'are'} {', '.join(shown)}{more}"
+
+
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Returns `; did you mean 'x'?` for the nearest known name, or an empty string."""
     known = list(known)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from build_fmu.errors import UserError, did_you_mean
+from build_fmu.errors import UserError, did_you_mean, named
 
 WARNING = 1  # fmi2Warning; higher is worse
 
@@ -86,7 +86,7 @@ class Session:
             raise UserError(f"there is no {kind} '{name}': '{self.description.modelName}' has no {kind}s at all")
         if name in self.variables:
             raise UserError(f"'{name}' is no {kind} but a variable of causality {self.variables[name].causality}")
-        raise UserError(f"there is no {kind} '{name}'{did_you_mean(name, among)}")
+        raise UserError(f"there is no {kind} '{name}'{did_you_mean(name, among) or named(among)}")
 
     def display(self, name: str) -> Display:
         """Returns the unit in which a person reads the variable."""
@@ -102,7 +102,7 @@ class Session:
         """Takes the FMU through initialisation at `start` (s) with the given start values."""
         self._guarded(f"at t = {start:g} s", lambda: self.instance.setupExperiment(tolerance, start, stop))
         for name, value in values.items():
-            self._guarded(f"'{name}' = {value}", lambda n=name, v=value: self.write({n: v}))
+            self._guarded(f"at '{name}' = {value}", lambda n=name, v=value: self.write({n: v}))
         self._guarded("in the initialisation", self.instance.enterInitializationMode)
         self._guarded("in the initialisation", self.instance.exitInitializationMode)
 

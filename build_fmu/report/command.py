@@ -19,7 +19,7 @@ from build_fmu.errors import UserError
 from build_fmu.report.motion import positions
 from build_fmu.report.pages import Report, advice, write_csv, write_page, write_pictures
 from build_fmu.report.reference import Reference, from_csv, from_tight_runs
-from build_fmu.report.sweep import METHODS, TOLERANCES, Inputs, Plan, communication_steps, offered_methods, sweep, task_for
+from build_fmu.report.sweep import METHODS, TOLERANCES, Inputs, Plan, communication_steps, known_method, offered_methods, sweep, task_for
 from build_fmu.signals import parse_inputs
 
 TIGHT_SECONDS = 20.0
@@ -42,6 +42,11 @@ class Wish:
 
 def run(options: Namespace) -> int:
     """Writes the reports and returns the exit code: 1 where a target has no report."""
+    for method in options.method or ():
+        known_method(method)
+    for rtol in options.rtol or ():
+        if not 0 < rtol < 1:
+            raise UserError(f"a tolerance must be between 0 and 1, got {rtol:g}")
     wish = Wish(options.stop, options.step or None, options.method or METHODS, options.rtol or TOLERANCES, options.input, options.reference,
                 seconds=options.seconds)
     targets = list(options.targets)

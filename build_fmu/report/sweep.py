@@ -66,6 +66,12 @@ class Plan:
     spend: float = 0.06
 
 
+def known_method(name: str) -> None:
+    """Raises UserError for a name that is no solver method."""
+    if name not in METHODS:
+        raise UserError(f"there is no method '{name}', only {', '.join(METHODS)}")
+
+
 def offered_methods(fmu: Staged, wanted: Sequence[str] = METHODS) -> list[str]:
     """Returns those methods that the FMU accepts."""
     if "solver.method" not in fmu.variables or "solver.rtol" not in fmu.variables:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from build_fmu.describe import describe
 from build_fmu.errors import UserError
+from build_fmu.report.sweep import known_method
 from build_fmu.stress.cases import GROUPS, Case, catalogue
 from build_fmu.stress.html import write_html
 from build_fmu.stress.pages import KINDS, not_finished, write_csv, write_page, write_pictures
@@ -23,6 +24,8 @@ def run(options: Namespace) -> int:
     """Writes the files and returns the exit code: 1 where a case failed."""
     begin = time.monotonic()
     wanted = _groups(options.only)
+    if options.method is not None:
+        known_method(options.method)
     work = [(model, case) for file in options.models for model, case in _cases(file) if case.group in wanted]
     verdicts = _run_all(work, options)
     folder = options.output or Path(".")

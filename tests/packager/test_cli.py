@@ -75,6 +75,9 @@ def test_check_summary(compiled, model, tmp_path):
         (["simulate", "broken.fmu"], "is not a readable FMU"),
         (["simulate", "x.fmu", "--csv", "out.txt"], "must end in .csv"),
         (["simulate", "x.fmu", "--plot", "out.toml"], "must end in .png"),
+        (["report", "x.fmu", "--method", "erk", "rk4"], "there is no method 'rk4', only auto, "),
+        (["report", "x.fmu", "--rtol", "0"], "a tolerance must be between 0 and 1, got 0"),
+        (["stress", "crane.toml", "--method", "foo"], "there is no method 'foo', only auto, "),
     ],
 )
 def test_sentences(compiled, tmp_path, arguments, sentence):
