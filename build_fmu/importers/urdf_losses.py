@@ -54,10 +54,14 @@ def _unknown(robot: ET.Element, lines: dict[int, int], draft: Draft) -> None:
             seen.add(child.tag)
     for (parent, tag), count in tags.items():
         draft.lost.append(f"{count} x <{tag}> in <{parent}>, the first in line {first[parent, tag]}{did_you_mean(tag, CHILDREN[parent])}")
+    places: dict[tuple[str, str], list[int]] = {}
     for element in _read(robot):
         for key in element.attrib:
             if key not in ATTRIBUTES[element.tag]:
-                draft.lost.append(f"line {lines.get(id(element), 1)}: '{key}' of <{element.tag}>{did_you_mean(key, ATTRIBUTES[element.tag])}")
+                places.setdefault((element.tag, key), []).append(lines.get(id(element), 1))
+    for (tag, key), at in places.items():
+        what = f"'{key}' of <{tag}>"
+        draft.lost.append((f"line {at[0]}: {what}" if len(at) == 1 else f"{len(at)} x {what}, the first in line {at[0]}") + did_you_mean(key, ATTRIBUTES[tag]))
 
 
 def _read(robot: ET.Element) -> Iterable[ET.Element]:

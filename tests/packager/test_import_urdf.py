@@ -42,6 +42,12 @@ def imported(tmp_path, text, snap=False, frames=False, stops=None, floating=Fals
     return urdf.read(path, argparse.Namespace(snap=snap, frames=frames, stops=stops, floating=floating))
 
 
+def test_an_unknown_attribute_is_told_once(tmp_path):
+    text = ARM.replace("<axis ", '<dynamics D="1" mu="2"/><axis ', 2).replace('damping="0.7" ', "").replace('<dynamics friction="0.2"/>', "")
+    lost = imported(tmp_path, text).lost
+    assert [line for line in lost if "<dynamics>" in line] == ["2 x 'D' of <dynamics>, the first in line 11", "2 x 'mu' of <dynamics>, the first in line 11"]
+
+
 def test_the_model_file_is_called_as_its_source_is(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my-arm v2.urdf").write_text(ARM, encoding="utf-8")
