@@ -90,8 +90,15 @@ std::string find_model_file(const Log& log, const char* location) {
   return {};
 }
 
-Component* instantiate(const Log& log, fmi2Type type, fmi2String guid, fmi2String location,
-                       const fmi2CallbackFunctions* functions) {
+// The standard asks for at least one character that is no white space.
+bool is_a_name(fmi2String text) { return text && text[std::strspn(text, " \t\n\v\f\r")] != '\0'; }
+
+Component* instantiate(const Log& log, fmi2String instance_name, fmi2Type type, fmi2String guid,
+                       fmi2String location, const fmi2CallbackFunctions* functions) {
+  if (!is_a_name(instance_name)) {
+    log.error("fmi2Instantiate: the instance has no name");
+    return nullptr;
+  }
   if (type != fmi2CoSimulation) {
     log.error("fmi2Instantiate: this FMU is for co-simulation only");
     return nullptr;
@@ -154,7 +161,7 @@ fmi2Component fmi2Instantiate(fmi2String instance_name, fmi2Type type, fmi2Strin
   try {
     const Log log(functions, instance_name, logging_on);
     try {
-      return instantiate(log, type, guid, location, functions);
+      return instantiate(log, instance_name, type, guid, location, functions);
     } catch (...) {
       log_exception(log, "fmi2Instantiate");
     }

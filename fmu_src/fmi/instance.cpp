@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "dynamics/freedom.hpp"
+#include "fmi/arrays.hpp"
 #include "model/number.hpp"
 
 namespace redysim {
@@ -86,7 +87,8 @@ fmi2Status Instance::refuse(Function function, const std::string& why) {
 }
 
 fmi2Status Instance::set_debug_logging(bool on, std::size_t count, const fmi2String* categories) {
-  if (count > 0 && !categories) return refuse(Function::set_debug_logging, "the categories are missing");
+  if (const char* why = objection_to_arrays(count, {categories}))
+    return refuse(Function::set_debug_logging, why);
   if (const char* unknown = log_.set(on, count, categories))
     return refuse(Function::set_debug_logging, "there is no log category '" + std::string(unknown) + "'");
   return fmi2OK;

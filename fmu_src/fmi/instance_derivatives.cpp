@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "fmi/arrays.hpp"
 #include "fmi/instance.hpp"
 #include "model/number.hpp"
 
@@ -7,8 +8,6 @@
 
 namespace redysim {
 namespace {
-
-constexpr const char* null_argument = "an argument is a null pointer";
 
 // How often a part of a prescribed motion is derived by itself; the derivatives of the three are one chain.
 int motion_order(Role role) {
@@ -20,7 +19,8 @@ int motion_order(Role role) {
 fmi2Status Instance::set_real_input_derivatives(const unsigned* references, std::size_t count,
                                                 const int* orders, const double* values) {
   constexpr Function function = Function::set_real_input_derivatives;
-  if (count > 0 && (!references || !orders || !values)) return refuse(function, null_argument);
+  if (const char* why = objection_to_arrays(count, {references, orders, values}))
+    return refuse(function, why);
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = table_.real(references[i]);
     if (!variable) return refuse(function, unknown_reference(references[i], "Real"));

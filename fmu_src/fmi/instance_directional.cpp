@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "dynamics/ground_motion.hpp"
+#include "fmi/arrays.hpp"
 #include "fmi/instance.hpp"
 #include "integrate/tangent.hpp"
 #include "model/number.hpp"
@@ -9,8 +10,6 @@
 
 namespace redysim {
 namespace {
-
-constexpr const char* null_argument = "an argument is a null pointer";
 
 // The unit quaternion of a rotation that changes by `turn` (in its own axes): how it changes.
 double quaternion_change(Eigen::Vector4d quaternion, const Vec3<double>& turn, int element) {
@@ -61,8 +60,9 @@ fmi2Status Instance::get_directional_derivative(const unsigned* unknowns, std::s
                                                 const unsigned* knowns, std::size_t known_count,
                                                 const double* directions, double* derivatives) {
   constexpr Function function = Function::get_directional_derivative;
-  if ((unknown_count > 0 && (!unknowns || !derivatives)) || (known_count > 0 && (!knowns || !directions)))
-    return refuse(function, null_argument);
+  const char* objection = objection_to_arrays(unknown_count, {unknowns, derivatives});
+  if (!objection) objection = objection_to_arrays(known_count, {knowns, directions});
+  if (objection) return refuse(function, objection);
   for (std::size_t i = 0; i < known_count; ++i) {
     const Variable* variable = table_.real(knowns[i]);
     if (!variable) return refuse(function, unknown_reference(knowns[i], "Real"));
@@ -89,7 +89,8 @@ fmi2Status Instance::get_directional_derivative(const unsigned* unknowns, std::s
 fmi2Status Instance::get_real_output_derivatives(const unsigned* references, std::size_t count,
                                                  const int* orders, double* values) {
   constexpr Function function = Function::get_real_output_derivatives;
-  if (count > 0 && (!references || !orders || !values)) return refuse(function, null_argument);
+  if (const char* why = objection_to_arrays(count, {references, orders, values}))
+    return refuse(function, why);
   bool simple = true;  // q' and qd' need no dual numbers
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = table_.real(references[i]);

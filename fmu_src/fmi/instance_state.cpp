@@ -118,7 +118,7 @@ bool Instance::restore(const Bytes& bytes) {
   state_ = state;
   start_time_ = start_time;
   stop_time_ = stop_time;
-  time_ = time;
+  time_ = running ? integrator_->time() : time;  // one clock, whatever the bytes say
   energy_offset_ = energy_offset;
   parameters_changed_ = parameters_changed != 0;
   settled_ = settled != 0;

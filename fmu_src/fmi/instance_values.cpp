@@ -2,6 +2,7 @@
 
 #include "dynamics/loop_rows.hpp"
 #include "dynamics/momentum.hpp"
+#include "fmi/arrays.hpp"
 #include "fmi/frame_values.hpp"
 #include "fmi/instance.hpp"
 #include "model/features.hpp"
@@ -212,7 +213,7 @@ void Instance::set_motion(const Variable& variable, double value) {
 
 fmi2Status Instance::get_real(const unsigned* references, std::size_t count, double* values) {
   constexpr Function function = Function::get_real;
-  if (count > 0 && (!references || !values)) return refuse(function, null_argument);
+  if (const char* why = objection_to_arrays(count, {references, values})) return refuse(function, why);
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = table_.real(references[i]);
     if (!variable) return refuse(function, unknown_reference(references[i], "Real"));
@@ -245,7 +246,7 @@ static long number_of(const Integrator* integrator) {
 
 fmi2Status Instance::get_integer(const unsigned* references, std::size_t count, int* values) {
   constexpr Function function = Function::get_integer;
-  if (count > 0 && (!references || !values)) return refuse(function, null_argument);
+  if (const char* why = objection_to_arrays(count, {references, values})) return refuse(function, why);
   const Statistics nothing_yet;
   const Statistics& statistics = integrator_ ? integrator_->statistics() : nothing_yet;
   for (std::size_t i = 0; i < count; ++i) {
@@ -265,7 +266,7 @@ fmi2Status Instance::get_integer(const unsigned* references, std::size_t count, 
 
 fmi2Status Instance::get_string(const unsigned* references, std::size_t count, fmi2String* values) {
   constexpr Function function = Function::get_string;
-  if (count > 0 && (!references || !values)) return refuse(function, null_argument);
+  if (const char* why = objection_to_arrays(count, {references, values})) return refuse(function, why);
   for (std::size_t i = 0; i < count; ++i) {
     if (!table_.string(references[i])) return refuse(function, unknown_reference(references[i], "String"));
     values[i] = method_name(model_.solver.method);  // the only String
@@ -282,7 +283,7 @@ std::string Instance::why_not_settable(const Variable& variable) const {
 
 fmi2Status Instance::set_real(const unsigned* references, std::size_t count, const double* values) {
   constexpr Function function = Function::set_real;
-  if (count > 0 && (!references || !values)) return refuse(function, null_argument);
+  if (const char* why = objection_to_arrays(count, {references, values})) return refuse(function, why);
   // all are checked before the first is set
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = table_.real(references[i]);
@@ -317,7 +318,7 @@ fmi2Status Instance::set_real(const unsigned* references, std::size_t count, con
 fmi2Status Instance::set_integer(const unsigned* references, std::size_t count) {
   constexpr Function function = Function::set_integer;
   if (count == 0) return fmi2OK;
-  if (!references) return refuse(function, null_argument);
+  if (const char* why = objection_to_arrays(count, {references})) return refuse(function, why);
   const Variable* variable = table_.integer(references[0]);
   return refuse(function,
                 variable ? why_not_settable(*variable) : unknown_reference(references[0], "Integer"));
@@ -325,7 +326,7 @@ fmi2Status Instance::set_integer(const unsigned* references, std::size_t count) 
 
 fmi2Status Instance::set_string(const unsigned* references, std::size_t count, const fmi2String* values) {
   constexpr Function function = Function::set_string;
-  if (count > 0 && (!references || !values)) return refuse(function, null_argument);
+  if (const char* why = objection_to_arrays(count, {references, values})) return refuse(function, why);
   SolverMethod method = model_.solver.method;
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = table_.string(references[i]);

@@ -222,11 +222,14 @@ Outcome Automatic::advance(double end, bool inputs_changed) {
   choose_history(span);
   const long allowed = allowed_steps(span), before = statistics_.steps;
   bool changed = inputs_changed;
+  Pace pace(time());
   while (time() < end) {
     const Outcome outcome = current_->advance(end, changed);
     changed = false;
     count();
     if (!outcome.ok) return outcome;
+    if (pace.is_hopeless(statistics_.steps - before, allowed, time(), end))
+      return failure(time(), Pace::sentence(allowed, name()));
     if (statistics_.steps - before > allowed)
       return failure(time(), std::to_string(allowed) + " steps did not reach the end of the step");
     watch(span);

@@ -18,7 +18,8 @@
 
 // Variable-order multistep methods by SUNDIALS' CVODE: Adams (functional iteration) and BDF (Newton).
 //
-// CVODE runs ahead of time() in steps of its own; states at communication points are interpolated, so that
+// CVODE counts time from where it last began, so that its steps may be shorter than the rounding of a large
+// time. It runs ahead of time() in steps of its own; states at communication points are interpolated, so that
 // a run with unchanged inputs does not depend on where it is cut. Changed inputs restart it at time().
 // CVODE's memory is opaque: a saved state is its last restart and the number of steps since, and restoring
 // repeats these steps. To bound them CVODE is restarted every steps_between_restarts steps.
@@ -85,11 +86,13 @@ class Cvode final : public Integrator {
   static int project(double time, N_Vector y, N_Vector correction, double, N_Vector error, void* self);
 
   void build();
+  double absolute(double since) const { return beginning_.time + since; }  // CVODE's time for the system
   bool begin(double time, const double* y, bool careful);
   void reset_to_beginning();
   int take_step();
   void count_step();
   Outcome reach(double& end);
+  double since_beginning(double end) const;
   Outcome explain(int flag);
 
   System& system_;
@@ -113,7 +116,7 @@ class Cvode final : public Integrator {
   std::vector<double> y_;
   bool fresh_ = true;  // no beginning yet
   Beginning beginning_;
-  double ahead_time_ = 0;         // end of CVODE's last step, >= time_
+  double ahead_time_ = 0;         // end of CVODE's last step since the beginning; not before time_
   std::int32_t steps_taken_ = 0;  // since the beginning
   Statistics statistics_;
 
@@ -185,7 +188,7 @@ int Cvode::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_po
     return 0;
   }
   ++self.statistics_.evaluations;
-  return static_cast<int>(self.system_.right_hand_side(time, data(y), data(ydot)));
+  return static_cast<int>(self.system_.right_hand_side(self.absolute(time), data(y), data(ydot)));
 }
 
 // CVODE asks for the weights once before each step, for the newest entry of its history itself. Its own
@@ -194,7 +197,7 @@ int Cvode::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_po
 int Cvode::weights(N_Vector y, N_Vector weights, void* self_pointer) {
   Cvode& self = *static_cast<Cvode*>(self_pointer);
   if (self.project_history_ && self.steps_taken_ > 0) {
-    const Status status = self.system_.project(self.ahead_time_, data(y), nullptr);
+    const Status status = self.system_.project(self.absolute(self.ahead_time_), data(y), nullptr);
     self.projection_failed_ = status != Status::ok;
     if (self.projection_failed_) return -1;
   }
@@ -210,7 +213,7 @@ int Cvode::jacobian(double time, N_Vector y, N_Vector, SUNMatrix matrix, void* s
   if (self.warming_up_) return SUNMatZero(matrix);
   ++self.statistics_.jacobians;
   ++self.statistics_.evaluations;
-  return static_cast<int>(self.jacobian_->evaluate(time, data(y), SM_DATA_D(matrix)));
+  return static_cast<int>(self.jacobian_->evaluate(self.absolute(time), data(y), SM_DATA_D(matrix)));
 }
 
 int Cvode::project(double time, N_Vector y, N_Vector correction, double, N_Vector error, void* self_pointer) {
@@ -218,7 +221,8 @@ int Cvode::project(double time, N_Vector y, N_Vector correction, double, N_Vecto
   N_VConst(0.0, correction);
   if (self.warming_up_) return 0;
   std::copy_n(data(y), self.y_.size(), data(correction));
-  const Status status = self.system_.project(time, data(correction), error ? data(error) : nullptr);
+  const Status status =
+      self.system_.project(self.absolute(time), data(correction), error ? data(error) : nullptr);
   N_VLinearSum(1.0, correction, -1.0, y, correction);
   return static_cast<int>(status);
 }
@@ -254,9 +258,9 @@ bool Cvode::begin(double time, const double* y, bool careful) {
 
 void Cvode::reset_to_beginning() {
   std::copy(beginning_.y.begin(), beginning_.y.end(), data(ahead_));
-  CVodeReInit(memory_.get(), beginning_.time, ahead_.get());
+  CVodeReInit(memory_.get(), 0, ahead_.get());
   CVodeSetInitStep(memory_.get(), beginning_.first_step);
-  ahead_time_ = beginning_.time;
+  ahead_time_ = 0;
   steps_taken_ = 0;
   serve_slope_ = projection_failed_ = false;
 }
@@ -264,7 +268,7 @@ void Cvode::reset_to_beginning() {
 int Cvode::take_step() {
   // CVODE looks at the end time for its direction only
   const int flag =
-      CVode(memory_.get(), ahead_time_ + 1 + std::fabs(ahead_time_), ahead_.get(), &ahead_time_, CV_ONE_STEP);
+      CVode(memory_.get(), ahead_time_ + 1 + ahead_time_, ahead_.get(), &ahead_time_, CV_ONE_STEP);
   if (flag >= 0) ++steps_taken_;
   return flag;
 }
@@ -277,27 +281,37 @@ void Cvode::count_step() {
   statistics_.rejected = beginning_.rejected_before + errors + solver;
 }
 
+// CVODE's time of an `end` that it has reached, or is to reach.
+double Cvode::since_beginning(double end) const {
+  return absolute(ahead_time_) == end ? ahead_time_ : end - beginning_.time;
+}
+
 // CVODE's steps until they pass `end`, which is where they stand when it is time for a pause.
 Outcome Cvode::reach(double& end) {
   const long allowed = allowed_steps(end - time_);
-  for (long step = 0; ahead_time_ < end; ++step) {
+  Pace pace(time_);
+  for (long step = 0; ahead_time_ < since_beginning(end); ++step) {
     if (pause_after_ > 0 && step == pause_after_) {
-      end = ahead_time_;
+      end = absolute(ahead_time_);
       break;
     }
+    if (pace.is_hopeless(step, allowed, absolute(ahead_time_), end))
+      return failure(absolute(ahead_time_), Pace::sentence(allowed, name()));
     if (step == allowed)
-      return failure(ahead_time_, too_many_steps(system_, allowed, name(), ahead_time_, data(ahead_)));
+      return failure(absolute(ahead_time_),
+                     too_many_steps(system_, allowed, name(), absolute(ahead_time_), data(ahead_)));
     if (steps_taken_ == steps_between_restarts) {
+      const double time = absolute(ahead_time_);
       std::copy_n(data(ahead_), y_.size(), data(error_));
-      if (system_.project(ahead_time_, data(error_), nullptr) != Status::ok)
-        return failure(ahead_time_, "the loops cannot be closed");
-      if (!begin(ahead_time_, data(error_), true))
-        return failure(ahead_time_, "the accelerations cannot be computed");
+      if (system_.project(time, data(error_), nullptr) != Status::ok)
+        return failure(time, "the loops cannot be closed");
+      if (!begin(time, data(error_), true)) return failure(time, "the accelerations cannot be computed");
     }
     const double before = ahead_time_;
     const int flag = take_step();
     if (flag < 0) return explain(flag);
-    if (!(ahead_time_ > before)) return failure(before, "no step is small enough for the tolerance");
+    if (!(ahead_time_ > before))
+      return failure(absolute(before), "no step is small enough for the tolerance");
     count_step();
   }
   return {};
@@ -320,10 +334,11 @@ Outcome Cvode::advance(double end, bool inputs_changed) {
   Outcome outcome = reach(end);
   if (outcome.ok) {
     double* y = data(error_);
-    if (ahead_time_ == end)
+    const double since = since_beginning(end);
+    if (ahead_time_ == since)
       std::copy_n(data(ahead_), y_.size(), y);
     else
-      CVodeGetDky(memory_.get(), end, 0, error_.get());
+      CVodeGetDky(memory_.get(), since, 0, error_.get());
     if (system_.has_loops() && (system_.project(end, y, nullptr) != Status::ok || system_.loops_are_lost()))
       outcome = failure(end, "the loops cannot be closed");
   }
@@ -343,22 +358,23 @@ Outcome Cvode::advance(double end, bool inputs_changed) {
 }
 
 Outcome Cvode::explain(int flag) {
-  if (projection_failed_) return failure(ahead_time_, "the loops cannot be closed");
+  const double time = absolute(ahead_time_);
+  if (projection_failed_) return failure(time, "the loops cannot be closed");
   switch (flag) {
     case CV_ERR_FAILURE:
     case CV_CONV_FAILURE:
-      return failure(ahead_time_, "no step is small enough for the tolerance");
+      return failure(time, "no step is small enough for the tolerance");
     case CV_RHSFUNC_FAIL:
     case CV_FIRST_RHSFUNC_ERR:
     case CV_REPTD_RHSFUNC_ERR:
     case CV_UNREC_RHSFUNC_ERR:
     case CV_LSETUP_FAIL:
-      return failure(ahead_time_, "the accelerations cannot be computed, or are not finite");
+      return failure(time, "the accelerations cannot be computed, or are not finite");
     case CV_PROJFUNC_FAIL:
     case CV_REPTD_PROJFUNC_ERR:
-      return failure(ahead_time_, "the loops cannot be closed");
+      return failure(time, "the loops cannot be closed");
     default:
-      return failure(ahead_time_, message_.text);
+      return failure(time, message_.text);
   }
 }
 

@@ -176,9 +176,9 @@ int Dirk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_poi
     }
   }
   ++self.statistics_.evaluations;
-  const Status status = self.system_.right_hand_side(time, data(y), slope);
+  const Status status = self.system_.right_hand_side(self.absolute(time), data(y), slope);
   if (time == self.step_begin_ && status == Status::ok) {
-    if (time == self.time_) {
+    if (time == self.since_) {
       std::memcpy(self.slope_.data(), slope, bytes);
       self.begin_slope_ = self.slope_.data();
     } else {
@@ -194,7 +194,7 @@ int Dirk::jacobian(double time, N_Vector y, N_Vector, SUNMatrix matrix, void* se
   if (self.warming_up_) return SUNMatZero(matrix);
   ++self.statistics_.jacobians;
   ++self.statistics_.evaluations;
-  return static_cast<int>(self.jacobian_.evaluate(time, data(y), SM_DATA_D(matrix)));
+  return static_cast<int>(self.jacobian_.evaluate(self.absolute(time), data(y), SM_DATA_D(matrix)));
 }
 
 int Dirk::predict(double, N_Vector stage, void* self_pointer) {
@@ -228,19 +228,19 @@ int Dirk::complete(double time, N_Vector y, void* self_pointer) {
 
 int Dirk::run(double first_step) {
   void* ark = memory_.get();
-  step_begin_ = time_;
+  step_begin_ = since_;
   begin_slope_ = slope_known_ ? slope_.data() : nullptr;
   ARKStepSetMaxNumSteps(ark, allowed_);
   ARKStepSetInitStep(ark, first_step);
-  ARKStepReset(ark, time_, start_.get());
+  ARKStepReset(ark, since_, start_.get());
   ARKStepSetStopTime(ark, end_);
-  ARKStepSetMinStep(ark, std::min(first_step, smallest_step(time_, end_)));
-  double reached = time_;
+  ARKStepSetMinStep(ark, std::min(first_step, smallest_step(since_, end_)));
+  double reached = since_;
   return ARKStepEvolve(ark, end_, result_.get(), &reached, ARK_NORMAL);
 }
 
 double Dirk::reached() const {
-  double time = time_;
+  double time = since_;
   ARKStepGetCurrentTime(memory_.get(), &time);
   return time;
 }

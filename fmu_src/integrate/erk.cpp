@@ -193,7 +193,7 @@ int Erk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_poin
   self.last_slope_ = slope;
   if (!self.stage_failed_) {
     ++self.statistics_.evaluations;
-    const Status status = self.system_.right_hand_side(time, data(y), slope);
+    const Status status = self.system_.right_hand_side(self.absolute(time), data(y), slope);
     if (status == Status::ok) return 0;
     if (status == Status::fatal) return -1;
     self.stage_failed_ = true;
@@ -208,14 +208,14 @@ int Erk::run(double first_step) {
   serve_slope_ = slope_known_;
   ERKStepSetMaxNumSteps(erk, allowed_);
   ERKStepSetInitStep(erk, first_step);
-  ERKStepReset(erk, time_, start_.get());
+  ERKStepReset(erk, since_, start_.get());
   ERKStepSetStopTime(erk, end_);
-  double reached = time_;
+  double reached = since_;
   return ERKStepEvolve(erk, end_, result_.get(), &reached, ARK_NORMAL);
 }
 
 double Erk::reached() const {
-  double time = time_;
+  double time = since_;
   ERKStepGetCurrentTime(in_use_, &time);
   return time;
 }

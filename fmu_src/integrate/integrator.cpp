@@ -54,8 +54,21 @@ long allowed_steps(double length) {
   return static_cast<long>(std::min(1e5 + 1e5 * length, 1e9));
 }
 
+bool Pace::is_hopeless(long steps, long allowed, double time, double end) {
+  if (steps - steps_ < looks_after || allowed - steps < many) return false;
+  const double covered = (time - time_) / static_cast<double>(steps - steps_);
+  steps_ = steps;
+  time_ = time;
+  return growth * covered * static_cast<double>(allowed - steps) < end - time;
+}
+
+std::string Pace::sentence(long allowed, const char* method) {
+  return "at this pace " + std::to_string(allowed) + " internal steps of " + method +
+         " would not reach the end of the step";
+}
+
 double smallest_step(double time, double end) {
-  return 16 * std::numeric_limits<double>::epsilon() * std::max(std::fabs(time), std::fabs(end));
+  return 16 * std::numeric_limits<double>::epsilon() * std::max(time, std::min(end, 1.0));
 }
 
 bool follow_motion(System& system, double time, double* y) {

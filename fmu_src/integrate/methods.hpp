@@ -21,7 +21,25 @@ std::unique_ptr<Integrator> make_still();  // for a system without state
 // Internal steps, accepted or not, that an advance over `length` seconds may take.
 long allowed_steps(double length);
 
-// The smallest step that still moves the clock of an advance that ends at `end`.
+// Tells early that the steps that an advance may take will not do, by the time that the last of them covered:
+// an end that is hours of computing away is refused within seconds. Where not that many are allowed, nothing
+// is foretold: after a rough patch steps may grow.
+class Pace {
+ public:
+  static constexpr long looks_after = 200'000;  // steps
+  static constexpr long many = 100'000'000;     // left
+  static constexpr double growth = 10;          // of the pace, that may be hoped for
+  explicit Pace(double time) : time_(time) {}
+  bool is_hopeless(long steps, long allowed, double time, double end);
+  static std::string sentence(long allowed, const char* method);
+
+ private:
+  long steps_ = 0;
+  double time_;
+};
+
+// The smallest step of an advance that ends at `end`, at a time since it began: it still moves the clock, and
+// nothing is as fast as a hundredth of a picosecond.
 double smallest_step(double time, double end);
 
 // After new inputs: y follows a prescribed motion that jumped. False: loops cannot close.

@@ -8,7 +8,8 @@
 // What the Runge-Kutta methods of SUNDIALS' ARKODE share, explicit and implicit.
 //
 // Each advance is a fresh start of ARKODE at (time, y) with a stop time, so that nothing but y, the step
-// control and the slope at the start, where it is known, lives on.
+// control and the slope at the start, where it is known, lives on. ARKODE counts time from the begin of the
+// advance, so that its steps may be shorter than the rounding of a large time.
 
 namespace redysim {
 
@@ -20,7 +21,7 @@ class OneStep : public Integrator {
   Outcome start(double time, const double* y) override;
   Outcome advance(double end, bool inputs_changed) override;
 
-  double time() const override { return time_; }
+  double time() const override { return origin_ + since_; }
   const double* state() const override { return y_.data(); }
   const Statistics& statistics() const override { return statistics_; }
 
@@ -40,9 +41,9 @@ class OneStep : public Integrator {
   OneStep(System& system, const SolverSettings& settings, SolverMethod method, int error_order,
           double tightening);
 
-  // One run of ARKODE from (time_, y_) to end_ into result_ in at most allowed_ steps; its flag.
+  // One run of ARKODE from (since_, y_) to end_ into result_ in at most allowed_ steps; its flag.
   virtual int run(double first_step) = 0;
-  virtual double reached() const = 0;              // by the last run, when it failed
+  virtual double reached() const = 0;              // by the last run, when it failed; since origin_
   virtual const double* last_slope() const = 0;    // f at the end of the last run, or null
   virtual const char* reason(int flag) const = 0;  // of a failure that only the method knows, or null
   virtual double stability() const { return 1; }   // its interval on the negative real axis, if it is finite
@@ -60,6 +61,9 @@ class OneStep : public Integrator {
     control_.set_error_order(error_order);
   }
 
+  // What ARKODE's time is for the system.
+  double absolute(double since) const { return since == end_ ? goal_ : origin_ + since; }
+
   // Signs of ARKODE; `self` is a OneStep.
   static int weights(N_Vector y, N_Vector weights, void* self);
   static int adapt(N_Vector y, double t, double h, double, double, double error, double, double, int, int,
@@ -76,25 +80,27 @@ class OneStep : public Integrator {
   sundials::Vector start_, result_;
 
   // what the future depends on
-  double time_ = 0;
+  double origin_ = 0;  // end of the last advance that was not cut short
+  double since_ = 0;   // then
   std::vector<double> y_;
-  std::vector<double> slope_;  // f(time_, y_) of the last inputs, when slope_known_
+  std::vector<double> slope_;  // f(time(), y_) of the last inputs, when slope_known_
   bool slope_known_ = false;
   Statistics statistics_;
 
   // of the advance under way
   std::vector<double> y_before_;  // where it began
-  double end_ = 0;
-  long allowed_ = 0;           // steps of this run
-  bool warming_up_ = false;    // ARKODE allocates in its first step: it takes one of a system at rest
-  bool stage_failed_ = false;  // a stage had no slope: this attempt is to be rejected
-  bool skip_slope_ = false;    // the next slope asked for is not used: the advance is over
+  double goal_ = 0;               // its end
+  double end_ = 0;                // the same since origin_
+  long allowed_ = 0;              // steps of this run
+  bool warming_up_ = false;       // ARKODE allocates in its first step: it takes one of a system at rest
+  bool stage_failed_ = false;     // a stage had no slope: this attempt is to be rejected
+  bool skip_slope_ = false;       // the next slope asked for is not used: the advance is over
 
  private:
   bool first_step_from_here();
-  int attempt(double end);
-  int attempt_until_closed(double end);
-  void arrive(double time);
+  int attempt();
+  int attempt_until_closed();
+  void arrive(double since);
   Outcome explain(int flag, long allowed);
 
   SolverMethod method_;

@@ -31,12 +31,20 @@ def works(subject, component) -> None:
 # --- instances ---
 
 
-@check(None, b"", b"%s%n%n%n", b"x" * 100_000, b"\xff\xfe", b"a\nb", "ü".encode())
+@check(b" a", b"%s%n%n%n", b"x" * 100_000, b"\xff\xfe", b"a\nb", "ü".encode())
 def names_of_every_kind(subject, slave, name):
     messages = []
     callbacks = Callbacks(Logger(lambda *told: messages.append(told)), Allocate(), Free(), None, None)
     works(subject, instantiate(subject, name=name, callbacks=c.byref(callbacks)))
-    assert all(told[1] == (name or b"") for told in messages) and messages
+    assert all(told[1] == name for told in messages) and messages
+
+
+@check(None, b"", b" ", b" \t\n\v\f\r")
+def no_name(subject, slave, name):
+    """The standard asks for at least one character that is no white space."""
+    texts = []
+    callbacks = Callbacks(Logger(lambda *told: texts.append(told[4])), Allocate(), Free(), None, None)
+    assert not instantiate(subject, name=name, callbacks=c.byref(callbacks)).value and len(texts) == 1 and b"name" in texts[0]
 
 
 @check()

@@ -24,6 +24,15 @@ def steps_of_impossible_size(subject, slave, size):
     assert slave.last_time() == 0 and slave.step(0, SIZE) == OK
 
 
+@check(1e12, 1e300)
+def a_step_of_ages(subject, slave, size):
+    """No computer reaches its end, unless all comes to rest: told soon, not after hours."""
+    subject.bring_to(slave, "step")
+    if slave.step(0, size) != OK:
+        refused(slave, ERROR)
+        assert slave.last_time() < size
+
+
 @check(math.nan, math.inf, -math.inf, -1.0, 1.0, 0.5 * SIZE, 1e300)
 def steps_from_somewhere_else(subject, slave, current):
     subject.bring_to(slave, "step")
@@ -110,11 +119,11 @@ def experiments_at_no_time(subject, slave, time):
     refused(slave, slave.setup(0.0, time))
 
 
-@check(-1e5, -1.0, 1e-300, 1.0, 1e5, 1e17)
+@check(-1e5, -1.0, 1e-300, 1.0, 1e5, 1e7, 1e9, 1e17)
 def experiments_that_start_anywhere(subject, slave, start):
     assert slave.setup(start) == OK and slave.call("EnterInitializationMode") == OK
     assert slave.call("ExitInitializationMode") == OK, slave.errors
-    size = max(SIZE, abs(start) * 1e-9)
+    size = SIZE if abs(start) <= 1e9 else abs(start) * 1e-9
     assert slave.last_time() == start
     if size <= 1:
         assert slave.step(start, size) == OK, slave.errors

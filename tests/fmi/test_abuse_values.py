@@ -40,6 +40,21 @@ def null_values(subject, slave, function):
     refused(slave, at(subject, slave).call(function, References(0), One, None))
 
 
+@check(2**64 - 1, 2**63, 2**60)
+def counts_beyond_memory(subject, slave, count):
+    """Behind the array there are more zeros, which are references as good as any."""
+    at(subject, slave)
+    n, references, reals, orders = c.c_size_t(count), (c.c_uint * 100_000)(), Double(), (c.c_int * 100_000)(*[1] * 100_000)
+    for kind, values in VALUES.items():
+        for way in ("Get", "Set"):
+            refused(slave, slave.call(f"{way}{kind}", references, n, values()))
+    for function in ("SetRealInputDerivatives", "GetRealOutputDerivatives"):
+        refused(slave, slave.call(function, references, n, orders, reals))
+    refused(slave, slave.call("GetDirectionalDerivative", references, n, references, One, reals, reals))
+    refused(slave, slave.call("GetDirectionalDerivative", references, One, references, n, reals, reals))
+    refused(slave, slave.call("SetDebugLogging", 1, n, Text(b"logAll")))
+
+
 @check("Real", "Integer", "Boolean", "String")
 def references_that_do_not_exist(subject, slave, kind):
     at(subject, slave)
