@@ -39,7 +39,7 @@ docs: ## the docs as a site in out/site
 win64: ## the library for 64-bit Windows in build/win64, run under Wine
 	@sh scripts/win64.sh
 
-interop: ## the FMUs in foreign masters: Ecos, libcosim, FMU containers, FMI4j, JavaFMI, Maestro, VDMCheck
+interop: ## the FMUs in foreign masters: Ecos, libcosim, FMU containers, FMI4j, JavaFMI, Maestro, fmi-sim, VDMCheck
 	@sh scripts/interop.sh
 
 clean: ## remove what was built

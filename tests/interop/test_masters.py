@@ -67,6 +67,16 @@ def test_java_masters(program, folder, options, model, archive, java, place, exp
         agree([[float(row[name]) for name in names] for row in csv.DictReader(rows)], expected(model, names, STEP, STEPS))
 
 
+def test_fmi_sim(model, archive, place, expected, tmp_path):
+    program, names, out = place / "cargo" / "bin" / "fmi-sim", outputs_of(model), tmp_path / "rows.csv"
+    if not program.exists():
+        pytest.skip("no fmi-sim in build/interop: cargo or the network is missing")
+    subprocess.run([program, "--model", archive(model), "-o", out, "co-simulation", "-f", str(STEP * STEPS), "--output-interval", str(STEP)],
+                   check=True, capture_output=True, timeout=60)
+    with out.open() as rows:
+        agree([[float(row[name]) for name in names] for row in csv.DictReader(rows)], expected(model, names, STEP, STEPS))
+
+
 @pytest.mark.parametrize("client", ["ecos", "cosim"])
 def test_a_controller_of_pythonfmu_closes_the_loop(client, archive, ask, place, expected, tmp_path):
     program = place / "bin" / "pythonfmu"
