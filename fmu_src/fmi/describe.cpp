@@ -15,6 +15,7 @@
 #include "fmi/drawing.hpp"
 #include "fmi/json.hpp"
 #include "fmi/log.hpp"
+#include "fmi/parameters.hpp"
 #include "fmi/presentation.hpp"
 #include "fmi/variables.hpp"
 #include "integrate/reference.hpp"

@@ -6,6 +6,7 @@
 
 #include "dynamics/freedom.hpp"
 #include "fmi/arrays.hpp"
+#include "fmi/parameters.hpp"
 #include "model/number.hpp"
 
 namespace redysim {

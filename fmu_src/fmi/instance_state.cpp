@@ -4,6 +4,7 @@
 
 #include "fmi/bytes.hpp"
 #include "fmi/instance.hpp"
+#include "fmi/parameters.hpp"
 
 // Saved states: all that the future depends on, as bytes. Serialised, a header of kind, version, model and
 // check sum goes before them, so that foreign and damaged bytes are refused.

@@ -5,6 +5,7 @@
 #include "fmi/arrays.hpp"
 #include "fmi/frame_values.hpp"
 #include "fmi/instance.hpp"
+#include "fmi/parameters.hpp"
 #include "model/features.hpp"
 #include "model/number.hpp"
 

@@ -137,16 +137,4 @@ bool is_of_link(Role role);
 // Whether the work of drives and dampers is integrated: energies are shown and something is integrated.
 bool has_work(const Model& model, const Plan<double>& plan);
 
-// Where a Real parameter lives in a model; null for other variables.
-double* parameter(Model& model, const Variable& variable);
-double parameter(const Model& model, const Variable& variable);
-
-// Legal texts of solver.method, and the method's text.
-const char* method_name(SolverMethod method);
-bool parse_method(const char* text, SolverMethod& method);
-std::string method_names();  // 'erk', 'adams' or ...
-
-// Why `value` may not be given to a Real variable, one sentence; empty if it may.
-std::string objection(const Variable& variable, double value);
-
 }  // namespace redysim
