@@ -6,7 +6,7 @@ The order is: environment variable, the package's own `native/` folder (as in a 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from build_fmu.errors import UserError
@@ -33,8 +33,9 @@ def library(platform: str = "linux64") -> Path:
     """Returns the shared library of a platform; raises UserError if it is not built."""
     if platform == "linux64":
         return _find("REDYSIM_FMU_LIBRARY", "libredysim_fmu.so")
-    built = SOURCE_TREE / "build" / platform / "fmu_src" / "fmi" / LIBRARIES[platform][0]
-    return _find(f"REDYSIM_FMU_LIBRARY_{platform.upper()}", LIBRARIES[platform][0], built, f"make {platform}")
+    name = LIBRARIES[platform][0]
+    places = [PACKAGE / "native" / platform / name, SOURCE_TREE / "build" / platform / "fmu_src" / "fmi" / name]
+    return _find(f"REDYSIM_FMU_LIBRARY_{platform.upper()}", name, places, f"make {platform}")
 
 
 def licence_text() -> str:
@@ -54,13 +55,15 @@ def licences_of_parts(platforms: Iterable[str] = ("linux64",)) -> dict[str, str]
     return texts
 
 
-def _find(variable: str, name: str, built: Path | None = None, how: str = "make build") -> Path:
+def _find(variable: str, name: str, places: Sequence[Path] = (), how: str = "make build") -> Path:
     given = os.environ.get(variable)
     if given:
         if Path(given).is_file():
             return Path(given)
         raise UserError(f"{variable} names '{given}', and there is no such file")
-    for path in (PACKAGE / "native" / name, built or BUILT / ROOMS[name] / name):
+    for path in places or (PACKAGE / "native" / name, BUILT / ROOMS[name] / name):
         if path.is_file():
             return path
+    if not (SOURCE_TREE / "CMakeLists.txt").is_file():
+        raise UserError(f"this package carries no '{name}': build it by `{how}` in the source tree and name it in {variable}")
     raise UserError(f"'{name}' is not built yet: run `{how}` in the source tree, or set {variable}")

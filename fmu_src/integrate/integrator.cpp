@@ -87,7 +87,7 @@ std::string too_many_steps(System& system, long allowed, const char* method, dou
   const double rate = blame_stiffest_joint(system, time, y);
   const bool implicit = std::strncmp(method, "bdf", 3) == 0 || std::strncmp(method, "dirk", 4) == 0;
   return std::to_string(allowed) + " internal steps of " + method +
-         " did not reach the end of the step; the stiffest joint has a rate of " + shown(rate) + " 1/s: " +
+         " did not reach the end of the step; the stiffest joint has a rate of " + rounded(rate) + " 1/s: " +
          (implicit ? "loosen solver.rtol, damp what rings, or take shorter steps"
                    : "use solver.method dirk or bdf, or lower stiffness, damping or gains");
 }

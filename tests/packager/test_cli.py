@@ -121,7 +121,11 @@ def test_what_to_run_when_nothing_is_built(model, tmp_path, monkeypatch, capsys)
 def test_platforms(compiled, model, tmp_path, monkeypatch, capsys):
     monkeypatch.delenv("REDYSIM_FMU_LIBRARY_WIN64", raising=False)
     monkeypatch.setattr(native, "SOURCE_TREE", tmp_path)
+    monkeypatch.setattr(native, "PACKAGE", tmp_path / "build_fmu")
     target = tmp_path / "crane.fmu"
+    assert main(["build", str(model), "-o", str(target), "--platforms", "linux64,win64"]) == 1
+    assert "this package carries no 'libredysim_fmu.dll': build it by `make win64`" in capsys.readouterr().err
+    (tmp_path / "CMakeLists.txt").touch()
     assert main(["build", str(model), "-o", str(target), "--platforms", "linux64,win64"]) == 1
     assert "'libredysim_fmu.dll' is not built yet: run `make win64`" in capsys.readouterr().err and not target.exists()
     assert main(["build", str(model), "-o", str(target), "--platforms", "linux64,win64", "--specialise"]) == 1
