@@ -16,7 +16,7 @@ for target in model_file state_bytes calls; do
   mkdir -p "build/fuzz/corpus/$target"
   seeds="tests/fuzz/corpus/$target"
   [ "$target" != model_file ] || seeds="$seeds models"
-  "build/fuzz/tests/fuzz/${target}_fuzz" -max_total_time="$seconds" -max_len=4096 -timeout=25 -rss_limit_mb=2048 \
+  "build/fuzz/tests/fuzz/${target}_fuzz" -max_total_time="$seconds" -max_len=4096 -timeout=120 -rss_limit_mb=2048 \
     -verbosity=0 -print_final_stats=1 -artifact_prefix="build/fuzz/found/$target-" "build/fuzz/corpus/$target" $seeds ||
     { echo "found: see build/fuzz/found" >&2; exit 1; }
 done

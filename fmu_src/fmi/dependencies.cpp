@@ -149,9 +149,10 @@ std::vector<Dependencies> initial_dependencies(const VariableTable& table, const
   const auto assembled_ball = [&](const Variable& unknown, const Variable& known) {
     if (components.has_loops(components.of(unknown.joint)))
       return acts_on_acceleration(known, components.of(unknown.joint), plan, components);
-    const bool start = known.role == Role::ball_quaternion0 || known.role == Role::ball_omega0;
-    return start && known.ball == unknown.ball &&
-           (known.role == Role::ball_omega0) == (unknown.role == Role::ball_omega);
+    if (known.ball != unknown.ball) return false;
+    return unknown.role == Role::ball_omega
+               ? known.role == Role::ball_omega0 && known.element == unknown.element
+               : known.role == Role::ball_quaternion0;
   };
   std::vector<Dependencies> rows = collect(table, [&](const Variable& unknown, const Variable& known) {
     switch (unknown.role) {
@@ -187,8 +188,10 @@ std::vector<Dependencies> initial_dependencies(const VariableTable& table, const
   });
   for (Dependencies& row : rows) {
     const Variable& unknown = table.all()[row.unknown];
-    row.constant = (unknown.role == Role::q || unknown.role == Role::qd) &&
-                   !components.has_loops(components.of(unknown.joint));
+    const bool copied =
+        unknown.role == Role::q || unknown.role == Role::qd || unknown.role == Role::ball_omega;
+    row.constant =
+        unknown.role == Role::reference_q || (copied && !components.has_loops(components.of(unknown.joint)));
   }
   return rows;
 }

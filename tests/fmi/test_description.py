@@ -17,18 +17,6 @@ def test_fmpy_finds_no_problem(fmu_file, name):
 
 
 @pytest.mark.parametrize("name", MODELS)
-def test_start_values_are_those_of_the_library(fmu, name):
-    with Slave(fmu(name)) as slave:
-        for scalar in slave.fmu.xml.iter("ScalarVariable"):
-            start = scalar[0].get("start")
-            if scalar.get("causality") == "output":
-                assert start is None
-                continue
-            value = slave.get(scalar.get("name"))
-            assert value == (start if scalar[0].tag == "String" else float(start))
-
-
-@pytest.mark.parametrize("name", MODELS)
 def test_value_references_are_dense_and_every_variable_can_be_read(fmu, name):
     with Slave(fmu(name)) as slave:
         slave.initialize()

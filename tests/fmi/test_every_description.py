@@ -9,6 +9,7 @@ from xml.etree import ElementTree as xml
 import pytest
 
 from tests.fmi.conftest import ROOT
+from tests.fmi.raw import OK, Slave
 
 QUICK = ("four_bar", "kuka_kr5_computed_torque", "space_robot", "stick_slip")
 MODELS = [pytest.param(path.stem, marks=[] if path.stem in QUICK else pytest.mark.slow) for path in sorted((ROOT / "models").glob("*.toml"))]
@@ -18,8 +19,13 @@ STRUCTURED = re.compile(rf"{IDENTIFIER}(\[\d+(,\d+)*\])?(\.{IDENTIFIER}(\[\d+(,\
 
 
 @pytest.fixture(params=MODELS)
-def archive(request, fmu_file):
-    with zipfile.ZipFile(fmu_file(request.param)) as opened:
+def name(request):
+    return request.param
+
+
+@pytest.fixture
+def archive(name, fmu_file):
+    with zipfile.ZipFile(fmu_file(name)) as opened:
         yield opened
 
 
@@ -75,6 +81,32 @@ def test_start_values_stand_where_they_must_and_nowhere_else(description):
         if scalar[0].tag == "Real" and start is not None:
             low, high = float(scalar[0].get("min", "-inf")), float(scalar[0].get("max", "inf"))
             assert low <= float(start) <= high
+
+
+def test_start_values_are_those_of_the_library(fmu, name):
+    with Slave(fmu(name)) as slave:
+        for scalar in slave.fmu.xml.iter("ScalarVariable"):
+            if scalar.get("causality") != "output":
+                start = scalar[0].get("start")
+                assert slave.get(scalar.get("name")) == (start if scalar[0].tag == "String" else float(start)), scalar.get("name")
+
+
+def test_constant_dependencies_are_constant(fmu, name):
+    """What is declared so in InitialUnknowns changes by the same factor whatever the change."""
+    with Slave(fmu(name)) as slave:
+        names = [scalar.get("name") for scalar in slave.fmu.xml.iter("ScalarVariable")]
+        assert slave.setup() == OK and slave.call("EnterInitializationMode") == OK
+        for row in slave.fmu.xml.findall("ModelStructure/InitialUnknowns/Unknown"):
+            unknown = names[int(row.get("index")) - 1]
+            pairs = zip(row.get("dependencies").split(), row.get("dependenciesKind", "").split(), strict=True)
+            for known in (names[int(index) - 1] for index, kind in pairs if kind == "constant"):
+                start, found = slave.get(known), []
+                for change in (0.0, 0.25, 0.5, 1.0):
+                    assert slave.set(known, start + change) == OK
+                    found.append(slave.get(unknown))
+                assert slave.set(known, start) == OK
+                factor = found[3] - found[0]
+                assert factor != 0 and all(abs(found[k] - found[0] - factor * change) < 1e-12 for k, change in ((1, 0.25), (2, 0.5))), unknown
 
 
 def test_the_structure_is_complete(description):
