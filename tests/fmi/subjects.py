@@ -16,7 +16,7 @@ from tests.fmi.raw import ERROR, OK, Slave, Unpacked
 SUBJECTS = ("kuka_kr5", "four_bar", "stick_slip",
             *(pytest.param(name, marks=pytest.mark.slow) for name in ("gripper", "stiff_strut", "kuka_kr5_computed_torque", "kuka_kr5_inverse")))
 STATES = ("instantiated", "initialization", "step", "failed", "terminated")
-SIZE, HANG = 1e-3, 20
+SIZE, HANG = 1e-3, 90
 
 One = c.c_size_t(1)
 Double, Int, Text, References = c.c_double * 1, c.c_int * 1, c.c_char_p * 1, c.c_uint * 1
