@@ -40,7 +40,7 @@ bool System::follow_jumps(double time, double* y) {
   const bool jumps = jumped();
   const double before = jumps && with_work() ? energy_before_jump(time, y) : 0;
   if (jumps) {
-    unmoved_.assign(y, y + size());
+    std::copy(y, y + size(), unmoved_.begin());
     respond(time, y, false);
     respond(time, y, true);
   }

@@ -66,7 +66,10 @@ System::System(const Plan<double>& plan, bool with_work, const Model* model)
   angles_.resize(plan.balls.size());
   base_size_ = phases_begin() + (control_ ? control_->phase_count() : 0);
   inputs_.assign(base_size_, 0.0);
-  if (held_count_ > 0) scratch_inputs_ = inputs_;
+  if (held_count_ > 0) {
+    scratch_inputs_ = inputs_;
+    unmoved_.resize(static_cast<std::size_t>(size()));
+  }
   if (!plan.balls.empty() || control_) applied_.assign(forces_size(), 0.0);
 }
 
