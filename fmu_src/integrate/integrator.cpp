@@ -50,8 +50,8 @@ Outcome advance(Integrator& integrator, System& system, double end, bool inputs_
 }
 
 long allowed_steps(double length) {
-  // ten times what 0.1 ms steps need, and enough for a short advance through a rough patch
-  return static_cast<long>(std::min(1e5 + 1e5 * length, 1e9));
+  // ten times what 0.1 ms steps need, and enough for a short advance through a rough patch; minutes at most
+  return static_cast<long>(std::min(1e5 + 1e5 * length, 1e8));
 }
 
 bool Pace::is_hopeless(long steps, long allowed, double time, double end) {

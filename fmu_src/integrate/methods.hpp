@@ -27,8 +27,8 @@ long allowed_steps(double length);
 class Pace {
  public:
   static constexpr long looks_after = 200'000;  // steps
-  static constexpr long many = 100'000'000;     // left
-  static constexpr double growth = 10;          // of the pace, that may be hoped for
+  static constexpr long many = 10'000'000;      // left
+  static constexpr double growth = 2;           // of the pace, that may be hoped for
   explicit Pace(double time) : time_(time) {}
   bool is_hopeless(long steps, long allowed, double time, double end);
   static std::string sentence(long allowed, const char* method);
