@@ -17,10 +17,13 @@ void forward_dynamics(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sca
   const int n = static_cast<int>(plan.joints.size());
   set_positions(plan, ws, q);
   set_motion(plan, ws, qd);
-  if (plan.has_poses()) set_ground_motion(plan, ws, qd);
-  if (plan.has_springs()) add_spring_wrenches(plan, ws);
-  if (plan.has_ports()) add_port_wrenches(plan, ws, inputs + n);
-  if (!plan.has_loops()) {
+  const bool plain = plan.is_plain();
+  if (!plain) {
+    if (plan.has_poses()) set_ground_motion(plan, ws, qd);
+    if (plan.has_springs()) add_spring_wrenches(plan, ws);
+    if (plan.has_ports()) add_port_wrenches(plan, ws, inputs + n);
+  }
+  if (plain || !plan.has_loops()) {
     for (int i = n - 1; i >= 0; --i) eliminate(plan, ws, i, q, qd, inputs);
     for (int i = 0; i < n; ++i) accelerate_joint(plan, ws, i, qdd, Scalar(0));
   } else {
@@ -28,7 +31,7 @@ void forward_dynamics(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sca
     eliminate_with_loops(plan, ws, q, qd, inputs);
     accelerate_with_loops(plan, ws, qdd);
   }
-  if (!plan.has_motion()) return;
+  if (plain || !plan.has_motion()) return;
   for (int i = 0; i < n; ++i)
     if (plan.joints[i].prescribed) qdd[i] = inputs[i];
 }

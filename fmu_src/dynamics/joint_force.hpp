@@ -60,8 +60,9 @@ Scalar joint_force(const Plan<Constant>& plan, int i, const Scalar& q, const Sca
   const JointPlan<Constant>& joint = plan.joints[i];
   if (!joint.passive) return tau;
   Scalar force = tau - joint.stiffness * (q - joint.rest) - joint.damping * qd;
-  if (features::friction && joint.rubs) force -= dry_friction(plan.resistances[i], qd);
-  if (features::friction && joint.stopped) {
+  if (!features::friction || !joint.resists) return force;
+  if (joint.rubs) force -= dry_friction(plan.resistances[i], qd);
+  if (joint.stopped) {
     const PressedStop<Constant, Scalar> stop(plan.resistances[i], q);
     force -= stop.side * stop.elastic_force() * stop.growth(qd);
   }

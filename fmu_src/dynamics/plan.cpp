@@ -103,6 +103,7 @@ Plan<Scalar>::Plan(const Model& model) {
   take_ports(model);
   build_clusters(model, *this);
   gravity = model.gravity.cast<Scalar>();
+  plain = loops.empty() && springs.empty() && ports.empty() && prescribed_count == 0;
 }
 
 template <class Scalar>
@@ -154,7 +155,8 @@ void Plan<Scalar>::take_bodies(const Model& model) {
     joint.armature = given.armature;
     joint.rubs = given.friction != 0 || given.static_friction != 0;
     joint.stopped = has_stops(given) && given.stop_stiffness != 0;
-    joint.passive = given.stiffness != 0 || given.damping != 0 || joint.rubs || joint.stopped;
+    joint.resists = joint.rubs || joint.stopped;
+    joint.passive = given.stiffness != 0 || given.damping != 0 || joint.resists;
     if (!resistances.empty()) resistances[&joint - joints.data()] = resistance_of<Scalar>(given);
     joint.axis_free = !joint.prismatic && !joint.prescribed && given.armature == 0;
     joint.inertia = RigidInertia<Scalar>();

@@ -27,6 +27,7 @@ struct JointPlan {
   bool branch = false;      // gamma or b present
   bool shifted = false;     // constant d of a revolute joint present
   bool passive = false;     // stiffness, damping, friction or stops present
+  bool resists = false;     // friction or stops present
   bool rubs = false;        // friction present
   bool stopped = false;     // stops present
   bool axis_free = true;    // revolute without armature: no moment about z gets past the joint
@@ -75,6 +76,7 @@ struct Plan {
 
   int nq = 0, nv = 0;
   int prescribed_count = 0;
+  bool plain = false;  // nothing but joints driven by forces: no loops, springs, ports
   Vec3<Scalar> gravity = Vec3<Scalar>::Zero();
   // in the ground, where the first joint stands: positions that loops compare are measured from here, so that
   // far from the ground's own origin they keep their digits
@@ -95,6 +97,9 @@ struct Plan {
   bool has_ports() const { return features::ports && !ports.empty(); }
   bool has_motion() const { return features::motion && prescribed_count > 0; }
   bool has_balls() const { return features::spherical && !balls.empty(); }
+  bool is_plain() const {
+    return plain || !(features::loops || features::springs || features::ports || features::motion);
+  }
   bool has_poses() const {
     return (features::loops || features::springs || features::ports) && !needs_pose.empty();
   }

@@ -224,8 +224,9 @@ void Instance::set_resistance_direction(Plan<Dual>& plan, const Variable& variab
   const Joint& given = model_.links[variable.link].joint;
   Resistance<Dual>& to = plan.resistances[variable.joint];
   const bool peak = given.static_friction > given.friction;
-  plan.joints[variable.joint].rubs = true;
-  plan.joints[variable.joint].stopped = has_stops(given);
+  JointPlan<Dual>& joint = plan.joints[variable.joint];
+  joint.passive = joint.resists = joint.rubs = true;
+  joint.stopped = has_stops(given);
   switch (variable.role) {
     case Role::friction:
       to.friction.derivative += direction;

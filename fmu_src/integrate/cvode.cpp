@@ -320,7 +320,7 @@ Outcome Cvode::reach(double& end) {
 Outcome Cvode::advance(double end, bool inputs_changed) {
   if (end == time_) return {};
   if (!(end > time_) || !std::isfinite(end)) return failure(time_, "the end of the step is not a later time");
-  if (inputs_changed && !follow_motion(system_, time_, y_.data()))
+  if (inputs_changed && system_.plan().has_motion() && !follow_motion(system_, time_, y_.data()))
     return failure(time_, "the joints cannot follow the prescribed motion");
   if (fresh_ || inputs_changed) {
     const bool first = fresh_;

@@ -58,14 +58,13 @@ void System::end_input_slopes(double time) {
   if (!has_input_slopes()) return;
   for (int i = 0; i < plan_.nv; ++i)
     if (motion_slot_[i] >= 0) hold_motion(time, i);
-  take_inputs(time);
+  take_inputs(time);  // slopes have brought `applied_` along
   std::copy(applied_.begin(), applied_.end(), inputs_.begin());
   resize_inputs(base_size_);
 }
 
-// The forces of now into `applied_`, which exists where they are not simply `inputs_`.
+// The forces of now into `applied_`, where they are not simply `inputs_`.
 void System::take_inputs(double time) {
-  if (applied_.empty()) return;
   std::copy_n(inputs_.begin(), forces_size(), applied_.begin());
   if (!has_input_slopes()) return;
   const double since = time - inputs_[base_size_];

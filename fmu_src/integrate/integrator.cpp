@@ -35,8 +35,7 @@ std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings
   return nullptr;  // missing_feature has refused the model before
 }
 
-Outcome advance(Integrator& integrator, System& system, double end, bool inputs_changed) {
-  if (!system.control()) return integrator.advance(end, inputs_changed);
+Outcome advance_by_borders(Integrator& integrator, System& system, double end, bool inputs_changed) {
   for (;;) {
     const double time = integrator.time();
     const bool entered = system.enter_phases(time);

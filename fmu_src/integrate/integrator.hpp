@@ -55,7 +55,11 @@ class Integrator {
 };
 
 // Integrator::advance with a halt wherever a trajectory of the system changes its phase.
-Outcome advance(Integrator& integrator, System& system, double end, bool inputs_changed);
+Outcome advance_by_borders(Integrator& integrator, System& system, double end, bool inputs_changed);
+inline Outcome advance(Integrator& integrator, System& system, double end, bool inputs_changed) {
+  return system.control() ? advance_by_borders(integrator, system, end, inputs_changed)
+                          : integrator.advance(end, inputs_changed);
+}
 
 // Throws std::bad_alloc only.
 std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings& settings);

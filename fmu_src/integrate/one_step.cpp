@@ -129,7 +129,7 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
   if (inputs_changed) {
     slope_known_ = false;
     control_.forget_errors();
-    if (!follow_motion(system_, time(), y_.data()))
+    if (system_.plan().has_motion() && !follow_motion(system_, time(), y_.data()))
       return failure(time(), "the joints cannot follow the prescribed motion");
   }
   if (fresh_ && !first_step_from_here())

@@ -63,6 +63,9 @@ System::System(const Plan<double>& plan, bool with_work, const Model* model)
     else if (!control_ || !control_->prescribes(i))
       motion_slot_[i] = held_count_++;
   }
+  simple_ = static_cast<int>(integrated_.size());
+  nq_ = simple_ + 4 * static_cast<int>(plan.balls.size());
+  nv_ = simple_ + 3 * static_cast<int>(plan.balls.size());
   angles_.resize(plan.balls.size());
   base_size_ = phases_begin() + (control_ ? control_->phase_count() : 0);
   inputs_.assign(base_size_, 0.0);
@@ -74,7 +77,11 @@ System::System(const Plan<double>& plan, bool with_work, const Model* model)
 }
 
 System::Coordinates System::coordinates(double time, const double* y) {
-  if (!plan_.has_motion()) return {y, y + plan_.nv};
+  // spherical joints have a prescribed one each, their chart
+  return plan_.has_motion() ? coordinates_of_all(time, y) : Coordinates{y, y + plan_.nv};
+}
+
+System::Coordinates System::coordinates_of_all(double time, const double* y) {
   for (int i = 0; i < plan_.nv; ++i) {
     if (motion_slot_[i] < 0) continue;
     q_[i] = motion_at(time, i, 0);
@@ -131,12 +138,19 @@ Status System::accelerations(double time, const double* y, double* qdd) {
   return accelerations<true>(time, y, qdd);
 }
 
+// All joints and forces at (time, y), where they are not simply y and what was set.
+System::Coordinates System::moved_and_pushed(double time, const double* y) {
+  if (!applied_.empty()) take_inputs(time);
+  const Coordinates at = coordinates(time, y);
+  if (control()) control_->apply(time, phases(), at.q, at.qd, applied_.data());
+  return at;
+}
+
 template <bool fill_workspace>
 Status System::accelerations(double time, const double* y, double* qdd) {
   ++evaluations_;
-  take_inputs(time);
-  const Coordinates at = coordinates(time, y);
-  if (control()) control_->apply(time, phases(), at.q, at.qd, applied_.data());
+  Coordinates at{y, y + plan_.nv};
+  if (plan_.has_motion() || !applied_.empty()) at = moved_and_pushed(time, y);
   if constexpr (features::straight_line && !fill_workspace)
     straight_line_forward_dynamics(plan_, at.q, at.qd, forces(), qdd);
   else
@@ -151,19 +165,23 @@ Status System::accelerations(double time, const double* y, double* qdd) {
 }
 
 Status System::right_hand_side(double time, const double* y, double* ydot) {
-  const bool all = !plan_.has_motion();
-  double* qdd = all ? ydot + nq() : qdd_.data();
+  const bool some = plan_.has_motion();
+  double* qdd = some ? qdd_.data() : ydot + nq_;
   const Status status = accelerations<false>(time, y, qdd);
-  for (int k = 0; k < simple(); ++k) ydot[k] = y[nq() + k];
-  if (!all)
-    for (int k = 0; k < simple(); ++k) ydot[nq() + k] = qdd[integrated_[k]];
+  for (int k = 0; k < simple_; ++k) ydot[k] = y[nq_ + k];
+  if (some) slope_of_integrated(y, qdd, ydot);
+  if (with_work()) ydot[nq_ + nv_] = power(coordinates(time, y), qdd);
+  return status;
+}
+
+// The rates of the velocities and of the spherical joints, of all joints' accelerations.
+void System::slope_of_integrated(const double* y, const double* qdd, double* ydot) const {
+  for (int k = 0; k < simple_; ++k) ydot[nq_ + k] = qdd[integrated_[k]];
   for (int ball = 0; ball < balls(); ++ball) {
-    const int at_q = simple() + 4 * ball, at_qd = nq() + simple() + 3 * ball;
+    const int at_q = simple_ + 4 * ball, at_qd = nq_ + simple_ + 3 * ball;
     quaternion_rate(y + at_q, y + at_qd, ydot + at_q);
     Eigen::Map<Vec3<double>>(ydot + at_qd) = ball_acceleration(ball, qdd);
   }
-  if (with_work()) ydot[nq() + nv()] = power(coordinates(time, y), qdd);
-  return status;
 }
 
 double System::power(const Coordinates& at, const double* qdd) {

@@ -27,12 +27,12 @@ class System {
   System(const Plan<double>& plan, bool with_work, const Model* model = nullptr);
 
   const Plan<double>& plan() const { return plan_; }
-  int nq() const { return simple() + 4 * balls(); }  // positions in the state
-  int nv() const { return simple() + 3 * balls(); }  // velocities in the state
+  int nq() const { return nq_; }  // positions in the state
+  int nv() const { return nv_; }  // velocities in the state
   int size() const { return nq() + nv() + (with_work() ? 1 : 0); }
   bool with_work() const { return features::energies && with_work_; }
-  int simple() const { return static_cast<int>(integrated_.size()); }  // joints of one freedom in the state
-  int balls() const { return plan_.has_balls() ? static_cast<int>(plan_.balls.size()) : 0; }
+  int simple() const { return simple_; }  // joints of one freedom in the state
+  int balls() const { return features::spherical ? nq_ - nv_ : 0; }
   int joint_of(int state_position) const {
     return integrated_[state_position];
   }  // into plan().joints; < simple()
@@ -146,6 +146,9 @@ class System {
   void reduce_residual(const std::vector<double>& residual, double enough, double time, double* y,
                        bool velocity);
   void expand_ball(int ball, const double* y);
+  Coordinates coordinates_of_all(double time, const double* y);
+  Coordinates moved_and_pushed(double time, const double* y);
+  void slope_of_integrated(const double* y, const double* qdd, double* ydot) const;
   void add_correction(double* y, bool velocity);
   void add_change(const double* change, double* y, bool velocity) const;
   void respond(double time, double* y, bool velocity);
@@ -169,6 +172,7 @@ class System {
 
   const Plan<double>& plan_;
   bool with_work_;
+  int simple_ = 0, nq_ = 0, nv_ = 0;
   std::vector<int> integrated_;   // joints in the state
   std::vector<int> motion_slot_;  // per joint: its place among those with a held motion, or -1
   int held_count_ = 0;
