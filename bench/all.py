@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Everything that docs/performance.md and docs/stability_peers.md show, measured in one go; scripts/bench.sh builds what it needs.
+"""Everything measured that docs/performance.md, docs/stability_peers.md and docs/specialise.md show, measured in one go; scripts/bench.sh builds what it needs.
 
     python bench/all.py              about half an hour on two processors; figures, plots and pages into out/bench
     python bench/all.py --quick      a few minutes, rough figures: to see that everything runs
@@ -23,6 +23,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 HERE = ROOT / "bench"
+SILENCE = 30  # s between lines that say how long a stage has run
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,8 @@ def stages(folder: Path) -> list[Stage]:
         Stage("do_step", "a communication step", ("do_step.py", "--core", core), (), "do_step.txt", 3, 0.2),
         Stage("latency", "steps, starts and many instances", ("latency.py",), ("-n", "500", "--instances", "1", "100"), "latency.txt", 8, 1),
         Stage("accuracy", "how right it is", ("accuracy.py",), (), "accuracy.txt", 5, 0.2),
-        Stage("parts", "what absent parts cost", ("parts.py",), ("--no-time", "-p", "all_these"), "parts.txt", 25, 9),
+        Stage("parts", "what absent parts cost", ("parts.py",), ("--no-time", "-p", "all_these"), "parts.txt", 15, 7),
+        Stage("straight_line", "libraries for one scene", ("straight_line.py",), ("-r", "3", "--no-library"), "straight_line.txt", 6, 2),
         Stage("peers", "error against run time, beside other simulators", ("peers/work_precision.py", *out), ("-r", "1", "--longest", "0.05"), "", 25, 7),
         Stage("extreme", "extreme cases, beside other simulators", ("peers/extreme.py", *out), ("--limit", "5"), "", 12, 3),
         Stage("picture", "the README's picture of what accuracy costs", ("accuracy_picture.py", *out), ("--quick",), "", 6, 1),
@@ -65,8 +67,15 @@ def run(stage: Stage, folder: Path, quick: bool) -> str:
         late.set()
         os.killpg(process.pid, signal.SIGKILL)
 
-    watch = threading.Timer(60 * stage.bound, end)
+    watch, over = threading.Timer(60 * stage.bound, end), threading.Event()
+    begin = time.monotonic()
+
+    def still_there() -> None:
+        while not over.wait(SILENCE):
+            print(f"  … {stage.name}, {time.monotonic() - begin:.0f} s", flush=True)
+
     watch.start()
+    threading.Thread(target=still_there, daemon=True).start()
     try:
         with open(partial or os.devnull, "w", encoding="utf-8") as file:
             for line in process.stdout:
@@ -75,6 +84,7 @@ def run(stage: Stage, folder: Path, quick: bool) -> str:
         code = process.wait()
     finally:
         watch.cancel()
+        over.set()
         # an interrupt from the keyboard does not reach the group
         if process.poll() is None:
             end()

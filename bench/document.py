@@ -19,8 +19,8 @@ from pathlib import Path
 import tables
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGES = ("performance.md", "stability_peers.md")
-LINES = ("core.txt", "do_step.txt", "latency.txt", "accuracy.txt", "parts.txt", "peers.txt")
+PAGES = ("performance.md", "stability_peers.md", "specialise.md")
+LINES = ("core.txt", "do_step.txt", "latency.txt", "accuracy.txt", "parts.txt", "straight_line.txt", "peers.txt")
 PICTURES = ("peers_*.svg", "peers_*.png", "accuracy.png")
 
 
@@ -59,7 +59,7 @@ def blocks(folder: Path) -> dict[str, str]:
     makers: dict[str, tuple[str, Callable[[str], str]]] = {
         "recursions": ("core.txt", tables.recursions), "right_hand_sides": ("core.txt", tables.right_hand_sides), "do_step": ("do_step.txt", tables.steps),
         "latency": ("latency.txt", tables.latencies), "parts": ("parts.txt", tables.parts), "peers": ("peers.md", str), "losses": ("losses.md", str),
-        "extreme": ("extreme.md", str), "targets": ("figures.txt", tables.targets),
+        "straight_line": ("straight_line.txt", tables.straight_lines), "extreme": ("extreme.md", str), "targets": ("figures.txt", tables.targets),
     }
     found = {}
     for mark, (file, maker) in makers.items():

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What a scene pays for parts of the library that it does not use: the whole library against one built without a part.
 
-    python bench/parts.py                     every part; builds a library a part in build/parts (minutes the first time)
+    python bench/parts.py                     every part; builds a library a part (bench/variants.py; minutes the first time)
     python bench/parts.py -p loops springs    some parts
     python bench/parts.py --no-time           instructions, bytes and variables alone: the same on a busy machine
 
@@ -18,7 +18,9 @@ import re
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass, replace
+import time
+from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -29,6 +31,7 @@ from build_fmu import native  # noqa: E402
 from build_fmu.describe import describe  # noqa: E402
 from build_fmu.driver import Staged, Task, drive, job_lines, latency, stage_model  # noqa: E402
 from build_fmu.report.machine import machine_lines  # noqa: E402
+from variants import Build, build_each  # noqa: E402
 
 ALL = ("loops", "springs", "friction", "ports", "motion", "spherical", "control", "energies", "erk", "adams", "dirk", "bdf")
 PARTS = {part: (part,) for part in ALL[:8]} | {"multistep_and_implicit": ("adams", "dirk", "bdf"), "all_these": tuple(p for p in ALL if p != "erk")}
@@ -38,33 +41,8 @@ CALLS = ("fmi2SetReal", "fmi2DoStep")
 TORQUE = 1e-3  # N m, by which an input changes
 
 
-@dataclass(frozen=True)
-class Build:
-    """A library and the `describe` of the same parts."""
-
-    library: Path
-    program: Path
-
-
 def whole() -> Build:
     return Build(native.library(), native.describe_program())
-
-
-def without(name: str) -> Build:
-    """Builds the library that lacks a part."""
-    folder = ROOT / "build" / "parts" / name
-    folder.mkdir(parents=True, exist_ok=True)
-    import fmpy
-
-    features = ";".join(part for part in ALL if part not in PARTS[name])
-    settings = {"CMAKE_BUILD_TYPE": "Release", "REDYSIM_TESTS": "OFF", "REDYSIM_FEATURES": features, "REDYSIM_FMI_HEADERS": str(Path(fmpy.__file__).parent / "c-code")}
-    commands = [["cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", *(f"-D{key}={value}" for key, value in settings.items())],
-                ["cmake", "--build", folder, "--parallel", str(os.cpu_count() or 1), "--target", "redysim_fmu", "describe"]]
-    for command in commands:
-        done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
-        if done.returncode:
-            sys.exit(f"{name}: the library was not built:\n{(done.stdout + done.stderr)[-2000:]}")
-    return Build(folder / "fmu_src" / "fmi" / "libredysim_fmu.so", folder / "fmu_src" / "fmi" / "describe")
 
 
 def task(fmu: Staged, steps: int, repeats: int = 0) -> Task:
@@ -87,6 +65,7 @@ def seconds(fmu: Staged) -> float:
     return drive(fmu, task(fmu, TIMED, repeats=5)).seconds
 
 
+@lru_cache(maxsize=None)
 def variables(build: Build, model: Path) -> dict[str, str]:
     """Returns the scene's variables as this build describes them."""
     os.environ["REDYSIM_FMU_DESCRIBE"] = str(build.program)
@@ -96,18 +75,32 @@ def variables(build: Build, model: Path) -> dict[str, str]:
         del os.environ["REDYSIM_FMU_DESCRIBE"]
 
 
-def figures(model: Path, full: Build, other: Build, rounds: int):
-    """Yields (metric, value) of one scene and part."""
+def shared_figures(model: Path, build: Build) -> tuple[int, float]:
+    """Returns instructions and bytes of a scene with a library."""
+    with tempfile.TemporaryDirectory() as folder:
+        fmu = replace(stage_model(model, Path(folder)), library=build.library)
+        return instructions(fmu), latency(fmu, task(fmu, 100), [])["bytes"]
+
+
+def time_ratio(model: Path, pair: tuple[Build, Build], rounds: int) -> float:
+    """Returns the first library's time over the second's, the fastest of rounds in which they take turns."""
     with tempfile.TemporaryDirectory() as folder:
         fmu = stage_model(model, Path(folder))
-        pair = [replace(fmu, library=build.library) for build in (full, other)]
-        counted = [instructions(one) for one in pair]
-        yield "instructions", counted[0] / counted[1]
-        if rounds:
-            times = [[seconds(one) for one in (pair if k % 2 else reversed(pair))][:: 1 if k % 2 else -1] for k in range(rounds)]
-            yield "time", min(t[0] for t in times) / min(t[1] for t in times)
-        size = [latency(one, task(one, 100), [])["bytes"] for one in pair]
-        yield "bytes", size[0] / size[1]
+        first, second = (replace(fmu, library=build.library) for build in pair)
+        times = []
+        for k in range(rounds):
+            one, other = (seconds(fmu) for fmu in ((first, second) if k % 2 else (second, first)))
+            times.append((one, other) if k % 2 else (other, one))
+    return min(t[0] for t in times) / min(t[1] for t in times)
+
+
+def figures(model: Path, full: Build, other: Build, rounds: int, known: tuple[int, float]):
+    """Yields (metric, value) of one scene and part; `known`: shared_figures of the whole library."""
+    counted, size = shared_figures(model, other)
+    yield "instructions", known[0] / counted
+    if rounds:
+        yield "time", time_ratio(model, (full, other), rounds)
+    yield "bytes", known[1] / size
     shown = [variables(build, model) for build in (full, other)]
     yield "variables", sum(shown[0].get(name) != shown[1].get(name) for name in {*shown[0], *shown[1]})
 
@@ -122,17 +115,21 @@ def main() -> None:
     for line in machine_lines():
         print(f"# {line}")
     full = whole()
+    builds = build_each({name: tuple(part for part in ALL if part not in PARTS[name]) for name in options.parts})
+    begin = time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
         models = {scene: bare(ROOT / "models" / f"{scene}.toml", Path(folder)) for scene in options.scenes}
         uses = {scene: set(describe(model).features) for scene, model in models.items()}
-        for part in options.parts:
-            print(f"without {part}", file=sys.stderr, flush=True)
-            other = without(part)
+        known = {scene: shared_figures(model, full) for scene, model in models.items()}
+        for number, (part, other) in enumerate(((part, builds[part]) for part in options.parts if part in builds), 1):
             for scene, model in models.items():
                 if uses[scene] & set(PARTS[part]):
                     continue
-                for metric, value in figures(model, full, other, 0 if options.no_time else options.rounds):
+                for metric, value in figures(model, full, other, 0 if options.no_time else options.rounds, known[scene]):
                     print(f"{scene}.without_{part}.{metric} {value:.4g}", flush=True)
+            print(f"  {number} of {len(builds)} measured: without {part}, {time.monotonic() - begin:.0f} s", file=sys.stderr, flush=True)
+    if len(builds) < len(options.parts):
+        sys.exit("a library could not be built")
 
 
 if __name__ == "__main__":

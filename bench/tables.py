@@ -13,6 +13,8 @@ PART_WORDS = {
     "all_these": "all of them",
 }
 
+LINE_WORDS = {"kuka_kr5": "kuka_kr5, last link tunable", "any_angle_chain_6": "6 joints of any geometry", "any_angle_chain_12": "12 joints of any geometry"}
+
 
 def figures(text: str) -> dict[str, float]:
     """Returns the lines' values by name."""
@@ -79,6 +81,22 @@ def parts(text: str) -> str:
         same = "the same" if all(size == 1 for size in sizes) else f"{max(sizes):.4f}"
         lines.append(f"| {PART_WORDS.get(part, part)} | " + " | ".join(cells) + f" | {same} | {'none' if not any(others) else int(max(others))} |")
     return "\n".join(lines) + "\n"
+
+
+def straight_lines(text: str) -> str:
+    """A row a scene: forward dynamics by the recursion and as straight-line code; below it, what the KR5's own library gains."""
+    found = figures(text)
+    lines = ["| scene | operations | recursion | straight line | ratio |", "| --- " * 5 + "|"]
+    for name in (name for name in found if name.endswith(".straight_line_operations")):
+        scene = name.split(".")[0]
+        recursion, line = found[f"{scene}.recursion_ns"], found[f"{scene}.straight_line_ns"]
+        ratio = f"{recursion / line:.1f}" + ("" if found[name] <= found["longest_straight_line.operations"] else ", not used")
+        lines.append(f"| {LINE_WORDS.get(scene, scene)} | {found[name]:.0f} | {recursion:.0f} ns | {line:.0f} ns | {ratio} |")
+    below = [f"One evaluation of forward dynamics, medians in one process. {' '.join(line[2:] for line in text.splitlines() if line.startswith('# '))}"]
+    if "kuka_kr5.specialised_library_bytes" in found:
+        own, general = (found[f"kuka_kr5.{kind}_library_bytes"] / 1e6 for kind in ("specialised", "general"))
+        below.append(f"The KR5's library is {own:.2f} MB instead of {general:.2f} MB, and a run {found['kuka_kr5.specialised_run_times_faster']:.2f} times as fast.")
+    return "\n".join([*lines, "", *below]) + "\n"
 
 
 @dataclass(frozen=True)

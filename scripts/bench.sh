@@ -6,9 +6,11 @@ cd "$(dirname "$0")/.."
 if [ "${1:-}" = core ]; then
   sh scripts/setup.sh
 else
-  sh scripts/setup.sh valgrind
+  sh scripts/setup.sh valgrind ccache
   sh scripts/peers.sh
 fi
+# the benchmarks, the library and its copies without some parts share what they can
+! command -v ccache >/dev/null || export CMAKE_CXX_COMPILER_LAUNCHER="${CMAKE_CXX_COMPILER_LAUNCHER:-ccache}"
 place='import sysconfig; print(sysconfig.get_path("purelib"))'
 packages="$(build/peers/bin/python -c "$place" 2>/dev/null || .venv/bin/python -c "$place")"
 REDYSIM_PINOCCHIO="$packages/cmeel.prefix"

@@ -1,0 +1,63 @@
+#!/usr/bin/env python3
+"""What a library for one scene gains: forward dynamics as straight-line code against the recursion, and the KR5's own library.
+
+    python bench/straight_line.py                 after `sh scripts/build.sh bench benchmarks` and `sh scripts/build.sh release`
+    python bench/straight_line.py --no-library    without the KR5's library, which takes a minute to build
+
+Prints lines `scene.metric value`; times in ns are medians of shuffled repetitions in one process.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import statistics
+import sys
+from pathlib import Path
+
+from run import run
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+from build_fmu import native  # noqa: E402
+from build_fmu.describe import describe  # noqa: E402
+from build_fmu.report.machine import machine_lines  # noqa: E402
+from build_fmu.specialise import specialise  # noqa: E402
+
+
+def longest_line() -> int:
+    """Returns from how many operations on `describe` leaves the recursion."""
+    text = (ROOT / "fmu_src" / "dynamics" / "straight_line.hpp").read_text(encoding="utf-8")
+    return int(re.search(r"longest_line = (\d+);", text)[1])
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("-r", "--repetitions", type=int, default=15)
+    parser.add_argument("-t", "--min-time", type=float, default=0.02, help="seconds a repetition at least")
+    parser.add_argument("--no-library", action="store_true")
+    options = parser.parse_args()
+    program = ROOT / "build" / "bench" / "bench" / "straight_line_bench"
+    if not program.exists():
+        sys.exit("no benchmark program: sh scripts/build.sh bench benchmarks")
+    print(f"# {'; '.join(machine_lines())}.")
+    times, report = run(program, ".", options.repetitions, options.min_time)
+    print(f"longest_straight_line.operations {longest_line()}")
+    for scene, metrics in sorted(times.items(), key=lambda item: report["operations"][item[0]]):
+        print(f"{scene}.straight_line_operations {report['operations'][scene]:.0f}")
+        for metric, values in sorted(metrics.items()):
+            print(f"{scene}.{metric}_ns {statistics.median(values):.4g}", flush=True)
+    if options.no_library:
+        return
+    print("building the KR5's library", file=sys.stderr, flush=True)
+    model = ROOT / "models" / "kuka_kr5.toml"
+    built = specialise(describe(model), model)
+    print(f"kuka_kr5.specialised_library_bytes {built.library.stat().st_size}")
+    print(f"kuka_kr5.general_library_bytes {native.library().stat().st_size}")
+    if built.faster:
+        print(f"kuka_kr5.specialised_run_times_faster {built.faster:.3g}")
+
+
+if __name__ == "__main__":
+    main()

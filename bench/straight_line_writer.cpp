@@ -1,0 +1,19 @@
+#include <cstdio>
+#include <exception>
+
+#include "dynamics/straight_line.hpp"
+#include "straight_line_scenes.hpp"
+
+// straight_line_writer SCENE: the scene's forward dynamics as C++, however long it is.
+
+int main(int count, char** arguments) {
+  if (count != 2) return 2;
+  try {
+    const redysim::Model model = redysim::bench::straight_line_scene(arguments[1]);
+    std::fputs(redysim::straight_line_source(redysim::straight_line(model), arguments[1]).c_str(), stdout);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+  return 0;
+}
