@@ -1,7 +1,7 @@
 # Each target does all the set-up that a fresh Debian or Ubuntu machine needs, and is quick the second time.
 # The work is in scripts/, which also holds for folders with spaces in their names.
 
-.PHONY: demo test build lint format sanitize fuzz fmu bench win64 interop memcheck docs clean distclean help
+.PHONY: demo test build lint format sanitize fuzz fmu bench win64 darwin64 interop memcheck docs clean distclean help
 
 demo: ## build the KUKA KR5 FMU, simulate it, leave a plot and a CSV in out/
 	@sh scripts/demo.sh
@@ -38,6 +38,9 @@ docs: ## the docs as a site in out/site
 
 win64: ## the library for 64-bit Windows in build/win64, run under Wine
 	@sh scripts/win64.sh
+
+darwin64: ## the library for macOS on x86-64 in build/darwin64, linked by zig; nothing here can run it
+	@sh scripts/darwin64.sh
 
 interop: ## the FMUs in foreign masters: Ecos, libcosim, FMU containers, FMI4j, JavaFMI, Maestro, fmi-sim, VDMCheck
 	@sh scripts/interop.sh

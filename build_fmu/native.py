@@ -15,7 +15,8 @@ PACKAGE = Path(__file__).resolve().parent
 SOURCE_TREE = PACKAGE.parent
 BUILT = SOURCE_TREE / "build" / "release" / "fmu_src"
 # of each platform that FMI names: the built library and how it is called inside an FMU
-LIBRARIES = {"linux64": ("libredysim_fmu.so", ".so"), "win64": ("libredysim_fmu.dll", ".dll")}
+LIBRARIES = {"linux64": ("libredysim_fmu.so", ".so"), "win64": ("libredysim_fmu.dll", ".dll"),
+             "darwin64": ("libredysim_fmu.dylib", ".dylib")}
 ROOMS = {"describe": "fmi", "libredysim_fmu.so": "fmi", "fmu_driver": "drive"}
 
 

@@ -1,5 +1,5 @@
 #!/bin/sh
-# sundials.sh [native|win64]: the parts of SUNDIALS that go into FMUs, built for size from the source package of the
+# sundials.sh [native|win64|darwin64]: the parts of SUNDIALS that go into FMUs, built for size from the source package of the
 # distribution into .sundials/TARGET. Does nothing when that is there. Where the source cannot be had, it says so
 # and succeeds: CMake then takes the distribution's archives, with which the library is larger.
 set -eu
@@ -10,16 +10,18 @@ place="$PWD/.sundials"
 case "$target" in
   native) compiler="${CC:-cc}" ;;
   win64) compiler=x86_64-w64-mingw32-gcc-posix ;;
-  *) echo "usage: sundials.sh [native|win64]" >&2; exit 2 ;;
+  darwin64) compiler="$PWD/build/darwin64/zig/cc" ;;  # as scripts/darwin64.sh leaves it
+  *) echo "usage: sundials.sh [native|win64|darwin64]" >&2; exit 2 ;;
 esac
 
 # one section a function, so that the linker leaves out what no one calls; C code that no exception passes
 flags="-Os -ffunction-sections -fdata-sections -fno-asynchronous-unwind-tables -fvisibility=hidden"
-version="$("$compiler" --version | head -n 1)"
+# zig leaves a file where it is asked
+version="$(mkdir -p "$place" && cd "$place" && "$compiler" --version | head -n 1)"
 case "$version" in
   # objects that gcc can link either way, see fmu_src/fmi/CMakeLists.txt
   *clang*) ;;
-  *) [ "$target" = win64 ] || flags="$flags -flto -ffat-lto-objects" ;;
+  *) [ "$target" != native ] || flags="$flags -flto -ffat-lto-objects" ;;
 esac
 
 stamp="$(printf '%s\n' "$version" "$flags" | cat - scripts/sundials.sh | cksum)"
@@ -67,7 +69,10 @@ rm -rf "$work"
 mkdir -p "$work/source"
 tar -xJf "$archive" -C "$work/source" --strip-components=1
 set -- -DCMAKE_C_COMPILER="$compiler" -DCMAKE_C_FLAGS="$flags" -DCMAKE_BUILD_TYPE=None
-[ "$target" = native ] || set -- "$@" -DCMAKE_SYSTEM_NAME=Windows -DCMAKE_SYSTEM_PROCESSOR=AMD64
+case "$target" in
+  win64) set -- "$@" -DCMAKE_SYSTEM_NAME=Windows -DCMAKE_SYSTEM_PROCESSOR=AMD64 ;;
+  darwin64) set -- "$@" -DCMAKE_TOOLCHAIN_FILE="$PWD/scripts/darwin64.cmake" ;;
+esac
 {
   cmake -S "$work/source" -B "$work/build" -G Ninja "$@" -DCMAKE_INSTALL_PREFIX="$work/installed" -DCMAKE_INSTALL_LIBDIR=lib \
     -DCMAKE_POSITION_INDEPENDENT_CODE=ON -DBUILD_SHARED_LIBS=OFF -DBUILD_STATIC_LIBS=ON \

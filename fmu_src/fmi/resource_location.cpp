@@ -2,6 +2,8 @@
 
 #ifdef _WIN32
 #include <windows.h>
+#elif defined(__APPLE__)
+#include <dlfcn.h>
 #else
 #include <link.h>
 #endif
@@ -87,6 +89,14 @@ std::string own_resource_folder() {
                                                            path.data(), static_cast<int>(path.size()),
                                                            nullptr, nullptr)));
   const std::size_t slash = path.find_last_of("/\\");
+  return (slash == std::string::npos ? std::string(".") : path.substr(0, slash)) + "/../../resources";
+}
+#elif defined(__APPLE__)
+std::string own_resource_folder() {
+  Dl_info library;  // <fmu>/binaries/darwin64/<name>.dylib
+  if (!dladdr(reinterpret_cast<const void*>(&own_resource_folder), &library) || !library.dli_fname) return {};
+  const std::string path = library.dli_fname;
+  const std::size_t slash = path.rfind('/');
   return (slash == std::string::npos ? std::string(".") : path.substr(0, slash)) + "/../../resources";
 }
 #else

@@ -1,7 +1,9 @@
 // A library that is loaded and unloaded a thousand times must leave nothing behind. libstdc++, linked in
 // statically, keeps a pool for exceptions in low memory and gives it back to leak checkers only: ask for it.
 
-#if defined(__GLIBCXX__) || defined(__GNUC__)
+#include <cstddef>  // names the C++ library
+
+#ifdef __GLIBCXX__
 namespace __gnu_cxx {
 void __freeres();
 }
