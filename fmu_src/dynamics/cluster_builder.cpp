@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "dynamics/front_builder.hpp"
 #include "dynamics/recorded.hpp"
 #include "math/dual.hpp"
 #include "model/loop_rows_of.hpp"
@@ -203,7 +204,7 @@ void add_passages(ClusterPlan& cluster, const ClusterBuilder& builder, const std
       const bool shared = contains(builder.shared_joints(path, cluster.root), joint) || (on_a && on_b);
       if (!on_a && !on_b && !shared) continue;
       for (int row = first_rows[k]; row < first_rows[k] + row_counts[k]; ++row)
-        cluster.passages.push_back({row, shared || on_a ? 0 : 1, shared});
+        cluster.passages.push_back({row, shared || on_a ? 0 : 1, shared, joint == path.meeting});
     }
   }
   cluster.passage_begin.push_back(static_cast<int>(cluster.passages.size()));
@@ -235,17 +236,36 @@ void add_envelope(ClusterPlan& cluster) {
   }
 }
 
-// Leaves to root over the tree in which every cluster is one node.
+// A cluster is one node, as is a joint outside of all.
 template <class Scalar>
-std::vector<EliminationStep> elimination_order(const Plan<Scalar>& plan) {
-  const int n = static_cast<int>(plan.joints.size());
-  std::vector<int> cluster_of(plan.joints.size(), -1);
+std::vector<EliminationStep> steps_of_joints(const Plan<Scalar>& plan) {
+  std::vector<EliminationStep> step_of;
+  for (std::size_t i = 0; i < plan.joints.size(); ++i)
+    step_of.push_back({EliminationStep::Kind::joint, static_cast<int>(i)});
   for (std::size_t c = 0; c < plan.clusters.size(); ++c)
-    for (int joint : plan.clusters[c].joints) cluster_of[joint] = static_cast<int>(c);
-  // nodes above a joint; parents come first in memory, a cluster counts as deep as its root + 1
+    for (int joint : plan.clusters[c].joints)
+      step_of[joint] = {EliminationStep::Kind::cluster, static_cast<int>(c)};
+  return step_of;
+}
+
+// Roots of a node's joints: parents of single ones.
+template <class Scalar>
+int root_of(const Plan<Scalar>& plan, const EliminationStep& step) {
+  if (step.kind == EliminationStep::Kind::cluster) return plan.clusters[step.index].root;
+  if (step.kind == EliminationStep::Kind::front) return plan.fronts[step.index].root;
+  return plan.joints[step.index].parent;
+}
+
+// Leaves to root over the tree in which joints of one step are one node.
+template <class Scalar>
+std::vector<EliminationStep> elimination_order(const Plan<Scalar>& plan,
+                                               const std::vector<EliminationStep>& step_of) {
+  using Kind = EliminationStep::Kind;
+  const int n = static_cast<int>(plan.joints.size());
+  // nodes above a joint; parents come first in memory, a node counts as deep as its root + 1
   std::vector<int> depth(plan.joints.size());
   for (int i = 0; i < n; ++i) {
-    const int above = cluster_of[i] < 0 ? plan.joints[i].parent : plan.clusters[cluster_of[i]].root;
+    const int above = root_of(plan, step_of[i]);
     depth[i] = above == ground ? 0 : depth[above] + 1;
   }
   struct Node {
@@ -254,11 +274,11 @@ std::vector<EliminationStep> elimination_order(const Plan<Scalar>& plan) {
   };
   std::vector<Node> nodes;
   for (int i = n - 1; i >= 0; --i) {
-    const int c = cluster_of[i];
-    if (c < 0)
-      nodes.push_back({depth[i], {false, i}});
-    else if (plan.clusters[c].joints.front() == i)
-      nodes.push_back({depth[i], {true, c}});
+    const EliminationStep& step = step_of[i];
+    const bool last = step.kind == Kind::joint ||
+                      (step.kind == Kind::cluster ? plan.clusters[step.index].joints.front()
+                                                  : plan.fronts[step.index].joints.front()) == i;
+    if (last) nodes.push_back({depth[i], step});
   }
   std::stable_sort(nodes.begin(), nodes.end(),
                    [](const Node& x, const Node& y) { return x.depth > y.depth; });
@@ -306,7 +326,7 @@ void build_clusters(const Model& model, Plan<Scalar>& plan) {
     for (int index : group.paths) {
       const LoopPath& path = builder.path(index);
       LoopPlan<Scalar> loop = loop_plan(model, plan, path, rows[path.loop]);
-      loop.root = group.root;
+      loop.root = path.meeting;
       loop.first_row = next_row;
       next_row += static_cast<int>(loop.rows.size());
       add_groups(cluster, loop);
@@ -322,7 +342,14 @@ void build_clusters(const Model& model, Plan<Scalar>& plan) {
     add_envelope(cluster);
     plan.clusters.push_back(cluster);
   }
-  plan.elimination = elimination_order(plan);
+  std::vector<EliminationStep> step_of = steps_of_joints(plan);
+  plan.elimination = elimination_order(plan, step_of);
+  if constexpr (Plan<Scalar>::may_have_fronts) build_fronts(plan);
+  if (!plan.has_fronts()) return;
+  for (std::size_t f = 0; f < plan.fronts.size(); ++f)
+    for (int joint : plan.fronts[f].joints)
+      step_of[joint] = {EliminationStep::Kind::front, static_cast<int>(f)};
+  plan.early = elimination_order(plan, step_of);
 }
 
 template void build_clusters<double>(const Model&, Plan<double>&);

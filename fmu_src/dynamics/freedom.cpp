@@ -3,21 +3,20 @@
 #include <vector>
 
 #include "dynamics/compiled.hpp"
+#include "dynamics/loop_elimination.hpp"
 
 namespace redysim {
 namespace {
 
 // Rank of the loops' rows over the joints that are not prescribed: that of J M^-1 J^T for any M > 0.
-int loop_rank(const Model& model, const double* q) {
+int rank_of_loops(const Model& model, const double* q) {
   const Plan<double> plan(model);
   Workspace<double> ws(plan);
   const std::size_t n = static_cast<std::size_t>(plan.nv);
   const std::vector<double> rest(n + 6 * plan.ports.size(), 0.0);
   std::vector<double> qdd(n);
   compiled_forward_dynamics(plan, ws, q, rest.data(), rest.data(), qdd.data());
-  int rank = 0;
-  for (const auto& S : ws.loop.S) rank += S.rank();
-  return rank;
+  return loop_rank(plan, ws);
 }
 
 std::string count(int number, const std::string& one, const std::string& many) {
@@ -42,10 +41,10 @@ Freedom freedom(const Model& model, const double* q) {
     // every joint moves something, so that the rank is that of the rows alone
     link.joint.armature = 1;
   }
-  result.left = joints - result.motions - loop_rank(any, q);
+  result.left = joints - result.motions - rank_of_loops(any, q);
   for (std::size_t i = 0; i < any.links.size(); ++i)
     if (moves[i]) any.links[i].joint.drive = Drive::free;
-  result.system = joints - loop_rank(any, q);
+  result.system = joints - rank_of_loops(any, q);
   result.surplus = result.motions + result.left - result.system;
   return result;
 }

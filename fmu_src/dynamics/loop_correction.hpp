@@ -17,6 +17,45 @@ void pass_force(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, const Sc
   add(ws.joints[joint.parent].p, p);
 }
 
+// What a joint's push makes of the rows that cross it.
+template <class Scalar>
+void push_rows(const RowPassage* begin, const RowPassage* end, const Scalar* u, const JointState<Scalar>& s,
+               std::vector<Scalar>& b) {
+  for (; begin != end; ++begin, ++u) b[begin->row] -= *u * s.u * s.D_inverse;
+}
+
+template <class Scalar, class Pass>
+void pass_cluster(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t c, Pass pass) {
+  const ClusterPlan& cluster = plan.clusters[c];
+  LoopState<Scalar>& state = ws.loop;
+  for (std::size_t k = 0; k < cluster.joints.size(); ++k) {
+    const int begin = cluster.passage_begin[k], end = cluster.passage_begin[k + 1];
+    pass(cluster.joints[k]);
+    push_rows(cluster.passages.data() + begin, cluster.passages.data() + end,
+              state.passage_u.data() + cluster.first_passage + begin, ws.joints[cluster.joints[k]], state.b);
+  }
+  if (cluster.root == ground) return;
+  const int first = cluster.first_row;
+  state.S[c].solve(&state.b[first], &state.lambda[first]);
+  for (int row = first; row < first + cluster.row_count; ++row) {
+    ws.joints[cluster.root].p.moment -= state.K[row].moment * state.lambda[row];
+    ws.joints[cluster.root].p.force -= state.K[row].force * state.lambda[row];
+  }
+}
+
+template <class Scalar, class Pass>
+void pass_front(Workspace<Scalar>& ws, const FrontPlan& front, Pass pass) {
+  LoopState<Scalar>& state = ws.loop;
+  for (std::size_t k = 0; k < front.joints.size(); ++k) {
+    const int begin = front.passage_begin[k], end = front.passage_begin[k + 1];
+    pass(front.joints[k]);
+    push_rows(front.passages.data() + begin, front.passages.data() + end,
+              state.front_u.data() + front.first_passage + begin, ws.joints[front.joints[k]], state.b);
+  }
+  pass_sides(front, state);
+  if (front.root != ground) push_root(front, state, ws.joints[front.root].p);
+}
+
 // Accelerations at rest, without gravity, that answer joint forces (nv; null: none) and make the
 // accelerations of the loop rows b, read from ws.loop.b. Uses the elimination that forward_dynamics left in
 // the workspace (same or nearby q); overwrites p, u, acceleration, lambda and b.
@@ -31,26 +70,13 @@ void respond(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* forc
     for (int i = 0; i < n; ++i) accelerate_joint(plan, ws, i, qdd, Scalar(0), /*at_rest=*/true);
     return;
   }
-  for (const EliminationStep& step : plan.elimination) {
-    if (!step.is_cluster) {
+  for (const EliminationStep& step : plan.has_fronts() && state.early ? plan.early : plan.elimination) {
+    if (step.kind == EliminationStep::Kind::joint)
       pass(step.index);
-      continue;
-    }
-    const ClusterPlan& cluster = plan.clusters[static_cast<std::size_t>(step.index)];
-    for (std::size_t k = 0; k < cluster.joints.size(); ++k) {
-      const int i = cluster.joints[k];
-      pass(i);
-      for (int n = cluster.passage_begin[k]; n < cluster.passage_begin[k + 1]; ++n)
-        state.b[cluster.passages[n].row] -=
-            state.passage_u[cluster.first_passage + n] * ws.joints[i].u * ws.joints[i].D_inverse;
-    }
-    if (cluster.root == ground) continue;
-    const int first = cluster.first_row;
-    state.S[static_cast<std::size_t>(step.index)].solve(&state.b[first], &state.lambda[first]);
-    for (int row = first; row < first + cluster.row_count; ++row) {
-      ws.joints[cluster.root].p.moment -= state.K[row].moment * state.lambda[row];
-      ws.joints[cluster.root].p.force -= state.K[row].force * state.lambda[row];
-    }
+    else if (plan.is_front(step))
+      pass_front(ws, plan.fronts[step.index], pass);
+    else
+      pass_cluster(plan, ws, static_cast<std::size_t>(step.index), pass);
   }
   accelerate_with_loops(plan, ws, qdd, /*at_rest=*/true);
 }

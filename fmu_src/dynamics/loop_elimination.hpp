@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "dynamics/joint_elimination.hpp"
+#include "dynamics/loop_fronts.hpp"
 #include "dynamics/loop_rank.hpp"
 #include "dynamics/loop_rows.hpp"
 
@@ -13,19 +13,6 @@
 // tree above nothing more (Popov-Vereshchagin with early elimination; derivation: docs/derivations/loops.md).
 
 namespace redysim {
-
-// One passage of a row's wrench w over joint i, with u_r = S_i^T w:
-//   b -= (w - U u_r / D) . c + u_r u / D,   w <- X^T (w - U u_r / D),   S_rs += u_r u_s / D           (5)
-template <class Scalar>
-Scalar pass_joint(const JointPlan<Scalar>& joint, const JointState<Scalar>& s, Force<Scalar>& w, Scalar& b) {
-  const Scalar u_row = joint.prismatic ? w.force.z() : w.moment.z();
-  const Scalar scaled = u_row * s.D_inverse;
-  w.moment -= s.U.moment * scaled;
-  w.force -= s.U.force * scaled;
-  b -= dot(w, s.c) + scaled * s.u;
-  to_parent(joint, s, w);
-  return u_row;
-}
 
 // All rows over one joint of the cluster.
 template <class Scalar>
@@ -42,6 +29,10 @@ void pass_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t clus
     if (passage.merge) {
       add(w, state.wrench[1][passage.row]);
       state.wrench[1][passage.row] = Force<Scalar>::zero();
+    }
+    if (passage.root) {
+      w.moment += state.K[passage.row].moment;
+      state.K[passage.row] = Force<Scalar>::zero();
     }
     const Scalar u_row = pass_joint(plan.joints[i], s, w, state.b[passage.row]);
     state.passage_u[cluster.first_passage + n] = u_row;
@@ -93,48 +84,93 @@ void fold_into_root(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t
   }
 }
 
-// Leaves to root over joints and clusters. Uses positions, velocities, bias and loop rows.
+// The joints of one step, leaves first.
+struct StepJoints {
+  const int* first;
+  std::size_t count;
+};
+
 template <class Scalar>
-void eliminate_with_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
-                          const Scalar* tau) {
-  for (auto& S : ws.loop.S) S.set_zero();
-  for (auto& reach : ws.loop.reach) std::fill(reach.begin(), reach.end(), Scalar(0));
-  for (const EliminationStep& step : plan.elimination) {
-    if (!step.is_cluster) {
-      eliminate(plan, ws, step.index, q, qd, tau);
-      continue;
-    }
-    const std::size_t c = static_cast<std::size_t>(step.index);
-    for (std::size_t k = 0; k < plan.clusters[c].joints.size(); ++k) {
-      eliminate(plan, ws, plan.clusters[c].joints[k], q, qd, tau);
-      pass_rows(plan, ws, c, k);
-    }
-    fold_into_root(plan, ws, c);
-  }
+StepJoints joints_of(const Plan<Scalar>& plan, const EliminationStep& step) {
+  if (step.kind == EliminationStep::Kind::joint) return {&step.index, 1};
+  const std::vector<int>& joints =
+      plan.is_front(step) ? plan.fronts[step.index].joints : plan.clusters[step.index].joints;
+  return {joints.data(), joints.size()};
 }
 
-// Root to leaves: multipliers of each cluster as its root's acceleration is known, then the joints.
+// Leaves to root over joints, clusters and, by the early way, fronts. Uses positions, velocities, bias and
+// loop rows. False where a row of a front may depend on others: then all begins anew, cluster by cluster.
+template <class Scalar>
+bool eliminate_with_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
+                          const Scalar* tau, bool early) {
+  using Kind = EliminationStep::Kind;
+  LoopState<Scalar>& state = ws.loop;
+  early = early && plan.may_have_fronts;
+  state.early = early;
+  for (std::size_t c = 0; c < plan.clusters.size(); ++c)
+    if (!(early && plan.clusters[c].split)) state.S[c].set_zero();
+  for (auto& reach : state.reach) std::fill(reach.begin(), reach.end(), Scalar(0));
+  if (early) start_fronts(state);
+  for (const EliminationStep& step : early ? plan.early : plan.elimination) {
+    const StepJoints joints = joints_of(plan, step);
+    const std::size_t index = static_cast<std::size_t>(step.index);
+    const bool front = plan.is_front(step);
+    const int* entry = front ? plan.fronts[index].entries.data() : nullptr;
+    for (std::size_t k = 0; k < joints.count; ++k) {
+      eliminate(plan, ws, joints.first[k], q, qd, tau);
+      if (step.kind == Kind::cluster) pass_rows(plan, ws, index, k);
+      if (front) entry = pass_open_rows(plan, ws, plan.fronts[index], k, entry);
+    }
+    if (step.kind == Kind::cluster) fold_into_root(plan, ws, index);
+    if (front && !fold_front(plan, ws, plan.fronts[index])) return false;
+  }
+  // groups that are rounding against others are no constraints
+  return !early || state.smallest_group > EnvelopeCholesky<Scalar>::zero_group * state.largest_group;
+}
+
+// Multipliers of one cluster, as its root's acceleration is known.
+template <class Scalar>
+void set_multipliers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t c) {
+  LoopState<Scalar>& state = ws.loop;
+  const ClusterPlan& cluster = plan.clusters[c];
+  const int first = cluster.first_row;
+  for (int row = first; row < first + cluster.row_count; ++row) {
+    state.lambda[row] = state.b[row];
+    if (cluster.root != ground) state.lambda[row] -= dot(state.K[row], ws.joints[cluster.root].acceleration);
+  }
+  state.S[c].solve(&state.lambda[first], &state.lambda[first]);
+}
+
+// Root to leaves, the way that the elimination took: multipliers, then the joints that they act on.
 template <class Scalar>
 void accelerate_with_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, Scalar* qdd,
                            bool at_rest = false) {
-  LoopState<Scalar>& state = ws.loop;
-  for (auto step = plan.elimination.rbegin(); step != plan.elimination.rend(); ++step) {
-    if (!step->is_cluster) {
-      accelerate_joint(plan, ws, step->index, qdd, Scalar(0), at_rest);
-      continue;
+  using Kind = EliminationStep::Kind;
+  const std::vector<EliminationStep>& steps =
+      plan.has_fronts() && ws.loop.early ? plan.early : plan.elimination;
+  for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
+    const StepJoints joints = joints_of(plan, *step);
+    const std::size_t index = static_cast<std::size_t>(step->index);
+    if (step->kind == Kind::cluster) set_multipliers(plan, ws, index);
+    const bool front = plan.is_front(*step);
+    if (front) set_multipliers(ws, plan.fronts[index]);
+    for (std::size_t k = joints.count; k-- > 0;) {
+      const Scalar sum = step->kind == Kind::joint ? Scalar(0)
+                         : front                   ? from_loops(ws, plan.fronts[index], k)
+                                                   : from_loops(plan, ws, index, k);
+      accelerate_joint(plan, ws, joints.first[k], qdd, sum, at_rest);
     }
-    const std::size_t c = static_cast<std::size_t>(step->index);
-    const ClusterPlan& cluster = plan.clusters[c];
-    const int first = cluster.first_row;
-    for (int row = first; row < first + cluster.row_count; ++row) {
-      state.lambda[row] = state.b[row];
-      if (cluster.root != ground)
-        state.lambda[row] -= dot(state.K[row], ws.joints[cluster.root].acceleration);
-    }
-    state.S[c].solve(&state.lambda[first], &state.lambda[first]);
-    for (std::size_t k = cluster.joints.size(); k-- > 0;)
-      accelerate_joint(plan, ws, cluster.joints[k], qdd, from_loops(plan, ws, c, k), at_rest);
   }
+}
+
+// Independent rows of all loops, as the last elimination found them.
+template <class Scalar>
+int loop_rank(const Plan<Scalar>& plan, const Workspace<Scalar>& ws) {
+  int rank = 0;
+  for (std::size_t c = 0; c < plan.clusters.size(); ++c)
+    rank += plan.has_fronts() && ws.loop.early && plan.clusters[c].split ? plan.clusters[c].row_count
+                                                                         : ws.loop.S[c].rank();
+  return rank;
 }
 
 }  // namespace redysim

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <type_traits>
 #include <vector>
 
 #include "dynamics/cluster_plan.hpp"
@@ -89,10 +90,18 @@ struct Plan {
   std::vector<LoopPlan<Scalar>> loops;
   std::vector<ClusterPlan> clusters;
   std::vector<EliminationStep> elimination;  // leaves to root; empty for an open tree
+  std::vector<FrontPlan> fronts;             // of the clusters that are split
+  std::vector<EliminationStep> early;        // the same by fronts; empty without
   std::vector<char> needs_pose;              // per joint; empty when nothing asks for ground poses
 
   // What a recursion may skip; known to the compiler where this library was built without it.
   bool has_loops() const { return features::loops && !loops.empty(); }
+  // by double alone: exact derivatives are taken rarely, and the library is small
+  static constexpr bool may_have_fronts = features::loops && std::is_same_v<Scalar, double>;
+  bool has_fronts() const { return may_have_fronts && !fronts.empty(); }
+  static constexpr bool is_front(const EliminationStep& step) {
+    return may_have_fronts && step.kind == EliminationStep::Kind::front;
+  }
   bool has_springs() const { return features::springs && !springs.empty(); }
   bool has_ports() const { return features::ports && !ports.empty(); }
   bool has_motion() const { return features::motion && prescribed_count > 0; }

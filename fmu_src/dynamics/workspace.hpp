@@ -56,6 +56,12 @@ struct LoopState {
   std::vector<EnvelopeCholesky<Scalar>> G;  // the same with all inertias 1: rank by geometry alone
   std::vector<std::vector<Scalar>> Q;       // per cluster: S = L Q Q^T L^T, rows by joints; of small clusters
   std::vector<char> uses_Q;                 // per cluster: where S was factored so
+  std::vector<Scalar> front_entries;        // matrices of all fronts: S, then [L; C L^-T]
+  std::vector<Scalar> front_u;              // per passage of the fronts
+  std::vector<Scalar> diagonal;             // per row of the fronts: of S before other rows are taken out
+  std::vector<Scalar> levers;               // per row of the fronts: sum of squares
+  Scalar largest_group = 0, smallest_group = 0;  // largest of these sums per group, over all groups
+  bool early = false;                            // whether the last elimination went by fronts
   double rank_tolerance = dynamics_rank_tolerance;
   Scalar extent = 0;  // m, how far loop points are from the plan's origin: sets the rounding of residuals
 };
@@ -108,6 +114,12 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   loop.residual.assign(rows, nan);
   loop.rate.assign(rows, nan);
   loop.passage_u.assign(passages, nan);
+  if (plan.fronts.empty()) return;
+  const FrontPlan& last = plan.fronts.back();
+  loop.front_u.assign(last.first_passage + last.passages.size(), nan);
+  loop.front_entries.assign(last.first_entry + (last.rows.size() + last.open.size()) * last.rows.size(), nan);
+  loop.diagonal.assign(rows, nan);
+  loop.levers.assign(rows, nan);
 }
 
 }  // namespace redysim

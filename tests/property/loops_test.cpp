@@ -37,7 +37,7 @@ bool rank_is_clear(const Matrix& S) {
 double smallest_pivot(Evaluate<double>& tree, const Matrix& S) {
   double smallest = 1;
   for (const ClusterPlan& cluster : tree.plan.clusters)
-    for (int k = 0; k < cluster.row_count; ++k) {
+    for (int k = 0; k < cluster.row_count && !(tree.ws.loop.early && cluster.split); ++k) {
       EnvelopeCholesky<double>& factor = tree.ws.loop.S[&cluster - tree.plan.clusters.data()];
       const double pivot = factor.entry(k, k) * factor.entry(k, k);
       const double row = S(cluster.first_row + k, cluster.first_row + k);
@@ -368,6 +368,38 @@ TEST(OverlappingLoops, agree_with_a_dense_solve) {
     EXPECT_LT((Evaluate<double>(c.model).residual(c.q, c.qd).lpNorm<Eigen::Infinity>()), 1e-14);
     expect_dense_agreement(c, 1e-8);
   }
+}
+
+TEST(Cost, of_overlapping_loops_grows_with_their_number) {
+  struct Cost {
+    std::size_t passages = 0, entries = 0;
+  };
+  const auto cost = [](int count) {
+    Cost sum;
+    for (const FrontPlan& front : Plan<double>(test::overlapping_loops(count)).fronts) {
+      sum.passages += front.passages.size();
+      sum.entries += (front.rows.size() + front.open.size()) * front.rows.size();
+    }
+    return sum;
+  };
+  // the ends of the chain have less
+  const Cost ten = cost(10), eleven = cost(11), hundred = cost(100);
+  EXPECT_EQ(hundred.passages, ten.passages + 90 * (eleven.passages - ten.passages));
+  EXPECT_EQ(hundred.entries, ten.entries + 90 * (eleven.entries - ten.entries));
+}
+
+TEST(OverlappingLoops, go_by_fronts_while_all_rows_are_independent) {
+  Evaluate<double> tree(test::overlapping_loops(30));
+  Vector q = test::vector_of(test::overlapping_loops_pose(30));
+  const Vector zero = Vector::Zero(q.size());
+  tree.qdd(q, zero, zero);
+  EXPECT_TRUE(tree.ws.loop.early);
+  EXPECT_EQ(tree.rank(), 60);
+  // stretched out, every bar lies along its links
+  q.setZero();
+  tree.qdd(q, zero, zero);
+  EXPECT_FALSE(tree.ws.loop.early);
+  EXPECT_LT(tree.rank(), 60);
 }
 
 TEST(Loops, far_from_the_origin_give_the_same_motion) {

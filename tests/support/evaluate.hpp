@@ -81,11 +81,7 @@ struct Evaluate {
   V lambda() const {
     return Eigen::Map<const V>(ws.loop.lambda.data(), static_cast<Eigen::Index>(ws.loop.lambda.size()));
   }
-  int rank() const {
-    int sum = 0;
-    for (const auto& S : ws.loop.S) sum += S.rank();
-    return sum;
-  }
+  int rank() const { return loop_rank(plan, ws); }
 
  private:
   void set_loops(const V& q, const V& qd) {
