@@ -62,8 +62,9 @@ void check_left_out(const Model& model, const Plan<double>& plan, Workspace<doub
                     Assembly& result) {
   const std::vector<double> at_rest(plan.joints.size(), 0.0);
   set_positions(plan, ws, q);
+  const std::vector<LoopRows> rows = loop_rows_of(model);
   for (std::size_t k = 0; k < model.loops.size(); ++k) {
-    const std::vector<LoopRow> left_out = loop_rows_of(model, k).left_out;
+    const std::vector<LoopRow>& left_out = rows[k].left_out;
     if (left_out.empty()) continue;
     const Loop& loop = model.loops[k];
     const Pose a = link_pose(plan, ws, loop.link_a, at_rest.data());

@@ -310,8 +310,7 @@ void build_clusters(const Model& model, Plan<Scalar>& plan) {
 
   std::vector<int> parents;
   for (const auto& joint : plan.joints) parents.push_back(joint.parent);
-  std::vector<LoopRows> rows;
-  for (std::size_t k = 0; k < model.loops.size(); ++k) rows.push_back(loop_rows_of(model, k));
+  const std::vector<LoopRows> rows = loop_rows_of(model);
   const ClusterBuilder builder(model, parents, plan.carrier, rows);
   int next_row = 0, next_passage = 0;
   for (const auto& group : builder.groups()) {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "model/dh.hpp"
+#include "model/start_poses.hpp"
 
 namespace redysim {
 namespace {
@@ -11,29 +11,6 @@ void write(Json& json, const Vec3<double>& v) {
   json.begin_array();
   for (int i = 0; i < 3; ++i) json.value(v[i]);
   json.end_array();
-}
-
-Mat3<double> rotation_of(const std::array<double, 4>& q) {
-  return Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
-}
-
-// Of a ball's links the last, which the turn carries; before it stand the chart and three angles, all at
-// zero.
-int turned_link(const Ball& ball) { return ball.chart_link + 4; }
-
-// Ground to link frame of each link at the start values.
-std::vector<Pose> start_poses(const Model& model) {
-  std::vector<Pose> poses;
-  for (const Link& link : model.links) {
-    DhParameters dh = link.joint.dh;
-    if (link.joint.type == JointType::revolute) dh.theta += link.joint.q0;
-    if (link.joint.type == JointType::prismatic) dh.d += link.joint.q0;
-    poses.push_back(link.parent == ground ? pose_of(dh) : poses[link.parent] * pose_of(dh));
-    for (const Ball& ball : model.balls)
-      if (turned_link(ball) == static_cast<int>(poses.size()) - 1)
-        poses.back().rotation *= rotation_of(ball.quaternion);
-  }
-  return poses;
 }
 
 // The links that people know: of a ball's the last one alone, on a spherical joint.

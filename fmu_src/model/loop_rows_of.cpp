@@ -2,26 +2,13 @@
 
 #include <cmath>
 
-#include "model/dh.hpp"
+#include "model/start_poses.hpp"
 
 namespace redysim {
 
 namespace {
 
 constexpr double parallel = 1e-12;  // sine below which two axes count as parallel
-
-// Link frames in the ground at the start pose.
-std::vector<Pose> start_poses(const Model& model) {
-  std::vector<Pose> poses;
-  for (const Link& link : model.links) {
-    DhParameters dh = link.joint.dh;
-    if (link.joint.type == JointType::revolute) dh.theta += link.joint.q0;
-    if (link.joint.type == JointType::prismatic) dh.d += link.joint.q0;
-    const Pose own = pose_of(dh);
-    poses.push_back(link.parent == ground ? own : poses[link.parent] * own);
-  }
-  return poses;
-}
 
 // Whether every joint from `link` up to (not including) `stop` moves in planes normal to `normal`.
 bool moves_in_plane(const Model& model, const std::vector<Pose>& poses, int link, int stop,
@@ -65,7 +52,7 @@ LoopRow rotation_row(int index, const Vec3<double>& u, const Vec3<double>& v) {
   return row;
 }
 
-LoopRows point_rows(const Model& model, const Loop& loop) {
+LoopRows point_rows(const Model& model, const std::vector<Pose>& poses, const Loop& loop) {
   LoopRows out;
   for (const Vec3<double>& direction : loop.directions) {
     out.rows.push_back(position_row(static_cast<int>(out.rows.size()), direction));
@@ -75,8 +62,8 @@ LoopRows point_rows(const Model& model, const Loop& loop) {
   const int meeting = meeting_link(model, loop.link_a, loop.link_b);
   if (meeting == ground || loop.directions.size() == 3) return out;
   const bool plane_kept =
-      loop.directions.size() == 2 && turns_about(model, start_poses(model), meeting,
-                                                 loop.directions[0].cross(loop.directions[1]).normalized());
+      loop.directions.size() == 2 &&
+      turns_about(model, poses, meeting, loop.directions[0].cross(loop.directions[1]).normalized());
   out.tied_to_ground = !plane_kept;
   return out;
 }
@@ -93,6 +80,37 @@ Mat3<double> joint_frame(const Vec3<double>& axis, const Vec3<double>& x) {
 // x as given unless it is parallel to the axis: then any perpendicular does.
 Vec3<double> across(const Vec3<double>& axis, const Vec3<double>& x) {
   return axis.cross(x).norm() > 1e-6 ? x : Vec3<double>(axis.unitOrthogonal());
+}
+
+LoopRows rows_of(const Model& model, const std::vector<Pose>& poses, const Loop& loop) {
+  if (loop.type == LoopType::point) return point_rows(model, poses, loop);
+  const Mat3<double> frame_a = joint_frame(loop.axis_a, across(loop.axis_a, loop.x_a));
+  const Mat3<double> frame_b = joint_frame(loop.axis_b, across(loop.axis_b, loop.x_b));
+  const Vec3<double> axis_b = frame_b.col(2);
+  const bool slides = loop.type == LoopType::prismatic || loop.type == LoopType::cylindrical;
+  LoopRows out;
+  for (int k = 0; k < (slides ? 2 : 3); ++k) out.rows.push_back(position_row(k, frame_a.col(k)));
+  const int next = static_cast<int>(out.rows.size());
+  if (loop.type == LoopType::universal) out.rows.push_back(rotation_row(next, frame_a.col(2), axis_b));
+  if (loop.type == LoopType::spherical || loop.type == LoopType::universal) return out;
+  if (loop.type == LoopType::revolute) {
+    const int meeting = meeting_link(model, loop.link_a, loop.link_b);
+    const Vec3<double> normal = loop.link_a == ground
+                                    ? Vec3<double>(frame_a.col(2))
+                                    : Vec3<double>(poses[loop.link_a].rotation * frame_a.col(2));
+    if (moves_in_plane(model, poses, loop.link_a, meeting, normal) &&
+        moves_in_plane(model, poses, loop.link_b, meeting, normal)) {
+      out.left_out = {out.rows.back(), rotation_row(next, frame_a.col(0), axis_b),
+                      rotation_row(next + 1, frame_a.col(1), axis_b)};
+      out.rows.pop_back();
+      return out;
+    }
+  }
+  out.rows.push_back(rotation_row(next, frame_a.col(0), axis_b));
+  out.rows.push_back(rotation_row(next + 1, frame_a.col(1), axis_b));
+  if (loop.type == LoopType::prismatic || loop.type == LoopType::fixed)
+    out.rows.push_back(rotation_row(next + 2, frame_a.col(0), frame_b.col(1)));
+  return out;
 }
 
 }  // namespace
@@ -115,37 +133,12 @@ int multiplier_count(const Loop& loop) {
   return 0;
 }
 
-LoopRows loop_rows_of(const Model& model, std::size_t index) {
-  const Loop& loop = model.loops[index];
-  if (loop.type == LoopType::point) return point_rows(model, loop);
-  const Mat3<double> frame_a = joint_frame(loop.axis_a, across(loop.axis_a, loop.x_a));
-  const Mat3<double> frame_b = joint_frame(loop.axis_b, across(loop.axis_b, loop.x_b));
-  const Vec3<double> axis_b = frame_b.col(2);
-  const bool slides = loop.type == LoopType::prismatic || loop.type == LoopType::cylindrical;
-  LoopRows out;
-  for (int k = 0; k < (slides ? 2 : 3); ++k) out.rows.push_back(position_row(k, frame_a.col(k)));
-  const int next = static_cast<int>(out.rows.size());
-  if (loop.type == LoopType::universal) out.rows.push_back(rotation_row(next, frame_a.col(2), axis_b));
-  if (loop.type == LoopType::spherical || loop.type == LoopType::universal) return out;
-  if (loop.type == LoopType::revolute) {
-    const std::vector<Pose> poses = start_poses(model);
-    const int meeting = meeting_link(model, loop.link_a, loop.link_b);
-    const Vec3<double> normal = loop.link_a == ground
-                                    ? Vec3<double>(frame_a.col(2))
-                                    : Vec3<double>(poses[loop.link_a].rotation * frame_a.col(2));
-    if (moves_in_plane(model, poses, loop.link_a, meeting, normal) &&
-        moves_in_plane(model, poses, loop.link_b, meeting, normal)) {
-      out.left_out = {out.rows.back(), rotation_row(next, frame_a.col(0), axis_b),
-                      rotation_row(next + 1, frame_a.col(1), axis_b)};
-      out.rows.pop_back();
-      return out;
-    }
-  }
-  out.rows.push_back(rotation_row(next, frame_a.col(0), axis_b));
-  out.rows.push_back(rotation_row(next + 1, frame_a.col(1), axis_b));
-  if (loop.type == LoopType::prismatic || loop.type == LoopType::fixed)
-    out.rows.push_back(rotation_row(next + 2, frame_a.col(0), frame_b.col(1)));
-  return out;
+std::vector<LoopRows> loop_rows_of(const Model& model) {
+  std::vector<LoopRows> rows;
+  if (model.loops.empty()) return rows;
+  const std::vector<Pose> poses = start_poses(model);
+  for (const Loop& loop : model.loops) rows.push_back(rows_of(model, poses, loop));
+  return rows;
 }
 
 }  // namespace redysim

@@ -25,8 +25,8 @@ struct LoopRows {
 // How many multipliers a cut joint has, whether or not the scene makes some of them redundant.
 int multiplier_count(const Loop& loop);
 
-// The equations of loop `index`. In a planar scene a revolute cut keeps its two in-plane rows; no motion
-// changes the others.
-LoopRows loop_rows_of(const Model& model, std::size_t index);
+// The equations of each loop. In a planar scene a revolute cut keeps its two in-plane rows; no motion changes
+// the others.
+std::vector<LoopRows> loop_rows_of(const Model& model);
 
 }  // namespace redysim
