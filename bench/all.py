@@ -41,13 +41,12 @@ class Stage:
 
 def stages(folder: Path) -> list[Stage]:
     out = ("-o", str(folder))
-    core = str(folder / "core.txt")
     return [
         Stage("core", "the recursions", ("run.py",), ("-r", "3", "-t", "0.002"), "core.txt", 8, 2),
-        Stage("do_step", "a communication step", ("do_step.py", "--core", core), (), "do_step.txt", 3, 0.2),
+        Stage("do_step", "a communication step", ("do_step.py",), (), "do_step.txt", 3, 0.2),
         Stage("latency", "steps, starts and many instances", ("latency.py",), ("-n", "500", "--instances", "1", "100"), "latency.txt", 8, 1),
         Stage("accuracy", "how right it is", ("accuracy.py",), (), "accuracy.txt", 5, 0.2),
-        Stage("parts", "what absent parts cost", ("parts.py",), ("--no-time", "-p", "all_these"), "parts.txt", 15, 7),
+        Stage("parts", "what absent parts cost", ("parts.py",), ("--no-time", "-p", "all_these"), "parts.txt", 25, 14),
         Stage("straight_line", "libraries for one scene", ("straight_line.py",), ("-r", "3", "--no-library"), "straight_line.txt", 6, 2),
         Stage("peers", "error against run time, beside other simulators", ("peers/work_precision.py", *out), ("-r", "1", "--longest", "0.05"), "", 25, 7),
         Stage("extreme", "extreme cases, beside other simulators", ("peers/extreme.py", *out), ("--limit", "5"), "", 12, 3),
