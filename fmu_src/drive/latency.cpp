@@ -13,7 +13,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int starts = 51;  // instantiations and initialisations whose median is taken
+constexpr int starts = 51;      // instantiations and initialisations whose median is taken
+constexpr double waking = 3e8;  // ns: a processor that idled is slow at first
 
 double ns_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::nano>(Clock::now() - begin).count();
@@ -43,6 +44,7 @@ class Bench {
 
   void all() {
     json_.member("status", "ok").member("clock_ns", clock_);
+    for (const auto begin = Clock::now(); ns_since(begin) < waking;) start_and_free();
     start_cost();
     steps("constant", false);
     if (!job_.inputs.empty()) steps("changing", true);
@@ -62,6 +64,12 @@ class Bench {
   void start(fmi2Component instance) {
     if (initialise(fmu_, instance, job_) > fmi2Warning)
       throw std::runtime_error(log_.lines().empty() ? "initialisation failed" : log_.lines().back());
+  }
+
+  void start_and_free() {
+    fmi2Component instance = make();
+    start(instance);
+    fmu_.free_instance(instance);
   }
 
   void start_cost() {
