@@ -10,7 +10,7 @@ import numpy as np
 
 from build_fmu.errors import UserError
 from build_fmu.importers.fields import LARGEST
-from build_fmu.importers.matlab_reader import Values
+from build_fmu.importers.matlab_expression import Values
 
 NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}  # data type of an element
 MATRIX, COMPRESSED = 14, 15
@@ -39,7 +39,6 @@ def read_values(path: Path) -> Values:
                 _store(values, *_matrix(data, order))
     except (struct.error, zlib.error, ValueError, StopIteration, IndexError, RecursionError):
         raise UserError(f"'{path}' is damaged: its elements do not add up") from None
-    values.outputs = list(values.arrays)
     return values
 
 

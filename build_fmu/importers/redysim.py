@@ -6,7 +6,9 @@ ReDySim's b is our d; its start values y0 replace th (revolute) or b (prismatic)
 from __future__ import annotations
 
 import math
+import os
 from argparse import Namespace
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +16,7 @@ import numpy as np
 from build_fmu.errors import UserError, did_you_mean
 from build_fmu.importers import matlab_file, matlab_reader
 from build_fmu.importers.draft import GROUND, DhFrame, Draft, DraftLink, legal
-from build_fmu.importers.matlab_reader import Values
+from build_fmu.importers.matlab_expression import Values
 from build_fmu.importers.redysim_floating import is_floating, joint_column, set_free, start
 from build_fmu.importers.redysim_loops import add_loops, place_pivots
 
@@ -24,36 +26,72 @@ KNOWN = (*NEEDED, "n", "dof", "type", "th", "r", "g", "Icxy", "Icyz", "Iczx", "a
 PROGRAMS = ("torque.m", "trajectory.m", "jacobian.m", "inv_kine.m", "for_kine.m", "animate.m", "sys_ode.m")
 MEANING = {"torque.m": "the control law", "trajectory.m": "the prescribed motion", "jacobian.m": "the typed loop Jacobian",
            "inv_kine.m": "the typed loop solution"}  # fmt: skip
+STARTS = ("y0", "ti", "tf", "incr", "rtol", "atol", "int_type")  # the results of initials() in their order, after n in some releases
 SOLVERS = {0: "erk", 1: "bdf", 2: "erk"}
 
 
 def read(path: Path, options: Namespace) -> Draft:
     """Returns the draft; `path` is inputs.m, initials.m, inputs.mat or their folder. Raises UserError with file, line, field."""
     folder, inputs, initials = _find(path)
-    cache: dict[str, Values] = {}
-
-    def call(function: str) -> Values:
-        file = {"inputs": inputs, "initials": initials}[function]
-        if file is None:
-            raise UserError(f"{path}: it calls {function}(), and there is no {function}.m beside it")
-        if file not in cache:
-            cache[file] = Values(file)  # a file that calls itself gets nothing
-            cache[file] = _values(file, call)
-        return cache[file]
-
+    call = Functions(folder, {"inputs": inputs, "initials": initials})
     data = Reading(call("inputs"))
-    starts = Reading(call("initials")) if initials else data
+    starts = Reading(_named_by_position(call("initials"))) if initials else data
     name = options.name or (folder.name if inputs.stem == "inputs" else inputs.stem) or "model"
     draft = Draft(name=legal(name), source=f"{folder.name}/{inputs.name}" + (f" and {initials.name}" if initials else ""))
     count = data.whole("n") if "n" in data else data.length("bt")
+    if starts.values.skipped:
+        draft.doubts.append(f"{call.short(starts.values.skipped[0])}; values of {initials.name} that depend on it are not used")
     draft.gravity = _gravity(data, draft)
-    draft.links = _links(data, starts, count, draft)
+    draft.links = _links(data, starts, count, call, draft)
     _warn_of_namesakes(data, draft)
     place_pivots(draft, data, options.pivot)
     add_loops(draft, data, options.loop)
     _settings(data, starts, draft)
     _losses(folder, data, draft)
     return draft
+
+
+class Functions:
+    """Runs the functions of a robot's folder, each file at most once at a time."""
+
+    def __init__(self, folder: Path, files: dict[str, Path | None]) -> None:
+        self.folder, self.files = folder, files
+        self.known: dict[str, Values] = {}
+        self.running: list[str] = []
+
+    def short(self, sentence: str) -> str:
+        """Returns the sentence with the file names only."""
+        return sentence.replace(f"{self.folder}{os.sep}", "")
+
+    def __call__(self, function: str, arguments: Sequence[np.ndarray] = ()) -> Values | None:
+        """Returns the values of the function, or None if the folder has no such file."""
+        path = self.files.get(function) or self.folder / f"{function}.m"
+        if function in self.known and not arguments:
+            return self.known[function]
+        if not path.is_file():
+            return None
+        if function in self.running:
+            raise UserError(f"{path}: the function '{function}' calls itself")
+        self.running.append(function)
+        try:
+            found = matlab_file.read_values(path) if path.suffix.lower() == ".mat" else matlab_reader.read_values(
+                path, self, arguments, tolerant=function == "initials"
+            )
+        finally:
+            self.running.pop()
+        if not arguments:
+            self.known[function] = found
+        return found
+
+
+def _named_by_position(values: Values) -> Values:
+    """Some releases call the results of initials() yo, t_initial, t_final and type."""
+    names = values.outputs[1:] if values.outputs[:1] == ["n"] else values.outputs
+    if len(names) == len(STARTS) - 1 or names[len(STARTS) - 1 :] in (["type"], ["int_type"]):
+        for table in (values.arrays, values.lines):
+            found = {own: table.pop(name) for own, name in zip(STARTS, names, strict=False) if name in table}
+            table.update(found)
+    return values
 
 
 class Reading:
@@ -123,10 +161,6 @@ def _find(path: Path) -> tuple[Path, Path, Path | None]:
     return folder, inputs, initials if initials.is_file() else None
 
 
-def _values(path: Path, call) -> Values:
-    return matlab_file.read_values(path) if path.suffix.lower() == ".mat" else matlab_reader.read_values(path, call)
-
-
 def _warn_of_namesakes(data: Reading, draft: Draft) -> None:
     if is_floating(data) and data.length("a") == 4 and data.flat("a")[2] in (1, 1.5):
         draft.doubts.append(f"two 3-link arms carry one name, with a(3) = 1 and a(3) = 1.5: this one has {data.flat('a')[2]:g}")
@@ -151,7 +185,7 @@ def _gravity(data: Reading, draft: Draft) -> list[float]:
     return gravity
 
 
-def _links(data: Reading, starts: Reading, count: int, draft: Draft) -> list[DraftLink]:
+def _links(data: Reading, starts: Reading, count: int, call: Functions, draft: Draft) -> list[DraftLink]:
     if not 1 <= count <= 100_000:
         raise data.error("n", f"must be at least 1, got {count}")
     columns = {key: data.column(key, count) for key in NEEDED}
@@ -161,7 +195,7 @@ def _links(data: Reading, starts: Reading, count: int, draft: Draft) -> list[Dra
         columns[key] = (joint_column if is_floating(data) else Reading.column)(data, key, count, default)
     if is_floating(data):
         columns["r"][0] = 1.0
-    base = start(data, starts, count) if is_floating(data) else None
+    base = start(data, starts, count, call, draft) if is_floating(data) else None
     q, qd = base[2:] if base else _start(data, starts, count, columns, draft)
     links = []
     for i in range(count):
@@ -212,7 +246,8 @@ def _start(data: Reading, starts: Reading, count: int, columns: dict[str, list[f
                 raise reading.error("y0", f"must have 2 n + 1 = {2 * count + 1} entries (positions, velocities, actuator energy), got {len(y0)}")
             return y0[:count], y0[count : 2 * count]
     nominal = columns["th"] if "th" in data else data.column("angs", count, 0.0)
-    draft.doubts.append("no start values (y0) were found: the nominal th and b of the moving joints are taken, at rest")
+    base = "the base starts at the origin, " if is_floating(data) else ""
+    draft.doubts.append(f"no start values (y0) were found: {base}the nominal th and b of the moving joints are taken, at rest")
     return [nominal[i] if columns["r"][i] == 1 else columns["b"][i] for i in range(count)], [0.0] * count
 
 

@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from build_fmu.errors import UserError
 from build_fmu.importers.draft import Draft, DraftLink
 
 BASE = 6  # coordinates of the base in y0, also where it moves in a plane
@@ -24,7 +27,7 @@ def joint_column(data, name: str, count: int, default: float | None = None) -> l
     return data.column(name, count, default)
 
 
-def start(data, starts, count: int) -> tuple[list[float], list[float], list[float], list[float]] | None:
+def start(data, starts, count: int, call, draft: Draft) -> tuple[list[float], list[float], list[float], list[float]] | None:
     """Returns base coordinates, base rates, joint positions and joint rates (with 0 for the base) of y0, or None."""
     for reading in (starts, data):
         if "y0" not in reading:
@@ -32,11 +35,32 @@ def start(data, starts, count: int) -> tuple[list[float], list[float], list[floa
         y0 = [float(x) for x in reading.flat("y0")]
         half = BASE + count - 1
         # then come the actuators' energy and, of legged robots, the ground's and the controller's states
+        more = 2 if "g_prop" in data else 1
+        if len(y0) in range(2 * BASE, min(2 * BASE + more + 1, 2 * half)):
+            # inverse dynamics integrates the base only
+            return y0[:BASE], y0[BASE : 2 * BASE], *_joints_of_the_trajectory(starts, count, call, draft)
         if len(y0) < 2 * half or ("g_prop" not in data and len(y0) > 2 * half + 1):
             raise reading.error("y0", f"must have 2 (n + 5) + 1 = {2 * half + 1} entries (base, joints, their rates, actuator energy), got {len(y0)}")
         q, qd = y0[:half], y0[half : 2 * half]
         return q[:BASE], qd[:BASE], [0.0, *q[BASE:]], [0.0, *qd[BASE:]]
     return None
+
+
+def _joints_of_the_trajectory(starts, count: int, call, draft: Draft) -> tuple[list[float], list[float]]:
+    """Returns joint positions and rates where trajectory(t, n, tf) begins; zeros if it cannot be read."""
+    reason = "there is no trajectory.m"
+    try:
+        end = starts.number("tf", 1.0)
+        values = call("trajectory", [np.array([[x]]) for x in (0.0, float(count), end)])
+        found = [values.arrays[name].ravel(order="F").tolist() for name in values.outputs[:2]] if values else []
+        if len(found) == 2 and all(len(column) in (count - 1, count) for column in found):
+            draft.doubts.append("y0 holds the base only (inverse dynamics): the joints start where trajectory.m begins")
+            return tuple([0.0, *(column if len(column) == count - 1 else column[1:])] for column in found)
+        reason = f"trajectory.m does not give {count - 1} joint positions and rates" if values else reason
+    except (UserError, KeyError) as error:
+        reason = call.short(str(error)) if isinstance(error, UserError) else f"trajectory.m gives no value to {error}"
+    draft.doubts.append(f"y0 holds the base only (inverse dynamics), and the joints start at 0: {reason}")
+    return [0.0] * count, [0.0] * count
 
 
 def set_free(base: DraftLink, data, place: list[float], rates: list[float], draft: Draft) -> None:

@@ -329,11 +329,12 @@ def test_the_grammar(tmp_path):
       w = 1;
       %}
       x = 5 % y = 6
+      z = [1 2].';
     """)
     assert found == {
         "a": [[1, -2]], "b": [[-1]], "c": [[1, -2, 3]], "d": [[1], [2]], "e": [[1], [-2]], "f": [[1, -2], [3, 4]], "g": [[3]], "h": [[3, 4]], "k": [[-4]],
         "l": [[0.5]], "model.l1": [[0.3]], "m": [[pytest.approx(0.15)]], "n": [[3]], "o": [[0, 0, 0], [0, 0, 7]], "p": [[-2]], "q": [[1000.0015]],
-        "s": [[1, 2]], "t": [[1, 2]], "i": [[3]], "v": [[1, 4, 9]], "x": [[5]],
+        "s": [[1, 2]], "t": [[1, 2]], "i": [[3]], "v": [[1, 4, 9]], "x": [[5]], "z": [[1], [2]],
     }  # fmt: skip
 
 
@@ -374,6 +375,106 @@ def test_scipy_writes_the_same(tmp_path):
         scipy_io.savemat(tmp_path / "a.mat", content, do_compression=compressed)
         found = matlab_file.read_values(tmp_path / "a.mat").arrays
         assert {name: array.tolist() for name, array in found.items()} == {"n": [[4]], "bt": [[0, 1, 2]], "x": [[1.5, 2], [3, 4]], "gx": [[1]]}
+
+
+def stored(folder, text, **more):
+    """A folder of the GUI release: the values in inputs.mat, and inputs.m that loads them into a struct."""
+    folder.mkdir(exist_ok=True)
+    (folder / "values.m").write_text(text, encoding="utf-8")
+    found = matlab_reader.read_values(folder / "values.m")
+    (folder / "values.m").unlink()
+    mat_file(folder / "inputs.mat", [matrix(name, array) for name, array in sorted(found.arrays.items())], compressed=True)
+    fields = "".join(f"{name} = stored.{name};\n" for name in found.outputs)
+    load = f"function [{' '.join(found.outputs)}]=inputs()\nstored = load ('inputs.mat');\n{fields}end"
+    write(folder, **({"inputs": load} | more))
+    return folder
+
+
+def test_the_gui_release_loads_its_values(tmp_path):
+    plain = write(tmp_path / "g", inputs=GRIPPER, initials=GRIPPER_START).parent
+    text = model_text(imported(plain))
+    # a struct, the workspace, a command; without the name's ending, some of the variables
+    loads = ("load('inputs.mat');", "load inputs.mat", "load inputs", 'load("inputs.mat", "n", "bt"); load inputs;')
+    header = GRIPPER[: GRIPPER.index("%")]
+    folders = [stored(tmp_path / "s" / "g", GRIPPER, initials=GRIPPER_START) if (tmp_path / "s").mkdir() is None else None]
+    for i, load in enumerate(loads):
+        (tmp_path / f"w{i}").mkdir()
+        folders.append(stored(tmp_path / f"w{i}" / "g", GRIPPER, initials=GRIPPER_START, inputs=header + load))
+    for folder in folders:
+        assert model_text(imported(folder)) == text
+        # the .mat itself holds names, but no order of results
+        assert model_text(imported(folder / "inputs.mat")) == text.replace("inputs.m ", "inputs.mat ", 1)
+
+
+@pytest.mark.parametrize(
+    ("load", "sentence"),
+    [
+        ("s = load('other.mat');", "inputs.m:2: load: there is no file 'other.mat' beside this one"),
+        ("s = load(name);", "inputs.m:2: load: there is no file 'name.mat' beside this one"),
+        ("s = load(['a' 'b']);", "inputs.m:2: load takes the name of a .mat file"),
+        ("s = load('inputs.mat'); n = s.nn;", "inputs.m:2: 's.nn' has no value here; did you mean 's.n'?"),
+    ],
+)
+def test_mistakes_in_load(tmp_path, load, sentence):
+    folder = stored(tmp_path / "g", GRIPPER, inputs=f"function [n] = inputs()\n{load}\n")
+    with pytest.raises(UserError) as error:
+        imported(folder)
+    assert sentence in str(error.value)
+
+
+BASE_ONLY = SATELLITE_START.replace("y0 = [q; th; dq; dth; 0]", "y0 = [q; dq; 0]").replace("q = [0; 0; 0; 0; 0; 0]", "q = [1; 2; 0; 0.3; 0; 0]")
+CYCLOID = """
+function [th_d dth_d ddth_d] = trajectory(t, n, tf)
+first = [0.1; 0.2; 0.3]; last = [pi; 0; -pi];
+for i = 1:n-1
+  x(i,1) = first(i) + (last(i) - first(i))/tf*(t - tf/(2*pi)*sin(2*pi/tf*t)) + 0*tf;
+  v(i,1) = tf/10 + t;
+end
+th_d = x; dth_d = v; ddth_d = zeros(n-1, 1);
+"""
+
+
+def test_an_inverse_demo_holds_the_base_only(tmp_path):
+    """Its joints start where the trajectory does."""
+    folder = write(tmp_path / "s", inputs=SATELLITE, initials=BASE_ONLY, trajectory=CYCLOID).parent
+    base, *arm = imported(folder).links
+    assert base.q == [1, 2, 0.3] and [link.q for link in arm] == pytest.approx([0.1, 0.2, 0.3]) and [link.qd for link in arm] == pytest.approx([3, 3, 3])
+    assert "the joints start where trajectory.m begins" in said(imported(folder))
+    legged = CYCLOID.replace("th_d = x; dth_d = v", "th_d = [0; x]; dth_d = [0; v]")
+    assert [link.q for link in imported(write(tmp_path / "s", trajectory=legged).parent).links[1:]] == pytest.approx([0.1, 0.2, 0.3])
+    for text, reason in (("function x = trajectory(t)\nwhile t > 0\nend\n", "trajectory.m:2: cannot read a statement that starts with 'while'"),
+                         ("function x = trajectory(t)\nx = t;\n", "trajectory.m does not give 3 joint positions and rates"),
+                         ("function [x v] = trajectory(t)\nx = t;\n", "trajectory.m gives no value to 'v'"),
+                         ("function [x v] = trajectory(t)\n[x v] = trajectory(t);\n", "trajectory.m: the function 'trajectory' calls itself")):
+        draft = imported(write(tmp_path / "s", trajectory=text).parent)
+        assert draft.links[0].q == [1, 2, 0.3] and [link.q for link in draft.links[1:]] == [0, 0, 0]
+        assert f"and the joints start at 0: {reason}" in said(draft)
+
+
+LEGGED_START = """
+function [yo, t_initial, t_final, incr, rtol, atol, type] = initials()
+[th, dth, x] = trajectory(0); q = [x; 0.25; 0; 0; 0; 0]; n = length(th);
+yo = [q; th(2:n); zeros(6,1); dth(2:n); 0; 0; q; q]; t_initial = 0; t_final = 2; incr = 0.01;
+rtol = 1e-6; atol = 1e-8; type = 1;
+"""
+
+
+def test_a_start_that_needs_the_trajectory(tmp_path):
+    """It costs the start values, never the robot; the results have other names in the legged release."""
+    text = SATELLITE.replace("nq = 0;", "nq = 1; g_prop = [2000 1 4.5 0.7 1000 2 1 3];")
+    folder = stored(tmp_path / "s", text.replace("Iczx] =", "Iczx g_prop] ="), initials=LEGGED_START)
+    draft = imported(folder)
+    assert draft.solver == {"method": "bdf", "rtol": 1e-6, "atol": 1e-8} and draft.fmu == {"stop_time": 2, "step_size": 0.01}
+    assert [link.q for link in draft.links] == [[0] * 6, 0, 0, 0]
+    assert "initials.m:3: the function 'trajectory' is not known here: there is no trajectory.m beside this file" in said(draft)
+    assert "no start values (y0) were found: the base starts at the origin" in said(draft) and str(tmp_path) not in said(draft)
+    gait = "function [th, dth, x, xx] = trajectory(s)\nth = [0; 1; 2; 3] + s; dth = ones(4, 1); x = helper(2);\nfunction y = helper(z)\ny = z;\n"
+    write(folder, trajectory=gait, helper="function y = helper(z)\ny = z/4;\n")
+    draft = imported(folder)
+    assert [link.q for link in draft.links] == [[0.5, 0.25, 0, 0, 0, 0], 1, 2, 3] and "trajectory" not in said(draft).replace("trajectory.m (", "")
+    # a value that was there before a statement that fails is not taken for the result
+    write(folder, initials=LEGGED_START.replace("[th, dth, x] =", "yo = zeros(22, 1); th = yo; [th, dth, x, y, z] ="))
+    assert "gives 4 results, 5 are asked for" in said(imported(folder)) and imported(folder).links[1].q == 0
 
 
 def test_damaged_mat_files(tmp_path):
