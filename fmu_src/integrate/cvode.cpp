@@ -42,12 +42,9 @@ constexpr double beginning_tightening = 0.1;
 constexpr int beginning_steps = 6;
 constexpr double newton_tolerance =
     0.03;  // of the error test; CVODE's 0.1 costs accuracy, an iteration is cheap
-constexpr double finest_tolerance = 4 * std::numeric_limits<double>::epsilon();
 
-// `tolerance` tightened, but not into rounding.
 double tightened(double tolerance, SolverMethod method) {
-  const double inner = tolerance * (method == SolverMethod::bdf ? bdf_tightening : adams_tightening);
-  return std::max(inner, std::min(tolerance, finest_tolerance));
+  return tolerance * (method == SolverMethod::bdf ? bdf_tightening : adams_tightening);
 }
 
 struct CvodeDeleter {
@@ -201,9 +198,8 @@ int Cvode::weights(N_Vector y, N_Vector weights, void* self_pointer) {
     self.projection_failed_ = status != Status::ok;
     if (self.projection_failed_) return -1;
   }
-  self.error_weights_.evaluate(data(y), data(weights));
-  if (self.beginning_.careful && self.steps_taken_ < beginning_steps)
-    N_VScale(1 / beginning_tightening, weights, weights);
+  const bool careful = self.beginning_.careful && self.steps_taken_ < beginning_steps;
+  self.error_weights_.evaluate(data(y), data(weights), careful ? beginning_tightening : 1);
   return 0;
 }
 
@@ -373,8 +369,10 @@ Outcome Cvode::explain(int flag) {
     case CV_PROJFUNC_FAIL:
     case CV_REPTD_PROJFUNC_ERR:
       return failure(time, "the loops cannot be closed");
+    case CV_TOO_MUCH_ACC:
+      return failure(time, tolerance_below_rounding);
     default:
-      return failure(time, message_.text);
+      return failure(time, message_.reason());
   }
 }
 

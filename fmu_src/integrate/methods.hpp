@@ -48,6 +48,10 @@ bool follow_motion(System& system, double time, double* y);
 // A failed advance from `time`: "Integration stopped at t = ... s: reason"
 Outcome failure(double time, const std::string& reason);
 
+// A reason.
+inline constexpr const char* tolerance_below_rounding =
+    "the tolerance is below the rounding of the state: loosen solver.rtol and solver.atol";
+
 // The reason where an advance used up its allowed_steps at (time, y), and what to do about it; blames a
 // joint.
 std::string too_many_steps(System& system, long allowed, const char* method, double time, const double* y);

@@ -193,7 +193,7 @@ Outcome OneStep::explain(int flag, long allowed) {
     return failure(at, "the accelerations cannot be computed");
   if (flag == ARK_TOO_MUCH_WORK)
     return failure(at, too_many_steps(system_, allowed, name(), at, data(result_)));
-  return failure(at, message_.text);
+  return failure(at, flag == ARK_TOO_MUCH_ACC ? tolerance_below_rounding : message_.reason());
 }
 
 void OneStep::save(std::vector<unsigned char>& bytes) const {

@@ -67,4 +67,9 @@ Vector make_vector(long size, SUNContext context) {
   return vector;
 }
 
+const char* LastMessage::reason() const {
+  const char* comma = std::strncmp(text, "At ", 3) == 0 ? std::strstr(text, ", ") : nullptr;
+  return comma ? comma + 2 : text;
+}
+
 }  // namespace redysim::sundials

@@ -59,6 +59,8 @@ inline double* data(const Vector& vector) { return NV_DATA_S(vector.get()); }
 // Keeps the last message of SUNDIALS, which would print it; sign: ARKErrHandlerFn, CVErrHandlerFn.
 struct LastMessage {
   char text[256] = "";
+  // Without its time, which is not the system's: "At t = 0 and h = 1e-3, why" -> "why"
+  const char* reason() const;
   static void keep(int, const char*, const char*, char* message, void* self) {
     std::snprintf(static_cast<LastMessage*>(self)->text, sizeof text, "%s", message);
   }

@@ -212,6 +212,32 @@ TEST_P(EveryMethod, late_start_ends_exactly_too) {
   }
 }
 
+// A motor that has turned for hours: the pendulum that swings after many turns is the one after none, up to
+// the rounding of the angle.
+TEST_P(EveryMethod, many_turns_leave_the_tolerance_alone) {
+  constexpr long double turn = 6.283185307179586476925286766559L;
+  const double offset = -0.6;
+  for (double far : {1e4, 1e6, -1e6, 1e8}) {
+    for (double rtol : {1e-6, 1e-8, 1e-10, 1e-12}) {
+      Rig turned("pendulum", solver(GetParam(), rtol)), near("pendulum", solver(SolverMethod::erk, 1e-12));
+      const double angle = far + offset;
+      const auto start = static_cast<double>(std::remainder(static_cast<long double>(angle), turn));
+      turned.integrator->start(0, std::vector<double>{angle, 0}.data());
+      near.integrator->start(0, std::vector<double>{start, 0}.data());
+      for (int k = 1; k <= 50; ++k) {
+        turned.system.tau()[0] = near.system.tau()[0] = k / 10;
+        const Outcome outcome = turned.integrator->advance(0.01 * k, k % 10 == 0);
+        ASSERT_TRUE(outcome.ok) << far << ' ' << rtol << ": " << outcome.message;
+        ASSERT_TRUE(near.integrator->advance(0.01 * k, k % 10 == 0).ok);
+      }
+      const double swung = turned.state()[0] - angle, rounding = 2e-16 * std::fabs(far);
+      EXPECT_NEAR(swung, near.state()[0] - start, 100 * rtol + 2000 * rounding) << far << ' ' << rtol;
+      EXPECT_NEAR(turned.state()[1], near.state()[1], 100 * rtol + 2000 * rounding) << far << ' ' << rtol;
+      EXPECT_LT(turned.integrator->statistics().evaluations, 20000) << far << ' ' << rtol;
+    }
+  }
+}
+
 // Beyond hope, and told soon.
 TEST_P(EveryMethod, end_that_is_years_of_computing_away_is_refused) {
   Rig rig("pendulum", solver(GetParam()));
