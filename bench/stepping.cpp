@@ -61,7 +61,7 @@ std::vector<double> start_of(const Model& model, System& system) {
   for (int i = 0; i < plan.nv; ++i) {
     const Joint& joint = model.links[plan.joints[i].link].joint;
     if (plan.joints[i].prescribed)
-      system.set_motion(0, i, joint.q0, joint.drive == Drive::motion ? joint.qd0 : 0, 0, true);
+      system.set_motion(0, i, joint.q0, joint.drive == Drive::motion ? joint.qd0 : 0, 0);
   }
   system.enter_phases(0);
   std::vector<double> y(static_cast<std::size_t>(system.size()), 0.0);

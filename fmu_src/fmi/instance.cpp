@@ -51,6 +51,7 @@ Instance::Instance(const Log& log, Model model, std::string guid)
       start_method_(model_.solver.method),
       applied_inputs_(system_.inputs().size(), 0.0),
       motion_(3 * static_cast<std::size_t>(plan_.nv), 0.0),
+      motion_set_(motion_.size(), 0),
       start_state_(system_.size(), 0.0),
       settled_state_(start_state_),
       qdd_(plan_.nv, 0.0),
@@ -79,7 +80,7 @@ void Instance::anchor_motion() {
   system_.enter_phases(time_);
   for (int i = 0; i < plan_.nv; ++i)
     if (plan_.joints[i].prescribed)
-      system_.set_motion(time_, i, motion_[3 * i], motion_[3 * i + 1], motion_[3 * i + 2], true);
+      system_.set_motion(time_, i, motion_[3 * i], motion_[3 * i + 1], motion_[3 * i + 2]);
 }
 
 fmi2Status Instance::refuse(Function function, const std::string& why) {
@@ -157,6 +158,25 @@ void Instance::report_drives() {
     log_.event(sentence(found));
 }
 
+// Which parts of prescribed motions the master has left alone until the first step.
+void Instance::report_unset_motion() {
+  if (motion_checked_) return;
+  motion_checked_ = true;
+  constexpr int listed = 6;
+  std::string names;
+  int count = 0;
+  for (const Variable& variable : table_.all()) {
+    const int part = static_cast<int>(variable.role) - static_cast<int>(Role::motion_q);
+    if (part < 0 || part > 2 || motion_set_[3 * variable.joint + part] != 0) continue;
+    if (++count <= listed) names += (count == 1 ? "" : ", ") + variable.name;
+  }
+  if (count == 0) return;
+  if (count > listed) names += " and " + std::to_string(count - listed) + " more";
+  log_.warning("inputs of prescribed motions that were never set: " + names +
+               "; each follows from its start value and the other inputs of its joint. Set q, qd and qdd of "
+               "every prescribed joint");
+}
+
 // A master's tolerance tightens the model's, both parts alike, and never loosens it.
 SolverSettings Instance::effective_settings() const {
   SolverSettings settings = model_.solver;
@@ -182,12 +202,13 @@ fmi2Status Instance::do_step(double current, double size) {
                   "the step ends at " + shown(end) + " s, after the stop time " + shown(stop_time_) + " s");
   if (end <= time_ + no_time) return fmi2OK;  // no time passes
   if (!update_plan(function)) return fmi2Error;
+  report_unset_motion();
 
   const bool inputs_changed = parameters_changed_ || applied_inputs_ != system_.inputs();
   system_.forget_failure();
   const Outcome outcome = advance(*integrator_, system_, end, inputs_changed);
   applied_inputs_ = system_.inputs();
-  system_.end_input_slopes(outcome.ok ? end : integrator_->time());
+  end_input_slopes(outcome.ok ? end : integrator_->time());
   parameters_changed_ = false;
   settled_ = true;
   values_changed();
@@ -218,6 +239,8 @@ fmi2Status Instance::reset() {
   state_ = State::instantiated;
   start_time_ = time_ = energy_offset_ = 0;
   take_start_motion();
+  std::fill(motion_set_.begin(), motion_set_.end(), 0);
+  motion_checked_ = false;
   stop_time_ = tolerance_ = infinity;
   parameters_changed_ = false;
   settled_ = true;

@@ -72,6 +72,7 @@ class Instance {
   SolverSettings effective_settings() const;
   void restore_start_values();
   void report_drives();
+  void report_unset_motion();
   void values_changed();          // all that is computed on demand is stale
   const double* current_state();  // y, in every state of life
   bool update_plan(Function function);
@@ -98,6 +99,7 @@ class Instance {
   void set_motion(const Variable& variable, double value);
   void take_start_motion();
   void anchor_motion();
+  void end_input_slopes(double time);
   const double* settle();
   void assemble_start();
   bool start_is_closed(Function function);
@@ -133,6 +135,8 @@ class Instance {
   SolverSettings integrator_settings_;      // that it was made with
   std::vector<double> applied_inputs_;      // of the last step
   std::vector<double> motion_;              // per joint: the prescribed q, qd, qdd as last set
+  std::vector<unsigned char> motion_set_;   // which of them the master ever set
+  bool motion_checked_ = false;             // report_unset_motion was asked
   bool settled_state_current_ = false;
   bool settled_ = true;  // false: the state has to follow a motion set since the last step
 

@@ -54,4 +54,12 @@ void Instance::set_input_derivative(const Variable& variable, int order, double 
   system_.set_input_slope(time_, input, slope, value);
 }
 
+// An input that moved stays where it is, which is then its value as last set.
+void Instance::end_input_slopes(double time) {
+  if (!system_.has_input_slopes()) return;
+  system_.end_input_slopes(time);
+  for (int i = 0; i < plan_.nv; ++i)
+    if (plan_.joints[i].prescribed) motion_[3 * i + 2] = system_.inputs()[i];
+}
+
 }  // namespace redysim

@@ -56,6 +56,7 @@ void Instance::save(Bytes& bytes) {
     writer.values(*inputs);
   }
   writer.values(motion_);
+  writer.block(motion_set_.data(), motion_set_.size());
   if (!integrator_) return;
   integrator_->save(integrator_bytes_);
   writer.block(integrator_bytes_.data(), integrator_bytes_.size());
@@ -79,7 +80,9 @@ bool Instance::restore(const Bytes& bytes) {
     values->resize(size);
     reader.values(*values);
   }
-  if (!reader.values(motion)) return false;
+  std::vector<unsigned char> motion_set(motion_set_.size());
+  reader.values(motion);
+  if (!reader.block(motion_set.data(), motion_set.size())) return false;
   const auto state = static_cast<State>(state_code);
   auto method = static_cast<SolverMethod>(method_code);
   if (!is_a_state(state) || !is_a_method(method)) return false;
@@ -125,7 +128,8 @@ bool Instance::restore(const Bytes& bytes) {
   settled_ = settled != 0;
   system_.swap_inputs(inputs);
   applied_inputs_.swap(applied_inputs);
-  std::copy(motion.begin(), motion.end(), motion_.begin());
+  motion_.swap(motion);
+  motion_set_.swap(motion_set);
   return true;
 }
 

@@ -201,11 +201,18 @@ int Instance::force_index(const Variable& variable) const {
   return plan_.nv + 6 * port + variable.element + (variable.role == Role::port_force ? 3 : 0);
 }
 
-// A part of a prescribed motion: the whole of it starts anew from here.
+// A part of a prescribed motion. Some masters set inputs that did not change again and others do not: to both
+// the motion is the same.
 void Instance::set_motion(const Variable& variable, double value) {
   double* motion = &motion_[3 * variable.joint];
-  motion[static_cast<int>(variable.role) - static_cast<int>(Role::motion_q)] = value;
-  system_.set_motion(time_, variable.joint, motion[0], motion[1], motion[2], !integrator_);
+  const int derivative = static_cast<int>(variable.role) - static_cast<int>(Role::motion_q);
+  motion_set_[3 * variable.joint + derivative] = 1;
+  if (motion[derivative] == value) return;
+  motion[derivative] = value;
+  if (integrator_)
+    system_.change_motion(time_, variable.joint, derivative, value);
+  else
+    system_.set_motion(time_, variable.joint, motion[0], motion[1], motion[2]);
   values_changed();
   settled_ = !integrator_ || system_.size() == 0;
   settled_state_current_ = false;

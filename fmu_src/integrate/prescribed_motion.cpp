@@ -13,15 +13,24 @@ constexpr double open_loop = 1e-8;  // m or rad: a loop that projection leaves o
 
 }  // namespace
 
-void System::set_motion(double time, int joint, double q, double qd, double qdd, bool anew) {
+void System::set_motion(double time, int joint, double q, double qd, double qdd) {
   if (motion_slot_[joint] < 0) return;  // a trajectory moves it
   double* held = held_motion(motion_slot_[joint]);
-  held[3] += anew ? 0 : q - motion_at(time, joint, 0);
-  held[4] += anew ? 0 : qd - motion_at(time, joint, 1);
   held[0] = time;
   held[1] = q;
   held[2] = qd;
   inputs_[joint] = qdd;
+}
+
+void System::change_motion(double time, int joint, int derivative, double value) {
+  hold_motion(time, joint);
+  if (derivative == 2) {
+    inputs_[joint] = value;
+    return;
+  }
+  double* held = held_motion(motion_slot_[joint]);
+  held[3 + derivative] += value - held[1 + derivative];
+  held[1 + derivative] = value;
 }
 
 bool System::jumped() const {

@@ -66,9 +66,10 @@ class System {
   const double* port_wrenches() const { return forces() + plan_.nv; }
   const double* ball_force(int ball) const { return port_wrenches() + 6 * plan_.ports.size() + 3 * ball; }
 
-  // Sets the motion of a prescribed joint from `time` on. Where it does not go on from the motion before, it
-  // jumps, unless `anew`: then there is no motion before.
-  void set_motion(double time, int joint, double q, double qd, double qdd, bool anew);
+  // Begins the motion of a prescribed joint at `time`: there is none before from which it could jump.
+  void set_motion(double time, int joint, double q, double qd, double qdd);
+  // Sets q (derivative 0), qd (1) or qdd (2) from `time` on; the other two go on from what they have reached.
+  void change_motion(double time, int joint, int derivative, double value);
 
   // Trajectories and the controller; null where the model has none. `enter_phases` brings the trajectories to
   // a time at which a step starts and tells whether the right-hand side changed.

@@ -249,6 +249,115 @@ def test_between_settings_a_motion_goes_on(mixed):
     assert ends[0] == pytest.approx(ends[1], abs=1e-7)
 
 
+PARTS = ["rail.q", "rail.qd", "rail.qdd"]
+
+
+def master_of_one_part(slave: Slave, habit: str, part: str, values: list[float]) -> list[float]:
+    """Sets one part of the rail's motion before each step, as masters of different habits do; values between them, and at the end."""
+    known, found = dict(zip(PARTS, slave.reals(PARTS))), []
+    slave.initialize()
+    for k, value in enumerate(values):
+        changed = known[part] != value
+        known[part] = value
+        if habit == "all at once":
+            assert slave.set_reals(PARTS, [known[name] for name in PARTS]) == OK
+        elif habit == "all, last first":
+            assert slave.set_reals(PARTS[::-1], [known[name] for name in PARTS[::-1]]) == OK
+        elif habit == "one by one":
+            assert all(slave.set(name, known[name]) == OK for name in PARTS)
+        elif habit == "twice":
+            assert slave.set(part, value) == OK and slave.set(part, value) == OK
+        elif habit == "what is connected" or changed:
+            assert slave.set(part, value) == OK
+        if habit == "twice":  # also after outputs were read
+            slave.reals(STATE)
+            assert slave.set(part, value) == OK
+        assert slave.step(0.01 * k, 0.01) == OK, slave.errors
+        found += slave.reals(STATE)
+    return found
+
+
+# steady, changing at each step, by fits and starts; q, qd and qdd
+COURSES = {"steady": lambda k: 0.5, "changing": lambda k: 0.2 + 0.01 * k, "in parts": lambda k: 0.3 + 0.1 * (k // 20 % 2)}
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("course", COURSES)
+@pytest.mark.parametrize("part", PARTS)
+def test_a_motion_wired_in_part_is_the_same_in_every_master(mixed, part, course, method):
+    values = [COURSES[course](k) for k in range(50)]
+    found = {}
+    for habit in ("what changed", "what is connected", "all at once", "all, last first", "one by one", "twice"):
+        with Slave(mixed) as slave:
+            assert slave.set("solver.method", method) == OK
+            found[habit] = master_of_one_part(slave, habit, part, values)
+    for habit, run in found.items():
+        assert run == found["what changed"], habit
+
+
+def test_a_part_of_a_motion_leaves_what_the_others_have_reached(tmp_path):
+    """One slide on the ground: its frame shows where it is."""
+    (tmp_path / "slide.toml").write_text('name = "slide"\n[[link]]\nname = "cart"\njoint = "prismatic"\njoint_name = "rail"\n'
+                                         'drive = "motion"\nmass = 1\nq = 0.1\nqd = 0.2\n'
+                                         '[[frame]]\nname = "tip"\nlink = "cart"\noutputs = ["pose", "velocity"]\n')
+    slide = Unpacked(build_fmu(tmp_path / "slide.toml", tmp_path / "slide.fmu"), tmp_path / "unpacked")
+    where = ["tip.position[3]", "tip.velocity[3]"]
+    with Slave(slide, logging=True) as slave:
+        slave.initialize()
+        time = 0.0
+        for name, value, q, qd in (("rail.qd", 0.5, 0.6, 0.5),    # q goes on from 0.1
+                                   ("rail.qd", 0.5, 1.1, 0.5),    # as last set
+                                   ("rail.q", 0.1, 1.6, 0.5),     # as last set, though 1.1 has been reached
+                                   ("rail.qdd", 2.0, 3.1, 2.5),
+                                   ("rail.q", 1.0, 4.5, 4.5),     # its rate stays
+                                   ("rail.qdd", -1.0, 8.5, 3.5)):
+            assert slave.set(name, value) == OK
+            assert slave.step(time, 1.0) == OK
+            time += 1
+            assert slave.reals(where) == pytest.approx([q, qd], abs=1e-14), name
+        # a rate that was set to something else in between is a new motion
+        assert slave.set("rail.q", 1.0) == OK
+        assert slave.reals(where) == pytest.approx([8.5, 3.5], abs=1e-14)
+        assert slave.set("rail.q", 2.0) == OK and slave.set("rail.q", 1.0) == OK
+        assert slave.reals(where) == pytest.approx([1.0, 3.5], abs=1e-14)
+
+
+def warnings(slave: Slave) -> list[str]:
+    return [text for _, category, text in slave.messages if category == "logStatusWarning"]
+
+
+def test_parts_of_a_motion_that_were_never_set_are_named_once(mixed):
+    with Slave(mixed, logging=True) as slave:
+        for unset in ({"rail.q", "rail.qd", "rail.qdd"}, {"rail.q"}, set()):
+            slave.messages.clear()
+            slave.initialize(start={name: slave.get(name) for name in sorted({*PARTS} - unset)})
+            state = slave.save()
+            assert warnings(slave) == []
+            slave.run(0.05, 0.01)
+            told = warnings(slave)
+            assert len(told) == (1 if unset else 0)
+            assert {name for name in PARTS if f"{name}," in f"{told}".replace(";", ",")} == unset
+            # a saved state holds what was set: another instance tells as well
+            with Slave(mixed, logging=True) as other:
+                status, here = other.deserialize(slave.serialize(state))
+                assert status == OK and other.call("SetFMUstate", here) == OK
+                assert other.step(0, 0.01) == OK
+                assert warnings(other) == told
+            assert slave.call("Reset") == OK
+
+
+def test_derivatives_of_inputs_set_the_motion_too(mixed):
+    import ctypes as c
+
+    with Slave(mixed, logging=True) as slave:
+        slave.initialize(start={"rail.q": 0.2})
+        reference = slave.fmu.variables["rail.q"][1]
+        assert slave.call("SetRealInputDerivatives", (c.c_uint * 2)(reference, reference), c.c_size_t(2), (c.c_int * 2)(1, 2),
+                          (c.c_double * 2)(0.2, 0.1)) == OK
+        slave.run(0.05, 0.01)
+        assert warnings(slave) == []
+
+
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("set_before", [False, True])
 def test_a_restored_run_is_the_run(mixed, method, set_before):

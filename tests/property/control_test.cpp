@@ -63,7 +63,7 @@ struct Scene {
         system.tau()[i] =
             model.links[plan.joints[i].link].joint.drive == Drive::torque ? random.between(-2, 2) : 0;
       else if (model.links[plan.joints[i].link].joint.drive == Drive::motion)
-        system.set_motion(time, i, random.between(-1, 1), random.between(-1, 1), random.between(-1, 1), true);
+        system.set_motion(time, i, random.between(-1, 1), random.between(-1, 1), random.between(-1, 1));
     }
     system.enter_phases(time);
     update();
@@ -124,7 +124,7 @@ TEST_P(Controlled, gravity_compensation_holds_any_pose_at_rest) {
   // at the target and at rest nothing moves
   std::fill(scene.system.inputs().begin(), scene.system.inputs().end(), 0.0);
   for (int i = 0; i < scene.plan.nv; ++i)
-    if (scene.plan.joints[i].prescribed) scene.system.set_motion(scene.time, i, 0.3, 0, 0, true);
+    if (scene.plan.joints[i].prescribed) scene.system.set_motion(scene.time, i, 0.3, 0, 0);
   for (std::size_t k = 0; k < model.controller.joints.size(); ++k)
     for (int s = 0; s < scene.system.simple(); ++s)
       if (scene.system.joint_of(s) == scene.joint(k)) {
@@ -206,7 +206,7 @@ TEST_P(Controlled, a_trajectory_moves_like_the_motion_that_it_is_at_the_time) {
     if (!guided.plan.joints[i].prescribed)
       system.tau()[i] = guided.system.tau()[i];
     else
-      system.set_motion(guided.time, i, guided.q()[i], guided.qd()[i], guided.qdd[i], true);
+      system.set_motion(guided.time, i, guided.q()[i], guided.qd()[i], guided.qdd[i]);
   }
   Vector qdd(guided.plan.nv);
   system.accelerations(guided.time, guided.y.data(), qdd.data());

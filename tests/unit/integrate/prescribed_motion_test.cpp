@@ -16,7 +16,7 @@ struct Moved {
   Plan<double> plan;
   System system;
 
-  Moved() : plan(prescribed(model)), system(plan, true) { system.set_motion(0, 0, 0, 0, 0, true); }
+  Moved() : plan(prescribed(model)), system(plan, true) { system.set_motion(0, 0, 0, 0, 0); }
 
   static const Model& prescribed(Model& model) {
     model.links[0].joint.drive = Drive::motion;
@@ -27,7 +27,8 @@ struct Moved {
 TEST(PrescribedMotion, the_first_jump_does_not_allocate) {
   Moved moved;
   std::vector<double> y(static_cast<std::size_t>(moved.system.size()), 0.0);
-  moved.system.set_motion(0, 0, 0.1, 2, 0, false);
+  moved.system.change_motion(0, 0, 0, 0.1);
+  moved.system.change_motion(0, 0, 1, 2);
   const long before = test::allocations;
   const bool closed = moved.system.follow_jumps(0, y.data());
   EXPECT_EQ(test::allocations - before, 0);
@@ -42,7 +43,7 @@ TEST(PrescribedMotion, a_jump_beyond_numbers_leaves_the_state) {
   const std::vector<double> start = {0.3, 0.7, 0};
   std::vector<double> y = start;
   ASSERT_EQ(static_cast<int>(y.size()), moved.system.size());
-  moved.system.set_motion(0, 0, 0, std::numeric_limits<double>::max(), 0, false);
+  moved.system.change_motion(0, 0, 1, std::numeric_limits<double>::max());
   EXPECT_FALSE(moved.system.follow_jumps(0, y.data()));
   EXPECT_EQ(y, start);
 }
