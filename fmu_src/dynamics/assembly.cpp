@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dynamics/ball.hpp"
 #include "dynamics/bias.hpp"
 #include "dynamics/cluster_assembly.hpp"
 #include "model/loop_rows_of.hpp"
@@ -81,11 +82,10 @@ void check_left_out(const Model& model, const Plan<double>& plan, Workspace<doub
     }
     const double allowed = closed_enough * std::max({1.0, x_a.norm(), x_b.norm()});
     const double worst = std::max(distance, angle);
-    if (worst <= std::max(allowed, result.closed ? 0 : result.gap)) continue;
+    if (worst <= std::max(allowed, result.closed ? 0 : result.gap.size)) continue;
     result.closed = false;
     result.loop = static_cast<int>(k);
-    result.in_angle = angle > distance;
-    result.gap = worst;
+    result.gap = {worst, angle > distance};
   }
 }
 
@@ -95,17 +95,94 @@ std::string three_digits(double number) {
   return rounded(std::round(number / unit) * unit);
 }
 
-// "joint2 by -0.262 rad, slider by 0.01 m": what changed by more than start values are typed with.
+// "26.1 mm", "0.5 m", "1.06 rad"
+std::string quantity(double size, bool in_angle) {
+  if (in_angle) return three_digits(size) + " rad";
+  return std::abs(size) < 0.1 ? three_digits(1000 * size) + " mm" : three_digits(size) + " m";
+}
+
+std::string quantity(const Assembly::Residual& residual) {
+  return quantity(residual.size, residual.in_angle);
+}
+
+// "joint2 by -0.262 rad, slider by 10 mm": what changed by more than start values are typed with. A spherical
+// joint changes as a whole.
 std::string changes(const Model& model, const Plan<double>& plan, const std::vector<double>& change,
-                    const char* per) {
+                    const std::vector<double>& ball_change, const char* per) {
   std::string text;
+  const auto add = [&](const std::string& name, double by, bool in_angle) {
+    if (std::abs(by) > typed_precision)
+      text += (text.empty() ? "" : ", ") + name + " by " + quantity(by, in_angle) + per;
+  };
+  std::size_t ball = 0;
   for (std::size_t i = 0; i < change.size(); ++i) {
-    if (!(std::abs(change[i]) > typed_precision)) continue;
-    const char* unit = plan.joints[i].prismatic ? " m" : " rad";
-    text += (text.empty() ? "" : ", ") + model.links[plan.joints[i].link].joint.name + " by " +
-            three_digits(change[i]) + unit + per;
+    if (!plan.joints[i].of_ball)
+      add(model.links[plan.joints[i].link].joint.name, change[i], !plan.joints[i].prismatic);
+    else if (ball < plan.balls.size() && plan.balls[ball] == static_cast<int>(i)) {
+      add(model.balls[ball].name, ball_change[ball], true);
+      ++ball;
+    }
   }
   return text;
+}
+
+// The angle between two positions of a spherical joint, and between its angular velocities the difference.
+struct BallMotion {
+  Mat3<double> rotation;
+  Vec3<double> omega;
+
+  BallMotion(int chart, const double* q, const double* qd) {
+    const BallAngles angles{q[chart] != 0, q[chart + 1], q[chart + 2], q[chart + 3]};
+    rotation = rotation_of(angles);
+    omega = rate_matrix(angles) * Vec3<double>(qd[chart + 1], qd[chart + 2], qd[chart + 3]);
+  }
+};
+
+double angle_between(const Mat3<double>& a, const Mat3<double>& b) {
+  const Mat3<double> R = a.transpose() * b;
+  const Vec3<double> twice_sine(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1));
+  return std::atan2(twice_sine.norm(), R.trace() - 1);
+}
+
+// Joint by joint what the corrections are, once they are accepted.
+void apply(const Plan<double>& plan, const std::vector<double>& moved, const std::vector<double>& sped,
+           double* q, double* qd, Assembly& result) {
+  std::vector<BallMotion> before;
+  for (const int chart : plan.balls) before.emplace_back(chart, q, qd);
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    q[i] += moved[i];
+    qd[i] += sped[i];
+  }
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    const BallMotion after(plan.balls[k], q, qd);
+    result.ball_moved.push_back(angle_between(before[k].rotation, after.rotation));
+    result.ball_sped.push_back((after.omega - before[k].omega).norm());
+  }
+  result.moved = moved;
+  result.sped = sped;
+}
+
+void keep_larger(const Assembly::Residual& found, Assembly::Residual& largest) {
+  if (found.size > largest.size) largest = found;
+}
+
+// The velocities of a cluster at its assembled pose.
+void align(ClusterAssembly& cluster, const double* qd, std::vector<double>& sped, Assembly& result) {
+  cluster.set_rates(qd);
+  for (int k = 0; k < cluster.loop_count(); ++k) keep_larger(cluster.rate(k), result.rate_before);
+  const double open = cluster.align(qd, sped);
+  double fastest = 0;
+  for (int joint : cluster.joints()) fastest = std::max(fastest, std::abs(qd[joint]));
+  if (!(open > velocity_rounding * std::max(1.0, fastest * cluster.size()))) return;
+  std::vector<double> velocity(qd, qd + sped.size());
+  for (std::size_t i = 0; i < sped.size(); ++i) velocity[i] += sped[i];
+  cluster.set_rates(velocity.data());
+  for (int k = 0; k < cluster.loop_count(); ++k) {
+    if (!result.consistent && cluster.rate(k).size <= result.rate.size) continue;
+    result.consistent = false;
+    result.rate = cluster.rate(k);
+    if (result.closed) result.loop = cluster.loop(k).loop;
+  }
 }
 
 }  // namespace
@@ -123,9 +200,7 @@ Assembly assemble(const Model& model, const Plan<double>& plan, Workspace<double
     ClusterAssembly cluster(model, plan, ws, plan_of_cluster);
     double norm = cluster.start(q);
     for (int joint : plan_of_cluster.joints) result.unit[joint] = cluster.unit(joint);
-    bool in_angle = false;
-    for (int k = 0; k < cluster.loop_count(); ++k)
-      result.gap_before = std::max(result.gap_before, cluster.gap(k, in_angle));
+    for (int k = 0; k < cluster.loop_count(); ++k) keep_larger(cluster.gap(k), result.gap_before);
     Vector z = cluster.z_start();
     if (norm > closed_already && !cluster.free_joints().empty()) {
       norm = cluster.close(z);
@@ -138,53 +213,50 @@ Assembly assemble(const Model& model, const Plan<double>& plan, Workspace<double
       }
     }
     for (int k = 0; k < cluster.loop_count(); ++k) {
-      const double gap = cluster.gap(k, in_angle);
+      const Assembly::Residual gap = cluster.gap(k);
       // an open loop is worse than a closed one
       const bool open = norm > closed_enough;
-      if (open == !result.closed ? gap <= result.gap : !open) continue;
+      if (open == !result.closed ? gap.size <= result.gap.size : !open) continue;
       result.closed = !open;
       result.gap = gap;
-      result.in_angle = in_angle;
       if (open) result.loop = cluster.loop(k).loop;
     }
-    const double rate = cluster.align(qd, sped);
-    double fastest = 0;
-    for (int joint : plan_of_cluster.joints) fastest = std::max(fastest, std::abs(qd[joint]));
-    if (rate > velocity_rounding * std::max(1.0, fastest * cluster.size()) && rate > result.rate) {
-      result.consistent = false;
-      result.rate = rate;
-      if (result.closed) result.loop = cluster.loop(0).loop;
-    }
+    align(cluster, qd, sped, result);
   }
   std::vector<double> closed_pose(q, q + plan.joints.size());
   for (std::size_t i = 0; i < moved.size(); ++i) closed_pose[i] += moved[i];
   check_left_out(model, plan, ws, closed_pose.data(), result);
-  if (!result.closed || !result.consistent) return result;
-  std::copy(closed_pose.begin(), closed_pose.end(), q);
-  for (std::size_t i = 0; i < sped.size(); ++i) qd[i] += sped[i];
-  result.moved = std::move(moved);
-  result.sped = std::move(sped);
+  if (result.closed && result.consistent) apply(plan, moved, sped, q, qd, result);
   return result;
 }
 
 std::string failure(const Model& model, const Assembly& assembly) {
   if (assembly.closed && assembly.consistent) return {};
-  const std::string loop = "loop '" + model.loops[static_cast<std::size_t>(assembly.loop)].name + "' ";
+  const std::string loop = "loop '" + model.loops[static_cast<std::size_t>(assembly.loop)].name + "': ";
   if (!assembly.closed)
-    return loop + "cannot close: " + three_digits(assembly.gap) + (assembly.in_angle ? " rad" : " m") +
-           " remain open at the nearest pose";
-  return loop + "cannot keep the start velocities of the held joints: it would open at " +
-         three_digits(assembly.rate) + " m/s";
+    return loop + "no configuration satisfies the loop constraints; smallest residual " +
+           quantity(assembly.gap);
+  return loop +
+         "no velocities satisfy the loop constraints while held and prescribed joints keep theirs; smallest "
+         "residual " +
+         quantity(assembly.rate) + "/s";
 }
 
-std::string assembly_text(const Model& model, const Plan<double>& plan, const Assembly& assembly) {
-  const std::string list = changes(model, plan, assembly.moved, "");
-  if (list.empty()) return {};
-  return "the start pose is open by " + three_digits(assembly.gap_before) + " m and assembles with " + list;
-}
-
-std::string changed_velocities(const Model& model, const Plan<double>& plan, const Assembly& assembly) {
-  return changes(model, plan, assembly.sped, "/s");
+std::vector<std::string> corrections(const Model& model, const Plan<double>& plan, const Assembly& assembly) {
+  std::vector<std::string> sentences;
+  const std::string moved = changes(model, plan, assembly.moved, assembly.ball_moved, ""),
+                    sped = changes(model, plan, assembly.sped, assembly.ball_sped, "/s");
+  if (!moved.empty())
+    sentences.push_back("initial configuration violates the loop constraints by " +
+                        quantity(assembly.gap_before) + "; corrected: " + moved);
+  if (sped.empty()) return sentences;
+  const bool on_no_branch = assembly.rate_before.size < typed_precision;
+  sentences.push_back(
+      (on_no_branch
+           ? "initial velocities lead off the branches of this singular configuration"
+           : "initial velocities violate the loop constraints by " + quantity(assembly.rate_before) + "/s") +
+      "; corrected: " + sped);
+  return sentences;
 }
 
 }  // namespace redysim

@@ -10,16 +10,20 @@ namespace redysim {
 
 // What it took to close the loops of a start pose.
 struct Assembly {
-  bool closed = true;         // all positions; if not, q and qd are as given
-  bool consistent = true;     // all velocities
-  int loop = -1;              // the loop that stays widest open, index into Model::loops
-  bool in_angle = false;      // it stays open by an angle rather than a distance
-  double gap_before = 0;      // largest norm over a loop's rows, m or rad
-  double gap = 0;             // the same afterwards, of `loop` if not closed
-  double rate = 0;            // m/s or rad/s that held joints leave of the velocities
-  std::vector<double> moved;  // change of q per joint of the plan; empty: none
-  std::vector<double> sped;   // change of qd per joint
-  std::vector<double> unit;   // per joint: what its displacement was counted in, m or rad
+  bool closed = true;       // all positions; if not, q and qd are as given
+  bool consistent = true;   // all velocities
+  int loop = -1;            // the loop with the largest residual, index into Model::loops
+  struct Residual {         // of the worst loop
+    double size = 0;        // norm over its rows, m or rad (velocities: per s)
+    bool in_angle = false;  // mainly an angle
+  };
+  Residual gap_before, gap;    // of positions: at the start values; afterwards, of `loop` if not closed
+  Residual rate_before, rate;  // of velocities: at the assembled pose; afterwards
+  std::vector<double> moved;   // change of q per joint of the plan; empty: none
+  std::vector<double> sped;    // change of qd per joint
+  std::vector<double> unit;    // per joint: what its displacement was counted in, m or rad
+  std::vector<double> ball_moved,
+      ball_sped;  // per spherical joint: angle of its turn; change of its angular velocity
 };
 
 // Moves q to the nearest closed pose (least squares over the joints, the displacement of a prismatic joint
@@ -28,14 +32,13 @@ struct Assembly {
 // q and qd: per joint of the plan. Overwrites positions and ground poses of the workspace.
 Assembly assemble(const Model& model, const Plan<double>& plan, Workspace<double>& ws, double* q, double* qd);
 
-// Why an assembly failed: "loop 'x' cannot close: 0.0259 m remain open". Empty when it did not.
+// Why an assembly failed: "loop 'x': no configuration satisfies the loop constraints; smallest residual
+// 0.17 m". Empty when it did not.
 std::string failure(const Model& model, const Assembly& assembly);
 
-// What an assembly moved, one sentence: "the start pose is open by 0.0261 m and assembles with joint2 by
-// -0.262 rad, slider by 0.01 m". Empty when it moved nothing by more than 1e-9 rad or m.
-std::string assembly_text(const Model& model, const Plan<double>& plan, const Assembly& assembly);
-
-// The same for velocities: "joint2 by -1.4 rad/s".
-std::string changed_velocities(const Model& model, const Plan<double>& plan, const Assembly& assembly);
+// What an assembly changed by more than 1e-9 rad or m (per s), one sentence each for positions and
+// velocities: "initial configuration violates the loop constraints by 26.1 mm; corrected: joint2 by -0.262
+// rad".
+std::vector<std::string> corrections(const Model& model, const Plan<double>& plan, const Assembly& assembly);
 
 }  // namespace redysim

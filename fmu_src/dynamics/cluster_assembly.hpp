@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <vector>
 
+#include "dynamics/assembly.hpp"
 #include "dynamics/bias.hpp"
 #include "dynamics/loop_rows.hpp"
 #include "math/least_norm.hpp"
@@ -54,6 +56,7 @@ class ClusterAssembly {
   }
 
   const Vector& z_start() const { return z_start_; }
+  const std::vector<int>& joints() const { return joints_; }
   const std::vector<int>& free_joints() const { return free_; }
   double unit(int joint) const { return plan_.joints[joint].prismatic ? size_ : 1.0; }
 
@@ -66,10 +69,13 @@ class ClusterAssembly {
     for (int k = 0; k < 100 && norm > closed_already && idle < 3; ++k) {
       const double before = norm;
       set_jacobian();
-      const LeastNorm tangent(J_, smallest_damping);
+      std::unique_ptr<LeastNorm> tangent;
       const Vector wanted = -phi_;
       for (int attempt = 0; attempt < 8; ++attempt) {
-        Vector step = tangent.solve(wanted, std::max(norm * damping_factor, smallest_damping));
+        const double damping = std::max(norm * damping_factor, smallest_damping);
+        if (damping < coarse_damping && !tangent) tangent = std::make_unique<LeastNorm>(J_, smallest_damping);
+        Vector step =
+            damping < coarse_damping ? tangent->solve(wanted, damping) : damped(J_, wanted, damping);
         const double length = step.norm();
         if (length > 1) step /= length;
         const Vector trial = z + step;
@@ -90,21 +96,27 @@ class ClusterAssembly {
     return norm;
   }
 
-  // From a closed pose along the loops to the one nearest to the start.
+  // From a closed pose along the loops to the one nearest to the start: Newton steps in the tangent plane.
   void approach(Vector& z) {
-    double distance = (z - z_start_).norm();
+    double distance = (z - z_start_).norm(), gradient = 0;
     for (int k = 0; k < 60; ++k) {
       open(z);
       set_jacobian();
+      const LeastNorm tangent(J_, dependent);
       const Vector away = z_start_ - z;
-      const Vector along = away - LeastNorm(J_, dependent).solve(opened_by(away));
-      if (along.norm() < near_enough * std::max(1.0, distance)) break;
+      const Vector along = away - tangent.solve(opened_by(away));
+      if (along.norm() < near_enough * std::max(1.0, distance) || (gradient > 0 && along.norm() > gradient))
+        break;
+      const Vector step = newton_step(z, tangent, along, tangent.solve_transposed(away));
+      // near the end distances differ by rounding: there the gradient tells
+      const bool at_the_end = step.norm() < 1e-4;
+      gradient = at_the_end ? along.norm() : 0;
       bool nearer = false;
       for (double part = 1; part > 0.01 && !nearer; part *= 0.5) {
-        Vector trial = z + part * along;
+        Vector trial = z + part * step;
         if (close(trial) > closed_enough) continue;
         const double there = (trial - z_start_).norm();
-        nearer = there < distance * (1 - 1e-12);
+        nearer = at_the_end || there < distance * (1 - 1e-12);
         if (nearer) {
           z = trial;
           distance = there;
@@ -115,9 +127,8 @@ class ClusterAssembly {
     open(z);
   }
 
-  // The nearest velocities on the loops; returns what held joints leave open.
+  // The nearest velocities on the loops, after set_rates(qd); returns what held joints leave open.
   double align(const double* qd, std::vector<double>& change) {
-    set_rates(qd);
     const double largest = rate_.lpNorm<Eigen::Infinity>();
     set_jacobian();
     Vector step = Vector::Zero(static_cast<Eigen::Index>(free_.size()));
@@ -131,16 +142,9 @@ class ClusterAssembly {
     return open;
   }
 
-  // Gap of a loop of the cluster at the last pose, m or rad; whether it is mainly an angle.
-  double gap(int k, bool& in_angle) const {
-    double distance = 0, angle = 0;
-    for (std::size_t r = 0; r < loop(k).rows.size(); ++r) {
-      const double value = phi_[loop(k).first_row - cluster_.first_row + static_cast<int>(r)];
-      (is_rotation(loop(k).rows[r]) ? angle : distance) += value * value;
-    }
-    in_angle = angle > distance;
-    return std::sqrt(angle + size_ * size_ * distance);
-  }
+  // Residual of a loop of the cluster at the last pose, and at the velocities of the last set_rates.
+  Assembly::Residual gap(int k) const { return norm_of(phi_, k); }
+  Assembly::Residual rate(int k) const { return norm_of(rate_, k); }
 
   const LoopPlan<double>& loop(int k) const { return plan_.loops[cluster_.first_loop + k]; }
   int loop_count() const { return cluster_.loop_count; }
@@ -159,15 +163,35 @@ class ClusterAssembly {
     return phi_.norm();
   }
 
+  void set_rates(const double* qd) {
+    for (int i : joints_)
+      ws_.ground[i] = moved(plan_.joints[i], ws_.joints[i], ground_state(ws_, plan_.joints[i].parent), qd[i]);
+    for (int k = 0; k < cluster_.loop_count; ++k) {
+      const LoopGeometry<double> g = loop_geometry(loop(k), ws_);
+      for (std::size_t r = 0; r < loop(k).rows.size(); ++r)
+        rate_[local_row(k, r)] = row_values(g, loop(k).rows[r]).rate / row_unit(loop(k).rows[r]);
+    }
+  }
+
  private:
   static constexpr double dependent = 1e-8;  // rows of J below this part of the largest pivot
   static constexpr double smallest_damping = 1e-10;
-  static constexpr double near_enough = 1e-9;    // of the nearest pose
-  static constexpr double on_a_branch = 1e-10;   // bends by less, over the squared speed: rounding
-  static constexpr double closes_again = 1e-13;  // after the search for a branch
+  static constexpr double coarse_damping = 1e-5;  // its square is no rounding
+  static constexpr double near_enough = 1e-12;    // to the nearest pose
+  static constexpr double on_a_branch = 1e-10;    // bends by less, over the squared speed: rounding
+  static constexpr double closes_again = 1e-13;   // after the search for a branch
 
   static bool is_rotation(const ConstraintRow<double>& row) {
     return row.kind == ConstraintRow<double>::Kind::rotation;
+  }
+  // Over the rows of a loop, in m or rad.
+  Assembly::Residual norm_of(const Vector& rows, int k) const {
+    double distance = 0, angle = 0;
+    for (std::size_t r = 0; r < loop(k).rows.size(); ++r) {
+      const double value = rows[local_row(k, r)];
+      (is_rotation(loop(k).rows[r]) ? angle : distance) += value * value;
+    }
+    return {std::sqrt(angle + size_ * size_ * distance), angle > distance};
   }
   double row_unit(const ConstraintRow<double>& row) const { return is_rotation(row) ? 1.0 : size_; }
   int local_row(int k, std::size_t r) const {
@@ -178,6 +202,33 @@ class ClusterAssembly {
     Vector rates = Vector::Zero(J_.rows());
     for (Eigen::Index k = 0; k < J_.cols(); ++k) rates += x[k] * J_.col(k);
     return rates;
+  }
+
+  // Solves P (1 + H) P step = along, H = d(J^T lambda)/dz, by conjugate gradients; where the curvature is not
+  // positive it stops with what it has (Steihaug 1983).
+  Vector newton_step(const Vector& z, const LeastNorm& tangent, const Vector& along, const Vector& lambda) {
+    constexpr double difference = 1e-5;
+    const Matrix J = J_;
+    const auto pull = [&](const Vector& at) -> Vector {
+      open(at);
+      set_jacobian();
+      return J_.transpose().lazyProduct(lambda);
+    };
+    Vector step = Vector::Zero(z.size()), rest = along, direction = along;
+    for (int k = 0; k < 2 * z.size() && rest.norm() > 1e-3 * std::min(1.0, along.norm()) * along.norm();
+         ++k) {
+      const Vector aside = difference / direction.norm() * direction;
+      Vector image = direction + (direction.norm() / (2 * difference)) * (pull(z + aside) - pull(z - aside));
+      J_ = J;
+      image -= tangent.solve(opened_by(image));
+      const double curvature = direction.dot(image);
+      if (!(curvature > 0.01 * direction.squaredNorm())) break;
+      const double before = rest.squaredNorm();
+      step += before / curvature * direction;
+      rest -= before / curvature * image;
+      direction = rest + rest.squaredNorm() / before * direction;
+    }
+    return step.norm() > 0 ? step : along;
   }
 
   void set_poses() {
@@ -205,16 +256,6 @@ class ClusterAssembly {
       if (column_[body] >= 0)
         J_(row, column_[body]) += scale * unit(body) * (joint.prismatic ? w.force.z() : w.moment.z());
       to_parent(joint, ws_.joints[body], w);
-    }
-  }
-
-  void set_rates(const double* qd) {
-    for (int i : joints_)
-      ws_.ground[i] = moved(plan_.joints[i], ws_.joints[i], ground_state(ws_, plan_.joints[i].parent), qd[i]);
-    for (int k = 0; k < cluster_.loop_count; ++k) {
-      const LoopGeometry<double> g = loop_geometry(loop(k), ws_);
-      for (std::size_t r = 0; r < loop(k).rows.size(); ++r)
-        rate_[local_row(k, r)] = row_values(g, loop(k).rows[r]).rate / row_unit(loop(k).rows[r]);
     }
   }
 

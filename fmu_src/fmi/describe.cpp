@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/assembly.hpp"
 #include "dynamics/straight_line.hpp"
 #include "fmi/dependencies.hpp"
 #include "fmi/drawing.hpp"
@@ -18,7 +17,7 @@
 #include "fmi/parameters.hpp"
 #include "fmi/presentation.hpp"
 #include "fmi/variables.hpp"
-#include "integrate/reference.hpp"
+#include "integrate/start.hpp"
 #include "model/features.hpp"
 #include "model/fingerprint.hpp"
 #include "model/model_file.hpp"
@@ -195,32 +194,21 @@ void write_structure(Json& json, const char* key, const VariableTable& table,
   json.end_array();
 }
 
-// The model at its closed start pose; what that took becomes a warning, an impossible loop an error.
+// The model as the FMU will start; what assembly corrects becomes a warning, an impossible loop an error.
 Model assembled(const ModelFile& file, const std::string& path, const Plan<double>& plan,
                 std::vector<Diagnostic>& warnings) {
-  Model model = file.model;
-  for (const Trajectory& trajectory : model.trajectories) {
-    Joint& joint = model.links[trajectory.link].joint;
-    if (joint.drive != Drive::motion) continue;
-    const JointMotion start = motion_at(trajectory, phase_at(trajectory, 0), 0);
-    joint.q0 = start.q;
-    joint.qd0 = start.qd;
+  System system(plan, false, &file.model);
+  std::vector<double> y(static_cast<std::size_t>(system.size()));
+  begin_motions(file.model, system, 0);
+  const Assembly assembly = take_start(file.model, system, 0, y.data());
+  if (plan.has_loops()) {
+    const Loop& loop = file.model.loops[static_cast<std::size_t>(std::max(assembly.loop, 0))];
+    const std::string why = failure(file.model, assembly);
+    if (!why.empty()) throw ModelError(ModelError::Reason::invalid, {{path, loop.line, loop.column, why}});
+    for (const std::string& text : corrections(file.model, plan, assembly))
+      warnings.push_back({path, loop.line, loop.column, text});
   }
-  if (plan.loops.empty()) return model;
-  Workspace<double> workspace(plan);
-  std::vector<double> q, qd;
-  for (const auto& joint : plan.joints) {
-    q.push_back(model.links[joint.link].joint.q0);
-    qd.push_back(model.links[joint.link].joint.qd0);
-  }
-  const Assembly assembly = assemble(model, plan, workspace, q.data(), qd.data());
-  const Loop& loop = model.loops[static_cast<std::size_t>(std::max(assembly.loop, 0))];
-  const std::string why = failure(model, assembly);
-  if (!why.empty()) throw ModelError(ModelError::Reason::invalid, {{path, loop.line, loop.column, why}});
-  const std::string moved = assembly_text(model, plan, assembly);
-  if (!moved.empty()) warnings.push_back({path, loop.line, loop.column, moved});
-  for (std::size_t i = 0; i < q.size(); ++i) model.links[plan.joints[i].link].joint.q0 = q[i];
-  return model;
+  return at_start(file.model, system, 0, y.data());
 }
 
 std::string description(const ModelFile& file, const std::string& path, std::vector<Diagnostic>& warnings) {

@@ -7,6 +7,7 @@
 #include "dynamics/freedom.hpp"
 #include "fmi/arrays.hpp"
 #include "fmi/parameters.hpp"
+#include "integrate/start.hpp"
 #include "model/number.hpp"
 
 namespace redysim {
@@ -62,16 +63,12 @@ Instance::Instance(const Log& log, Model model, std::string guid)
   take_start_motion();
 }
 
-// Before a master sets it, a prescribed motion rests at the model's start pose.
 void Instance::take_start_motion() {
-  for (int i = 0; i < plan_.nv; ++i) {
-    if (!plan_.joints[i].prescribed) continue;
-    const Joint& joint = model_.links[plan_.joints[i].link].joint;
-    double* motion = &motion_[3 * i];
-    motion[0] = joint.q0;
-    motion[1] = joint.drive == Drive::motion ? joint.qd0 : 0;
-    motion[2] = 0;
-  }
+  for (int i = 0; i < plan_.nv; ++i)
+    if (plan_.joints[i].prescribed) {
+      const auto start = start_motion(model_.links[plan_.joints[i].link].joint);
+      std::copy(start.begin(), start.end(), &motion_[3 * i]);
+    }
   anchor_motion();
 }
 
@@ -263,42 +260,21 @@ void Instance::values_changed() { qdd_current_ = energies_current_ = false; }
 const double* Instance::current_state() {
   if (integrator_) return settled_ ? integrator_->state() : settle();
   if (!start_state_current_) {
-    for (int i = 0; i < system_.simple(); ++i) {
-      const Joint& joint = model_.links[plan_.joints[system_.joint_of(i)].link].joint;
-      start_state_[i] = joint.q0;
-      start_state_[system_.nq() + i] = joint.qd0;
-    }
-    for (int ball = 0; ball < system_.balls(); ++ball) {
-      const Ball& start = model_.balls[ball];
-      std::copy_n(start.quaternion.begin(), 4, &start_state_[system_.simple() + 4 * ball]);
-      std::copy_n(start.omega.begin(), 3, &start_state_[system_.nq() + system_.simple() + 3 * ball]);
-    }
-    if (system_.has_loops()) assemble_start();
+    assembly_ = take_start(model_, system_, time_, start_state_.data());
     start_state_current_ = true;
   }
   return start_state_.data();
 }
 
-// The nearest closed pose to the start values; they stay as they are where there is none.
-void Instance::assemble_start() {
-  const System::Coordinates at = system_.coordinates(time_, start_state_.data());
-  std::vector<double> q(at.q, at.q + plan_.nv), qd(at.qd, at.qd + plan_.nv);
-  assembly_ = std::make_unique<Assembly>(assemble(model_, plan_, system_.workspace(), q.data(), qd.data()));
-  system_.collect(q.data(), qd.data(), start_state_.data());
-}
-
 bool Instance::start_is_closed(Function function) {
   if (!system_.has_loops()) return true;
   current_state();
-  const std::string why = failure(model_, *assembly_);
+  const std::string why = failure(model_, assembly_);
   if (!why.empty()) {
     refuse(function, why);
     return false;
   }
-  const std::string text = assembly_text(model_, plan_, *assembly_);
-  if (!text.empty()) log_.warning(text);
-  const std::string sped = changed_velocities(model_, plan_, *assembly_);
-  if (!sped.empty()) log_.event("start velocities follow the loops: " + sped);
+  for (const std::string& text : corrections(model_, plan_, assembly_)) log_.warning(text);
   return true;
 }
 

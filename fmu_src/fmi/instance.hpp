@@ -101,7 +101,6 @@ class Instance {
   void anchor_motion();
   void end_input_slopes(double time);
   const double* settle();
-  void assemble_start();
   bool start_is_closed(Function function);
   bool read(Function function, const Variable& variable, double& value);
   std::string why_not_settable(const Variable& variable) const;
@@ -140,7 +139,7 @@ class Instance {
   bool settled_state_current_ = false;
   bool settled_ = true;  // false: the state has to follow a motion set since the last step
 
-  std::unique_ptr<Assembly> assembly_;  // of the start pose; only with loops
+  Assembly assembly_;  // of the start pose
 
   std::unique_ptr<Tangent> tangent_;  // from the first derivative asked for on
   enum class WorkChange { none, of_energy, by_power } work_change_ = WorkChange::none;

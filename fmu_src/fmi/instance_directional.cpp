@@ -77,7 +77,7 @@ fmi2Status Instance::get_directional_derivative(const unsigned* unknowns, std::s
     jumps = jumps || variable.role == Role::motion_q || variable.role == Role::motion_qd;
   }
   if (state_ == State::initialization) {
-    if (assembly_) tangent_->follow_assembly(model_, *assembly_);
+    if (system_.has_loops()) tangent_->follow_assembly(model_, assembly_);
     work_change_ = WorkChange::none;
   } else {
     if (jumps) tangent_->follow_jumps(system_, time_, current_state());

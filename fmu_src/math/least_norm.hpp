@@ -15,14 +15,33 @@ class LeastNorm {
   // Minimises |J x - b|^2 + damping^2 |x|^2.
   Eigen::VectorXd solve(const Eigen::VectorXd& b, double damping = 0) const;
 
+  // The same for J^T: minimises |J^T y - x|^2.
+  Eigen::VectorXd solve_transposed(const Eigen::VectorXd& x) const;
+
   // Combinations n of rows that vanish, n^T J = 0: orthonormal columns.
   Eigen::MatrixXd left_null_space() const;
 
  private:
+  static void rotate(Eigen::MatrixXd& matrix, Eigen::Index p, Eigen::Index q, double c, double s);
+
   // J^T V = U with columns of U orthogonal, their lengths the singular values
   Eigen::MatrixXd U_, V_;
   Eigen::VectorXd squared_;  // singular values squared; 0: dependent
 };
+
+// Minimises |J x - b|^2 + damping^2 |x|^2 for a damping that is no rounding against J, at less cost:
+// J^T (J J^T + damping^2)^-1 b by Cholesky's factor.
+Eigen::VectorXd damped(const Eigen::MatrixXd& J, const Eigen::VectorXd& b, double damping);
+
+// Raw pointers: the compiler is told to save space where this runs.
+inline void LeastNorm::rotate(Eigen::MatrixXd& matrix, Eigen::Index p, Eigen::Index q, double c, double s) {
+  double *left = matrix.data() + p * matrix.rows(), *right = matrix.data() + q * matrix.rows();
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    const double l = left[i], r = right[i];
+    left[i] = c * l - s * r;
+    right[i] = s * l + c * r;
+  }
+}
 
 inline LeastNorm::LeastNorm(const Eigen::MatrixXd& J, double rank_tolerance)
     : U_(J.transpose()), V_(Eigen::MatrixXd::Identity(J.rows(), J.rows())), squared_(J.rows()) {
@@ -31,26 +50,32 @@ inline LeastNorm::LeastNorm(const Eigen::MatrixXd& J, double rank_tolerance)
   bool rotated = true;
   for (int sweep = 0; sweep < sweeps && rotated; ++sweep) {
     rotated = false;
-    for (Eigen::Index p = 0; p < U_.cols(); ++p)
+    for (Eigen::Index p = 0; p < U_.cols(); ++p) {
+      // the longest column first: fewer sweeps (de Rijk 1989)
+      Eigen::Index longest = p;
+      for (Eigen::Index q = p + 1; q < U_.cols(); ++q)
+        if (U_.col(q).squaredNorm() > U_.col(longest).squaredNorm()) longest = q;
+      if (longest != p) {
+        rotate(U_, p, longest, 0, 1);
+        rotate(V_, p, longest, 0, 1);
+      }
       for (Eigen::Index q = p + 1; q < U_.cols(); ++q) {
+        const double *left = U_.data() + p * U_.rows(), *right = U_.data() + q * U_.rows();
         double pp = 0, qq = 0, pq = 0;
         for (Eigen::Index i = 0; i < U_.rows(); ++i) {
-          pp += U_(i, p) * U_(i, p);
-          qq += U_(i, q) * U_(i, q);
-          pq += U_(i, p) * U_(i, q);
+          pp += left[i] * left[i];
+          qq += right[i] * right[i];
+          pq += left[i] * right[i];
         }
         if (!(std::abs(pq) > orthogonal * std::sqrt(pp * qq)) || std::abs(pq) < 1e-300) continue;
         rotated = true;
         const double zeta = (qq - pp) / (2 * pq);
         const double t = (zeta < 0 ? -1 : 1) / (std::abs(zeta) + std::hypot(1.0, zeta));
         const double c = 1 / std::hypot(1.0, t), s = c * t;
-        for (Eigen::MatrixXd* matrix : {&U_, &V_})
-          for (Eigen::Index i = 0; i < matrix->rows(); ++i) {
-            const double left = (*matrix)(i, p), right = (*matrix)(i, q);
-            (*matrix)(i, p) = c * left - s * right;
-            (*matrix)(i, q) = s * left + c * right;
-          }
+        rotate(U_, p, q, c, s);
+        rotate(V_, p, q, c, s);
       }
+    }
   }
   double largest = 0;
   for (Eigen::Index k = 0; k < U_.cols(); ++k) {
@@ -73,6 +98,46 @@ inline Eigen::VectorXd LeastNorm::solve(const Eigen::VectorXd& b, double damping
     for (Eigen::Index i = 0; i < U_.rows(); ++i) x[i] += along * U_(i, k);
   }
   return x;
+}
+
+inline Eigen::VectorXd LeastNorm::solve_transposed(const Eigen::VectorXd& x) const {
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(V_.rows());
+  for (Eigen::Index k = 0; k < U_.cols(); ++k) {
+    if (squared_[k] == 0) continue;
+    double along = 0;
+    for (Eigen::Index i = 0; i < U_.rows(); ++i) along += U_(i, k) * x[i];
+    along /= squared_[k];
+    for (Eigen::Index i = 0; i < V_.rows(); ++i) y[i] += along * V_(i, k);
+  }
+  return y;
+}
+
+inline Eigen::VectorXd damped(const Eigen::MatrixXd& J, const Eigen::VectorXd& b, double damping) {
+  const Eigen::Index n = J.rows();
+  const Eigen::MatrixXd columns = J.transpose();
+  Eigen::MatrixXd R(n, n);  // upper, R^T R = J J^T + damping^2
+  Eigen::VectorXd x = b;
+  const auto dot = [](const double* a, const double* c, Eigen::Index count) {
+    double sum = 0;
+    for (Eigen::Index k = 0; k < count; ++k) sum += a[k] * c[k];
+    return sum;
+  };
+  for (Eigen::Index j = 0; j < n; ++j) {
+    double* of_j = R.data() + j * n;
+    for (Eigen::Index i = 0; i <= j; ++i) {
+      const double *of_i = R.data() + i * n, *row_i = columns.data() + i * J.cols(),
+                   *row_j = columns.data() + j * J.cols();
+      const double part = dot(row_i, row_j, J.cols()) - dot(of_i, of_j, i);
+      of_j[i] = i < j ? part / of_i[i] : std::sqrt(part + damping * damping);
+    }
+    x[j] = (x[j] - dot(of_j, x.data(), j)) / of_j[j];
+  }
+  for (Eigen::Index j = n; j-- > 0;) {
+    const double* of_j = R.data() + j * n;
+    x[j] /= of_j[j];
+    for (Eigen::Index i = 0; i < j; ++i) x[i] -= of_j[i] * x[j];
+  }
+  return columns.lazyProduct(x);
 }
 
 inline Eigen::MatrixXd LeastNorm::left_null_space() const {

@@ -225,7 +225,7 @@ def test_an_open_start_is_assembled_and_said(fmu):
         assert slave.get("closure.gap") < 1e-16
         assert slave.call("ExitInitializationMode") == OK
         warnings = [text for _, category, text in slave.messages if category == "logStatusWarning"]
-        assert warnings == ["the start pose is open by 0.0261 m and assembles with joint2 by -0.262 rad, joint3 by 2.8e-05 rad"]
+        assert warnings == ["initial configuration violates the loop constraints by 26.1 mm; corrected: joint2 by -0.262 rad, joint3 by 2.8e-05 rad"]
         assert slave.step(0, 0.01) == OK
 
 
@@ -247,7 +247,7 @@ def test_a_start_that_cannot_close_is_refused_in_one_sentence(fmu, changed_model
         # crank at -90 deg and the rod reach 2 m
         assert slave.get("pin.gap") == pytest.approx(0.5)
         assert slave.call("ExitInitializationMode") == ERROR
-        assert slave.errors == ["fmi2ExitInitializationMode: loop 'pin' cannot close: 0.5 m remain open at the nearest pose"]
+        assert slave.errors == ["fmi2ExitInitializationMode: loop 'pin': no configuration satisfies the loop constraints; smallest residual 0.5 m"]
 
 
 def test_an_impossible_loop_is_refused_when_the_fmu_is_built(tmp_path, fmu_file):
@@ -256,7 +256,7 @@ def test_an_impossible_loop_is_refused_when_the_fmu_is_built(tmp_path, fmu_file)
     model.write_text((ROOT / "models" / "four_bar.toml").read_text().replace("point_b = [0.1, 0, 0]", "point_b = [0.4, 0, 0]"))
     check = subprocess.run([sys.executable, "-m", "build_fmu", "check", str(model)], cwd=ROOT, capture_output=True, text=True, check=False)
     assert check.returncode == 1
-    assert check.stderr.strip().endswith("loop 'closure' cannot close: 0.17 m remain open at the nearest pose")
+    assert check.stderr.strip().endswith("loop 'closure': no configuration satisfies the loop constraints; smallest residual 0.17 m")
     assert len(check.stderr.strip().splitlines()) == 1
 
 
@@ -268,7 +268,7 @@ def test_check_says_what_assembly_moves():
     check = subprocess.run([sys.executable, "-m", "build_fmu", "check", "models/four_bar_redysim.toml"], cwd=ROOT,
                            capture_output=True, text=True, check=False)
     assert check.returncode == 0
-    assert "assembles with joint2 by -0.262 rad" in " ".join((check.stdout + check.stderr).split())
+    assert "corrected: joint2 by -0.262 rad" in " ".join((check.stdout + check.stderr).split())
 
 
 # --- description ---

@@ -34,7 +34,7 @@ TEST(Assembly, leaves_a_closed_pose_alone) {
   const Start start(four_bar());
   EXPECT_TRUE(start.result.closed);
   EXPECT_EQ(start.q[1], start.model.links[1].joint.q0);
-  EXPECT_EQ(assembly_text(start.model, start.plan, start.result), "");
+  EXPECT_TRUE(corrections(start.model, start.plan, start.result).empty());
 }
 
 TEST(Assembly, closes_the_four_bar_whose_start_pose_is_open_by_26_mm) {
@@ -42,15 +42,16 @@ TEST(Assembly, closes_the_four_bar_whose_start_pose_is_open_by_26_mm) {
   ASSERT_TRUE(start.result.closed);
   // closed form: crank at 0 leaves a triangle of 0.10, 0.13 and 0.10 m
   const double closed = std::acos(-0.65);
-  EXPECT_NEAR(start.result.gap_before, std::hypot(0.00340, 0.02588), 2e-5);
+  EXPECT_NEAR(start.result.gap_before.size, std::hypot(0.00340, 0.02588), 2e-5);
   EXPECT_EQ(start.q[0], 0);
   EXPECT_NEAR(start.q[1], closed, 1e-13);
   EXPECT_NEAR(start.q[2], closed, 1e-13);
-  EXPECT_LT(start.result.gap, 1e-15);
+  EXPECT_LT(start.result.gap.size, 1e-15);
   EXPECT_NEAR(start.result.moved[1], closed - 145.54 * degree, 1e-13);
   EXPECT_EQ(
-      assembly_text(start.model, start.plan, start.result),
-      "the start pose is open by 0.0261 m and assembles with joint2 by -0.262 rad, joint3 by 2.8e-05 rad");
+      corrections(start.model, start.plan, start.result),
+      std::vector<std::string>{"initial configuration violates the loop constraints by 26.1 mm; corrected: "
+                               "joint2 by -0.262 rad, joint3 by 2.8e-05 rad"});
 }
 
 TEST(Assembly, finds_the_nearest_pose_when_nothing_is_held) {
@@ -80,6 +81,41 @@ TEST(Assembly, makes_velocities_consistent_and_keeps_those_of_held_joints) {
   const Start later(four_bar(), {3 * h, start.q[1], start.q[2]});
   const Start sooner(four_bar(), {-3 * h, start.q[1], start.q[2]});
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(start.qd[i], (later.q[i] - sooner.q[i]) / (2 * h), 1e-7);
+  const std::vector<std::string> said = corrections(start.model, start.plan, start.result);
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_EQ(
+      said[0].rfind("initial velocities violate the loop constraints by 0.15 m/s; corrected: joint2 by ", 0),
+      0u)
+      << said[0];
+}
+
+// Crank and rocker both held: 0.15 m/s of the crank's tip have nowhere to go.
+TEST(Assembly, says_which_velocities_no_motion_has) {
+  Model model = four_bar();
+  for (Link& link : model.links) link.joint.hold = true;
+  const Start start(model, {}, {3.0, 0, 0});
+  EXPECT_FALSE(start.result.consistent);
+  EXPECT_EQ(
+      failure(model, start.result),
+      "loop 'closure': no velocities satisfy the loop constraints while held and prescribed joints keep "
+      "theirs; smallest residual 0.15 m/s");
+}
+
+// (q - q0) + J^T lambda = 0 and phi = 0, to rounding.
+TEST(Assembly, ends_at_the_nearest_pose_to_rounding) {
+  Model model = four_bar();
+  model.links[0].joint.hold = false;
+  const std::vector<double> q0 = {0.1, 2.6, 2.0};
+  const Start start(model, q0);
+  ASSERT_TRUE(start.result.closed);
+  // tangent of the closed poses: the velocities that the loop lets pass
+  const Start moving(model, start.q, {1, 0, 0});
+  double along = 0, length = 0;
+  for (int i = 0; i < 3; ++i) {
+    along += (start.q[i] - q0[i]) * moving.qd[i];
+    length += moving.qd[i] * moving.qd[i];
+  }
+  EXPECT_LT(std::abs(along) / std::sqrt(length), 1e-11);
 }
 
 // A flat parallelogram goes on parallel, (1, 1, -1), or crossed: r psi' (r - l) = r theta' (r + l) with bars
@@ -113,7 +149,7 @@ TEST(Assembly, says_what_remains_open_of_an_impossible_loop) {
   // coupler 0.4 m: at its shortest it reaches 0.4 - 0.13 m from the rocker's pivot, the crank tip at 0 is
   // 0.1 m away from that
   EXPECT_EQ(failure(start.model, start.result),
-            "loop 'closure' cannot close: 0.17 m remain open at the nearest pose");
+            "loop 'closure': no configuration satisfies the loop constraints; smallest residual 0.17 m");
 }
 
 TEST(Assembly, sees_that_a_planar_loop_is_offset_along_its_axis) {
@@ -122,7 +158,7 @@ TEST(Assembly, sees_that_a_planar_loop_is_offset_along_its_axis) {
   EXPECT_TRUE(Start(model).result.closed);
   model.loops[0].point_a.z() = 0.003;
   EXPECT_EQ(failure(model, Start(model).result),
-            "loop 'closure' cannot close: 0.003 m remain open at the nearest pose");
+            "loop 'closure': no configuration satisfies the loop constraints; smallest residual 3 mm");
 }
 
 TEST(Assembly, closes_a_parallelogram_that_starts_flat) {
@@ -144,7 +180,7 @@ TEST(Assembly, folds_a_flat_pose_that_is_too_long) {
   model.loops[0].point_b = {0.29, 0, 0};
   const Start start(model, {0, 0, 0});
   EXPECT_TRUE(start.result.closed);
-  EXPECT_LT(start.result.gap, 1e-11);
+  EXPECT_LT(start.result.gap.size, 1e-11);
 }
 
 TEST(Assembly, closes_redundant_loops) {
@@ -163,7 +199,7 @@ TEST(Assembly, closes_long_chains_of_loops) {
   for (std::size_t i = 0; i < q.size(); ++i) q[i] += 0.05 * std::cos(static_cast<double>(i));
   const Start start(test::four_bar_chain(n), q);
   EXPECT_TRUE(start.result.closed);
-  EXPECT_LT(start.result.gap, 1e-14);
+  EXPECT_LT(start.result.gap.size, 1e-14);
 }
 
 }  // namespace

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <array>
+
+#include "dynamics/assembly.hpp"
+#include "integrate/system.hpp"
+
+// Where a simulation starts. The FMU begins here, and `describe` checks and draws the same.
+
+namespace redysim {
+
+// q, qd and qdd of a prescribed joint before a master sets them.
+std::array<double, 3> start_motion(const Joint& joint);
+
+// Prescribed joints move by start_motion(...) from `time` on, trajectories from their own start.
+void begin_motions(const Model& model, System& system, double time);
+
+// Fills y with the start values of `model` and closes its loops (dynamics/assembly.hpp); where that fails, y
+// is as given. Allocates.
+Assembly take_start(const Model& model, System& system, double time, double* y);
+
+// `model` with the start values of that y.
+Model at_start(const Model& model, System& system, double time, const double* y);
+
+}  // namespace redysim
