@@ -32,7 +32,7 @@ Scalar kinetic_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sca
 template <class Scalar>
 Scalar potential_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd) {
   set_positions(plan, ws, q);
-  Scalar energy(0);
+  Scalar energy = -plan.grounded.dot(plan.gravity);
   // gravity: carry mass and first moment to the ground
   for (auto& s : ws.joints) {
     s.p.moment.setZero();

@@ -161,9 +161,14 @@ void Plan<Scalar>::take_bodies(const Model& model) {
     joint.axis_free = !joint.prismatic && !joint.prescribed && given.armature == 0;
     joint.inertia = RigidInertia<Scalar>();
   }
-  for (std::size_t i = 0; i < model.links.size(); ++i)
-    if (carrier[i] != ground)
-      add_body(joints[carrier[i]].inertia, inertia_in(frame_in_carrier[i], model.links[i]));
+  grounded.setZero();
+  for (std::size_t i = 0; i < model.links.size(); ++i) {
+    const RigidInertia<double> body = inertia_in(frame_in_carrier[i], model.links[i]);
+    if (carrier[i] == ground)
+      grounded += body.h.template cast<Scalar>();
+    else
+      add_body(joints[carrier[i]].inertia, body);
+  }
   for (auto& joint : joints) joint.rigid = articulated(joint.inertia);
 }
 

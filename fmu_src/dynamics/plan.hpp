@@ -79,6 +79,7 @@ struct Plan {
   int prescribed_count = 0;
   bool plain = false;  // nothing but joints driven by forces: no loops, springs, ports
   Vec3<Scalar> gravity = Vec3<Scalar>::Zero();
+  Vec3<Scalar> grounded = Vec3<Scalar>::Zero();  // first moment, kg m, of links fixed to the ground
   // in the ground, where the first joint stands: positions that loops compare are measured from here, so that
   // far from the ground's own origin they keep their digits
   Vec3<Scalar> origin = Vec3<Scalar>::Zero();

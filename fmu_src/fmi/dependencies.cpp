@@ -73,12 +73,10 @@ bool acts_on_kinetic(const Variable& known, const Plan<double>& plan, const Comp
   }
 }
 
-bool acts_on_potential(const Variable& known, const Plan<double>& plan, const Components& components) {
-  if (known.role == Role::q0 || known.role == Role::ball_quaternion0 || known.role == Role::motion_q ||
-      known.role == Role::gravity || is_spring(known.role))
-    return true;
-  return (known.role == Role::mass || known.role == Role::com) &&
-         component_of(known, plan, components) != ground;
+bool acts_on_potential(const Variable& known) {
+  return known.role == Role::q0 || known.role == Role::ball_quaternion0 || known.role == Role::motion_q ||
+         known.role == Role::gravity || known.role == Role::mass || known.role == Role::com ||
+         is_spring(known.role);
 }
 
 using Rule = std::function<bool(const Variable& unknown, const Variable& known)>;
@@ -178,9 +176,9 @@ std::vector<Dependencies> initial_dependencies(const VariableTable& table, const
       case Role::kinetic_energy:
         return acts_on_kinetic(known, plan, components);
       case Role::potential_energy:
-        return acts_on_potential(known, plan, components);
+        return acts_on_potential(known);
       case Role::total_energy:
-        return acts_on_kinetic(known, plan, components) || acts_on_potential(known, plan, components);
+        return acts_on_kinetic(known, plan, components) || acts_on_potential(known);
       default:
         return unknown.frame >= 0 &&
                acts_on_acceleration(known, components.of(unknown.joint), plan, components);

@@ -190,7 +190,6 @@ void Instance::set_parameter_direction(const Variable& variable, double directio
   if (variable.role == Role::mass || variable.role == Role::com || variable.role == Role::inertia) {
     const Link& link = model_.links[variable.link];
     const int body = plan_.carrier[variable.link];
-    if (body == ground) return;
     Vec3<double> com = Vec3<double>::Zero();
     Mat3<double> inertia = Mat3<double>::Zero();
     if (variable.role == Role::com) com[variable.element] = direction;

@@ -74,6 +74,10 @@ void Tangent::change_mass(int body, const Pose& frame, const Vec3<double>& com, 
                                     mass * (2 * c.dot(dc) * unit - dc * c.transpose() - c * dc.transpose());
   constexpr int rows[] = {0, 1, 2, 0, 0, 1}, columns[] = {0, 1, 2, 1, 2, 2};
   for (Plan<Dual>* plan : plans()) {
+    if (body == ground) {
+      for (int k = 0; k < 3; ++k) plan->grounded[k].derivative += d_mass * c[k] + mass * dc[k];
+      continue;
+    }
     JointPlan<Dual>& joint = plan->joints[body];
     RigidInertia<Dual>& to = joint.inertia;
     to.mass.derivative += d_mass;

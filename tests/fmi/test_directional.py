@@ -58,6 +58,9 @@ position = [{near(0.3)}, {near(0.3)}, {near(0.3)}]
 outputs = ["pose", "rotation", "velocity"]
 port = "{port}"
 """
+    # what stands on the ground has potential energy only
+    text += '[[link]]\nname = "mount"\nparent = "ground"\njoint = "fixed"\nalpha = 0.4\na = 0.3\nmass = 2\ncom = [0.1, 0.2, 0.3]\n'
+    tunable += ["mount.mass", *(f"mount.com[{k}]" for k in (1, 2, 3))]
     outputs = ["acceleration", "energy", "momentum", "solver"]
     return text + f"\n[fmu]\noutputs = {outputs}\ntunable = {tunable}\n".replace("'", '"')
 
