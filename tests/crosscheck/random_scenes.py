@@ -1,0 +1,291 @@
+"""Random scenes of everything a model file can say, through the built library, against the dense formulation.
+
+    python -m tests.crosscheck.random_scenes --count 500 --seed 1 --only redundant --scale 1e-6
+
+Prints one line for each scene that does not agree, with the seed that makes it again, and a table at the end. `--keep FOLDER`
+writes the model files of those scenes; `--file MODEL` checks one of them again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+import tempfile
+import time
+import tomllib
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from tests.crosscheck.dense_motion import Dense, Motion
+from tests.crosscheck.scene_fmu import Library, Refused
+from tests.crosscheck.scene_maker import Maker
+from tests.crosscheck.scene_parts import CLASSES, PARTS
+from tests.crosscheck.scene_states import agree, draw_inputs, give_drives, give_frames, give_passive, give_springs, give_velocities
+
+TOLERANCE = 1e-10
+NEAR_SINGULAR = 1e-4  # singular values of scaled levers: scenes between rounding and this are drawn again
+LIGHTEST = 1e-9  # pivot of the scaled mass matrix: the same
+MOST_FREEDOMS = 45
+
+
+# --- model files ---
+
+def toml(file: dict) -> str:
+    """The model file of a scene."""
+    show = lambda v: "true" if v is True else json.dumps(v).replace("Infinity", "inf")  # noqa: E731
+    lines = [f"{key} = {show(value)}" for key, value in file.items() if key not in ("link", "loop", "spring", "frame")]
+    for kind in ("link", "loop", "spring", "frame"):
+        for table in file.get(kind, []):
+            lines += ["", f"[[{kind}]]", *(f"{key} = {show(value)}" for key, value in table.items())]
+    return "\n".join(lines) + "\n"
+
+
+@dataclass
+class Case:
+    text: str
+    inputs: dict[str, float]
+    tags: set[str] = field(default_factory=set)
+
+    def dense(self, exact: bool = False) -> Dense:
+        return Dense(tomllib.loads(self.text), exact)
+
+
+def draw(seed: int, index: int, only: str = "all", scale: float | None = None) -> Case:
+    """Scene `index` of a seed; scenes next to a singular pose are drawn again."""
+    for attempt in range(200):
+        rng = np.random.default_rng([seed, index, attempt])
+        try:
+            case = attempt_to_draw(rng, only, scale)
+        except ArithmeticError:
+            continue
+        if case:
+            return case
+    raise RuntimeError(f"no scene for seed {seed}, index {index}, class {only}")
+
+
+def attempt_to_draw(rng, only: str, scale: float | None) -> Case | None:
+    m = Maker(rng, scale or 10 ** float(rng.uniform(-6, 3)) if rng.random() < 0.6 or scale else 1.0)
+    names = CLASSES.get(only) or [only]
+    for _ in range(m.pick([1, 2, 2, 3])):
+        part = m.pick(names)
+        parent = "ground" if m.chance(0.5) or not m.links else m.pick(m.links)["name"]
+        size = m.sizes[parent] if m.links and parent != "ground" else m.scale
+        if m.chance(0.15):
+            size *= 10 ** -m.between(1, 5)
+            m.tags.add("sizes")
+        PARTS[part](m, parent, size)
+        m.tags.add(part)
+    if not m.links or all(link["joint"] == "fixed" for link in m.links) or len(m.scene().dofs) > MOST_FREEDOMS:
+        return None
+    give_passive(m)
+    give_springs(m)
+    give_frames(m)
+    dense = Dense(m.file)
+    before = dense.solve(dense.scene.start(), {})
+    give_drives(m, dense)
+    give_velocities(m, dense)
+    if m.chance(0.2):
+        for link in m.links:
+            if m.chance(0.3) and link["joint"] not in ("fixed",):
+                link["hold"] = True
+    dense = Dense(m.file)
+    inputs = draw_inputs(m, dense.scene)
+    if "surplus" in m.tags:
+        agree(dense, inputs)
+    shuffle(m)
+    dense = Dense(m.file)
+    motion = dense.solve(dense.scene.start(), inputs)
+    for at in (before, motion):
+        if at.gap[0] < NEAR_SINGULAR or at.gap[1] > 1e-11 or at.pivot < LIGHTEST:
+            return None
+    if not np.isfinite(motion.qdd.astype(float)).all():
+        return None
+    return Case(toml({key: value for key, value in m.file.items() if value != []}), inputs, m.tags)
+
+
+def shuffle(m: Maker) -> None:
+    if m.chance(0.2):
+        m.rng.shuffle(m.file["link"])
+        return
+    # leave the parent out where the order of the file says it
+    before = "ground"
+    for link in m.file["link"]:
+        if link["parent"] == before and m.chance(0.5):
+            del link["parent"]
+        before = link["name"]
+
+
+# --- comparison ---
+
+@dataclass
+class Finding:
+    what: str
+    name: str
+    got: float
+    wanted: float
+    error: float
+
+    def __str__(self) -> str:
+        return f"{self.what} {self.name}: {self.got!r} instead of {self.wanted!r}, error {self.error:.1e}"
+
+
+def state_of(values: dict, inputs: dict, dense: Dense) -> dict:
+    """The state as the FMU shows it."""
+    state = {}
+    start = dense.scene.start()
+    for key in start:
+        if key.endswith((".quaternion", ".omega")):
+            state[key] = [values[f"{key}[{k + 1}]"] for k in range(len(start[key]))]
+        else:
+            state[key] = values[key] if key in values else inputs.get(key, start[key])
+    return state
+
+
+def moved(state: dict, dense: Dense, motion: Motion) -> list[Finding]:
+    """Where the FMU starts elsewhere than the file says, though that is closed."""
+    found, scene = [], dense.scene
+    start = scene.start()
+    slow = 1e-6 * math.sqrt(float(max(motion.scale)) + 1e-290)
+    speed = max([abs(float(dof.qd)) for dof in scene.dofs] + [slow])
+    for key, wanted in start.items():
+        wanted, got = np.atleast_1d(np.array(wanted, float)), np.atleast_1d(np.array(state[key], float))
+        if key.endswith(".quaternion"):
+            got = got * (1 if got @ wanted >= 0 else -1)
+        scale = max(1e-300, float(np.abs(wanted).max()))
+        if key.endswith((".q", ".quaternion")):
+            slides = any(dof.variable("q") == key and not dof.turns for dof in scene.dofs if dof.part is None)
+            scale = max(scale, 0.0 if slides else 1.0)
+        else:
+            scale = max(scale, 1e-3 * speed)
+        error = float(np.abs(got - wanted).max()) / scale
+        if error > 1e-8:
+            found.append(Finding("start moved", key, float(got[0]), float(wanted[0]), error))
+    return found
+
+
+def compare(case: Case, values: dict, exact: bool = False) -> tuple[list[Finding], Motion, Dense]:
+    dense = case.dense(exact)
+    state = state_of(values, case.inputs, dense)
+    motion = dense.solve(state, case.inputs)
+    found = moved(state, dense, motion)
+    check = lambda what, name, got, wanted, scale: found.append(Finding(what, name, float(got), float(wanted), float(abs(got - wanted) / scale))) \
+        if not abs(got - wanted) <= TOLERANCE * scale else None  # noqa: E731
+    tiny = 1e-290
+    nv = len(dense.scene.dofs)
+    qdd = np.array([dense.n.one(0)] * nv)
+    for k, dof in enumerate(dense.scene.dofs):
+        if dof.prescribed:
+            qdd[k] = motion.qdd[k]
+            continue
+        name = dof.variable("qdd")
+        qdd[k] = dense.n.one(values[name])
+        check("qdd", name, qdd[k], motion.qdd[k], motion.scale[k] + tiny)
+    rows = motion.rows
+    for r, name in enumerate(rows.names):
+        if motion.unique[r]:
+            check("lambda", name, values[name], motion.multipliers[r], motion.multiplier_scale[r] + tiny)
+    # whatever the multipliers are, they and the drives carry the motion
+    multipliers = np.array([dense.n.one(values[name]) for name in rows.names])
+    carried = dense.M @ qdd - dense.forces.value - (rows.J.T @ multipliers if len(multipliers) else 0)
+    for k, dof in enumerate(dense.scene.dofs):
+        given = dense.n.one(values[dof.variable("tau")]) if dof.prescribed else dense.n.one(0)
+        check("tau" if dof.prescribed else "balance", dof.variable("tau"), given, carried[k], motion.force_scale[k] + tiny)
+    largest = np.abs(motion.multiplier_scale.astype(float) / np.where(motion.row_size > 0, motion.row_size, 1)).max(initial=0)
+    for r, name in enumerate(rows.names):
+        if motion.row_size[r] > 0 and abs(values[name]) > 1e6 * motion.row_size[r] * largest + tiny:
+            found.append(Finding("lambda without bound", name, values[name], float(motion.multipliers[r]), math.inf))
+    check("energy", "energy.kinetic", values["energy.kinetic"], motion.kinetic, motion.energy_scale + tiny)
+    check("energy", "energy.potential", values["energy.potential"], motion.potential, motion.energy_scale + tiny)
+    for loop in {name.rsplit(".", 1)[0] for name in rows.names}:
+        inside = [r for r, name in enumerate(rows.names) if name.startswith(loop + ".")]
+        gap = math.sqrt(sum(float(rows.phi[r]) ** 2 for r in inside))
+        size = 1 + max(float(rows.lever[r].max(initial=0)) for r in inside)
+        check("gap", loop + ".gap", values[loop + ".gap"], gap, 1e-3 * size)
+    return found, motion, dense
+
+
+def sensitivity(case: Case, values: dict, motion: Motion) -> np.ndarray:
+    """How far the accelerations move, relative to their scale, when each number of the state is rounded elsewhere."""
+    worst = np.zeros(len(motion.qdd))
+    rng = np.random.default_rng(0)
+    for _ in range(4):
+        other = {name: value * (1 + 2.3e-16 * rng.choice([-1, 1])) for name, value in values.items()}
+        dense = case.dense()
+        at = dense.solve(state_of(other, case.inputs, dense), case.inputs)
+        worst = np.maximum(worst, np.abs((at.qdd - motion.qdd).astype(float)) / (motion.scale.astype(float) + 1e-290))
+    return worst
+
+
+def run(case: Case, library: Library) -> tuple[str, list]:
+    """What came of a scene: its class and what was found."""
+    try:
+        warnings = library.load(case.text)
+    except Refused as refused:
+        return "refused", [str(refused)]
+    assembled = [line for line in warnings if "assembles" in line]
+    try:
+        values, log = library.start(case.inputs)
+    except Refused as refused:
+        return "refused", [str(refused)]
+    found, motion, dense = compare(case, values)
+    if not found:
+        return ("describe assembles", assembled) if assembled else ("agree", [])
+    found.sort(key=lambda f: -f.error)
+    kinds = {f.what for f in found}
+    first = next(k for k in ("start moved", "qdd", "tau", "balance", "lambda", "lambda without bound", "energy", "gap") if k in kinds)
+    if kinds <= {"qdd", "balance", "tau", "lambda"}:
+        shaken = sensitivity(case, values, motion)
+        worst = max((f.error for f in found), default=0)
+        if worst < 100 * shaken.max():
+            return "ill-conditioned", [f"rounding of the state gives {shaken.max():.1e}", *found]
+    return first, found + [f"log: {line}" for line in log if "Warning" in line]
+
+
+# --- command line ---
+
+def main(arguments: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--count", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--first", type=int, default=0, help="index of the first scene")
+    parser.add_argument("--only", default="all", help=f"{', '.join([*CLASSES, *PARTS])}")
+    parser.add_argument("--scale", type=float, help="size of the scenes, m; default: 1 um to 1 km")
+    parser.add_argument("--keep", type=Path, help="folder for the model files of scenes that do not agree")
+    parser.add_argument("--file", type=Path, help="check this model file (inputs beside it, .json) instead")
+    options = parser.parse_args(arguments)
+    results, parts = Counter(), Counter()
+    begin = time.perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        library = Library(Path(folder))
+        if options.file:
+            inputs = options.file.with_suffix(".json")
+            case = Case(options.file.read_text(), json.loads(inputs.read_text()) if inputs.exists() else {})
+            verdict, found = run(case, library)
+            print(verdict, *found, sep="\n    ")
+            return int(verdict != "agree")
+        for index in range(options.first, options.first + options.count):
+            case = draw(options.seed, index, options.only, options.scale)
+            verdict, found = run(case, library)
+            results[verdict] += 1
+            if verdict == "agree":
+                continue
+            parts.update((verdict, tag) for tag in case.tags)
+            print(f"seed {options.seed} index {index} ({', '.join(sorted(case.tags))}): {verdict}: {found[0]}", flush=True)
+            if options.keep:
+                options.keep.mkdir(parents=True, exist_ok=True)
+                path = options.keep / f"{verdict.replace(' ', '_')}_{options.only}_{options.seed}_{index}.toml"
+                path.write_text(f"# {found[0]}\n" + case.text)
+                path.with_suffix(".json").write_text(json.dumps(case.inputs, indent=1))
+    print(f"{options.count} scenes in {time.perf_counter() - begin:.1f} s: " + ", ".join(f"{n} {verdict}" for verdict, n in results.most_common()))
+    for (verdict, tag), count in sorted(parts.items()):
+        print(f"  {verdict}: {count} with {tag}")
+    return int(set(results) > {"agree"})
+
+
+if __name__ == "__main__":
+    sys.exit(main())

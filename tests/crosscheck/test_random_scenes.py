@@ -1,0 +1,101 @@
+"""Random scenes of everything a model file can say: the built library against a dense formulation that shares no code with it."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections import Counter
+
+import pytest
+
+from tests.crosscheck.dense_motion import Dense
+from tests.crosscheck.random_scenes import Case, draw, run
+from tests.crosscheck.scene_fmu import Library
+
+# a door on two hinges, a pendulum for one of them, and its acceleration by hand: sum of moments about the axis
+DOOR = """
+name = "door"
+[[link]]
+name = "door"
+alpha = 0.3
+mass = 1
+com = [0.5, 0.2, 0.1]
+inertia = [0.1, 0.1, 0.1]
+"""
+HINGE = """
+[[loop]]
+name = "hinge"
+type = "revolute"
+link_a = "ground"
+link_b = "door"
+point_a = [0, -0.206864144662937, 0.6687355423879242]
+axis_a = [0, -0.29552020666133955, 0.955336489125606]
+point_b = [0, 0, 0.7]
+"""
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory) -> Library:
+    return Library(tmp_path_factory.mktemp("scenes"))
+
+
+def failures(library: Library, count: int, seed: int, **options) -> list[str]:
+    """One sentence for each scene that does not agree."""
+    found = []
+    for index in range(count):
+        case = draw(seed, index, **options)
+        verdict, findings = run(case, library)
+        if verdict != "agree":
+            found.append(f"seed {seed}, index {index}, {options}: {verdict}: {findings[0]}")
+    return found
+
+
+def test_the_dense_formulation_knows_the_door():
+    qdd = -9.81 * math.sin(0.3) * 0.5 / (0.1 + 0.5**2 + 0.2**2)
+    for text in (DOOR, DOOR + HINGE):
+        dense = Dense(tomllib.loads(text))
+        motion = dense.solve(dense.scene.start(), {})
+        assert float(motion.qdd[0]) == pytest.approx(qdd, rel=1e-14)
+        assert motion.rank == 0
+
+
+def test_scenes_hold_everything():
+    """A generator that forgets something would make the tests below easy."""
+    words = Counter()
+    for index in range(150):
+        case = draw(3, index)
+        words.update(case.tags)
+        file = tomllib.loads(case.text)
+        for table in (table for kind in ("link", "loop", "spring", "frame") for table in file.get(kind, [])):
+            words.update(f"{key} = {value}" if key in ("joint", "type", "port", "drive") else key for key, value in table.items())
+    joints = ("revolute", "prismatic", "fixed", "universal", "cylindrical", "planar", "spherical", "free")
+    loops = ("point", "spherical", "universal", "cylindrical", "revolute", "prismatic", "fixed")
+    wanted = {f"joint = {joint}" for joint in joints} | {f"type = {loop}" for loop in loops}
+    wanted |= {f"drive = {drive}" for drive in ("motion", "locked", "free")} | {"port = ground", "port = frame"}
+    wanted |= {"armature", "friction", "static_friction", "lower", "stiffness", "damping", "rest_length", "qd", "hold", "gamma", "directions"}
+    wanted |= {"prescribed", "inverse", "sizes", "bearing", "coaxial", "twice", "legs", "massless", "floating"}
+    assert sorted(wanted - set(words)) == []
+
+
+def test_a_wrong_value_is_found(library):
+    case = draw(1, 0, "open")
+    assert run(case, library)[0] == "agree"
+    heavier = case.text.replace("mass = ", "mass = 1", 1)
+    library.load(heavier)
+    load, library.load = library.load, lambda text: []  # the FMU goes on with the heavier model
+    try:
+        assert run(case, library)[0] != "agree"
+    finally:
+        library.load = load
+
+
+@pytest.mark.parametrize("scale", [None, 1.0])
+def test_open_scenes_agree(library, scale):
+    assert failures(library, 60, 11, only="open", scale=scale) == []
+
+
+@pytest.mark.slow
+def test_five_thousand_scenes_agree(library):
+    wrong = failures(library, 5000, 14)
+    assert not [line for line in wrong if ": refused: " not in line]
+    assert len(wrong) <= 50
