@@ -82,6 +82,8 @@ KUKA = {0: (0, 128.7117, 14.53612, 0, 0, 0), 0.25: (106.0031, 209.5310, 35.72768
 GRIPPER = {0: (0.8829, 0.1962, 0.04905, 0), 0.25: (0.97437109, 0.22672515, 0.05743535, -0.00513509),
            0.5: (0.54092872, 0.03430231, -0.0107784, -0.03362433), 0.75: (0.14881974, -0.1528396, -0.04680174, -0.0491989),
            1.0: (0.14400208, -0.15029792, -0.03757448, -0.04905)}
+COGNATE = {0.1: (0.6455356, 2.852351, 0.1303739, 0.8883296, 0.8044036, 5.348408, 1.935527, 6.152811, 0.9347775),
+           2: (0.6526682, 2.921310, 0.02455314, 0.8514676, 0.8483982, 5.410234, 1.898665, 6.258632, 0.8729514)}
 CHAIN = (-0.951915321, 0.0272881654, 0.0335482912, 0.0363416993, 0.0423662217, 0.056686452, 0.059042592, 0.098258145, 0.108050947, 0.19301046,
          0.199751007, 0.189162276, -0.083880038, -0.0345895005, 0.041630783, -0.0198704785, 0.00645411735, -0.00161449217, 3.27411193e-4,
          -5.81237964e-5)
@@ -91,6 +93,7 @@ BASE = ("base[1].q", "base[2].q", "base.angle[1]")
 PLANAR = ("crank_joint", "joint2", "joint3")
 HELD = "the motion is extrapolated over 5 ms at a time"
 LOOPS = "the program that it is compared with does not project loops"
+TORN = "ReDySim does not project loops, its tolerance is 1e-4"
 ROUNDED = "the start pose was typed with few digits; here it is closed"
 
 CASES = (
@@ -154,4 +157,8 @@ CASES = (
          (Known("base at the end", BASE, (0.07184241, 0.03819272, 1.036176), 20.0, 6, REDYSIM, why="ReDySim's own error: its seventh digits"),
           Known("base at the end", BASE, (0.07184232258, 0.0381927257, 1.036175915247), 20.0, 6, why=HELD)),
          inputs=motion((0.3803, -0.6198, 1.2867), (-pi / 2,) * 3, 20.0, ("joint1", "joint2", "joint3")), inverse=True),
+    Case("E22 cognate mechanism", "spring in the crank, damped", "cognate", 0.01,
+         (Known("positions at 0.1 s", joints(9, "q"), COGNATE[0.1], 0.1, 6, REDYSIM, why=TORN),
+          Known("positions at 2 s", joints(9, "q"), COGNATE[2], 2.0, 4, REDYSIM, why=TORN),
+          Known("kinetic energy at 0.1 s", ("energy.kinetic",), (26.83689,), 0.1, 4, REDYSIM, why=TORN))),
 )
