@@ -47,7 +47,7 @@ def build(model: Description, model_file: Path, target: Path, show: bool = False
         if show:
             from build_fmu.show.attached import attached_page
 
-            played, reason = attached_page(packed, contents(packed, file, picture, own))
+            played, reason = attached_page(packed, lambda: contents(packed, file, picture, own))
         write_archive(target, contents(packed, file, picture, libraries, played))
     return Built(packed, reason, how)
 

@@ -17,6 +17,7 @@ ELEVATION, AZIMUTH = 22, -58  # degrees, where a spatial mechanism is seen from
 VIEW = np.array([f(np.radians(AZIMUTH)) * np.cos(np.radians(ELEVATION)) for f in (np.cos, np.sin)] + [np.sin(np.radians(ELEVATION))])
 NAMES_END = (0.9, 0.68)  # of the width of a flat and a spatial picture: names of points further right stand left of them
 NAMED_LINKS = 12  # beyond this many links names would only cover each other
+SHAPED_LINKS = 40  # beyond this many links are thin lines without joints and centers of mass
 
 
 def draw(drawing: dict[str, Any], title: str) -> bytes:
@@ -42,8 +43,11 @@ def mechanism(figure, drawing: dict[str, Any], title: str, caption: str, bounds:
     _ground(scene)
     for path in traces:
         scene.line(path, color=LOOP, lw=1.2, alpha=0.5, zorder=3)
-    for i, link in enumerate(drawing["links"]):
-        _link(scene, drawing["links"], i, link)
+    if len(drawing["links"]) > SHAPED_LINKS:
+        _thin_links(scene, drawing["links"])
+    else:
+        for i, link in enumerate(drawing["links"]):
+            _link(scene, drawing["links"], i, link)
     for loop in drawing.get("loops", []):
         _loop(scene, drawing["links"], loop)
     for spring in drawing.get("springs", []):
@@ -90,6 +94,18 @@ class _Scene:
     def line(self, points, **style) -> None:
         self.points += [np.asarray(p, float) for p in points]
         self.axes.plot(*self.project(points), solid_capstyle="round", **style)
+
+    def lines(self, points: np.ndarray, colours: np.ndarray, width: float, alpha: float, zorder: int) -> None:
+        """Many lines at once; `points` by line, point and coordinate."""
+        from matplotlib.collections import LineCollection
+        from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+        self.points += list(points.reshape(-1, 3))
+        style = {"colors": colours, "linewidths": width, "alpha": alpha, "zorder": zorder, "capstyle": "round"}
+        if self.plane is None:
+            self.axes.add_collection3d(Line3DCollection(points, **style))
+        else:
+            self.axes.add_collection(LineCollection(points[:, :, list(self.plane)], **style))
 
     def mark(self, point, **style) -> None:
         self.points.append(np.asarray(point, float))
@@ -145,10 +161,10 @@ class _Scene:
 
 
 def _link(scene: _Scene, links: list[dict[str, Any]], index: int, link: dict[str, Any]) -> None:
-    origin, many = np.asarray(link["origin"], float), len(links) > 40
+    origin = np.asarray(link["origin"], float)
     base = np.zeros(3) if link["parent"] < 0 else np.asarray(links[link["parent"]]["origin"], float)
     colour = _colour(links, index)
-    width = 2.0 if many else 6.5
+    width = 6.5
     # the body that carries this joint reaches from its own joint to here
     carrier = GROUND if link["parent"] < 0 else _colour(links, link["parent"])
     if np.linalg.norm(origin - base) > 1e-9:
@@ -158,8 +174,6 @@ def _link(scene: _Scene, links: list[dict[str, Any]], index: int, link: dict[str
     if link["mass"] > 0 and np.linalg.norm(com - origin) > 1e-9:
         style = {"lw": width, "alpha": 0.85} if is_tip else {"lw": 1.0, "ls": "-", "alpha": 0.6}
         scene.line([origin, com], color=colour, zorder=5 if is_tip else 6, **style)
-    if many:
-        return
     if link["type"] != "fixed":
         axis = np.asarray(link["rotation"], float)[:, 2] * 0.07 * scene.size
         if link["type"] == "prismatic" or (scene.plane is None and link["type"] == "revolute"):
@@ -175,6 +189,22 @@ def _link(scene: _Scene, links: list[dict[str, Any]], index: int, link: dict[str
         scene.text(origin, ", ".join(dict.fromkeys(links[i]["name"].partition("[")[0] for i in here)))
 
 
+def _thin_links(scene: _Scene, links: list[dict[str, Any]]) -> None:
+    """As _link draws them, without joints, centers of mass and names."""
+    origin, com = (np.array([link[key] for link in links], float) for key in ("origin", "com"))
+    parent, mass = np.array([link["parent"] for link in links]), np.array([link["mass"] for link in links])
+    colours = _colours(len(links))
+    base = np.where(parent[:, None] < 0, 0, origin[parent])
+    is_tip = ~np.isin(np.arange(len(links)), parent)
+    long, out = np.linalg.norm(origin - base, axis=1) > 1e-9, (mass > 0) & (np.linalg.norm(com - origin, axis=1) > 1e-9)
+    if (foot := long & (parent < 0)).any():
+        scene.lines(np.stack([base, origin], 1)[foot], np.full(foot.sum(), GROUND), 1.2, 0.85, 5)
+    for chosen, ends, colour, width, alpha, zorder in ((long & (parent >= 0), base, colours[parent], 2.0, 0.85, 5),
+                                                       (out & is_tip, com, colours, 2.0, 0.85, 5), (out & ~is_tip, com, colours, 1.0, 0.6, 6)):
+        if chosen.any():
+            scene.lines(np.stack([ends, origin], 1)[chosen], colour[chosen], width, alpha, zorder)
+
+
 def _loop(scene: _Scene, links: list[dict[str, Any]], loop: dict[str, Any]) -> None:
     """A cut joint: both links reach to their points, a ring marks the cut, dots bridge a gap."""
     for side in ("a", "b"):
@@ -182,7 +212,7 @@ def _loop(scene: _Scene, links: list[dict[str, Any]], loop: dict[str, Any]) -> N
         # links by name; ground is none of them
         for index in (i for i, link in enumerate(links) if link["name"] == loop[f"link_{side}"]):
             origin = np.asarray(links[index]["origin"], float)
-            scene.line([origin, point], color=_colour(links, index), lw=6.5 if len(links) <= 40 else 2.0, alpha=0.85, zorder=5)
+            scene.line([origin, point], color=_colour(links, index), lw=6.5 if len(links) <= SHAPED_LINKS else 2.0, alpha=0.85, zorder=5)
     scene.line([loop["point_a"], loop["point_b"]], color=LOOP, lw=1.2, ls=":", zorder=13)
     scene.mark(loop["point_a"], marker="o", ms=11, mfc="none", mec=LOOP, mew=1.8, zorder=15)
 
@@ -198,10 +228,14 @@ def _ground(scene: _Scene) -> None:
         scene.axes.text(*where, "xyz"[i], color=AXIS_COLOURS[i], fontsize=8, ha="center", va="center", zorder=30)
 
 
-def _colour(links: list[dict[str, Any]], index: int):
+def _colours(count: int) -> np.ndarray:
     from matplotlib import colormaps
 
-    return colormaps["viridis"](0.12 + 0.75 * index / max(1, len(links) - 1))
+    return colormaps["viridis"](0.12 + 0.75 * np.arange(count) / max(1, count - 1))
+
+
+def _colour(links: list[dict[str, Any]], index: int):
+    return tuple(_colours(len(links))[index])
 
 
 def _ticks(share: float):

@@ -11,6 +11,8 @@ from build_fmu.errors import UserError
 from build_fmu.session import Session
 from build_fmu.simulate import Result
 
+MOST_LINKS_IN_TABLE = 200  # beyond this many plain lines: a table of 3 000 rows takes seconds
+
 
 def write_csv(path: Path, result: Result) -> None:
     """Writes `time` (s) and the outputs in SI units, 17 significant digits: each number reads back exactly."""
@@ -58,21 +60,35 @@ def final_values(session: Session, result: Result):
     return table
 
 
+def _aligned(rows: Sequence[tuple[str, ...]]) -> list[str]:
+    """Lines of plain columns."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+
+
 def model_summary(model: Description, file: Path):
     """Returns the rich tables of `check`: the mechanism, then the counts of what the FMU shows."""
     from rich import box
     from rich.console import Group
     from rich.markup import escape
     from rich.table import Table
+    from rich.text import Text
 
     links = model.drawing["links"]
-    mechanism = Table(box=box.SIMPLE_HEAD, title=f"{escape(model.model_name)} ({escape(str(file))})", title_justify="left")
-    for head, justify in (("link", "left"), ("on", "left"), ("joint", "left"), ("mass [kg]", "right"), ("origin [m]", "right")):
-        mechanism.add_column(escape(head), justify=justify)
+    title, heads = f"{escape(model.model_name)} ({escape(str(file))})", ("link", "on", "joint", "mass [kg]", "origin [m]")
+    rows = []
     for link in links:
         parent = "ground" if link["parent"] < 0 else links[link["parent"]]["name"]
         origin = "  ".join(f"{x + 0.0:.4g}" for x in (round(v, 12) for v in link["origin"]))
-        mechanism.add_row(escape(link["name"]), escape(parent), link["type"], f"{link['mass']:.6g}", origin)
+        rows.append((link["name"], parent, link["type"], f"{link['mass']:.6g}", origin))
+    if len(rows) > MOST_LINKS_IN_TABLE:
+        mechanism = Text.from_markup(f"[i]{title}[/i]\n\n").append("\n".join(_aligned([heads, *rows])))
+    else:
+        mechanism = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left")
+        for head, justify in zip(heads, ("left", "left", "left", "right", "right"), strict=True):
+            mechanism.add_column(escape(head), justify=justify)
+        for row in rows:
+            mechanism.add_row(*map(escape, row))
     facts = Table(box=None, show_header=False, padding=(0, 2, 0, 1))
     moving = sum(link["type"] != "fixed" for link in links)
     counts = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -22,15 +22,15 @@ MOST_STEPS = 20_000  # of the solver: what takes more of them is too long for a 
 SHOWN = ("q", "qd", "angle", "quaternion", "kinetic", "potential", "total", "gap", "steps")
 
 
-def attached_page(model: Description, entries: Sequence[Entry]) -> tuple[bytes | None, str]:
-    """Returns the page, or None and what a user should know about it. Equal entries give an equal page on one machine."""
+def attached_page(model: Description, entries: Callable[[], Sequence[Entry]]) -> tuple[bytes | None, str]:
+    """Returns the page, or None and what a user should know about it; asks for the FMU's entries where it runs them. Equal entries give an equal page on one machine."""
     if len(model.drawing["links"]) > MOST_LINKS:
         return None, f"it has more than {MOST_LINKS} links"
     span = model.default_experiment.get("stop_time", 1.0)
     step = span / PICTURES
     with TemporaryDirectory() as folder:
         fmu = Path(folder) / "model.fmu"
-        write_archive(fmu, entries)
+        write_archive(fmu, entries())
         try:
             with Session(fmu) as session:
                 names = [name for name in select_outputs(session, ()) if name.rpartition(".")[2].partition("[")[0] in SHOWN]

@@ -1,7 +1,5 @@
 #include "fmi/dependencies.hpp"
 
-#include <functional>
-
 namespace redysim {
 namespace {
 
@@ -14,20 +12,21 @@ class Components {
     for (std::size_t i = 0; i < leader_.size(); ++i) join(static_cast<int>(i), plan.joints[i].parent);
     for (const auto& spring : plan.springs) join(spring.body_a, spring.body_b);
     for (const auto& loop : plan.loops) join(loop.body_a, loop.body_b);
+    for (std::size_t i = 0; i < leader_.size(); ++i) leader_[i] = leader_of(static_cast<int>(i));
     for (const auto& loop : plan.loops)
       for (int body : {loop.body_a, loop.body_b})
         if (body != ground) closed_[of(body)] = 1;
   }
-  int of(int joint) const {
-    if (joint == ground) return ground;
-    while (leader_[joint] != joint) joint = leader_[joint];
-    return joint;
-  }
+  int of(int joint) const { return joint == ground ? ground : leader_[joint]; }
   bool has_loops(int component) const { return closed_[component]; }
 
  private:
+  int leader_of(int joint) const {
+    while (leader_[joint] != joint) joint = leader_[joint];
+    return joint;
+  }
   void join(int a, int b) {
-    if (a != ground && b != ground) leader_[of(a)] = of(b);
+    if (a != ground && b != ground) leader_[leader_of(a)] = leader_of(b);
   }
   std::vector<int> leader_;
   std::vector<char> closed_;  // of leaders
@@ -79,18 +78,32 @@ bool acts_on_potential(const Variable& known) {
          is_spring(known.role);
 }
 
-using Rule = std::function<bool(const Variable& unknown, const Variable& known)>;
+// A row that lists more says "all": descriptions grow with the number of variables, not with its square.
+constexpr std::size_t longest_list = 500;
 
-std::vector<Dependencies> collect(const VariableTable& table, const Rule& depends) {
+// Nothing depends on the settings of the solver.
+bool may_matter(const Variable& known, bool initial) {
+  if (known.causality == Causality::input) return true;
+  return initial && known.causality == Causality::parameter && known.role != Role::method &&
+         known.role != Role::rtol && known.role != Role::atol && known.role != Role::max_step;
+}
+
+// `depends(unknown, known)` for each output and what may matter to it.
+template <class Rule>
+std::vector<Dependencies> collect(const VariableTable& table, bool initial, const Rule& depends) {
   std::vector<Dependencies> result;
   const auto& all = table.all();
+  std::vector<int> knowns;
+  for (std::size_t k = 0; k < all.size(); ++k)
+    if (may_matter(all[k], initial)) knowns.push_back(static_cast<int>(k));
   for (std::size_t u = 0; u < all.size(); ++u) {
     if (all[u].causality != Causality::output) continue;
     Dependencies row;
     row.unknown = static_cast<int>(u);
-    for (std::size_t k = 0; k < all.size(); ++k)
-      if (all[k].causality != Causality::output && depends(all[u], all[k]))
-        row.knowns.push_back(static_cast<int>(k));
+    for (std::size_t k = 0; k < knowns.size() && row.knowns.size() <= longest_list; ++k)
+      if (depends(all[u], all[knowns[k]])) row.knowns.push_back(knowns[k]);
+    row.all = !knowns.empty() && (row.knowns.size() > longest_list || row.knowns.size() == knowns.size());
+    if (row.all) row.knowns.clear();
     result.push_back(std::move(row));
   }
   return result;
@@ -102,8 +115,7 @@ std::vector<Dependencies> output_dependencies(const VariableTable& table, const 
   const Components components(plan);
   // positions and energies change with time and where a prescribed motion jumps; forces act at once on
   // accelerations
-  return collect(table, [&](const Variable& unknown, const Variable& known) {
-    if (known.causality != Causality::input) return false;
+  return collect(table, false, [&](const Variable& unknown, const Variable& known) {
     const bool motion = known.role == Role::motion_q || known.role == Role::motion_qd;
     const bool together = components.of(unknown.joint) == components.of(known.joint);
     switch (unknown.role) {
@@ -152,7 +164,7 @@ std::vector<Dependencies> initial_dependencies(const VariableTable& table, const
                ? known.role == Role::ball_omega0 && known.element == unknown.element
                : known.role == Role::ball_quaternion0;
   };
-  std::vector<Dependencies> rows = collect(table, [&](const Variable& unknown, const Variable& known) {
+  std::vector<Dependencies> rows = collect(table, true, [&](const Variable& unknown, const Variable& known) {
     switch (unknown.role) {
       case Role::reference_q:
         return known.role == Role::target && known.joint == unknown.joint;

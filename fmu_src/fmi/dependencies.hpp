@@ -8,9 +8,11 @@
 
 namespace redysim {
 
-// Knowns by index into VariableTable::all(). `constant`: each by a constant factor, not merely somehow.
+// Knowns by index into VariableTable::all(). `all`: every known, or too many to list; `knowns` is empty then.
+// `constant`: each by a constant factor, not merely somehow.
 struct Dependencies {
   int unknown = 0;
+  bool all = false;
   std::vector<int> knowns;
   bool constant = false;
 };

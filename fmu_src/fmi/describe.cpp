@@ -185,11 +185,18 @@ void write_structure(Json& json, const char* key, const VariableTable& table,
                      const std::vector<Dependencies>& rows) {
   json.key(key).begin_array();
   for (const Dependencies& row : rows) {
-    json.begin_object().member("name", table.all()[row.unknown].name).key("dependencies").begin_array();
-    for (int known : row.knowns) json.value(table.all()[known].name);
-    json.end_array().key("kinds").begin_array();
-    for (std::size_t i = 0; i < row.knowns.size(); ++i) json.value(row.constant ? "constant" : "dependent");
-    json.end_array().end_object();
+    json.begin_object().member("name", table.all()[row.unknown].name);
+    if (!row.all) {
+      json.key("dependencies").begin_array();
+      for (int known : row.knowns) json.value(table.all()[known].name);
+      json.end_array();
+    }
+    if (row.constant && !row.all) {
+      json.key("kinds").begin_array();
+      for (std::size_t i = 0; i < row.knowns.size(); ++i) json.value("constant");
+      json.end_array();
+    }
+    json.end_object();
   }
   json.end_array();
 }

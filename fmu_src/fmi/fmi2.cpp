@@ -1,5 +1,6 @@
 // The C boundary: every co-simulation function of FMI 2.0, each one line around the instance.
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
@@ -79,15 +80,23 @@ std::string find_model_file(const Log& log, const char* location) {
   std::string tried;
   for (const std::string& folder : folders) {
     const std::string path = folder + "/model.toml";
-    if (std::FILE* file = redysim::open_file(path)) {
+    const char* why = nullptr;
+    if (std::FILE* file = redysim::open_file(path, why)) {
       std::fclose(file);
       log.event("reading '" + path + "'");
       return path;
     }
-    tried += (tried.empty() ? "'" : ", '") + path + "'";
+    tried += (tried.empty() ? "'" : ", '") + path + "' " + why;
   }
-  log.error("fmi2Instantiate: the model file cannot be read; tried " + tried);
+  log.error("fmi2Instantiate: no model file can be read: " + tried);
   return {};
+}
+
+// GUIDs are hexadecimal numbers; tools write them in either case.
+bool is_same_guid(const std::string& own, const std::string& given) {
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
+  return std::equal(own.begin(), own.end(), given.begin(), given.end(),
+                    [lower](char a, char b) { return lower(a) == lower(b); });
 }
 
 // The standard asks for at least one character that is no white space.
@@ -108,7 +117,7 @@ Component* instantiate(const Log& log, fmi2String instance_name, fmi2Type type, 
   redysim::ModelFile file = redysim::read_model_file(path);
   for (const redysim::Diagnostic& warning : file.warnings) log.warning(warning.text());
   std::string own_guid = redysim::fingerprint(file.source);
-  if (!guid || own_guid != guid) {
+  if (!guid || !is_same_guid(own_guid, guid)) {
     log.error("fmi2Instantiate: the GUID " + std::string(guid ? guid : "(null)") + " is not that of '" +
               path + "', " + own_guid + ": description and model file do not belong together");
     return nullptr;

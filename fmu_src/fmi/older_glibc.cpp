@@ -9,6 +9,7 @@
 #include <elf.h>
 #include <link.h>
 #include <sched.h>
+#include <sys/stat.h>
 
 #include <cstdint>
 
@@ -18,6 +19,8 @@ REDYSIM_FIRST_VERSION(exp);
 REDYSIM_FIRST_VERSION(log);
 REDYSIM_FIRST_VERSION(pow);
 REDYSIM_FIRST_VERSION(hypot);
+// what fstat was made of before 2.33
+REDYSIM_FIRST_VERSION(__fxstat);
 
 #define REDYSIM_OURS(name) __asm__(#name) __attribute__((visibility("hidden")))
 
@@ -27,6 +30,7 @@ double redysim_exp(double);
 double redysim_log(double);
 double redysim_pow(double, double);
 double redysim_hypot(double, double);
+int redysim___fxstat(int version, int descriptor, struct stat* status);
 
 double our_exp(double x) REDYSIM_OURS(exp);
 double our_log(double x) REDYSIM_OURS(log);
@@ -37,6 +41,9 @@ double our_exp(double x) { return redysim_exp(x); }
 double our_log(double x) { return redysim_log(x); }
 double our_pow(double x, double y) { return redysim_pow(x, y); }
 double our_hypot(double x, double y) { return redysim_hypot(x, y); }
+
+int our_fstat(int descriptor, struct stat* status) REDYSIM_OURS(fstat);
+int our_fstat(int descriptor, struct stat* status) { return redysim___fxstat(1, descriptor, status); }
 
 // libstdc++ counts references without atomics when this says so (2.32); atomics are always right
 extern char our_single_threaded REDYSIM_OURS(__libc_single_threaded);

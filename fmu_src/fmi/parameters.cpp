@@ -103,12 +103,10 @@ std::string method_names() {
 
 std::string objection(const Variable& variable, double value) {
   if (!std::isfinite(value)) return variable.name + " must be a finite number, got " + shown(value);
-  if (value < variable.min)
-    return variable.name + " must be >= " + shown(variable.min) + ", got " + shown(value);
+  const std::string why = below(variable.min, value);
+  if (!why.empty()) return variable.name + " " + why;
   if (value > variable.max)
     return variable.name + " must be <= " + shown(variable.max) + ", got " + shown(value);
-  if (value == variable.min && !variable.min_is_legal)
-    return variable.name + " must be > " + shown(variable.min) + ", got " + shown(value);
   return {};
 }
 

@@ -1,5 +1,7 @@
 #include "fmi/presentation.hpp"
 
+#include "fmi/parameters.hpp"
+
 namespace redysim {
 namespace {
 
@@ -29,6 +31,7 @@ constexpr Unit second_per_radian{"s/rad", 0, 0, 1, -1};
 constexpr Unit second_per_metre{"s/m", 0, -1, 1, 0};
 
 constexpr const char* axes[] = {"x", "y", "z"};
+constexpr const char* quaternion_components[] = {"w", "x", "y", "z"};
 constexpr const char* inertia_entries[] = {"Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"};
 
 Presentation of_joint(const Joint& joint, Role role) {
@@ -46,9 +49,14 @@ Presentation of_joint(const Joint& joint, Role role) {
       return turns ? Presentation{&radian_per_second, "AngularVelocity", "Reference angular velocity" + at}
                    : Presentation{&metre_per_second, "Velocity", "Reference velocity" + at};
     case Role::tau:
-    case Role::motion_tau:
-      return turns ? Presentation{&newton_metre, "Torque", "Drive torque" + at}
-                   : Presentation{&newton, "Force", "Drive force" + at};
+    case Role::motion_tau: {
+      const std::string what = turns ? "torque" : "force";
+      const std::string text = role == Role::tau || joint.drive == Drive::torque ? "Drive " + what + at
+                               : joint.drive == Drive::locked
+                                   ? "Holding " + what + at + " (locked)"
+                                   : "Drive " + what + at + " for the prescribed motion";
+      return turns ? Presentation{&newton_metre, "Torque", text} : Presentation{&newton, "Force", text};
+    }
     case Role::motion_q:
       return turns ? Presentation{&radian, "Angle", "Prescribed angle" + at}
                    : Presentation{&metre, "Position", "Prescribed displacement" + at};
@@ -79,17 +87,17 @@ Presentation of_joint(const Joint& joint, Role role) {
     case Role::stiffness:
       return {turns ? &torsional_stiffness : &linear_stiffness, "Stiffness", "Spring stiffness" + at};
     case Role::rest:
-      return turns ? Presentation{&radian, "Angle", "Angle without spring torque" + at}
-                   : Presentation{&metre, "Position", "Displacement without spring force" + at};
+      return turns ? Presentation{&radian, "Angle", "Angle of zero spring torque" + at}
+                   : Presentation{&metre, "Position", "Displacement of zero spring force" + at};
     case Role::friction:
-      return turns ? Presentation{&newton_metre, "Torque", "Dry friction" + at}
-                   : Presentation{&newton, "Force", "Dry friction" + at};
+      return turns ? Presentation{&newton_metre, "Torque", "Sliding friction" + at}
+                   : Presentation{&newton, "Force", "Sliding friction" + at};
     case Role::static_friction:
-      return turns ? Presentation{&newton_metre, "Torque", "Largest dry friction" + at}
-                   : Presentation{&newton, "Force", "Largest dry friction" + at};
+      return turns ? Presentation{&newton_metre, "Torque", "Maximum friction" + at}
+                   : Presentation{&newton, "Force", "Maximum friction" + at};
     case Role::friction_velocity:
-      return turns ? Presentation{&radian_per_second, "AngularVelocity", "Speed of the largest friction" + at}
-                   : Presentation{&metre_per_second, "Velocity", "Speed of the largest friction" + at};
+      return turns ? Presentation{&radian_per_second, "AngularVelocity", "Velocity of maximum friction" + at}
+                   : Presentation{&metre_per_second, "Velocity", "Velocity of maximum friction" + at};
     case Role::lower:
     case Role::upper: {
       const std::string which = role == Role::lower ? "Lower stop" : "Upper stop";
@@ -100,13 +108,14 @@ Presentation of_joint(const Joint& joint, Role role) {
       return {turns ? &torsional_stiffness : &linear_stiffness, "Stiffness", "Stiffness of the stops" + at};
     case Role::stop_damping:
       return {turns ? &second_per_radian : &second_per_metre, nullptr,
-              "Damping of the stops" + at + ", relative growth of their force with speed"};
+              "Damping of the stops" + at + ", relative increase of their force per velocity"};
     case Role::stop_width:
-      return turns ? Presentation{&radian, "Angle", "Depth of full stiffness in the stops" + at}
-                   : Presentation{&metre, "Length", "Depth of full stiffness in the stops" + at};
+      return {turns ? &radian : &metre, turns ? "Angle" : "Length",
+              "Penetration depth at which the stops" + at + " reach full stiffness"};
     default:  // armature
-      return turns ? Presentation{&kilogram_metre2, "MomentOfInertia", "Rotor inertia" + at}
-                   : Presentation{&kilogram, "Mass", "Moving mass of the drive" + at};
+      return turns ? Presentation{&kilogram_metre2, "MomentOfInertia",
+                                  "Armature (reflected rotor inertia)" + at}
+                   : Presentation{&kilogram, "Mass", "Armature (reflected mass of the drive)" + at};
   }
 }
 
@@ -124,7 +133,6 @@ Presentation of_gain(const Joint& joint, Role role, Law law) {
 Presentation of_ball(const Ball& ball, const Variable& variable) {
   const std::string at = " of joint '" + ball.name + "'";
   const std::string along = std::string(", ") + axes[variable.element % 3] + " in link axes";
-  static constexpr const char* quaternion[] = {"w", "x", "y", "z"};
   static constexpr const char* turns[] = {"z", "x", "y"};
   switch (variable.role) {
     case Role::ball_tau:
@@ -133,7 +141,7 @@ Presentation of_ball(const Ball& ball, const Variable& variable) {
     case Role::ball_quaternion0:
       return {nullptr, nullptr,
               std::string(variable.role == Role::ball_quaternion ? "Orientation" : "Start orientation") + at +
-                  ", quaternion part " + quaternion[variable.element]};
+                  ", quaternion component " + quaternion_components[variable.element]};
     case Role::ball_omega:
       return {&radian_per_second, "AngularVelocity", "Angular velocity" + at + along};
     case Role::ball_omega0:
@@ -142,25 +150,27 @@ Presentation of_ball(const Ball& ball, const Variable& variable) {
       return {&radian_per_second2, "AngularAcceleration", "Angular acceleration" + at + along};
     default:  // ball_angle
       return {&radian, "Angle",
-              std::string("Angle about ") + turns[variable.element] + at + ", turned in the order z, x, y"};
+              std::string("Angle about ") + turns[variable.element] + at + ", rotation order z, x, y"};
   }
 }
 
 Presentation of_frame(const Frame& frame, const Variable& variable) {
   const std::string at = " of frame '" + frame.name + "'";
   const std::string along = std::string(", ") + axes[variable.element % 3] + " in the ";
-  const std::string port_axes = frame.port == Frame::Port::frame_axes ? "frame's axes" : "ground axes";
-  static constexpr const char* quaternion[] = {"w", "x", "y", "z"};
+  const std::string port_axes = frame.port == Frame::Port::frame_axes ? "frame's axes" : "ground frame";
   switch (variable.role) {
     case Role::frame_position:
-      return {&metre, "Position", "Position" + at + along + "ground frame"};
+      return {&metre, "Position", "Position of the origin" + at + along + "ground frame"};
     case Role::frame_quaternion:
       return {nullptr, nullptr,
-              "Orientation" + at + ", quaternion part " + quaternion[variable.element] + ", w >= 0"};
+              "Orientation" + at + ", quaternion component " + quaternion_components[variable.element] +
+                  (variable.element == 0 ? ", never negative" : "")};
     case Role::frame_rotation:
-      return {nullptr, nullptr, "Rotation matrix" + at + ", columns are its axes in the ground frame"};
+      return {nullptr, nullptr,
+              std::string("Rotation matrix: ") + axes[variable.element % 3] + " axis" + at + ", " +
+                  axes[variable.element / 3] + " in the ground frame"};
     case Role::frame_velocity:
-      return {&metre_per_second, "Velocity", "Velocity" + at + along + "ground frame"};
+      return {&metre_per_second, "Velocity", "Velocity of the origin" + at + along + "ground frame"};
     case Role::frame_angular_velocity:
       return {&radian_per_second, "AngularVelocity", "Angular velocity" + at + along + "ground frame"};
     case Role::port_torque:
@@ -176,12 +186,12 @@ Presentation of_loop(const Loop& loop, const Variable& variable) {
   const bool points_alone = loop.type == LoopType::point || loop.type == LoopType::spherical;
   if (variable.role == Role::gap)
     return {points_alone ? &metre : nullptr, points_alone ? "Length" : nullptr,
-            std::string("What is open") + of + (points_alone ? "" : ", m and rad together")};
+            "Constraint violation" + of + (points_alone ? "" : ", norm over its rows in m and rad")};
   const bool slides = loop.type == LoopType::prismatic || loop.type == LoopType::cylindrical;
   const bool is_force = loop.type == LoopType::point || variable.element < (slides ? 2 : 3);
-  const std::string number = " multiplier " + std::to_string(variable.element + 1);
-  return is_force ? Presentation{&newton, "Force", "Constraint force," + number + of}
-                  : Presentation{&newton_metre, "Torque", "Constraint moment," + number + of};
+  const std::string number = " (multiplier " + std::to_string(variable.element + 1) + ")" + of;
+  return is_force ? Presentation{&newton, "Force", "Constraint force" + number}
+                  : Presentation{&newton_metre, "Torque", "Constraint moment" + number};
 }
 
 }  // namespace
@@ -200,6 +210,11 @@ Presentation presentation(const Model& model, const Variable& variable) {
                 " in the ground frame"};
   if (variable.frame >= 0) return of_frame(model.frames[variable.frame], variable);
   switch (variable.role) {
+    case Role::tau: {
+      Presentation tau = of_joint(model.links[variable.link].joint, Role::tau);
+      if (controlled_joint(model, variable.link)) tau.description += ", added to the controller's";
+      return tau;
+    }
     case Role::kp:
     case Role::kd:
       return of_gain(model.links[variable.link].joint, variable.role, model.controller.law);
@@ -210,30 +225,31 @@ Presentation presentation(const Model& model, const Variable& variable) {
               std::string("Center of mass") + of_link + ", " + axes[variable.element] + " in the link frame"};
     case Role::inertia:
       return {&kilogram_metre2, "MomentOfInertia",
-              std::string("Inertia ") + inertia_entries[variable.element] + of_link +
+              std::string("Inertia matrix entry ") + inertia_entries[variable.element] + of_link +
                   " about its center of mass, link axes"};
     case Role::gravity:
       return {&metre_per_second2, "Acceleration",
-              std::string("Gravity, ") + axes[variable.element] + " in the ground frame"};
+              std::string("Gravitational acceleration, ") + axes[variable.element] + " in the ground frame"};
     case Role::rtol:
       return {nullptr, nullptr, "Relative tolerance of the solver"};
     case Role::atol:
-      return {nullptr, nullptr, "Absolute tolerance of the solver, in the state's own units"};
+      return {nullptr, nullptr, "Absolute tolerance of the solver, in units of each state"};
     case Role::max_step:
-      return {&second, "Time", "Largest internal step; 0: no bound"};
+      return {&second, "Time", "Maximum internal step size (0: unlimited)"};
     case Role::method:
       return {nullptr, nullptr,
-              "Solver: erk, dirk (Runge-Kutta, explicit and implicit), adams, bdf (multistep), auto"};
+              "Integration method: erk, dirk (explicit, implicit Runge-Kutta), adams, bdf (multistep), auto"};
     case Role::kinetic_energy:
-      return {&joule, "Energy", "Kinetic energy"};
+      return {&joule, "Energy", "Kinetic energy of links and armatures"};
     case Role::potential_energy:
       return {&joule, "Energy", "Potential energy of gravity, springs and stops"};
     case Role::total_energy:
-      return {&joule, "Energy", "Kinetic and potential energy"};
+      return {&joule, "Energy", "Sum of kinetic and potential energy"};
     case Role::work:
-      return {&joule, "Energy", "Work of drives, dampers and friction since the start"};
+      return {&joule, "Energy", "Work of drives, ports, dampers and friction since the start"};
     case Role::energy_balance:
-      return {&joule, "Energy", "Energy minus work since the start: 0 but for numerical errors"};
+      return {&joule, "Energy",
+              "Energy balance error: change of total energy minus work (zero in exact arithmetic)"};
     case Role::steps:
       return {nullptr, nullptr, "Accepted internal steps"};
     case Role::rejected:
@@ -241,9 +257,9 @@ Presentation presentation(const Model& model, const Variable& variable) {
     case Role::rhs_evaluations:
       return {nullptr, nullptr, "Evaluations of the equations of motion by the solver"};
     case Role::error_estimate:
-      return {nullptr, nullptr, "Estimated error of the last internal step; 1: the tolerance"};
+      return {nullptr, nullptr, "Estimated error of the last internal step relative to the tolerance"};
     case Role::active_method:
-      return {nullptr, nullptr, "Method that auto uses now: 1 erk, 2 adams, 3 dirk, 4 bdf"};
+      return {nullptr, nullptr, "Method that auto uses now: 1 erk, 2 adams, 3 dirk, 4 bdf, 0 none"};
     default:
       return of_joint(model.links[variable.link].joint, variable.role);
   }

@@ -1,10 +1,13 @@
 #include "fmi/variables.hpp"
 
+#include <map>
+#include <set>
 #include <utility>
 
 #include "fmi/parameters.hpp"
 #include "model/loop_rows_of.hpp"
 #include "model/model_error.hpp"
+#include "model/number.hpp"
 
 namespace redysim {
 namespace {
@@ -155,8 +158,7 @@ bool is_of_joint(Role role) {
 void set_bounds(Variable& variable) {
   switch (variable.role) {
     case Role::rtol:
-      variable.min = 0;
-      variable.min_is_legal = false;
+      variable.min = minimum_positive;
       variable.max = 0.1;
       return;
     case Role::atol:
@@ -184,8 +186,7 @@ void set_bounds(Variable& variable) {
       return;
     case Role::friction_velocity:
     case Role::stop_width:
-      variable.min = 0;
-      variable.min_is_legal = false;
+      variable.min = minimum_positive;
       return;
     case Role::inertia:
       if (variable.element < 3) variable.min = 0;  // the moments; products have either sign
@@ -195,7 +196,7 @@ void set_bounds(Variable& variable) {
   }
 }
 
-// One parsed entry of model.fmu.tunable: "gravity[2]", "elbow.damping", "link3.com".
+// One parsed entry of model.fmu.tunable: "gravity[2]", "elbow.damping", "hand[1].damping", "link3.com".
 struct Tunable {
   bool found = false;
   Role role = Role::gravity;
@@ -203,39 +204,49 @@ struct Tunable {
   int element = -1;  // -1: all
 };
 
-Tunable parse_tunable(const Model& model, const std::string& text) {
-  Tunable result;
-  std::string name = text;
-  // the element in brackets counts from 1
-  const std::size_t bracket = name.find('[');
-  if (bracket != std::string::npos) {
-    if (name.size() != bracket + 3 || name.back() != ']') return result;
-    result.element = name[bracket + 1] - '1';
-    name.resize(bracket);
-  }
-  if (name == "gravity") {
-    result.found = true;
-  } else {
-    const std::size_t dot = name.rfind('.');
-    if (dot == std::string::npos) return result;
-    const std::string owner = name.substr(0, dot), field = name.substr(dot + 1);
-    for (const RoleRow& row : role_rows) {
-      const Role role = row.role;
-      const bool tunable = is_of_joint(role) || is_of_link(role);
-      if (!tunable || row.field != field) continue;
-      for (std::size_t i = 0; i < model.links.size(); ++i) {
-        const Link& link = model.links[i];
-        if ((is_of_joint(role) ? link.joint.name : link.name) != owner) continue;
-        if (is_of_controller(role) && !controlled_joint(model, static_cast<int>(i))) continue;
-        result.found = true;
-        result.role = role;
-        result.link = static_cast<int>(i);
-      }
+// Links by their own names and those of their joints.
+struct LinkNames {
+  explicit LinkNames(const Model& model) {
+    for (std::size_t i = 0; i < model.links.size(); ++i) {
+      links[model.links[i].name] = static_cast<int>(i);
+      joints[model.links[i].joint.name] = static_cast<int>(i);
     }
   }
+  std::map<std::string, int> links, joints;
+};
+
+// "elbow.damping": a parameter of a link, its joint or the joint's controller.
+void find_parameter(const Model& model, const LinkNames& names, const std::string& name, Tunable& result) {
+  const std::size_t dot = name.rfind('.');
+  if (dot == std::string::npos) return;
+  const std::string owner = name.substr(0, dot), field = name.substr(dot + 1);
+  for (const RoleRow& row : role_rows) {
+    if (!(is_of_joint(row.role) || is_of_link(row.role)) || row.field != field) continue;
+    const std::map<std::string, int>& owners = is_of_joint(row.role) ? names.joints : names.links;
+    const auto found = owners.find(owner);
+    if (found == owners.end()) continue;
+    if (is_of_controller(row.role) && !controlled_joint(model, found->second)) continue;
+    result.found = true;
+    result.role = row.role;
+    result.link = found->second;
+  }
+}
+
+Tunable parse_tunable(const Model& model, const LinkNames& names, const std::string& text) {
+  Tunable result;
+  std::string name = text;
+  // the element in brackets at the end counts from 1
+  const bool one = name.size() > 3 && name.back() == ']' && name[name.size() - 3] == '[';
+  if (one) {
+    result.element = name[name.size() - 2] - '1';
+    name.resize(name.size() - 3);
+  }
+  if (name == "gravity")
+    result.found = true;
+  else
+    find_parameter(model, names, name, result);
   const int count = elements(result.role);
-  if (bracket != std::string::npos && (count == 1 || result.element < 0 || result.element >= count))
-    result.found = false;
+  if (one && (count == 1 || result.element < 0 || result.element >= count)) result.found = false;
   return result;
 }
 
@@ -277,7 +288,7 @@ VariableTable::VariableTable(const Model& model, const Plan<double>& plan) {
   add_of_joints(model, plan, Role::qd0);
   add_of_balls(model, plan, Role::ball_quaternion0);
   add_of_balls(model, plan, Role::ball_omega0);
-  for (const std::string& name : model.fmu.tunable) add_tunable(model, plan, name);
+  add_tunable(model, plan);
   for (Role role : {Role::method, Role::rtol, Role::atol, Role::max_step}) add_of_model(role);
 }
 
@@ -383,27 +394,29 @@ void VariableTable::add_of_loops(const Model& model, const Plan<double>& plan) {
 
 void VariableTable::add_of_model(Role role) { add(make(role)); }
 
-void VariableTable::add_tunable(const Model& model, const Plan<double>& plan, const std::string& name) {
-  const Tunable tunable = parse_tunable(model, name);
-  if (!tunable.found)
-    throw ModelError(ModelError::Reason::invalid,
-                     {{model.name, 0, 0, "tunable '" + name + "': the model has no such parameter"}});
-  for (int element = 0; element < elements(tunable.role); ++element) {
-    if (tunable.element >= 0 && element != tunable.element) continue;
-    Variable variable = make(tunable.role);
-    variable.link = tunable.link;
-    variable.element = element;
-    for (std::size_t i = 0; i < plan.joints.size(); ++i)
-      if (is_of_joint(variable.role) && plan.joints[i].link == tunable.link)
-        variable.joint = static_cast<int>(i);
-    if (tunable.role != Role::gravity) {
-      const Link& link = model.links[tunable.link];
-      variable.name = (is_of_joint(tunable.role) ? link.joint.name : link.name) + "." + variable.name;
+void VariableTable::add_tunable(const Model& model, const Plan<double>& plan) {
+  const LinkNames names(model);
+  std::vector<int> joint_of(model.links.size(), -1);
+  for (std::size_t i = 0; i < plan.joints.size(); ++i) joint_of[plan.joints[i].link] = static_cast<int>(i);
+  std::set<std::string> added;  // a list may name "arm.com" and "arm.com[1]"
+  for (const std::string& name : model.fmu.tunable) {
+    const Tunable tunable = parse_tunable(model, names, name);
+    if (!tunable.found)
+      throw ModelError(ModelError::Reason::invalid,
+                       {{model.name, 0, 0, "tunable '" + name + "': the model has no such parameter"}});
+    for (int element = 0; element < elements(tunable.role); ++element) {
+      if (tunable.element >= 0 && element != tunable.element) continue;
+      Variable variable = make(tunable.role);
+      variable.link = tunable.link;
+      variable.element = element;
+      if (is_of_joint(tunable.role)) variable.joint = joint_of[tunable.link];
+      if (tunable.role != Role::gravity) {
+        const Link& link = model.links[tunable.link];
+        variable.name = (is_of_joint(tunable.role) ? link.joint.name : link.name) + "." + variable.name;
+      }
+      if (elements(tunable.role) > 1) variable.name += "[" + std::to_string(element + 1) + "]";
+      if (added.insert(variable.name).second) add(std::move(variable));
     }
-    if (elements(tunable.role) > 1) variable.name += "[" + std::to_string(element + 1) + "]";
-    bool known = false;  // a list may name "arm.com" and "arm.com[1]"
-    for (const Variable& other : all_) known = known || other.name == variable.name;
-    if (!known) add(std::move(variable));
   }
 }
 

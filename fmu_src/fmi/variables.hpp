@@ -99,7 +99,6 @@ struct Variable {
   unsigned value_reference = 0;  // unique in its type
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
-  bool min_is_legal = true;  // false: values must lie above min
 };
 
 class VariableTable {
@@ -122,7 +121,7 @@ class VariableTable {
   void add_array_of_model(Role role, int count);
   void add_of_frames(const Model& model, const Plan<double>& plan);
   void add_of_loops(const Model& model, const Plan<double>& plan);
-  void add_tunable(const Model& model, const Plan<double>& plan, const std::string& name);
+  void add_tunable(const Model& model, const Plan<double>& plan);
   const Variable* find(const std::vector<int>& index, unsigned reference) const {
     return reference < index.size() ? &all_[index[reference]] : nullptr;
   }

@@ -1,7 +1,5 @@
 #include "model/model_file.hpp"
 
-#include <cstdio>
-
 #include "model/compound_joint.hpp"
 #include "model/controller_reader.hpp"
 #include "model/frame_reader.hpp"
@@ -18,15 +16,8 @@ namespace {
 
 std::string read_bytes(const std::string& path) {
   std::string bytes;
-  bool good = false;
-  if (std::FILE* file = open_file(path)) {
-    char block[4096];
-    while (const std::size_t count = std::fread(block, 1, sizeof block, file)) bytes.append(block, count);
-    good = std::ferror(file) == 0;
-    std::fclose(file);
-  }
-  if (!good)
-    throw ModelError(ModelError::Reason::unreadable, {{path, 0, 0, "cannot be read as a model file"}});
+  if (const char* why = read_file(path, bytes))
+    throw ModelError(ModelError::Reason::unreadable, {{path, 0, 0, std::string("the model file ") + why}});
   return bytes;
 }
 

@@ -36,4 +36,12 @@ std::string shown(double number) {
 
 std::string rounded(double number) { return printed(number, 6); }
 
+std::string below(double minimum, double number) {
+  if (number >= minimum) return {};
+  const bool positive = minimum == minimum_positive;
+  std::string bound = positive ? "> 0" : ">= " + shown(minimum);
+  if (positive && number > 0) bound += " and at least " + shown(minimum);
+  return "must be " + bound + ", got " + shown(number);
+}
+
 }  // namespace redysim

@@ -5,7 +5,11 @@
 
 namespace redysim {
 
-// Opens a file to read its bytes; null if that cannot be. The path is UTF-8 on every system.
-std::FILE* open_file(const std::string& path);
+// Opens a regular file to read its bytes. The path is UTF-8 on every system. Null on failure, with the reason
+// in `why`: "does not exist".
+std::FILE* open_file(const std::string& path, const char*& why);
+
+// Appends the content of a regular file to `bytes`; returns why that fails, null if it does not.
+const char* read_file(const std::string& path, std::string& bytes);
 
 }  // namespace redysim

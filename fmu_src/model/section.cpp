@@ -6,6 +6,14 @@
 #include "model/suggest.hpp"
 
 namespace redysim {
+namespace {
+
+double minimum_of(Bound bound) {
+  if (bound == Bound::any) return -std::numeric_limits<double>::infinity();
+  return bound == Bound::positive ? minimum_positive : 0;
+}
+
+}  // namespace
 
 bool is_identifier(const std::string& text) {
   if (text.empty() || ('0' <= text[0] && text[0] <= '9')) return false;
@@ -82,9 +90,9 @@ double Section::number(const std::string& key, double fallback, Bound bound) {
 }
 
 bool Section::within(const std::string& key, double number, Bound bound) {
-  if (bound == Bound::any || number > 0 || (bound == Bound::not_negative && number == 0)) return true;
-  error(key, key + " must be " + (bound == Bound::positive ? "> 0" : ">= 0") + ", got " + shown(number));
-  return false;
+  const std::string why = below(minimum_of(bound), number);
+  if (!why.empty()) error(key, key + " " + why);
+  return why.empty();
 }
 
 bool Section::read_numbers(const std::string& key, const Value& list, std::vector<double>& numbers,
@@ -119,12 +127,12 @@ std::vector<double> Section::numbers_each(const std::string& key, std::size_t co
                             std::to_string(given.size()) + " numbers");
     return each;
   }
-  for (std::size_t k = 0; k < count; ++k)
-    if (bound != Bound::any && (given[k] < 0 || (bound == Bound::positive && given[k] == 0))) {
-      error(value->items[k].place,
-            key + " must be " + (bound == Bound::positive ? "> 0" : ">= 0") + ", got " + shown(given[k]));
-      return each;
-    }
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::string why = below(minimum_of(bound), given[k]);
+    if (why.empty()) continue;
+    error(value->items[k].place, key + " " + why);
+    return each;
+  }
   return given;
 }
 

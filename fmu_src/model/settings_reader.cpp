@@ -53,9 +53,15 @@ void add_indexed(std::vector<std::string>& names, const std::string& array, int 
 std::vector<std::string> tunable_names(const Model& model) {
   std::vector<std::string> names;
   for (const Link& link : model.links) {
-    names.push_back(link.name + ".mass");
-    add_indexed(names, link.name + ".com", 3);
-    add_indexed(names, link.name + ".inertia", 6);
+    // "hand[2]" is a part of a joint of several freedoms and has no body, "hand[z]" a part of a quaternion
+    const std::size_t bracket = link.name.find('[');
+    if (bracket == std::string::npos) {
+      names.push_back(link.name + ".mass");
+      add_indexed(names, link.name + ".com", 3);
+      add_indexed(names, link.name + ".inertia", 6);
+    } else if (link.name[bracket + 1] < '0' || link.name[bracket + 1] > '9') {
+      continue;
+    }
     if (link.joint.type == JointType::fixed) continue;
     for (const JointParameter& parameter : joint_parameters)
       if (parameter.tunable && std::isfinite(link.joint.*parameter.value))

@@ -1,7 +1,6 @@
 #include "model/trajectory_reader.hpp"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "model/motion_table.hpp"
 #include "model/open_file.hpp"
@@ -66,8 +65,8 @@ bool is_file_name(const std::string& name) {
 }
 
 // The table in a file beside the model file; each file is read once.
-bool read_file(Section& section, const std::string& folder, const std::string& joint,
-               std::vector<AttachedFile>& files, MotionTable& table) {
+bool attach(Section& section, const std::string& folder, const std::string& joint,
+            std::vector<AttachedFile>& files, MotionTable& table) {
   const std::string name = section.text("file");
   if (!is_file_name(name)) {
     section.error("file", "file '" + name + "' must be the name of a file in the model file's folder");
@@ -76,17 +75,8 @@ bool read_file(Section& section, const std::string& folder, const std::string& j
   auto file = std::find_if(files.begin(), files.end(), [&name](const auto& f) { return f.name == name; });
   if (file == files.end()) {
     AttachedFile read{name, {}};
-    std::FILE* stream = open_file(folder + name);
-    bool good = stream != nullptr;
-    if (stream) {
-      char block[4096];
-      while (const std::size_t count = std::fread(block, 1, sizeof block, stream))
-        read.bytes.append(block, count);
-      good = std::ferror(stream) == 0;
-      std::fclose(stream);
-    }
-    if (!good) {
-      section.error("file", "file '" + name + "' cannot be read; it must stand beside the model file");
+    if (const char* why = read_file(folder + name, read.bytes)) {
+      section.error("file", "file '" + name + "' " + why + "; it must be a file beside the model file");
       return false;
     }
     file = files.insert(files.end(), std::move(read));
@@ -103,7 +93,7 @@ void read_table(Section& section, double unit, const Joint& joint, const std::st
   if (section.has("file")) {
     for (const char* key : {"time", "q", "qd", "qdd"})
       if (section.has(key)) section.error(key, std::string(key) + " and file cannot stand together");
-    good = read_file(section, folder, joint.name, files, table);
+    good = attach(section, folder, joint.name, files, table);
   } else {
     for (const char* key : {"time", "q"})
       if (!section.has(key)) {

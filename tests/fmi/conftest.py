@@ -61,6 +61,123 @@ tunable = ["pole.mass", "pole.com[1]", "pole.inertia[2]", "pole.inertia[4]", "ti
            "hinge.rest", "hinge.armature", "idle.mass", "gravity[2]"]
 """
 
+# Every kind of variable.
+EVERYTHING = """
+name = "everything"
+gravity = [0, 0, -9.81]
+
+[[link]]
+name = "base"
+joint = "free"
+mass = 5
+inertia = [1, 1.1, 1.2]
+
+[[link]]
+name = "arm"
+parent = "base"
+mass = 1
+com = [0.1, 0, 0]
+inertia = [0.1, 0.1, 0.1]
+friction = 0.1
+static_friction = 0.2
+lower = -1
+upper = 1
+stop_stiffness = 100
+
+[[link]]
+name = "rail"
+parent = "base"
+joint = "prismatic"
+mass = 1
+friction = 0.1
+lower = -1
+upper = 1
+stop_stiffness = 100
+
+[[link]]
+name = "crank"
+parent = "base"
+drive = "motion"
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+
+[[link]]
+name = "ram"
+parent = "base"
+joint = "prismatic"
+drive = "motion"
+mass = 1
+
+[[link]]
+name = "brake"
+parent = "base"
+drive = "locked"
+mass = 1
+com = [0.1, 0, 0]
+
+[[link]]
+name = "cross"
+joint = "universal"
+damping = [0.1, 0.2]
+mass = 1
+com = [0.1, 0.2, 0.3]
+inertia = [0.1, 0.1, 0.1]
+
+[[link]]
+name = "disk"
+joint = "planar"
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+
+[[link]]
+name = "post"
+joint = "fixed"
+mass = 1
+com = [0.1, 0, 0.5]
+
+[[loop]]
+name = "pin"
+type = "revolute"
+link_a = "disk"
+link_b = "ground"
+
+[[loop]]
+name = "guide"
+type = "point"
+link_a = "cross"
+link_b = "ground"
+directions = [[1, 0, 0]]
+
+[[frame]]
+name = "tip"
+link = "arm"
+outputs = ["pose", "velocity", "rotation"]
+port = "ground"
+
+[[frame]]
+name = "tool"
+link = "rail"
+port = "frame"
+
+[controller]
+law = "pd"
+joints = ["rail", "arm"]
+kp = 1
+kd = 1
+input = true
+
+[solver]
+method = "auto"
+
+[fmu]
+outputs = ["acceleration", "energy", "solver", "momentum", "reference"]
+tunable = ["post.mass", "post.com[3]", "gravity[1]", "arm.mass", "arm.com[1]", "arm.inertia[1]", "arm.inertia[4]", "cross[2].damping",
+           TUNABLE]
+"""
+OF_JOINTS = ("damping", "stiffness", "rest", "armature", "friction", "static_friction", "friction_velocity", "lower", "upper",
+             "stop_stiffness", "stop_damping", "stop_width", "kp", "kd", "target")
+OWN = {"cart": CART, "everything": EVERYTHING.replace("TUNABLE", ", ".join(f'"{joint}.{name}"' for joint in ("arm", "rail") for name in OF_JOINTS))}
+
 
 def build_fmu(model: Path, target: Path, *options: str) -> Path:
     run = subprocess.run([sys.executable, "-m", "build_fmu", "build", str(model), "-o", str(target), "--no-show", *options],
@@ -71,7 +188,7 @@ def build_fmu(model: Path, target: Path, *options: str) -> Path:
 
 @pytest.fixture(scope="session")
 def fmu_file(tmp_path_factory):
-    """Returns a function: name of a model in models/, "<model>_inverse" or "cart" -> path of its FMU."""
+    """Returns a function: name of a model in models/, "<model>_inverse" or a scene of ours -> path of its FMU."""
     try:
         native.library()
     except UserError as error:
@@ -81,9 +198,9 @@ def fmu_file(tmp_path_factory):
     def file(name: str) -> Path:
         if name not in built:
             model = ROOT / "models" / f"{name}.toml"
-            if name == "cart":
-                model = folder / "cart.toml"
-                model.write_text(CART)
+            if name in OWN:
+                model = folder / f"{name}.toml"
+                model.write_text(OWN[name])
             inverse = name.endswith("_inverse")
             if inverse:
                 model = ROOT / "models" / f"{name.removesuffix('_inverse')}.toml"

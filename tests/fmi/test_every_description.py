@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import zipfile
 from xml.etree import ElementTree as xml
@@ -9,10 +10,10 @@ from xml.etree import ElementTree as xml
 import pytest
 
 from tests.fmi.conftest import ROOT
-from tests.fmi.raw import OK, Slave
+from tests.fmi.raw import ERROR, OK, Slave
 
 QUICK = ("four_bar", "kuka_kr5_computed_torque", "space_robot", "stick_slip")
-MODELS = [pytest.param(path.stem, marks=[] if path.stem in QUICK else pytest.mark.slow) for path in sorted((ROOT / "models").glob("*.toml"))]
+MODELS = ["everything"] + [pytest.param(path.stem, marks=[] if path.stem in QUICK else pytest.mark.slow) for path in sorted((ROOT / "models").glob("*.toml"))]
 BASE = {"kg", "m", "s", "rad"}
 IDENTIFIER = r"[A-Za-z_]\w*"
 STRUCTURED = re.compile(rf"{IDENTIFIER}(\[\d+(,\d+)*\])?(\.{IDENTIFIER}(\[\d+(,\d+)*\])?)*")
@@ -91,6 +92,23 @@ def test_start_values_are_those_of_the_library(fmu, name):
                 assert slave.get(scalar.get("name")) == (start if scalar[0].tag == "String" else float(start)), scalar.get("name")
 
 
+def test_limits_are_the_smallest_and_the_largest_accepted_values(fmu, name):
+    with Slave(fmu(name)) as slave:
+        for scalar in slave.fmu.xml.iter("ScalarVariable"):
+            if scalar.get("causality") == "output" or scalar[0].tag != "Real":
+                continue
+            for limit, beyond in (("min", -math.inf), ("max", math.inf)):
+                value, variable = scalar[0].get(limit), scalar.get("name")
+                assert slave.set(variable, float(value) if value else math.copysign(1e300, beyond)) == OK, slave.errors
+                if value:
+                    assert slave.set(variable, math.nextafter(float(value), beyond)) == ERROR, f"{variable} below or above {value}"
+
+
+def test_each_description_says_what_no_other_says(description):
+    texts = [scalar.get("description") for scalar in description.iter("ScalarVariable")]
+    assert all(texts) and sorted(set(texts)) == sorted(texts)
+
+
 def test_constant_dependencies_are_constant(fmu, name):
     """What is declared so in InitialUnknowns changes by the same factor whatever the change."""
     with Slave(fmu(name)) as slave:
@@ -98,8 +116,10 @@ def test_constant_dependencies_are_constant(fmu, name):
         assert slave.setup() == OK and slave.call("EnterInitializationMode") == OK
         for row in slave.fmu.xml.findall("ModelStructure/InitialUnknowns/Unknown"):
             unknown = names[int(row.get("index")) - 1]
-            pairs = zip(row.get("dependencies").split(), row.get("dependenciesKind", "").split(), strict=True)
-            for known in (names[int(index) - 1] for index, kind in pairs if kind == "constant"):
+            if "dependenciesKind" not in row.attrib:
+                continue
+            assert set(row.get("dependenciesKind").split()) == {"constant"}
+            for known in (names[int(index) - 1] for index in row.get("dependencies").split()):
                 start, found = slave.get(known), []
                 for change in (0.0, 0.25, 0.5, 1.0):
                     assert slave.set(known, start + change) == OK
@@ -116,7 +136,10 @@ def test_the_structure_is_complete(description):
         rows = description.findall(f"ModelStructure/{group}/Unknown")
         assert [int(row.get("index")) for row in rows] == outputs, "all of them, in order, once"
         for row in rows:
+            if "dependencies" not in row.attrib:  # depends on all
+                assert "dependenciesKind" not in row.attrib
+                continue
             knowns, kinds = row.get("dependencies").split(), row.get("dependenciesKind", "").split()
-            assert len(knowns) == len(kinds) == len(set(knowns)) and set(kinds) <= {"dependent", "constant"}
+            assert len(knowns) == len(set(knowns)) and len(kinds) in (0, len(knowns)) and set(kinds) <= {"constant"}
             causalities = {scalars[int(known) - 1].get("causality") for known in knowns}
             assert causalities <= ({"input"} if group == "Outputs" else {"input", "parameter"})

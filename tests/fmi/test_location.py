@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import urllib.parse
 
 import pytest
 
 from tests.fmi.raw import MODEL_EXCHANGE, OK, Slave, Unpacked
+from tests.fmi.subjects import isolated
 
 FOLDERS = ["plain", "with space", "ü", "a%20b", "100%", "a#b?c", "deep/er/and deeper"]
 
@@ -70,6 +72,27 @@ def test_model_exchange_is_refused(fmu):
     slave = Slave(fmu("pendulum"), kind=MODEL_EXCHANGE)
     assert not slave.component.value
     assert "co-simulation" in slave.errors[0]
+
+
+@pytest.mark.parametrize("spelled", [str.upper, str.title])
+def test_the_guid_is_a_number_in_either_case(fmu, spelled):
+    with Slave(fmu("pendulum"), guid=spelled(fmu("pendulum").guid)) as slave:
+        assert slave.setup() == OK
+
+
+@pytest.mark.parametrize("make", [os.mkfifo, os.mkdir, lambda path: path.symlink_to("/dev/zero")], ids=["pipe", "folder", "device"])
+def test_what_is_no_regular_file_is_refused_at_once(fmu_file, tmp_path, make):
+    fmu = Unpacked(fmu_file("pendulum"), tmp_path / "fmu")
+    model = fmu.folder / "resources" / "model.toml"
+    model.unlink()
+    make(model)
+
+    def refuse():
+        slave = Slave(fmu)
+        assert not slave.component.value and len(slave.errors) == 1
+        assert "model.toml' is not a regular file" in slave.errors[0]
+
+    isolated(refuse)
 
 
 def test_no_callbacks_at_all(fmu):

@@ -86,3 +86,43 @@ def test_a_refused_value_gives_the_fmus_own_sentence(folder):
     done = run("simulate", PENDULUM, "--start", "solver.rtol=-1", cwd=folder)
     assert done.returncode == 1 and "Traceback" not in done.stderr
     assert "solver.rtol" in done.stderr and len(done.stderr.strip().splitlines()) == 1
+
+
+def links(count, trees=1):
+    each = "[[link]]\nname = 'l{0}'\njoint_name = 'j{0}'\nparent = '{1}'\nmass = 1\ncom = [0.1, 0, 0]\na = 0.2\n"
+    return "name = 'many'\n" + "".join(each.format(i, f"l{i - trees}" if i >= trees else "ground") for i in range(count))
+
+
+def rows_of(text, tmp_path, group):
+    """Returns the description of a model text and a row of its structure by the name of the unknown."""
+    from xml.etree import ElementTree as xml
+
+    from build_fmu.describe import describe
+    from build_fmu.description import model_description
+
+    (tmp_path / "many.toml").write_text(text)
+    content = model_description(describe(tmp_path / "many.toml"))
+    root = xml.fromstring(content)
+    names = [scalar.get("name") for scalar in root.iter("ScalarVariable")]
+    return content, {names[int(row.get("index")) - 1]: row for row in root.find(f"ModelStructure/{group}")}
+
+
+def test_a_description_grows_with_the_joints_and_not_with_their_square(tmp_path):
+    content, rows = rows_of(links(1000), tmp_path, "InitialUnknowns")
+    assert len(content) < 3_000_000
+    assert "dependencies" not in rows["j999.qdd"].attrib and len(rows["j999.q"].get("dependencies").split()) == 1
+    # too many to list, though not all
+    content, rows = rows_of(links(1200, trees=2), tmp_path, "Outputs")
+    assert len(content) < 3_600_000
+    assert "dependencies" not in rows["j999.qdd"].attrib and rows["j999.q"].get("dependencies") == ""
+
+
+def test_what_does_not_depend_on_all_is_listed(tmp_path):
+    _, rows = rows_of(links(4, trees=2), tmp_path, "Outputs")
+    assert rows["j0.qdd"].get("dependencies") == "1 3" and rows["j1.qdd"].get("dependencies") == "2 4"
+
+
+def test_many_links_are_listed_as_lines(tmp_path):
+    (tmp_path / "many.toml").write_text(links(300))
+    checked = run("check", "many.toml", cwd=tmp_path)
+    assert checked.returncode == 0 and "  l299  l298    revolute  1          60  0  0\n" in checked.stdout

@@ -29,13 +29,16 @@ TEST(model_error, all_errors_come_at_once_and_in_file_order) {
 }
 
 TEST(model_error, an_unreadable_file_says_so) {
-  for (const char* path : {"/nowhere/arm.toml", "/"}) {
+  const std::pair<const char*, const char*> cases[] = {{"/nowhere/arm.toml", "does not exist"},
+                                                       {"/", "is not a regular file"},
+                                                       {"/dev/zero", "is not a regular file"}};
+  for (const auto& [path, why] : cases) {
     try {
       read_model_file(path);
       FAIL();
     } catch (const ModelError& error) {
       EXPECT_EQ(error.reason(), ModelError::Reason::unreadable);
-      EXPECT_EQ(error.what(), std::string(path) + ": cannot be read as a model file");
+      EXPECT_EQ(error.what(), std::string(path) + ": the model file " + why);
     }
   }
 }
@@ -166,6 +169,10 @@ TEST(model_error, settings_have_bounds) {
   EXPECT_EQ(errors(arm + "[solver]\nrtol = 0\natol = -1\nmax_step = -1\nstep = 1\n"),
             (Lines{"7: solver: rtol must be > 0, got 0", "8: solver: atol must be >= 0, got -1",
                    "9: solver: max_step must be >= 0, got -1", "10: solver: unknown field 'step'"}));
+  EXPECT_TRUE(errors(arm + "[solver]\nrtol = 2.2250738585072014e-308\n").empty());
+  EXPECT_EQ(
+      errors(arm + "[solver]\nrtol = 1e-310\n"),
+      (Lines{"7: solver: rtol must be > 0 and at least 2.2250738585072014e-308, got 9.99999999999997e-311"}));
   EXPECT_EQ(errors(arm + "[fmu]\noutputs = ['energi', 'solver', 'solver', 1]\nstep_size = 0\n"),
             (Lines{"7: fmu: outputs must be 'acceleration', 'energy', 'solver', 'momentum' or 'reference', "
                    "got 'energi'; "

@@ -67,8 +67,9 @@ TEST(trajectory_reader, refuses_what_it_cannot_use) {
   EXPECT_EQ(with("joint = 'a'\ntype = 'table'\n").size(), 2u);
   EXPECT_EQ(with("joint = 'a'\ntype = 'table'\nfile = '../a.csv'\n"),
             Lines{"11: trajectory 1: file '../a.csv' must be the name of a file in the model file's folder"});
-  EXPECT_EQ(with("joint = 'a'\ntype = 'table'\nfile = 'none.csv'\n"),
-            Lines{"11: trajectory 1: file 'none.csv' cannot be read; it must stand beside the model file"});
+  EXPECT_EQ(
+      with("joint = 'a'\ntype = 'table'\nfile = 'none.csv'\n"),
+      Lines{"11: trajectory 1: file 'none.csv' does not exist; it must be a file beside the model file"});
   const std::string whole = "joint = 'a'\ntype = 'speed'\nspeed = 1\n";
   EXPECT_EQ(with(whole + "[[trajectory]]\n" + whole),
             Lines{"13: trajectory 2: joint 'a' has a trajectory already"});
