@@ -16,13 +16,14 @@ class Rows:
         self.scene, self.n = scene, scene.numbers
         self.names: list[str] = []
         self.turns: list[bool] = []
-        self._J, self._lever, self._phi, self._rate, self._rhs, self._terms = [], [], [], [], [], []
+        self._J, self._lever, self._phi, self._rate, self._rhs, self._terms, self._length = [], [], [], [], [], [], []
         for loop in scene.file.get("loop", []):
             self._add(loop)
         count, nv = len(self.names), len(scene.dofs)
         stack = lambda rows: np.array(rows) if rows else self.n.zeros(0, nv)  # noqa: E731
         self.J, self.lever = stack(self._J), stack(self._lever)
-        self.phi, self.rhs, self.terms = (np.array(v) if count else self.n.zeros(0) for v in (self._phi, self._rhs, self._terms))
+        lists = (self._phi, self._rhs, self._terms, self._length)
+        self.phi, self.rhs, self.terms, self.length = (np.array(v) if count else self.n.zeros(0) for v in lists)
 
     def _frame(self, axis, x) -> np.ndarray:
         """Columns x, axis cross x, axis; x made perpendicular."""
@@ -68,7 +69,8 @@ class Rows:
         x_a, x_b = s.point(a, points[0]), s.point(b, points[1])
         r = [q - p for p, q in zip(x_a, x_b)]
         on_a, on_b = set(s.path(a)), set(s.path(b))
-        nothing = ROUNDING * (s.way(a, b) + n.norm(n.array(points[0])) + n.norm(n.array(points[1])))
+        self._length.append(s.way(a, b) + n.norm(n.array(points[0])) + n.norm(n.array(points[1])))
+        nothing = ROUNDING * self._length[-1]
         for k in on_a | on_b:
             dof = s.dofs[k]
             if k in on_a and k in on_b:
@@ -95,6 +97,7 @@ class Rows:
     def _rotation(self, loop, index, a, b, u, v) -> None:
         n, s = self.n, self.scene
         J, lever = self._start(loop, index, True)
+        self._length.append(n.one(1))
         u, v = s.direction(a, u), s.direction(b, v)
         normal = cross(v[0], u[0])
         on_a, on_b = set(s.path(a)), set(s.path(b))

@@ -187,7 +187,7 @@ class Dense:
         self._ports(forces, inputs)
         rows = Rows(s)
         motion = constrained(M, forces, rows, [k for k in range(nv) if not s.dofs[k].prescribed],
-                             [n.one(inputs.get(dof.variable("qdd"), 0)) if dof.prescribed else n.one(0) for dof in s.dofs], n)
+                             [s.acceleration(dof, inputs) if dof.prescribed else n.one(0) for dof in s.dofs], n)
         motion.kinetic, motion.potential = float(self.kinetic), float(self.potential)
         motion.energy_scale = float(self.energy_scale + self.kinetic + abs(self.potential))
         self.M, self.forces, self.rows = M, forces, rows

@@ -127,6 +127,8 @@ class Scene:
         self.dofs: list[Dof] = []
         self._sort(file["link"])
         self.index = {link.name: i for i, link in enumerate(self.links)} | {"ground": GROUND}
+        # polynomials in time, in the file's unit
+        self.courses = {t["joint"]: t["coefficients"] for t in file.get("trajectory", [])}
         for i, link in enumerate(self.links):
             link.parent = self.index[link.parent_name]
             self._add_dofs(i, link)
@@ -234,6 +236,12 @@ class Scene:
             state[f"{name}.quaternion"] = self._quaternion(q[slides:])
             state[f"{name}.omega"] = self.numbers.array(qd[slides:]) * self.unit
         return state
+
+    def acceleration(self, dof: Dof, inputs: dict):
+        """The acceleration of a prescribed joint at the start."""
+        if dof.name not in self.courses:
+            return self.numbers.one(inputs.get(dof.variable("qdd"), 0))
+        return self.numbers.one(self.courses[dof.name][2]) * 2 * (self.unit if dof.turns else 1)
 
     def _quaternion(self, given: list) -> np.ndarray:
         if len(given) == 4:

@@ -25,12 +25,13 @@ from tests.crosscheck.dense_motion import Dense, Motion
 from tests.crosscheck.scene_fmu import Library, Refused
 from tests.crosscheck.scene_maker import Maker
 from tests.crosscheck.scene_parts import CLASSES, PARTS
-from tests.crosscheck.scene_states import agree, draw_inputs, give_drives, give_frames, give_passive, give_springs, give_velocities
+from tests.crosscheck.scene_states import agree, draw_inputs, give_drives, give_frames, give_passive, give_springs, give_velocities, guide
 
 TOLERANCE = 1e-10
 NEAR_SINGULAR = 1e-4  # singular values of scaled levers: scenes between rounding and this are drawn again
 LIGHTEST = 1e-9  # pivot of the scaled mass matrix: the same
 MOST_FREEDOMS = 45
+SMALLEST = 1e-6  # m
 
 
 # --- model files ---
@@ -38,8 +39,9 @@ MOST_FREEDOMS = 45
 def toml(file: dict) -> str:
     """The model file of a scene."""
     show = lambda v: "true" if v is True else json.dumps(v).replace("Infinity", "inf")  # noqa: E731
-    lines = [f"{key} = {show(value)}" for key, value in file.items() if key not in ("link", "loop", "spring", "frame")]
-    for kind in ("link", "loop", "spring", "frame"):
+    kinds = ("link", "loop", "spring", "frame", "trajectory")
+    lines = [f"{key} = {show(value)}" for key, value in file.items() if key not in kinds]
+    for kind in kinds:
         for table in file.get(kind, []):
             lines += ["", f"[[{kind}]]", *(f"{key} = {show(value)}" for key, value in table.items())]
     return "\n".join(lines) + "\n"
@@ -76,7 +78,7 @@ def attempt_to_draw(rng, only: str, scale: float | None) -> Case | None:
         parent = "ground" if m.chance(0.5) or not m.links else m.pick(m.links)["name"]
         size = m.sizes[parent] if m.links and parent != "ground" else m.scale
         if m.chance(0.15):
-            size *= 10 ** -m.between(1, 5)
+            size = max(size * 10 ** -m.between(1, 5), 1e-5 * m.scale, SMALLEST)
             m.tags.add("sizes")
         PARTS[part](m, parent, size)
         m.tags.add(part)
@@ -89,7 +91,7 @@ def attempt_to_draw(rng, only: str, scale: float | None) -> Case | None:
     before = dense.solve(dense.scene.start(), {})
     give_drives(m, dense)
     give_velocities(m, dense)
-    if m.chance(0.2):
+    if m.chance(0.2) and "projected" not in m.tags:
         for link in m.links:
             if m.chance(0.3) and link["joint"] not in ("fixed",):
                 link["hold"] = True
@@ -97,6 +99,7 @@ def attempt_to_draw(rng, only: str, scale: float | None) -> Case | None:
     inputs = draw_inputs(m, dense.scene)
     if "surplus" in m.tags:
         agree(dense, inputs)
+    guide(m, inputs, dense.scene)
     shuffle(m)
     dense = Dense(m.file)
     motion = dense.solve(dense.scene.start(), inputs)
@@ -146,16 +149,31 @@ def state_of(values: dict, inputs: dict, dense: Dense) -> dict:
     return state
 
 
+def keeps_closed(motion: Motion, scene, others=()) -> np.ndarray:
+    """Rows whose rate is rounding, beside the rates that single joints give them at these speeds or at others."""
+    rows = motion.rows
+    speed = np.array([dof.qd for dof in scene.dofs])
+    fast = np.max([abs(speed), 1e-3 * np.sqrt(motion.scale.astype(float) + 1e-290), *others], axis=0)
+    return abs(rows.J @ speed) <= 1e-11 * (rows.lever @ fast)
+
+
 def moved(state: dict, dense: Dense, motion: Motion) -> list[Finding]:
     """Where the FMU starts elsewhere than the file says, though that is closed."""
     found, scene = [], dense.scene
     start = scene.start()
     slow = 1e-6 * math.sqrt(float(max(motion.scale)) + 1e-290)
     speed = max([abs(float(dof.qd)) for dof in scene.dofs] + [slow])
+    before = Dense(scene.file)
+    closed = keeps_closed(before.solve(before.scene.start(), {}), before.scene).all()
+    kept = keeps_closed(motion, scene, [[abs(float(dof.qd)) for dof in before.scene.dofs]])
+    if not kept.all():
+        found += [Finding("rate", name, math.nan, 0.0, math.inf) for name, good in zip(motion.rows.names, kept) if not good]
     for key, wanted in start.items():
         wanted, got = np.atleast_1d(np.array(wanted, float)), np.atleast_1d(np.array(state[key], float))
         if key.endswith(".quaternion"):
             got = got * (1 if got @ wanted >= 0 else -1)
+        if not closed and not key.endswith((".q", ".quaternion")):
+            continue  # the file's velocities open the loops: the FMU starts with others
         scale = max(1e-300, float(np.abs(wanted).max()))
         if key.endswith((".q", ".quaternion")):
             slides = any(dof.variable("q") == key and not dof.turns for dof in scene.dofs if dof.part is None)
@@ -168,44 +186,77 @@ def moved(state: dict, dense: Dense, motion: Motion) -> list[Finding]:
     return found
 
 
+class Check:
+    """Collects what differs by more than the tolerance."""
+
+    def __init__(self, values: dict, found: list[Finding]) -> None:
+        self.values, self.found = values, found
+
+    def __call__(self, what: str, name: str, got, wanted, scale) -> None:
+        scale = scale + 1e-290
+        if not abs(got - wanted) <= TOLERANCE * scale:
+            self.found.append(Finding(what, name, float(got), float(wanted), float(abs(got - wanted) / scale)))
+
+    def accelerations(self, motion: Motion, dense: Dense) -> np.ndarray:
+        """Returns all accelerations as the FMU has them."""
+        qdd = motion.qdd.copy()
+        for k, dof in enumerate(dense.scene.dofs):
+            if not dof.prescribed:
+                qdd[k] = dense.n.one(self.values[dof.variable("qdd")])
+                self("qdd", dof.variable("qdd"), qdd[k], motion.qdd[k], motion.scale[k])
+        return qdd
+
+    def forces(self, motion: Motion, dense: Dense, qdd: np.ndarray) -> None:
+        """Multipliers where they are unique, and whether all of them and the drives carry the motion, whatever they are."""
+        n, rows, values = dense.n, motion.rows, self.values
+        for r, name in enumerate(rows.names):
+            if motion.unique[r]:
+                self("lambda", name, values[name], motion.multipliers[r], motion.multiplier_scale[r])
+        multipliers = np.array([n.one(values[name]) for name in rows.names])
+        carried = dense.M @ qdd - dense.forces.value - (rows.J.T @ multipliers if len(multipliers) else 0)
+        for k, dof in enumerate(dense.scene.dofs):
+            given = n.one(values[dof.variable("tau")]) if dof.prescribed else n.one(0)
+            self("tau" if dof.prescribed else "balance", dof.variable("tau"), given, carried[k], motion.force_scale[k])
+        size = motion.row_size
+        largest = np.abs(motion.multiplier_scale.astype(float) / np.where(size > 0, size, 1)).max(initial=0)
+        for r, name in enumerate(rows.names):
+            if size[r] > 0 and abs(values[name]) > 1e6 * size[r] * largest + 1e-290:
+                self.found.append(Finding("lambda without bound", name, values[name], float(motion.multipliers[r]), math.inf))
+
+    def gaps(self, rows) -> None:
+        for loop in {name.rsplit(".", 1)[0] for name in rows.names}:
+            inside = [r for r, name in enumerate(rows.names) if name.startswith(loop + ".")]
+            gap = math.sqrt(sum(float(rows.phi[r]) ** 2 for r in inside))
+            size = 1 + max(float(rows.lever[r].max(initial=0)) for r in inside)
+            self("gap", loop + ".gap", self.values[loop + ".gap"], gap, 1e-3 * size)
+
+    def frames(self, scene) -> None:
+        for frame in scene.file.get("frame", []):
+            link = scene.index[frame["link"]]
+            x, v, _ = scene.point(link, frame["position"])
+            T, T1, _ = [T[:3, :3] for T in scene.pose(link)]
+            spin = T1 @ T.T
+            length = sum(float(np.linalg.norm(other.pose[0][:3, 3].astype(float))) for other in scene.links)
+            fast = sum(abs(dof.qd) for dof in scene.dofs)
+            groups = {"position": (x, length), "velocity": (v, fast * (length + 1)),
+                      "angular_velocity": ((spin[2, 1], spin[0, 2], spin[1, 0]), fast)}
+            for what, (wanted, scale) in groups.items():
+                for k in range(3):
+                    name = f"{frame['name']}.{what}[{k + 1}]"
+                    self("frame", name, self.values[name], wanted[k], scale)
+
+
 def compare(case: Case, values: dict, exact: bool = False) -> tuple[list[Finding], Motion, Dense]:
     dense = case.dense(exact)
-    state = state_of(values, case.inputs, dense)
-    motion = dense.solve(state, case.inputs)
-    found = moved(state, dense, motion)
-    check = lambda what, name, got, wanted, scale: found.append(Finding(what, name, float(got), float(wanted), float(abs(got - wanted) / scale))) \
-        if not abs(got - wanted) <= TOLERANCE * scale else None  # noqa: E731
-    tiny = 1e-290
-    nv = len(dense.scene.dofs)
-    qdd = np.array([dense.n.one(0)] * nv)
-    for k, dof in enumerate(dense.scene.dofs):
-        if dof.prescribed:
-            qdd[k] = motion.qdd[k]
-            continue
-        name = dof.variable("qdd")
-        qdd[k] = dense.n.one(values[name])
-        check("qdd", name, qdd[k], motion.qdd[k], motion.scale[k] + tiny)
-    rows = motion.rows
-    for r, name in enumerate(rows.names):
-        if motion.unique[r]:
-            check("lambda", name, values[name], motion.multipliers[r], motion.multiplier_scale[r] + tiny)
-    # whatever the multipliers are, they and the drives carry the motion
-    multipliers = np.array([dense.n.one(values[name]) for name in rows.names])
-    carried = dense.M @ qdd - dense.forces.value - (rows.J.T @ multipliers if len(multipliers) else 0)
-    for k, dof in enumerate(dense.scene.dofs):
-        given = dense.n.one(values[dof.variable("tau")]) if dof.prescribed else dense.n.one(0)
-        check("tau" if dof.prescribed else "balance", dof.variable("tau"), given, carried[k], motion.force_scale[k] + tiny)
-    largest = np.abs(motion.multiplier_scale.astype(float) / np.where(motion.row_size > 0, motion.row_size, 1)).max(initial=0)
-    for r, name in enumerate(rows.names):
-        if motion.row_size[r] > 0 and abs(values[name]) > 1e6 * motion.row_size[r] * largest + tiny:
-            found.append(Finding("lambda without bound", name, values[name], float(motion.multipliers[r]), math.inf))
-    check("energy", "energy.kinetic", values["energy.kinetic"], motion.kinetic, motion.energy_scale + tiny)
-    check("energy", "energy.potential", values["energy.potential"], motion.potential, motion.energy_scale + tiny)
-    for loop in {name.rsplit(".", 1)[0] for name in rows.names}:
-        inside = [r for r, name in enumerate(rows.names) if name.startswith(loop + ".")]
-        gap = math.sqrt(sum(float(rows.phi[r]) ** 2 for r in inside))
-        size = 1 + max(float(rows.lever[r].max(initial=0)) for r in inside)
-        check("gap", loop + ".gap", values[loop + ".gap"], gap, 1e-3 * size)
+    motion = dense.solve(state_of(values, case.inputs, dense), case.inputs)
+    found = moved(state_of(values, case.inputs, dense), dense, motion)
+    check = Check(values, found)
+    qdd = check.accelerations(motion, dense)
+    check.forces(motion, dense, qdd)
+    check("energy", "energy.kinetic", values["energy.kinetic"], motion.kinetic, motion.energy_scale)
+    check("energy", "energy.potential", values["energy.potential"], motion.potential, motion.energy_scale)
+    check.gaps(motion.rows)
+    check.frames(dense.scene)
     return found, motion, dense
 
 
@@ -221,23 +272,36 @@ def sensitivity(case: Case, values: dict, motion: Motion) -> np.ndarray:
     return worst
 
 
+def why_ill_posed(case: Case) -> str:
+    """Why a scene has no motion by the dense formulation; empty: it has one."""
+    dense = case.dense()
+    try:
+        motion = dense.solve(dense.scene.start(), case.inputs)
+    except ArithmeticError as singular:
+        return str(singular)
+    rows = motion.rows
+    left, qdd = abs(rows.J @ motion.qdd - rows.rhs), motion.scale + abs(motion.qdd)
+    turning = max([qdd[k] for k, dof in enumerate(dense.scene.dofs) if dof.turns], default=0)
+    if (left > 1e-6 * (rows.lever @ qdd + rows.terms + rows.length * turning)).any():
+        return "contradictory motions"
+    return "the mass matrix is singular" if motion.pivot < 1e-13 else ""
+
+
 def run(case: Case, library: Library) -> tuple[str, list]:
     """What came of a scene: its class and what was found."""
     try:
         warnings = library.load(case.text)
-    except Refused as refused:
-        return "refused", [str(refused)]
-    assembled = [line for line in warnings if "assembles" in line]
-    try:
         values, log = library.start(case.inputs)
     except Refused as refused:
-        return "refused", [str(refused)]
+        why = why_ill_posed(case)
+        return ("ill-posed", [f"{why}: {refused}"]) if why else ("refused", [str(refused)])
+    assembled = [line for line in warnings if "initial configuration violates" in line]
     found, motion, dense = compare(case, values)
     if not found:
         return ("describe assembles", assembled) if assembled else ("agree", [])
     found.sort(key=lambda f: -f.error)
     kinds = {f.what for f in found}
-    first = next(k for k in ("start moved", "qdd", "tau", "balance", "lambda", "lambda without bound", "energy", "gap") if k in kinds)
+    first = next(k for k in ("start moved", "rate", "qdd", "tau", "balance", "lambda", "lambda without bound", "energy", "frame", "gap") if k in kinds)
     if kinds <= {"qdd", "balance", "tau", "lambda"}:
         shaken = sensitivity(case, values, motion)
         worst = max((f.error for f in found), default=0)

@@ -22,7 +22,7 @@ class Maker:
         self.rng, self.scale = rng, scale
         self.degrees = rng.random() < 0.15
         self.file: dict = {"name": "random", "gravity": self.numbers(self.direction() * G), "link": [], "loop": [],
-                           "spring": [], "frame": []}
+                           "spring": [], "frame": [], "trajectory": []}
         if self.degrees:
             self.file["angle_unit"] = "deg"
         self.sizes: dict[str, float] = {"ground": scale}

@@ -75,7 +75,7 @@ def give_springs(m: Maker) -> None:
         if b in rigid or b == "ground":
             continue
         size = min(m.sizes[a], m.sizes[b])
-        F = max(weight[b], 1e-300)
+        F = min(weight[name] for name in (a, b) if name != "ground")
         m.file["spring"].append({"name": f"spring{k}", "link_a": a, "link_b": b, "point_a": m.numbers(m.vector(size)),
                                  "point_b": m.numbers(m.vector(size)), "stiffness": m.between(0.1, 5) * F / size,
                                  "damping": m.between(0, 1) * F / math.sqrt(G * size), "rest_length": m.between(0, 1) * size})
@@ -149,11 +149,27 @@ def give_velocities(m: Maker, dense: Dense) -> None:
     v = np.zeros(len(s.dofs), np.longdouble)
     y[abs(y) < 1e-14] = 0  # what rounding leaves where nothing can move
     v[free] = d * y
+    wrong = m.chance(0.1) and not {"prescribed", "inverse"} & m.tags  # the FMU projects them
+    if wrong:
+        m.tags.add("projected")
+        v *= m.rng.uniform(0.5, 1.5, len(v))
     for link, table in zip(s.links, [next(t for t in m.links if t["name"] == link.name) for link in s.links]):
         if not link.dofs or table["name"] in locked:
             continue
         values = [float(v[k] / s.unit) if s.dofs[k].turns else float(v[k]) for k in link.dofs]
         table["qd"] = values[0] if link.joint in ("revolute", "prismatic") else values
+
+
+def guide(m: Maker, inputs: dict, scene: Scene) -> None:
+    """Gives some prescribed joints a trajectory in place of inputs."""
+    for dof in scene.dofs:
+        if dof.drive != "motion" or not m.chance(0.3):
+            continue
+        q, qd, qdd = [inputs.pop(dof.variable(what)) for what in ("q", "qd", "qdd")]
+        unit = float(scene.unit) if dof.turns else 1.0
+        course = {"joint": dof.name, "type": "polynomial", "coefficients": [q / unit, qd / unit, 0.5 * qdd / unit]}
+        m.file["trajectory"].append(course)
+        m.tags.add("guided")
 
 
 def draw_inputs(m: Maker, scene: Scene) -> dict[str, float]:
