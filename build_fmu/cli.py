@@ -15,6 +15,7 @@ from build_fmu.build import build
 from build_fmu.completion import SHELLS, script
 from build_fmu.describe import Description, describe
 from build_fmu.errors import UserError
+from build_fmu.input_course import MODES
 from build_fmu.inverse import inverse_of
 
 
@@ -130,10 +131,10 @@ def _simulate(options: argparse.Namespace) -> int:
         chosen = select_outputs(session, options.output)
         # the layout needs columns that --output may have left out
         recorded = list(dict.fromkeys([*select_outputs(session, ()), *chosen])) if model else chosen
-        settings = Settings(options.stop, options.step, options.tolerance, options.start, options.input, recorded)
+        settings = Settings(options.stop, options.step, options.tolerance, options.start, options.input, recorded, options.interpolate)
         with _progress(session, settings) as progress:
             result = simulate(session, settings, progress)
-        _warn(result.warnings)
+        _warn([*result.warnings, *result.remarks])
         if model:
             written = write_layout(options.redysim_layout, model, result)
             print(f"{options.redysim_layout}  {len(result.time)} rows in {', '.join(written)}")
@@ -261,7 +262,7 @@ def _parser() -> argparse.ArgumentParser:
     command.set_defaults(run=_check)
 
     command = commands.add_parser("simulate", help="run an FMU or a model file", description="Run an FMU or a model file. Without --csv and "
-                                  "--plot, print a table of values and write nothing. Values are in SI units and radians; inputs hold during a step.")
+                                  "--plot, print a table of values and write nothing. Values are in SI units and radians.")
     command.add_argument("target", nargs="?", type=Path, metavar="FMU|MODEL", help="FMU (.fmu) or model file (.toml)")
     command.add_argument("--stop", type=float, metavar="T", help="stop time in s (default: the FMU's own)")
     command.add_argument("--step", type=float, metavar="H", help="communication step in s (default: the FMU's own)")
@@ -270,6 +271,8 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--start", **several, metavar="NAME=VALUE", help="start values of parameters, for example joint1.q0=pi/2")
     command.add_argument("--input", **several, metavar="NAME=EXPR|FILE.csv",
                          help="inputs: an expression of t such as 'joint1.tau=2*sin(t) if t < 1 else 0', or a CSV with a column 'time'")
+    command.add_argument("--interpolate", choices=MODES, default="expressions", help="inputs that move during a communication step: none (all hold), "
+                         "expressions (default), or all (CSV files too, linear between rows)")
     command.add_argument("--output", **several, metavar="NAME", help="outputs to record, * allowed (default: all)")
     command.add_argument("--csv", type=Path, metavar="OUT.csv", help="write the record, 17 digits")
     command.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the record (.png, .svg, .pdf)")

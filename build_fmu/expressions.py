@@ -6,7 +6,9 @@ import ast
 import math
 from collections.abc import Callable
 
+from build_fmu.branches import Series, series_of
 from build_fmu.errors import UserError, did_you_mean
+from build_fmu.taylor import Interval
 
 FUNCTIONS: dict[str, Callable[..., float]] = {
     "sin": math.sin, "cos": math.cos, "tan": math.tan, "exp": math.exp, "sqrt": math.sqrt, "abs": abs,
@@ -19,7 +21,27 @@ COMPARISONS = (ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.Eq, ast.NotEq)
 LONGEST = 2000  # characters
 
 
-def compile_expression(text: str) -> Callable[[float], float]:
+class Expression:
+    """A function of t (s): its value, and its Taylor series over a range of time."""
+
+    def __init__(self, value: Callable[[float], float], tree: ast.expr) -> None:
+        """Takes the compiled function and its checked tree."""
+        self._value = value
+        self._tree = tree
+        self._series: Series | None = None
+
+    def __call__(self, t: float) -> float:
+        """Returns the value; raises UserError where it is not finite."""
+        return self._value(t)
+
+    def series(self, low: float, high: float, order: int) -> list[Interval]:
+        """Returns the coefficients over the range; raises Split where a part of it must be looked at alone."""
+        if self._series is None:
+            self._series = series_of(self._tree)
+        return self._series(low, high, order)
+
+
+def compile_expression(text: str) -> Expression:
     """Returns the function of t (s); raises UserError now for bad text, and at a call for a value that is not finite."""
     if len(text) > LONGEST:
         raise UserError(f"an expression may have {LONGEST} characters, this one has {len(text)}")
@@ -43,7 +65,7 @@ def compile_expression(text: str) -> Callable[[float], float]:
             raise UserError(f"'{text}' has no finite real value at t = {t:g} s")
         return float(result)
 
-    return value
+    return Expression(value, tree.body)
 
 
 def _check(node: ast.AST, text: str) -> None:

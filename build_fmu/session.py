@@ -119,6 +119,19 @@ class Session:
             else:
                 self.instance.setString([variable.valueReference], [str(value)])
 
+    @property
+    def follows_inputs(self) -> bool:
+        """Returns whether inputs can move during a step, and steps end anywhere."""
+        known = self.description.coSimulation
+        return bool(known.canInterpolateInputs and known.canHandleVariableCommunicationStepSize)
+
+    def write_slopes(self, slopes: dict[str, list[float]]) -> None:
+        """Sets the first, second, ... time derivatives of real inputs for the next step."""
+        orders = [(self.variables[name].valueReference, order, value) for name, values in slopes.items() for order, value in enumerate(values, start=1)]
+        if orders:
+            references, numbers, values = zip(*orders, strict=True)
+            self._guarded("at the derivatives of inputs; try --interpolate none", lambda: self.instance.setRealInputDerivatives(references, numbers, values))
+
     def read(self, names: Sequence[str]) -> list[float]:
         """Returns the values of numeric variables (SI units)."""
         reals = [n for n in names if self.variables[n].type == "Real"]

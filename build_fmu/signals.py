@@ -7,16 +7,59 @@ import math
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Protocol
 
+from build_fmu.branches import Split
 from build_fmu.errors import UserError, did_you_mean
 from build_fmu.expressions import compile_expression
+from build_fmu.taylor import Interval
 
-Signal = Callable[[float], float]
+
+
+class Signal(Protocol):
+    """A function of time (s) that knows its Taylor coefficients over a range, or where to `Split` it."""
+
+    def __call__(self, t: float) -> float:
+        """Returns the value."""
+
+    def series(self, low: float, high: float, order: int) -> list[Interval]:
+        """Returns the coefficients over the range; raises Split where a part of it must be looked at alone."""
+
+
+class Table:
+    """Linear between the rows, constant outside; of two rows at the same time the later one holds from there on."""
+
+    def __init__(self, times: Sequence[float], values: Sequence[float]) -> None:
+        """Takes times that never decrease (s) and a value for each."""
+        self.times, self.values = times, values
+
+    def __call__(self, t: float) -> float:
+        """Returns the value."""
+        i = bisect_right(self.times, t)
+        if i == 0:
+            return self.values[0]
+        if i == len(self.times):
+            return self.values[-1]
+        weight = (t - self.times[i - 1]) / (self.times[i] - self.times[i - 1])
+        return (1 - weight) * self.values[i - 1] + weight * self.values[i]
+
+    def series(self, low: float, high: float, order: int) -> list[Interval]:
+        """Returns value and slope; a row inside the range parts it."""
+        i = bisect_right(self.times, low)
+        if i < len(self.times) and self.times[i] < high:
+            grain = 4 * math.ulp(self.times[i])
+            raise Split(self.times[i] - grain, self.times[i] + grain)
+        ends = sorted((self(low), self(high)))
+        if 0 < i < len(self.times):
+            slope = (self.values[i] - self.values[i - 1]) / (self.times[i] - self.times[i - 1])
+            return [(ends[0], ends[1]), (slope, slope)]
+        return [(ends[0], ends[1])]
 
 
 def parse_inputs(arguments: Sequence[str], find: Callable[[str], str]) -> dict[str, Signal]:
     """Returns a signal for each named input; `find` checks a name. Raises UserError, also for a name given twice."""
     signals: dict[str, Signal] = {}
+    expressions: dict[str, Signal] = {}
     for argument in arguments:
         name, equals, source = (part.strip() for part in argument.partition("="))
         if not equals and name.lower().endswith(".csv"):
@@ -28,7 +71,8 @@ def parse_inputs(arguments: Sequence[str], find: Callable[[str], str]) -> dict[s
         elif source.lower().endswith(".csv"):
             new = {find(name): _only_column(Path(source), name)}
         else:
-            new = {find(name): compile_expression(source)}
+            # equal expressions are one signal, to be looked at once
+            new = {find(name): expressions.setdefault(source, compile_expression(source))}
         for key, signal in new.items():
             if key in signals:
                 raise UserError(f"the input '{key}' is given twice")
@@ -67,21 +111,6 @@ def read_table(path: Path, clock: Sequence[str] = ("time",)) -> dict[str, list[f
     return table
 
 
-def interpolate(times: Sequence[float], values: Sequence[float]) -> Signal:
-    """Linear between the rows, constant outside; of two rows at the same time the later one holds from there on."""
-
-    def value(t: float) -> float:
-        i = bisect_right(times, t)
-        if i == 0:
-            return values[0]
-        if i == len(times):
-            return values[-1]
-        weight = (t - times[i - 1]) / (times[i] - times[i - 1])
-        return (1 - weight) * values[i - 1] + weight * values[i]
-
-    return value
-
-
 def parse_start(arguments: Sequence[str]) -> dict[str, str]:
     """Splits NAME=VALUE arguments; raises UserError for anything else."""
     values: dict[str, str] = {}
@@ -96,7 +125,7 @@ def parse_start(arguments: Sequence[str]) -> dict[str, str]:
 
 
 def _column(table: dict[str, list[float]], name: str) -> Signal:
-    return interpolate(table["time"], table[name])
+    return Table(table["time"], table[name])
 
 
 def _only_column(path: Path, name: str) -> Signal:

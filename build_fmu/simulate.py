@@ -1,7 +1,7 @@
 """Runs an FMU over a time span and records its outputs.
 
-Inputs are set at the start of each communication step and held during it; outputs are read at its end, or, where motions
-are prescribed, once the motion of that time is set, since torques belong to it.
+Inputs follow their expressions during each communication step (`input_course.py`) or hold; outputs are read at its end, or, where
+motions are prescribed, once the motion of that time is set, since torques belong to it.
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ import numpy as np
 
 from build_fmu.errors import UserError
 from build_fmu.expressions import compile_expression
+from build_fmu.input_course import MOTION, Course
 from build_fmu.session import Session
-from build_fmu.signals import Signal, parse_inputs, parse_start
+from build_fmu.signals import parse_inputs, parse_start
 
 MOST_STEPS = 100_000_000
 
@@ -32,6 +33,7 @@ class Settings:
     start: Sequence[str] = ()
     inputs: Sequence[str] = ()
     outputs: Sequence[str] = ()
+    interpolate: str = "expressions"  # which inputs move during a step, see input_course.MODES
 
 
 @dataclass
@@ -43,6 +45,7 @@ class Result:
     values: np.ndarray  # rows x names
     inputs: dict[str, np.ndarray] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)  # on how inputs were followed
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Returns the column of an output or, failing that, of an input."""
@@ -60,30 +63,41 @@ def simulate(session: Session, settings: Settings, progress: Callable[[float], N
     start = start_values(session, settings.start)
     names = select_outputs(session, settings.outputs)
 
-    def inputs_at(t: float) -> dict[str, float]:
-        return {name: _value(name, signal, t) for name, signal in signals.items()}
-
     clash = sorted(set(start) & set(signals))
     if clash:
         raise UserError(f"'{clash[0]}' is given both as a start value and as an input")
-    session.initialise(times[0], times[-1], settings.tolerance, start | inputs_at(times[0]))
-    prescribed = any(name.endswith((".q", ".qd", ".qdd")) for name in signals)
+    mode = settings.interpolate if session.follows_inputs else "none"
+    real_inputs = [name for name in session.names("input") if session.variables[name].type == "Real"]
+    course = Course(signals, times, _tolerance(session, settings, start), mode, real_inputs)
+    session.initialise(times[0], times[-1], settings.tolerance, start | course.at(times[0]))
+    prescribed = any(name.endswith(MOTION) for name in signals)
     values = np.empty((len(times), len(names)))
-    recorded = {name: np.empty(len(times)) for name in session.names("input") if session.variables[name].type == "Real"}
+    recorded = {name: np.empty(len(times)) for name in real_inputs}
+    steps = course.steps()
     for k, time in enumerate(times):
-        now = inputs_at(time)
         if k > 0:
-            session.step(times[k - 1], time - times[k - 1])
+            for part in next(steps):
+                session.write(part.values)
+                session.write_slopes(part.slopes)
+                session.step(part.begin, part.end - part.begin)
+        now = course.at(time)
         if prescribed:
             session.write(now)
         values[k] = session.read(names)
-        if not prescribed:
-            session.write(now)
         for name, column in recorded.items():
             column[k] = now.get(name, start.get(name, session.variables[name].start or 0))
         progress(time)
     session.terminate()
-    return Result(np.array(times), names, values, recorded, session.warnings())
+    remarks = course.remarks({name: session.variables[name].unit or "" for name in real_inputs})
+    if signals and mode != settings.interpolate:
+        remarks.append("inputs: hold during each step, since this FMU does not take their derivatives")
+    return Result(np.array(times), names, values, recorded, session.warnings(), remarks)
+
+
+def _tolerance(session: Session, settings: Settings, start: dict[str, Any]) -> float:
+    """Returns how closely inputs are followed, relative to their largest values: errors with mean zero leave less by half as many powers again."""
+    rtol = start.get("solver.rtol", session.variables["solver.rtol"].start if "solver.rtol" in session.variables else None)
+    return max(1e-10, min(1e-6, abs(min(float(rtol or 1), settings.tolerance or 1)) ** (2 / 3)))
 
 
 def time_grid(session: Session, settings: Settings) -> list[float]:
@@ -141,10 +155,3 @@ def select_outputs(session: Session, patterns: Sequence[str]) -> list[str]:
         else:
             chosen[session.find(pattern, "output", readable)] = None
     return list(chosen)
-
-
-def _value(name: str, signal: Signal, t: float) -> float:
-    try:
-        return signal(t)
-    except UserError as error:
-        raise UserError(f"input '{name}': {error}") from None

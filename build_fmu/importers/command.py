@@ -10,7 +10,7 @@ from build_fmu.archive import whole_file
 from build_fmu.describe import describe
 from build_fmu.errors import UserError
 from build_fmu.importers.draft import Draft, legal
-from build_fmu.importers.toml_writer import model_text
+from build_fmu.importers.toml_writer import model_text, run_command
 
 KINDS = ".json (mbs-scene/1), .urdf, inputs.m and inputs.mat (ReDySim) or their folder, .csv or .xlsx (DH table)"
 
@@ -30,7 +30,7 @@ def run(options: Namespace) -> int:
         raise UserError(f"'{target}' is no name for a model file: it must end in .toml")
     if target.exists() and not options.force:
         raise UserError(f"'{target}' exists already: choose another name with -o, or write over it with --force")
-    text = model_text(draft)
+    text = model_text(draft, target.name)
     whole_file(target, lambda temporary: temporary.write_text(text, encoding="utf-8", newline="\n"))
     for title, sentences in (("not carried over", draft.lost), ("look at", draft.doubts)):
         for sentence in sentences:
@@ -44,6 +44,8 @@ def run(options: Namespace) -> int:
     # the drawing has a link for each freedom of a joint with several
     counts = {"link": len(draft.links), "moving joint": sum(link.joint != "fixed" for link in draft.links), "loop": len(model.drawing.get("loops", []))}
     words = ", ".join(f"{n} {what}{'' if n == 1 else 's'}" for what, n in counts.items())
+    if draft.inputs:
+        print(f"with its inputs: {run_command(draft, str(target))}")
     print(f"{target}  {words}, {sum(link.mass for link in draft.links):.6g} kg")
     return 0
 

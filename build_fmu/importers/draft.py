@@ -79,6 +79,7 @@ class Draft:
     notes: list[str] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
     doubts: list[str] = field(default_factory=list)
+    inputs: list[str] = field(default_factory=list)  # of a run, as `build-fmu simulate --input` takes them
     fragments: list[str] = field(default_factory=list)  # the user's own TOML, taken over as it is
 
 

@@ -138,11 +138,9 @@ def _times(scene: Fields, draft: Draft) -> None:
 
 def _inputs(scene: Fields, draft: Draft, names: list[str]) -> None:
     """A model file holds no inputs: they become the arguments of `build-fmu simulate`, in a comment."""
-    arguments = [_input(item, names) for item in scene.items("inputs")]
-    if arguments:
-        command = " ".join(f'"{text}"' for text in arguments)
-        draft.notes.append(f"Its inputs, as arguments of the run: build-fmu simulate {draft.name}.fmu --input {command}")
-        draft.lost.append("the inputs are arguments of a run, not part of a model: see the comment on `build-fmu simulate`")
+    draft.inputs = [_input(item, names) for item in scene.items("inputs")]
+    if draft.inputs:
+        draft.lost.append("the inputs belong to a run, not to a model: the command on top of the file has them")
 
 
 def _input(item: Fields, names: list[str]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import textwrap
 from collections.abc import Iterator
 
@@ -10,9 +11,12 @@ from build_fmu.importers.draft import GROUND, Draft, DraftLink, DraftTie
 WIDTH = 118
 
 
-def model_text(draft: Draft) -> str:
-    """Returns the text of the model file."""
+def model_text(draft: Draft, file: str = "") -> str:
+    """Returns the text of the model file, which will have this name."""
     lines = [*_comment(f"Imported from {draft.source}.")]
+    if draft.inputs:
+        # one line however long it is: it is there to be pasted into a shell
+        lines += [*_comment("Its inputs belong to a run; in the folder of this file:"), f"# {run_command(draft, file or f'{draft.name}.toml')}"]
     for note in draft.notes:
         lines += _comment(note)
     for title, sentences in (("Not carried over:", draft.lost), ("Look at:", draft.doubts)):
@@ -37,6 +41,12 @@ def model_text(draft: Draft) -> str:
         if fields:
             lines += ["", f"[{section}]", *(f"{key} = {_value(value)}" for key, value in fields.items())]
     return "\n".join(lines) + "\n"
+
+
+def run_command(draft: Draft, file: str) -> str:
+    """Returns the command that runs the model file with the inputs of its source."""
+    words = ["build-fmu", "simulate", _printable(file), "--tolerance", "1e-10", "--input", *draft.inputs]
+    return " ".join(map(shlex.quote, words))
 
 
 def number(x: float) -> str:
@@ -110,8 +120,11 @@ def _string(text: str) -> str:
 
 
 def _comment(text: str, bullet: str = "") -> list[str]:
-    # a control character of the source must not end the comment
-    clean = "".join(c if c.isprintable() else " " for c in text)
-    wrapped = textwrap.wrap(clean, WIDTH - 2, initial_indent=bullet, subsequent_indent=" " * len(bullet), break_long_words=False,
+    wrapped = textwrap.wrap(_printable(text), WIDTH - 2, initial_indent=bullet, subsequent_indent=" " * len(bullet), break_long_words=False,
                             break_on_hyphens=False)
     return [f"# {line}".rstrip() for line in wrapped or [""]]
+
+
+def _printable(text: str) -> str:
+    # a control character of the source must not end a comment
+    return "".join(c if c.isprintable() else " " for c in text)

@@ -1,5 +1,6 @@
 """A plant without a binary: a unit mass on each input, x'' = input, behind the interface of `session.Session`."""
 
+from math import factorial
 from types import SimpleNamespace
 
 from build_fmu.errors import UserError
@@ -14,7 +15,9 @@ DEGREES = SimpleNamespace(name="deg", factor="57.29577951308232", offset=None)
 
 
 class FakeSession(Session):
-    """Exact for inputs that are constant during a step; fails after `fails_at` (s)."""
+    """Exact for inputs that are polynomials during a step; fails after `fails_at` (s)."""
+
+    follows_inputs = True
 
     def __init__(self, fails_at=None, start="0", stop="1", step="0.1"):
         variables = [
@@ -42,6 +45,7 @@ class FakeSession(Session):
         self.variables = {v.name: v for v in variables}
         self.values = {v.name: 0.0 for v in variables}
         self.fails_at, self.log, self.steps, self.calls = fails_at, [], [], []
+        self.slopes = {}
 
     def close(self):
         self.calls.append("close")
@@ -54,6 +58,9 @@ class FakeSession(Session):
     def write(self, values):
         self.values |= values
 
+    def write_slopes(self, slopes):
+        self.slopes = slopes
+
     def read(self, names):
         return [self.values[name] for name in names]
 
@@ -63,8 +70,11 @@ class FakeSession(Session):
         self.steps.append((time, size))
         for joint in ("joint1", "joint2"):
             force, speed = self.values[f"{joint}.tau"], self.values[f"{joint}.qd"]
-            self.values[f"{joint}.q"] += speed * size + force * size**2 / 2
-            self.values[f"{joint}.qd"] += force * size
+            derivatives = [force, *self.slopes.get(f"{joint}.tau", ())]
+            self.values[f"{joint}.q"] += speed * size + sum(d * size ** (k + 2) / factorial(k + 2) for k, d in enumerate(derivatives))
+            self.values[f"{joint}.qd"] += sum(d * size ** (k + 1) / factorial(k + 1) for k, d in enumerate(derivatives))
+            self.values[f"{joint}.tau"] = sum(d * size**k / factorial(k) for k, d in enumerate(derivatives))
+        self.slopes = {}
         self.values["energy.kinetic"] = sum(self.values[f"joint{i}.qd"] ** 2 / 2 for i in (1, 2))
         self.values["solver.steps"] += 1
 

@@ -1,6 +1,9 @@
 """Scenes in JSON become model files whose FMU reproduces the stored references."""
 
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -71,10 +74,47 @@ def test_sine_and_square_inputs_become_expressions(tmp_path, scene):
 
     scene["inputs"] = [{"joint": 0, "type": "sine", "amplitude": 3, "frequency": 0.5, "phase": 0.25},
                        {"joint": 1, "type": "bangbang", "amplitude": -2, "frequency": 4}]
-    note = imported(tmp_path, scene).notes[0]
-    sine, square = (part.partition("=")[2] for part in note.split('"')[1::2])
+    sine, square = (part.partition("=")[2] for part in imported(tmp_path, scene).inputs)
     assert compile_expression(sine)(0.3) == pytest.approx(3 * np.sin(np.pi * 0.3 + 0.25))
     assert [compile_expression(square)(t) for t in (0.0, 0.1, 0.13, 0.26)] == [-2, -2, 2, -2]
+
+
+def pasted(model, folder):
+    """Runs the command on top of a model file by a shell in the file's folder and returns its record."""
+    (line,) = (line for line in model.read_text().splitlines() if line.startswith("# build-fmu "))
+    (folder / "build-fmu").write_text(f'#!/bin/sh\nexec {sys.executable} -m build_fmu "$@"\n')
+    (folder / "build-fmu").chmod(0o755)
+    environment = {**os.environ, "PYTHONPATH": str(SCENES.parents[1]), "PATH": f"{folder}:{os.environ['PATH']}"}
+    subprocess.run(["sh", "-c", f"{line[2:]} --output '*.q' --csv pasted.csv"], cwd=model.parent, env=environment, check=True, capture_output=True)
+    return np.genfromtxt(model.parent / "pasted.csv", delimiter=",", skip_header=1)
+
+
+@needs_library
+def test_the_command_on_top_reproduces_the_scene(tmp_path):
+    model = tmp_path / "it's a bar.toml"
+    assert main(["import", str(SCENES / "fourbar_forced.json"), "-o", str(model)]) == 0
+    reference = np.genfromtxt(SCENES / "fourbar_forced.csv", delimiter=",", skip_header=1)
+    assert np.abs(pasted(model, tmp_path) - reference[:, :4]).max() < 1e-8
+
+
+@needs_library
+def test_the_command_on_top_follows_inputs_faster_than_the_output(tmp_path):
+    body = {"mass": 2.0, "joint": {"type": "prismatic", "mdh": {}}}
+    scene = {"format": "mbs-scene/1", "gravity": [0, 0, 0], "time": {"t_end": 1, "dt_out": 0.25},
+             "bodies": [{"name": "a", "parent": -1, **body}, {"name": "b", "parent": -1, **body}],
+             "inputs": [{"joint": 0, "type": "sine", "amplitude": 6.0, "frequency": 9.3, "phase": 0.4},
+                        {"joint": 1, "type": "bangbang", "amplitude": 5.0, "frequency": 40.5}]}
+    (tmp_path / "fast.json").write_text(json.dumps(scene))
+    assert main(["import", str(tmp_path / "fast.json"), "-o", str(tmp_path)]) == 0
+    run = pasted(tmp_path / "fast.toml", tmp_path)
+    t, omega = run[:, 0], 2 * np.pi * 9.3
+    sine = 3 / omega**2 * (np.sin(0.4) + omega * t * np.cos(0.4) - np.sin(omega * t + 0.4))
+    half = 0.5 / 40.5
+    # of each wave the speed is a triangle, so the mean speed of whole waves is half its height
+    waves, rest = np.divmod(t, 2 * half)
+    down = np.maximum(rest - half, 0)
+    square = 2.5 * (waves * half**2 + rest**2 / 2 - down**2)
+    assert np.abs(run[:, 1] - sine).max() < 1e-9 and np.abs(run[:, 2] - square).max() < 1e-9
 
 
 def test_other_parts(tmp_path, scene):
