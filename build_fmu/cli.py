@@ -61,8 +61,12 @@ def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
     if built.no_page:
         print(f"note: the FMU carries no page that plays it, because {built.no_page}", file=sys.stderr)
     if built.model is not model:
+        from build_fmu.report.pages import duration
+
         rtol = next(v.start for v in built.model.variables if v.name == "solver.rtol")
-        print(f"rtol {rtol:g} keeps target_error = {model.report['target_error']:g}")
+        experiment = model.default_experiment
+        steps = f"{duration(experiment['step_size'] / 10)} to {duration(experiment['stop_time'])}"
+        print(f"rtol {rtol:g} keeps target_error = {model.report['target_error']:g} for communication steps of {steps}")
     if options.report:
         from build_fmu.report import command
         from build_fmu.report.pages import advice
