@@ -48,6 +48,11 @@ void set_joint_velocity(const JointPlan<Scalar>& joint, JointState<Scalar>& s, V
     centripetal_z(joint.b);
     turn_into(w.x(), w.y(), joint.cos_gamma, joint.sin_gamma);
     turn_into(linear.x(), linear.y(), joint.cos_gamma, joint.sin_gamma);
+    if (joint.aside != Scalar(0)) {
+      linear.x() += joint.aside * w.x() * w.y();
+      linear.y() -= joint.aside * (w.x() * w.x() + w.z() * w.z());
+      linear.z() += joint.aside * w.z() * w.y();
+    }
   }
   linear.x() -= joint.a * (w.y() * w.y() + w.z() * w.z());
   linear.y() += joint.a * w.x() * w.y();

@@ -100,6 +100,10 @@ void to_body(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, Mo
     shift_z(joint.b);
     turn_into(m.angular.x(), m.angular.y(), joint.cos_gamma, joint.sin_gamma);
     turn_into(m.linear.x(), m.linear.y(), joint.cos_gamma, joint.sin_gamma);
+    if (joint.aside != Scalar(0)) {
+      m.linear.x() -= joint.aside * m.angular.z();
+      m.linear.z() += joint.aside * m.angular.x();
+    }
   }
   m.linear.y() += joint.a * m.angular.z();
   m.linear.z() -= joint.a * m.angular.y();
@@ -125,6 +129,10 @@ void to_parent(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, 
   f.moment.y() -= joint.a * f.force.z();
   f.moment.z() += joint.a * f.force.y();
   if (joint.branch) {
+    if (joint.aside != Scalar(0)) {
+      f.moment.x() += joint.aside * f.force.z();
+      f.moment.z() -= joint.aside * f.force.x();
+    }
     turn_back(f.moment.x(), f.moment.y(), joint.cos_gamma, joint.sin_gamma);
     turn_back(f.force.x(), f.force.y(), joint.cos_gamma, joint.sin_gamma);
     shift_z(joint.b);
@@ -140,6 +148,7 @@ void to_parent(const JointPlan<Scalar>& joint, const JointState<Scalar>& state,
   turn_x_back(joint, A);
   if (joint.a != Scalar(0)) shift_x_back(A, joint.a);
   if (joint.branch) {
+    if (joint.aside != Scalar(0)) shift_y_back(A, joint.aside);
     turn_z_back(A, joint.cos_gamma, joint.sin_gamma);
     shift_z_back(A, joint.b);
   }
@@ -160,6 +169,7 @@ void joint_pose(const JointPlan<Scalar>& joint, const JointState<Scalar>& state,
     rotation.col(column) = axis;
   }
   if (joint.branch) {
+    position.y() += joint.aside;
     turn_back(position.x(), position.y(), joint.cos_gamma, joint.sin_gamma);
     position.z() += joint.b;
   }

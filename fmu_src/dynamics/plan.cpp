@@ -21,8 +21,36 @@ Twist twist_of(double alpha) {
   return Twist::general;
 }
 
+// DH parameters, and an offset across x in the axes of gamma.
+struct Placement {
+  DhParameters dh;
+  double aside = 0;
+};
+
+// The common normal of nearly parallel axes can be far away, and an inertia that goes there and back loses
+// the square of that distance in digits. `position` is that of the child in the parent's axes turned by
+// gamma.
+Placement placement_of(DhParameters dh, const Vec3<double>& position) {
+  constexpr double far = 8;
+  if (!(std::max(std::abs(dh.b), std::abs(dh.d)) > far * position.lpNorm<Eigen::Infinity>())) return {dh, 0};
+  dh.a = position.x();
+  dh.b = position.z();
+  dh.d = 0;
+  return {dh, position.y()};
+}
+
+Placement placement_of(const DhParameters& dh) {
+  return placement_of(dh, {dh.a, -dh.d * std::sin(dh.alpha), dh.b + dh.d * std::cos(dh.alpha)});
+}
+
+Placement placement_of(const Pose& pose) {
+  const DhParameters dh = dh_of(pose);
+  return placement_of(dh, Eigen::AngleAxisd(-dh.gamma, Vec3<double>::UnitZ()) * pose.position);
+}
+
 template <class Scalar>
-JointPlan<Scalar> joint_plan(const Joint& joint, DhParameters dh, int parent, int link) {
+JointPlan<Scalar> joint_plan(const Joint& joint, const Placement& placement, int parent, int link) {
+  DhParameters dh = placement.dh;
   JointPlan<Scalar> plan;
   plan.parent = parent;
   plan.link = link;
@@ -33,16 +61,17 @@ JointPlan<Scalar> joint_plan(const Joint& joint, DhParameters dh, int parent, in
     // the z axes are parallel: offsets along them add up, and so do the angles when nothing lies between
     dh.d += dh.b;
     dh.b = 0;
-    if (dh.a == 0) {
+    if (dh.a == 0 && placement.aside == 0) {
       dh.theta += dh.gamma;
       dh.gamma = 0;
     }
   }
-  plan.branch = dh.gamma != 0 || dh.b != 0;
+  plan.branch = dh.gamma != 0 || dh.b != 0 || placement.aside != 0;
   plan.shifted = dh.d != 0;
   plan.cos_gamma = std::cos(dh.gamma);
   plan.sin_gamma = std::sin(dh.gamma);
   plan.b = dh.b;
+  plan.aside = placement.aside;
   plan.cos_alpha = std::cos(dh.alpha);
   plan.sin_alpha = std::sin(dh.alpha);
   plan.a = dh.a;
@@ -126,10 +155,11 @@ void Plan<Scalar>::take_joints(const Model& model) {
       continue;
     }
     const bool base_moved = !on_ground && model.links[link.parent].joint.type == JointType::fixed;
-    const DhParameters dh = base_moved ? dh_of(base * pose_of(link.joint.dh)) : link.joint.dh;
+    const Placement placement =
+        base_moved ? placement_of(base * pose_of(link.joint.dh)) : placement_of(link.joint.dh);
     carrier.push_back(static_cast<int>(joints.size()));
     frame_in_carrier.push_back(Pose());
-    joints.push_back(joint_plan<Scalar>(link.joint, dh, parent, static_cast<int>(i)));
+    joints.push_back(joint_plan<Scalar>(link.joint, placement, parent, static_cast<int>(i)));
     prescribed_count += joints.back().prescribed ? 1 : 0;
   }
   nq = nv = static_cast<int>(joints.size());

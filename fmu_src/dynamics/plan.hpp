@@ -25,7 +25,7 @@ struct JointPlan {
   bool prismatic = false;
   bool prescribed = false;  // its acceleration is given, its force follows
   bool of_ball = false;     // chart, z, x or y joint of a spherical joint (dynamics/ball.hpp)
-  bool branch = false;      // gamma or b present
+  bool branch = false;      // gamma, b or aside present
   bool shifted = false;     // constant d of a revolute joint present
   bool passive = false;     // stiffness, damping, friction or stops present
   bool resists = false;     // friction or stops present
@@ -33,7 +33,9 @@ struct JointPlan {
   bool stopped = false;     // stops present
   bool axis_free = true;    // revolute without armature: no moment about z gets past the joint
   Twist twist = Twist::none;
-  Scalar cos_gamma = 1, sin_gamma = 0, b = 0;
+  // Rz(gamma) T(0, aside, b) Rx(alpha) Tx(a) Rz(theta) Tz(d); aside replaces b and d where axes are nearly
+  // parallel
+  Scalar cos_gamma = 1, sin_gamma = 0, b = 0, aside = 0;
   Scalar cos_alpha = 1, sin_alpha = 0, a = 0;
   Scalar theta = 0, cos_theta = 1, sin_theta = 0, d = 0;
   RigidInertia<Scalar> inertia;

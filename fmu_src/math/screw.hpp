@@ -98,4 +98,12 @@ REDYSIM_INLINE void shift_x_back(ArticulatedInertia<Scalar>& A, const Scalar& a)
   A.xz += by * permuted<2, 2, 2, 1>(old_xy);
 }
 
+// The same along y by e: T_y(e) = Rx(-90 deg) T_z(e) Rx(90 deg).
+template <class Scalar>
+REDYSIM_INLINE void shift_y_back(ArticulatedInertia<Scalar>& A, const Scalar& e) {
+  quarter_turn_x_back<false>(A);
+  shift_z_back(A, e);
+  quarter_turn_x_back<true>(A);
+}
+
 }  // namespace redysim

@@ -289,6 +289,43 @@ TEST_P(OpenTree, a_base_far_away_changes_nothing) {
   EXPECT_LT(relative_difference(other.tau(q, qd, qdd), tree.tau(q, qd, qdd)), 1e-9);
 }
 
+// Their common normal is 1e5 times as far away as the bodies; once from the DH parameters, once across a
+// fixed link.
+TEST_P(OpenTree, nearly_parallel_axes_keep_all_digits) {
+  Model tilted = model, across = model;
+  tilted.springs.clear();
+  across.springs.clear();
+  across.links.clear();
+  std::vector<int> place;
+  for (Link& link : tilted.links) {
+    Pose pose = pose_of(link.joint.dh);
+    if (random.chance(0.5)) {
+      const double tilt = random.between(1e-6, 1e-5);
+      pose = pose_of({random.between(-3, 3), 0, tilt, 0, random.between(-3, 3), 0});
+      pose.position = random.vector(0.5);
+    }
+    Link foot, copy = link;
+    foot.joint.type = JointType::fixed;
+    foot.joint.dh = {0.3, -0.2, 0.7, 0.4, -1.1, 0.5};
+    foot.parent = link.parent == ground ? ground : place[link.parent];
+    copy.parent = static_cast<int>(across.links.size());
+    place.push_back(copy.parent + 1);
+    link.joint.dh = dh_of(pose);
+    copy.joint.dh = dh_of(inverse(pose_of(foot.joint.dh)) * pose);
+    across.links.insert(across.links.end(), {foot, copy});
+  }
+  for (const Model& variant : {tilted, across}) {
+    Evaluate<double> other(variant);
+    const Vector found = other.qdd(q, qd, tau);
+    const double scale = std::max(1.0, (other.inertia(q).cwiseAbs() * found.cwiseAbs()).maxCoeff());
+    EXPECT_LT((other.tau(q, qd, found) - tau).lpNorm<Eigen::Infinity>() / scale, 1e-12);
+  }
+  // the parameters themselves are known to the rounding of the distance
+  EXPECT_LT(
+      relative_difference(Evaluate<double>(across).tau(q, qd, qdd), Evaluate<double>(tilted).tau(q, qd, qdd)),
+      1e-8);
+}
+
 TEST_P(OpenTree, update_takes_over_changed_parameters) {
   Model changed = model;
   for (Link& link : changed.links) {
