@@ -360,9 +360,10 @@ class _Layout:
 def _place(own: np.ndarray) -> tuple[list[float], list[float]]:
     """Returns position (m) and roll, pitch, yaw (rad) of a frame, without the last digits."""
     r = own[:3, :3]
-    pitch = math.asin(max(-1.0, min(1.0, -r[2, 0])))
-    if abs(r[2, 0]) < 1 - 1e-12:
-        roll, yaw = math.atan2(r[2, 1], r[2, 2]), math.atan2(r[1, 0], r[0, 0])
-    else:
-        roll, yaw = 0.0, math.atan2(-r[0, 1], r[1, 1])
+    cosine = math.hypot(r[0, 0], r[1, 0])
+    pitch = math.atan2(-r[2, 0], cosine)
+    yaw = math.atan2(r[1, 0], r[0, 0]) if cosine > 1e-14 else math.atan2(-r[0, 1], r[1, 1])
+    # what is left after yaw takes its rounding along, which is large next to a pitch of 90 degrees
+    c, s = math.cos(yaw), math.sin(yaw)
+    roll = math.atan2(s * r[0, 2] - c * r[1, 2], c * r[1, 1] - s * r[0, 1])
     return [round(float(x), 13) for x in own[:3, 3]], [round(x, 13) for x in (roll, pitch, yaw)]

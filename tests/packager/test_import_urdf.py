@@ -106,6 +106,16 @@ def test_the_world_is_the_ground_and_a_base_can_float(tmp_path):
         imported(tmp_path, '<robot name="r"><link name="box"/></robot>')
 
 
+def test_angles_of_a_frame_next_to_the_singular_pitch():
+    """1.5708 for a right angle leaves frames there; an arcsine loses half of their digits."""
+    for away in (0, 1e-16, 1e-12, 1e-8, 2e-6, 0.3):
+        for sign in (1, -1):
+            own = transform(rotation_z(0.7) @ rotation_y(sign * (math.pi / 2 - away)) @ rotation_x(-1.1), (1, 2, 3))
+            position, (roll, pitch, yaw) = urdf._place(own)
+            assert position == [1, 2, 3]
+            assert np.abs(rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll) - own[:3, :3]).max() < 3e-13
+
+
 def test_frames(tmp_path):
     """The URDF's frames, given as [[frame]], lie where the URDF has them."""
     draft = imported(tmp_path, ARM, frames=True)
