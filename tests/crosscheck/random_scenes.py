@@ -22,6 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.crosscheck.dense_motion import Dense, Motion
+from tests.crosscheck.dense_scene import mpmath
 from tests.crosscheck.scene_fmu import Library, Refused
 from tests.crosscheck.scene_maker import Maker
 from tests.crosscheck.scene_parts import CLASSES, PARTS
@@ -287,7 +288,7 @@ def why_ill_posed(case: Case) -> str:
     return "the mass matrix is singular" if motion.pivot < 1e-13 else ""
 
 
-def run(case: Case, library: Library) -> tuple[str, list]:
+def run(case: Case, library: Library, exact: bool = False) -> tuple[str, list]:
     """What came of a scene: its class and what was found."""
     try:
         warnings = library.load(case.text)
@@ -296,7 +297,7 @@ def run(case: Case, library: Library) -> tuple[str, list]:
         why = why_ill_posed(case)
         return ("ill-posed", [f"{why}: {refused}"]) if why else ("refused", [str(refused)])
     assembled = [line for line in warnings if "initial configuration violates" in line]
-    found, motion, dense = compare(case, values)
+    found, motion, _ = compare(case, values, exact)
     if not found:
         return ("describe assembles", assembled) if assembled else ("agree", [])
     found.sort(key=lambda f: -f.error)
@@ -321,7 +322,10 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--scale", type=float, help="size of the scenes, m; default: 1 um to 1 km")
     parser.add_argument("--keep", type=Path, help="folder for the model files of scenes that do not agree")
     parser.add_argument("--file", type=Path, help="check this model file (inputs beside it, .json) instead")
+    parser.add_argument("--exact", action="store_true", help="the dense formulation in 40 digits (needs mpmath, takes a second a scene)")
     options = parser.parse_args(arguments)
+    if options.exact:
+        mpmath.mp.dps = 40
     results, parts = Counter(), Counter()
     begin = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
@@ -329,12 +333,12 @@ def main(arguments: list[str] | None = None) -> int:
         if options.file:
             inputs = options.file.with_suffix(".json")
             case = Case(options.file.read_text(), json.loads(inputs.read_text()) if inputs.exists() else {})
-            verdict, found = run(case, library)
+            verdict, found = run(case, library, options.exact)
             print(verdict, *found, sep="\n    ")
             return int(verdict != "agree")
         for index in range(options.first, options.first + options.count):
             case = draw(options.seed, index, options.only, options.scale)
-            verdict, found = run(case, library)
+            verdict, found = run(case, library, options.exact)
             results[verdict] += 1
             if verdict == "agree":
                 continue
