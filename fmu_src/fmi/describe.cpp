@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/movability.hpp"
 #include "dynamics/straight_line.hpp"
 #include "fmi/dependencies.hpp"
 #include "fmi/drawing.hpp"
@@ -201,9 +202,22 @@ void write_structure(Json& json, const char* key, const VariableTable& table,
   json.end_array();
 }
 
+Diagnostic at_joint(const Model& model, const Plan<double>& plan, int joint, const std::string& path,
+                    const char* where) {
+  const Link& link = model.links[plan.joints[joint].link];
+  return {path, link.line, link.column, singular_sentence(model, plan, joint, where)};
+}
+
+void check_movable(const Model& model, const Plan<double>& plan, const std::string& path) {
+  Workspace<double> workspace(plan);
+  const int joint = always_singular_joint(plan, workspace);
+  if (joint >= 0) throw ModelError(ModelError::Reason::invalid, {at_joint(model, plan, joint, path, "")});
+}
+
 // The model as the FMU will start; what assembly corrects becomes a warning, an impossible loop an error.
 Model assembled(const ModelFile& file, const std::string& path, const Plan<double>& plan,
                 std::vector<Diagnostic>& warnings) {
+  check_movable(file.model, plan, path);
   System system(plan, false, &file.model);
   std::vector<double> y(static_cast<std::size_t>(system.size()));
   begin_motions(file.model, system, 0);
@@ -215,6 +229,8 @@ Model assembled(const ModelFile& file, const std::string& path, const Plan<doubl
     for (const std::string& text : corrections(file.model, plan, assembly))
       warnings.push_back({path, loop.line, loop.column, text});
   }
+  const int still = singular_joint(plan, system.workspace(), system.coordinates(0, y.data()).q);
+  if (still >= 0) warnings.push_back(at_joint(file.model, plan, still, path, " at the start pose"));
   return at_start(file.model, system, 0, y.data());
 }
 

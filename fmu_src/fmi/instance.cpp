@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "dynamics/freedom.hpp"
+#include "dynamics/movability.hpp"
 #include "fmi/arrays.hpp"
 #include "fmi/parameters.hpp"
 #include "integrate/start.hpp"
@@ -122,8 +123,12 @@ fmi2Status Instance::exit_initialization_mode() {
     if (!(Eigen::Map<const Eigen::Vector4d>(ball.quaternion.data()).norm() > 1e-6))
       return refuse(function, ball.name + ".quaternion0 must not be zero");
   // a start that cannot move is found here, not in the first step
-  if (!update_plan(function) || !start_is_closed(function) || !update_accelerations(function))
-    return fmi2Error;
+  if (!update_plan(function)) return fmi2Error;
+  std::string immovable = why_immovable();
+  if (immovable.empty() && !start_is_closed(function)) return fmi2Error;
+  if (immovable.empty()) immovable = why_immovable_at_start();
+  if (!immovable.empty()) return refuse(function, immovable);
+  if (!update_accelerations(function)) return fmi2Error;
   integrator_settings_ = effective_settings();
   std::unique_ptr<Integrator> integrator = make_integrator(system_, integrator_settings_);
   const Outcome outcome = integrator->start(start_time_, current_state());
@@ -290,12 +295,27 @@ const double* Instance::settle() {
 
 bool Instance::update_plan(Function function) {
   if (plan_current_) return true;
-  const std::string why = impossible_parameter();
-  if (why.empty())
+  std::string why = impossible_parameter();
+  if (why.empty()) {
     renew_plan();
-  else
-    refuse(function, why);
+    if (integrator_ && inertia_tuned_) why = why_immovable();
+    inertia_tuned_ = !why.empty();
+  }
+  plan_current_ = why.empty();
+  if (!plan_current_) refuse(function, why);
   return plan_current_;
+}
+
+// Which joint moves nothing at any pose; empty: none. Uses the workspace.
+std::string Instance::why_immovable() {
+  const int joint = always_singular_joint(plan_, system_.workspace());
+  return joint < 0 ? std::string() : singular_sentence(model_, plan_, joint, "");
+}
+
+std::string Instance::why_immovable_at_start() {
+  const double* q = system_.coordinates(time_, current_state()).q;
+  const int joint = singular_joint(plan_, system_.workspace(), q);
+  return joint < 0 ? std::string() : singular_sentence(model_, plan_, joint, " at the start pose");
 }
 
 // Which parameters contradict each other; empty: none.

@@ -77,6 +77,8 @@ class Instance {
   const double* current_state();  // y, in every state of life
   bool update_plan(Function function);
   std::string impossible_parameter() const;
+  std::string why_immovable();
+  std::string why_immovable_at_start();
   void renew_plan();
   bool update_accelerations(Function function);
   bool update_energies(Function function);
@@ -129,6 +131,7 @@ class Instance {
   double time_ = 0;                                             // of the last communication point
   double energy_offset_ = 0;                                    // so that energy.balance starts at 0
   bool parameters_changed_ = false;                             // since the last step
+  bool inertia_tuned_ = false;  // a mass, inertia or armature, since the plan was current
 
   std::unique_ptr<Integrator> integrator_;  // from the end of initialization on
   SolverSettings integrator_settings_;      // that it was made with

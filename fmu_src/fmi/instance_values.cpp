@@ -318,6 +318,7 @@ fmi2Status Instance::set_real(const unsigned* references, std::size_t count, con
     if (variable.variability == Variability::tunable) {
       plan_current_ = false;
       parameters_changed_ = true;
+      inertia_tuned_ = inertia_tuned_ || is_of_link(variable.role) || variable.role == Role::armature;
     }
   }
   return fmi2OK;

@@ -1,6 +1,7 @@
 #include "model/link_reader.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "model/compound_joint.hpp"
 #include "model/joint_parameters.hpp"
@@ -9,17 +10,30 @@
 namespace redysim {
 namespace {
 
-double to_radians(double angle, bool degrees) {
-  return degrees ? angle * 3.14159265358979323846 / 180 : angle;
+constexpr double pi = 3.14159265358979323846;
+
+double to_radians(double angle, bool degrees) { return degrees ? angle * pi / 180 : angle; }
+
+// A constant angle beyond a full turn is one in degrees; one that is pi/2 to 5 digits, or a multiple, is one
+// in radians.
+double read_angle(Section& section, const char* key, bool degrees) {
+  const double angle = section.number(key, 0);
+  const std::string text = std::string(key) + " = " + shown(angle);
+  const double turns = std::abs(angle) / (2 * pi), quarters = 4 * turns;
+  if (!degrees && turns > 1 + 1e-9)
+    section.warn(key, text + " rad is more than a full turn; for degrees set angle_unit = \"deg\"");
+  if (degrees && std::abs(quarters - std::round(quarters)) < 1e-5 && std::round(quarters) > 0 && turns < 1.1)
+    section.warn(key, text + " deg is a multiple of pi/2; for radians set angle_unit = \"rad\"");
+  return to_radians(angle, degrees);
 }
 
 DhParameters read_dh(Section& section, bool degrees) {
   DhParameters dh;
-  dh.gamma = to_radians(section.number("gamma", 0), degrees);
+  dh.gamma = read_angle(section, "gamma", degrees);
   dh.b = section.number("b", 0);
-  dh.alpha = to_radians(section.number("alpha", 0), degrees);
+  dh.alpha = read_angle(section, "alpha", degrees);
   dh.a = section.number("a", 0);
-  dh.theta = to_radians(section.number("theta", 0), degrees);
+  dh.theta = read_angle(section, "theta", degrees);
   dh.d = section.number("d", 0);
   return dh;
 }
@@ -80,6 +94,8 @@ LinkDraft read_link(Section section, const std::string& label, bool degrees, Nam
   link.mass = section.number("mass", 0, Bound::not_negative);
   link.com = section.vector("com", link.com);
   link.inertia = read_inertia(section);
+  link.line = section.place().line;
+  link.column = section.place().column;
   LinkDraft draft{link, parent, section, {}, {}};
   if (is_compound(link.joint.type)) read_compound(draft, degrees);
   draft.section.refuse_unknown();

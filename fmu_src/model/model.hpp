@@ -62,6 +62,7 @@ struct Link {
   double mass = 0;
   Vec3<double> com = Vec3<double>::Zero();
   std::array<double, 6> inertia{};
+  int line = 0, column = 0;  // in the model file; 0: not from a file
 };
 
 // A spherical joint as the reader builds it: four revolute joints on consecutive links, `chart` (0 or 90 deg

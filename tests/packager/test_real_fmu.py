@@ -152,3 +152,31 @@ def test_a_motion_given_by_its_position_takes_the_torques_of_the_whole_motion(fo
     parts = ["joint2.q=0.3*sin(4*t)", "joint2.qd=1.2*cos(4*t)", "joint2.qdd=-4.8*sin(4*t)"]
     run("simulate", "arm.fmu", "--stop", 0.3, "--step", 0.1, "--output", "*.tau", "--interpolate", "none", "--input", *parts, "--csv", "b.csv", cwd=folder)
     assert last_row(folder / "a.csv") == pytest.approx(last_row(folder / "b.csv"), rel=1e-10, abs=1e-10)
+
+
+BASE = "name = 'm'\n[[link]]\nname = 'base'\njoint = 'free'\nTHE_MASS[[link]]\nname = 'arm'\nalpha = 0.7\nmass = 1\ncom = [0.1, 0.2, 0.3]\ninertia = [1, 1.1, 1.2]\n"
+
+
+def test_check_refuses_what_moves_nothing_with_its_place(tmp_path):
+    (tmp_path / "m.toml").write_text(BASE.replace("THE_MASS", ""))
+    refused = run("check", "m.toml", cwd=tmp_path)
+    assert refused.returncode == 1 and refused.stderr.startswith("m.toml:2:1: joint 'base'"), refused.stderr
+    assert "the mass matrix is singular" in refused.stderr and refused.stderr.count("\n") == 1
+
+
+def test_a_mass_that_is_tuned_away_is_refused_with_the_joint(tmp_path):
+    from tests.fmi.raw import ERROR, OK, Slave, Unpacked
+
+    mass = "mass = 1\ncom = [0.3, 0.2, 0.1]\n"
+    (tmp_path / "m.toml").write_text(BASE.replace("THE_MASS", mass) + "[fmu]\ntunable = ['base.mass']\n")
+    built = run("build", "--no-show", "m.toml", cwd=tmp_path)
+    assert built.returncode == 0, built.stderr
+    fmu = Unpacked(tmp_path / "m.fmu", tmp_path / "fmu")
+    for during in (False, True):
+        with Slave(fmu) as slave:
+            assert slave.setup() == OK and slave.call("EnterInitializationMode") == OK
+            if during:
+                assert slave.call("ExitInitializationMode") == OK, slave.errors
+            assert slave.set("base.mass", 0.0) == OK
+            assert (slave.step(0.0, 0.01) if during else slave.call("ExitInitializationMode")) == ERROR
+            assert "joint 'base': the mass matrix is singular" in slave.errors[0]

@@ -165,6 +165,22 @@ TEST(model_error, a_ring_of_parents_is_reported_once) {
   EXPECT_EQ(errors(arm + "parent = 'a'\n"), (Lines{"6: link 'a': parents form a ring: a -> a"}));
 }
 
+TEST(model_error, an_angle_of_the_other_unit_is_a_warning) {
+  for (const char* key : {"alpha", "theta", "gamma"}) {
+    const std::string field = std::string(key) + " = ";
+    EXPECT_EQ(warnings(arm + field + "-90\n"),
+              Lines{"6: link 'a': " + field +
+                    "-90 rad is more than a full turn; for degrees set angle_unit = \"deg\""});
+    EXPECT_EQ(warnings("angle_unit = 'deg'\n" + arm + field + "1.5707963\n"),
+              Lines{"7: link 'a': " + field +
+                    "1.5707963 deg is a multiple of pi/2; for radians set angle_unit = \"rad\""});
+    for (const char* good : {"0", "6.283185307179586", "-3.14159265358979", "5"})
+      EXPECT_EQ(warnings(arm + field + good + "\n"), Lines{}) << good;
+    for (const char* good : {"0", "90", "-270", "720", "1.57", "6.3", "1e-9"})
+      EXPECT_EQ(warnings("angle_unit = 'deg'\n" + arm + field + good + "\n"), Lines{}) << good;
+  }
+}
+
 TEST(model_error, settings_have_bounds) {
   EXPECT_EQ(errors(arm + "[solver]\nrtol = 0\natol = -1\nmax_step = -1\nstep = 1\n"),
             (Lines{"7: solver: rtol must be > 0, got 0", "8: solver: atol must be >= 0, got -1",
