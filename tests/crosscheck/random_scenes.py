@@ -238,6 +238,7 @@ class Check:
             T, T1, _ = [T[:3, :3] for T in scene.pose(link)]
             spin = T1 @ T.T
             length = sum(float(np.linalg.norm(other.pose[0][:3, 3].astype(float))) for other in scene.links)
+            length += float(np.linalg.norm(frame["position"]))
             fast = sum(abs(dof.qd) for dof in scene.dofs)
             groups = {"position": (x, length), "velocity": (v, fast * (length + 1)),
                       "angular_velocity": ((spin[2, 1], spin[0, 2], spin[1, 0]), fast)}
