@@ -19,8 +19,7 @@ sys.path.insert(0, str(ROOT))
 
 from build_fmu.report.command import Wish, make_report  # noqa: E402
 from build_fmu.report.machine import processor  # noqa: E402
-from build_fmu.report.pages import COLOURS, Report, advice, cost  # noqa: E402
-from build_fmu.report.sweep import best  # noqa: E402
+from build_fmu.report.pages import COLOURS, Report, advice, chosen as chosen_run, cost  # noqa: E402
 
 STEP = 0.01  # s
 TARGETS = (1e-3, 1e-6, 1e-9)
@@ -54,7 +53,7 @@ def draw(report: Report, file: Path) -> None:
     FigureCanvasAgg(figure)
     axes = figure.subplots()
     methods = list(dict.fromkeys(p.method for p in report.points))
-    chosen = {target: best(report.points, target, report.step, True) for target in TARGETS}
+    chosen = {target: chosen_run(report, target, True) for target in TARGETS}
     winner = next((p.method for p in chosen.values() if p), methods[0])
     for method in methods:
         if method == winner or not always_alike(report, method, winner):

@@ -284,7 +284,7 @@ def _parser() -> argparse.ArgumentParser:
     command.set_defaults(run=_simulate)
 
     command = commands.add_parser("report", help="what accuracy costs: error against run time, with advice", description="Run method x tolerance x "
-                                  "communication step in a compiled master and write NAME_report.md, .csv, .svg and .png.")
+                                  "communication step in a compiled master and write NAME_report.html, .md, .csv, .svg and .png.")
     command.add_argument("targets", nargs="*", type=Path, metavar="FMU|MODEL", help="what to sweep")
     command.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder to write into (default: here)")
     command.add_argument("--stop", type=float, metavar="T", help="length of the motion in s (default: the model's own)")

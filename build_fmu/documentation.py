@@ -18,7 +18,7 @@ img { max-width: 100%; background: white; border-radius: 6px }
 """.strip()
 
 REPORT = ('<h2>What accuracy costs</h2>\n<p><img src="report.svg" alt="error against run time"></p>\n'
-          '<p>Advice and tables: <a href="report.md">report.md</a>, <a href="report.csv">report.csv</a>.</p>')
+          '<p>Advice and tables: <a href="report.html">report.html</a>, <a href="report.md">report.md</a>, <a href="report.csv">report.csv</a>.</p>')
 
 GROUPS = (
     ("input", "Inputs", "Held during a communication step, unless the master gives their derivatives."),

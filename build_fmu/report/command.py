@@ -16,6 +16,8 @@ from build_fmu.describe import Description, describe
 from build_fmu.documentation import documentation
 from build_fmu.driver import Staged, staged
 from build_fmu.errors import UserError
+from build_fmu.report.html import write_html
+from build_fmu.report.machine import busy, load
 from build_fmu.report.motion import positions
 from build_fmu.report.pages import Report, advice, write_csv, write_page, write_pictures
 from build_fmu.report.reference import Reference, from_csv, from_tight_runs
@@ -76,10 +78,11 @@ def run(options: Namespace) -> int:
 
 def write(report: Report, folder: Path, stem: str) -> list[Path]:
     """Writes the files of a report into the folder and returns them."""
-    files = [folder / f"{stem}_report{ending}" for ending in (".md", ".csv", ".svg", ".png")]
-    write_pictures(files[2:], report)
-    write_csv(files[1], report)
-    write_page(files[0], report, files[2].name)
+    files = [folder / f"{stem}_report{ending}" for ending in (".html", ".md", ".csv", ".svg", ".png")]
+    write_pictures(files[3:], report)
+    write_csv(files[2], report)
+    write_page(files[1], report, files[3].name)
+    write_html(files[0], report, files[3])
     return files
 
 
@@ -93,10 +96,11 @@ def put_into(fmu: Path, model: Description, source: Path, progress: Callable[[st
     played = any(entry.name == "documentation/run.html" for entry in entries)
     entries = [Entry(page, documentation(model, played, has_report=True)) if entry.name == page else entry for entry in entries]
     with tempfile.TemporaryDirectory() as folder:
-        files = [Path(folder) / f"report{ending}" for ending in (".md", ".csv", ".svg")]
+        files = [Path(folder) / f"report{ending}" for ending in (".md", ".csv", ".svg", ".html")]
         write_page(files[0], report, "report.svg")
         write_csv(files[1], report)
-        write_pictures(files[2:], report)
+        write_pictures(files[2:3], report)
+        write_html(files[3], report, files[2])
         entries += [Entry(f"documentation/{file.name}", file.read_bytes()) for file in files]
     write_archive(fmu, entries)
     return report
@@ -104,7 +108,7 @@ def put_into(fmu: Path, model: Description, source: Path, progress: Callable[[st
 
 def make_report(target: Path, wish: Wish, progress: Callable[[str, int, int], None] = lambda *_: None) -> Report:
     """Sweeps one FMU or model file; `progress` gets a sentence, the runs done and their number."""
-    begin = time.monotonic()
+    begin, load_before = time.monotonic(), load()
     model = describe(target) if target.suffix == ".toml" else None
     with staged(target) as fmu:
         where = positions(fmu)
@@ -128,7 +132,8 @@ def make_report(target: Path, wish: Wish, progress: Callable[[str, int, int], No
         total = len(steps) * len(changing) * len(methods) * len(wish.tolerances)
         points = list(sweep(fmu, where, references, inputs, plan, lambda text, done: progress(text, done, total)))
         given = f"inputs {', '.join(wish.inputs)}" if wish.inputs else "no input acts"
-        return Report(fmu.name, where.unit, stop, usual, given, references(usual), points, time.monotonic() - begin, tightest=min(wish.tolerances))
+        return Report(fmu.name, where.unit, stop, usual, given, references(usual), points, time.monotonic() - begin,
+                      tolerances=wish.tolerances, busy=busy(load_before, load()))
 
 
 def _inputs(fmu: Staged, arguments: Sequence[str]) -> Inputs:

@@ -35,6 +35,19 @@ def commit() -> str:
     return git("rev-parse", "--short", "HEAD") + (" with changes" if git("status", "--porcelain", "--untracked-files=no") else "")
 
 
+def load() -> float:
+    """Returns the mean number of processes that wanted to run during the last minute."""
+    return os.getloadavg()[0]
+
+
+def busy(before: float, after: float) -> str:
+    """Returns a sentence if others than this program's one process kept the machine busy, from the load before and after a measurement."""
+    others, processors = max(before, after - 1), len(os.sched_getaffinity(0))
+    if others <= 0.5 * processors:
+        return ""
+    return f"busy machine: load {others:.1f} of other programs on {processors} processors; measured times may be too long, repeat on an idle machine"
+
+
 def machine_lines() -> list[str]:
     """Returns lines for people."""
     lines = [f"{processor()}, {os.cpu_count()} processors, load {os.getloadavg()[0]:.1f}, {platform.system()} {platform.release()}"]

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from build_fmu.archive import whole_file
+from build_fmu.report.advise import best, curves, seconds_for_all
 from build_fmu.report.machine import machine_lines
 from build_fmu.report.reference import Reference
-from build_fmu.report.sweep import Point, best
+from build_fmu.report.sweep import Point
 
 TARGETS = (1e-3, 1e-6, 1e-9)
 COLOURS = {"erk": "#1f77b4", "adams": "#d95f02", "bdf": "#7570b3", "dirk": "#1b9e77", "auto": "#444444"}
@@ -30,18 +31,13 @@ class Report:
     points: Sequence[Point]
     seconds: float
     note: str = ""  # how the library came to be
-    tightest: float = 0.0  # tolerance that each curve was to reach
+    tolerances: Sequence[float] = ()  # that each curve was to have
+    busy: str = ""  # a sentence, if other programs ran
 
     @property
     def steps(self) -> list[float]:
         """Returns the communication steps, shortest first."""
         return sorted({p.step for p in self.points})
-
-    @property
-    def cut_short(self) -> int:
-        """Returns how many curves ended before the tightest tolerance because their time was up."""
-        last = {(p.method, p.step, p.changing): p for p in self.points}
-        return sum(p.rtol > self.tightest * 1.01 and p.outcome.status in ("ok", "budget") for p in last.values())
 
 
 def duration(seconds: float) -> str:
@@ -55,20 +51,33 @@ def cost(us: float) -> str:
 
 
 def advice(report: Report) -> list[str]:
-    """Returns one line a target: what to take, and what it costs."""
+    """Returns one line a target: what to take, and what it costs; then what is to be known before it is taken."""
+    all_curves = curves(report.points, report.tolerances)
+    unfinished = [curve for curve in all_curves if curve.missing]
     lines = []
     for target in TARGETS:
-        changing, held = (best(report.points, target, report.step, flag) for flag in (True, False))
+        changing, held = (chosen(report, target, flag) for flag in (True, False))
         first = changing or held
-        if first:
+        if target < report.reference.uncertainty:
+            line = f"no advice: the reference is known to {report.reference.uncertainty:.1g} {report.unit} only"
+        elif first:
             line = f"take {_choice(first)} (step {duration(report.step)}, inputs {'that change at each step' if changing else 'held'}"
             line += f"; {_choice(held)} where they are held)" if changing and held else ")"
+        elif any(math.isclose(c.points[0].step, report.step) for c in unfinished):
+            line = "no advice: curves that could answer are unfinished"
         else:
             line = "no run of this sweep is good enough"
-            if report.cut_short:
-                line += f"; the time was up for {report.cut_short} of its curves: give it more --seconds"
         lines.append(f"for {_power(target)} {report.unit} {line}")
-    return lines
+    if unfinished:
+        lines.append(f"{len(unfinished)} of {len(all_curves)} curves are unfinished, their time was up; all of them need about "
+                     f"--seconds {seconds_for_all(all_curves, report.stop):.0f}")
+    return lines + [report.busy] * bool(report.busy)
+
+
+def chosen(report: Report, target: float, changing: bool) -> Point | None:
+    """Returns the run that the curves of the usual step carry as advice."""
+    points = [p for p in report.points if p.changing == changing and math.isclose(p.step, report.step)]
+    return best(curves(points, report.tolerances), target)
 
 
 def _choice(point: Point) -> str:
@@ -98,15 +107,8 @@ def write_page(path: Path, report: Report, picture: str) -> None:
 
 def page_lines(report: Report, picture: str) -> list[str]:
     """Returns the lines of the Markdown page."""
-    reference = report.reference
-    known = f"known to {reference.uncertainty:.1g} {report.unit}" if reference.uncertainty else "taken as exact"
-    lines = [f"# {report.name}: what accuracy costs", ""]
-    lines += [f"* {line}" for line in advice(report)]
-    lines += ["", f"The motion lasts {duration(report.stop)}, {report.inputs}. The error is the largest of any joint at any row of output, against "
-              f"{reference.origin}, {known}. A cost is the time of `fmi2SetReal` and `fmi2DoStep` for one millisecond of motion, median of repeated "
-              "runs in a compiled master. *Inputs change* means that every force or torque is set to another number at each communication step (by "
-              "1e-100: the motion stays the same, and a method that lives on its history loses it).",
-              "", f"![error against run time]({picture})", ""]
+    lines = [f"# {report.name}: what accuracy costs", "", *(f"* {line}" for line in advice(report)), "", method(report), "",
+             f"![error against run time]({picture})", ""]
     for changing in (False, True):
         for step in report.steps:
             points = [p for p in report.points if p.changing == changing and p.step == step]
@@ -115,6 +117,16 @@ def page_lines(report: Report, picture: str) -> list[str]:
     lines += [f"* {report.note}"] if report.note else []
     lines += [*(f"* {line}" for line in machine_lines()), f"* {len(report.points)} runs in {report.seconds:.0f} s"]
     return lines
+
+
+def method(report: Report) -> str:
+    """Returns how the figures were measured, in Markdown."""
+    reference = report.reference
+    known = f"known to {reference.uncertainty:.1g} {report.unit}" if reference.uncertainty else "taken as exact"
+    return (f"The motion lasts {duration(report.stop)}, {report.inputs}. The error is the largest of any joint at any row of output, against "
+            f"{reference.origin}, {known}. A cost is the time of `fmi2SetReal` and `fmi2DoStep` for one millisecond of motion, median of repeated "
+            "runs in a compiled master. *Inputs change* means that every force or torque is set to another number at each communication step (by "
+            "1e-100: the motion stays the same, and a method that lives on its history loses it).")
 
 
 def _table(points: Sequence[Point], unit: str) -> list[str]:

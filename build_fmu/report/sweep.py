@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
-
+from dataclasses import dataclass, field, replace
 
 from build_fmu.driver import Outcome, Staged, Task, drive
 from build_fmu.errors import UserError
@@ -15,7 +14,6 @@ from build_fmu.report.reference import Reference
 
 METHODS = ("auto", "erk", "adams", "dirk", "bdf")
 TOLERANCES = tuple(10.0**-k for k in range(3, 13))
-SAME_COST = 1.05  # times: what two measurements of one run may differ by
 # added to each input at every other step: far below the last digit of any torque, yet a change of the input
 TOUCH = 1e-100
 
@@ -45,6 +43,7 @@ class Point:
     error: float
     us_per_ms: float
     rhs_per_ms: float
+    taken: float = math.nan  # s, with all repetitions
 
     @property
     def good(self) -> bool:
@@ -142,8 +141,9 @@ def sweep(fmu: Staged, where: Positions, references: Callable[[float], Reference
         for k, rtol in enumerate(sorted(plan.tolerances, reverse=True)):
             left = allowed - (time.monotonic() - curve_begin)
             progress(f"{method}, rtol {rtol:.0e}, step {step:g} s", number * len(plan.tolerances) + k)
+            run_begin = time.monotonic()
             point = measure(fmu, where, reference, task, method, rtol, changing, ratio, plan, max(left, 0.5))
-            yield point
+            yield replace(point, taken=time.monotonic() - run_begin)
             if point.outcome.status != "ok" or left < 0:
                 break
 
@@ -151,13 +151,3 @@ def sweep(fmu: Staged, where: Positions, references: Callable[[float], Reference
 def _atol_ratio(fmu: Staged) -> float:
     rtol, atol = (fmu.variables[name].start for name in ("solver.rtol", "solver.atol"))
     return float(atol) / float(rtol) if rtol else 0.01
-
-
-def best(points: Sequence[Point], target: float, step: float, changing: bool) -> Point | None:
-    """Returns the cheapest point whose error stays below the target; of methods that cost the same, the one that `auto` would choose."""
-    fit = [p for p in points if p.good and p.error <= target and p.changing == changing and math.isclose(p.step, step)]
-    least = min((p.us_per_ms for p in fit), default=math.nan)
-    near = [p for p in fit if p.us_per_ms <= SAME_COST * least]
-    return min(near, key=lambda p: (p.method == "auto", p.us_per_ms), default=None)
-
-

@@ -8,24 +8,18 @@ from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
-from build_fmu.archive import whole_file
+from build_fmu.html_page import write_html_page
 from build_fmu.report.machine import machine_lines
 from build_fmu.stress.cases import GROUPS
 from build_fmu.stress.pages import KINDS, LEGEND, MEANING, depth
 from build_fmu.stress.run import LONG_SHARE, Verdict
 
 STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; color: #22303c; margin: 2rem auto; max-width: 76rem; padding: 0 1rem; }
-h1 { margin-bottom: 0; } h2 { margin-top: 2.5rem; } .small { color: #5b6b78; font-size: 13px; }
-table { border-collapse: collapse; } th { text-align: left; font-weight: 600; }
-.figures td, .figures th { padding: 2px 10px 2px 0; border-bottom: 1px solid #e4e9ed; vertical-align: top; font-size: 13px; }
-.figures td.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; } .figures th.n { text-align: right; }
 .map { font-size: 11px; } .map th { font-weight: 400; padding: 0 6px 0 0; white-space: nowrap; }
 .map thead th { writing-mode: vertical-rl; transform: rotate(180deg); padding: 4px 0; }
 .map td { padding: 0 1px 1px 0; } .map .first { padding-left: 6px; } .map a { display: block; width: 14px; height: 14px; border-radius: 2px; }
-.wide { overflow-x: auto; } .tag { display: inline-block; border-radius: 3px; padding: 0 6px; color: #fff; font-size: 12px; }
+.tag { display: inline-block; border-radius: 3px; padding: 0 6px; color: #fff; font-size: 12px; }
 .counts span { margin-right: 1.2rem; } tr:target { background: #fff6d6; } dt { font-weight: 600; } dd { margin: 0 0 .3rem 1.5rem; }
-summary { cursor: pointer; font-weight: 600; padding: .3rem 0; }
 """
 # a link into a folded table opens it
 SCRIPT = """
@@ -45,9 +39,7 @@ def write_html(path: Path, verdicts: Sequence[Verdict], seconds: float, taken: f
         rows = [v for v in verdicts if v.model == model]
         good = sum(v.kind == "finished" for v in rows)
         parts.append(f"<details{' open' if len(models) == 1 else ''}><summary>{escape(model)}: {good} of {len(rows)} finished</summary>{_table(rows)}</details>")
-    text = (f"<!DOCTYPE html><html lang=en><meta charset=utf-8><meta name=viewport content='width=device-width'><title>Extreme cases</title>"
-            f"<style>{STYLE}</style><script>{SCRIPT}</script><body>{''.join(parts)}</body></html>\n")
-    whole_file(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+    write_html_page(path, "Extreme cases", "".join(parts), STYLE, SCRIPT)
 
 
 def _counts(verdicts: Sequence[Verdict]) -> str:

@@ -6,45 +6,92 @@ from dataclasses import replace
 import pytest
 
 from build_fmu.driver import Outcome
-from build_fmu.report.pages import Report, advice, duration
+from build_fmu.report.advise import best, curves
+from build_fmu.report.html import write_html
+from build_fmu.report.machine import busy
+from build_fmu.report.pages import Report, advice, duration, write_pictures
 from build_fmu.report.reference import Reference
-from build_fmu.report.sweep import Point, best, communication_steps
+from build_fmu.report.sweep import Point, communication_steps
 from build_fmu.report.target import with_rtol
 
 
 def point(method, rtol, error, cost, changing=False, step=0.01, status="ok"):
-    return Point(method, rtol, step, changing, Outcome(status), error, cost, 1.0)
+    return Point(method, rtol, step, changing, Outcome(status), error, cost, 1.0, taken=0.1)
 
 
-POINTS = [point("erk", 1e-5, 2e-4, 3.0), point("erk", 1e-7, 5e-7, 9.0), point("adams", 1e-8, 8e-7, 7.25), point("bdf", 1e-9, 1e-10, 100.4),
-          point("erk", 1e-7, 6e-7, 9.5, changing=True), point("adams", 1e-9, 1e-9, 1.0, step=0.1), point("bdf", 1e-3, math.nan, 0.1, status="error")]
+def report_of(points, tolerances, uncertainty=0.0, busy=""):
+    return Report("arm", "rad", 1.0, 0.01, "", Reference(None, None, uncertainty, ""), points, 1.0, tolerances=tolerances, busy=busy)
+
+
+WHOLE = [point("erk", 1e-5, 2e-4, 3.0), point("erk", 1e-7, 5e-7, 9.0), point("erk", 1e-9, 1e-8, 30.0),
+         point("adams", 1e-5, 1e-3, 5.0), point("adams", 1e-7, 8e-7, 7.25), point("adams", 1e-9, 1e-7, 12.0),
+         point("bdf", 1e-5, 1e-3, 50.0), point("bdf", 1e-7, 1e-6, 70.0), point("bdf", 1e-9, 1e-10, 100.4),
+         point("erk", 1e-5, 2e-4, 3.5, changing=True), point("erk", 1e-7, 6e-7, 9.5, changing=True), point("erk", 1e-9, 2e-8, 31.0, changing=True),
+         point("adams", 1e-9, 1e-9, 1.0, step=0.1)]
+LADDER = (1e-5, 1e-7, 1e-9)
 
 
 def test_the_cheapest_that_is_good_enough_is_advised():
-    report = Report("arm", "rad", 1.0, 0.01, "", Reference(None, None, 0.0, ""), POINTS, 1.0)
-    assert advice(report) == [
-        "for 1e-3 rad take erk at rtol 1e-7: 9.5 µs a ms (step 10 ms, inputs that change at each step; erk at rtol 1e-5: 3 µs a ms where they are held)",
-        "for 1e-6 rad take erk at rtol 1e-7: 9.5 µs a ms (step 10 ms, inputs that change at each step; adams at rtol 1e-8: 7.2 µs a ms where they are held)",
+    assert advice(report_of(WHOLE, LADDER)) == [
+        "for 1e-3 rad take erk at rtol 1e-5: 3.5 µs a ms (step 10 ms, inputs that change at each step; erk at rtol 1e-5: 3 µs a ms where they are held)",
+        "for 1e-6 rad take erk at rtol 1e-7: 9.5 µs a ms (step 10 ms, inputs that change at each step; adams at rtol 1e-7: 7.2 µs a ms where they are held)",
         "for 1e-9 rad take bdf at rtol 1e-9: 100 µs a ms (step 10 ms, inputs held)"]
 
 
-def test_an_accuracy_that_no_run_reached_is_said_so_and_why():
-    points = [point("erk", 1e-3, 1e-3, 1.0), point("adams", 1e-3, 1e-4, 2.0), point("bdf", 1e-3, math.nan, 0.1, status="error")]
-    report = Report("arm", "rad", 1.0, 0.01, "", Reference(None, None, 0.0, ""), points, 1.0)
-    ended = replace(report, tightest=1e-9)
-    assert advice(replace(report, tightest=1e-3))[-1] == "for 1e-9 rad no run of this sweep is good enough"
-    assert advice(ended)[-1] == "for 1e-9 rad no run of this sweep is good enough; the time was up for 2 of its curves: give it more --seconds"
+def test_curves_that_were_cut_short_carry_no_advice_and_are_counted():
+    first = [replace(point(method, 1e-3, 1e-10, 1.0), taken=2.0) for method in ("erk", "adams", "bdf")]
+    lines = advice(report_of(first, (1e-3, *LADDER)))
+    assert lines[:3] == [f"for {target} rad no advice: curves that could answer are unfinished" for target in ("1e-3", "1e-6", "1e-9")]
+    assert lines[3].startswith("3 of 3 curves are unfinished, their time was up; all of them need about --seconds ")
+    # a run, then three that take 1.6 times as long each, on each of three curves
+    assert float(lines[3].split()[-1]) == pytest.approx(3 * 2 * (1 + 1.6 + 1.6**2 + 1.6**3), rel=0.05)
+
+
+def test_a_curve_that_was_cut_where_it_is_dearer_already_spoils_no_advice():
+    dear = [point("erk", 1e-5, 1e-4, 3.0), point("erk", 1e-7, 1e-7, 9.0), point("erk", 1e-9, 1e-9, 20.0), replace(point("bdf", 1e-5, 1e-2, 50.0), taken=1.0)]
+    assert advice(report_of(dear, LADDER))[1].startswith("for 1e-6 rad take erk at rtol 1e-7")
+    cheap = [*dear[:3], replace(point("bdf", 1e-5, 1e-2, 5.0), taken=1.0)]
+    assert "no advice" in advice(report_of(cheap, LADDER))[1]
+
+
+def test_a_lucky_run_is_not_advised():
+    lucky = [point("erk", 1e-5, 1e-7, 3.0), point("erk", 1e-7, 2e-6, 9.0), point("erk", 1e-9, 1e-9, 20.0)]
+    assert "take erk at rtol 1e-9" in advice(report_of(lucky, LADDER))[1]
+
+
+def test_an_accuracy_beyond_the_reference_gets_no_advice():
+    assert advice(report_of(WHOLE, LADDER, uncertainty=3e-9))[2] == "for 1e-9 rad no advice: the reference is known to 3e-09 rad only"
+
+
+def test_an_accuracy_that_no_run_reached_is_said_so():
+    points = [point("erk", 1e-3, 1e-3, 1.0), point("bdf", 1e-3, math.nan, 0.1, status="error")]
+    assert advice(report_of(points, (1e-3,)))[-1] == "for 1e-9 rad no run of this sweep is good enough"
+
+
+def test_a_busy_machine_is_named_next_to_the_advice():
+    assert busy(0.2, 1.1) == "" and "busy machine: load 50.0 of other programs" in busy(0.1, 51.0)
+    assert advice(report_of(WHOLE, LADDER, busy="busy machine"))[-1] == "busy machine"
 
 
 def test_of_equal_costs_a_method_is_named_before_auto():
     points = [point("auto", 1e-6, 1e-7, 1.0), point("erk", 1e-6, 1e-7, 1.03), point("adams", 1e-6, 1e-7, 1.3)]
-    assert best(points, 1e-6, 0.01, False).method == "erk"
-    assert best([points[0], points[2]], 1e-6, 0.01, False).method == "auto"
+    assert best(curves(points, [1e-6]), 1e-6).method == "erk"
+    assert best(curves([points[0], points[2]], [1e-6]), 1e-6).method == "auto"
 
 
 def test_a_run_that_failed_is_never_best():
-    assert best(POINTS, 1.0, 0.01, False).method == "erk"
-    assert best(POINTS, 1e-12, 0.01, False) is None
+    failed = [point("bdf", 1e-3, math.nan, 0.1, status="error"), point("erk", 1e-3, 1e-4, 1.0)]
+    assert best(curves(failed, [1e-3]), 1e-3).method == "erk" and best(curves(failed, [1e-3]), 1e-12) is None
+
+
+def test_the_html_page_holds_advice_picture_and_every_run(tmp_path):
+    report = report_of([point("erk", 1e-5, 2e-4, 3.0), point("a<b", 1e-5, 2e-4, 3.0)], (1e-5, 1e-7))
+    write_pictures([tmp_path / "a.svg"], report)
+    write_html(tmp_path / "a.html", report, tmp_path / "a.svg")
+    text = (tmp_path / "a.html").read_text()
+    assert all(f"<li>{line}</li>" in text for line in advice(report)) and "unfinished" in text
+    assert text.count("<svg") == 1 and "<?xml" not in text and "a&lt;b" in text and "<td>a<b" not in text
+    assert text.count("<tr>") == 1 + len(report.points)
 
 
 @pytest.mark.parametrize("stop, step, steps", [(1, 0.01, [0.001, 0.01, 0.1]), (0.2, 0.01, [0.001, 0.01]), (1e-3, 1e-2, [1e-3])])
