@@ -14,6 +14,7 @@
 #include "integrate/first_step.hpp"
 #include "integrate/methods.hpp"
 #include "integrate/state_bytes.hpp"
+#include "integrate/step_work.hpp"
 #include "integrate/sundials_objects.hpp"
 
 // Variable-order multistep methods by SUNDIALS' CVODE: Adams (functional iteration) and BDF (Newton).
@@ -81,6 +82,7 @@ class Cvode final : public Integrator {
   static int jacobian(double time, N_Vector y, N_Vector slope, SUNMatrix matrix, void* self, N_Vector,
                       N_Vector, N_Vector);
   static int project(double time, N_Vector y, N_Vector correction, double, N_Vector error, void* self);
+  static bool power(double time, void* self, double& power);
 
   void build();
   double absolute(double since) const { return beginning_.time + since; }  // CVODE's time for the system
@@ -88,6 +90,8 @@ class Cvode final : public Integrator {
   void reset_to_beginning();
   int take_step();
   void count_step();
+  void count_work(double before);
+  double& work_of(double* y) const { return y[y_.size() - 1]; }
   Outcome reach(double& end);
   double since_beginning(double end) const;
   Outcome explain(int flag);
@@ -115,6 +119,7 @@ class Cvode final : public Integrator {
   Beginning beginning_;
   double ahead_time_ = 0;         // end of CVODE's last step since the beginning; not before time_
   std::int32_t steps_taken_ = 0;  // since the beginning
+  StepWork work_;                 // where the system has work
   Statistics statistics_;
 
   std::vector<double> slope_;  // f at the beginning, when serve_slope_
@@ -223,7 +228,18 @@ int Cvode::project(double time, N_Vector y, N_Vector correction, double, N_Vecto
   return static_cast<int>(status);
 }
 
+// Along the last step.
+bool Cvode::power(double time, void* self_pointer, double& power) {
+  Cvode& self = *static_cast<Cvode*>(self_pointer);
+  if (CVodeGetDky(self.memory_.get(), time, 0, self.error_.get()) != CV_SUCCESS) return false;
+  const Status status =
+      self.system_.right_hand_side(self.absolute(time), data(self.error_), data(self.weights_));
+  power = self.work_of(data(self.weights_));
+  return status == Status::ok;
+}
+
 Outcome Cvode::start(double time, const double* y) {
+  work_.start();
   time_ = time;
   std::copy_n(y, y_.size(), y_.begin());
   fresh_ = true;
@@ -248,6 +264,7 @@ bool Cvode::begin(double time, const double* y, bool careful) {
       first_step(system_, error_weights_, 1, time, beginning_.y.data(), slope_.data(), largest_step_, room_);
   if (!(beginning_.first_step > 0)) return false;
   reset_to_beginning();
+  if (system_.with_work()) work_.begin(work_of(beginning_.y.data()));
   serve_slope_ = true;
   return true;
 }
@@ -277,6 +294,13 @@ void Cvode::count_step() {
   statistics_.rejected = beginning_.rejected_before + errors + solver;
 }
 
+void Cvode::count_work(double before) {
+  if (!system_.with_work()) return;
+  CVodeGetEstLocalErrors(memory_.get(), error_.get());
+  work_.step(before, ahead_time_, work_of(data(ahead_)), work_of(data(error_)),
+             tightened(settings_.rtol, method_), &Cvode::power, this);
+}
+
 // CVODE's time of an `end` that it has reached, or is to reach.
 double Cvode::since_beginning(double end) const {
   return absolute(ahead_time_) == end ? ahead_time_ : end - beginning_.time;
@@ -299,6 +323,7 @@ Outcome Cvode::reach(double& end) {
     if (steps_taken_ == steps_between_restarts) {
       const double time = absolute(ahead_time_);
       std::copy_n(data(ahead_), y_.size(), data(error_));
+      if (system_.with_work()) work_of(data(error_)) = work_.end();
       if (system_.project(time, data(error_), nullptr) != Status::ok)
         return failure(time, "the loops cannot be closed");
       if (!begin(time, data(error_), true)) return failure(time, "the accelerations cannot be computed");
@@ -309,6 +334,7 @@ Outcome Cvode::reach(double& end) {
     if (!(ahead_time_ > before))
       return failure(absolute(before), "no step is small enough for the tolerance");
     count_step();
+    count_work(before);
   }
   return {};
 }
@@ -335,6 +361,7 @@ Outcome Cvode::advance(double end, bool inputs_changed) {
       std::copy_n(data(ahead_), y_.size(), y);
     else
       CVodeGetDky(memory_.get(), since, 0, error_.get());
+    if (system_.with_work()) work_of(y) = work_.at(since, work_of(y));
     if (system_.has_loops() && (system_.project(end, y, nullptr) != Status::ok || system_.loops_are_lost()))
       outcome = failure(end, "the loops cannot be closed");
   }
@@ -391,6 +418,7 @@ void Cvode::save(std::vector<unsigned char>& bytes) const {
   writer.put<std::int64_t>(beginning_.rejected_before);
   writer.put(ahead_time_);
   writer.put(steps_taken_);
+  work_.put(writer);
   put(writer, statistics_);
 }
 
@@ -404,6 +432,7 @@ bool Cvode::restore(const unsigned char* bytes, std::size_t size) {
   std::int64_t rejected_before = 0;
   std::uint64_t inputs = 0;
   std::int32_t steps_taken = 0;
+  StepWork work;
   Statistics statistics;
   reader.get(time);
   reader.get(y.data(), y.size());
@@ -419,6 +448,7 @@ bool Cvode::restore(const unsigned char* bytes, std::size_t size) {
   reader.get(rejected_before);
   reader.get(ahead_time);
   reader.get(steps_taken);
+  work.get(reader);
   get(reader, statistics);
   if (!reader.finished() || !std::isfinite(time) || fresh > 1) return false;
   beginning.careful = careful != 0;
@@ -442,6 +472,7 @@ bool Cvode::restore(const unsigned char* bytes, std::size_t size) {
     // another model or machine ends elsewhere: then begin anew from the state
     fresh_ = flag < 0 || ahead_time_ != ahead_time;
   }
+  work_ = work;
   statistics_ = statistics;
   return true;
 }

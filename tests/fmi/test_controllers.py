@@ -103,6 +103,26 @@ def test_the_stiff_gripper_of_redysim(fmu_file):
     assert result["solver.rhs_evaluations"][-1] < 3000
 
 
+@pytest.mark.parametrize("method", ("erk", "adams", "dirk", "bdf", "auto"))
+@pytest.mark.parametrize("law", ("computed_torque", "feed_forward"))
+def test_work_is_exact_where_the_motion_is_smoother_than_the_torque(build, law, method):
+    """A gantry that follows polynomials: one step may span a tenth of the run, in which the power has many turns."""
+    moves = "".join(f"[[trajectory]]\njoint = 'joint{i + 1}'\ntype = 'quintic'\nto = {to}\nduration = 1\n"
+                    for i, to in enumerate((0.15, 0.1, 0.2, 90)))
+    fmu = build((ROOT / "models/pppr.toml").read_text() + f"\n{moves}[controller]\nlaw = '{law}'\nkp = 49\nkd = 14\n")
+    for rtol in (1e-6, 1e-8):
+        for step in (0.1, 0.01):
+            with Slave(fmu) as slave:
+                slave.initialize(start={"solver.method": method, "solver.rtol": rtol, "solver.atol": 1e-2 * rtol})
+                balances, works = [], []
+                for k in range(round(1.1 / step)):
+                    assert slave.step(k * step, step) == OK, slave.errors
+                    balances.append(abs(slave.get("energy.balance")))
+                    works.append(abs(slave.get("energy.work")))
+                assert max(works) > 0.1
+                assert max(balances) < 5 * rtol, (rtol, step)
+
+
 @pytest.mark.parametrize(("model", "law", "stop", "known", "work"), [
     ("rp_robot", "kp = 49\nkd = 14\ntarget = [90, 0.3]", 3, (1.586609775, 0.301562316), 2.1952186),
     ("pppr", "kp = 49\nkd = 14\ntarget = [0.1, 0.1, 0.1, 90]", 1, (0.103684976, 0.100005537, 0.101609512, 1.523308958), None)])

@@ -35,7 +35,7 @@ struct Rig {
   Rig(const std::string& name, const SolverSettings& settings, bool with_work = false)
       : model(read_model_file(std::string(REDYSIM_MODELS "/") + name + ".toml").model),
         plan(model),
-        system(plan, with_work),
+        system(plan, with_work, &model),
         integrator(make_integrator(system, settings)) {
     const std::vector<double> y = start_state();
     integrator->start(0, y.data());
