@@ -130,6 +130,7 @@ fmi2Status Instance::exit_initialization_mode() {
   if (!immovable.empty()) return refuse(function, immovable);
   if (!update_accelerations(function)) return fmi2Error;
   integrator_settings_ = effective_settings();
+  system_.set_scales(model_);
   std::unique_ptr<Integrator> integrator = make_integrator(system_, integrator_settings_);
   const Outcome outcome = integrator->start(start_time_, current_state());
   if (!outcome.ok) return refuse(function, outcome.message);
@@ -139,6 +140,8 @@ fmi2Status Instance::exit_initialization_mode() {
   }
   integrator_ = std::move(integrator);
   applied_inputs_ = system_.inputs();
+  travel_.clear();
+  note_travel();
   parameters_changed_ = false;
   time_ = start_time_;
   state_ = State::step;
@@ -147,36 +150,6 @@ fmi2Status Instance::exit_initialization_mode() {
                shown(integrator_settings_.rtol));
   report_drives();
   return fmi2OK;
-}
-
-// Whether the prescribed motions miss or outnumber the freedom of closed loops.
-void Instance::report_drives() {
-  if (!plan_.has_loops() || !plan_.has_motion()) return;
-  if (!log_.events() && !log_.warnings()) return;
-  const Freedom found = freedom(model_, system_.coordinates(time_, current_state()).q);
-  if (found.surplus > 0)
-    log_.warning(sentence(found));
-  else
-    log_.event(sentence(found));
-}
-
-// Which parts of prescribed motions the master has left alone until the first step.
-void Instance::report_unset_motion() {
-  if (motion_checked_) return;
-  motion_checked_ = true;
-  constexpr int listed = 6;
-  std::string names;
-  int count = 0;
-  for (const Variable& variable : table_.all()) {
-    const int part = static_cast<int>(variable.role) - static_cast<int>(Role::motion_q);
-    if (part < 0 || part > 2 || motion_set_[3 * variable.joint + part] != 0) continue;
-    if (++count <= listed) names += (count == 1 ? "" : ", ") + variable.name;
-  }
-  if (count == 0) return;
-  if (count > listed) names += " and " + std::to_string(count - listed) + " more";
-  log_.warning("inputs of prescribed motions that were never set: " + names +
-               "; each follows from its start value and the other inputs of its joint. Set q, qd and qdd of "
-               "every prescribed joint");
 }
 
 // A master's tolerance tightens the model's, both parts alike, and never loosens it.
@@ -214,6 +187,7 @@ fmi2Status Instance::do_step(double current, double size) {
   parameters_changed_ = false;
   settled_ = true;
   values_changed();
+  note_travel();
   if (outcome.ok) {
     time_ = end;
     return fmi2OK;
@@ -228,6 +202,7 @@ fmi2Status Instance::do_step(double current, double size) {
 
 fmi2Status Instance::terminate() {
   state_ = State::terminated;
+  report_short_travel();
   log_.event("terminated at " + shown(time_) + " s");
   return fmi2OK;
 }

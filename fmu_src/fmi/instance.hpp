@@ -73,6 +73,8 @@ class Instance {
   void restore_start_values();
   void report_drives();
   void report_unset_motion();
+  void note_travel();
+  void report_short_travel();
   void values_changed();          // all that is computed on demand is stale
   const double* current_state();  // y, in every state of life
   bool update_plan(Function function);
@@ -138,7 +140,11 @@ class Instance {
   std::vector<double> applied_inputs_;      // of the last step
   std::vector<double> motion_;              // per joint: the prescribed q, qd, qdd as last set
   std::vector<unsigned char> motion_set_;   // which of them the master ever set
-  bool motion_checked_ = false;             // report_unset_motion was asked
+  struct Travel {
+    double start, farthest;
+  };
+  std::vector<Travel> travel_;   // of the joints in the state
+  bool motion_checked_ = false;  // report_unset_motion was asked
   bool settled_state_current_ = false;
   bool settled_ = true;  // false: the state has to follow a motion set since the last step
 

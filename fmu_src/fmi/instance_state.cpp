@@ -55,6 +55,7 @@ void Instance::save(Bytes& bytes) {
     writer.value(static_cast<std::uint64_t>(inputs->size()));
     writer.values(*inputs);
   }
+  writer.values(system_.scales());
   writer.values(motion_);
   writer.block(motion_set_.data(), motion_set_.size());
   if (!integrator_) return;
@@ -81,8 +82,12 @@ bool Instance::restore(const Bytes& bytes) {
     reader.values(*values);
   }
   std::vector<unsigned char> motion_set(motion_set_.size());
+  std::vector<double> scales(system_.scales().size());
+  reader.values(scales);
   reader.values(motion);
   if (!reader.block(motion_set.data(), motion_set.size())) return false;
+  for (double scale : scales)
+    if (!(scale > 0) || !std::isfinite(scale)) return false;
   const auto state = static_cast<State>(state_code);
   auto method = static_cast<SolverMethod>(method_code);
   if (!is_a_state(state) || !is_a_method(method)) return false;
@@ -94,6 +99,7 @@ bool Instance::restore(const Bytes& bytes) {
       if (double* value = parameter(model_, variable)) std::swap(*value, *saved++);
     std::swap(model_.solver.method, method);
     std::swap(tolerance_, tolerance);
+    system_.scales().swap(scales);
   };
   exchange_parameters();
   system_.update_control(model_);

@@ -6,7 +6,8 @@
 
 namespace redysim {
 
-// The scale of an acceptable error, component by component: weight = 1 / (rtol |y| + atol).
+// The scale of an acceptable error, component by component: weight = 1 / (rtol |y| + atol scale).
+// * The scale of a joint's position and velocity is that of its motions (System::scales).
 // * A revolute joint's |q| counts as 2 pi at most: an angle has no scale beyond a turn.
 // * No scale is below a few roundings of |y|, which no method can resolve; a joint's velocity feels those of
 //   its position (1 rad ~ 1 rad/s).
@@ -21,8 +22,8 @@ class ErrorWeights {
   double norm(const double* error, const double* weights) const;  // root mean square of weighted entries
 
  private:
+  const System& system_;
   double rtol_, atol_;
-  int nq_, simple_;
   std::vector<double> cap_;  // largest |y| that counts; one entry a weighted component
   std::size_t size_;
 };

@@ -9,6 +9,7 @@
 #include "dynamics/energy.hpp"
 #include "dynamics/loop_correction.hpp"
 #include "dynamics/straight_line.hpp"
+#include "model/motion_scale.hpp"
 
 namespace redysim {
 
@@ -64,6 +65,8 @@ System::System(const Plan<double>& plan, bool with_work, const Model* model)
       motion_slot_[i] = held_count_++;
   }
   simple_ = static_cast<int>(integrated_.size());
+  scales_.assign(integrated_.size(), 1.0);
+  if (model) set_scales(*model);
   nq_ = simple_ + 4 * static_cast<int>(plan.balls.size());
   nv_ = simple_ + 3 * static_cast<int>(plan.balls.size());
   angles_.resize(plan.balls.size());
@@ -74,6 +77,10 @@ System::System(const Plan<double>& plan, bool with_work, const Model* model)
     unmoved_.resize(static_cast<std::size_t>(size()));
   }
   if (!plan.balls.empty() || control_) applied_.assign(forces_size(), 0.0);
+}
+
+void System::set_scales(const Model& model) {
+  for (int k = 0; k < simple(); ++k) scales_[k] = motion_scale(model, plan_.joints[joint_of(k)].link);
 }
 
 System::Coordinates System::coordinates(double time, const double* y) {

@@ -37,6 +37,11 @@ class System {
     return integrated_[state_position];
   }  // into plan().joints; < simple()
 
+  // The size of each joint's motions, m or 1 (rad), that absolute tolerances count in; of length simple().
+  void set_scales(const Model& model);
+  std::vector<double>& scales() { return scales_; }
+  const std::vector<double>& scales() const { return scales_; }
+
   // What is held between settings: joint forces (plan().nv, N m or N; undriven joints stay 0; prescribed
   // joints their qdd), moment and force of each port (6 each), the torque on each spherical joint (3 each,
   // link axes), then per joint with a motion input (or locked) a time, q and qd at that time, and by how much
@@ -177,6 +182,7 @@ class System {
   std::vector<int> integrated_;   // joints in the state
   std::vector<int> motion_slot_;  // per joint: its place among those with a held motion, or -1
   int held_count_ = 0;
+  std::vector<double> scales_;
   std::unique_ptr<Control> control_;
   std::vector<double> inputs_;
   std::size_t base_size_ = 0;

@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from tests.fmi.raw import ERROR, OK, Slave
+from tests.fmi.conftest import build_fmu
+from tests.fmi.raw import ERROR, OK, Slave, Unpacked
 
 
 def test_outputs_in_initialization_mode_follow_the_start_values(fmu):
@@ -150,3 +151,22 @@ def test_output_derivatives_are_velocities_and_accelerations(fmu):
             reference = slave.fmu.variables[name][1]
             assert slave.call("GetRealOutputDerivatives", (c.c_uint * 1)(reference), c.c_size_t(1), (c.c_int * 1)(order),
                               (c.c_double * 1)()) == ERROR
+
+
+def test_slides_that_move_less_than_the_tolerance_are_named_at_the_end(fmu_file, tmp_path):
+    """A piezo stage: metres of mechanism, nanometres of motion, of which nothing in the file tells."""
+    fmu_file("pendulum")  # skips where nothing is built
+    (tmp_path / "stage.toml").write_text(
+        'name = "stage"\ngravity = [0, 0, 0]\n[[link]]\nname = "stage"\njoint_name = "piezo"\njoint = "prismatic"\nmass = 2\n'
+        'com = [0.3, 0, 0]\nstiffness = 2e6\n')
+    stage = Unpacked(build_fmu(tmp_path / "stage.toml", tmp_path / "stage.fmu"), tmp_path / "unpacked")
+    for force, atol, told in ((1e-3, 1e-8, True), (1e-3, 1e-12, False), (100, 1e-8, False), (0, 1e-8, False)):
+        with Slave(stage, logging=True) as slave:
+            slave.initialize(start={"solver.atol": atol})
+            assert slave.set("piezo.tau", force) == OK
+            slave.run(0.01, 0.001)
+            assert not [text for _, category, text in slave.messages if category == "logStatusWarning"]
+            assert slave.call("Terminate") == OK
+            warnings = [text for _, category, text in slave.messages if category == "logStatusWarning"]
+            assert len(warnings) == told
+            assert not told or ("'piezo'" in warnings[0] and "solver.atol" in warnings[0])

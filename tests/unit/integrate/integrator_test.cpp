@@ -238,6 +238,31 @@ TEST_P(EveryMethod, many_turns_leave_the_tolerance_alone) {
   }
 }
 
+// A slide on a spring from a nanometre to a kilometre: absolute tolerances count in its own motion.
+TEST_P(EveryMethod, size_of_a_mechanism_does_not_matter) {
+  const SolverSettings settings = solver(GetParam(), 1e-7);
+  for (double size : {1e-9, 1e-6, 1e-3, 1.0, 1e3}) {
+    for (bool moving : {false, true}) {
+      Model model = read_model_text(
+                        "name = 'slide'\ngravity = [0, 0, 0]\n[[link]]\nname = 'cart'\njoint = 'prismatic'\n"
+                        "mass = 2\ncom = [1, 0, 0]\nstiffness = 200\n",
+                        "slide.toml")
+                        .model;
+      (moving ? model.links[0].joint.qd0 : model.links[0].joint.q0) = moving ? 10 * size : size;
+      const Plan<double> plan(model);
+      System system(plan, false, &model);
+      const auto integrator = make_integrator(system, settings);
+      const double y[] = {model.links[0].joint.q0, model.links[0].joint.qd0};
+      integrator->start(0, y);
+      for (int k = 1; k <= 100; ++k) {
+        ASSERT_TRUE(integrator->advance(0.02 * k, k % 10 == 1).ok);
+        const double phase = 10 * 0.02 * k, exact = moving ? std::sin(phase) : std::cos(phase);
+        ASSERT_NEAR(integrator->state()[0] / size, exact, 3e-5) << size << ' ' << k;
+      }
+    }
+  }
+}
+
 // Beyond hope, and told soon.
 TEST_P(EveryMethod, end_that_is_years_of_computing_away_is_refused) {
   Rig rig("pendulum", solver(GetParam()));

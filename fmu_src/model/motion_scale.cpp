@@ -1,0 +1,52 @@
+#include "model/motion_scale.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace redysim {
+namespace {
+
+constexpr double largest = 1, smallest = 1e-15;  // m
+
+struct Moved {
+  double mass = 0, size = 0;  // kg, m
+};
+
+// The links that a joint moves.
+Moved moved_by(const Model& model, int first) {
+  Moved moved;
+  std::vector<bool> carried(model.links.size(), false);
+  for (std::size_t i = static_cast<std::size_t>(first); i < model.links.size(); ++i) {
+    const Link& link = model.links[i];
+    const DhParameters& dh = link.joint.dh;
+    const bool own = static_cast<int>(i) == first;
+    if (!own && (link.parent == ground || !carried[static_cast<std::size_t>(link.parent)])) continue;
+    carried[i] = true;
+    // where the link sits on its carrier
+    if (!own) moved.size = std::max({moved.size, std::fabs(dh.a), std::fabs(dh.b), std::fabs(dh.d)});
+    if (!(link.mass > 0)) continue;
+    moved.mass += link.mass;
+    const double radius = std::sqrt((link.inertia[0] + link.inertia[1] + link.inertia[2]) / (2 * link.mass));
+    moved.size = std::max({moved.size, link.com.norm(), radius});
+  }
+  return moved;
+}
+
+}  // namespace
+
+double motion_scale(const Model& model, int link) {
+  const Joint& joint = model.links[static_cast<std::size_t>(link)].joint;
+  if (joint.type != JointType::prismatic) return 1;
+  const Moved moved = moved_by(model, link);
+  double scale = 0;
+  // what it starts with against its spring, the way between its stops, the size of what it moves
+  if (joint.stiffness > 0)
+    scale = std::max({std::fabs(joint.q0), std::fabs(joint.q0 - joint.rest),
+                      std::fabs(joint.qd0) * std::sqrt((moved.mass + joint.armature) / joint.stiffness)});
+  if (!(scale > 0) && std::isfinite(joint.upper - joint.lower)) scale = joint.upper - joint.lower;
+  if (!(scale > 0)) scale = moved.size;
+  return scale > 0 ? std::clamp(scale, smallest, largest) : largest;
+}
+
+}  // namespace redysim
