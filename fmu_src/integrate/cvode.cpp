@@ -91,6 +91,7 @@ class Cvode final : public Integrator {
   int take_step();
   void count_step();
   void count_work(double before);
+  bool integrates_work() const { return system_.with_work() && system_.control(); }
   double& work_of(double* y) const { return y[y_.size() - 1]; }
   Outcome reach(double& end);
   double since_beginning(double end) const;
@@ -264,7 +265,7 @@ bool Cvode::begin(double time, const double* y, bool careful) {
       first_step(system_, error_weights_, 1, time, beginning_.y.data(), slope_.data(), largest_step_, room_);
   if (!(beginning_.first_step > 0)) return false;
   reset_to_beginning();
-  if (system_.with_work()) work_.begin(work_of(beginning_.y.data()));
+  if (integrates_work()) work_.begin(work_of(beginning_.y.data()));
   serve_slope_ = true;
   return true;
 }
@@ -295,7 +296,7 @@ void Cvode::count_step() {
 }
 
 void Cvode::count_work(double before) {
-  if (!system_.with_work()) return;
+  if (!integrates_work()) return;
   CVodeGetEstLocalErrors(memory_.get(), error_.get());
   work_.step(before, ahead_time_, work_of(data(ahead_)), work_of(data(error_)),
              tightened(settings_.rtol, method_), &Cvode::power, this);
@@ -323,7 +324,7 @@ Outcome Cvode::reach(double& end) {
     if (steps_taken_ == steps_between_restarts) {
       const double time = absolute(ahead_time_);
       std::copy_n(data(ahead_), y_.size(), data(error_));
-      if (system_.with_work()) work_of(data(error_)) = work_.end();
+      if (integrates_work()) work_of(data(error_)) = work_.end();
       if (system_.project(time, data(error_), nullptr) != Status::ok)
         return failure(time, "the loops cannot be closed");
       if (!begin(time, data(error_), true)) return failure(time, "the accelerations cannot be computed");
@@ -361,7 +362,7 @@ Outcome Cvode::advance(double end, bool inputs_changed) {
       std::copy_n(data(ahead_), y_.size(), y);
     else
       CVodeGetDky(memory_.get(), since, 0, error_.get());
-    if (system_.with_work()) work_of(y) = work_.at(since, work_of(y));
+    if (integrates_work()) work_of(y) = work_.at(since, work_of(y));
     if (system_.has_loops() && (system_.project(end, y, nullptr) != Status::ok || system_.loops_are_lost()))
       outcome = failure(end, "the loops cannot be closed");
   }

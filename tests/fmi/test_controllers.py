@@ -16,7 +16,7 @@ from build_fmu.simulate import Settings, simulate
 from tests.fmi.conftest import ROOT, build_fmu
 from tests.fmi.raw import OK, Slave, Unpacked
 from tests.fmi.redysim_cases import KUKA, LEG, LEG_JOINTS
-from tests.fmi.test_drives import expect_independence, rows
+from tests.fmi.test_drives import expect_independence
 
 METHODS = ("erk", "adams", "bdf")
 
@@ -303,9 +303,9 @@ def test_declared_independence_is_true(mixed, law):
         knowns = {name: slave.get(name) + 0.01 for name in fmu.named("input") + fmu.named("parameter") if not name.startswith("solver.")}
         for name, value in knowns.items():
             assert slave.set(name, value) == OK, slave.errors
-        expect_independence(slave, rows(fmu, "InitialUnknowns"), knowns)
+        expect_independence(slave, fmu.dependencies("InitialUnknowns"), knowns)
         assert slave.call("ExitInitializationMode") == OK
-        expect_independence(slave, rows(fmu, "Outputs"), {name: knowns[name] for name in fmu.named("input")})
+        expect_independence(slave, fmu.dependencies("Outputs"), {name: knowns[name] for name in fmu.named("input")})
 
 
 def test_a_run_may_start_at_any_time(mixed):

@@ -9,7 +9,7 @@ namespace {
 
 Model slide(const std::string& fields, const std::string& more = "") {
   return read_model_text("name = 'm'\n[[link]]\nname = 'base'\njoint = 'prismatic'\na = 100\n" + fields +
-                             "[[link]]\nname = 'arm'\n" + more,
+                             "[[link]]\nname = 'arm'\narmature = 1\n" + more,
                          "m.toml")
       .model;
 }
@@ -19,7 +19,7 @@ double scale_of(const std::string& fields, const std::string& more = "mass = 1\n
 }
 
 TEST(MotionScale, of_a_slide_is_the_size_of_what_it_moves) {
-  EXPECT_EQ(scale_of("mass = 1\ncom = [3e-9, 0, 4e-9]\n"), 5e-9);
+  EXPECT_DOUBLE_EQ(scale_of("mass = 1\ncom = [3e-9, 0, 4e-9]\n"), 5e-9);
   EXPECT_DOUBLE_EQ(scale_of("mass = 2\ninertia = [1e-6, 1e-6, 2e-6]\n"), 1e-3);
   EXPECT_EQ(scale_of("mass = 1\n", "mass = 1\na = 2e-3\n"), 2e-3);
   // not where it sits, nor more than a metre
