@@ -210,16 +210,6 @@ void add_passages(ClusterPlan& cluster, const ClusterBuilder& builder, const std
   cluster.passage_begin.push_back(static_cast<int>(cluster.passages.size()));
 }
 
-template <class Scalar>
-void add_groups(ClusterPlan& cluster, const LoopPlan<Scalar>& loop) {
-  int group = cluster.row_group.empty() ? -1 : cluster.row_group.back();
-  for (std::size_t k = 0; k < loop.rows.size(); ++k) {
-    if (k == 0 || loop.rows[k].kind != loop.rows[k - 1].kind) ++group;
-    cluster.row_group.push_back(group);
-    cluster.row_turns.push_back(loop.rows[k].kind == ConstraintRow<Scalar>::Kind::rotation);
-  }
-}
-
 // Rows couple within a loop, and with every loop that passes a common joint.
 void add_envelope(ClusterPlan& cluster) {
   cluster.first_coupled.resize(static_cast<std::size_t>(cluster.row_count));
@@ -328,7 +318,6 @@ void build_clusters(const Model& model, Plan<Scalar>& plan) {
       loop.root = path.meeting;
       loop.first_row = next_row;
       next_row += static_cast<int>(loop.rows.size());
-      add_groups(cluster, loop);
       first_rows.push_back(loop.first_row);
       row_counts.push_back(static_cast<int>(loop.rows.size()));
       mark_pose(plan, loop.body_a);

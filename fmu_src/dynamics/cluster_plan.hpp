@@ -48,8 +48,6 @@ struct ClusterPlan {
   int first_passage = 0;           // in the numbering of all clusters' passages
   std::vector<int> joints;         // of the cluster, descending
   std::vector<int> first_coupled;  // envelope of S: per local row the first local row it couples to
-  std::vector<int> row_group;      // per local row: rows of one loop and one kind share a group
-  std::vector<char> row_turns;     // per local row: whether it closes an angle, not a distance
   std::vector<int> passage_begin;  // per cluster joint (+1): its passages
   std::vector<RowPassage> passages;
 };
@@ -60,7 +58,6 @@ struct ClusterPlan {
 struct FrontPlan {
   int root = ground;
   std::vector<int> rows;          // eliminated here, in the numbering of the whole plan
-  std::vector<int> group;         // of each: rows of one loop and one kind
   std::vector<int> open;          // rows still open that couple to them
   std::vector<int> open_side;     // of each: the side of its loop that stands on the root
   std::vector<int> open_entries;  // of each pair of them, the later with all up to itself: its matrix entry

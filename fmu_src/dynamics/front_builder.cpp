@@ -11,14 +11,13 @@ struct LoopWay {
   int root = ground;
   int first_row = 0, row_count = 0;
   std::vector<int> joints_a, joints_b;  // from each end up to (not including) the root
-  std::vector<int> groups;              // of its rows
 
   bool on_a(int joint) const { return std::count(joints_a.begin(), joints_a.end(), joint) > 0; }
   bool on_b(int joint) const { return std::count(joints_b.begin(), joints_b.end(), joint) > 0; }
   bool crosses(int joint) const { return on_a(joint) || on_b(joint); }
 };
 
-LoopWay way_of(const Plan<double>& plan, const ClusterPlan& cluster, const LoopPlan<double>& loop) {
+LoopWay way_of(const Plan<double>& plan, const LoopPlan<double>& loop) {
   LoopWay way;
   way.root = loop.root;
   way.first_row = loop.first_row;
@@ -27,8 +26,6 @@ LoopWay way_of(const Plan<double>& plan, const ClusterPlan& cluster, const LoopP
     way.joints_a.push_back(body);
   for (int body = loop.body_b; body != loop.root; body = plan.joints[body].parent)
     way.joints_b.push_back(body);
-  for (int row = 0; row < way.row_count; ++row)
-    way.groups.push_back(cluster.row_group[loop.first_row - cluster.first_row + row]);
   return way;
 }
 
@@ -38,7 +35,7 @@ class FrontBuilder {
   FrontBuilder(const Plan<double>& plan, const ClusterPlan& cluster)
       : joints_(cluster.joints), first_row_(cluster.first_row), front_of_row_(cluster.row_count) {
     for (int k = 0; k < cluster.loop_count; ++k)
-      ways_.push_back(way_of(plan, cluster, plan.loops[cluster.first_loop + k]));
+      ways_.push_back(way_of(plan, plan.loops[cluster.first_loop + k]));
     make_fronts();
     std::vector<int> parents;
     for (const auto& joint : plan.joints) parents.push_back(joint.parent);
@@ -112,7 +109,6 @@ class FrontBuilder {
         if (way.root == root)
           for (int row = 0; row < way.row_count; ++row) {
             front.rows.push_back(way.first_row + row);
-            front.group.push_back(way.groups[row]);
             front_of_row_[way.first_row + row - first_row_] = fronts_.size();
           }
       fronts_.push_back(std::move(front));

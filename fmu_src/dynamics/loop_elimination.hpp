@@ -34,11 +34,15 @@ void pass_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t clus
       w.moment += state.K[passage.row].moment;
       state.K[passage.row] = Force<Scalar>::zero();
     }
+    // sides that have met cancel: what they were before is the measure
+    if (!passage.merge) keep_lengths(w, state.length[0][passage.row], state.length[1][passage.row]);
+    const Scalar share = (passage.merge ? state.length[plan.joints[i].prismatic][passage.row]
+                                         : largest_lever(plan.joints[i], w)) *
+                         s.D_inverse;
+    state.passage_scale[cluster.first_passage + n] = share;
+    state.scale[passage.row] += share;
     const Scalar u_row = pass_joint(plan.joints[i], s, w, state.b[passage.row]);
     state.passage_u[cluster.first_passage + n] = u_row;
-    if (plan.has_motion())
-      for (int side = 0; side < (plan.joints[i].prescribed ? 1 : 2); ++side)
-        if (u_row * u_row > state.reach[side][passage.row]) state.reach[side][passage.row] = u_row * u_row;
     for (int m = begin; m <= n; ++m) {
       const int other = cluster.passages[m].row - cluster.first_row, row = passage.row - cluster.first_row;
       const Scalar term = u_row * state.passage_u[cluster.first_passage + m] * s.D_inverse;
@@ -59,10 +63,10 @@ void fold_into_root(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t
     if (cluster.root == ground) state.b[row] += state.K[row].force.dot(plan.gravity);
   }
   EnvelopeCholesky<Scalar>& S = state.S[cluster_index];
-  if (plan.has_motion()) drop_unmoved_groups(cluster, state, S);
-  S.factor(state.rank_tolerance);
+  S.factor(&state.scale[first], state.rank_tolerance);
   state.uses_Q[cluster_index] = false;
-  if (rank_is_in_doubt(plan, ws, cluster_index)) factor_by_geometry(plan, ws, cluster_index);
+  if (!state.Q[cluster_index].empty() && rank_is_in_doubt(cluster, ws, cluster_index))
+    factor_by_levers(plan, ws, cluster_index);
   if (cluster.root == ground) return;
   JointState<Scalar>& root = ws.joints[cluster.root];
   std::vector<Scalar>& x = state.lambda;
@@ -109,7 +113,8 @@ bool eliminate_with_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
   state.early = early;
   for (std::size_t c = 0; c < plan.clusters.size(); ++c)
     if (!(early && plan.clusters[c].split)) state.S[c].set_zero();
-  for (auto& reach : state.reach) std::fill(reach.begin(), reach.end(), Scalar(0));
+  for (auto* measure : {&state.scale, &state.length[0], &state.length[1]})
+    std::fill(measure->begin(), measure->end(), Scalar(0));
   if (early) start_fronts(state);
   for (const EliminationStep& step : early ? plan.early : plan.elimination) {
     const StepJoints joints = joints_of(plan, step);
@@ -124,8 +129,7 @@ bool eliminate_with_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
     if (step.kind == Kind::cluster) fold_into_root(plan, ws, index);
     if (front && !fold_front(plan, ws, plan.fronts[index])) return false;
   }
-  // groups that are rounding against others are no constraints
-  return !early || state.smallest_group > EnvelopeCholesky<Scalar>::zero_group * state.largest_group;
+  return true;
 }
 
 // Multipliers of one cluster, as its root's acceleration is known.
@@ -139,6 +143,7 @@ void set_multipliers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_
     if (cluster.root != ground) state.lambda[row] -= dot(state.K[row], ws.joints[cluster.root].acceleration);
   }
   state.S[c].solve(&state.lambda[first], &state.lambda[first]);
+  state.S[c].reduce_norm(&state.lambda[first]);
 }
 
 // Root to leaves, the way that the elimination took: multipliers, then the joints that they act on.

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "dynamics/joint_elimination.hpp"
+#include "dynamics/loop_rank.hpp"
 
 // Fronts: loops eliminated at the body where they meet, while others that cross their joints stay open. In
 //   S lambda + C^T lambda_open = b - K a_root,    C lambda + S_open lambda_open = b_open - K_open a_root
@@ -32,9 +32,6 @@ template <class Scalar>
 void start_fronts(LoopState<Scalar>& state) {
   std::fill(state.front_entries.begin(), state.front_entries.end(), Scalar(0));
   std::fill(state.diagonal.begin(), state.diagonal.end(), Scalar(0));
-  std::fill(state.levers.begin(), state.levers.end(), Scalar(0));
-  state.largest_group = Scalar(0);
-  state.smallest_group = Scalar(std::numeric_limits<double>::max());
 }
 
 // All open rows over joint k of the front.
@@ -52,10 +49,10 @@ const int* pass_open_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
       add(w, state.wrench[1][passage.row]);
       state.wrench[1][passage.row] = Force<Scalar>::zero();
     }
+    if (!passage.merge) state.scale[passage.row] += largest_lever(plan.joints[i], w) * s.D_inverse;
     u[n] = pass_joint(plan.joints[i], s, w, state.b[passage.row]);
     const Scalar scaled = u[n] * s.D_inverse;
     state.diagonal[passage.row] += scaled * u[n];
-    state.levers[passage.row] += u[n] * u[n];
     for (int m = begin; m <= n; ++m) state.front_entries[*entry++] += scaled * u[m];
   }
   return entry;
@@ -79,24 +76,17 @@ void factor_front(const FrontPlan& front, Scalar* matrix) {
 
 // Whether all rows of the front are independent, each beyond doubt. A row depends on others where its pivot
 // is small against its own diagonal of S as it would be without the rows eliminated before: where those
-// explain a row, it has nothing but rounding left. It fades where its levers do, against its group's: masses
-// say nothing about that, the further ones of a long set weigh on the nearer ones.
+// explain a row, it has nothing but rounding left. It fades where that diagonal does, against the levers it
+// could have.
 template <class Scalar>
-bool independent(const FrontPlan& front, LoopState<Scalar>& state, const Scalar* matrix) {
+bool independent(const FrontPlan& front, const LoopState<Scalar>& state, const Scalar* matrix) {
   constexpr double faded = 1e-8;
   const std::size_t count = front.rows.size();
-  for (std::size_t begin = 0, end = 0; begin < count; begin = end) {
-    Scalar longest(0);
-    for (; end < count && front.group[end] == front.group[begin]; ++end)
-      if (state.levers[front.rows[end]] > longest) longest = state.levers[front.rows[end]];
-    for (std::size_t k = begin; k < end; ++k) {
-      const Scalar& length = matrix[k * count + k];
-      const Scalar& diagonal = state.diagonal[front.rows[k]];
-      if (!(length * length > EnvelopeCholesky<Scalar>::small_pivot * diagonal)) return false;
-      if (!(state.levers[front.rows[k]] > faded * longest)) return false;
-    }
-    if (longest > state.largest_group) state.largest_group = longest;
-    if (longest < state.smallest_group) state.smallest_group = longest;
+  for (std::size_t k = 0; k < count; ++k) {
+    const Scalar& length = matrix[k * count + k];
+    const Scalar& diagonal = state.diagonal[front.rows[k]];
+    if (!(length * length > EnvelopeCholesky<Scalar>::small_pivot * diagonal)) return false;
+    if (!(diagonal > faded * state.scale[front.rows[k]])) return false;
   }
   return true;
 }

@@ -3,68 +3,92 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/workspace.hpp"
+#include "dynamics/loop_rows.hpp"
 
 // Which rows of a cluster count as constraints, after all of them have passed its joints.
 
 namespace redysim {
 
-// Rows that no joint is left to yield to, because motions are prescribed, are no constraints: what they have
-// of S is the rounding of levers that are zero. Here the levers are known; the factor sees S alone.
+// The lever that a wrench can have at most on a joint, squared: on an axis along its moment or force.
 template <class Scalar>
-void drop_unmoved_groups(const ClusterPlan& cluster, const LoopState<Scalar>& state,
-                         EnvelopeCholesky<Scalar>& S) {
-  const int first = cluster.first_row, count = cluster.row_count;
-  Scalar largest(0);
-  for (int row = first; row < first + count; ++row)
-    if (state.reach[0][row] > largest) largest = state.reach[0][row];
-  for (int begin = 0, end = 0; begin < count; begin = end) {
-    bool moved = false;
-    for (; end < count && cluster.row_group[end] == cluster.row_group[begin]; ++end)
-      moved = moved || state.reach[1][first + end] > EnvelopeCholesky<Scalar>::zero_group * largest;
-    if (!moved) S.clear(begin, end);
+Scalar largest_lever(const JointPlan<Scalar>& joint, const Force<Scalar>& w) {
+  return joint.prismatic ? w.force.squaredNorm() : w.moment.squaredNorm();
+}
+
+template <class Scalar>
+void keep_lengths(const Force<Scalar>& w, Scalar& moment, Scalar& force) {
+  const Scalar m = w.moment.squaredNorm(), f = w.force.squaredNorm();
+  if (m > moment) moment = m;
+  if (f > force) force = f;
+}
+
+// Whether the factor of S may be wrong about the rank: a pivot is in doubt, or one is lost while the joints'
+// shares in a row are so far apart that rounding of the largest hides the smallest.
+template <class Scalar>
+bool rank_is_in_doubt(const ClusterPlan& cluster, const Workspace<Scalar>& ws, std::size_t cluster_index) {
+  constexpr double far_apart = 1e-5, nothing = 1e-20;
+  const LoopState<Scalar>& state = ws.loop;
+  const EnvelopeCholesky<Scalar>& S = state.S[cluster_index];
+  if (S.doubtful() || S.rank() == S.size()) return S.doubtful();
+  for (std::size_t n = 0; n < cluster.passages.size(); ++n) {
+    const Scalar &share = state.passage_scale[cluster.first_passage + n],
+                 &scale = state.scale[cluster.passages[n].row];
+    if (share < far_apart * scale && share > nothing * scale) return true;
+  }
+  return false;
+}
+
+// One row's wrench down one side of its loop: its levers on the cluster's joints and how long they could be.
+template <class Scalar>
+void add_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const ClusterPlan& cluster, int body,
+                int root, Force<Scalar> w, Scalar* J, Scalar* reach) {
+  using std::sqrt;
+  for (std::size_t k = 0; body != root; body = plan.joints[body].parent) {
+    const JointPlan<Scalar>& joint = plan.joints[body];
+    while (cluster.joints[k] != body) ++k;  // both descend
+    if (!joint.prescribed) {
+      J[k] += joint.prismatic ? w.force.z() : w.moment.z();
+      reach[k] += sqrt(largest_lever(joint, w));
+    }
+    to_parent(joint, ws.joints[body], w);
   }
 }
 
-// S_rs = sum over the cluster's joints of weight u_r u_s, from the levers that the passages left behind.
-template <class Scalar, class Weight>
-void sum_passages(const ClusterPlan& cluster, const LoopState<Scalar>& state, EnvelopeCholesky<Scalar>& S,
-                  Weight weight) {
-  S.set_zero();
-  for (std::size_t k = 0; k < cluster.joints.size(); ++k) {
-    const Scalar w = weight(cluster.joints[k]);
-    for (int n = cluster.passage_begin[k]; n < cluster.passage_begin[k + 1]; ++n)
-      for (int m = cluster.passage_begin[k]; m <= n; ++m) {
-        const int row = cluster.passages[n].row - cluster.first_row;
-        const int other = cluster.passages[m].row - cluster.first_row;
-        S.entry(row > other ? row : other, row > other ? other : row) +=
-            w * state.passage_u[cluster.first_passage + n] * state.passage_u[cluster.first_passage + m];
-      }
-  }
-}
-
-// The longest lever of a position row on a joint that turns, squared: a slide counts like a turn at it.
+// Levers of all rows of a cluster by geometry alone, each column in units of the longest one of a distance.
 template <class Scalar>
-Scalar longest_lever(const Plan<Scalar>& plan, const ClusterPlan& cluster, const LoopState<Scalar>& state) {
-  Scalar longest(0);
-  for (std::size_t k = 0; k < cluster.joints.size(); ++k) {
-    if (plan.joints[cluster.joints[k]].prismatic) continue;
-    for (int n = cluster.passage_begin[k]; n < cluster.passage_begin[k + 1]; ++n) {
-      const Scalar u = state.passage_u[cluster.first_passage + n];
-      if (!cluster.row_turns[cluster.passages[n].row - cluster.first_row] && u * u > longest) longest = u * u;
+void set_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ClusterPlan& cluster, Scalar* J,
+                Scalar* reach) {
+  const std::size_t columns = cluster.joints.size(), rows = static_cast<std::size_t>(cluster.row_count);
+  std::fill(J, J + rows * columns, Scalar(0));
+  std::fill(reach, reach + rows * columns, Scalar(0));
+  std::vector<Scalar>& longest = ws.loop.longest;
+  std::fill(longest.begin(), longest.begin() + static_cast<std::ptrdiff_t>(columns), Scalar(0));
+  for (int k = 0; k < cluster.loop_count; ++k) {
+    const LoopPlan<Scalar>& loop = plan.loops[cluster.first_loop + k];
+    const LoopGeometry<Scalar> geometry = loop_geometry(loop, ws);
+    for (std::size_t r = 0; r < loop.rows.size(); ++r) {
+      const std::size_t begin = (loop.first_row - cluster.first_row + r) * columns;
+      const RowValues<Scalar> values = row_values(geometry, loop.rows[r]);
+      add_levers(plan, ws, cluster, loop.body_a, loop.root, values.on_a, J + begin, reach + begin);
+      add_levers(plan, ws, cluster, loop.body_b, loop.root, values.on_b, J + begin, reach + begin);
+      if (loop.rows[r].kind == ConstraintRow<Scalar>::Kind::rotation) continue;
+      for (std::size_t c = 0; c < columns; ++c)
+        if (reach[begin + c] > longest[c]) longest[c] = reach[begin + c];
     }
   }
-  return longest > Scalar(0) ? longest : Scalar(1);
+  for (std::size_t n = 0; n < rows * columns; ++n) {
+    if (!(longest[n % columns] > Scalar(0))) continue;
+    J[n] /= longest[n % columns];
+    reach[n] /= longest[n % columns];
+  }
 }
 
-// S = B B^T with B_rj = u_r / sqrt(D_j). Where one joint's D is next to nothing, S has lost the digits of all
-// others; B has not.
+// B with S = B B^T, B_rj = u_r / sqrt(D_j). Where one joint's D is next to nothing, S has lost the digits of
+// all others; B has not.
 template <class Scalar>
-void factor_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t cluster_index) {
+void set_weighted_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const ClusterPlan& cluster,
+                         std::vector<Scalar>& B) {
   using std::sqrt;
-  const ClusterPlan& cluster = plan.clusters[cluster_index];
-  LoopState<Scalar>& state = ws.loop;
-  std::vector<Scalar>& B = state.Q[cluster_index];
   const std::size_t columns = cluster.joints.size();
   std::fill(B.begin(), B.end(), Scalar(0));
   for (std::size_t k = 0; k < columns; ++k) {
@@ -72,11 +96,9 @@ void factor_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t 
     const Scalar root = sqrt(ws.joints[cluster.joints[k]].D_inverse);
     for (int n = cluster.passage_begin[k]; n < cluster.passage_begin[k + 1]; ++n) {
       const std::size_t row = static_cast<std::size_t>(cluster.passages[n].row - cluster.first_row);
-      B[row * columns + k] += state.passage_u[cluster.first_passage + n] * root;
+      B[row * columns + k] += ws.loop.passage_u[cluster.first_passage + n] * root;
     }
   }
-  state.S[cluster_index].factor_product(B.data(), static_cast<int>(columns), state.G[cluster_index]);
-  state.uses_Q[cluster_index] = true;
 }
 
 // What the multipliers add to joint k of the cluster: sum of u lambda, or from Q, where that sum would
@@ -100,42 +122,21 @@ Scalar from_loops(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, std::si
   return sum;
 }
 
-// Whether the factor of S may be wrong about the rank: a pivot is in doubt, or one is lost while inertias are
-// so far apart that rounding of the largest hides the smallest.
-template <class Scalar>
-bool rank_is_in_doubt(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, std::size_t cluster_index) {
-  constexpr double far_apart = 1e4;
-  const ClusterPlan& cluster = plan.clusters[cluster_index];
-  const EnvelopeCholesky<Scalar>& S = ws.loop.S[cluster_index];
-  if (S.doubtful() || S.rank() == S.size()) return S.doubtful();
-  const Scalar lever = longest_lever(plan, cluster, ws.loop);
-  Scalar most(0), least(0);
-  for (int i : cluster.joints) {
-    if (plan.joints[i].prescribed) continue;
-    const Scalar gives = ws.joints[i].D_inverse * (plan.joints[i].prismatic ? Scalar(1) : lever);
-    if (gives > most) most = gives;
-    if (least == Scalar(0) || gives < least) least = gives;
-  }
-  return most > far_apart * least;
-}
-
 // Rank is a matter of levers, not of masses: on a link of next to no mass one row's diagonal of S exceeds the
-// others' without end. Where pivots leave that open, the dependent rows are those of S with all inertias 1.
+// others' without end. Where pivots leave that open, the levers themselves decide.
 template <class Scalar>
-void factor_by_geometry(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t cluster_index) {
+void factor_by_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t cluster_index) {
   const ClusterPlan& cluster = plan.clusters[cluster_index];
   LoopState<Scalar>& state = ws.loop;
-  EnvelopeCholesky<Scalar>&S = state.S[cluster_index], &G = state.G[cluster_index];
-  const Scalar slide = longest_lever(plan, cluster, state);
-  sum_passages(cluster, state, G, [&](int i) {
-    return plan.joints[i].prescribed ? Scalar(0) : plan.joints[i].prismatic ? slide : Scalar(1);
-  });
-  if (plan.has_motion()) drop_unmoved_groups(cluster, state, G);
-  G.factor(state.rank_tolerance);
-  if (!state.Q[cluster_index].empty()) return factor_levers(plan, ws, cluster_index);
-  sum_passages(cluster, state, S, [&](int i) { return ws.joints[i].D_inverse; });
-  if (plan.has_motion()) drop_unmoved_groups(cluster, state, S);
-  S.factor_like(G);
+  EnvelopeCholesky<Scalar>& S = state.S[cluster_index];
+  std::vector<Scalar>& B = state.Q[cluster_index];
+  const int columns = static_cast<int>(cluster.joints.size());
+  // B holds the levers first
+  set_levers(plan, ws, cluster, B.data(), state.reach.data());
+  S.find_dependent(B.data(), state.reach.data(), columns, std::sqrt(state.rank_tolerance));
+  set_weighted_levers(plan, ws, cluster, B);
+  S.factor_product(B.data(), columns);
+  state.uses_Q[cluster_index] = true;
 }
 
 }  // namespace redysim

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <limits>
 #include <vector>
 
@@ -31,7 +32,7 @@ struct GroundState {
   Vec3<Scalar> position, omega, velocity;
 };
 
-// Rank tolerances, relative to the rows of the same loop. At distance s from a singular position the pivot is
+// Rank tolerances, relative to the levers that a row could have, squared. At distance s from a singular position the pivot is
 // about s^2 and a gap of 1e-15 (rounding) turns the tangent by 1e-15 / s^2 and falsifies accelerations by
 // 1e-15 / s^3: below s = 3e-5 leaving the row out is the smaller error, and corrections of q and qd must
 // stop earlier, or they steer the motion into another branch. docs/derivations/loops.md has the runs.
@@ -39,7 +40,7 @@ inline constexpr double dynamics_rank_tolerance = 1e-9;
 inline constexpr double projection_rank_tolerance = 1e-8;
 
 // Rows times joints of a cluster up to which the factor may be taken from the levers themselves.
-inline constexpr std::size_t largest_product = 4096;
+inline constexpr std::size_t largest_product = 65536;
 
 // Scratch of the loop elimination; empty without loops.
 template <class Scalar>
@@ -48,19 +49,19 @@ struct LoopState {
   std::vector<Scalar> b;                 // right-hand side of S lambda = b - K a_root
   std::vector<Force<Scalar>> K;          // per row: wrench on the cluster's root
   std::vector<Scalar> passage_u;         // per passage (all clusters): S_j^T wrench
-  std::vector<Scalar> reach[2];          // per row: largest lever^2 on any joint, on one that may yield
+  std::vector<Scalar> scale;             // per row: its S_rr if each lever were as long as it could be
+  std::vector<Scalar> length[2];         // per row: largest |moment|^2, |force|^2 of one side
+  std::vector<Scalar> passage_scale;     // per passage (all clusters): its share in that
   std::vector<Scalar> lambda;
   std::vector<Scalar> residual;             // position residual per row
   std::vector<Scalar> rate;                 // velocity residual per row
   std::vector<EnvelopeCholesky<Scalar>> S;  // one per cluster
-  std::vector<EnvelopeCholesky<Scalar>> G;  // the same with all inertias 1: rank by geometry alone
   std::vector<std::vector<Scalar>> Q;       // per cluster: S = L Q Q^T L^T, rows by joints; of small clusters
   std::vector<char> uses_Q;                 // per cluster: where S was factored so
+  std::vector<Scalar> reach, longest;       // of one cluster: rows by joints, joints
   std::vector<Scalar> front_entries;        // matrices of all fronts: S, then [L; C L^-T]
   std::vector<Scalar> front_u;              // per passage of the fronts
   std::vector<Scalar> diagonal;             // per row of the fronts: of S before other rows are taken out
-  std::vector<Scalar> levers;               // per row of the fronts: sum of squares
-  Scalar largest_group = 0, smallest_group = 0;  // largest of these sums per group, over all groups
   bool early = false;                            // whether the last elimination went by fronts
   double rank_tolerance = dynamics_rank_tolerance;
   Scalar extent = 0;  // m, how far loop points are from the plan's origin: sets the rounding of residuals
@@ -97,19 +98,20 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   for (const auto& cluster : plan.clusters) {
     rows += static_cast<std::size_t>(cluster.row_count);
     passages += cluster.passages.size();
-    loop.S.emplace_back(cluster.first_coupled, cluster.row_group);
+    loop.S.emplace_back(cluster.first_coupled);
   }
-  loop.G = loop.S;
   for (const auto& cluster : plan.clusters) {
     const std::size_t size = static_cast<std::size_t>(cluster.row_count) * cluster.joints.size();
     loop.Q.emplace_back(size <= largest_product ? size : 0, nan);
+    loop.reach.resize(std::max(loop.reach.size(), loop.Q.back().size()), nan);
+    loop.longest.resize(std::max(loop.longest.size(), cluster.joints.size()), nan);
   }
   loop.uses_Q.assign(plan.clusters.size(), 0);
   for (auto& side : loop.wrench) side.resize(rows);
   loop.K.resize(rows);
   loop.b.assign(rows, nan);
-  if (plan.has_motion())
-    for (auto& reach : loop.reach) reach.assign(rows, nan);
+  for (auto* measure : {&loop.scale, &loop.length[0], &loop.length[1]}) measure->assign(rows, nan);
+  loop.passage_scale.assign(passages, nan);
   loop.lambda.assign(rows, Scalar(0));
   loop.residual.assign(rows, nan);
   loop.rate.assign(rows, nan);
@@ -119,7 +121,6 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   loop.front_u.assign(last.first_passage + last.passages.size(), nan);
   loop.front_entries.assign(last.first_entry + (last.rows.size() + last.open.size()) * last.rows.size(), nan);
   loop.diagonal.assign(rows, nan);
-  loop.levers.assign(rows, nan);
 }
 
 }  // namespace redysim

@@ -35,15 +35,14 @@ struct Banded {
 
 constexpr double rank_tolerance = 1e-12;
 
-// Each row a group of its own, as for constraints of different units.
+// The scale of each row is its own diagonal.
 EnvelopeCholesky<double> factored(const std::vector<int>& first, const Matrix& S) {
-  std::vector<int> groups(first.size());
-  std::iota(groups.begin(), groups.end(), 0);
-  EnvelopeCholesky<double> out(first, groups);
+  EnvelopeCholesky<double> out(first);
   out.set_zero();
   for (int i = 0; i < S.rows(); ++i)
     for (int j = first[i]; j <= i; ++j) out.entry(i, j) = S(i, j);
-  out.factor(rank_tolerance);
+  const Vector scale = S.diagonal();
+  out.factor(scale.data(), rank_tolerance);
   return out;
 }
 
@@ -75,11 +74,11 @@ TEST_P(EnvelopeFactor, deficient_rank_gives_the_pseudo_inverse) {
   auto S = factored(banded.first, banded.S);
   const auto reference = dense(banded.S);
   ASSERT_EQ(S.rank(), reference.rank());
-  // a right-hand side outside the range as well
   const std::vector<double> numbers = random.numbers(S.size(), 1);
-  Vector x = Eigen::Map<const Vector>(numbers.data(), S.size());
+  Vector x = banded.S * Eigen::Map<const Vector>(numbers.data(), S.size());
   const Vector expected = reference.solve(x);
   S.solve(x.data(), x.data());
+  S.reduce_norm(x.data());
   EXPECT_LT((x - expected).lpNorm<Eigen::Infinity>(),
             1e-7 * std::max(1.0, expected.lpNorm<Eigen::Infinity>()));
 }
@@ -92,53 +91,76 @@ TEST_P(EnvelopeFactor, rank_does_not_depend_on_the_scale_of_the_rows) {
   EXPECT_EQ(factored(banded.first, scaled).rank(), factored(banded.first, banded.S).rank());
 }
 
+TEST_P(EnvelopeFactor, dependent_rows_of_any_units_change_nothing_but_the_norm) {
+  const Banded banded(random, 3 + random.index(15), 4, 0.3);
+  Vector units(banded.S.rows());
+  for (double& entry : units) entry = random.chance(0.5) ? 1 : 1e6;
+  const Matrix scaled = units.asDiagonal() * banded.S * units.asDiagonal();
+  auto S = factored(banded.first, scaled);
+  const std::vector<double> numbers = random.numbers(S.size(), 1);
+  const Vector b = scaled * (units.cwiseInverse().asDiagonal() * Eigen::Map<const Vector>(numbers.data(), S.size()));
+  Vector x(S.size());
+  S.solve(b.data(), x.data());
+  const double plain = x.norm();
+  S.reduce_norm(x.data());
+  EXPECT_LT(x.norm(), plain * (1 + 1e-9));
+  const Vector left = units.cwiseInverse().asDiagonal() * (scaled * x - b);
+  EXPECT_LT(left.lpNorm<Eigen::Infinity>(), 1e-9 * (1 + (units.asDiagonal() * x).lpNorm<Eigen::Infinity>()));
+}
+
 // Two directions of one point, one of which fades away: rounding in its place is no constraint.
-TEST(EnvelopeCholesky, a_row_far_below_its_group_is_dependent) {
-  EnvelopeCholesky<double> S({0, 0}, {0, 0});
+TEST(EnvelopeCholesky, a_row_far_below_its_scale_is_dependent) {
+  EnvelopeCholesky<double> S({0, 0});
   S.set_zero();
   S.entry(0, 0) = 1;
   S.entry(1, 1) = 1e-17;
-  S.factor(rank_tolerance);
+  const double scale[] = {1, 1};
+  S.factor(scale, rank_tolerance);
   EXPECT_EQ(S.rank(), 1);
 }
 
-// Two directions that a light body serves alike, but for a part of 1e-12: that is for another matrix to
-// judge.
-TEST(EnvelopeCholesky, takes_over_which_rows_are_dependent) {
-  const double inertia = 1e-12, c = 0.6, s = 0.8;
-  Matrix S{{1 / inertia * c * c + 1, 1 / inertia * c * s}, {1 / inertia * c * s, 1 / inertia * s * s + 1}};
-  EnvelopeCholesky<double> mass({0, 0}, {0, 0}), levers = mass;
-  const auto fill = [](EnvelopeCholesky<double>& to, const Matrix& from) {
-    for (int i = 0; i < 2; ++i)
-      for (int j = 0; j <= i; ++j) to.entry(i, j) = from(i, j);
-  };
-  fill(mass, S);
-  mass.factor(1e-9);
-  EXPECT_TRUE(mass.doubtful());
-  EXPECT_EQ(mass.rank(), 1);
-  fill(levers, Matrix{{c * c + 1, c * s}, {c * s, s * s + 1}});
-  levers.factor(1e-9);
-  EXPECT_FALSE(levers.doubtful());
-  fill(mass, S);
-  mass.factor_like(levers);
-  EXPECT_EQ(mass.rank(), 2);
+// Two directions that a light body serves alike, but for a part of 1e-12: that is for the levers to judge.
+TEST(EnvelopeCholesky, takes_levers_where_inertias_leave_the_rank_in_doubt) {
+  const double light = 1e6, c = 0.6, s = 0.8;
+  EnvelopeCholesky<double> S({0, 0});
+  S.set_zero();
+  S.entry(0, 0) = light * light * c * c + 1;
+  S.entry(1, 0) = light * light * c * s;
+  S.entry(1, 1) = light * light * s * s + 1;
+  const double scale[] = {S.entry(0, 0), S.entry(1, 1)};
+  S.factor(scale, 1e-9);
+  EXPECT_TRUE(S.doubtful());
+  EXPECT_EQ(S.rank(), 1);
+  double J[] = {c, 1, 0, s, 0, 1}, reach[] = {1, 1, 1, 1, 1, 1}, B[] = {light * c, 1, 0, light * s, 0, 1};
+  S.find_dependent(J, reach, 3, 3e-5);
+  S.factor_product(B, 3);
+  EXPECT_EQ(S.rank(), 2);
   // along (s, -c) S is 1
   double x[] = {s, -c};
-  mass.solve(x, x);
-  EXPECT_NEAR(x[0], s, 1e-3);
-  EXPECT_NEAR(x[1], -c, 1e-3);
+  S.solve(x, x);
+  EXPECT_NEAR(x[0], s, 1e-9);
+  EXPECT_NEAR(x[1], -c, 1e-9);
+}
+
+// A lever of 1e-3 that nothing else explains beside one of 1e3, and a row of rounding where levers of 1 could be.
+TEST(EnvelopeCholesky, judges_each_lever_by_its_own_length) {
+  EnvelopeCholesky<double> S({0, 0, 0});
+  double J[] = {1e3, 1e-3, 0, 1e3, -1e-3, 0, 1e-16, 0, 1e-17}, reach[] = {1e3, 1e-3, 0, 1e3, 1e-3, 0, 1, 0, 1};
+  S.find_dependent(J, reach, 3, 3e-5);
+  EXPECT_FALSE(S.dependent(0));
+  EXPECT_FALSE(S.dependent(1));
+  EXPECT_TRUE(S.dependent(2));
 }
 
 // S = B B^T with a column of 1e8: S itself has lost the rest, its rows have not. Along (s, -c) S is 1 +
 // 1e-16.
 TEST(EnvelopeCholesky, a_product_keeps_the_digits_that_its_square_has_lost) {
   const double heavy = 1e8, c = 0.6, s = 0.8;
-  EnvelopeCholesky<double> product({0, 0}, {0, 0}), levers = product;
-  levers.set_zero();
-  levers.entry(0, 0) = levers.entry(1, 1) = 1;
-  levers.factor(1e-9);
+  EnvelopeCholesky<double> product({0, 0});
+  double J[] = {1, 0, 0, 1}, reach[] = {1, 1, 1, 1};
+  product.find_dependent(J, reach, 2, 3e-5);
   double B[] = {heavy * c, 1, 0, heavy * s, 0, 1};
-  product.factor_product(B, 3, levers);
+  product.factor_product(B, 3);
   EXPECT_EQ(product.rank(), 2);
   double x[] = {s, -c};
   product.solve(x, x);
@@ -165,9 +187,11 @@ TEST(EnvelopeCholesky, factor_and_solve_do_not_allocate) {
   const Banded banded(random, 12, 4, 0.3);
   auto S = factored(banded.first, banded.S);
   double x[12] = {1};
+  const Vector scale = Vector::Ones(12);
   const long before = test::allocations;
-  S.factor(rank_tolerance);
+  S.factor(scale.data(), rank_tolerance);
   S.solve(x, x);
+  S.reduce_norm(x);
   EXPECT_EQ(test::allocations, before);
 }
 
