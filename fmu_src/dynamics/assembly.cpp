@@ -17,7 +17,6 @@ using Vector = ClusterAssembly::Vector;
 constexpr double closed_already = ClusterAssembly::closed_already,
                  closed_enough = ClusterAssembly::closed_enough;
 
-constexpr double velocity_rounding = 1e-9;
 constexpr double typed_precision = 1e-9;  // rad or m: below this start values and closed ones are the same
 
 // Numbers in [-1, 1], the same in every run.
@@ -170,15 +169,12 @@ void keep_larger(const Assembly::Residual& found, Assembly::Residual& largest) {
 void align(ClusterAssembly& cluster, const double* qd, std::vector<double>& sped, Assembly& result) {
   cluster.set_rates(qd);
   for (int k = 0; k < cluster.loop_count(); ++k) keep_larger(cluster.rate(k), result.rate_before);
-  const double open = cluster.align(qd, sped);
-  double fastest = 0;
-  for (int joint : cluster.joints()) fastest = std::max(fastest, std::abs(qd[joint]));
-  if (!(open > velocity_rounding * std::max(1.0, fastest * cluster.size()))) return;
+  cluster.align(qd, sped);
   std::vector<double> velocity(qd, qd + sped.size());
   for (std::size_t i = 0; i < sped.size(); ++i) velocity[i] += sped[i];
   cluster.set_rates(velocity.data());
   for (int k = 0; k < cluster.loop_count(); ++k) {
-    if (!result.consistent && cluster.rate(k).size <= result.rate.size) continue;
+    if (cluster.keeps_closed(k) || (!result.consistent && cluster.rate(k).size <= result.rate.size)) continue;
     result.consistent = false;
     result.rate = cluster.rate(k);
     if (result.closed) result.loop = cluster.loop(k).loop;

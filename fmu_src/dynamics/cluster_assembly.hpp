@@ -35,6 +35,7 @@ class ClusterAssembly {
     }
     phi_.resize(cluster.row_count);
     rate_.resize(cluster.row_count);
+    speed_.resize(cluster.row_count);
     J_.resize(cluster.row_count, static_cast<Eigen::Index>(free_.size()));
   }
 
@@ -49,6 +50,9 @@ class ClusterAssembly {
       const LoopGeometry<double> g = loop_geometry(loop(k), ws_);
       size_ = std::max({size_, (g.point_a.position - root).norm(), (g.point_b.position - root).norm()});
     }
+    // all axes through one point: lengths are those of the bodies
+    const double extent = body_extent();
+    if (size_ <= 1e-9 * extent) size_ = extent;
     if (size_ == 0) size_ = 1;
     z_start_.resize(static_cast<Eigen::Index>(free_.size()));
     for (std::size_t j = 0; j < free_.size(); ++j) z_start_[j] = q[free_[j]] / unit(free_[j]);
@@ -73,7 +77,7 @@ class ClusterAssembly {
       const Vector wanted = -phi_;
       for (int attempt = 0; attempt < 8; ++attempt) {
         const double damping = std::max(norm * damping_factor, smallest_damping);
-        if (damping < coarse_damping && !tangent) tangent = std::make_unique<LeastNorm>(J_, smallest_damping);
+        if (damping < coarse_damping && !tangent) tangent = std::make_unique<LeastNorm>(J_, smallest_damping, reach_);
         Vector step =
             damping < coarse_damping ? tangent->solve(wanted, damping) : damped(J_, wanted, damping);
         const double length = step.norm();
@@ -102,7 +106,7 @@ class ClusterAssembly {
     for (int k = 0; k < 60; ++k) {
       open(z);
       set_jacobian();
-      const LeastNorm tangent(J_, dependent);
+      const LeastNorm tangent(J_, dependent, reach_);
       const Vector away = z_start_ - z;
       const Vector along = away - tangent.solve(opened_by(away));
       if (along.norm() < near_enough * std::max(1.0, distance) || (gradient > 0 && along.norm() > gradient))
@@ -127,19 +131,21 @@ class ClusterAssembly {
     open(z);
   }
 
-  // The nearest velocities on the loops, after set_rates(qd); returns what held joints leave open.
-  double align(const double* qd, std::vector<double>& change) {
-    const double largest = rate_.lpNorm<Eigen::Infinity>();
+  // The nearest velocities on the loops, after set_rates(qd).
+  void align(const double* qd, std::vector<double>& change) {
     set_jacobian();
     Vector step = Vector::Zero(static_cast<Eigen::Index>(free_.size()));
-    double open = largest;
-    if (largest > 0 && !free_.empty()) {
-      step = LeastNorm(J_, dependent).solve(-rate_);
-      open = (rate_ + opened_by(step)).lpNorm<Eigen::Infinity>() * size_;
-    }
+    if (rate_.lpNorm<Eigen::Infinity>() > 0 && !free_.empty())
+      step = LeastNorm(J_, dependent, reach_).solve(-rate_);
     take_a_branch(qd, step);
     for (std::size_t j = 0; j < free_.size(); ++j) change[free_[j]] = step[j] * unit(free_[j]);
-    return open;
+  }
+
+  // Whether the rates of a loop, as of the last set_rates, are rounding against those of single joints.
+  bool keeps_closed(int k) const {
+    for (std::size_t r = 0; r < loop(k).rows.size(); ++r)
+      if (std::abs(rate_[local_row(k, r)]) > rounding_of_rates * speed_[local_row(k, r)]) return false;
+    return true;
   }
 
   // Residual of a loop of the cluster at the last pose, and at the velocities of the last set_rates.
@@ -169,12 +175,13 @@ class ClusterAssembly {
     for (int k = 0; k < cluster_.loop_count; ++k) {
       const LoopGeometry<double> g = loop_geometry(loop(k), ws_);
       for (std::size_t r = 0; r < loop(k).rows.size(); ++r)
-        rate_[local_row(k, r)] = row_values(g, loop(k).rows[r]).rate / row_unit(loop(k).rows[r]);
+        set_rate(k, r, row_values(g, loop(k).rows[r]), qd);
     }
   }
 
  private:
   static constexpr double dependent = 1e-8;  // rows of J below this part of the largest pivot
+  static constexpr double rounding_of_rates = 1e-9;
   static constexpr double smallest_damping = 1e-10;
   static constexpr double coarse_damping = 1e-5;  // its square is no rounding
   static constexpr double near_enough = 1e-12;    // to the nearest pose
@@ -236,9 +243,38 @@ class ClusterAssembly {
       ws_.ground[i] = moved(plan_.joints[i], ws_.joints[i], ground_state(ws_, plan_.joints[i].parent), 0.0);
   }
 
+  // The largest radius of gyration of a body about its origin, m.
+  double body_extent() const {
+    double extent = 0;
+    for (int i : joints_) {
+      const RigidInertia<double>& body = plan_.joints[i].inertia;
+      const double trace = body.inertia.xx + body.inertia.yy + body.inertia.zz;
+      if (body.mass > 0) extent = std::max(extent, std::sqrt(trace / body.mass));
+    }
+    return extent;
+  }
+
+  void set_rate(int k, std::size_t r, const RowValues<double>& values, const double* qd) {
+    const double unit_of_row = row_unit(loop(k).rows[r]);
+    rate_[local_row(k, r)] = values.rate / unit_of_row;
+    speed_[local_row(k, r)] =
+        (largest_rate(loop(k).body_a, values.on_a, qd) + largest_rate(loop(k).body_b, values.on_b, qd)) / unit_of_row;
+  }
+
+  // What the joints of one path can make of a row's rate, each at its best.
+  double largest_rate(int body, Force<double> w, const double* qd) const {
+    double sum = 0;
+    for (; body != cluster_.root; body = plan_.joints[body].parent) {
+      sum += std::abs(qd[body]) * (plan_.joints[body].prismatic ? w.force : w.moment).norm();
+      to_parent(plan_.joints[body], ws_.joints[body], w);
+    }
+    return sum;
+  }
+
   // The rows' wrenches, taken down both paths: J_rj = S_j . w.
   void set_jacobian() {
     J_.setZero();
+    reach_ = 0;
     for (int k = 0; k < cluster_.loop_count; ++k) {
       const LoopGeometry<double> g = loop_geometry(loop(k), ws_);
       for (std::size_t r = 0; r < loop(k).rows.size(); ++r) {
@@ -253,8 +289,10 @@ class ClusterAssembly {
   void add_path(int row, int body, Force<double> w, double scale) {
     for (; body != cluster_.root; body = plan_.joints[body].parent) {
       const JointPlan<double>& joint = plan_.joints[body];
-      if (column_[body] >= 0)
+      if (column_[body] >= 0) {
         J_(row, column_[body]) += scale * unit(body) * (joint.prismatic ? w.force.z() : w.moment.z());
+        reach_ = std::max(reach_, scale * unit(body) * (joint.prismatic ? w.force : w.moment).norm());
+      }
       to_parent(joint, ws_.joints[body], w);
     }
   }
@@ -268,7 +306,7 @@ class ClusterAssembly {
     for (int i : joints_)
       if (plan_.joints[i].prescribed) return;
     if (free_.empty()) return;
-    const Matrix null = LeastNorm(jacobian_of_all(), dependent).left_null_space();
+    const Matrix null = LeastNorm(jacobian_of_all(), dependent, reach_).left_null_space();
     if (null.cols() == 0) return;
     std::vector<double> speed(plan_.joints.size(), 0.0);
     const auto at = [&](const Vector& x) -> double* {
@@ -300,7 +338,7 @@ class ClusterAssembly {
       // rows of one size: speeds, and bends over the speed
       K.bottomRows(bends) /= length;
       open.tail(bends) /= length;
-      x -= LeastNorm(K, dependent).solve(open);
+      x -= LeastNorm(K, dependent, reach_).solve(open);
     }
   }
 
@@ -374,7 +412,9 @@ class ClusterAssembly {
   std::vector<int> joints_, free_;  // of the plan, parents first
   std::vector<int> column_;         // per joint of the plan: its unknown, or -1
   double size_ = 0;                 // m
+  double reach_ = 0;                // the largest entry that J_ could have
   Vector z_start_, phi_, rate_;
+  Vector speed_;  // per row: the sum of its rates by single joints, each at its best
   std::vector<Motion<double>> acceleration_;  // along the ground's axes
   Matrix J_;
 };

@@ -11,8 +11,8 @@ namespace redysim {
 
 // The lever that a wrench can have at most on a joint, squared: on an axis along its moment or force.
 template <class Scalar>
-Scalar largest_lever(const JointPlan<Scalar>& joint, const Force<Scalar>& w) {
-  return joint.prismatic ? w.force.squaredNorm() : w.moment.squaredNorm();
+Scalar largest_lever(const JointPlan<Scalar>& joint, const Force<Scalar>& w, const Scalar& least) {
+  return joint.prismatic ? w.force.squaredNorm() : Scalar(w.moment.squaredNorm() + least);
 }
 
 template <class Scalar>
@@ -41,14 +41,14 @@ bool rank_is_in_doubt(const ClusterPlan& cluster, const Workspace<Scalar>& ws, s
 // One row's wrench down one side of its loop: its levers on the cluster's joints and how long they could be.
 template <class Scalar>
 void add_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const ClusterPlan& cluster, int body,
-                int root, Force<Scalar> w, Scalar* J, Scalar* reach) {
+                int root, Force<Scalar> w, const Scalar& least, Scalar* J, Scalar* reach) {
   using std::sqrt;
   for (std::size_t k = 0; body != root; body = plan.joints[body].parent) {
     const JointPlan<Scalar>& joint = plan.joints[body];
     while (cluster.joints[k] != body) ++k;  // both descend
     if (!joint.prescribed) {
       J[k] += joint.prismatic ? w.force.z() : w.moment.z();
-      reach[k] += sqrt(largest_lever(joint, w));
+      reach[k] += sqrt(largest_lever(joint, w, least));
     }
     to_parent(joint, ws.joints[body], w);
   }
@@ -69,8 +69,9 @@ void set_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ClusterPl
     for (std::size_t r = 0; r < loop.rows.size(); ++r) {
       const std::size_t begin = (loop.first_row - cluster.first_row + r) * columns;
       const RowValues<Scalar> values = row_values(geometry, loop.rows[r]);
-      add_levers(plan, ws, cluster, loop.body_a, loop.root, values.on_a, J + begin, reach + begin);
-      add_levers(plan, ws, cluster, loop.body_b, loop.root, values.on_b, J + begin, reach + begin);
+      const Scalar least = least_reach(geometry, loop.rows[r]);
+      add_levers(plan, ws, cluster, loop.body_a, loop.root, values.on_a, least, J + begin, reach + begin);
+      add_levers(plan, ws, cluster, loop.body_b, loop.root, values.on_b, least, J + begin, reach + begin);
       if (loop.rows[r].kind == ConstraintRow<Scalar>::Kind::rotation) continue;
       for (std::size_t c = 0; c < columns; ++c)
         if (reach[begin + c] > longest[c]) longest[c] = reach[begin + c];

@@ -85,6 +85,17 @@ RowValues<Scalar> row_values(const LoopGeometry<Scalar>& g, const ConstraintRow<
   return row.kind == ConstraintRow<Scalar>::Kind::rotation ? rotation_row(g, row) : position_row(g, row);
 }
 
+// Levers of a position row are as good as zero where they are the rounding of the positions that they come from:
+// what counts for the least length of one, m^2.
+template <class Scalar>
+Scalar least_reach(const LoopGeometry<Scalar>& g, const ConstraintRow<Scalar>& row) {
+  constexpr double part = 1e-9;
+  if (row.kind == ConstraintRow<Scalar>::Kind::rotation) return Scalar(0);
+  return part * part *
+         (g.a.position.squaredNorm() + g.b.position.squaredNorm() + g.point_a.arm.squaredNorm() +
+          g.point_b.arm.squaredNorm());
+}
+
 // Fills residual, rate, the rows' wrenches and b = -phi''(no acceleration) for all loops. Uses ws.ground.
 template <class Scalar>
 void set_loop_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
@@ -97,6 +108,7 @@ void set_loop_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
       state.residual[row] = values.residual;
       state.rate[row] = values.rate;
       state.b[row] = -values.quadratic;
+      state.least_reach[row] = least_reach(geometry, loop.rows[k]);
       state.wrench[0][row] = values.on_a;
       state.wrench[1][row] = values.on_b;
       state.K[row].moment = values.carrier_moment;

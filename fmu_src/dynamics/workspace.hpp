@@ -50,6 +50,7 @@ struct LoopState {
   std::vector<Force<Scalar>> K;          // per row: wrench on the cluster's root
   std::vector<Scalar> passage_u;         // per passage (all clusters): S_j^T wrench
   std::vector<Scalar> scale;             // per row: its S_rr if each lever were as long as it could be
+  std::vector<Scalar> least_reach;       // per row: of the square of a lever, m^2
   std::vector<Scalar> length[2];         // per row: largest |moment|^2, |force|^2 of one side
   std::vector<Scalar> passage_scale;     // per passage (all clusters): its share in that
   std::vector<Scalar> lambda;
@@ -110,7 +111,7 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   for (auto& side : loop.wrench) side.resize(rows);
   loop.K.resize(rows);
   loop.b.assign(rows, nan);
-  for (auto* measure : {&loop.scale, &loop.length[0], &loop.length[1]}) measure->assign(rows, nan);
+  for (auto* measure : {&loop.scale, &loop.least_reach, &loop.length[0], &loop.length[1]}) measure->assign(rows, nan);
   loop.passage_scale.assign(passages, nan);
   loop.lambda.assign(rows, Scalar(0));
   loop.residual.assign(rows, nan);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 
 namespace redysim {
@@ -9,8 +10,9 @@ namespace redysim {
 // rotations: Golub and Van Loan 2013, 8.6.3). For small matrices at load time: short code, no speed.
 class LeastNorm {
  public:
-  // Singular values below `rank_tolerance` times the largest count as zero.
-  LeastNorm(const Eigen::MatrixXd& J, double rank_tolerance);
+  // Singular values below `rank_tolerance` times the largest count as zero, and those below rounding of
+  // `reach`, a size that entries of J can have.
+  LeastNorm(const Eigen::MatrixXd& J, double rank_tolerance, double reach = 0);
 
   // Minimises |J x - b|^2 + damping^2 |x|^2.
   Eigen::VectorXd solve(const Eigen::VectorXd& b, double damping = 0) const;
@@ -43,9 +45,9 @@ inline void LeastNorm::rotate(Eigen::MatrixXd& matrix, Eigen::Index p, Eigen::In
   }
 }
 
-inline LeastNorm::LeastNorm(const Eigen::MatrixXd& J, double rank_tolerance)
+inline LeastNorm::LeastNorm(const Eigen::MatrixXd& J, double rank_tolerance, double reach)
     : U_(J.transpose()), V_(Eigen::MatrixXd::Identity(J.rows(), J.rows())), squared_(J.rows()) {
-  constexpr double orthogonal = 1e-15;
+  constexpr double orthogonal = 1e-15, rounding = 1e-13;
   constexpr int sweeps = 40;
   bool rotated = true;
   for (int sweep = 0; sweep < sweeps && rotated; ++sweep) {
@@ -84,8 +86,9 @@ inline LeastNorm::LeastNorm(const Eigen::MatrixXd& J, double rank_tolerance)
     squared_[k] = sum;
     if (sum > largest) largest = sum;
   }
+  const double smallest = std::max(rank_tolerance * std::sqrt(largest), rounding * reach);
   for (double& value : squared_)
-    if (value <= rank_tolerance * rank_tolerance * largest) value = 0;
+    if (value <= smallest * smallest) value = 0;
 }
 
 inline Eigen::VectorXd LeastNorm::solve(const Eigen::VectorXd& b, double damping) const {
