@@ -35,7 +35,7 @@ class ClusterAssembly {
     }
     phi_.resize(cluster.row_count);
     rate_.resize(cluster.row_count);
-    speed_.resize(cluster.row_count);
+    speed_ = Vector::Zero(cluster.row_count);
     J_.resize(cluster.row_count, static_cast<Eigen::Index>(free_.size()));
   }
 
@@ -54,6 +54,9 @@ class ClusterAssembly {
     const double extent = body_extent();
     if (size_ <= 1e-9 * extent) size_ = extent;
     if (size_ == 0) size_ = 1;
+    double farthest = 0;
+    for (int i : joints_) farthest = std::max(farthest, ws_.ground[i].position.norm());
+    rounding_ = 1e-13 + 1e-15 * farthest / size_;
     z_start_.resize(static_cast<Eigen::Index>(free_.size()));
     for (std::size_t j = 0; j < free_.size(); ++j) z_start_[j] = q[free_[j]] / unit(free_[j]);
     return open(z_start_);
@@ -77,7 +80,8 @@ class ClusterAssembly {
       const Vector wanted = -phi_;
       for (int attempt = 0; attempt < 8; ++attempt) {
         const double damping = std::max(norm * damping_factor, smallest_damping);
-        if (damping < coarse_damping && !tangent) tangent = std::make_unique<LeastNorm>(J_, smallest_damping, reach_);
+        if (damping < coarse_damping && !tangent)
+          tangent = std::make_unique<LeastNorm>(J_, smallest_damping, rounding_);
         Vector step =
             damping < coarse_damping ? tangent->solve(wanted, damping) : damped(J_, wanted, damping);
         const double length = step.norm();
@@ -106,7 +110,7 @@ class ClusterAssembly {
     for (int k = 0; k < 60; ++k) {
       open(z);
       set_jacobian();
-      const LeastNorm tangent(J_, dependent, reach_);
+      const LeastNorm tangent(J_, dependent, rounding_);
       const Vector away = z_start_ - z;
       const Vector along = away - tangent.solve(opened_by(away));
       if (along.norm() < near_enough * std::max(1.0, distance) || (gradient > 0 && along.norm() > gradient))
@@ -136,15 +140,18 @@ class ClusterAssembly {
     set_jacobian();
     Vector step = Vector::Zero(static_cast<Eigen::Index>(free_.size()));
     if (rate_.lpNorm<Eigen::Infinity>() > 0 && !free_.empty())
-      step = LeastNorm(J_, dependent, reach_).solve(-rate_);
+      step = LeastNorm(J_, dependent, rounding_).solve(-rate_);
     take_a_branch(qd, step);
     for (std::size_t j = 0; j < free_.size(); ++j) change[free_[j]] = step[j] * unit(free_[j]);
   }
 
-  // Whether the rates of a loop, as of the last set_rates, are rounding against those of single joints.
+  // Whether the rates of a loop, as of the last set_rates, are rounding against those that single joints have
+  // had.
   bool keeps_closed(int k) const {
     for (std::size_t r = 0; r < loop(k).rows.size(); ++r)
-      if (std::abs(rate_[local_row(k, r)]) > rounding_of_rates * speed_[local_row(k, r)]) return false;
+      if (std::abs(rate_[local_row(k, r)]) >
+          rounding_of_rates * speed_[local_row(k, r)] + rounding_ * fastest_)
+        return false;
     return true;
   }
 
@@ -170,6 +177,7 @@ class ClusterAssembly {
   }
 
   void set_rates(const double* qd) {
+    for (int i : joints_) fastest_ = std::max(fastest_, std::abs(qd[i]) / unit(i));
     for (int i : joints_)
       ws_.ground[i] = moved(plan_.joints[i], ws_.joints[i], ground_state(ws_, plan_.joints[i].parent), qd[i]);
     for (int k = 0; k < cluster_.loop_count; ++k) {
@@ -258,7 +266,8 @@ class ClusterAssembly {
     const double unit_of_row = row_unit(loop(k).rows[r]);
     rate_[local_row(k, r)] = values.rate / unit_of_row;
     speed_[local_row(k, r)] =
-        (largest_rate(loop(k).body_a, values.on_a, qd) + largest_rate(loop(k).body_b, values.on_b, qd)) / unit_of_row;
+        (largest_rate(loop(k).body_a, values.on_a, qd) + largest_rate(loop(k).body_b, values.on_b, qd)) /
+        unit_of_row;
   }
 
   // What the joints of one path can make of a row's rate, each at its best.
@@ -274,7 +283,6 @@ class ClusterAssembly {
   // The rows' wrenches, taken down both paths: J_rj = S_j . w.
   void set_jacobian() {
     J_.setZero();
-    reach_ = 0;
     for (int k = 0; k < cluster_.loop_count; ++k) {
       const LoopGeometry<double> g = loop_geometry(loop(k), ws_);
       for (std::size_t r = 0; r < loop(k).rows.size(); ++r) {
@@ -289,10 +297,8 @@ class ClusterAssembly {
   void add_path(int row, int body, Force<double> w, double scale) {
     for (; body != cluster_.root; body = plan_.joints[body].parent) {
       const JointPlan<double>& joint = plan_.joints[body];
-      if (column_[body] >= 0) {
+      if (column_[body] >= 0)
         J_(row, column_[body]) += scale * unit(body) * (joint.prismatic ? w.force.z() : w.moment.z());
-        reach_ = std::max(reach_, scale * unit(body) * (joint.prismatic ? w.force : w.moment).norm());
-      }
       to_parent(joint, ws_.joints[body], w);
     }
   }
@@ -306,7 +312,7 @@ class ClusterAssembly {
     for (int i : joints_)
       if (plan_.joints[i].prescribed) return;
     if (free_.empty()) return;
-    const Matrix null = LeastNorm(jacobian_of_all(), dependent, reach_).left_null_space();
+    const Matrix null = LeastNorm(jacobian_of_all(), dependent, rounding_).left_null_space();
     if (null.cols() == 0) return;
     std::vector<double> speed(plan_.joints.size(), 0.0);
     const auto at = [&](const Vector& x) -> double* {
@@ -338,7 +344,7 @@ class ClusterAssembly {
       // rows of one size: speeds, and bends over the speed
       K.bottomRows(bends) /= length;
       open.tail(bends) /= length;
-      x -= LeastNorm(K, dependent, reach_).solve(open);
+      x -= LeastNorm(K, dependent, rounding_).solve(open);
     }
   }
 
@@ -412,9 +418,10 @@ class ClusterAssembly {
   std::vector<int> joints_, free_;  // of the plan, parents first
   std::vector<int> column_;         // per joint of the plan: its unknown, or -1
   double size_ = 0;                 // m
-  double reach_ = 0;                // the largest entry that J_ could have
+  double rounding_ = 0;             // of J_, whose entries can be as large as one
   Vector z_start_, phi_, rate_;
-  Vector speed_;  // per row: the sum of its rates by single joints, each at its best
+  Vector speed_;  // per row: the sum of its rates by single joints, each at its best; the largest so far
+  double fastest_ = 0;                        // joint so far, rad/s or sizes/s
   std::vector<Motion<double>> acceleration_;  // along the ground's axes
   Matrix J_;
 };

@@ -37,7 +37,7 @@ void pass_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t clus
     // sides that have met cancel: what they were before is the measure
     if (!passage.merge) keep_lengths(w, state.length[0][passage.row], state.length[1][passage.row]);
     const Scalar share = (passage.merge ? state.length[plan.joints[i].prismatic][passage.row]
-                                         : largest_lever(plan.joints[i], w, state.least_reach[passage.row])) *
+                                        : largest_lever(plan.joints[i], w, state.least_reach[passage.row])) *
                          s.D_inverse;
     state.passage_scale[cluster.first_passage + n] = share;
     state.scale[passage.row] += share;

@@ -85,8 +85,8 @@ RowValues<Scalar> row_values(const LoopGeometry<Scalar>& g, const ConstraintRow<
   return row.kind == ConstraintRow<Scalar>::Kind::rotation ? rotation_row(g, row) : position_row(g, row);
 }
 
-// Levers of a position row are as good as zero where they are the rounding of the positions that they come from:
-// what counts for the least length of one, m^2.
+// Levers of a position row are as good as zero where they are the rounding of the positions that they come
+// from: what counts for the least length of one, m^2.
 template <class Scalar>
 Scalar least_reach(const LoopGeometry<Scalar>& g, const ConstraintRow<Scalar>& row) {
   constexpr double part = 1e-9;

@@ -32,10 +32,11 @@ struct GroundState {
   Vec3<Scalar> position, omega, velocity;
 };
 
-// Rank tolerances, relative to the levers that a row could have, squared. At distance s from a singular position the pivot is
-// about s^2 and a gap of 1e-15 (rounding) turns the tangent by 1e-15 / s^2 and falsifies accelerations by
-// 1e-15 / s^3: below s = 3e-5 leaving the row out is the smaller error, and corrections of q and qd must
-// stop earlier, or they steer the motion into another branch. docs/derivations/loops.md has the runs.
+// Rank tolerances, relative to the levers that a row could have, squared. At distance s from a singular
+// position the pivot is about s^2 and a gap of 1e-15 (rounding) turns the tangent by 1e-15 / s^2 and
+// falsifies accelerations by 1e-15 / s^3: below s = 3e-5 leaving the row out is the smaller error, and
+// corrections of q and qd must stop earlier, or they steer the motion into another branch.
+// docs/derivations/loops.md has the runs.
 inline constexpr double dynamics_rank_tolerance = 1e-9;
 inline constexpr double projection_rank_tolerance = 1e-8;
 
@@ -63,7 +64,7 @@ struct LoopState {
   std::vector<Scalar> front_entries;        // matrices of all fronts: S, then [L; C L^-T]
   std::vector<Scalar> front_u;              // per passage of the fronts
   std::vector<Scalar> diagonal;             // per row of the fronts: of S before other rows are taken out
-  bool early = false;                            // whether the last elimination went by fronts
+  bool early = false;                       // whether the last elimination went by fronts
   double rank_tolerance = dynamics_rank_tolerance;
   Scalar extent = 0;  // m, how far loop points are from the plan's origin: sets the rounding of residuals
 };
@@ -111,7 +112,8 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   for (auto& side : loop.wrench) side.resize(rows);
   loop.K.resize(rows);
   loop.b.assign(rows, nan);
-  for (auto* measure : {&loop.scale, &loop.least_reach, &loop.length[0], &loop.length[1]}) measure->assign(rows, nan);
+  for (auto* measure : {&loop.scale, &loop.least_reach, &loop.length[0], &loop.length[1]})
+    measure->assign(rows, nan);
   loop.passage_scale.assign(passages, nan);
   loop.lambda.assign(rows, Scalar(0));
   loop.residual.assign(rows, nan);

@@ -9,9 +9,9 @@ namespace redysim {
 // Cholesky factor L L^T = S of a symmetric positive semidefinite matrix stored by rows from its first
 // coupled column to the diagonal (envelope). No fill-in outside the envelope (George and Liu 1981, 4.2).
 //
-// Rank: each row has a scale, the S_kk that it would have if its levers did not cancel. Row k is dependent when
-// its pivot, the part of S_kk that the rows before it do not explain, is at most the rank tolerance times
-// that scale. Its column of L is then zero.
+// Rank: each row has a scale, the S_kk that it would have if its levers did not cancel. Row k is dependent
+// when its pivot, the part of S_kk that the rows before it do not explain, is at most the rank tolerance
+// times that scale. Its column of L is then zero.
 template <class Scalar>
 class EnvelopeCholesky {
  public:
@@ -34,10 +34,10 @@ class EnvelopeCholesky {
   // Whether the last factor() met a pivot that is small, yet above rounding.
   bool doubtful() const { return doubtful_; }
 
-  // Decides anew which rows are dependent, for factor_product(). J: a row of levers a constraint, `columns` numbers
-  // each, overwritten; reach: the lengths that these levers can have, of the same shape. Row k is dependent
-  // when orthogonalization leaves in no column more than `tolerance` of the lengths that took part. That does
-  // not depend on the units of rows and columns.
+  // Decides anew which rows are dependent, for factor_product(). J: a row of levers a constraint, `columns`
+  // numbers each, overwritten; reach: the lengths that these levers can have, of the same shape. Row k is
+  // dependent when orthogonalization leaves in no column more than `tolerance` of the lengths that took part.
+  // That does not depend on the units of rows and columns.
   void find_dependent(Scalar* J, Scalar* reach, int columns, double tolerance);
 
   // Factor of S = B B^T from the rows of B, without squaring B's condition: Gram-Schmidt, each row twice. B
@@ -116,8 +116,8 @@ void EnvelopeCholesky<Scalar>::factor(const Scalar* scale, double rank_tolerance
   }
 }
 
-// Row i of `rows` less its parts along the rows first..i - 1 that are not skipped, twice; `note`(j, part) hears
-// of each part.
+// Row i of `rows` less its parts along the rows first..i - 1 that are not skipped, twice; `note`(j, part)
+// hears of each part.
 template <class Scalar, class Note>
 void orthogonalize(Scalar* rows, int columns, int i, int first, const std::vector<char>& skipped, Note note) {
   Scalar* row = rows + static_cast<std::ptrdiff_t>(i) * columns;
@@ -159,7 +159,8 @@ void EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* reach, int colu
     scale_row(own, columns, Scalar(1) / whole);
     std::vector<Scalar>& part_of = work_;
     for (int j = first_[i]; j < i; ++j) part_of[j] = Scalar(0);
-    orthogonalize(J, columns, i, first_[i], skipped_, [&](int j, const Scalar& part) { part_of[j] += abs(part); });
+    orthogonalize(J, columns, i, first_[i], skipped_,
+                  [&](int j, const Scalar& part) { part_of[j] += abs(part); });
     for (int k = 0; k < columns && skipped_[i]; ++k) {
       Scalar length = own[k];
       for (int j = first_[i]; j < i; ++j)
@@ -178,7 +179,8 @@ void EnvelopeCholesky<Scalar>::factor_product(Scalar* B, int columns) {
   for (int i = 0; i < size(); ++i) {
     Scalar* row = B + static_cast<std::ptrdiff_t>(i) * columns;
     const Scalar whole = row_length(row, columns);
-    orthogonalize(B, columns, i, first_[i], skipped_, [&](int j, const Scalar& part) { entry(i, j) += part; });
+    orthogonalize(B, columns, i, first_[i], skipped_,
+                  [&](int j, const Scalar& part) { entry(i, j) += part; });
     const Scalar length = row_length(row, columns);
     if (!(length > lost * whole)) skipped_[i] = true;
     entry(i, i) = skipped_[i] ? Scalar(0) : length;

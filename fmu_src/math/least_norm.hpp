@@ -10,9 +10,8 @@ namespace redysim {
 // rotations: Golub and Van Loan 2013, 8.6.3). For small matrices at load time: short code, no speed.
 class LeastNorm {
  public:
-  // Singular values below `rank_tolerance` times the largest count as zero, and those below rounding of
-  // `reach`, a size that entries of J can have.
-  LeastNorm(const Eigen::MatrixXd& J, double rank_tolerance, double reach = 0);
+  // Singular values below `rank_tolerance` times the largest count as zero, as do those below `rounding`.
+  LeastNorm(const Eigen::MatrixXd& J, double rank_tolerance, double rounding = 0);
 
   // Minimises |J x - b|^2 + damping^2 |x|^2.
   Eigen::VectorXd solve(const Eigen::VectorXd& b, double damping = 0) const;
@@ -45,9 +44,9 @@ inline void LeastNorm::rotate(Eigen::MatrixXd& matrix, Eigen::Index p, Eigen::In
   }
 }
 
-inline LeastNorm::LeastNorm(const Eigen::MatrixXd& J, double rank_tolerance, double reach)
+inline LeastNorm::LeastNorm(const Eigen::MatrixXd& J, double rank_tolerance, double rounding)
     : U_(J.transpose()), V_(Eigen::MatrixXd::Identity(J.rows(), J.rows())), squared_(J.rows()) {
-  constexpr double orthogonal = 1e-15, rounding = 1e-13;
+  constexpr double orthogonal = 1e-15;
   constexpr int sweeps = 40;
   bool rotated = true;
   for (int sweep = 0; sweep < sweeps && rotated; ++sweep) {
@@ -86,7 +85,7 @@ inline LeastNorm::LeastNorm(const Eigen::MatrixXd& J, double rank_tolerance, dou
     squared_[k] = sum;
     if (sum > largest) largest = sum;
   }
-  const double smallest = std::max(rank_tolerance * std::sqrt(largest), rounding * reach);
+  const double smallest = std::max(rank_tolerance * std::sqrt(largest), rounding);
   for (double& value : squared_)
     if (value <= smallest * smallest) value = 0;
 }

@@ -126,6 +126,51 @@ TEST_P(RandomLoops, a_loop_given_twice_is_the_same_motion) {
   expect_dense_agreement(c, 1e-8);
 }
 
+TEST_P(RandomLoops, a_loop_that_repeats_a_joint_changes_nothing) {
+  test::TreeOptions options;
+  options.links = 8;
+  options.massless = options.springs = false;
+  Model model = test::random_tree(random, options);
+  const int n = test::moving_joints(model);
+  const Vector q = test::vector_of(random.numbers(n, 2)), qd = test::vector_of(random.numbers(n, 2)),
+               tau = test::vector_of(random.numbers(n, 5));
+  const Vector free = Evaluate<double>(model).qdd(q, qd, tau);
+  const std::vector<Pose> poses = test::poses_at(model, q);
+  for (int link = 0; link < options.links; ++link) {
+    if (model.links[link].joint.type == JointType::fixed || random.chance(0.5)) continue;
+    model.loops.push_back(test::repeated_joint(random, model, link));
+    test::match_ends(model.loops.back(), poses);
+  }
+  Evaluate<double> tree(model);
+  EXPECT_LT(relative_difference(tree.qdd(q, qd, tau), free), 1e-12);
+  EXPECT_EQ(tree.rank(), 0);
+  EXPECT_LT(tree.lambda().lpNorm<Eigen::Infinity>(), 1e-12);
+}
+
+TEST_P(RandomLoops, are_the_same_in_any_unit_of_length) {
+  ClosedCase c = random_case(random, 10, 2, {LoopType::spherical, LoopType::revolute, LoopType::fixed});
+  c.model.springs.clear();
+  for (Link& link : c.model.links) {
+    const double armature = link.joint.armature;
+    link.joint = Joint{link.joint.name, link.joint.type, link.joint.drive, link.joint.dh};
+    link.joint.armature = armature;
+  }
+  c.model.loops.push_back(c.model.loops.front());
+  const Vector none = Vector::Zero(c.q.size());
+  const Vector once = Evaluate<double>(c.model).qdd(c.q, c.qd, none);
+  for (const double size : {1e-6, 1e-3, 1e3}) {
+    SCOPED_TRACE(size);
+    Vector unit = Vector::Ones(c.q.size());
+    Eigen::Index next = 0;
+    for (const Link& link : c.model.links)
+      if (link.joint.type != JointType::fixed)
+        unit[next++] = link.joint.type == JointType::prismatic ? size : 1;
+    Evaluate<double> tree(test::resized(c.model, size));
+    const Vector qdd = tree.qdd(c.q.cwiseProduct(unit), c.qd.cwiseProduct(unit), none);
+    EXPECT_LT(relative_difference(qdd.cwiseQuotient(unit), once), 1e-10);
+  }
+}
+
 TEST_P(RandomLoops, rates_and_accelerations_are_derivatives_of_the_residuals) {
   const ClosedCase c = random_case(random, 10, 2, {std::begin(all_types), std::end(all_types)});
   Evaluate<double> tree(c.model);

@@ -57,6 +57,53 @@ inline Loop closed_loop(Random& random, LoopType type, int a, int b, const std::
   return loop;
 }
 
+// The loop that joint `link` of a tree makes once more: the same axis, or for an open type a part of what it
+// keeps.
+inline Loop repeated_joint(Random& random, const Model& model, int link) {
+  Loop loop;
+  loop.name = "again";
+  loop.link_a = model.links[link].parent;
+  loop.link_b = link;
+  const bool slides = model.links[link].joint.type == JointType::prismatic;
+  const LoopType turning[] = {LoopType::revolute, LoopType::cylindrical, LoopType::spherical,
+                              LoopType::point};
+  const LoopType sliding[] = {LoopType::prismatic, LoopType::cylindrical};
+  loop.type = slides ? sliding[random.index(2)] : turning[random.index(4)];
+  loop.point_b = {0, 0, random.chance(0.3) ? 0 : random.between(-1, 1)};
+  if (slides) loop.point_b = random.vector(1);
+  loop.directions = {Vec3<double>::UnitX(), Vec3<double>::UnitY(), Vec3<double>::UnitZ()};
+  return loop;
+}
+
+// Ends of `loop` on link a from those on link b, as they are at `poses`.
+inline void match_ends(Loop& loop, const std::vector<Pose>& poses) {
+  const Pose at_a = loop.link_a == ground ? Pose() : poses[loop.link_a], at_b = poses[loop.link_b];
+  const Mat3<double> into_a = at_a.rotation.transpose() * at_b.rotation;
+  loop.point_a = at_a.rotation.transpose() * (at_b.rotation * loop.point_b + at_b.position - at_a.position);
+  loop.axis_a = into_a * loop.axis_b;
+  loop.x_a = into_a * loop.x_b;
+}
+
+// The same scene in a unit of length that is `size` m: rotations stay, slides grow with it, as does gravity.
+inline Model resized(Model model, double size) {
+  const double area = size * size, volume = area * size;
+  model.gravity *= size;
+  for (Link& link : model.links) {
+    link.joint.dh.a *= size;
+    link.joint.dh.b *= size;
+    link.joint.dh.d *= size;
+    link.mass *= volume;
+    link.com *= size;
+    for (double& entry : link.inertia) entry *= volume * area;
+    link.joint.armature *= link.joint.type == JointType::prismatic ? volume : volume * area;
+  }
+  for (Loop& loop : model.loops) {
+    loop.point_a *= size;
+    loop.point_b *= size;
+  }
+  return model;
+}
+
 // M qdd + bias = tau + J^T lambda, J qdd = -J' qd, with J from the derivatives of the residuals, M from
 // composite bodies and the least-norm lambda from a complete orthogonal decomposition.
 struct DenseSolution {

@@ -98,7 +98,8 @@ TEST_P(EnvelopeFactor, dependent_rows_of_any_units_change_nothing_but_the_norm) 
   const Matrix scaled = units.asDiagonal() * banded.S * units.asDiagonal();
   auto S = factored(banded.first, scaled);
   const std::vector<double> numbers = random.numbers(S.size(), 1);
-  const Vector b = scaled * (units.cwiseInverse().asDiagonal() * Eigen::Map<const Vector>(numbers.data(), S.size()));
+  const Vector b =
+      scaled * (units.cwiseInverse().asDiagonal() * Eigen::Map<const Vector>(numbers.data(), S.size()));
   Vector x(S.size());
   S.solve(b.data(), x.data());
   const double plain = x.norm();
@@ -142,10 +143,12 @@ TEST(EnvelopeCholesky, takes_levers_where_inertias_leave_the_rank_in_doubt) {
   EXPECT_NEAR(x[1], -c, 1e-9);
 }
 
-// A lever of 1e-3 that nothing else explains beside one of 1e3, and a row of rounding where levers of 1 could be.
+// A lever of 1e-3 that nothing else explains beside one of 1e3, and a row of rounding where levers of 1 could
+// be.
 TEST(EnvelopeCholesky, judges_each_lever_by_its_own_length) {
   EnvelopeCholesky<double> S({0, 0, 0});
-  double J[] = {1e3, 1e-3, 0, 1e3, -1e-3, 0, 1e-16, 0, 1e-17}, reach[] = {1e3, 1e-3, 0, 1e3, 1e-3, 0, 1, 0, 1};
+  double J[] = {1e3, 1e-3, 0, 1e3, -1e-3, 0, 1e-16, 0, 1e-17},
+         reach[] = {1e3, 1e-3, 0, 1e3, 1e-3, 0, 1, 0, 1};
   S.find_dependent(J, reach, 3, 3e-5);
   EXPECT_FALSE(S.dependent(0));
   EXPECT_FALSE(S.dependent(1));
