@@ -177,6 +177,8 @@ class ClusterAssembly {
   }
 
   void set_rates(const double* qd) {
+    const GroundState<double> root = ground_state(ws_, cluster_.root);
+    fastest_ = std::max({fastest_, root.omega.norm(), root.velocity.norm() / size_});
     for (int i : joints_) fastest_ = std::max(fastest_, std::abs(qd[i]) / unit(i));
     for (int i : joints_)
       ws_.ground[i] = moved(plan_.joints[i], ws_.joints[i], ground_state(ws_, plan_.joints[i].parent), qd[i]);
@@ -421,7 +423,7 @@ class ClusterAssembly {
   double rounding_ = 0;             // of J_, whose entries can be as large as one
   Vector z_start_, phi_, rate_;
   Vector speed_;  // per row: the sum of its rates by single joints, each at its best; the largest so far
-  double fastest_ = 0;                        // joint so far, rad/s or sizes/s
+  double fastest_ = 1;                        // joint so far, rad/s or sizes/s
   std::vector<Motion<double>> acceleration_;  // along the ground's axes
   Matrix J_;
 };

@@ -157,15 +157,26 @@ void EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* reach, int colu
     // rows of length one at most
     scale_row(row, columns, Scalar(1) / whole);
     scale_row(own, columns, Scalar(1) / whole);
-    std::vector<Scalar>& part_of = work_;
-    for (int j = first_[i]; j < i; ++j) part_of[j] = Scalar(0);
+    std::vector<Scalar>&part_of = work_, &possible = along_;
+    const auto most = [&](int j, int k) {
+      const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(j) * columns + k;
+      return abs(J[n]) > reach[n] ? Scalar(abs(J[n])) : reach[n];
+    };
+    for (int j = first_[i]; j < i; ++j) {
+      part_of[j] = possible[j] = Scalar(0);
+      for (int k = 0; k < columns && !skipped_[j]; ++k) possible[j] += own[k] * most(j, k);
+    }
     orthogonalize(J, columns, i, first_[i], skipped_,
                   [&](int j, const Scalar& part) { part_of[j] += abs(part); });
     for (int k = 0; k < columns && skipped_[i]; ++k) {
-      Scalar length = own[k];
-      for (int j = first_[i]; j < i; ++j)
-        if (!skipped_[j]) length += part_of[j] * reach[static_cast<std::ptrdiff_t>(j) * columns + k];
-      skipped_[i] = !(abs(row[k]) > tolerance * length);
+      // the lengths that took part, and those of which rounding is left where parts themselves are rounding
+      Scalar length = own[k], rounded = own[k];
+      for (int j = first_[i]; j < i; ++j) {
+        if (skipped_[j]) continue;
+        length += part_of[j] * reach[static_cast<std::ptrdiff_t>(j) * columns + k];
+        rounded += possible[j] * most(j, k);
+      }
+      skipped_[i] = !(abs(row[k]) > tolerance * length && abs(row[k]) > lost * rounded);
     }
     if (!skipped_[i]) scale_row(row, columns, Scalar(1) / row_length(row, columns));
   }

@@ -228,7 +228,7 @@ class Check:
         for loop in {name.rsplit(".", 1)[0] for name in rows.names}:
             inside = [r for r, name in enumerate(rows.names) if name.startswith(loop + ".")]
             gap = math.sqrt(sum(float(rows.phi[r]) ** 2 for r in inside))
-            size = 1 + max(float(rows.lever[r].max(initial=0)) for r in inside)
+            size = 1 + max(float(rows.length[r]) for r in inside)
             self("gap", loop + ".gap", self.values[loop + ".gap"], gap, 1e-3 * size)
 
     def frames(self, scene) -> None:

@@ -12,7 +12,7 @@ from tests.crosscheck.dense_motion import Dense
 from tests.crosscheck.random_scenes import Case, draw, run
 from tests.crosscheck.scene_fmu import Library
 
-FAST = ("open",)  # classes of random_scenes.py; the slow test takes all of them
+FAST = ("open", "loops", "repeat", "redundant")  # classes of random_scenes.py; the slow test takes all of them
 
 # a door on two hinges, a pendulum for one of them, and its acceleration by hand: sum of moments about the axis
 DOOR = """

@@ -155,6 +155,14 @@ TEST(EnvelopeCholesky, judges_each_lever_by_its_own_length) {
   EXPECT_TRUE(S.dependent(2));
 }
 
+// Rounding of a row whose levers all cancel is no lever on a joint that it does not cross.
+TEST(EnvelopeCholesky, takes_no_rounding_for_a_lever) {
+  EnvelopeCholesky<double> S({0, 0});
+  double J[] = {0.6, 0, 0.8, 1e-17, 2e-17, 0}, reach[] = {1, 1, 1, 1, 1, 0};
+  S.find_dependent(J, reach, 3, 3e-5);
+  EXPECT_TRUE(S.dependent(1));
+}
+
 // S = B B^T with a column of 1e8: S itself has lost the rest, its rows have not. Along (s, -c) S is 1 +
 // 1e-16.
 TEST(EnvelopeCholesky, a_product_keeps_the_digits_that_its_square_has_lost) {
