@@ -124,9 +124,9 @@ Scalar from_loops(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, std::si
 }
 
 // Rank is a matter of levers, not of masses: on a link of next to no mass one row's diagonal of S exceeds the
-// others' without end. Where pivots leave that open, the levers themselves decide.
+// others' without end. Where pivots leave that open, the levers themselves decide. Rare: written once, for size.
 template <class Scalar>
-void factor_by_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t cluster_index) {
+[[gnu::noinline, gnu::cold]] void factor_by_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t cluster_index) {
   const ClusterPlan& cluster = plan.clusters[cluster_index];
   LoopState<Scalar>& state = ws.loop;
   EnvelopeCholesky<Scalar>& S = state.S[cluster_index];
