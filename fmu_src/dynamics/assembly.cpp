@@ -167,12 +167,12 @@ void keep_larger(const Assembly::Residual& found, Assembly::Residual& largest) {
 
 // The velocities of a cluster at its assembled pose.
 void align(ClusterAssembly& cluster, const double* qd, std::vector<double>& sped, Assembly& result) {
-  cluster.set_rates(qd);
+  cluster.set_motion(qd);
   for (int k = 0; k < cluster.loop_count(); ++k) keep_larger(cluster.rate(k), result.rate_before);
   cluster.align(qd, sped);
   std::vector<double> velocity(qd, qd + sped.size());
   for (std::size_t i = 0; i < sped.size(); ++i) velocity[i] += sped[i];
-  cluster.set_rates(velocity.data());
+  cluster.set_motion(velocity.data());
   for (int k = 0; k < cluster.loop_count(); ++k) {
     if (cluster.keeps_closed(k) || (!result.consistent && cluster.rate(k).size <= result.rate.size)) continue;
     result.consistent = false;
@@ -236,6 +236,11 @@ std::string failure(const Model& model, const Assembly& assembly) {
          "no velocities satisfy the loop constraints while held and prescribed joints keep theirs; smallest "
          "residual " +
          quantity(assembly.rate) + "/s";
+}
+
+std::string misfit(const Model& model, int loop, const Assembly::Residual& acceleration) {
+  return "loop '" + model.loops[static_cast<std::size_t>(loop)].name +
+         "': prescribed accelerations violate its constraints by " + quantity(acceleration) + "/s^2";
 }
 
 std::vector<std::string> corrections(const Model& model, const Plan<double>& plan, const Assembly& assembly) {

@@ -41,4 +41,7 @@ std::string failure(const Model& model, const Assembly& assembly);
 // rad".
 std::vector<std::string> corrections(const Model& model, const Plan<double>& plan, const Assembly& assembly);
 
+// "loop 'x': prescribed accelerations violate its constraints by 0.05 m/s^2".
+std::string misfit(const Model& model, int loop, const Assembly::Residual& acceleration);
+
 }  // namespace redysim

@@ -5,15 +5,13 @@
 #include <memory>
 #include <vector>
 
-#include "dynamics/assembly.hpp"
-#include "dynamics/bias.hpp"
-#include "dynamics/loop_rows.hpp"
+#include "dynamics/cluster_rows.hpp"
 #include "math/least_norm.hpp"
 
 namespace redysim {
 
-// One cluster: its joints' unknowns and its rows, both scaled to the cluster's size.
-class ClusterAssembly {
+// Brings one cluster from its start values to the nearest configuration and velocities that its rows allow.
+class ClusterAssembly : public ClusterRows<double> {
  public:
   using Vector = Eigen::VectorXd;
   using Matrix = Eigen::MatrixXd;
@@ -22,50 +20,18 @@ class ClusterAssembly {
   static constexpr double closed_already = 2e-15;  // rounding: such a pose is left as it is
   static constexpr double closed_enough = 1e-10;
 
-  ClusterAssembly(const Model& model, const Plan<double>& plan, Workspace<double>& ws,
-                  const ClusterPlan& cluster)
-      : plan_(plan), ws_(ws), cluster_(cluster) {
-    column_.assign(plan.joints.size(), -1);
-    // descending in the plan: turn round, parents first
-    for (auto joint = cluster.joints.rbegin(); joint != cluster.joints.rend(); ++joint) {
-      joints_.push_back(*joint);
-      if (model.links[plan.joints[*joint].link].joint.hold || plan.joints[*joint].prescribed) continue;
-      column_[*joint] = static_cast<int>(free_.size());
-      free_.push_back(*joint);
-    }
-    phi_.resize(cluster.row_count);
-    rate_.resize(cluster.row_count);
-    speed_ = Vector::Zero(cluster.row_count);
-    J_.resize(cluster.row_count, static_cast<Eigen::Index>(free_.size()));
-  }
+  using ClusterRows::ClusterRows;
 
   // Takes the start pose, measures the mechanism and returns what is open.
   double start(const double* q) {
-    for (int i : joints_) set_joint_position(plan_.joints[i], q[i], ws_.joints[i]);
-    set_poses();
-    const Vec3<double> root =
-        cluster_.root == ground ? Vec3<double>(Vec3<double>::Zero()) : ws_.ground[cluster_.root].position;
-    for (int i : joints_) size_ = std::max(size_, (ws_.ground[i].position - root).norm());
-    for (int k = 0; k < cluster_.loop_count; ++k) {
-      const LoopGeometry<double> g = loop_geometry(loop(k), ws_);
-      size_ = std::max({size_, (g.point_a.position - root).norm(), (g.point_b.position - root).norm()});
-    }
-    // all axes through one point: lengths are those of the bodies
-    const double extent = body_extent();
-    if (size_ <= 1e-9 * extent) size_ = extent;
-    if (size_ == 0) size_ = 1;
-    double farthest = 0;
-    for (int i : joints_) farthest = std::max(farthest, ws_.ground[i].position.norm());
-    rounding_ = 1e-13 + 1e-15 * farthest / size_;
+    set_pose(q);
+    measure();
     z_start_.resize(static_cast<Eigen::Index>(free_.size()));
     for (std::size_t j = 0; j < free_.size(); ++j) z_start_[j] = q[free_[j]] / unit(free_[j]);
     return open(z_start_);
   }
 
   const Vector& z_start() const { return z_start_; }
-  const std::vector<int>& joints() const { return joints_; }
-  const std::vector<int>& free_joints() const { return free_; }
-  double unit(int joint) const { return plan_.joints[joint].prismatic ? size_ : 1.0; }
 
   // Levenberg-Marquardt steps, damped by the distance itself: quadratic at regular poses, steady at singular
   // ones. Returns what stays open.
@@ -75,15 +41,14 @@ class ClusterAssembly {
     int idle = 0;
     for (int k = 0; k < 100 && norm > closed_already && idle < 3; ++k) {
       const double before = norm;
-      set_jacobian();
+      const Matrix J = J_;
       std::unique_ptr<LeastNorm> tangent;
       const Vector wanted = -phi_;
       for (int attempt = 0; attempt < 8; ++attempt) {
         const double damping = std::max(norm * damping_factor, smallest_damping);
         if (damping < coarse_damping && !tangent)
-          tangent = std::make_unique<LeastNorm>(J_, smallest_damping, rounding_);
-        Vector step =
-            damping < coarse_damping ? tangent->solve(wanted, damping) : damped(J_, wanted, damping);
+          tangent = std::make_unique<LeastNorm>(J, smallest_damping, rounding_);
+        Vector step = damping < coarse_damping ? tangent->solve(wanted, damping) : damped(J, wanted, damping);
         const double length = step.norm();
         if (length > 1) step /= length;
         const Vector trial = z + step;
@@ -109,7 +74,6 @@ class ClusterAssembly {
     double distance = (z - z_start_).norm(), gradient = 0;
     for (int k = 0; k < 60; ++k) {
       open(z);
-      set_jacobian();
       const LeastNorm tangent(J_, dependent, rounding_);
       const Vector away = z_start_ - z;
       const Vector along = away - tangent.solve(opened_by(away));
@@ -135,9 +99,27 @@ class ClusterAssembly {
     open(z);
   }
 
-  // The nearest velocities on the loops, after set_rates(qd).
+  // All of the rows, and what single joints can make of their rates.
+  void set_motion(const double* qd) {
+    const GroundState<double> root = ground_state(ws_, cluster_.root);
+    fastest_ = std::max({fastest_, root.omega.norm(), root.velocity.norm() / size_});
+    for (int i : joints_) fastest_ = std::max(fastest_, std::abs(qd[i]) / unit(i));
+    ClusterRows::set_motion(qd);
+    speed_.resize(rate_.size());
+    for (int k = 0; k < cluster_.loop_count; ++k) {
+      const LoopPlan<double>& at = loop(k);
+      const LoopGeometry<double> g = loop_geometry(at, ws_);
+      for (std::size_t r = 0; r < at.rows.size(); ++r) {
+        const RowValues<double> values = row_values(g, at.rows[r]);
+        speed_[local_row(k, r)] =
+            (largest_rate(at.body_a, values.on_a, qd) + largest_rate(at.body_b, values.on_b, qd)) /
+            row_unit(at.rows[r]);
+      }
+    }
+  }
+
+  // The nearest velocities on the loops, after set_motion(qd).
   void align(const double* qd, std::vector<double>& change) {
-    set_jacobian();
     Vector step = Vector::Zero(static_cast<Eigen::Index>(free_.size()));
     if (rate_.lpNorm<Eigen::Infinity>() > 0 && !free_.empty())
       step = LeastNorm(J_, dependent, rounding_).solve(-rate_);
@@ -145,8 +127,8 @@ class ClusterAssembly {
     for (std::size_t j = 0; j < free_.size(); ++j) change[free_[j]] = step[j] * unit(free_[j]);
   }
 
-  // Whether the rates of a loop, as of the last set_rates, are rounding against those that single joints have
-  // had.
+  // Whether the rates of a loop, as of the last set_motion, are rounding against those that single joints
+  // have had.
   bool keeps_closed(int k) const {
     for (std::size_t r = 0; r < loop(k).rows.size(); ++r)
       if (std::abs(rate_[local_row(k, r)]) >
@@ -155,38 +137,17 @@ class ClusterAssembly {
     return true;
   }
 
-  // Residual of a loop of the cluster at the last pose, and at the velocities of the last set_rates.
+  // Residual of a loop of the cluster at the last pose, and at the velocities of the last set_motion.
   Assembly::Residual gap(int k) const { return norm_of(phi_, k); }
   Assembly::Residual rate(int k) const { return norm_of(rate_, k); }
-
-  const LoopPlan<double>& loop(int k) const { return plan_.loops[cluster_.first_loop + k]; }
-  int loop_count() const { return cluster_.loop_count; }
-  double size() const { return size_; }
 
   // Residuals at z; returns their norm.
   double open(const Vector& z) {
     for (std::size_t j = 0; j < free_.size(); ++j)
       set_joint_position(plan_.joints[free_[j]], z[j] * unit(free_[j]), ws_.joints[free_[j]]);
     set_poses();
-    for (int k = 0; k < cluster_.loop_count; ++k) {
-      const LoopGeometry<double> g = loop_geometry(loop(k), ws_);
-      for (std::size_t r = 0; r < loop(k).rows.size(); ++r)
-        phi_[local_row(k, r)] = row_values(g, loop(k).rows[r]).residual / row_unit(loop(k).rows[r]);
-    }
+    set_rows();
     return phi_.norm();
-  }
-
-  void set_rates(const double* qd) {
-    const GroundState<double> root = ground_state(ws_, cluster_.root);
-    fastest_ = std::max({fastest_, root.omega.norm(), root.velocity.norm() / size_});
-    for (int i : joints_) fastest_ = std::max(fastest_, std::abs(qd[i]) / unit(i));
-    for (int i : joints_)
-      ws_.ground[i] = moved(plan_.joints[i], ws_.joints[i], ground_state(ws_, plan_.joints[i].parent), qd[i]);
-    for (int k = 0; k < cluster_.loop_count; ++k) {
-      const LoopGeometry<double> g = loop_geometry(loop(k), ws_);
-      for (std::size_t r = 0; r < loop(k).rows.size(); ++r)
-        set_rate(k, r, row_values(g, loop(k).rows[r]), qd);
-    }
   }
 
  private:
@@ -198,9 +159,6 @@ class ClusterAssembly {
   static constexpr double on_a_branch = 1e-10;    // bends by less, over the squared speed: rounding
   static constexpr double closes_again = 1e-13;   // after the search for a branch
 
-  static bool is_rotation(const ConstraintRow<double>& row) {
-    return row.kind == ConstraintRow<double>::Kind::rotation;
-  }
   // Over the rows of a loop, in m or rad.
   Assembly::Residual norm_of(const Vector& rows, int k) const {
     double distance = 0, angle = 0;
@@ -208,11 +166,16 @@ class ClusterAssembly {
       const double value = rows[local_row(k, r)];
       (is_rotation(loop(k).rows[r]) ? angle : distance) += value * value;
     }
-    return {std::sqrt(angle + size_ * size_ * distance), angle > distance};
+    return {std::sqrt(angle + row_size_ * row_size_ * distance), angle > distance};
   }
-  double row_unit(const ConstraintRow<double>& row) const { return is_rotation(row) ? 1.0 : size_; }
-  int local_row(int k, std::size_t r) const {
-    return loop(k).first_row - cluster_.first_row + static_cast<int>(r);
+  // What the joints of one path can make of a row's rate, each at its best.
+  double largest_rate(int body, Force<double> w, const double* qd) const {
+    double sum = 0;
+    for (; body != cluster_.root; body = plan_.joints[body].parent) {
+      sum += std::abs(qd[body]) * (plan_.joints[body].prismatic ? w.force : w.moment).norm();
+      to_parent(plan_.joints[body], ws_.joints[body], w);
+    }
+    return sum;
   }
   // J x
   Vector opened_by(const Vector& x) const {
@@ -228,7 +191,6 @@ class ClusterAssembly {
     const Matrix J = J_;
     const auto pull = [&](const Vector& at) -> Vector {
       open(at);
-      set_jacobian();
       return J_.transpose().lazyProduct(lambda);
     };
     Vector step = Vector::Zero(z.size()), rest = along, direction = along;
@@ -246,63 +208,6 @@ class ClusterAssembly {
       direction = rest + rest.squaredNorm() / before * direction;
     }
     return step.norm() > 0 ? step : along;
-  }
-
-  void set_poses() {
-    for (int i : joints_)
-      ws_.ground[i] = moved(plan_.joints[i], ws_.joints[i], ground_state(ws_, plan_.joints[i].parent), 0.0);
-  }
-
-  // The largest radius of gyration of a body about its origin, m.
-  double body_extent() const {
-    double extent = 0;
-    for (int i : joints_) {
-      const RigidInertia<double>& body = plan_.joints[i].inertia;
-      const double trace = body.inertia.xx + body.inertia.yy + body.inertia.zz;
-      if (body.mass > 0) extent = std::max(extent, std::sqrt(trace / body.mass));
-    }
-    return extent;
-  }
-
-  void set_rate(int k, std::size_t r, const RowValues<double>& values, const double* qd) {
-    const double unit_of_row = row_unit(loop(k).rows[r]);
-    rate_[local_row(k, r)] = values.rate / unit_of_row;
-    speed_[local_row(k, r)] =
-        (largest_rate(loop(k).body_a, values.on_a, qd) + largest_rate(loop(k).body_b, values.on_b, qd)) /
-        unit_of_row;
-  }
-
-  // What the joints of one path can make of a row's rate, each at its best.
-  double largest_rate(int body, Force<double> w, const double* qd) const {
-    double sum = 0;
-    for (; body != cluster_.root; body = plan_.joints[body].parent) {
-      sum += std::abs(qd[body]) * (plan_.joints[body].prismatic ? w.force : w.moment).norm();
-      to_parent(plan_.joints[body], ws_.joints[body], w);
-    }
-    return sum;
-  }
-
-  // The rows' wrenches, taken down both paths: J_rj = S_j . w.
-  void set_jacobian() {
-    J_.setZero();
-    for (int k = 0; k < cluster_.loop_count; ++k) {
-      const LoopGeometry<double> g = loop_geometry(loop(k), ws_);
-      for (std::size_t r = 0; r < loop(k).rows.size(); ++r) {
-        const RowValues<double> values = row_values(g, loop(k).rows[r]);
-        const double scale = 1 / row_unit(loop(k).rows[r]);
-        add_path(local_row(k, r), loop(k).body_a, values.on_a, scale);
-        add_path(local_row(k, r), loop(k).body_b, values.on_b, scale);
-      }
-    }
-  }
-
-  void add_path(int row, int body, Force<double> w, double scale) {
-    for (; body != cluster_.root; body = plan_.joints[body].parent) {
-      const JointPlan<double>& joint = plan_.joints[body];
-      if (column_[body] >= 0)
-        J_(row, column_[body]) += scale * unit(body) * (joint.prismatic ? w.force.z() : w.moment.z());
-      to_parent(joint, ws_.joints[body], w);
-    }
   }
 
   // Where rows are dependent, n^T J = 0, a velocity that keeps J v = 0 need not be one of a motion: also
@@ -329,7 +234,7 @@ class ClusterAssembly {
     Matrix K(rows + bends, n);
     Vector open(rows + bends);
     for (int k = 0; k < 50; ++k) {
-      set_rates(at(x));
+      set_motion(at(x));
       const Vector bent = bend(null, at(x));
       const double length = std::sqrt(squared(at(x)));
       open << rate_, bent;
@@ -352,7 +257,7 @@ class ClusterAssembly {
 
   // n^T dJ/dt v, per column of `null`.
   Vector bend(const Matrix& null, const double* qd) {
-    set_rates(qd);
+    set_motion(qd);
     set_accelerations(qd);
     Vector bent = Vector::Zero(null.cols());
     for (int k = 0; k < cluster_.loop_count; ++k) {
@@ -368,7 +273,7 @@ class ClusterAssembly {
     return bent;
   }
 
-  // Accelerations of the bodies while no joint accelerates; the cluster's root has none. Uses set_rates.
+  // Accelerations of the bodies while no joint accelerates; the cluster's root has none. Uses set_motion.
   void set_accelerations(const double* qd) {
     acceleration_.resize(plan_.joints.size());
     for (int i : joints_) {
@@ -406,7 +311,7 @@ class ClusterAssembly {
     free_ = joints_;
     for (std::size_t j = 0; j < joints_.size(); ++j) column_[joints_[j]] = static_cast<int>(j);
     J_.resize(J.rows(), static_cast<Eigen::Index>(joints_.size()));
-    set_jacobian();
+    set_rows();
     const Matrix all = J_;
     free_ = free;
     column_ = column;
@@ -414,18 +319,10 @@ class ClusterAssembly {
     return all;
   }
 
-  const Plan<double>& plan_;
-  Workspace<double>& ws_;
-  const ClusterPlan& cluster_;
-  std::vector<int> joints_, free_;  // of the plan, parents first
-  std::vector<int> column_;         // per joint of the plan: its unknown, or -1
-  double size_ = 0;                 // m
-  double rounding_ = 0;             // of J_, whose entries can be as large as one
-  Vector z_start_, phi_, rate_;
+  Vector z_start_;
   Vector speed_;  // per row: the sum of its rates by single joints, each at its best; the largest so far
   double fastest_ = 1;                        // joint so far, rad/s or sizes/s
   std::vector<Motion<double>> acceleration_;  // along the ground's axes
-  Matrix J_;
 };
 
 }  // namespace redysim

@@ -57,25 +57,22 @@ bool acts_on_acceleration(const Variable& known, int component, const Plan<doubl
   return known.role == Role::gravity || component_of(known, plan, components) == component;
 }
 
+bool is_start_position(Role role) {
+  return role == Role::q0 || role == Role::ball_quaternion0 || role == Role::motion_q;
+}
+
+bool is_start_velocity(Role role) {
+  return role == Role::qd0 || role == Role::ball_omega0 || role == Role::motion_qd;
+}
+
 bool acts_on_kinetic(const Variable& known, const Plan<double>& plan, const Components& components) {
-  switch (known.role) {
-    case Role::q0:
-    case Role::qd0:
-    case Role::ball_quaternion0:
-    case Role::ball_omega0:
-    case Role::motion_q:
-    case Role::motion_qd:
-    case Role::armature:
-      return true;
-    default:
-      return is_of_link(known.role) && component_of(known, plan, components) != ground;
-  }
+  return is_start_position(known.role) || is_start_velocity(known.role) || known.role == Role::armature ||
+         (is_of_link(known.role) && component_of(known, plan, components) != ground);
 }
 
 bool acts_on_potential(const Variable& known) {
-  return known.role == Role::q0 || known.role == Role::ball_quaternion0 || known.role == Role::motion_q ||
-         known.role == Role::gravity || known.role == Role::mass || known.role == Role::com ||
-         is_spring(known.role);
+  return is_start_position(known.role) || known.role == Role::gravity || known.role == Role::mass ||
+         known.role == Role::com || is_spring(known.role);
 }
 
 // A row that lists more says "all": descriptions grow with the number of variables, not with its square.
@@ -150,19 +147,14 @@ std::vector<Dependencies> initial_dependencies(const VariableTable& table, const
   // a closed loop's start pose is assembled from all start values of its component
   const auto assembled = [&](const Variable& unknown, const Variable& known, bool velocity) {
     const int component = components.of(unknown.joint);
-    if (!components.has_loops(component))
+    if (components.has_loops(component))
+      return component_of(known, plan, components) == component &&
+             (is_start_position(known.role) || (velocity && is_start_velocity(known.role)));
+    if (unknown.ball < 0)
       return known.joint == unknown.joint && known.role == (velocity ? Role::qd0 : Role::q0);
-    return component_of(known, plan, components) == component &&
-           (known.role == Role::q0 || known.role == Role::motion_q ||
-            (velocity && (known.role == Role::qd0 || known.role == Role::motion_qd)));
-  };
-  const auto assembled_ball = [&](const Variable& unknown, const Variable& known) {
-    if (components.has_loops(components.of(unknown.joint)))
-      return acts_on_acceleration(known, components.of(unknown.joint), plan, components);
     if (known.ball != unknown.ball) return false;
-    return unknown.role == Role::ball_omega
-               ? known.role == Role::ball_omega0 && known.element == unknown.element
-               : known.role == Role::ball_quaternion0;
+    return velocity ? known.role == Role::ball_omega0 && known.element == unknown.element
+                    : known.role == Role::ball_quaternion0;
   };
   std::vector<Dependencies> rows = collect(table, true, [&](const Variable& unknown, const Variable& known) {
     switch (unknown.role) {
@@ -170,13 +162,12 @@ std::vector<Dependencies> initial_dependencies(const VariableTable& table, const
         return known.role == Role::target && known.joint == unknown.joint;
       case Role::q:
       case Role::gap:
+      case Role::ball_quaternion:
+      case Role::ball_angle:
         return assembled(unknown, known, false);
       case Role::qd:
-        return assembled(unknown, known, true);
-      case Role::ball_quaternion:
       case Role::ball_omega:
-      case Role::ball_angle:
-        return assembled_ball(unknown, known);
+        return assembled(unknown, known, true);
       case Role::linear_momentum:
       case Role::angular_momentum:
         return acts_on_kinetic(known, plan, components);

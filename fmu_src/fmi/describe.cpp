@@ -228,6 +228,11 @@ Model assembled(const ModelFile& file, const std::string& path, const Plan<doubl
     if (!why.empty()) throw ModelError(ModelError::Reason::invalid, {{path, loop.line, loop.column, why}});
     for (const std::string& text : corrections(file.model, plan, assembly))
       warnings.push_back({path, loop.line, loop.column, text});
+    const Tangent::Misfit found = misfit_of_accelerations(file.model, system, 0, y.data());
+    if (found.loop >= 0) {
+      const Loop& at = file.model.loops[static_cast<std::size_t>(found.loop)];
+      warnings.push_back({path, at.line, at.column, misfit(file.model, found.loop, found.acceleration)});
+    }
   }
   const int still = singular_joint(plan, system.workspace(), system.coordinates(0, y.data()).q);
   if (still >= 0) warnings.push_back(at_joint(file.model, plan, still, path, " at the start pose"));

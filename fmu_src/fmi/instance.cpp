@@ -262,7 +262,7 @@ bool Instance::start_is_closed(Function function) {
 const double* Instance::settle() {
   if (!settled_state_current_) {
     std::copy_n(integrator_->state(), settled_state_.size(), settled_state_.begin());
-    system_.follow_jumps(time_, settled_state_.data());
+    landed_ = system_.follow_jumps(time_, settled_state_.data());
     settled_state_current_ = true;
   }
   return settled_state_.data();

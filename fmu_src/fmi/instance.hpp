@@ -146,6 +146,7 @@ class Instance {
   std::vector<Travel> travel_;   // of the joints in the state
   bool motion_checked_ = false;  // report_unset_motion was asked
   bool settled_state_current_ = false;
+  bool landed_ = true;   // false: the settled state cannot follow, the next step will say so
   bool settled_ = true;  // false: the state has to follow a motion set since the last step
 
   Assembly assembly_;  // of the start pose

@@ -77,10 +77,13 @@ fmi2Status Instance::get_directional_derivative(const unsigned* unknowns, std::s
     jumps = jumps || variable.role == Role::motion_q || variable.role == Role::motion_qd;
   }
   if (state_ == State::initialization) {
-    if (system_.has_loops()) tangent_->follow_assembly(model_, assembly_);
+    const char* why = system_.has_loops() ? tangent_->follow_assembly(model_, assembly_) : nullptr;
+    if (why) return refuse(function, "there are no derivatives along this direction: " + std::string(why));
     work_change_ = WorkChange::none;
   } else {
-    if (jumps) tangent_->follow_jumps(system_, time_, current_state());
+    if (jumps && !settled_ && !landed_)
+      return refuse(function, "there are no derivatives: the joints cannot follow the prescribed motion");
+    if (jumps && integrator_) tangent_->follow_jumps(system_, time_, integrator_->state());
     work_change_ = WorkChange::of_energy;
   }
   return read_tangent(function, unknowns, unknown_count, derivatives);
@@ -128,8 +131,6 @@ std::string Instance::why_no_direction(const Variable& variable, double directio
     return "there are no derivatives by " + variable.name;
   if (state_ != State::initialization)
     return "there are derivatives by " + variable.name + " in initialization mode alone";
-  if (ball_start && system_.has_loops())
-    return "there are no derivatives by " + variable.name + " in a model with loops";
   return {};
 }
 

@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dynamics/assembly.hpp"
 #include "dynamics/freedom.hpp"
 #include "fmi/instance.hpp"
+#include "integrate/start.hpp"
 #include "model/number.hpp"
 
 // What the log says about a model or about how it is used, beside errors.
@@ -18,6 +20,8 @@ void Instance::report_drives() {
     log_.warning(sentence(found));
   else
     log_.event(sentence(found));
+  const Tangent::Misfit misfits = misfit_of_accelerations(model_, system_, time_, current_state());
+  if (misfits.loop >= 0) log_.warning(misfit(model_, misfits.loop, misfits.acceleration));
 }
 
 // Which parts of prescribed motions the master has left alone until the first step.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "dynamics/freedom.hpp"
+
 namespace redysim {
 
 std::array<double, 3> start_motion(const Joint& joint) {
@@ -37,6 +39,16 @@ Assembly take_start(const Model& model, System& system, double time, double* y) 
   const Assembly assembly = assemble(model, plan, system.workspace(), q.data(), qd.data());
   if (!assembly.moved.empty()) system.collect(q.data(), qd.data(), y);
   return assembly;
+}
+
+Tangent::Misfit misfit_of_accelerations(const Model& model, System& system, double time, const double* y) {
+  const Plan<double>& plan = system.plan();
+  if (!plan.has_loops() || plan.prescribed_count == static_cast<int>(plan.balls.size())) return {};
+  if (freedom(model, system.coordinates(time, y).q).surplus == 0) return {};
+  Tangent tangent(model, system);
+  tangent.go_to(model, system, time, y);
+  tangent.go_with_time(system, time, y);
+  return tangent.loop_misfit();
 }
 
 Model at_start(const Model& model, System& system, double time, const double* y) {

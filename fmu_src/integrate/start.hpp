@@ -4,6 +4,7 @@
 
 #include "dynamics/assembly.hpp"
 #include "integrate/system.hpp"
+#include "integrate/tangent.hpp"
 
 // Where a simulation starts. The FMU begins here, and `describe` checks and draws the same.
 
@@ -18,6 +19,9 @@ void begin_motions(const Model& model, System& system, double time);
 // Fills y with the start values of `model` and closes its loops (dynamics/assembly.hpp); where that fails, y
 // is as given. Allocates.
 Assembly take_start(const Model& model, System& system, double time, double* y);
+
+// The loop that the prescribed accelerations violate at (time, y), if any. Allocates.
+Tangent::Misfit misfit_of_accelerations(const Model& model, System& system, double time, const double* y);
 
 // `model` with the start values of that y.
 Model at_start(const Model& model, System& system, double time, const double* y);

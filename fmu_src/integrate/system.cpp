@@ -15,12 +15,9 @@ namespace redysim {
 
 namespace {
 
-constexpr double rounding = 1e-15;  // of a residual, relative to the loop points' coordinates
-constexpr double open_gap = 1e-11;  // m or rad: more than a passing singular position leaves behind
 constexpr double lost_gap =
     1e-8;  // m or rad: a loop that is open this far is not closed, whatever the energy says
 constexpr double lost_digits = 1e6;  // and so many times the rounding of points far away
-constexpr int projection_iterations = 8;
 
 constexpr double half_pi = 1.5707963267948966;
 

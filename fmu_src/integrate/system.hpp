@@ -92,6 +92,10 @@ class System {
   // not, or the jump is beyond numbers and y is as it was.
   bool follow_jumps(double time, double* y);
   void forget_jumps();
+  double jump(int joint, int derivative) const {  // of q (0) or qd (1) that the state has not followed
+    const int slot = motion_slot_[joint];
+    return slot < 0 ? 0 : inputs_[held_begin() + static_cast<std::size_t>(held_size * slot + 3 + derivative)];
+  }
 
   // All joints at (time, y): q, qd of length plan().nv, valid until the next call.
   struct Coordinates {
@@ -110,6 +114,9 @@ class System {
   // constraints. `error` (length size(), may be null) is an error estimate to be projected alike.
   bool has_loops() const { return plan_.has_loops(); }
   Status project(double time, double* y, double* error);
+  static constexpr int projection_iterations = 8;
+  static constexpr double rounding = 1e-15;  // of a residual, relative to the loop points' coordinates
+  static constexpr double open_gap = 1e-11;  // m or rad: more than a passing singular position leaves behind
   double largest_gap() const;  // over all rows, m or rad, after the last project or accelerations
   bool loops_are_lost()
       const;  // the last project left a loop open: the rows that would close it were given up

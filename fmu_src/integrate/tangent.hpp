@@ -31,15 +31,24 @@ class Tangent {
   void change_mass(int body, const Pose& frame, const Vec3<double>& com, double mass, double d_mass,
                    const Vec3<double>& d_com, const Mat3<double>& d_inertia);
 
-  // The directions of q and qd where those of prescribed joints jump by what stands in them: the others
-  // follow as System::follow_jumps lets them, and loops stay closed.
+  // The directions of q and qd where those of prescribed joints change by what stands in them: the others
+  // follow as System::follow_jumps lets them from (time, y), the state before the jump, and loops stay
+  // closed.
   void follow_jumps(System& system, double time, const double* y);
 
-  // The directions of start values become those of the assembled start.
-  void follow_assembly(const Model& model, const Assembly& assembly);
+  // The directions of start values become those of the assembled start. Returns why there are none; null:
+  // done.
+  const char* follow_assembly(const Model& model, const Assembly& assembly);
 
   // All directions by time: inputs go on with their slopes.
   void go_with_time(System& system, double time, const double* y);
+
+  // After go_with_time: by how much the accelerations of the joints violate a loop; `loop` < 0: by rounding.
+  struct Misfit {
+    int loop = -1;  // index into Model::loops
+    Assembly::Residual acceleration;
+  };
+  Misfit loop_misfit();
 
   // What follows; false: not finite. Quantities below are then those of the direction.
   bool evaluate();
@@ -56,7 +65,18 @@ class Tangent {
   BallMotion ball(int index) const;
 
  private:
+  using Duals = std::vector<Dual>;  // per joint of the plan
   void set_balls();
+  BallAnglesOf<Dual> angles_in(const Duals& at, int ball) const;
+  Vec3<Dual> omega_in(const Duals& at, const Duals& speed, int ball) const;
+  void put_ball(int ball, const BallAngles& angles, const Vec3<double>& turn, const Vec3<Dual>& omega,
+                Duals& at, Duals& speed) const;
+  void take_directions(const Duals& at, const Duals& speed);
+  void renew_charts(Duals& at, Duals& speed) const;
+  Duals answer_to(const Duals& jump, const Duals& at);
+  void add(const Duals& change, bool velocity, Duals& at, Duals& speed) const;
+  void project(Duals& at, Duals& speed, double rank_tolerance);
+  void reduce(Duals& at, Duals& speed, bool velocity);
 
   Plan<Dual> plan_;
   Workspace<Dual> workspace_;

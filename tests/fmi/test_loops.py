@@ -260,6 +260,39 @@ def test_an_impossible_loop_is_refused_when_the_fmu_is_built(tmp_path, fmu_file)
     assert len(check.stderr.strip().splitlines()) == 1
 
 
+def start_warnings(slave: Slave) -> list[str]:
+    """Initializes; returns what the log warns of, but for motions that outnumber the degrees of freedom."""
+    assert slave.call("ExitInitializationMode") == OK, slave.errors
+    return [text for _, category, text in slave.messages if category == "logStatusWarning" and "degree of freedom" not in text]
+
+
+def test_prescribed_accelerations_that_violate_a_loop_are_reported(changed_model):
+    """The four-bar with all of its joints prescribed: one degree of freedom, so that two motions have to agree with the third."""
+    driven = changed_model("four_bar", {"hold = true\n": 'hold = true\ndrive = "motion"\n', '"free"': '"motion"',
+                                        '["crank_joint.damping"]': "[]"})
+    J = REDYSIM.jacobian(np.array([0, CLOSED, CLOSED]))
+    fitting = np.array([1.0, *np.linalg.solve(J[:, 1:], -J[:, 0])])
+    for change in (0.0, 1e-3):
+        with Slave(driven, logging=True) as slave:
+            assert slave.setup() == OK and slave.call("EnterInitializationMode") == OK
+            for joint, qdd in zip(FOUR_BAR_JOINTS, fitting + [change, 0, 0], strict=True):
+                for name, value in (("q", slave.get(f"{joint}.q")), ("qd", 0.0), ("qdd", qdd)):
+                    assert slave.set(f"{joint}.{name}", value) == OK
+            warnings = start_warnings(slave)
+            if change:  # of the crank's tip, 0.05 m from its joint
+                assert warnings == ["loop 'closure': prescribed accelerations violate its constraints by 0.05 mm/s^2"]
+            else:
+                assert warnings == []
+
+
+def test_start_velocities_that_loops_change_are_reported(fmu):
+    with Slave(fmu("four_bar"), logging=True) as slave:
+        assert slave.setup() == OK and slave.call("EnterInitializationMode") == OK
+        assert slave.set("crank_joint.qd0", 2.0) == OK
+        # the coupler translates: the rocker, as long as twice the crank's way, turns back at half the speed
+        assert start_warnings(slave) == ["initial velocities violate the loop constraints by 0.1 m/s; corrected: joint2 by -1 rad/s"]
+
+
 def test_check_says_what_assembly_moves():
     try:
         native.describe_program()
