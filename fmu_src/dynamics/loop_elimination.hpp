@@ -35,10 +35,13 @@ void pass_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t clus
       state.K[passage.row] = Force<Scalar>::zero();
     }
     // sides that have met cancel: what they were before is the measure
-    if (!passage.merge) keep_lengths(w, state.length[0][passage.row], state.length[1][passage.row]);
-    const Scalar share = (passage.merge ? state.length[plan.joints[i].prismatic][passage.row]
-                                        : largest_lever(plan.joints[i], w, state.least_reach[passage.row])) *
-                         s.D_inverse;
+    const Scalar levers[] = {largest_lever(ws, i, false, passage.row, w),
+                             largest_lever(ws, i, true, passage.row, w)};
+    for (int slides = 0; slides < 2; ++slides)
+      if (!passage.merge && levers[slides] > state.length[slides][passage.row])
+        state.length[slides][passage.row] = levers[slides];
+    const bool slides = plan.joints[i].prismatic;
+    const Scalar share = (passage.merge ? state.length[slides][passage.row] : levers[slides]) * s.D_inverse;
     state.passage_scale[cluster.first_passage + n] = share;
     state.scale[passage.row] += share;
     const Scalar u_row = pass_joint(plan.joints[i], s, w, state.b[passage.row]);

@@ -51,7 +51,7 @@ const int* pass_open_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
     }
     if (!passage.merge)
       state.scale[passage.row] +=
-          largest_lever(plan.joints[i], w, state.least_reach[passage.row]) * s.D_inverse;
+          largest_lever(ws, i, plan.joints[i].prismatic, passage.row, w) * s.D_inverse;
     u[n] = pass_joint(plan.joints[i], s, w, state.b[passage.row]);
     const Scalar scaled = u[n] * s.D_inverse;
     state.diagonal[passage.row] += scaled * u[n];

@@ -9,17 +9,15 @@
 
 namespace redysim {
 
-// The lever that a wrench can have at most on a joint, squared: on an axis along its moment or force.
+// The lever that a row's wrench can have at most on a joint, squared: a force at `point` (m, from
+// plan.origin) in any direction, and a moment about any axis.
 template <class Scalar>
-Scalar largest_lever(const JointPlan<Scalar>& joint, const Force<Scalar>& w, const Scalar& least) {
-  return joint.prismatic ? w.force.squaredNorm() : Scalar(w.moment.squaredNorm() + least);
-}
-
-template <class Scalar>
-void keep_lengths(const Force<Scalar>& w, Scalar& moment, Scalar& force) {
-  const Scalar m = w.moment.squaredNorm(), f = w.force.squaredNorm();
-  if (m > moment) moment = m;
-  if (f > force) force = f;
+Scalar largest_lever(const Workspace<Scalar>& ws, int i, bool slides, int row, const Force<Scalar>& w) {
+  const Scalar force = w.force.squaredNorm();
+  if (slides) return force;
+  const Scalar arm = (ws.loop.point[row] - ws.ground[i].position).squaredNorm();
+  const Scalar turning = w.moment.squaredNorm(), shifted = force * arm;
+  return (turning > shifted ? turning : shifted) + ws.loop.least_reach[row];
 }
 
 // Whether the factor of S may be wrong about the rank: a pivot is in doubt, or one is lost while the joints'
@@ -41,14 +39,14 @@ bool rank_is_in_doubt(const ClusterPlan& cluster, const Workspace<Scalar>& ws, s
 // One row's wrench down one side of its loop: its levers on the cluster's joints and how long they could be.
 template <class Scalar>
 void add_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const ClusterPlan& cluster, int body,
-                int root, Force<Scalar> w, const Scalar& least, Scalar* J, Scalar* reach) {
+                int root, int row, Force<Scalar> w, Scalar* J, Scalar* reach) {
   using std::sqrt;
   for (std::size_t k = 0; body != root; body = plan.joints[body].parent) {
     const JointPlan<Scalar>& joint = plan.joints[body];
     while (cluster.joints[k] != body) ++k;  // both descend
     if (!joint.prescribed) {
       J[k] += joint.prismatic ? w.force.z() : w.moment.z();
-      reach[k] += sqrt(largest_lever(joint, w, least));
+      reach[k] += sqrt(largest_lever(ws, body, joint.prismatic, row, w));
     }
     to_parent(joint, ws.joints[body], w);
   }
@@ -69,9 +67,9 @@ void set_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ClusterPl
     for (std::size_t r = 0; r < loop.rows.size(); ++r) {
       const std::size_t begin = (loop.first_row - cluster.first_row + r) * columns;
       const RowValues<Scalar> values = row_values(geometry, loop.rows[r]);
-      const Scalar least = least_reach(geometry, loop.rows[r]);
-      add_levers(plan, ws, cluster, loop.body_a, loop.root, values.on_a, least, J + begin, reach + begin);
-      add_levers(plan, ws, cluster, loop.body_b, loop.root, values.on_b, least, J + begin, reach + begin);
+      const int row = loop.first_row + static_cast<int>(r);
+      add_levers(plan, ws, cluster, loop.body_a, loop.root, row, values.on_a, J + begin, reach + begin);
+      add_levers(plan, ws, cluster, loop.body_b, loop.root, row, values.on_b, J + begin, reach + begin);
       if (loop.rows[r].kind == ConstraintRow<Scalar>::Kind::rotation) continue;
       for (std::size_t c = 0; c < columns; ++c)
         if (reach[begin + c] > longest[c]) longest[c] = reach[begin + c];
@@ -124,9 +122,11 @@ Scalar from_loops(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, std::si
 }
 
 // Rank is a matter of levers, not of masses: on a link of next to no mass one row's diagonal of S exceeds the
-// others' without end. Where pivots leave that open, the levers themselves decide. Rare: written once, for size.
+// others' without end. Where pivots leave that open, the levers themselves decide. Rare: written once, for
+// size.
 template <class Scalar>
-[[gnu::noinline, gnu::cold]] void factor_by_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t cluster_index) {
+[[gnu::noinline, gnu::cold]] void factor_by_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws,
+                                                   std::size_t cluster_index) {
   const ClusterPlan& cluster = plan.clusters[cluster_index];
   LoopState<Scalar>& state = ws.loop;
   EnvelopeCholesky<Scalar>& S = state.S[cluster_index];

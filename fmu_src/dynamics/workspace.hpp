@@ -51,9 +51,10 @@ struct LoopState {
   std::vector<Force<Scalar>> K;          // per row: wrench on the cluster's root
   std::vector<Scalar> passage_u;         // per passage (all clusters): S_j^T wrench
   std::vector<Scalar> scale;             // per row: its S_rr if each lever were as long as it could be
+  std::vector<Vec3<Scalar>> point;       // per row: of its loop on b, m, from plan.origin
   std::vector<Scalar> least_reach;       // per row: of the square of a lever, m^2
-  std::vector<Scalar> length[2];         // per row: largest |moment|^2, |force|^2 of one side
-  std::vector<Scalar> passage_scale;     // per passage (all clusters): its share in that
+  std::vector<Scalar> length[2];      // per row: largest lever^2 of one side, on turning and sliding joints
+  std::vector<Scalar> passage_scale;  // per passage (all clusters): its share in that
   std::vector<Scalar> lambda;
   std::vector<Scalar> residual;             // position residual per row
   std::vector<Scalar> rate;                 // velocity residual per row
@@ -111,6 +112,7 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   loop.uses_Q.assign(plan.clusters.size(), 0);
   for (auto& side : loop.wrench) side.resize(rows);
   loop.K.resize(rows);
+  loop.point.resize(rows);
   loop.b.assign(rows, nan);
   for (auto* measure : {&loop.scale, &loop.least_reach, &loop.length[0], &loop.length[1]})
     measure->assign(rows, nan);

@@ -44,29 +44,41 @@ class EnvelopeCholesky {
   // becomes orthonormal rows Q, B = L Q. The dependent rows are those of find_dependent().
   void factor_product(Scalar* B, int columns);
 
-  // x with S x = b on the independent rows, zero on the others; x and b may be the same array.
+  // x with S x = b: least squares, and of least norm, of rows in units of their scales. x and b may be the
+  // same array.
   void solve(const Scalar* b, Scalar* x);
 
-  // Of all vectors with the same S x the one of least norm: x of the last solve() -> that one.
-  void reduce_norm(Scalar* x);
+  // Of all vectors with the same S x the one of least norm in the rows' own units: x of the last solve() ->
+  // that one.
+  void reduce_norm(Scalar* x) {
+    if (rank_ < size()) reduce_norm_of_dependent(x);
+  }
 
   // L^T x of the last solve, without its cancellations: B^T x = Q^T of it.
   const std::vector<Scalar>& along() const { return along_; }
 
  private:
-  Scalar& gram(int row, int column) { return G_[offset_[row] + column]; }
   void forward(const std::vector<Scalar>& L, Scalar* x) const;
   void backward(const std::vector<Scalar>& L, Scalar* x) const;
-  void factor_gram();
+  [[gnu::noinline]] void factor_gram(bool weighted);
+  void solve_gram(Scalar* x) const;
+  Scalar line(int row, const std::vector<Scalar>& x) const;            // of L x
+  void add_columns(const Scalar* x, bool weighted, Scalar* to) const;  // L^T x, or L^T W x
+  [[gnu::noinline]] void improve(Scalar* x);
+  // once in the code, for size
+  [[gnu::noinline]] void solve_dependent(const Scalar* b, Scalar* x);
+  [[gnu::noinline]] void reduce_norm_of_dependent(Scalar* x);
 
-  std::vector<int> first_;   // first stored column of a row
-  std::vector<int> offset_;  // S_[offset_[row] + column]
-  std::vector<Scalar> S_;    // S, then L
-  std::vector<Scalar> G_;    // factor of L^T L, only for a deficient rank
+  std::vector<int> first_;      // first stored column of a row
+  std::vector<int> offset_;     // S_[offset_[row] + column]
+  std::vector<Scalar> S_;       // S, then L
+  std::vector<Scalar> G_;       // factor of L^T W L, only for a deficient rank
+  std::vector<Scalar> weight_;  // W: of each row, one over its scale
   std::vector<char> skipped_;
-  std::vector<Scalar> work_, along_;
+  std::vector<Scalar> work_, along_, left_;
   int rank_ = 0;
-  bool doubtful_ = false, gram_is_set_ = false;
+  bool doubtful_ = false;
+  enum class Gram { none, weighted, plain } gram_ = Gram::none;
 };
 
 template <class Scalar>
@@ -83,7 +95,7 @@ EnvelopeCholesky<Scalar>::EnvelopeCholesky(std::vector<int> first_column) : firs
   G_.assign(begin, Scalar(0));
   skipped_.assign(first_.size(), 0);
   work_.assign(first_.size(), Scalar(0));
-  along_ = work_;
+  along_ = left_ = weight_ = work_;
 }
 
 template <class Scalar>
@@ -95,8 +107,10 @@ template <class Scalar>
 void EnvelopeCholesky<Scalar>::factor(const Scalar* scale, double rank_tolerance) {
   using std::sqrt;
   rank_ = 0;
-  doubtful_ = gram_is_set_ = false;
+  doubtful_ = false;
+  gram_ = Gram::none;
   for (int i = 0; i < size(); ++i) {
+    weight_[i] = scale[i] > Scalar(0) ? Scalar(Scalar(1) / scale[i]) : Scalar(0);
     Scalar pivot = entry(i, i);
     for (int j = first_[i]; j < i; ++j) {
       if (skipped_[j]) {
@@ -157,7 +171,7 @@ void EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* reach, int colu
     // rows of length one at most
     scale_row(row, columns, Scalar(1) / whole);
     scale_row(own, columns, Scalar(1) / whole);
-    std::vector<Scalar>&part_of = work_, &possible = along_;
+    std::vector<Scalar>&part_of = work_, &possible = left_;
     const auto most = [&](int j, int k) {
       const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(j) * columns + k;
       return abs(J[n]) > reach[n] ? Scalar(abs(J[n])) : reach[n];
@@ -186,7 +200,7 @@ template <class Scalar>
 void EnvelopeCholesky<Scalar>::factor_product(Scalar* B, int columns) {
   set_zero();
   rank_ = 0;
-  gram_is_set_ = false;
+  gram_ = Gram::none;
   for (int i = 0; i < size(); ++i) {
     Scalar* row = B + static_cast<std::ptrdiff_t>(i) * columns;
     const Scalar whole = row_length(row, columns);
@@ -200,18 +214,21 @@ void EnvelopeCholesky<Scalar>::factor_product(Scalar* B, int columns) {
   }
 }
 
-// G = L^T L over the kept columns, then its own Cholesky factor in place. Rows of units far apart may leave
-// nothing of a column: what is kept there costs norm, not accuracy.
+// G = L^T W L over the kept columns (W = 1 where not weighted), then its own Cholesky factor in place. Rows
+// of units far apart may leave nothing of a column: what is kept there costs norm, not accuracy.
 template <class Scalar>
-void EnvelopeCholesky<Scalar>::factor_gram() {
+void EnvelopeCholesky<Scalar>::factor_gram(bool weighted) {
   using std::sqrt;
   constexpr double floor = 1e-15;
-  gram_is_set_ = true;
+  gram_ = weighted ? Gram::weighted : Gram::plain;
+  const auto gram = [this](int row, int column) -> Scalar& { return G_[offset_[row] + column]; };
   for (auto& value : G_) value = Scalar(0);
   for (int row = 0; row < size(); ++row)
-    for (int i = first_[row]; i <= row; ++i)
+    for (int i = first_[row]; i <= row; ++i) {
+      const Scalar part = weighted ? Scalar(weight_[row] * entry(row, i)) : entry(row, i);
       for (int j = first_[row] > first_[i] ? first_[row] : first_[i]; j <= i; ++j)
-        gram(i, j) += entry(row, i) * entry(row, j);
+        gram(i, j) += part * entry(row, j);
+    }
   for (int i = 0; i < size(); ++i) {
     if (skipped_[i]) continue;
     const Scalar least = floor * gram(i, i);
@@ -223,6 +240,27 @@ void EnvelopeCholesky<Scalar>::factor_gram() {
         if (!skipped_[k]) sum -= gram(i, k) * gram(j, k);
       gram(i, j) = i == j ? Scalar(sqrt(sum > least ? sum : least)) : Scalar(sum / gram(j, j));
     }
+  }
+}
+
+template <class Scalar>
+void EnvelopeCholesky<Scalar>::solve_gram(Scalar* x) const {
+  forward(G_, x);
+  backward(G_, x);
+}
+
+template <class Scalar>
+Scalar EnvelopeCholesky<Scalar>::line(int row, const std::vector<Scalar>& x) const {
+  Scalar sum(0);
+  for (int j = first_[row]; j <= row; ++j) sum += S_[offset_[row] + j] * x[j];
+  return sum;
+}
+
+template <class Scalar>
+void EnvelopeCholesky<Scalar>::add_columns(const Scalar* x, bool weighted, Scalar* to) const {
+  for (int i = 0; i < size(); ++i) {
+    const Scalar value = weighted ? Scalar(weight_[i] * x[i]) : x[i];
+    for (int j = first_[i]; j <= i; ++j) to[j] += S_[offset_[i] + j] * value;
   }
 }
 
@@ -252,6 +290,7 @@ void EnvelopeCholesky<Scalar>::backward(const std::vector<Scalar>& L, Scalar* x)
 
 template <class Scalar>
 void EnvelopeCholesky<Scalar>::solve(const Scalar* b, Scalar* x) {
+  if (rank_ < size()) return solve_dependent(b, x);
   if (x != b)
     for (int i = 0; i < size(); ++i) x[i] = b[i];
   forward(S_, x);
@@ -260,23 +299,43 @@ void EnvelopeCholesky<Scalar>::solve(const Scalar* b, Scalar* x) {
 }
 
 template <class Scalar>
-void EnvelopeCholesky<Scalar>::reduce_norm(Scalar* x) {
-  if (rank_ == size()) return;
-  if (!gram_is_set_) factor_gram();
-  // L (L^T L)^-1 c has the least norm of all x with L^T x = c
-  work_ = along_;
-  forward(G_, work_.data());
-  backward(G_, work_.data());
+void EnvelopeCholesky<Scalar>::solve_dependent(const Scalar* b, Scalar* x) {
+  if (gram_ != Gram::weighted) factor_gram(true);
+  // c = (L^T W L)^-1 L^T W b, once more for what rounding has left of L c - b
   for (int i = 0; i < size(); ++i) {
-    x[i] = Scalar(0);
-    for (int j = first_[i]; j <= i; ++j) x[i] += entry(i, j) * work_[j];
+    along_[i] = Scalar(0);
+    left_[i] = b[i];
   }
-  // what rounding has left of L^T x - c goes to the independent rows
-  work_ = along_;
-  for (int i = 0; i < size(); ++i)
-    for (int j = first_[i]; j <= i; ++j) work_[j] -= entry(i, j) * x[i];
-  backward(S_, work_.data());
-  for (int i = 0; i < size(); ++i) x[i] += work_[i];
+  for (int repeat = 0; repeat < 2; ++repeat) {
+    for (int i = 0; i < size(); ++i) work_[i] = Scalar(0);
+    add_columns(left_.data(), true, work_.data());
+    solve_gram(work_.data());
+    for (int i = 0; i < size(); ++i) along_[i] += work_[i];
+    for (int i = 0; i < size() && repeat == 0; ++i) left_[i] = b[i] - line(i, along_);
+  }
+  for (int i = 0; i < size(); ++i) x[i] = Scalar(0);
+  for (int repeat = 0; repeat < 2; ++repeat) improve(x);
+}
+
+// x += W L (L^T W L)^-1 (c - L^T x): then L^T x = c.
+template <class Scalar>
+void EnvelopeCholesky<Scalar>::improve(Scalar* x) {
+  for (int i = 0; i < size(); ++i) left_[i] = -x[i];
+  for (int i = 0; i < size(); ++i) work_[i] = along_[i];
+  add_columns(left_.data(), false, work_.data());
+  solve_gram(work_.data());
+  for (int i = 0; i < size(); ++i) x[i] += weight_[i] * line(i, work_);
+}
+
+template <class Scalar>
+void EnvelopeCholesky<Scalar>::reduce_norm_of_dependent(Scalar* x) {
+  // L (L^T L)^-1 c has the least norm of all x with L^T x = c
+  factor_gram(false);
+  for (int i = 0; i < size(); ++i) work_[i] = along_[i];
+  solve_gram(work_.data());
+  for (int i = 0; i < size(); ++i) x[i] = line(i, work_);
+  factor_gram(true);
+  improve(x);
 }
 
 }  // namespace redysim
