@@ -72,7 +72,7 @@ class ClusterRows {
     size_ = std::sqrt(value_of(squared) / points);
     const bool is_point = size_ <= 1e-9 * extent || size_ == 0;
     if (is_point) size_ = extent > 0 ? extent : 1;
-    row_size_ = std::exp2(std::round(std::log2(size_)));
+    row_size_ = std::ldexp(1.0, std::ilogb(1.5 * size_));
     double farthest = 0;
     for (int i : joints_)
       for (int k = 0; k < 3; ++k)
