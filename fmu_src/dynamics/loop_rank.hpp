@@ -38,8 +38,9 @@ bool rank_is_in_doubt(const ClusterPlan& cluster, const Workspace<Scalar>& ws, s
 
 // One row's wrench down one side of its loop: its levers on the cluster's joints and how long they could be.
 template <class Scalar>
-void add_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const ClusterPlan& cluster, int body,
-                int root, int row, Force<Scalar> w, Scalar* J, Scalar* reach) {
+[[gnu::cold]] void add_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws,
+                              const ClusterPlan& cluster, int body, int root, int row, Force<Scalar> w,
+                              Scalar* J, Scalar* reach) {
   using std::sqrt;
   for (std::size_t k = 0; body != root; body = plan.joints[body].parent) {
     const JointPlan<Scalar>& joint = plan.joints[body];
@@ -54,8 +55,8 @@ void add_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const Clu
 
 // Levers of all rows of a cluster by geometry alone, each column in units of the longest one of a distance.
 template <class Scalar>
-void set_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ClusterPlan& cluster, Scalar* J,
-                Scalar* reach) {
+[[gnu::cold]] void set_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ClusterPlan& cluster,
+                              Scalar* J, Scalar* reach) {
   const std::size_t columns = cluster.joints.size(), rows = static_cast<std::size_t>(cluster.row_count);
   std::fill(J, J + rows * columns, Scalar(0));
   std::fill(reach, reach + rows * columns, Scalar(0));
@@ -85,8 +86,8 @@ void set_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ClusterPl
 // B with S = B B^T, B_rj = u_r / sqrt(D_j). Where one joint's D is next to nothing, S has lost the digits of
 // all others; B has not.
 template <class Scalar>
-void set_weighted_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const ClusterPlan& cluster,
-                         std::vector<Scalar>& B) {
+[[gnu::cold]] void set_weighted_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws,
+                                       const ClusterPlan& cluster, std::vector<Scalar>& B) {
   using std::sqrt;
   const std::size_t columns = cluster.joints.size();
   std::fill(B.begin(), B.end(), Scalar(0));

@@ -38,11 +38,11 @@ class EnvelopeCholesky {
   // numbers each, overwritten; reach: the lengths that these levers can have, of the same shape. Row k is
   // dependent when orthogonalization leaves in no column more than `tolerance` of the lengths that took part.
   // That does not depend on the units of rows and columns.
-  void find_dependent(Scalar* J, Scalar* reach, int columns, double tolerance);
+  [[gnu::cold]] void find_dependent(Scalar* J, Scalar* reach, int columns, double tolerance);
 
   // Factor of S = B B^T from the rows of B, without squaring B's condition: Gram-Schmidt, each row twice. B
   // becomes orthonormal rows Q, B = L Q. The dependent rows are those of find_dependent().
-  void factor_product(Scalar* B, int columns);
+  [[gnu::cold]] void factor_product(Scalar* B, int columns);
 
   // x with S x = b: least squares, and of least norm, of rows in units of their scales. x and b may be the
   // same array.
@@ -60,14 +60,14 @@ class EnvelopeCholesky {
  private:
   void forward(const std::vector<Scalar>& L, Scalar* x) const;
   void backward(const std::vector<Scalar>& L, Scalar* x) const;
-  [[gnu::noinline]] void factor_gram(bool weighted);
+  [[gnu::noinline, gnu::cold]] void factor_gram(bool weighted);
   void solve_gram(Scalar* x) const;
   Scalar line(int row, const std::vector<Scalar>& x) const;            // of L x
   void add_columns(const Scalar* x, bool weighted, Scalar* to) const;  // L^T x, or L^T W x
-  [[gnu::noinline]] void improve(Scalar* x);
+  [[gnu::noinline, gnu::cold]] void improve(Scalar* x);
   // once in the code, for size
   [[gnu::noinline]] void solve_dependent(const Scalar* b, Scalar* x);
-  [[gnu::noinline]] void reduce_norm_of_dependent(Scalar* x);
+  [[gnu::noinline, gnu::cold]] void reduce_norm_of_dependent(Scalar* x);
 
   std::vector<int> first_;      // first stored column of a row
   std::vector<int> offset_;     // S_[offset_[row] + column]
