@@ -174,7 +174,9 @@ void align(ClusterAssembly& cluster, const double* qd, std::vector<double>& sped
   for (std::size_t i = 0; i < sped.size(); ++i) velocity[i] += sped[i];
   cluster.set_motion(velocity.data());
   for (int k = 0; k < cluster.loop_count(); ++k) {
-    if (cluster.keeps_closed(k) || (!result.consistent && cluster.rate(k).size <= result.rate.size)) continue;
+    if (cluster.keeps_closed(k, velocity.data()) ||
+        (!result.consistent && cluster.rate(k).size <= result.rate.size))
+      continue;
     result.consistent = false;
     result.rate = cluster.rate(k);
     if (result.closed) result.loop = cluster.loop(k).loop;

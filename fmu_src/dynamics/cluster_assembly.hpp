@@ -99,23 +99,12 @@ class ClusterAssembly : public ClusterRows<double> {
     open(z);
   }
 
-  // All of the rows, and what single joints can make of their rates.
+  // All of the rows, and the fastest joint so far.
   void set_motion(const double* qd) {
     const GroundState<double> root = ground_state(ws_, cluster_.root);
     fastest_ = std::max({fastest_, root.omega.norm(), root.velocity.norm() / size_});
     for (int i : joints_) fastest_ = std::max(fastest_, std::abs(qd[i]) / unit(i));
     ClusterRows::set_motion(qd);
-    speed_.resize(rate_.size());
-    for (int k = 0; k < cluster_.loop_count; ++k) {
-      const LoopPlan<double>& at = loop(k);
-      const LoopGeometry<double> g = loop_geometry(at, ws_);
-      for (std::size_t r = 0; r < at.rows.size(); ++r) {
-        const RowValues<double> values = row_values(g, at.rows[r]);
-        speed_[local_row(k, r)] =
-            (largest_rate(at.body_a, values.on_a, qd) + largest_rate(at.body_b, values.on_b, qd)) /
-            row_unit(at.rows[r]);
-      }
-    }
   }
 
   // The nearest velocities on the loops, after set_motion(qd).
@@ -127,13 +116,17 @@ class ClusterAssembly : public ClusterRows<double> {
     for (std::size_t j = 0; j < free_.size(); ++j) change[free_[j]] = step[j] * unit(free_[j]);
   }
 
-  // Whether the rates of a loop, as of the last set_motion, are rounding against those that single joints
-  // have had.
-  bool keeps_closed(int k) const {
-    for (std::size_t r = 0; r < loop(k).rows.size(); ++r)
-      if (std::abs(rate_[local_row(k, r)]) >
-          rounding_of_rates * speed_[local_row(k, r)] + rounding_ * fastest_)
-        return false;
+  // Whether the rates of a loop, after set_motion(qd), are rounding against what single joints make of them.
+  bool keeps_closed(int k, const double* qd) const {
+    const LoopPlan<double>& at = loop(k);
+    const LoopGeometry<double> g = loop_geometry(at, ws_);
+    for (std::size_t r = 0; r < at.rows.size(); ++r) {
+      const RowValues<double> values = row_values(g, at.rows[r]);
+      const double speed =
+          (largest_rate(at.body_a, values.on_a, qd) + largest_rate(at.body_b, values.on_b, qd)) /
+          row_unit(at.rows[r]);
+      if (std::abs(rate_[local_row(k, r)]) > rounding_of_rates * speed + rounding_ * fastest_) return false;
+    }
     return true;
   }
 
@@ -320,7 +313,6 @@ class ClusterAssembly : public ClusterRows<double> {
   }
 
   Vector z_start_;
-  Vector speed_;  // per row: the sum of its rates by single joints, each at its best; the largest so far
   double fastest_ = 1;                        // joint so far, rad/s or sizes/s
   std::vector<Motion<double>> acceleration_;  // along the ground's axes
 };

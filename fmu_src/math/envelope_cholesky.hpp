@@ -61,7 +61,7 @@ class EnvelopeCholesky {
   void forward(const std::vector<Scalar>& L, Scalar* x) const;
   void backward(const std::vector<Scalar>& L, Scalar* x) const;
   [[gnu::noinline, gnu::cold]] void factor_gram(bool weighted);
-  void solve_gram(Scalar* x) const;
+  void solve_gram(bool weighted, Scalar* x);
   Scalar line(int row, const std::vector<Scalar>& x) const;            // of L x
   void add_columns(const Scalar* x, bool weighted, Scalar* to) const;  // L^T x, or L^T W x
   [[gnu::noinline, gnu::cold]] void improve(Scalar* x);
@@ -72,13 +72,12 @@ class EnvelopeCholesky {
   std::vector<int> first_;      // first stored column of a row
   std::vector<int> offset_;     // S_[offset_[row] + column]
   std::vector<Scalar> S_;       // S, then L
-  std::vector<Scalar> G_;       // factor of L^T W L, only for a deficient rank
+  std::vector<Scalar> G_[2];    // factors of L^T L and L^T W L, only for a deficient rank and where used
   std::vector<Scalar> weight_;  // W: of each row, one over its scale
   std::vector<char> skipped_;
   std::vector<Scalar> work_, along_, left_;
   int rank_ = 0;
-  bool doubtful_ = false;
-  enum class Gram { none, weighted, plain } gram_ = Gram::none;
+  bool doubtful_ = false, has_gram_[2] = {};
 };
 
 template <class Scalar>
@@ -92,7 +91,7 @@ EnvelopeCholesky<Scalar>::EnvelopeCholesky(std::vector<int> first_column) : firs
     begin += row - first_[row] + 1;
   }
   S_.assign(begin, Scalar(0));
-  G_.assign(begin, Scalar(0));
+  for (auto& gram : G_) gram.assign(begin, Scalar(0));
   skipped_.assign(first_.size(), 0);
   work_.assign(first_.size(), Scalar(0));
   along_ = left_ = weight_ = work_;
@@ -108,7 +107,7 @@ void EnvelopeCholesky<Scalar>::factor(const Scalar* scale, double rank_tolerance
   using std::sqrt;
   rank_ = 0;
   doubtful_ = false;
-  gram_ = Gram::none;
+  has_gram_[false] = has_gram_[true] = false;
   for (int i = 0; i < size(); ++i) {
     weight_[i] = scale[i] > Scalar(0) ? Scalar(Scalar(1) / scale[i]) : Scalar(0);
     Scalar pivot = entry(i, i);
@@ -200,7 +199,7 @@ template <class Scalar>
 void EnvelopeCholesky<Scalar>::factor_product(Scalar* B, int columns) {
   set_zero();
   rank_ = 0;
-  gram_ = Gram::none;
+  has_gram_[false] = has_gram_[true] = false;
   for (int i = 0; i < size(); ++i) {
     Scalar* row = B + static_cast<std::ptrdiff_t>(i) * columns;
     const Scalar whole = row_length(row, columns);
@@ -220,9 +219,10 @@ template <class Scalar>
 void EnvelopeCholesky<Scalar>::factor_gram(bool weighted) {
   using std::sqrt;
   constexpr double floor = 1e-15;
-  gram_ = weighted ? Gram::weighted : Gram::plain;
-  const auto gram = [this](int row, int column) -> Scalar& { return G_[offset_[row] + column]; };
-  for (auto& value : G_) value = Scalar(0);
+  has_gram_[weighted] = true;
+  std::vector<Scalar>& G = G_[weighted];
+  const auto gram = [&](int row, int column) -> Scalar& { return G[offset_[row] + column]; };
+  for (auto& value : G) value = Scalar(0);
   for (int row = 0; row < size(); ++row)
     for (int i = first_[row]; i <= row; ++i) {
       const Scalar part = weighted ? Scalar(weight_[row] * entry(row, i)) : entry(row, i);
@@ -244,9 +244,10 @@ void EnvelopeCholesky<Scalar>::factor_gram(bool weighted) {
 }
 
 template <class Scalar>
-void EnvelopeCholesky<Scalar>::solve_gram(Scalar* x) const {
-  forward(G_, x);
-  backward(G_, x);
+void EnvelopeCholesky<Scalar>::solve_gram(bool weighted, Scalar* x) {
+  if (!has_gram_[weighted]) factor_gram(weighted);
+  forward(G_[weighted], x);
+  backward(G_[weighted], x);
 }
 
 template <class Scalar>
@@ -300,7 +301,6 @@ void EnvelopeCholesky<Scalar>::solve(const Scalar* b, Scalar* x) {
 
 template <class Scalar>
 void EnvelopeCholesky<Scalar>::solve_dependent(const Scalar* b, Scalar* x) {
-  if (gram_ != Gram::weighted) factor_gram(true);
   // c = (L^T W L)^-1 L^T W b, once more for what rounding has left of L c - b
   for (int i = 0; i < size(); ++i) {
     along_[i] = Scalar(0);
@@ -309,7 +309,7 @@ void EnvelopeCholesky<Scalar>::solve_dependent(const Scalar* b, Scalar* x) {
   for (int repeat = 0; repeat < 2; ++repeat) {
     for (int i = 0; i < size(); ++i) work_[i] = Scalar(0);
     add_columns(left_.data(), true, work_.data());
-    solve_gram(work_.data());
+    solve_gram(true, work_.data());
     for (int i = 0; i < size(); ++i) along_[i] += work_[i];
     for (int i = 0; i < size() && repeat == 0; ++i) left_[i] = b[i] - line(i, along_);
   }
@@ -323,18 +323,16 @@ void EnvelopeCholesky<Scalar>::improve(Scalar* x) {
   for (int i = 0; i < size(); ++i) left_[i] = -x[i];
   for (int i = 0; i < size(); ++i) work_[i] = along_[i];
   add_columns(left_.data(), false, work_.data());
-  solve_gram(work_.data());
+  solve_gram(true, work_.data());
   for (int i = 0; i < size(); ++i) x[i] += weight_[i] * line(i, work_);
 }
 
 template <class Scalar>
 void EnvelopeCholesky<Scalar>::reduce_norm_of_dependent(Scalar* x) {
   // L (L^T L)^-1 c has the least norm of all x with L^T x = c
-  factor_gram(false);
   for (int i = 0; i < size(); ++i) work_[i] = along_[i];
-  solve_gram(work_.data());
+  solve_gram(false, work_.data());
   for (int i = 0; i < size(); ++i) x[i] = line(i, work_);
-  factor_gram(true);
   improve(x);
 }
 
