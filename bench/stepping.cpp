@@ -24,9 +24,9 @@
 #include <vector>
 
 #include "difference_bdf.hpp"
-#include "dynamics/assembly.hpp"
 #include "integrate/dense_jacobian.hpp"
 #include "integrate/integrator.hpp"
+#include "integrate/start.hpp"
 #include "model/model_file.hpp"
 #include "model/solver_methods.hpp"
 
@@ -57,31 +57,10 @@ SolverMethod method_called(const std::string& name) {
 
 // The state in which the FMU would start.
 std::vector<double> start_of(const Model& model, System& system) {
-  const Plan<double>& plan = system.plan();
-  for (int i = 0; i < plan.nv; ++i) {
-    const Joint& joint = model.links[plan.joints[i].link].joint;
-    if (plan.joints[i].prescribed)
-      system.set_motion(0, i, joint.q0, joint.drive == Drive::motion ? joint.qd0 : 0, 0);
-  }
-  system.enter_phases(0);
   std::vector<double> y(static_cast<std::size_t>(system.size()), 0.0);
-  for (int k = 0; k < system.simple(); ++k) {
-    const Joint& joint = model.links[plan.joints[system.joint_of(k)].link].joint;
-    y[k] = joint.q0;
-    y[system.nq() + k] = joint.qd0;
-  }
-  for (int ball = 0; ball < system.balls(); ++ball) {
-    const Ball& given = model.balls[ball];
-    std::copy(given.quaternion.begin(), given.quaternion.end(), &y[system.simple() + 4 * ball]);
-    std::copy(given.omega.begin(), given.omega.end(), &y[system.nq() + system.simple() + 3 * ball]);
-  }
-  if (system.has_loops()) {
-    const System::Coordinates at = system.coordinates(0, y.data());
-    std::vector<double> q(at.q, at.q + plan.nv), qd(at.qd, at.qd + plan.nv);
-    const Assembly found = assemble(model, plan, system.workspace(), q.data(), qd.data());
-    if (!found.closed) throw std::runtime_error("the loops do not close at the start");
-    system.collect(q.data(), qd.data(), y.data());
-  }
+  begin_motions(model, system, 0);
+  if (!take_start(model, system, 0, y.data()).closed)
+    throw std::runtime_error("the loops do not close at the start");
   return y;
 }
 

@@ -20,7 +20,7 @@ void begin_motions(const Model& model, System& system, double time) {
   }
 }
 
-Assembly take_start(const Model& model, System& system, double time, double* y) {
+void take_start_values(const Model& model, const System& system, double* y) {
   const Plan<double>& plan = system.plan();
   for (int i = 0; i < system.simple(); ++i) {
     const Joint& joint = model.links[plan.joints[system.joint_of(i)].link].joint;
@@ -33,6 +33,11 @@ Assembly take_start(const Model& model, System& system, double time, double* y) 
     std::copy_n(start.omega.begin(), 3, y + system.nq() + system.simple() + 3 * ball);
   }
   if (system.with_work()) y[system.nq() + system.nv()] = 0;
+}
+
+Assembly take_start(const Model& model, System& system, double time, double* y) {
+  const Plan<double>& plan = system.plan();
+  take_start_values(model, system, y);
   if (!system.has_loops()) return {};
   const System::Coordinates at = system.coordinates(time, y);
   std::vector<double> q(at.q, at.q + plan.nv), qd(at.qd, at.qd + plan.nv);

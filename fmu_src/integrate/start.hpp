@@ -16,8 +16,10 @@ std::array<double, 3> start_motion(const Joint& joint);
 // Prescribed joints move by start_motion(...) from `time` on, trajectories from their own start.
 void begin_motions(const Model& model, System& system, double time);
 
-// Fills y with the start values of `model` and closes its loops (dynamics/assembly.hpp); where that fails, y
-// is as given. Allocates.
+// Fills y (system.size()) with the start values of `model` as they are given.
+void take_start_values(const Model& model, const System& system, double* y);
+
+// The same, with loops closed (dynamics/assembly.hpp); where that fails, y is as given. Allocates.
 Assembly take_start(const Model& model, System& system, double time, double* y);
 
 // The loop that the prescribed accelerations violate at (time, y), if any. Allocates.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "integrate/integrator.hpp"
+#include "integrate/start.hpp"
 #include "model/model_file.hpp"
 #include "model/solver_methods.hpp"
 
@@ -45,16 +46,7 @@ struct Rig {
 
   std::vector<double> start_state() const {
     std::vector<double> y(static_cast<std::size_t>(system.size()), 0.0);
-    for (int k = 0; k < system.simple(); ++k) {
-      const Joint& joint = model.links[plan.joints[system.joint_of(k)].link].joint;
-      y[k] = joint.q0;
-      y[system.nq() + k] = joint.qd0;
-    }
-    for (int ball = 0; ball < system.balls(); ++ball) {
-      const Ball& given = model.balls[ball];
-      std::copy(given.quaternion.begin(), given.quaternion.end(), &y[system.simple() + 4 * ball]);
-      std::copy(given.omega.begin(), given.omega.end(), &y[system.nq() + system.simple() + 3 * ball]);
-    }
+    take_start_values(model, system, y.data());
     return y;
   }
   std::vector<double> state() const { return {integrator->state(), integrator->state() + system.size()}; }
