@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "integrate/error_weights.hpp"
-#include "integrate/sundials_objects.hpp"
+#include "integrate/methods/error_weights.hpp"
+#include "integrate/methods/sundials_objects.hpp"
 
 namespace redysim {
 namespace {

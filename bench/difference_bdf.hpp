@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "integrate/integrator.hpp"
+#include "integrate/methods/integrator.hpp"
 
 namespace redysim {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "dynamics/compiled.hpp"
-#include "integrate/system.hpp"
-#include "model/model_file.hpp"
+#include "integrate/system/system.hpp"
+#include "model/read/model_file.hpp"
 #include "support/mechanisms.hpp"
 #ifdef REDYSIM_WITH_PINOCCHIO
 #include "pinocchio_model.hpp"

@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/loop_correction.hpp"
-#include "integrate/system.hpp"
-#include "model/model_file.hpp"
+#include "dynamics/loops/loop_correction.hpp"
+#include "integrate/system/system.hpp"
+#include "model/read/model_file.hpp"
 
 using namespace redysim;
 

@@ -24,10 +24,10 @@
 #include <vector>
 
 #include "difference_bdf.hpp"
-#include "integrate/dense_jacobian.hpp"
-#include "integrate/integrator.hpp"
-#include "integrate/start.hpp"
-#include "model/model_file.hpp"
+#include "integrate/methods/integrator.hpp"
+#include "integrate/system/dense_jacobian.hpp"
+#include "integrate/system/start.hpp"
+#include "model/read/model_file.hpp"
 #include "model/solver_methods.hpp"
 
 using namespace redysim;

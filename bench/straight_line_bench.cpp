@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "dynamics/compiled.hpp"
-#include "dynamics/straight_line.hpp"
+#include "dynamics/straight_line/straight_line.hpp"
 #include "straight_line_scenes.hpp"
 
 // One evaluation of forward dynamics by the recursion and as straight-line code, names `scene/metric`;

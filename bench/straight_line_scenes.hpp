@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "model/model_file.hpp"
+#include "model/read/model_file.hpp"
 #include "support/mechanisms.hpp"
 
 // The scenes whose straight line is measured: model files, and chains of joints of any geometry.

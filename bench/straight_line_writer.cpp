@@ -1,7 +1,7 @@
 #include <cstdio>
 #include <exception>
 
-#include "dynamics/straight_line.hpp"
+#include "dynamics/straight_line/straight_line.hpp"
 #include "straight_line_scenes.hpp"
 
 // straight_line_writer SCENE: the scene's forward dynamics as C++, however long it is.

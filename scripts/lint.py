@@ -64,7 +64,7 @@ def arrow(name: str, line: str) -> Iterator[str]:
     if parts[0] != "fmu_src" or len(parts) < 3 or not include or parts[1] not in ROOMS:
         return
     room, header = parts[1], include[2]
-    # "../fmi/log.hpp" is the same arrow as "fmi/log.hpp"
+    # "../fmi/boundary/log.hpp" is the same arrow as "fmi/boundary/log.hpp"
     target = next((part for part in header.split("/")[:-1] if part in ROOMS), None)
     if include[1] == '"' and target and ROOMS.index(target) > ROOMS.index(room):
         yield f"{room} may not include {target} ('{header}'): the arrows go {' → '.join(ROOMS)}"

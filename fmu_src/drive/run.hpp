@@ -3,7 +3,7 @@
 #include "drive/fmu_library.hpp"
 #include "drive/job.hpp"
 #include "drive/watchdog.hpp"
-#include "fmi/json.hpp"
+#include "fmi/describe/json.hpp"
 
 namespace redysim::drive {
 

@@ -7,7 +7,7 @@
 #include <cstdio>
 
 #include "drive/computing_time.hpp"
-#include "fmi/json.hpp"
+#include "fmi/describe/json.hpp"
 
 namespace redysim::drive {
 

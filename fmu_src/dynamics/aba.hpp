@@ -1,6 +1,6 @@
 #pragma once
 
-#include "dynamics/loop_elimination.hpp"
+#include "dynamics/loops/loop_elimination.hpp"
 
 // Forward dynamics: the O(n) recursion that eliminates one joint after the other from the leaves (DeNOC:
 // Saha 1997, reverse Gaussian elimination; the same as Featherstone 2008, Table 7.1), with closed loops

@@ -4,7 +4,7 @@
 
 #include "dynamics/clones.hpp"
 #include "dynamics/energy.hpp"
-#include "dynamics/loop_correction.hpp"
+#include "dynamics/loops/loop_correction.hpp"
 #include "dynamics/rnea.hpp"
 
 // Equation numbers: docs/derivations/derivatives.md.

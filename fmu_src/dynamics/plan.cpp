@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/cluster_builder.hpp"
-#include "dynamics/recorded.hpp"
+#include "dynamics/loops/cluster_builder.hpp"
+#include "dynamics/straight_line/recorded.hpp"
 #include "math/dual.hpp"
 
 namespace redysim {

@@ -3,7 +3,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "dynamics/cluster_plan.hpp"
+#include "dynamics/loops/cluster_plan.hpp"
 #include "math/spatial.hpp"
 #include "model/dh.hpp"
 #include "model/features.hpp"

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "model/start_poses.hpp"
+#include "model/read/start_poses.hpp"
 
 namespace redysim {
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "model/link_reader.hpp"
+#include "model/read/link_reader.hpp"
 
 namespace redysim {
 

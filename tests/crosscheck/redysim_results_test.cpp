@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "model/model_file.hpp"
+#include "model/read/model_file.hpp"
 #include "support/evaluate.hpp"
 
 // Against results printed by ReDySim (7 digits) and against figures of an independent Newton-Euler program.

@@ -4,7 +4,7 @@
 
 #include <ostream>
 
-#include "model/model_file.hpp"
+#include "model/read/model_file.hpp"
 #include "support/evaluate.hpp"
 
 // Against the stored results of an independent program in 113-bit arithmetic (tests/scenes/README.md).

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <string>
 
-#include "fmi/variables.hpp"
-#include "model/model_file.hpp"
+#include "fmi/variables/variables.hpp"
+#include "model/read/model_file.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace redysim;

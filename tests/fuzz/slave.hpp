@@ -6,8 +6,8 @@
 #include <string>
 
 #include "fmi2Functions.h"
-#include "model/fingerprint.hpp"
-#include "model/model_file.hpp"
+#include "model/read/fingerprint.hpp"
+#include "model/read/model_file.hpp"
 
 // One instance of the double pendulum's FMU, linked in: the library's own C boundary without a loader.
 

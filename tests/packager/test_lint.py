@@ -28,8 +28,8 @@ HOME = "/" + "home/someone/project"
     [
         ("fmu_src/math/a.hpp", '#include "model/model.hpp"', "math may not include model"),
         ("fmu_src/model/a.cpp", '#include "dynamics/aba.hpp"', "model may not include dynamics"),
-        ("fmu_src/dynamics/deep/a.cpp", '  #  include "fmi/log.hpp"', "dynamics may not include fmi"),
-        ("fmu_src/integrate/a.cpp", '#include "../fmi/log.hpp"', "integrate may not include fmi"),
+        ("fmu_src/dynamics/deep/a.cpp", '  #  include "fmi/boundary/log.hpp"', "dynamics may not include fmi"),
+        ("fmu_src/integrate/a.cpp", '#include "../fmi/boundary/log.hpp"', "integrate may not include fmi"),
         ("fmu_src/integrate/a.cpp", "#include <Eigen/Dense>", "may not include Eigen"),
         ("fmu_src/fmi/a.cpp", "#include <arkode/arkode_erkstep.h>", "may not include SUNDIALS"),
         ("fmu_src/dynamics/a.cpp", "#include <nvector/nvector_serial.h>", "may not include SUNDIALS"),
@@ -51,9 +51,9 @@ def test_what_is_allowed(tmp_path):
         "fmu_src/math/a.hpp": "#include <Eigen/Core>\n#include <cmath>\n",
         "fmu_src/model/a.cpp": '#include "math/vec3.hpp"\n#include "model/model.hpp"\n#include <toml++/toml.h>\n',
         "fmu_src/dynamics/a.cpp": '#include "model/model.hpp"\n#include "dynamics/aba.hpp"\n#include <Eigen/Dense>\n',
-        "fmu_src/integrate/a.cpp": '#include "dynamics/aba.hpp"\n#include <cvode/cvode.h>\n// #include "fmi/log.hpp"\n',
-        "fmu_src/fmi/a.cpp": '#include "fmi2Functions.h"\n#include "integrate/integrator.hpp"\n#include "math/vec3.hpp"\n',
-        "tests/unit/a.cpp": '#include "fmi/log.hpp"\n#include <Eigen/Dense>\n',
+        "fmu_src/integrate/a.cpp": '#include "dynamics/aba.hpp"\n#include <cvode/cvode.h>\n// #include "fmi/boundary/log.hpp"\n',
+        "fmu_src/fmi/a.cpp": '#include "fmi2Functions.h"\n#include "integrate/methods/integrator.hpp"\n#include "math/vec3.hpp"\n',
+        "tests/unit/a.cpp": '#include "fmi/boundary/log.hpp"\n#include <Eigen/Dense>\n',
         "build/x/a.py": "x = (\n",
         "docs/a.md": "use $HOME/work/x, ~/tmp/y, https://example.org/home/page and docs/tmp/z\n",
     }
@@ -61,5 +61,5 @@ def test_what_is_allowed(tmp_path):
 
 
 def test_lines_are_numbered(tmp_path):
-    _, lines = lint(tmp_path, {"fmu_src/math/a.hpp": '\n\n#include "fmi/log.hpp"\n'})
+    _, lines = lint(tmp_path, {"fmu_src/math/a.hpp": '\n\n#include "fmi/boundary/log.hpp"\n'})
     assert lines[0].startswith("fmu_src/math/a.hpp:3: ")

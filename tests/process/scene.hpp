@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "fmi/variables.hpp"
+#include "fmi/variables/variables.hpp"
 #include "fmi2Functions.h"
-#include "model/fingerprint.hpp"
-#include "model/model_file.hpp"
+#include "model/read/fingerprint.hpp"
+#include "model/read/model_file.hpp"
 
 // An FMU linked in, as a master knows it: its resources in a folder, its GUID and its value references.
 

@@ -1,8 +1,8 @@
-#include "integrate/control.hpp"
+#include "integrate/control/control.hpp"
 
 #include <gtest/gtest.h>
 
-#include "integrate/dense_jacobian.hpp"
+#include "integrate/system/dense_jacobian.hpp"
 #include "support/random_loops.hpp"
 
 // Control laws and trajectories on random trees with random drives: what the equations of each law say.

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "dynamics/freedom.hpp"
+#include "dynamics/assembly/freedom.hpp"
 #include "support/random_loops.hpp"
 
 // Every mix of drives is the same plant: what a prescribed motion needs as a force gives that motion when it

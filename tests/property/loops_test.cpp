@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "dynamics/loop_correction.hpp"
+#include "dynamics/loops/loop_correction.hpp"
 #include "support/mechanisms.hpp"
 #include "support/random_loops.hpp"
 

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "integrate/system.hpp"
+#include "integrate/system/system.hpp"
 #include "support/mechanisms.hpp"
 #include "support/random_loops.hpp"
 

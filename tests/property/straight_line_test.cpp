@@ -1,4 +1,4 @@
-#include "dynamics/straight_line.hpp"
+#include "dynamics/straight_line/straight_line.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
-#include "dynamics/assembly.hpp"
+#include "dynamics/assembly/assembly.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "model/model_file.hpp"
+#include "model/read/model_file.hpp"
 #include "support/mechanisms.hpp"
 
 namespace redysim {

@@ -1,8 +1,8 @@
-#include "dynamics/freedom.hpp"
+#include "dynamics/assembly/freedom.hpp"
 
 #include <gtest/gtest.h>
 
-#include "model/model_file.hpp"
+#include "model/read/model_file.hpp"
 #include "support/mechanisms.hpp"
 
 namespace redysim {

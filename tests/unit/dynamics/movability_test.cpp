@@ -1,4 +1,4 @@
-#include "dynamics/movability.hpp"
+#include "dynamics/assembly/movability.hpp"
 
 #include <gtest/gtest.h>
 

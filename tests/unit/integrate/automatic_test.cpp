@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "model/model_file.hpp"
+#include "model/read/model_file.hpp"
 #include "unit/integrate/rig.hpp"
 
 namespace redysim {

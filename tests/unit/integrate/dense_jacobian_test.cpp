@@ -1,4 +1,4 @@
-#include "integrate/dense_jacobian.hpp"
+#include "integrate/system/dense_jacobian.hpp"
 
 #include <gtest/gtest.h>
 

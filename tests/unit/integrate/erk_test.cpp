@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "integrate/dormand_prince_8.hpp"
+#include "integrate/methods/dormand_prince_8.hpp"
 #include "unit/integrate/rig.hpp"
 
 namespace redysim {

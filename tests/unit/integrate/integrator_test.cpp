@@ -1,4 +1,4 @@
-#include "integrate/integrator.hpp"
+#include "integrate/methods/integrator.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,8 @@
 #include <limits>
 #include <vector>
 
-#include "integrate/system.hpp"
-#include "model/model_file.hpp"
+#include "integrate/system/system.hpp"
+#include "model/read/model_file.hpp"
 #include "support/allocation_count.hpp"
 
 namespace redysim {

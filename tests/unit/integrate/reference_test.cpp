@@ -1,4 +1,4 @@
-#include "integrate/reference.hpp"
+#include "integrate/system/reference.hpp"
 
 #include <gtest/gtest.h>
 

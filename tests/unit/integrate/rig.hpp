@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "integrate/integrator.hpp"
-#include "integrate/start.hpp"
-#include "model/model_file.hpp"
+#include "integrate/methods/integrator.hpp"
+#include "integrate/system/start.hpp"
+#include "model/read/model_file.hpp"
 #include "model/solver_methods.hpp"
 
 namespace redysim::test {

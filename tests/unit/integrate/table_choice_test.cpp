@@ -1,4 +1,4 @@
-#include "integrate/table_choice.hpp"
+#include "integrate/methods/table_choice.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "model/fingerprint.hpp"
+#include "model/read/fingerprint.hpp"
 
 #include <gtest/gtest.h>
 

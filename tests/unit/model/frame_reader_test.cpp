@@ -1,4 +1,4 @@
-#include "model/frame_reader.hpp"
+#include "model/read/frame_reader.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "model/joint_parameters.hpp"
+#include "model/read/joint_parameters.hpp"
 
 #include <gtest/gtest.h>
 

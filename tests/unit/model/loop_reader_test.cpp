@@ -1,4 +1,4 @@
-#include "model/loop_reader.hpp"
+#include "model/read/loop_reader.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "model/model_checks.hpp"
+#include "model/read/model_checks.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "model/model_error.hpp"
+#include "model/read/model_error.hpp"
 
 #include <gtest/gtest.h>
 

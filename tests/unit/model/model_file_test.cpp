@@ -1,4 +1,4 @@
-#include "model/model_file.hpp"
+#include "model/read/model_file.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "model/model_file.hpp"
+#include "model/read/model_file.hpp"
 
 namespace redysim {
 namespace {

@@ -1,4 +1,4 @@
-#include "model/motion_table.hpp"
+#include "model/read/motion_table.hpp"
 
 #include <gtest/gtest.h>
 

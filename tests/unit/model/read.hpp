@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "model/model_file.hpp"
+#include "model/read/model_file.hpp"
 
 namespace redysim::test {
 

@@ -1,4 +1,4 @@
-#include "model/suggest.hpp"
+#include "model/read/suggest.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,265 @@
+#include "dynamics/assembly/assembly.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/assembly/cluster_assembly.hpp"
+#include "dynamics/ball.hpp"
+#include "dynamics/bias.hpp"
+#include "model/loop_rows_of.hpp"
+#include "model/read/number.hpp"
+
+namespace redysim {
+
+namespace {
+
+using Vector = ClusterAssembly::Vector;
+constexpr double closed_already = ClusterAssembly::closed_already,
+                 closed_enough = ClusterAssembly::closed_enough;
+
+constexpr double typed_precision = 1e-9;  // rad or m: below this start values and closed ones are the same
+
+// Numbers in [-1, 1], the same in every run.
+class Scatter {
+ public:
+  double next() {
+    state_ = state_ * 6364136223846793005u + 1442695040888963407u;
+    return static_cast<double>(state_ >> 11) / 4503599627370496.0 - 1.0;
+  }
+
+ private:
+  unsigned long long state_ = 1;
+};
+
+// Where no way leads downhill (a flat pose that must fold, say), starts around the given one: the nearest of
+// the closed poses found at the smallest distance that has any.
+double close_from_around(ClusterAssembly& cluster, Vector& z) {
+  const Vector start = cluster.z_start();
+  const int tries = std::clamp(200 / std::max(1, static_cast<int>(start.size())), 2, 8);
+  Vector stuck = z, best;
+  Scatter scatter;
+  for (double spread : {0.01, 0.1, 0.5, 1.5, 3.0}) {
+    for (int k = 0; k < tries; ++k) {
+      Vector trial = start;
+      for (Eigen::Index j = 0; j < trial.size(); ++j) trial[j] += spread * scatter.next();
+      if (cluster.close(trial) > closed_enough) continue;
+      if (best.size() == 0 || (trial - start).norm() < (best - start).norm()) best = trial;
+    }
+    if (best.size() > 0) break;
+  }
+  z = best.size() > 0 ? best : stuck;
+  return cluster.open(z);
+}
+
+Pose link_pose(const Plan<double>& plan, const Workspace<double>& ws, int link, const double* qd) {
+  if (link == ground) return Pose();
+  const GroundState<double> body = body_motion(plan, ws, plan.carrier[link], qd);
+  return Pose{body.rotation, body.position} * plan.frame_in_carrier[link];
+}
+
+// The equations that a planar scene leaves out hold in all poses or in none: a wrong axis or offset.
+void check_left_out(const Model& model, const Plan<double>& plan, Workspace<double>& ws, const double* q,
+                    Assembly& result) {
+  const std::vector<double> at_rest(plan.joints.size(), 0.0);
+  set_positions(plan, ws, q);
+  const std::vector<LoopRows> rows = loop_rows_of(model);
+  for (std::size_t k = 0; k < model.loops.size(); ++k) {
+    const std::vector<LoopRow>& left_out = rows[k].left_out;
+    if (left_out.empty()) continue;
+    const Loop& loop = model.loops[k];
+    const Pose a = link_pose(plan, ws, loop.link_a, at_rest.data());
+    const Pose b = link_pose(plan, ws, loop.link_b, at_rest.data());
+    const Vec3<double> x_a = a.rotation * loop.point_a + a.position,
+                       x_b = b.rotation * loop.point_b + b.position;
+    double distance = 0, angle = 0;
+    for (const LoopRow& row : left_out) {
+      const Vec3<double> u = a.rotation * row.u;
+      if (row.rotation)
+        angle = std::hypot(angle, u.dot(b.rotation * row.v));
+      else
+        distance = std::hypot(distance, u.dot(x_b - x_a));
+    }
+    const double allowed = closed_enough * std::max({1.0, x_a.norm(), x_b.norm()});
+    const double worst = std::max(distance, angle);
+    if (worst <= std::max(allowed, result.closed ? 0 : result.gap.size)) continue;
+    result.closed = false;
+    result.loop = static_cast<int>(k);
+    result.gap = {worst, angle > distance};
+  }
+}
+
+std::string three_digits(double number) {
+  if (number == 0) return "0";
+  const double unit = std::pow(10.0, std::floor(std::log10(std::abs(number))) - 2);
+  return rounded(std::round(number / unit) * unit);
+}
+
+// "26.1 mm", "0.5 m", "1.06 rad"
+std::string quantity(double size, bool in_angle) {
+  if (in_angle) return three_digits(size) + " rad";
+  return std::abs(size) < 0.1 ? three_digits(1000 * size) + " mm" : three_digits(size) + " m";
+}
+
+std::string quantity(const Assembly::Residual& residual) {
+  return quantity(residual.size, residual.in_angle);
+}
+
+// "joint2 by -0.262 rad, slider by 10 mm": what changed by more than start values are typed with. A spherical
+// joint changes as a whole.
+std::string changes(const Model& model, const Plan<double>& plan, const std::vector<double>& change,
+                    const std::vector<double>& ball_change, const char* per) {
+  std::string text;
+  const auto add = [&](const std::string& name, double by, bool in_angle) {
+    if (std::abs(by) > typed_precision)
+      text += (text.empty() ? "" : ", ") + name + " by " + quantity(by, in_angle) + per;
+  };
+  std::size_t ball = 0;
+  for (std::size_t i = 0; i < change.size(); ++i) {
+    if (!plan.joints[i].of_ball)
+      add(model.links[plan.joints[i].link].joint.name, change[i], !plan.joints[i].prismatic);
+    else if (ball < plan.balls.size() && plan.balls[ball] == static_cast<int>(i)) {
+      add(model.balls[ball].name, ball_change[ball], true);
+      ++ball;
+    }
+  }
+  return text;
+}
+
+// The angle between two positions of a spherical joint, and between its angular velocities the difference.
+struct BallMotion {
+  Mat3<double> rotation;
+  Vec3<double> omega;
+
+  BallMotion(int chart, const double* q, const double* qd) {
+    const BallAngles angles{q[chart] != 0, q[chart + 1], q[chart + 2], q[chart + 3]};
+    rotation = rotation_of(angles);
+    omega = rate_matrix(angles) * Vec3<double>(qd[chart + 1], qd[chart + 2], qd[chart + 3]);
+  }
+};
+
+double angle_between(const Mat3<double>& a, const Mat3<double>& b) {
+  const Mat3<double> R = a.transpose() * b;
+  const Vec3<double> twice_sine(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1));
+  return std::atan2(twice_sine.norm(), R.trace() - 1);
+}
+
+// Joint by joint what the corrections are, once they are accepted.
+void apply(const Plan<double>& plan, const std::vector<double>& moved, const std::vector<double>& sped,
+           double* q, double* qd, Assembly& result) {
+  std::vector<BallMotion> before;
+  for (const int chart : plan.balls) before.emplace_back(chart, q, qd);
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    q[i] += moved[i];
+    qd[i] += sped[i];
+  }
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    const BallMotion after(plan.balls[k], q, qd);
+    result.ball_moved.push_back(angle_between(before[k].rotation, after.rotation));
+    result.ball_sped.push_back((after.omega - before[k].omega).norm());
+  }
+  result.moved = moved;
+  result.sped = sped;
+}
+
+void keep_larger(const Assembly::Residual& found, Assembly::Residual& largest) {
+  if (found.size > largest.size) largest = found;
+}
+
+// The velocities of a cluster at its assembled pose.
+void align(ClusterAssembly& cluster, const double* qd, std::vector<double>& sped, Assembly& result) {
+  cluster.set_motion(qd);
+  for (int k = 0; k < cluster.loop_count(); ++k) keep_larger(cluster.rate(k), result.rate_before);
+  cluster.align(qd, sped);
+  std::vector<double> velocity(qd, qd + sped.size());
+  for (std::size_t i = 0; i < sped.size(); ++i) velocity[i] += sped[i];
+  cluster.set_motion(velocity.data());
+  for (int k = 0; k < cluster.loop_count(); ++k) {
+    if (cluster.keeps_closed(k, velocity.data()) ||
+        (!result.consistent && cluster.rate(k).size <= result.rate.size))
+      continue;
+    result.consistent = false;
+    result.rate = cluster.rate(k);
+    if (result.closed) result.loop = cluster.loop(k).loop;
+  }
+}
+
+}  // namespace
+
+Assembly assemble(const Model& model, const Plan<double>& plan, Workspace<double>& ws, double* q,
+                  double* qd) {
+  Assembly result;
+  if (!plan.has_loops()) return result;
+  const std::vector<double> at_rest(plan.joints.size(), 0.0);
+  set_positions(plan, ws, q);
+  set_ground_motion(plan, ws, at_rest.data());
+  std::vector<double> moved(plan.joints.size(), 0.0), sped(plan.joints.size(), 0.0);
+  result.unit.assign(plan.joints.size(), 1.0);
+  for (const ClusterPlan& plan_of_cluster : plan.clusters) {
+    ClusterAssembly cluster(model, plan, ws, plan_of_cluster);
+    double norm = cluster.start(q);
+    for (int joint : plan_of_cluster.joints) result.unit[joint] = cluster.unit(joint);
+    for (int k = 0; k < cluster.loop_count(); ++k) keep_larger(cluster.gap(k), result.gap_before);
+    Vector z = cluster.z_start();
+    if (norm > closed_already && !cluster.free_joints().empty()) {
+      norm = cluster.close(z);
+      if (norm > closed_enough) norm = close_from_around(cluster, z);
+      if (norm <= closed_enough) cluster.approach(z);
+      norm = cluster.open(z);
+      for (std::size_t j = 0; j < cluster.free_joints().size(); ++j) {
+        const int joint = cluster.free_joints()[j];
+        moved[joint] = (z[j] - cluster.z_start()[j]) * cluster.unit(joint);
+      }
+    }
+    for (int k = 0; k < cluster.loop_count(); ++k) {
+      const Assembly::Residual gap = cluster.gap(k);
+      // an open loop is worse than a closed one
+      const bool open = norm > closed_enough;
+      if (open == !result.closed ? gap.size <= result.gap.size : !open) continue;
+      result.closed = !open;
+      result.gap = gap;
+      if (open) result.loop = cluster.loop(k).loop;
+    }
+    align(cluster, qd, sped, result);
+  }
+  std::vector<double> closed_pose(q, q + plan.joints.size());
+  for (std::size_t i = 0; i < moved.size(); ++i) closed_pose[i] += moved[i];
+  check_left_out(model, plan, ws, closed_pose.data(), result);
+  if (result.closed && result.consistent) apply(plan, moved, sped, q, qd, result);
+  return result;
+}
+
+std::string failure(const Model& model, const Assembly& assembly) {
+  if (assembly.closed && assembly.consistent) return {};
+  const std::string loop = "loop '" + model.loops[static_cast<std::size_t>(assembly.loop)].name + "': ";
+  if (!assembly.closed)
+    return loop + "no configuration satisfies the loop constraints; smallest residual " +
+           quantity(assembly.gap);
+  return loop +
+         "no velocities satisfy the loop constraints while held and prescribed joints keep theirs; smallest "
+         "residual " +
+         quantity(assembly.rate) + "/s";
+}
+
+std::string misfit(const Model& model, int loop, const Assembly::Residual& acceleration) {
+  return "loop '" + model.loops[static_cast<std::size_t>(loop)].name +
+         "': prescribed accelerations violate its constraints by " + quantity(acceleration) + "/s^2";
+}
+
+std::vector<std::string> corrections(const Model& model, const Plan<double>& plan, const Assembly& assembly) {
+  std::vector<std::string> sentences;
+  const std::string moved = changes(model, plan, assembly.moved, assembly.ball_moved, ""),
+                    sped = changes(model, plan, assembly.sped, assembly.ball_sped, "/s");
+  if (!moved.empty())
+    sentences.push_back("initial configuration violates the loop constraints by " +
+                        quantity(assembly.gap_before) + "; corrected: " + moved);
+  if (sped.empty()) return sentences;
+  const bool on_no_branch = assembly.rate_before.size < typed_precision;
+  sentences.push_back(
+      (on_no_branch
+           ? "initial velocities lead off the branches of this singular configuration"
+           : "initial velocities violate the loop constraints by " + quantity(assembly.rate_before) + "/s") +
+      "; corrected: " + sped);
+  return sentences;
+}
+
+}  // namespace redysim

@@ -1,0 +1,66 @@
+#include "dynamics/assembly/freedom.hpp"
+
+#include <vector>
+
+#include "dynamics/compiled.hpp"
+#include "dynamics/loops/loop_elimination.hpp"
+
+namespace redysim {
+namespace {
+
+// Rank of the loops' rows over the joints that are not prescribed: that of J M^-1 J^T for any M > 0.
+int rank_of_loops(const Model& model, const double* q) {
+  const Plan<double> plan(model);
+  Workspace<double> ws(plan);
+  const std::size_t n = static_cast<std::size_t>(plan.nv);
+  const std::vector<double> rest(n + 6 * plan.ports.size(), 0.0);
+  std::vector<double> qdd(n);
+  compiled_forward_dynamics(plan, ws, q, rest.data(), rest.data(), qdd.data());
+  return loop_rank(plan, ws);
+}
+
+std::string count(int number, const std::string& one, const std::string& many) {
+  return std::to_string(number) + " " + (number == 1 ? one : many);
+}
+
+}  // namespace
+
+Freedom freedom(const Model& model, const double* q) {
+  Model any = model;
+  Freedom result;
+  int joints = 0;
+  // the chart of a spherical joint is no freedom: as good as fixed
+  std::vector<char> moves;
+  for (const Link& link : any.links) moves.push_back(link.joint.type != JointType::fixed);
+  for (const Ball& ball : any.balls) moves[ball.chart_link] = false;
+  for (std::size_t i = 0; i < any.links.size(); ++i) {
+    Link& link = any.links[i];
+    if (!moves[i]) continue;
+    ++joints;
+    if (link.joint.drive == Drive::motion || link.joint.drive == Drive::locked) ++result.motions;
+    // every joint moves something, so that the rank is that of the rows alone
+    link.joint.armature = 1;
+  }
+  result.left = joints - result.motions - rank_of_loops(any, q);
+  for (std::size_t i = 0; i < any.links.size(); ++i)
+    if (moves[i]) any.links[i].joint.drive = Drive::free;
+  result.system = joints - rank_of_loops(any, q);
+  result.surplus = result.motions + result.left - result.system;
+  return result;
+}
+
+std::string sentence(const Freedom& freedom) {
+  std::string text = count(freedom.motions, "motion", "motions") + " for " +
+                     count(freedom.system, "degree of freedom", "degrees of freedom") + ": ";
+  if (freedom.surplus == 0 && freedom.left == 0) return text + "fully driven";
+  if (freedom.surplus > 0)
+    text +=
+        count(freedom.surplus, "motion", "motions") + " more than freedoms, they must agree with the loops";
+  if (freedom.surplus > 0 && freedom.left > 0) text += "; ";
+  if (freedom.left > 0)
+    text += std::to_string(freedom.left) + (freedom.left == 1 ? " is not prescribed and is integrated"
+                                                              : " are not prescribed and are integrated");
+  return text;
+}
+
+}  // namespace redysim

@@ -1,0 +1,100 @@
+#include "dynamics/assembly/movability.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/compiled.hpp"
+#include "dynamics/joint_transform.hpp"
+
+namespace redysim {
+namespace {
+
+// Rounding errors of an articulated inertia: of moments by rotations, kg m^2, and of forces by translations,
+// kg.
+struct Rounding {
+  double moment = 0, force = 0;
+};
+
+// A pivot within this factor of its rounding error is none.
+constexpr double certain = 1e3;
+
+Rounding rounding_of(const ArticulatedInertia<double>& A) {
+  constexpr double epsilon = std::numeric_limits<double>::epsilon();
+  return {epsilon * (std::abs(A.xx[0]) + std::abs(A.yy[0]) + std::abs(A.zz[0])),
+          epsilon * (std::abs(A.xx[1]) + std::abs(A.yy[1]) + std::abs(A.zz[1]))};
+}
+
+// A length of each joint's surroundings, m: its offsets and body, or those of the next joints with any.
+std::vector<double> lengths(const Plan<double>& plan) {
+  std::vector<double> length(plan.joints.size());
+  for (std::size_t i = length.size(); i-- > 0;) {
+    const JointPlan<double>& joint = plan.joints[i];
+    const RigidInertia<double>& body = joint.inertia;
+    double own = std::max({std::abs(joint.a), std::abs(joint.b), std::abs(joint.d)});
+    if (body.mass > 0)
+      own = std::max(own, std::sqrt((body.inertia.xx + body.inertia.yy + body.inertia.zz) / body.mass));
+    if (own > 0) length[i] = own;
+    if (length[i] == 0) length[i] = 1;
+    if (joint.parent == ground) continue;
+    double& parent = length[static_cast<std::size_t>(joint.parent)];
+    parent = parent > 0 ? std::min(parent, length[i]) : length[i];
+  }
+  return length;
+}
+
+}  // namespace
+
+int singular_joint(const Plan<double>& plan, Workspace<double>& ws, const double* q) {
+  // at rest; what moves nothing gives infinite accelerations, which only joints nearer to the ground see
+  const std::vector<double> rest(plan.joints.size() + 6 * plan.ports.size());
+  std::vector<double> qdd(plan.joints.size());
+  compiled_forward_dynamics(plan, ws, q, rest.data(), rest.data(), qdd.data());
+  std::vector<Rounding> inherited(plan.joints.size());
+  for (std::size_t i = plan.joints.size(); i-- > 0;) {
+    const JointPlan<double>& joint = plan.joints[i];
+    const JointState<double>& s = ws.joints[i];
+    Rounding error = rounding_of(s.A);
+    error.moment += inherited[i].moment;
+    error.force += inherited[i].force;
+    const double pivot = (joint.prismatic ? s.A.zz[1] : s.A.zz[0]) + joint.armature;
+    if (!joint.prescribed && !(pivot > certain * (joint.prismatic ? error.force : error.moment)))
+      return static_cast<int>(i);
+    if (joint.parent == ground) continue;
+    Mat3<double> rotation;
+    Vec3<double> position;
+    joint_pose(joint, s, rotation, position);
+    inherited[joint.parent].moment += error.moment + position.squaredNorm() * error.force;
+    inherited[joint.parent].force += error.force;
+  }
+  return -1;
+}
+
+int always_singular_joint(const Plan<double>& plan, Workspace<double>& ws) {
+  int found = -1;
+  const std::vector<double> length = lengths(plan);
+  std::vector<double> q(plan.joints.size());
+  for (int attempt = 1; attempt <= 3; ++attempt) {
+    // angles and displacements without relation to each other; the chart of a quaternion stays
+    for (std::size_t i = 0; i < q.size(); ++i) {
+      const double share = std::fmod(0.7548776662466927 * static_cast<double>(i + 1) * attempt, 1.0);
+      q[i] = plan.joints[i].prescribed ? 0 : plan.joints[i].of_ball ? 0.5 * share : 0.3 + 2 * share;
+      if (plan.joints[i].prismatic) q[i] *= length[i];
+    }
+    found = singular_joint(plan, ws, q.data());
+    if (found < 0) break;
+  }
+  return found;
+}
+
+std::string singular_sentence(const Model& model, const Plan<double>& plan, int joint, const char* where) {
+  std::string name = model.links[plan.joints[joint].link].joint.name;
+  const bool part = name.find('[') != std::string::npos;  // of a joint of several degrees of freedom
+  if (part) name.resize(name.find('['));
+  return "joint '" + name + "': the mass matrix is singular" + where +
+         ", because this joint and those it carries can move without moving mass or inertia; give its link "
+         "mass "
+         "or inertia" +
+         (part ? "" : ", or the joint an armature");
+}
+
+}  // namespace redysim

@@ -1,0 +1,347 @@
+#include "dynamics/loops/cluster_builder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "dynamics/loops/front_builder.hpp"
+#include "dynamics/straight_line/recorded.hpp"
+#include "math/dual.hpp"
+#include "model/loop_rows_of.hpp"
+
+namespace redysim {
+
+namespace {
+
+// What grouping needs to know of one loop: its ends and where they meet, as joint indices.
+struct LoopPath {
+  int loop = 0;
+  int body_a = ground, body_b = ground;
+  int meeting = ground;                 // last common body, or ground for rows tied to ground directions
+  std::vector<int> joints_a, joints_b;  // from each end up to (not including) the meeting body
+};
+
+class ClusterBuilder {
+ public:
+  ClusterBuilder(const Model& model, const std::vector<int>& parents, const std::vector<int>& carrier,
+                 const std::vector<LoopRows>& rows)
+      : parents_(parents), cluster_of_joint_(parents.size()) {
+    for (std::size_t k = 0; k < model.loops.size(); ++k) paths_.push_back(path_of(model, carrier, rows, k));
+    group();
+  }
+
+  // Loop indices of each cluster, its root and joints (descending).
+  struct Group {
+    int root = ground;
+    std::vector<int> joints;
+    std::vector<int> paths;  // ordered so that coupled loops stand close together
+  };
+  const std::vector<Group>& groups() const { return groups_; }
+  const LoopPath& path(int index) const { return paths_[index]; }
+
+  // The part of a loop's way to its cluster's root that both sides share.
+  std::vector<int> shared_joints(const LoopPath& path, int root) const {
+    std::vector<int> joints;
+    for (int body = path.meeting; body != root; body = parents_[body]) joints.push_back(body);
+    return joints;
+  }
+
+  bool coupled(const LoopPath& one, const LoopPath& other) const {
+    auto touches = [&other](int joint) {
+      return std::count(other.joints_a.begin(), other.joints_a.end(), joint) ||
+             std::count(other.joints_b.begin(), other.joints_b.end(), joint);
+    };
+    return std::any_of(one.joints_a.begin(), one.joints_a.end(), touches) ||
+           std::any_of(one.joints_b.begin(), one.joints_b.end(), touches);
+  }
+
+ private:
+  LoopPath path_of(const Model& model, const std::vector<int>& carrier, const std::vector<LoopRows>& rows,
+                   std::size_t k) const {
+    const Loop& loop = model.loops[k];
+    LoopPath path;
+    path.loop = static_cast<int>(k);
+    path.body_a = loop.link_a == ground ? ground : carrier[loop.link_a];
+    path.body_b = loop.link_b == ground ? ground : carrier[loop.link_b];
+    // parents have smaller indices: climb from the larger until both meet
+    int a = path.body_a, b = path.body_b;
+    while (a != b) {
+      int& climber = a > b ? a : b;
+      (a > b ? path.joints_a : path.joints_b).push_back(climber);
+      climber = parents_[climber];
+    }
+    path.meeting = a;
+    if (rows[k].tied_to_ground)
+      for (; path.meeting != ground; path.meeting = parents_[path.meeting]) {
+        path.joints_a.push_back(path.meeting);
+        path.joints_b.push_back(path.meeting);
+      }
+    return path;
+  }
+
+  // Loops that share a joint belong together (union-find over joints).
+  void group() {
+    std::vector<int> leader(parents_.size());
+    std::iota(leader.begin(), leader.end(), 0);
+    auto find = [&leader](int i) {
+      while (leader[i] != i) i = leader[i] = leader[leader[i]];
+      return i;
+    };
+    for (const LoopPath& path : paths_) {
+      const int first = path.joints_a.empty() ? path.joints_b.front() : path.joints_a.front();
+      for (int joint : path.joints_a) leader[find(joint)] = find(first);
+      for (int joint : path.joints_b) leader[find(joint)] = find(first);
+    }
+    std::vector<int> group_of(parents_.size(), -1);
+    for (std::size_t k = 0; k < paths_.size(); ++k) {
+      const LoopPath& path = paths_[k];
+      const int top = find(path.joints_a.empty() ? path.joints_b.front() : path.joints_a.front());
+      if (group_of[top] < 0) {
+        group_of[top] = static_cast<int>(groups_.size());
+        groups_.emplace_back();
+        groups_.back().root = path.meeting;
+      }
+      Group& group = groups_[group_of[top]];
+      group.root = std::min(group.root, path.meeting);
+      group.paths.push_back(static_cast<int>(k));
+    }
+    for (Group& group : groups_) {
+      collect_joints(group);
+      order_by_neighbourhood(group);
+    }
+  }
+
+  void collect_joints(Group& group) const {
+    for (int index : group.paths) {
+      const LoopPath& path = paths_[index];
+      group.joints.insert(group.joints.end(), path.joints_a.begin(), path.joints_a.end());
+      group.joints.insert(group.joints.end(), path.joints_b.begin(), path.joints_b.end());
+      const std::vector<int> shared = shared_joints(path, group.root);
+      group.joints.insert(group.joints.end(), shared.begin(), shared.end());
+    }
+    std::sort(group.joints.begin(), group.joints.end(), std::greater<int>());
+    group.joints.erase(std::unique(group.joints.begin(), group.joints.end()), group.joints.end());
+  }
+
+  // Breadth-first from a loop of lowest degree (Cuthill and McKee 1969): a narrow envelope of S.
+  void order_by_neighbourhood(Group& group) const {
+    const std::size_t n = group.paths.size();
+    std::vector<std::vector<std::size_t>> neighbours(n);
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t j = 0; j < n; ++j)
+        if (i != j && coupled(paths_[group.paths[i]], paths_[group.paths[j]])) neighbours[i].push_back(j);
+    auto fewer = [&neighbours](std::size_t i, std::size_t j) {
+      return neighbours[i].size() < neighbours[j].size();
+    };
+    std::vector<std::size_t> order, seeds(n);
+    std::vector<char> seen(n, 0);
+    std::iota(seeds.begin(), seeds.end(), std::size_t{0});
+    std::stable_sort(seeds.begin(), seeds.end(), fewer);
+    for (std::size_t seed : seeds) {
+      if (seen[seed]) continue;
+      seen[seed] = 1;
+      order.push_back(seed);
+      for (std::size_t at = order.size() - 1; at < order.size(); ++at) {
+        std::vector<std::size_t> next = neighbours[order[at]];
+        std::stable_sort(next.begin(), next.end(), fewer);
+        for (std::size_t j : next)
+          if (!seen[j]) {
+            seen[j] = 1;
+            order.push_back(j);
+          }
+      }
+    }
+    std::vector<int> paths;
+    for (std::size_t i : order) paths.push_back(group.paths[i]);
+    group.paths = paths;
+  }
+
+  std::vector<int> parents_;
+  std::vector<int> cluster_of_joint_;
+  std::vector<LoopPath> paths_;
+  std::vector<Group> groups_;
+};
+
+// Rows of a loop with points and axes moved from link frames to their carriers' body frames.
+template <class Scalar>
+LoopPlan<Scalar> loop_plan(const Model& model, const Plan<Scalar>& plan, const LoopPath& path,
+                           const LoopRows& rows) {
+  const Loop& loop = model.loops[path.loop];
+  const Pose in_a = loop.link_a == ground ? Pose() : plan.frame_in_carrier[loop.link_a];
+  const Pose in_b = loop.link_b == ground ? Pose() : plan.frame_in_carrier[loop.link_b];
+  // a link fixed to the ground has its carrier frame in the ground
+  LoopPlan<Scalar> out;
+  out.loop = path.loop;
+  out.body_a = path.body_a;
+  out.body_b = path.body_b;
+  out.point_a = (in_a.rotation * loop.point_a + in_a.position).template cast<Scalar>();
+  out.point_b = (in_b.rotation * loop.point_b + in_b.position).template cast<Scalar>();
+  for (std::size_t k = 0; k < rows.rows.size(); ++k) {
+    const LoopRow& given = rows.rows[k];
+    ConstraintRow<Scalar> row;
+    using Kind = typename ConstraintRow<Scalar>::Kind;
+    row.index = given.index;
+    row.kind = given.rotation    ? Kind::rotation
+               : given.on_ground ? Kind::position_on_root
+                                 : Kind::position_on_a;
+    row.u = (given.on_ground ? given.u : Vec3<double>(in_a.rotation * given.u)).template cast<Scalar>();
+    row.v = (in_b.rotation * given.v).eval().template cast<Scalar>();
+    out.rows.push_back(row);
+  }
+  return out;
+}
+
+void add_passages(ClusterPlan& cluster, const ClusterBuilder& builder, const std::vector<int>& paths,
+                  const std::vector<int>& first_rows, const std::vector<int>& row_counts) {
+  auto contains = [](const std::vector<int>& list, int joint) {
+    return std::count(list.begin(), list.end(), joint) > 0;
+  };
+  for (int joint : cluster.joints) {
+    cluster.passage_begin.push_back(static_cast<int>(cluster.passages.size()));
+    for (std::size_t k = 0; k < paths.size(); ++k) {
+      const LoopPath& path = builder.path(paths[k]);
+      const bool on_a = contains(path.joints_a, joint), on_b = contains(path.joints_b, joint);
+      const bool shared = contains(builder.shared_joints(path, cluster.root), joint) || (on_a && on_b);
+      if (!on_a && !on_b && !shared) continue;
+      for (int row = first_rows[k]; row < first_rows[k] + row_counts[k]; ++row)
+        cluster.passages.push_back({row, shared || on_a ? 0 : 1, shared, joint == path.meeting});
+    }
+  }
+  cluster.passage_begin.push_back(static_cast<int>(cluster.passages.size()));
+}
+
+// Rows couple within a loop, and with every loop that passes a common joint.
+void add_envelope(ClusterPlan& cluster) {
+  cluster.first_coupled.resize(static_cast<std::size_t>(cluster.row_count));
+  std::iota(cluster.first_coupled.begin(), cluster.first_coupled.end(), 0);
+  for (std::size_t k = 0; k + 1 < cluster.passage_begin.size(); ++k) {
+    const auto begin = cluster.passages.begin() + cluster.passage_begin[k];
+    const auto end = cluster.passages.begin() + cluster.passage_begin[k + 1];
+    int lowest = cluster.row_count;
+    for (auto p = begin; p != end; ++p) lowest = std::min(lowest, p->row - cluster.first_row);
+    for (auto p = begin; p != end; ++p) {
+      int& first = cluster.first_coupled[p->row - cluster.first_row];
+      first = std::min(first, lowest);
+    }
+  }
+}
+
+// A cluster is one node, as is a joint outside of all.
+template <class Scalar>
+std::vector<EliminationStep> steps_of_joints(const Plan<Scalar>& plan) {
+  std::vector<EliminationStep> step_of;
+  for (std::size_t i = 0; i < plan.joints.size(); ++i)
+    step_of.push_back({EliminationStep::Kind::joint, static_cast<int>(i)});
+  for (std::size_t c = 0; c < plan.clusters.size(); ++c)
+    for (int joint : plan.clusters[c].joints)
+      step_of[joint] = {EliminationStep::Kind::cluster, static_cast<int>(c)};
+  return step_of;
+}
+
+// Roots of a node's joints: parents of single ones.
+template <class Scalar>
+int root_of(const Plan<Scalar>& plan, const EliminationStep& step) {
+  if (step.kind == EliminationStep::Kind::cluster) return plan.clusters[step.index].root;
+  if (step.kind == EliminationStep::Kind::front) return plan.fronts[step.index].root;
+  return plan.joints[step.index].parent;
+}
+
+// Leaves to root over the tree in which joints of one step are one node.
+template <class Scalar>
+std::vector<EliminationStep> elimination_order(const Plan<Scalar>& plan,
+                                               const std::vector<EliminationStep>& step_of) {
+  using Kind = EliminationStep::Kind;
+  const int n = static_cast<int>(plan.joints.size());
+  // nodes above a joint; parents come first in memory, a node counts as deep as its root + 1
+  std::vector<int> depth(plan.joints.size());
+  for (int i = 0; i < n; ++i) {
+    const int above = root_of(plan, step_of[i]);
+    depth[i] = above == ground ? 0 : depth[above] + 1;
+  }
+  struct Node {
+    int depth;
+    EliminationStep step;
+  };
+  std::vector<Node> nodes;
+  for (int i = n - 1; i >= 0; --i) {
+    const EliminationStep& step = step_of[i];
+    const bool last = step.kind == Kind::joint ||
+                      (step.kind == Kind::cluster ? plan.clusters[step.index].joints.front()
+                                                  : plan.fronts[step.index].joints.front()) == i;
+    if (last) nodes.push_back({depth[i], step});
+  }
+  std::stable_sort(nodes.begin(), nodes.end(),
+                   [](const Node& x, const Node& y) { return x.depth > y.depth; });
+  std::vector<EliminationStep> order;
+  for (const Node& node : nodes) order.push_back(node.step);
+  return order;
+}
+
+template <class Scalar>
+void mark_pose(Plan<Scalar>& plan, int body) {
+  for (; body != ground; body = plan.joints[body].parent) plan.needs_pose[body] = 1;
+}
+
+}  // namespace
+
+template <class Scalar>
+void build_clusters(const Model& model, Plan<Scalar>& plan) {
+  bool ground_axes = false;
+  for (const auto& port : plan.ports) ground_axes = ground_axes || port.in_ground_axes;
+  if (model.loops.empty() && model.springs.empty() && !ground_axes) return;
+  plan.needs_pose.assign(plan.joints.size(), 0);
+  for (const auto& spring : plan.springs) {
+    mark_pose(plan, spring.body_a);
+    mark_pose(plan, spring.body_b);
+  }
+  for (const auto& port : plan.ports)
+    if (port.in_ground_axes) mark_pose(plan, port.body);
+  if (!features::loops || model.loops.empty()) return;
+
+  std::vector<int> parents;
+  for (const auto& joint : plan.joints) parents.push_back(joint.parent);
+  const std::vector<LoopRows> rows = loop_rows_of(model);
+  const ClusterBuilder builder(model, parents, plan.carrier, rows);
+  int next_row = 0, next_passage = 0;
+  for (const auto& group : builder.groups()) {
+    ClusterPlan cluster;
+    cluster.root = group.root;
+    cluster.joints = group.joints;
+    cluster.first_loop = static_cast<int>(plan.loops.size());
+    cluster.loop_count = static_cast<int>(group.paths.size());
+    cluster.first_row = next_row;
+    cluster.first_passage = next_passage;
+    std::vector<int> first_rows, row_counts;
+    for (int index : group.paths) {
+      const LoopPath& path = builder.path(index);
+      LoopPlan<Scalar> loop = loop_plan(model, plan, path, rows[path.loop]);
+      loop.root = path.meeting;
+      loop.first_row = next_row;
+      next_row += static_cast<int>(loop.rows.size());
+      first_rows.push_back(loop.first_row);
+      row_counts.push_back(static_cast<int>(loop.rows.size()));
+      mark_pose(plan, loop.body_a);
+      mark_pose(plan, loop.body_b);
+      plan.loops.push_back(loop);
+    }
+    cluster.row_count = next_row - cluster.first_row;
+    add_passages(cluster, builder, group.paths, first_rows, row_counts);
+    next_passage += static_cast<int>(cluster.passages.size());
+    add_envelope(cluster);
+    plan.clusters.push_back(cluster);
+  }
+  std::vector<EliminationStep> step_of = steps_of_joints(plan);
+  plan.elimination = elimination_order(plan, step_of);
+  if constexpr (Plan<Scalar>::may_have_fronts) build_fronts(plan);
+  if (!plan.has_fronts()) return;
+  for (std::size_t f = 0; f < plan.fronts.size(); ++f)
+    for (int joint : plan.fronts[f].joints)
+      step_of[joint] = {EliminationStep::Kind::front, static_cast<int>(f)};
+  plan.early = elimination_order(plan, step_of);
+}
+
+template void build_clusters<double>(const Model&, Plan<double>&);
+template void build_clusters<Dual>(const Model&, Plan<Dual>&);
+template void build_clusters<Recorded>(const Model&, Plan<Recorded>&);
+
+}  // namespace redysim

@@ -1,0 +1,161 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/bias.hpp"
+#include "dynamics/loops/loop_rows.hpp"
+#include "math/dual.hpp"
+
+namespace redysim {
+
+// The rows of one cluster of loops at one pose: residuals, their derivatives by the joints that may move, and
+// their rates; rows of points and slides are counted in the size of the mechanism. Uses the pose of the
+// cluster's root in the workspace.
+template <class Scalar>
+class ClusterRows {
+ public:
+  using Rows = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+
+  ClusterRows(const Model& model, const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ClusterPlan& cluster)
+      : plan_(plan), ws_(ws), cluster_(cluster) {
+    column_.assign(plan.joints.size(), -1);
+    // descending in the plan: turn round, parents first
+    for (auto joint = cluster.joints.rbegin(); joint != cluster.joints.rend(); ++joint) {
+      joints_.push_back(*joint);
+      if (model.links[plan.joints[*joint].link].joint.hold || plan.joints[*joint].prescribed) continue;
+      column_[*joint] = static_cast<int>(free_.size());
+      free_.push_back(*joint);
+    }
+    phi_.resize(cluster.row_count);
+    rate_.resize(cluster.row_count);
+    J_.resize(cluster.row_count, static_cast<Eigen::Index>(free_.size()));
+  }
+
+  const std::vector<int>& joints() const { return joints_; }
+  const std::vector<int>& free_joints() const { return free_; }
+  double unit(int joint) const { return plan_.joints[joint].prismatic ? size_ : 1.0; }
+  double rounding() const { return rounding_; }
+  const LoopPlan<Scalar>& loop(int k) const { return plan_.loops[cluster_.first_loop + k]; }
+  int loop_count() const { return cluster_.loop_count; }
+
+  const Rows& residuals() const { return phi_; }
+  const Rows& rates() const { return rate_; }
+  const Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>& jacobian() const { return J_; }
+
+  // q: per joint of the plan.
+  void set_pose(const Scalar* q) {
+    for (int i : joints_) set_joint_position(plan_.joints[i], q[i], ws_.joints[i]);
+    set_poses();
+  }
+
+  // How far the pose extends from the root, the root mean square of its points: unlike the largest distance,
+  // it is smooth where points meet. Where all axes meet in one point, lengths are those of the bodies, and
+  // there is no derivative. Sizes count in it from here on.
+  Scalar measure() {
+    using std::sqrt;
+    const Vec3<Scalar> root =
+        cluster_.root == ground ? Vec3<Scalar>(Vec3<Scalar>::Zero()) : ws_.ground[cluster_.root].position;
+    Scalar squared(0);
+    const auto reach = [&](const Vec3<Scalar>& point) { squared += (point - root).squaredNorm(); };
+    for (int i : joints_) reach(ws_.ground[i].position);
+    for (int k = 0; k < cluster_.loop_count; ++k) {
+      const LoopGeometry<Scalar> g = loop_geometry(loop(k), ws_);
+      reach(g.point_a.position);
+      reach(g.point_b.position);
+    }
+    const double points = static_cast<double>(joints_.size()) + 2.0 * cluster_.loop_count;
+    const double extent = body_extent();
+    size_ = std::sqrt(value_of(squared) / points);
+    const bool is_point = size_ <= 1e-9 * extent || size_ == 0;
+    if (is_point) size_ = extent > 0 ? extent : 1;
+    row_size_ = std::ldexp(1.0, std::ilogb(1.5 * size_));
+    double farthest = 0;
+    for (int i : joints_)
+      for (int k = 0; k < 3; ++k)
+        farthest = std::max(farthest, std::abs(value_of(ws_.ground[i].position[k])));
+    rounding_ = 1e-13 + 1e-15 * farthest / size_;
+    return is_point ? Scalar(std::numeric_limits<double>::quiet_NaN())
+                    : Scalar(sqrt(squared / Scalar(points)));
+  }
+
+  // qd: per joint of the plan.
+  void set_motion(const Scalar* qd) {
+    for (int i : joints_)
+      ws_.ground[i] = moved(plan_.joints[i], ws_.joints[i], ground_state(ws_, plan_.joints[i].parent), qd[i]);
+    set_rows();
+  }
+
+  // All of the rows, at the poses and velocities of the bodies: the wrenches of the rows, taken down both
+  // paths, are J_rj = S_j . w.
+  void set_rows() {
+    J_.setZero();
+    for (int k = 0; k < cluster_.loop_count; ++k) {
+      const LoopPlan<Scalar>& at = loop(k);
+      const LoopGeometry<Scalar> g = loop_geometry(at, ws_);
+      for (std::size_t r = 0; r < at.rows.size(); ++r) {
+        const RowValues<Scalar> values = row_values(g, at.rows[r]);
+        const double scale = 1 / row_unit(at.rows[r]);
+        const int row = local_row(k, r);
+        phi_[row] = values.residual * scale;
+        rate_[row] = values.rate * scale;
+        add_path(row, at.body_a, values.on_a, scale);
+        add_path(row, at.body_b, values.on_b, scale);
+      }
+    }
+  }
+
+ protected:
+  static double value_of(double x) { return x; }
+  static double value_of(const Dual& x) { return x.value; }
+
+  static bool is_rotation(const ConstraintRow<Scalar>& row) {
+    return row.kind == ConstraintRow<Scalar>::Kind::rotation;
+  }
+  double row_unit(const ConstraintRow<Scalar>& row) const { return is_rotation(row) ? 1.0 : row_size_; }
+  int local_row(int k, std::size_t r) const {
+    return loop(k).first_row - cluster_.first_row + static_cast<int>(r);
+  }
+
+  // The largest radius of gyration of a body about its origin, m.
+  double body_extent() const {
+    double extent = 0;
+    for (int i : joints_) {
+      const RigidInertia<Scalar>& body = plan_.joints[i].inertia;
+      const double trace = value_of(body.inertia.xx) + value_of(body.inertia.yy) + value_of(body.inertia.zz);
+      if (value_of(body.mass) > 0) extent = std::max(extent, std::sqrt(trace / value_of(body.mass)));
+    }
+    return extent;
+  }
+
+  void set_poses() {
+    for (int i : joints_)
+      ws_.ground[i] =
+          moved(plan_.joints[i], ws_.joints[i], ground_state(ws_, plan_.joints[i].parent), Scalar(0));
+  }
+
+  void add_path(int row, int body, Force<Scalar> w, double scale) {
+    for (; body != cluster_.root; body = plan_.joints[body].parent) {
+      const JointPlan<Scalar>& joint = plan_.joints[body];
+      if (column_[body] >= 0)
+        J_(row, column_[body]) += (joint.prismatic ? w.force.z() : w.moment.z()) * (scale * unit(body));
+      to_parent(joint, ws_.joints[body], w);
+    }
+  }
+
+  const Plan<Scalar>& plan_;
+  Workspace<Scalar>& ws_;
+  const ClusterPlan& cluster_;
+  std::vector<int> joints_, free_;  // of the plan, parents first
+  std::vector<int> column_;         // per joint of the plan: its unknown, or -1
+  double size_ = 0;                 // m
+  double row_size_ = 0;             // a power of two near it: adds no rounding
+  double rounding_ = 0;             // of J_, whose entries can be as large as one
+  Rows phi_, rate_;
+  Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> J_;
+};
+
+}  // namespace redysim

@@ -1,0 +1,216 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/joint_elimination.hpp"
+#include "dynamics/loops/loop_rank.hpp"
+
+// Fronts: loops eliminated at the body where they meet, while others that cross their joints stay open. In
+//   S lambda + C^T lambda_open = b - K a_root,    C lambda + S_open lambda_open = b_open - K_open a_root
+// the first line goes into the second and into the root, with S = L L^T:
+//   C <- C L^-T,  K <- L^-1 K,  b <- L^-1 b,  S_open -= C C^T,  K_open -= C K,  b_open -= C b          (6)
+//   A_root += K^T K,  p_root -= K^T b
+// Only where every row is independent beyond doubt: nothing is left out, so the multipliers are unique.
+
+namespace redysim {
+
+// One passage of a row's wrench w over joint i, with u_r = S_i^T w:
+//   b -= (w - U u_r / D) . c + u_r u / D,   w <- X^T (w - U u_r / D),   S_rs += u_r u_s / D           (5)
+template <class Scalar>
+Scalar pass_joint(const JointPlan<Scalar>& joint, const JointState<Scalar>& s, Force<Scalar>& w, Scalar& b) {
+  const Scalar u_row = joint.prismatic ? w.force.z() : w.moment.z();
+  const Scalar scaled = u_row * s.D_inverse;
+  w.moment -= s.U.moment * scaled;
+  w.force -= s.U.force * scaled;
+  b -= dot(w, s.c) + scaled * s.u;
+  to_parent(joint, s, w);
+  return u_row;
+}
+
+template <class Scalar>
+void start_fronts(LoopState<Scalar>& state) {
+  std::fill(state.front_entries.begin(), state.front_entries.end(), Scalar(0));
+  std::fill(state.diagonal.begin(), state.diagonal.end(), Scalar(0));
+}
+
+// All open rows over joint k of the front.
+template <class Scalar>
+const int* pass_open_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const FrontPlan& front,
+                          std::size_t k, const int* entry) {
+  const int i = front.joints[k], begin = front.passage_begin[k], end = front.passage_begin[k + 1];
+  const JointState<Scalar>& s = ws.joints[i];
+  LoopState<Scalar>& state = ws.loop;
+  Scalar* u = state.front_u.data() + front.first_passage;
+  for (int n = begin; n < end; ++n) {
+    const RowPassage& passage = front.passages[n];
+    Force<Scalar>& w = state.wrench[passage.side][passage.row];
+    if (passage.merge) {
+      add(w, state.wrench[1][passage.row]);
+      state.wrench[1][passage.row] = Force<Scalar>::zero();
+    }
+    if (!passage.merge)
+      state.scale[passage.row] +=
+          largest_lever(ws, i, plan.joints[i].prismatic, passage.row, w) * s.D_inverse;
+    u[n] = pass_joint(plan.joints[i], s, w, state.b[passage.row]);
+    const Scalar scaled = u[n] * s.D_inverse;
+    state.diagonal[passage.row] += scaled * u[n];
+    for (int m = begin; m <= n; ++m) state.front_entries[*entry++] += scaled * u[m];
+  }
+  return entry;
+}
+
+// S -> L, C -> C L^-T. A pivot lost to rounding makes them no numbers.
+template <class Scalar>
+void factor_front(const FrontPlan& front, Scalar* matrix) {
+  using std::sqrt;
+  const std::size_t count = front.rows.size(), lines = count + front.open.size();
+  for (std::size_t i = 0; i < lines; ++i) {
+    Scalar* row = matrix + i * count;
+    for (std::size_t j = 0; j < count && j <= i; ++j) {
+      const Scalar* other = matrix + j * count;
+      Scalar sum = row[j];
+      for (std::size_t k = 0; k < j; ++k) sum -= row[k] * other[k];
+      row[j] = i == j ? Scalar(sqrt(sum)) : Scalar(sum / other[j]);
+    }
+  }
+}
+
+// Whether all rows of the front are independent, each beyond doubt. A row depends on others where its pivot
+// is small against its own diagonal of S as it would be without the rows eliminated before: where those
+// explain a row, it has nothing but rounding left. It fades where that diagonal does, against the levers it
+// could have.
+template <class Scalar>
+bool independent(const FrontPlan& front, const LoopState<Scalar>& state, const Scalar* matrix) {
+  constexpr double faded = 1e-8;
+  const std::size_t count = front.rows.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    const Scalar& length = matrix[k * count + k];
+    const Scalar& diagonal = state.diagonal[front.rows[k]];
+    if (!(length * length > EnvelopeCholesky<Scalar>::small_pivot * diagonal)) return false;
+    if (!(diagonal > faded * state.scale[front.rows[k]])) return false;
+  }
+  return true;
+}
+
+// b <- L^-1 b, b_open -= C b.
+template <class Scalar>
+void pass_sides(const FrontPlan& front, LoopState<Scalar>& state) {
+  const std::size_t count = front.rows.size();
+  const Scalar* row = &state.front_entries[front.first_entry];
+  for (std::size_t i = 0; i < count; ++i, row += count) {
+    Scalar& b = state.b[front.rows[i]];
+    for (std::size_t j = 0; j < i; ++j) b -= row[j] * state.b[front.rows[j]];
+    b /= row[i];
+  }
+  for (const int open : front.open) {
+    for (std::size_t j = 0; j < count; ++j) state.b[open] -= row[j] * state.b[front.rows[j]];
+    row += count;
+  }
+}
+
+// K <- L^-1 K, K_open -= C K.
+template <class Scalar>
+void pass_wrenches(const FrontPlan& front, LoopState<Scalar>& state) {
+  const auto take = [&](Force<Scalar>& from, const Scalar& part, const Force<Scalar>& of) {
+    from.moment -= part * of.moment;
+    from.force -= part * of.force;
+  };
+  const std::size_t count = front.rows.size();
+  const Scalar* row = &state.front_entries[front.first_entry];
+  for (std::size_t i = 0; i < count; ++i, row += count) {
+    Force<Scalar>& K = state.K[front.rows[i]];
+    for (std::size_t j = 0; j < i; ++j) take(K, row[j], state.K[front.rows[j]]);
+    K.moment /= row[i];
+    K.force /= row[i];
+  }
+  for (std::size_t n = 0; n < front.open.size(); ++n, row += count)
+    for (std::size_t j = 0; j < count; ++j)
+      take(state.wrench[front.open_side[n]][front.open[n]], row[j], state.K[front.rows[j]]);
+}
+
+// S_open -= C C^T.
+template <class Scalar>
+void pass_couplings(const FrontPlan& front, LoopState<Scalar>& state) {
+  const std::size_t count = front.rows.size();
+  const Scalar* C = &state.front_entries[front.first_entry] + count * count;
+  const int* entry = front.open_entries.data();
+  for (std::size_t n = 0; n < front.open.size(); ++n)
+    for (std::size_t m = 0; m <= n; ++m, ++entry)
+      for (std::size_t j = 0; j < count; ++j)
+        state.front_entries[*entry] -= C[n * count + j] * C[m * count + j];
+}
+
+// A_root += K^T K.
+template <class Scalar>
+void stiffen_root(const FrontPlan& front, const LoopState<Scalar>& state, ArticulatedInertia<Scalar>& A) {
+  Eigen::Matrix<Scalar, 6, 6> fold;
+  for (int column = 0; column < 6; ++column)
+    for (int line = 0; line <= column; ++line) {
+      Scalar sum(0);
+      for (int row : front.rows) sum += component(state.K[row], line) * component(state.K[row], column);
+      fold(line, column) = sum;
+    }
+  add_upper(A, fold);
+}
+
+// p_root -= K^T b.
+template <class Scalar>
+void push_root(const FrontPlan& front, const LoopState<Scalar>& state, Force<Scalar>& p) {
+  for (int row : front.rows) {
+    p.moment -= state.K[row].moment * state.b[row];
+    p.force -= state.K[row].force * state.b[row];
+  }
+}
+
+// Elimination at the front's root; false where rows may depend on others.
+template <class Scalar>
+bool fold_front(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const FrontPlan& front) {
+  LoopState<Scalar>& state = ws.loop;
+  Scalar* matrix = &state.front_entries[front.first_entry];
+  factor_front(front, matrix);
+  if (!independent(front, state, matrix)) return false;
+  for (int row : front.rows) {
+    add(state.K[row], state.wrench[0][row]);
+    add(state.K[row], state.wrench[1][row]);
+    if (front.root == ground) state.b[row] += state.K[row].force.dot(plan.gravity);
+  }
+  pass_sides(front, state);
+  if (front.root == ground) return true;
+  pass_wrenches(front, state);
+  pass_couplings(front, state);
+  stiffen_root(front, state, ws.joints[front.root].A);
+  push_root(front, state, ws.joints[front.root].p);
+  return true;
+}
+
+// Multipliers from those that were open and the root's acceleration.
+template <class Scalar>
+void set_multipliers(Workspace<Scalar>& ws, const FrontPlan& front) {
+  LoopState<Scalar>& state = ws.loop;
+  const std::size_t count = front.rows.size();
+  const Scalar* matrix = &state.front_entries[front.first_entry];
+  for (std::size_t i = 0; i < count; ++i) {
+    Scalar& lambda = state.lambda[front.rows[i]];
+    lambda = state.b[front.rows[i]];
+    if (front.root != ground) lambda -= dot(state.K[front.rows[i]], ws.joints[front.root].acceleration);
+    for (std::size_t n = 0; n < front.open.size(); ++n)
+      lambda -= matrix[(count + n) * count + i] * state.lambda[front.open[n]];
+  }
+  for (std::size_t i = count; i-- > 0;) {
+    Scalar& lambda = state.lambda[front.rows[i]];
+    for (std::size_t j = i + 1; j < count; ++j) lambda -= matrix[j * count + i] * state.lambda[front.rows[j]];
+    lambda /= matrix[i * count + i];
+  }
+}
+
+// What they add to joint k of the front.
+template <class Scalar>
+Scalar from_loops(const Workspace<Scalar>& ws, const FrontPlan& front, std::size_t k) {
+  Scalar sum(0);
+  for (int n = front.passage_begin[k]; n < front.passage_begin[k + 1]; ++n)
+    sum += ws.loop.front_u[front.first_passage + n] * ws.loop.lambda[front.passages[n].row];
+  return sum;
+}
+
+}  // namespace redysim

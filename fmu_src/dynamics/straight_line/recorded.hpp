@@ -1,0 +1,95 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+#include <stdexcept>
+
+#include "dynamics/straight_line/tape.hpp"
+
+// A scalar that writes down what is done to it: run a recursion once with it and the tape holds the recursion
+// as straight-line code, with constants folded, products by 0 and 1 gone and nothing computed twice. A branch
+// on a recorded value cannot be written down and throws; branches on constants are taken.
+
+namespace redysim {
+
+// A number on a tape, or a constant that no tape has seen yet.
+class Recorded {
+ public:
+  Recorded() = default;
+  Recorded(double constant) : value_(constant) {}  // implicit, as double's own conversions
+  Recorded(Tape& tape, int node) : tape_(&tape), node_(node) {}
+
+  int node_on(Tape& tape) const { return tape_ ? node_ : tape.constant(value_); }
+
+  Recorded& operator+=(const Recorded& o) { return *this = *this + o; }
+  Recorded& operator-=(const Recorded& o) { return *this = *this - o; }
+  Recorded& operator*=(const Recorded& o) { return *this = *this * o; }
+  Recorded& operator/=(const Recorded& o) { return *this = *this / o; }
+  friend Recorded operator+(const Recorded& a, const Recorded& b) {
+    return combine(Tape::Operation::add, a, b, a.value_ + b.value_);
+  }
+  friend Recorded operator-(const Recorded& a, const Recorded& b) {
+    return combine(Tape::Operation::subtract, a, b, a.value_ - b.value_);
+  }
+  friend Recorded operator*(const Recorded& a, const Recorded& b) {
+    return combine(Tape::Operation::multiply, a, b, a.value_ * b.value_);
+  }
+  friend Recorded operator/(const Recorded& a, const Recorded& b) {
+    return combine(Tape::Operation::divide, a, b, a.value_ / b.value_);
+  }
+  friend Recorded operator-(const Recorded& a) { return Recorded(0) - a; }
+
+  friend bool operator<(const Recorded& a, const Recorded& b) { return a.decided() < b.decided(); }
+  friend bool operator>(const Recorded& a, const Recorded& b) { return a.decided() > b.decided(); }
+  friend bool operator<=(const Recorded& a, const Recorded& b) { return a.decided() <= b.decided(); }
+  friend bool operator>=(const Recorded& a, const Recorded& b) { return a.decided() >= b.decided(); }
+  friend bool operator==(const Recorded& a, const Recorded& b) { return a.decided() == b.decided(); }
+  friend bool operator!=(const Recorded& a, const Recorded& b) { return a.decided() != b.decided(); }
+
+  friend Recorded sin(const Recorded& a) { return a.called("sin", std::sin(a.value_)); }
+  friend Recorded cos(const Recorded& a) { return a.called("cos", std::cos(a.value_)); }
+  friend Recorded sqrt(const Recorded& a) { return a.called("sqrt", std::sqrt(a.value_)); }
+  friend Recorded abs(const Recorded& a) { return a.called("abs", std::abs(a.value_)); }
+  friend Recorded tanh(const Recorded& a) { return a.called("tanh", std::tanh(a.value_)); }
+  friend Recorded exp(const Recorded& a) { return a.called("exp", std::exp(a.value_)); }
+
+ private:
+  double decided() const {
+    if (tape_) throw std::domain_error("a branch on the state has no straight line");
+    return value_;
+  }
+  Recorded called(const char* name, double of_constant) const {
+    return tape_ ? Recorded(*tape_, tape_->function(name, node_)) : Recorded(of_constant);
+  }
+  static Recorded combine(Tape::Operation operation, const Recorded& a, const Recorded& b,
+                          double of_constants) {
+    Tape* tape = a.tape_ ? a.tape_ : b.tape_;
+    if (!tape) return of_constants;
+    const int node = tape->apply(operation, a.node_on(*tape), b.node_on(*tape));
+    // what folds to a constant is one again, so that branches on it can be taken
+    if ((*tape)[node].operation == Tape::Operation::constant) return (*tape)[node].value;
+    return {*tape, node};
+  }
+
+  Tape* tape_ = nullptr;
+  int node_ = -1;
+  double value_ = 0;  // without a tape
+};
+
+}  // namespace redysim
+
+template <>
+struct Eigen::NumTraits<redysim::Recorded> : Eigen::NumTraits<double> {
+  using Real = redysim::Recorded;
+  using NonInteger = Real;
+  using Nested = Real;
+  enum {
+    IsComplex = 0,
+    IsInteger = 0,
+    IsSigned = 1,
+    RequireInitialization = 1,
+    ReadCost = 1,
+    AddCost = 1,
+    MulCost = 1
+  };
+};

@@ -1,0 +1,98 @@
+#include "dynamics/straight_line/tape.hpp"
+
+#include <algorithm>
+
+namespace redysim {
+
+int Tape::constant(double value) {
+  if (value == 0) value = 0;  // one zero is enough
+  const auto [place, fresh] = constants_.try_emplace(value, size());
+  if (fresh) nodes_.push_back({Operation::constant, value, {}, -1, -1});
+  return place->second;
+}
+
+int Tape::symbol(const std::string& name) {
+  return add({Operation::symbol, 0, name, -1, -1}, {Operation::symbol, -1, -1, name});
+}
+
+int Tape::function(const std::string& name, int argument) {
+  return add({Operation::function, 0, name, argument, -1}, {Operation::function, argument, -1, name});
+}
+
+bool Tape::is_constant(int node, double value) const {
+  const Node& given = (*this)[node];
+  return given.operation == Operation::constant && given.value == value;
+}
+
+int Tape::add(Node node, const Key& key) {
+  const auto [place, fresh] = known_.try_emplace(key, size());
+  if (fresh) nodes_.push_back(std::move(node));
+  return place->second;
+}
+
+int Tape::apply(Operation operation, int left, int right) {
+  const int known = simplified(operation, left, right);
+  if (known >= 0) return known;
+  const bool commutes = operation == Operation::add || operation == Operation::multiply;
+  if (commutes && left > right) std::swap(left, right);
+  return add({operation, 0, {}, left, right}, {operation, left, right, {}});
+}
+
+// What needs no new node, or another operation; -1: neither.
+int Tape::simplified(Operation operation, int left, int right) {
+  const Node a = (*this)[left], b = (*this)[right];
+  const bool constants = a.operation == Operation::constant && b.operation == Operation::constant;
+  const auto negated = [this](int node) {
+    const Node& of = (*this)[node];
+    if (of.operation == Operation::negate) return of.left;
+    if (of.operation == Operation::subtract) return apply(Operation::subtract, of.right, of.left);
+    return add({Operation::negate, 0, {}, node, -1}, {Operation::negate, node, -1, {}});
+  };
+  switch (operation) {
+    case Operation::add:
+      if (constants) return constant(a.value + b.value);
+      if (is_constant(left, 0)) return right;
+      if (is_constant(right, 0)) return left;
+      if (b.operation == Operation::negate) return apply(Operation::subtract, left, b.left);
+      if (a.operation == Operation::negate) return apply(Operation::subtract, right, a.left);
+      break;
+    case Operation::subtract:
+      if (constants) return constant(a.value - b.value);
+      if (left == right) return constant(0);
+      if (is_constant(right, 0)) return left;
+      if (is_constant(left, 0)) return negated(right);
+      if (b.operation == Operation::negate) return apply(Operation::add, left, b.left);
+      break;
+    case Operation::multiply:
+      if (constants) return constant(a.value * b.value);
+      if (is_constant(left, 0) || is_constant(right, 0)) return constant(0);
+      if (is_constant(left, 1)) return right;
+      if (is_constant(right, 1)) return left;
+      if (is_constant(left, -1)) return negated(right);
+      if (is_constant(right, -1)) return negated(left);
+      if (a.operation == Operation::negate) return negated(apply(Operation::multiply, a.left, right));
+      if (b.operation == Operation::negate) return negated(apply(Operation::multiply, left, b.left));
+      break;
+    case Operation::divide:
+      if (constants) return constant(a.value / b.value);
+      if (is_constant(left, 0)) return constant(0);
+      if (is_constant(right, 1)) return left;
+      break;
+    default:
+      break;
+  }
+  return -1;
+}
+
+std::vector<char> Tape::needed_by(const std::vector<int>& results) const {
+  std::vector<char> needed(nodes_.size(), 0);
+  for (int node : results) needed[static_cast<std::size_t>(node)] = 1;
+  for (int node = size() - 1; node >= 0; --node) {
+    if (!needed[static_cast<std::size_t>(node)]) continue;
+    for (int operand : {(*this)[node].left, (*this)[node].right})
+      if (operand >= 0) needed[static_cast<std::size_t>(operand)] = 1;
+  }
+  return needed;
+}
+
+}  // namespace redysim

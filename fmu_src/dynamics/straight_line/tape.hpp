@@ -1,0 +1,45 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <tuple>
+#include <vector>
+
+namespace redysim {
+
+// Straight-line code while it is written down (dynamics/straight_line/recorded.hpp): each node is a constant,
+// a symbol or an operation on earlier nodes. Constants are folded, products by 0 and 1 are gone and nothing
+// stands twice.
+class Tape {
+ public:
+  enum class Operation { constant, symbol, add, subtract, multiply, divide, negate, function };
+  struct Node {
+    Operation operation = Operation::constant;
+    double value = 0;           // of a constant
+    std::string name;           // of a symbol or function
+    int left = -1, right = -1;  // nodes
+  };
+
+  int constant(double value);
+  int symbol(const std::string& name);  // anything that has a value when the code runs
+  int apply(Operation operation, int left, int right);
+  int function(const std::string& name, int argument);  // sin, cos, ...
+
+  const Node& operator[](int node) const { return nodes_[static_cast<std::size_t>(node)]; }
+  int size() const { return static_cast<int>(nodes_.size()); }
+  bool is_constant(int node, double value) const;
+
+  // Which nodes `results` need.
+  std::vector<char> needed_by(const std::vector<int>& results) const;
+
+ private:
+  using Key = std::tuple<Operation, int, int, std::string>;
+  int add(Node node, const Key& key);
+  int simplified(Operation operation, int left, int right);
+
+  std::vector<Node> nodes_;
+  std::map<double, int> constants_;
+  std::map<Key, int> known_;
+};
+
+}  // namespace redysim

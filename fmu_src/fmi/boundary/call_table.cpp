@@ -1,0 +1,86 @@
+#include "fmi/boundary/call_table.hpp"
+
+namespace redysim {
+namespace {
+
+constexpr unsigned I = static_cast<unsigned>(State::instantiated);
+constexpr unsigned M = static_cast<unsigned>(State::initialization);
+constexpr unsigned S = static_cast<unsigned>(State::step);
+constexpr unsigned F = static_cast<unsigned>(State::failed);
+constexpr unsigned T = static_cast<unsigned>(State::terminated);
+
+struct Row {
+  Function function;
+  const char* name;
+  unsigned states;
+};
+
+// Reading in `instantiated` is wider than the standard: parameters and inputs have their start values there.
+constexpr Row rows[] = {
+    {Function::set_debug_logging, "fmi2SetDebugLogging", I | M | S | F | T},
+    {Function::setup_experiment, "fmi2SetupExperiment", I},
+    {Function::enter_initialization_mode, "fmi2EnterInitializationMode", I},
+    {Function::exit_initialization_mode, "fmi2ExitInitializationMode", M},
+    {Function::terminate, "fmi2Terminate", S | F},
+    {Function::reset, "fmi2Reset", I | M | S | F | T},
+    {Function::get_real, "fmi2GetReal", I | M | S | F | T},
+    {Function::get_integer, "fmi2GetInteger", I | M | S | F | T},
+    {Function::get_boolean, "fmi2GetBoolean", I | M | S | F | T},
+    {Function::get_string, "fmi2GetString", I | M | S | F | T},
+    {Function::set_real, "fmi2SetReal", I | M | S},
+    {Function::set_integer, "fmi2SetInteger", I | M | S},
+    {Function::set_boolean, "fmi2SetBoolean", I | M | S},
+    {Function::set_string, "fmi2SetString", I | M | S},
+    {Function::get_fmu_state, "fmi2GetFMUstate", I | M | S | F | T},
+    {Function::set_fmu_state, "fmi2SetFMUstate", I | M | S | F | T},
+    {Function::free_fmu_state, "fmi2FreeFMUstate", I | M | S | F | T},
+    {Function::serialized_fmu_state_size, "fmi2SerializedFMUstateSize", I | M | S | F | T},
+    {Function::serialize_fmu_state, "fmi2SerializeFMUstate", I | M | S | F | T},
+    {Function::deserialize_fmu_state, "fmi2DeSerializeFMUstate", I | M | S | F | T},
+    {Function::get_directional_derivative, "fmi2GetDirectionalDerivative", M | S | F | T},
+    {Function::set_real_input_derivatives, "fmi2SetRealInputDerivatives", I | M | S},
+    {Function::get_real_output_derivatives, "fmi2GetRealOutputDerivatives", S | F | T},
+    {Function::do_step, "fmi2DoStep", S},
+    {Function::cancel_step, "fmi2CancelStep", 0},  // needs a step in the background, and there is none
+    {Function::get_status, "fmi2GetStatus", S | F | T},
+    {Function::get_real_status, "fmi2GetRealStatus", S | F | T},
+    {Function::get_integer_status, "fmi2GetIntegerStatus", S | F | T},
+    {Function::get_boolean_status, "fmi2GetBooleanStatus", S | F | T},
+    {Function::get_string_status, "fmi2GetStringStatus", S | F | T},
+};
+
+constexpr bool in_order() {
+  int i = 0;
+  for (const Row& row : rows)
+    if (row.function != static_cast<Function>(i++)) return false;
+  return true;
+}
+static_assert(in_order(), "one row a function, in the order of the enumeration");
+
+const Row& row_of(Function function) { return rows[static_cast<int>(function)]; }
+
+}  // namespace
+
+const char* name(Function function) { return row_of(function).name; }
+
+const char* name(State state) {
+  switch (state) {
+    case State::instantiated:
+      return "instantiated";
+    case State::initialization:
+      return "in initialization mode";
+    case State::step:
+      return "at a communication point";
+    case State::failed:
+      return "stopped by a failed step";
+    case State::terminated:
+      return "terminated";
+  }
+  return "";
+}
+
+bool is_allowed(Function function, State state) {
+  return (row_of(function).states & static_cast<unsigned>(state)) != 0;
+}
+
+}  // namespace redysim

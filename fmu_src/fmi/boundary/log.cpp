@@ -1,0 +1,48 @@
+#include "fmi/boundary/log.hpp"
+
+#include <cstring>
+#include <iterator>
+
+namespace redysim {
+
+Log::Log(const fmi2CallbackFunctions* functions, const char* instance_name, bool all)
+    : instance_name_(instance_name ? instance_name : ""), warnings_(all), events_(all) {
+  if (!functions) return;
+  logger_ = functions->logger;
+  environment_ = functions->componentEnvironment;
+}
+
+const char* Log::set(bool on, std::size_t count, const char* const* categories) {
+  if (count == 0) {
+    errors_ = warnings_ = events_ = on;
+    return nullptr;
+  }
+  bool named[std::size(log_categories)] = {};
+  for (std::size_t i = 0; i < count; ++i) {
+    const char* name = categories[i] ? categories[i] : "(null)";
+    bool known = false;
+    for (std::size_t k = 0; k < std::size(log_categories); ++k)
+      if (std::strcmp(name, log_categories[k].name) == 0) known = named[k] = true;
+    if (!known) return name;
+  }
+  // "on" shows the named categories and no others, "off" hides the named ones
+  errors_ = on ? named[0] || named[1] : errors_ && !named[0] && !named[1];
+  warnings_ = on ? named[0] || named[2] : warnings_ && !named[0] && !named[2];
+  events_ = on ? named[0] || named[3] : events_ && !named[0] && !named[3];
+  return nullptr;
+}
+
+void Log::write(bool on, fmi2Status status, int category, const std::string& text) const {
+  if (!on || !logger_) return;
+  // the message is a printf format: a percent sign of the text is doubled, so that loggers that format and
+  // loggers that ignore further arguments both show the finished text
+  std::string format;
+  format.reserve(text.size());
+  for (char c : text) {
+    format += c;
+    if (c == '%') format += c;
+  }
+  logger_(environment_, instance_name_.c_str(), status, log_categories[category].name, format.c_str());
+}
+
+}  // namespace redysim

@@ -1,0 +1,299 @@
+// Prints the variable table of a model file as JSON: all that the packager needs to know of a model.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "dynamics/assembly/movability.hpp"
+#include "dynamics/straight_line/straight_line.hpp"
+#include "fmi/boundary/log.hpp"
+#include "fmi/describe/drawing.hpp"
+#include "fmi/describe/json.hpp"
+#include "fmi/variables/dependencies.hpp"
+#include "fmi/variables/parameters.hpp"
+#include "fmi/variables/presentation.hpp"
+#include "fmi/variables/variables.hpp"
+#include "integrate/system/start.hpp"
+#include "model/features.hpp"
+#include "model/read/fingerprint.hpp"
+#include "model/read/model_file.hpp"
+
+using namespace redysim;
+
+namespace {
+
+constexpr int json_format = 1;
+
+// A C identifier, for the standard wants one.
+std::string identifier(const std::string& name) {
+  std::string result;
+  for (char c : name) {
+    const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+    const bool digit = c >= '0' && c <= '9';
+    if (digit && result.empty()) result += '_';
+    result += letter || digit ? c : '_';
+  }
+  return result.empty() ? "model" : result;
+}
+
+void write_header(Json& json, const ModelFile& file) {
+  const Model& model = file.model;
+  json.member("format", json_format);
+  json.member("model_name", model.name).member("model_identifier", identifier(model.name));
+  json.member("description", model.description).member("guid", fingerprint(file.source));
+  json.key("resources").begin_array();
+  for (const std::string& name : file.attached) json.value(name);
+  json.end_array();
+  json.member("generation_tool", "ReDySim-FMU " REDYSIM_VERSION);
+  json.key("default_experiment").begin_object();
+  json.member("start_time", 0).member("stop_time", model.fmu.stop_time);
+  json.member("tolerance", model.solver.rtol).member("step_size", model.fmu.step_size).end_object();
+}
+
+// What the packager does with the model beside packing it.
+void write_report(Json& json, const Model& model) {
+  json.key("report").begin_object();
+  if (!model.report.reference.empty()) json.member("reference", model.report.reference);
+  if (model.solver.target_error > 0) json.member("target_error", model.solver.target_error);
+  json.end_object();
+}
+
+void write_capabilities(Json& json) {
+  json.key("capabilities").begin_object();
+  json.member("canHandleVariableCommunicationStepSize", true);
+  json.member("canInterpolateInputs", true);
+  json.member("maxOutputDerivativeOrder", 1);
+  json.member("canGetAndSetFMUstate", true);
+  json.member("canSerializeFMUstate", true);
+  json.member("providesDirectionalDerivative", true);
+  json.member("canBeInstantiatedOnlyOncePerProcess", false);
+  json.member("canNotUseMemoryManagementFunctions", false);
+  json.member("canRunAsynchronuously", false);
+  json.member("needsExecutionTool", false).end_object();
+}
+
+void write_log_categories(Json& json) {
+  json.key("log_categories").begin_array();
+  for (const LogCategory& category : log_categories)
+    json.begin_object()
+        .member("name", category.name)
+        .member("description", category.description)
+        .end_object();
+  json.end_array();
+}
+
+void write_unit(Json& json, const Unit& unit) {
+  json.begin_object().member("name", unit.name).key("base").begin_object();
+  const std::pair<const char*, int> exponents[] = {
+      {"kg", unit.kg}, {"m", unit.m}, {"s", unit.s}, {"rad", unit.rad}};
+  for (const auto& [name, exponent] : exponents)
+    if (exponent != 0) json.member(name, exponent);
+  json.end_object().key("display").begin_array();
+  if (unit.display_name)
+    json.begin_object().member("name", unit.display_name).member("factor", unit.display_factor).end_object();
+  json.end_array().end_object();
+}
+
+// Each unit once, in the order of first use.
+void write_units(Json& json, const Model& model, const VariableTable& table) {
+  std::vector<const Unit*> used;
+  json.key("units").begin_array();
+  for (const Variable& variable : table.all()) {
+    const Unit* unit = presentation(model, variable).unit;
+    bool is_new = unit != nullptr;
+    for (const Unit* other : used) is_new = is_new && other != unit;
+    if (!is_new) continue;
+    used.push_back(unit);
+    write_unit(json, *unit);
+  }
+  json.end_array();
+}
+
+const char* text(VariableType type) {
+  return type == VariableType::real ? "Real" : type == VariableType::integer ? "Integer" : "String";
+}
+
+const char* text(Causality causality) {
+  return causality == Causality::input ? "input" : causality == Causality::output ? "output" : "parameter";
+}
+
+const char* text(Variability variability) {
+  switch (variability) {
+    case Variability::fixed:
+      return "fixed";
+    case Variability::tunable:
+      return "tunable";
+    case Variability::discrete:
+      return "discrete";
+    default:
+      return "continuous";
+  }
+}
+
+// A prescribed motion starts at the model's start pose, everything else at 0.
+double start_of_input(const Model& model, const Variable& variable) {
+  if (variable.role == Role::motion_q) return model.links[variable.link].joint.q0;
+  if (variable.role == Role::motion_qd) return model.links[variable.link].joint.qd0;
+  return 0;
+}
+
+void write_variable(Json& json, const Model& model, const Variable& variable) {
+  json.begin_object().member("name", variable.name).member("value_reference", variable.value_reference);
+  json.member("type", text(variable.type)).member("causality", text(variable.causality));
+  json.member("variability", text(variable.variability)).key("initial");
+  switch (variable.causality) {
+    case Causality::input:
+      json.null().member("start", start_of_input(model, variable));
+      break;
+    case Causality::output:
+      json.value("calculated");
+      break;
+    case Causality::parameter:
+      json.value("exact").key("start");
+      if (variable.type == VariableType::string)
+        json.value(method_name(model.solver.method));
+      else
+        json.value(parameter(model, variable));
+  }
+  const Presentation shown = presentation(model, variable);
+  if (shown.unit) json.member("unit", shown.unit->name);
+  if (shown.unit && shown.unit->display_name) json.member("display_unit", shown.unit->display_name);
+  if (shown.quantity) json.member("quantity", shown.quantity);
+  if (std::isfinite(variable.min)) json.member("min", variable.min);
+  if (std::isfinite(variable.max)) json.member("max", variable.max);
+  json.member("description", shown.description).end_object();
+}
+
+// What `build --specialise` must not leave out.
+void write_features(Json& json, const Model& model) {
+  json.key("features").begin_array();
+  for (const std::string& feature : features_of(model)) json.value(feature);
+  json.end_array();
+}
+
+void write_variables(Json& json, const Model& model, const VariableTable& table) {
+  json.key("variables").begin_array();
+  for (const Variable& variable : table.all()) write_variable(json, model, variable);
+  json.end_array();
+}
+
+void write_structure(Json& json, const char* key, const VariableTable& table,
+                     const std::vector<Dependencies>& rows) {
+  json.key(key).begin_array();
+  for (const Dependencies& row : rows) {
+    json.begin_object().member("name", table.all()[row.unknown].name);
+    if (!row.all) {
+      json.key("dependencies").begin_array();
+      for (int known : row.knowns) json.value(table.all()[known].name);
+      json.end_array();
+    }
+    if (row.constant && !row.all) {
+      json.key("kinds").begin_array();
+      for (std::size_t i = 0; i < row.knowns.size(); ++i) json.value("constant");
+      json.end_array();
+    }
+    json.end_object();
+  }
+  json.end_array();
+}
+
+Diagnostic at_joint(const Model& model, const Plan<double>& plan, int joint, const std::string& path,
+                    const char* where) {
+  const Link& link = model.links[plan.joints[joint].link];
+  return {path, link.line, link.column, singular_sentence(model, plan, joint, where)};
+}
+
+void check_movable(const Model& model, const Plan<double>& plan, const std::string& path) {
+  Workspace<double> workspace(plan);
+  const int joint = always_singular_joint(plan, workspace);
+  if (joint >= 0) throw ModelError(ModelError::Reason::invalid, {at_joint(model, plan, joint, path, "")});
+}
+
+// The model as the FMU will start; what assembly corrects becomes a warning, an impossible loop an error.
+Model assembled(const ModelFile& file, const std::string& path, const Plan<double>& plan,
+                std::vector<Diagnostic>& warnings) {
+  check_movable(file.model, plan, path);
+  System system(plan, false, &file.model);
+  std::vector<double> y(static_cast<std::size_t>(system.size()));
+  begin_motions(file.model, system, 0);
+  const Assembly assembly = take_start(file.model, system, 0, y.data());
+  if (plan.has_loops()) {
+    const Loop& loop = file.model.loops[static_cast<std::size_t>(std::max(assembly.loop, 0))];
+    const std::string why = failure(file.model, assembly);
+    if (!why.empty()) throw ModelError(ModelError::Reason::invalid, {{path, loop.line, loop.column, why}});
+    for (const std::string& text : corrections(file.model, plan, assembly))
+      warnings.push_back({path, loop.line, loop.column, text});
+    const Tangent::Misfit found = misfit_of_accelerations(file.model, system, 0, y.data());
+    if (found.loop >= 0) {
+      const Loop& at = file.model.loops[static_cast<std::size_t>(found.loop)];
+      warnings.push_back({path, at.line, at.column, misfit(file.model, found.loop, found.acceleration)});
+    }
+  }
+  const int still = singular_joint(plan, system.workspace(), system.coordinates(0, y.data()).q);
+  if (still >= 0) warnings.push_back(at_joint(file.model, plan, still, path, " at the start pose"));
+  return at_start(file.model, system, 0, y.data());
+}
+
+std::string description(const ModelFile& file, const std::string& path, std::vector<Diagnostic>& warnings) {
+  const Plan<double> plan(file.model);
+  const VariableTable table(file.model, plan);
+  Json json;
+  json.begin_object();
+  write_header(json, file);
+  write_report(json, file.model);
+  write_capabilities(json);
+  write_log_categories(json);
+  write_features(json, file.model);
+  write_units(json, file.model, table);
+  write_variables(json, file.model, table);
+  write_structure(json, "outputs", table, output_dependencies(table, plan));
+  write_structure(json, "initial_unknowns", table, initial_dependencies(table, plan));
+  json.key("drawing");
+  write_drawing(json, assembled(file, path, plan, warnings));
+  json.end_object();
+  return json.text() + "\n";
+}
+
+// Forward dynamics as straight-line C++ code, where that is faster than the recursion.
+std::string code(const ModelFile& file) {
+  const StraightLine line = straight_line(file.model);
+  const int count = operations(line);
+  if (count > longest_line)
+    throw std::domain_error("the recursion is faster than a straight line of " + std::to_string(count) +
+                            " operations");
+  return straight_line_source(line, fingerprint(file.source));
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+  const bool as_code = count == 3 && std::strcmp(arguments[1], "--straight-line") == 0;
+  const char* path = arguments[count - 1];
+  if ((count != 2 && !as_code) || path[0] == '-') {
+    std::fputs("usage: describe [--straight-line] MODEL.toml\n", stderr);
+    return 2;
+  }
+  try {
+    const ModelFile file = read_model_file(path);
+    std::vector<Diagnostic> warnings = file.warnings;
+    const std::string text = as_code ? code(file) : description(file, path, warnings);
+    for (const Diagnostic& warning : warnings) {
+      Diagnostic line = warning;
+      if (line.message.rfind("warning: ", 0) != 0) line.message.insert(0, "warning: ");
+      std::fprintf(stderr, "%s\n", line.text().c_str());
+    }
+    if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0) return 0;
+    std::fputs("describe: cannot write to standard output\n", stderr);
+  } catch (const ModelError& error) {
+    for (const Diagnostic& diagnostic : error.diagnostics())
+      std::fprintf(stderr, "%s\n", diagnostic.text().c_str());
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "describe: %s\n", error.what());
+  }
+  return 1;
+}

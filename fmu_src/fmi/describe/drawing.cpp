@@ -1,0 +1,101 @@
+#include "fmi/describe/drawing.hpp"
+
+#include <vector>
+
+#include "model/read/start_poses.hpp"
+
+namespace redysim {
+namespace {
+
+void write(Json& json, const Vec3<double>& v) {
+  json.begin_array();
+  for (int i = 0; i < 3; ++i) json.value(v[i]);
+  json.end_array();
+}
+
+// The links that people know: of a ball's the last one alone, on a spherical joint.
+struct Shown {
+  std::vector<int> number;           // of a link in the drawing, -1 if it is not in it
+  std::vector<const Ball*> ball_of;  // the ball that turns a link, or null
+
+  explicit Shown(const Model& model) : number(model.links.size(), 0), ball_of(model.links.size(), nullptr) {
+    for (const Ball& ball : model.balls) {
+      for (int link = ball.chart_link; link < turned_link(ball); ++link) number[link] = -1;
+      ball_of[turned_link(ball)] = &ball;
+    }
+    int count = 0;
+    for (int& n : number)
+      if (n == 0) n = count++;
+  }
+  int parent(const Model& model, int link) const {
+    const int carrier = model.links[ball_of[link] ? ball_of[link]->chart_link : link].parent;
+    return carrier == ground ? ground : number[carrier];
+  }
+};
+
+const char* type_name(JointType type) {
+  return type == JointType::revolute ? "revolute" : type == JointType::prismatic ? "prismatic" : "fixed";
+}
+
+// The turns that a quaternion describes: which link turns, seen from which, and by what at the start.
+void write_balls(Json& json, const Model& model, const Shown& shown) {
+  json.key("balls").begin_array();
+  for (const Ball& ball : model.balls) {
+    json.begin_object().member("name", ball.name).member("link", shown.number[turned_link(ball)]);
+    json.member("base", shown.parent(model, turned_link(ball))).key("quaternion").begin_array();
+    for (const double x : ball.quaternion) json.value(x);
+    json.end_array().end_object();
+  }
+  json.end_array();
+}
+
+// A loop or a spring: two points, each on a link or on ground.
+template <class Tie>
+void write_ties(Json& json, const char* key, const std::vector<Tie>& ties, const Model& model,
+                const std::vector<Pose>& poses) {
+  const auto name = [&](int link) { return link == ground ? std::string("ground") : model.links[link].name; };
+  const auto place = [&](int link, const Vec3<double>& point) -> Vec3<double> {
+    return link == ground ? point : Vec3<double>(poses[link].rotation * point + poses[link].position);
+  };
+  json.key(key).begin_array();
+  for (const Tie& tie : ties) {
+    json.begin_object().member("name", tie.name);
+    json.member("link_a", name(tie.link_a)).member("link_b", name(tie.link_b));
+    write(json.key("point_a"), place(tie.link_a, tie.point_a));
+    write(json.key("point_b"), place(tie.link_b, tie.point_b));
+    json.end_object();
+  }
+  json.end_array();
+}
+
+}  // namespace
+
+void write_drawing(Json& json, const Model& model) {
+  const std::vector<Pose> poses = start_poses(model);
+  const Shown shown(model);
+  json.begin_object();
+  write(json.key("gravity"), model.gravity);
+  json.key("links").begin_array();
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (shown.number[i] < 0) continue;
+    const Link& link = model.links[i];
+    const Ball* ball = shown.ball_of[i];
+    const Pose& pose = poses[i];
+    json.begin_object().member("name", link.name).member("parent", shown.parent(model, static_cast<int>(i)));
+    json.member("type", ball ? "spherical" : type_name(link.joint.type));
+    json.member("joint", ball ? ball->name : link.joint.name).member("q", link.joint.q0);
+    write(json.key("origin"), pose.position);
+    json.key("rotation").begin_array();
+    for (int row = 0; row < 3; ++row) write(json, pose.rotation.row(row).transpose());
+    json.end_array();
+    write(json.key("com"), pose.rotation * link.com + pose.position);
+    json.member("mass", link.mass).end_object();
+  }
+  json.end_array();
+  write_balls(json, model, shown);
+  write_ties(json, "loops", model.loops, model, poses);
+  write_ties(json, "springs", model.springs, model, poses);
+  json.end_object();
+}
+
+}  // namespace redysim

@@ -1,0 +1,271 @@
+#include <arkode/arkode_arkstep.h>
+#include <sunlinsol/sunlinsol_dense.h>
+#include <sunmatrix/sunmatrix_dense.h>
+#include <sunnonlinsol/sunnonlinsol_newton.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "integrate/methods/one_step.hpp"
+#include "integrate/system/dense_jacobian.hpp"
+
+// Diagonally implicit Runge-Kutta steps by SUNDIALS' ARKODE (ARKStep) with the exact Jacobian: L-stable and
+// stiffly accurate, each first stage explicit. It has no history, so inputs may change at every
+// communication step. The slope at the end of a step is the one its last stage was solved for.
+
+namespace redysim {
+namespace {
+
+using namespace sundials;
+
+// The method, by right-hand sides against error over 14 tables of ARKODE on five stiff scenes at rtol 1e-3 to
+// 1e-8: fewest, or nearly, on each, and its error estimate can be trusted on all of them (docs/solvers.md).
+// It is the implicit half of ARK4(3)7L[2]SA: Kennedy and Carpenter, Appl. Numer. Math. 136 (2019); given here
+// because ARKODE's own comes with all others, 30 kB of them.
+constexpr int stages = 7;
+constexpr int order = 4, embedded_order = 3;
+constexpr double diagonal = 0.1235;
+constexpr double nodes[stages] = {0, 0.247, 0.42165537495307726, 0.335, 0.075, 0.7, 1};
+// below the diagonal, from the third stage on; the last row is the step
+constexpr double rows[][stages - 1] = {
+    {0.14907768747653863, 0.14907768747653863},
+    {0.12483442871739439, 0.12483442871739439, -0.038168857434788782},
+    {-0.073031940302180909, -0.073031940302180909, -0.24343568716014671, 0.34099956776450852},
+    {-0.15296500088128806, -0.15296500088128806, 0.072205620474335874, 0.40430630248551713,
+     0.40591807880272318},
+    {0, 0, 0.51611072831742366, -0.14606356393857081, 0.23473048589019332, 0.27172234973095377}};
+constexpr double embedded[stages] = {
+    0, 0, 0.51752174615934821, -0.15173820706113939, 0.23672007870234135, 0.27544638219944978, 0.12205};
+
+constexpr double tightening = 1.0 / 5;  // to the global error of the explicit methods at the same rtol
+constexpr int newton_iterations = 4;    // one more than usual: the Jacobian is exact, and dear
+constexpr int remembered_slopes = 3;    // for the guess of a stage
+constexpr int newton_failures = 60;     // in a row; each shortens the step to a quarter
+
+struct ArkStepDeleter {
+  void operator()(void* memory) const { ARKStepFree(&memory); }
+};
+
+class Dirk final : public OneStep {
+ public:
+  Dirk(System& system, const SolverSettings& settings);
+  const char* name() const override { return "dirk (Kennedy-Carpenter 4(3))"; }
+
+ private:
+  static int right_hand_side(double time, N_Vector y, N_Vector ydot, void* self);
+  static int jacobian(double time, N_Vector y, N_Vector slope, SUNMatrix matrix, void* self, N_Vector,
+                      N_Vector, N_Vector);
+  static int predict(double time, N_Vector stage, void* self);
+  static int complete(double time, N_Vector y, void* self);
+
+  void build();
+  void set_table();
+  void set_predictors();
+  int run(double first_step) override;
+  double reached() const override;
+  const double* last_slope() const override { return system_.has_loops() ? nullptr : slopes_[stages - 1]; }
+  const char* reason(int flag) const override;
+  long unsolved() const override;
+
+  DenseJacobian jacobian_;
+  Matrix matrix_;
+  LinearSolver linear_solver_;
+  NonlinearSolver nonlinear_solver_;
+  std::unique_ptr<void, ArkStepDeleter> memory_;
+
+  double weights_of_slopes_[stages][stages] = {};
+  const double* slopes_[stages] = {};  // where ARKStep keeps the stages' slopes
+  int stage_ = 0;                      // under way
+  double step_begin_ = 0;              // time at which begin_slope_ holds
+  const double* begin_slope_ = nullptr;
+};
+
+Dirk::Dirk(System& system, const SolverSettings& settings)
+    : OneStep(system, settings, SolverMethod::dirk, embedded_order + 1, tightening), jacobian_(system) {
+  build();
+}
+
+void Dirk::build() {
+  memory_.reset(created(ARKStepCreate(nullptr, &Dirk::right_hand_side, 0.0, start_.get(), context_)));
+  void* ark = memory_.get();
+  OneStep* self = this;
+  ARKStepSetErrHandlerFn(ark, &LastMessage::keep, &message_);
+  ARKStepSetUserData(ark, self);
+  set_table();
+  // Lagrange: never used between step ends, and Hermite's costs right-hand sides
+  ARKStepSetInterpolantType(ark, ARK_INTERP_LAGRANGE);
+  ARKStepSetInterpolantDegree(ark, 1);
+  ARKStepWFtolerances(ark, &OneStep::weights);
+  ARKStepSetAdaptivityFn(ark, &OneStep::adapt, self);
+  ARKStepSetErrorBias(ark, 1.0);
+  ARKStepSetSafetyFactor(ark, sundials_safety);
+  ARKStepSetFixedStepBounds(ark, 1.0, 1.0);
+  ARKStepSetMaxErrTestFails(ark, 100);  // step_control's floor is reached before
+  if (settings_.max_step > 0) ARKStepSetMaxStep(ark, settings_.max_step);
+
+  matrix_.reset(created(SUNDenseMatrix(system_.size(), system_.size(), context_)));
+  linear_solver_.reset(created(SUNLinSol_Dense(start_.get(), matrix_.get(), context_)));
+  ARKStepSetLinearSolver(ark, linear_solver_.get(), matrix_.get());
+  ARKStepSetJacFn(ark, &Dirk::jacobian);
+  nonlinear_solver_.reset(created(SUNNonlinSol_Newton(start_.get(), context_)));
+  ARKStepSetNonlinearSolver(ark, nonlinear_solver_.get());
+  ARKStepSetDeduceImplicitRhs(ark, SUNTRUE);
+  ARKStepSetStagePredictFn(ark, &Dirk::predict);
+  ARKStepSetPostprocessStepFn(ark, &Dirk::complete);
+  ARKStepSetMaxNonlinIters(ark, newton_iterations);
+  ARKStepSetMaxConvFails(ark, newton_failures);
+
+  warming_up_ = true;
+  end_ = 1;
+  control_.start(1);
+  allowed_ = 1;
+  run(1);
+  warming_up_ = false;
+  statistics_ = {};
+  set_predictors();
+}
+
+void Dirk::set_table() {
+  double weights[stages * stages] = {}, step[stages] = {};
+  for (int i = 1; i < stages; ++i) {
+    weights[i * stages + i] = diagonal;
+    for (int j = 0; j < i; ++j) weights[i * stages + j] = i == 1 ? diagonal : rows[i - 2][j];
+  }
+  std::copy_n(&weights[(stages - 1) * stages], stages, step);
+  double c[stages], error[stages];
+  std::copy_n(nodes, stages, c);
+  std::copy_n(embedded, stages, error);
+  const ARKodeButcherTable table =
+      created(ARKodeButcherTable_Create(stages, order, embedded_order, c, weights, step, error));
+  ARKStepSetTables(memory_.get(), order, embedded_order, table, nullptr);
+  ARKodeButcherTable_Free(table);
+}
+
+// A stage is guessed by the polynomial through the slopes of the last few stages, integrated from the step's
+// begin to the stage: the integrals of Lagrange's polynomials, by two points of Gauss.
+void Dirk::set_predictors() {
+  for (int i = 1; i < stages; ++i) {
+    const int count = std::min(i, remembered_slopes), first = i - count;
+    for (double point : {0.5 - 0.5 / std::sqrt(3.0), 0.5 + 0.5 / std::sqrt(3.0)}) {
+      for (int j = first; j < i; ++j) {
+        double value = 0.5 * nodes[i];
+        for (int k = first; k < i; ++k)
+          if (k != j) value *= (point * nodes[i] - nodes[k]) / (nodes[j] - nodes[k]);
+        weights_of_slopes_[i][j] += value;
+      }
+    }
+  }
+}
+
+int Dirk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_pointer) {
+  Dirk& self = static_cast<Dirk&>(*static_cast<OneStep*>(self_pointer));
+  double* slope = data(ydot);
+  const std::size_t bytes = self.y_.size() * sizeof(double);
+  if (self.warming_up_) {
+    std::memset(slope, 0, bytes);
+    return 0;
+  }
+  // the first stage, also of a step that is tried again
+  if (time == self.step_begin_) {
+    self.stage_ = 0;
+    self.slopes_[0] = slope;
+    if (self.begin_slope_ != nullptr) {
+      if (slope != self.begin_slope_) std::memcpy(slope, self.begin_slope_, bytes);
+      return 0;
+    }
+  }
+  ++self.statistics_.evaluations;
+  const Status status = self.system_.right_hand_side(self.absolute(time), data(y), slope);
+  if (time == self.step_begin_ && status == Status::ok) {
+    if (time == self.since_) {
+      std::memcpy(self.slope_.data(), slope, bytes);
+      self.begin_slope_ = self.slope_.data();
+    } else {
+      self.begin_slope_ = slope;
+    }
+  }
+  return static_cast<int>(status);
+}
+
+int Dirk::jacobian(double time, N_Vector y, N_Vector, SUNMatrix matrix, void* self_pointer, N_Vector,
+                   N_Vector, N_Vector) {
+  Dirk& self = static_cast<Dirk&>(*static_cast<OneStep*>(self_pointer));
+  if (self.warming_up_) return SUNMatZero(matrix);
+  ++self.statistics_.jacobians;
+  ++self.statistics_.evaluations;
+  return static_cast<int>(self.jacobian_.evaluate(self.absolute(time), data(y), SM_DATA_D(matrix)));
+}
+
+int Dirk::predict(double, N_Vector stage, void* self_pointer) {
+  Dirk& self = static_cast<Dirk&>(*static_cast<OneStep*>(self_pointer));
+  if (self.warming_up_) return 0;
+  double time = 0, gamma = 0, h = 0;
+  N_Vector prediction, z, slope, known;
+  void* user_data;
+  ARKStepGetNonlinearSystemData(self.memory_.get(), &time, &prediction, &z, &slope, &gamma, &known,
+                                &user_data);
+  ARKStepGetCurrentStep(self.memory_.get(), &h);
+  const int i = ++self.stage_;
+  self.slopes_[i] = data(slope);
+  double* y = data(stage);
+  for (int j = 0; j < i; ++j) {
+    const double factor = h * self.weights_of_slopes_[i][j];
+    if (factor == 0) continue;
+    for (std::size_t k = 0; k < self.y_.size(); ++k) y[k] += factor * self.slopes_[j][k];
+  }
+  return 0;
+}
+
+int Dirk::complete(double time, N_Vector y, void* self_pointer) {
+  Dirk& self = static_cast<Dirk&>(*static_cast<OneStep*>(self_pointer));
+  const int flag = complete_step(time, y, self_pointer);
+  self.skip_slope_ = false;
+  self.step_begin_ = time;
+  self.begin_slope_ = self.system_.has_loops() ? nullptr : self.slopes_[stages - 1];
+  return flag;
+}
+
+int Dirk::run(double first_step) {
+  void* ark = memory_.get();
+  step_begin_ = since_;
+  begin_slope_ = slope_known_ ? slope_.data() : nullptr;
+  ARKStepSetMaxNumSteps(ark, allowed_);
+  ARKStepSetInitStep(ark, first_step);
+  ARKStepReset(ark, since_, start_.get());
+  ARKStepSetStopTime(ark, end_);
+  ARKStepSetMinStep(ark, std::min(first_step, smallest_step(since_, end_)));
+  double reached = since_;
+  return ARKStepEvolve(ark, end_, result_.get(), &reached, ARK_NORMAL);
+}
+
+double Dirk::reached() const {
+  double time = since_;
+  ARKStepGetCurrentTime(memory_.get(), &time);
+  return time;
+}
+
+long Dirk::unsolved() const {
+  long count = 0;
+  ARKStepGetNumStepSolveFails(memory_.get(), &count);
+  return count;
+}
+
+const char* Dirk::reason(int flag) const {
+  switch (flag) {
+    case ARK_CONV_FAILURE:
+    case ARK_ERR_FAILURE:
+    case ARK_REPTD_RHSFUNC_ERR:
+      return "no step is small enough for the tolerance, or the accelerations are not finite";
+    default:
+      return nullptr;
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<OneStep> make_dirk(System& system, const SolverSettings& settings) {
+  return std::make_unique<Dirk>(system, settings);
+}
+
+}  // namespace redysim

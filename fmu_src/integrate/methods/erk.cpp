@@ -1,0 +1,229 @@
+#include <arkode/arkode_erkstep.h>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <optional>
+
+#include "integrate/methods/dormand_prince_8.hpp"
+#include "integrate/methods/one_step.hpp"
+#include "integrate/methods/table_choice.hpp"
+
+// Explicit Runge-Kutta steps by SUNDIALS' ARKODE (ERKStep). Right-hand sides per step: exactly the stages;
+// one fewer where the last stage's slope is the next step's first (same inputs).
+
+namespace redysim {
+namespace {
+
+using namespace sundials;
+
+struct Table {
+  ARKODE_ERKTableID id;     // none: dormand_prince_8
+  int error_order;          // local error estimate ~ h^error_order
+  bool first_same_as_last;  // its last stage is f at the new state
+  double stability;         // interval on the negative real axis
+  const char* name;
+};
+
+// By right-hand sides against error (docs/solvers.md): the third order costs 4 slopes where hardly any
+// accuracy is asked for; not with loops, where a worse step is longer in closing. Below, the fifth serves
+// communication steps that are one step (7 slopes, not 13), and the eighth those that are several. Verner's
+// 6(5) and Cash-Karp's 5(4) lie between without a range of their own.
+constexpr Table third = {ARKODE_BOGACKI_SHAMPINE_4_2_3, 3, true, 2.5, "erk (Bogacki-Shampine 3(2))"};
+constexpr Table fifth = {ARKODE_DORMAND_PRINCE_7_4_5, 5, true, 3.3, "erk (Dormand-Prince 5(4))"};
+constexpr Table eighth = {ARKODE_ERK_NONE, 8, false, 5.2, "erk (Dormand-Prince 8(7))"};
+constexpr double loose = 5e-3;  // rtol above which the third order serves
+constexpr double tight =
+    1e-9;  // rtol from which on the eighth serves whatever the advance, where forces have corners
+
+bool third_serves(double rtol, const System& system) { return rtol > loose && !system.has_loops(); }
+
+const Table& alone_for(double rtol, const System& system) {
+  return third_serves(rtol, system) ? third : rtol > tight ? fifth : eighth;
+}
+
+// Friction and stops act within a step or two, where longer steps of a higher order gain nothing.
+bool is_smooth(const Plan<double>& plan) {
+  return std::none_of(plan.joints.begin(), plan.joints.end(),
+                      [](const JointPlan<double>& joint) { return joint.rubs || joint.stopped; });
+}
+
+struct ErkStepDeleter {
+  void operator()(void* memory) const { ERKStepFree(&memory); }
+};
+
+class Erk final : public OneStep {
+ public:
+  Erk(System& system, const SolverSettings& settings);
+  const char* name() const override {
+    return choice_ ? "erk (Dormand-Prince 5(4) and 8(7))" : alone_for(settings_.rtol, system_).name;
+  }
+  double allowed_step() const override {
+    return choice_ && choice_->eighth() ? OneStep::allowed_step() / choice_->gain() : OneStep::allowed_step();
+  }
+
+ private:
+  using Memory = std::unique_ptr<void, ErkStepDeleter>;
+
+  static int right_hand_side(double time, N_Vector y, N_Vector ydot, void* self);
+
+  Memory made(const Table& table);
+  const Table& table_in_use() const {
+    return !choice_ ? alone_for(settings_.rtol, system_) : choice_->eighth() ? eighth : fifth;
+  }
+  int run(double first_step) override;
+  double reached() const override;
+  const double* last_slope() const override { return last_slope_; }
+  const char* reason(int) const override { return nullptr; }
+  double stability() const override { return table_in_use().stability; }
+
+  void choose_table(double remaining) override;
+  long steps_between_choices() const override { return choice_ ? choice_->steps_until_decision() : 0; }
+  void use_chosen();
+  void forget_choice() override;
+  void put_choice(StateWriter& writer) const override;
+  bool get_choice(StateReader& reader) override;
+
+  Memory lower_, eighth_;  // eighth: where there is a choice
+  void* in_use_ = nullptr;
+  std::optional<TableChoice> choice_;   // where there are two
+  const double* last_slope_ = nullptr;  // where ERKStep keeps the slope at the end of its last step, or null
+  bool serve_slope_ = false;            // the next slope asked for is slope_
+};
+
+Erk::Erk(System& system, const SolverSettings& settings)
+    : OneStep(system, settings, SolverMethod::erk, alone_for(settings.rtol, system).error_order, 1) {
+  if (!third_serves(settings.rtol, system) && is_smooth(system.plan())) {
+    set_error_order(fifth.error_order);
+    lower_ = made(fifth);
+    eighth_ = made(eighth);
+    choice_.emplace(settings.rtol);
+  } else {
+    lower_ = made(alone_for(settings.rtol, system));
+  }
+  in_use_ = lower_.get();
+  statistics_ = {};
+}
+
+Erk::Memory Erk::made(const Table& table) {
+  Memory memory(created(ERKStepCreate(&Erk::right_hand_side, 0.0, start_.get(), context_)));
+  void* erk = memory.get();
+  ERKStepSetErrHandlerFn(erk, &LastMessage::keep, &message_);
+  ERKStepSetUserData(erk, static_cast<OneStep*>(this));
+  if (table.id == ARKODE_ERK_NONE)
+    ERKStepSetTable(erk, dormand_prince_8().get());  // copies it
+  else
+    ERKStepSetTableNum(erk, table.id);
+  ERKStepSetInterpolantDegree(erk, 1);  // never used between step ends; higher ones cost right-hand sides
+  ERKStepWFtolerances(erk, &OneStep::weights);
+  ERKStepSetAdaptivityFn(erk, &OneStep::adapt, static_cast<OneStep*>(this));
+  ERKStepSetErrorBias(erk, 1.0);
+  ERKStepSetSafetyFactor(erk, sundials_safety);
+  ERKStepSetFixedStepBounds(erk, 1.0, 1.0);
+  ERKStepSetMaxErrTestFails(erk, 100);  // step_control's floor is reached before
+  if (settings_.max_step > 0) ERKStepSetMaxStep(erk, settings_.max_step);
+  // ERKStep takes c = 1 in the last stage for "first same as last", which 8(7) is not, unless a step is
+  // post-processed: then it asks for the slope at the new state
+  if (!table.first_same_as_last || system_.has_loops())
+    ERKStepSetPostprocessStepFn(erk, &OneStep::complete_step);
+
+  warming_up_ = true;
+  end_ = 1;
+  control_.start(1);
+  ERKStepSetInitStep(erk, 1.0);
+  double reached = 0;
+  ERKStepEvolve(erk, 1.0, result_.get(), &reached, ARK_ONE_STEP);
+  warming_up_ = false;
+  return memory;
+}
+
+void Erk::choose_table(double remaining) {
+  if (!choice_) return;
+  const bool same = !system_.has_loops();  // the last slope is the next step's first
+  const double longest = settings_.max_step > 0 ? settings_.max_step : std::numeric_limits<double>::max();
+  double factor;
+  choice_->decide({remaining, control_.wanted(), longest, statistics_.steps,
+                   slope_known_ || !same ? 0.0 : 1.0, same ? 6.0 : 7.0},
+                  factor);
+  if (factor == 1) return;
+  use_chosen();
+  control_.start(factor * control_.wanted());
+}
+
+void Erk::use_chosen() {
+  in_use_ = choice_->eighth() ? eighth_.get() : lower_.get();
+  set_error_order(table_in_use().error_order);
+}
+
+void Erk::forget_choice() {
+  if (!choice_) return;
+  choice_->forget();
+  use_chosen();
+}
+
+void Erk::put_choice(StateWriter& writer) const {
+  if (choice_) choice_->put(writer);
+}
+
+bool Erk::get_choice(StateReader& reader) {
+  if (!choice_) return reader.finished();
+  if (!choice_->get(reader)) return false;
+  use_chosen();
+  return true;
+}
+
+int Erk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_pointer) {
+  Erk& self = static_cast<Erk&>(*static_cast<OneStep*>(self_pointer));
+  double* slope = data(ydot);
+  const std::size_t bytes = self.y_.size() * sizeof(double);
+  if (self.skip_slope_) {
+    self.skip_slope_ = false;
+    self.last_slope_ = nullptr;
+    return 0;
+  }
+  if (self.serve_slope_) {
+    self.serve_slope_ = false;
+    std::memcpy(slope, self.slope_.data(), bytes);
+    return 0;
+  }
+  if (self.warming_up_) {
+    std::memset(slope, 0, bytes);
+    return 0;
+  }
+  self.last_slope_ = slope;
+  if (!self.stage_failed_) {
+    ++self.statistics_.evaluations;
+    const Status status = self.system_.right_hand_side(self.absolute(time), data(y), slope);
+    if (status == Status::ok) return 0;
+    if (status == Status::fatal) return -1;
+    self.stage_failed_ = true;
+  }
+  // ERKStep gives up at a stage without slope; a slope that is not a number makes it try a smaller step
+  std::fill_n(slope, self.y_.size(), std::numeric_limits<double>::quiet_NaN());
+  return 0;
+}
+
+int Erk::run(double first_step) {
+  void* erk = in_use_;
+  serve_slope_ = slope_known_;
+  ERKStepSetMaxNumSteps(erk, allowed_);
+  ERKStepSetInitStep(erk, first_step);
+  ERKStepReset(erk, since_, start_.get());
+  ERKStepSetStopTime(erk, end_);
+  double reached = since_;
+  return ERKStepEvolve(erk, end_, result_.get(), &reached, ARK_NORMAL);
+}
+
+double Erk::reached() const {
+  double time = since_;
+  ERKStepGetCurrentTime(in_use_, &time);
+  return time;
+}
+
+}  // namespace
+
+std::unique_ptr<OneStep> make_erk(System& system, const SolverSettings& settings) {
+  return std::make_unique<Erk>(system, settings);
+}
+
+}  // namespace redysim

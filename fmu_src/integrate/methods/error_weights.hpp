@@ -1,0 +1,31 @@
+#pragma once
+
+#include <vector>
+
+#include "integrate/system/system.hpp"
+
+namespace redysim {
+
+// The scale of an acceptable error, component by component: weight = 1 / (rtol |y| + atol scale).
+// * The scale of a joint's position and velocity is that of its motions (System::scales).
+// * A revolute joint's |q| counts as 2 pi at most: an angle has no scale beyond a turn.
+// * No scale is below a few roundings of |y|, which no method can resolve; a joint's velocity feels those of
+//   its position (1 rad ~ 1 rad/s).
+// * The work has weight 0: asking for energies must not change the trajectory. It is integrated by the
+//   same formula with the same steps, so its error is of the size of the state's.
+class ErrorWeights {
+ public:
+  ErrorWeights(const System& system, double rtol, double atol);
+
+  // Arrays of System::size(). `share`: of the tolerance.
+  void evaluate(const double* y, double* weights, double share = 1) const;
+  double norm(const double* error, const double* weights) const;  // root mean square of weighted entries
+
+ private:
+  const System& system_;
+  double rtol_, atol_;
+  std::vector<double> cap_;  // largest |y| that counts; one entry a weighted component
+  std::size_t size_;
+};
+
+}  // namespace redysim

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "integrate/system/system.hpp"
+#include "model/model.hpp"
+
+namespace redysim {
+
+struct Statistics {
+  long steps = 0;             // accepted internal steps
+  long rejected = 0;          // error-test and solver failures
+  long evaluations = 0;       // right-hand sides
+  long jacobians = 0;         // of the right-hand side; none with an explicit method
+  double step_size = 0;       // s, last accepted
+  double error_estimate = 0;  // weighted local error of the last step, 1 = the tolerance
+};
+
+// How an advance ended; on failure the state is the one at time(), the last good time.
+struct Outcome {
+  bool ok = true;
+  std::string message;  // why not, one sentence; empty when ok (so that a good step does not allocate)
+};
+
+// One time-stepping method over one System. Neither throws nor allocates in a successful advance.
+class Integrator {
+ public:
+  virtual ~Integrator() = default;
+
+  // Starts anew at (time, y); forgets all history.
+  virtual Outcome start(double time, const double* y) = 0;
+
+  // Integrates from time() to exactly `end`. `inputs_changed`: the right-hand side is not the one of the
+  // last advance, so history built on it must not be used; otherwise it is kept.
+  virtual Outcome advance(double end, bool inputs_changed) = 0;
+
+  // From now on an advance ends after so many steps, successful, wherever it is then; 0: at its end only.
+  void pause_after(long steps) { pause_after_ = steps; }
+
+  virtual double time() const = 0;
+  virtual const double* state() const = 0;  // length System::size()
+  virtual const Statistics& statistics() const = 0;
+  virtual const char* name() const = 0;
+  virtual SolverMethod method() const = 0;  // in use; automatic: none yet
+
+  // A copy of everything the future depends on, as plain bytes, so that the run after `restore` (here or
+  // in another process with the same model) is bit for bit the run that was not interrupted.
+  virtual void save(std::vector<unsigned char>& bytes) const = 0;
+  virtual bool restore(const unsigned char* bytes, std::size_t size) = 0;  // false: not ours, unchanged
+
+ protected:
+  long pause_after_ = 0;
+};
+
+// Integrator::advance with a halt wherever a trajectory of the system changes its phase.
+Outcome advance_by_borders(Integrator& integrator, System& system, double end, bool inputs_changed);
+inline Outcome advance(Integrator& integrator, System& system, double end, bool inputs_changed) {
+  return system.control() ? advance_by_borders(integrator, system, end, inputs_changed)
+                          : integrator.advance(end, inputs_changed);
+}
+
+// Throws std::bad_alloc only.
+std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings& settings);
+
+}  // namespace redysim

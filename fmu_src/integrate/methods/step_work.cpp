@@ -1,0 +1,83 @@
+#include "integrate/methods/step_work.hpp"
+
+#include <cmath>
+
+namespace redysim {
+namespace {
+
+constexpr int count = 6;
+constexpr double points[count] = {-0.9324695142031521, -0.6612093864662645, -0.2386191860831969,
+                                  0.2386191860831969,  0.6612093864662645,  0.9324695142031521};
+constexpr double weights[count] = {0.1713244923791704, 0.3607615730481386, 0.4679139345726910,
+                                   0.4679139345726910, 0.3607615730481386, 0.1713244923791704};
+
+// Legendre polynomials of degree 0 to `count` by their recursion.
+void legendre(double x, double* values) {
+  values[0] = 1;
+  values[1] = x;
+  for (int k = 1; k < count; ++k) values[k + 1] = ((2 * k + 1) * x * values[k] - k * values[k - 1]) / (k + 1);
+}
+
+}  // namespace
+
+void StepWork::begin(double work) {
+  end_ = work;
+  offset_ = 0;
+  integrated_ = 0;
+}
+
+void StepWork::step(double from, double to, double work, double error, double rtol, Power power,
+                    void* owner) {
+  begin_ = end_;
+  from_ = from;
+  to_ = to;
+  end_ = work + offset_;
+  integrated_ = std::fabs(error) > rtol * (moved_ + std::fabs(end_ - begin_));
+  if (integrated_ != 0) {
+    for (double& coefficient : coefficients_) coefficient = 0;
+    for (int j = 0; j < nodes && integrated_ != 0; ++j) {
+      double value = 0, polynomials[nodes + 1];
+      if (!power(from + 0.5 * (1 + points[j]) * (to - from), owner, value)) integrated_ = 0;
+      legendre(points[j], polynomials);
+      for (int k = 0; k < nodes; ++k) coefficients_[k] += (k + 0.5) * weights[j] * value * polynomials[k];
+    }
+    const double increment = 0.5 * (to - from) * integral(1);
+    if (integrated_ != 0 && std::isfinite(increment)) {
+      end_ = begin_ + increment;
+      offset_ = end_ - work;
+    } else {
+      integrated_ = 0;
+    }
+  }
+  moved_ += std::fabs(end_ - begin_);
+}
+
+// The integral of L_k from -1 to x is (L_k+1 - L_k-1) / (2k + 1).
+double StepWork::integral(double x) const {
+  double polynomials[nodes + 1];
+  legendre(x, polynomials);
+  double sum = coefficients_[0] * (1 + x);
+  for (int k = 1; k < nodes; ++k)
+    sum += coefficients_[k] * (polynomials[k + 1] - polynomials[k - 1]) / (2 * k + 1);
+  return sum;
+}
+
+double StepWork::at(double time, double work) const {
+  if (integrated_ == 0) return work + offset_;
+  if (time == to_) return end_;
+  return begin_ + 0.5 * (to_ - from_) * integral(2 * (time - from_) / (to_ - from_) - 1);
+}
+
+void StepWork::put(StateWriter& writer) const {
+  for (double value : {from_, to_, begin_, end_, offset_, moved_}) writer.put(value);
+  writer.put(integrated_);
+  writer.put(coefficients_, nodes);
+}
+
+void StepWork::get(StateReader& reader) {
+  for (double* value : {&from_, &to_, &begin_, &end_, &offset_, &moved_}) reader.get(*value);
+  reader.get(integrated_);
+  reader.get(coefficients_, nodes);
+}
+
+}  // namespace redysim

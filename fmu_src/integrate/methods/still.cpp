@@ -1,0 +1,49 @@
+#include <cmath>
+
+#include "integrate/methods/methods.hpp"
+#include "integrate/system/state_bytes.hpp"
+
+// Nothing to integrate: all joints are prescribed and only the clock moves.
+
+namespace redysim {
+namespace {
+
+class Still final : public Integrator {
+ public:
+  Outcome start(double time, const double*) override {
+    time_ = time;
+    return {};
+  }
+  Outcome advance(double end, bool) override {
+    if (!(end >= time_) || !std::isfinite(end))
+      return failure(time_, "the end of the step is not a later time");
+    time_ = end;
+    return {};
+  }
+  double time() const override { return time_; }
+  const double* state() const override { return &nothing_; }
+  const Statistics& statistics() const override { return statistics_; }
+  SolverMethod method() const override { return SolverMethod::automatic; }
+  const char* name() const override { return "none: all joints are prescribed"; }
+
+  void save(std::vector<unsigned char>& bytes) const override { StateWriter(bytes).put(time_); }
+  bool restore(const unsigned char* bytes, std::size_t size) override {
+    StateReader reader(bytes, size);
+    double time = 0;
+    reader.get(time);
+    if (!reader.finished() || !std::isfinite(time)) return false;
+    time_ = time;
+    return true;
+  }
+
+ private:
+  double time_ = 0;
+  double nothing_ = 0;
+  Statistics statistics_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_still() { return std::make_unique<Still>(); }
+
+}  // namespace redysim

@@ -1,0 +1,75 @@
+#include "integrate/methods/sundials_objects.hpp"
+
+#include <cmath>
+#include <cstring>
+
+#include "math/vec3.hpp"
+
+namespace redysim::sundials {
+namespace {
+
+constexpr int most_terms = 16;  // more than a method of 13 stages asks for
+constexpr int block = 4;        // components that stay in registers while the terms are added
+
+// z[k] = sum c[i] x[i][k] for Count components from `at`, terms in order
+template <int Count>
+inline void combine_block(int terms, const double* c, const double* const* x, long at, double* z) {
+  using Block = Eigen::Array<double, Count, 1>;
+  using Part = Eigen::Map<const Block>;
+  Block sum = c[0] * Part(x[0] + at);
+  for (int i = 1; i < terms; ++i) sum += c[i] * Part(x[i] + at);
+  Eigen::Map<Block>(z + at) = sum;
+}
+
+// block by block, so z may be any of the x
+int linear_combination(int terms, double* c, N_Vector* vectors, N_Vector z_vector) {
+  if (terms > most_terms) return N_VLinearCombination_Serial(terms, c, vectors, z_vector);
+  const long n = NV_LENGTH_S(z_vector);
+  double* z = data(z_vector);
+  const double* x[most_terms];
+  for (int i = 0; i < terms; ++i) x[i] = data(vectors[i]);
+  long at = 0;
+  for (; at + block <= n; at += block) combine_block<block>(terms, c, x, at, z);
+  if (at + 2 <= n) {
+    combine_block<2>(terms, c, x, at, z);
+    at += 2;
+  }
+  if (at < n) combine_block<1>(terms, c, x, at, z);
+  return 0;
+}
+
+void scale(double factor, N_Vector x, N_Vector z) {
+  if (factor != 1.0) return N_VScale_Serial(factor, x, z);
+  if (x != z) std::memcpy(data(z), data(x), static_cast<std::size_t>(NV_LENGTH_S(z)) * sizeof(double));
+}
+
+double weighted_norm(N_Vector x_vector, N_Vector w_vector) {
+  const long n = NV_LENGTH_S(x_vector);
+  const double *x = data(x_vector), *w = data(w_vector);
+  double sum = 0;
+  long counted = 0;
+  for (long k = 0; k < n; ++k) {
+    const double term = x[k] * w[k];
+    sum += term * term;
+    counted += w[k] > 0;
+  }
+  return counted > 0 ? std::sqrt(sum / static_cast<double>(counted)) : 0.0;
+}
+
+}  // namespace
+
+Vector make_vector(long size, SUNContext context) {
+  Vector vector(created(N_VNew_Serial(size, context)));
+  vector->ops->nvlinearcombination = linear_combination;
+  vector->ops->nvscale = scale;
+  vector->ops->nvwrmsnorm = weighted_norm;
+  for (long k = 0; k < size; ++k) data(vector)[k] = 0;
+  return vector;
+}
+
+const char* LastMessage::reason() const {
+  const char* comma = std::strncmp(text, "At ", 3) == 0 ? std::strstr(text, ", ") : nullptr;
+  return comma ? comma + 2 : text;
+}
+
+}  // namespace redysim::sundials

@@ -1,0 +1,88 @@
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/compiled.hpp"
+#include "integrate/system/system.hpp"
+
+// Prescribed motion between and across the steps of a System.
+
+namespace redysim {
+namespace {
+
+constexpr double open_loop = 1e-8;  // m or rad: a loop that projection leaves open this far does not close
+
+}  // namespace
+
+void System::set_motion(double time, int joint, double q, double qd, double qdd) {
+  if (motion_slot_[joint] < 0) return;  // a trajectory moves it
+  double* held = held_motion(motion_slot_[joint]);
+  held[0] = time;
+  held[1] = q;
+  held[2] = qd;
+  inputs_[joint] = qdd;
+}
+
+void System::change_motion(double time, int joint, int derivative, double value) {
+  hold_motion(time, joint);
+  if (derivative == 2) {
+    inputs_[joint] = value;
+    return;
+  }
+  double* held = held_motion(motion_slot_[joint]);
+  held[3 + derivative] += value - held[1 + derivative];
+  held[1 + derivative] = value;
+}
+
+bool System::jumped() const {
+  for (std::size_t at = held_begin(); at < phases_begin(); at += held_size)
+    if (inputs_[at + 3] != 0 || inputs_[at + 4] != 0) return true;
+  return false;
+}
+
+void System::forget_jumps() {
+  for (std::size_t at = held_begin(); at < phases_begin(); at += held_size)
+    inputs_[at + 3] = inputs_[at + 4] = 0;
+}
+
+bool System::follow_jumps(double time, double* y) {
+  if (!plan_.has_motion()) return true;
+  const bool jumps = jumped();
+  const double before = jumps && with_work() ? energy_before_jump(time, y) : 0;
+  if (jumps) {
+    std::copy(y, y + size(), unmoved_.begin());
+    respond(time, y, false);
+    respond(time, y, true);
+  }
+  const bool closed =
+      !plan_.has_loops() || (project(time, y, nullptr) == Status::ok && largest_gap() < open_loop);
+  if (jumps && with_work()) y[nq() + nv()] += kinetic_energy(time, y) + potential_energy(time, y) - before;
+  if (!jumps || std::all_of(y, y + size(), [](double value) { return std::isfinite(value); })) return closed;
+  std::copy(unmoved_.begin(), unmoved_.end(), y);
+  return false;
+}
+
+double System::energy_before_jump(double time, const double* y) {
+  coordinates(time, y);
+  for (int i = 0; i < plan_.nv; ++i) {
+    if (motion_slot_[i] < 0) continue;
+    q_[i] -= held_motion(motion_slot_[i])[3];
+    qd_[i] -= held_motion(motion_slot_[i])[4];
+  }
+  return energy(q_.data(), qd_.data());
+}
+
+// Accelerations are linear in the prescribed ones, with the factor -M_ff^-1 M_fp: twice the forward dynamics,
+// once with the jump added to the prescribed accelerations, give the others' share of the jump.
+void System::respond(double time, double* y, bool velocity) {
+  std::vector<double>& inputs = scratch_inputs_;
+  inputs.assign(inputs_.begin(), inputs_.end());
+  const Coordinates at = coordinates(time, y);
+  compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, inputs.data(), scratch_.data());
+  for (int i = 0; i < plan_.nv; ++i)
+    if (motion_slot_[i] >= 0) inputs[i] += held_motion(motion_slot_[i])[velocity ? 4 : 3];
+  compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, inputs.data(), qdd_.data());
+  for (int i = 0; i < plan_.nv; ++i) qdd_[i] -= scratch_[i];
+  add_change(qdd_.data(), y, velocity);
+}
+
+}  // namespace redysim

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <vector>
+
+#include "integrate/system/system.hpp"
+
+namespace redysim {
+
+// How fast the fastest part of a system moves: the largest |eigenvalue| (1/s) of d(ydot)/dy, to some tens of
+// percent, by power iteration on differences of right-hand sides. Needs no matrix.
+class SpectralRadius {
+ public:
+  explicit SpectralRadius(const System& system);
+
+  static constexpr int evaluations = 19;                          // that `estimate` takes at most
+  double estimate(System& system, double time, const double* y);  // 0 when it cannot be told
+
+ private:
+  bool apply(System& system, double time, const double* y, double& growth);
+
+  std::vector<double> at_, direction_, slope_, moved_slope_;
+};
+
+}  // namespace redysim

@@ -1,0 +1,75 @@
+#include "integrate/system/start.hpp"
+
+#include <algorithm>
+
+#include "dynamics/assembly/freedom.hpp"
+
+namespace redysim {
+
+std::array<double, 3> start_motion(const Joint& joint) {
+  return {joint.q0, joint.drive == Drive::motion ? joint.qd0 : 0, 0};
+}
+
+void begin_motions(const Model& model, System& system, double time) {
+  const Plan<double>& plan = system.plan();
+  system.enter_phases(time);
+  for (int i = 0; i < plan.nv; ++i) {
+    if (!plan.joints[i].prescribed) continue;
+    const auto [q, qd, qdd] = start_motion(model.links[plan.joints[i].link].joint);
+    system.set_motion(time, i, q, qd, qdd);
+  }
+}
+
+void take_start_values(const Model& model, const System& system, double* y) {
+  const Plan<double>& plan = system.plan();
+  for (int i = 0; i < system.simple(); ++i) {
+    const Joint& joint = model.links[plan.joints[system.joint_of(i)].link].joint;
+    y[i] = joint.q0;
+    y[system.nq() + i] = joint.qd0;
+  }
+  for (int ball = 0; ball < system.balls(); ++ball) {
+    const Ball& start = model.balls[ball];
+    std::copy_n(start.quaternion.begin(), 4, y + system.simple() + 4 * ball);
+    std::copy_n(start.omega.begin(), 3, y + system.nq() + system.simple() + 3 * ball);
+  }
+  if (system.with_work()) y[system.nq() + system.nv()] = 0;
+}
+
+Assembly take_start(const Model& model, System& system, double time, double* y) {
+  const Plan<double>& plan = system.plan();
+  take_start_values(model, system, y);
+  if (!system.has_loops()) return {};
+  const System::Coordinates at = system.coordinates(time, y);
+  std::vector<double> q(at.q, at.q + plan.nv), qd(at.qd, at.qd + plan.nv);
+  const Assembly assembly = assemble(model, plan, system.workspace(), q.data(), qd.data());
+  if (!assembly.moved.empty()) system.collect(q.data(), qd.data(), y);
+  return assembly;
+}
+
+Tangent::Misfit misfit_of_accelerations(const Model& model, System& system, double time, const double* y) {
+  const Plan<double>& plan = system.plan();
+  if (!plan.has_loops() || plan.prescribed_count == static_cast<int>(plan.balls.size())) return {};
+  if (freedom(model, system.coordinates(time, y).q).surplus == 0) return {};
+  Tangent tangent(model, system);
+  tangent.go_to(model, system, time, y);
+  tangent.go_with_time(system, time, y);
+  return tangent.loop_misfit();
+}
+
+Model at_start(const Model& model, System& system, double time, const double* y) {
+  Model result = model;
+  const System::Coordinates at = system.coordinates(time, y);
+  for (int i = 0; i < system.plan().nv; ++i) {
+    const auto& joint = system.plan().joints[i];
+    if (joint.of_ball) continue;
+    result.links[joint.link].joint.q0 = at.q[i];
+    result.links[joint.link].joint.qd0 = at.qd[i];
+  }
+  for (int ball = 0; ball < system.balls(); ++ball) {
+    std::copy_n(y + system.simple() + 4 * ball, 4, result.balls[ball].quaternion.begin());
+    std::copy_n(y + system.nq() + system.simple() + 3 * ball, 3, result.balls[ball].omega.begin());
+  }
+  return result;
+}
+
+}  // namespace redysim

@@ -1,0 +1,33 @@
+#include "integrate/system/stiffest_joint.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace redysim {
+
+double blame_stiffest_joint(System& system, double time, const double* y) {
+  constexpr double difference = 1e-8;
+  const int nq = system.nq();
+  std::vector<double> at(y, y + system.size()), slope(at.size()), moved(at.size());
+  if (system.right_hand_side(time, y, slope.data()) != Status::ok) return 0;
+  double fastest = 0;
+  int stiffest = -1;
+  for (int k = 0; k < system.nv(); ++k) {
+    // quaternions have no velocity of their own
+    for (int component : {k < system.simple() ? k : nq + k, nq + k}) {
+      const double step = difference * std::max(1.0, std::fabs(y[component]));
+      at[component] = y[component] + step;
+      if (system.right_hand_side(time, at.data(), moved.data()) == Status::ok) {
+        const double change = std::fabs(moved[nq + k] - slope[nq + k]) / step;
+        const double rate = component < nq ? std::sqrt(change) : change;
+        if (rate > fastest) fastest = rate, stiffest = k;
+      }
+      at[component] = y[component];
+    }
+  }
+  if (stiffest >= 0) system.blame(stiffest);
+  return fastest;
+}
+
+}  // namespace redysim

@@ -1,0 +1,333 @@
+#include "integrate/system/system.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "dynamics/bias.hpp"
+#include "dynamics/compiled.hpp"
+#include "dynamics/energy.hpp"
+#include "dynamics/loops/loop_correction.hpp"
+#include "dynamics/straight_line/straight_line.hpp"
+#include "model/motion_scale.hpp"
+
+namespace redysim {
+
+namespace {
+
+constexpr double lost_gap =
+    1e-8;  // m or rad: a loop that is open this far is not closed, whatever the energy says
+constexpr double lost_digits = 1e6;  // and so many times the rounding of points far away
+
+constexpr double half_pi = 1.5707963267948966;
+
+// The quaternion of a rotation, of the two that of the sign nearer to the one it replaces.
+void write_quaternion(const Mat3<double>& rotation, double* quaternion) {
+  const Eigen::Quaterniond q(rotation);
+  const double values[] = {q.w(), q.x(), q.y(), q.z()};
+  double same = 0;
+  for (int k = 0; k < 4; ++k) same += values[k] * quaternion[k];
+  for (int k = 0; k < 4; ++k) quaternion[k] = same < 0 ? -values[k] : values[k];
+}
+
+double largest_of(const double* values, int count) {
+  double size = 0;
+  for (int i = 0; i < count; ++i) size = std::max(size, std::abs(values[i]));
+  return size;
+}
+
+double largest(const std::vector<double>& values) {
+  return largest_of(values.data(), static_cast<int>(values.size()));
+}
+
+}  // namespace
+
+System::System(const Plan<double>& plan, bool with_work, const Model* model)
+    : plan_(plan),
+      with_work_(with_work),
+      motion_slot_(static_cast<std::size_t>(plan.nv), -1),
+      q_(static_cast<std::size_t>(plan.nv), 0.0),
+      qd_(q_),
+      qdd_(q_),
+      drive_(q_),
+      workspace_(plan),
+      scratch_(q_) {
+  if (features::control && model && (!model->trajectories.empty() || model->controller.law != Law::none))
+    control_ = std::make_unique<Control>(*model, plan);
+  for (int i = 0; i < plan.nv; ++i) {
+    if (plan.joints[i].of_ball) continue;
+    if (!plan.joints[i].prescribed)
+      integrated_.push_back(i);
+    else if (!control_ || !control_->prescribes(i))
+      motion_slot_[i] = held_count_++;
+  }
+  simple_ = static_cast<int>(integrated_.size());
+  scales_.assign(integrated_.size(), 1.0);
+  if (model) set_scales(*model);
+  nq_ = simple_ + 4 * static_cast<int>(plan.balls.size());
+  nv_ = simple_ + 3 * static_cast<int>(plan.balls.size());
+  angles_.resize(plan.balls.size());
+  base_size_ = phases_begin() + (control_ ? control_->phase_count() : 0);
+  inputs_.assign(base_size_, 0.0);
+  if (held_count_ > 0) {
+    scratch_inputs_ = inputs_;
+    unmoved_.resize(static_cast<std::size_t>(size()));
+  }
+  if (!plan.balls.empty() || control_) applied_.assign(forces_size(), 0.0);
+}
+
+void System::set_scales(const Model& model) {
+  for (int k = 0; k < simple(); ++k) scales_[k] = motion_scale(model, plan_.joints[joint_of(k)].link);
+}
+
+System::Coordinates System::coordinates(double time, const double* y) {
+  // spherical joints have a prescribed one each, their chart
+  return plan_.has_motion() ? coordinates_of_all(time, y) : Coordinates{y, y + plan_.nv};
+}
+
+System::Coordinates System::coordinates_of_all(double time, const double* y) {
+  for (int i = 0; i < plan_.nv; ++i) {
+    if (motion_slot_[i] < 0) continue;
+    q_[i] = motion_at(time, i, 0);
+    qd_[i] = motion_at(time, i, 1);
+  }
+  if (control()) control_->set_motions(time, phases(), q_.data(), qd_.data());
+  for (int k = 0; k < simple(); ++k) {
+    q_[integrated_[k]] = y[k];
+    qd_[integrated_[k]] = y[nq() + k];
+  }
+  for (int ball = 0; ball < balls(); ++ball) expand_ball(ball, y);
+  return {q_.data(), qd_.data()};
+}
+
+// Quaternion and angular velocity -> the angles, rates and torques of the joints they stand for.
+void System::expand_ball(int ball, const double* y) {
+  const int chart = plan_.balls[ball];
+  const Vec3<double> omega(y + nq() + simple() + 3 * ball), torque(ball_force(ball));
+  const Mat3<double> rotation = rotation_of(y + simple() + 4 * ball);
+  BallAngles& angles = angles_[ball];
+  angles = charts_kept_ ? angles_in_chart(rotation, angles.turned) : ball_angles(rotation);
+  const Vec3<double> rates = angle_rates(angles, omega);
+  const Vec3<double> forces = rate_matrix(angles).transpose() * torque;
+  const double positions[] = {angles.phi, angles.theta, angles.psi};
+  q_[chart] = angles.turned ? half_pi : 0;
+  for (int k = 0; k < 3; ++k) {
+    q_[chart + 1 + k] = positions[k];
+    qd_[chart + 1 + k] = rates[k];
+    applied_[chart + 1 + k] = forces[k];
+  }
+}
+
+void System::collect(const double* q, const double* qd, double* y) const {
+  for (int k = 0; k < simple(); ++k) {
+    y[k] = q[integrated_[k]];
+    y[nq() + k] = qd[integrated_[k]];
+  }
+  for (int ball = 0; ball < balls(); ++ball) {
+    const int first = plan_.balls[ball] + 1;
+    const BallAngles angles{angles_[ball].turned, q[first], q[first + 1], q[first + 2]};
+    write_quaternion(rotation_of(angles), y + simple() + 4 * ball);
+    const Eigen::Map<const Vec3<double>> rates(qd + first);
+    Eigen::Map<Vec3<double>>(y + nq() + simple() + 3 * ball) = rate_matrix(angles) * rates;
+  }
+}
+
+Vec3<double> System::ball_acceleration(int ball, const double* qdd) const {
+  const int first = plan_.balls[ball] + 1;
+  const Vec3<double> rates(&qd_[first]), accelerations(qdd + first);
+  return rate_matrix(angles_[ball]) * accelerations + rate_bias(angles_[ball], rates);
+}
+
+Status System::accelerations(double time, const double* y, double* qdd) {
+  return accelerations<true>(time, y, qdd);
+}
+
+// All joints and forces at (time, y), where they are not simply y and what was set.
+System::Coordinates System::moved_and_pushed(double time, const double* y) {
+  if (!applied_.empty()) take_inputs(time);
+  const Coordinates at = coordinates(time, y);
+  if (control()) control_->apply(time, phases(), at.q, at.qd, applied_.data());
+  return at;
+}
+
+template <bool fill_workspace>
+Status System::accelerations(double time, const double* y, double* qdd) {
+  ++evaluations_;
+  Coordinates at{y, y + plan_.nv};
+  if (plan_.has_motion() || !applied_.empty()) at = moved_and_pushed(time, y);
+  if constexpr (features::straight_line && !fill_workspace)
+    straight_line_forward_dynamics(plan_, at.q, at.qd, forces(), qdd);
+  else
+    compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, forces(), qdd);
+  // one sum finds any non-finite entry: inf - inf and nan are nan
+  double sum = 0;
+  for (int i = 0; i < plan_.nv; ++i) sum += qdd[i] * 0.0;
+  if (sum == 0) return Status::ok;
+  failed_joint_ = 0;
+  while (failed_joint_ + 1 < plan_.nv && std::isfinite(qdd[failed_joint_])) ++failed_joint_;
+  return Status::recoverable;
+}
+
+Status System::right_hand_side(double time, const double* y, double* ydot) {
+  const bool some = plan_.has_motion();
+  double* qdd = some ? qdd_.data() : ydot + nq_;
+  const Status status = accelerations<false>(time, y, qdd);
+  for (int k = 0; k < simple_; ++k) ydot[k] = y[nq_ + k];
+  if (some) slope_of_integrated(y, qdd, ydot);
+  if (with_work()) ydot[nq_ + nv_] = power(coordinates(time, y), qdd);
+  return status;
+}
+
+// The rates of the velocities and of the spherical joints, of all joints' accelerations.
+void System::slope_of_integrated(const double* y, const double* qdd, double* ydot) const {
+  for (int k = 0; k < simple_; ++k) ydot[nq_ + k] = qdd[integrated_[k]];
+  for (int ball = 0; ball < balls(); ++ball) {
+    const int at_q = simple_ + 4 * ball, at_qd = nq_ + simple_ + 3 * ball;
+    quaternion_rate(y + at_q, y + at_qd, ydot + at_q);
+    Eigen::Map<Vec3<double>>(ydot + at_qd) = ball_acceleration(ball, qdd);
+  }
+}
+
+double System::power(const Coordinates& at, const double* qdd) {
+  const double* tau = forces();  // of the drives
+  if (plan_.has_motion()) {
+    drive_forces(at, qdd, drive_.data());
+    tau = drive_.data();
+  }
+  double power = external_power(plan_, workspace_, at.q, at.qd, tau);
+  for (std::size_t k = 0; k < plan_.ports.size(); ++k)
+    power += port_power(plan_, workspace_, plan_.ports[k], at.qd, port_wrenches() + 6 * k);
+  return power;
+}
+
+void System::drive_forces(const Coordinates& at, const double* qdd, double* tau) const {
+  for (int i = 0; i < plan_.nv; ++i)
+    tau[i] =
+        plan_.joints[i].prescribed ? prescribed_force(plan_, workspace_, i, at.q, at.qd, qdd) : forces()[i];
+}
+
+double System::next_border(double time) const {
+  return control() ? control_->next_border(time, phases()) : std::numeric_limits<double>::infinity();
+}
+
+void System::close_control(double time, const Coordinates& at, const std::vector<int>& variables,
+                           double* columns) {
+  control_->close(time, phases(), at.q, at.qd, forces(), variables, columns);
+}
+
+double System::largest_gap() const { return largest(workspace_.loop.residual); }
+
+bool System::loops_are_lost() const {
+  return plan_.has_loops() &&
+         largest_gap() > std::max(lost_gap, lost_digits * rounding * workspace_.loop.extent);
+}
+
+void System::set_residuals(double time, const double* y) {
+  const Coordinates at = coordinates(time, y);
+  set_positions(plan_, workspace_, at.q);
+  set_velocities(plan_, workspace_, at.qd);
+  set_ground_motion(plan_, workspace_, at.qd);
+  set_loop_residuals(plan_, workspace_);
+}
+
+Status System::project(double time, double* y, double* error) {
+  if (!plan_.has_loops()) return Status::ok;
+  workspace_.loop.rank_tolerance = projection_rank_tolerance;
+  Status status = project_within_rank(time, y, error);
+  if (status == Status::ok && largest(workspace_.loop.residual) > open_gap) {
+    // constraints that are nearly dependent for good, not only in passing
+    workspace_.loop.rank_tolerance = dynamics_rank_tolerance;
+    status = project_within_rank(time, y, error);
+  }
+  workspace_.loop.rank_tolerance = dynamics_rank_tolerance;
+  return status;
+}
+
+Status System::project_within_rank(double time, double* y, double* error) {
+  // the elimination at the arriving point serves every correction: they are small
+  if (accelerations(time, y, qdd_.data()) != Status::ok) return Status::recoverable;
+  charts_kept_ = true;
+  set_residuals(time, y);
+  const double enough = rounding * workspace_.loop.extent;
+  reduce_residual(workspace_.loop.residual, enough, time, y, false);
+  reduce_residual(workspace_.loop.rate, enough * largest_of(coordinates(time, y).qd, plan_.nv), time, y,
+                  true);
+  charts_kept_ = false;
+  if (!std::isfinite(largest(workspace_.loop.residual) + largest(workspace_.loop.rate)))
+    return Status::recoverable;
+  if (error != nullptr) project_error(error);
+  return Status::ok;
+}
+
+// Adds to q or qd of the state the response to the residuals in ws.loop.b.
+void System::add_correction(double* y, bool velocity) {
+  correct_loops(plan_, workspace_, scratch_.data());
+  add_change(scratch_.data(), y, velocity);
+}
+
+// Adds a change of all joints' q or qd to the state, near the coordinates of the last expansion.
+void System::add_change(const double* change, double* y, bool velocity) const {
+  double* part = velocity ? y + nq() : y;
+  for (int k = 0; k < simple(); ++k) part[k] += change[integrated_[k]];
+  for (int ball = 0; ball < balls(); ++ball) {
+    const double* angles = change + plan_.balls[ball] + 1;
+    if (velocity) {
+      Eigen::Map<Vec3<double>>(part + simple() + 3 * ball) +=
+          rate_matrix(angles_[ball]) * Eigen::Map<const Vec3<double>>(angles);
+      continue;
+    }
+    BallAngles moved = angles_[ball];
+    moved.phi += angles[0];
+    moved.theta += angles[1];
+    moved.psi += angles[2];
+    write_quaternion(rotation_of(moved), part + simple() + 4 * ball);
+  }
+}
+
+// Newton corrections of q or qd in y until `residual` is rounding or grows no smaller.
+void System::reduce_residual(const std::vector<double>& residual, double enough, double time, double* y,
+                             bool velocity) {
+  double size = largest(residual);
+  for (int k = 0; size > enough && k < projection_iterations; ++k) {
+    const double before = size;
+    for (std::size_t row = 0; row < residual.size(); ++row) workspace_.loop.b[row] = -residual[row];
+    add_correction(y, velocity);
+    set_residuals(time, y);
+    size = largest(residual);
+    if (!(size < 0.5 * before)) break;
+  }
+}
+
+// The error estimate loses what the projection takes away: its part across the constraints (of the joints of
+// one freedom).
+void System::project_error(double* error) {
+  for (double* part : {error, error + nq()}) {
+    std::fill(qdd_.begin(), qdd_.end(), 0.0);
+    for (int k = 0; k < simple(); ++k) qdd_[integrated_[k]] = part[k];
+    // the rows' rates are linear in the velocity: take the error for one
+    set_velocities(plan_, workspace_, qdd_.data());
+    set_ground_motion(plan_, workspace_, qdd_.data());
+    set_loop_residuals(plan_, workspace_);
+    for (std::size_t row = 0; row < workspace_.loop.b.size(); ++row)
+      workspace_.loop.b[row] = -workspace_.loop.rate[row];
+    correct_loops(plan_, workspace_, scratch_.data());
+    for (int k = 0; k < simple(); ++k) part[k] += scratch_[integrated_[k]];
+  }
+}
+
+double System::energy(const double* q, const double* qd) {
+  return redysim::kinetic_energy(plan_, workspace_, q, qd) +
+         redysim::potential_energy(plan_, workspace_, q, qd);
+}
+
+double System::kinetic_energy(double time, const double* y) {
+  const Coordinates at = coordinates(time, y);
+  return redysim::kinetic_energy(plan_, workspace_, at.q, at.qd);
+}
+
+double System::potential_energy(double time, const double* y) {
+  const Coordinates at = coordinates(time, y);
+  return redysim::potential_energy(plan_, workspace_, at.q, at.qd);
+}
+
+}  // namespace redysim

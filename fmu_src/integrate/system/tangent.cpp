@@ -1,0 +1,381 @@
+#include "integrate/system/tangent.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "dynamics/aba.hpp"
+#include "dynamics/assembly/assembly_tangent.hpp"
+#include "dynamics/energy.hpp"
+#include "dynamics/loops/loop_correction.hpp"
+#include "dynamics/momentum.hpp"
+
+namespace redysim {
+namespace {
+
+constexpr double half_pi = 1.5707963267948966;
+
+Vec3<Dual> with(const Vec3<double>& value, const double* change) {
+  return {Dual(value[0], change[0]), Dual(value[1], change[1]), Dual(value[2], change[2])};
+}
+
+BallAngles values_of(const BallAnglesOf<Dual>& angles) {
+  return {angles.turned, angles.phi.value, angles.theta.value, angles.psi.value};
+}
+
+// A change of a quaternion, or of angles, is a turn; in link axes: 2 conj(q) dq for a quaternion of length 1.
+Vec3<double> turn_of(const Eigen::Vector4d& p, const double* change) {
+  constexpr double rounding = 1e-15;  // of a change of length alone
+  const Vec3<double> v = p.tail<3>(), dv(change + 1);
+  const Vec3<double> turn = p[0] * dv - change[0] * v - v.cross(dv);
+  if (turn.norm() <= rounding * p.norm() * std::hypot(change[0], dv.norm())) return Vec3<double>::Zero();
+  return 2 / p.squaredNorm() * turn;
+}
+Vec3<double> turn_of(const BallAnglesOf<Dual>& angles) {
+  const Vec3<double> change(angles.phi.derivative, angles.theta.derivative, angles.psi.derivative);
+  return rate_matrix(values_of(angles)) * change;
+}
+
+void take_values(const double* from, std::size_t count, std::vector<Dual>& to) {
+  to.assign(count, Dual(0));
+  for (std::size_t i = 0; i < count; ++i) to[i] = Dual(from[i]);
+}
+
+}  // namespace
+
+Tangent::Tangent(const Model& model, const System& system)
+    : balls(static_cast<std::size_t>(system.balls())), plan_(model), workspace_(plan_) {
+  angles_.resize(balls.size());
+  ball_omega_.resize(balls.size());
+  ball_torque_.resize(balls.size());
+  ball_turn_.resize(balls.size());
+  ball_quaternion_.resize(balls.size());
+  moved_.resize(balls.size());
+  if (features::control && system.control())
+    control_ = std::make_unique<ControlTangent>(model, *system.control(),
+                                                static_cast<std::size_t>(plan_.nv) + 6 * plan_.ports.size());
+}
+
+std::vector<Plan<Dual>*> Tangent::plans() {
+  if (control() && control()->plan()) return {&plan_, control()->plan()};
+  return {&plan_};
+}
+
+void Tangent::go_to(const Model& model, System& system, double time, const double* y) {
+  const std::size_t n = static_cast<std::size_t>(plan_.nv);
+  plan_.update(model);
+  qdd.assign(n, Dual(0));
+  drive = qdd;
+  std::vector<double> unused(n);
+  system.accelerations(time, y, unused.data());
+  const System::Coordinates at = system.coordinates(time, y);
+  take_values(at.q, n, q);
+  take_values(at.qd, n, qd);
+  take_values(system.forces(), n + 6 * plan_.ports.size() + 3 * balls.size(), force);
+  for (std::size_t k = 0; k < balls.size(); ++k) {
+    const int ball = static_cast<int>(k);
+    balls[k] = {};
+    angles_[k] = system.angles_of_ball(ball);
+    ball_quaternion_[k] = Eigen::Map<const Eigen::Vector4d>(y + system.simple() + 4 * ball);
+    ball_omega_[k] = Vec3<double>(y + system.nq() + system.simple() + 3 * ball);
+    ball_torque_[k] = Vec3<double>(system.ball_force(ball));
+  }
+  with_time_ = false;
+  if (control()) control()->go_to(model, system, time);
+}
+
+// A link's inertia about its own center of mass, seen from the body that carries it.
+void Tangent::change_mass(int body, const Pose& frame, const Vec3<double>& com, double mass, double d_mass,
+                          const Vec3<double>& d_com, const Mat3<double>& d_inertia) {
+  const Vec3<double> c = frame.rotation * com + frame.position, dc = frame.rotation * d_com;
+  const Mat3<double> unit = Mat3<double>::Identity();
+  const Mat3<double> about_origin = frame.rotation * d_inertia * frame.rotation.transpose() +
+                                    d_mass * (c.squaredNorm() * unit - c * c.transpose()) +
+                                    mass * (2 * c.dot(dc) * unit - dc * c.transpose() - c * dc.transpose());
+  constexpr int rows[] = {0, 1, 2, 0, 0, 1}, columns[] = {0, 1, 2, 1, 2, 2};
+  for (Plan<Dual>* plan : plans()) {
+    if (body == ground) {
+      for (int k = 0; k < 3; ++k) plan->grounded[k].derivative += d_mass * c[k] + mass * dc[k];
+      continue;
+    }
+    JointPlan<Dual>& joint = plan->joints[body];
+    RigidInertia<Dual>& to = joint.inertia;
+    to.mass.derivative += d_mass;
+    for (int k = 0; k < 3; ++k) to.h[k].derivative += d_mass * c[k] + mass * dc[k];
+    Dual* const entries[] = {&to.inertia.xx, &to.inertia.yy, &to.inertia.zz,
+                             &to.inertia.xy, &to.inertia.xz, &to.inertia.yz};
+    for (int k = 0; k < 6; ++k) entries[k]->derivative += about_origin(rows[k], columns[k]);
+    joint.rigid = articulated(to);
+  }
+}
+
+// A spherical joint's angles as they stand among the coordinates of all joints.
+BallAnglesOf<Dual> Tangent::angles_in(const Duals& at, int ball) const {
+  const Dual* angles = &at[plan_.balls[ball]];
+  return {angles[0].value != 0, angles[1], angles[2], angles[3]};
+}
+
+Vec3<Dual> Tangent::omega_in(const Duals& at, const Duals& speed, int ball) const {
+  return rate_matrix(angles_in(at, ball)) * Eigen::Map<const Vec3<Dual>>(&speed[plan_.balls[ball] + 1]);
+}
+
+void Tangent::put_ball(int ball, const BallAngles& angles, const Vec3<double>& turn, const Vec3<Dual>& omega,
+                       Duals& at, Duals& speed) const {
+  const int first = plan_.balls[ball] + 1;
+  const double values[] = {angles.phi, angles.theta, angles.psi};
+  const Vec3<double> change = angle_rates(angles, turn);
+  at[first - 1] = Dual(angles.turned ? half_pi : 0);
+  for (int i = 0; i < 3; ++i) at[first + i] = Dual(values[i], change[i]);
+  const Vec3<Dual> rates = angle_rates(angles_in(at, ball), omega);
+  for (int i = 0; i < 3; ++i) speed[first + i] = rates[i];
+}
+
+// Directions of coordinates, in any charts, become those of q, qd and balls.
+void Tangent::take_directions(const Duals& at, const Duals& speed) {
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    if (plan_.joints[i].of_ball) continue;
+    q[i].derivative = at[i].derivative;
+    qd[i].derivative = speed[i].derivative;
+  }
+  for (std::size_t k = 0; k < balls.size(); ++k) {
+    const BallAnglesOf<Dual> angles = angles_in(at, static_cast<int>(k));
+    const Vec3<double> turn = turn_of(angles);
+    const Vec3<Dual> omega = omega_in(at, speed, static_cast<int>(k));
+    quaternion_rate(ball_quaternion_[k].data(), turn.data(), balls[k].quaternion);
+    for (int i = 0; i < 3; ++i) balls[k].omega[i] = omega[i].derivative;
+  }
+}
+
+// The charts that System takes at these coordinates.
+void Tangent::renew_charts(Duals& at, Duals& speed) const {
+  for (std::size_t k = 0; k < balls.size(); ++k) {
+    const int ball = static_cast<int>(k);
+    const BallAnglesOf<Dual> angles = angles_in(at, ball);
+    put_ball(ball, ball_angles(rotation_of(values_of(angles))), turn_of(angles), omega_in(at, speed, ball),
+             at, speed);
+  }
+}
+
+// System::follow_jumps, step by step.
+void Tangent::follow_jumps(System& system, double time, const double* y) {
+  const System::Coordinates from = system.coordinates(time, y);
+  const std::size_t n = q.size();
+  Duals at(n), speed(n), jump(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    at[i] = Dual(from.q[i], q[i].derivative);
+    speed[i] = Dual(from.qd[i], qd[i].derivative);
+  }
+  for (const bool velocity : {false, true}) {
+    for (std::size_t i = 0; i < n; ++i)
+      jump[i] = Dual(system.jump(static_cast<int>(i), velocity), (velocity ? qd : q)[i].derivative);
+    add(answer_to(jump, at), velocity, at, speed);
+    renew_charts(at, speed);
+  }
+  if (plan_.has_loops()) {
+    project(at, speed, projection_rank_tolerance);
+    double open = 0;
+    for (const Dual& residual : workspace_.loop.residual) open = std::max(open, std::abs(residual.value));
+    if (open > System::open_gap) project(at, speed, dynamics_rank_tolerance);
+  }
+  take_directions(at, speed);
+}
+
+// What the jump of prescribed joints makes of the others: accelerations answer prescribed ones as positions
+// and velocities answer their jumps.
+Tangent::Duals Tangent::answer_to(const Duals& jump, const Duals& at) {
+  const std::size_t n = at.size();
+  Duals rest(n), forces(force.size()), before(n), after(n);
+  forward_dynamics(plan_, workspace_, at.data(), rest.data(), forces.data(), before.data());
+  for (std::size_t i = 0; i < n; ++i)
+    if (plan_.joints[i].prescribed) forces[i] = jump[i];
+  forward_dynamics(plan_, workspace_, at.data(), rest.data(), forces.data(), after.data());
+  for (std::size_t i = 0; i < n; ++i) after[i] -= before[i];
+  return after;
+}
+
+// Angular velocities of spherical joints stay while their angles move.
+void Tangent::add(const Duals& change, bool velocity, Duals& at, Duals& speed) const {
+  std::vector<Vec3<Dual>> omega;
+  for (std::size_t k = 0; k < balls.size(); ++k) omega.push_back(omega_in(at, speed, static_cast<int>(k)));
+  for (std::size_t i = 0; i < at.size(); ++i)
+    if (!plan_.joints[i].prescribed) (velocity ? speed : at)[i] += change[i];
+  for (std::size_t k = 0; k < balls.size() && !velocity; ++k) {
+    const Vec3<Dual> rates = angle_rates(angles_in(at, static_cast<int>(k)), omega[k]);
+    for (int i = 0; i < 3; ++i) speed[plan_.balls[k] + 1 + i] = rates[i];
+  }
+}
+
+void Tangent::project(Duals& at, Duals& speed, double rank_tolerance) {
+  renew_charts(at, speed);
+  Duals unused(at.size());
+  workspace_.loop.rank_tolerance = rank_tolerance;
+  forward_dynamics(plan_, workspace_, at.data(), speed.data(), force.data(), unused.data());
+  workspace_.loop.rank_tolerance = dynamics_rank_tolerance;
+  reduce(at, speed, false);
+  reduce(at, speed, true);
+}
+
+// Newton corrections with one elimination: the values as System::reduce_residual takes them, and where these
+// have converged the directions on their own until they have.
+void Tangent::reduce(Duals& at, Duals& speed, bool velocity) {
+  LoopState<Dual>& loop = workspace_.loop;
+  Duals correction(at.size());
+  const Duals& residual = velocity ? loop.rate : loop.residual;
+  double fastest = 1;
+  if (velocity) {
+    fastest = 0;
+    for (const Dual& rate : speed) fastest = std::max(fastest, std::abs(rate.value));
+  }
+  double before = std::numeric_limits<double>::infinity(), before_along = before;
+  bool values = true;
+  for (int k = 0; k < 3 * System::projection_iterations; ++k) {
+    set_positions(plan_, workspace_, at.data());
+    set_velocities(plan_, workspace_, speed.data());
+    set_ground_motion(plan_, workspace_, speed.data());
+    set_loop_residuals(plan_, workspace_);
+    double open = 0, along = 0;
+    for (const Dual& row : residual) {
+      open = std::max(open, std::abs(row.value));
+      along = std::max(along, std::abs(row.derivative));
+    }
+    values = values && open > System::rounding * loop.extent.value * fastest && open < 0.5 * before &&
+             k < System::projection_iterations;
+    if (!values &&
+        (open > System::open_gap * std::max(1.0, fastest) || along == 0 || !(along < 0.9 * before_along)))
+      return;
+    before = open;
+    before_along = values ? before_along : along;
+    for (std::size_t row = 0; row < residual.size(); ++row)
+      loop.b[row] = Dual(values ? -residual[row].value : 0, -residual[row].derivative);
+    correct_loops(plan_, workspace_, correction.data());
+    add(correction, velocity, at, speed);
+  }
+}
+
+const char* Tangent::follow_assembly(const Model& model, const Assembly& assembly) {
+  if (assembly.moved.empty()) return "no configuration satisfies the loop constraints";
+  // in the charts in which the start was assembled
+  Duals at = q, speed = qd;
+  for (std::size_t k = 0; k < balls.size(); ++k) {
+    const Ball& start = model.balls[k];
+    const Eigen::Map<const Eigen::Vector4d> quaternion(start.quaternion.data());
+    put_ball(static_cast<int>(k), ball_angles(rotation_of(start.quaternion.data())),
+             turn_of(quaternion, balls[k].quaternion), with(Vec3<double>(start.omega.data()), balls[k].omega),
+             at, speed);
+    for (int i = plan_.balls[k] + 1; i < plan_.balls[k] + 4; ++i) {
+      at[i].value += assembly.moved[i];
+      speed[i].value += assembly.sped[i];
+    }
+  }
+  if (const char* why = redysim::follow_assembly(model, assembly, plan_, workspace_, at, speed)) return why;
+  take_directions(at, speed);
+  return nullptr;
+}
+
+void Tangent::go_with_time(System& system, double time, const double* y) {
+  std::vector<double> accelerations(static_cast<std::size_t>(plan_.nv));
+  system.accelerations(time, y, accelerations.data());
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    q[i].derivative = qd[i].value;
+    qd[i].derivative = accelerations[i];
+  }
+  for (std::size_t i = 0; i < force.size(); ++i)
+    force[i].derivative = system.input_slope(static_cast<int>(i));
+  for (std::size_t k = 0; k < balls.size(); ++k)
+    for (int i = 0; i < 3; ++i)
+      balls[k].torque[i] = force[force.size() - 3 * balls.size() + 3 * k + i].derivative;
+  with_time_ = true;
+  if (control()) control()->go_with_time(system, time, force);
+}
+
+Tangent::Misfit Tangent::loop_misfit() {
+  constexpr double rounding = 1e-6;         // of the accelerations of its two sides
+  constexpr double typed_precision = 1e-9;  // m/s^2 or rad/s^2
+  const auto change = [](const Vec3<Dual>& of) {
+    return std::hypot(of[0].derivative, of[1].derivative, of[2].derivative);
+  };
+  const auto value = [](const Vec3<Dual>& of) { return std::hypot(of[0].value, of[1].value, of[2].value); };
+  Misfit worst;
+  set_positions(plan_, workspace_, q.data());
+  set_ground_motion(plan_, workspace_, qd.data());
+  for (const LoopPlan<Dual>& loop : plan_.loops) {
+    const LoopGeometry<Dual> g = loop_geometry(loop, workspace_);
+    double distance = 0, angle = 0;
+    for (const ConstraintRow<Dual>& row : loop.rows) {
+      double& sum = row.kind == ConstraintRow<Dual>::Kind::rotation ? angle : distance;
+      sum = std::hypot(sum, row_values(g, row).rate.derivative);
+    }
+    double linear = 0, angular = 0;
+    for (const auto& [body, point] : {std::pair(&g.a, &g.point_a), std::pair(&g.b, &g.point_b)}) {
+      const double turns = change(body->omega) + value(body->omega) * value(body->omega);
+      angular += turns;
+      linear += change(body->velocity) + turns * value(point->arm);
+    }
+    if (distance <= rounding * linear + typed_precision) distance = 0;
+    if (angle <= rounding * angular + typed_precision) angle = 0;
+    if (std::max(distance, angle) > worst.acceleration.size)
+      worst = {loop.loop, {std::max(distance, angle), angle > distance}};
+  }
+  return worst;
+}
+
+// The angles, rates and forces of the joints that stand for a spherical one follow its turn.
+void Tangent::set_balls() {
+  for (std::size_t k = 0; k < balls.size(); ++k) {
+    const int first = plan_.balls[k] + 1;
+    const BallAngles& a = angles_[k];
+    if (!with_time_) {
+      const Vec3<double> change = angle_rates(a, turn_of(ball_quaternion_[k], balls[k].quaternion));
+      for (int i = 0; i < 3; ++i) q[first + i].derivative += change[i];
+    }
+    const Vec3<double> change(q[first].derivative, q[first + 1].derivative, q[first + 2].derivative);
+    ball_turn_[k] = rate_matrix(a) * change;
+    moved_[k] = {a.turned, Dual(a.phi, change[0]), Dual(a.theta, change[1]), Dual(a.psi, change[2])};
+    const Vec3<Dual> rates = angle_rates(moved_[k], with(ball_omega_[k], balls[k].omega));
+    const Vec3<Dual> forces = rate_matrix(moved_[k]).transpose() * with(ball_torque_[k], balls[k].torque);
+    for (int i = 0; i < 3; ++i) {
+      if (!with_time_) qd[first + i].derivative += rates[i].derivative;
+      force[first + i] = forces[i];
+    }
+  }
+}
+
+bool Tangent::evaluate() {
+  set_balls();
+  if (control()) control()->answer(q, qd, force);
+  const std::size_t n = q.size();
+  forward_dynamics(plan_, workspace_, q.data(), qd.data(), force.data(), qdd.data());
+  multipliers = workspace_.loop.lambda;
+  for (std::size_t i = 0; i < n; ++i)
+    drive[i] = plan_.joints[i].prescribed
+                   ? prescribed_force(plan_, workspace_, static_cast<int>(i), q.data(), qd.data(), qdd.data())
+                   : force[i];
+  power = external_power(plan_, workspace_, q.data(), qd.data(), drive.data());
+  for (std::size_t k = 0; k < plan_.ports.size(); ++k)
+    power += port_power(plan_, workspace_, plan_.ports[k], qd.data(), &force[n + 6 * k]);
+  double sum = 0;
+  for (const Dual& a : qdd) sum += a.value * 0.0 + a.derivative * 0.0;
+  for (const Dual& a : drive) sum += a.derivative * 0.0;
+  return sum == 0;
+}
+
+Dual Tangent::kinetic_energy() { return redysim::kinetic_energy(plan_, workspace_, q.data(), qd.data()); }
+
+Dual Tangent::potential_energy() { return redysim::potential_energy(plan_, workspace_, q.data(), qd.data()); }
+
+Force<Dual> Tangent::momentum() { return redysim::momentum(plan_, workspace_, q.data(), qd.data()); }
+
+GroundState<Dual> Tangent::body(int index) {
+  set_positions(plan_, workspace_, q.data());
+  return body_motion(plan_, workspace_, index, qd.data());
+}
+
+Tangent::BallMotion Tangent::ball(int index) const {
+  const int first = plan_.balls[index] + 1;
+  const Vec3<Dual> rates(qd[first], qd[first + 1], qd[first + 2]);
+  const Vec3<Dual> accelerations(qdd[first], qdd[first + 1], qdd[first + 2]);
+  const Mat3<Dual> E = rate_matrix(moved_[index]);
+  return {E * rates, E * accelerations + rate_bias(moved_[index], rates), ball_turn_[index]};
+}
+
+}  // namespace redysim

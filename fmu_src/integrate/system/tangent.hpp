@@ -1,0 +1,91 @@
+#pragma once
+
+#include <vector>
+
+#include "dynamics/assembly/assembly.hpp"
+#include "integrate/control/control_tangent.hpp"
+#include "integrate/system/system.hpp"
+#include "math/dual.hpp"
+#include "math/spatial.hpp"
+
+namespace redysim {
+
+// A System at one point with one direction of change, as dual numbers: values are the point's, derivatives
+// the direction's, and what follows is exact to first order. Made when a master first asks for derivatives.
+class Tangent {
+ public:
+  Tangent(const Model& model, const System& system);
+
+  // Goes to (time, y) with no direction; parameters of `model`. The directions of known things are then set
+  // by the caller: of q, qd (joints of one freedom), force, ball_*, the parameters in plans() and control().
+  void go_to(const Model& model, System& system, double time, const double* y);
+
+  // Quaternion (any length), angular velocity and torque of a spherical joint: directions.
+  struct BallChange {
+    double quaternion[4] = {}, omega[3] = {}, torque[3] = {};
+  };
+  std::vector<Dual> q, qd, force;  // of all joints; force: as System::forces()
+  std::vector<BallChange> balls;
+  std::vector<Plan<Dual>*> plans();  // in which a parameter has its direction: the plant's, the controller's
+  ControlTangent* control() { return features::control ? control_.get() : nullptr; }  // null: no such thing
+  void change_mass(int body, const Pose& frame, const Vec3<double>& com, double mass, double d_mass,
+                   const Vec3<double>& d_com, const Mat3<double>& d_inertia);
+
+  // The directions of q and qd where those of prescribed joints change by what stands in them: the others
+  // follow as System::follow_jumps lets them from (time, y), the state before the jump, and loops stay
+  // closed.
+  void follow_jumps(System& system, double time, const double* y);
+
+  // The directions of start values become those of the assembled start. Returns why there are none; null:
+  // done.
+  const char* follow_assembly(const Model& model, const Assembly& assembly);
+
+  // All directions by time: inputs go on with their slopes.
+  void go_with_time(System& system, double time, const double* y);
+
+  // After go_with_time: by how much the accelerations of the joints violate a loop; `loop` < 0: by rounding.
+  struct Misfit {
+    int loop = -1;  // index into Model::loops
+    Assembly::Residual acceleration;
+  };
+  Misfit loop_misfit();
+
+  // What follows; false: not finite. Quantities below are then those of the direction.
+  bool evaluate();
+  std::vector<Dual> qdd, drive;
+  Dual power;                     // of drives, dampers and ports
+  std::vector<Dual> multipliers;  // per loop row
+  Dual kinetic_energy(), potential_energy();
+  Force<Dual> momentum();
+  GroundState<Dual> body(int index);
+  struct BallMotion {
+    Vec3<Dual> omega, alpha;
+    Vec3<double> turn;  // of the link, in its axes
+  };
+  BallMotion ball(int index) const;
+
+ private:
+  using Duals = std::vector<Dual>;  // per joint of the plan
+  void set_balls();
+  BallAnglesOf<Dual> angles_in(const Duals& at, int ball) const;
+  Vec3<Dual> omega_in(const Duals& at, const Duals& speed, int ball) const;
+  void put_ball(int ball, const BallAngles& angles, const Vec3<double>& turn, const Vec3<Dual>& omega,
+                Duals& at, Duals& speed) const;
+  void take_directions(const Duals& at, const Duals& speed);
+  void renew_charts(Duals& at, Duals& speed) const;
+  Duals answer_to(const Duals& jump, const Duals& at);
+  void add(const Duals& change, bool velocity, Duals& at, Duals& speed) const;
+  void project(Duals& at, Duals& speed, double rank_tolerance);
+  void reduce(Duals& at, Duals& speed, bool velocity);
+
+  Plan<Dual> plan_;
+  Workspace<Dual> workspace_;
+  std::vector<BallAngles> angles_;
+  std::vector<Vec3<double>> ball_omega_, ball_torque_, ball_turn_;
+  std::vector<Eigen::Vector4d> ball_quaternion_;
+  std::vector<BallAnglesOf<Dual>> moved_;
+  bool with_time_ = false;
+  std::unique_ptr<ControlTangent> control_;
+};
+
+}  // namespace redysim

@@ -1,0 +1,181 @@
+#include "model/read/compound_joint.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/dh.hpp"
+#include "model/read/joint_parameters.hpp"
+
+namespace redysim {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+// One freedom: its type and the DH frame's axis it moves about or along (0 x, 1 y, 2 z).
+struct Freedom {
+  JointType type;
+  int axis;
+};
+
+std::vector<Freedom> freedoms_of(JointType type) {
+  constexpr JointType turn = JointType::revolute, slide = JointType::prismatic;
+  switch (type) {
+    case JointType::universal:
+      return {{turn, 2}, {turn, 1}};
+    case JointType::cylindrical:
+      return {{turn, 2}, {slide, 2}};
+    case JointType::planar:
+      return {{slide, 0}, {slide, 1}, {turn, 2}};
+    case JointType::spherical:
+      return {{turn, 0}, {turn, 2}, {turn, 0}, {turn, 1}};
+    case JointType::free:
+      return {{slide, 0}, {slide, 1}, {slide, 2}, {turn, 0}, {turn, 2}, {turn, 0}, {turn, 1}};
+    default:
+      return {};
+  }
+}
+
+bool has_ball(JointType type) { return type == JointType::spherical || type == JointType::free; }
+
+// The frame whose z is the given axis: a cyclic exchange of axes.
+Pose z_along(int axis) {
+  Pose pose;
+  for (int k = 0; k < 3; ++k) pose.rotation.col(k) = Vec3<double>::Unit((k + axis + 1) % 3);
+  return pose;
+}
+
+// R = Rz(phi) Rx(theta) Ry(psi) (ReDySim's order) as a quaternion (w, x, y, z).
+std::array<double, 4> quaternion_of(double phi, double theta, double psi) {
+  using Eigen::AngleAxisd;
+  const Eigen::Quaterniond q = AngleAxisd(phi, Vec3<double>::UnitZ()) *
+                               AngleAxisd(theta, Vec3<double>::UnitX()) *
+                               AngleAxisd(psi, Vec3<double>::UnitY());
+  return {q.w(), q.x(), q.y(), q.z()};
+}
+
+// q of a ball: a quaternion (4) or the angles phi, theta, psi (3), after its slides.
+void read_ball_position(LinkDraft& draft, double unit) {
+  Section& section = draft.section;
+  const std::size_t slides = draft.freedoms.size();
+  std::vector<double> given;
+  if (!section.numbers("q", given)) return;
+  std::array<double, 4> quaternion{};
+  if (given.size() == slides + 3) {
+    const double* angles = &given[slides];
+    quaternion = quaternion_of(unit * angles[0], unit * angles[1], unit * angles[2]);
+  } else if (given.size() == slides + 4) {
+    std::copy_n(given.begin() + static_cast<std::ptrdiff_t>(slides), 4, quaternion.begin());
+  } else {
+    section.error("q", "q must be " + std::to_string(slides + 3) + " numbers (angles about z, x, y) or " +
+                           std::to_string(slides + 4) + " (quaternion w, x, y, z), got " +
+                           std::to_string(given.size()));
+    return;
+  }
+  double norm = 0;
+  for (double part : quaternion) norm += part * part;
+  if (!(std::abs(norm - 1) < 1e-3)) {
+    section.error("q", "the quaternion in q must have length 1, got " + shown(std::sqrt(norm)));
+    return;
+  }
+  for (std::size_t k = 0; k < 4; ++k) draft.ball.quaternion[k] = quaternion[k] / std::sqrt(norm);
+  for (std::size_t k = 0; k < slides; ++k) draft.freedoms[k].q0 = given[k];
+}
+
+void read_ball_velocity(LinkDraft& draft, double unit) {
+  const std::size_t slides = draft.freedoms.size();
+  std::vector<double> given;
+  if (!draft.section.numbers("qd", given)) return;
+  if (given.size() != slides + 3) {
+    draft.section.error(
+        "qd", "qd must be " + std::to_string(slides + 3) + " numbers, got " + std::to_string(given.size()));
+    return;
+  }
+  for (std::size_t k = 0; k < slides; ++k) draft.freedoms[k].qd0 = given[k];
+  for (std::size_t k = 0; k < 3; ++k) draft.ball.omega[k] = unit * given[slides + k];
+}
+
+// A massless link that carries one freedom.
+LinkDraft carrier(const LinkDraft& of, const Freedom& freedom, const Pose& frame, int parent,
+                  const std::string& index) {
+  LinkDraft draft{of.link, {}, of.section, {}, {}};
+  draft.link.name += index;
+  draft.link.parent = parent;
+  draft.link.mass = 0;
+  draft.link.com.setZero();
+  draft.link.inertia = {};
+  draft.link.joint.name += index;
+  draft.link.joint.type = freedom.type;
+  draft.link.joint.dh = dh_of(frame);
+  return draft;
+}
+
+}  // namespace
+
+bool is_compound(JointType type) { return !freedoms_of(type).empty(); }
+
+void read_compound(LinkDraft& draft, bool degrees) {
+  Section& section = draft.section;
+  const JointType type = draft.link.joint.type;
+  std::vector<Freedom> freedoms = freedoms_of(type);
+  if (has_ball(type)) freedoms.resize(freedoms.size() - 4);
+  for (const Freedom& freedom : freedoms) {
+    draft.freedoms.emplace_back();
+    draft.freedoms.back().type = freedom.type;
+    draft.freedoms.back().drive = draft.link.joint.drive;
+  }
+  if (!has_ball(type)) return read_joint_parameters(section, draft.freedoms, degrees);
+  const double unit = degrees ? pi / 180 : 1;
+  read_ball_position(draft, unit);
+  read_ball_velocity(draft, unit);
+  const Drive drive = draft.link.joint.drive;
+  if (drive == Drive::motion || drive == Drive::locked)
+    section.error("drive", "a " + section.text("joint") + " joint takes drive 'torque' or 'free'");
+}
+
+std::vector<Ball> expand_compound_joints(std::vector<LinkDraft>& drafts) {
+  std::vector<Ball> balls;
+  std::vector<LinkDraft> expanded;
+  std::vector<int> place(drafts.size());  // new index of a link
+  for (std::size_t i = 0; i < drafts.size(); ++i) {
+    LinkDraft& draft = drafts[i];
+    int parent = draft.link.parent == ground ? ground : place[draft.link.parent];
+    const JointType type = draft.link.joint.type;
+    const std::vector<Freedom> freedoms = freedoms_of(type);
+    Pose frame = pose_of(draft.link.joint.dh);  // of the next carrier in the one before
+    const std::size_t ball_at = has_ball(type) ? freedoms.size() - 4 : freedoms.size();
+    for (std::size_t k = 0; k < freedoms.size(); ++k) {
+      const bool of_ball = k >= ball_at;
+      const std::string index = !of_ball       ? "[" + std::to_string(k + 1) + "]"
+                                : k == ball_at ? "[chart]"
+                                               : std::string("[") + "zxy"[k - ball_at - 1] + "]";
+      expanded.push_back(carrier(draft, freedoms[k], frame * z_along(freedoms[k].axis), parent, index));
+      parent = static_cast<int>(expanded.size()) - 1;
+      frame = inverse(z_along(freedoms[k].axis));
+      Joint& joint = expanded.back().link.joint;
+      if (of_ball) {
+        joint.drive = k == ball_at ? Drive::locked : Drive::free;
+        continue;
+      }
+      for (const JointParameter& parameter : joint_parameters)
+        joint.*parameter.value = draft.freedoms[k].*parameter.value;
+    }
+    if (has_ball(type)) {
+      Ball& ball = draft.ball;
+      ball.name = draft.link.joint.name;
+      ball.chart_link = parent - 3;
+      ball.driven = draft.link.joint.drive == Drive::torque;
+      balls.push_back(ball);
+    }
+    if (!freedoms.empty()) {
+      draft.link.joint.type = JointType::fixed;
+      draft.link.joint.dh = dh_of(frame);
+    }
+    draft.link.parent = parent;
+    place[i] = static_cast<int>(expanded.size());
+    expanded.push_back(std::move(draft));
+  }
+  drafts.swap(expanded);
+  return balls;
+}
+
+}  // namespace redysim

@@ -1,0 +1,142 @@
+#include "model/read/controller_reader.hpp"
+
+#include <algorithm>
+
+#include "model/read/trajectory_reader.hpp"
+
+namespace redysim {
+namespace {
+
+constexpr double degree = 3.14159265358979323846 / 180;
+
+bool has_trajectory(const Model& model, int link) {
+  return std::any_of(model.trajectories.begin(), model.trajectories.end(),
+                     [link](const Trajectory& trajectory) { return trajectory.link == link; });
+}
+
+bool is_driven(const Model& model, std::size_t link, bool inverse) {
+  const Joint& joint = model.links[link].joint;
+  return joint.type != JointType::fixed &&
+         (joint.drive == Drive::torque || (inverse && joint.drive == Drive::motion));
+}
+
+// The joints it names, or all with drive torque.
+std::vector<ControlledJoint> read_joints(Section& section, const Model& model, bool inverse) {
+  std::vector<ControlledJoint> joints;
+  const auto add = [&](int link) {
+    joints.emplace_back();
+    joints.back().link = link;
+    joints.back().target = model.links[link].joint.q0;
+  };
+  if (!section.has("joints")) {
+    for (std::size_t i = 0; i < model.links.size(); ++i)
+      if (is_driven(model, i, inverse)) add(static_cast<int>(i));
+    if (joints.empty()) section.error(section.place(), "no joint has drive 'torque'");
+    return joints;
+  }
+  const JointIndex index(model);
+  for (const auto& [name, place] : section.texts("joints")) {
+    const int link = index.find(name, "joints", place, section);
+    if (link < 0) continue;
+    const auto same = [link](const ControlledJoint& other) { return other.link == link; };
+    if (!is_driven(model, static_cast<std::size_t>(link), inverse))
+      section.error(place, "joints: the drive of '" + name + "' must be 'torque'");
+    else if (std::any_of(joints.begin(), joints.end(), same))
+      section.error(place, "joints lists '" + name + "' twice");
+    else
+      add(link);
+  }
+  return joints;
+}
+
+// Feed-forward needs the reference of all that moves.
+void check_feed_forward(Section& section, const Model& model, const Controller& controller) {
+  if (!model.loops.empty()) {
+    section.error("law",
+                  "feed_forward needs a model without loops; computed_torque and gravity_compensation "
+                  "follow loops");
+    return;
+  }
+  for (std::size_t i = 0; i < model.links.size(); ++i) {
+    const Joint& joint = model.links[i].joint;
+    if (joint.type == JointType::fixed || joint.drive == Drive::motion || joint.drive == Drive::locked)
+      continue;
+    const auto same = [i](const ControlledJoint& other) { return other.link == static_cast<int>(i); };
+    if (std::any_of(controller.joints.begin(), controller.joints.end(), same)) continue;
+    section.error("law", "feed_forward needs a reference of every joint, and '" + joint.name +
+                             "' is not controlled; computed_torque does without");
+    return;
+  }
+}
+
+void read_targets(Section& section, const Model& model, bool degrees, Controller& controller) {
+  if (!section.has("target")) return;
+  const std::vector<double> targets = section.numbers_each("target", controller.joints.size(), 0);
+  bool used = false;
+  for (std::size_t k = 0; k < controller.joints.size(); ++k) {
+    ControlledJoint& joint = controller.joints[k];
+    const bool turns = model.links[joint.link].joint.type == JointType::revolute;
+    joint.target = targets[k] * (degrees && turns ? degree : 1);
+    used = used || !has_trajectory(model, joint.link);
+  }
+  if (!used && !controller.joints.empty())
+    section.warn("target", "target has no effect, all controlled joints follow trajectories");
+}
+
+}  // namespace
+
+Controller read_controller(Section& top, const Model& model, bool degrees, bool inverse, Findings& findings) {
+  Controller controller;
+  const Value* table = top.table("controller");
+  if (!table) return controller;
+  Section section(*table, "controller", findings);
+  if (!section.has("law")) section.error("law", "law is required");
+  controller.law = section.choice<Law>("law",
+                                       {{"pd", Law::pd},
+                                        {"gravity_compensation", Law::gravity_compensation},
+                                        {"feed_forward", Law::feed_forward},
+                                        {"computed_torque", Law::computed_torque}},
+                                       Law::pd);
+  controller.joints = read_joints(section, model, inverse);
+  controller.input = section.flag("input", false);
+  const std::size_t count = controller.joints.size();
+  for (const char* key : {"kp", "kd"}) {
+    if (!section.has(key)) section.error(key, std::string(key) + " is required");
+    const std::vector<double> gains = section.numbers_each(key, count, 0, Bound::not_negative);
+    for (std::size_t k = 0; k < count; ++k)
+      (key[1] == 'p' ? controller.joints[k].kp : controller.joints[k].kd) = gains[k];
+  }
+  read_targets(section, model, degrees, controller);
+  if (controller.law == Law::feed_forward) check_feed_forward(section, model, controller);
+  section.refuse_unknown();
+  return controller;
+}
+
+void check_trajectories(Section& top, const Model& model, Findings& findings) {
+  std::size_t ordinal = 0;
+  for (const Value* table : top.tables("trajectory")) {
+    Section section(*table, "trajectory " + std::to_string(++ordinal), findings);
+    const Value* name = table->find("joint");
+    for (const Trajectory& trajectory : model.trajectories) {
+      const Joint& joint = model.links[trajectory.link].joint;
+      if (!name || name->text != joint.name || joint.drive == Drive::motion) continue;
+      const auto& joints = model.controller.joints;
+      if (std::none_of(joints.begin(), joints.end(),
+                       [&](const ControlledJoint& other) { return other.link == trajectory.link; }))
+        section.warn("joint", "the trajectory has no effect: the drive of joint '" + joint.name +
+                                  "' is not 'motion' and no controller follows it");
+    }
+  }
+}
+
+void drop_controller(Model& model) {
+  std::vector<std::string>& tunable = model.fmu.tunable;
+  for (const ControlledJoint& controlled : model.controller.joints)
+    for (const char* field : {".kp", ".kd", ".target"}) {
+      const std::string name = model.links[controlled.link].joint.name + field;
+      tunable.erase(std::remove(tunable.begin(), tunable.end(), name), tunable.end());
+    }
+  model.controller = Controller();
+}
+
+}  // namespace redysim

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "model/read/model_error.hpp"
+
+namespace redysim {
+
+// A position in the model file, counted from 1.
+struct Place {
+  int line = 0, column = 0;
+};
+
+// Collects what is wrong with a file, so that one reading reports everything.
+class Findings {
+ public:
+  explicit Findings(std::string file) : file_(std::move(file)) {}
+
+  void error(Place place, std::string message);
+  void warn(Place place, std::string message);
+  std::size_t error_count() const { return errors_.size(); }
+
+  // In file order.
+  std::vector<Diagnostic> errors() const;
+  std::vector<Diagnostic> warnings() const;
+
+ private:
+  std::string file_;
+  std::vector<Diagnostic> errors_, warnings_;
+};
+
+}  // namespace redysim

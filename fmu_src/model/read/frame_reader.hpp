@@ -1,0 +1,17 @@
+#pragma once
+
+#include <vector>
+
+#include "model/model.hpp"
+#include "model/read/findings.hpp"
+#include "model/read/loop_reader.hpp"
+#include "model/read/names.hpp"
+#include "model/read/section.hpp"
+
+namespace redysim {
+
+// Reads all [[frame]] tables. Every error becomes a finding.
+std::vector<Frame> read_frames(Section& top, const LinkTable& links, bool degrees, Names& names,
+                               Findings& findings);
+
+}  // namespace redysim

@@ -1,0 +1,85 @@
+#include "model/read/joint_parameters.hpp"
+
+#include <cmath>
+
+#include "model/read/number.hpp"
+
+namespace redysim {
+namespace {
+
+constexpr double degree = 3.14159265358979323846 / 180;
+
+double unit_of(const JointParameter& parameter, const Joint& joint, bool degrees) {
+  const bool angle = joint.type != JointType::prismatic && parameter.kind != JointParameter::Kind::other;
+  return degrees && angle ? degree : 1;
+}
+
+void set_defaults(Joint& joint) {
+  if (joint.type == JointType::prismatic) joint.stop_width = 1e-3;
+}
+
+void check_friction(Section& section, const Joint& joint, const std::string& of) {
+  if (section.has("static_friction") && joint.static_friction < joint.friction)
+    section.error("static_friction", "static_friction" + of + " must be >= friction, " +
+                                         shown(joint.friction) + ", got " + shown(joint.static_friction));
+  const bool rubs = section.has("friction") || section.has("static_friction");
+  if (!rubs && section.has("friction_velocity"))
+    section.warn("friction_velocity", "friction_velocity has no effect without friction");
+  for (const char* key : {"friction", "static_friction"})
+    if (joint.drive == Drive::locked && section.has(key))
+      section.warn(key, std::string(key) + " has no effect on a locked joint");
+}
+
+void check_stops(Section& section, const Joint& joint, const std::string& of) {
+  if (!(joint.lower < joint.upper)) {
+    section.error("upper", "upper" + of + " must be greater than lower");
+    return;
+  }
+  const bool stops = section.has("lower") || section.has("upper");
+  if (stops && !section.has("stop_stiffness"))
+    section.error(section.has("lower") ? "lower" : "upper", "stops need stop_stiffness");
+  for (const char* key : {"stop_stiffness", "stop_damping", "stop_width"})
+    if (!stops && section.has(key))
+      section.warn(key, std::string(key) + " has no effect without lower or upper");
+  for (const auto& [beyond, key] :
+       {std::pair(joint.q0 < joint.lower, "lower"), std::pair(joint.q0 > joint.upper, "upper")})
+    if (beyond) section.warn(section.has("q") ? "q" : key, "q" + of + " starts beyond the stop at " + key);
+}
+
+}  // namespace
+
+void read_joint_parameters(Section& section, Joint& joint, bool degrees) {
+  set_defaults(joint);
+  for (const JointParameter& parameter : joint_parameters) {
+    const double number = section.number(parameter.name, joint.*parameter.value, parameter.bound);
+    if (section.has(parameter.name)) joint.*parameter.value = number * unit_of(parameter, joint, degrees);
+  }
+  if (joint.type == JointType::fixed) return;
+  check_friction(section, joint, "");
+  check_stops(section, joint, "");
+}
+
+void read_joint_parameters(Section& section, std::vector<Joint>& freedoms, bool degrees) {
+  for (Joint& joint : freedoms) set_defaults(joint);
+  for (const JointParameter& parameter : joint_parameters) {
+    const std::string name = parameter.name;
+    const bool stop = std::isinf(Joint().*parameter.value);
+    std::vector<double> given;
+    if (!section.numbers(name, given, stop)) continue;
+    if (given.size() != freedoms.size()) {
+      section.error(name, name + " must be " + std::to_string(freedoms.size()) + " numbers, got " +
+                              std::to_string(given.size()));
+      continue;
+    }
+    for (std::size_t k = 0; k < given.size(); ++k)
+      if (section.within(name, given[k], parameter.bound))
+        freedoms[k].*parameter.value = given[k] * unit_of(parameter, freedoms[k], degrees);
+  }
+  for (std::size_t k = 0; k < freedoms.size(); ++k) {
+    const std::string of = " of freedom " + std::to_string(k + 1);
+    check_friction(section, freedoms[k], of);
+    check_stops(section, freedoms[k], of);
+  }
+}
+
+}  // namespace redysim

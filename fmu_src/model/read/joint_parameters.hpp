@@ -1,0 +1,45 @@
+#pragma once
+
+#include <vector>
+
+#include "model/model.hpp"
+#include "model/read/section.hpp"
+
+namespace redysim {
+
+// A number of a joint of one freedom, as the model file calls it.
+struct JointParameter {
+  // What the file's angle unit applies to where the joint turns: positions and velocities alone.
+  enum class Kind { position, velocity, other };
+  const char* name;
+  double Joint::*value;
+  Kind kind = Kind::other;
+  Bound bound = Bound::any;
+  bool tunable = true;
+};
+
+inline constexpr JointParameter joint_parameters[] = {
+    {"q", &Joint::q0, JointParameter::Kind::position, Bound::any, false},
+    {"qd", &Joint::qd0, JointParameter::Kind::velocity, Bound::any, false},
+    {"damping", &Joint::damping, JointParameter::Kind::other, Bound::not_negative},
+    {"stiffness", &Joint::stiffness, JointParameter::Kind::other, Bound::not_negative},
+    {"rest", &Joint::rest, JointParameter::Kind::position},
+    {"armature", &Joint::armature, JointParameter::Kind::other, Bound::not_negative},
+    {"friction", &Joint::friction, JointParameter::Kind::other, Bound::not_negative},
+    {"static_friction", &Joint::static_friction, JointParameter::Kind::other, Bound::not_negative},
+    {"friction_velocity", &Joint::friction_velocity, JointParameter::Kind::velocity, Bound::positive},
+    {"lower", &Joint::lower, JointParameter::Kind::position},
+    {"upper", &Joint::upper, JointParameter::Kind::position},
+    {"stop_stiffness", &Joint::stop_stiffness, JointParameter::Kind::other, Bound::not_negative},
+    {"stop_damping", &Joint::stop_damping, JointParameter::Kind::other, Bound::not_negative},
+    {"stop_width", &Joint::stop_width, JointParameter::Kind::position, Bound::positive},
+};
+
+// Reads the parameters of a joint of one freedom, whose type and drive are known, and checks them together;
+// `degrees`: angles are in degrees.
+void read_joint_parameters(Section& section, Joint& joint, bool degrees);
+
+// The same for several freedoms: each field is a list with a number for each; a stop at infinity is none.
+void read_joint_parameters(Section& section, std::vector<Joint>& freedoms, bool degrees);
+
+}  // namespace redysim

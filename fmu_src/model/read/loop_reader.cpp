@@ -1,0 +1,151 @@
+#include "model/read/loop_reader.hpp"
+
+#include <Eigen/QR>
+#include <cmath>
+
+namespace redysim {
+namespace {
+
+// The two ends that loops and springs share.
+template <class Connection>
+void read_ends(Connection& connection, Section& section, const LinkTable& links) {
+  const auto end = [&](const char* key) {
+    if (!section.has(key))
+      section.error(key, std::string(key) + " is required (a link's name or \"ground\")");
+    const std::string name = section.text(key, "ground");
+    return links.index.find(name, key, section, ground);
+  };
+  connection.link_a = end("link_a");
+  connection.link_b = end("link_b");
+  connection.point_a = section.vector("point_a", connection.point_a);
+  connection.point_b = section.vector("point_b", connection.point_b);
+}
+
+// Why nothing can move between the two ends; empty when something can.
+std::string rigid_pair(int a, int b, const LinkTable& links) {
+  const auto name = [&](int link) { return link == ground ? "ground" : "'" + links.names[link] + "'"; };
+  const auto carrier = [&](int link) { return link == ground ? ground : links.carriers[link]; };
+  if (a == b) return "link_a and link_b are both " + name(a);
+  if (links.carriers.empty() || carrier(a) != carrier(b)) return {};
+  return "link_a " + name(a) + " and link_b " + name(b) + " are rigidly connected";
+}
+
+bool uses_axis(LoopType type) { return type != LoopType::point && type != LoopType::spherical; }
+bool uses_x(LoopType type) { return type == LoopType::prismatic || type == LoopType::fixed; }
+
+void warn_unused(Section& section, LoopType type) {
+  const auto warn = [&](const char* key) {
+    if (section.has(key)) section.warn(key, std::string(key) + " has no effect on this type of loop");
+  };
+  if (!uses_axis(type)) {
+    warn("axis_a");
+    warn("axis_b");
+  }
+  if (!uses_x(type)) {
+    warn("x_a");
+    warn("x_b");
+  }
+}
+
+// x becomes perpendicular to the axis; where nobody uses it, any perpendicular direction will do.
+void square_up(Vec3<double>& x, const Vec3<double>& axis, const std::string& side, bool used,
+               Section& section) {
+  const Vec3<double> rest = x - axis.dot(x) * axis;
+  if (rest.norm() > 1e-6)
+    x = rest.normalized();
+  else if (used)
+    section.error("x_" + side, "x_" + side + " must not be parallel to axis_" + side);
+  else
+    x = axis.unitOrthogonal();
+}
+
+void read_directions(Loop& loop, Section& section) {
+  const bool good = section.directions("directions", loop.directions);
+  if (loop.type != LoopType::point) {
+    if (section.has("directions"))
+      section.error("directions", "directions belong to loops of type 'point' only");
+    return;
+  }
+  if (!section.has("directions"))
+    section.error("directions", "directions is required for type 'point', such as [[1, 0, 0], [0, 1, 0]]");
+  if (!good) return;
+  const Eigen::Index count = static_cast<Eigen::Index>(loop.directions.size());
+  if (count < 1 || count > 3) {
+    section.error("directions", "directions must be 1 to 3, got " + std::to_string(count));
+    return;
+  }
+  Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3> columns(3, count);
+  for (Eigen::Index i = 0; i < count; ++i) columns.col(i) = loop.directions[static_cast<std::size_t>(i)];
+  Eigen::ColPivHouseholderQR<decltype(columns)> qr(columns);
+  qr.setThreshold(1e-6);
+  if (qr.rank() < count) section.error("directions", "directions must be linearly independent");
+}
+
+Loop read_loop(Section section, const std::string& label, const LinkTable& links, Names& names) {
+  Loop loop;
+  loop.name = names.take(section, label);
+  if (!section.has("type")) section.error("type", "type is required");
+  loop.type = section.choice<LoopType>("type",
+                                       {{"point", LoopType::point},
+                                        {"spherical", LoopType::spherical},
+                                        {"revolute", LoopType::revolute},
+                                        {"prismatic", LoopType::prismatic},
+                                        {"cylindrical", LoopType::cylindrical},
+                                        {"universal", LoopType::universal},
+                                        {"fixed", LoopType::fixed}},
+                                       LoopType::spherical);
+  loop.line = section.place().line;
+  loop.column = section.place().column;
+  read_ends(loop, section, links);
+  loop.axis_a = section.direction("axis_a", loop.axis_a);
+  loop.axis_b = section.direction("axis_b", loop.axis_b);
+  loop.x_a = section.direction("x_a", loop.x_a);
+  loop.x_b = section.direction("x_b", loop.x_b);
+  square_up(loop.x_a, loop.axis_a, "a", uses_x(loop.type), section);
+  square_up(loop.x_b, loop.axis_b, "b", uses_x(loop.type), section);
+  warn_unused(section, loop.type);
+  read_directions(loop, section);
+  section.refuse_unknown();
+  const std::string rigid = rigid_pair(loop.link_a, loop.link_b, links);
+  if (!rigid.empty() && section.has("link_a") && section.has("link_b"))
+    section.error("link_b", rigid + ", so this loop closes nothing");
+  return loop;
+}
+
+SpringDamper read_spring(Section section, const std::string& label, const LinkTable& links, Names& names) {
+  SpringDamper spring;
+  spring.name = names.take(section, label);
+  read_ends(spring, section, links);
+  spring.stiffness = section.number("stiffness", 0, Bound::not_negative);
+  spring.damping = section.number("damping", 0, Bound::not_negative);
+  spring.rest_length = section.number("rest_length", 0, Bound::not_negative);
+  section.refuse_unknown();
+  const std::string rigid = rigid_pair(spring.link_a, spring.link_b, links);
+  if (!rigid.empty() && section.has("link_a") && section.has("link_b"))
+    section.warn("link_b", rigid + ", so this spring moves nothing");
+  return spring;
+}
+
+template <class Connection, class Read>
+std::vector<Connection> read_all(const char* key, Read read, Section& top, const LinkTable& links,
+                                 Names& names, Findings& findings) {
+  std::vector<Connection> connections;
+  for (const Value* table : top.tables(key)) {
+    const std::string label = label_of(key, connections.size() + 1, *table);
+    connections.push_back(read(Section(*table, label, findings), label, links, names));
+  }
+  return connections;
+}
+
+}  // namespace
+
+std::vector<Loop> read_loops(Section& top, const LinkTable& links, Names& names, Findings& findings) {
+  return read_all<Loop>("loop", read_loop, top, links, names, findings);
+}
+
+std::vector<SpringDamper> read_springs(Section& top, const LinkTable& links, Names& names,
+                                       Findings& findings) {
+  return read_all<SpringDamper>("spring", read_spring, top, links, names, findings);
+}
+
+}  // namespace redysim

@@ -1,0 +1,117 @@
+#include "model/read/model_checks.hpp"
+
+#include <Eigen/Eigenvalues>
+
+namespace redysim {
+namespace {
+
+Mat3<double> inertia_matrix(const Link& link) {
+  const auto& [xx, yy, zz, xy, xz, yz] = link.inertia;
+  Mat3<double> matrix;
+  matrix << xx, xy, xz, xy, yy, yz, xz, yz, zz;
+  return matrix;
+}
+
+bool has_inertia(const Link& link) { return !inertia_matrix(link).isZero(0); }
+
+// Parent frame to link frame of a fixed joint.
+Eigen::Isometry3d placement(const DhParameters& dh) {
+  using Eigen::AngleAxisd, Eigen::Translation3d, Eigen::Vector3d;
+  return Eigen::Isometry3d(AngleAxisd(dh.gamma, Vector3d::UnitZ())) * Translation3d(0, 0, dh.b) *
+         AngleAxisd(dh.alpha, Vector3d::UnitX()) * Translation3d(dh.a, 0, 0) *
+         AngleAxisd(dh.theta, Vector3d::UnitZ()) * Translation3d(0, 0, dh.d);
+}
+
+// Inertia of one link about the origin of a frame in which the link has the given pose.
+Mat3<double> inertia_about_origin(const Link& link, const Eigen::Isometry3d& pose) {
+  const Vec3<double> com = pose * link.com;
+  const Mat3<double> rotation = pose.linear();
+  return rotation * inertia_matrix(link) * rotation.transpose() +
+         link.mass * (com.squaredNorm() * Mat3<double>::Identity() - com * com.transpose());
+}
+
+// What each joint moves.
+struct Outboard {
+  double mass = 0;
+  bool inertia = false;                           // of any link
+  bool rigid = true;                              // no other moving joint
+  Mat3<double> at_origin = Mat3<double>::Zero();  // inertia of the rigid part about the link frame's origin
+};
+
+std::vector<Outboard> outboards(const std::vector<LinkDraft>& drafts) {
+  const std::vector<int> carrier = rigid_carriers(drafts);
+  std::vector<Outboard> outboards(drafts.size());
+  std::vector<Eigen::Isometry3d> pose(drafts.size(), Eigen::Isometry3d::Identity());  // in the carrier
+  for (std::size_t i = 0; i < drafts.size(); ++i) {
+    const Link& link = drafts[i].link;
+    if (carrier[i] == ground) continue;
+    if (carrier[i] != static_cast<int>(i)) pose[i] = pose[link.parent] * placement(link.joint.dh);
+    outboards[carrier[i]].at_origin += inertia_about_origin(link, pose[i]);
+  }
+  for (std::size_t i = drafts.size(); i-- > 0;) {
+    const Link& link = drafts[i].link;
+    outboards[i].mass += link.mass;
+    outboards[i].inertia = outboards[i].inertia || has_inertia(link);
+    if (link.parent == ground) continue;
+    Outboard& parent = outboards[link.parent];
+    parent.mass += outboards[i].mass;
+    parent.inertia = parent.inertia || outboards[i].inertia;
+    parent.rigid = parent.rigid && outboards[i].rigid && link.joint.type == JointType::fixed;
+  }
+  return outboards;
+}
+
+std::string immovable(const Joint& joint, const Outboard& outboard) {
+  const std::string remedy = ": give it mass or inertia, or the joint an armature";
+  const std::string name = "joint '" + joint.name + "' ";
+  if (outboard.mass == 0 && (!outboard.inertia || joint.type == JointType::prismatic))
+    return name + "moves no mass" + remedy;
+  const Mat3<double>& inertia = outboard.at_origin;
+  if (joint.type == JointType::revolute && outboard.rigid && inertia(2, 2) <= 1e-14 * inertia.trace())
+    return name + "moves no inertia, what it turns lies on its own axis" + remedy;
+  return {};
+}
+
+}  // namespace
+
+void check_inertia(const Link& link, Section& section) {
+  const Mat3<double> matrix = inertia_matrix(link);
+  const Vec3<double> moments =
+      Eigen::SelfAdjointEigenSolver<Mat3<double>>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
+  const double scale = moments.cwiseAbs().maxCoeff();
+  const std::string list = rounded(moments[0]) + ", " + rounded(moments[1]) + ", " + rounded(moments[2]);
+  if (moments[0] < -1e-12 * scale)
+    section.error("inertia", "inertia has a negative principal moment (" + list + ")");
+  else if (moments[2] > moments[0] + moments[1] + 1e-9 * scale)
+    section.warn("inertia",
+                 "no body has this inertia: its largest principal moment exceeds the sum of the others (" +
+                     list + ")");
+}
+
+std::vector<int> rigid_carriers(const std::vector<LinkDraft>& drafts) {
+  std::vector<int> carrier(drafts.size());
+  for (std::size_t i = 0; i < drafts.size(); ++i) {
+    const Link& link = drafts[i].link;
+    if (link.joint.type != JointType::fixed)
+      carrier[i] = static_cast<int>(i);
+    else
+      carrier[i] = link.parent == ground ? ground : carrier[link.parent];
+  }
+  return carrier;
+}
+
+void check_movable(std::vector<LinkDraft>& drafts, Section& top) {
+  bool moves = false;
+  const std::vector<Outboard> outboard = outboards(drafts);
+  for (std::size_t i = 0; i < drafts.size(); ++i) {
+    const Joint& joint = drafts[i].link.joint;
+    if (joint.type == JointType::fixed) continue;
+    moves = true;
+    if (joint.armature > 0 || joint.drive == Drive::motion || joint.drive == Drive::locked) continue;
+    const std::string message = immovable(joint, outboard[i]);
+    if (!message.empty()) drafts[i].section.error(drafts[i].section.place(), message);
+  }
+  if (!moves) top.error("link", "all joints are fixed; a model needs one that moves");
+}
+
+}  // namespace redysim

@@ -1,0 +1,117 @@
+#include "model/read/model_file.hpp"
+
+#include "model/read/compound_joint.hpp"
+#include "model/read/controller_reader.hpp"
+#include "model/read/frame_reader.hpp"
+#include "model/read/link_reader.hpp"
+#include "model/read/loop_reader.hpp"
+#include "model/read/model_checks.hpp"
+#include "model/read/open_file.hpp"
+#include "model/read/settings_reader.hpp"
+#include "model/read/trajectory_reader.hpp"
+#include "model/tree.hpp"
+
+namespace redysim {
+namespace {
+
+std::string read_bytes(const std::string& path) {
+  std::string bytes;
+  if (const char* why = read_file(path, bytes))
+    throw ModelError(ModelError::Reason::unreadable, {{path, 0, 0, std::string("the model file ") + why}});
+  return bytes;
+}
+
+std::string read_name(Section& top) {
+  if (!top.has("name")) top.error("name", "name is required");
+  return top.identifier("name");
+}
+
+bool read_degrees(Section& top) {
+  return top.choice<bool>("angle_unit", {{"rad", false}, {"deg", true}}, false);
+}
+
+// The inverse of a model takes motions where the model takes torques; what is free stays free, and joints
+// with a quaternion cannot be prescribed.
+void invert(std::vector<LinkDraft>& drafts, Section& top) {
+  bool driven = false;
+  for (LinkDraft& draft : drafts) {
+    Joint& joint = draft.link.joint;
+    if (joint.type == JointType::fixed || joint.type == JointType::spherical ||
+        joint.type == JointType::free || joint.drive != Drive::torque)
+      continue;
+    joint.drive = Drive::motion;
+    driven = true;
+  }
+  if (!driven) top.warn("inverse", "inverse has no effect, no joint has a drive torque");
+}
+
+LinkTable link_table(const std::vector<LinkDraft>& drafts, bool sound) {
+  LinkTable links;
+  for (const LinkDraft& draft : drafts) {
+    links.index.add(draft.link.name, static_cast<int>(links.names.size()));
+    links.names.push_back(draft.link.name);
+  }
+  if (sound) links.carriers = rigid_carriers(drafts);
+  return links;
+}
+
+// Reference motions and what follows them.
+void read_guidance(Section& top, Model& model, bool degrees, bool inverse, const std::string& folder,
+                   std::vector<AttachedFile>& files, Findings& findings) {
+  model.trajectories = read_trajectories(top, model, degrees, folder, files, findings);
+  model.controller = read_controller(top, model, degrees, inverse, findings);
+  if (findings.error_count() == 0) check_trajectories(top, model, findings);
+}
+
+Model read_model(Section& top, const std::string& folder, std::vector<AttachedFile>& files,
+                 Findings& findings) {
+  Model model;
+  Names names;
+  model.name = read_name(top);
+  const bool inverse = top.flag("inverse", false);
+  if (inverse) model.name += "_inverse";
+  model.description = top.text("description");
+  model.gravity = top.vector("gravity", model.gravity);
+  const bool degrees = read_degrees(top);
+
+  std::vector<LinkDraft> drafts = read_links(top, degrees, names, findings);
+  if (inverse) invert(drafts, top);
+  arrange_tree(drafts);
+  model.balls = expand_compound_joints(drafts);
+  const bool sound = findings.error_count() == 0;
+  if (sound) check_movable(drafts, top);
+  const LinkTable links = link_table(drafts, sound);
+  for (const LinkDraft& draft : drafts) model.links.push_back(draft.link);
+
+  model.loops = read_loops(top, links, names, findings);
+  model.springs = read_springs(top, links, names, findings);
+  model.frames = read_frames(top, links, degrees, names, findings);
+  model.solver = read_solver(top, findings);
+  read_guidance(top, model, degrees, inverse, folder, files, findings);
+  model.fmu = read_fmu(top, model, findings);
+  model.report = read_report(top, findings);
+  if (inverse) drop_controller(model);
+  top.refuse_unknown();
+  return model;
+}
+
+}  // namespace
+
+ModelFile read_model_text(const std::string& text, const std::string& name) {
+  const Value document = parse_toml(text, name);
+  Findings findings(name);
+  Section top(document, "", findings);
+  std::vector<AttachedFile> files;
+  Model model = read_model(top, name.substr(0, name.rfind('/') + 1), files, findings);
+  if (findings.error_count() > 0) throw ModelError(ModelError::Reason::invalid, findings.errors());
+  ModelFile file{std::move(model), findings.warnings(), text, {}};
+  for (const AttachedFile& attached : files) {
+    file.source += '\n' + attached.name + '\n' + attached.bytes;
+    file.attached.push_back(attached.name);
+  }
+  return file;
+}
+
+ModelFile read_model_file(const std::string& path) { return read_model_text(read_bytes(path), path); }
+
+}  // namespace redysim

@@ -1,0 +1,174 @@
+#include "model/read/motion_table.hpp"
+
+#include <cmath>
+#include <cstdlib>
+
+#include "model/read/number.hpp"
+
+namespace redysim {
+namespace {
+
+// Velocities at the knots of the cubic spline with continuous acceleration that rests at both ends.
+std::vector<double> spline_velocities(const std::vector<double>& t, const std::vector<double>& q) {
+  const std::size_t n = t.size();
+  std::vector<double> v(n, 0.0), factor(n, 0.0);
+  // v[k-1] / h0 + 2 (1/h0 + 1/h1) v[k] + v[k+1] / h1 = 3 (dq0 / h0^2 + dq1 / h1^2), by elimination
+  for (std::size_t k = 1; k + 1 < n; ++k) {
+    const double h0 = t[k] - t[k - 1], h1 = t[k + 1] - t[k];
+    const double right = 3 * ((q[k] - q[k - 1]) / (h0 * h0) + (q[k + 1] - q[k]) / (h1 * h1));
+    const double pivot = 2 * (1 / h0 + 1 / h1) - factor[k - 1] / h0;
+    factor[k] = 1 / (h1 * pivot);
+    v[k] = (right - v[k - 1] / h0) / pivot;
+  }
+  for (std::size_t k = n - 1; k-- > 1;) v[k] -= factor[k] * v[k + 1];
+  return v;
+}
+
+// At each knot the mean acceleration of the cubics (q and qd at both ends) before and after it.
+std::vector<double> mean_accelerations(const MotionTable& table) {
+  const std::size_t n = table.time.size();
+  std::vector<double> sum(n, 0.0);
+  for (std::size_t k = 0; k + 1 < n; ++k) {
+    const double h = table.time[k + 1] - table.time[k];
+    const double slope = 6 * (table.q[k + 1] - table.q[k]) / (h * h);
+    sum[k] += slope - (4 * table.qd[k] + 2 * table.qd[k + 1]) / h;
+    sum[k + 1] += (2 * table.qd[k] + 4 * table.qd[k + 1]) / h - slope;
+  }
+  for (std::size_t k = 1; k + 1 < n; ++k) sum[k] *= 0.5;
+  return sum;
+}
+
+std::vector<std::string> cells(const std::string& line) {
+  std::vector<std::string> out(1);
+  bool quoted = false;
+  for (char c : line) {
+    if (c == '"')
+      quoted = !quoted;
+    else if (c == ',' && !quoted)
+      out.emplace_back();
+    else if (c != '\r' && !(out.back().empty() && (c == ' ' || c == '\t')))
+      out.back() += c;
+  }
+  for (std::string& cell : out) cell.erase(cell.find_last_not_of(" \t") + 1);
+  return out;
+}
+
+// Where a table's columns stand; -1: nowhere.
+struct Columns {
+  int time = -1, q = -1, qd = -1, qdd = -1;
+
+  Columns(const std::vector<std::string>& names, const std::string& joint) {
+    const auto find = [&names](const std::string& name) {
+      for (std::size_t i = 0; i < names.size(); ++i)
+        if (names[i] == name) return static_cast<int>(i);
+      return -1;
+    };
+    const auto of_joint = [&](const std::string& what) {
+      const int own = find(joint + "." + what);
+      return own >= 0 ? own : find(what);
+    };
+    time = find("time");
+    q = of_joint("q");
+    qd = of_joint("qd");
+    qdd = of_joint("qdd");
+  }
+};
+
+bool parse(const std::string& cell, double& value) {
+  char* end = nullptr;
+  value = std::strtod(cell.c_str(), &end);
+  return !cell.empty() && *end == '\0';
+}
+
+}  // namespace
+
+std::string objection(const MotionTable& table) {
+  const std::size_t n = table.time.size();
+  if (n < 2) return "a table needs 2 rows or more, got " + std::to_string(n);
+  const std::pair<const char*, const std::vector<double>*> columns[] = {
+      {"time", &table.time}, {"q", &table.q}, {"qd", &table.qd}, {"qdd", &table.qdd}};
+  for (const auto& [name, column] : columns) {
+    const bool optional = column == &table.qd || column == &table.qdd;
+    if (column->size() != n && !(optional && column->empty()))
+      return std::string(name) + " must be as long as time, " + std::to_string(n) + " numbers, got " +
+             std::to_string(column->size());
+    for (double value : *column)
+      if (!std::isfinite(value)) return std::string(name) + " must be finite, got " + shown(value);
+  }
+  if (table.qd.empty() && !table.qdd.empty()) return "qdd needs qd as well";
+  for (std::size_t k = 1; k < n; ++k)
+    if (!(table.time[k] > table.time[k - 1]))
+      return "time must grow from row to row, got " + shown(table.time[k]) + " after " +
+             shown(table.time[k - 1]);
+  return {};
+}
+
+std::vector<double> quintic(double h, const double (&start)[3], const double (&end)[3]) {
+  // what the start's parabola misses at the end, in units of the length
+  const double miss = end[0] - start[0] - h * (start[1] + 0.5 * h * start[2]);
+  const double rate = h * (end[1] - start[1] - h * start[2]);
+  const double bend = h * h * (end[2] - start[2]);
+  const double h3 = h * h * h;
+  return {start[0],
+          start[1],
+          0.5 * start[2],
+          (10 * miss - 4 * rate + 0.5 * bend) / h3,
+          (-15 * miss + 7 * rate - bend) / (h3 * h),
+          (6 * miss - 3 * rate + 0.5 * bend) / (h3 * h * h)};
+}
+
+std::vector<double> cubic(double h, double q_start, double qd_start, double q_end, double qd_end) {
+  const double miss = q_end - q_start - h * qd_start, rate = h * (qd_end - qd_start);
+  return {q_start, qd_start, (3 * miss - rate) / (h * h), (rate - 2 * miss) / (h * h * h)};
+}
+
+std::vector<Trajectory::Piece> interpolate(const MotionTable& table) {
+  const std::vector<double>&t = table.time, &q = table.q;
+  const std::vector<double> qd = table.qd.empty() ? spline_velocities(t, q) : table.qd;
+  const std::vector<double> qdd = table.qd.empty()    ? std::vector<double>()
+                                  : table.qdd.empty() ? mean_accelerations(table)
+                                                      : table.qdd;
+  std::vector<Trajectory::Piece> pieces;
+  for (std::size_t k = 0; k + 1 < t.size(); ++k) {
+    const double h = t[k + 1] - t[k];
+    if (qdd.empty())
+      pieces.push_back({t[k], cubic(h, q[k], qd[k], q[k + 1], qd[k + 1])});
+    else
+      pieces.push_back({t[k], quintic(h, {q[k], qd[k], qdd[k]}, {q[k + 1], qd[k + 1], qdd[k + 1]})});
+  }
+  return pieces;
+}
+
+std::string read_csv(const std::string& text, const std::string& joint, MotionTable& table) {
+  std::vector<std::string> names;
+  std::size_t line_number = 0;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    const std::vector<std::string> row = cells(text.substr(at, end - at));
+    at = end + 1;
+    ++line_number;
+    if (row.size() == 1 && row[0].empty()) continue;
+    if (row[0].rfind("#", 0) == 0) continue;
+    if (names.empty()) {
+      names = row;
+      continue;
+    }
+    const Columns columns(names, joint);
+    if (columns.time < 0) return "has no column 'time' in its line of names";
+    if (columns.q < 0) return "has no column '" + joint + ".q' or 'q' in its line of names";
+    const std::pair<int, std::vector<double>*> wanted[] = {{columns.time, &table.time},
+                                                           {columns.q, &table.q},
+                                                           {columns.qd, &table.qd},
+                                                           {columns.qdd, &table.qdd}};
+    for (const auto& [column, values] : wanted) {
+      if (column < 0) continue;
+      double value = 0;
+      if (static_cast<std::size_t>(column) >= row.size() || !parse(row[column], value))
+        return "has no number in column '" + names[column] + "' of line " + std::to_string(line_number);
+      values->push_back(value);
+    }
+  }
+  return {};
+}
+
+}  // namespace redysim

@@ -1,0 +1,236 @@
+#include "model/read/section.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/read/suggest.hpp"
+
+namespace redysim {
+namespace {
+
+double minimum_of(Bound bound) {
+  if (bound == Bound::any) return -std::numeric_limits<double>::infinity();
+  return bound == Bound::positive ? minimum_positive : 0;
+}
+
+}  // namespace
+
+bool is_identifier(const std::string& text) {
+  if (text.empty() || ('0' <= text[0] && text[0] <= '9')) return false;
+  return std::all_of(text.begin(), text.end(), [](char c) {
+    return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') || c == '_';
+  });
+}
+
+Section::Section(const Value& table, std::string label, Findings& findings)
+    : table_(&table), label_(std::move(label)), findings_(&findings) {}
+
+Place Section::place(const std::string& key) const {
+  const Value* value = table_->find(key);
+  return value ? value->place : table_->place;
+}
+
+void Section::error(const std::string& key, const std::string& message) { error(place(key), message); }
+
+void Section::error(Place place, const std::string& message) {
+  findings_->error(place, label_.empty() ? message : label_ + ": " + message);
+}
+
+void Section::warn(const std::string& key, const std::string& message) {
+  findings_->warn(place(key), label_.empty() ? message : label_ + ": " + message);
+}
+
+void Section::refuse_unknown() {
+  for (const Entry& entry : table_->entries)
+    if (std::find(known_.begin(), known_.end(), entry.key) == known_.end())
+      error(entry.place, "unknown field '" + entry.key + "'" + did_you_mean(entry.key, known_));
+}
+
+const Value* Section::ask(const std::string& key) {
+  if (std::find(known_.begin(), known_.end(), key) == known_.end()) known_.push_back(key);
+  return table_->find(key);
+}
+
+const Value* Section::ask(const std::string& key, Value::Kind kind, const char* kind_name) {
+  const Value* value = ask(key);
+  if (!value || value->kind == kind) return value;
+  error(value->place, key + " must be " + kind_name + ", got " + value->kind_name());
+  return nullptr;
+}
+
+std::string Section::text(const std::string& key, const std::string& fallback) {
+  const Value* value = ask(key, Value::Kind::text, "a string");
+  return value ? value->text : fallback;
+}
+
+std::string Section::identifier(const std::string& key, const std::string& fallback) {
+  const Value* value = ask(key, Value::Kind::text, "a string");
+  if (!value) return fallback;
+  if (is_identifier(value->text)) return value->text;
+  error(value->place,
+        key + " '" + value->text + "' must be letters, digits and _ (ASCII) and not start with a digit");
+  return fallback;
+}
+
+bool Section::flag(const std::string& key, bool fallback) {
+  const Value* value = ask(key, Value::Kind::flag, "true or false");
+  return value ? value->flag : fallback;
+}
+
+bool Section::finite(const std::string& key, const Value& value) {
+  if (std::isfinite(value.number)) return true;
+  error(value.place, key + " must be finite, got " + shown(value.number));
+  return false;
+}
+
+double Section::number(const std::string& key, double fallback, Bound bound) {
+  const Value* value = ask(key, Value::Kind::number, "a number");
+  if (!value || !finite(key, *value)) return fallback;
+  return within(key, value->number, bound) ? value->number : fallback;
+}
+
+bool Section::within(const std::string& key, double number, Bound bound) {
+  const std::string why = below(minimum_of(bound), number);
+  if (!why.empty()) error(key, key + " " + why);
+  return why.empty();
+}
+
+bool Section::read_numbers(const std::string& key, const Value& list, std::vector<double>& numbers,
+                           bool infinite) {
+  bool good = true;
+  for (const Value& item : list.items) {
+    if (item.kind != Value::Kind::number) {
+      error(item.place, key + " must hold numbers, got " + item.kind_name());
+      good = false;
+    } else {
+      good = ((infinite && std::isinf(item.number)) || finite(key, item)) && good;
+    }
+    numbers.push_back(item.number);
+  }
+  return good;
+}
+
+bool Section::numbers(const std::string& key, std::vector<double>& numbers, bool infinite) {
+  const Value* list = ask(key, Value::Kind::list, "a list of numbers");
+  return list && read_numbers(key, *list, numbers, infinite);
+}
+
+std::vector<double> Section::numbers_each(const std::string& key, std::size_t count, double fallback,
+                                          Bound bound) {
+  const Value* value = ask(key);
+  std::vector<double> each(count, fallback), given;
+  if (!value) return each;
+  if (value->kind != Value::Kind::list) return std::vector<double>(count, number(key, fallback, bound));
+  if (!read_numbers(key, *value, given)) return each;
+  if (given.size() != count) {
+    error(value->place, key + " must be a number or a list of " + std::to_string(count) + ", got " +
+                            std::to_string(given.size()) + " numbers");
+    return each;
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::string why = below(minimum_of(bound), given[k]);
+    if (why.empty()) continue;
+    error(value->items[k].place, key + " " + why);
+    return each;
+  }
+  return given;
+}
+
+bool Section::read_vector(const std::string& key, const Value& list, Vec3<double>& vector) {
+  std::vector<double> numbers;
+  if (!read_numbers(key, list, numbers)) return false;
+  if (numbers.size() != 3) {
+    error(list.place, key + " must be 3 numbers, got " + std::to_string(numbers.size()));
+    return false;
+  }
+  vector = {numbers[0], numbers[1], numbers[2]};
+  return true;
+}
+
+Vec3<double> Section::vector(const std::string& key, const Vec3<double>& fallback) {
+  const Value* list = ask(key, Value::Kind::list, "3 numbers");
+  Vec3<double> vector;
+  return list && read_vector(key, *list, vector) ? vector : fallback;
+}
+
+bool Section::normalise(const std::string& key, const Value& list, Vec3<double>& vector) {
+  const double length = vector.stableNorm();
+  if (length > 0) {
+    vector /= length;
+    return true;
+  }
+  error(list.place, key + " must not be the zero vector");
+  return false;
+}
+
+Vec3<double> Section::direction(const std::string& key, const Vec3<double>& fallback) {
+  const Value* list = ask(key, Value::Kind::list, "3 numbers");
+  Vec3<double> vector;
+  return list && read_vector(key, *list, vector) && normalise(key, *list, vector) ? vector : fallback;
+}
+
+bool Section::directions(const std::string& key, std::vector<Vec3<double>>& directions) {
+  const Value* list = ask(key, Value::Kind::list, "a list of directions such as [[1, 0, 0], [0, 1, 0]]");
+  if (!list) return false;
+  for (const Value& item : list->items) {
+    Vec3<double> vector;
+    if (item.kind != Value::Kind::list)
+      error(item.place, key + " must hold lists of 3 numbers, got " + item.kind_name());
+    else if (read_vector(key, item, vector) && normalise(key, item, vector))
+      directions.push_back(vector);
+  }
+  return directions.size() == list->items.size();
+}
+
+std::vector<std::pair<std::string, Place>> Section::texts(const std::string& key) {
+  const Value* list = ask(key, Value::Kind::list, "a list of strings");
+  std::vector<std::pair<std::string, Place>> texts;
+  if (!list) return texts;
+  for (const Value& item : list->items) {
+    if (item.kind == Value::Kind::text)
+      texts.emplace_back(item.text, item.place);
+    else
+      error(item.place, key + " must hold strings, got " + item.kind_name());
+  }
+  return texts;
+}
+
+std::vector<const Value*> Section::tables(const std::string& key) {
+  const Value* list = ask(key);
+  std::vector<const Value*> tables;
+  if (!list) return tables;
+  if (list->kind != Value::Kind::list) {
+    error(list->place, key + " must be written [[" + key + "]], once for each");
+    return tables;
+  }
+  for (const Value& item : list->items) {
+    if (item.kind == Value::Kind::table)
+      tables.push_back(&item);
+    else
+      error(item.place, key + " must be written [[" + key + "]], once for each");
+  }
+  return tables;
+}
+
+const Value* Section::table(const std::string& key) {
+  const Value* value = ask(key);
+  if (!value || value->kind == Value::Kind::table) return value;
+  error(value->place, key + " must be written [" + key + "], once");
+  return nullptr;
+}
+
+int Section::chosen_word(const std::string& key, const std::vector<std::string>& words,
+                         const std::vector<std::string>& later) {
+  const Value* value = ask(key, Value::Kind::text, "a string");
+  if (!value) return -1;
+  const auto found = std::find(words.begin(), words.end(), value->text);
+  if (found != words.end()) return static_cast<int>(found - words.begin());
+  if (std::find(later.begin(), later.end(), value->text) != later.end())
+    error(value->place, key + " '" + value->text + "' is not available yet; use " + one_of(words));
+  else
+    error(value->place, key + " must be " + one_of(words) + ", got '" + value->text + "'" +
+                            did_you_mean(value->text, words));
+  return -1;
+}
+
+}  // namespace redysim

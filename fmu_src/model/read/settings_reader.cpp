@@ -1,0 +1,117 @@
+#include "model/read/settings_reader.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <set>
+
+#include "model/read/joint_parameters.hpp"
+#include "model/read/suggest.hpp"
+#include "model/solver_methods.hpp"
+
+namespace redysim {
+namespace {
+
+void read_outputs(Section& section, FmuSettings& fmu) {
+  if (!section.has("outputs")) return;
+  const std::vector<std::string> groups = {"acceleration", "energy", "solver", "momentum", "reference"};
+  bool* const shown_flags[] = {&fmu.acceleration, &fmu.energy, &fmu.solver, &fmu.momentum, &fmu.reference};
+  for (bool* shown_flag : shown_flags) *shown_flag = false;
+  for (const auto& [group, place] : section.texts("outputs")) {
+    const auto found = std::find(groups.begin(), groups.end(), group);
+    if (found == groups.end())
+      section.error(
+          place, "outputs must be " + one_of(groups) + ", got '" + group + "'" + did_you_mean(group, groups));
+    else if (bool& shown_flag = *shown_flags[found - groups.begin()])
+      section.error(place, "outputs lists '" + group + "' twice");
+    else
+      shown_flag = true;
+  }
+}
+
+void read_tunable(Section& section, const Model& model, FmuSettings& fmu) {
+  const std::vector<std::string> legal = tunable_names(model);
+  const std::set<std::string> known(legal.begin(), legal.end());
+  std::set<std::string> listed;
+  for (const auto& [name, place] : section.texts("tunable")) {
+    if (known.count(name) == 0)
+      section.error(place,
+                    "tunable '" + name + "' is not a parameter of this model" + did_you_mean(name, legal));
+    else if (!listed.insert(name).second)
+      section.error(place, "tunable lists '" + name + "' twice");
+    else
+      fmu.tunable.push_back(name);
+  }
+}
+
+void add_indexed(std::vector<std::string>& names, const std::string& array, int size) {
+  for (int i = 1; i <= size; ++i) names.push_back(array + "[" + std::to_string(i) + "]");
+}
+
+}  // namespace
+
+std::vector<std::string> tunable_names(const Model& model) {
+  std::vector<std::string> names;
+  for (const Link& link : model.links) {
+    // "hand[2]" is a part of a joint of several freedoms and has no body, "hand[z]" a part of a quaternion
+    const std::size_t bracket = link.name.find('[');
+    if (bracket == std::string::npos) {
+      names.push_back(link.name + ".mass");
+      add_indexed(names, link.name + ".com", 3);
+      add_indexed(names, link.name + ".inertia", 6);
+    } else if (link.name[bracket + 1] < '0' || link.name[bracket + 1] > '9') {
+      continue;
+    }
+    if (link.joint.type == JointType::fixed) continue;
+    for (const JointParameter& parameter : joint_parameters)
+      if (parameter.tunable && std::isfinite(link.joint.*parameter.value))
+        names.push_back(link.joint.name + "." + parameter.name);
+  }
+  for (const ControlledJoint& controlled : model.controller.joints)
+    for (const char* parameter : {".kp", ".kd", ".target"})
+      names.push_back(model.links[controlled.link].joint.name + parameter);
+  add_indexed(names, "gravity", 3);
+  return names;
+}
+
+SolverSettings read_solver(Section& top, Findings& findings) {
+  SolverSettings solver;
+  const Value* table = top.table("solver");
+  if (!table) return solver;
+  Section section(*table, "solver", findings);
+  solver.method = section.choice<SolverMethod>(
+      "method", {std::begin(solver_methods), std::end(solver_methods)}, SolverMethod::erk);
+  solver.rtol = section.number("rtol", solver.rtol, Bound::positive);
+  if (solver.rtol > 0.1) section.error("rtol", "rtol must be <= 0.1, got " + shown(solver.rtol));
+  solver.atol = section.number("atol", solver.rtol / 100, Bound::not_negative);
+  solver.max_step = section.number("max_step", 0, Bound::not_negative);
+  solver.target_error = section.number("target_error", 0, Bound::positive);
+  if (section.has("rtol")) solver.target_error = 0;  // it has been chosen
+  section.refuse_unknown();
+  return solver;
+}
+
+ReportSettings read_report(Section& top, Findings& findings) {
+  ReportSettings report;
+  const Value* table = top.table("report");
+  if (!table) return report;
+  Section section(*table, "report", findings);
+  report.reference = section.text("reference");
+  section.refuse_unknown();
+  return report;
+}
+
+FmuSettings read_fmu(Section& top, const Model& model, Findings& findings) {
+  FmuSettings fmu;
+  const Value* table = top.table("fmu");
+  if (!table) return fmu;
+  Section section(*table, "fmu", findings);
+  read_outputs(section, fmu);
+  read_tunable(section, model, fmu);
+  fmu.stop_time = section.number("stop_time", fmu.stop_time, Bound::positive);
+  fmu.step_size = section.number("step_size", fmu.step_size, Bound::positive);
+  section.refuse_unknown();
+  return fmu;
+}
+
+}  // namespace redysim

@@ -1,0 +1,196 @@
+#include "model/read/trajectory_reader.hpp"
+
+#include <algorithm>
+
+#include "model/read/motion_table.hpp"
+#include "model/read/open_file.hpp"
+#include "model/read/suggest.hpp"
+
+namespace redysim {
+namespace {
+
+constexpr double degree = 3.14159265358979323846 / 180;
+
+enum class Shape { cycloid, quintic, cubic, speed, polynomial, table };
+
+bool is_of_ball(const Model& model, int link) {
+  return std::any_of(model.balls.begin(), model.balls.end(), [link](const Ball& ball) {
+    return link >= ball.chart_link && link < ball.chart_link + 4;
+  });
+}
+
+// From one point to another, at rest or with given velocities at both ends.
+void read_move(Section& section, Shape shape, double unit, const Joint& joint, Trajectory& trajectory) {
+  if (!section.has("to")) section.error("to", "to is required");
+  if (!section.has("duration")) section.error("duration", "duration is required");
+  const double length = section.number("duration", 1, Bound::positive);
+  trajectory.begin = section.number("start", 0);
+  trajectory.end = trajectory.begin + length;
+  trajectory.from = section.has("from") ? unit * section.number("from", 0) : joint.q0;
+  trajectory.to = unit * section.number("to", 0);
+  if (shape == Shape::cycloid) {
+    trajectory.kind = Trajectory::Kind::cycloid;
+    return;
+  }
+  const double speed_from = unit * section.number("speed_from", 0),
+               speed_to = unit * section.number("speed_to", 0);
+  const double start[] = {trajectory.from, speed_from, 0}, end[] = {trajectory.to, speed_to, 0};
+  trajectory.pieces = {{trajectory.begin, shape == Shape::quintic
+                                              ? quintic(length, start, end)
+                                              : cubic(length, start[0], speed_from, end[0], speed_to)}};
+}
+
+void read_speed(Section& section, double unit, const Joint& joint, Trajectory& trajectory) {
+  if (!section.has("speed")) section.error("speed", "speed is required");
+  const double from = section.has("from") ? unit * section.number("from", 0) : joint.q0;
+  trajectory.pieces = {{section.number("start", 0), {from, unit * section.number("speed", 0)}}};
+}
+
+void read_polynomial(Section& section, double unit, Trajectory& trajectory) {
+  std::vector<double> coefficients;
+  if (!section.has("coefficients")) section.error("coefficients", "coefficients is required");
+  if (section.numbers("coefficients", coefficients) && coefficients.empty())
+    section.error("coefficients", "coefficients must hold a number or more");
+  for (double& coefficient : coefficients) coefficient *= unit;
+  const double start = section.number("start", 0);
+  trajectory.pieces = {{start, coefficients}};
+  if (!section.has("duration")) return;
+  trajectory.begin = start;
+  trajectory.end = start + section.number("duration", 1, Bound::positive);
+}
+
+bool is_file_name(const std::string& name) {
+  return !name.empty() && name[0] != '.' && name.find_first_of("/\\:") == std::string::npos &&
+         name != "model.toml";
+}
+
+// The table in a file beside the model file; each file is read once.
+bool attach(Section& section, const std::string& folder, const std::string& joint,
+            std::vector<AttachedFile>& files, MotionTable& table) {
+  const std::string name = section.text("file");
+  if (!is_file_name(name)) {
+    section.error("file", "file '" + name + "' must be the name of a file in the model file's folder");
+    return false;
+  }
+  auto file = std::find_if(files.begin(), files.end(), [&name](const auto& f) { return f.name == name; });
+  if (file == files.end()) {
+    AttachedFile read{name, {}};
+    if (const char* why = read_file(folder + name, read.bytes)) {
+      section.error("file", "file '" + name + "' " + why + "; it must be a file beside the model file");
+      return false;
+    }
+    file = files.insert(files.end(), std::move(read));
+  }
+  const std::string why = read_csv(file->bytes, joint, table);
+  if (!why.empty()) section.error("file", "file '" + name + "' " + why);
+  return why.empty();
+}
+
+void read_table(Section& section, double unit, const Joint& joint, const std::string& folder,
+                std::vector<AttachedFile>& files, Trajectory& trajectory) {
+  MotionTable table;
+  bool good = true;
+  if (section.has("file")) {
+    for (const char* key : {"time", "q", "qd", "qdd"})
+      if (section.has(key)) section.error(key, std::string(key) + " and file cannot stand together");
+    good = attach(section, folder, joint.name, files, table);
+  } else {
+    for (const char* key : {"time", "q"})
+      if (!section.has(key)) {
+        section.error(key, std::string(key) + " is required, or file");
+        good = false;
+      }
+    const std::pair<const char*, std::vector<double>*> columns[] = {
+        {"time", &table.time}, {"q", &table.q}, {"qd", &table.qd}, {"qdd", &table.qdd}};
+    for (const auto& [key, column] : columns)
+      if (section.has(key)) good = section.numbers(key, *column) && good;
+  }
+  if (!good) return;
+  const std::string why = objection(table);
+  if (!why.empty()) {
+    const std::string key = section.has("file") ? "file" : "time";
+    section.error(key, section.has("file") ? "file '" + section.text("file") + "': " + why : why);
+    return;
+  }
+  for (std::vector<double>* column : {&table.q, &table.qd, &table.qdd})
+    for (double& value : *column) value *= unit;
+  trajectory.begin = table.time.front();
+  trajectory.end = table.time.back();
+  trajectory.pieces = interpolate(table);
+}
+
+Trajectory read_trajectory(Section section, const Model& model, const JointIndex& joints, bool degrees,
+                           const std::string& folder, std::vector<AttachedFile>& files,
+                           const Findings& findings) {
+  Trajectory trajectory;
+  const std::size_t errors_before = findings.error_count();
+  if (!section.has("joint")) section.error("joint", "joint is required");
+  const std::string name = section.text("joint");
+  trajectory.link = name.empty() ? -1 : joints.find(name, "joint", section.place("joint"), section);
+  if (!section.has("type")) section.error("type", "type is required");
+  const auto shape = section.choice<Shape>("type",
+                                           {{"cycloid", Shape::cycloid},
+                                            {"quintic", Shape::quintic},
+                                            {"cubic", Shape::cubic},
+                                            {"speed", Shape::speed},
+                                            {"polynomial", Shape::polynomial},
+                                            {"table", Shape::table}},
+                                           Shape::cycloid);
+  if (findings.error_count() > errors_before) return trajectory;  // the fields depend on both
+  const Joint& joint = model.links[trajectory.link].joint;
+  const double unit = degrees && joint.type == JointType::revolute ? degree : 1;
+  if (shape == Shape::speed)
+    read_speed(section, unit, joint, trajectory);
+  else if (shape == Shape::polynomial)
+    read_polynomial(section, unit, trajectory);
+  else if (shape == Shape::table)
+    read_table(section, unit, joint, folder, files, trajectory);
+  else
+    read_move(section, shape, unit, joint, trajectory);
+  section.refuse_unknown();
+  return trajectory;
+}
+
+}  // namespace
+
+JointIndex::JointIndex(const Model& model) {
+  for (std::size_t i = 0; i < model.links.size(); ++i) {
+    const Joint& joint = model.links[i].joint;
+    if (joint.type == JointType::fixed || is_of_ball(model, static_cast<int>(i))) continue;
+    names_.push_back(joint.name);
+    links_.push_back(static_cast<int>(i));
+  }
+}
+
+int JointIndex::find(const std::string& name, const std::string& key, Place place, Section& section) const {
+  const auto found = std::find(names_.begin(), names_.end(), name);
+  if (found != names_.end()) return links_[static_cast<std::size_t>(found - names_.begin())];
+  section.error(place,
+                key + " '" + name + "' is not a moving joint of one freedom" + did_you_mean(name, names_));
+  return -1;
+}
+
+std::vector<Trajectory> read_trajectories(Section& top, const Model& model, bool degrees,
+                                          const std::string& folder, std::vector<AttachedFile>& files,
+                                          Findings& findings) {
+  std::vector<Trajectory> trajectories;
+  const std::vector<const Value*> tables = top.tables("trajectory");
+  if (tables.empty()) return trajectories;
+  const JointIndex joints(model);
+  std::size_t ordinal = 0;
+  for (const Value* table : tables) {
+    const std::string label = "trajectory " + std::to_string(++ordinal);
+    Section section(*table, label, findings);
+    Trajectory trajectory = read_trajectory(section, model, joints, degrees, folder, files, findings);
+    if (trajectory.link < 0) continue;
+    const std::string& joint = model.links[trajectory.link].joint.name;
+    if (std::any_of(trajectories.begin(), trajectories.end(),
+                    [&](const Trajectory& other) { return other.link == trajectory.link; }))
+      section.error("joint", "joint '" + joint + "' has a trajectory already");
+    else
+      trajectories.push_back(std::move(trajectory));
+  }
+  return trajectories;
+}
+
+}  // namespace redysim
