@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws accuracy.png, what accuracy costs on the KUKA KR5, as the README shows it: python bench/accuracy_picture.py -o out/bench"""
+"""Draws accuracy.png, the work-precision diagram of the KUKA KR5: python bench/accuracy_picture.py -o out/bench"""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def power(number: float) -> str:
 
 
 def curve(axes, report: Report, method: str, strong: bool) -> None:
-    """One method with inputs that change at each step, its name at its end."""
+    """Draws one method with changing inputs and labels its end."""
     points = [p for p in report.points if p.method == method and p.good and p.error > 0]
     if not points:
         return
@@ -42,7 +42,7 @@ def curve(axes, report: Report, method: str, strong: bool) -> None:
 
 
 def always_alike(report: Report, method: str, other: str) -> bool:
-    """Whether a method is another one under its own name, as `auto` is: the same errors."""
+    """Whether two methods have the same errors, as `auto` and the method that it selects."""
     errors = [{f"{p.error:.1e}" for p in report.points if p.method == name and p.good} for name in (method, other)]
     return len(errors[0] & errors[1]) > len(errors[0]) / 2
 
@@ -69,10 +69,10 @@ def draw(report: Report, file: Path) -> None:
     axes.set_ylim(bottom, None)
     first, last = chosen[TARGETS[0]], chosen[TARGETS[-1]]
     if first and last:
-        figure.suptitle(f"KUKA KR5: a million times more accuracy for {last.us_per_ms / first.us_per_ms:.1f} times the time", x=0.01, ha="left", fontsize=13, weight="bold", color=INK)
-    axes.set_title(f"six joints, torques that change every {1e3 * report.step:g} ms; {processor()}, one thread", loc="left", fontsize=9, color=PALE)
-    axes.set_xlabel("largest error of a joint in 1 s of free fall [rad], more accurate to the right")
-    axes.set_ylabel("computing time for 1 ms of motion [µs]")
+        figure.suptitle(f"KUKA KR5: errors from 1e-3 to 1e-9 rad for {last.us_per_ms / first.us_per_ms:.1f} times the CPU time", x=0.01, ha="left", fontsize=13, weight="bold", color=INK)
+    axes.set_title(f"six joints, torques changing every {1e3 * report.step:g} ms; {processor()}, one thread", loc="left", fontsize=9, color=PALE)
+    axes.set_xlabel("maximum joint error in 1 s of free fall [rad], more accurate to the right")
+    axes.set_ylabel("CPU time per 1 ms of motion [µs]")
     axes.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:g}"))
     axes.yaxis.set_major_locator(LogLocator(10, subs=(1, 2, 5)))
     axes.yaxis.set_minor_formatter(NullFormatter())
@@ -89,7 +89,7 @@ def draw(report: Report, file: Path) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "out" / "bench")
-    parser.add_argument("--quick", action="store_true", help="each run once")
+    parser.add_argument("--quick", action="store_true", help="run each combination once")
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
     wish = Wish(steps=[STEP], changing=(True,), seconds=30 if options.quick else 120, repeats=1 if options.quick else 20)

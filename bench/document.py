@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Puts the figures of out/bench into the pages that show them.
+"""Writes the figures of out/bench into the documentation pages.
 
-    python bench/document.py            pages with new figures into out/bench
-    python bench/document.py --docs     and into docs/, with the plots
+    python bench/document.py            updated pages in out/bench
+    python bench/document.py --docs     the same in docs/, with the plots
 
-A page marks what is measured by `<!-- measured NAME -->` and `<!-- end -->`; what stands between is replaced. All lines `scene.metric value`
-of a run go into figures.txt as well.
+The text between `<!-- measured NAME -->` and `<!-- end -->` is replaced. All lines `scene.metric value` of a run are also written to
+figures.txt.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ PICTURES = ("peers_*.svg", "peers_*.png", "accuracy.png")
 
 
 def machine(folder: Path) -> str:
-    """Machine, flags, versions and commit, as the stages noted them."""
+    """Machine, flags, versions and commit, as recorded by the stages."""
     lines = [line[2:] for line in read(folder / "core.txt").splitlines() if line.startswith("# ")]
-    lines = [line for line in lines if not line.startswith("Pinocchio")]  # named below with the others
+    lines = [line for line in lines if not line.startswith("Pinocchio")]  # listed below with the others
     versions = read(folder / "peers.md").split(";")[0].strip()
     if versions:
         lines.append(versions)
     load = read(folder / "load.txt").split()
     if load:
-        lines.append(f"load average while it ran: {load[0]} to {load[1]}; the run took {load[2]} minutes")
+        lines.append(f"load average during the run: {load[0]} to {load[1]}; the run took {load[2]} minutes")
     if load[3:]:
-        lines.append("a quick run: few repetitions, and runs above 0.05 s of CPU time left out of the comparison; the figures are rough")
+        lines.append("quick run: few repetitions, runs above 0.05 s of CPU time omitted from the comparison; approximate figures")
     commits = {found[1] for name in LINES for found in re.finditer(r"commit ([0-9a-f]+(?: with changes)?)", read(folder / name))}
     if len(commits) > 1:
-        lines.append(f"not all from one commit: {', '.join(sorted(commits))}")
+        lines.append(f"from different commits: {', '.join(sorted(commits))}")
     return "\n".join(f"* {line}" for line in lines) + "\n"
 
 
@@ -55,7 +55,7 @@ def every_line(folder: Path) -> str:
 
 
 def blocks(folder: Path) -> dict[str, str]:
-    """Returns what each mark gets; a mark whose file is missing keeps what it has."""
+    """Returns the new text of each mark; a mark whose file is missing is omitted."""
     makers: dict[str, tuple[str, Callable[[str], str]]] = {
         "recursions": ("core.txt", tables.recursions), "right_hand_sides": ("core.txt", tables.right_hand_sides), "do_step": ("do_step.txt", tables.steps),
         "latency": ("latency.txt", tables.latencies), "parts": ("parts.txt", tables.parts), "peers": ("peers.md", str), "losses": ("losses.md", str),
@@ -67,7 +67,7 @@ def blocks(folder: Path) -> dict[str, str]:
         if text:
             found[mark] = maker(text)
         else:
-            print(f"{file} is not there: `{mark}` stays as it is")
+            print(f"{file} not found: `{mark}` is unchanged")
     if (folder / "core.txt").exists():
         found["machine"] = machine(folder)
     return found
@@ -75,7 +75,7 @@ def blocks(folder: Path) -> dict[str, str]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--docs", action="store_true", help="write into docs/ too")
+    parser.add_argument("--docs", action="store_true", help="also write to docs/")
     parser.add_argument("--figures", type=Path, default=ROOT / "out" / "bench")
     options = parser.parse_args()
     (options.figures / "figures.txt").write_text(every_line(options.figures), encoding="utf-8")

@@ -1,5 +1,5 @@
-// What keeps loops closed, measured: one embedded Runge-Kutta method (Dormand and Prince 1980, 5(4)) with
-// plain step control, four treatments of the loops, the same right-hand side. Prints the table of
+// Comparison of four stabilisation methods for closed loops: one embedded Runge-Kutta method (Dormand and
+// Prince 1980, 5(4)) with elementary step size control and the same right-hand side. Prints the table of
 // docs/loops.md.
 //
 //     projection_methods [MODEL [END [STEP]]]      default: four_bar, 10 s, communication step 0.1 s
@@ -21,7 +21,7 @@ using namespace redysim;
 namespace {
 
 enum class Treatment { none, baumgarte, communication_step, each_step };
-constexpr const char* names[] = {"none", "Baumgarte 10", "once a communication step", "each step"};
+constexpr const char* names[] = {"none", "Baumgarte 10", "once per communication step", "after each step"};
 
 constexpr double c[7] = {0, 0.2, 0.3, 0.8, 8.0 / 9, 1, 1};
 constexpr double a[7][6] = {{},
@@ -145,7 +145,7 @@ int main(int count, char** arguments) {
   // q at the end of a run that is as tight as double precision allows
   const std::vector<double> truth = Integration(plan, Treatment::each_step, 1e-13, step).run(start, end).y;
   std::printf(
-      "| rtol | treatment | gap, m | energy / kinetic | error of q | evaluations | ms |\n| --- | --- | --- | "
+      "| rtol | method | gap, m | energy error | error of q | evaluations | ms |\n| --- | --- | --- | "
       "--- | --- | --- | --- |\n");
   for (double rtol : {1e-4, 1e-6, 1e-8, 1e-10})
     for (Treatment treatment :

@@ -1,4 +1,4 @@
-"""Lines `scene.metric value` as the tables of docs/performance.md."""
+"""Converts lines `scene.metric value` to the tables of docs/performance.md."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ SIZES = (1, 2, 6, 7, 30, 100, 1000)
 PART_WORDS = {
     "loops": "closed loops", "springs": "springs between bodies", "friction": "dry friction and stops", "ports": "forces at frames", "motion": "prescribed motion",
     "spherical": "spherical joints", "control": "trajectories and controllers", "energies": "energies and work", "multistep_and_implicit": "`adams`, `dirk`, `bdf`, `auto`",
-    "all_these": "all of them",
+    "all_these": "all of these",
 }
 
 LINE_WORDS = {"kuka_kr5": "kuka_kr5, last link tunable", "any_angle_chain_6": "6 joints of any geometry", "any_angle_chain_12": "12 joints of any geometry"}
@@ -22,7 +22,7 @@ def figures(text: str) -> dict[str, float]:
 
 
 def recursions(core: str) -> str:
-    """The table of forward and inverse dynamics in ns, with Pinocchio's where it was there."""
+    """The table of forward and inverse dynamics in ns, with Pinocchio's if it was measured."""
     found = figures(core)
 
     def cell(name: str) -> str:
@@ -31,7 +31,7 @@ def recursions(core: str) -> str:
     def ratio(name: str) -> str:
         return f"{found[name]:.1f}×" if name in found else "–"
 
-    lines = ["| joints | angles | forward dynamics, ns | Pinocchio `aba` slower by | inverse dynamics, ns | Pinocchio `rnea` slower by |", "| --- " * 6 + "|"]
+    lines = ["| joints | angles | forward dynamics, ns | Pinocchio `aba`, ratio | inverse dynamics, ns | Pinocchio `rnea`, ratio |", "| --- " * 6 + "|"]
     for kind, words in (("right_angle", "right"), ("any_angle", "any")):
         for n in SIZES:
             scene = f"{kind}_chain_{n}"
@@ -43,24 +43,24 @@ def recursions(core: str) -> str:
 
 
 def right_hand_sides(core: str) -> str:
-    """The right-hand side of the whole models: springs, loops, friction and the work included."""
+    """The table of right-hand sides of complete models, including springs, loops, friction and work."""
     rows = [(name.removesuffix(".right_hand_side_ns"), value) for name, value in figures(core).items() if name.endswith(".right_hand_side_ns")]
     return "\n".join(["| scene | one right-hand side, ns |", "| --- | --- |", *(f"| `{name}` | {value:,.0f} |" for name, value in rows)]) + "\n"
 
 
 def steps(text: str) -> str:
-    """Names and values as they are."""
+    """The table of names and values, unchanged."""
     return "\n".join(["| metric | value |", "| --- | --- |", *(f"| `{name}` | {value:g} |" for name, value in figures(text).items())]) + "\n"
 
 
 def latencies(text: str) -> str:
-    """A row a scene: what starts, steps and many instances cost."""
+    """The table of latencies: start-up, steps and many instances, one row per scene."""
     found = figures(text)
     many = max((int(match[1]) for name in found if (match := re.search(r"of_(\d+)_instances_step_ns", name))), default=1)
-    columns = [("instantiate", "instantiate_ns", 1e-6, " ms"), ("initialise", "initialise_ns", 1e-6, " ms"), ("bytes", "bytes", 1e-3, " kB"),
-               ("step, inputs held: median", "constant_median_ns", 1e-3, " µs"), ("99 %", "constant_p99_ns", 1e-3, " µs"),
-               ("inputs change: median", "changing_median_ns", 1e-3, " µs"), ("99 %", "changing_p99_ns", 1e-3, " µs"),
-               ("allocations", "changing_allocations", 1, ""), (f"a step of each of {many:,}", f"of_{many}_instances_step_ns", 1e-3, " µs")]
+    columns = [("instantiate", "instantiate_ns", 1e-6, " ms"), ("initialize", "initialise_ns", 1e-6, " ms"), ("memory", "bytes", 1e-3, " kB"),
+               ("step, constant inputs: median", "constant_median_ns", 1e-3, " µs"), ("99 %", "constant_p99_ns", 1e-3, " µs"),
+               ("changing inputs: median", "changing_median_ns", 1e-3, " µs"), ("99 %", "changing_p99_ns", 1e-3, " µs"),
+               ("allocations", "changing_allocations", 1, ""), (f"step of each of {many:,}", f"of_{many}_instances_step_ns", 1e-3, " µs")]
     lines = ["| scene | " + " | ".join(head for head, *_ in columns) + " |", "| --- " * (len(columns) + 1) + "|"]
     for scene in dict.fromkeys(name.split(".")[0] for name in found):
         cells = [f"{found[name] * factor:.3g}{unit}" if (name := f"{scene}.{metric}") in found else "–" for _, metric, factor, unit in columns]
@@ -69,22 +69,22 @@ def latencies(text: str) -> str:
 
 
 def parts(text: str) -> str:
-    """A row a part: what the whole library needs more than one without it."""
+    """The table of unused parts: cost of the general library relative to one without the part, one row per part."""
     found = figures(text)
     scenes = list(dict.fromkeys(name.split(".")[0] for name in found))
     heads = [f"{scene}: {metric}" for scene in scenes for metric in ("instructions", "time")]
-    lines = ["| part that the library lacks | " + " | ".join(heads) + " | bytes an instance | other variables |", "| --- " * (len(heads) + 3) + "|"]
+    lines = ["| omitted part | " + " | ".join(heads) + " | memory per instance | variables that differ |", "| --- " * (len(heads) + 3) + "|"]
     for part in dict.fromkeys(name.split(".")[1].removeprefix("without_") for name in found):
         cells = [f"{found[name]:.3f}" if (name := f"{scene}.without_{part}.{metric}") in found else "–" for scene in scenes for metric in ("instructions", "time")]
         sizes = [found[name] for scene in scenes if (name := f"{scene}.without_{part}.bytes") in found]
         others = [found[name] for scene in scenes if (name := f"{scene}.without_{part}.variables") in found]
-        same = "the same" if all(size == 1 for size in sizes) else f"{max(sizes):.4f}"
+        same = "equal" if all(size == 1 for size in sizes) else f"{max(sizes):.4f}"
         lines.append(f"| {PART_WORDS.get(part, part)} | " + " | ".join(cells) + f" | {same} | {'none' if not any(others) else int(max(others))} |")
     return "\n".join(lines) + "\n"
 
 
 def straight_lines(text: str) -> str:
-    """A row a scene: forward dynamics by the recursion and as straight-line code; below it, what the KR5's own library gains."""
+    """The table of forward dynamics by the recursion and as straight-line code, then the speed-up of the KR5's specialised library."""
     found = figures(text)
     lines = ["| scene | operations | recursion | straight line | ratio |", "| --- " * 5 + "|"]
     for name in (name for name in found if name.endswith(".straight_line_operations")):
@@ -92,7 +92,7 @@ def straight_lines(text: str) -> str:
         recursion, line = found[f"{scene}.recursion_ns"], found[f"{scene}.straight_line_ns"]
         ratio = f"{recursion / line:.1f}" + ("" if found[name] <= found["longest_straight_line.operations"] else ", not used")
         lines.append(f"| {LINE_WORDS.get(scene, scene)} | {found[name]:.0f} | {recursion:.0f} ns | {line:.0f} ns | {ratio} |")
-    below = [f"One evaluation of forward dynamics, medians in one process. {' '.join(line[2:] for line in text.splitlines() if line.startswith('# '))}"]
+    below = [f"One evaluation of forward dynamics, medians within one process. {' '.join(line[2:] for line in text.splitlines() if line.startswith('# '))}"]
     if "kuka_kr5.specialised_library_bytes" in found:
         own, general = (found[f"kuka_kr5.{kind}_library_bytes"] / 1e6 for kind in ("specialised", "general"))
         below.append(f"The KR5's library is {own:.2f} MB instead of {general:.2f} MB, and a run {found['kuka_kr5.specialised_run_times_faster']:.2f} times as fast.")
@@ -101,7 +101,7 @@ def straight_lines(text: str) -> str:
 
 @dataclass(frozen=True)
 class Target:
-    """One figure to reach: the worst of the metrics that match counts."""
+    """A target value; the worst of the matching metrics counts."""
 
     words: str
     metric: str  # regular expression
@@ -120,31 +120,31 @@ class Target:
 
 
 TARGETS = (
-    Target("forward dynamics, 6 and 30 joints, Pinocchio's time over ours", r"(right|any)_angle_chain_(6|30)\.forward_dynamics_times_faster_than_pinocchio", 4, True),
-    Target("cost of a joint among 1000 over that among 10", r"\w+_angle_chain\.forward_dynamics_cost_each_at_1000_against_10", 1.3),
-    Target("step of 1 ms over its stages' right-hand sides, KR5, torques change", r"kuka_kr5\.do_step_1ms_over_right_hand_sides", 1.5),
+    Target("forward dynamics, 6 and 30 joints, Pinocchio's CPU time relative to ours", r"(right|any)_angle_chain_(6|30)\.forward_dynamics_times_faster_than_pinocchio", 4, True),
+    Target("cost per joint at 1000 joints relative to 10 joints", r"\w+_angle_chain\.forward_dynamics_cost_each_at_1000_against_10", 1.3),
+    Target("step of 1 ms relative to the right-hand sides of its stages, KR5, changing torques", r"kuka_kr5\.do_step_1ms_over_right_hand_sides", 1.5),
     Target("allocations in a step", r"\w+\.(constant|changing)_allocations", 0),
-    Target("99th percentile over median, KR5, torques change", r"kuka_kr5\.changing_p99_over_median", 2),
-    Target("the nearest peer's time over ours, errors of 1e-3 to 1e-9", r"\w+\.nearest_peer_times_slower_at_1e-0[3-9]", 1, True),
-    Target("accelerations and torques of random states, relative error", r"\w+\.random_states_[fi]d_error", 1e-12),
-    Target("trajectories, error over rtol and the scene's own amplification", r"\w+\.trajectory_error_in_rtol_times_amplification", 100),
-    Target("loop gap, m or rad", r"\w+\.loop_gap_in_\d+_s", 1e-10),
+    Target("99th percentile relative to median, KR5, changing torques", r"kuka_kr5\.changing_p99_over_median", 2),
+    Target("CPU time of the fastest other simulator relative to ours, errors of 1e-3 to 1e-9", r"\w+\.nearest_peer_times_slower_at_1e-0[3-9]", 1, True),
+    Target("accelerations and torques at random states, relative error", r"\w+\.random_states_[fi]d_error", 1e-12),
+    Target("trajectories, error relative to rtol times the amplification of the scene", r"\w+\.trajectory_error_in_rtol_times_amplification", 100),
+    Target("constraint violation of loops, m or rad", r"\w+\.loop_gap_in_\d+_s", 1e-10),
     Target("shared library, MB", r"library_megabytes", 1),
     Target("instantiate, ms", r"\w+\.instantiate_ms", 1),
-    Target("an instance of the KR5, kB", r"kuka_kr5\.kilobytes", 64),
-    Target("a part that a scene does not use: instructions with it over without", r"\w+\.without_(?!all_these)\w+\.instructions", 1.02),
+    Target("memory of an instance of the KR5, kB", r"kuka_kr5\.kilobytes", 64),
+    Target("an unused part of the library: instructions with it relative to without", r"\w+\.without_(?!all_these)\w+\.instructions", 1.02),
 )
 
 
 def targets(text: str) -> str:
-    """The design's figures beside what was reached."""
+    """The table of targets and results."""
     found = figures(text)
-    lines = ["| figure | to reach | reached, the worst | where |", "| --- | --- | --- | --- |"]
+    lines = ["| quantity | target | worst result | metric |", "| --- | --- | --- | --- |"]
     return "\n".join(lines + [target.row(found) for target in TARGETS]) + "\n"
 
 
 def derived(found: dict[str, float]) -> dict[str, float]:
-    """Figures that follow from others, for the targets."""
+    """Figures that are derived from others, for the targets."""
     more = {}
     for name, value in found.items():
         scene, _, metric = name.rpartition(".")

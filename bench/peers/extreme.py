@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Stiff and extreme scenes in this project's FMU, MuJoCo, Drake and Exudyn: who gets through, how well and in what time.
+"""Stiff and extreme scenes in this project's FMU, MuJoCo, Drake and Exudyn: success, error and CPU time.
 
     python bench/peers/extreme.py -o out/bench
 
-Everyone steps as a user would begin: fixed steps of 1 ms (0.5 ms where a torque switches every 0.5 ms), or error control with
-tolerance 1e-6. Scenes are neutral files as in tests/scenes; our models are imported from them. References: two_rods.py, and
-for the parallelogram the pendulum that it is. Leaves extreme.md.
+Initial settings of a typical user: fixed steps of 1 ms (0.5 ms where a torque switches every 0.5 ms), or error control with tolerance
+1e-6. Scenes are neutral files as in tests/scenes; our models are imported from them. References: two_rods.py, and for the
+parallelogram the equivalent pendulum. Writes extreme.md.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from work_precision import error_of  # noqa: E402
 from worker import Gone  # noqa: E402
 
 TOLERANCE = 1e-6
-LIMIT = 60.0  # seconds of CPU time or waiting: longer than anyone would
+LIMIT = 60.0  # s of CPU time or wall-clock time
 
 
 def imported(data: dict, title: str, methods: tuple[str, ...], work: Path) -> Scene:
@@ -64,7 +64,7 @@ def rods(name: str, title: str, work: Path, masses=(1.0, 1.0), torque=0.0, frequ
 
 
 def parallelogram(work: Path) -> Scene:
-    """Starts flat, where its two branches meet, and swings through the flat positions: one pendulum in four bars."""
+    """Starts in a flat configuration, where two branches meet, and swings through flat configurations; equivalent to a single pendulum."""
     data = copy.deepcopy(public("fourbar_forced", "four_bar", "", ()).data)
     length, masses, speed = 0.2, (0.5, 0.5, 0.8), 2.0
     data.update(name="flat_parallelogram", inputs=[], initial={"q": [0.0, 0.0, 0.0], "qd": [speed, speed, -speed]}, time={"t_end": 3.0, "dt_out": 0.03})
@@ -72,11 +72,11 @@ def parallelogram(work: Path) -> Scene:
         body.update(mass=mass, com=[rod / 2, 0.0, 0.0], inertia=[0.0, mass * rod**2 / 12, mass * rod**2 / 12, 0.0, 0.0, 0.0])
         body["joint"]["mdh"]["a"] = x
         body["joint"]["placement"]["p"] = [x, 0.0, 0.0]
-    # crank and rocker stand on the ground at 0 and 0.3 m; the coupler hangs on the rocker and reaches back to the crank
+    # crank and rocker pivot on the ground at 0 and 0.3 m; the coupler is a child of the rocker and closes the loop at the crank
     data["bodies"][2]["parent"] = 1
     data["initial"]["q"][2] = float(np.pi)
     data["loops"][0].update(body_a=0, point_a=[length, 0.0, 0.0], body_b=2, point_b=[0.3, 0.0, 0.0])
-    scene = imported(data, "parallelogram that starts flat and passes flat positions, where the loop is singular", ("erk",), work)
+    scene = imported(data, "parallelogram through flat configurations, where the loop is singular", ("erk",), work)
     inertia = R(length) ** 2 * (R(masses[0]) / 3 + R(masses[1]) / 3 + R(masses[2]))
     weight = G * R(length) * (R(masses[0]) / 2 + R(masses[1]) / 2 + R(masses[2]))
     rows = run(lambda y: np.array([y[1], -weight * np.cos(y[0]) / inertia]), (0, speed), scene.step, scene.rows, 30)
@@ -85,9 +85,9 @@ def parallelogram(work: Path) -> Scene:
 
 
 def cases(work: Path) -> list[tuple[Scene, float]]:
-    """Scenes with the fixed step to try."""
+    """Scenes with their fixed step size."""
     return [
-        (public("stiff_strut", "stiff_strut", "strut of 1e7 N/m and 1e4 N s/m on two rods", ("bdf", "dirk", "erk"), stiff=True), 1e-3),
+        (public("stiff_strut", "stiff_strut", "two rods with a strut of 1e7 N/m and 1e4 N s/m", ("bdf", "dirk", "erk"), stiff=True), 1e-3),
         (rods("heavy_tip", "two rods, the outer one 1e6 times heavier", work, masses=(1.0, 1e6)), 1e-3),
         (rods("light_tip", "two rods, the outer one 1e6 times lighter", work, masses=(1.0, 1e-6)), 1e-3),
         (parallelogram(work), 1e-3),
@@ -104,14 +104,14 @@ def attempts(scene: Scene, step: float) -> list[tuple[str, str, float, str]]:
     if scene.has_loops:
         found += [("Drake", "sap", cuts, f"SAP, {fixed}")]
     else:
-        found += [("Drake", f"{method}:{step!r}", TOLERANCE, f"{method}, {controlled}, no step above {fixed}") for method in ("runge_kutta3", "radau3")]
+        found += [("Drake", f"{method}:{step!r}", TOLERANCE, f"{method}, {controlled}, maximum step {fixed}") for method in ("runge_kutta3", "radau3")]
         found += [("Exudyn", "RK44", cuts, f"RK44, {fixed}"), ("Exudyn", "DOPRI5", TOLERANCE, f"DOPRI5, {controlled}")]
     found += [("Exudyn", "GeneralizedAlpha", cuts, f"generalized alpha, {fixed}")]
     return found
 
 
 def table(scene: Scene, step: float, peers: Peers, absent: dict[str, str], limit: float) -> str:
-    lines = [f"**{scene.title}**", "", "| simulator | how | largest error, rad | CPU ms a simulated second |", "| --- | --- | --- | --- |"]
+    lines = [f"**{scene.title}**", "", "| simulator | settings | maximum error, rad | CPU time, ms per simulated second |", "| --- | --- | --- | --- |"]
     workers = {}
     for peer, method, value, words in attempts(scene, step):
         if peer in absent:
@@ -123,13 +123,13 @@ def table(scene: Scene, step: float, peers: Peers, absent: dict[str, str], limit
             answer = workers[peer].ask(method, value, limit)
         except Gone:
             workers.pop(peer).close()
-            lines.append(f"| {peer} | {words} | no end within {limit:.0f} s, or the process died | |")
+            lines.append(f"| {peer} | {words} | no result within {limit:.0f} s, or the process crashed | |")
             continue
         if answer.rows is None:
             lines.append(f"| {peer} | {words} | failed: {answer.failure} | |")
             continue
         error = error_of(scene, answer.rows)
-        judged = f"{error:.1e}" if error < 1 else f"{error:.1e}, lost"
+        judged = f"{error:.1e}" if error < 1 else f"{error:.1e}, wrong solution"
         lines.append(f"| {peer} | {words} | {judged} | {1e3 * answer.seconds / scene.end:.3g} |")
     for worker in workers.values():
         worker.close()
@@ -141,7 +141,7 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "out" / "bench")
     parser.add_argument("--programs", type=Path, default=ROOT / "build" / "bench" / "bench" / "peers")
     parser.add_argument("--python", type=Path, default=ROOT / "build" / "peers" / "bin" / "python")
-    parser.add_argument("--limit", type=float, default=LIMIT, help="seconds for a run")
+    parser.add_argument("--limit", type=float, default=LIMIT, help="time limit of a run, s")
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
     work = ROOT / "build" / "peers_work"

@@ -29,8 +29,8 @@ def draw(scene, points, folder: Path) -> None:
             linewidth=2.4 if ours else 1.2, color=COLOURS[curve.peer], label=curve.label, zorder=3 if ours else 2,
         )
     axes.set_xlim(1e-12, 1)
-    axes.set_xlabel("largest error of a joint's position, rad")
-    axes.set_ylabel("CPU time, ms a simulated second")
+    axes.set_xlabel("maximum error of a joint position, rad")
+    axes.set_ylabel("CPU time, ms per simulated second")
     axes.set_title(scene.title)
     axes.grid(True, which="major", alpha=0.3)
     axes.legend(fontsize=7.5, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
@@ -41,15 +41,15 @@ def draw(scene, points, folder: Path) -> None:
 
 
 def cheapest(points, peer: str, target: float):
-    """The fastest run of a peer whose error is no larger than the target."""
+    """The fastest run of a simulator that meets the target."""
     good = [point for point in points if point.curve.peer == peer and point.error <= target]
     return min(good, key=lambda point: point.median, default=None)
 
 
 def table(scene, points) -> str:
-    """Markdown: per target the time of each peer, and how many times longer than ours."""
+    """Markdown table: CPU time of each simulator per target, and its ratio to ours."""
     peers = [peer for peer in COLOURS if any(point.curve.peer == peer for point in points)]
-    lines = [f"**{scene.title}**, ms a simulated second (times ours)", "", "| error ≤ | " + " | ".join(peers) + " |", "| --- " * (len(peers) + 1) + "|"]
+    lines = [f"**{scene.title}**, CPU time in ms per simulated second (ratio to ours)", "", "| error ≤ | " + " | ".join(peers) + " |", "| --- " * (len(peers) + 1) + "|"]
     for target in TARGETS:
         ours = cheapest(points, "ReDySim-FMU", target)
         cells = []
@@ -66,7 +66,7 @@ def table(scene, points) -> str:
 
 
 def lines(scene, points) -> list[tuple[str, float]]:
-    """(scene.metric, value): what each peer, and the nearest of them, takes as a multiple of our time at equal error."""
+    """(scene.metric, value): CPU time of each simulator, and of the fastest one, relative to ours at equal error."""
     found = []
     for power in range(2, 11):
         ours = cheapest(points, "ReDySim-FMU", 10.0**-power)
@@ -81,7 +81,7 @@ def lines(scene, points) -> list[tuple[str, float]]:
 
 
 def losses(scene, points) -> str:
-    """A line of Markdown: at which errors some run of a peer is cheaper than ours, at any bound from 0.3 to 1e-11."""
+    """A line of Markdown: the error bounds from 0.3 to 1e-11 at which a run of another simulator is cheaper than ours."""
     ahead: dict[str, list[tuple[float, float]]] = {}
     for fourth in range(2, 45):
         bound = 10.0 ** (-fourth / 4)
@@ -96,5 +96,5 @@ def losses(scene, points) -> str:
     for label, cases in ahead.items():
         largest, smallest, most = max(b for b, _ in cases), min(b for b, _ in cases), max(r for _, r in cases)
         where = f"at {largest:.1g} rad" if largest == smallest else f"between {largest:.1g} and {smallest:.1g} rad"
-        words.append(f"{label} {where}, {'where none of ours is as good' if most == float('inf') else f'by up to {most:.2f}×'}")
+        words.append(f"{label} {where}, {'where no run of ours is as accurate' if most == float('inf') else f'by up to {most:.2f}×'}")
     return f"* **{scene.title}**: {'; '.join(words)}.\n"

@@ -1,4 +1,4 @@
-"""ReDySim's example runs, and what is known of their results: printed by ReDySim (seven digits) or by an independent program.
+"""ReDySim's example runs, and their known results: printed by ReDySim (seven digits) or computed by an independent program.
 
 A controller of the examples becomes part of the plant where that is exact: set-point PD control is a spring and a damper in
 the joint, and PD control along a trajectory is that with kp q_r(t) + kd qd_r(t) as the torque.
@@ -90,9 +90,9 @@ LEG = (-3.158557789, 4.063256685, -1.854666683, -0.591670424, -1.953723392, -1.9
 LEG_JOINTS = ("crank_joint.q", "rocker_joint.q", "coupler_joint.q", "hip.q", "upper_bar_joint.q", "knee.q", "lower_bar_joint.q")
 BASE = ("base[1].q", "base[2].q", "base.angle[1]")
 PLANAR = ("crank_joint", "joint2", "joint3")
-LOOPS = "the program that it is compared with does not project loops"
-TORN = "ReDySim does not project loops, its tolerance is 1e-4"
-ROUNDED = "the start pose was typed with few digits; here it is closed"
+LOOPS = "the reference program does not project loops"
+TORN = "ReDySim does not project loops; its tolerance is 1e-4"
+ROUNDED = "the start pose is given with few digits; here it satisfies the loops"
 
 CASES = (
     Case("E1 gripper", "inverse, cycloid in 1 s", "gripper_redysim", 0.01, series("torques", joints(4, "tau"), GRIPPER, 7, INDEPENDENT),
@@ -108,7 +108,7 @@ CASES = (
     Case("E2 KUKA KR5", "free fall", "kuka_kr5", 0.1,
          (Known("accelerations", joints(6, "qdd"), (-4.144612897e-4, -18.38664091, 20.14824078, 0.5702649957, 8.385306827, -0.5706794570), 0.0, 9),
           Known("positions", joints(6, "q"), (0.04065864, -2.614181958, -1.511351762, 0.258479043, -2.429134661, 15.380385116), 1.0, 9))),
-    Case("E3 four-bar", "free, start pose closed", "four_bar", 0.01,
+    Case("E3 four-bar", "free, assembled start pose", "four_bar", 0.01,
          (Known("positions", tuple(f"{n}.q" for n in PLANAR), (-3.049359136, 2.716870683, 1.045587196), 1.33, 7, why=LOOPS),
           Known("velocities", tuple(f"{n}.qd" for n in PLANAR), (22.699830448, 5.089289659, 1.394078405), 1.33, 7, why=LOOPS),
           Known("start energy", ("energy.total",), (3.87657639,), 0.0, 8))),
@@ -119,7 +119,7 @@ CASES = (
     Case("E4 Hoeken", "free", "hoeken", 0.01,
          (Known("positions", ("crank_joint.q", "rocker_joint.q", "coupler_joint.q"), (0.001967898, 0.984967432, 4.314381214), 1.33, 4, why=ROUNDED),
           Known("crank rate", ("crank_joint.qd",), (4.597354942,), 1.33, 3, why=ROUNDED))),
-    Case("E6 slider-crank", "free, up to the singular pose", "slider_crank", 0.05,
+    Case("E6 slider-crank", "free, up to the singular configuration", "slider_crank", 0.05,
          (Known("positions", ("crank_joint.q", "rod_joint.q", "slider_joint.q"), (-2.545205006, 8.232002666, 1.123314785), 0.5, 10),
           Known("velocities", ("crank_joint.qd", "rod_joint.qd", "slider_joint.qd"), (-2.183492031, 4.366984064, -3.613111226), 0.5, 9)),
          start={"rod_joint.q0": 2 * pi}),
@@ -152,7 +152,7 @@ CASES = (
          start={f"joint{i}.{key}": value for i in (1, 2, 3) for key, value in (("stiffness", 49), ("damping", 14))},
          inputs=follow((0.3803, -0.6198, 1.2867), (-pi / 2,) * 3, 30.0, 49, 14)),
     Case("E18 satellite, 3 links", "inverse, cycloid in 20 s", "space_robot", 0.005,
-         (Known("base at the end", BASE, (0.07184241, 0.03819272, 1.036176), 20.0, 6, REDYSIM, why="ReDySim's own error: its seventh digits"),
+         (Known("base at the end", BASE, (0.07184241, 0.03819272, 1.036176), 20.0, 6, REDYSIM, why="the error of ReDySim's own result in the seventh digit"),
           Known("base at the end", BASE, (0.07184232258, 0.0381927257, 1.036175915247), 20.0, 9)),
          inputs=motion((0.3803, -0.6198, 1.2867), (-pi / 2,) * 3, 20.0, ("joint1", "joint2", "joint3")), inverse=True),
     Case("E22 cognate mechanism", "spring in the crank, damped", "cognate", 0.01,

@@ -60,7 +60,7 @@ def rows() -> list[str]:
 
 
 def test_the_page_shows_what_is_asserted():
-    text = DOCS.read_text(encoding="utf-8").partition("## What does not")[0]
+    text = DOCS.read_text(encoding="utf-8").partition("## Differences")[0]
     table = [line for line in text.splitlines() if line.startswith("| E")]
     assert table == rows(), "python -m tests.fmi.test_redysim_examples prints the table"
 
