@@ -21,9 +21,9 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from build_fmu import native  # noqa: E402
-from build_fmu.driver import Outcome, Staged, Task, drive, stage_model, staged  # noqa: E402
-from build_fmu.inverse import inverse_of  # noqa: E402
+from build_fmu.model.inverse import inverse_of  # noqa: E402
 from build_fmu.report.machine import machine_lines  # noqa: E402
+from build_fmu.run.driver import Outcome, Staged, Task, drive, stage_model, staged  # noqa: E402
 
 SCENES = ROOT / "tests" / "scenes"
 RANDOM_STATES = {"double_pendulum": "double_pendulum", "gripper": "gripper_freefall", "gripper_redysim": "gripper_redysim_freefall", "kuka_kr5": "kr5_freefall"}

@@ -17,7 +17,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from build_fmu.report.command import Wish, make_report  # noqa: E402
+from build_fmu.report.make import Wish, make_report  # noqa: E402
 from build_fmu.report.machine import processor  # noqa: E402
 from build_fmu.report.pages import COLOURS, Report, advice, chosen as chosen_run, cost  # noqa: E402
 

@@ -66,8 +66,8 @@ def main():
         sys.exit("no benchmark program: configure with -DREDYSIM_BENCH=ON and build the target inverse_batch")
     import fmpy
 
-    from build_fmu.build import build
-    from build_fmu.inverse import inverse_of
+    from build_fmu.fmu.build import build
+    from build_fmu.model.inverse import inverse_of
 
     rows = motion()
     with tempfile.TemporaryDirectory() as place:

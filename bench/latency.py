@@ -18,9 +18,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from build_fmu.driver import Task, latency, staged
 from build_fmu.errors import UserError
 from build_fmu.report.machine import machine_lines
+from build_fmu.run.driver import Task, latency, staged
 
 SCENES = ("pendulum", "four_bar", "kuka_kr5", "long_chain", "four_bar_chain")
 STEP = 1e-3  # s

@@ -28,8 +28,8 @@ sys.path.insert(0, str(ROOT))
 
 from bare import bare  # noqa: E402
 from build_fmu import native  # noqa: E402
-from build_fmu.describe import describe  # noqa: E402
-from build_fmu.driver import Staged, Task, drive, job_lines, latency, stage_model  # noqa: E402
+from build_fmu.model.describe import describe  # noqa: E402
+from build_fmu.run.driver import Staged, Task, drive, job_lines, latency, stage_model  # noqa: E402
 from build_fmu.report.machine import machine_lines  # noqa: E402
 from variants import Build, build_each  # noqa: E402
 

@@ -21,9 +21,9 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from build_fmu import native  # noqa: E402
-from build_fmu.describe import describe  # noqa: E402
+from build_fmu.fmu.specialise import specialise  # noqa: E402
+from build_fmu.model.describe import describe  # noqa: E402
 from build_fmu.report.machine import machine_lines  # noqa: E402
-from build_fmu.specialise import specialise  # noqa: E402
 
 
 def longest_line() -> int:

@@ -1,3 +1,19 @@
-"""Packs a DH model file into an FMI 2.0 co-simulation FMU, simulates FMUs and draws what they did."""
+"""Packs a DH model file into an FMI 2.0 co-simulation FMU, simulates FMUs and draws what they did.
+
+From Python: `describe` reads a model file, `build` packs it, `Session` opens an FMU, `simulate` runs it with `Settings`.
+"""
+
+from importlib import import_module
 
 __version__ = "0.1.0"
+
+# the names for scripts, and the modules that they come from; a module is loaded when its name is first used
+_PUBLIC = {"UserError": "errors", "describe": "model.describe", "build": "fmu.build", "Session": "run.session", "Settings": "run.simulate",
+           "simulate": "run.simulate"}
+__all__ = list(_PUBLIC)
+
+
+def __getattr__(name: str) -> object:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'build_fmu' has no attribute '{name}'")
+    return getattr(import_module(f"build_fmu.{_PUBLIC[name]}"), name)

@@ -17,11 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from build_fmu.build import build
-from build_fmu.describe import describe
-from build_fmu.errors import UserError
-from build_fmu.session import Session
-from build_fmu.simulate import Settings, simulate
+from build_fmu import Session, Settings, UserError, build, describe, simulate
 
 RETRIES = 5  # of a run, when its worker is lost
 

@@ -1,10 +1,11 @@
-"""The project's own rules: arrows between rooms, file sizes, Python syntax, no machine paths.
+"""The project's own rules: include and import directions, file sizes, Python syntax, no machine paths.
 
 `lint.py [FOLDER]` checks the tree (default: this one), prints `file:line: sentence` for each breach and exits with 1.
 """
 
 from __future__ import annotations
 
+import ast
 import re
 import sys
 from collections.abc import Iterator
@@ -19,6 +20,8 @@ FOREIGN = (
     (re.compile(r"^(sundials|arkode|cvode|cvodes|nvector|sunmatrix|sunlinsol|sunnonlinsol|ida|kinsol)/"), ("integrate",), "SUNDIALS"),
     (re.compile(r"^fmi2"), ("fmi",), "the FMI headers"),
 )
+# folders of build_fmu in the order of the imports, as above; its plain modules (errors, files, native) come before all of them
+PACKAGES = ("model", "run", "draw", "importers", "report", "stress", "show", "fmu", "cli")
 LONGEST = 600  # lines of a file
 SIZED = ("fmu_src", "build_fmu", "tests", "bench", "scripts")
 CODE = (".hpp", ".cpp", ".h", ".py")
@@ -45,6 +48,7 @@ def breaches(root: Path) -> Iterator[str]:
                 yield f"{name}:{number}: {sentence}"
         if path.suffix == ".py":
             yield from syntax(path, name)
+    yield from import_breaches(root)
 
 
 def files(root: Path) -> list[Path]:
@@ -86,6 +90,65 @@ def syntax(path: Path, name: str) -> Iterator[str]:
         compile(path.read_bytes(), name, "exec")
     except (SyntaxError, ValueError) as error:
         yield f"{name}:{getattr(error, 'lineno', None) or 1}: {getattr(error, 'msg', error)}"
+
+
+def import_breaches(root: Path) -> Iterator[str]:
+    """Yields imports of build_fmu against the order of its folders, and one import of each cycle of modules."""
+    paths = {module_name(path.relative_to(root)): path for path in sorted((root / "build_fmu").rglob("*.py"))}
+    graph = {name: imports(path, set(paths)) for name, path in paths.items()}
+    for name, targets in graph.items():
+        where = paths[name].relative_to(root).as_posix()
+        for target, line in targets.items():
+            if rank(target) > rank(name):
+                yield f"{where}:{line}: {name} may not import {target}: the imports go errors, files, native → {' → '.join(PACKAGES)}"
+    for cycle in cycles(graph):
+        where = paths[cycle[0]].relative_to(root).as_posix()
+        yield f"{where}:{graph[cycle[0]][cycle[1]]}: cyclic import: {' → '.join(cycle)}"
+
+
+def module_name(path: Path) -> str:
+    """Returns the dotted name of a module's file."""
+    return ".".join(path.with_suffix("").parts).removesuffix(".__init__")
+
+
+def imports(path: Path, known: set[str]) -> dict[str, int]:
+    """Returns the modules among `known` that a file imports anywhere, with the line of the first import of each."""
+    try:
+        tree = ast.parse(path.read_bytes())
+    except (SyntaxError, ValueError):
+        return {}  # `syntax` reports it
+    found: dict[str, int] = {}
+    for node in ast.walk(tree):
+        names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        if isinstance(node, ast.ImportFrom) and node.module:
+            parts = [f"{node.module}.{alias.name}" for alias in node.names]
+            names = [part if part in known else node.module for part in parts]
+        for name in names:
+            if name in known:
+                found.setdefault(name, node.lineno)
+    return found
+
+
+def rank(module: str) -> int:
+    """Returns the place of a module in the order; build_fmu itself (version, public names) is first, `__main__` last."""
+    part = (module.split(".") + [""])[1]
+    return PACKAGES.index(part) if part in PACKAGES else len(PACKAGES) if part == "__main__" else -1
+
+
+def cycles(graph: dict[str, dict[str, int]]) -> Iterator[list[str]]:
+    """Yields a cycle for each import that leads back into the path by which it was found, depth first."""
+    done: set[str] = set()
+
+    def visit(name: str, path: list[str]) -> Iterator[list[str]]:
+        if name in path:
+            yield [*path[path.index(name):], name]
+        elif name not in done:
+            for target in graph[name]:
+                yield from visit(target, [*path, name])
+            done.add(name)
+
+    for name in graph:
+        yield from visit(name, [])
 
 
 def main() -> int:

@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 
 from build_fmu.errors import UserError, did_you_mean
-from build_fmu.expressions import compile_expression
 from build_fmu.importers import sheet
 from build_fmu.importers.draft import GROUND, DhFrame, Draft, DraftLink, Names, legal
 from build_fmu.importers.rigid import matrix_of, rotation_x, six_of, transform
 from build_fmu.importers.toml_writer import number
+from build_fmu.run.expressions import compile_expression
 
 ANGLES = ("alpha", "theta", "gamma")
 LENGTHS = ("a", "d", "b")

@@ -6,7 +6,7 @@ import re
 from html import escape
 from pathlib import Path
 
-from build_fmu.html_page import figures, write_html_page
+from build_fmu.draw.html_page import figures, write_html_page
 from build_fmu.report.machine import machine_lines
 from build_fmu.report.pages import Report, advice, cost, duration, method
 from build_fmu.report.sweep import Point

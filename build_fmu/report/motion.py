@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from build_fmu.driver import Staged
 from build_fmu.errors import UserError
+from build_fmu.run.driver import Staged
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from build_fmu.archive import whole_file
+from build_fmu.files import whole_file
 from build_fmu.report.advise import best, curves, seconds_for_all
 from build_fmu.report.machine import machine_lines
 from build_fmu.report.reference import Reference

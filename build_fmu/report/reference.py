@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from build_fmu.driver import Staged, Task, drive
 from build_fmu.errors import UserError
 from build_fmu.report.motion import Positions
-from build_fmu.signals import read_table
+from build_fmu.run.driver import Staged, Task, drive
+from build_fmu.run.signals import read_table
 
 TIGHT = (1e-13, 1e-12, 1e-11, 1e-10)
 # methods of different families first, so that they do not err alike

@@ -7,10 +7,10 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
-from build_fmu.driver import Outcome, Staged, Task, drive
 from build_fmu.errors import UserError
 from build_fmu.report.motion import Positions
 from build_fmu.report.reference import Reference
+from build_fmu.run.driver import Outcome, Staged, Task, drive
 
 METHODS = ("auto", "erk", "adams", "dirk", "bdf")
 TOLERANCES = tuple(10.0**-k for k in range(3, 13))

@@ -10,13 +10,13 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from build_fmu.describe import Description, describe
-from build_fmu.driver import Staged, Task, drive, stage_model
 from build_fmu.errors import UserError
+from build_fmu.model.describe import Description, describe
+from build_fmu.model.resources import attach
 from build_fmu.report.motion import Positions, positions
 from build_fmu.report.reference import Reference, from_csv, from_tight_runs
 from build_fmu.report.sweep import Inputs, offered_methods, task_for
-from build_fmu.resources import attach
+from build_fmu.run.driver import Staged, Task, drive, stage_model
 
 CANDIDATES = tuple(float(f"{head}e-{k}") for k in range(3, 13) for head in (3, 1))[1:]
 TIGHT_SECONDS = 60.0

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from build_fmu.archive import whole_file
-from build_fmu.describe import Description
-from build_fmu.drawing import mechanism
+from build_fmu.draw.drawing import mechanism
 from build_fmu.errors import UserError
+from build_fmu.files import whole_file
+from build_fmu.model.describe import Description
 from build_fmu.show.motion import Motion
 from build_fmu.show.page import Run
 

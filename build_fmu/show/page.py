@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from build_fmu.describe import Description
+from build_fmu.model.describe import Description
 
 SCRIPTS = ("data.js", "mechanism.js", "view.js", "paint.js", "plots.js", "player.js")
 TITLES = {"q": "Joint position", "qd": "Joint velocity", "qdd": "Joint acceleration", "tau": "Drive torque or force", "energy": "Energy",

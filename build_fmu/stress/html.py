@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
-from build_fmu.html_page import write_html_page
+from build_fmu.draw.html_page import write_html_page
 from build_fmu.report.machine import machine_lines
 from build_fmu.stress.cases import GROUPS
 from build_fmu.stress.pages import KINDS, LEGEND, MEANING, depth

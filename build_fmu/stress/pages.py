@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from build_fmu.archive import whole_file
+from build_fmu.files import whole_file
 from build_fmu.report.machine import machine_lines
 from build_fmu.stress.cases import GROUPS
 from build_fmu.stress.run import LARGEST_GAP, LONG_SHARE, REST, Verdict

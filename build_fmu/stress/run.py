@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from build_fmu.describe import describe
-from build_fmu.driver import Outcome, Staged, Task, drive, stage_model
 from build_fmu.errors import UserError
+from build_fmu.model.describe import describe
 from build_fmu.report.motion import Positions, positions
 from build_fmu.report.sweep import METHODS
+from build_fmu.run.driver import Outcome, Staged, Task, drive, stage_model
 from build_fmu.stress.cases import Case
 from build_fmu.stress.toml_text import toml_text
 

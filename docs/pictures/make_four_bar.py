@@ -18,8 +18,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
-from build_fmu.build import build
-from build_fmu.describe import describe
+from build_fmu import build, describe
 from tests.fmi.four_bar_lagrange import CLOSED, REDYSIM
 from tests.fmi.raw import OK, Slave, Unpacked
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from build_fmu.session import Session
-from build_fmu.simulate import Settings, simulate
+from build_fmu.run.session import Session
+from build_fmu.run.simulate import Settings, simulate
 from tests.fmi.conftest import ROOT, build_fmu
 from tests.fmi.raw import OK, Slave, Unpacked
 from tests.fmi.redysim_cases import KUKA, LEG, LEG_JOINTS

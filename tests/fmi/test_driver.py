@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from build_fmu import driver
-from build_fmu.describe import Variable
-from build_fmu.driver import Staged, Task, drive, latency, staged
+from build_fmu.run import driver
 from build_fmu.errors import UserError
+from build_fmu.model.describe import Variable
+from build_fmu.run.driver import Staged, Task, drive, latency, staged
 from tests.fmi.raw import OK, Slave
 
 

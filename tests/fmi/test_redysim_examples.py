@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from build_fmu.session import Session
-from build_fmu.simulate import Settings, simulate
+from build_fmu.run.session import Session
+from build_fmu.run.simulate import Settings, simulate
 from tests.fmi.redysim_cases import CASES, Case, Known
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "redysim_examples.md"

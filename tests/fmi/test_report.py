@@ -10,13 +10,13 @@ import zipfile
 import numpy as np
 import pytest
 
-from build_fmu.driver import Task, drive, staged
 from build_fmu.errors import UserError
-from build_fmu.report.command import Wish, make_report
+from build_fmu.report.make import Wish, make_report
 from build_fmu.report.motion import Positions, positions
 from build_fmu.report.pages import advice, page_lines
 from build_fmu.report.reference import from_csv, from_tight_runs
 from build_fmu.report.sweep import Inputs, task_for
+from build_fmu.run.driver import Task, drive, staged
 from tests.fmi.conftest import ROOT
 
 PENDULUM = ROOT / "models" / "pendulum.toml"

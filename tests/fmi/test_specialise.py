@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from build_fmu import native
-from build_fmu.build import build
-from build_fmu.describe import describe
+from build_fmu.fmu.build import build
+from build_fmu.model.describe import describe
 
 MODELS = native.SOURCE_TREE / "models"
 

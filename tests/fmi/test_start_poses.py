@@ -8,7 +8,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from build_fmu.describe import describe
+from build_fmu.model.describe import describe
 from build_fmu.native import describe_program
 from tests.fmi.conftest import build_fmu
 from tests.fmi.mixed_scenes import Scene

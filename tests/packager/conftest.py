@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from build_fmu.describe import from_table
+from build_fmu.model.describe import from_table
 
 DATA = Path(__file__).parent / "data"
 

@@ -4,7 +4,7 @@ from math import factorial
 from types import SimpleNamespace
 
 from build_fmu.errors import UserError
-from build_fmu.session import Session
+from build_fmu.run.session import Session
 
 
 def variable(name, causality, kind="Real", start=None, unit=None, display=None, initial=None):

@@ -8,11 +8,12 @@ import zipfile
 import pytest
 from fmpy.validation import validate_fmu
 
-from build_fmu import archive
-from build_fmu.archive import Entry, whole_file, write_archive
-from build_fmu.build import build
-from build_fmu.describe import describe
 from build_fmu.errors import UserError
+from build_fmu.files import whole_file
+from build_fmu.fmu import archive
+from build_fmu.fmu.archive import Entry, write_archive
+from build_fmu.fmu.build import build
+from build_fmu.model.describe import describe
 
 FILES = [
     "modelDescription.xml",

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from build_fmu import native
-from build_fmu.build import build
-from build_fmu.describe import describe
 from build_fmu.errors import UserError
+from build_fmu.fmu.build import build
+from build_fmu.model.describe import describe
 
 ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.slow

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lxml import etree
 
-from build_fmu.describe import from_table
-from build_fmu.description import _real, model_description
+from build_fmu.fmu.description import _real, model_description
+from build_fmu.model.describe import from_table
 
 SCHEMA = Path(fmpy.__file__).parent / "schema" / "fmi2" / "fmi2ModelDescription.xsd"
 

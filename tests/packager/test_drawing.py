@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from build_fmu.drawing import _Scene, draw, planar_axes
+from build_fmu.draw.drawing import _Scene, draw
+from build_fmu.model.planar import planar_axes
 
 UP = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
 ALONG_Y = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]

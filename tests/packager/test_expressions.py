@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from build_fmu.errors import UserError
-from build_fmu.expressions import compile_expression
+from build_fmu.run.expressions import compile_expression
 
 
 @pytest.mark.parametrize(

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from build_fmu.cli import main
-from build_fmu.describe import describe
+from build_fmu.draw.plots import panels
 from build_fmu.errors import UserError
-from build_fmu.plots import panels
-from build_fmu.session import Session
-from build_fmu.show.attached import attached_page
-from build_fmu.show.command import run_of
+from build_fmu.fmu.run_page import attached_page
+from build_fmu.model.describe import describe
+from build_fmu.run.session import Session
+from build_fmu.run.simulate import Settings, simulate
 from build_fmu.show.film import encoder
 from build_fmu.show.motion import Motion
-from build_fmu.simulate import Settings, simulate
+from build_fmu.show.runs import run_of
 from tests.packager.test_real_fmu import ROOT, pytestmark  # noqa: F401  skips where nothing is built
 
 # every kind of joint, a branch, a loop that moves, and a frame at each end for the FMU's own kinematics
@@ -191,7 +191,7 @@ def test_the_page_inside_an_fmu(tmp_path, capsys):
 
 
 def test_a_run_that_takes_too_long_is_left_out(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("build_fmu.show.attached.MOST_STEPS", 20)
+    monkeypatch.setattr("build_fmu.fmu.run_page.MOST_STEPS", 20)
     assert main(["build", str(ROOT / "models" / "planar_3r.toml"), "-o", str(tmp_path / "a.fmu")]) == 0
     assert "no page that plays it, because its run takes more than 20 steps of the solver" in capsys.readouterr().err
 

@@ -70,7 +70,7 @@ def test_numbers_read_back_exactly(tmp_path, scene):
 
 
 def test_sine_and_square_inputs_become_expressions(tmp_path, scene):
-    from build_fmu.expressions import compile_expression
+    from build_fmu.run.expressions import compile_expression
 
     scene["inputs"] = [{"joint": 0, "type": "sine", "amplitude": 3, "frequency": 0.5, "phase": 0.25},
                        {"joint": 1, "type": "bangbang", "amplitude": -2, "frequency": 4}]

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from build_fmu import native
-from build_fmu.build import build
-from build_fmu.describe import describe
 from build_fmu.errors import UserError
+from build_fmu.fmu.build import build
 from build_fmu.importers import urdf
 from build_fmu.importers.rigid import matrix_of, pose_of
 from build_fmu.importers.toml_writer import model_text
-from build_fmu.session import Session
+from build_fmu.model.describe import describe
+from build_fmu.run.session import Session
 
 pin = pytest.importorskip("pinocchio")
 ROBOTS = ["panda", "ur5_robot", "kinova", "z1", "xarm7", "allegro_left_hand", "baxter", "so101", "double_pendulum", "tiago_pro",

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from build_fmu.branches import Split
 from build_fmu.errors import UserError
-from build_fmu.expressions import compile_expression
-from build_fmu.input_course import Course
-from build_fmu.signals import Table
-from build_fmu.simulate import Settings, simulate
+from build_fmu.run.branches import Split
+from build_fmu.run.expressions import compile_expression
+from build_fmu.run.input_course import Course
+from build_fmu.run.signals import Table
+from build_fmu.run.simulate import Settings, simulate
 from tests.packager.fake_session import FakeSession
 
 TIMES = [0.1 * k for k in range(11)]

@@ -60,6 +60,29 @@ def test_what_is_allowed(tmp_path):
     assert lint(tmp_path, allowed) == (0, [])
 
 
+@pytest.mark.parametrize(
+    ("files", "start", "sentence"),
+    [
+        ({"model/a.py": "from build_fmu.fmu.b import x", "fmu/b.py": ""}, "build_fmu/model/a.py:1:", "build_fmu.model.a may not import build_fmu.fmu.b"),
+        ({"run/a.py": "def f():\n    from build_fmu.show import b", "show/b.py": ""}, "build_fmu/run/a.py:2:", "may not import build_fmu.show.b"),
+        ({"errors.py": "import build_fmu.model.a", "model/a.py": ""}, "build_fmu/errors.py:1:", "may not import build_fmu.model.a"),
+        ({"run/a.py": "from build_fmu.run.b import x", "run/b.py": "from build_fmu.run import a"}, "build_fmu/run/a.py:1:",
+         "cyclic import: build_fmu.run.a → build_fmu.run.b → build_fmu.run.a"),
+    ],
+)  # fmt: skip
+def test_imports_of_the_packager_go_one_way(tmp_path, files, start, sentence):
+    code, lines = lint(tmp_path, {f"build_fmu/{name}": text + "\n" for name, text in files.items()})
+    assert code == 1 and len(lines) == 1
+    assert lines[0].startswith(start) and sentence in lines[0]
+
+
+def test_imports_that_are_allowed(tmp_path):
+    files = {"__init__.py": "", "errors.py": "", "model/__init__.py": "", "model/a.py": "from build_fmu import errors", "run/__init__.py": "",
+             "run/a.py": "from build_fmu.model.a import x\nfrom build_fmu.run import b", "run/b.py": "import os", "cli/__init__.py": "from build_fmu.cli import c",
+             "cli/c.py": "from build_fmu.cli.d import x", "cli/d.py": "from build_fmu import __version__", "__main__.py": "from build_fmu.cli import main"}  # fmt: skip
+    assert lint(tmp_path, {f"build_fmu/{name}": text + "\n" for name, text in files.items()}) == (0, [])
+
+
 def test_lines_are_numbered(tmp_path):
     _, lines = lint(tmp_path, {"fmu_src/math/a.hpp": '\n\n#include "fmi/boundary/log.hpp"\n'})
     assert lines[0].startswith("fmu_src/math/a.hpp:3: ")

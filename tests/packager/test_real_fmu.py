@@ -97,8 +97,8 @@ def rows_of(text, tmp_path, group):
     """Returns the description of a model text and a row of its structure by the name of the unknown."""
     from xml.etree import ElementTree as xml
 
-    from build_fmu.describe import describe
-    from build_fmu.description import model_description
+    from build_fmu.fmu.description import model_description
+    from build_fmu.model.describe import describe
 
     (tmp_path / "many.toml").write_text(text)
     content = model_description(describe(tmp_path / "many.toml"))

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import pytest
 
-from build_fmu.driver import Outcome
 from build_fmu.report.advise import best, curves
 from build_fmu.report.html import write_html
 from build_fmu.report.machine import busy
@@ -13,6 +12,7 @@ from build_fmu.report.pages import Report, advice, duration, write_pictures
 from build_fmu.report.reference import Reference
 from build_fmu.report.sweep import Point, communication_steps
 from build_fmu.report.target import with_rtol
+from build_fmu.run.driver import Outcome
 
 
 def point(method, rtol, error, cost, changing=False, step=0.01, status="ok"):

@@ -8,10 +8,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from build_fmu.draw.plots import panels, plot
 from build_fmu.errors import UserError
-from build_fmu.plots import panels, plot
-from build_fmu.simulate import Settings, select_outputs, simulate, start_values, time_grid
-from build_fmu.tables import final_values, write_csv
+from build_fmu.run.simulate import (
+    Settings,
+    select_outputs,
+    simulate,
+    start_values,
+    time_grid,
+)
+from build_fmu.run.tables import final_values, write_csv
 from tests.packager.fake_session import FakeSession
 
 

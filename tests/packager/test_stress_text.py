@@ -7,10 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from build_fmu.driver import Outcome
+from build_fmu.run.driver import Outcome
 from build_fmu.stress import variants
 from build_fmu.stress.cases import GROUPS, Case, catalogue
-from build_fmu.stress.pages import not_finished, summary, write_csv, write_page, write_pictures
+from build_fmu.stress.pages import (
+    not_finished,
+    summary,
+    write_csv,
+    write_page,
+    write_pictures,
+)
 from build_fmu.stress.run import Verdict, _judge
 from build_fmu.stress.toml_text import toml_text
 

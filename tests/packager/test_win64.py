@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 from build_fmu import native
-from build_fmu.build import build
-from build_fmu.describe import describe
 from build_fmu.errors import UserError
+from build_fmu.fmu.build import build
+from build_fmu.model.describe import describe
 
 ROOT = Path(__file__).parents[2]
 CROSS = "x86_64-w64-mingw32-gcc-posix"

@@ -1,0 +1,57 @@
+"""The command line `build-fmu`, a module a command: its arguments and what it runs. Errors are one sentence on stderr and exit code 1."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+
+from build_fmu import __version__
+from build_fmu.cli import (
+    build,
+    check,
+    completion,
+    import_model,
+    report,
+    show,
+    simulate,
+    stress,
+)
+from build_fmu.errors import UserError
+
+COMMANDS = (build, import_model, check, simulate, report, stress, show, completion)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs one command and returns the exit code."""
+    parser = parser_of_commands()
+    if "_ARGCOMPLETE" in os.environ:
+        import argcomplete
+
+        argcomplete.autocomplete(parser)
+    options = parser.parse_args(arguments)
+    try:
+        return options.run(options) or 0
+    except UserError as error:
+        print(error, file=sys.stderr)
+        return 1
+    except BrokenPipeError:
+        # the reader of our output (head, less) has enough
+        sys.stderr.close()
+        return 1
+    except KeyboardInterrupt:
+        print("stopped", file=sys.stderr)
+        return 130
+
+
+def parser_of_commands() -> argparse.ArgumentParser:
+    """Returns the parser of all commands."""
+    parser = argparse.ArgumentParser(prog="build-fmu", description="From a DH model file to a running FMU (FMI 2.0 co-simulation).",
+                                     epilog="For example: build-fmu import arm.urdf; build-fmu show arm.toml; build-fmu build arm.toml. "
+                                     "build-fmu COMMAND --help says more.")
+    parser.add_argument("--version", action="version", version=f"build-fmu {__version__}")
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    for command in COMMANDS:
+        command.add(commands)
+    return parser

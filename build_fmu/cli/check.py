@@ -1,0 +1,79 @@
+"""`build-fmu check`: reads a model file and says what it holds."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from build_fmu.cli.terminal import console, warn
+from build_fmu.model.describe import Description, describe
+
+MOST_LINKS_IN_TABLE = 200  # beyond this many plain lines: a table of 3 000 rows takes seconds
+
+
+def add(commands) -> None:
+    """Adds the command and its arguments."""
+    command = commands.add_parser("check", help="read a model file and say what it holds")
+    command.add_argument("model", type=Path, metavar="MODEL", help="model file (.toml)")
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Prints the summary."""
+    model = describe(options.model)
+    console().print(_summary(model, options.model))
+    warn(model.warnings)
+    return 0
+
+
+def _summary(model: Description, file: Path):
+    """Returns the rich tables of `check`: the mechanism, then the counts of what the FMU shows."""
+    from rich import box
+    from rich.console import Group
+    from rich.markup import escape
+    from rich.table import Table
+    from rich.text import Text
+
+    links = model.drawing["links"]
+    title, heads = f"{escape(model.model_name)} ({escape(str(file))})", ("link", "on", "joint", "mass [kg]", "origin [m]")
+    rows = []
+    for link in links:
+        parent = "ground" if link["parent"] < 0 else links[link["parent"]]["name"]
+        origin = "  ".join(f"{x + 0.0:.4g}" for x in (round(v, 12) for v in link["origin"]))
+        rows.append((link["name"], parent, link["type"], f"{link['mass']:.6g}", origin))
+    if len(rows) > MOST_LINKS_IN_TABLE:
+        mechanism = Text.from_markup(f"[i]{title}[/i]\n\n").append("\n".join(_aligned([heads, *rows])))
+    else:
+        mechanism = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left")
+        for head, justify in zip(heads, ("left", "left", "left", "right", "right"), strict=True):
+            mechanism.add_column(escape(head), justify=justify)
+        for row in rows:
+            mechanism.add_row(*map(escape, row))
+    facts = Table(box=None, show_header=False, padding=(0, 2, 0, 1))
+    moving = sum(link["type"] != "fixed" for link in links)
+    counts = {
+        "joints": f"{moving} moving, {len(links) - moving} fixed",
+        "loops": str(len(model.drawing.get("loops", []))),
+        "springs": str(len(model.drawing.get("springs", []))),
+        "inputs": _some([v.name for v in model.select("input")]),
+        "outputs": _some([v.name for v in model.select("output")]),
+        "parameters": f"{len(model.select('parameter'))}, of them "
+                      f"{sum(v.variability == 'tunable' for v in model.select('parameter'))} tunable",
+        "total mass": f"{sum(link['mass'] for link in links):.6g} kg",
+        "warnings": str(len(model.warnings)),
+    }
+    for name, text in counts.items():
+        if text != "0" or name == "warnings":
+            facts.add_row(name, escape(text))
+    return Group(mechanism, facts)
+
+
+def _some(names: list[str]) -> str:
+    return f"{len(names)}: {', '.join(names[:4])}{', …' if len(names) > 4 else ''}" if names else "none"
+
+
+def _aligned(rows: Sequence[tuple[str, ...]]) -> list[str]:
+    """Lines of plain columns."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]

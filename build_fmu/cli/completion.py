@@ -1,0 +1,23 @@
+"""`build-fmu completion`: prints what a shell needs so that argcomplete completes commands, options and their words."""
+
+from __future__ import annotations
+
+import argparse
+
+SHELLS = ("bash", "zsh", "fish")
+
+
+def add(commands) -> None:
+    """Adds the command and its arguments."""
+    command = commands.add_parser("completion", help="print the shell code that completes commands and options",
+                                  description="Print the shell code; for bash, put this into ~/.bashrc: eval \"$(build-fmu completion bash)\"")
+    command.add_argument("shell", choices=SHELLS)
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Prints the shell code."""
+    import argcomplete
+
+    print(argcomplete.shellcode(["build-fmu"], shell=options.shell))
+    return 0

@@ -1,0 +1,125 @@
+"""`build-fmu simulate`: runs an FMU or a model file and records its outputs."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from build_fmu.cli.terminal import SEVERAL, bar, console, targets_after, warn
+from build_fmu.errors import UserError
+from build_fmu.run.input_course import MODES
+
+
+def add(commands) -> None:
+    """Adds the command and its arguments."""
+    command = commands.add_parser("simulate", help="run an FMU or a model file", description="Run an FMU or a model file. Without --csv and "
+                                  "--plot, print a table of values and write nothing. Values are in SI units and radians.")
+    command.add_argument("target", nargs="?", type=Path, metavar="FMU|MODEL", help="FMU (.fmu) or model file (.toml)")
+    command.add_argument("--stop", type=float, metavar="T", help="stop time in s (default: the FMU's own)")
+    command.add_argument("--step", type=float, metavar="H", help="communication step in s (default: the FMU's own)")
+    command.add_argument("--tolerance", type=float, metavar="R", help="relative tolerance; may tighten the model's, never loosen it")
+    command.add_argument("--start", **SEVERAL, metavar="NAME=VALUE", help="start values of parameters, for example joint1.q0=pi/2")
+    command.add_argument("--input", **SEVERAL, metavar="NAME=EXPR|FILE.csv",
+                         help="inputs: an expression of t such as 'joint1.tau=2*sin(t) if t < 1 else 0', or a CSV with a column 'time'")
+    command.add_argument("--interpolate", choices=MODES, default="expressions", help="inputs that move during a communication step: none (all hold), "
+                         "expressions (default), or all (CSV files too, linear between rows)")
+    command.add_argument("--output", **SEVERAL, metavar="NAME", help="outputs to record, * allowed (default: all)")
+    command.add_argument("--csv", type=Path, metavar="OUT.csv", help="write the record, 17 digits")
+    command.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the record (.png, .svg, .pdf)")
+    command.add_argument("--redysim-layout", type=Path, metavar="DIR", help="write timevar.dat, statevar.dat, envar.dat, tor.dat as ReDySim does")
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs the target and writes what is asked for."""
+    from build_fmu.draw.plots import FORMATS, plot
+    from build_fmu.run.redysim_layout import columns_of, described, write_layout
+    from build_fmu.run.session import Session
+    from build_fmu.run.simulate import Settings, select_outputs, simulate
+    from build_fmu.run.tables import final_values, keep_other_files, write_csv
+
+    target = _simulated_file(options)
+    # a wrong file name shows before the run, not after
+    for path, endings in ((options.csv, (".csv",)), (options.plot, FORMATS)):
+        if path is not None and path.suffix.lower() not in endings:
+            raise UserError(f"'{path}' must end in {' or '.join(endings)}")
+    if options.csv:
+        keep_other_files(options.csv, options.input)
+    if options.redysim_layout and options.redysim_layout.is_file():
+        raise UserError(f"'{options.redysim_layout}' is a file: --redysim-layout needs the name of a folder")
+    with _as_fmu(target) as fmu, Session(fmu) as session:
+        model = described(fmu) if options.redysim_layout else None
+        if model:
+            columns_of(model)  # what ReDySim does not know shows before the run
+        chosen = select_outputs(session, options.output)
+        # the layout needs columns that --output may have left out
+        recorded = list(dict.fromkeys([*select_outputs(session, ()), *chosen])) if model else chosen
+        settings = Settings(options.stop, options.step, options.tolerance, options.start, options.input, recorded, options.interpolate)
+        with _progress(session, settings) as progress:
+            result = simulate(session, settings, progress)
+        warn([*result.warnings, *result.remarks])
+        if model:
+            written = write_layout(options.redysim_layout, model, result)
+            print(f"{options.redysim_layout}  {len(result.time)} rows in {', '.join(written)}")
+        result = result.only(chosen)
+        if options.csv:
+            write_csv(options.csv, result)
+            print(f"{options.csv}  {len(result.time)} rows, {len(result.names)} outputs")
+        if options.plot:
+            plot(options.plot, session, result, options.output)
+            print(f"{options.plot}  t = {result.time[0]:g} to {result.time[-1]:g} s")
+        if not (options.csv or options.plot or model):
+            console().print(final_values(session, result))
+    return 0
+
+
+def _simulated_file(options: argparse.Namespace) -> Path:
+    """Returns FMU|MODEL, also when it stands after a list (`--input a=1 arm.fmu`)."""
+    if options.target is not None:
+        return options.target
+    found = targets_after(options.input, options.start, options.output)
+    if not found:
+        raise UserError("simulate needs an FMU or a model file, for example `build-fmu simulate arm.fmu`")
+    return found[0]
+
+
+@contextmanager
+def _as_fmu(target: Path) -> Iterator[Path]:
+    """Yields the FMU itself, or one built from a model file in a temporary folder."""
+    if target.suffix == ".fmu":
+        yield target
+        return
+    from build_fmu.fmu.build import build
+    from build_fmu.model.describe import describe
+
+    model = describe(target)
+    warn(model.warnings)
+    with tempfile.TemporaryDirectory() as folder:
+        fmu = Path(folder) / f"{model.model_identifier}.fmu"
+        build(model, target, fmu)
+        yield fmu
+
+
+@contextmanager
+def _progress(session, settings) -> Iterator:
+    """Yields a function of the time reached (s) that moves a bar on stderr."""
+    from rich.progress import TextColumn, TimeRemainingColumn
+
+    from build_fmu.run.simulate import time_grid
+
+    times = time_grid(session, settings)
+    with bar(TextColumn("t = {task.completed:.3f} s"), TimeRemainingColumn()) as shown:
+        task = shown.add_task(session.description.modelName, total=times[-1] - times[0])
+        every = max(1, len(times) // 500)
+        count = 0
+
+        def reached(time: float) -> None:
+            nonlocal count
+            count += 1
+            if count % every == 0:
+                shown.update(task, completed=time - times[0])
+
+        yield reached

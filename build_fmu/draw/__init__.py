@@ -1,0 +1,1 @@
+"""Pictures of mechanisms and runs, and the frame of HTML pages."""

@@ -1,0 +1,262 @@
+"""Draws a mechanism at its start pose: model.png of an FMU, byte-equal for an equal model.
+
+A planar mechanism is drawn in its plane, every other one in three dimensions. Lengths in m, ground frame.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from build_fmu.model.planar import planar_axes
+
+INK, GROUND, COM, LOOP, SPRING = "#22303c", "#7d8792", "#c0392b", "#8e44ad", "#2e8b57"
+AXIS_COLOURS = ("#d1495b", "#3a9d5d", "#2f6fb5")
+ELEVATION, AZIMUTH = 22, -58  # degrees, where a spatial mechanism is seen from
+VIEW = np.array([f(np.radians(AZIMUTH)) * np.cos(np.radians(ELEVATION)) for f in (np.cos, np.sin)] + [np.sin(np.radians(ELEVATION))])
+NAMES_END = (0.9, 0.68)  # of the width of a flat and a spatial picture: names of points further right stand left of them
+NAMED_LINKS = 12  # beyond this many links names would only cover each other
+SHAPED_LINKS = 40  # beyond this many links are thin lines without joints and centers of mass
+
+
+def draw(drawing: dict[str, Any], title: str) -> bytes:
+    """Returns a PNG of the drawing table (see `describe`)."""
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()  # the user's own settings would change the bytes
+        matplotlib.rcParams["text.parse_math"] = False  # a name may hold a dollar sign
+        figure = Figure(figsize=(6.4, 5.6), dpi=110, facecolor="white")
+        FigureCanvasAgg(figure)
+        mechanism(figure, drawing, title, _caption(drawing))
+        content = io.BytesIO()
+        figure.savefig(content, format="png", metadata={"Software": None})
+        return content.getvalue()
+
+
+def mechanism(figure, drawing: dict[str, Any], title: str, caption: str, bounds: np.ndarray | None = None, traces: Sequence = ()) -> None:
+    """Draws into an empty figure. `bounds` (least, greatest point) keeps the view of a film still; `traces` are paths of tips."""
+    scene = _Scene(figure, planar_axes(drawing["links"]), _size(drawing), vertical_axis(drawing))
+    _ground(scene)
+    for path in traces:
+        scene.line(path, color=LOOP, lw=1.2, alpha=0.5, zorder=3)
+    if len(drawing["links"]) > SHAPED_LINKS:
+        _thin_links(scene, drawing["links"])
+    else:
+        for i, link in enumerate(drawing["links"]):
+            _link(scene, drawing["links"], i, link)
+    for loop in drawing.get("loops", []):
+        _loop(scene, drawing["links"], loop)
+    for spring in drawing.get("springs", []):
+        scene.line(_zigzag(spring["point_a"], spring["point_b"], scene), color=SPRING, lw=1.4)
+    scene.finish(title, caption, bounds)
+
+
+def vertical_axis(drawing: dict[str, Any]) -> int:
+    """Returns the ground axis (0, 1, 2) that gravity is nearest to; z without gravity."""
+    gravity = np.abs(drawing.get("gravity", [0, 0, 0]))
+    return int(np.argmax(gravity)) if gravity.any() else 2
+
+
+class _Scene:
+    """One set of axes that takes points of the ground frame, in the plane or in space."""
+
+    def __init__(self, figure, plane: tuple[int, int] | None, size: float, vertical: int) -> None:
+        self.plane, self.size, self.points, self.names = plane, size, [np.zeros(3)], []
+        # a cyclic change of axes turns z to the vertical one
+        self.view = np.roll(VIEW, vertical - 2)
+        if plane is None:
+            from mpl_toolkits.mplot3d import Axes3D  # noqa: F401  registers the projection
+
+            # the drawing order is ours: links, then joints, then names
+            self.axes = figure.add_axes((-0.04, -0.02, 1.04, 0.98), projection="3d", computed_zorder=False)
+            self.axes.view_init(elev=ELEVATION, azim=AZIMUTH, vertical_axis="xyz"[vertical])
+        else:
+            self.axes = figure.add_axes((0.12, 0.1, 0.84, 0.8))
+
+    def project(self, points) -> list[np.ndarray]:
+        points = np.atleast_2d(np.asarray(points, float))
+        return [points[:, i] for i in (self.plane or (0, 1, 2))]
+
+    def line(self, points, **style) -> None:
+        self.points += [np.asarray(p, float) for p in points]
+        self.axes.plot(*self.project(points), solid_capstyle="round", **style)
+
+    def lines(self, points: np.ndarray, colours: np.ndarray, width: float, alpha: float, zorder: int) -> None:
+        """Many lines at once; `points` by line, point and coordinate."""
+        from matplotlib.collections import LineCollection
+        from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+        self.points += list(points.reshape(-1, 3))
+        style = {"colors": colours, "linewidths": width, "alpha": alpha, "zorder": zorder, "capstyle": "round"}
+        if self.plane is None:
+            self.axes.add_collection3d(Line3DCollection(points, **style))
+        else:
+            self.axes.add_collection(LineCollection(points[:, :, list(self.plane)], **style))
+
+    def mark(self, point, **style) -> None:
+        self.points.append(np.asarray(point, float))
+        self.axes.plot(*self.project(point), ls="none", **style)
+
+    def text(self, point, text: str) -> None:
+        from matplotlib.patheffects import withStroke
+
+        where = [float(x[0]) for x in self.project(point)]
+        where[-1] += 0.02 * self.size
+        halo = [withStroke(linewidth=2.5, foreground="white")]  # readable across a link
+        shown = self.axes.text(*where, f"  {text}", fontsize=8.5, color=INK, zorder=30, ha="left", va="bottom", path_effects=halo)
+        self.names.append((where, shown))
+
+    def finish(self, title: str, caption: str, bounds: np.ndarray | None) -> None:
+        points = np.array(self.points) if bounds is None else np.array(bounds)
+        low, high = points.min(axis=0), points.max(axis=0)
+        # a flat side still gets some depth, so that the box never degenerates
+        thin = 0.3 * max(high - low)
+        middle, half = (low + high) / 2, np.maximum((high - low) / 2 + 0.08 * self.size, thin / 2)
+        names = [f"{axis} [m]" for axis in "xyz"]
+        axes, limits = self.axes, np.stack([middle - half, middle + half], axis=1)
+        if self.plane is None:
+            axes.set(xlim=limits[0], ylim=limits[1], zlim=limits[2], xlabel=names[0], ylabel=names[1], zlabel=names[2])
+            axes.set_box_aspect(2 * half, zoom=0.92)
+            for axis, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), half / half.max(), strict=True):
+                axis.set_major_locator(_ticks(share))
+                axis.set_pane_color((0.965, 0.97, 0.975, 1))
+                axis._axinfo["grid"].update(color="#dfe3e7", linewidth=0.7)
+        else:
+            i, j = self.plane
+            axes.set(xlim=limits[i], ylim=limits[j], xlabel=names[i], ylabel=names[j], facecolor="#f7f8f9")
+            axes.set_aspect("equal", adjustable="box")
+            axes.grid(color="#dfe3e7", lw=0.7)
+            axes.set_axisbelow(True)
+            for side in axes.spines.values():
+                side.set_color("#c9cfd5")
+        axes.tick_params(labelsize=8, colors="#56616b")
+        self._keep_names_inside()
+        axes.figure.text(0.04, 0.955, title, fontsize=13, color=INK, weight="bold", va="center")
+        axes.figure.text(0.96, 0.955, caption, fontsize=8.5, color="#56616b", va="center", ha="right")
+
+    def _keep_names_inside(self) -> None:
+        """Names at the right edge, where the numbers of a spatial picture are, stand left of their point."""
+        from mpl_toolkits.mplot3d.proj3d import proj_transform
+
+        self.axes.apply_aspect()
+        for where, shown in self.names:
+            flat = where if self.plane else proj_transform(*where, self.axes.get_proj())[:2]
+            x = self.axes.figure.transFigure.inverted().transform(self.axes.transData.transform(flat))[0]
+            if x > NAMES_END[self.plane is None]:
+                shown.set(text=shown.get_text().strip() + "  ", ha="right")
+
+
+def _link(scene: _Scene, links: list[dict[str, Any]], index: int, link: dict[str, Any]) -> None:
+    origin = np.asarray(link["origin"], float)
+    base = np.zeros(3) if link["parent"] < 0 else np.asarray(links[link["parent"]]["origin"], float)
+    colour = _colour(links, index)
+    width = 6.5
+    # the body that carries this joint reaches from its own joint to here
+    carrier = GROUND if link["parent"] < 0 else _colour(links, link["parent"])
+    if np.linalg.norm(origin - base) > 1e-9:
+        scene.line([base, origin], color=carrier, lw=width if link["parent"] >= 0 else 0.6 * width, alpha=0.85, zorder=5)
+    com = np.asarray(link["com"], float)
+    is_tip = all(other["parent"] != index for other in links)
+    if link["mass"] > 0 and np.linalg.norm(com - origin) > 1e-9:
+        style = {"lw": width, "alpha": 0.85} if is_tip else {"lw": 1.0, "ls": "-", "alpha": 0.6}
+        scene.line([origin, com], color=colour, zorder=5 if is_tip else 6, **style)
+    if link["type"] != "fixed":
+        axis = np.asarray(link["rotation"], float)[:, 2] * 0.07 * scene.size
+        if link["type"] == "prismatic" or (scene.plane is None and link["type"] == "revolute"):
+            scene.line([origin - axis, origin + axis], color=INK, lw=1.2, zorder=12)
+        marker, size = {"revolute": ("o", 8), "spherical": ("o", 11)}.get(link["type"], ("s", 8))
+        scene.mark(origin, marker=marker, ms=size, mfc="white", mec=INK, mew=1.6, zorder=14)
+    if link["mass"] > 0:
+        scene.mark(com, marker="P", ms=6, mfc=COM, mec="white", mew=0.6, zorder=16)
+    # joints that meet in a point (a wrist) share one name tag, written by the first of them
+    here = [i for i, other in enumerate(links) if np.linalg.norm(np.asarray(other["origin"], float) - origin) < 0.03 * scene.size]
+    if len(links) <= NAMED_LINKS and here[0] == index:
+        # the joints of a link's joint of several freedoms, hand[1] and hand[2], go by the link's name
+        scene.text(origin, ", ".join(dict.fromkeys(links[i]["name"].partition("[")[0] for i in here)))
+
+
+def _thin_links(scene: _Scene, links: list[dict[str, Any]]) -> None:
+    """As _link draws them, without joints, centers of mass and names."""
+    origin, com = (np.array([link[key] for link in links], float) for key in ("origin", "com"))
+    parent, mass = np.array([link["parent"] for link in links]), np.array([link["mass"] for link in links])
+    colours = _colours(len(links))
+    base = np.where(parent[:, None] < 0, 0, origin[parent])
+    is_tip = ~np.isin(np.arange(len(links)), parent)
+    long, out = np.linalg.norm(origin - base, axis=1) > 1e-9, (mass > 0) & (np.linalg.norm(com - origin, axis=1) > 1e-9)
+    if (foot := long & (parent < 0)).any():
+        scene.lines(np.stack([base, origin], 1)[foot], np.full(foot.sum(), GROUND), 1.2, 0.85, 5)
+    for chosen, ends, colour, width, alpha, zorder in ((long & (parent >= 0), base, colours[parent], 2.0, 0.85, 5),
+                                                       (out & is_tip, com, colours, 2.0, 0.85, 5), (out & ~is_tip, com, colours, 1.0, 0.6, 6)):
+        if chosen.any():
+            scene.lines(np.stack([ends, origin], 1)[chosen], colour[chosen], width, alpha, zorder)
+
+
+def _loop(scene: _Scene, links: list[dict[str, Any]], loop: dict[str, Any]) -> None:
+    """A cut joint: both links reach to their points, a ring marks the cut, dots bridge a gap."""
+    for side in ("a", "b"):
+        point = np.asarray(loop[f"point_{side}"], float)
+        # links by name; ground is none of them
+        for index in (i for i, link in enumerate(links) if link["name"] == loop[f"link_{side}"]):
+            origin = np.asarray(links[index]["origin"], float)
+            scene.line([origin, point], color=_colour(links, index), lw=6.5 if len(links) <= SHAPED_LINKS else 2.0, alpha=0.85, zorder=5)
+    scene.line([loop["point_a"], loop["point_b"]], color=LOOP, lw=1.2, ls=":", zorder=13)
+    scene.mark(loop["point_a"], marker="o", ms=11, mfc="none", mec=LOOP, mew=1.8, zorder=15)
+
+
+def _ground(scene: _Scene) -> None:
+    """The ground frame as three short coloured arrows on a grey foot."""
+    scene.mark(np.zeros(3), marker="D", ms=9, mfc=GROUND, mec="white", zorder=8)
+    for i in scene.plane or (0, 1, 2):
+        tip = np.zeros(3)
+        tip[i] = 0.16 * scene.size
+        scene.line([np.zeros(3), tip], color=AXIS_COLOURS[i], lw=1.8, zorder=4)
+        where = [float(x[0]) for x in scene.project(tip * 1.25)]
+        scene.axes.text(*where, "xyz"[i], color=AXIS_COLOURS[i], fontsize=8, ha="center", va="center", zorder=30)
+
+
+def _colours(count: int) -> np.ndarray:
+    from matplotlib import colormaps
+
+    return colormaps["viridis"](0.12 + 0.75 * np.arange(count) / max(1, count - 1))
+
+
+def _colour(links: list[dict[str, Any]], index: int):
+    return tuple(_colours(len(links))[index])
+
+
+def _ticks(share: float):
+    """A short side of the box has room for few numbers."""
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(nbins=max(2, round(5 * share)))
+
+
+def _size(drawing: dict[str, Any]) -> float:
+    points = [np.zeros(3)] + [np.asarray(link[key], float) for link in drawing["links"] for key in ("origin", "com")]
+    return float(max(np.ptp(np.array(points), axis=0).max(), 1e-6))
+
+
+def _caption(drawing: dict[str, Any]) -> str:
+    kinds, loops = [link["type"] for link in drawing["links"]], len(drawing.get("loops", []))
+    parts = [(kinds.count("revolute"), "revolute"), (kinds.count("prismatic"), "prismatic"),
+             (kinds.count("spherical"), "spherical"), (kinds.count("fixed"), "fixed"), (loops, "loop" if loops == 1 else "loops")]
+    counts = ", ".join(f"{n} {what}" for n, what in parts if n)
+    return f"{counts} · {sum(link['mass'] for link in drawing['links']):.4g} kg · start pose"
+
+
+def _zigzag(start, end, scene: _Scene) -> list[np.ndarray]:
+    """A spring between two points: straight ends and a zigzag across the line in between."""
+    start, end = np.asarray(start, float), np.asarray(end, float)
+    along = end - start
+    # across the line of sight, so that the zigzag is seen from the side
+    sight = np.eye(3)[3 - sum(scene.plane)] if scene.plane else scene.view
+    across = np.cross(along, sight)
+    across *= 0.025 * scene.size / max(float(np.linalg.norm(across)), 1e-12)
+    turns = [start + along * (0.2 + 0.6 * k / 12) + across * (0 if k in (0, 12) else (-1) ** k) for k in range(13)]
+    return [start, *turns, end]

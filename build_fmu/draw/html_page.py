@@ -1,0 +1,32 @@
+"""The frame and the look of HTML pages that need no other file."""
+
+from __future__ import annotations
+
+from html import escape
+from pathlib import Path
+
+from build_fmu.files import whole_file
+
+STYLE = """
+body { font: 15px/1.5 system-ui, sans-serif; color: #22303c; margin: 2rem auto; max-width: 76rem; padding: 0 1rem; }
+h1 { margin-bottom: 0; } h2 { margin-top: 2.5rem; } .small { color: #5b6b78; font-size: 13px; }
+table { border-collapse: collapse; } th { text-align: left; font-weight: 600; }
+.figures td, .figures th { padding: 2px 10px 2px 0; border-bottom: 1px solid #e4e9ed; vertical-align: top; font-size: 13px; }
+.figures td.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; } .figures th.n { text-align: right; }
+.wide { overflow-x: auto; } summary { cursor: pointer; font-weight: 600; padding: .3rem 0; }
+"""
+
+
+def write_html_page(path: Path, title: str, body: str, style: str = "", script: str = "") -> None:
+    """Writes a page of this title and HTML body, with more style and script if need be."""
+    text = (f"<!DOCTYPE html><html lang=en><meta charset=utf-8><meta name=viewport content='width=device-width'><title>{escape(title)}</title>"
+            f"<style>{STYLE}{style}</style>{f'<script>{script}</script>' if script else ''}<body>{body}</body></html>\n")
+    whole_file(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+
+
+def figures(heads: list[str], rows: list[list[str]], numbers: range) -> str:
+    """Returns a table of HTML cells; the columns in `numbers` are aligned right."""
+    side = [" class=n" if i in numbers else "" for i in range(len(heads))]
+    head = "".join(f"<th{c}>{h}</th>" for c, h in zip(side, heads, strict=True))
+    body = "".join("<tr>" + "".join(f"<td{c}>{cell}</td>" for c, cell in zip(side, row, strict=True)) + "</tr>" for row in rows)
+    return f"<div class=wide><table class=figures><tr>{head}</tr>{body}</table></div>"

@@ -1,0 +1,1 @@
+"""Puts an FMU together: description, pages, library, licences, archive."""

@@ -1,0 +1,67 @@
+"""Puts an FMU together from a model file: describe, write the pages, copy the library, zip."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from build_fmu import native
+from build_fmu.draw.drawing import draw
+from build_fmu.errors import UserError
+from build_fmu.fmu.archive import Entry, write_archive
+from build_fmu.fmu.description import model_description
+from build_fmu.fmu.documentation import documentation
+from build_fmu.fmu.licences import licence_files
+from build_fmu.model.describe import Description
+from build_fmu.report.target import with_chosen_tolerance
+
+
+@dataclass(frozen=True)
+class Built:
+    """What went into an FMU: its description, why it carries no page that plays it, how its library was specialised."""
+
+    model: Description
+    no_page: str = ""
+    specialised: str = ""
+
+
+def build(model: Description, model_file: Path, target: Path, show: bool = False, specialised: bool = False, platforms: Sequence[str] = ("linux64",)) -> Built:
+    """Writes the FMU of a described model file, a target_error turned into a tolerance.
+
+    No compiler is needed, unless `specialised` asks for a library of this scene's own. A failure leaves no half file. With `show` the FMU carries a page that plays its default experiment.
+    """
+    libraries = {platform: native.library(platform) for platform in platforms}
+    if target.suffix != ".fmu":
+        raise UserError(f"'{target}' is no name for an FMU: it must end in .fmu")
+    picture = draw(model.drawing, model.model_name)
+    played, reason = None, ""
+    with with_chosen_tolerance(model, model_file) as (packed, file):
+        own, how = {"linux64": native.library()}, ""
+        if specialised:
+            from build_fmu.fmu.specialise import specialise
+
+            special = specialise(packed, file)
+            own, how = {"linux64": special.library}, special.summary()
+            libraries |= own
+        if show:
+            from build_fmu.fmu.run_page import attached_page
+
+            played, reason = attached_page(packed, lambda: contents(packed, file, picture, own))
+        write_archive(target, contents(packed, file, picture, libraries, played))
+    return Built(packed, reason, how)
+
+
+def contents(model: Description, model_file: Path, picture: bytes, libraries: Mapping[str, Path], played: bytes | None = None) -> list[Entry]:
+    """Returns the files of the FMU, with a library for each platform, in the order in which they are stored."""
+    return [
+        Entry("modelDescription.xml", model_description(model)),
+        Entry("model.png", picture),
+        *(Entry(f"binaries/{platform}/{model.model_identifier}{native.LIBRARIES[platform][1]}", library.read_bytes(), executable=True)
+          for platform, library in libraries.items()),
+        Entry("resources/model.toml", model_file.read_bytes()),
+        *(Entry(f"resources/{name}", (model_file.parent / name).read_bytes()) for name in model.resources),
+        Entry("documentation/index.html", documentation(model, played is not None)),
+        *([Entry("documentation/run.html", played)] if played else []),
+        *(Entry(f"documentation/licenses/{name}", text) for name, text in licence_files(libraries).items()),
+    ]

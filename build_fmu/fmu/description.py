@@ -1,0 +1,147 @@
+"""Writes modelDescription.xml (FMI 2.0, co-simulation) from a model's table.
+
+Equal tables give equal bytes: the order is the table's, numbers are the shortest that read back exactly, and nothing
+in the file depends on the day or the machine.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+from xml.etree import ElementTree as xml
+
+from build_fmu.model.describe import Description, Unknown, Variable
+
+CAPABILITIES = (
+    "needsExecutionTool",
+    "canHandleVariableCommunicationStepSize",
+    "canInterpolateInputs",
+    "maxOutputDerivativeOrder",
+    "canRunAsynchronuously",  # the standard's own spelling
+    "canBeInstantiatedOnlyOncePerProcess",
+    "canNotUseMemoryManagementFunctions",
+    "canGetAndSetFMUstate",
+    "canSerializeFMUstate",
+    "providesDirectionalDerivative",
+)
+BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")
+
+
+def model_description(model: Description) -> bytes:
+    """Returns the XML file's content, UTF-8."""
+    root = xml.Element(
+        "fmiModelDescription",
+        _attributes(
+            fmiVersion="2.0",
+            modelName=model.model_name,
+            guid=model.guid,
+            description=model.description or None,
+            generationTool=model.generation_tool,
+            variableNamingConvention="structured",
+        ),
+    )
+    flags = {name: model.capabilities[name] for name in CAPABILITIES if name in model.capabilities}
+    xml.SubElement(root, "CoSimulation", _attributes(modelIdentifier=model.model_identifier, **flags))
+    _units(root, model)
+    if model.log_categories:
+        categories = xml.SubElement(root, "LogCategories")
+        for row in model.log_categories:
+            xml.SubElement(categories, "Category", _attributes(name=row["name"], description=row.get("description")))
+    experiment = model.default_experiment
+    xml.SubElement(
+        root,
+        "DefaultExperiment",
+        _attributes(
+            startTime=_real(experiment.get("start_time", 0)),
+            stopTime=_real(experiment.get("stop_time")),
+            tolerance=_real(experiment.get("tolerance")),
+            stepSize=_real(experiment.get("step_size")),
+        ),
+    )
+    variables = xml.SubElement(root, "ModelVariables")
+    for variable in model.variables:
+        _variable(variables, variable)
+    _structure(root, model)
+    xml.indent(root)
+    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + xml.tostring(root, encoding="utf-8") + b"\n"
+
+
+def _units(root: xml.Element, model: Description) -> None:
+    if not model.units:
+        return
+    definitions = xml.SubElement(root, "UnitDefinitions")
+    for row in model.units:
+        unit = xml.SubElement(definitions, "Unit", _attributes(name=row["name"]))
+        base = row.get("base")
+        if base is not None:
+            powers = {k: _real(base[k]) if k in ("factor", "offset") else base[k] for k in BASE_UNITS if k in base}
+            xml.SubElement(unit, "BaseUnit", _attributes(**powers))
+        for display in row.get("display", []):
+            factor, offset = _real(display.get("factor")), _real(display.get("offset"))
+            xml.SubElement(unit, "DisplayUnit", _attributes(name=display["name"], factor=factor, offset=offset))
+
+
+def _variable(parent: xml.Element, variable: Variable) -> None:
+    # the standard forbids `initial` for inputs, whose start value is always exact
+    initial = None if variable.causality == "input" else variable.initial
+    scalar = xml.SubElement(
+        parent,
+        "ScalarVariable",
+        _attributes(
+            name=variable.name,
+            valueReference=variable.value_reference,
+            description=variable.description or None,
+            causality=variable.causality,
+            variability=variable.variability,
+            initial=initial,
+        ),
+    )
+    number = _real if variable.type == "Real" else lambda value: value
+    limits = {"min": number(variable.min), "max": number(variable.max)}
+    details: dict[str, Any] = {"quantity": variable.quantity}
+    if variable.type == "Real":
+        details |= {"unit": variable.unit, "displayUnit": variable.display_unit, **limits, "nominal": _real(variable.nominal)}
+    elif variable.type == "Integer":
+        details |= limits
+    else:
+        details = {}
+    xml.SubElement(scalar, variable.type, _attributes(**details, start=number(variable.start)))
+
+
+def _structure(root: xml.Element, model: Description) -> None:
+    structure = xml.SubElement(root, "ModelStructure")
+    index = {variable.name: i for i, variable in enumerate(model.variables, start=1)}
+    for tag, rows in (("Outputs", model.outputs), ("InitialUnknowns", model.initial_unknowns)):
+        if rows:
+            group = xml.SubElement(structure, tag)
+            for row in rows:
+                xml.SubElement(group, "Unknown", _dependencies(row, index))
+
+
+def _dependencies(row: Unknown, index: dict[str, int]) -> dict[str, str]:
+    if row.dependencies is None:
+        return _attributes(index=index[row.name])
+    # ascending indices read best and some importers rely on them; a kind stays with its variable
+    kinds = row.kinds or ["dependent"] * len(row.dependencies)
+    pairs = sorted(zip((index[name] for name in row.dependencies), kinds, strict=True))
+    return _attributes(
+        index=index[row.name],
+        dependencies=" ".join(str(i) for i, _ in pairs),
+        dependenciesKind=" ".join(kind for _, kind in pairs) if pairs and row.kinds else None,
+    )
+
+
+def _real(value: float | None) -> str | None:
+    """The shortest decimal that reads back as the same double, in the spelling of XML Schema."""
+    if value is None:
+        return None
+    value = float(value)
+    if math.isinf(value):
+        return "INF" if value > 0 else "-INF"
+    return "NaN" if math.isnan(value) else repr(value)
+
+
+def _attributes(**values: Any) -> dict[str, str]:
+    """Keeps the given order and drops what is None."""
+    text = {True: "true", False: "false"}
+    return {k: text[v] if isinstance(v, bool) else str(v) for k, v in values.items() if v is not None}

@@ -1,0 +1,106 @@
+"""Compiles a library for one scene: unused parts left out, forward dynamics as straight-line code where that is faster.
+
+Needs the source tree, CMake and a C++ compiler; what is built stays in `build/specialised/NAME` for the next time.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import tempfile
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from build_fmu import native
+from build_fmu.errors import UserError
+from build_fmu.model.describe import Description
+from build_fmu.report.sweep import Inputs, task_for
+from build_fmu.run.driver import drive, stage_model
+
+RUN_SECONDS = 10.0  # of computing that a run for its time may take
+
+
+@dataclass(frozen=True)
+class Specialised:
+    """A library for one scene, and what was done for it."""
+
+    library: Path
+    features: list[str]
+    no_straight_line: str  # why not; empty: there is one
+    faster: float | None = None  # the general library's time for a run over this one's; None: not measured
+
+    def summary(self) -> str:
+        """Returns a line that says what the library holds, how large it is and how fast."""
+        line = f"no straight line: {self.no_straight_line}" if self.no_straight_line else "forward dynamics as a straight line"
+        size, general = self.library.stat().st_size, native.library().stat().st_size
+        return f"specialised: parts {', '.join(self.features) or 'none'}; {line}; {size / 1e3:.0f} kB instead of {general / 1e3:.0f} kB" + (
+            f"; {self.faster:.2f} times as fast" if self.faster else "")
+
+
+def specialise(model: Description, model_file: Path) -> Specialised:
+    """Compiles the library of a described model; raises UserError where the tools for it are missing or fail."""
+    source = native.SOURCE_TREE
+    if not (source / "CMakeLists.txt").is_file() or not (source / "fmu_src").is_dir():
+        raise UserError("--specialise compiles a library and needs build_fmu's source tree: install it from there")
+    for tool in ("cmake", "ninja"):
+        if not shutil.which(tool):
+            raise UserError(f"--specialise compiles a library and needs {tool}, which is not installed")
+    folder = source / "build" / "specialised" / model.model_identifier
+    folder.mkdir(parents=True, exist_ok=True)
+    line, reason = _straight_line(model_file, folder)
+    settings = {
+        "CMAKE_BUILD_TYPE": "Release",
+        "REDYSIM_TESTS": "OFF",
+        "REDYSIM_FEATURES": ";".join(model.features) or "none",
+        "REDYSIM_STRAIGHT_LINE": str(line or ""),
+        "REDYSIM_FMI_HEADERS": str(_fmi_headers()),
+    }
+    _run(["cmake", "-S", str(source), "-B", str(folder), "-G", "Ninja", *(f"-D{key}={value}" for key, value in settings.items())], folder)
+    _run(["cmake", "--build", str(folder), "--target", "redysim_fmu", "--parallel", str(os.cpu_count() or 1)], folder)
+    library = folder / "fmu_src" / "fmi" / "libredysim_fmu.so"
+    return Specialised(library, model.features, reason, _times_faster(model, model_file, library))
+
+
+def _times_faster(model: Description, model_file: Path, library: Path) -> float | None:
+    """Runs the model with both libraries in turn, its forces set anew at each step, and compares the fastest runs; None where one fails."""
+    with tempfile.TemporaryDirectory() as folder:
+        general = stage_model(model_file, Path(folder), model)
+        pair = (general, replace(general, library=library))
+        steps = max(1, round(general.stop / general.step))
+        task = task_for(general, steps * general.step, general.step, general.step, Inputs(), True, general.names("output")[:1])
+        task = replace(task, every=steps, repeats=5, spend=0.2, budget=RUN_SECONDS)
+        runs = [[drive(fmu, task) for fmu in pair] for _ in range(5)]
+    if any(run.status != "ok" for row in runs for run in row):
+        return None
+    first, second = (min(row[k].seconds for row in runs) for k in (0, 1))
+    return first / second
+
+
+def _straight_line(model_file: Path, folder: Path) -> tuple[Path | None, str]:
+    """Returns the C++ file with the scene's forward dynamics, or why there is none."""
+    run = subprocess.run([str(native.describe_program()), "--straight-line", str(model_file)], capture_output=True, text=True, check=False)
+    if run.returncode != 0:
+        return None, run.stderr.strip().removeprefix("describe: ")
+    file = folder / "straight_line.cpp"
+    # an unchanged file needs no new build
+    if not file.is_file() or file.read_text(encoding="utf-8") != run.stdout:
+        file.write_text(run.stdout, encoding="utf-8")
+    return file, ""
+
+
+def _fmi_headers() -> Path:
+    import fmpy
+
+    return Path(fmpy.__file__).parent / "c-code"
+
+
+def _run(command: list[str], folder: Path) -> None:
+    """Runs a step of the build; its output goes to a log, whose end is the error."""
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    log = folder / "build.log"
+    with log.open("a", encoding="utf-8") as file:
+        file.write(" ".join(command) + "\n" + run.stdout + run.stderr)
+    if run.returncode != 0:
+        end = "\n".join((run.stdout + run.stderr).strip().splitlines()[-15:])
+        raise UserError(f"the specialised library was not built, see '{log}':\n{end}")

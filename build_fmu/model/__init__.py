@@ -1,0 +1,1 @@
+"""Asks the compiled `describe` what a model file means, and handles the files beside it."""

@@ -1,0 +1,125 @@
+"""Makes the report of an FMU or a model: the sweep, then table, page and picture."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from build_fmu.errors import UserError
+from build_fmu.model.describe import Description, describe
+from build_fmu.report.html import write_html
+from build_fmu.report.machine import busy, load
+from build_fmu.report.motion import positions
+from build_fmu.report.pages import Report, write_csv, write_page, write_pictures
+from build_fmu.report.reference import Reference, from_csv, from_tight_runs
+from build_fmu.report.sweep import (
+    METHODS,
+    TOLERANCES,
+    Inputs,
+    Plan,
+    communication_steps,
+    offered_methods,
+    sweep,
+    task_for,
+)
+from build_fmu.run.driver import Staged, staged
+from build_fmu.run.signals import parse_inputs
+
+TIGHT_SECONDS = 20.0
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What a user asks of a report; None: as the model says. Times in s."""
+
+    stop: float | None = None
+    steps: Sequence[float] | None = None
+    methods: Sequence[str] = METHODS
+    tolerances: Sequence[float] = TOLERANCES
+    inputs: Sequence[str] = ()
+    reference: Path | None = None
+    changing: Sequence[bool] = (False, True)
+    seconds: float = 120.0
+    repeats: int = 20
+
+
+def write(report: Report, folder: Path, stem: str) -> list[Path]:
+    """Writes the files of a report into the folder and returns them."""
+    files = [folder / f"{stem}_report{ending}" for ending in (".html", ".md", ".csv", ".svg", ".png")]
+    write_pictures(files[3:], report)
+    write_csv(files[2], report)
+    write_page(files[1], report, files[3].name)
+    write_html(files[0], report, files[3])
+    return files
+
+
+def make_report(target: Path, wish: Wish, progress: Callable[[str, int, int], None] = lambda *_: None) -> Report:
+    """Sweeps one FMU or model file; `progress` gets a sentence, the runs done and their number."""
+    begin, load_before = time.monotonic(), load()
+    model = describe(target) if target.suffix == ".toml" else None
+    with staged(target) as fmu:
+        where = positions(fmu)
+        usual = fmu.step
+        stop = wish.stop if wish.stop is not None else fmu.stop
+        steps = sorted(wish.steps) if wish.steps else communication_steps(stop, usual)
+        if not stop > 0 or not all(0 < h <= stop for h in steps):
+            raise UserError(f"steps must be positive and not longer than the motion, {stop:g} s")
+        # whole numbers of the longest step
+        stop = max(1, int(stop / max(steps) * (1 + 1e-9))) * max(steps)
+        if not any(abs(h - usual) < 1e-9 * usual for h in steps):
+            usual = steps[0]
+        methods = offered_methods(fmu, wish.methods)
+        if not methods:
+            raise UserError(f"'{fmu.name}' offers none of the methods {', '.join(wish.methods)}")
+        inputs = _inputs(fmu, wish.inputs)
+        forces = [n for n in fmu.names("input") if not n.endswith((".q", ".qd", ".qdd"))]
+        changing = [c for c in wish.changing if not c or forces]
+        references = _references(fmu, model, target, wish, where, inputs, stop, max(steps))
+        plan = Plan(stop, steps, methods, wish.tolerances, changing, wish.seconds, wish.repeats)
+        total = len(steps) * len(changing) * len(methods) * len(wish.tolerances)
+        points = list(sweep(fmu, where, references, inputs, plan, lambda text, done: progress(text, done, total)))
+        given = f"inputs {', '.join(wish.inputs)}" if wish.inputs else "no input acts"
+        return Report(fmu.name, where.unit, stop, usual, given, references(usual), points, time.monotonic() - begin,
+                      tolerances=wish.tolerances, busy=busy(load_before, load()))
+
+
+def _inputs(fmu: Staged, arguments: Sequence[str]) -> Inputs:
+    known = fmu.names("input")
+
+    def find(name: str) -> str:
+        if name not in known:
+            raise UserError(f"there is no input '{name}'")
+        return name
+
+    signals = parse_inputs(arguments, find)
+    return Inputs(list(signals), lambda t: [signal(t) for signal in signals.values()])
+
+
+def _references(fmu: Staged, model: Description | None, target: Path, wish: Wish, where, inputs: Inputs, stop: float,
+                longest: float) -> Callable[[float], Reference]:
+    """Returns a function of the communication step: inputs that are held make another motion at each step."""
+    table = wish.reference or _named_reference(model, target)
+    if table and (not inputs.given or wish.reference):
+        exact = from_csv(table, where)
+        if exact.times[-1] < longest * (1 - 1e-9):
+            raise UserError(f"'{table}' ends at {exact.times[-1]:g} s, before the first row of output at {longest:g} s")
+        return lambda _: exact
+    made: dict[float, Reference] = {}
+    methods: list[str] = []
+
+    def reference(step: float) -> Reference:
+        key = step if inputs.given else longest
+        if key not in made:
+            methods[:] = methods or offered_methods(fmu)
+            task = task_for(fmu, stop, key, longest, inputs, False, where.names)
+            made[key] = from_tight_runs(fmu, where, task, methods, TIGHT_SECONDS)
+        return made[key]
+
+    return reference
+
+
+def _named_reference(model: Description | None, target: Path) -> Path | None:
+    name = model.report.get("reference") if model else None
+    return target.parent / name if name else None

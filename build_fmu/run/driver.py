@@ -1,0 +1,201 @@
+"""Runs an FMU in the compiled `fmu_driver`: no Python while the clock runs, and neither a hang nor a crash gets out of it."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import subprocess
+import tempfile
+import zipfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as xml
+
+import numpy as np
+
+from build_fmu import native
+from build_fmu.errors import UserError
+from build_fmu.model.describe import Description, Variable, describe
+from build_fmu.model.resources import attach
+
+HEALTH = ("solver.steps", "solver.rejected", "solver.rhs_evaluations")
+PATIENCE = 10.0  # s that a single call may take over the budget before it counts as a hang
+
+
+@dataclass(frozen=True)
+class Staged:
+    """An FMU's files as the driver needs them, and its variables by name; times in s."""
+
+    name: str
+    library: Path
+    resources: str
+    guid: str
+    variables: dict[str, Variable]
+    stop: float
+    step: float
+
+    def names(self, causality: str) -> list[str]:
+        """Returns the names of a causality's variables, in the FMU's order."""
+        return [v.name for v in self.variables.values() if v.causality == causality]
+
+    def reals(self) -> list[str]:
+        """Returns all real outputs."""
+        return [n for n in self.names("output") if self.variables[n].type == "Real"]
+
+
+@dataclass(frozen=True)
+class Task:
+    """One run: start values, step size (s) and count, rows of inputs that repeat, what to read and how long to try (s)."""
+
+    step: float
+    steps: int
+    every: int = 1
+    start: dict[str, Any] = field(default_factory=dict)
+    outputs: Sequence[str] = ()
+    inputs: Sequence[str] = ()
+    rows: Sequence[Sequence[float]] = ()
+    hold: int = 1
+    repeats: int = 0
+    spend: float = 1e9
+    budget: float = 60.0
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What the driver saw. `status`: ok, budget, error, refused, not finite, hang, crash, not loaded."""
+
+    status: str
+    message: str = ""
+    reached: float = 0.0
+    steps_done: int = 0
+    seconds: float = math.nan
+    times: np.ndarray = field(default_factory=lambda: np.empty(0))
+    values: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
+    health: dict[str, int] = field(default_factory=dict)
+    method: str = ""
+    after: str = ""
+    log: Sequence[str] = ()
+
+
+@contextmanager
+def staged(target: Path) -> Iterator[Staged]:
+    """Yields the files of an FMU, or those that a model file's FMU would hold; raises UserError."""
+    with tempfile.TemporaryDirectory() as folder:
+        yield stage_fmu(target, Path(folder)) if target.suffix == ".fmu" else stage_model(target, Path(folder))
+
+
+def stage_model(model: Path, folder: Path, description: Description | None = None) -> Staged:
+    """Lays the files of a model's FMU into the folder."""
+    table = description or describe(model)
+    (folder / "resources").mkdir(parents=True, exist_ok=True)
+    (folder / "resources" / "model.toml").write_bytes(model.read_bytes())
+    attach(table.resources, model, folder / "resources")
+    experiment = table.default_experiment
+    return Staged(table.model_name, native.library(), (folder / "resources").as_uri(), table.guid, {v.name: v for v in table.variables},
+                  experiment["stop_time"], experiment["step_size"])
+
+
+def stage_fmu(fmu: Path, folder: Path) -> Staged:
+    """Unpacks an FMU of this project into the folder."""
+    if not fmu.is_file():
+        raise UserError(f"there is no FMU '{fmu}'")
+    try:
+        with zipfile.ZipFile(fmu) as archive:
+            archive.extractall(folder)
+        root = xml.parse(folder / "modelDescription.xml").getroot()
+        identifier = root.find("CoSimulation").get("modelIdentifier")
+        experiment = root.find("DefaultExperiment")
+        times = {} if experiment is None else experiment.attrib
+        variables = [_variable(element) for element in root.iter("ScalarVariable")]
+    except (zipfile.BadZipFile, OSError, KeyError, xml.ParseError, AttributeError) as error:
+        raise UserError(f"'{fmu}' is not a readable FMI 2.0 co-simulation FMU: {error}") from None
+    library = folder / "binaries" / "linux64" / f"{identifier}.so"
+    if not library.is_file():
+        raise UserError(f"'{fmu}' holds no library for Linux on x86-64")
+    stop = float(times.get("stopTime", 1))
+    return Staged(root.get("modelName"), library, (folder / "resources").as_uri(), root.get("guid"), {v.name: v for v in variables},
+                  stop, float(times.get("stepSize", stop / 1000)))
+
+
+def _variable(element: xml.Element) -> Variable:
+    kind = element[0]
+    start = kind.get("start")
+    if kind.tag == "Real" and start is not None:
+        start = float(start)
+    return Variable(element.get("name"), int(element.get("valueReference")), kind.tag, element.get("causality", "local"),
+                    element.get("variability", "continuous"), element.get("initial"), start, kind.get("unit"), kind.get("displayUnit"))
+
+
+def drive(fmu: Staged, task: Task) -> Outcome:
+    """Runs the task in a process of its own."""
+    health = [name for name in HEALTH if name in fmu.variables]
+    answer = _ask(job_lines(fmu, task), task.budget)
+    if isinstance(answer, Outcome):
+        return answer
+    status, phase, log = answer["status"], answer.get("phase", ""), [" ".join(line.split()) for line in answer.get("log", [])]
+    message = next((line for line in reversed(log) if not line.startswith("warning: ")), "")
+    if status == "not finite":
+        name = next(n for n in task.outputs if fmu.variables[n].value_reference == answer["bad_reference"])
+        message = f"'{name}' is not finite at {answer['bad_time']:g} s, and the status was OK"
+    elif status == "hang":
+        message = f"no answer from the FMU in {task.budget + PATIENCE:g} s ({phase}, t = {answer['reached']:g} s)"
+    elif status == "budget":
+        message = f"reached {answer['reached']:g} s in {task.budget:g} s of computing"
+    values = np.array([[math.nan if x is None else x for x in row] for row in answer.get("values", [])], dtype=float)
+    return Outcome(status, message, answer.get("reached", 0.0), int(answer.get("steps_done", 0)), answer.get("seconds", math.nan),
+                   np.array(answer.get("times", [])), values, dict(zip(health, answer.get("integers", []), strict=False)),
+                   next((text for text in answer.get("texts", []) if text), ""), answer.get("after", ""), log)
+
+
+def job_lines(fmu: Staged, task: Task) -> list[str]:
+    """Returns the lines that fmu_driver reads to run the task."""
+    health = [name for name in HEALTH if name in fmu.variables]
+    lines = [*_head(fmu, task), f"repeats {task.repeats}", f"spend {task.spend!r}"]
+    lines += ["integers " + " ".join(_reference(fmu, name) for name in health)] if health else []
+    return lines + ([f"names {_reference(fmu, 'solver.method')}"] if "solver.method" in fmu.variables else [])
+
+
+def latency(fmu: Staged, task: Task, instances: Sequence[int]) -> dict[str, Any]:
+    """Returns the driver's figures of single steps, starts and many instances (ns, bytes); raises UserError."""
+    answer = _ask([*_head(fmu, task), f"repeats {task.repeats}", "mode latency", "instances " + " ".join(map(str, instances))], task.budget)
+    if isinstance(answer, Outcome) or answer["status"] != "ok":
+        raise UserError(f"'{fmu.name}' cannot be timed: {answer.message if isinstance(answer, Outcome) else answer['status']}")
+    return answer
+
+
+def _head(fmu: Staged, task: Task) -> list[str]:
+    lines = [f"library {fmu.library}", f"resources {fmu.resources}", f"guid {fmu.guid}", f"step {task.step!r}", f"steps {task.steps}",
+             f"every {task.every}", f"hold {task.hold}", f"budget {task.budget!r}", f"patience {PATIENCE!r}"]
+    for name, value in task.start.items():
+        word = "string" if fmu.variables[name].type == "String" else "real"
+        lines.append(f"{word} {_reference(fmu, name)} {value if word == 'string' else repr(float(value))}")
+    if task.outputs:
+        lines.append("outputs " + " ".join(_reference(fmu, name) for name in task.outputs))
+    if task.inputs:
+        lines.append("inputs " + " ".join(_reference(fmu, name) for name in task.inputs))
+        lines += ["input " + " ".join(repr(float(x)) for x in row) for row in task.rows]
+    return lines
+
+
+def _ask(lines: list[str], budget: float) -> dict[str, Any] | Outcome:
+    program = native.driver_program()
+    try:
+        done = subprocess.run([str(program)], input="\n".join(lines) + "\n", text=True, errors="replace", capture_output=True,
+                              timeout=12 * (budget + PATIENCE), check=False, env={**os.environ, "LC_ALL": "C"})
+    except subprocess.TimeoutExpired:
+        return Outcome("hang", "the process does not answer")
+    except OSError as error:
+        raise UserError(f"'{program}' does not run: {error.strerror}") from None
+    if done.returncode < 0:
+        return Outcome("crash", f"the process was stopped by signal {-done.returncode}")
+    if done.returncode != 0:
+        raise UserError(f"{done.stderr.strip() or f'fmu_driver failed with code {done.returncode}'}: build it again?")
+    return json.loads(done.stdout)
+
+
+def _reference(fmu: Staged, name: str) -> str:
+    return str(fmu.variables[name].value_reference)

@@ -1,0 +1,116 @@
+"""Expressions of the time `t`, such as `2*sin(pi*t) if t < 1 else 0`, read with a whitelist and never with `eval`'s reach."""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Callable
+
+from build_fmu.errors import UserError, did_you_mean
+from build_fmu.run.branches import Series, series_of
+from build_fmu.run.taylor import Interval
+
+FUNCTIONS: dict[str, Callable[..., float]] = {
+    "sin": math.sin, "cos": math.cos, "tan": math.tan, "exp": math.exp, "sqrt": math.sqrt, "abs": abs,
+    "sign": lambda x: float((x > 0) - (x < 0)), "min": min, "max": max, "floor": lambda x: float(math.floor(x)),
+}  # fmt: skip
+MANY_ARGUMENTS = {"min", "max"}
+CONSTANTS = {"pi": math.pi}
+OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow, ast.USub, ast.UAdd, ast.Not, ast.And, ast.Or)
+COMPARISONS = (ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.Eq, ast.NotEq)
+LONGEST = 2000  # characters
+
+
+class Expression:
+    """A function of t (s): its value, and its Taylor series over a range of time."""
+
+    def __init__(self, value: Callable[[float], float], tree: ast.expr) -> None:
+        """Takes the compiled function and its checked tree."""
+        self._value = value
+        self._tree = tree
+        self._series: Series | None = None
+
+    def __call__(self, t: float) -> float:
+        """Returns the value; raises UserError where it is not finite."""
+        return self._value(t)
+
+    def series(self, low: float, high: float, order: int) -> list[Interval]:
+        """Returns the coefficients over the range; raises Split where a part of it must be looked at alone."""
+        if self._series is None:
+            self._series = series_of(self._tree)
+        return self._series(low, high, order)
+
+
+def compile_expression(text: str) -> Expression:
+    """Returns the function of t (s); raises UserError now for bad text, and at a call for a value that is not finite."""
+    if len(text) > LONGEST:
+        raise UserError(f"an expression may have {LONGEST} characters, this one has {len(text)}")
+    try:
+        tree = ast.parse(text.strip(), mode="eval")
+        _check(tree.body, text)
+        code = compile(ast.fix_missing_locations(_Floats().visit(tree)), "<expression>", "eval")
+    except SyntaxError as error:
+        where = f" at column {error.offset}" if error.offset else ""
+        raise UserError(f"cannot read the expression '{text}'{where}") from None
+    except (RecursionError, MemoryError, ValueError):
+        raise UserError(f"cannot read the expression '{text[:60]}': it is nested too deeply") from None
+    names = {"__builtins__": {}, **FUNCTIONS, **CONSTANTS}
+
+    def value(t: float) -> float:
+        try:
+            result = eval(code, names, {"t": t})  # only checked nodes, no builtins
+        except (ArithmeticError, ValueError, TypeError) as error:
+            raise UserError(f"'{text}' has no value at t = {t:g} s: {error}") from None
+        if isinstance(result, complex) or not math.isfinite(result):
+            raise UserError(f"'{text}' has no finite real value at t = {t:g} s")
+        return float(result)
+
+    return Expression(value, tree.body)
+
+
+def _check(node: ast.AST, text: str) -> None:
+    if isinstance(node, ast.Constant):
+        # bool is an int to Python, a mistake to a reader
+        if type(node.value) in (int, float):
+            return
+    elif isinstance(node, ast.Name):
+        known = ["t", *CONSTANTS, *FUNCTIONS]
+        if node.id in ("t", *CONSTANTS):
+            return
+        if node.id in FUNCTIONS:
+            raise UserError(f"'{text}': the function {node.id} needs an argument in brackets")
+        raise UserError(f"'{text}': unknown name '{node.id}'{did_you_mean(node.id, known)}")
+    elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
+        name, count = node.func.id, len(node.args)
+        if name not in FUNCTIONS:
+            raise UserError(f"'{text}': unknown function '{name}'{did_you_mean(name, FUNCTIONS)}")
+        if (count < 2) if name in MANY_ARGUMENTS else (count != 1):
+            wanted = "two or more arguments" if name in MANY_ARGUMENTS else "one argument"
+            raise UserError(f"'{text}': {name} takes {wanted}, not {count}")
+        for argument in node.args:
+            _check(argument, text)
+        return
+    elif isinstance(node, ast.BinOp | ast.UnaryOp | ast.BoolOp):
+        if isinstance(node.op, OPERATORS):
+            return _check_children(node, text)
+    elif isinstance(node, ast.Compare):
+        if all(isinstance(op, COMPARISONS) for op in node.ops):
+            return _check_children(node, text)
+    elif isinstance(node, ast.IfExp):
+        return _check_children(node, text)
+    piece = ast.get_source_segment(text.strip(), node) or type(node).__name__
+    raise UserError(f"'{text}': '{piece}' is not allowed; use t, pi, numbers, + - * / **, comparisons, "
+                    f"'a if b else c' and {', '.join(FUNCTIONS)}")
+
+
+def _check_children(node: ast.AST, text: str) -> None:
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.expr):
+            _check(child, text)
+
+
+class _Floats(ast.NodeTransformer):
+    """Makes every number a double: 9**9**9 then overflows at once instead of filling the memory."""
+
+    def visit_Constant(self, node: ast.Constant) -> ast.Constant:
+        return ast.copy_location(ast.Constant(float(node.value)), node)

@@ -1,0 +1,291 @@
+"""What a master sets of inputs that are known functions of time: cubic polynomials over parts of its steps.
+
+A communication step is parted where an input jumps or changes its form, and further until cubics follow the inputs. A cubic meets its
+input at Lobatto's four points of the part, ends included: its error has mean zero and is at most h^4/80 |u''''/4!|.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from build_fmu.errors import UserError
+from build_fmu.run.branches import Split, halves, inside
+from build_fmu.run.signals import Signal, Table
+from build_fmu.run.taylor import magnitude
+
+POINTS = (0.0, 0.5 - math.sqrt(0.05), 0.5 + math.sqrt(0.05), 1.0)
+# coefficients of 1, s, s^2, s^3 from the values at the points
+FIT = np.linalg.inv(np.vander(POINTS, increasing=True))
+FACTORIALS = np.array([1.0, 2.0, 6.0])
+CUBIC_ERROR = 1 / 80
+MOST_PARTS = 20_000  # of one communication step
+MODES = ("none", "expressions", "all")
+MOTION = (".q", ".qd", ".qdd")
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a step (s), what is set at its start, and the first three derivatives of what moves during it."""
+
+    begin: float
+    end: float
+    values: dict[str, float]
+    slopes: dict[str, list[float]] = field(default_factory=dict)
+
+
+@dataclass
+class Moving:
+    """A derivative of a signal, and the inputs that it is sent to; its largest absolute value at some points and so far, the largest error."""
+
+    signal: Signal
+    derivative: int
+    names: list[str]
+    usual: float = 0.0
+    scale: float = 0.0
+    worst: float = 0.0
+
+    def at(self, t: float) -> float:
+        """Returns the value."""
+        return derived(self.names[0], self.signal, self.derivative, t)
+
+    def bound(self, low: float, high: float) -> Bound:
+        """Bounds the signal over a range of time; raises Split where it has no bound, or more than one form."""
+        m = self.derivative
+        series = self.signal.series(low, high, m + 4)
+        values = [x * math.factorial(m) for x in (series[m] if m < len(series) else (0.0, 0.0))]
+        self.scale = max(self.scale, min(map(abs, values)))
+        highest = magnitude(series[m + 4]) if m + 4 < len(series) else 0.0
+        return Bound(highest * math.factorial(m + 4) / 24, values[1] - values[0])
+
+
+@dataclass(frozen=True)
+class Bound:
+    """The largest fourth Taylor coefficient over a range, and how far its values spread."""
+
+    highest: float
+    spread: float = math.inf
+
+    def error(self, size: float) -> float:
+        """Returns what a cubic over a part of `size` (s) may be off."""
+        return min(CUBIC_ERROR * size**4 * self.highest, 2 * self.spread)
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A part of a step from a to b, and the range inside it on which the inputs have one form; `joined`: so has the part before."""
+
+    a: float
+    b: float
+    low: float
+    high: float
+    joined: bool = False
+    bounds: Sequence[Bound] = ()
+
+    def halved(self) -> Split:
+        """Returns the split in the middle."""
+        return halves(self.a, self.b)
+
+
+class Course:
+    """The parts of all steps between the times; `mode` says which signals move during a step: none, expressions or all."""
+
+    def __init__(self, signals: Mapping[str, Signal], times: Sequence[float], tolerance: float, mode: str, inputs: Sequence[str]) -> None:
+        """`inputs` are the real inputs of the FMU, `tolerance` is relative to each signal's largest value."""
+        self.times, self.tolerance = times, tolerance
+        self.held = {name: s for name, s in signals.items() if isinstance(s, Table) and mode == "expressions"}
+        # what is set: a derivative of a signal each; of a motion the position first
+        self.values: dict[str, tuple[Signal, int]] = {name: (signals[name], 0) for name in sorted(signals, key=_rank)}
+        self.moving: list[Moving] = []
+        self.parts, self.moved = 0, False
+        followed = {name: s for name, s in signals.items() if mode != "none" and name not in self.held and name in inputs}
+        for head in dict.fromkeys(name.rpartition(".")[0] for name in followed):
+            motion = [order for order, part in enumerate(MOTION) if head + part in followed]
+            if motion and head + MOTION[2] in inputs:
+                self._add_motion(head, motion, followed)
+            else:
+                for name in (n for n in followed if n.rpartition(".")[0] == head):
+                    self._add(name, followed[name], 0)
+        samples = times[:: max(1, len(times) // 200)]
+        for moving in self.moving:
+            moving.scale = moving.usual = max(abs(moving.at(t)) for t in samples)
+
+    def at(self, t: float) -> dict[str, float]:
+        """Returns what is to be set at a time; a motion is completed by its derivatives."""
+        return {name: derived(name, signal, order, t) for name, (signal, order) in self.values.items()}
+
+    def steps(self) -> Iterator[list[Part]]:
+        """Yields the parts of each step in turn."""
+        for k, smooth in enumerate(self._smooth_steps()):
+            begin, end = self.times[k], self.times[k + 1]
+            if not self.moving:
+                yield [Part(begin, end, self.at(begin))]
+                continue
+            parts = [self._part(stretch) for stretch in ([Stretch(begin, end, begin, end)] if smooth else self._merged(begin, end))]
+            self.parts += len(parts)
+            self.moved = self.moved or len(parts) > 1 or bool(parts[0].slopes)
+            yield parts
+
+    def remarks(self, units: Mapping[str, str]) -> list[str]:
+        """Returns sentences on what is left between the inputs and what was set."""
+        lines = []
+        if self.moved:
+            far = max(self.moving, key=lambda moving: moving.worst / (moving.scale or 1.0))
+            left = f"at most {far.worst:.1g} {units[far.names[0]]} off (input '{far.names[0]}')" if far.worst else "exactly"
+            lines.append(f"inputs: followed {left}, by cubic polynomials over {self.parts} intervals")
+        for name, table in self.held.items():
+            error = _held_error(table, np.array(self.times))
+            if error:
+                lines.append(f"inputs: '{name}' holds during each step, up to {error:.2g} {units[name]} off its table; `--interpolate all` follows it")
+        return lines
+
+    def _add(self, name: str, signal: Signal, derivative: int) -> None:
+        for moving in self.moving:
+            if moving.signal is signal and moving.derivative == derivative:
+                moving.names.append(name)
+                return
+        self.moving.append(Moving(signal, derivative, [name]))
+
+    def _add_motion(self, head: str, given: Sequence[int], followed: Mapping[str, Signal]) -> None:
+        """A motion moves by its acceleration; a part that is not given is a derivative of what is."""
+        for order in range(given[0], 3):
+            below = max(k for k in given if k <= order)
+            self.values[head + MOTION[order]] = (followed[head + MOTION[below]], order - below)
+        self.values = dict(sorted(self.values.items(), key=lambda item: _rank(item[0])))
+        self._add(head + MOTION[2], *self.values[head + MOTION[2]])
+
+    def _smooth_steps(self) -> Iterator[bool]:
+        """Yields for each step whether a cubic over all of it will do; whole ranges of steps are looked at together."""
+        ranges = [(0, len(self.times) - 1)]
+        size = self.times[1] - self.times[0]
+        while ranges:
+            first, last = ranges.pop()
+            try:
+                bounds = [moving.bound(self.times[first], self.times[last]) for moving in self.moving]
+                good = self._accepts(bounds, size)
+            except Split:
+                good = False
+            if good:
+                self._note(bound.error(size) for bound in bounds)
+            if good or last - first == 1:
+                yield from [good] * (last - first)
+            else:
+                middle = (first + last) // 2
+                ranges += [(middle, last), (first, middle)]
+
+    def _accepts(self, bounds: Sequence[Bound], size: float) -> bool:
+        errors = [bound.error(size) for bound in bounds]
+        return all(error <= self.tolerance * moving.scale for error, moving in zip(errors, self.moving, strict=True))
+
+    def _note(self, errors: Iterable[float]) -> None:
+        for error, moving in zip(errors, self.moving, strict=True):
+            moving.worst = max(moving.worst, error)
+
+    def _merged(self, begin: float, end: float) -> Iterator[Stretch]:
+        """Yields the parts of a step; what was halved only to find the inputs' forms is joined again."""
+        before: Stretch | None = None
+        for now in self._parted(begin, end):
+            joint = self._joint(before, now) if before and now.joined else None
+            if before and not joint:
+                self._note(bound.error(before.b - before.a) for bound in before.bounds)
+                yield before
+            before = joint or now
+        self._note(bound.error(before.b - before.a) for bound in before.bounds)
+        yield before
+
+    def _joint(self, first: Stretch, second: Stretch) -> Stretch | None:
+        bounds = [Bound(max(x.highest, y.highest)) for x, y in zip(first.bounds, second.bounds, strict=True)]
+        if not self._accepts(bounds, second.b - first.a):
+            return None
+        grain = 16 * math.ulp(first.b)
+        try:
+            for moving in self.moving:
+                moving.bound(first.b - grain, first.b + grain)
+        except Split:
+            return None  # the middle happened to be where the form changes
+        return Stretch(first.a, second.b, first.low, second.high, first.joined, bounds)
+
+    def _parted(self, begin: float, end: float) -> Iterator[Stretch]:
+        near, least = 1e-12 * (end - begin), 1e-9 * (end - begin)
+        left, count = [Stretch(begin, end, begin, end)], 0
+        while left:
+            now = left.pop()
+            split, at_fault = now.halved(), self.moving[0]
+            try:
+                bounds = []
+                for at_fault in self.moving:
+                    bounds.append(at_fault.bound(now.low, now.high))
+                    if bounds[-1].error(now.b - now.a) > self.tolerance * at_fault.scale:
+                        break
+                else:
+                    yield replace(now, bounds=bounds)
+                    continue
+            except Split as found:
+                split = found
+            if now.b - now.a <= least:
+                yield replace(now, bounds=self._short(now))
+                continue
+            left += reversed(_divided(now, split, near))
+            count += 1
+            if count > MOST_PARTS:
+                raise UserError(f"input '{at_fault.names[0]}' changes too fast to be followed in the step from t = {begin:g} s: it takes more than {MOST_PARTS} "
+                                "intervals; use a shorter --step, or --interpolate none")
+
+    def _short(self, stretch: Stretch) -> list[Bound]:
+        """Returns what is known of a part too short to be divided further; raises UserError if an input has no finite value in it."""
+        bounds = []
+        for moving in self.moving:
+            ends = [moving.at(t) for t in inside(stretch.low, stretch.high)]
+            if max(map(abs, ends)) > 1e6 * (moving.usual or 1.0):
+                raise UserError(f"input '{moving.names[0]}' has no bound near t = {stretch.a:g} s")
+            bounds.append(Bound(math.inf, max(ends) - min(ends)))
+        return bounds
+
+    def _part(self, stretch: Stretch) -> Part:
+        low, high = inside(stretch.low, stretch.high)
+        values = {name: derived(name, signal, order, low) for name, (signal, order) in self.values.items()}
+        points = [low + s * (high - low) for s in POINTS]
+        nodes = np.array([[moving.at(t) for t in points] for moving in self.moving])
+        fitted = (nodes - nodes[:, :1]) @ FIT[1:].T * (FACTORIALS / (stretch.b - stretch.a) ** np.arange(1, 4))
+        slopes = {name: row.tolist() for moving, row in zip(self.moving, fitted, strict=True) if row.any() for name in moving.names}
+        return Part(stretch.a, stretch.b, values, slopes)
+
+
+def _divided(now: Stretch, split: Split, near: float) -> list[Stretch]:
+    """Returns the parts in order; a change of form that is almost at an end leaves one part with a narrower range."""
+    snap = near + 16 * math.ulp(now.b)
+    if split.after - now.a <= snap and split.after < now.high:
+        return [replace(now, low=split.after, joined=False)]
+    if now.b - split.before <= snap and split.before > now.low:
+        return [replace(now, high=split.before)]
+    first = Stretch(now.a, split.after, now.low, split.before, now.joined)
+    return [first, Stretch(split.after, now.b, split.after, now.high, joined=split.before == split.after)]
+
+
+def _rank(name: str) -> int:
+    return MOTION.index(part) if (part := "." + name.rpartition(".")[2]) in MOTION else 0
+
+
+def derived(name: str, signal: Signal, order: int, t: float) -> float:
+    """Returns a derivative of a signal at a time; raises UserError, with the input's name, where there is none."""
+    try:
+        if order == 0:
+            return signal(t)
+        series = signal.series(t, t, order)
+    except UserError as error:
+        raise UserError(f"input '{name}': {error}") from None
+    except Split:
+        raise UserError(f"input '{name}': the motion has no derivative at t = {t:g} s") from None
+    return series[order][0] * math.factorial(order) if order < len(series) else 0.0
+
+
+def _held_error(table: Table, times: np.ndarray) -> float:
+    """Returns how far the rows are from the value that holds from the step's start."""
+    rows, values = np.array(table.times), np.array(table.values)
+    inside = (rows > times[0]) & (rows < times[-1])
+    starts = times[np.searchsorted(times, rows[inside], side="right") - 1]
+    at_steps = np.interp(times, rows, values)
+    return float(max(np.abs(np.diff(at_steps)).max(initial=0.0), np.abs(values[inside] - np.interp(starts, rows, values)).max(initial=0.0)))

@@ -1,0 +1,145 @@
+"""Writes a run as ReDySim does: timevar.dat, statevar.dat, envar.dat, tor.dat and, for a floating base, base.dat and mtvar.dat.
+
+Plain columns without a head, C format %e, SI units. ReDySim counts what the drives and dampers gave as an energy that is
+lost, so its actuator energy is our `-energy.work` and its total stays constant.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from build_fmu.errors import UserError
+from build_fmu.files import whole_file
+from build_fmu.model.describe import Description, describe
+from build_fmu.model.planar import planar_axes
+from build_fmu.model.resources import MODEL_IN_FMU, extract_model
+from build_fmu.run.simulate import Result
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Which joints make up ReDySim's state: a floating base comes first, then the joints in the order of the links."""
+
+    base: str | None  # the free or planar joint's name
+    planar: bool
+    joints: list[str]
+
+
+def described(fmu: Path) -> Description:
+    """Returns the table of the model that an FMU of ours carries; raises UserError for another tool's FMU."""
+    with zipfile.ZipFile(fmu) as archive, TemporaryDirectory() as folder:
+        if MODEL_IN_FMU not in archive.namelist():
+            raise UserError(f"'{fmu}' holds no model file, which tells ReDySim's order of joints")
+        return describe(extract_model(archive, Path(folder)))
+
+
+def columns_of(model: Description) -> Columns:
+    """Returns the joints in ReDySim's order; raises UserError for joints that ReDySim does not know."""
+    names = {v.name for v in model.variables}
+    balls = [ball["name"] for ball in model.drawing.get("balls", [])]
+    base = balls[0] if balls and f"{balls[0]}[3].q" in names else None
+    if len(balls) > 1 or (balls and base is None):
+        raise UserError(f"ReDySim has no layout for the spherical joint '{balls[-1]}': only a floating base may turn freely")
+    moving = [link for link in model.drawing["links"] if link["type"] != "fixed"]
+    planar = _planar_base(moving[:3])
+    own = [f"{base or planar}[{i}]" for i in (1, 2, 3)] if base or planar else []
+    # a locked joint has a position only, and is no joint to ReDySim
+    joints = [link["joint"] for link in moving if f"{link['joint']}.qd" in names and link["joint"] not in own]
+    if base and [link["joint"] for link in moving[:3]] != own:
+        raise UserError(f"ReDySim puts the floating base first, and '{base}' is not the first joint of the model")
+    return Columns(base or planar, planar is not None, joints)
+
+
+def _planar_base(first: list[dict[str, Any]]) -> str | None:
+    """Returns the name of a planar joint in the ground's x and y that comes first, the base of ReDySim's planar space robots."""
+    if [link["type"] for link in first] != ["prismatic", "prismatic", "revolute"]:
+        return None
+    name = first[0]["joint"].removesuffix("[1]")
+    axes = [[row[2] for row in link["rotation"]] for link in first]
+    if [link["joint"] for link in first] == [f"{name}[{i}]" for i in (1, 2, 3)] and np.allclose(axes, [[1, 0, 0], [0, 1, 0], [0, 0, 1]], atol=1e-9):
+        return name
+    return None
+
+
+def write_layout(folder: Path, model: Description, result: Result) -> list[str]:
+    """Writes the files and returns their names; raises UserError if the FMU does not show what they need."""
+    columns = columns_of(model)
+    # inverse dynamics: motions go in, and no joint takes a torque
+    forward = bool(columns.base) or any(name.endswith(".tau") for name in result.inputs) or not any(name.endswith(".q") for name in result.inputs)
+    files = {"timevar.dat": result.time[:, None], "statevar.dat": _state(columns, result, forward), "tor.dat": _torques(columns, model, result)}
+    if forward or "energy.work" in result.names:
+        files["envar.dat"] = _energies(result)
+    if columns.base:
+        files["base.dat"] = np.column_stack([result.time, *sum(_base(columns, result), [])])
+        momenta = [f"momentum.{kind}[{i}]" for kind in ("linear", "angular") for i in (1, 2, 3)]
+        if all(name in result.names for name in momenta):
+            files["mtvar.dat"] = np.column_stack([result[name] for name in momenta])
+    for name, table in files.items():
+        whole_file(folder / name, lambda temporary, table=table: np.savetxt(temporary, table + 0.0, fmt="%.6e", delimiter=" "))
+    return list(files)
+
+
+def _state(columns: Columns, result: Result, forward: bool) -> np.ndarray:
+    q, qd = ([_column(result, f"{name}.{key}") for name in columns.joints] for key in ("q", "qd"))
+    if not forward:
+        return np.column_stack([*q, *qd, *(_column(result, f"{name}.qdd") for name in columns.joints)])
+    places, rates = _base(columns, result)
+    return np.column_stack([*places, *q, *rates, *qd, -_column(result, "energy.work")])
+
+
+def _base(columns: Columns, result: Result) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Position and angles about z, x, y of a floating base, and their rates."""
+    name = columns.base
+    if name is None:
+        return [], []
+    if columns.planar:
+        still = np.zeros(len(result.time))
+        x, y, turn = ([_column(result, f"{name}[{i}].{key}") for key in ("q", "qd")] for i in (1, 2, 3))
+        return [x[0], y[0], still, turn[0], still, still], [x[1], y[1], still, turn[1], still, still]
+    places = [_column(result, f"{name}[{i}].q") for i in (1, 2, 3)]
+    phi, theta, psi = (_column(result, f"{name}.angle[{i}]") for i in (1, 2, 3))
+    x, y, z = (_column(result, f"{name}.omega[{i}]") for i in (1, 2, 3))
+    # omega in base axes = (-sin psi cos theta, sin theta, cos psi cos theta) phi' + (cos psi, 0, sin psi) theta' + (0, 1, 0) psi'
+    phi_rate = (z * np.cos(psi) - x * np.sin(psi)) / np.cos(theta)
+    theta_rate = x * np.cos(psi) + z * np.sin(psi)
+    psi_rate = y - np.sin(theta) * phi_rate
+    return [*places, phi, theta, psi], [*(_column(result, f"{name}[{i}].qd") for i in (1, 2, 3)), phi_rate, theta_rate, psi_rate]
+
+
+def _energies(result: Result) -> np.ndarray:
+    potential, kinetic = _column(result, "energy.potential"), _column(result, "energy.kinetic")
+    actuator = -_column(result, "energy.work")
+    return np.column_stack([potential, kinetic, actuator, potential + kinetic + actuator])
+
+
+def _torques(columns: Columns, model: Description, result: Result) -> np.ndarray:
+    """One column a joint; where motions drive closed loops, the driven joints' torques and then the loops' multipliers."""
+    known = {*result.names, *result.inputs}
+    torques = [result[f"{name}.tau"] if f"{name}.tau" in known else np.zeros(len(result.time)) for name in columns.joints]
+    loops = model.drawing.get("loops", [])
+    led = [name for name in columns.joints if f"{name}.q" in result.inputs]
+    if not (loops and led):
+        return np.column_stack(torques)
+    multipliers: list[np.ndarray] = []
+    for loop in loops:
+        rows = [result[name] for name in result.names if name.startswith(f"{loop['name']}.lambda[")]
+        # a pin of a planar mechanism closes two rows; the others hold by themselves
+        if planar_axes(model.drawing["links"]) and len(rows) == 5 and not np.any(rows[2:]):
+            rows = rows[:2]
+        multipliers += rows
+    driven = [torque for name, torque in zip(columns.joints, torques, strict=True) if f"{name}.tau" in known]
+    return np.column_stack([*driven, *multipliers])
+
+
+def _column(result: Result, name: str) -> np.ndarray:
+    if name not in result.names and name not in result.inputs:
+        group = "energy" if name.startswith("energy.") else "acceleration" if name.endswith(".qdd") else ""
+        hint = f": list \"{group}\" in [fmu] outputs of the model file" if group else ""
+        raise UserError(f"ReDySim's files need '{name}', which this FMU does not show{hint}")
+    return result[name]

@@ -1,0 +1,147 @@
+"""The inputs of a simulation: `NAME=EXPRESSION`, `NAME=FILE.csv` or a whole `FILE.csv`, as functions of time."""
+
+from __future__ import annotations
+
+import csv
+import math
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Protocol
+
+from build_fmu.errors import UserError, did_you_mean
+from build_fmu.run.branches import Split
+from build_fmu.run.expressions import compile_expression
+from build_fmu.run.taylor import Interval
+
+
+class Signal(Protocol):
+    """A function of time (s) that knows its Taylor coefficients over a range, or where to `Split` it."""
+
+    def __call__(self, t: float) -> float:
+        """Returns the value."""
+
+    def series(self, low: float, high: float, order: int) -> list[Interval]:
+        """Returns the coefficients over the range; raises Split where a part of it must be looked at alone."""
+
+
+class Table:
+    """Linear between the rows, constant outside; of two rows at the same time the later one holds from there on."""
+
+    def __init__(self, times: Sequence[float], values: Sequence[float]) -> None:
+        """Takes times that never decrease (s) and a value for each."""
+        self.times, self.values = times, values
+
+    def __call__(self, t: float) -> float:
+        """Returns the value."""
+        i = bisect_right(self.times, t)
+        if i == 0:
+            return self.values[0]
+        if i == len(self.times):
+            return self.values[-1]
+        weight = (t - self.times[i - 1]) / (self.times[i] - self.times[i - 1])
+        return (1 - weight) * self.values[i - 1] + weight * self.values[i]
+
+    def series(self, low: float, high: float, order: int) -> list[Interval]:
+        """Returns value and slope; a row inside the range parts it."""
+        i = bisect_right(self.times, low)
+        if i < len(self.times) and self.times[i] < high:
+            grain = 4 * math.ulp(self.times[i])
+            raise Split(self.times[i] - grain, self.times[i] + grain)
+        ends = sorted((self(low), self(high)))
+        if 0 < i < len(self.times):
+            slope = (self.values[i] - self.values[i - 1]) / (self.times[i] - self.times[i - 1])
+            return [(ends[0], ends[1]), (slope, slope)]
+        return [(ends[0], ends[1])]
+
+
+def parse_inputs(arguments: Sequence[str], find: Callable[[str], str]) -> dict[str, Signal]:
+    """Returns a signal for each named input; `find` checks a name. Raises UserError, also for a name given twice."""
+    signals: dict[str, Signal] = {}
+    expressions: dict[str, Signal] = {}
+    for argument in arguments:
+        name, equals, source = (part.strip() for part in argument.partition("="))
+        if not equals and name.lower().endswith(".csv"):
+            table = read_table(Path(name))
+            found = {find(column): (column, table) for column in table if column != "time"}
+            new = {column: _column(table, column) for column in found}
+        elif not equals or not source:
+            raise UserError(f"'{argument}' is no input: write NAME=EXPRESSION, NAME=FILE.csv or FILE.csv")
+        elif source.lower().endswith(".csv"):
+            new = {find(name): _only_column(Path(source), name)}
+        else:
+            # equal expressions are one signal, to be looked at once
+            new = {find(name): expressions.setdefault(source, compile_expression(source))}
+        for key, signal in new.items():
+            if key in signals:
+                raise UserError(f"the input '{key}' is given twice")
+            signals[key] = signal
+    return signals
+
+
+def read_table(path: Path, clock: Sequence[str] = ("time",)) -> dict[str, list[float]]:
+    """Reads a CSV of numbers with a `time` column (s; `clock` lists its names) that never decreases; raises UserError with the line."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            rows = list(csv.reader(file))
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"cannot read '{path}': {getattr(error, 'strerror', None) or 'it is not a text file'}") from None
+    rows = [[cell.strip().strip('"') for cell in row] for row in rows]
+    head = rows[0] if rows else []
+    named = next((name for name in clock if name in head), None)
+    if named is None:
+        raise UserError(f"'{path}' has no column '{clock[0]}' in its first line")
+    table: dict[str, list[float]] = {name: [] for name in head}
+    if len(table) != len(head):
+        raise UserError(f"'{path}' has two columns of the same name")
+    for line, row in enumerate(rows[1:], start=2):
+        if not any(row):
+            continue
+        if len(row) != len(head):
+            raise UserError(f"{path}:{line}: {len(row)} values, but the first line names {len(head)} columns")
+        for name, cell in zip(head, row, strict=True):
+            table[name].append(_number(cell, f"{path}:{line}: column '{name}'"))
+    times = table[named]
+    if not times:
+        raise UserError(f"'{path}' has no rows")
+    for i in range(1, len(times)):
+        if times[i] < times[i - 1]:
+            raise UserError(f"'{path}': time goes back from {times[i - 1]:g} to {times[i]:g} s")
+    return table
+
+
+def parse_start(arguments: Sequence[str]) -> dict[str, str]:
+    """Splits NAME=VALUE arguments; raises UserError for anything else."""
+    values: dict[str, str] = {}
+    for argument in arguments:
+        name, equals, value = (part.strip() for part in argument.partition("="))
+        if not equals or not name or not value:
+            raise UserError(f"'{argument}' is no start value: write NAME=VALUE")
+        if name in values:
+            raise UserError(f"the start value of '{name}' is given twice")
+        values[name] = value
+    return values
+
+
+def _column(table: dict[str, list[float]], name: str) -> Signal:
+    return Table(table["time"], table[name])
+
+
+def _only_column(path: Path, name: str) -> Signal:
+    table = read_table(path)
+    others = [column for column in table if column != "time"]
+    if name in table:
+        return _column(table, name)
+    if len(others) == 1:
+        return _column(table, others[0])
+    raise UserError(f"'{path}' has no column '{name}'{did_you_mean(name, others)}")
+
+
+def _number(text: str, where: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise UserError(f"{where}: '{text}' is not a number") from None
+    if not math.isfinite(value):
+        raise UserError(f"{where}: '{text}' is not a finite number")
+    return value

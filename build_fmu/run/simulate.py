@@ -1,0 +1,157 @@
+"""Runs an FMU over a time span and records its outputs.
+
+Inputs follow their expressions during each communication step (`input_course.py`) or hold; outputs are read at its end, or, where
+motions are prescribed, once the motion of that time is set, since torques belong to it.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from build_fmu.errors import UserError
+from build_fmu.run.expressions import compile_expression
+from build_fmu.run.input_course import MOTION, Course
+from build_fmu.run.session import Session
+from build_fmu.run.signals import parse_inputs, parse_start
+
+MOST_STEPS = 100_000_000
+
+
+@dataclass
+class Settings:
+    """What a user asks of a run; None means the FMU's default experiment. Times in s."""
+
+    stop: float | None = None
+    step: float | None = None
+    tolerance: float | None = None
+    start: Sequence[str] = ()
+    inputs: Sequence[str] = ()
+    outputs: Sequence[str] = ()
+    interpolate: str = "expressions"  # which inputs move during a step, see input_course.MODES
+
+
+@dataclass
+class Result:
+    """The record of a run: one row a communication point, SI units."""
+
+    time: np.ndarray
+    names: list[str]
+    values: np.ndarray  # rows x names
+    inputs: dict[str, np.ndarray] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)  # on how inputs were followed
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Returns the column of an output or, failing that, of an input."""
+        return self.values[:, self.names.index(name)] if name in self.names else self.inputs[name]
+
+    def only(self, names: Sequence[str]) -> Result:
+        """Returns the record with these outputs alone."""
+        return replace(self, names=list(names), values=self.values[:, [self.names.index(name) for name in names]])
+
+
+def simulate(session: Session, settings: Settings, progress: Callable[[float], None] = lambda _: None) -> Result:
+    """Runs the opened FMU; `progress` gets the time reached (s). Raises UserError in one sentence."""
+    times = time_grid(session, settings)
+    signals = parse_inputs(settings.inputs, lambda name: session.find(name, "input", session.names("input")))
+    start = start_values(session, settings.start)
+    names = select_outputs(session, settings.outputs)
+
+    clash = sorted(set(start) & set(signals))
+    if clash:
+        raise UserError(f"'{clash[0]}' is given both as a start value and as an input")
+    mode = settings.interpolate if session.follows_inputs else "none"
+    real_inputs = [name for name in session.names("input") if session.variables[name].type == "Real"]
+    course = Course(signals, times, _tolerance(session, settings, start), mode, real_inputs)
+    session.initialise(times[0], times[-1], settings.tolerance, start | course.at(times[0]))
+    prescribed = any(name.endswith(MOTION) for name in signals)
+    values = np.empty((len(times), len(names)))
+    recorded = {name: np.empty(len(times)) for name in real_inputs}
+    steps = course.steps()
+    for k, time in enumerate(times):
+        if k > 0:
+            for part in next(steps):
+                session.write(part.values)
+                session.write_slopes(part.slopes)
+                session.step(part.begin, part.end - part.begin)
+        now = course.at(time)
+        if prescribed:
+            session.write(now)
+        values[k] = session.read(names)
+        for name, column in recorded.items():
+            column[k] = now.get(name, start.get(name, session.variables[name].start or 0))
+        progress(time)
+    session.terminate()
+    remarks = course.remarks({name: session.variables[name].unit or "" for name in real_inputs})
+    if signals and mode != settings.interpolate:
+        remarks.append("inputs: hold during each step, since this FMU does not take their derivatives")
+    return Result(np.array(times), names, values, recorded, session.warnings(), remarks)
+
+
+def _tolerance(session: Session, settings: Settings, start: dict[str, Any]) -> float:
+    """Returns how closely inputs are followed, relative to their largest values: errors with mean zero leave less by half as many powers again."""
+    rtol = start.get("solver.rtol", session.variables["solver.rtol"].start if "solver.rtol" in session.variables else None)
+    return max(1e-10, min(1e-6, abs(min(float(rtol or 1), settings.tolerance or 1)) ** (2 / 3)))
+
+
+def time_grid(session: Session, settings: Settings) -> list[float]:
+    """Returns the communication points (s): a fixed step, the last one shortened to end at the stop time."""
+    experiment = session.description.defaultExperiment
+    start = float(getattr(experiment, "startTime", None) or 0)
+    stop = settings.stop if settings.stop is not None else float(getattr(experiment, "stopTime", None) or start + 1)
+    step = settings.step if settings.step is not None else float(getattr(experiment, "stepSize", None) or (stop - start) / 1000)
+    if not (math.isfinite(stop) and stop > start):
+        raise UserError(f"the stop time must be later than {start:g} s, got {stop:g}")
+    if not (math.isfinite(step) and step > 0):
+        raise UserError(f"the step must be a positive time in s, got {step:g}")
+    # an almost whole number of steps is meant to be whole
+    count = math.ceil((stop - start) / step * (1 - 1e-12) - 1e-9) or 1
+    if count > MOST_STEPS:
+        raise UserError(f"{count} steps are too many to record: use a longer --step")
+    return [start + k * step for k in range(count)] + [stop]
+
+
+def start_values(session: Session, arguments: Sequence[str]) -> dict[str, Any]:
+    """Returns checked start values by name; numbers may be expressions such as `pi/2`."""
+    settable = [v.name for v in session.variables.values() if v.causality in ("parameter", "input") or v.initial in ("exact", "approx")]
+    values: dict[str, Any] = {}
+    for name, text in parse_start(arguments).items():
+        kind = session.variables[session.find(name, "parameter", settable)].type
+        if kind == "String":
+            values[name] = text
+        elif kind == "Boolean":
+            if text.lower() not in ("true", "false", "0", "1"):
+                raise UserError(f"'{name}' must be true or false, got '{text}'")
+            values[name] = text.lower() in ("true", "1")
+        else:
+            values[name] = compile_expression(text)(0.0)
+            if kind == "Integer" and values[name] != int(values[name]):
+                raise UserError(f"'{name}' must be a whole number, got '{text}'")
+    return values
+
+
+def select_outputs(session: Session, patterns: Sequence[str]) -> list[str]:
+    """Returns the numeric outputs that match the names or `*` patterns (comma or space between), or all of them."""
+    numeric = [n for n in session.names("output") if session.variables[n].type != "String"]
+    wanted = [p for text in patterns for p in re.split(r"[,\s]+", text) if p]
+    if not wanted:
+        return numeric
+    readable = [n for n, v in session.variables.items() if v.type != "String"]
+    chosen: dict[str, None] = {}
+    for pattern in wanted:
+        if "*" in pattern:
+            # brackets belong to names such as position[1]: only the star is special
+            rule = re.compile(".*".join(re.escape(part) for part in pattern.split("*")))
+            matches = [n for n in numeric if rule.fullmatch(n)]
+            if not matches:
+                raise UserError(f"no output matches '{pattern}'")
+            chosen |= dict.fromkeys(matches)
+        else:
+            chosen[session.find(pattern, "output", readable)] = None
+    return list(chosen)

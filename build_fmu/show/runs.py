@@ -1,0 +1,81 @@
+"""What a page plays: a simulated run or a recorded CSV, with the model it belongs to."""
+
+from __future__ import annotations
+
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+from build_fmu.errors import UserError
+from build_fmu.model.describe import Description, describe
+from build_fmu.model.resources import MODEL_IN_FMU, extract_model
+from build_fmu.run.session import Session
+from build_fmu.run.signals import read_table
+from build_fmu.run.simulate import Result
+from build_fmu.show.page import Run
+
+
+def model_of(mechanism: Path, folder: Path) -> Description | None:
+    """Describes the model, also the one that an FMU of ours carries; None for another tool's FMU."""
+    if mechanism.suffix == ".toml":
+        return describe(mechanism)
+    if not mechanism.is_file():
+        raise UserError(f"there is no FMU '{mechanism}'")
+    try:
+        with zipfile.ZipFile(mechanism) as archive:
+            if MODEL_IN_FMU not in archive.namelist():
+                print(f"'{mechanism}' holds no model file: the page has plots and no mechanism", file=sys.stderr)
+                return None
+            return describe(extract_model(archive, folder))
+    except (zipfile.BadZipFile, OSError, zipfile.LargeZipFile) as error:
+        raise UserError(f"'{mechanism}' is not a readable FMU: {error}") from None
+
+
+def run_of(session: Session, result: Result) -> Run:
+    """Returns what a page needs of a simulated run: outputs, inputs that were used, units."""
+    columns = {name: result[name] for name in result.names} | {name: values for name, values in result.inputs.items() if np.any(values != 0)}
+    units = {}
+    for name in columns:
+        display = session.display(name)
+        # an offset would be wrong for differences; no unit of ours has one
+        units[name] = (display.unit, display.factor)
+    return Run(result.time, columns, units)
+
+
+def recorded(record: Path, model: Description | None) -> Run:
+    """Returns a recorded run, in the units of the model if there is one."""
+    table = read_table(record)
+    columns = {name: np.array(values) for name, values in table.items() if name != "time"}
+    if not columns:
+        raise UserError(f"'{record}' has no column but time")
+    units = {}
+    if model:
+        shown = {unit["name"]: {d["name"]: float(d.get("factor", 1)) for d in unit.get("display", [])} for unit in model.units}
+        for variable in model.variables:
+            factor = shown.get(variable.unit, {}).get(variable.display_unit)
+            units[variable.name] = (variable.display_unit, factor) if factor else (variable.unit or "", 1.0)
+        known = {v.name for v in model.variables}
+        joints = [f"{link.get('joint')}.q" for link in model.drawing["links"] if link["type"] != "fixed"]
+        missing = [name for name in joints if name in known and name not in columns]
+        if missing:
+            print(f"'{record}' has no column '{missing[0]}'{f' and {len(missing) - 1} more' if len(missing) > 1 else ''}: these joints stand still",
+                  file=sys.stderr)
+    return Run(np.array(table["time"]), columns, units)
+
+
+def about(model: Description | None, shown: Run, record: Path | None) -> str:
+    """Returns the line under the title: what the model says of itself, its joints, its mass."""
+    parts = [model.description] if model and model.description else []
+    if model:
+        links = model.drawing["links"]
+        counts = {"revolute": 0, "prismatic": 0, "fixed": 0}
+        for link in links:
+            counts[link["type"]] = counts.get(link["type"], 0) + 1
+        loops = len(model.drawing.get("loops", []))
+        words = [f"{count} {kind}" for kind, count in counts.items() if count] + ([f"{loops} loop{'s' if loops > 1 else ''}"] if loops else [])
+        parts.append(f"{', '.join(words)}, {sum(link['mass'] for link in links):.4g} kg")
+    if record:
+        parts.append(f"record {record.name}, {len(shown.time)} rows")
+    return " · ".join(parts)
