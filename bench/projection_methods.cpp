@@ -117,7 +117,7 @@ class Integration {
     for (std::size_t row = 0; row < loop.b.size(); ++row)
       loop.b[row] = -2 * alpha * loop.rate[row] - alpha * alpha * loop.residual[row];
     correct_loops(system_.plan(), system_.workspace(), delta_.data());
-    for (int i = 0; i < system_.nv(); ++i) ydot[system_.nq() + i] += delta_[system_.joint_of(i)];
+    for (int i = 0; i < system_.nv(); ++i) ydot[system_.layout().qd[i]] += delta_[system_.joint_of(i)];
   }
 
   double total_energy(const std::vector<double>& y) {

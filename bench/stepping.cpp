@@ -117,7 +117,7 @@ class Scene {
         break;
       }
       const double* now = integrator->state();
-      if (end >= after_) result.states.emplace_back(now, now + system.nq() + system.nv());
+      if (end >= after_) result.states.emplace_back(now, now + system.layout().work.begin);
       const double kinetic = system.kinetic_energy(end, now);
       moving = std::max(moving, kinetic);
       worst =
@@ -163,8 +163,8 @@ class Scene {
     for (int i = 0; i < plan_.nv; ++i) {
       if (amplitudes_[i] == 0) continue;
       const double time = static_cast<double>(k - 1) * step_;
-      system.tau()[i] = drive_ == "square" ? ((k + i) % 2 ? amplitudes_[i] : -amplitudes_[i])
-                                           : amplitudes_[i] * std::sin(6.3 * time * (1 + 0.3 * i) + i);
+      system.tau(i) = drive_ == "square" ? ((k + i) % 2 ? amplitudes_[i] : -amplitudes_[i])
+                                         : amplitudes_[i] * std::sin(6.3 * time * (1 + 0.3 * i) + i);
       any = true;
     }
     return any;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "dynamics/input_layout.hpp"
 #include "dynamics/loops/loop_elimination.hpp"
 
 // Forward dynamics: the O(n) recursion that eliminates one joint after the other from the leaves (DeNOC:
@@ -13,13 +14,13 @@ template <class Scalar>
 void add_what_acts(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* qd, const Scalar* inputs) {
   if (plan.has_poses()) set_ground_motion(plan, ws, qd);
   if (plan.has_springs()) add_spring_wrenches(plan, ws);
-  if (plan.has_ports()) add_port_wrenches(plan, ws, inputs + plan.joints.size());
+  if (plan.has_ports()) add_port_wrenches(plan, ws, InputLayout(plan).port_wrench.of(inputs));
   if (plan.has_loops()) set_loop_rows(plan, ws);
 }
 
-// qdd (nv, rad/s^2 or m/s^2) from q, qd (nv) and the inputs: tau (nv, N m or N), then moment and force of
-// each port (6 each). For a prescribed joint tau holds its acceleration. Gravity, springs, dampers and closed
-// loops included. Fills all of the workspace. Non-finite where the tree is not movable.
+// qdd (nv, rad/s^2 or m/s^2) from q, qd (nv) and the inputs: tau and port_wrench of InputLayout. Gravity,
+// springs, dampers and closed loops included. Fills all of the workspace. Non-finite where the tree is not
+// movable.
 template <class Scalar>
 void forward_dynamics(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
                       const Scalar* inputs, Scalar* qdd) {

@@ -4,6 +4,7 @@
 
 #include "dynamics/clones.hpp"
 #include "dynamics/energy.hpp"
+#include "dynamics/input_layout.hpp"
 #include "dynamics/loops/loop_correction.hpp"
 #include "dynamics/rnea.hpp"
 
@@ -108,7 +109,7 @@ Derivatives::Derivatives(const Plan<double>& plan)
       has_elements_(plan.has_poses()),
       plan_(elements_of(plan)),
       workspace_(plan_),
-      port_wrenches_(6 * plan.ports.size()) {
+      port_wrenches_(static_cast<std::size_t>(InputLayout(plan).port_wrench.size())) {
   lambda_.resize(workspace_.loop.lambda.size());
   K_.resize(lambda_.size());
 }

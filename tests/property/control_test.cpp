@@ -60,7 +60,7 @@ struct Scene {
     ydot = y;
     for (int i = 0; i < plan.nv; ++i) {
       if (!plan.joints[i].prescribed)
-        system.tau()[i] =
+        system.tau(i) =
             model.links[plan.joints[i].link].joint.drive == Drive::torque ? random.between(-2, 2) : 0;
       else if (model.links[plan.joints[i].link].joint.drive == Drive::motion)
         system.set_motion(time, i, random.between(-1, 1), random.between(-1, 1), random.between(-1, 1));
@@ -129,7 +129,7 @@ TEST_P(Controlled, gravity_compensation_holds_any_pose_at_rest) {
     for (int s = 0; s < scene.system.simple(); ++s)
       if (scene.system.joint_of(s) == scene.joint(k)) {
         scene.y[s] = model.controller.joints[k].target;
-        scene.y[scene.system.nq() + s] = 0;
+        scene.y[scene.system.layout().qd[s]] = 0;
       }
   scene.update();
   EXPECT_LT(scene.qdd.lpNorm<Eigen::Infinity>(), 1e-8);
@@ -137,12 +137,11 @@ TEST_P(Controlled, gravity_compensation_holds_any_pose_at_rest) {
 
 TEST_P(Controlled, feed_forward_alone_keeps_to_the_reference) {
   Scene scene(random, tree(Law::feed_forward, true));
-  for (std::size_t k = 0; k < scene.model.controller.joints.size(); ++k)
-    scene.system.tau()[scene.joint(k)] = 0;
+  for (std::size_t k = 0; k < scene.model.controller.joints.size(); ++k) scene.system.tau(scene.joint(k)) = 0;
   for (int s = 0; s < scene.system.simple(); ++s) {
     const JointMotion wanted = scene.system.reference(scene.system.joint_of(s), scene.time);
     scene.y[s] = wanted.q;
-    scene.y[scene.system.nq() + s] = wanted.qd;
+    scene.y[scene.system.layout().qd[s]] = wanted.qd;
   }
   scene.update();
   for (int s = 0; s < scene.system.simple(); ++s) {
@@ -154,8 +153,7 @@ TEST_P(Controlled, feed_forward_alone_keeps_to_the_reference) {
 
 // e'' + kd e' + kp e = 0 for the controlled joints, whatever the others do.
 void expect_error_dynamics(Scene& scene, double tolerance) {
-  for (std::size_t k = 0; k < scene.model.controller.joints.size(); ++k)
-    scene.system.tau()[scene.joint(k)] = 0;
+  for (std::size_t k = 0; k < scene.model.controller.joints.size(); ++k) scene.system.tau(scene.joint(k)) = 0;
   scene.update();
   const Vector q = scene.q(), qd = scene.qd();
   for (std::size_t k = 0; k < scene.model.controller.joints.size(); ++k) {
@@ -204,7 +202,7 @@ TEST_P(Controlled, a_trajectory_moves_like_the_motion_that_it_is_at_the_time) {
   System system(guided.plan, true, &without);
   for (int i = 0; i < guided.plan.nv; ++i) {
     if (!guided.plan.joints[i].prescribed)
-      system.tau()[i] = guided.system.tau()[i];
+      system.tau(i) = guided.system.tau(i);
     else
       system.set_motion(guided.time, i, guided.q()[i], guided.qd()[i], guided.qdd[i]);
   }

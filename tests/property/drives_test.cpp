@@ -90,8 +90,9 @@ TEST_P(Drives, a_port_acts_as_its_lever_at_the_joints) {
   Evaluate<double> pushed(model);
   const int n = open.nv();
   const Vector q = numbers(n, 3), qd = numbers(n, 2), tau = numbers(n, 5);
-  const Vector wrenches = numbers(6 * static_cast<int>(pushed.plan.ports.size()), 5);
-  Vector inputs(n + wrenches.size());
+  const InputLayout layout(pushed.plan);
+  const Vector wrenches = numbers(layout.port_wrench.size(), 5);
+  Vector inputs(layout.recursion_size());
   inputs << tau, wrenches;
   // J^T f by differences of poses, which are products of DH displacements
   Vector lever = Vector::Zero(n);
@@ -110,8 +111,8 @@ TEST_P(Drives, a_port_acts_as_its_lever_at_the_joints) {
       const Mat3<double> axes = frame.port == Frame::Port::ground_axes
                                     ? Mat3<double>(Mat3<double>::Identity())
                                     : Mat3<double>(at[frame.link].rotation * frame.rotation);
-      const Vec3<double> moment = axes * wrenches.segment<3>(6 * static_cast<Eigen::Index>(k));
-      const Vec3<double> force = axes * wrenches.segment<3>(6 * static_cast<Eigen::Index>(k) + 3);
+      const double* wrench = layout.port_wrench.of(inputs.data(), static_cast<int>(k));
+      const Vec3<double> moment = axes * Vec3<double>(wrench), force = axes * Vec3<double>(wrench + 3);
       lever[j] += (force.dot(origin(after) - origin(before)) +
                    moment.dot(Vec3<double>(turn(2, 1), turn(0, 2), turn(1, 0)))) /
                   (2 * h);
@@ -128,13 +129,15 @@ TEST_P(Drives, power_of_drives_dampers_and_ports_is_the_rate_of_energy) {
   model = with_random_drives(random, model);
   Evaluate<double> mixed(model);
   Evaluate<Dual> exact(model);
-  const int n = mixed.nv(), ports = static_cast<int>(mixed.plan.ports.size());
-  const Vector q = numbers(n, 3), qd = numbers(n, 2), inputs = numbers(n + 6 * ports, 5);
+  const InputLayout layout(mixed.plan);
+  const int n = mixed.nv();
+  const Vector q = numbers(n, 3), qd = numbers(n, 2), inputs = numbers(layout.recursion_size(), 5);
   const Vector qdd = mixed.qdd(q, qd, inputs);
   const Vector tau = drive_forces(mixed, q, qd, qdd, inputs);
   double power = external_power(mixed.plan, mixed.ws, q.data(), qd.data(), tau.data());
-  for (int k = 0; k < ports; ++k)
-    power += port_power(mixed.plan, mixed.ws, mixed.plan.ports[k], qd.data(), inputs.data() + n + 6 * k);
+  for (int k = 0; k < layout.port_wrench.count; ++k)
+    power += port_power(mixed.plan, mixed.ws, mixed.plan.ports[k], qd.data(),
+                        layout.port_wrench.of(inputs.data(), k));
   const auto q_along = test::dual(q, qd), qd_along = test::dual(qd, qdd);
   const Dual energy = exact.kinetic(q_along, qd_along) + exact.potential(q_along, qd_along);
   EXPECT_NEAR(power, energy.derivative, 1e-9 * std::max(1.0, std::abs(energy.derivative) + std::abs(power)));

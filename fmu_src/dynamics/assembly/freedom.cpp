@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "dynamics/compiled.hpp"
+#include "dynamics/input_layout.hpp"
 #include "dynamics/loops/loop_elimination.hpp"
 
 namespace redysim {
@@ -12,9 +13,8 @@ namespace {
 int rank_of_loops(const Model& model, const double* q) {
   const Plan<double> plan(model);
   Workspace<double> ws(plan);
-  const std::size_t n = static_cast<std::size_t>(plan.nv);
-  const std::vector<double> rest(n + 6 * plan.ports.size(), 0.0);
-  std::vector<double> qdd(n);
+  const std::vector<double> rest(static_cast<std::size_t>(InputLayout(plan).recursion_size()), 0.0);
+  std::vector<double> qdd(static_cast<std::size_t>(plan.nv));
   compiled_forward_dynamics(plan, ws, q, rest.data(), rest.data(), qdd.data());
   return loop_rank(plan, ws);
 }

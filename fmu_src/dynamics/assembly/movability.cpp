@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "dynamics/compiled.hpp"
+#include "dynamics/input_layout.hpp"
 #include "dynamics/joint_transform.hpp"
 
 namespace redysim {
@@ -46,7 +47,7 @@ std::vector<double> lengths(const Plan<double>& plan) {
 
 int singular_joint(const Plan<double>& plan, Workspace<double>& ws, const double* q) {
   // at rest; what moves nothing gives infinite accelerations, which only joints nearer to the ground see
-  const std::vector<double> rest(plan.joints.size() + 6 * plan.ports.size());
+  const std::vector<double> rest(static_cast<std::size_t>(InputLayout(plan).recursion_size()));
   std::vector<double> qdd(plan.joints.size());
   compiled_forward_dynamics(plan, ws, q, rest.data(), rest.data(), qdd.data());
   std::vector<Rounding> inherited(plan.joints.size());

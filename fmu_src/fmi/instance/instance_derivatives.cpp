@@ -26,9 +26,9 @@ fmi2Status Instance::set_real_input_derivatives(const unsigned* references, std:
     if (!variable) return refuse(function, unknown_reference(references[i], "Real"));
     if (variable->causality != Causality::input)
       return refuse(function, variable->name + " is no input and has no derivative to be set");
-    if (orders[i] < 1 || orders[i] > System::highest_input_order)
+    if (orders[i] < 1 || orders[i] > InputLayout::highest_order)
       return refuse(function, variable->name + ": the order must be 1 to " +
-                                  std::to_string(System::highest_input_order) + ", got " +
+                                  std::to_string(InputLayout::highest_order) + ", got " +
                                   std::to_string(orders[i]));
     if (!std::isfinite(values[i]))
       return refuse(function, "a derivative of " + variable->name + " must be a finite number, got " +

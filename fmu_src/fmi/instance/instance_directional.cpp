@@ -286,14 +286,14 @@ double Instance::read_direction(const Variable& variable) {
       return at.control()->reference_qd(joint).derivative;
     case Role::ball_quaternion:
       return quaternion_change(
-          Eigen::Map<const Eigen::Vector4d>(current_state() + system_.simple() + 4 * variable.ball),
+          Eigen::Map<const Eigen::Vector4d>(system_.layout().quaternion.of(current_state(), variable.ball)),
           at.ball(variable.ball).turn, element);
     case Role::ball_omega:
       return at.ball(variable.ball).omega[element].derivative;
     case Role::ball_alpha:
       return at.ball(variable.ball).alpha[element].derivative;
     case Role::ball_angle: {
-      const double* quaternion = current_state() + system_.simple() + 4 * variable.ball;
+      const double* quaternion = system_.layout().quaternion.of(current_state(), variable.ball);
       return angle_rates(angles_in_chart(rotation_of(quaternion), false),
                          at.ball(variable.ball).turn)[element];
     }

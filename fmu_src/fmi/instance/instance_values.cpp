@@ -75,17 +75,18 @@ bool Instance::read(Function function, const Variable& variable, double& value) 
           motion_[3 * variable.joint + (static_cast<int>(variable.role) - static_cast<int>(Role::motion_q))];
       return true;
     case Role::ball_quaternion:
-      value = unit_quaternion(current_state() + system_.simple() + 4 * variable.ball)[variable.element];
+      value =
+          unit_quaternion(system_.layout().quaternion.of(current_state(), variable.ball))[variable.element];
       return true;
     case Role::ball_omega:
-      value = current_state()[system_.nq() + system_.simple() + 3 * variable.ball + variable.element];
+      value = system_.layout().omega.of(current_state(), variable.ball)[variable.element];
       return true;
     case Role::ball_alpha:
       if (!update_accelerations(function)) return false;
       value = ball_alpha_[variable.ball][variable.element];
       return true;
     case Role::ball_angle:
-      value = zxy_angles(current_state() + system_.simple() + 4 * variable.ball)[variable.element];
+      value = zxy_angles(system_.layout().quaternion.of(current_state(), variable.ball))[variable.element];
       return true;
     case Role::linear_momentum:
     case Role::angular_momentum:
@@ -193,12 +194,14 @@ double& Instance::settable_value(const Variable& variable) {
 // Where an input force lives in System::inputs().
 int Instance::force_index(const Variable& variable) const {
   if (variable.role == Role::ball_tau)
-    return plan_.nv + 6 * static_cast<int>(plan_.ports.size()) + 3 * variable.ball + variable.element;
-  if (variable.role != Role::port_torque && variable.role != Role::port_force) return variable.joint;
+    return system_.input_layout().ball_torque[variable.ball] + variable.element;
+  if (variable.role != Role::port_torque && variable.role != Role::port_force)
+    return system_.input_layout().tau[variable.joint];
   int port = 0;
   while (plan_.ports[port].frame != variable.frame) ++port;
   // moment, then force
-  return plan_.nv + 6 * port + variable.element + (variable.role == Role::port_force ? 3 : 0);
+  return system_.input_layout().port_wrench[port] + variable.element +
+         (variable.role == Role::port_force ? 3 : 0);
 }
 
 // A part of a prescribed motion. Some masters set inputs that did not change again and others do not: to both

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "dynamics/compiled.hpp"
+#include "dynamics/input_layout.hpp"
 #include "dynamics/joint_elimination.hpp"
 
 namespace redysim {
@@ -17,10 +18,10 @@ struct Control::Twin {
   std::vector<double> inputs, q, qd, qdd, tau, zero;
   std::vector<double> held, moved;  // of differences: torques at the point, inputs beside it
 
-  Twin(const Model& model, std::size_t input_count)
+  explicit Twin(const Model& model)
       : plan(with_controlled_motions(model)),
         workspace(plan),
-        inputs(input_count, 0.0),
+        inputs(static_cast<std::size_t>(InputLayout(plan).recursion_size()), 0.0),
         q(static_cast<std::size_t>(plan.nv), 0.0),
         qd(q),
         qdd(q),
@@ -46,8 +47,7 @@ Control::Control(const Model& model, const Plan<double>& plan)
   for (std::size_t k = 0; k < trajectories_.size(); ++k)
     trajectory_of_[plan.carrier[trajectories_[k].link]] = static_cast<int>(k);
   for (const ControlledJoint& joint : gains_) joints_.push_back(plan.carrier[joint.link]);
-  if (law_ != Law::none && law_ != Law::pd)
-    twin_ = std::make_unique<Twin>(model, plan.nv + 6 * plan.ports.size());
+  if (law_ != Law::none && law_ != Law::pd) twin_ = std::make_unique<Twin>(model);
 }
 
 Control::~Control() = default;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "dynamics/aba.hpp"
+#include "dynamics/input_layout.hpp"
 #include "dynamics/rnea.hpp"
 
 namespace redysim {
@@ -12,21 +13,21 @@ struct ControlTangent::Twin {
   Workspace<Dual> workspace;
   std::vector<Dual> inputs, zero, qdd, tau;
 
-  Twin(const Model& model, std::size_t input_count)
+  explicit Twin(const Model& model)
       : plan(with_controlled_motions(model)),
         workspace(plan),
-        inputs(input_count),
+        inputs(static_cast<std::size_t>(InputLayout(plan).recursion_size())),
         zero(static_cast<std::size_t>(plan.nv)),
         qdd(zero),
         tau(zero) {}
 };
 
-ControlTangent::ControlTangent(const Model& model, const Control& control, std::size_t input_count)
+ControlTangent::ControlTangent(const Model& model, const Control& control)
     : law_(control.law()), joints_(control.joints()), gains_(joints_.size()), references_(joints_.size()) {
   for (int joint : joints_) follows_.push_back(control.follows(joint));
   for (int joint = 0; joint < control.joint_count(); ++joint)
     if (control.prescribes(joint)) on_trajectories_.push_back(joint);
-  if (law_ != Law::none && law_ != Law::pd) twin_ = std::make_unique<Twin>(model, input_count);
+  if (law_ != Law::none && law_ != Law::pd) twin_ = std::make_unique<Twin>(model);
 }
 
 ControlTangent::~ControlTangent() = default;

@@ -12,7 +12,7 @@ namespace redysim {
 // part of Tangent that scenes with neither do without. The equations are those of Control.
 class ControlTangent {
  public:
-  ControlTangent(const Model& model, const Control& control, std::size_t input_count);
+  ControlTangent(const Model& model, const Control& control);
   ~ControlTangent();
 
   // Goes to `time` with no direction; parameters of `model`. Directions of parameters are then set by the

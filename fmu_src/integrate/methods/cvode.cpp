@@ -143,7 +143,7 @@ Cvode::Cvode(System& system, const SolverSettings& settings, SolverMethod method
       y_(static_cast<std::size_t>(system.size())),
       slope_(y_) {
   beginning_.y = y_;
-  beginning_.tau = system.tau();
+  beginning_.tau = system.inputs();
   build();
 }
 

@@ -25,7 +25,6 @@ class ErrorWeights {
   const System& system_;
   double rtol_, atol_;
   std::vector<double> cap_;  // largest |y| that counts; one entry a weighted component
-  std::size_t size_;
 };
 
 }  // namespace redysim

@@ -32,14 +32,14 @@ Status DenseJacobian::evaluate(double time, const double* y, double* matrix) {
   derivatives_.evaluate(system_.plan(), system_.workspace(), at.q, at.qd, qdd_.data(), tau_.data(),
                         system_.port_wrenches(), variables_, columns_.data());
   if (system_.control()) system_.close_control(time, at, variables_, columns_.data());
-  const int simple = system_.simple(), nq = system_.nq();
+  const StateLayout& layout = system_.layout();
   const std::ptrdiff_t size = system_.size();
   std::fill_n(matrix, size * size, 0.0);
-  for (int k = 0; k < simple; ++k) {
-    add_rows(&columns_[static_cast<std::size_t>(k) * change_.size()], matrix + k * size);
-    double* by_velocity = matrix + (nq + k) * size;
-    add_rows(&columns_[static_cast<std::size_t>(simple + k) * change_.size()], by_velocity);
-    by_velocity[k] = 1;
+  for (int k = 0; k < layout.q.count; ++k) {
+    add_rows(column(k), matrix + layout.q[k] * size);
+    double* by_velocity = matrix + layout.qd[k] * size;
+    add_rows(column(layout.q.count + k), by_velocity);
+    by_velocity[layout.q[k]] = 1;
   }
   for (int ball = 0; ball < system_.balls(); ++ball) set_ball(ball, y, matrix);
   // one sum finds any non-finite entry
@@ -50,34 +50,36 @@ Status DenseJacobian::evaluate(double time, const double* y, double* matrix) {
 
 // Rows of the velocities and the work from a change of all joints' accelerations and of the power.
 void DenseJacobian::add_rows(const double* change, double* column) const {
-  const int nq = system_.nq(), simple = system_.simple();
-  for (int i = 0; i < simple; ++i) column[nq + i] = change[system_.joint_of(i)];
+  const StateLayout& layout = system_.layout();
+  for (int i = 0; i < layout.qd.count; ++i) column[layout.qd[i]] = change[system_.joint_of(i)];
   for (int ball = 0; ball < system_.balls(); ++ball) {
     const Eigen::Map<const Vec3<double>> accelerations(change + system_.plan().balls[ball] + 1);
-    Eigen::Map<Vec3<double>>(column + nq + simple + 3 * ball) =
+    Eigen::Map<Vec3<double>>(layout.omega.of(column, ball)) =
         rate_matrix(system_.angles_of_ball(ball)) * accelerations;
   }
-  if (system_.with_work()) column[nq + system_.nv()] = change[qdd_.size()];
+  if (system_.with_work()) *layout.work.of(column) = change[qdd_.size()];
 }
 
 // Columns of a spherical joint's quaternion and angular velocity, by the chain rule: dual numbers give how
 // its angles, rates and forces change, `columns_` how all accelerations follow them.
 void DenseJacobian::set_ball(int ball, const double* y, double* matrix) {
-  const int nq = system_.nq(), simple = system_.simple(), chart = system_.plan().balls[ball];
+  const StateLayout& layout = system_.layout();
+  const int chart = system_.plan().balls[ball];
   const std::ptrdiff_t size = system_.size();
-  const double* quaternion = y + simple + 4 * ball;
-  const Vec3<double> omega(y + nq + simple + 3 * ball), torque(system_.ball_force(ball));
+  const double* quaternion = layout.quaternion.of(y, ball);
+  const Vec3<double> omega(layout.omega.of(y, ball)), torque(system_.ball_force(ball));
   const BallAngles angles = system_.angles_of_ball(ball);
-  const double* columns = &columns_[static_cast<std::size_t>(2 * simple + 9 * ball) * change_.size()];
+  const double* columns = column(2 * layout.q.count + 9 * ball);
   double squared = 0;
   for (int k = 0; k < 4; ++k) squared += quaternion[k] * quaternion[k];
   for (int variable = 0; variable < 7; ++variable) {
     const bool velocity = variable >= 4;
     double* column =
-        matrix + size * (velocity ? nq + simple + 3 * ball + variable - 4 : simple + 4 * ball + variable);
+        matrix + size * (velocity ? layout.omega[ball] + variable - 4 : layout.quaternion[ball] + variable);
     double unit[4] = {0, 0, 0, 0};
     unit[velocity ? variable - 4 : variable] = 1;
-    quaternion_rate(velocity ? quaternion : unit, velocity ? unit : omega.data(), column + simple + 4 * ball);
+    quaternion_rate(velocity ? quaternion : unit, velocity ? unit : omega.data(),
+                    layout.quaternion.of(column, ball));
 
     // the turn that a change of the quaternion is: 2 conj(q) dq, its vector part
     Vec3<double> turn = Vec3<double>::Zero(), spin = turn;
@@ -107,7 +109,7 @@ void DenseJacobian::set_ball(int ball, const double* y, double* matrix) {
     // and its own axes turn
     const Eigen::Map<const Vec3<double>> held(&qdd_[static_cast<std::size_t>(chart) + 1]);
     const Vec3<Dual> own = rate_matrix(moved) * Vec3<Dual>(held.cast<Dual>()) + rate_bias(moved, rates);
-    for (int k = 0; k < 3; ++k) column[nq + simple + 3 * ball + k] += own[k].derivative;
+    for (int k = 0; k < 3; ++k) column[layout.omega[ball] + k] += own[k].derivative;
   }
 }
 

@@ -17,6 +17,9 @@ class DenseJacobian {
   Status evaluate(double time, const double* y, double* matrix);
 
  private:
+  const double* column(int variable) const {
+    return &columns_[static_cast<std::size_t>(variable) * change_.size()];
+  }
   void add_rows(const double* change, double* column) const;
   void set_ball(int ball, const double* y, double* matrix);
 

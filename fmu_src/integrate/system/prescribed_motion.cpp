@@ -16,32 +16,32 @@ constexpr double open_loop = 1e-8;  // m or rad: a loop that projection leaves o
 void System::set_motion(double time, int joint, double q, double qd, double qdd) {
   if (motion_slot_[joint] < 0) return;  // a trajectory moves it
   double* held = held_motion(motion_slot_[joint]);
-  held[0] = time;
-  held[1] = q;
-  held[2] = qd;
-  inputs_[joint] = qdd;
+  held[InputLayout::held_time] = time;
+  held[InputLayout::held_q] = q;
+  held[InputLayout::held_qd] = qd;
+  tau(joint) = qdd;
 }
 
 void System::change_motion(double time, int joint, int derivative, double value) {
   hold_motion(time, joint);
   if (derivative == 2) {
-    inputs_[joint] = value;
+    tau(joint) = value;
     return;
   }
   double* held = held_motion(motion_slot_[joint]);
-  held[3 + derivative] += value - held[1 + derivative];
-  held[1 + derivative] = value;
+  held[InputLayout::held_q_jump + derivative] += value - held[InputLayout::held_q + derivative];
+  held[InputLayout::held_q + derivative] = value;
 }
 
 bool System::jumped() const {
-  for (std::size_t at = held_begin(); at < phases_begin(); at += held_size)
-    if (inputs_[at + 3] != 0 || inputs_[at + 4] != 0) return true;
+  for (int joint = 0; joint < plan_.nv; ++joint)
+    if (jump(joint, 0) != 0 || jump(joint, 1) != 0) return true;
   return false;
 }
 
 void System::forget_jumps() {
-  for (std::size_t at = held_begin(); at < phases_begin(); at += held_size)
-    inputs_[at + 3] = inputs_[at + 4] = 0;
+  for (int slot = 0; slot < input_layout_.held_motion.count; ++slot)
+    held_motion(slot)[InputLayout::held_q_jump] = held_motion(slot)[InputLayout::held_qd_jump] = 0;
 }
 
 bool System::follow_jumps(double time, double* y) {
@@ -55,7 +55,8 @@ bool System::follow_jumps(double time, double* y) {
   }
   const bool closed =
       !plan_.has_loops() || (project(time, y, nullptr) == Status::ok && largest_gap() < open_loop);
-  if (jumps && with_work()) y[nq() + nv()] += kinetic_energy(time, y) + potential_energy(time, y) - before;
+  if (jumps && with_work())
+    *layout_.work.of(y) += kinetic_energy(time, y) + potential_energy(time, y) - before;
   if (!jumps || std::all_of(y, y + size(), [](double value) { return std::isfinite(value); })) return closed;
   std::copy(unmoved_.begin(), unmoved_.end(), y);
   return false;
@@ -65,8 +66,8 @@ double System::energy_before_jump(double time, const double* y) {
   coordinates(time, y);
   for (int i = 0; i < plan_.nv; ++i) {
     if (motion_slot_[i] < 0) continue;
-    q_[i] -= held_motion(motion_slot_[i])[3];
-    qd_[i] -= held_motion(motion_slot_[i])[4];
+    q_[i] -= jump(i, 0);
+    qd_[i] -= jump(i, 1);
   }
   return energy(q_.data(), qd_.data());
 }
@@ -79,7 +80,7 @@ void System::respond(double time, double* y, bool velocity) {
   const Coordinates at = coordinates(time, y);
   compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, inputs.data(), scratch_.data());
   for (int i = 0; i < plan_.nv; ++i)
-    if (motion_slot_[i] >= 0) inputs[i] += held_motion(motion_slot_[i])[velocity ? 4 : 3];
+    if (motion_slot_[i] >= 0) inputs[input_layout_.tau[i]] += jump(i, velocity);
   compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, inputs.data(), qdd_.data());
   for (int i = 0; i < plan_.nv; ++i) qdd_[i] -= scratch_[i];
   add_change(qdd_.data(), y, velocity);

@@ -15,7 +15,7 @@ SpectralRadius::SpectralRadius(const System& system)
     : at_(static_cast<std::size_t>(system.size())), direction_(at_), slope_(at_), moved_slope_(at_) {}
 
 double SpectralRadius::estimate(System& system, double time, const double* y) {
-  const std::size_t n = static_cast<std::size_t>(system.nq() + system.nv());
+  const std::size_t n = static_cast<std::size_t>(system.layout().work.begin);
   if (system.right_hand_side(time, y, slope_.data()) != Status::ok) return 0;
   // any direction with a part in all others
   double angle = 1;
@@ -31,7 +31,7 @@ double SpectralRadius::estimate(System& system, double time, const double* y) {
 
 // direction <- J direction / |direction|, by a small step; growth = |J direction| / |direction|.
 bool SpectralRadius::apply(System& system, double time, const double* y, double& growth) {
-  const std::size_t n = static_cast<std::size_t>(system.nq() + system.nv());
+  const std::size_t n = static_cast<std::size_t>(system.layout().work.begin);
   double size = 0;
   for (std::size_t i = 0; i < n; ++i) size += direction_[i] * direction_[i];
   size = std::sqrt(size);

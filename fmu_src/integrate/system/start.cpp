@@ -22,17 +22,18 @@ void begin_motions(const Model& model, System& system, double time) {
 
 void take_start_values(const Model& model, const System& system, double* y) {
   const Plan<double>& plan = system.plan();
+  const StateLayout& layout = system.layout();
   for (int i = 0; i < system.simple(); ++i) {
     const Joint& joint = model.links[plan.joints[system.joint_of(i)].link].joint;
     y[i] = joint.q0;
-    y[system.nq() + i] = joint.qd0;
+    y[layout.qd[i]] = joint.qd0;
   }
   for (int ball = 0; ball < system.balls(); ++ball) {
     const Ball& start = model.balls[ball];
-    std::copy_n(start.quaternion.begin(), 4, y + system.simple() + 4 * ball);
-    std::copy_n(start.omega.begin(), 3, y + system.nq() + system.simple() + 3 * ball);
+    std::copy_n(start.quaternion.begin(), 4, layout.quaternion.of(y, ball));
+    std::copy_n(start.omega.begin(), 3, layout.omega.of(y, ball));
   }
-  if (system.with_work()) y[system.nq() + system.nv()] = 0;
+  if (system.with_work()) *layout.work.of(y) = 0;
 }
 
 Assembly take_start(const Model& model, System& system, double time, double* y) {
@@ -66,8 +67,8 @@ Model at_start(const Model& model, System& system, double time, const double* y)
     result.links[joint.link].joint.qd0 = at.qd[i];
   }
   for (int ball = 0; ball < system.balls(); ++ball) {
-    std::copy_n(y + system.simple() + 4 * ball, 4, result.balls[ball].quaternion.begin());
-    std::copy_n(y + system.nq() + system.simple() + 3 * ball, 3, result.balls[ball].omega.begin());
+    std::copy_n(system.layout().quaternion.of(y, ball), 4, result.balls[ball].quaternion.begin());
+    std::copy_n(system.layout().omega.of(y, ball), 3, result.balls[ball].omega.begin());
   }
   return result;
 }

@@ -44,7 +44,6 @@ double largest(const std::vector<double>& values) {
 
 System::System(const Plan<double>& plan, bool with_work, const Model* model)
     : plan_(plan),
-      with_work_(with_work),
       motion_slot_(static_cast<std::size_t>(plan.nv), -1),
       q_(static_cast<std::size_t>(plan.nv), 0.0),
       qd_(q_),
@@ -54,26 +53,27 @@ System::System(const Plan<double>& plan, bool with_work, const Model* model)
       scratch_(q_) {
   if (features::control && model && (!model->trajectories.empty() || model->controller.law != Law::none))
     control_ = std::make_unique<Control>(*model, plan);
+  int held_motions = 0;
   for (int i = 0; i < plan.nv; ++i) {
     if (plan.joints[i].of_ball) continue;
     if (!plan.joints[i].prescribed)
       integrated_.push_back(i);
     else if (!control_ || !control_->prescribes(i))
-      motion_slot_[i] = held_count_++;
+      motion_slot_[i] = held_motions++;
   }
-  simple_ = static_cast<int>(integrated_.size());
+  layout_ = StateLayout(static_cast<int>(integrated_.size()), static_cast<int>(plan.balls.size()),
+                        features::energies && with_work);
+  input_layout_ = InputLayout(plan, held_motions, control_ ? static_cast<int>(control_->phase_count()) : 0);
   scales_.assign(integrated_.size(), 1.0);
   if (model) set_scales(*model);
-  nq_ = simple_ + 4 * static_cast<int>(plan.balls.size());
-  nv_ = simple_ + 3 * static_cast<int>(plan.balls.size());
   angles_.resize(plan.balls.size());
-  base_size_ = phases_begin() + (control_ ? control_->phase_count() : 0);
-  inputs_.assign(base_size_, 0.0);
-  if (held_count_ > 0) {
+  inputs_.assign(base_size(), 0.0);
+  if (held_motions > 0) {
     scratch_inputs_ = inputs_;
     unmoved_.resize(static_cast<std::size_t>(size()));
   }
-  if (!plan.balls.empty() || control_) applied_.assign(forces_size(), 0.0);
+  if (!plan.balls.empty() || control_)
+    applied_.assign(static_cast<std::size_t>(input_layout_.force_size()), 0.0);
 }
 
 void System::set_scales(const Model& model) {
@@ -94,7 +94,7 @@ System::Coordinates System::coordinates_of_all(double time, const double* y) {
   if (control()) control_->set_motions(time, phases(), q_.data(), qd_.data());
   for (int k = 0; k < simple(); ++k) {
     q_[integrated_[k]] = y[k];
-    qd_[integrated_[k]] = y[nq() + k];
+    qd_[integrated_[k]] = y[layout_.qd[k]];
   }
   for (int ball = 0; ball < balls(); ++ball) expand_ball(ball, y);
   return {q_.data(), qd_.data()};
@@ -103,8 +103,8 @@ System::Coordinates System::coordinates_of_all(double time, const double* y) {
 // Quaternion and angular velocity -> the angles, rates and torques of the joints they stand for.
 void System::expand_ball(int ball, const double* y) {
   const int chart = plan_.balls[ball];
-  const Vec3<double> omega(y + nq() + simple() + 3 * ball), torque(ball_force(ball));
-  const Mat3<double> rotation = rotation_of(y + simple() + 4 * ball);
+  const Vec3<double> omega(layout_.omega.of(y, ball)), torque(ball_force(ball));
+  const Mat3<double> rotation = rotation_of(layout_.quaternion.of(y, ball));
   BallAngles& angles = angles_[ball];
   angles = charts_kept_ ? angles_in_chart(rotation, angles.turned) : ball_angles(rotation);
   const Vec3<double> rates = angle_rates(angles, omega);
@@ -121,14 +121,14 @@ void System::expand_ball(int ball, const double* y) {
 void System::collect(const double* q, const double* qd, double* y) const {
   for (int k = 0; k < simple(); ++k) {
     y[k] = q[integrated_[k]];
-    y[nq() + k] = qd[integrated_[k]];
+    y[layout_.qd[k]] = qd[integrated_[k]];
   }
   for (int ball = 0; ball < balls(); ++ball) {
     const int first = plan_.balls[ball] + 1;
     const BallAngles angles{angles_[ball].turned, q[first], q[first + 1], q[first + 2]};
-    write_quaternion(rotation_of(angles), y + simple() + 4 * ball);
+    write_quaternion(rotation_of(angles), layout_.quaternion.of(y, ball));
     const Eigen::Map<const Vec3<double>> rates(qd + first);
-    Eigen::Map<Vec3<double>>(y + nq() + simple() + 3 * ball) = rate_matrix(angles) * rates;
+    Eigen::Map<Vec3<double>>(layout_.omega.of(y, ball)) = rate_matrix(angles) * rates;
   }
 }
 
@@ -170,21 +170,21 @@ Status System::accelerations(double time, const double* y, double* qdd) {
 
 Status System::right_hand_side(double time, const double* y, double* ydot) {
   const bool some = plan_.has_motion();
-  double* qdd = some ? qdd_.data() : ydot + nq_;
+  double* qdd = some ? qdd_.data() : layout_.qd.of(ydot);
   const Status status = accelerations<false>(time, y, qdd);
-  for (int k = 0; k < simple_; ++k) ydot[k] = y[nq_ + k];
+  for (int k = 0; k < layout_.q.count; ++k) ydot[k] = y[layout_.qd[k]];
   if (some) slope_of_integrated(y, qdd, ydot);
-  if (with_work()) ydot[nq_ + nv_] = power(coordinates(time, y), qdd);
+  if (with_work()) *layout_.work.of(ydot) = power(coordinates(time, y), qdd);
   return status;
 }
 
 // The rates of the velocities and of the spherical joints, of all joints' accelerations.
 void System::slope_of_integrated(const double* y, const double* qdd, double* ydot) const {
-  for (int k = 0; k < simple_; ++k) ydot[nq_ + k] = qdd[integrated_[k]];
+  for (int k = 0; k < simple(); ++k) ydot[layout_.qd[k]] = qdd[integrated_[k]];
   for (int ball = 0; ball < balls(); ++ball) {
-    const int at_q = simple_ + 4 * ball, at_qd = nq_ + simple_ + 3 * ball;
-    quaternion_rate(y + at_q, y + at_qd, ydot + at_q);
-    Eigen::Map<Vec3<double>>(ydot + at_qd) = ball_acceleration(ball, qdd);
+    quaternion_rate(layout_.quaternion.of(y, ball), layout_.omega.of(y, ball),
+                    layout_.quaternion.of(ydot, ball));
+    Eigen::Map<Vec3<double>>(layout_.omega.of(ydot, ball)) = ball_acceleration(ball, qdd);
   }
 }
 
@@ -195,8 +195,8 @@ double System::power(const Coordinates& at, const double* qdd) {
     tau = drive_.data();
   }
   double power = external_power(plan_, workspace_, at.q, at.qd, tau);
-  for (std::size_t k = 0; k < plan_.ports.size(); ++k)
-    power += port_power(plan_, workspace_, plan_.ports[k], at.qd, port_wrenches() + 6 * k);
+  for (int k = 0; k < input_layout_.port_wrench.count; ++k)
+    power += port_power(plan_, workspace_, plan_.ports[k], at.qd, input_layout_.port_wrench.of(forces(), k));
   return power;
 }
 
@@ -267,12 +267,12 @@ void System::add_correction(double* y, bool velocity) {
 
 // Adds a change of all joints' q or qd to the state, near the coordinates of the last expansion.
 void System::add_change(const double* change, double* y, bool velocity) const {
-  double* part = velocity ? y + nq() : y;
+  double* part = (velocity ? layout_.qd : layout_.q).of(y);
   for (int k = 0; k < simple(); ++k) part[k] += change[integrated_[k]];
   for (int ball = 0; ball < balls(); ++ball) {
     const double* angles = change + plan_.balls[ball] + 1;
     if (velocity) {
-      Eigen::Map<Vec3<double>>(part + simple() + 3 * ball) +=
+      Eigen::Map<Vec3<double>>(layout_.omega.of(y, ball)) +=
           rate_matrix(angles_[ball]) * Eigen::Map<const Vec3<double>>(angles);
       continue;
     }
@@ -280,7 +280,7 @@ void System::add_change(const double* change, double* y, bool velocity) const {
     moved.phi += angles[0];
     moved.theta += angles[1];
     moved.psi += angles[2];
-    write_quaternion(rotation_of(moved), part + simple() + 4 * ball);
+    write_quaternion(rotation_of(moved), layout_.quaternion.of(y, ball));
   }
 }
 
@@ -301,7 +301,7 @@ void System::reduce_residual(const std::vector<double>& residual, double enough,
 // The error estimate loses what the projection takes away: its part across the constraints (of the joints of
 // one freedom).
 void System::project_error(double* error) {
-  for (double* part : {error, error + nq()}) {
+  for (double* part : {layout_.q.of(error), layout_.qd.of(error)}) {
     std::fill(qdd_.begin(), qdd_.end(), 0.0);
     for (int k = 0; k < simple(); ++k) qdd_[integrated_[k]] = part[k];
     // the rows' rates are linear in the velocity: take the error for one

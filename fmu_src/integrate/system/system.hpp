@@ -7,6 +7,7 @@
 #include "dynamics/plan.hpp"
 #include "dynamics/workspace.hpp"
 #include "integrate/control/control.hpp"
+#include "integrate/system/state_layout.hpp"
 #include "model/features.hpp"
 
 namespace redysim {
@@ -15,11 +16,10 @@ namespace redysim {
 // step, < 0 give up.
 enum class Status { ok = 0, recoverable = 1, fatal = -1 };
 
-// The ODE of one instance: state y = [q (nq); qd (nv); work (1, when asked for)] of the joints that are
-// integrated, ydot = f(time, y; inputs). Prescribed joints (drive motion, locked) are no state: between two
-// settings their motion goes on as q + qd t + qdd t^2 / 2. Spherical joints come last in q, as quaternions
-// (w, x, y, z), and in qd, as angular velocities in link axes.
-// Owns the inputs and the workspace; neither throws nor allocates after construction.
+// The ODE of one instance: state y (StateLayout) of the joints that are integrated, ydot = f(time, y;
+// inputs). Prescribed joints (drive motion, locked) are not in the state: between two settings their motion
+// is q + qd t + qdd t^2 / 2. Owns the inputs and the workspace; neither throws nor allocates after
+// construction.
 class System {
  public:
   // `plan` is used, not copied, and must outlive the system. `with_work` appends the work of inputs and
@@ -27,12 +27,14 @@ class System {
   System(const Plan<double>& plan, bool with_work, const Model* model = nullptr);
 
   const Plan<double>& plan() const { return plan_; }
-  int nq() const { return nq_; }  // positions in the state
-  int nv() const { return nv_; }  // velocities in the state
-  int size() const { return nq() + nv() + (with_work() ? 1 : 0); }
-  bool with_work() const { return features::energies && with_work_; }
-  int simple() const { return simple_; }  // joints of one freedom in the state
-  int balls() const { return features::spherical ? nq_ - nv_ : 0; }
+  const StateLayout& layout() const { return layout_; }
+  const InputLayout& input_layout() const { return input_layout_; }
+  int nq() const { return layout_.nq(); }
+  int nv() const { return layout_.nv(); }
+  int size() const { return layout_.size(); }
+  bool with_work() const { return features::energies && layout_.work.count != 0; }
+  int simple() const { return layout_.q.count; }  // joints of one degree of freedom in the state
+  int balls() const { return features::spherical ? layout_.quaternion.count : 0; }
   int joint_of(int state_position) const {
     return integrated_[state_position];
   }  // into plan().joints; < simple()
@@ -42,34 +44,33 @@ class System {
   std::vector<double>& scales() { return scales_; }
   const std::vector<double>& scales() const { return scales_; }
 
-  // What is held between settings: joint forces (plan().nv, N m or N; undriven joints stay 0; prescribed
-  // joints their qdd), moment and force of each port (6 each), the torque on each spherical joint (3 each,
-  // link axes), then per joint with a motion input (or locked) a time, q and qd at that time, and by how much
-  // q and qd jumped since the last step, then the phase of each trajectory. Equal inputs mean an equal
-  // right-hand side.
+  // What is held between settings (InputLayout). The torque of an undriven joint is 0. Equal inputs mean an
+  // equal right-hand side.
   std::vector<double>& inputs() { return inputs_; }
-  std::vector<double>& tau() { return inputs_; }
-  double* port_wrench(int port) { return &inputs_[plan_.nv + 6 * port]; }
-  double* ball_torque(int ball) { return &inputs_[plan_.nv + 6 * plan_.ports.size() + 3 * ball]; }
+  double& tau(int joint) { return inputs_[input_layout_.tau[joint]]; }
+  double* port_wrench(int port) { return &inputs_[input_layout_.port_wrench[port]]; }
+  double* ball_torque(int ball) { return &inputs_[input_layout_.ball_torque[ball]]; }
 
   // Inputs that move as polynomials of time (input_slopes.cpp): the order-th derivative, 1 to
-  // highest_input_order, of a force in inputs() (a prescribed joint's: of its qdd) from `time` on. They are
-  // part of inputs() until they end at another time, where each input stays at the value that it has reached.
-  static constexpr int highest_input_order = 3;
+  // InputLayout::highest_order, of a force in inputs() (a prescribed joint's: of its qdd) from `time` on.
+  // They are part of inputs() until they end at another time, where each input stays at the value that it has
+  // reached.
   void set_input_slope(double time, int input, int order, double value);
-  bool has_input_slopes() const { return inputs_.size() > base_size_; }
+  bool has_input_slopes() const { return inputs_.size() > base_size(); }
   double input_slope(int input) const;  // the first derivative where they begin; 0: none
   void anchor_input_slopes(double time);
   void end_input_slopes(double time);
-  std::size_t base_size() const { return base_size_; }  // of inputs() without them
+  std::size_t base_size() const {  // of inputs() without them
+    return static_cast<std::size_t>(input_layout_.size());
+  }
   bool is_input_size(std::size_t size) const;
   void resize_inputs(std::size_t size);
   void swap_inputs(std::vector<double>& other);  // of a legal size
 
   // The forces in inputs() as they are at the time of the last evaluation.
   const double* forces() const { return applied_.empty() ? inputs_.data() : applied_.data(); }
-  const double* port_wrenches() const { return forces() + plan_.nv; }
-  const double* ball_force(int ball) const { return port_wrenches() + 6 * plan_.ports.size() + 3 * ball; }
+  const double* port_wrenches() const { return input_layout_.port_wrench.of(forces()); }
+  const double* ball_force(int ball) const { return input_layout_.ball_torque.of(forces(), ball); }
 
   // Begins the motion of a prescribed joint at `time`: there is none before from which it could jump.
   void set_motion(double time, int joint, double q, double qd, double qdd);
@@ -94,7 +95,7 @@ class System {
   void forget_jumps();
   double jump(int joint, int derivative) const {  // of q (0) or qd (1) that the state has not followed
     const int slot = motion_slot_[joint];
-    return slot < 0 ? 0 : inputs_[held_begin() + static_cast<std::size_t>(held_size * slot + 3 + derivative)];
+    return slot < 0 ? 0 : inputs_[input_layout_.held_motion[slot] + InputLayout::held_q_jump + derivative];
   }
 
   // All joints at (time, y): q, qd of length plan().nv, valid until the next call.
@@ -139,13 +140,15 @@ class System {
 
   double kinetic_energy(double time, const double* y);
   double potential_energy(double time, const double* y);
-  double work(const double* y) const { return with_work() ? y[nq() + nv()] : 0.0; }
+  double work(const double* y) const { return with_work() ? *layout_.work.of(y) : 0.0; }
 
   // Which joint is to blame for a failure, an evaluation's or a method's: index into plan().joints, or -1.
   int failed_joint() const { return failed_joint_; }
   void forget_failure() { failed_joint_ = -1; }
   void blame(int velocity) {  // the joint of a velocity of the state
-    failed_joint_ = velocity < simple() ? joint_of(velocity) : plan_.balls[(velocity - simple()) / 3];
+    const int place = nq() + velocity;
+    failed_joint_ =
+        layout_.omega.contains(place) ? plan_.balls[layout_.omega.entry_at(place)] : joint_of(velocity);
   }
   long evaluations() const { return evaluations_; }
 
@@ -171,28 +174,20 @@ class System {
   void take_inputs(double time);
   double motion_at(double time, int joint, int derivative) const;
   void hold_motion(double time, int joint);
-  std::size_t forces_size() const { return held_begin(); }
-  static constexpr int held_size = 5;  // time, q, qd, jump of q, jump of qd
-  std::size_t held_begin() const { return plan_.nv + 6 * plan_.ports.size() + 3 * plan_.balls.size(); }
-  double* held_motion(int slot) { return &inputs_[held_begin() + held_size * slot]; }
-  std::size_t phases_begin() const {
-    return held_begin() + held_size * static_cast<std::size_t>(held_count_);
-  }
-  double* phases() { return inputs_.data() + phases_begin(); }
-  const double* phases() const { return inputs_.data() + phases_begin(); }
+  double* held_motion(int slot) { return &inputs_[input_layout_.held_motion[slot]]; }
+  double* phases() { return input_layout_.phase.of(inputs_.data()); }
+  const double* phases() const { return input_layout_.phase.of(inputs_.data()); }
   void project_error(double* error);
   double power(const Coordinates& at, const double* qdd);
 
   const Plan<double>& plan_;
-  bool with_work_;
-  int simple_ = 0, nq_ = 0, nv_ = 0;
+  StateLayout layout_;
+  InputLayout input_layout_;
   std::vector<int> integrated_;   // joints in the state
   std::vector<int> motion_slot_;  // per joint: its place among those with a held motion, or -1
-  int held_count_ = 0;
   std::vector<double> scales_;
   std::unique_ptr<Control> control_;
   std::vector<double> inputs_;
-  std::size_t base_size_ = 0;
   std::vector<double> scratch_inputs_, unmoved_;
   std::vector<double> q_, qd_;       // all joints
   std::vector<BallAngles> angles_;   // of the spherical joints, as in q_

@@ -52,8 +52,7 @@ Tangent::Tangent(const Model& model, const System& system)
   ball_quaternion_.resize(balls.size());
   moved_.resize(balls.size());
   if (features::control && system.control())
-    control_ = std::make_unique<ControlTangent>(model, *system.control(),
-                                                static_cast<std::size_t>(plan_.nv) + 6 * plan_.ports.size());
+    control_ = std::make_unique<ControlTangent>(model, *system.control());
 }
 
 std::vector<Plan<Dual>*> Tangent::plans() {
@@ -71,13 +70,14 @@ void Tangent::go_to(const Model& model, System& system, double time, const doubl
   const System::Coordinates at = system.coordinates(time, y);
   take_values(at.q, n, q);
   take_values(at.qd, n, qd);
-  take_values(system.forces(), n + 6 * plan_.ports.size() + 3 * balls.size(), force);
+  inputs_ = system.input_layout();
+  take_values(system.forces(), static_cast<std::size_t>(inputs_.force_size()), force);
   for (std::size_t k = 0; k < balls.size(); ++k) {
     const int ball = static_cast<int>(k);
     balls[k] = {};
     angles_[k] = system.angles_of_ball(ball);
-    ball_quaternion_[k] = Eigen::Map<const Eigen::Vector4d>(y + system.simple() + 4 * ball);
-    ball_omega_[k] = Vec3<double>(y + system.nq() + system.simple() + 3 * ball);
+    ball_quaternion_[k] = Eigen::Map<const Eigen::Vector4d>(system.layout().quaternion.of(y, ball));
+    ball_omega_[k] = Vec3<double>(system.layout().omega.of(y, ball));
     ball_torque_[k] = Vec3<double>(system.ball_force(ball));
   }
   with_time_ = false;
@@ -283,7 +283,7 @@ void Tangent::go_with_time(System& system, double time, const double* y) {
     force[i].derivative = system.input_slope(static_cast<int>(i));
   for (std::size_t k = 0; k < balls.size(); ++k)
     for (int i = 0; i < 3; ++i)
-      balls[k].torque[i] = force[force.size() - 3 * balls.size() + 3 * k + i].derivative;
+      balls[k].torque[i] = force[inputs_.ball_torque[static_cast<int>(k)] + i].derivative;
   with_time_ = true;
   if (control()) control()->go_with_time(system, time, force);
 }
@@ -351,8 +351,9 @@ bool Tangent::evaluate() {
                    ? prescribed_force(plan_, workspace_, static_cast<int>(i), q.data(), qd.data(), qdd.data())
                    : force[i];
   power = external_power(plan_, workspace_, q.data(), qd.data(), drive.data());
-  for (std::size_t k = 0; k < plan_.ports.size(); ++k)
-    power += port_power(plan_, workspace_, plan_.ports[k], qd.data(), &force[n + 6 * k]);
+  for (int k = 0; k < inputs_.port_wrench.count; ++k)
+    power +=
+        port_power(plan_, workspace_, plan_.ports[k], qd.data(), inputs_.port_wrench.of(force.data(), k));
   double sum = 0;
   for (const Dual& a : qdd) sum += a.value * 0.0 + a.derivative * 0.0;
   for (const Dual& a : drive) sum += a.derivative * 0.0;

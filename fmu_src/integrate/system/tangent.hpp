@@ -84,6 +84,7 @@ class Tangent {
   std::vector<Vec3<double>> ball_omega_, ball_torque_, ball_turn_;
   std::vector<Eigen::Vector4d> ball_quaternion_;
   std::vector<BallAnglesOf<Dual>> moved_;
+  InputLayout inputs_;
   bool with_time_ = false;
   std::unique_ptr<ControlTangent> control_;
 };

@@ -32,7 +32,7 @@ struct Simulation {
     std::vector<double> y(static_cast<std::size_t>(system.size()), 0.0);
     for (int k = 0; k < system.simple(); ++k) {
       y[k] = model.links[plan.joints[system.joint_of(k)].link].joint.q0;
-      y[system.nq() + k] = model.links[plan.joints[system.joint_of(k)].link].joint.qd0;
+      y[system.layout().qd[k]] = model.links[plan.joints[system.joint_of(k)].link].joint.qd0;
     }
     integrator->start(0, y.data());
   }
@@ -44,7 +44,7 @@ struct Simulation {
     ASSERT_TRUE(outcome.ok) << outcome.message;
   }
   double q(int k) const { return integrator->state()[k]; }
-  double qd(int k) const { return integrator->state()[system.nq() + k]; }
+  double qd(int k) const { return integrator->state()[system.layout().qd[k]]; }
 };
 
 std::string cycloids(int joints, double to, double duration) {
@@ -100,7 +100,7 @@ TEST_P(Controlled, pd_is_what_an_external_controller_tends_to) {
       for (int k = 0; k < 2; ++k) {
         const Trajectory& own = inside.model.trajectories[k];
         const JointMotion wanted = motion_at(own, phase_at(own, t), t);
-        outside.system.tau()[k] = 20 * (wanted.q - outside.q(k)) + 3 * (wanted.qd - outside.qd(k));
+        outside.system.tau(k) = 20 * (wanted.q - outside.q(k)) + 3 * (wanted.qd - outside.qd(k));
       }
       ASSERT_TRUE(outside.integrator->advance(0.7 * (n + 1) / steps, true).ok);
     }

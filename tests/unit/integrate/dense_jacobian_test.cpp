@@ -21,7 +21,7 @@ void expect_exact(const std::string& name, unsigned seed) {
   std::vector<double> y = rig.start_state();
   // small, so that loops need not be closed again to be at full rank
   for (double& value : y) value += random.between(-0.05, 0.05);
-  for (int i = 0; i < system.plan().nv; ++i) system.tau()[i] = random.between(-1, 1);
+  for (int i = 0; i < system.plan().nv; ++i) system.tau(i) = random.between(-1, 1);
   for (int ball = 0; ball < system.balls(); ++ball)
     for (int k = 0; k < 3; ++k) system.ball_torque(ball)[k] = random.between(-1, 1);
   std::vector<double> matrix(static_cast<std::size_t>(size * size)), above(y), below(y), up(y), down(y);

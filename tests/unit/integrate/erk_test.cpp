@@ -110,7 +110,7 @@ std::pair<double, double> work_and_error(double rtol, int advances, bool changin
   const auto run = [&](double tolerance, double& work) {
     Rig rig("kuka_kr5", solver(erk, tolerance));
     for (int k = 1; k <= advances; ++k) {
-      rig.system.tau()[1] = changing ? (k % 2 ? 20 : -20) : 0;
+      rig.system.tau(1) = changing ? (k % 2 ? 20 : -20) : 0;
       EXPECT_TRUE(rig.integrator->advance(static_cast<double>(k) / advances, changing || k == 1).ok);
     }
     work = static_cast<double>(rig.integrator->statistics().evaluations);

@@ -81,7 +81,7 @@ TEST_P(EveryMethod, changed_input_takes_effect_at_its_time) {
   const auto run = [](SolverMethod method, double rtol) {
     Rig rig("kuka_kr5", solver(method, rtol));
     for (int k = 1; k <= 20; ++k) {
-      for (int i = 0; i < 6; ++i) rig.system.tau()[i] = (k + i) % 2 ? 3.0 : -2.0;
+      for (int i = 0; i < 6; ++i) rig.system.tau(i) = (k + i) % 2 ? 3.0 : -2.0;
       EXPECT_TRUE(rig.integrator->advance(k * 0.01, true).ok);
     }
     return rig.state();
@@ -92,7 +92,7 @@ TEST_P(EveryMethod, changed_input_takes_effect_at_its_time) {
 TEST_P(EveryMethod, asking_for_the_work_does_not_change_the_motion) {
   Rig without("double_pendulum", solver(GetParam())), with("double_pendulum", solver(GetParam()), true);
   for (Rig* rig : {&without, &with}) {
-    rig->system.tau()[0] = 5;
+    rig->system.tau(0) = 5;
     for (int k = 1; k <= 100; ++k) ASSERT_TRUE(rig->integrator->advance(k * 0.01, k == 1).ok);
   }
   std::vector<double> motion = with.state();
@@ -117,7 +117,7 @@ TEST_P(EveryMethod, failure_keeps_the_last_good_state_and_prints_nothing) {
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
   for (double broken : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
-    rig.system.tau()[1] = broken;
+    rig.system.tau(1) = broken;
     const Outcome outcome = rig.integrator->advance(0.6, true);
     EXPECT_FALSE(outcome.ok);
     EXPECT_NE(outcome.message.find("t = 0.5"), std::string::npos) << outcome.message;
@@ -127,7 +127,7 @@ TEST_P(EveryMethod, failure_keeps_the_last_good_state_and_prints_nothing) {
   EXPECT_EQ(testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr(), "");
 
   // usable again at once, and after a new start
-  rig.system.tau()[1] = 0;
+  rig.system.tau(1) = 0;
   EXPECT_TRUE(rig.integrator->advance(0.6, true).ok);
   const std::vector<double> y = rig.start_state();
   EXPECT_TRUE(rig.integrator->start(0, y.data()).ok);
@@ -160,7 +160,7 @@ TEST_P(EveryMethod, successful_advance_does_not_allocate) {
   const long before = test::allocations;
   bool ok = true;
   for (int k = 1; k <= 300; ++k) {
-    rig.system.tau()[0] = k / 100 == 1 ? (k % 7) : 0;
+    rig.system.tau(0) = k / 100 == 1 ? (k % 7) : 0;
     ok = ok && rig.integrator->advance(k * 1e-3, k == 1 || k / 100 == 1).ok;
   }
   EXPECT_EQ(test::allocations - before, 0);
@@ -188,7 +188,7 @@ TEST_P(EveryMethod, late_start_is_no_other_run) {
     late.integrator->start(start, y.data());
     for (int k = 1; k <= 100; ++k) {
       const bool changed = k == 1 || k % 10 == 0;
-      early.system.tau()[0] = late.system.tau()[0] = k / 10;
+      early.system.tau(0) = late.system.tau(0) = k / 10;
       Outcome outcome = early.integrator->advance(k * step, changed);
       ASSERT_TRUE(outcome.ok) << model << ' ' << k << ": " << outcome.message;
       outcome = late.integrator->advance(start + k * step, changed);
@@ -225,7 +225,7 @@ TEST_P(EveryMethod, many_turns_leave_the_tolerance_alone) {
       turned.integrator->start(0, std::vector<double>{angle, 0}.data());
       near.integrator->start(0, std::vector<double>{start, 0}.data());
       for (int k = 1; k <= 50; ++k) {
-        turned.system.tau()[0] = near.system.tau()[0] = k / 10;
+        turned.system.tau(0) = near.system.tau(0) = k / 10;
         const Outcome outcome = turned.integrator->advance(0.01 * k, k % 10 == 0);
         ASSERT_TRUE(outcome.ok) << far << ' ' << rtol << ": " << outcome.message;
         ASSERT_TRUE(near.integrator->advance(0.01 * k, k % 10 == 0).ok);

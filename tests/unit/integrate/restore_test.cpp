@@ -19,7 +19,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, Restored, test::every_method(), test::method_n
 // Torques that hold still for ten steps, then change: in the middle of smooth runs and at their ends.
 bool drive(Rig& rig, int k) {
   const bool changed = k % 10 == 1;
-  for (int i = 0; i < rig.plan.nv; ++i) rig.system.tau()[i] = 0.5 * ((k - 1) / 10 % 3) - 0.2 * i;
+  for (int i = 0; i < rig.plan.nv; ++i) rig.system.tau(i) = 0.5 * ((k - 1) / 10 % 3) - 0.2 * i;
   return rig.integrator->advance(k * 0.005, changed).ok;
 }
 
@@ -53,9 +53,9 @@ TEST_P(Restored, goes_on_in_a_fresh_integrator_as_if_never_interrupted) {
   }
   for (int from = 0; from <= steps; from += 3) {
     Rig other("kuka_kr5", solver(GetParam(), 1e-7), true);
-    other.system.tau().assign(6, 99.0);  // the inputs are the caller's: they stay as they are
+    other.system.inputs().assign(6, 99.0);  // the inputs are the caller's: they stay as they are
     ASSERT_TRUE(other.integrator->restore(saved[from].data(), saved[from].size()));
-    EXPECT_EQ(other.system.tau(), std::vector<double>(6, 99.0));
+    EXPECT_EQ(other.system.inputs(), std::vector<double>(6, 99.0));
     expect_equal(record(other), recorded[from], from);
     for (int k = from + 1; k <= std::min(from + 15, steps); ++k) {
       ASSERT_TRUE(drive(other, k));

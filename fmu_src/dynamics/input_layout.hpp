@@ -1,0 +1,56 @@
+#pragma once
+
+#include "dynamics/plan.hpp"
+
+namespace redysim {
+
+// Entries of `Width` numbers each, one after the other from `begin` on. Indices of an array.
+template <int Width>
+struct Span {
+  int begin = 0, count = 0;
+
+  int operator[](int entry) const { return begin + Width * entry; }
+  int size() const { return Width * count; }
+  int end() const { return begin + size(); }
+  bool contains(int index) const { return begin <= index && index < end(); }
+  int entry_at(int index) const { return (index - begin) / Width; }
+
+  template <class Number>
+  Number* of(Number* array, int entry = 0) const {
+    return array + begin + Width * entry;
+  }
+};
+
+// Where the inputs of a right-hand side stand. forward_dynamics takes the first `recursion_size()` numbers.
+struct InputLayout {
+  Span<1> tau;          // per joint: torque or force of its drive, N m or N; of a prescribed joint its qdd
+  Span<6> port_wrench;  // per port: moment and force, N m and N
+  Span<3> ball_torque;  // per spherical joint, N m, link axes
+  Span<5> held_motion;  // per prescribed joint without a trajectory: Held
+  Span<1> phase;        // per trajectory
+
+  // A joint was at q and qd at the time; since the last step these have jumped.
+  enum Held { held_time, held_q, held_qd, held_q_jump, held_qd_jump };
+
+  InputLayout() = default;
+  template <class Scalar>
+  explicit InputLayout(const Plan<Scalar>& plan, int held_motions = 0, int phases = 0)
+      : tau{0, plan.nv},
+        port_wrench{tau.end(), static_cast<int>(plan.ports.size())},
+        ball_torque{port_wrench.end(), static_cast<int>(plan.balls.size())},
+        held_motion{ball_torque.end(), held_motions},
+        phase{held_motion.end(), phases} {}
+
+  int recursion_size() const { return port_wrench.end(); }
+  int force_size() const { return ball_torque.end(); }  // of those that may have time derivatives
+  int size() const { return phase.end(); }
+
+  // Time derivatives of the forces stand behind all else, and only while they are used: the time at which
+  // they hold, then the first derivatives of all, the second ones, the third ones.
+  static constexpr int highest_order = 3;
+  int slope_time() const { return size(); }
+  int slope(int order, int force) const { return size() + 1 + (order - 1) * force_size() + force; }
+  int size_with_slopes() const { return slope(highest_order + 1, 0); }
+};
+
+}  // namespace redysim
