@@ -3,10 +3,11 @@
 
     python bench/accuracy.py
 
-`random_states_fd_error`, `_id_error`: largest error of the accelerations (of the inverse FMU: of the torques) of 50 random states, relative to the
-state's largest. `trajectory_error`: largest error of a position, the model's method at rtol 1e-8; `amplification`: by how much the scene itself magnifies a
-change of its start values until then; `trajectory_error_in_rtol_times_amplification`: the error over both. `loop_gap`: the largest at the output times
-of a run in free fall from the model's start, m or rad. `library_bytes`: of the shared library. The same numbers on every machine, nearly.
+`random_states_fd_error`, `_id_error`: maximum error of the accelerations (inverse FMU: of the torques) over 50 random states, relative to
+the largest value of the state. `trajectory_error`: maximum position error of the model's method at rtol 1e-8. `amplification`: factor by
+which the scene magnifies a change of its start values until then. `trajectory_error_in_rtol_times_amplification`: the error over both.
+`loop_gap`: maximum at the output times of a run in free fall from the model's start, m or rad. `library_bytes`: size of the shared
+library. The numbers are nearly the same on every machine.
 """
 
 from __future__ import annotations
@@ -20,13 +21,18 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from build_fmu import native  # noqa: E402
-from build_fmu.model.inverse import inverse_of  # noqa: E402
-from build_fmu.report.machine import machine_lines  # noqa: E402
-from build_fmu.run.driver import Outcome, Staged, Task, drive, stage_model, staged  # noqa: E402
+from build_fmu import native
+from build_fmu.model.inverse import inverse_of
+from build_fmu.report.machine import machine_lines
+from build_fmu.run.driver import Outcome, Staged, Task, drive, stage_model, staged
 
 SCENES = ROOT / "tests" / "scenes"
-RANDOM_STATES = {"double_pendulum": "double_pendulum", "gripper": "gripper_freefall", "gripper_redysim": "gripper_redysim_freefall", "kuka_kr5": "kr5_freefall"}
+RANDOM_STATES = {
+    "double_pendulum": "double_pendulum",
+    "gripper": "gripper_freefall",
+    "gripper_redysim": "gripper_redysim_freefall",
+    "kuka_kr5": "kr5_freefall",
+}
 TRAJECTORIES = {"pendulum": "simple_pendulum", **RANDOM_STATES, "four_bar": "fourbar_freefall", "stiff_strut": "stiff_strut"}
 LOOPS = {"four_bar": 100.0, "five_bar": 10.0, "slider_crank": 10.0, "bennett": 10.0, "three_rrr": 10.0}  # seconds to run
 RTOL = 1e-8
@@ -55,8 +61,14 @@ def accelerations(model: Path, rows: np.ndarray) -> float:
     """Forward dynamics: q0, qd0 and tau give qdd at the start."""
     worst = 0.0
     with staged(model) as fmu:
-        starts, inputs, outputs = named(fmu, ".q0", "parameter") + named(fmu, ".qd0", "parameter"), named(fmu, ".tau", "input"), named(fmu, ".qdd", "output")
-        for state, tau, expected in zip(np.hstack([columns(rows, "q"), columns(rows, "qd")]), columns(rows, "tau"), columns(rows, "qdd"), strict=True):
+        starts, inputs, outputs = (
+            named(fmu, ".q0", "parameter") + named(fmu, ".qd0", "parameter"),
+            named(fmu, ".tau", "input"),
+            named(fmu, ".qdd", "output"),
+        )
+        for state, tau, expected in zip(
+            np.hstack([columns(rows, "q"), columns(rows, "qd")]), columns(rows, "tau"), columns(rows, "qdd"), strict=True
+        ):
             task = Task(1e-9, 1, start=dict(zip(starts, state, strict=True)), inputs=inputs, rows=[tau], outputs=outputs)
             worst = max(worst, np.abs(whole(drive(fmu, task))[0] - expected).max() / np.abs(expected).max())
     return worst
@@ -67,7 +79,10 @@ def torques(model: Path, rows: np.ndarray) -> float:
     worst = 0.0
     with inverse_of(model) as (description, source), tempfile.TemporaryDirectory() as folder:
         fmu = stage_model(source, Path(folder), description)
-        inputs, outputs = [name for letter in ("q", "qd", "qdd") for name in named(fmu, f".{letter}", "input")], named(fmu, ".tau", "output")
+        inputs, outputs = (
+            [name for letter in ("q", "qd", "qdd") for name in named(fmu, f".{letter}", "input")],
+            named(fmu, ".tau", "output"),
+        )
         for motion, expected in zip(np.hstack([columns(rows, letter) for letter in ("q", "qd", "qdd")]), columns(rows, "tau"), strict=True):
             values = whole(drive(fmu, Task(1e-9, 1, inputs=inputs, rows=[motion], outputs=outputs)))
             worst = max(worst, np.abs(values[0] - expected).max() / np.abs(expected).max())

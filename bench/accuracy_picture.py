@@ -17,9 +17,10 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from build_fmu.report.make import Wish, make_report  # noqa: E402
-from build_fmu.report.machine import processor  # noqa: E402
-from build_fmu.report.pages import COLOURS, Report, advice, chosen as chosen_run, cost  # noqa: E402
+from build_fmu.report.machine import processor
+from build_fmu.report.make import Wish, make_report
+from build_fmu.report.pages import COLOURS, Report, advice, cost
+from build_fmu.report.pages import chosen as chosen_run
 
 STEP = 0.01  # s
 TARGETS = (1e-3, 1e-6, 1e-9)
@@ -36,9 +37,26 @@ def curve(axes, report: Report, method: str, strong: bool) -> None:
     if not points:
         return
     colour = COLOURS.get(method, "k")
-    axes.loglog([p.error for p in points], [p.us_per_ms for p in points], color=colour, lw=3 if strong else 1.2, marker="o", ms=5 if strong else 3, alpha=1 if strong else 0.75)
+    axes.loglog(
+        [p.error for p in points],
+        [p.us_per_ms for p in points],
+        color=colour,
+        lw=3 if strong else 1.2,
+        marker="o",
+        ms=5 if strong else 3,
+        alpha=1 if strong else 0.75,
+    )
     last = min(points, key=lambda p: p.error)
-    axes.annotate(method, (last.error, last.us_per_ms), (6, 0), textcoords="offset points", va="center", color=colour, fontsize=12 if strong else 9, weight="bold" if strong else "normal")
+    axes.annotate(
+        method,
+        (last.error, last.us_per_ms),
+        (6, 0),
+        textcoords="offset points",
+        va="center",
+        color=colour,
+        fontsize=12 if strong else 9,
+        weight="bold" if strong else "normal",
+    )
 
 
 def always_alike(report: Report, method: str, other: str) -> bool:
@@ -64,20 +82,40 @@ def draw(report: Report, file: Path) -> None:
     for target, point in chosen.items():
         if point:
             axes.plot([target, target], [bottom, point.us_per_ms], color=PALE, lw=1, ls=":")
-            axes.annotate(f"{power(target)} rad\n{cost(point.us_per_ms)} µs", (target, point.us_per_ms), (0, -16), textcoords="offset points", ha="center", va="top", fontsize=11, color=INK,
-                          bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5})
+            axes.annotate(
+                f"{power(target)} rad\n{cost(point.us_per_ms)} µs",
+                (target, point.us_per_ms),
+                (0, -16),
+                textcoords="offset points",
+                ha="center",
+                va="top",
+                fontsize=11,
+                color=INK,
+                bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5},
+            )
     axes.set_ylim(bottom, None)
     first, last = chosen[TARGETS[0]], chosen[TARGETS[-1]]
     if first and last:
-        figure.suptitle(f"KUKA KR5: errors from 1e-3 to 1e-9 rad for {last.us_per_ms / first.us_per_ms:.1f} times the CPU time", x=0.01, ha="left", fontsize=13, weight="bold", color=INK)
-    axes.set_title(f"six joints, torques changing every {1e3 * report.step:g} ms; {processor()}, one thread", loc="left", fontsize=9, color=PALE)
+        figure.suptitle(
+            f"KUKA KR5: errors from 1e-3 to 1e-9 rad for {last.us_per_ms / first.us_per_ms:.1f} times the CPU time",
+            x=0.01,
+            ha="left",
+            fontsize=13,
+            weight="bold",
+            color=INK,
+        )
+    axes.set_title(
+        f"six joints, torques changing every {1e3 * report.step:g} ms; {processor()}, one thread", loc="left", fontsize=9, color=PALE
+    )
     axes.set_xlabel("maximum joint error in 1 s of free fall [rad], more accurate to the right")
     axes.set_ylabel("CPU time per 1 ms of motion [µs]")
     axes.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:g}"))
     axes.yaxis.set_major_locator(LogLocator(10, subs=(1, 2, 5)))
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.xaxis.set_major_locator(LogLocator(10, numticks=20))
-    real_time = axes.secondary_yaxis("right", functions=(lambda us: 1000 / np.maximum(us, 1e-9), lambda factor: 1000 / np.maximum(factor, 1e-9)))
+    real_time = axes.secondary_yaxis(
+        "right", functions=(lambda us: 1000 / np.maximum(us, 1e-9), lambda factor: 1000 / np.maximum(factor, 1e-9))
+    )
     real_time.set_ylabel("times faster than real time")
     real_time.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:,.0f}"))
     axes.grid(color="#e3e7ea", lw=0.8)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Everything measured that docs/performance.md, docs/stability_peers.md and docs/specialise.md show, measured in one go; scripts/bench.sh builds what it needs.
+"""Measures every figure of docs/performance.md, docs/stability_peers.md and docs/specialise.md; scripts/bench.sh builds what it needs.
 
     python bench/all.py              about half an hour on two processors; figures, plots and pages into out/bench
     python bench/all.py --quick      a few minutes, rough figures: to see that everything runs
@@ -44,11 +44,21 @@ def stages(folder: Path) -> list[Stage]:
     return [
         Stage("core", "the recursions", ("run.py",), ("-r", "3", "-t", "0.002"), "core.txt", 8, 2),
         Stage("do_step", "a communication step", ("do_step.py",), (), "do_step.txt", 3, 0.2),
-        Stage("latency", "steps, starts and many instances", ("latency.py",), ("-n", "500", "--instances", "1", "100"), "latency.txt", 8, 1),
+        Stage(
+            "latency", "steps, starts and many instances", ("latency.py",), ("-n", "500", "--instances", "1", "100"), "latency.txt", 8, 1
+        ),
         Stage("accuracy", "how right it is", ("accuracy.py",), (), "accuracy.txt", 5, 0.2),
         Stage("parts", "what absent parts cost", ("parts.py",), ("--no-time", "-p", "all_these"), "parts.txt", 25, 14),
         Stage("straight_line", "libraries for one scene", ("straight_line.py",), ("-r", "3", "--no-library"), "straight_line.txt", 6, 2),
-        Stage("peers", "error against run time, beside other simulators", ("peers/work_precision.py", *out), ("-r", "1", "--longest", "0.05"), "", 25, 7),
+        Stage(
+            "peers",
+            "error against run time, beside other simulators",
+            ("peers/work_precision.py", *out),
+            ("-r", "1", "--longest", "0.05"),
+            "",
+            25,
+            7,
+        ),
         Stage("extreme", "extreme cases, beside other simulators", ("peers/extreme.py", *out), ("--limit", "5"), "", 12, 3),
         Stage("picture", "the README's picture of what accuracy costs", ("accuracy_picture.py", *out), ("--quick",), "", 6, 1),
     ]
@@ -60,7 +70,9 @@ def run(stage: Stage, folder: Path, quick: bool) -> str:
     partial = folder / f"{stage.output}.part" if stage.output else None
     late = threading.Event()
     # a group of its own, so that the peers' processes end with it
-    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, start_new_session=True, env={**os.environ, "PYTHONUNBUFFERED": "1"})
+    process = subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, text=True, start_new_session=True, env={**os.environ, "PYTHONUNBUFFERED": "1"}
+    )
 
     def end() -> None:
         late.set()
@@ -100,7 +112,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--docs", action="store_true", help="put figures and plots into docs/ too")
     parser.add_argument("--quick", action="store_true", help="rough figures in a few minutes")
-    parser.add_argument("-s", "--stages", nargs="+", metavar="STAGE", help="those alone: " + ", ".join(stage.name for stage in stages(ROOT)))
+    parser.add_argument(
+        "-s", "--stages", nargs="+", metavar="STAGE", help="those alone: " + ", ".join(stage.name for stage in stages(ROOT))
+    )
     parser.add_argument("-o", "--output", type=Path)
     options = parser.parse_args()
     if options.docs and options.quick:
@@ -124,7 +138,9 @@ def main() -> int:
             failures.append(f"{stage.name}: {why}")
             print(f"  {why}", flush=True)
     minutes = (time.monotonic() - begin) / 60
-    (folder / "load.txt").write_text(f"{min(loads):.1f} {max(loads):.1f} {minutes:.0f}{' quick' if options.quick else ''}\n", encoding="utf-8")
+    (folder / "load.txt").write_text(
+        f"{min(loads):.1f} {max(loads):.1f} {minutes:.0f}{' quick' if options.quick else ''}\n", encoding="utf-8"
+    )
     document = [sys.executable, str(HERE / "document.py"), "--figures", str(folder), *(["--docs"] if options.docs else [])]
     if subprocess.run(document, cwd=ROOT).returncode:
         failures.append("the pages were not written")

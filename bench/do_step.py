@@ -13,9 +13,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "bench" / "peers"))
-import run  # noqa: E402
-from peers import fmu_command  # noqa: E402
-from worker import Worker  # noqa: E402
+import run
+from peers import fmu_command
+from worker import Worker
 
 STEPS, CUTS, ROUNDS = 100, 10, 9
 

@@ -57,9 +57,16 @@ def every_line(folder: Path) -> str:
 def blocks(folder: Path) -> dict[str, str]:
     """Returns the new text of each mark; a mark whose file is missing is omitted."""
     makers: dict[str, tuple[str, Callable[[str], str]]] = {
-        "recursions": ("core.txt", tables.recursions), "right_hand_sides": ("core.txt", tables.right_hand_sides), "do_step": ("do_step.txt", tables.steps),
-        "latency": ("latency.txt", tables.latencies), "parts": ("parts.txt", tables.parts), "peers": ("peers.md", str), "losses": ("losses.md", str),
-        "straight_line": ("straight_line.txt", tables.straight_lines), "extreme": ("extreme.md", str), "targets": ("figures.txt", tables.targets),
+        "recursions": ("core.txt", tables.recursions),
+        "right_hand_sides": ("core.txt", tables.right_hand_sides),
+        "do_step": ("do_step.txt", tables.steps),
+        "latency": ("latency.txt", tables.latencies),
+        "parts": ("parts.txt", tables.parts),
+        "peers": ("peers.md", str),
+        "losses": ("losses.md", str),
+        "straight_line": ("straight_line.txt", tables.straight_lines),
+        "extreme": ("extreme.md", str),
+        "targets": ("figures.txt", tables.targets),
     }
     found = {}
     for mark, (file, maker) in makers.items():

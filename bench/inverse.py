@@ -30,8 +30,9 @@ def motion():
     """The paper's cycloid: rows of time, q, qd, qdd."""
     start, goal, t = np.radians([0, 0, 0, 90]), np.radians([60, 80, 80, 120]), np.linspace(0, 1, 101)[:, None]
     w = 2 * np.pi
-    return np.hstack([t, start + (goal - start) * (t - np.sin(w * t) / w), (goal - start) * (1 - np.cos(w * t)),
-                      (goal - start) * w * np.sin(w * t)])
+    return np.hstack(
+        [t, start + (goal - start) * (t - np.sin(w * t) / w), (goal - start) * (1 - np.cos(w * t)), (goal - start) * w * np.sin(w * t)]
+    )
 
 
 def through_fmpy(folder, description, inputs, outputs, rows):
@@ -82,8 +83,9 @@ def main():
         times, torques = through_fmpy(folder, description, inputs, outputs, rows)
         library = Path(folder) / "binaries" / "linux64" / f"{model.model_identifier}.so"
         command = [program, library, (Path(folder) / "resources").as_uri(), description.guid, 4, *inputs, *outputs]
-        done = subprocess.run([str(word) for word in command], input=" ".join(map(repr, rows.ravel().tolist())), text=True,
-                              stdout=subprocess.PIPE, check=True)
+        done = subprocess.run(
+            [str(word) for word in command], input=" ".join(map(repr, rows.ravel().tolist())), text=True, stdout=subprocess.PIPE, check=True
+        )
         numbers = np.array(done.stdout.split(), float)
     assert np.array_equal(numbers[1:].reshape(-1, 4), torques)
     print(f"# machine {processor()}, {os.cpu_count()} processors, load {os.getloadavg()[0]:.1f}")

@@ -20,21 +20,25 @@ import sys
 import tempfile
 import time
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from bare import bare  # noqa: E402
-from build_fmu import native  # noqa: E402
-from build_fmu.model.describe import describe  # noqa: E402
-from build_fmu.run.driver import Staged, Task, drive, job_lines, latency, stage_model  # noqa: E402
-from build_fmu.report.machine import machine_lines  # noqa: E402
-from variants import Build, build_each  # noqa: E402
+from bare import bare
+from variants import Build, build_each
+
+from build_fmu import native
+from build_fmu.model.describe import describe
+from build_fmu.report.machine import machine_lines
+from build_fmu.run.driver import Staged, Task, drive, job_lines, latency, stage_model
 
 ALL = ("loops", "springs", "friction", "ports", "motion", "spherical", "control", "energies", "erk", "adams", "dirk", "bdf")
-PARTS = {part: (part,) for part in ALL[:8]} | {"multistep_and_implicit": ("adams", "dirk", "bdf"), "all_these": tuple(p for p in ALL if p != "erk")}
+PARTS = {part: (part,) for part in ALL[:8]} | {
+    "multistep_and_implicit": ("adams", "dirk", "bdf"),
+    "all_these": tuple(p for p in ALL if p != "erk"),
+}
 SCENES = ("kuka_kr5", "double_pendulum", "four_bar")
 STEP, COUNTED, TIMED = 1e-3, 400, 4000
 CALLS = ("fmi2SetReal", "fmi2DoStep")
@@ -53,7 +57,13 @@ def task(fmu: Staged, steps: int, repeats: int = 0) -> Task:
 
 def instructions(fmu: Staged) -> int:
     """Returns how many instructions the calls took."""
-    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", *(f"--toggle-collect={name}" for name in CALLS), str(native.driver_program())]
+    command = [
+        "valgrind",
+        "--tool=callgrind",
+        "--callgrind-out-file=/dev/null",
+        *(f"--toggle-collect={name}" for name in CALLS),
+        str(native.driver_program()),
+    ]
     done = subprocess.run(command, input="\n".join(job_lines(fmu, task(fmu, COUNTED))), text=True, capture_output=True)
     found = re.search(r"Collected : (\d+)", done.stderr)
     if done.returncode or not found or not int(found[1]):
@@ -65,7 +75,7 @@ def seconds(fmu: Staged) -> float:
     return drive(fmu, task(fmu, TIMED, repeats=5)).seconds
 
 
-@lru_cache(maxsize=None)
+@cache
 def variables(build: Build, model: Path) -> dict[str, str]:
     """Returns the scene's variables as this build describes them."""
     os.environ["REDYSIM_FMU_DESCRIBE"] = str(build.program)

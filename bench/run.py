@@ -41,7 +41,7 @@ def run(program, pattern, repetitions, min_time):
         "--benchmark_enable_random_interleaving=true",
         "--benchmark_format=json",
     ]
-    finished = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    finished = subprocess.run(command, capture_output=True, text=True)
     if finished.returncode != 0:
         sys.exit(finished.stderr)
     if not finished.stdout.strip():
@@ -72,9 +72,7 @@ def figures(times):
         if peers and "forward_dynamics" in metrics:
             yield f"{scene}.forward_dynamics_times_faster_than_pinocchio", min(peers) / metrics["forward_dynamics"]
         if "pinocchio_rnea" in metrics and "inverse_dynamics" in metrics:
-            yield f"{scene}.inverse_dynamics_times_faster_than_pinocchio", (
-                metrics["pinocchio_rnea"] / metrics["inverse_dynamics"]
-            )
+            yield f"{scene}.inverse_dynamics_times_faster_than_pinocchio", (metrics["pinocchio_rnea"] / metrics["inverse_dynamics"])
     growth = [(f"{kind}_chain", "forward_dynamics", 10, 1000) for kind in ("right_angle", "any_angle")]
     growth += [("four_bar_chain", "right_hand_side", 10, 100), ("overlapping_loops", "right_hand_side", 10, 100)]
     for family, metric, small, large in growth:

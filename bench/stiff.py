@@ -7,7 +7,8 @@
 Every run counts all right-hand sides, those inside difference Jacobians included. An exact Jacobian counts as many as it
 takes the time of, measured in the same process. CVODE runs at rtol 1e-3 to 1e-11, and its figure for an
 error is on the straight line through these runs (logarithms of both). Errors: the largest of the positions over all outputs, against
-`dirk` at 1e-11. Prints lines `scene.metric value`, geometric means of three runs around rtol (single runs scatter). Needs the program `stepping` (configure with -DREDYSIM_BENCH=ON).
+`dirk` at 1e-11. Prints lines `scene.metric value`, geometric means of three runs around rtol (single runs scatter). Needs the program
+`stepping` (configure with -DREDYSIM_BENCH=ON).
 """
 
 import argparse
@@ -41,7 +42,16 @@ def stepping(program, model, **options):
         if line.startswith("#") or "#" in line:
             continue
         method, rtol, evaluations, jacobians, work, _, error = line.split()[:7]
-        rows.append({"method": method, "rtol": rtol, "evaluations": int(evaluations), "jacobians": int(jacobians), "work": float(work), "error": float(error)})
+        rows.append(
+            {
+                "method": method,
+                "rtol": rtol,
+                "evaluations": int(evaluations),
+                "jacobians": int(jacobians),
+                "work": float(work),
+                "error": float(error),
+            }
+        )
     return rows
 
 
@@ -50,7 +60,7 @@ def work_for(rows, error):
     x = [math.log(row["error"]) for row in rows]
     y = [math.log(row["work"]) for row in rows]
     mean_x, mean_y = sum(x) / len(x), sum(y) / len(y)
-    slope = sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y)) / sum((a - mean_x) ** 2 for a in x)
+    slope = sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y, strict=True)) / sum((a - mean_x) ** 2 for a in x)
     return math.exp(mean_y + slope * (math.log(error) - mean_x))
 
 
@@ -75,7 +85,8 @@ def main():
             own = [row for row in rows if row["method"] == method]
             for metric in ("error", "evaluations", "jacobians", "work"):
                 print(f"{scene}.{method}_{metric} {geometric_mean([max(row[metric], 1e-300) for row in own]):.3g}")
-            print(f"{scene}.{method}_of_difference_bdf {geometric_mean([row['work'] / work_for(differences, row['error']) for row in own]):.2f}", flush=True)
+            ratios = [row["work"] / work_for(differences, row["error"]) for row in own]
+            print(f"{scene}.{method}_of_difference_bdf {geometric_mean(ratios):.2f}", flush=True)
 
 
 if __name__ == "__main__":

@@ -20,10 +20,10 @@ from run import run
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from build_fmu import native  # noqa: E402
-from build_fmu.fmu.specialise import specialise  # noqa: E402
-from build_fmu.model.describe import describe  # noqa: E402
-from build_fmu.report.machine import machine_lines  # noqa: E402
+from build_fmu import native
+from build_fmu.fmu.specialise import specialise
+from build_fmu.model.describe import describe
+from build_fmu.report.machine import machine_lines
 
 
 def longest_line() -> int:

@@ -35,7 +35,9 @@ def main():
                 name = f"{scene}.{method}_{1 / step:.0f}_switches_a_second"
                 good = [row for row in rows if row["method"] == method and row["error"] <= ERROR]
                 if good:
-                    print(f"{name} {good[0]['work']:.0f} right-hand sides, error {good[0]['error']:.1e} at rtol {good[0]['rtol']}", flush=True)
+                    print(
+                        f"{name} {good[0]['work']:.0f} right-hand sides, error {good[0]['error']:.1e} at rtol {good[0]['rtol']}", flush=True
+                    )
                 else:
                     print(f"{name} not reached", flush=True)
 

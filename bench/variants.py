@@ -33,12 +33,18 @@ def _build(name: str, features: tuple[str, ...], processors: int) -> Build:
 
     folder = FOLDER / name
     folder.mkdir(parents=True, exist_ok=True)
-    settings = {"CMAKE_BUILD_TYPE": "Release", "REDYSIM_TESTS": "OFF", "REDYSIM_FEATURES": ";".join(features) or "none",
-                "REDYSIM_FMI_HEADERS": str(Path(fmpy.__file__).parent / "c-code")}
+    settings = {
+        "CMAKE_BUILD_TYPE": "Release",
+        "REDYSIM_TESTS": "OFF",
+        "REDYSIM_FEATURES": ";".join(features) or "none",
+        "REDYSIM_FMI_HEADERS": str(Path(fmpy.__file__).parent / "c-code"),
+    }
     if shutil.which("ccache") and "CMAKE_CXX_COMPILER_LAUNCHER" not in os.environ:
         settings["CMAKE_CXX_COMPILER_LAUNCHER"] = "ccache"
-    commands = [["cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", *(f"-D{key}={value}" for key, value in settings.items())],
-                ["cmake", "--build", folder, "--parallel", str(processors), "--target", "redysim_fmu", "describe"]]
+    commands = [
+        ["cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", *(f"-D{key}={value}" for key, value in settings.items())],
+        ["cmake", "--build", folder, "--parallel", str(processors), "--target", "redysim_fmu", "describe"],
+    ]
     for command in commands:
         done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
         if done.returncode:
@@ -52,7 +58,9 @@ def build_each(wanted: dict[str, tuple[str, ...]]) -> dict[str, Build]:
     found: dict[str, Build] = {}
     begin = time.monotonic()
     with ThreadPoolExecutor(min(2, processors)) as pool:
-        running = {pool.submit(_build, name, features, max(1, processors // min(2, len(wanted)))): name for name, features in wanted.items()}
+        running = {
+            pool.submit(_build, name, features, max(1, processors // min(2, len(wanted)))): name for name, features in wanted.items()
+        }
         for number, done in enumerate(as_completed(running), 1):
             name, passed = running[done], time.monotonic() - begin
             try:

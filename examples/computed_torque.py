@@ -63,13 +63,13 @@ def track(with_model):
         wanted, speed, acceleration = reference(step * STEP)
         times.append(step * STEP)
         errors.append([wanted - a for a in q])
-        ask = [acceleration + VELOCITY_GAIN * (speed - b) + POSITION_GAIN * (wanted - a) for a, b in zip(q, qd)]
+        ask = [acceleration + VELOCITY_GAIN * (speed - b) + POSITION_GAIN * (wanted - a) for a, b in zip(q, qd, strict=True)]
         if with_model:
             for kind, values in (("q", q), ("qd", qd), ("qdd", ask)):
                 inverse.set(kind, values)
             torques = inverse.get("tau")
         else:
-            torques = [m * a for m, a in zip(inertia, ask)]
+            torques = [m * a for m, a in zip(inertia, ask, strict=True)]
         plant.set("tau", torques)
         for model in (plant, inverse):
             model.fmu.doStep(step * STEP, STEP)
@@ -81,9 +81,9 @@ def track(with_model):
 figure, axes = pyplot.subplots(2, 1, sharex=True, figsize=(8, 6), layout="constrained")
 for ax, with_model, title in zip(axes, (False, True), ("PD control", "computed torque"), strict=True):
     times, errors = track(with_model)
-    late = max(max(map(abs, row)) for time, row in zip(times, errors) if time >= 1.5)
+    late = max(max(map(abs, row)) for time, row in zip(times, errors, strict=True) if time >= 1.5)
     print(f"{title}: largest error {max(max(map(abs, row)) for row in errors):.4f} rad, after 1.5 s {late:.1e} rad")
-    for joint, curve in zip(JOINTS, zip(*errors)):
+    for joint, curve in zip(JOINTS, zip(*errors, strict=True), strict=True):
         ax.plot(times, curve, label=joint)
     ax.set(title=f"{title}, same gains", ylabel="tracking error, rad")
     ax.grid(alpha=0.3)

@@ -24,7 +24,7 @@ for step in range(STEPS + 1):
     angles, speeds = arm.getReal(q), arm.getReal(qd)
     if step % 400 == 0:
         print(f"{step * STEP:.1f} s   " + " ".join(f"{angle:8.4f}" for angle in angles))
-    arm.setReal(tau, [k * (w - a) - c * s for k, c, w, a, s in zip(STIFFNESS, DAMPING, WANTED, angles, speeds)])
+    arm.setReal(tau, [k * (w - a) - c * s for k, c, w, a, s in zip(STIFFNESS, DAMPING, WANTED, angles, speeds, strict=True)])
     arm.doStep(step * STEP, STEP)
 arm.terminate()
 arm.freeInstance()

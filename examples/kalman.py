@@ -83,8 +83,10 @@ late = slice(STEPS // 2, None)
 rms = lambda x: float(np.sqrt(np.mean(x**2)))
 differenced = np.diff(measured, axis=0) / STEP - (truth[1:, joints:] + truth[:-1, joints:]) / 2
 print(f"{predictions} predictions, {len(points)} a step")
-print(f"angles: measured to {rms((measured - truth[:, :joints])[late]):.4f} rad, "
-      f"filtered to {rms((estimates - truth)[late, :joints]):.4f} rad")
+print(
+    f"angles: measured to {rms((measured - truth[:, :joints])[late]):.4f} rad, "
+    f"filtered to {rms((estimates - truth)[late, :joints]):.4f} rad"
+)
 print(f"speeds: by differences to {rms(differenced[late]):.3f} rad/s, filtered to {rms((estimates - truth)[late, joints:]):.3f} rad/s")
 
 figure, axes = pyplot.subplots(n, 1, sharex=True, figsize=(8, 9), layout="constrained")

@@ -34,7 +34,7 @@ def start(folder):
 def step(plant, time, size):
     """The controller sets its torque, and the plant goes on with it."""
     angles, speeds = plant.getReal(q), plant.getReal(qd)
-    plant.setReal(tau, [k * (g - a) - d * s for k, d, g, a, s in zip(STIFFNESS, DAMPING, GOAL, angles, speeds)])
+    plant.setReal(tau, [k * (g - a) - d * s for k, d, g, a, s in zip(STIFFNESS, DAMPING, GOAL, angles, speeds, strict=True)])
     plant.doStep(time, size)
 
 
@@ -50,7 +50,7 @@ while time < END:
     plant.setFMUstate(before)
     step(plant, time, size / 2)
     step(plant, time + size / 2, size / 2)
-    error = max(abs(a - b) for a, b in zip(whole, plant.getReal(q)))
+    error = max(abs(a - b) for a, b in zip(whole, plant.getReal(q), strict=True))
     if error > TOLERANCE:
         plant.setFMUstate(before)
         rejected += 1
@@ -66,7 +66,7 @@ plant.freeInstance()
 reference, steps = start(folder), 20000
 for k in range(steps):
     step(reference, k * END / steps, END / steps)
-off = max(abs(a - b) for a, b in zip(reference.getReal(q), record[-1][1:3]))
+off = max(abs(a - b) for a, b in zip(reference.getReal(q), record[-1][1:3], strict=True))
 reference.terminate()
 reference.freeInstance()
 shutil.rmtree(folder)
@@ -76,8 +76,8 @@ print(f"{len(sizes)} steps of {min(sizes):.2e} to {max(sizes):.2e} s, {rejected}
 print(f"off by {off:.1e} rad at {END} s from {steps} equal steps")
 
 figure, (above, below) = pyplot.subplots(2, 1, sharex=True, figsize=(8, 6), layout="constrained")
-times, *angles, _ = zip(*record)
-for joint, curve in zip(JOINTS, angles):
+times, *angles, _ = zip(*record, strict=True)
+for joint, curve in zip(JOINTS, angles, strict=True):
     above.plot(times, curve, label=joint)
 above.set(ylabel="angle, rad", title="a step-size control by rollback")
 above.legend()

@@ -81,7 +81,7 @@ for steps in counts:
 shutil.rmtree(folder)
 
 figure, ax = pyplot.subplots(figsize=(7, 5), layout="constrained")
-for method, curve in zip(METHODS, zip(*errors), strict=True):
+for method, curve in zip(METHODS, zip(*errors, strict=True), strict=True):
     ax.loglog([END / steps for steps in counts], curve, "o-", label=method)
 ax.set(xlabel="communication step, s", ylabel=f"error of the angles at {END} s, rad", title="torques over a step")
 ax.set_xticks([END / steps for steps in counts], [f"{END / steps:g}" for steps in counts])

@@ -17,8 +17,10 @@ def link(kind: str, number: int, parent: str, a: float, q: float) -> str:
     length, mass = LENGTHS[kind], MASSES[kind]
     across = mass * length**2 / 12
     drive = "" if kind == "crank" else ', drive = "free"'
-    return (f'  {{ name = "{kind}{number}", joint_name = "{kind}{number}_joint", parent = "{parent}", a = {a}, q = {q!r}, mass = {mass}, '
-            f"com = [{length / 2}, 0, 0], inertia = [{across / 100:.6g}, {across:.6g}, {across:.6g}]{drive} }},\n")
+    return (
+        f'  {{ name = "{kind}{number}", joint_name = "{kind}{number}_joint", parent = "{parent}", a = {a}, q = {q!r}, mass = {mass}, '
+        f"com = [{length / 2}, 0, 0], inertia = [{across / 100:.6g}, {across:.6g}, {across:.6g}]{drive} }},\n"
+    )
 
 
 def model(count: int) -> str:
@@ -27,12 +29,16 @@ def model(count: int) -> str:
     for k in range(1, count + 1):
         base, angle = "ground" if k == 1 else f"coupler{k - 1}", 1 + 0.1 * math.sin(k)
         links += link("crank", k, base, 0, angle) + link("rocker", k, base, 0.3, angle) + link("coupler", k, f"crank{k}", 0.2, -angle)
-        loops += (f'  {{ name = "loop{k}", type = "revolute", link_a = "rocker{k}", point_a = [0.2, 0, 0], link_b = "coupler{k}", '
-                  "point_b = [0.3, 0, 0] },\n")
-    return (f"# Chain of {count} parallelogram four-bars, each on the coupler of the one before.\n"
-            "# Made by generate_four_bar_chain.py; shows that the cost of loops grows with their number and no faster.\n\n"
-            f'name = "four_bar_chain"\ndescription = "Chain of {count} four-bars"\ngravity = [0, -9.81, 0]\n\n'
-            f"link = [\n{links}]\n\nloop = [\n{loops}]\n\n[fmu]\nstop_time = 1\nstep_size = 0.01\n")
+        loops += (
+            f'  {{ name = "loop{k}", type = "revolute", link_a = "rocker{k}", point_a = [0.2, 0, 0], link_b = "coupler{k}", '
+            "point_b = [0.3, 0, 0] },\n"
+        )
+    return (
+        f"# Chain of {count} parallelogram four-bars, each on the coupler of the one before.\n"
+        "# Made by generate_four_bar_chain.py; shows that the cost of loops grows with their number and no faster.\n\n"
+        f'name = "four_bar_chain"\ndescription = "Chain of {count} four-bars"\ngravity = [0, -9.81, 0]\n\n'
+        f"link = [\n{links}]\n\nloop = [\n{loops}]\n\n[fmu]\nstop_time = 1\nstep_size = 0.01\n"
+    )
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The project's own rules: include and import directions, file sizes, Python syntax, no machine paths.
+"""The project's own rules: include and import directions, sizes of files and Python functions, Python syntax, no machine paths.
 
 `lint.py [FOLDER]` checks the tree (default: this one), prints `file:line: sentence` for each breach and exits with 1.
 """
@@ -23,6 +23,7 @@ FOREIGN = (
 # folders of build_fmu in the order of the imports, as above; its plain modules (errors, files, native) come before all of them
 PACKAGES = ("model", "run", "draw", "importers", "report", "stress", "show", "fmu", "cli")
 LONGEST = 600  # lines of a file
+LONGEST_FUNCTION = 60  # lines, from `def` to the last statement
 SIZED = ("fmu_src", "build_fmu", "tests", "bench", "scripts")
 CODE = (".hpp", ".cpp", ".h", ".py")
 TEXT = (*CODE, ".sh", ".toml", ".md", ".json", ".txt", ".yml", ".cmake")
@@ -47,7 +48,7 @@ def breaches(root: Path) -> Iterator[str]:
             for sentence in [*arrow(name, line), *machine_path(line)]:
                 yield f"{name}:{number}: {sentence}"
         if path.suffix == ".py":
-            yield from syntax(path, name)
+            yield from python(path, name)
     yield from import_breaches(root)
 
 
@@ -81,15 +82,22 @@ def machine_path(line: str) -> Iterator[str]:
     """Yields a sentence if the line holds a path of one machine."""
     found = MACHINE_PATH.search(line)
     if found:
-        yield f"'{line[found.start():found.end() + 12].strip()}' is a path of one machine"
+        yield f"'{line[found.start() : found.end() + 12].strip()}' is a path of one machine"
 
 
-def syntax(path: Path, name: str) -> Iterator[str]:
-    """Yields the syntax error of a Python file, if any."""
+def python(path: Path, name: str) -> Iterator[str]:
+    """Yields the syntax error of a Python file, if any, and its long functions."""
     try:
-        compile(path.read_bytes(), name, "exec")
+        tree = ast.parse(path.read_bytes(), name)
+        compile(tree, name, "exec")
     except (SyntaxError, ValueError) as error:
         yield f"{name}:{getattr(error, 'lineno', None) or 1}: {getattr(error, 'msg', error)}"
+        return
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            lines = node.end_lineno - node.lineno + 1
+            if lines > LONGEST_FUNCTION:
+                yield f"{name}:{node.lineno}: function '{node.name}' has {lines} lines, more than {LONGEST_FUNCTION}; split it"
 
 
 def import_breaches(root: Path) -> Iterator[str]:
@@ -116,7 +124,7 @@ def imports(path: Path, known: set[str]) -> dict[str, int]:
     try:
         tree = ast.parse(path.read_bytes())
     except (SyntaxError, ValueError):
-        return {}  # `syntax` reports it
+        return {}  # `python` reports it
     found: dict[str, int] = {}
     for node in ast.walk(tree):
         names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
@@ -141,7 +149,7 @@ def cycles(graph: dict[str, dict[str, int]]) -> Iterator[list[str]]:
 
     def visit(name: str, path: list[str]) -> Iterator[list[str]]:
         if name in path:
-            yield [*path[path.index(name):], name]
+            yield [*path[path.index(name) :], name]
         elif name not in done:
             for target in graph[name]:
                 yield from visit(target, [*path, name])

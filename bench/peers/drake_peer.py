@@ -2,9 +2,9 @@
 
     python drake_peer.py SCENE.json
 
-Methods: names of Drake's integration schemes, `SCHEME:SECONDS` with a largest step; value: accuracy. `sap`: the discrete plant with the SAP solver, which alone
-knows constraints that close loops; value: how many steps an output step is cut into. A log in C++ keeps the rows, so Python
-runs once a simulation.
+Methods: names of Drake's integration schemes, `SCHEME:SECONDS` with a maximum step size; value: accuracy. `sap`: the discrete plant with
+the SAP solver, the only one with loop constraints; value: number of steps per output step. A log in C++ keeps the rows, so Python runs
+once per simulation.
 """
 
 import sys
@@ -14,7 +14,15 @@ from pathlib import Path
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import DiscreteContactApproximation, MultibodyPlant
-from pydrake.multibody.tree import FixedOffsetFrame, LinearSpringDamper, RevoluteJoint, RevoluteSpring, RotationalInertia, SpatialInertia, UnitInertia
+from pydrake.multibody.tree import (
+    FixedOffsetFrame,
+    LinearSpringDamper,
+    RevoluteJoint,
+    RevoluteSpring,
+    RotationalInertia,
+    SpatialInertia,
+    UnitInertia,
+)
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, TrajectorySource
@@ -44,11 +52,31 @@ def build(scene: Scene, plant_step: float):
         joint = body["joint"]
         placement = joint["placement"]
         pose = RigidTransform(RotationMatrix(np.array(placement["R"])), placement["p"])
-        joints.append(plant.AddJoint(RevoluteJoint(f"j{k}", plant.AddFrame(FixedOffsetFrame(f"f{k}", bodies[body["parent"]], pose)), bodies[k].body_frame(), [0, 0, 1], joint.get("damping", 0.0))))
+        joints.append(
+            plant.AddJoint(
+                RevoluteJoint(
+                    f"j{k}",
+                    plant.AddFrame(FixedOffsetFrame(f"f{k}", bodies[body["parent"]], pose)),
+                    bodies[k].body_frame(),
+                    [0, 0, 1],
+                    joint.get("damping", 0.0),
+                )
+            )
+        )
         if joint.get("stiffness"):
             plant.AddForceElement(RevoluteSpring(joints[-1], joint.get("rest", 0.0), joint["stiffness"]))
     for spring in scene.data["forces"]:
-        plant.AddForceElement(LinearSpringDamper(bodies[spring["body_a"]], spring["point_a"], bodies[spring["body_b"]], spring["point_b"], spring["rest_length"], spring["k"], spring["c"]))
+        plant.AddForceElement(
+            LinearSpringDamper(
+                bodies[spring["body_a"]],
+                spring["point_a"],
+                bodies[spring["body_b"]],
+                spring["point_b"],
+                spring["rest_length"],
+                spring["k"],
+                spring["c"],
+            )
+        )
     for loop in scene.data["loops"]:
         plant.AddBallConstraint(bodies[loop["body_a"]], loop["point_a"], bodies[loop["body_b"]], loop["point_b"])
     driven = [k for k, torque in enumerate(scene.torques) if torque]
@@ -61,15 +89,15 @@ def build(scene: Scene, plant_step: float):
         if scene.frequency:
             halves = np.arange(round(2 * scene.frequency * scene.end) + 2)
             signs = 1.0 - 2.0 * (halves % 2)
-            source = builder.AddSystem(TrajectorySource(PiecewisePolynomial.ZeroOrderHold(halves / (2 * scene.frequency), np.outer(torques, signs))))
+            source = builder.AddSystem(
+                TrajectorySource(PiecewisePolynomial.ZeroOrderHold(halves / (2 * scene.frequency), np.outer(torques, signs)))
+            )
         else:
             source = builder.AddSystem(ConstantVectorSource(torques))
         builder.Connect(source.get_output_port(), plant.get_actuation_input_port())
     log = LogVectorOutput(plant.get_state_output_port(), builder, publish_period=scene.step)
     diagram = builder.Build()
     return diagram, plant, joints, log
-
-
 
 
 def main():
@@ -84,10 +112,12 @@ def main():
         simulator = Simulator(diagram)
         if method != "sap":
             method, _, largest = method.partition(":")
-            config = SimulatorConfig(integration_scheme=method, accuracy=value, max_step_size=float(largest) if largest else scene.step, use_error_control=True)
+            config = SimulatorConfig(
+                integration_scheme=method, accuracy=value, max_step_size=float(largest) if largest else scene.step, use_error_control=True
+            )
             ApplySimulatorConfig(config, simulator)
         context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-        for joint, q, qd in zip(joints, scene.data["initial"]["q"], scene.data["initial"]["qd"]):
+        for joint, q, qd in zip(joints, scene.data["initial"]["q"], scene.data["initial"]["qd"], strict=False):
             joint.set_angle(context, q)
             joint.set_angular_rate(context, qd)
         simulator.Initialize()

@@ -20,11 +20,11 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from peers import Peers  # noqa: E402
-from scenes import ROOT, Scene, public  # noqa: E402
-from two_rods import G, R, TwoRods, run  # noqa: E402
-from work_precision import error_of  # noqa: E402
-from worker import Gone  # noqa: E402
+from peers import Peers
+from scenes import ROOT, Scene, public
+from two_rods import G, R, TwoRods, run
+from work_precision import error_of
+from worker import Gone
 
 TOLERANCE = 1e-6
 LIMIT = 60.0  # s of CPU time or wall-clock time
@@ -36,7 +36,13 @@ def imported(data: dict, title: str, methods: tuple[str, ...], work: Path) -> Sc
     file.write_text(json.dumps(data))
     model = file.with_suffix(".toml")
     model.unlink(missing_ok=True)
-    subprocess.run([sys.executable, "-m", "build_fmu", "import", file, "-o", model], cwd=ROOT, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    subprocess.run(
+        [sys.executable, "-m", "build_fmu", "import", file, "-o", model],
+        cwd=ROOT,
+        check=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
     return Scene(data["name"], model, title, methods, file, data)
 
 
@@ -67,7 +73,12 @@ def parallelogram(work: Path) -> Scene:
     """Starts in a flat configuration, where two branches meet, and swings through flat configurations; equivalent to a single pendulum."""
     data = copy.deepcopy(public("fourbar_forced", "four_bar", "", ()).data)
     length, masses, speed = 0.2, (0.5, 0.5, 0.8), 2.0
-    data.update(name="flat_parallelogram", inputs=[], initial={"q": [0.0, 0.0, 0.0], "qd": [speed, speed, -speed]}, time={"t_end": 3.0, "dt_out": 0.03})
+    data.update(
+        name="flat_parallelogram",
+        inputs=[],
+        initial={"q": [0.0, 0.0, 0.0], "qd": [speed, speed, -speed]},
+        time={"t_end": 3.0, "dt_out": 0.03},
+    )
     for body, mass, rod, x in zip(data["bodies"], masses, (length, length, 0.3), (0.0, 0.3, length), strict=True):
         body.update(mass=mass, com=[rod / 2, 0.0, 0.0], inertia=[0.0, mass * rod**2 / 12, mass * rod**2 / 12, 0.0, 0.0, 0.0])
         body["joint"]["mdh"]["a"] = x
@@ -99,19 +110,30 @@ def attempts(scene: Scene, step: float) -> list[tuple[str, str, float, str]]:
     """(peer, method, value, words)"""
     cuts = round(scene.step / step)
     flip, fixed, controlled = "~" if scene.frequency else "", f"{1e3 * step:g} ms", f"tolerance {TOLERANCE:.0e}"
-    found = [("ReDySim-FMU", f"{method}{flip or ':'}{cuts}", TOLERANCE, f"{method}, {controlled}, `fmi2DoStep` of {fixed}") for method in scene.methods]
+    found = [
+        ("ReDySim-FMU", f"{method}{flip or ':'}{cuts}", TOLERANCE, f"{method}, {controlled}, `fmi2DoStep` of {fixed}")
+        for method in scene.methods
+    ]
     found += [("MuJoCo", f"{method}{flip}", cuts, f"{method}, {fixed}") for method in ("Euler", "RK4", "implicitfast")]
     if scene.has_loops:
         found += [("Drake", "sap", cuts, f"SAP, {fixed}")]
     else:
-        found += [("Drake", f"{method}:{step!r}", TOLERANCE, f"{method}, {controlled}, maximum step {fixed}") for method in ("runge_kutta3", "radau3")]
+        found += [
+            ("Drake", f"{method}:{step!r}", TOLERANCE, f"{method}, {controlled}, maximum step {fixed}")
+            for method in ("runge_kutta3", "radau3")
+        ]
         found += [("Exudyn", "RK44", cuts, f"RK44, {fixed}"), ("Exudyn", "DOPRI5", TOLERANCE, f"DOPRI5, {controlled}")]
     found += [("Exudyn", "GeneralizedAlpha", cuts, f"generalized alpha, {fixed}")]
     return found
 
 
 def table(scene: Scene, step: float, peers: Peers, absent: dict[str, str], limit: float) -> str:
-    lines = [f"**{scene.title}**", "", "| simulator | settings | maximum error, rad | CPU time, ms per simulated second |", "| --- | --- | --- | --- |"]
+    lines = [
+        f"**{scene.title}**",
+        "",
+        "| simulator | settings | maximum error, rad | CPU time, ms per simulated second |",
+        "| --- | --- | --- | --- |",
+    ]
     workers = {}
     for peer, method, value, words in attempts(scene, step):
         if peer in absent:

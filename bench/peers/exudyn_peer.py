@@ -37,7 +37,14 @@ def build(scene: Scene):
     container = exu.SystemContainer()
     mbs = container.AddSystem()
     data, n = scene.data, scene.joints
-    node = mbs.AddNode(NodeGenericODE2(referenceCoordinates=[0.0] * n, initialCoordinates=data["initial"]["q"], initialCoordinates_t=data["initial"]["qd"], numberOfODE2Coordinates=n))
+    node = mbs.AddNode(
+        NodeGenericODE2(
+            referenceCoordinates=[0.0] * n,
+            initialCoordinates=data["initial"]["q"],
+            initialCoordinates_t=data["initial"]["qd"],
+            numberOfODE2Coordinates=n,
+        )
+    )
     bodies = data["bodies"]
     joints = [body["joint"] for body in bodies]
     tree = mbs.AddObject(
@@ -73,7 +80,11 @@ def build(scene: Scene):
             def wave(_mbs, t, load, frequency=scene.frequency):
                 return load if frequency * t % 1 < 0.5 else -load
 
-            mbs.AddLoad(LoadCoordinate(markerNumber=mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=k)), load=torque, loadUserFunction=wave))
+            mbs.AddLoad(
+                LoadCoordinate(
+                    markerNumber=mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=k)), load=torque, loadUserFunction=wave
+                )
+            )
         elif torque:
             mbs.AddLoad(LoadCoordinate(markerNumber=mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=k)), load=torque))
     sensor = mbs.AddSensor(SensorNode(nodeNumber=node, outputVariableType=exu.OutputVariableType.Coordinates, storeInternal=True))

@@ -46,9 +46,17 @@ def write(scene: Scene, stiffest: float) -> str:
     for k, body in enumerate(data["bodies"]):
         joint = body["joint"]
         placement = joint["placement"]
-        element = ElementTree.SubElement(at[body["parent"]], "body", name=f"b{k}", pos=numbers(placement["p"]), quat=numbers(quaternion(placement["R"])))
-        ElementTree.SubElement(element, "inertial", pos=numbers(body["com"]), mass=f"{body['mass']:.17g}", fullinertia=numbers(inertia(body)))
-        passive = {key: f"{joint[name]:.17g}" for key, name in (("stiffness", "stiffness"), ("damping", "damping"), ("springref", "rest")) if joint.get(name)}
+        element = ElementTree.SubElement(
+            at[body["parent"]], "body", name=f"b{k}", pos=numbers(placement["p"]), quat=numbers(quaternion(placement["R"]))
+        )
+        ElementTree.SubElement(
+            element, "inertial", pos=numbers(body["com"]), mass=f"{body['mass']:.17g}", fullinertia=numbers(inertia(body))
+        )
+        passive = {
+            key: f"{joint[name]:.17g}"
+            for key, name in (("stiffness", "stiffness"), ("damping", "damping"), ("springref", "rest"))
+            if joint.get(name)
+        }
         ElementTree.SubElement(element, "joint", name=f"j{k}", type="hinge", axis="0 0 1", **passive)
         at[k] = element
 
@@ -59,7 +67,9 @@ def write(scene: Scene, stiffest: float) -> str:
         tendons = ElementTree.SubElement(root, "tendon")
         for k, spring in enumerate(data["forces"]):
             length = f"{spring['rest_length']:.17g}"
-            tendon = ElementTree.SubElement(tendons, "spatial", stiffness=f"{spring['k']:.17g}", damping=f"{spring['c']:.17g}", springlength=f"{length} {length}")
+            tendon = ElementTree.SubElement(
+                tendons, "spatial", stiffness=f"{spring['k']:.17g}", damping=f"{spring['c']:.17g}", springlength=f"{length} {length}"
+            )
             for side in "ab":
                 site(spring[f"body_{side}"], spring[f"point_{side}"], f"s{k}{side}")
                 ElementTree.SubElement(tendon, "site", site=f"s{k}{side}")
@@ -68,7 +78,9 @@ def write(scene: Scene, stiffest: float) -> str:
         for k, loop in enumerate(data["loops"]):
             for side in "ab":
                 site(loop[f"body_{side}"], loop[f"point_{side}"], f"l{k}{side}")
-            ElementTree.SubElement(equality, "connect", site1=f"l{k}a", site2=f"l{k}b", solref=f"{stiffest:.17g} 1", solimp="0.9999 0.9999 0.001")
+            ElementTree.SubElement(
+                equality, "connect", site1=f"l{k}a", site2=f"l{k}b", solref=f"{stiffest:.17g} 1", solimp="0.9999 0.9999 0.001"
+            )
     keys = ElementTree.SubElement(root, "keyframe")
     ElementTree.SubElement(keys, "key", qpos=numbers(data["initial"]["q"]), qvel=numbers(data["initial"]["qd"]))
     return ElementTree.tostring(root, encoding="unicode")

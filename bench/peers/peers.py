@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
-import mjcf  # noqa: E402
-from bare import bare  # noqa: E402
-from scenes import ROOT, Scene  # noqa: E402
-from worker import Worker  # noqa: E402
+import mjcf
+from bare import bare
+from scenes import ROOT, Scene
+from worker import Worker
 
 HERE = Path(__file__).resolve().parent
 TOLERANCES = tuple(10.0 ** (-k) for k in range(2, 13))
@@ -34,7 +34,10 @@ def curves(scene: Scene) -> list[Curve]:
     """The methods that make sense for the scene. What is missing here a peer cannot do: see docs/performance.md."""
     found = [Curve("ReDySim-FMU", method, f"ReDySim-FMU, {method}", TOLERANCES) for method in scene.methods]
     if scene.stiff:
-        found += [Curve("Pinocchio", "bdf", "Pinocchio + CVODE BDF", TOLERANCES), Curve("Pinocchio", "erk5", "Pinocchio + ARKODE ERK 5", TOLERANCES)]
+        found += [
+            Curve("Pinocchio", "bdf", "Pinocchio + CVODE BDF", TOLERANCES),
+            Curve("Pinocchio", "erk5", "Pinocchio + ARKODE ERK 5", TOLERANCES),
+        ]
     else:
         found += [
             Curve("Pinocchio", "adams", "Pinocchio + CVODE Adams", TOLERANCES),
@@ -49,9 +52,16 @@ def curves(scene: Scene) -> list[Curve]:
     else:
         found += [Curve("Drake", method, f"Drake {method}", TOLERANCES) for method in ("runge_kutta3", "runge_kutta5")]
     if not scene.has_loops:
-        found += [Curve("Exudyn", "RK44", "Exudyn RK44", CUTS), Curve("Exudyn", "RK67", "Exudyn RK67", CUTS), Curve("Exudyn", "DOPRI5", "Exudyn DOPRI5", TOLERANCES)]
+        found += [
+            Curve("Exudyn", "RK44", "Exudyn RK44", CUTS),
+            Curve("Exudyn", "RK67", "Exudyn RK67", CUTS),
+            Curve("Exudyn", "DOPRI5", "Exudyn DOPRI5", TOLERANCES),
+        ]
     if scene.has_loops or scene.stiff:
-        found += [Curve("Exudyn", "GeneralizedAlpha", "Exudyn generalized alpha", CUTS), Curve("Exudyn", "TrapezoidalIndex2", "Exudyn trapezoidal", CUTS)]
+        found += [
+            Curve("Exudyn", "GeneralizedAlpha", "Exudyn generalized alpha", CUTS),
+            Curve("Exudyn", "TrapezoidalIndex2", "Exudyn trapezoidal", CUTS),
+        ]
     return found
 
 
@@ -90,7 +100,9 @@ class Peers:
         # no peer integrates the energies' work
         folder = self.work / "bare"
         folder.mkdir(exist_ok=True)
-        return fmu_command(self.programs / "fmu_runner", bare(scene.model, folder, ("solver",)), self.work, scene.rows, scene.step, scene.torques)
+        return fmu_command(
+            self.programs / "fmu_runner", bare(scene.model, folder, ("solver",)), self.work, scene.rows, scene.step, scene.torques
+        )
 
     def _pinocchio(self, scene: Scene) -> list:
         file = self.work / f"{scene.name}.txt"
@@ -125,6 +137,6 @@ def fmu_command(runner: Path, model: Path, work: Path, rows: int, step: float, t
     solver = [at[f"solver.{name}"].valueReference for name in ("method", "rtol", "atol", "rhs_evaluations")]
     outputs = [v.valueReference for v in description.modelVariables if v.causality == "output" and v.name.endswith(".q")]
     joints = [v.name[:-2] for v in description.modelVariables if v.causality == "output" and v.name.endswith(".q")]
-    inputs = [(at[f"{joint}.tau"].valueReference, torque) for joint, torque in zip(joints, torques) if f"{joint}.tau" in at]
+    inputs = [(at[f"{joint}.tau"].valueReference, torque) for joint, torque in zip(joints, torques, strict=False) if f"{joint}.tau" in at]
     command = [runner, library, (folder / "resources").as_uri(), description.guid, rows, repr(step), *solver]
     return [*command, len(outputs), *outputs, len(inputs), *(word for vr, torque in inputs for word in (vr, repr(torque)))]

@@ -68,7 +68,18 @@ class Scene:
         for loop in self.data["loops"]:
             lines.append(["loop", loop["body_a"], *loop["point_a"], loop["body_b"], *loop["point_b"]])
         for spring in self.data["forces"]:
-            lines.append(["spring", spring["body_a"], *spring["point_a"], spring["body_b"], *spring["point_b"], spring["k"], spring["c"], spring["rest_length"]])
+            lines.append(
+                [
+                    "spring",
+                    spring["body_a"],
+                    *spring["point_a"],
+                    spring["body_b"],
+                    *spring["point_b"],
+                    spring["k"],
+                    spring["c"],
+                    spring["rest_length"],
+                ]
+            )
         return "".join(" ".join(x if isinstance(x, str) else repr(x) for x in line) + "\n" for line in lines)
 
 

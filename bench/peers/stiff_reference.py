@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from two_rods import G, R, TwoRods, run  # noqa: E402
+from two_rods import G, R, TwoRods, run
 
 PIVOT, Q0 = (1.2, -0.8), (0.0, -0.5)
 END, STEP = 2.0, 0.02
@@ -52,10 +52,10 @@ def main():
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else root / "tests" / "scenes"
     start = (Q0[0], Q0[0] + Q0[1], 0, 0, 0)
     coarse, fine = (list(run(RODS.slope, start, STEP, round(END / STEP), cuts)) for cuts in (160, 240))
-    difference = [max(float(abs(x[i] - y[i])) for x, y in zip(coarse, fine)) for i in range(4)]
+    difference = [max(float(abs(x[i] - y[i])) for x, y in zip(coarse, fine, strict=True)) for i in range(4)]
     lines = ["t,q1,q2,qd1,qd2,qdd1,qdd2,kinetic,potential,work,loop_residual"]
     lines += [record(i * STEP, y) for i, y in enumerate(fine)]
-    energy = [sum(float(x) * s for x, s in zip(line.split(",")[7:10], (1, 1, -1))) for line in lines[1:]]
+    energy = [sum(float(x) * s for x, s in zip(line.split(",")[7:10], (1, 1, -1), strict=True)) for line in lines[1:]]
     scene = {
         "format": "mbs-scene/1",
         "name": "stiff_strut",

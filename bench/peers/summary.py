@@ -8,7 +8,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 matplotlib.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "redysim"})
-import matplotlib.pyplot as plt  # noqa: E402
+import matplotlib.pyplot as plt
 
 TARGETS = (1e-2, 1e-3, 1e-6, 1e-9)
 COLOURS = {"ReDySim-FMU": "#c1121f", "Pinocchio": "#1d4e89", "MuJoCo": "#2a9d5c", "Drake": "#8a5a00", "Exudyn": "#7b3fa0"}
@@ -25,8 +25,15 @@ def draw(scene, points, folder: Path) -> None:
         used[curve.peer] = used.get(curve.peer, 0) + 1
         ours = curve.peer == "ReDySim-FMU"
         axes.loglog(
-            [point.error for point in mine], [1e3 * point.median / scene.end for point in mine], linestyle=line, marker=marker, markersize=4,
-            linewidth=2.4 if ours else 1.2, color=COLOURS[curve.peer], label=curve.label, zorder=3 if ours else 2,
+            [point.error for point in mine],
+            [1e3 * point.median / scene.end for point in mine],
+            linestyle=line,
+            marker=marker,
+            markersize=4,
+            linewidth=2.4 if ours else 1.2,
+            color=COLOURS[curve.peer],
+            label=curve.label,
+            zorder=3 if ours else 2,
         )
     axes.set_xlim(1e-12, 1)
     axes.set_xlabel("maximum error of a joint position, rad")
@@ -49,7 +56,12 @@ def cheapest(points, peer: str, target: float):
 def table(scene, points) -> str:
     """Markdown table: CPU time of each simulator per target, and its ratio to ours."""
     peers = [peer for peer in COLOURS if any(point.curve.peer == peer for point in points)]
-    lines = [f"**{scene.title}**, CPU time in ms per simulated second (ratio to ours)", "", "| error ≤ | " + " | ".join(peers) + " |", "| --- " * (len(peers) + 1) + "|"]
+    lines = [
+        f"**{scene.title}**, CPU time in ms per simulated second (ratio to ours)",
+        "",
+        "| error ≤ | " + " | ".join(peers) + " |",
+        "| --- " * (len(peers) + 1) + "|",
+    ]
     for target in TARGETS:
         ours = cheapest(points, "ReDySim-FMU", target)
         cells = []
@@ -73,7 +85,9 @@ def lines(scene, points) -> list[tuple[str, float]]:
         if not ours:
             continue
         found.append((f"{scene.name}.us_a_ms_at_1e-{power:02d}", 1e3 * ours.median / scene.end))
-        ratios = {peer: best.median / ours.median for peer in COLOURS if peer != "ReDySim-FMU" and (best := cheapest(points, peer, 10.0**-power))}
+        ratios = {
+            peer: best.median / ours.median for peer in COLOURS if peer != "ReDySim-FMU" and (best := cheapest(points, peer, 10.0**-power))
+        }
         found += [(f"{scene.name}.{peer.lower()}_times_slower_at_1e-{power:02d}", ratio) for peer, ratio in ratios.items()]
         if ratios:
             found.append((f"{scene.name}.nearest_peer_times_slower_at_1e-{power:02d}", min(ratios.values())))

@@ -24,10 +24,10 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from peers import Curve, Peers, curves  # noqa: E402
-from scenes import ROOT, Scene, all_scenes  # noqa: E402
-from summary import draw, lines, losses, table  # noqa: E402
-from worker import Gone  # noqa: E402
+from peers import Curve, Peers, curves
+from scenes import ROOT, Scene, all_scenes
+from summary import draw, lines, losses, table
+from worker import Gone
 
 ROUNDING = 1e-7  # rad: from here a finer run that is no better has met its floor
 SMALLEST = 1e-12  # rad: below, the reference's digits and rounding decide

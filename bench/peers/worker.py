@@ -23,7 +23,7 @@ def serve(run: Callable[[str, float], tuple[float, np.ndarray]]) -> None:
                 spent, rows = run(method, float(value))
                 seconds += spent
                 runs += 1
-        except Exception as error:  # noqa: BLE001 a peer's failure is a result
+        except Exception as error:  # a peer's failure is a result
             print("failed", " ".join(str(error).split())[:200] or type(error).__name__, flush=True)
             continue
         print(repr(seconds / runs), *rows.shape)
@@ -51,7 +51,9 @@ class Worker:
 
     def __init__(self, command: list[str], log: str):
         self.log = open(log, "w")
-        self.process = subprocess.Popen([str(x) for x in command], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.log, text=True)
+        self.process = subprocess.Popen(
+            [str(x) for x in command], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.log, text=True
+        )
 
     def ask(self, method: str, value: float, limit: float = LIMIT) -> Answer:
         """Returns the answer; raises Gone."""

@@ -15,12 +15,12 @@ from PIL import Image
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
-from build_fmu.draw.drawing import draw  # noqa: E402
-from build_fmu.draw.plots import plot  # noqa: E402
-from build_fmu.fmu.build import build  # noqa: E402
-from build_fmu.model.describe import describe  # noqa: E402
-from build_fmu.run.session import Session  # noqa: E402
-from build_fmu.run.simulate import Settings, simulate  # noqa: E402
+from build_fmu.draw.drawing import draw
+from build_fmu.draw.plots import plot
+from build_fmu.fmu.build import build
+from build_fmu.model.describe import describe
+from build_fmu.run.session import Session
+from build_fmu.run.simulate import Settings, simulate
 
 SHOWN = ["*.q", "energy.kinetic", "energy.potential", "energy.total"]
 COLOURS = 256  # flat areas and thin lines need no more, and the file is half

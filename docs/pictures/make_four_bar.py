@@ -56,8 +56,10 @@ def main() -> None:
             for row, (name, label) in enumerate(ROWS.items()):
                 curves, difference = axes[2 * row][column], axes[2 * row + 1][column]
                 for joint, text in enumerate(JOINTS.values()):
-                    line, = curves.plot(times, ours[name][:, joint], linewidth=1, label=f"{text}, FMU")
-                    curves.plot(times[::6], lagrange[name][::6, joint], "o", markersize=2.5, color=line.get_color(), label=f"{text}, Lagrange")
+                    (line,) = curves.plot(times, ours[name][:, joint], linewidth=1, label=f"{text}, FMU")
+                    curves.plot(
+                        times[::6], lagrange[name][::6, joint], "o", markersize=2.5, color=line.get_color(), label=f"{text}, Lagrange"
+                    )
                 error = np.abs(ours[name] - lagrange[name]).max(axis=1)
                 difference.semilogy(times[1:], np.maximum(error[1:], 1e-17), color="black", linewidth=0.8)
                 curves.set_ylabel(label)

@@ -14,7 +14,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 sys.path.insert(0, str(ROOT))
 
-from build_fmu.stress.pages import SUMMARY_BEGIN, SUMMARY_END  # noqa: E402
+from build_fmu.stress.pages import SUMMARY_BEGIN, SUMMARY_END
 
 
 def taken_over(document: str, page: str) -> str:

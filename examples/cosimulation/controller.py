@@ -1,6 +1,6 @@
 """A robot controller as an FMU, by PythonFMU: leads six joints along cycloids with PD control and gravity compensation."""
 
-from math import pi, sin, cos
+from math import cos, pi, sin
 
 from pythonfmu import Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
 
@@ -31,12 +31,20 @@ class Controller(Fmi2Slave):
 
     def _variable(self, name: str, values: dict, causality: Fmi2Causality) -> None:
         output = causality == Fmi2Causality.output
-        self.register_variable(Real(name, causality=causality, variability=Fmi2Variability.continuous,
-                                    initial=Fmi2Initial.exact if output else None,
-                                    getter=lambda: values[name], setter=lambda value: values.__setitem__(name, value)), nested=False)
+        self.register_variable(
+            Real(
+                name,
+                causality=causality,
+                variability=Fmi2Variability.continuous,
+                initial=Fmi2Initial.exact if output else None,
+                getter=lambda: values[name],
+                setter=lambda value: values.__setitem__(name, value),
+            ),
+            nested=False,
+        )
 
     def do_step(self, current_time, step_size):
-        for joint, goal, stiffness, damping in zip(JOINTS, GOAL, STIFFNESS, DAMPING):
+        for joint, goal, stiffness, damping in zip(JOINTS, GOAL, STIFFNESS, DAMPING, strict=True):
             q, qd, weight = (self.heard[f"{joint}.{kind}"] for kind in ("q", "qd", "weight"))
             wanted, speed = reference(current_time, goal)
             self.said[f"{joint}.demand"] = stiffness * (wanted - q) + damping * (speed - qd) + weight

@@ -19,12 +19,20 @@ class Drive(Fmi2Slave):
 
     def _variable(self, joint: str, kind: str, values: dict, causality: Fmi2Causality) -> None:
         output = causality == Fmi2Causality.output
-        self.register_variable(Real(f"{joint}.{kind}", causality=causality, variability=Fmi2Variability.continuous,
-                                    initial=Fmi2Initial.exact if output else None,
-                                    getter=lambda: values[joint], setter=lambda value: values.__setitem__(joint, value)), nested=False)
+        self.register_variable(
+            Real(
+                f"{joint}.{kind}",
+                causality=causality,
+                variability=Fmi2Variability.continuous,
+                initial=Fmi2Initial.exact if output else None,
+                getter=lambda: values[joint],
+                setter=lambda value: values.__setitem__(joint, value),
+            ),
+            nested=False,
+        )
 
     def do_step(self, current_time, step_size):
-        for joint, largest in zip(JOINTS, LARGEST):
+        for joint, largest in zip(JOINTS, LARGEST, strict=True):
             wanted = min(max(self.demand[joint], -largest), largest)
             # the exact answer of lag * torque' + torque = wanted over the step
             self.torque[joint] += (1 - exp(-step_size / LAG)) * (wanted - self.torque[joint])

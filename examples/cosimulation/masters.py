@@ -16,7 +16,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from system import STEP, STOP, connections, unpack, watched
+from system import STEP, STOP, unpack, watched
 
 STEPS = round(STOP / STEP)
 
@@ -92,8 +92,12 @@ def libcosimpy(ssp: Path) -> list[list[float] | None]:
         observer = CosimObserver.create_last_value()
         execution.add_observer(observer)
         index = {name: execution.slave_index_from_instance_name(name) for name in {element for element, _ in watched()}}
-        number = {(name, variable.name.decode()): variable.reference for name, slave in index.items()
-                  for variable in execution.slave_variables(slave) if variable.type == CosimVariableType.REAL.value}
+        number = {
+            (name, variable.name.decode()): variable.reference
+            for name, slave in index.items()
+            for variable in execution.slave_variables(slave)
+            if variable.type == CosimVariableType.REAL.value
+        }
         rows: list[list[float] | None] = [None]  # its observer sees nothing before the first step
         for step in range(STEPS):
             if not execution.step():

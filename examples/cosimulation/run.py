@@ -1,4 +1,4 @@
-"""A robot with drives and a controller as one .ssp file, run by several masters: plant and weight are FMUs of ours, the rest is PythonFMU's.
+"""A robot with drives and a controller as one .ssp file, run by several masters: plant and weight are our FMUs, the rest is PythonFMU's.
 
 python examples/cosimulation/run.py [-o out/cosimulation]
 
@@ -34,8 +34,9 @@ def run(master: str, ssp: Path) -> dict | None:
         return None
     answer = ssp.with_name(f"{master}.json")
     answer.unlink(missing_ok=True)
-    done = subprocess.run([sys.executable, str(Path(__file__).parent / "masters.py"), master, str(ssp), str(answer)],
-                          capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, str(Path(__file__).parent / "masters.py"), master, str(ssp), str(answer)], capture_output=True, text=True
+    )
     if done.returncode != 0 or not answer.exists():
         print(f"{NAMES[master]} failed: {(done.stderr or done.stdout).strip().splitlines()[-1:]}")
         return None
@@ -48,8 +49,9 @@ def run(master: str, ssp: Path) -> dict | None:
 def table(results: dict[str, dict]) -> None:
     """Prints how far each master is from the loop in FMPy, and how well the arm follows."""
     columns = watched()
-    q, reference = ([columns.index((element, f"{joint}.{kind}")) for joint in JOINTS]
-                    for element, kind in (("arm", "q"), ("controller", "reference")))
+    q, reference = (
+        [columns.index((element, f"{joint}.{kind}")) for joint in JOINTS] for element, kind in (("arm", "q"), ("controller", "reference"))
+    )
     base = results["fmpy"]["rows"]
     print("master      version   joints and torques, largest difference from FMPy   tracking error [rad]   time [s]")
     for name, told in results.items():

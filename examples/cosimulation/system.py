@@ -1,4 +1,4 @@
-"""A system of FMUs as one .ssp file (System Structure and Parameterization 1.0): which FMUs there are, and which output feeds which input."""
+"""A system of FMUs as one .ssp file (System Structure and Parameterization 1.0): its FMUs, and their connections."""
 
 from __future__ import annotations
 
@@ -61,8 +61,9 @@ def structure(fmus: dict[str, Path]) -> bytes:
     wires = connections()
     outputs = list(dict.fromkeys([*(source for source, _ in wires), *watched()]))
     for name, file in fmus.items():
-        component = ET.SubElement(elements, f"{{{SSD}}}Component", name=name, type="application/x-fmu-sharedlibrary",
-                                  source=f"resources/{file.name}")
+        component = ET.SubElement(
+            elements, f"{{{SSD}}}Component", name=name, type="application/x-fmu-sharedlibrary", source=f"resources/{file.name}"
+        )
         connectors = ET.SubElement(component, f"{{{SSD}}}Connectors")
         for kind, ends in (("output", outputs), ("input", [sink for _, sink in wires])):
             for variable in (variable for element, variable in ends if element == name):

@@ -20,7 +20,7 @@ class Rows:
         for loop in scene.file.get("loop", []):
             self._add(loop)
         count, nv = len(self.names), len(scene.dofs)
-        stack = lambda rows: np.array(rows) if rows else self.n.zeros(0, nv)  # noqa: E731
+        stack = lambda rows: np.array(rows) if rows else self.n.zeros(0, nv)
         self.J, self.lever = stack(self._J), stack(self._lever)
         lists = (self._phi, self._rhs, self._terms, self._length)
         self.phi, self.rhs, self.terms, self.length = (np.array(v) if count else self.n.zeros(0) for v in lists)
@@ -67,7 +67,7 @@ class Rows:
         zero = n.zeros(3)
         d = [u, zero, zero] if on_ground else s.direction(a, u)
         x_a, x_b = s.point(a, points[0]), s.point(b, points[1])
-        r = [q - p for p, q in zip(x_a, x_b)]
+        r = [q - p for p, q in zip(x_a, x_b, strict=True)]
         on_a, on_b = set(s.path(a)), set(s.path(b))
         self._length.append(s.way(a, b) + n.norm(n.array(points[0])) + n.norm(n.array(points[1])))
         nothing = ROUNDING * self._length[-1]

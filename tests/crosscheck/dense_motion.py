@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tests.crosscheck.dense_loops import Rows
-from tests.crosscheck.dense_scene import GROUND, TURN, Scene, cross, skew
+from tests.crosscheck.dense_scene import GROUND, Scene, cross
 
 SINGULAR = 1e-9  # singular values of the scaled levers below this are rounding
 
@@ -128,8 +128,8 @@ class Dense:
             return n.one(0)
         side, x = (1, over) if over > 0 else (-1, under)
         w, k = f["stop_width"], f["stop_stiffness"]
-        h = lambda x: x**3 / w**2 - x**4 / (2 * w**3)  # noqa: E731
-        energy = lambda x: x**4 / (4 * w**2) - x**5 / (10 * w**3)  # noqa: E731
+        h = lambda x: x**3 / w**2 - x**4 / (2 * w**3)
+        energy = lambda x: x**4 / (4 * w**2) - x**5 / (10 * w**3)
         depth = h(x) if x < w else x - w / 2
         self.potential += k * (energy(x) if x < w else energy(w) + (x * x - w * w) / 2 - w / 2 * (x - w))
         s = f["stop_damping"] * side * dof.qd
@@ -186,8 +186,14 @@ class Dense:
         self._springs(forces)
         self._ports(forces, inputs)
         rows = Rows(s)
-        motion = constrained(M, forces, rows, [k for k in range(nv) if not s.dofs[k].prescribed],
-                             [s.acceleration(dof, inputs) if dof.prescribed else n.one(0) for dof in s.dofs], n)
+        motion = constrained(
+            M,
+            forces,
+            rows,
+            [k for k in range(nv) if not s.dofs[k].prescribed],
+            [s.acceleration(dof, inputs) if dof.prescribed else n.one(0) for dof in s.dofs],
+            n,
+        )
         motion.kinetic, motion.potential = float(self.kinetic), float(self.potential)
         motion.energy_scale = float(self.energy_scale + self.kinetic + abs(self.potential))
         self.M, self.forces, self.rows = M, forces, rows
@@ -234,8 +240,8 @@ def cholesky(M: np.ndarray, n) -> tuple:
         if not L[k, k] > 0:
             raise ArithmeticError("the mass matrix is singular")
         L[k:, k] = L[k:, k] / n.sqrt(L[k, k])
-        L[k, k + 1:] = n.one(0)
-        L[k + 1:, k + 1:] -= np.outer(L[k + 1:, k], L[k + 1:, k])
+        L[k, k + 1 :] = n.one(0)
+        L[k + 1 :, k + 1 :] -= np.outer(L[k + 1 :, k], L[k + 1 :, k])
     return L, smallest
 
 
@@ -243,7 +249,7 @@ def lower_solve(L: np.ndarray, b: np.ndarray) -> np.ndarray:
     x = b.copy()
     for k in range(len(L)):
         x[k] = x[k] / L[k, k]
-        x[k + 1:] -= np.multiply.outer(L[k + 1:, k], x[k])
+        x[k + 1 :] -= np.multiply.outer(L[k + 1 :, k], x[k])
     return x
 
 
@@ -296,5 +302,18 @@ def constrained(M, forces: Forces, rows: Rows, free: list[int], prescribed, n) -
     if chosen:
         unique[chosen] = (np.abs(follows[others]) < 1e-7).all(axis=0) if others else True
     force_scale = forces.size + abs(M) @ abs(qdd) + abs(rows.J.T) @ abs(multipliers)
-    return Motion(qdd, scale, M @ qdd - forces.value, force_scale, rows, multipliers, multiplier_scale, unique,
-                  len(chosen), surplus, border, pivot, row_size=row_size)
+    return Motion(
+        qdd,
+        scale,
+        M @ qdd - forces.value,
+        force_scale,
+        rows,
+        multipliers,
+        multiplier_scale,
+        unique,
+        len(chosen),
+        surplus,
+        border,
+        pivot,
+        row_size=row_size,
+    )

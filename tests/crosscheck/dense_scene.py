@@ -26,9 +26,22 @@ FREEDOMS = {
     "spherical": [(BALL, 0)],
     "free": [(SLIDE, 0), (SLIDE, 1), (SLIDE, 2), (BALL, 0)],
 }
-FIELDS = {"q": 0, "qd": 0, "damping": 0, "stiffness": 0, "rest": 0, "friction": 0, "static_friction": None,
-          "friction_velocity": 0.01, "lower": -np.inf, "upper": np.inf, "stop_stiffness": 0, "stop_damping": 0,
-          "stop_width": None, "armature": 0}
+FIELDS = {
+    "q": 0,
+    "qd": 0,
+    "damping": 0,
+    "stiffness": 0,
+    "rest": 0,
+    "friction": 0,
+    "static_friction": None,
+    "friction_velocity": 0.01,
+    "lower": -np.inf,
+    "upper": np.inf,
+    "stop_stiffness": 0,
+    "stop_damping": 0,
+    "stop_width": None,
+    "armature": 0,
+}
 ANGLES = ("q", "qd", "rest", "lower", "upper", "stop_width", "friction_velocity")
 
 
@@ -102,7 +115,7 @@ class Dof:
     def variable(self, what: str) -> str:
         if self.part is None:
             return f"{self.name}.{what}"
-        return f"{self.joint}.{ {'qd': 'omega', 'qdd': 'alpha', 'tau': 'tau'}[what]}[{self.part + 1}]"
+        return f"{self.joint}.{ {'qd': 'omega', 'qdd': 'alpha', 'tau': 'tau'}[what] }[{self.part + 1}]"
 
 
 class Link:
@@ -180,7 +193,7 @@ class Scene:
 
     def _constants(self, link: Link) -> None:
         n, table = self.numbers, link.table
-        get = lambda key: n.one(table.get(key, 0))  # noqa: E731
+        get = lambda key: n.one(table.get(key, 0))
         frame = self._turn(2, get("gamma") * self.unit) @ self._shift(2, get("b"))
         frame = frame @ self._turn(0, get("alpha") * self.unit) @ self._shift(0, get("a"))
         link.frame = frame @ self._turn(2, get("theta") * self.unit) @ self._shift(2, get("d"))
@@ -304,9 +317,13 @@ def product(a: tuple, b: tuple) -> tuple:
 
 def rotation(quaternion, n: Numbers) -> np.ndarray:
     w, x, y, z = quaternion / n.norm(quaternion)
-    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                     [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                     [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
 
 
 def quaternion_of(R, n: Numbers) -> np.ndarray:

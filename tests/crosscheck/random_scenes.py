@@ -37,9 +37,10 @@ SMALLEST = 1e-6  # m
 
 # --- model files ---
 
+
 def toml(file: dict) -> str:
     """The model file of a scene."""
-    show = lambda v: "true" if v is True else json.dumps(v).replace("Infinity", "inf")  # noqa: E731
+    show = lambda v: "true" if v is True else json.dumps(v).replace("Infinity", "inf")
     kinds = ("link", "loop", "spring", "frame", "trajectory")
     lines = [f"{key} = {show(value)}" for key, value in file.items() if key not in kinds]
     for kind in kinds:
@@ -126,6 +127,7 @@ def shuffle(m: Maker) -> None:
 
 # --- comparison ---
 
+
 @dataclass
 class Finding:
     what: str
@@ -168,7 +170,7 @@ def moved(state: dict, dense: Dense, motion: Motion) -> list[Finding]:
     closed = keeps_closed(before.solve(before.scene.start(), {}), before.scene).all()
     kept = keeps_closed(motion, scene, [[abs(float(dof.qd)) for dof in before.scene.dofs]])
     if not kept.all():
-        found += [Finding("rate", name, math.nan, 0.0, math.inf) for name, good in zip(motion.rows.names, kept) if not good]
+        found += [Finding("rate", name, math.nan, 0.0, math.inf) for name, good in zip(motion.rows.names, kept, strict=True) if not good]
     for key, wanted in start.items():
         wanted, got = np.atleast_1d(np.array(wanted, float)), np.atleast_1d(np.array(state[key], float))
         if key.endswith(".quaternion"):
@@ -240,8 +242,11 @@ class Check:
             length = sum(float(np.linalg.norm(other.pose[0][:3, 3].astype(float))) for other in scene.links)
             length += float(np.linalg.norm(frame["position"]))
             fast = sum(abs(dof.qd) for dof in scene.dofs)
-            groups = {"position": (x, length), "velocity": (v, fast * (length + 1)),
-                      "angular_velocity": ((spin[2, 1], spin[0, 2], spin[1, 0]), fast)}
+            groups = {
+                "position": (x, length),
+                "velocity": (v, fast * (length + 1)),
+                "angular_velocity": ((spin[2, 1], spin[0, 2], spin[1, 0]), fast),
+            }
             for what, (wanted, scale) in groups.items():
                 for k in range(3):
                     name = f"{frame['name']}.{what}[{k + 1}]"
@@ -303,7 +308,11 @@ def run(case: Case, library: Library, exact: bool = False) -> tuple[str, list]:
         return ("describe assembles", assembled) if assembled else ("agree", [])
     found.sort(key=lambda f: -f.error)
     kinds = {f.what for f in found}
-    first = next(k for k in ("start moved", "rate", "qdd", "tau", "balance", "lambda", "lambda without bound", "energy", "frame", "gap") if k in kinds)
+    first = next(
+        k
+        for k in ("start moved", "rate", "qdd", "tau", "balance", "lambda", "lambda without bound", "energy", "frame", "gap")
+        if k in kinds
+    )
     if kinds <= {"qdd", "balance", "tau", "lambda"}:
         shaken = sensitivity(case, values, motion)
         worst = max((f.error for f in found), default=0)
@@ -313,6 +322,7 @@ def run(case: Case, library: Library, exact: bool = False) -> tuple[str, list]:
 
 
 # --- command line ---
+
 
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -350,7 +360,10 @@ def main(arguments: list[str] | None = None) -> int:
                 path = options.keep / f"{verdict.replace(' ', '_')}_{options.only}_{options.seed}_{index}.toml"
                 path.write_text(f"# {found[0]}\n" + case.text)
                 path.with_suffix(".json").write_text(json.dumps(case.inputs, indent=1))
-    print(f"{options.count} scenes in {time.perf_counter() - begin:.1f} s: " + ", ".join(f"{n} {verdict}" for verdict, n in results.most_common()))
+    print(
+        f"{options.count} scenes in {time.perf_counter() - begin:.1f} s: "
+        + ", ".join(f"{n} {verdict}" for verdict, n in results.most_common())
+    )
     for (verdict, tag), count in sorted(parts.items()):
         print(f"  {verdict}: {count} with {tag}")
     return int(set(results) > {"agree"})

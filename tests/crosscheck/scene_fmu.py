@@ -53,7 +53,7 @@ class Library:
             done = done and slave.set_reals(list(inputs), list(inputs.values())) == OK
             if not done or slave.call("ExitInitializationMode") != OK:
                 raise Refused("; ".join(slave.errors) or "initialization without an error message")
-            values = dict(zip(self.outputs, slave.reals(self.outputs)))
+            values = dict(zip(self.outputs, slave.reals(self.outputs), strict=True))
         finally:
             slave.free()
         return values, [f"{category}: {text}" for _, category, text in slave.messages]

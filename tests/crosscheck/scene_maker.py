@@ -21,8 +21,15 @@ class Maker:
     def __init__(self, rng: np.random.Generator, scale: float) -> None:
         self.rng, self.scale = rng, scale
         self.degrees = rng.random() < 0.15
-        self.file: dict = {"name": "random", "gravity": self.numbers(self.direction() * G), "link": [], "loop": [],
-                           "spring": [], "frame": [], "trajectory": []}
+        self.file: dict = {
+            "name": "random",
+            "gravity": self.numbers(self.direction() * G),
+            "link": [],
+            "loop": [],
+            "spring": [],
+            "frame": [],
+            "trajectory": [],
+        }
         if self.degrees:
             self.file["angle_unit"] = "deg"
         self.sizes: dict[str, float] = {"ground": scale}
@@ -75,9 +82,12 @@ class Maker:
         link = {"name": name, "parent": parent, "joint": joint}
         if self.chance(0.2):
             link["joint_name"] = f"j{len(self.links)}"
-        dh = {"alpha": self.pick(QUARTERS) if self.chance(0.4) else self.between(-3, 3), "theta": self.between(-3, 3),
-              "a": 0.0 if self.chance(0.2) else self.between(-0.6, 0.6) * size,
-              "d": 0.0 if self.chance(0.3) else self.between(-0.6, 0.6) * size}
+        dh = {
+            "alpha": self.pick(QUARTERS) if self.chance(0.4) else self.between(-3, 3),
+            "theta": self.between(-3, 3),
+            "a": 0.0 if self.chance(0.2) else self.between(-0.6, 0.6) * size,
+            "d": 0.0 if self.chance(0.3) else self.between(-0.6, 0.6) * size,
+        }
         if self.chance(0.3):
             dh |= {"gamma": self.between(-3, 3), "b": self.between(-0.5, 0.5) * size}
         dh |= {key: fields.pop(key) for key in ("alpha", "theta", "a", "d", "gamma", "b") if key in fields}
@@ -135,7 +145,7 @@ class Maker:
     def rigid_to(self, name: str) -> list[str]:
         """Links that only fixed joints separate from `name`, itself included."""
         table = {link["name"]: link for link in self.links}
-        carrier = lambda n: n if n == "ground" or table[n]["joint"] != "fixed" else carrier(table[n]["parent"])  # noqa: E731
+        carrier = lambda n: n if n == "ground" or table[n]["joint"] != "fixed" else carrier(table[n]["parent"])
         return [n for n in ["ground", *table] if carrier(n) == carrier(name)]
 
     def parent_of(self, name: str) -> str:
@@ -181,7 +191,7 @@ class Maker:
         if kind == "point":
             loop["directions"] = [self.numbers(d) for d in directions]
             if len(directions) < 3:  # free to be apart across the directions
-                across = np.linalg.svd(np.array(directions, dtype=float))[2][len(directions):]
+                across = np.linalg.svd(np.array(directions, dtype=float))[2][len(directions) :]
                 x_b = x + sum(np.asarray(d, np.longdouble) * slide * self.between(-1, 1) for d in across)
         loop["point_a"], loop["point_b"] = self.to_link(a, x=x), self.to_link(b, x=x_b)
         if kind not in ("spherical", "point"):

@@ -73,14 +73,21 @@ def planar(m: Maker, parent: str, size: float) -> None:
     x = m.in_ground(names[-1], point=[m.between(0.3, 1) * size, m.between(-0.3, 0.3) * size, m.between(-0.2, 0.2) * size])
     other = m.pick(m.rigid_to(parent))
     if slider:
-        m.close("cylindrical" if m.chance(0.5) else "point", other, names[-1], x, m.perpendicular(normal),
-                slide=m.between(-0.3, 0.3) * size, directions=[m.perpendicular(normal)])
+        m.close(
+            "cylindrical" if m.chance(0.5) else "point",
+            other,
+            names[-1],
+            x,
+            m.perpendicular(normal),
+            slide=m.between(-0.3, 0.3) * size,
+            directions=[m.perpendicular(normal)],
+        )
         return
     kind = m.pick(["revolute", "revolute", "spherical", "point", "universal", "cylindrical"])
     directions = None
     if kind == "point":
         u = m.perpendicular(normal)
-        directions = [u, np.cross(normal, u)][: 2] if m.chance(0.7) else [u, np.cross(normal, u), normal]
+        directions = [u, np.cross(normal, u)][:2] if m.chance(0.7) else [u, np.cross(normal, u), normal]
     if kind == "universal":
         # one axis of the cross is the plane's normal: it stays in the plane
         m.close(kind, other, names[-1], x, normal)
@@ -207,9 +214,26 @@ def between_bodies(m: Maker, parent: str, size: float) -> None:
             return
 
 
-PARTS = {"tree": tree, "floating": floating, "massless": massless, "closed_chain": closed_chain, "ball_loop": ball_loop, "planar": planar,
-         "parallel": parallel_cranks, "concurrent": concurrent, "legs": legs, "bearing": bearing, "coaxial": coaxial, "twice": twice,
-         "between": between_bodies}
+PARTS = {
+    "tree": tree,
+    "floating": floating,
+    "massless": massless,
+    "closed_chain": closed_chain,
+    "ball_loop": ball_loop,
+    "planar": planar,
+    "parallel": parallel_cranks,
+    "concurrent": concurrent,
+    "legs": legs,
+    "bearing": bearing,
+    "coaxial": coaxial,
+    "twice": twice,
+    "between": between_bodies,
+}
 # what `--only` may also say
-CLASSES = {"open": ["tree", "floating", "massless"], "loops": ["closed_chain", "ball_loop", "planar", "legs", "between"],
-           "repeat": ["bearing", "coaxial"], "redundant": ["parallel", "concurrent", "twice", "planar"], "all": list(PARTS)}
+CLASSES = {
+    "open": ["tree", "floating", "massless"],
+    "loops": ["closed_chain", "ball_loop", "planar", "legs", "between"],
+    "repeat": ["bearing", "coaxial"],
+    "redundant": ["parallel", "concurrent", "twice", "planar"],
+    "all": list(PARTS),
+}

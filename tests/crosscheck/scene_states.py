@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from tests.crosscheck.dense_motion import Dense, Forces, constrained, independent, lower_solve, orthonormal, scaled_levers
+from tests.crosscheck.dense_motion import Dense, independent, lower_solve, orthonormal, scaled_levers
 from tests.crosscheck.dense_scene import FREEDOMS, SLIDE, TURN, Scene
 from tests.crosscheck.scene_maker import G, Maker
 
@@ -43,7 +43,9 @@ def give_passive(m: Maker) -> None:
             fields["stiffness"] = [m.between(0.1, 3) * T / x for x, _, T in units]
             fields["rest"] = [m.between(-1, 1) * x for x, _, _ in units]
         if m.chance(0.2):
-            fields["armature"] = [m.between(0.01, 0.3) * T / (G if kind == SLIDE else v * v) for (_, v, T), kind in zip(units, kinds)]
+            fields["armature"] = [
+                m.between(0.01, 0.3) * T / (G if kind == SLIDE else v * v) for (_, v, T), kind in zip(units, kinds, strict=True)
+            ]
         if m.chance(0.2):
             fields["friction"] = [m.between(0.1, 0.5) * T for _, _, T in units]
             fields["friction_velocity"] = [m.between(0.3, 2) * v for _, v, _ in units]
@@ -53,15 +55,15 @@ def give_passive(m: Maker) -> None:
             give_stops(m, link, fields, units)
         for key, values in fields.items():
             if m.degrees and key in ("rest", "friction_velocity", "lower", "upper", "stop_width"):
-                values = [math.degrees(v) if kind == TURN else v for v, kind in zip(values, kinds)]
+                values = [math.degrees(v) if kind == TURN else v for v, kind in zip(values, kinds, strict=True)]
             link[key] = values if len(kinds) > 1 else values[0]
 
 
 def give_stops(m: Maker, link: dict, fields: dict, units: list) -> None:
     dofs = m.scene().links[m.scene().index[link["name"]]].dofs
     q = [float(m.scene().dofs[k].fields["q"]) for k in dofs]
-    fields["lower"] = [at - m.between(-0.3, 1) * x for at, (x, _, _) in zip(q, units)]
-    fields["upper"] = [low + m.between(0.4, 1) * x for low, (x, _, _) in zip(fields["lower"], units)]
+    fields["lower"] = [at - m.between(-0.3, 1) * x for at, (x, _, _) in zip(q, units, strict=True)]
+    fields["upper"] = [low + m.between(0.4, 1) * x for low, (x, _, _) in zip(fields["lower"], units, strict=True)]
     fields["stop_stiffness"] = [m.between(0.1, 20) * T / x for x, _, T in units]
     fields["stop_damping"] = [m.between(0, 1) / v for _, v, _ in units]
     fields["stop_width"] = [m.between(0.1, 1) * x for x, _, _ in units]
@@ -76,9 +78,18 @@ def give_springs(m: Maker) -> None:
             continue
         size = min(m.sizes[a], m.sizes[b])
         F = min(weight[name] for name in (a, b) if name != "ground")
-        m.file["spring"].append({"name": f"spring{k}", "link_a": a, "link_b": b, "point_a": m.numbers(m.vector(size)),
-                                 "point_b": m.numbers(m.vector(size)), "stiffness": m.between(0.1, 5) * F / size,
-                                 "damping": m.between(0, 1) * F / math.sqrt(G * size), "rest_length": m.between(0, 1) * size})
+        m.file["spring"].append(
+            {
+                "name": f"spring{k}",
+                "link_a": a,
+                "link_b": b,
+                "point_a": m.numbers(m.vector(size)),
+                "point_b": m.numbers(m.vector(size)),
+                "stiffness": m.between(0.1, 5) * F / size,
+                "damping": m.between(0, 1) * F / math.sqrt(G * size),
+                "rest_length": m.between(0, 1) * size,
+            }
+        )
 
 
 def give_frames(m: Maker) -> None:
@@ -86,9 +97,16 @@ def give_frames(m: Maker) -> None:
         link = m.pick(m.links)["name"]
         if link in m.rigid_to("ground"):
             continue
-        m.file["frame"].append({"name": f"frame{k}", "link": link, "position": m.numbers(m.vector(0.5 * m.sizes[link])),
-                                "rpy": [m.angle(m.between(-3, 3)) for _ in range(3)], "port": m.pick(["ground", "frame"]),
-                                "outputs": ["pose", "velocity"]})
+        m.file["frame"].append(
+            {
+                "name": f"frame{k}",
+                "link": link,
+                "position": m.numbers(m.vector(0.5 * m.sizes[link])),
+                "rpy": [m.angle(m.between(-3, 3)) for _ in range(3)],
+                "port": m.pick(["ground", "frame"]),
+                "outputs": ["pose", "velocity"],
+            }
+        )
 
 
 def rank(dense: Dense, columns: list[int]) -> int:
@@ -153,7 +171,7 @@ def give_velocities(m: Maker, dense: Dense) -> None:
     if wrong:
         m.tags.add("projected")
         v *= m.rng.uniform(0.5, 1.5, len(v))
-    for link, table in zip(s.links, [next(t for t in m.links if t["name"] == link.name) for link in s.links]):
+    for link, table in zip(s.links, [next(t for t in m.links if t["name"] == link.name) for link in s.links], strict=True):
         if not link.dofs or table["name"] in locked:
             continue
         values = [float(v[k] / s.unit) if s.dofs[k].turns else float(v[k]) for k in link.dofs]

@@ -9,7 +9,7 @@ from collections import Counter
 import pytest
 
 from tests.crosscheck.dense_motion import Dense
-from tests.crosscheck.random_scenes import Case, draw, run
+from tests.crosscheck.random_scenes import draw, run
 from tests.crosscheck.scene_fmu import Library
 
 FAST = ("open", "loops", "repeat", "redundant")  # classes of random_scenes.py; the slow test takes all of them
@@ -74,7 +74,19 @@ def test_scenes_hold_everything():
     loops = ("point", "spherical", "universal", "cylindrical", "revolute", "prismatic", "fixed")
     wanted = {f"joint = {joint}" for joint in joints} | {f"type = {loop}" for loop in loops}
     wanted |= {f"drive = {drive}" for drive in ("motion", "locked", "free")} | {"port = ground", "port = frame"}
-    wanted |= {"armature", "friction", "static_friction", "lower", "stiffness", "damping", "rest_length", "qd", "hold", "gamma", "directions"}
+    wanted |= {
+        "armature",
+        "friction",
+        "static_friction",
+        "lower",
+        "stiffness",
+        "damping",
+        "rest_length",
+        "qd",
+        "hold",
+        "gamma",
+        "directions",
+    }
     wanted |= {"prescribed", "inverse", "sizes", "bearing", "coaxial", "twice", "guided", "legs", "massless", "floating"}
     assert sorted(wanted - set(words)) == []
 

@@ -174,14 +174,36 @@ outputs = ["acceleration", "energy", "solver", "momentum", "reference"]
 tunable = ["post.mass", "post.com[3]", "gravity[1]", "arm.mass", "arm.com[1]", "arm.inertia[1]", "arm.inertia[4]", "cross[2].damping",
            TUNABLE]
 """
-OF_JOINTS = ("damping", "stiffness", "rest", "armature", "friction", "static_friction", "friction_velocity", "lower", "upper",
-             "stop_stiffness", "stop_damping", "stop_width", "kp", "kd", "target")
-OWN = {"cart": CART, "everything": EVERYTHING.replace("TUNABLE", ", ".join(f'"{joint}.{name}"' for joint in ("arm", "rail") for name in OF_JOINTS))}
+OF_JOINTS = (
+    "damping",
+    "stiffness",
+    "rest",
+    "armature",
+    "friction",
+    "static_friction",
+    "friction_velocity",
+    "lower",
+    "upper",
+    "stop_stiffness",
+    "stop_damping",
+    "stop_width",
+    "kp",
+    "kd",
+    "target",
+)
+OWN = {
+    "cart": CART,
+    "everything": EVERYTHING.replace("TUNABLE", ", ".join(f'"{joint}.{name}"' for joint in ("arm", "rail") for name in OF_JOINTS)),
+}
 
 
 def build_fmu(model: Path, target: Path, *options: str) -> Path:
-    run = subprocess.run([sys.executable, "-m", "build_fmu", "build", str(model), "-o", str(target), "--no-show", *options],
-                         cwd=ROOT, capture_output=True, text=True)
+    run = subprocess.run(
+        [sys.executable, "-m", "build_fmu", "build", str(model), "-o", str(target), "--no-show", *options],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
     assert run.returncode == 0, run.stderr
     return target
 

@@ -33,7 +33,7 @@ class FourBar:
 
     def velocity_terms(self, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
         h = -self.masses[2] * self.lengths[1] * self.lengths[2] / 2 * sin(q[2])
-        return np.array([0, h * qd[2] * (2 * qd[1] + qd[2]), -h * qd[1]**2])
+        return np.array([0, h * qd[2] * (2 * qd[1] + qd[2]), -h * qd[1] ** 2])
 
     def gravity_terms(self, q: np.ndarray) -> np.ndarray:
         (l1, l2, l3), (m1, m2, m3) = self.lengths, self.masses
@@ -52,8 +52,12 @@ class FourBar:
 
     def jacobian_rate_times_qd(self, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
         (l1, l2, l3), a, w = self.lengths, q[1] + q[2], qd[1] + qd[2]
-        return np.array([l1 * cos(q[0]) * qd[0]**2 - l2 * cos(q[1]) * qd[1]**2 - l3 * cos(a) * w**2,
-                         l1 * sin(q[0]) * qd[0]**2 - l2 * sin(q[1]) * qd[1]**2 - l3 * sin(a) * w**2])
+        return np.array(
+            [
+                l1 * cos(q[0]) * qd[0] ** 2 - l2 * cos(q[1]) * qd[1] ** 2 - l3 * cos(a) * w**2,
+                l1 * sin(q[0]) * qd[0] ** 2 - l2 * sin(q[1]) * qd[1] ** 2 - l3 * sin(a) * w**2,
+            ]
+        )
 
     def accelerations(self, q: np.ndarray, qd: np.ndarray, tau: float) -> tuple[np.ndarray, np.ndarray]:
         """Returns qdd and the force that the crank's tip puts on the coupler's tip."""
@@ -63,8 +67,9 @@ class FourBar:
         solution = np.linalg.solve(matrix, np.concatenate([forces, -self.jacobian_rate_times_qd(q, qd)]))
         return solution[:3], solution[3:]
 
-    def simulate(self, times: np.ndarray, q: list[float], qd: list[float], tau: float = 0,
-                 steps_per_interval: int = 50) -> dict[str, np.ndarray]:
+    def simulate(
+        self, times: np.ndarray, q: list[float], qd: list[float], tau: float = 0, steps_per_interval: int = 50
+    ) -> dict[str, np.ndarray]:
         """Returns q, qd, qdd and the cut force f at `times`, with constant torque at the crank."""
 
         def rate(y: np.ndarray) -> np.ndarray:

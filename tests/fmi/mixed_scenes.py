@@ -8,7 +8,7 @@ import random
 
 import numpy as np
 
-AXES = np.eye(3)
+AXES, ORIGIN = np.eye(3), np.zeros(3)
 ROWS = {"point": 3, "spherical": 3, "universal": 4, "cylindrical": 4, "revolute": 5, "prismatic": 5, "fixed": 6}
 # numbers of turns and slides, without those of a quaternion
 SIMPLE = {"revolute": 1, "prismatic": 1, "universal": 2, "cylindrical": 2, "planar": 3, "spherical": 0, "free": 3}
@@ -28,16 +28,23 @@ def turn_by(vector: np.ndarray) -> np.ndarray:
 
 def quaternion(R: np.ndarray) -> np.ndarray:
     """w, x, y, z: the eigenvector of Bar-Itzhack's matrix."""
-    K = np.array([[R[0, 0] - R[1, 1] - R[2, 2], 0, 0, 0],
-                  [R[0, 1] + R[1, 0], R[1, 1] - R[0, 0] - R[2, 2], 0, 0],
-                  [R[0, 2] + R[2, 0], R[1, 2] + R[2, 1], R[2, 2] - R[0, 0] - R[1, 1], 0],
-                  [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], np.trace(R)]]) / 3
+    K = (
+        np.array(
+            [
+                [R[0, 0] - R[1, 1] - R[2, 2], 0, 0, 0],
+                [R[0, 1] + R[1, 0], R[1, 1] - R[0, 0] - R[2, 2], 0, 0],
+                [R[0, 2] + R[2, 0], R[1, 2] + R[2, 1], R[2, 2] - R[0, 0] - R[1, 1], 0],
+                [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], np.trace(R)],
+            ]
+        )
+        / 3
+    )
     x, y, z, w = np.linalg.eigh(K)[1][:, -1]
     return np.array([w, x, y, z])
 
 
 class Pose:
-    def __init__(self, R: np.ndarray = AXES, p: np.ndarray = np.zeros(3)) -> None:
+    def __init__(self, R: np.ndarray = AXES, p: np.ndarray = ORIGIN) -> None:
         self.R, self.p = R, p
 
     def __mul__(self, other: Pose) -> Pose:
@@ -51,8 +58,7 @@ class Pose:
 
     def place(self, at: dict) -> Pose:
         at = {key: at.get(key, 0.0) for key in PLACE}
-        return (self.turn(2, at["gamma"]).shift(2, at["b"]).turn(0, at["alpha"]).shift(0, at["a"])
-                .turn(2, at["theta"]).shift(2, at["d"]))
+        return self.turn(2, at["gamma"]).shift(2, at["b"]).turn(0, at["alpha"]).shift(0, at["a"]).turn(2, at["theta"]).shift(2, at["d"])
 
     def joint(self, kind: str, q: list[float], R: np.ndarray) -> Pose:
         if kind == "revolute":
@@ -78,15 +84,24 @@ class Scene:
             self.add_loop()
         for _ in range(2):  # beside the loops, and on them
             self.add_link(self.draw.choice([None, self.draw.randrange(len(self.links))]), self.any_joint())
-        self.frames = [{"name": "tool", "link": self.draw.choice(self.links)["name"], "position": self.near(0.3, 3),
-                        "outputs": ["pose", "velocity"], "port": self.draw.choice(["ground", "frame"])}]
+        self.frames = [
+            {
+                "name": "tool",
+                "link": self.draw.choice(self.links)["name"],
+                "position": self.near(0.3, 3),
+                "outputs": ["pose", "velocity"],
+                "port": self.draw.choice(["ground", "frame"]),
+            }
+        ]
 
     def near(self, size: float, count: int = 0):
         values = [self.draw.uniform(-size, size) for _ in range(max(1, count))]
         return values if count else values[0]
 
     def any_joint(self) -> str:
-        return self.draw.choice(["revolute", "revolute", "prismatic", "universal", "cylindrical", "planar", "spherical", "spherical", "free"])
+        return self.draw.choice(
+            ["revolute", "revolute", "prismatic", "universal", "cylindrical", "planar", "spherical", "spherical", "free"]
+        )
 
     def add_link(self, parent: int | None, kind: str) -> int:
         number = len(self.links)
@@ -139,8 +154,14 @@ class Scene:
         slide = self.near(0.3) if kind in ("cylindrical", "prismatic") else 0
         into = lambda at, v: list(at.R.T @ v)
         name = lambda link: "ground" if link is None else self.links[link]["name"]
-        loop = {"name": f"l{len(self.loops)}", "type": kind, "link_a": name(a), "link_b": name(b),
-                "point_a": into(at_a, point - at_a.p), "point_b": into(at_b, point + slide * axis_b - at_b.p)}
+        loop = {
+            "name": f"l{len(self.loops)}",
+            "type": kind,
+            "link_a": name(a),
+            "link_b": name(b),
+            "point_a": into(at_a, point - at_a.p),
+            "point_b": into(at_b, point + slide * axis_b - at_b.p),
+        }
         if kind == "point":
             loop["directions"] = [list(row) for row in axes]
         elif kind != "spherical":

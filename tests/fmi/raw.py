@@ -17,8 +17,7 @@ Free = c.CFUNCTYPE(None, c.c_void_p)
 
 
 class Callbacks(c.Structure):
-    _fields_ = [("logger", Logger), ("allocate", Allocate), ("free", Free), ("step_finished", c.c_void_p),
-                ("environment", c.c_void_p)]
+    _fields_ = [("logger", Logger), ("allocate", Allocate), ("free", Free), ("step_finished", c.c_void_p), ("environment", c.c_void_p)]
 
 
 class Unpacked:
@@ -41,8 +40,9 @@ class Unpacked:
 
     def named(self, causality: str, ending: str = "") -> list[str]:
         """Returns the names of one causality in the order of the description."""
-        return [s.get("name") for s in self.xml.iter("ScalarVariable")
-                if s.get("causality") == causality and s.get("name").endswith(ending)]
+        return [
+            s.get("name") for s in self.xml.iter("ScalarVariable") if s.get("causality") == causality and s.get("name").endswith(ending)
+        ]
 
     def dependencies(self, group: str) -> dict[str, set[str]]:
         """Returns what each unknown of Outputs or InitialUnknowns depends on; where no list stands, on all that may be set."""
@@ -50,8 +50,10 @@ class Unpacked:
         names = [scalar.get("name") for scalar in scalars]
         of_all = {"input"} if group == "Outputs" else {"input", "parameter"}
         every = [str(i) for i, scalar in enumerate(scalars, 1) if scalar.get("causality") in of_all]
-        return {names[int(row.get("index")) - 1]: {names[int(i) - 1] for i in row.get("dependencies", " ".join(every)).split()}
-                for row in self.xml.find(f"ModelStructure/{group}")}
+        return {
+            names[int(row.get("index")) - 1]: {names[int(i) - 1] for i in row.get("dependencies", " ".join(every)).split()}
+            for row in self.xml.find(f"ModelStructure/{group}")
+        }
 
     def location(self) -> str:
         return (self.folder / "resources").as_uri()
@@ -60,16 +62,26 @@ class Unpacked:
 class Slave:
     """One instance. `messages` holds (status, category, text) of every call of the logger."""
 
-    def __init__(self, fmu: Unpacked, *, guid: str | None = None, location: str | bytes | None = None, logging: bool = False,
-                 kind: int = CO_SIMULATION, memory: bool = False, name: str = "slave") -> None:
+    def __init__(
+        self,
+        fmu: Unpacked,
+        *,
+        guid: str | None = None,
+        location: str | bytes | None = None,
+        logging: bool = False,
+        kind: int = CO_SIMULATION,
+        memory: bool = False,
+        name: str = "slave",
+    ) -> None:
         self.fmu, self.messages, self.blocks = fmu, [], {}
         self.callbacks = Callbacks(Logger(self._log), Allocate(), Free(), None, None)
         if memory:
             self.callbacks.allocate, self.callbacks.free = Allocate(self._allocate), Free(self._free)
         location = fmu.location() if location is None else location
         encoded = location if isinstance(location, bytes) else location.encode()
-        self.component = c.c_void_p(fmu.library.fmi2Instantiate(
-            name.encode(), kind, (guid or fmu.guid).encode(), encoded, c.byref(self.callbacks), 0, int(logging)))
+        self.component = c.c_void_p(
+            fmu.library.fmi2Instantiate(name.encode(), kind, (guid or fmu.guid).encode(), encoded, c.byref(self.callbacks), 0, int(logging))
+        )
 
     def __enter__(self) -> Slave:
         assert self.component.value, self.messages
@@ -107,8 +119,14 @@ class Slave:
     # --- life ---
 
     def setup(self, start: float = 0.0, stop: float | None = None, tolerance: float | None = None) -> int:
-        return self.call("SetupExperiment", int(tolerance is not None), c.c_double(tolerance or 0), c.c_double(start),
-                         int(stop is not None), c.c_double(stop or 0))
+        return self.call(
+            "SetupExperiment",
+            int(tolerance is not None),
+            c.c_double(tolerance or 0),
+            c.c_double(start),
+            int(stop is not None),
+            c.c_double(stop or 0),
+        )
 
     def initialize(self, **values) -> Slave:
         """Sets start values and goes to the first communication point."""
@@ -158,8 +176,7 @@ class Slave:
 
     def set_reals(self, names: list[str], values) -> int:
         references = [self.fmu.variables[name][1] for name in names]
-        return self.call("SetReal", (c.c_uint * len(names))(*references), c.c_size_t(len(names)),
-                         (c.c_double * len(names))(*values))
+        return self.call("SetReal", (c.c_uint * len(names))(*references), c.c_size_t(len(names)), (c.c_double * len(names))(*values))
 
     # --- saved states ---
 

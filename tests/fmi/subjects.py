@@ -13,8 +13,12 @@ import pytest
 from tests.fmi.raw import ERROR, OK, Slave, Unpacked
 
 # a robot, a closed loop, a guided stiff one; with -m slow also a tree, a stiff one, a controlled one, an inverse one
-SUBJECTS = ("kuka_kr5", "four_bar", "stick_slip",
-            *(pytest.param(name, marks=pytest.mark.slow) for name in ("gripper", "stiff_strut", "kuka_kr5_computed_torque", "kuka_kr5_inverse")))
+SUBJECTS = (
+    "kuka_kr5",
+    "four_bar",
+    "stick_slip",
+    *(pytest.param(name, marks=pytest.mark.slow) for name in ("gripper", "stiff_strut", "kuka_kr5_computed_torque", "kuka_kr5_inverse")),
+)
 STATES = ("instantiated", "initialization", "step", "failed", "terminated")
 SIZE, HANG = 1e-3, 90
 

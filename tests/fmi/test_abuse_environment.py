@@ -114,16 +114,16 @@ def callbacks_that_are_gone_after_instantiation(subject, slave):
     logger = Logger(lambda *_: None)
     callbacks = Callbacks(logger, Allocate(), Free(), None, None)
     component = instantiate(subject, callbacks=c.byref(callbacks))
-    c.memset(c.byref(callbacks), 0xff, c.sizeof(callbacks))
+    c.memset(c.byref(callbacks), 0xFF, c.sizeof(callbacks))
     works(subject, component)
 
 
 @check()
 def the_environment_comes_back(subject, slave):
     seen = []
-    callbacks = Callbacks(Logger(lambda environment, *_: seen.append(environment)), Allocate(), Free(), None, 0xabcdef)
+    callbacks = Callbacks(Logger(lambda environment, *_: seen.append(environment)), Allocate(), Free(), None, 0xABCDEF)
     works(subject, instantiate(subject, callbacks=c.byref(callbacks)))
-    assert set(seen) == {0xabcdef}
+    assert set(seen) == {0xABCDEF}
 
 
 @check(0, 1, 2, -1)
@@ -153,12 +153,33 @@ def no_instance(subject, slave, function):
 @check("file://", "file:", "file:///", "file:////", "FILE://", "file://localhost", "")
 def a_location_in_every_spelling(subject, slave, prefix):
     path = str(subject.fmu.folder / "resources")
-    for spelled in (path, urllib.parse.quote(path), "".join(f"%{byte:02x}" for byte in path.encode()).replace("%2f", "/"), path + "/", path + "//"):
+    for spelled in (
+        path,
+        urllib.parse.quote(path),
+        "".join(f"%{byte:02x}" for byte in path.encode()).replace("%2f", "/"),
+        path + "/",
+        path + "//",
+    ):
         works(subject, instantiate(subject, location=(prefix + spelled).encode()))
 
 
-@check(None, b"", b"file:", b"file://", b"file:///", b"%", b"%0", b"%00", b"file:%2", b"http://example.org/", b"x" * 100_000, b"%s%n%n", b"\xff",
-       b"file:///nowhere", b"ftp:" + b"/" * 10_000)
+@check(
+    None,
+    b"",
+    b"file:",
+    b"file://",
+    b"file:///",
+    b"%",
+    b"%0",
+    b"%00",
+    b"file:%2",
+    b"http://example.org/",
+    b"x" * 100_000,
+    b"%s%n%n",
+    b"\xff",
+    b"file:///nowhere",
+    b"ftp:" + b"/" * 10_000,
+)
 def a_location_that_is_none(subject, slave, location):
     works(subject, instantiate(subject, location=location))  # the folder beside the library is the fallback
 
@@ -195,9 +216,15 @@ def every_log_line_is_finished_and_of_a_known_category(subject, slave):
 
 # --- the processor's modes ---
 
-FLUSH, TRAPS_OFF = 0x8040, 0x1f80
-MODES = {"flush to zero": TRAPS_OFF | FLUSH, "downward": TRAPS_OFF | 0x2000, "upward": TRAPS_OFF | 0x4000, "to zero": TRAPS_OFF | 0x6000,
-         "traps": 0x1100, "traps and flush": 0x1100 | FLUSH}
+FLUSH, TRAPS_OFF = 0x8040, 0x1F80
+MODES = {
+    "flush to zero": TRAPS_OFF | FLUSH,
+    "downward": TRAPS_OFF | 0x2000,
+    "upward": TRAPS_OFF | 0x4000,
+    "to zero": TRAPS_OFF | 0x6000,
+    "traps": 0x1100,
+    "traps and flush": 0x1100 | FLUSH,
+}
 
 
 def control_register():
@@ -217,8 +244,12 @@ def another_mode_of_the_processor(subject, slave, mode):
         pytest.skip("the modes of another processor")
     load, store, _page = control_register()
     wanted, found, usual = c.c_uint(MODES[mode]), c.c_uint(), c.c_uint(TRAPS_OFF)
-    calls = [("SetupExperiment", 0, c.c_double(0), c.c_double(0), 0, c.c_double(0)), ("EnterInitializationMode",), ("ExitInitializationMode",),
-             *(("DoStep", c.c_double(k * SIZE), c.c_double(SIZE), 1) for k in range(3))]
+    calls = [
+        ("SetupExperiment", 0, c.c_double(0), c.c_double(0), 0, c.c_double(0)),
+        ("EnterInitializationMode",),
+        ("ExitInitializationMode",),
+        *(("DoStep", c.c_double(k * SIZE), c.c_double(SIZE), 1) for k in range(3)),
+    ]
     for name, *arguments in calls:
         function = getattr(subject.fmu.library, f"fmi2{name}")
         load(c.byref(wanted))

@@ -8,8 +8,8 @@ import math
 
 import pytest
 
-from tests.fmi.raw import DO_STEP_STATUS, ERROR, LAST_SUCCESSFUL_TIME, OK, PENDING_STATUS, TERMINATED, Slave
-from tests.fmi.subjects import SIZE, STATES, SUBJECTS, Checks, Double, Int, One, Text, refused
+from tests.fmi.raw import DO_STEP_STATUS, ERROR, LAST_SUCCESSFUL_TIME, OK, PENDING_STATUS, TERMINATED
+from tests.fmi.subjects import SIZE, STATES, SUBJECTS, Checks, Double, Int, Text, refused
 
 check = Checks()
 
@@ -157,13 +157,24 @@ def a_reset_from_everywhere(subject, slave, state):
     assert slave.call("Reset") == OK and slave.call("Reset") == OK
 
 
-@check(*(f"{a}, {b}" for a, b in itertools.product(
-    ("SetupExperiment", "EnterInitializationMode", "ExitInitializationMode", "Terminate", "DoStep"), STATES)))
+@check(
+    *(
+        f"{a}, {b}"
+        for a, b in itertools.product(
+            ("SetupExperiment", "EnterInitializationMode", "ExitInitializationMode", "Terminate", "DoStep"), STATES
+        )
+    )
+)
 def what_changes_life_at_the_right_time_only(subject, slave, case):
     function, state = case.split(", ")
     subject.bring_to(slave, state)
-    allowed = {"SetupExperiment": {"instantiated"}, "EnterInitializationMode": {"instantiated"}, "ExitInitializationMode": {"initialization"},
-               "Terminate": {"step", "failed"}, "DoStep": {"step"}}[function]
+    allowed = {
+        "SetupExperiment": {"instantiated"},
+        "EnterInitializationMode": {"instantiated"},
+        "ExitInitializationMode": {"initialization"},
+        "Terminate": {"step", "failed"},
+        "DoStep": {"step"},
+    }[function]
     call = {"SetupExperiment": slave.setup, "DoStep": lambda: slave.step(0, SIZE)}.get(function, lambda: slave.call(function))
     status = call()
     if state in allowed:
@@ -188,8 +199,11 @@ def after_the_end(subject, slave, case):
         refused(slave, slave.step(2 * SIZE, SIZE))
     else:
         names = [*subject.inputs, *subject.fixed, *subject.tunables]
-        calls = {"a setting": lambda: slave.set(names[0], 0.0), "a step": lambda: slave.step(2 * SIZE, SIZE),
-                 "terminate": lambda: slave.call("Terminate")}
+        calls = {
+            "a setting": lambda: slave.set(names[0], 0.0),
+            "a step": lambda: slave.step(2 * SIZE, SIZE),
+            "terminate": lambda: slave.call("Terminate"),
+        }
         refused(slave, calls[case]())
 
 
@@ -239,12 +253,21 @@ def calls_without_any_order(subject, slave, seed):
 
     draw, states = random.Random(seed), [c.c_void_p() for _ in range(3)]
     force = subject.inputs[0] if subject.inputs else subject.fixed[0]
-    calls = [slave.setup, lambda: slave.call("EnterInitializationMode"), lambda: slave.call("ExitInitializationMode"),
-             lambda: slave.call("Terminate"), lambda: slave.call("Reset"), lambda: slave.call("CancelStep"),
-             lambda: slave.try_get(subject.output)[0], lambda: slave.set(force, draw.uniform(-1, 1)),
-             lambda: slave.set("solver.method", draw.choice(["erk", "adams", "dirk", "bdf", "auto"])),
-             lambda: slave.call("GetFMUstate", c.byref(draw.choice(states))), lambda: slave.call("SetFMUstate", draw.choice(states)),
-             lambda: slave.call("FreeFMUstate", c.byref(draw.choice(states))), lambda: slave.call("SetDebugLogging", 1, c.c_size_t(0), None)]
+    calls = [
+        slave.setup,
+        lambda: slave.call("EnterInitializationMode"),
+        lambda: slave.call("ExitInitializationMode"),
+        lambda: slave.call("Terminate"),
+        lambda: slave.call("Reset"),
+        lambda: slave.call("CancelStep"),
+        lambda: slave.try_get(subject.output)[0],
+        lambda: slave.set(force, draw.uniform(-1, 1)),
+        lambda: slave.set("solver.method", draw.choice(["erk", "adams", "dirk", "bdf", "auto"])),
+        lambda: slave.call("GetFMUstate", c.byref(draw.choice(states))),
+        lambda: slave.call("SetFMUstate", draw.choice(states)),
+        lambda: slave.call("FreeFMUstate", c.byref(draw.choice(states))),
+        lambda: slave.call("SetDebugLogging", 1, c.c_size_t(0), None),
+    ]
 
     def step():
         time = Double()

@@ -23,8 +23,13 @@ def running(subject, slave):
 def null_pointers(subject, slave, function):
     running(subject, slave)
     size, none = c.c_size_t(), c.c_size_t(0)
-    arguments = {"GetFMUstate": [None], "SetFMUstate": [None], "SerializedFMUstateSize": [None, c.byref(size)],
-                 "SerializeFMUstate": [None, c.create_string_buffer(10), c.c_size_t(10)], "DeSerializeFMUstate": [None, none, None]}
+    arguments = {
+        "GetFMUstate": [None],
+        "SetFMUstate": [None],
+        "SerializedFMUstateSize": [None, c.byref(size)],
+        "SerializeFMUstate": [None, c.create_string_buffer(10), c.c_size_t(10)],
+        "DeSerializeFMUstate": [None, none, None],
+    }
     refused(slave, slave.call(function, *arguments[function]))
 
 
@@ -44,9 +49,13 @@ def a_freed_state_is_none(subject, slave, case):
     stale = c.c_void_p(state.value)
     assert slave.call("FreeFMUstate", c.byref(state)) == OK and not state.value
     assert slave.call("FreeFMUstate", c.byref(state)) == OK, "nothing is left to be freed"
-    calls = {"set": lambda: slave.call("SetFMUstate", stale), "size": lambda: slave.call("SerializedFMUstateSize", stale, c.byref(c.c_size_t())),
-             "serialize": lambda: slave.call("SerializeFMUstate", stale, c.create_string_buffer(10000), c.c_size_t(10000)),
-             "free": lambda: slave.call("FreeFMUstate", c.byref(stale)), "overwrite": lambda: slave.call("GetFMUstate", c.byref(stale))}
+    calls = {
+        "set": lambda: slave.call("SetFMUstate", stale),
+        "size": lambda: slave.call("SerializedFMUstateSize", stale, c.byref(c.c_size_t())),
+        "serialize": lambda: slave.call("SerializeFMUstate", stale, c.create_string_buffer(10000), c.c_size_t(10000)),
+        "free": lambda: slave.call("FreeFMUstate", c.byref(stale)),
+        "overwrite": lambda: slave.call("GetFMUstate", c.byref(stale)),
+    }
     refused(slave, calls[case]())
 
 
@@ -55,9 +64,12 @@ def another_instances_state_is_none(subject, slave, case):
     running(subject, slave)
     with Slave(subject.fmu) as other:
         state = running(subject, other).save()
-        calls = {"set": lambda: slave.call("SetFMUstate", state), "free": lambda: slave.call("FreeFMUstate", c.byref(state)),
-                 "overwrite": lambda: slave.call("GetFMUstate", c.byref(state)),
-                 "serialize": lambda: slave.call("SerializeFMUstate", state, c.create_string_buffer(10000), c.c_size_t(10000))}
+        calls = {
+            "set": lambda: slave.call("SetFMUstate", state),
+            "free": lambda: slave.call("FreeFMUstate", c.byref(state)),
+            "overwrite": lambda: slave.call("GetFMUstate", c.byref(state)),
+            "serialize": lambda: slave.call("SerializeFMUstate", state, c.create_string_buffer(10000), c.c_size_t(10000)),
+        }
         refused(slave, calls[case]())
         assert other.call("SetFMUstate", state) == OK
 
@@ -91,9 +103,16 @@ def bytes_of_something_else(subject, slave, case):
     content = slave.serialize(running(subject, slave).save())
     version = content.index(b"state ") + 6
     guid = subject.fmu.guid.encode()
-    made = {"longer": content + b"\0", "twice": content * 2, "zeros": bytes(len(content)), "ones": b"\xff" * len(content), "text": b"<xml/>" * 100,
-            "older version": content[:version] + b"0.0.9" + content[version + 5:], "newer version": content[:version] + b"9.1.0" + content[version + 5:],
-            "other model": content.replace(guid, guid[:-1] + b"0")}
+    made = {
+        "longer": content + b"\0",
+        "twice": content * 2,
+        "zeros": bytes(len(content)),
+        "ones": b"\xff" * len(content),
+        "text": b"<xml/>" * 100,
+        "older version": content[:version] + b"0.0.9" + content[version + 5 :],
+        "newer version": content[:version] + b"9.1.0" + content[version + 5 :],
+        "other model": content.replace(guid, guid[:-1] + b"0"),
+    }
     if made[case] == content:
         made[case] = content.replace(guid, guid[:-1] + b"1")
     refused(slave, slave.deserialize(made[case])[0])
@@ -107,11 +126,11 @@ def buffers_of_the_wrong_size(subject, slave, excess):
     buffer = c.create_string_buffer(b"\xaa" * (len(content) + 8), len(content) + 8)
     status = slave.call("SerializeFMUstate", state, buffer, c.c_size_t(size))
     if excess > 0:
-        assert status == OK and buffer.raw[:len(content)] == content
+        assert status == OK and buffer.raw[: len(content)] == content
     else:
         refused(slave, status)
-        assert set(buffer.raw) == {0xaa}, "nothing was written"
-    assert buffer.raw[len(content):] == b"\xaa" * 8
+        assert set(buffer.raw) == {0xAA}, "nothing was written"
+    assert buffer.raw[len(content) :] == b"\xaa" * 8
 
 
 @check(2**63, 2**64 - 1)

@@ -71,7 +71,10 @@ def one_unknown_reference_among_many_sets_nothing(subject, slave, place):
     names = [subject.reference(name) for name in subject.inputs] * 3
     names[{"first": 0, "middle": len(names) // 2, "last": -1}[place]] = 99999
     before = slave.reals(subject.inputs)
-    refused(slave, slave.call("SetReal", (c.c_uint * len(names))(*names), c.c_size_t(len(names)), (c.c_double * len(names))(*[3.0] * len(names))))
+    refused(
+        slave,
+        slave.call("SetReal", (c.c_uint * len(names))(*names), c.c_size_t(len(names)), (c.c_double * len(names))(*[3.0] * len(names))),
+    )
     assert slave.reals(subject.inputs) == before
 
 
@@ -212,9 +215,16 @@ def every_method_runs_every_model(subject, slave, method):
 def directional(slave, unknowns, knowns, directions=None):
     found = (c.c_double * max(1, len(unknowns)))()
     directions = [1.0] * len(knowns) if directions is None else directions
-    status = slave.call("GetDirectionalDerivative", (c.c_uint * len(unknowns))(*unknowns), c.c_size_t(len(unknowns)),
-                        (c.c_uint * len(knowns))(*knowns), c.c_size_t(len(knowns)), (c.c_double * len(knowns))(*directions), found)
-    return status, list(found[:len(unknowns)])
+    status = slave.call(
+        "GetDirectionalDerivative",
+        (c.c_uint * len(unknowns))(*unknowns),
+        c.c_size_t(len(unknowns)),
+        (c.c_uint * len(knowns))(*knowns),
+        c.c_size_t(len(knowns)),
+        (c.c_double * len(knowns))(*directions),
+        found,
+    )
+    return status, list(found[: len(unknowns)])
 
 
 @check("no unknowns", "no knowns", "neither")
@@ -229,8 +239,14 @@ def directional_derivatives_of_nothing(subject, slave, case):
 @check("unknowns", "knowns", "directions", "derivatives")
 def directional_derivatives_with_a_null(subject, slave, case):
     at(subject, slave)
-    arguments = {"unknowns": subject.references(subject.output), "nu": One, "knowns": subject.references(subject.input), "nk": One,
-                 "directions": Double(1), "derivatives": Double()}
+    arguments = {
+        "unknowns": subject.references(subject.output),
+        "nu": One,
+        "knowns": subject.references(subject.input),
+        "nk": One,
+        "directions": Double(1),
+        "derivatives": Double(),
+    }
     arguments[case] = None
     refused(slave, slave.call("GetDirectionalDerivative", *arguments.values()))
 
@@ -258,8 +274,13 @@ def directions_must_be_finite(subject, slave, case):
 def directional_derivatives_of_the_wrong_thing(subject, slave, case):
     at(subject, slave)
     output, known = subject.reference(subject.output), subject.reference(subject.input)
-    pairs = {"known as unknown": (known, known), "unknown as known": (output, output), "unknown reference": (2**32 - 1, known),
-             "known reference": (output, 2**32 - 1), "method": (output, subject.reference("solver.rtol"))}
+    pairs = {
+        "known as unknown": (known, known),
+        "unknown as known": (output, output),
+        "unknown reference": (2**32 - 1, known),
+        "known reference": (output, 2**32 - 1),
+        "method": (output, subject.reference("solver.rtol")),
+    }
     refused(slave, directional(slave, [pairs[case][0]], [pairs[case][1]])[0])
 
 

@@ -53,13 +53,18 @@ CALLS = {
     "FreeFMUstate": (lambda s: get_saved(s, lambda state: s.call("FreeFMUstate", c.byref(state))), everywhere),
     "FreeFMUstate of nothing": (lambda s: s.call("FreeFMUstate", c.byref(c.c_void_p())), everywhere),
     "serialization": (lambda s: get_saved(s, lambda state: s.deserialize(s.serialize(state))[0]), everywhere),
-    "GetDirectionalDerivative": (lambda s: s.call("GetDirectionalDerivative", reference(s, REAL), ONE, reference(s, "hinge.tau"),
-                                                  ONE, DOUBLES(1), DOUBLES()),
-                                 {"initialization", "step", "terminated"}),  # the failed step's forces are infinite
-    "SetRealInputDerivatives": (lambda s: s.call("SetRealInputDerivatives", reference(s, "hinge.tau"), ONE, INTS(1), DOUBLES(1)),
-                                {"instantiated", "initialization", "step"}),
-    "GetRealOutputDerivatives": (lambda s: s.call("GetRealOutputDerivatives", reference(s, REAL), ONE, INTS(1), DOUBLES()),
-                                 {"step", "failed", "terminated"}),
+    "GetDirectionalDerivative": (
+        lambda s: s.call("GetDirectionalDerivative", reference(s, REAL), ONE, reference(s, "hinge.tau"), ONE, DOUBLES(1), DOUBLES()),
+        {"initialization", "step", "terminated"},
+    ),  # the failed step's forces are infinite
+    "SetRealInputDerivatives": (
+        lambda s: s.call("SetRealInputDerivatives", reference(s, "hinge.tau"), ONE, INTS(1), DOUBLES(1)),
+        {"instantiated", "initialization", "step"},
+    ),
+    "GetRealOutputDerivatives": (
+        lambda s: s.call("GetRealOutputDerivatives", reference(s, REAL), ONE, INTS(1), DOUBLES()),
+        {"step", "failed", "terminated"},
+    ),
     "DoStep": (lambda s: s.step(0, 0.01), {"step"}),
     "CancelStep": (lambda s: s.call("CancelStep"), set()),
     "GetStatus": (lambda s: s.call("GetStatus", DO_STEP_STATUS, INTS()), {"step", "failed", "terminated"}),
@@ -112,7 +117,8 @@ def test_a_refused_call_leaves_the_life_as_it_was(fmu, state):
             assert slave.call("Reset") == OK
             state = "instantiated"
         for function in (["EnterInitializationMode"] if state == "instantiated" else []) + (
-                ["ExitInitializationMode"] if state != "step" else []):
+            ["ExitInitializationMode"] if state != "step" else []
+        ):
             assert slave.call(function) == OK, slave.errors
         assert slave.step(0, 0.01) == OK, slave.errors
 
@@ -147,8 +153,14 @@ def test_unknown_value_references_are_refused(fmu):
     with Slave(fmu("cart")) as slave:
         bring_to(slave, "step")
         for reference_ in (1000, 2**32 - 1):
-            for function, values in (("GetReal", DOUBLES()), ("GetInteger", INTS()), ("GetString", (c.c_char_p * 1)()),
-                                     ("SetReal", DOUBLES()), ("SetInteger", INTS()), ("SetString", (c.c_char_p * 1)(b"erk"))):
+            for function, values in (
+                ("GetReal", DOUBLES()),
+                ("GetInteger", INTS()),
+                ("GetString", (c.c_char_p * 1)()),
+                ("SetReal", DOUBLES()),
+                ("SetInteger", INTS()),
+                ("SetString", (c.c_char_p * 1)(b"erk")),
+            ):
                 assert slave.call(function, (c.c_uint * 1)(reference_), ONE, values) == ERROR
                 assert str(reference_) in slave.errors[-1]
 

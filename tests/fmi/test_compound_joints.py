@@ -181,7 +181,7 @@ def test_the_space_robot_follows_a_prescribed_motion_to_the_exact_end_pose(tmp_p
 
     def apply(time: float) -> None:
         for i, start in enumerate(ARM_START, 1):
-            run.put(dict(zip((f"joint{i}.q", f"joint{i}.qd", f"joint{i}.qdd"), cycloid(start, ARM_END, 30, time))))
+            run.put(dict(zip((f"joint{i}.q", f"joint{i}.qd", f"joint{i}.qdd"), cycloid(start, ARM_END, 30, time), strict=True)))
 
     apply(0)
     run.start()
@@ -207,11 +207,11 @@ def test_a_universal_joint_equals_two_revolute_joints(tmp_path):
 
 
 def test_cylindrical_and_planar_joints_are_in_the_stated_order(tmp_path):
-    run = Run('name = "c"\ngravity = [0, 0, 0]\n[[link]]\nname = "rod"\njoint = "cylindrical"\nmass = 2\n'
-              'inertia = [1, 1, 4]\n', tmp_path, "c")
+    run = Run(
+        'name = "c"\ngravity = [0, 0, 0]\n[[link]]\nname = "rod"\njoint = "cylindrical"\nmass = 2\ninertia = [1, 1, 4]\n', tmp_path, "c"
+    )
     run.put({"rod[1].tau": 8.0, "rod[2].tau": 6.0})
     assert run.get("rod[1].qdd", "rod[2].qdd") == pytest.approx([2, 3])
-    run = Run('name = "s"\ngravity = [0, -9, 0]\n[[link]]\nname = "disc"\njoint = "planar"\nmass = 2\n'
-              'inertia = [1, 1, 4]\n', tmp_path, "s")
+    run = Run('name = "s"\ngravity = [0, -9, 0]\n[[link]]\nname = "disc"\njoint = "planar"\nmass = 2\ninertia = [1, 1, 4]\n', tmp_path, "s")
     run.put({"disc[1].tau": 8.0, "disc[3].tau": 6.0})
     assert run.get("disc[1].qdd", "disc[2].qdd", "disc[3].qdd") == pytest.approx([4, -9, 1.5])

@@ -13,8 +13,14 @@ def test_the_inverse_fmu_makes_the_plant_follow_its_trajectory(fmu_file, tmp_pat
     (tmp_path / "out").mkdir()
     for name in ("kuka_kr5", "kuka_kr5_inverse"):
         shutil.copy(fmu_file(name), tmp_path / "out")
-    done = subprocess.run([sys.executable, str(EXAMPLE)], cwd=tmp_path, capture_output=True, text=True, stdin=subprocess.DEVNULL,
-                          env={**os.environ, "MPLCONFIGDIR": str(tmp_path)})
+    done = subprocess.run(
+        [sys.executable, str(EXAMPLE)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        stdin=subprocess.DEVNULL,
+        env={**os.environ, "MPLCONFIGDIR": str(tmp_path)},
+    )
     assert done.returncode == 0, done.stderr
     pd, computed = (line.split() for line in done.stdout.splitlines())
     # "...: largest error 0.0500 rad, after 1.5 s 1.6e-04 rad"

@@ -84,7 +84,14 @@ def test_each_joint_shows_what_it_does(mixed):
     assert fmu.named("input") == ["arm.tau_added", "hand.tau_added"]
     outputs = fmu.named("output")
     assert [name for name in outputs if name.startswith("rail.")] == ["rail.q", "rail.qd", "rail.qdd", "rail.tau"]
-    assert [name for name in outputs if name.startswith("hand.")] == ["hand.q", "hand.qd", "hand.qdd", "hand.tau", "hand.q_ref", "hand.qd_ref"]
+    assert [name for name in outputs if name.startswith("hand.")] == [
+        "hand.q",
+        "hand.qd",
+        "hand.qdd",
+        "hand.tau",
+        "hand.q_ref",
+        "hand.qd_ref",
+    ]
     assert [name for name in outputs if name.startswith("wrist.")] == ["wrist.q", "wrist.qd", "wrist.qdd"]
     assert [name for name in fmu.named("parameter") if name.endswith((".kp", ".kd", ".target"))] == ["arm.kp", "arm.kd", "hand.target"]
 
@@ -107,8 +114,9 @@ def test_the_stiff_gripper_of_redysim(fmu_file):
 @pytest.mark.parametrize("law", ("computed_torque", "feed_forward"))
 def test_work_is_exact_where_the_motion_is_smoother_than_the_torque(build, law, method):
     """A gantry that follows polynomials: one step may span a tenth of the run, in which the power has many turns."""
-    moves = "".join(f"[[trajectory]]\njoint = 'joint{i + 1}'\ntype = 'quintic'\nto = {to}\nduration = 1\n"
-                    for i, to in enumerate((0.15, 0.1, 0.2, 90)))
+    moves = "".join(
+        f"[[trajectory]]\njoint = 'joint{i + 1}'\ntype = 'quintic'\nto = {to}\nduration = 1\n" for i, to in enumerate((0.15, 0.1, 0.2, 90))
+    )
     fmu = build((ROOT / "models/pppr.toml").read_text() + f"\n{moves}[controller]\nlaw = '{law}'\nkp = 49\nkd = 14\n")
     for rtol in (1e-6, 1e-8):
         for step in (0.1, 0.01):
@@ -123,9 +131,13 @@ def test_work_is_exact_where_the_motion_is_smoother_than_the_torque(build, law, 
                 assert max(balances) < 5 * rtol, (rtol, step)
 
 
-@pytest.mark.parametrize(("model", "law", "stop", "known", "work"), [
-    ("rp_robot", "kp = 49\nkd = 14\ntarget = [90, 0.3]", 3, (1.586609775, 0.301562316), 2.1952186),
-    ("pppr", "kp = 49\nkd = 14\ntarget = [0.1, 0.1, 0.1, 90]", 1, (0.103684976, 0.100005537, 0.101609512, 1.523308958), None)])
+@pytest.mark.parametrize(
+    ("model", "law", "stop", "known", "work"),
+    [
+        ("rp_robot", "kp = 49\nkd = 14\ntarget = [90, 0.3]", 3, (1.586609775, 0.301562316), 2.1952186),
+        ("pppr", "kp = 49\nkd = 14\ntarget = [0.1, 0.1, 0.1, 90]", 1, (0.103684976, 0.100005537, 0.101609512, 1.523308958), None),
+    ],
+)
 def test_set_point_pd_of_redysim(build, model, law, stop, known, work):
     text = (ROOT / f"models/{model}.toml").read_text() + f"\n[controller]\nlaw = 'pd'\n{law}\n"
     fmu = build(text)
@@ -139,14 +151,18 @@ def test_set_point_pd_of_redysim(build, model, law, stop, known, work):
 
 def test_pd_in_closed_loops(build):
     """ReDySim's leg: seven links and three loops, driven at the crank."""
-    text = (ROOT / "models/leg.toml").read_text() + f"\n[controller]\nlaw = 'pd'\njoints = ['crank_joint']\nkp = 49\nkd = 14\ntarget = {-2 * pi}\n"
+    text = (
+        ROOT / "models/leg.toml"
+    ).read_text() + f"\n[controller]\nlaw = 'pd'\njoints = ['crank_joint']\nkp = 49\nkd = 14\ntarget = {-2 * pi}\n"
     with Slave(build(text)) as slave:
         slave.initialize(start={"solver.method": "bdf"})
         slave.run(0.2, 0.01)
         # the known pose was typed with few digits
         assert slave.reals(list(LEG_JOINTS)) == pytest.approx(LEG, abs=5e-4)
         assert abs(slave.get("energy.balance")) < 1e-6
-        assert slave.get("crank_joint.tau") == pytest.approx(49 * (-2 * pi - slave.get("crank_joint.q")) - 14 * slave.get("crank_joint.qd"), abs=1e-9)
+        assert slave.get("crank_joint.tau") == pytest.approx(
+            49 * (-2 * pi - slave.get("crank_joint.q")) - 14 * slave.get("crank_joint.qd"), abs=1e-9
+        )
 
 
 def test_gravity_compensation_holds_a_five_bar(build):
@@ -193,8 +209,14 @@ def test_computed_torque_in_closed_loops_too(build):
             decay = (1 + 7 * t) * exp(-7 * t)
             found = slave.reals([f"{joint}.q" for joint in joints])
             assert found == pytest.approx([start[0] + 0.1 * (1 - decay), start[1] - 0.05 * (1 - decay)], abs=1e-7)
-            assert slave.get("loop.gap" if "loop.gap" in slave.fmu.named("output") else next(
-                name for name in slave.fmu.named("output") if name.endswith(".gap"))) < 1e-10
+            assert (
+                slave.get(
+                    "loop.gap"
+                    if "loop.gap" in slave.fmu.named("output")
+                    else next(name for name in slave.fmu.named("output") if name.endswith(".gap"))
+                )
+                < 1e-10
+            )
 
 
 def test_the_inverse_of_a_controlled_model_gives_redysims_torques(build):
@@ -224,7 +246,9 @@ def test_what_the_arms_of_a_satellite_do_leaves_its_momenta(fmu_file, model, sto
 
 
 def test_a_satellite_under_pd_control_prints_redysims_digits(build):
-    text = (ROOT / "models/space_robot.toml").read_text().partition("tunable")[0].replace('joint = "free"', 'joint = "free"\ndrive = "free"')
+    text = (
+        (ROOT / "models/space_robot.toml").read_text().partition("tunable")[0].replace('joint = "free"', 'joint = "free"\ndrive = "free"')
+    )
     for i in (1, 2, 3):
         text += f"\n[[trajectory]]\njoint = 'joint{i}'\ntype = 'cycloid'\nto = {-pi / 2}\nduration = 30\n"
     text += "\n[controller]\nlaw = 'pd'\nkp = 49\nkd = 14\n"
@@ -233,7 +257,9 @@ def test_a_satellite_under_pd_control_prints_redysims_digits(build):
         for k in range(30):
             assert slave.step(k, 1) == OK
             if k == 14:
-                assert slave.reals(["base[1].q", "base[2].q", "base.angle[1]"]) == pytest.approx((0.01676489, 0.03345196, 0.6370263), abs=5.1e-8)
+                assert slave.reals(["base[1].q", "base[2].q", "base.angle[1]"]) == pytest.approx(
+                    (0.01676489, 0.03345196, 0.6370263), abs=5.1e-8
+                )
         found = slave.reals(["base[1].q", "base[2].q", "base.angle[1]", "joint1.q", "joint2.q", "joint3.q"])
         assert found[:2] == pytest.approx((0.07182897, 0.03810805), abs=5.1e-9)
         assert found[2:] == pytest.approx((1.038754, -1.571413, -1.571296, -1.570901), abs=5.1e-7)
@@ -253,7 +279,9 @@ def test_an_added_torque_adds(mixed):
     with Slave(mixed()) as slave:
         slave.initialize()
         before = slave.get("arm.tau")
-        assert before == pytest.approx(30 * (slave.get("arm.q_ref") - slave.get("arm.q")) + 2 * (slave.get("arm.qd_ref") - slave.get("arm.qd")))
+        assert before == pytest.approx(
+            30 * (slave.get("arm.q_ref") - slave.get("arm.q")) + 2 * (slave.get("arm.qd_ref") - slave.get("arm.qd"))
+        )
         assert slave.set("arm.tau_added", 1.5) == OK
         assert slave.get("arm.tau") == pytest.approx(before + 1.5, abs=1e-14)
 
@@ -342,6 +370,8 @@ def test_a_bad_table_is_refused_by_name(fmu_file, tmp_path):
     fmu_file("pendulum")
     (tmp_path / "model.toml").write_text(MIXED.replace("LAW", "pd"))
     (tmp_path / "rail.csv").write_text(RAIL + "oops\n")
-    run = subprocess.run([sys.executable, "-m", "build_fmu", "check", str(tmp_path / "model.toml")], cwd=ROOT, capture_output=True, text=True)
+    run = subprocess.run(
+        [sys.executable, "-m", "build_fmu", "check", str(tmp_path / "model.toml")], cwd=ROOT, capture_output=True, text=True
+    )
     assert run.returncode == 1
     assert run.stderr.strip() == f"{tmp_path}/model.toml:11:43: trajectory 1: file 'rail.csv' has no number in column 'time' of line 6"

@@ -61,8 +61,11 @@ def test_declared_independence_is_true(fmu):
     with Slave(fmu("cart")) as slave:
         assert slave.call("EnterInitializationMode") == OK
         # nothing at rest or unloaded that would hide a dependence
-        knowns = {name: slave.get(name) + 0.01 for name in slave.fmu.named("input") + slave.fmu.named("parameter")
-                  if not name.startswith("solver.")}
+        knowns = {
+            name: slave.get(name) + 0.01
+            for name in slave.fmu.named("input") + slave.fmu.named("parameter")
+            if not name.startswith("solver.")
+        }
         for name, value in knowns.items():
             assert slave.set(name, value) == OK, slave.errors
         before = dict(zip(outputs, slave.reals(outputs), strict=True))

@@ -13,8 +13,19 @@ from tests.fmi.mixed_scenes import Scene
 from tests.fmi.raw import ERROR, OK, Slave, Unpacked
 
 STEP = 1e-3
-MODELS = ("cart", "gripper", "four_bar", "four_bar_inverse", "slider_crank", "parallelogram", "three_rrr", "bennett",
-          "space_robot", "top")
+MODELS = ("cart", "gripper", "four_bar", "four_bar_inverse", "slider_crank", "parallelogram", "three_rrr", "bennett", "space_robot", "top")
+
+
+RESISTANCE = {
+    "friction": 0.5,
+    "static_friction": 0.8,
+    "friction_velocity": 0.7,
+    "lower": -0.2,
+    "upper": 0.3,
+    "stop_stiffness": 4,
+    "stop_damping": 0.3,
+    "stop_width": 0.1,
+}
 
 
 def random_tree(seed: int) -> str:
@@ -44,12 +55,18 @@ inertia = [0.2, 0.25, 0.3, {near(0.03)}, {near(0.03)}, {near(0.03)}]
 damping = {abs(near(0.2)) if i % 2 else 0}
 """
         if i % 2:
-            resistance = {"friction": 0.5, "static_friction": 0.8, "friction_velocity": 0.7, "lower": -0.2, "upper": 0.3, "stop_stiffness": 4,
-                          "stop_damping": 0.3, "stop_width": 0.1}
-            text += "".join(f"{key} = {value}\n" for key, value in resistance.items())
-            tunable += [f"j{i}.{key}" for key in resistance]
+            text += "".join(f"{key} = {value}\n" for key, value in RESISTANCE.items())
+            tunable += [f"j{i}.{key}" for key in RESISTANCE]
         names.append(f"b{i}")
-        tunable += [f"b{i}.mass", *(f"b{i}.com[{k}]" for k in (1, 2, 3)), *(f"b{i}.inertia[{k}]" for k in range(1, 7)), f"j{i}.damping", f"j{i}.stiffness", f"j{i}.rest", f"j{i}.armature"]
+        tunable += [
+            f"b{i}.mass",
+            *(f"b{i}.com[{k}]" for k in (1, 2, 3)),
+            *(f"b{i}.inertia[{k}]" for k in range(1, 7)),
+            f"j{i}.damping",
+            f"j{i}.stiffness",
+            f"j{i}.rest",
+            f"j{i}.armature",
+        ]
     for k, port in enumerate(("ground", "frame")):
         text += f"""
 [[frame]]
@@ -72,7 +89,8 @@ LAWS = ("pd", "gravity_compensation", "feed_forward", "computed_torque")
 def controlled(law: str) -> str:
     """A tree whose law meets springs, friction, a free and a guided joint; tunable are the plant, which the law knows, and the gains."""
     feed_forward = law == "feed_forward"
-    base = "" if feed_forward else '{name = "swing", drive = "free", mass = 0.5, com = [0.2, 0, 0], inertia = [0.01, 0.02, 0.03], a = 0.4, alpha = 0.4},'
+    swing = '{name = "swing", drive = "free", mass = 0.5, com = [0.2, 0, 0], inertia = [0.01, 0.02, 0.03], a = 0.4, alpha = 0.4},'
+    base = "" if feed_forward else swing
     return f"""
 name = "controlled"
 gravity = [1, -9, 3]
@@ -84,8 +102,8 @@ link = [
 ]
 trajectory = [
   {{joint = "rail", type = "table", time = [0, 0.2, 0.35, 0.6], q = [0.1, 0.3, 0.2, 0.4]}},
-  {{joint = "arm", type = "{'cycloid' if law == 'pd' else 'quintic'}", to = 1, start = 0.01, duration = 0.4}},
-  {'{joint = "hand", type = "polynomial", coefficients = [-0.4, 1, 2, -3, 4]},' if feed_forward else ''}
+  {{joint = "arm", type = "{"cycloid" if law == "pd" else "quintic"}", to = 1, start = 0.01, duration = 0.4}},
+  {'{joint = "hand", type = "polynomial", coefficients = [-0.4, 1, 2, -3, 4]},' if feed_forward else ""}
 ]
 frame = [{{name = "tool", link = "hand", position = [0.1, 0.2, 0], port = "ground", outputs = ["pose", "velocity"]}}]
 [controller]
@@ -96,14 +114,18 @@ kd = 2
 input = true
 [fmu]
 outputs = ["acceleration", "energy", "solver", "reference", "momentum"]
-tunable = ["arm.kp", "arm.kd", "hand.kd", {'' if feed_forward else '"hand.target", '}"hand.mass", "hand.com[2]", "arm.inertia[3]", "arm.damping", "arm.stiffness",
+tunable = ["arm.kp", "arm.kd", "hand.kd", {"" if feed_forward else '"hand.target", '}"hand.mass", "hand.com[2]", "arm.inertia[3]", "arm.damping", "arm.stiffness",
            "arm.rest", "arm.armature", "hand.friction", "gravity[1]", "gravity[2]"]
 """
 
 
 def controlled_loop(law: str) -> str:
     """The four-bar with a law at its crank: the law's model is closed, too."""
-    text = (ROOT / "models" / "four_bar.toml").read_text().replace('["crank_joint.damping"]', '["crank_joint.damping", "crank_joint.kp", "crank_joint.target"]')
+    text = (
+        (ROOT / "models" / "four_bar.toml")
+        .read_text()
+        .replace('["crank_joint.damping"]', '["crank_joint.damping", "crank_joint.kp", "crank_joint.target"]')
+    )
     return text + f'\n[controller]\nlaw = "{law}"\njoints = ["crank_joint"]\nkp = 3\nkd = 0.5\ntarget = 0.7\ninput = true\n'
 
 
@@ -129,8 +151,14 @@ tunable = ["arm.kp", "hand.target", "hand.mass"]
 """
 
 
-MADE = {"random": lambda seed: random_tree(int(seed)), "mixed": lambda seed: Scene(int(seed)).toml(),
-        "opened": lambda seed: Scene(int(seed), open_by=0.05).toml(), "controlled": controlled, "controlled_loop": controlled_loop, "controlled_base": controlled_base}
+MADE = {
+    "random": lambda seed: random_tree(int(seed)),
+    "mixed": lambda seed: Scene(int(seed)).toml(),
+    "opened": lambda seed: Scene(int(seed), open_by=0.05).toml(),
+    "controlled": controlled,
+    "controlled_loop": controlled_loop,
+    "controlled_base": controlled_base,
+}
 
 
 @pytest.fixture(scope="module")
@@ -152,15 +180,25 @@ def model(fmu, fmu_file, tmp_path_factory):
 
 
 def continuous_outputs(fmu) -> list[str]:
-    return [s.get("name") for s in fmu.xml.iter("ScalarVariable")
-            if s.get("causality") == "output" and s.get("variability") == "continuous" and s[0].tag == "Real"]
+    return [
+        s.get("name")
+        for s in fmu.xml.iter("ScalarVariable")
+        if s.get("causality") == "output" and s.get("variability") == "continuous" and s[0].tag == "Real"
+    ]
 
 
 def derivative(slave, unknowns, direction: dict[str, float]) -> list[float]:
     references = lambda names: (c.c_uint * len(names))(*[slave.fmu.variables[name][1] for name in names])
     found = (c.c_double * len(unknowns))()
-    status = slave.call("GetDirectionalDerivative", references(unknowns), c.c_size_t(len(unknowns)), references(list(direction)),
-                        c.c_size_t(len(direction)), (c.c_double * len(direction))(*direction.values()), found)
+    status = slave.call(
+        "GetDirectionalDerivative",
+        references(unknowns),
+        c.c_size_t(len(unknowns)),
+        references(list(direction)),
+        c.c_size_t(len(direction)),
+        (c.c_double * len(direction))(*direction.values()),
+        found,
+    )
     assert status == OK, slave.errors
     return list(found)
 
@@ -193,8 +231,13 @@ MIXED = [f"mixed {seed}" for seed in range(6)]
 OPENED = [f"opened {seed}" for seed in range(6)]  # assembled from afar
 SINGULAR = ("parallelogram",)  # at the start
 START = (".q0", ".qd0", ".q", ".qd", *(f".{name}0[{k}]" for name in ("quaternion", "omega") for k in range(1, 5)))
-NAMES = [*MODELS, *MIXED, *(f"random {seed}" for seed in range(4)), *(f"controlled {law}" for law in LAWS),
-         *(f"controlled_{kind} {law}" for kind in ("loop", "base") for law in LAWS if law != "feed_forward")]
+NAMES = [
+    *MODELS,
+    *MIXED,
+    *(f"random {seed}" for seed in range(4)),
+    *(f"controlled {law}" for law in LAWS),
+    *(f"controlled_{kind} {law}" for kind in ("loop", "base") for law in LAWS if law != "feed_forward"),
+]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -219,8 +262,13 @@ def test_by_inputs_at_a_communication_point(model, name):
             # where motions jump in loops the state is projected: shorter steps, and more of its rounding
             loose = name_.endswith((".q", ".qd")) and slave.fmu.named("output", ".gap")
             assert_equal(slave, outputs, {name_: 1.0}, 1e-6 if loose else 1e-8, size=3e-4 if loose else STEP)
-        assert_equal(slave, outputs, {name_: draw.uniform(-1, 1) for name_ in inputs}, 1e-6,
-                     size=3e-4 if prescribed and slave.fmu.named("output", ".gap") else STEP)
+        assert_equal(
+            slave,
+            outputs,
+            {name_: draw.uniform(-1, 1) for name_ in inputs},
+            1e-6,
+            size=3e-4 if prescribed and slave.fmu.named("output", ".gap") else STEP,
+        )
 
 
 @pytest.mark.parametrize("name", [*(name for name in NAMES if name not in SINGULAR), *OPENED, "five_bar"])
@@ -252,8 +300,18 @@ def test_a_singular_start_has_no_derivatives_by_start_values(fmu, name):
         assert derivative(slave, outputs, {slave.fmu.named("input", ".tau")[0]: 1.0}) == [0] * len(outputs)
         references = lambda names: (c.c_uint * len(names))(*[slave.fmu.variables[name][1] for name in names])
         known = slave.fmu.named("parameter", ".q0")[:1]
-        assert slave.call("GetDirectionalDerivative", references(outputs), c.c_size_t(len(outputs)), references(known), c.c_size_t(1),
-                          (c.c_double * 1)(1.0), (c.c_double * len(outputs))()) == ERROR
+        assert (
+            slave.call(
+                "GetDirectionalDerivative",
+                references(outputs),
+                c.c_size_t(len(outputs)),
+                references(known),
+                c.c_size_t(1),
+                (c.c_double * 1)(1.0),
+                (c.c_double * len(outputs))(),
+            )
+            == ERROR
+        )
         assert "the initial configuration is singular" in slave.errors[-1]
 
 
@@ -308,8 +366,16 @@ def test_outputs_by_time(model, name):
             if k == 2:
                 found = (c.c_double * len(outputs))()
                 references = (c.c_uint * len(outputs))(*[slave.fmu.variables[o][1] for o in outputs])
-                assert slave.call("GetRealOutputDerivatives", references, c.c_size_t(len(outputs)),
-                                  (c.c_int * len(outputs))(*[1] * len(outputs)), found) == OK, slave.errors
+                assert (
+                    slave.call(
+                        "GetRealOutputDerivatives",
+                        references,
+                        c.c_size_t(len(outputs)),
+                        (c.c_int * len(outputs))(*[1] * len(outputs)),
+                        found,
+                    )
+                    == OK
+                ), slave.errors
             assert slave.step(at, size) == OK
             at = slave.last_time()
         for k, output in enumerate(outputs):
@@ -323,12 +389,21 @@ def test_the_rate_of_inputs_counts(fmu):
         slave.initialize()
         tau, qdd = slave.fmu.named("input")[0], slave.fmu.named("output", ".qdd")[0]
         rate = c.c_double()
-        ask = lambda: slave.call("GetRealOutputDerivatives", (c.c_uint * 1)(slave.fmu.variables[qdd][1]), c.c_size_t(1),
-                                 (c.c_int * 1)(1), c.byref(rate))
+        ask = lambda: slave.call(
+            "GetRealOutputDerivatives", (c.c_uint * 1)(slave.fmu.variables[qdd][1]), c.c_size_t(1), (c.c_int * 1)(1), c.byref(rate)
+        )
         assert ask() == OK
         before = rate.value
-        assert slave.call("SetRealInputDerivatives", (c.c_uint * 1)(slave.fmu.variables[tau][1]), c.c_size_t(1),
-                          (c.c_int * 1)(1), (c.c_double * 1)(2.0)) == OK
+        assert (
+            slave.call(
+                "SetRealInputDerivatives",
+                (c.c_uint * 1)(slave.fmu.variables[tau][1]),
+                c.c_size_t(1),
+                (c.c_int * 1)(1),
+                (c.c_double * 1)(2.0),
+            )
+            == OK
+        )
         assert ask() == OK
         assert rate.value - before == pytest.approx(2 * derivative(slave, [qdd], {tau: 1.0})[0], rel=1e-12)
 
@@ -339,8 +414,9 @@ def test_what_is_refused(fmu):
         one, zero = c.c_size_t(1), c.c_size_t(0)
 
         def ask(unknown, known, direction=1.0):
-            return slave.call("GetDirectionalDerivative", reference(unknown), one, reference(known), one,
-                              (c.c_double * 1)(direction), (c.c_double * 1)())
+            return slave.call(
+                "GetDirectionalDerivative", reference(unknown), one, reference(known), one, (c.c_double * 1)(direction), (c.c_double * 1)()
+            )
 
         assert ask("hinge.qdd", "hinge.tau") == ERROR, "not before initialization mode"
         slave.initialize()

@@ -31,8 +31,14 @@ def robot():
     shift = lambda *xyz: pin.SE3(np.eye(3), np.array(xyz, float))
     for i, link in enumerate(links):
         of = lambda field, link=link: link.get(field, 0.0)
-        place = (turn([0, 0, 1], of("gamma")) * shift(0, 0, of("b")) * turn([1, 0, 0], of("alpha")) * shift(of("a"), 0, 0)
-                 * turn([0, 0, 1], of("theta")) * shift(0, 0, of("d")))
+        place = (
+            turn([0, 0, 1], of("gamma"))
+            * shift(0, 0, of("b"))
+            * turn([1, 0, 0], of("alpha"))
+            * shift(of("a"), 0, 0)
+            * turn([0, 0, 1], of("theta"))
+            * shift(0, 0, of("d"))
+        )
         parent = model.addJoint(parent, pin.JointModelRZ(), place, f"joint{i + 1}")
         xx, yy, zz, xy, xz, yz = [*link["inertia"], 0, 0, 0][:6]
         inertia = pin.Inertia(link["mass"], np.array(link["com"], float), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
@@ -69,7 +75,9 @@ def test_accelerations_by_start_values_are_those_of_pinocchio(fmu, robot):
         assert slave.reals(accelerations) == pytest.approx(pin.aba(model, data, np.array(Q), np.array(QD), TAU - damping * QD), rel=1e-10)
         by_q = jacobian(slave, accelerations, [f"{joint}.q0" for joint in JOINTS])
         by_qd = jacobian(slave, accelerations, [f"{joint}.qd0" for joint in JOINTS])
-    dq, dqd, inverse = (np.array(part) for part in pin.computeABADerivatives(model, data, np.array(Q), np.array(QD), TAU - damping * QD)[:3])
+    dq, dqd, inverse = (
+        np.array(part) for part in pin.computeABADerivatives(model, data, np.array(Q), np.array(QD), TAU - damping * QD)[:3]
+    )
     inverse = np.triu(inverse) + np.triu(inverse, 1).T
     dqd = dqd - inverse @ np.diag(damping)
     assert np.abs(by_q - dq).max() < 1e-10 * np.abs(dq).max()
@@ -109,7 +117,9 @@ def test_a_pendulum(fmu):
         assert slave.set("pivot.q0", q) == OK and slave.set("pivot.tau", tau) == OK
         assert slave.get("pivot.qdd") == pytest.approx((tau - mass * 9.81 * length * math.cos(q)) / inertia, rel=1e-12)
         assert derivative(slave, ["pivot.qdd"], {"pivot.tau": 1.0}) == pytest.approx([1 / inertia], rel=1e-14)
-        assert derivative(slave, ["pivot.qdd"], {"pivot.q0": 1.0}) == pytest.approx([mass * 9.81 * length * math.sin(q) / inertia], rel=1e-13)
+        assert derivative(slave, ["pivot.qdd"], {"pivot.q0": 1.0}) == pytest.approx(
+            [mass * 9.81 * length * math.sin(q) / inertia], rel=1e-13
+        )
         assert derivative(slave, ["pivot.q", "pivot.qd"], {"pivot.q0": 2.0, "pivot.qd0": -3.0}) == [2.0, -3.0]
 
 
@@ -133,7 +143,7 @@ def test_computed_torque_obeys_its_error_equation(fmu):
 def test_an_arm_beside_a_loop_is_a_pendulum(tmp_path, fmu_file):
     """inertia qdd = -mass g l cos q: it neither feels the four-bar nor does assembly move it."""
     fmu_file("pendulum")  # skips where nothing is built
-    arm = '''[[link]]
+    arm = """[[link]]
 name = "arm"
 parent = "ground"
 joint_name = "arm_j"
@@ -143,7 +153,7 @@ mass = 1
 com = [0.2, 0, 0]
 inertia = [0.01, 0.01, 0.01]
 
-[[loop]]'''
+[[loop]]"""
     (tmp_path / "beside.toml").write_text((ROOT / "models" / "four_bar.toml").read_text().replace("[[loop]]", arm))
     with Slave(Unpacked(build_fmu(tmp_path / "beside.toml", tmp_path / "beside.fmu"), tmp_path / "unpacked")) as slave:
         assert slave.setup() == OK and slave.call("EnterInitializationMode") == OK

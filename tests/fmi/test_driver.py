@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from build_fmu.run import driver
 from build_fmu.errors import UserError
 from build_fmu.model.describe import Variable
+from build_fmu.run import driver
 from build_fmu.run.driver import Staged, Task, drive, latency, staged
 from tests.fmi.raw import OK, Slave
 
@@ -32,7 +32,9 @@ def test_it_steps_as_fmpy_does(fmu, fmu_file):
     torque = [[0.5], [-0.25], [0.125]]
     with staged(fmu_file("pendulum")) as staged_fmu:
         names = ["pivot.q", "pivot.qd", "energy.balance"]
-        outcome = drive(staged_fmu, Task(0.01, 60, 2, {"pivot.q0": 0.3, "solver.method": "adams"}, names, ["pivot.tau"], torque, hold=5, repeats=2))
+        outcome = drive(
+            staged_fmu, Task(0.01, 60, 2, {"pivot.q0": 0.3, "solver.method": "adams"}, names, ["pivot.tau"], torque, hold=5, repeats=2)
+        )
     assert (outcome.status, outcome.method, len(outcome.times)) == ("ok", "adams", 31)
     with Slave(fmu("pendulum")) as slave:
         slave.initialize(start={"pivot.q0": 0.3, "solver.method": "adams"})
@@ -49,9 +51,16 @@ def test_no_fault_is_no_fault(faulty):
     assert np.array_equal(outcome.values, np.tile([0, 1, 2], (11, 1)))
 
 
-@pytest.mark.parametrize("fault, status, reached, words", [
-    ("nan", "not finite", 0.3, "'a' is not finite at 0.3 s"), ("error", "error", 0.2, "joint 'elbow' is stuck"),
-    ("discard", "other status", 0.2, ""), ("crash", "crash", 0, "signal 11"), ("refuse", "refused", 0, "")])
+@pytest.mark.parametrize(
+    "fault, status, reached, words",
+    [
+        ("nan", "not finite", 0.3, "'a' is not finite at 0.3 s"),
+        ("error", "error", 0.2, "joint 'elbow' is stuck"),
+        ("discard", "other status", 0.2, ""),
+        ("crash", "crash", 0, "signal 11"),
+        ("refuse", "refused", 0, ""),
+    ],
+)
 def test_faults_are_named(faulty, fault, status, reached, words):
     outcome = drive(faulty(fault), Task(0.1, 10, outputs="abc"))
     assert outcome.status == status and words in outcome.message

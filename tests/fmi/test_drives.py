@@ -97,8 +97,19 @@ tunable = ["hand.mass", "elbow.stiffness", "rail.damping", "hinge.armature", "gr
 """
 
 METHODS = ("erk", "adams", "dirk", "bdf", "auto")
-STATE = ["hinge.q", "hinge.qd", "hinge.qdd", "elbow.tau", "wrist.q", "wrist.qd", "rail.tau", "energy.work", "energy.balance",
-         "tip.position[1]", "tip.velocity[2]"]
+STATE = [
+    "hinge.q",
+    "hinge.qd",
+    "hinge.qdd",
+    "elbow.tau",
+    "wrist.q",
+    "wrist.qd",
+    "rail.tau",
+    "energy.work",
+    "energy.balance",
+    "tip.position[1]",
+    "tip.velocity[2]",
+]
 
 
 @pytest.fixture(scope="module")
@@ -128,9 +139,23 @@ def test_each_drive_has_its_own_variables(mixed):
     assert mixed.named("input")[:4] == ["hinge.tau", "rail.q", "rail.qd", "rail.qdd"]
     outputs = mixed.named("output")
     assert [name for name in outputs if name.endswith((".q", ".qd", ".qdd", ".tau"))] == [
-        "hinge.q", "elbow.q", "wrist.q", "hinge.qd", "wrist.qd", "hinge.qdd", "wrist.qdd", "rail.tau", "elbow.tau"]
+        "hinge.q",
+        "elbow.q",
+        "wrist.q",
+        "hinge.qd",
+        "wrist.qd",
+        "hinge.qdd",
+        "wrist.qdd",
+        "rail.tau",
+        "elbow.tau",
+    ]
     assert [name for name in mixed.named("parameter") if name.endswith(("q0", "qd0"))] == [
-        "hinge.q0", "elbow.q0", "wrist.q0", "hinge.qd0", "wrist.qd0"]
+        "hinge.q0",
+        "elbow.q0",
+        "wrist.q0",
+        "hinge.qd0",
+        "wrist.qd0",
+    ]
 
 
 def test_fmpy_finds_no_problem(mixed, fmu_file):
@@ -254,7 +279,7 @@ PARTS = ["rail.q", "rail.qd", "rail.qdd"]
 
 def master_of_one_part(slave: Slave, habit: str, part: str, values: list[float]) -> list[float]:
     """Sets one part of the rail's motion before each step, as masters of different habits do; values between them, and at the end."""
-    known, found = dict(zip(PARTS, slave.reals(PARTS))), []
+    known, found = dict(zip(PARTS, slave.reals(PARTS), strict=True)), []
     slave.initialize()
     for k, value in enumerate(values):
         changed = known[part] != value
@@ -297,20 +322,24 @@ def test_a_motion_wired_in_part_is_the_same_in_every_master(mixed, part, course,
 
 def test_a_part_of_a_motion_leaves_what_the_others_have_reached(tmp_path):
     """One slide on the ground: its frame shows where it is."""
-    (tmp_path / "slide.toml").write_text('name = "slide"\n[[link]]\nname = "cart"\njoint = "prismatic"\njoint_name = "rail"\n'
-                                         'drive = "motion"\nmass = 1\nq = 0.1\nqd = 0.2\n'
-                                         '[[frame]]\nname = "tip"\nlink = "cart"\noutputs = ["pose", "velocity"]\n')
+    (tmp_path / "slide.toml").write_text(
+        'name = "slide"\n[[link]]\nname = "cart"\njoint = "prismatic"\njoint_name = "rail"\n'
+        'drive = "motion"\nmass = 1\nq = 0.1\nqd = 0.2\n'
+        '[[frame]]\nname = "tip"\nlink = "cart"\noutputs = ["pose", "velocity"]\n'
+    )
     slide = Unpacked(build_fmu(tmp_path / "slide.toml", tmp_path / "slide.fmu"), tmp_path / "unpacked")
     where = ["tip.position[3]", "tip.velocity[3]"]
     with Slave(slide, logging=True) as slave:
         slave.initialize()
         time = 0.0
-        for name, value, q, qd in (("rail.qd", 0.5, 0.6, 0.5),    # q goes on from 0.1
-                                   ("rail.qd", 0.5, 1.1, 0.5),    # as last set
-                                   ("rail.q", 0.1, 1.6, 0.5),     # as last set, though 1.1 has been reached
-                                   ("rail.qdd", 2.0, 3.1, 2.5),
-                                   ("rail.q", 1.0, 4.5, 4.5),     # its rate stays
-                                   ("rail.qdd", -1.0, 8.5, 3.5)):
+        for name, value, q, qd in (
+            ("rail.qd", 0.5, 0.6, 0.5),  # q goes on from 0.1
+            ("rail.qd", 0.5, 1.1, 0.5),  # as last set
+            ("rail.q", 0.1, 1.6, 0.5),  # as last set, though 1.1 has been reached
+            ("rail.qdd", 2.0, 3.1, 2.5),
+            ("rail.q", 1.0, 4.5, 4.5),  # its rate stays
+            ("rail.qdd", -1.0, 8.5, 3.5),
+        ):
             assert slave.set(name, value) == OK
             assert slave.step(time, 1.0) == OK
             time += 1
@@ -352,8 +381,16 @@ def test_derivatives_of_inputs_set_the_motion_too(mixed):
     with Slave(mixed, logging=True) as slave:
         slave.initialize(start={"rail.q": 0.2})
         reference = slave.fmu.variables["rail.q"][1]
-        assert slave.call("SetRealInputDerivatives", (c.c_uint * 2)(reference, reference), c.c_size_t(2), (c.c_int * 2)(1, 2),
-                          (c.c_double * 2)(0.2, 0.1)) == OK
+        assert (
+            slave.call(
+                "SetRealInputDerivatives",
+                (c.c_uint * 2)(reference, reference),
+                c.c_size_t(2),
+                (c.c_int * 2)(1, 2),
+                (c.c_double * 2)(0.2, 0.1),
+            )
+            == OK
+        )
         slave.run(0.05, 0.01)
         assert warnings(slave) == []
 
@@ -468,7 +505,8 @@ def test_a_frame_is_where_its_links_take_it(mixed):
         assert [slave.get(f"tip.velocity[{i}]") for i in (1, 2, 3)] == pytest.approx(rate[:3, 3], abs=1e-8)
         omega = rate[:3, :3] @ rotation.T
         assert [slave.get(f"tip.angular_velocity[{i}]") for i in (1, 2, 3)] == pytest.approx(
-            [omega[2, 1], omega[0, 2], omega[1, 0]], abs=1e-8)
+            [omega[2, 1], omega[0, 2], omega[1, 0]], abs=1e-8
+        )
 
 
 def test_a_force_at_a_frame_acts_by_its_lever(mixed):

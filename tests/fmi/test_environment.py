@@ -26,8 +26,13 @@ def run(fmu_file, tmp_path):
     """Returns a function: program -> what it prints, run in a process of its own with an unpacked cart FMU."""
 
     def output(program: str, **environment) -> str:
-        done = subprocess.run([sys.executable, "-c", START + program, str(fmu_file("cart")), str(tmp_path / "fmu")], cwd=ROOT,
-                              capture_output=True, text=True, env={**os.environ, **environment})
+        done = subprocess.run(
+            [sys.executable, "-c", START + program, str(fmu_file("cart")), str(tmp_path / "fmu")],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            env={**os.environ, **environment},
+        )
         assert (done.returncode, done.stderr) == (0, ""), done.stderr
         return done.stdout
 

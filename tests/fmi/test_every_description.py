@@ -13,7 +13,9 @@ from tests.fmi.conftest import ROOT
 from tests.fmi.raw import ERROR, OK, Slave
 
 QUICK = ("four_bar", "kuka_kr5_computed_torque", "space_robot", "stick_slip")
-MODELS = ["everything"] + [pytest.param(path.stem, marks=[] if path.stem in QUICK else pytest.mark.slow) for path in sorted((ROOT / "models").glob("*.toml"))]
+MODELS = ["everything"] + [
+    pytest.param(path.stem, marks=[] if path.stem in QUICK else pytest.mark.slow) for path in sorted((ROOT / "models").glob("*.toml"))
+]
 BASE = {"kg", "m", "s", "rad"}
 IDENTIFIER = r"[A-Za-z_]\w*"
 STRUCTURED = re.compile(rf"{IDENTIFIER}(\[\d+(,\d+)*\])?(\.{IDENTIFIER}(\[\d+(,\d+)*\])?)*")
@@ -75,9 +77,15 @@ def test_names_are_structured_and_unique(description):
 
 def test_start_values_stand_where_they_must_and_nowhere_else(description):
     for scalar in description.iter("ScalarVariable"):
-        causality, variability, initial, start = (*(scalar.get(key) for key in ("causality", "variability", "initial")), scalar[0].get("start"))
-        legal = {"input": (("continuous",), None, True), "output": (("continuous", "discrete"), "calculated", False),
-                 "parameter": (("fixed", "tunable"), "exact", True)}[causality]
+        causality, variability, initial, start = (
+            *(scalar.get(key) for key in ("causality", "variability", "initial")),
+            scalar[0].get("start"),
+        )
+        legal = {
+            "input": (("continuous",), None, True),
+            "output": (("continuous", "discrete"), "calculated", False),
+            "parameter": (("fixed", "tunable"), "exact", True),
+        }[causality]
         assert variability in legal[0] and initial == legal[1] and (start is not None) == legal[2], scalar.get("name")
         if scalar[0].tag == "Real" and start is not None:
             low, high = float(scalar[0].get("min", "-inf")), float(scalar[0].get("max", "inf"))
@@ -126,7 +134,9 @@ def test_constant_dependencies_are_constant(fmu, name):
                     found.append(slave.get(unknown))
                 assert slave.set(known, start) == OK
                 factor = found[3] - found[0]
-                assert factor != 0 and all(abs(found[k] - found[0] - factor * change) < 1e-12 for k, change in ((1, 0.25), (2, 0.5))), unknown
+                assert factor != 0 and all(abs(found[k] - found[0] - factor * change) < 1e-12 for k, change in ((1, 0.25), (2, 0.5))), (
+                    unknown
+                )
 
 
 def test_the_structure_is_complete(description):

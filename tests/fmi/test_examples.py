@@ -19,8 +19,9 @@ def run(fmu_file, tmp_path):
     shutil.copy(fmu_file("kuka_kr5"), tmp_path / "out")
 
     def lines(name: str) -> list[str]:
-        done = subprocess.run([sys.executable, str(EXAMPLES / name)], cwd=tmp_path, capture_output=True, text=True,
-                              stdin=subprocess.DEVNULL)
+        done = subprocess.run(
+            [sys.executable, str(EXAMPLES / name)], cwd=tmp_path, capture_output=True, text=True, stdin=subprocess.DEVNULL
+        )
         assert (done.returncode, done.stderr) == (0, "")
         return done.stdout.splitlines()
 

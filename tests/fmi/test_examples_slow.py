@@ -16,8 +16,24 @@ pytestmark = pytest.mark.slow
 def test_a_sweep_ends_in_a_table(tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet")
     pytest.importorskip("dask.distributed")
-    command = [sys.executable, str(EXAMPLES / "sweep.py"), str(ROOT / "models" / "double_pendulum.toml"), "--vary", "shoulder.q0=0:1:3",
-               "--vary", "elbow.damping=0,1,-1", "--output", "elbow.q", "energy.*", "--stop", "0.5", "--workers", "2", "-o", "sweep.parquet"]
+    command = [
+        sys.executable,
+        str(EXAMPLES / "sweep.py"),
+        str(ROOT / "models" / "double_pendulum.toml"),
+        "--vary",
+        "shoulder.q0=0:1:3",
+        "--vary",
+        "elbow.damping=0,1,-1",
+        "--output",
+        "elbow.q",
+        "energy.*",
+        "--stop",
+        "0.5",
+        "--workers",
+        "2",
+        "-o",
+        "sweep.parquet",
+    ]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=500)
     assert done.returncode == 0, done.stderr
     assert "9 of 9 runs" in done.stdout and "9 runs, 3 failed, the first: " in done.stdout
@@ -64,7 +80,9 @@ def test_a_lost_worker_costs_time_and_no_run(tmp_path):
     pytest.importorskip("dask.distributed")
     program = tmp_path / "lose.py"
     program.write_text(SLOWED.format(examples=str(EXAMPLES), model=str(ROOT / "models" / "double_pendulum.toml")))
-    done = subprocess.run([sys.executable, str(program)], cwd=tmp_path, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=500)
+    done = subprocess.run(
+        [sys.executable, str(program)], cwd=tmp_path, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=500
+    )
     assert done.returncode == 0 and "all runs are there" in done.stdout, done.stderr
 
 
@@ -86,7 +104,11 @@ def test_a_system_runs_alike_in_three_masters(tmp_path):
     command = [sys.executable, str(EXAMPLES / "cosimulation" / "run.py"), "-o", str(tmp_path / "ein Ordner")]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=500)
     assert done.returncode == 0, done.stdout + done.stderr
-    rows = {words[0]: [float(word) for word in words[2:4]] for words in map(str.split, done.stdout.splitlines()) if words[0] in ("FMPy", "Ecos", "libcosim")}
+    rows = {
+        words[0]: [float(word) for word in words[2:4]]
+        for words in map(str.split, done.stdout.splitlines())
+        if words[0] in ("FMPy", "Ecos", "libcosim")
+    }
     assert len(rows) == 3, done.stdout
     for difference, error in rows.values():
         # the drives' torques are held for a step and start from nothing: the arm sags, then follows

@@ -218,7 +218,10 @@ def test_friction_and_stops_in_a_closed_loop_balance_the_energy(made, method):
 
 def test_a_prescribed_motion_works_against_friction_and_stops(made):
     """tau of a prescribed joint is m qdd + friction + stop, by hand."""
-    fmu = block(made, 'drive = "motion"\nfriction = 3\nstatic_friction = 4\nfriction_velocity = 0.2\nupper = 0.1\nstop_stiffness = 1e4\nstop_damping = 2\n')
+    fmu = block(
+        made,
+        'drive = "motion"\nfriction = 3\nstatic_friction = 4\nfriction_velocity = 0.2\nupper = 0.1\nstop_stiffness = 1e4\nstop_damping = 2\n',
+    )
     with Slave(fmu) as slave:
         slave.initialize()
         for speed in (0.1, 0.2, 5.0, -0.2):
@@ -230,9 +233,12 @@ def test_a_prescribed_motion_works_against_friction_and_stops(made):
 
 
 def test_friction_and_stops_can_be_tuned(made):
-    fmu = block(made, "upper = 0.1\nstop_stiffness = 1000\n",
-                '["rail.friction", "rail.static_friction", "rail.friction_velocity", "rail.upper", "rail.stop_stiffness", "rail.stop_damping", '
-                '"rail.stop_width"]')
+    fmu = block(
+        made,
+        "upper = 0.1\nstop_stiffness = 1000\n",
+        '["rail.friction", "rail.static_friction", "rail.friction_velocity", "rail.upper", "rail.stop_stiffness", "rail.stop_damping", '
+        '"rail.stop_width"]',
+    )
     with Slave(fmu) as slave:
         slave.initialize()
         assert slave.set("rail.tau", 4.0) == OK
@@ -244,8 +250,11 @@ def test_friction_and_stops_can_be_tuned(made):
         slave.run(0.5, 0.01)
         assert 0 < slave.get("rail.q") < 0.01, "friction was not felt"
         assert abs(slave.get("energy.balance")) < 1e-7
-        for name, value, sentence in (("rail.friction", -1.0, "must be >= 0"), ("rail.friction_velocity", 0.0, "must be > 0"),
-                                      ("rail.stop_width", 0.0, "must be > 0")):
+        for name, value, sentence in (
+            ("rail.friction", -1.0, "must be >= 0"),
+            ("rail.friction_velocity", 0.0, "must be > 0"),
+            ("rail.stop_width", 0.0, "must be > 0"),
+        ):
             assert slave.set(name, value) == ERROR and sentence in slave.errors[-1]
 
 

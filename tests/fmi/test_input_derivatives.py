@@ -68,8 +68,13 @@ def rig(tmp_path_factory, fmu_file):
 def set_derivatives(slave, name, *values) -> int:
     """Sets the first, second ... time derivative of an input."""
     reference, count = slave.fmu.variables[name][1], len(values)
-    return slave.call("SetRealInputDerivatives", (c.c_uint * count)(*[reference] * count), c.c_size_t(count),
-                      (c.c_int * count)(*range(1, count + 1)), (c.c_double * count)(*values))
+    return slave.call(
+        "SetRealInputDerivatives",
+        (c.c_uint * count)(*[reference] * count),
+        c.c_size_t(count),
+        (c.c_int * count)(*range(1, count + 1)),
+        (c.c_double * count)(*values),
+    )
 
 
 def polynomial(t, *derivatives):
@@ -129,11 +134,11 @@ def test_prescribed_motion_is_one_chain_of_derivatives(rig, name):
     first = ["guided.q", "guided.qd", "guided.qdd"].index(name)
     with Slave(rig) as slave:
         slave.initialize()
-        chain = chain[:first + 4]
+        chain = chain[: first + 4]
         for i, part in enumerate(["guided.q", "guided.qd", "guided.qdd"]):
             if i <= first:
                 assert slave.set(part, chain[i]) == OK
-        assert set_derivatives(slave, name, *chain[first + 1:]) == OK
+        assert set_derivatives(slave, name, *chain[first + 1 :]) == OK
         for t in (0.0, 0.3):
             if t:
                 assert slave.step(0, t) == OK

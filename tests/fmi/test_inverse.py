@@ -11,20 +11,29 @@ import pytest
 from tests.fmi.raw import OK, Slave
 
 SCENES = Path(__file__).resolve().parents[1] / "scenes"
-OPEN = {"gripper_inverse": ("gripper_inverse", 1e-14), "gripper_redysim_inverse": ("gripper_redysim_inverse", 1e-14),
-        "kuka_kr5_inverse": ("kr5_inverse", 1e-12)}
+OPEN = {
+    "gripper_inverse": ("gripper_inverse", 1e-14),
+    "gripper_redysim_inverse": ("gripper_redysim_inverse", 1e-14),
+    "kuka_kr5_inverse": ("kr5_inverse", 1e-12),
+}
 
 # ReDySim's own result, seven digits: the KUKA KR5, every joint from 0 to 60 degrees on a cycloid in 1 s.
-REDYSIM_KR5 = {0: (0, 128.7117, 14.53612, 0, 0, 0),
-               0.25: (106.0031, 209.5310, 35.72768, -8.613520e-4, -0.1753215, 1.012746e-5),
-               0.5: (-39.53028, 150.3598, 21.46336, 0.1967606, -0.3236363, 6.465742e-6),
-               0.75: (-74.10312, 2.827468, -8.699738, -0.2915365, -0.06236583, -3.761628e-5),
-               1: (0, 66.78584, 9.698057, 0.1305619, 0.05428358, 0)}
+REDYSIM_KR5 = {
+    0: (0, 128.7117, 14.53612, 0, 0, 0),
+    0.25: (106.0031, 209.5310, 35.72768, -8.613520e-4, -0.1753215, 1.012746e-5),
+    0.5: (-39.53028, 150.3598, 21.46336, 0.1967606, -0.3236363, 6.465742e-6),
+    0.75: (-74.10312, 2.827468, -8.699738, -0.2915365, -0.06236583, -3.761628e-5),
+    1: (0, 66.78584, 9.698057, 0.1305619, 0.05428358, 0),
+}
 
 # An independent program: ReDySim's gripper from (0, 0, 0, 90) to (60, 80, 80, 120) degrees in 1 s, eight decimals.
-GRIPPER = {0: (0.8829, 0.1962, 0.04905, 0), 0.25: (0.97437109, 0.22672515, 0.05743535, -0.00513509),
-           0.5: (0.54092872, 0.03430231, -0.0107784, -0.03362433), 0.75: (0.14881974, -0.1528396, -0.04680174, -0.0491989),
-           1: (0.14400208, -0.15029792, -0.03757448, -0.04905)}
+GRIPPER = {
+    0: (0.8829, 0.1962, 0.04905, 0),
+    0.25: (0.97437109, 0.22672515, 0.05743535, -0.00513509),
+    0.5: (0.54092872, 0.03430231, -0.0107784, -0.03362433),
+    0.75: (0.14881974, -0.1528396, -0.04680174, -0.0491989),
+    1: (0.14400208, -0.15029792, -0.03757448, -0.04905),
+}
 
 
 def columns(table: np.ndarray, letter: str) -> np.ndarray:
@@ -75,8 +84,9 @@ def test_redysims_own_torques_to_all_printed_digits(fmu):
     for row, printed in zip(found, REDYSIM_KR5.values(), strict=True):
         for value, seven_digits in zip(row, printed, strict=True):
             # half a unit of the seventh digit; what is printed as 0 is rounding
-            assert value == pytest.approx(seven_digits, rel=0, abs=0.5000001 * 10.0 ** (np.floor(np.log10(abs(seven_digits))) - 6)
-                                          if seven_digits else 1e-11)
+            assert value == pytest.approx(
+                seven_digits, rel=0, abs=0.5000001 * 10.0 ** (np.floor(np.log10(abs(seven_digits))) - 6) if seven_digits else 1e-11
+            )
 
 
 def test_the_grippers_torques_of_an_independent_program(fmu):
@@ -89,8 +99,17 @@ def test_the_grippers_torques_of_an_independent_program(fmu):
 
 def test_torque_and_multipliers_of_the_four_bar(fmu):
     table = read("fourbar_inverse")
-    outputs = ["crank_joint.tau", "closure.lambda[1]", "closure.lambda[2]", "joint2.q", "joint3.q", "joint2.qd", "joint3.qd",
-               "joint2.qdd", "joint3.qdd"]
+    outputs = [
+        "crank_joint.tau",
+        "closure.lambda[1]",
+        "closure.lambda[2]",
+        "joint2.q",
+        "joint3.q",
+        "joint2.qd",
+        "joint3.qd",
+        "joint2.qdd",
+        "joint3.qdd",
+    ]
     with Slave(fmu("four_bar_inverse")) as slave:
         assert slave.setup() == OK
         assert slave.call("EnterInitializationMode") == OK
@@ -104,8 +123,17 @@ def test_torque_and_multipliers_of_the_four_bar(fmu):
             if k + 1 < len(table):
                 assert slave.step(row["t"], table["t"][k + 1] - row["t"]) == OK, slave.errors
         found = np.array(rows)
-    for name, column, tolerance in (("torque", 0, 1e-13), ("lambda_x", 1, 1e-8), ("lambda_y", 2, 1e-8), ("q2", 3, 1e-12),
-                                    ("q3", 4, 1e-12), ("qd2", 5, 1e-10), ("qd3", 6, 1e-10), ("qdd2", 7, 1e-8), ("qdd3", 8, 1e-8)):
+    for name, column, tolerance in (
+        ("torque", 0, 1e-13),
+        ("lambda_x", 1, 1e-8),
+        ("lambda_y", 2, 1e-8),
+        ("q2", 3, 1e-12),
+        ("q3", 4, 1e-12),
+        ("qd2", 5, 1e-10),
+        ("qd3", 6, 1e-10),
+        ("qdd2", 7, 1e-8),
+        ("qdd3", 8, 1e-8),
+    ):
         assert np.abs(found[:, column] - table[name]).max() < tolerance, name
 
 
@@ -128,16 +156,20 @@ def test_the_inverse_of_the_plants_accelerations_is_its_torque(fmu):
             tau = rng.uniform(-20, 20, 6) * [5, 5, 2, 0.1, 0.1, 1e-4]
             assert plant.set_reals(plant.fmu.named("input"), tau) == OK
             for ending in ("q", "qd", "qdd"):
-                assert inverse.set_reals(inverse.fmu.named("input", f".{ending}"),
-                                         plant.reals(plant.fmu.named("output", f".{ending}"))) == OK
+                assert (
+                    inverse.set_reals(inverse.fmu.named("input", f".{ending}"), plant.reals(plant.fmu.named("output", f".{ending}"))) == OK
+                )
             assert inverse.reals(inverse.fmu.named("output", ".tau")) == pytest.approx(tau, abs=1e-9)
             for slave in (plant, inverse):
                 assert slave.step(k * 0.01, 0.01) == OK
 
 
-@pytest.mark.parametrize(("name", "sentence"), [
-    ("four_bar_inverse", "1 motion for 1 degree of freedom: fully driven"),
-])
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("four_bar_inverse", "1 motion for 1 degree of freedom: fully driven"),
+    ],
+)
 def test_the_log_says_what_the_motions_leave_free(fmu, name, sentence):
     with Slave(fmu(name), logging=True) as slave:
         slave.initialize()

@@ -99,8 +99,7 @@ def test_no_callbacks_at_all(fmu):
     import ctypes as c
 
     pendulum = fmu("pendulum")
-    component = c.c_void_p(pendulum.library.fmi2Instantiate(b"quiet", 1, pendulum.guid.encode(), pendulum.location().encode(),
-                                                            None, 0, 1))
+    component = c.c_void_p(pendulum.library.fmi2Instantiate(b"quiet", 1, pendulum.guid.encode(), pendulum.location().encode(), None, 0, 1))
     assert component.value
     assert pendulum.library.fmi2Reset(component) == OK
     pendulum.library.fmi2FreeInstance(component)

@@ -53,6 +53,7 @@ def values(slave: Slave, joints: tuple[str, ...], ending: str) -> np.ndarray:
 
 # --- trajectories ---
 
+
 @pytest.mark.parametrize("scene, torque", [("fourbar_freefall", 0), ("fourbar_forced", 2)])
 def test_published_four_bar_scenes(fmu, scene, torque):
     table = np.genfromtxt(ROOT / "tests" / "scenes" / f"{scene}.csv", delimiter=",", names=True)
@@ -159,8 +160,11 @@ def test_five_bar_hand_is_where_both_arms_reach(fmu):
 
 # --- loops stay closed, energies stay ---
 
+
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("model, stop", [("slider_crank", 3), ("parallelogram", 5), ("three_rrr", 2), ("bennett", 2), ("four_bar_chain", 1)])
+@pytest.mark.parametrize(
+    "model, stop", [("slider_crank", 3), ("parallelogram", 5), ("three_rrr", 2), ("bennett", 2), ("four_bar_chain", 1)]
+)
 def test_gap_and_energy_through_singular_and_redundant_positions(fmu, model, stop, method):
     with Slave(fmu(model)) as slave:
         slave.initialize(start={**TIGHT, "solver.method": method})
@@ -180,7 +184,7 @@ def test_four_bar_stays_closed_for_100_s(fmu):
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8, 1e-10])
 def test_energy_is_kept_as_by_the_same_bars_unpinned(fmu, changed_model, rtol):
     text = (ROOT / "models" / "four_bar.toml").read_text()
-    opened = changed_model("four_bar", {text[text.index("[[loop]]"):text.index("[solver]")]: ""})
+    opened = changed_model("four_bar", {text[text.index("[[loop]]") : text.index("[solver]")]: ""})
 
     def balance(bars: Unpacked) -> float:
         with Slave(bars) as slave:
@@ -217,6 +221,7 @@ def test_the_committed_chain_is_what_the_generator_prints():
 
 # --- start ---
 
+
 def test_an_open_start_is_assembled_and_said(fmu):
     with Slave(fmu("four_bar_redysim"), logging=True) as slave:
         assert slave.setup() == OK
@@ -225,7 +230,9 @@ def test_an_open_start_is_assembled_and_said(fmu):
         assert slave.get("closure.gap") < 1e-16
         assert slave.call("ExitInitializationMode") == OK
         warnings = [text for _, category, text in slave.messages if category == "logStatusWarning"]
-        assert warnings == ["initial configuration violates the loop constraints by 26.1 mm; corrected: joint2 by -0.262 rad, joint3 by 2.8e-05 rad"]
+        assert warnings == [
+            "initial configuration violates the loop constraints by 26.1 mm; corrected: joint2 by -0.262 rad, joint3 by 2.8e-05 rad"
+        ]
         assert slave.step(0, 0.01) == OK
 
 
@@ -247,7 +254,9 @@ def test_a_start_that_cannot_close_is_refused_in_one_sentence(fmu, changed_model
         # crank at -90 deg and the rod reach 2 m
         assert slave.get("pin.gap") == pytest.approx(0.5)
         assert slave.call("ExitInitializationMode") == ERROR
-        assert slave.errors == ["fmi2ExitInitializationMode: loop 'pin': no configuration satisfies the loop constraints; smallest residual 0.5 m"]
+        assert slave.errors == [
+            "fmi2ExitInitializationMode: loop 'pin': no configuration satisfies the loop constraints; smallest residual 0.5 m"
+        ]
 
 
 def test_an_impossible_loop_is_refused_when_the_fmu_is_built(tmp_path, fmu_file):
@@ -268,8 +277,9 @@ def start_warnings(slave: Slave) -> list[str]:
 
 def test_prescribed_accelerations_that_violate_a_loop_are_reported(changed_model):
     """The four-bar with all of its joints prescribed: one degree of freedom, so that two motions have to agree with the third."""
-    driven = changed_model("four_bar", {"hold = true\n": 'hold = true\ndrive = "motion"\n', '"free"': '"motion"',
-                                        '["crank_joint.damping"]': "[]"})
+    driven = changed_model(
+        "four_bar", {"hold = true\n": 'hold = true\ndrive = "motion"\n', '"free"': '"motion"', '["crank_joint.damping"]': "[]"}
+    )
     J = REDYSIM.jacobian(np.array([0, CLOSED, CLOSED]))
     fitting = np.array([1.0, *np.linalg.solve(J[:, 1:], -J[:, 0])])
     for change in (0.0, 1e-3):
@@ -298,13 +308,15 @@ def test_check_says_what_assembly_moves():
         native.describe_program()
     except UserError as error:
         pytest.skip(str(error))
-    check = subprocess.run([sys.executable, "-m", "build_fmu", "check", "models/four_bar_redysim.toml"], cwd=ROOT,
-                           capture_output=True, text=True, check=False)
+    check = subprocess.run(
+        [sys.executable, "-m", "build_fmu", "check", "models/four_bar_redysim.toml"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
     assert check.returncode == 0
     assert "corrected: joint2 by -0.262 rad" in " ".join((check.stdout + check.stderr).split())
 
 
 # --- description ---
+
 
 def test_loops_appear_in_the_table_and_open_trees_have_none_of_it(fmu):
     bennett, tree = fmu("bennett"), fmu("kuka_kr5")

@@ -19,8 +19,14 @@ def run(fmu_file, tmp_path):
     shutil.copy(fmu_file("double_pendulum"), tmp_path / "out")
 
     def lines(name: str) -> list[str]:
-        done = subprocess.run([sys.executable, str(EXAMPLES / f"{name}.py")], cwd=tmp_path, capture_output=True, text=True,
-                              stdin=subprocess.DEVNULL, env={**os.environ, "MPLCONFIGDIR": str(tmp_path)})
+        done = subprocess.run(
+            [sys.executable, str(EXAMPLES / f"{name}.py")],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            stdin=subprocess.DEVNULL,
+            env={**os.environ, "MPLCONFIGDIR": str(tmp_path)},
+        )
         assert (done.returncode, done.stderr) == (0, "")
         assert (tmp_path / "out" / f"{name}.png").stat().st_size > 10000
         return done.stdout.splitlines()

@@ -55,8 +55,10 @@ def rows() -> list[str]:
             key = (case.example, f"`{case.model}`, {case.run}", known.what, known.source)
             if key not in least or known.digits < least[key].digits:
                 least[key] = known
-    return [f"| {example} | {run} | {what} | {source} | {'all printed' if known.whole else known.digits} | {known.why} |"
-            for (example, run, what, source), known in least.items()]
+    return [
+        f"| {example} | {run} | {what} | {source} | {'all printed' if known.whole else known.digits} | {known.why} |"
+        for (example, run, what, source), known in least.items()
+    ]
 
 
 def test_the_page_shows_what_is_asserted():

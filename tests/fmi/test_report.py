@@ -45,7 +45,9 @@ def test_errors_are_distances_to_the_closed_form(report):
 
 
 def test_changing_inputs_cost_a_multistep_method_its_history_and_move_nothing(report):
-    held, changed = (next(p for p in report.points if (p.method, p.rtol, p.step, p.changing) == ("adams", 1e-7, 0.01, c)) for c in (False, True))
+    held, changed = (
+        next(p for p in report.points if (p.method, p.rtol, p.step, p.changing) == ("adams", 1e-7, 0.01, c)) for c in (False, True)
+    )
     assert changed.outcome.health["solver.rhs_evaluations"] > 3 * held.outcome.health["solver.rhs_evaluations"]
     assert changed.error < 1e-5
 
@@ -85,6 +87,7 @@ def test_an_inverse_has_no_error_in_time(fmu_file):
 
 # --- target_error ---
 
+
 def build(folder, text, *options):
     (folder / "arm.toml").write_text(text)
     command = [sys.executable, "-m", "build_fmu", "build", "arm.toml", *options]
@@ -94,7 +97,7 @@ def build(folder, text, *options):
 def model(solver):
     text = (ROOT / "models" / "double_pendulum.toml").read_text()
     text = text.replace("../tests", str(ROOT / "tests"))
-    return text.replace("rtol = 1e-8", solver).replace("double_pendulum\"\n", "arm\"\n", 1)
+    return text.replace("rtol = 1e-8", solver).replace('double_pendulum"\n', 'arm"\n', 1)
 
 
 @pytest.mark.parametrize("target", [1e-3, 1e-7])

@@ -10,8 +10,12 @@ import pytest
 from tests.fmi.raw import OK, Slave
 
 SCENES = Path(__file__).resolve().parents[1] / "scenes"
-RANDOM_STATES = {"double_pendulum": "double_pendulum", "gripper": "gripper_freefall",
-                 "gripper_redysim": "gripper_redysim_freefall", "kuka_kr5": "kr5_freefall"}
+RANDOM_STATES = {
+    "double_pendulum": "double_pendulum",
+    "gripper": "gripper_freefall",
+    "gripper_redysim": "gripper_redysim_freefall",
+    "kuka_kr5": "kr5_freefall",
+}
 TRAJECTORIES = {"pendulum": "simple_pendulum", **RANDOM_STATES}
 
 
@@ -28,8 +32,10 @@ def read(path: Path) -> np.ndarray:
 def test_accelerations_of_random_states(fmu, model):
     table = read(SCENES / f"{RANDOM_STATES[model]}_fd.csv")
     with Slave(fmu(model)) as slave:
-        names = {ending: slave.fmu.named(causality, f".{ending}")
-                 for ending, causality in (("q0", "parameter"), ("qd0", "parameter"), ("tau", "input"), ("qdd", "output"))}
+        names = {
+            ending: slave.fmu.named(causality, f".{ending}")
+            for ending, causality in (("q0", "parameter"), ("qd0", "parameter"), ("tau", "input"), ("qdd", "output"))
+        }
         for q, qd, tau, expected in zip(*(columns(table, letter) for letter in ("q", "qd", "tau", "qdd")), strict=True):
             assert slave.call("EnterInitializationMode") == OK
             for ending, values in (("q0", q), ("qd0", qd), ("tau", tau)):

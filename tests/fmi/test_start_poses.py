@@ -50,7 +50,9 @@ def written(folder, text: str):
 def test_a_ball_that_a_loop_holds_is_where_its_quaternion_says(tmp_path):
     found = describe(written(tmp_path, BALL_IN_LOOP))
     assert found.warnings == []
-    assert found.drawing["links"][0]["rotation"][0] == pytest.approx([0.7263157894736842, -0.5263157894736842, 0.4421052631578947], abs=1e-15)
+    assert found.drawing["links"][0]["rotation"][0] == pytest.approx(
+        [0.7263157894736842, -0.5263157894736842, 0.4421052631578947], abs=1e-15
+    )
 
 
 @pytest.mark.parametrize("seed", range(40))

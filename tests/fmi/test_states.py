@@ -14,8 +14,20 @@ from tests.fmi.raw import ERROR, OK, Slave
 
 ROOT = Path(__file__).resolve().parents[2]
 METHODS = ("erk", "adams", "dirk", "bdf", "auto")
-WATCHED = ["rail.q", "hinge.q", "idle.q", "rail.qd", "hinge.qd", "hinge.qdd", "energy.total", "energy.work", "energy.balance",
-           "solver.error_estimate", "hinge.tau", "pole.mass"]
+WATCHED = [
+    "rail.q",
+    "hinge.q",
+    "idle.q",
+    "rail.qd",
+    "hinge.qd",
+    "hinge.qdd",
+    "energy.total",
+    "energy.work",
+    "energy.balance",
+    "solver.error_estimate",
+    "hinge.tau",
+    "pole.mass",
+]
 
 
 def drive(slave, first, last, forced):
@@ -97,7 +109,7 @@ def test_damaged_bytes_are_refused(fmu):
             assert slave.deserialize(content[:length])[0] == ERROR
         assert slave.deserialize(content + b"\0")[0] == ERROR
         for i in range(0, len(content), 7):
-            assert slave.deserialize(content[:i] + bytes([content[i] ^ 1]) + content[i + 1:])[0] == ERROR
+            assert slave.deserialize(content[:i] + bytes([content[i] ^ 1]) + content[i + 1 :])[0] == ERROR
         assert other.deserialize(content)[0] == ERROR
         assert slave.call("DeSerializeFMUstate", None, c.c_size_t(4), c.byref(c.c_void_p())) == ERROR
         assert slave.deserialize(content)[0] == OK

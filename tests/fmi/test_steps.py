@@ -87,9 +87,19 @@ def test_steps_past_the_stop_time_are_refused_but_rounding_is_not(fmu):
         assert slave.step(0.2, 0.1) == OK
 
 
-@pytest.mark.parametrize(("start", "stop", "tolerance"), [
-    (math.nan, None, None), (math.inf, None, None), (1.0, 0.5, None), (0.0, math.nan, None), (0.0, math.inf, None),
-    (0.0, None, math.nan), (0.0, None, -1e-3), (0.0, None, math.inf)])
+@pytest.mark.parametrize(
+    ("start", "stop", "tolerance"),
+    [
+        (math.nan, None, None),
+        (math.inf, None, None),
+        (1.0, 0.5, None),
+        (0.0, math.nan, None),
+        (0.0, math.inf, None),
+        (0.0, None, math.nan),
+        (0.0, None, -1e-3),
+        (0.0, None, math.inf),
+    ],
+)
 def test_a_senseless_experiment_is_refused(fmu, start, stop, tolerance):
     with Slave(fmu("cart")) as slave:
         assert slave.setup(start, stop, tolerance) == ERROR

@@ -35,8 +35,12 @@ def test_the_stiff_arm_swings_as_one_with_rigid_joints(fmu, tmp_path):
     names = ["shoulder.q", "elbow.q", "wrist.q", "energy.kinetic", "energy.balance"]
     with Slave(fmu("stiff_arm")) as slave:
         soft = run(slave.initialize(start={"elbow.q0": 0.0, "wrist.q0": 0.0}), names, 1, 0.02)
-    rigid_arm = changed("stiff_arm", tmp_path, ('joint_name = "elbow"', 'joint_name = "elbow"\ndrive = "locked"'),
-                        ('joint_name = "wrist"', 'joint_name = "wrist"\ndrive = "locked"'))
+    rigid_arm = changed(
+        "stiff_arm",
+        tmp_path,
+        ('joint_name = "elbow"', 'joint_name = "elbow"\ndrive = "locked"'),
+        ('joint_name = "wrist"', 'joint_name = "wrist"\ndrive = "locked"'),
+    )
     with Slave(rigid_arm) as slave:
         rigid = run(slave.initialize(start={"elbow.q0": 0.0, "wrist.q0": 0.0}), ["shoulder.q"], 1, 0.02)
     # 1e4 N m/rad bend by less than 1 mrad under the weights of a kilogram, 1e7 a thousandfold less
@@ -48,8 +52,13 @@ def test_the_stiff_arm_swings_as_one_with_rigid_joints(fmu, tmp_path):
 @pytest.mark.parametrize("speed", [4.5, 5.0, 5.5])
 def test_the_governor_settles_where_virtual_work_says(tmp_path, speed):
     """Virtual work with stiff rods: (2 m l^2 w^2 + k) cos q = 2 m g l + M g + k (2 - 1.1), l = 1 m."""
-    governor = changed("governor", tmp_path, ('joint_name = "spin"', 'joint_name = "spin"\ndrive = "motion"'),
-                       ("damping = 5\n", "damping = 300\n"), ("qd = 6.283185307179586", f"qd = {speed}"))
+    governor = changed(
+        "governor",
+        tmp_path,
+        ('joint_name = "spin"', 'joint_name = "spin"\ndrive = "motion"'),
+        ("damping = 5\n", "damping = 300\n"),
+        ("qd = 6.283185307179586", f"qd = {speed}"),
+    )
     with Slave(governor) as slave:
         slave.initialize()
         assert slave.step(0, 40) == OK, slave.errors
@@ -95,7 +104,10 @@ def test_the_pendulum_comes_to_rest_on_its_stop(fmu, method):
     assert np.abs(table["energy.balance"]).max() < 1e-5 * table["energy.kinetic"].max()
 
 
-@pytest.mark.parametrize(("method", "advice"), [("erk", "use solver.method dirk"), ("adams", "use solver.method dirk"), ("bdf", "loosen solver.rtol"), ("dirk", "loosen solver.rtol")])
+@pytest.mark.parametrize(
+    ("method", "advice"),
+    [("erk", "use solver.method dirk"), ("adams", "use solver.method dirk"), ("bdf", "loosen solver.rtol"), ("dirk", "loosen solver.rtol")],
+)
 def test_a_step_that_is_too_stiff_fails_in_bounded_time_and_says_what_to_do(fmu, method, advice):
     with Slave(fmu("stiff_arm")) as slave:
         slave.initialize(start={"solver.method": method, "wrist.damping": 0.0})

@@ -62,22 +62,25 @@ def test_tuning_to_the_same_value_changes_nothing(fmu, method):
     assert ends[0] == ends[1]
 
 
-@pytest.mark.parametrize(("name", "value", "sentence"), [
-    ("hinge.tau", math.nan, "hinge.tau must be a finite number, got nan"),
-    ("hinge.tau", math.inf, "hinge.tau must be a finite number, got inf"),
-    ("hinge.q0", -math.inf, "hinge.q0 must be a finite number, got -inf"),
-    ("pole.mass", -1.0, "pole.mass must be >= 0, got -1"),
-    ("pole.inertia[2]", -0.5, "pole.inertia[2] must be >= 0, got -0.5"),
-    ("rail.damping", -1e-3, "rail.damping must be >= 0, got -0.001"),
-    ("hinge.armature", -1.0, "hinge.armature must be >= 0, got -1"),
-    ("solver.rtol", 0.0, "solver.rtol must be > 0, got 0"),
-    ("solver.rtol", 0.5, "solver.rtol must be <= 0.1, got 0.5"),
-    ("solver.atol", -1.0, "solver.atol must be >= 0, got -1"),
-    ("solver.max_step", -1.0, "solver.max_step must be >= 0, got -1"),
-    ("solver.method", "magic", "solver.method must be 'erk', 'adams', 'dirk', 'bdf' or 'auto', got 'magic'"),
-    ("hinge.q", 1.0, "hinge.q is an output and cannot be set"),
-    ("solver.steps", 1, "solver.steps is an output and cannot be set"),
-])
+@pytest.mark.parametrize(
+    ("name", "value", "sentence"),
+    [
+        ("hinge.tau", math.nan, "hinge.tau must be a finite number, got nan"),
+        ("hinge.tau", math.inf, "hinge.tau must be a finite number, got inf"),
+        ("hinge.q0", -math.inf, "hinge.q0 must be a finite number, got -inf"),
+        ("pole.mass", -1.0, "pole.mass must be >= 0, got -1"),
+        ("pole.inertia[2]", -0.5, "pole.inertia[2] must be >= 0, got -0.5"),
+        ("rail.damping", -1e-3, "rail.damping must be >= 0, got -0.001"),
+        ("hinge.armature", -1.0, "hinge.armature must be >= 0, got -1"),
+        ("solver.rtol", 0.0, "solver.rtol must be > 0, got 0"),
+        ("solver.rtol", 0.5, "solver.rtol must be <= 0.1, got 0.5"),
+        ("solver.atol", -1.0, "solver.atol must be >= 0, got -1"),
+        ("solver.max_step", -1.0, "solver.max_step must be >= 0, got -1"),
+        ("solver.method", "magic", "solver.method must be 'erk', 'adams', 'dirk', 'bdf' or 'auto', got 'magic'"),
+        ("hinge.q", 1.0, "hinge.q is an output and cannot be set"),
+        ("solver.steps", 1, "solver.steps is an output and cannot be set"),
+    ],
+)
 def test_bad_values_are_refused_with_a_sentence(fmu, name, value, sentence):
     with Slave(fmu("cart")) as slave:
         assert slave.call("EnterInitializationMode") == OK
@@ -149,8 +152,10 @@ def test_output_derivatives_are_velocities_and_accelerations(fmu):
             assert status == OK and value[0] == slave.get(same_as)
         for name, order in (("hinge.q", 0), ("hinge.q", 2), ("solver.error_estimate", 1), ("hinge.tau", 1)):
             reference = slave.fmu.variables[name][1]
-            assert slave.call("GetRealOutputDerivatives", (c.c_uint * 1)(reference), c.c_size_t(1), (c.c_int * 1)(order),
-                              (c.c_double * 1)()) == ERROR
+            assert (
+                slave.call("GetRealOutputDerivatives", (c.c_uint * 1)(reference), c.c_size_t(1), (c.c_int * 1)(order), (c.c_double * 1)())
+                == ERROR
+            )
 
 
 def test_slides_that_move_less_than_the_tolerance_are_named_at_the_end(fmu_file, tmp_path):
@@ -158,7 +163,8 @@ def test_slides_that_move_less_than_the_tolerance_are_named_at_the_end(fmu_file,
     fmu_file("pendulum")  # skips where nothing is built
     (tmp_path / "stage.toml").write_text(
         'name = "stage"\ngravity = [0, 0, 0]\n[[link]]\nname = "stage"\njoint_name = "piezo"\njoint = "prismatic"\nmass = 2\n'
-        'com = [0.3, 0, 0]\nstiffness = 2e6\n')
+        "com = [0.3, 0, 0]\nstiffness = 2e6\n"
+    )
     stage = Unpacked(build_fmu(tmp_path / "stage.toml", tmp_path / "stage.fmu"), tmp_path / "unpacked")
     for force, atol, told in ((1e-3, 1e-8, True), (1e-3, 1e-12, False), (100, 1e-8, False), (0, 1e-8, False)):
         with Slave(stage, logging=True) as slave:

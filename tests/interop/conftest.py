@@ -36,11 +36,28 @@ def ask(place, tmp_path):
 
     def run(client: str, fmus: dict[str, Path], outputs: list, step: float, steps: int, connections=()) -> tuple[str, list]:
         answer, job = tmp_path / "answer.json", tmp_path / "job.json"
-        job.write_text(json.dumps({"fmus": {name: str(file) for name, file in fmus.items()}, "connections": list(connections), "outputs": outputs,
-                                   "step": step, "steps": steps, "answer": str(answer)}))
+        job.write_text(
+            json.dumps(
+                {
+                    "fmus": {name: str(file) for name, file in fmus.items()},
+                    "connections": list(connections),
+                    "outputs": outputs,
+                    "step": step,
+                    "steps": steps,
+                    "answer": str(answer),
+                }
+            )
+        )
         # Ecos needs oneTBB, which its package does not bring
         environment = {**os.environ, "LD_LIBRARY_PATH": str(place / "lib")}
-        done = subprocess.run([place / "bin" / "python", CLIENTS / f"{client}.py", job], capture_output=True, text=True, env=environment, timeout=120, cwd=tmp_path)
+        done = subprocess.run(
+            [place / "bin" / "python", CLIENTS / f"{client}.py", job],
+            capture_output=True,
+            text=True,
+            env=environment,
+            timeout=120,
+            cwd=tmp_path,
+        )
         assert done.returncode == 0 and answer.exists(), done.stdout[-2000:] + done.stderr[-2000:]
         content = json.loads(answer.read_text())
         return content["version"], content["rows"]

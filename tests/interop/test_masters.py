@@ -71,8 +71,12 @@ def test_fmi_sim(model, archive, place, expected, tmp_path):
     program, names, out = place / "cargo" / "bin" / "fmi-sim", outputs_of(model), tmp_path / "rows.csv"
     if not program.exists():
         pytest.skip("no fmi-sim in build/interop: cargo or the network is missing")
-    subprocess.run([program, "--model", archive(model), "-o", out, "co-simulation", "-f", str(STEP * STEPS), "--output-interval", str(STEP)],
-                   check=True, capture_output=True, timeout=60)
+    subprocess.run(
+        [program, "--model", archive(model), "-o", out, "co-simulation", "-f", str(STEP * STEPS), "--output-interval", str(STEP)],
+        check=True,
+        capture_output=True,
+        timeout=60,
+    )
     with out.open() as rows:
         agree([[float(row[name]) for name in names] for row in csv.DictReader(rows)], expected(model, names, STEP, STEPS))
 
@@ -82,8 +86,11 @@ def test_a_controller_of_pythonfmu_closes_the_loop(client, archive, ask, place, 
     program = place / "bin" / "pythonfmu"
     subprocess.run([program, "build", "-f", CLIENTS / "crank_controller.py", "-d", tmp_path], check=True, capture_output=True)
     fmus = {"plant": archive("four_bar"), "controller": tmp_path / "CrankController.fmu"}
-    wires = [[["plant", "crank_joint.q"], ["controller", "q"]], [["plant", "crank_joint.qd"], ["controller", "qd"]],
-             [["controller", "tau"], ["plant", "crank_joint.tau"]]]
+    wires = [
+        [["plant", "crank_joint.q"], ["controller", "q"]],
+        [["plant", "crank_joint.qd"], ["controller", "qd"]],
+        [["controller", "tau"], ["plant", "crank_joint.tau"]],
+    ]
     names = outputs_of("four_bar")
     _, rows = ask(client, fmus, [["plant", name] for name in names], STEP, STEPS, wires)
 
@@ -100,11 +107,22 @@ def test_maestro_runs_the_plant_beside_its_inverse(model, archive, java, place, 
     """Maestro wants a connection and compares units: what the plant does goes to its inverse."""
     drives = {"kuka_kr5": JOINTS["kuka_kr5"], "four_bar": ["crank_joint"]}[model]
     parts = {"{plant}.p": outputs_of(model), "{inverse}.i": [f"{joint}.tau" for joint in drives]}
-    (tmp_path / "system.json").write_text(json.dumps({
-        "fmus": {"{plant}": archive(model).as_uri(), "{inverse}": archive(model, "--inverse").as_uri()}, "parameters": {},
-        "connections": {f"{{plant}}.p.{joint}.{part}": [f"{{inverse}}.i.{joint}.{part}"] for joint in drives for part in ("q", "qd", "qdd")},
-        "logVariables": parts, "algorithm": {"type": "fixed-step", "size": STEP}}))
-    (tmp_path / "run.json").write_text(json.dumps({"startTime": 0, "endTime": STEP * STEPS, "reportProgress": False, "liveLogInterval": 0, "logLevels": {}}))
+    (tmp_path / "system.json").write_text(
+        json.dumps(
+            {
+                "fmus": {"{plant}": archive(model).as_uri(), "{inverse}": archive(model, "--inverse").as_uri()},
+                "parameters": {},
+                "connections": {
+                    f"{{plant}}.p.{joint}.{part}": [f"{{inverse}}.i.{joint}.{part}"] for joint in drives for part in ("q", "qd", "qdd")
+                },
+                "logVariables": parts,
+                "algorithm": {"type": "fixed-step", "size": STEP},
+            }
+        )
+    )
+    (tmp_path / "run.json").write_text(
+        json.dumps({"startTime": 0, "endTime": STEP * STEPS, "reportProgress": False, "liveLogInterval": 0, "logLevels": {}})
+    )
     jars = list((place / "maestro").glob("*.jar"))
     java("maestro", "-jar", *jars, "import", "Sg1", "system.json", "run.json", "-output=out", "-i", cwd=tmp_path)
     with (tmp_path / "out" / "outputs.csv").open() as file:

@@ -12,7 +12,7 @@ from build_fmu.model.describe import from_table
 DATA = Path(__file__).parent / "data"
 
 # prints the table beside the model file; a line `# error: ...` or `# warning: ...` in the model speaks instead
-FAKE_DESCRIBE = '''
+FAKE_DESCRIBE = """
 import pathlib, sys
 model = pathlib.Path(sys.argv[1])
 lines = model.read_text(encoding="utf-8").splitlines()
@@ -23,7 +23,7 @@ for line in errors + warnings:
 if errors:
     sys.exit(1)
 sys.stdout.write(pathlib.Path(r"@TABLE@").read_text(encoding="utf-8"))
-'''
+"""
 
 
 @pytest.fixture

@@ -98,7 +98,7 @@ def test_a_describe_that_crashes_or_talks_nonsense(compiled, model, tmp_path):
     for script, sentence in (
         ("kill -SEGV $$", "was stopped by signal 11"),
         ("echo hello", "not JSON"),
-        ('echo \'{"format": 99}\'', "speaks format 99"),
+        ("echo '{\"format\": 99}'", "speaks format 99"),
         ("exit 3", "failed with code 3"),
     ):
         program.write_text(f"#!/bin/sh\n{script}\n")

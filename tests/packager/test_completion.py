@@ -32,8 +32,10 @@ def completed(line, folder, capsys):
     program.chmod(0o755)
     main(["completion", "bash"])
     words = " ".join(f"'{word}'" for word in line.split(" "))
-    text = (f"{capsys.readouterr().out}\nCOMP_WORDS=({words})\nCOMP_CWORD={len(line.split(' ')) - 1}\nCOMP_LINE='{line}'\nCOMP_POINT={len(line)}\n"
-            'COMP_TYPE=9\n_python_argcomplete build-fmu\nprintf "%s\\n" "${COMPREPLY[@]}"\n')
+    text = (
+        f"{capsys.readouterr().out}\nCOMP_WORDS=({words})\nCOMP_CWORD={len(line.split(' ')) - 1}\nCOMP_LINE='{line}'\nCOMP_POINT={len(line)}\n"
+        'COMP_TYPE=9\n_python_argcomplete build-fmu\nprintf "%s\\n" "${COMPREPLY[@]}"\n'
+    )
     environment = {**os.environ, "PATH": f"{folder}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT)}
     return subprocess.run(["bash", "--norc"], input=text, text=True, capture_output=True, check=True, env=environment).stdout.split()
 

@@ -92,7 +92,7 @@ def test_absent_dependencies_stay_absent_and_empty_ones_stay_empty(table):
 
 def test_text_is_escaped(table):
     table["description"] = 'a "b" <c> & d'
-    table["variables"][0]["description"] = "τ < 5 & \"more\""
+    table["variables"][0]["description"] = 'τ < 5 & "more"'
     root = etree.fromstring(model_description(from_table(table, [])))
     assert root.get("description") == 'a "b" <c> & d'
     assert root.find("ModelVariables")[0].get("description") == 'τ < 5 & "more"'

@@ -116,7 +116,9 @@ def test_an_mp4_without_ffmpeg_is_one_sentence(tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     assert main(["show", str(ROOT / "models" / "pendulum.toml"), "--mp4", str(tmp_path / "a.mp4")]) == 1
-    assert capsys.readouterr().err.strip() == "an MP4 needs the program ffmpeg, which `pip install imageio-ffmpeg` brings; --gif needs nothing"
+    assert (
+        capsys.readouterr().err.strip() == "an MP4 needs the program ffmpeg, which `pip install imageio-ffmpeg` brings; --gif needs nothing"
+    )
 
 
 def test_an_mp4_plays(tmp_path):
@@ -127,7 +129,9 @@ def test_an_mp4_plays(tmp_path):
         pytest.skip(str(error))
     target = tmp_path / "a b.mp4"
     assert main(["show", str(ROOT / "models" / "pendulum.toml"), "--mp4", str(target), "--stop", "0.5", "--rate", "10"]) == 0
-    raw = subprocess.run([program, "-loglevel", "error", "-i", target, "-f", "rawvideo", "-pix_fmt", "gray", "-"], capture_output=True, check=True).stdout
+    raw = subprocess.run(
+        [program, "-loglevel", "error", "-i", target, "-f", "rawvideo", "-pix_fmt", "gray", "-"], capture_output=True, check=True
+    ).stdout
     pictures = np.frombuffer(raw, np.uint8).reshape(-1, 448, 512).astype(int)
     assert len(pictures) == 6 and all(np.abs(after - before).max() > 50 for before, after in zip(pictures, pictures[1:], strict=False))
 
@@ -148,8 +152,12 @@ def test_an_mp4_goes_through_ffmpeg(tmp_path, capsys, monkeypatch):
 
 @pytest.mark.parametrize(
     ("options", "sentence"),
-    [(["--gif", "a.png"], "must end in .gif"), (["--gif", "a.gif", "--speed", "0"], "--speed must be a positive number"),
-     (["--gif", "a.gif", "--speed", "0.001"], "the film would have"), (["--gif", "a.gif", "--rate", "nan"], "--rate must be a positive number")],
+    [
+        (["--gif", "a.png"], "must end in .gif"),
+        (["--gif", "a.gif", "--speed", "0"], "--speed must be a positive number"),
+        (["--gif", "a.gif", "--speed", "0.001"], "the film would have"),
+        (["--gif", "a.gif", "--rate", "nan"], "--rate must be a positive number"),
+    ],
 )
 def test_films_that_cannot_be(options, sentence, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
@@ -204,7 +212,10 @@ def test_a_model_in_which_nothing_moves_has_no_page(crane, tmp_path):
 def test_a_plot_shows_how_balls_turn(zoo, tmp_path):
     assert main(["build", str(zoo), "-o", str(tmp_path / "zoo.fmu"), "--no-show"]) == 0
     with Session(tmp_path / "zoo.fmu") as session:
-        drawn = {(panel.kind, panel.unit): panel for panel in panels(session, simulate(session, Settings(stop=3, inputs=["base.tau[3]=30"])), asked=False)}
+        drawn = {
+            (panel.kind, panel.unit): panel
+            for panel in panels(session, simulate(session, Settings(stop=3, inputs=["base.tau[3]=30"])), asked=False)
+        }
     assert [label for label, _ in drawn["angle", "deg"].curves] == [f"{joint}[{i}]" for joint in ("base", "neck") for i in (1, 2, 3)]
     assert ("omega", "deg/s") in drawn and [label for label, _ in drawn["tau", "N.m"].curves] == ["base[3]"]
     turns = np.array([values for _, values in drawn["angle", "deg"].curves])

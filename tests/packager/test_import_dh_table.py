@@ -21,12 +21,15 @@ def imported(tmp_path, text, dh="modified", angles=None, name="arm.csv", stops=N
 
 
 def test_a_table_as_books_print_it(tmp_path):
-    draft = imported(tmp_path, """i,α_{i-1} [deg],a_{i-1} [mm],θ_i,d_i [mm],mass
+    draft = imported(
+        tmp_path,
+        """i,α_{i-1} [deg],a_{i-1} [mm],θ_i,d_i [mm],mass
         1,0,0,θ1,400,1
         2,90,180,θ_2 - 90,0,1
         3,-90,0,0,d3,1
         4,45,0,q4*,0,0.5
-        """)
+        """,
+    )
     assert [link.joint for link in draft.links] == ["revolute", "revolute", "prismatic", "revolute"]
     assert draft.links[0].dh == DhFrame(d=0.4)
     assert draft.links[1].dh == DhFrame(alpha=math.pi / 2, a=0.18, theta=-math.pi / 2)
@@ -35,13 +38,16 @@ def test_a_table_as_books_print_it(tmp_path):
 
 
 def test_names_branches_and_the_rest(tmp_path):
-    draft = imported(tmp_path, """name;parent;type;alpha (rad);a;gamma;b;com_x;Ixx;Ixy;damping;stiffness;rest;q;armature;mass
+    draft = imported(
+        tmp_path,
+        """name;parent;type;alpha (rad);a;gamma;b;com_x;Ixx;Ixy;damping;stiffness;rest;q;armature;mass
         # a comment
         base;;revolute;0;0;0;0;0,1;1;0,01;0,5;2;0,25;pi/3;0,001;1
         left;base;p;pi/2;0,2;pi/4;0,1;0;1;0;0;0;0;0,3;0;1
 
         right;1;fixed;-pi/2;0,2;0;0;0;1;0;0;0;0;0;0;1
-        """)
+        """,
+    )
     base, left, right = draft.links
     assert (base.q, base.damping, base.rest, base.armature, base.com[0], base.inertia[3]) == (math.pi / 3, 0.5, 0.25, 0.001, 0.1, 0.01)
     assert (left.parent, left.joint, left.dh.gamma, left.dh.b, left.q) == ("base", "prismatic", math.pi / 4, 0.1, 0.3)
@@ -87,7 +93,9 @@ def test_standard_dh_is_converted_exactly(tmp_path):
     assert "The tool frame of the table" in model_text(draft)
 
 
-LIMITED = "name,type,a,mass,com_x,friction,damping [N m s/rad],q_min [deg],q_max [deg],d\nl1,R,1,2,0.1,0.3,0.5,-90,180,0\nl2,P,1,2,0.1,0,0,,,0\n"
+LIMITED = (
+    "name,type,a,mass,com_x,friction,damping [N m s/rad],q_min [deg],q_max [deg],d\nl1,R,1,2,0.1,0.3,0.5,-90,180,0\nl2,P,1,2,0.1,0,0,,,0\n"
+)
 
 
 def test_friction_and_limits(tmp_path):
@@ -129,7 +137,10 @@ def workbook(path, cells=CELLS):
     main, package = sheet.MAIN, "http://schemas.openxmlformats.org/package/2006/relationships"
     with ZipFile(path, "w") as archive:
         archive.writestr("xl/workbook.xml", SHEETS.format(main, "http://schemas.openxmlformats.org/officeDocument/2006/relationships"))
-        archive.writestr("xl/_rels/workbook.xml.rels", f'<Relationships xmlns="{package}"><Relationship Id="rId7" Target="/xl/worksheets/one.xml"/></Relationships>')
+        archive.writestr(
+            "xl/_rels/workbook.xml.rels",
+            f'<Relationships xmlns="{package}"><Relationship Id="rId7" Target="/xl/worksheets/one.xml"/></Relationships>',
+        )
         archive.writestr("xl/sharedStrings.xml", f'<sst xmlns="{main}"><si><t>name</t></si></sst>')
         archive.writestr("xl/worksheets/one.xml", f'<worksheet xmlns="{main}"><sheetData>{cells}</sheetData></worksheet>')
     return path
@@ -152,11 +163,20 @@ def test_a_workbook_of_another_program(tmp_path):
         book.active.append(row)
     book.save(tmp_path / "arm.xlsx")
     links = dh_table.read(tmp_path / "arm.xlsx", argparse.Namespace(dh="modified", angles=None, stops=None)).links
-    assert [(link.name, link.dh.alpha, link.dh.a, link.mass) for link in links] == [("l1", math.pi / 2, 0.5005, 2.5), ("l2", -math.pi / 2, 0, 1)]
+    assert [(link.name, link.dh.alpha, link.dh.a, link.mass) for link in links] == [
+        ("l1", math.pi / 2, 0.5005, 2.5),
+        ("l2", -math.pi / 2, 0, 1),
+    ]
 
 
-@pytest.mark.parametrize(("name", "content", "sentence"), [("arm.xlsx", b"no", "is no .xlsx workbook"), ("arm.csv", b"PK\x03\x04", "is no .xlsx workbook"),
-                                                           ("arm.ods", b"PK\x03\x04", "save the table as .xlsx or .csv")])
+@pytest.mark.parametrize(
+    ("name", "content", "sentence"),
+    [
+        ("arm.xlsx", b"no", "is no .xlsx workbook"),
+        ("arm.csv", b"PK\x03\x04", "is no .xlsx workbook"),
+        ("arm.ods", b"PK\x03\x04", "save the table as .xlsx or .csv"),
+    ],
+)
 def test_no_workbook(tmp_path, name, content, sentence):
     (tmp_path / name).write_bytes(content)
     with pytest.raises(UserError) as error:
@@ -182,7 +202,10 @@ def test_what_is_said(tmp_path):
         ("alpha,a\n0,1\n0\n", "arm.csv:3: 1 cells, but the head names 2 columns"),
         ("alpha,a\n0,1m\n", "arm.csv:2: column 'a': cannot read '1m' as a number"),
         ('a,mass\n1,"0,5"\n', "arm.csv:2: column 'mass': cannot read '0,5' as a number; decimal commas need ; or tabs"),
-        ("alpha,a\ndeg,mm\n", "arm.csv:2: column 'alpha': cannot read 'deg' as a number; units stand in the head, for example 'alpha [deg]'"),
+        (
+            "alpha,a\ndeg,mm\n",
+            "arm.csv:2: column 'alpha': cannot read 'deg' as a number; units stand in the head, for example 'alpha [deg]'",
+        ),
         ("a,mass\n1,-2\n", "arm.csv:2: column 'mass': must be >= 0, got -2"),
         ("a,damping [N mm s/rad]\n1,2\n", "arm.csv:1: 'damping [N mm s/rad]': damping can be given in Nms/rad"),
         ("a,q [mm]\n1,2\n", "arm.csv:2: column 'q [mm]': the joint is revolute, and 2 is a length"),

@@ -104,14 +104,23 @@ def test_gripper(tmp_path):
         draft = imported(tmp_path / "Robotic gripper" / path)
         assert draft.name == "Robotic_gripper" and draft.gravity == [0, -9.81, 0]
     fourth = draft.links[3]
-    assert (fourth.parent, fourth.dh.a, fourth.q, fourth.dh.theta, fourth.mass, fourth.com[0]) == ("link1", 0.05, math.pi / 2, 0, 0.2, 0.025)
+    assert (fourth.parent, fourth.dh.a, fourth.q, fourth.dh.theta, fourth.mass, fourth.com[0]) == (
+        "link1",
+        0.05,
+        math.pi / 2,
+        0,
+        0.2,
+        0.025,
+    )
     assert draft.links[0].inertia[1] == pytest.approx(0.4 * 0.01 / 12)
     assert draft.solver == {"method": "bdf", "rtol": 1e-4, "atol": 1e-6} and draft.fmu == {"stop_time": 1.5, "step_size": 0.05}
     assert "torque.m (the control law)" in said(draft) and "ReDySim's own tolerance" in said(draft)
 
 
 def test_prismatic_values_and_products_of_inertia(tmp_path):
-    text = GRIPPER.replace("r = [1;1;1;1]", "r = [1;0;1;1]").replace("b = [0 0 0 0]'", "b = [0.3 0.2 0 0]'").replace("th = [0,", "th = [0.5,")
+    text = (
+        GRIPPER.replace("r = [1;1;1;1]", "r = [1;0;1;1]").replace("b = [0 0 0 0]'", "b = [0.3 0.2 0 0]'").replace("th = [0,", "th = [0.5,")
+    )
     text = text.replace("Icxy = zeros(n,1); Icyz = zeros(n,1); Iczx = zeros(n,1)", "Icxy = [1 0 0 0]; Icyz = [2 0 0 0]; Iczx = [3 0 0 0]")
     text = text.replace("zeros(n, 1);\na =", "[0 pi/2 0 0];\na =").replace("th = [0.5, 0,", "th = [0.5, 0.7,")
     first, second, *_ = imported(write(tmp_path / "x", inputs=text)).links
@@ -134,7 +143,11 @@ def test_four_bar_needs_its_loop(tmp_path):
     draft = imported(path, [LOOP])
     assert "open by 26.1 mm" in said(draft)
     assert draft.loops[0].fields["directions"] == [[1, 0, 0], [0, 1, 0]]
-    assert [link.hold for link in draft.links] == [True, False, False] and [link.drive for link in draft.links] == ["torque", "free", "free"]
+    assert [link.hold for link in draft.links] == [True, False, False] and [link.drive for link in draft.links] == [
+        "torque",
+        "free",
+        "free",
+    ]
     closed = FOUR_BAR.replace("145.54*pi/180; 130.54*pi/180", "acos(-0.65); acos(-0.65)")
     assert "open by" not in said(imported(write(tmp_path / "closed", inputs=closed), [LOOP]))
 
@@ -149,7 +162,9 @@ def test_missing_pivots(tmp_path):
     text = FOUR_BAR.replace("a=[0; al(4); al(2)]", "a=[0; 0; al(2)]")
     draft = imported(write(tmp_path / "x", inputs=text), [LOOP])
     assert "link1, link2 all stand on the ground point (0, 0, 0)" in said(draft)
-    draft = imported(write(tmp_path / "x", inputs=text.replace("145.54*pi/180; 130.54*pi/180", "acos(-0.65); acos(-0.65)")), [LOOP], ["link2=0.15,0,0"])
+    draft = imported(
+        write(tmp_path / "x", inputs=text.replace("145.54*pi/180; 130.54*pi/180", "acos(-0.65); acos(-0.65)")), [LOOP], ["link2=0.15,0,0"]
+    )
     assert "ground point" not in said(draft) and "open by" not in said(draft) and draft.links[1].dh.a == pytest.approx(0.15)
 
 
@@ -163,7 +178,12 @@ def test_the_three_legged_platform_closes(tmp_path, capsys):
     Icxx=zeros(7,1); Icyy=[0.04 0.12 0.106666666667 0.04 0.12 0.04 0.12]; Iczz=[0.04 0.12 0.16 0.04 0.12 0.04 0.12]; aj=[1 0 0 1 0 1 0];
     """
     path = write(tmp_path / "rrr", inputs=text)
-    loops = ["--loop", "link3:0.4,0,0=link5:0.6,0,0", "--loop", f"link3:{0.4 * math.cos(math.pi / 3)},{0.4 * math.sin(math.pi / 3)},0=link7:0.6,0,0"]
+    loops = [
+        "--loop",
+        "link3:0.4,0,0=link5:0.6,0,0",
+        "--loop",
+        f"link3:{0.4 * math.cos(math.pi / 3)},{0.4 * math.sin(math.pi / 3)},0=link7:0.6,0,0",
+    ]
     pivots = ["--pivot", "link4=1,0,0", "--pivot", "link6=0.5,0.866,0"]
     model = tmp_path / "rrr.toml"
     assert main(["import", str(path), "-o", str(model), *loops, *pivots]) == 0
@@ -189,8 +209,12 @@ def test_gravity_that_points_up(tmp_path):
 
 def test_every_signature(tmp_path):
     """The oldest release has no r, no th and angs."""
-    old = GRIPPER.replace("th = [0, 0, 0, pi/2];", "angs = [0.1 0.2 0.3 0.4];").replace("r = [1;1;1;1];", "").replace(" th bt r ", " bt ").replace(
-        "Tp steps]", "angs]")
+    old = (
+        GRIPPER.replace("th = [0, 0, 0, pi/2];", "angs = [0.1 0.2 0.3 0.4];")
+        .replace("r = [1;1;1;1];", "")
+        .replace(" th bt r ", " bt ")
+        .replace("Tp steps]", "angs]")
+    )
     assert [link.q for link in imported(write(tmp_path / "old", inputs=old)).links] == [0.1, 0.2, 0.3, 0.4]
     manual = GRIPPER.replace(" al Tp steps]", " T steps]").replace("Tp = 1;", "T = 2;")
     assert imported(write(tmp_path / "manual", inputs=manual)).fmu == {"stop_time": 2, "step_size": 0.01}
@@ -214,7 +238,19 @@ def test_a_planar_satellite_is_the_one_among_the_models(tmp_path):
     """Its own file is held against ReDySim's results in tests/fmi."""
     model = tmp_path / "satellite.toml"
     assert main(["import", str(write(tmp_path / "s", inputs=SATELLITE, initials=SATELLITE_START)), "-o", str(model)]) == 0
-    torque = ["--input", "joint{}.tau=3*sin(t)", "joint{}.tau=-2", "--output", "joint*.q", "--stop", "2", "--step", "0.1", "--tolerance", "1e-9"]
+    torque = [
+        "--input",
+        "joint{}.tau=3*sin(t)",
+        "joint{}.tau=-2",
+        "--output",
+        "joint*.q",
+        "--stop",
+        "2",
+        "--step",
+        "0.1",
+        "--tolerance",
+        "1e-9",
+    ]
     ends = []
     for file, first in ((model, 2), (Path(__file__).parents[2] / "models" / "space_robot.toml", 1)):
         out = tmp_path / f"{file.stem}.csv"
@@ -225,7 +261,9 @@ def test_a_planar_satellite_is_the_one_among_the_models(tmp_path):
 
 
 def test_a_base_in_space_starts_as_its_angles_say(tmp_path):
-    start = SATELLITE_START.replace("q = [0; 0; 0; 0; 0; 0]", "q = [1; 2; 3; 0.4; -0.5; 0.6]").replace("dq = zeros(6,1)", "dq = [4; 5; 6; 0.7; 0.8; -0.9]")
+    start = SATELLITE_START.replace("q = [0; 0; 0; 0; 0; 0]", "q = [1; 2; 3; 0.4; -0.5; 0.6]").replace(
+        "dq = zeros(6,1)", "dq = [4; 5; 6; 0.7; 0.8; -0.9]"
+    )
     base = imported(write(tmp_path / "s", inputs=SATELLITE.replace("nq = 0", "nq = 1"), initials=start)).links[0]
     assert (base.joint, base.drive, base.q, base.qd[:3]) == ("free", "free", [1, 2, 3, 0.4, -0.5, 0.6], [4, 5, 6])
 
@@ -318,7 +356,9 @@ def values(tmp_path, text):
 
 
 def test_the_grammar(tmp_path):
-    found = values(tmp_path, """
+    found = values(
+        tmp_path,
+        """
       a = [1 -2]; b = [1 - 2]; c = [1 , -2 3]; d = [1
       2];  e = a'; f = [a; 3 4]; g = f(2,1); h = f(2, 1:2); k = -2^2; l = 2^-1;
       model.l1 = 0.3; m = model.l1*sin(pi/6); n = sum([1 2 3])/numel(a); o(2,3) = 7; p = a(end); q = 1e3 + 1.5d-3; s = [a(1) -a(2)];
@@ -330,7 +370,8 @@ def test_the_grammar(tmp_path):
       %}
       x = 5 % y = 6
       z = [1 2].';
-    """)
+    """,
+    )
     assert found == {
         "a": [[1, -2]], "b": [[-1]], "c": [[1, -2, 3]], "d": [[1], [2]], "e": [[1], [-2]], "f": [[1, -2], [3, 4]], "g": [[3]], "h": [[3, 4]], "k": [[-4]],
         "l": [[0.5]], "model.l1": [[0.3]], "m": [[pytest.approx(0.15)]], "n": [[3]], "o": [[0, 0, 0], [0, 0, 7]], "p": [[-2]], "q": [[1000.0015]],
@@ -370,11 +411,22 @@ def test_mat_files(tmp_path, compressed):
 
 def test_scipy_writes_the_same(tmp_path):
     scipy_io = pytest.importorskip("scipy.io")
-    content = {"n": 4, "bt": np.array([[0, 1, 2]], dtype=np.int16), "x": np.array([[1.5, 2], [3, 4]]), "s": {"gx": 1.0, "t": "text"}, "word": "text"}
+    content = {
+        "n": 4,
+        "bt": np.array([[0, 1, 2]], dtype=np.int16),
+        "x": np.array([[1.5, 2], [3, 4]]),
+        "s": {"gx": 1.0, "t": "text"},
+        "word": "text",
+    }
     for compressed in (False, True):
         scipy_io.savemat(tmp_path / "a.mat", content, do_compression=compressed)
         found = matlab_file.read_values(tmp_path / "a.mat").arrays
-        assert {name: array.tolist() for name, array in found.items()} == {"n": [[4]], "bt": [[0, 1, 2]], "x": [[1.5, 2], [3, 4]], "gx": [[1]]}
+        assert {name: array.tolist() for name, array in found.items()} == {
+            "n": [[4]],
+            "bt": [[0, 1, 2]],
+            "x": [[1.5, 2], [3, 4]],
+            "gx": [[1]],
+        }
 
 
 def stored(folder, text, **more):
@@ -422,7 +474,9 @@ def test_mistakes_in_load(tmp_path, load, sentence):
     assert sentence in str(error.value)
 
 
-BASE_ONLY = SATELLITE_START.replace("y0 = [q; th; dq; dth; 0]", "y0 = [q; dq; 0]").replace("q = [0; 0; 0; 0; 0; 0]", "q = [1; 2; 0; 0.3; 0; 0]")
+BASE_ONLY = SATELLITE_START.replace("y0 = [q; th; dq; dth; 0]", "y0 = [q; dq; 0]").replace(
+    "q = [0; 0; 0; 0; 0; 0]", "q = [1; 2; 0; 0.3; 0; 0]"
+)
 CYCLOID = """
 function [th_d dth_d ddth_d] = trajectory(t, n, tf)
 first = [0.1; 0.2; 0.3]; last = [pi; 0; -pi];
@@ -438,14 +492,20 @@ def test_an_inverse_demo_holds_the_base_only(tmp_path):
     """Its joints start where the trajectory does."""
     folder = write(tmp_path / "s", inputs=SATELLITE, initials=BASE_ONLY, trajectory=CYCLOID).parent
     base, *arm = imported(folder).links
-    assert base.q == [1, 2, 0.3] and [link.q for link in arm] == pytest.approx([0.1, 0.2, 0.3]) and [link.qd for link in arm] == pytest.approx([3, 3, 3])
+    assert (
+        base.q == [1, 2, 0.3]
+        and [link.q for link in arm] == pytest.approx([0.1, 0.2, 0.3])
+        and [link.qd for link in arm] == pytest.approx([3, 3, 3])
+    )
     assert "the joints start where trajectory.m begins" in said(imported(folder))
     legged = CYCLOID.replace("th_d = x; dth_d = v", "th_d = [0; x]; dth_d = [0; v]")
     assert [link.q for link in imported(write(tmp_path / "s", trajectory=legged).parent).links[1:]] == pytest.approx([0.1, 0.2, 0.3])
-    for text, reason in (("function x = trajectory(t)\nwhile t > 0\nend\n", "trajectory.m:2: cannot read a statement that starts with 'while'"),
-                         ("function x = trajectory(t)\nx = t;\n", "trajectory.m does not give 3 joint positions and rates"),
-                         ("function [x v] = trajectory(t)\nx = t;\n", "trajectory.m gives no value to 'v'"),
-                         ("function [x v] = trajectory(t)\n[x v] = trajectory(t);\n", "trajectory.m: the function 'trajectory' calls itself")):
+    for text, reason in (
+        ("function x = trajectory(t)\nwhile t > 0\nend\n", "trajectory.m:2: cannot read a statement that starts with 'while'"),
+        ("function x = trajectory(t)\nx = t;\n", "trajectory.m does not give 3 joint positions and rates"),
+        ("function [x v] = trajectory(t)\nx = t;\n", "trajectory.m gives no value to 'v'"),
+        ("function [x v] = trajectory(t)\n[x v] = trajectory(t);\n", "trajectory.m: the function 'trajectory' calls itself"),
+    ):
         draft = imported(write(tmp_path / "s", trajectory=text).parent)
         assert draft.links[0].q == [1, 2, 0.3] and [link.q for link in draft.links[1:]] == [0, 0, 0]
         assert f"and the joints start at 0: {reason}" in said(draft)
@@ -471,7 +531,9 @@ def test_a_start_that_needs_the_trajectory(tmp_path):
     gait = "function [th, dth, x, xx] = trajectory(s)\nth = [0; 1; 2; 3] + s; dth = ones(4, 1); x = helper(2);\nfunction y = helper(z)\ny = z;\n"
     write(folder, trajectory=gait, helper="function y = helper(z)\ny = z/4;\n")
     draft = imported(folder)
-    assert [link.q for link in draft.links] == [[0.5, 0.25, 0, 0, 0, 0], 1, 2, 3] and "trajectory" not in said(draft).replace("trajectory.m (", "")
+    assert [link.q for link in draft.links] == [[0.5, 0.25, 0, 0, 0, 0], 1, 2, 3] and "trajectory" not in said(draft).replace(
+        "trajectory.m (", ""
+    )
     # a value that was there before a statement that fails is not taken for the result
     write(folder, initials=LEGGED_START.replace("[th, dth, x] =", "yo = zeros(22, 1); th = yo; [th, dth, x, y, z] ="))
     assert "gives 4 results, 5 are asked for" in said(imported(folder)) and imported(folder).links[1].q == 0
@@ -493,7 +555,35 @@ def test_damaged_mat_files(tmp_path):
 
 def test_random_text_never_breaks_the_reader(tmp_path):
     rng = np.random.default_rng(0)
-    words = ["a", "b(1)", "=", "[", "]", "(", ")", ";", ",", "\n", "1", "-", "+", "*", "/", "'", "for", "end", ":", "i", "...", "%", "sum", "function", "@", "{", "}"]
+    words = [
+        "a",
+        "b(1)",
+        "=",
+        "[",
+        "]",
+        "(",
+        ")",
+        ";",
+        ",",
+        "\n",
+        "1",
+        "-",
+        "+",
+        "*",
+        "/",
+        "'",
+        "for",
+        "end",
+        ":",
+        "i",
+        "...",
+        "%",
+        "sum",
+        "function",
+        "@",
+        "{",
+        "}",
+    ]
     path = Path(tmp_path / "t.m")
     for _ in range(2000):
         path.write_text(" ".join(rng.choice(words, 12)), encoding="utf-8")

@@ -66,14 +66,16 @@ def test_the_fmu_reproduces_the_reference(name, tmp_path):
 def test_numbers_read_back_exactly(tmp_path, scene):
     text = model_text(imported(tmp_path, scene))
     assert "q = 2.278380763520252\n" in text and "inertia = [4.1666666666666665e-05, 0.00704166666666667, 0.00704166666666667]" in text
-    assert 'crank.tau=2' in text and "stop_time = 1\n" in text
+    assert "crank.tau=2" in text and "stop_time = 1\n" in text
 
 
 def test_sine_and_square_inputs_become_expressions(tmp_path, scene):
     from build_fmu.run.expressions import compile_expression
 
-    scene["inputs"] = [{"joint": 0, "type": "sine", "amplitude": 3, "frequency": 0.5, "phase": 0.25},
-                       {"joint": 1, "type": "bangbang", "amplitude": -2, "frequency": 4}]
+    scene["inputs"] = [
+        {"joint": 0, "type": "sine", "amplitude": 3, "frequency": 0.5, "phase": 0.25},
+        {"joint": 1, "type": "bangbang", "amplitude": -2, "frequency": 4},
+    ]
     sine, square = (part.partition("=")[2] for part in imported(tmp_path, scene).inputs)
     assert compile_expression(sine)(0.3) == pytest.approx(3 * np.sin(np.pi * 0.3 + 0.25))
     assert [compile_expression(square)(t) for t in (0.0, 0.1, 0.13, 0.26)] == [-2, -2, 2, -2]
@@ -85,7 +87,9 @@ def pasted(model, folder):
     (folder / "build-fmu").write_text(f'#!/bin/sh\nexec {sys.executable} -m build_fmu "$@"\n')
     (folder / "build-fmu").chmod(0o755)
     environment = {**os.environ, "PYTHONPATH": str(SCENES.parents[1]), "PATH": f"{folder}:{os.environ['PATH']}"}
-    subprocess.run(["sh", "-c", f"{line[2:]} --output '*.q' --csv pasted.csv"], cwd=model.parent, env=environment, check=True, capture_output=True)
+    subprocess.run(
+        ["sh", "-c", f"{line[2:]} --output '*.q' --csv pasted.csv"], cwd=model.parent, env=environment, check=True, capture_output=True
+    )
     return np.genfromtxt(model.parent / "pasted.csv", delimiter=",", skip_header=1)
 
 
@@ -100,10 +104,16 @@ def test_the_command_on_top_reproduces_the_scene(tmp_path):
 @needs_library
 def test_the_command_on_top_follows_inputs_faster_than_the_output(tmp_path):
     body = {"mass": 2.0, "joint": {"type": "prismatic", "mdh": {}}}
-    scene = {"format": "mbs-scene/1", "gravity": [0, 0, 0], "time": {"t_end": 1, "dt_out": 0.25},
-             "bodies": [{"name": "a", "parent": -1, **body}, {"name": "b", "parent": -1, **body}],
-             "inputs": [{"joint": 0, "type": "sine", "amplitude": 6.0, "frequency": 9.3, "phase": 0.4},
-                        {"joint": 1, "type": "bangbang", "amplitude": 5.0, "frequency": 40.5}]}
+    scene = {
+        "format": "mbs-scene/1",
+        "gravity": [0, 0, 0],
+        "time": {"t_end": 1, "dt_out": 0.25},
+        "bodies": [{"name": "a", "parent": -1, **body}, {"name": "b", "parent": -1, **body}],
+        "inputs": [
+            {"joint": 0, "type": "sine", "amplitude": 6.0, "frequency": 9.3, "phase": 0.4},
+            {"joint": 1, "type": "bangbang", "amplitude": 5.0, "frequency": 40.5},
+        ],
+    }
     (tmp_path / "fast.json").write_text(json.dumps(scene))
     assert main(["import", str(tmp_path / "fast.json"), "-o", str(tmp_path)]) == 0
     run = pasted(tmp_path / "fast.toml", tmp_path)
@@ -119,11 +129,31 @@ def test_the_command_on_top_follows_inputs_faster_than_the_output(tmp_path):
 
 def test_other_parts(tmp_path, scene):
     scene["bodies"][0]["joint"] |= {"armature": 0.1, "stiffness": 2, "damping": 0.3, "rest": -0.5}
-    scene["loops"].append({"type": "revolute", "body_a": -1, "body_b": 2, "point_a": [1, 0, 0], "point_b": [0, 0, 0],
-                           "perp1_a": [1, 0, 0], "perp2_a": [0, 1, 0], "axis_b": [0, 0, 1]})
-    scene["forces"] = [{"type": "spring_damper", "body_a": -1, "body_b": 1, "point_a": [0, 1, 0], "point_b": [0, 0, 0], "k": 5, "c": 1, "rest_length": 0.2}]
+    scene["loops"].append(
+        {
+            "type": "revolute",
+            "body_a": -1,
+            "body_b": 2,
+            "point_a": [1, 0, 0],
+            "point_b": [0, 0, 0],
+            "perp1_a": [1, 0, 0],
+            "perp2_a": [0, 1, 0],
+            "axis_b": [0, 0, 1],
+        }
+    )
+    scene["forces"] = [
+        {"type": "spring_damper", "body_a": -1, "body_b": 1, "point_a": [0, 1, 0], "point_b": [0, 0, 0], "k": 5, "c": 1, "rest_length": 0.2}
+    ]
     text = model_text(imported(tmp_path, scene))
-    for line in ("armature = 0.1", "rest = -0.5", 'type = "revolute"', "axis_a = [0, 0, 1]", 'link_a = "ground"', "stiffness = 5", "rest_length = 0.2"):
+    for line in (
+        "armature = 0.1",
+        "rest = -0.5",
+        'type = "revolute"',
+        "axis_a = [0, 0, 1]",
+        'link_a = "ground"',
+        "stiffness = 5",
+        "rest_length = 0.2",
+    ):
         assert line in text
 
 
@@ -153,8 +183,12 @@ def test_mistakes(tmp_path, scene, change, sentence):
 
 
 def test_files_that_are_no_scene(tmp_path, capsys):
-    for name, text, sentence in (("a.json", "{", "a.json:1:2: no JSON"), ("b.json", "[]", "must be an object"), ("c.xyz", "", "of no kind"),
-                                 ("d.toml", "", "is a model file already")):
+    for name, text, sentence in (
+        ("a.json", "{", "a.json:1:2: no JSON"),
+        ("b.json", "[]", "must be an object"),
+        ("c.xyz", "", "of no kind"),
+        ("d.toml", "", "is a model file already"),
+    ):
         (tmp_path / name).write_text(text)
         assert main(["import", str(tmp_path / name), "-o", str(tmp_path / "x.toml")]) == 1
         assert sentence in capsys.readouterr().err

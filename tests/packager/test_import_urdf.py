@@ -43,9 +43,14 @@ def imported(tmp_path, text, snap=False, frames=False, stops=None, floating=Fals
 
 
 def test_an_unknown_attribute_is_told_once(tmp_path):
-    text = ARM.replace("<axis ", '<dynamics D="1" mu="2"/><axis ', 2).replace('damping="0.7" ', "").replace('<dynamics friction="0.2"/>', "")
+    text = (
+        ARM.replace("<axis ", '<dynamics D="1" mu="2"/><axis ', 2).replace('damping="0.7" ', "").replace('<dynamics friction="0.2"/>', "")
+    )
     lost = imported(tmp_path, text).lost
-    assert [line for line in lost if "<dynamics>" in line] == ["2 x 'D' of <dynamics>, the first in line 11", "2 x 'mu' of <dynamics>, the first in line 11"]
+    assert [line for line in lost if "<dynamics>" in line] == [
+        "2 x 'D' of <dynamics>, the first in line 11",
+        "2 x 'mu' of <dynamics>, the first in line 11",
+    ]
 
 
 def test_the_model_file_is_called_as_its_source_is(tmp_path, monkeypatch):
@@ -61,10 +66,23 @@ def test_names_frames_and_losses(tmp_path):
     draft = imported(tmp_path, ARM)
     assert draft.name == "two_link_arm"
     assert [(link.name, link.joint_name, link.joint) for link in draft.links] == [
-        ("upper_arm", "shoulder", "revolute"), ("time_2", "upper_arm_joint", "revolute"), ("tool", "", "fixed")]
+        ("upper_arm", "shoulder", "revolute"),
+        ("time_2", "upper_arm_joint", "revolute"),
+        ("tool", "", "fixed"),
+    ]
     said = " | ".join(draft.lost + draft.doubts)
-    for part in ("the mass of 'base', 3 kg", "<mimic>", "of upper_arm", "the limits of shoulder: --stops", "1 shapes", "1 x <transmission>",
-                 "outside the limits of shoulder (0.5 to 1)", "'upper arm' is called 'upper_arm'", "'time' is called 'time_2'", "1 angles are within"):
+    for part in (
+        "the mass of 'base', 3 kg",
+        "<mimic>",
+        "of upper_arm",
+        "the limits of shoulder: --stops",
+        "1 shapes",
+        "1 x <transmission>",
+        "outside the limits of shoulder (0.5 to 1)",
+        "'upper arm' is called 'upper_arm'",
+        "'time' is called 'time_2'",
+        "1 angles are within",
+    ):
         assert part in said
     first, second, _ = draft.links
     assert (first.damping, first.friction, first.lower, first.mass) == (0.7, 0.2, None, 2)
@@ -80,8 +98,8 @@ def test_names_frames_and_losses(tmp_path):
         ("<dynamics", "<dynamic", "1 x <dynamic> in <joint>, the first in line 12; did you mean 'dynamics'?"),
         ('damping="0.7"', 'dampng="0.7"', "line 12: 'dampng' of <dynamics>; did you mean 'damping'?"),
         ("<transmission", '<loop_joint name="l"/><transmission', "1 x <loop_joint> in <robot>, the first in line 18"),
-        ("<mass value=\"2\"/>", "<mass value=\"2\"/><mass value=\"9\"/>", "line 5: another <mass> in <inertial>: the first one counts"),
-        ("<mass value=\"2\"/>", "", "line 5: the <inertial> of 'upper arm' has no <mass>, so it is 0"),
+        ('<mass value="2"/>', '<mass value="2"/><mass value="9"/>', "line 5: another <mass> in <inertial>: the first one counts"),
+        ('<mass value="2"/>', "", "line 5: the <inertial> of 'upper arm' has no <mass>, so it is 0"),
         ('ixx="0.1" iyy="0.2"', 'iyy="0.2"', "line 5: <inertia> of 'upper arm' has no ixx"),
         ('lower="0.5" upper="1"', 'lower="1" upper="0.5"', "arm.urdf:12: the limits of 'shoulder', 1 to 0.5, are the wrong way round"),
         ('lower="0.5" upper="1"', 'lower="-90" upper="90"', "arm.urdf:12: the limits of 'shoulder', -90 to 90, look like degrees"),
@@ -97,10 +115,18 @@ def test_nothing_is_dropped_in_silence(tmp_path, old, new, sentence):
 
 
 def test_the_world_is_the_ground_and_a_base_can_float(tmp_path):
-    draft = imported(tmp_path, ARM.replace("</robot>", '<joint name="weld" type="fixed"><parent link="world"/><child link="base"/></joint></robot>'))
-    assert [(link.name, link.parent, link.joint) for link in draft.links][:2] == [("base", "ground", "fixed"), ("upper_arm", "base", "revolute")]
+    draft = imported(
+        tmp_path, ARM.replace("</robot>", '<joint name="weld" type="fixed"><parent link="world"/><child link="base"/></joint></robot>')
+    )
+    assert [(link.name, link.parent, link.joint) for link in draft.links][:2] == [
+        ("base", "ground", "fixed"),
+        ("upper_arm", "base", "revolute"),
+    ]
     draft = imported(tmp_path, ARM, floating=True)
-    assert [(link.name, link.parent, link.joint, link.mass) for link in draft.links][:2] == [("base", "ground", "free", 3), ("upper_arm", "base", "revolute", 2)]
+    assert [(link.name, link.parent, link.joint, link.mass) for link in draft.links][:2] == [
+        ("base", "ground", "free", 3),
+        ("upper_arm", "base", "revolute", 2),
+    ]
     assert not any("--floating" in said for said in draft.lost) and any("--floating" in said for said in imported(tmp_path, ARM).lost)
     with pytest.raises(UserError, match="--floating lets its root link 'box' float free"):
         imported(tmp_path, '<robot name="r"><link name="box"/></robot>')
@@ -149,10 +175,14 @@ def test_textbook_dh_comes_back(tmp_path):
     rows = [(0, 0, 0, 0.3), (-math.pi / 2, 0, 0, 0), (math.pi / 2, 0, 0, 0.3), (math.pi / 2, 0.08, 0, 0), (0, 0.4, 0, 0.1)]
     links, joints = ['<link name="l0"/>'], []
     for i, (alpha, a, _, d) in enumerate(rows, start=1):
-        links.append(f'<link name="l{i}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>')
+        links.append(
+            f'<link name="l{i}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        )
         xyz = (a, -d * round(math.sin(alpha)), d * round(math.cos(alpha)))
-        joints.append(f'<joint name="j{i}" type="continuous"><origin xyz="{xyz[0]} {xyz[1]} {xyz[2]}" rpy="{alpha!r} 0 0"/>'
-                      f'<parent link="l{i - 1}"/><child link="l{i}"/><axis xyz="0 0 1"/></joint>')
+        joints.append(
+            f'<joint name="j{i}" type="continuous"><origin xyz="{xyz[0]} {xyz[1]} {xyz[2]}" rpy="{alpha!r} 0 0"/>'
+            f'<parent link="l{i - 1}"/><child link="l{i}"/><axis xyz="0 0 1"/></joint>'
+        )
     draft = imported(tmp_path, f'<robot name="r">{"".join(links)}{"".join(joints)}</robot>')
     assert [link.dh for link in draft.links] == [DhFrame(alpha=alpha, a=a, theta=theta, d=d) for alpha, a, theta, d in rows]
     assert all(not link.notes for link in draft.links)
@@ -173,7 +203,11 @@ def test_settle_inverts_pose_of():
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
-        ('type="revolute"', 'type="ball"', "arm.urdf:10: joint 'shoulder': there is no type 'ball'; revolute, continuous, prismatic, fixed, floating, planar"),
+        (
+            'type="revolute"',
+            'type="ball"',
+            "arm.urdf:10: joint 'shoulder': there is no type 'ball'; revolute, continuous, prismatic, fixed, floating, planar",
+        ),
         ('<mass value="2"/>', '<mass value="-2"/>', "arm.urdf:5: 'value' of <mass> must be >= 0, got -2"),
         ('damping="0.7"', 'damping="-0.7"', "arm.urdf:12: 'damping' of <dynamics> must be >= 0, got -0.7"),
         ('type="revolute"', 'type="revolut"', "did you mean 'revolute'?"),
@@ -202,5 +236,8 @@ def test_mistakes(tmp_path, old, new, sentence):
 def test_a_deep_chain(tmp_path):
     inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
     links = "".join(f'<link name="l{i}">{inertial}</link>' for i in range(3000))
-    joints = "".join(f'<joint name="j{i}" type="continuous"><parent link="l{i}"/><child link="l{i + 1}"/><origin xyz="1 0 0"/></joint>' for i in range(2999))
+    joints = "".join(
+        f'<joint name="j{i}" type="continuous"><parent link="l{i}"/><child link="l{i + 1}"/><origin xyz="1 0 0"/></joint>'
+        for i in range(2999)
+    )
     assert len(imported(tmp_path, f'<robot name="chain">{links}{joints}</robot>').links) == 2999

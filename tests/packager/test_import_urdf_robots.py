@@ -20,8 +20,21 @@ from build_fmu.model.describe import describe
 from build_fmu.run.session import Session
 
 pin = pytest.importorskip("pinocchio")
-ROBOTS = ["panda", "ur5_robot", "kinova", "z1", "xarm7", "allegro_left_hand", "baxter", "so101", "double_pendulum", "tiago_pro",
-          "talos_reduced", "anymal-kinova", "solo12"]
+ROBOTS = [
+    "panda",
+    "ur5_robot",
+    "kinova",
+    "z1",
+    "xarm7",
+    "allegro_left_hand",
+    "baxter",
+    "so101",
+    "double_pendulum",
+    "tiago_pro",
+    "talos_reduced",
+    "anymal-kinova",
+    "solo12",
+]
 
 
 def robot_folder():
@@ -40,8 +53,10 @@ def built() -> bool:
         return False
 
 
-pytestmark = [pytest.mark.skipif(not built(), reason="the library is not built: run `make build`"),
-              pytest.mark.skipif(robot_folder() is None, reason="example-robot-data is not installed")]
+pytestmark = [
+    pytest.mark.skipif(not built(), reason="the library is not built: run `make build`"),
+    pytest.mark.skipif(robot_folder() is None, reason="example-robot-data is not installed"),
+]
 
 
 def pin_state(model, joints, q, qd):
@@ -138,9 +153,14 @@ def random_urdf(seed, tilts):
         root = rng.normal(size=(3, 3))
         inertia = root @ root.T * 0.02
         inertia += np.eye(3) * np.trace(inertia)
-        tensor = " ".join(f'{key}="{inertia[r, c]:.17g}"' for key, r, c in (("ixx", 0, 0), ("iyy", 1, 1), ("izz", 2, 2), ("ixy", 0, 1), ("ixz", 0, 2), ("iyz", 1, 2)))
-        links.append(f'<link name="link-{i}"><inertial><origin xyz="{numbers(rng.normal(size=3) * 0.2)}" rpy="{numbers(rng.normal(size=3))}"/>'
-                     f'<mass value="{rng.uniform(0.5, 2):.17g}"/><inertia {tensor}/></inertial></link>')
+        tensor = " ".join(
+            f'{key}="{inertia[r, c]:.17g}"'
+            for key, r, c in (("ixx", 0, 0), ("iyy", 1, 1), ("izz", 2, 2), ("ixy", 0, 1), ("ixz", 0, 2), ("iyz", 1, 2))
+        )
+        links.append(
+            f'<link name="link-{i}"><inertial><origin xyz="{numbers(rng.normal(size=3) * 0.2)}" rpy="{numbers(rng.normal(size=3))}"/>'
+            f'<mass value="{rng.uniform(0.5, 2):.17g}"/><inertia {tensor}/></inertial></link>'
+        )
         kind = rng.choice(["revolute", "continuous", "prismatic", "fixed"], p=[0.4, 0.2, 0.2, 0.2]) if i else "revolute"
         parent = "base" if i == 0 else f"link-{rng.integers(max(0, i - 3), i)}"
         # quarter turns, tiny misalignments and anything else
@@ -149,8 +169,10 @@ def random_urdf(seed, tilts):
         axis = np.eye(3)[rng.integers(3)] * rng.choice([-1, 1]) if rng.random() < 0.7 else rng.normal(size=3)
         limit = '<limit lower="-1" upper="1" effort="1" velocity="1"/>' if kind in ("revolute", "prismatic") else ""
         xyz = rng.normal(size=3) * rng.integers(0, 2, 3)
-        joints.append(f'<joint name="j{i}" type="{kind}"><origin xyz="{numbers(xyz)}" rpy="{numbers(rpy)}"/><parent link="{parent}"/>'
-                      f'<child link="link-{i}"/><axis xyz="{numbers(axis)}"/>{limit}<dynamics damping="{rng.uniform():.3f}"/></joint>')
+        joints.append(
+            f'<joint name="j{i}" type="{kind}"><origin xyz="{numbers(xyz)}" rpy="{numbers(rpy)}"/><parent link="{parent}"/>'
+            f'<child link="link-{i}"/><axis xyz="{numbers(axis)}"/>{limit}<dynamics damping="{rng.uniform():.3f}"/></joint>'
+        )
     return f'<robot name="random">{"".join(links)}{"".join(joints)}</robot>'
 
 
@@ -206,11 +228,15 @@ def random_turn(rng):
 @pytest.mark.parametrize("seed", range(4))
 def test_a_floating_tree_moves_as_pinocchio_says(seed, tmp_path):
     path, rng = tmp_path / "random.urdf", np.random.default_rng(seed)
-    body = '<inertial><origin xyz="0.1 0.2 -0.3"/><mass value="4"/><inertia ixx="1" iyy="2" izz="2.5" ixy="0.1" ixz="0" iyz="0.2"/></inertial>'
+    body = (
+        '<inertial><origin xyz="0.1 0.2 -0.3"/><mass value="4"/><inertia ixx="1" iyy="2" izz="2.5" ixy="0.1" ixz="0" iyz="0.2"/></inertial>'
+    )
     text = random_urdf(seed, [0]).replace('<link name="base"/>', f'<link name="base">{body}</link>')
     # and a second body that slides and turns in a tilted plane
-    plate = (f'<link name="plate">{body}</link><joint name="plane" type="planar"><origin xyz="0.2 -0.1 0.4" rpy="0.3 -0.4 0.5"/><parent link="base"/>'
-             '<child link="plate"/><axis xyz="0 0 1"/></joint>')
+    plate = (
+        f'<link name="plate">{body}</link><joint name="plane" type="planar"><origin xyz="0.2 -0.1 0.4" rpy="0.3 -0.4 0.5"/><parent link="base"/>'
+        '<child link="plate"/><axis xyz="0 0 1"/></joint>'
+    )
     path.write_text(text.replace("</robot>", plate + "</robot>"), encoding="utf-8")
     draft = urdf.read(path, argparse.Namespace(snap=False, frames=False, stops=None, floating=True))
     model = pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer())
@@ -238,8 +264,10 @@ def test_a_floating_tree_moves_as_pinocchio_says(seed, tmp_path):
     values |= dict(zip(("base[1].qd0", "base[2].qd0", "base[3].qd0"), axes @ v_pin[:3], strict=True))
     values |= {f"base.omega0[{i + 1}]": v_pin[3 + i] for i in range(3)} | {f"base.tau[{i + 1}]": tau_pin[3 + i] for i in range(3)}
     values |= dict(zip(("base[1].tau", "base[2].tau", "base[3].tau"), axes @ tau_pin[:3], strict=True))
-    for names, (q0, qd0, tau) in ((joints, (angles, v_pin[columns], tau_pin[columns])),
-                                  (plane, ((x, y, turn), (*slide_speed, v_pin[k + 2]), (*slide_force, tau_pin[k + 2])))):
+    for names, (q0, qd0, tau) in (
+        (joints, (angles, v_pin[columns], tau_pin[columns])),
+        (plane, ((x, y, turn), (*slide_speed, v_pin[k + 2]), (*slide_force, tau_pin[k + 2]))),
+    ):
         for ending, numbers in ((".q0", q0), (".qd0", qd0), (".tau", tau)):
             values |= {name + ending: number for name, number in zip(names, numbers, strict=True)}
     expected = pin.aba(model, data, q_pin, v_pin, tau_pin)
@@ -248,5 +276,11 @@ def test_a_floating_tree_moves_as_pinocchio_says(seed, tmp_path):
     wanted = np.array([*linear, *expected[3:6], *expected[columns], *slide, expected[k + 2]])
     with Session(fmu) as session:
         session.initialise(0, 1, None, values)
-        told = session.read([*(f"base[{i}].qdd" for i in (1, 2, 3)), *(f"base.alpha[{i}]" for i in (1, 2, 3)), *(f"{name}.qdd" for name in [*joints, *plane])])
+        told = session.read(
+            [
+                *(f"base[{i}].qdd" for i in (1, 2, 3)),
+                *(f"base.alpha[{i}]" for i in (1, 2, 3)),
+                *(f"{name}.qdd" for name in [*joints, *plane]),
+            ]
+        )
     assert np.abs(np.array(told) - wanted).max() < 1e-9 * np.abs(wanted).max()

@@ -74,7 +74,9 @@ def test_what_is_set_is_the_expression_within_the_reported_error(text):
         size = part.end - part.begin
         for s in np.linspace(0.003, 0.997, 23) * size:
             derivatives = [part.values["a.tau"], *part.slopes.get("a.tau", ())]
-            worst = max(worst, abs(sum(d * s**k / math.factorial(k) for k, d in enumerate(derivatives)) - expression(float(part.begin + s))))
+            worst = max(
+                worst, abs(sum(d * s**k / math.factorial(k) for k, d in enumerate(derivatives)) - expression(float(part.begin + s)))
+            )
     assert worst <= bound + 1e-13 and bound <= (3e-5 if "sqrt" in text else 3e-6)
 
 
@@ -110,7 +112,9 @@ def test_the_plant_feels_what_happens_between_communication_points(text, speed):
 
 def test_a_remark_says_how_well_inputs_were_followed():
     assert simulate(FakeSession(), Settings(inputs=["joint1.tau=3"])).remarks == []
-    assert simulate(FakeSession(), Settings(inputs=["joint1.tau=t"])).remarks == ["inputs: followed exactly, by cubic polynomials over 10 intervals"]
+    assert simulate(FakeSession(), Settings(inputs=["joint1.tau=t"])).remarks == [
+        "inputs: followed exactly, by cubic polynomials over 10 intervals"
+    ]
     (line,) = simulate(FakeSession(), Settings(inputs=["joint1.tau=sin(9*t)"])).remarks
     assert line.startswith("inputs: followed at most ") and "N.m off (input 'joint1.tau')" in line
 

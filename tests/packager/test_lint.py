@@ -38,6 +38,7 @@ HOME = "/" + "home/someone/project"
         ("docs/a.md", f"see {HOME}/x", "is a path of one machine"),
         ("build_fmu/a.py", "x = (", "never closed"),
         ("tests/a.py", "\n" * 601, "more than 600 lines"),
+        ("scripts/a.py", "def long():\n" + "    pass\n" * 60, "function 'long' has 61 lines"),
     ],
 )
 def test_breaches(tmp_path, name, line, sentence):

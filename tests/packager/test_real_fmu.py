@@ -136,11 +136,27 @@ def test_fast_switching_inputs_do_not_depend_on_the_step(folder):
     wave = "20*sign(sin(2*pi*1000*t))"
     exact = ["--stop", 0.1, "--start", "solver.rtol=1e-11", "solver.atol=1e-13", "--output", "*.q"]
     model = ROOT / "models" / "kuka_kr5.toml"
-    done = run("simulate", model, *exact, "--step", 0.05, "--input", f"joint1.tau={wave}", f"joint2.tau={wave}", "--csv", "a.csv", cwd=folder)
+    done = run(
+        "simulate", model, *exact, "--step", 0.05, "--input", f"joint1.tau={wave}", f"joint2.tau={wave}", "--csv", "a.csv", cwd=folder
+    )
     assert done.returncode == 0 and "followed exactly, by cubic polynomials over 200 intervals" in done.stderr
     # the same torques, held over the half waves themselves
     held = wave.replace("*t", "*(t + 1e-6)")
-    run("simulate", model, *exact, "--step", 0.0005, "--interpolate", "none", "--input", f"joint1.tau={held}", f"joint2.tau={held}", "--csv", "b.csv", cwd=folder)
+    run(
+        "simulate",
+        model,
+        *exact,
+        "--step",
+        0.0005,
+        "--interpolate",
+        "none",
+        "--input",
+        f"joint1.tau={held}",
+        f"joint2.tau={held}",
+        "--csv",
+        "b.csv",
+        cwd=folder,
+    )
     assert last_row(folder / "a.csv") == pytest.approx(last_row(folder / "b.csv"), abs=1e-11)
 
 
@@ -148,9 +164,39 @@ def test_a_motion_given_by_its_position_takes_the_torques_of_the_whole_motion(fo
     model = ROOT / "models" / "kuka_kr5.toml"
     run("build", "--inverse", model, "-o", "arm.fmu", cwd=folder)
     position = "0.3*sin(4*t)"
-    run("simulate", "arm.fmu", "--stop", 0.3, "--step", 0.1, "--output", "*.tau", "--input", f"joint2.q={position}", "--csv", "a.csv", cwd=folder)
+    run(
+        "simulate",
+        "arm.fmu",
+        "--stop",
+        0.3,
+        "--step",
+        0.1,
+        "--output",
+        "*.tau",
+        "--input",
+        f"joint2.q={position}",
+        "--csv",
+        "a.csv",
+        cwd=folder,
+    )
     parts = ["joint2.q=0.3*sin(4*t)", "joint2.qd=1.2*cos(4*t)", "joint2.qdd=-4.8*sin(4*t)"]
-    run("simulate", "arm.fmu", "--stop", 0.3, "--step", 0.1, "--output", "*.tau", "--interpolate", "none", "--input", *parts, "--csv", "b.csv", cwd=folder)
+    run(
+        "simulate",
+        "arm.fmu",
+        "--stop",
+        0.3,
+        "--step",
+        0.1,
+        "--output",
+        "*.tau",
+        "--interpolate",
+        "none",
+        "--input",
+        *parts,
+        "--csv",
+        "b.csv",
+        cwd=folder,
+    )
     assert last_row(folder / "a.csv") == pytest.approx(last_row(folder / "b.csv"), rel=1e-10, abs=1e-10)
 
 

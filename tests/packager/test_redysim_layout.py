@@ -24,7 +24,9 @@ def near(found, expected):
 
 
 def test_forward_dynamics_of_a_tree(tmp_path):
-    files, table = written(tmp_path, MODELS / "gripper_redysim.toml", "--stop", 0.5, "--step", 0.05, "--input", "joint3.tau=0.01*t", "--interpolate", "none")
+    files, table = written(
+        tmp_path, MODELS / "gripper_redysim.toml", "--stop", 0.5, "--step", 0.05, "--input", "joint3.tau=0.01*t", "--interpolate", "none"
+    )
     assert sorted(files) == ["envar.dat", "statevar.dat", "timevar.dat", "tor.dat"]
     assert near(files["timevar.dat"][:, 0], np.arange(11) * 0.05)
     assert near(files["statevar.dat"][:, :8].T, [table[f"joint{i}.{key}"] for key in ("q", "qd") for i in range(1, 5)])
@@ -50,7 +52,9 @@ def test_layout_does_not_depend_on_recorded_outputs(tmp_path):
 
 def test_inverse_dynamics_of_a_closed_loop(tmp_path):
     assert run("build", "--inverse", MODELS / "four_bar.toml", cwd=tmp_path).returncode == 0
-    files, table = written(tmp_path, "four_bar_inverse.fmu", "--stop", 4 / 3, "--step", 0.01, "--input", "crank_joint.q=1.5*pi*t", "crank_joint.qd=1.5*pi")
+    files, table = written(
+        tmp_path, "four_bar_inverse.fmu", "--stop", 4 / 3, "--step", 0.01, "--input", "crank_joint.q=1.5*pi*t", "crank_joint.qd=1.5*pi"
+    )
     assert np.ptp(files["envar.dat"][:, 3]) < 1e-6
     q1, q2, q3, qd1 = files["statevar.dat"].T[:4]
     assert near(q1, 1.5 * pi * files["timevar.dat"][:, 0]) and near(qd1, np.full(len(q1), 1.5 * pi))
@@ -58,12 +62,24 @@ def test_inverse_dynamics_of_a_closed_loop(tmp_path):
     assert np.allclose(0.05 * np.cos(q1), 0.15 + 0.13 * np.cos(q2) + 0.1 * np.cos(q2 + q3), atol=1e-6)
     # figures of an independent program: one torque, two multipliers in ReDySim's sign, and the torque's range
     assert np.allclose(files["tor.dat"][0], [2.65597881, 3.92666554, 45.76207624], rtol=1e-6)
-    assert files["tor.dat"][:, 0].min() == pytest.approx(-2.588, abs=1e-3) and files["tor.dat"][:, 0].max() == pytest.approx(2.999, abs=1e-3)
+    assert files["tor.dat"][:, 0].min() == pytest.approx(-2.588, abs=1e-3) and files["tor.dat"][:, 0].max() == pytest.approx(
+        2.999, abs=1e-3
+    )
     assert files["statevar.dat"].shape[1] == 9 and near(files["statevar.dat"][:, 7], table["joint2.qdd"])
 
 
 def test_floating_base(tmp_path):
-    arguments = ("--stop", 2, "--step", 0.1, "--start", "base.omega0[1]=0.3", "base.omega0[2]=-0.2", "base.omega0[3]=0.1", "base[1].qd0=0.05")
+    arguments = (
+        "--stop",
+        2,
+        "--step",
+        0.1,
+        "--start",
+        "base.omega0[1]=0.3",
+        "base.omega0[2]=-0.2",
+        "base.omega0[3]=0.1",
+        "base[1].qd0=0.05",
+    )
     files, _ = written(tmp_path, MODELS / "space_robot.toml", *arguments)
     assert files["statevar.dat"].shape[1] == 19 and files["base.dat"].shape[1] == 13
     assert near(files["base.dat"][:, 1:7], files["statevar.dat"][:, :6])

@@ -23,11 +23,21 @@ def report_of(points, tolerances, uncertainty=0.0, busy=""):
     return Report("arm", "rad", 1.0, 0.01, "", Reference(None, None, uncertainty, ""), points, 1.0, tolerances=tolerances, busy=busy)
 
 
-WHOLE = [point("erk", 1e-5, 2e-4, 3.0), point("erk", 1e-7, 5e-7, 9.0), point("erk", 1e-9, 1e-8, 30.0),
-         point("adams", 1e-5, 1e-3, 5.0), point("adams", 1e-7, 8e-7, 7.25), point("adams", 1e-9, 1e-7, 12.0),
-         point("bdf", 1e-5, 1e-3, 50.0), point("bdf", 1e-7, 1e-6, 70.0), point("bdf", 1e-9, 1e-10, 100.4),
-         point("erk", 1e-5, 2e-4, 3.5, changing=True), point("erk", 1e-7, 6e-7, 9.5, changing=True), point("erk", 1e-9, 2e-8, 31.0, changing=True),
-         point("adams", 1e-9, 1e-9, 1.0, step=0.1)]
+WHOLE = [
+    point("erk", 1e-5, 2e-4, 3.0),
+    point("erk", 1e-7, 5e-7, 9.0),
+    point("erk", 1e-9, 1e-8, 30.0),
+    point("adams", 1e-5, 1e-3, 5.0),
+    point("adams", 1e-7, 8e-7, 7.25),
+    point("adams", 1e-9, 1e-7, 12.0),
+    point("bdf", 1e-5, 1e-3, 50.0),
+    point("bdf", 1e-7, 1e-6, 70.0),
+    point("bdf", 1e-9, 1e-10, 100.4),
+    point("erk", 1e-5, 2e-4, 3.5, changing=True),
+    point("erk", 1e-7, 6e-7, 9.5, changing=True),
+    point("erk", 1e-9, 2e-8, 31.0, changing=True),
+    point("adams", 1e-9, 1e-9, 1.0, step=0.1),
+]
 LADDER = (1e-5, 1e-7, 1e-9)
 
 
@@ -35,7 +45,8 @@ def test_the_cheapest_that_is_good_enough_is_advised():
     assert advice(report_of(WHOLE, LADDER)) == [
         "for 1e-3 rad take erk at rtol 1e-5: 3.5 µs a ms (step 10 ms, inputs that change at each step; erk at rtol 1e-5: 3 µs a ms where they are held)",
         "for 1e-6 rad take erk at rtol 1e-7: 9.5 µs a ms (step 10 ms, inputs that change at each step; adams at rtol 1e-7: 7.2 µs a ms where they are held)",
-        "for 1e-9 rad take bdf at rtol 1e-9: 100 µs a ms (step 10 ms, inputs held)"]
+        "for 1e-9 rad take bdf at rtol 1e-9: 100 µs a ms (step 10 ms, inputs held)",
+    ]
 
 
 def test_curves_that_were_cut_short_carry_no_advice_and_are_counted():
@@ -48,7 +59,12 @@ def test_curves_that_were_cut_short_carry_no_advice_and_are_counted():
 
 
 def test_a_curve_that_was_cut_where_it_is_dearer_already_spoils_no_advice():
-    dear = [point("erk", 1e-5, 1e-4, 3.0), point("erk", 1e-7, 1e-7, 9.0), point("erk", 1e-9, 1e-9, 20.0), replace(point("bdf", 1e-5, 1e-2, 50.0), taken=1.0)]
+    dear = [
+        point("erk", 1e-5, 1e-4, 3.0),
+        point("erk", 1e-7, 1e-7, 9.0),
+        point("erk", 1e-9, 1e-9, 20.0),
+        replace(point("bdf", 1e-5, 1e-2, 50.0), taken=1.0),
+    ]
     assert advice(report_of(dear, LADDER))[1].startswith("for 1e-6 rad take erk at rtol 1e-7")
     cheap = [*dear[:3], replace(point("bdf", 1e-5, 1e-2, 5.0), taken=1.0)]
     assert "no advice" in advice(report_of(cheap, LADDER))[1]
@@ -99,11 +115,17 @@ def test_steps_around_the_usual_one(stop, step, steps):
     assert communication_steps(stop, step) == pytest.approx(steps)
 
 
-@pytest.mark.parametrize("before, after", [
-    ("[solver]\n  target_error = 1e-6 # rad\nmethod = 'erk'\n",
-     "[solver]\n  target_error = 1e-6 # rad\n  rtol = 1e-08  # chosen for target_error\nmethod = 'erk'\n"),
-    ("solver.target_error=1e-6", "solver.target_error=1e-6\nsolver.rtol = 1e-08  # chosen for target_error"),
-    ("solver = {target_error = 1e-6, method = 'erk'}", "solver = {target_error = 1e-6, rtol = 1e-08, method = 'erk'}")])
+@pytest.mark.parametrize(
+    "before, after",
+    [
+        (
+            "[solver]\n  target_error = 1e-6 # rad\nmethod = 'erk'\n",
+            "[solver]\n  target_error = 1e-6 # rad\n  rtol = 1e-08  # chosen for target_error\nmethod = 'erk'\n",
+        ),
+        ("solver.target_error=1e-6", "solver.target_error=1e-6\nsolver.rtol = 1e-08  # chosen for target_error"),
+        ("solver = {target_error = 1e-6, method = 'erk'}", "solver = {target_error = 1e-6, rtol = 1e-08, method = 'erk'}"),
+    ],
+)
 def test_the_tolerance_is_written_beside_its_target(before, after):
     assert with_rtol(before, 1e-8) == after
 

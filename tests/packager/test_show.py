@@ -61,7 +61,12 @@ stiffness = 3
 stop_time = 0.5
 step_size = 0.01
 """
-DH = {"mast": DhFrame(0.3, 0.1, 0.4, 0.2), "plate": DhFrame(alpha=1.1, a=0.3), "slide": DhFrame(alpha=-0.7, theta=0.6, d=0.2), "hand": DhFrame(alpha=1.2, a=0.25)}
+DH = {
+    "mast": DhFrame(0.3, 0.1, 0.4, 0.2),
+    "plate": DhFrame(alpha=1.1, a=0.3),
+    "slide": DhFrame(alpha=-0.7, theta=0.6, d=0.2),
+    "hand": DhFrame(alpha=1.2, a=0.25),
+}
 JOINTS = {"mast": "revolute", "plate": "fixed", "slide": "prismatic", "hand": "revolute"}
 
 
@@ -174,8 +179,21 @@ def test_the_crane_of_a_record(crane):
 
 def browse(path, folder, *options):
     profile = folder / "profile"
-    command = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-               "--disable-component-update", "--disable-sync", "--window-size=1300,800", f"--user-data-dir={profile}", *options, path]
+    command = [
+        BROWSER,
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--disable-quic",
+        "--no-first-run",
+        "--disable-background-networking",
+        "--disable-component-update",
+        "--disable-sync",
+        "--window-size=1300,800",
+        f"--user-data-dir={profile}",
+        *options,
+        path,
+    ]
     return subprocess.run(command, capture_output=True, text=True, timeout=120, check=True, cwd=folder).stdout
 
 
@@ -207,7 +225,8 @@ def test_the_browser_puts_the_links_where_the_model_has_them(model_file, tmp_pat
 @needs_browser
 def test_a_spherical_joint_turns_by_its_quaternion(tmp_path):
     model, record, out = tmp_path / "ball.toml", tmp_path / "run.csv", tmp_path / "page.html"
-    model.write_text("""
+    model.write_text(
+        """
 name = "ball"
 [[link]]
 name = "arm"
@@ -226,7 +245,9 @@ com = [0.3, 0.1, -0.4]
 inertia = [0.1, 0.2, 0.2]
 q = [0.3, -0.4, 0.5]
 qd = [1, 2, 3]
-""", encoding="utf-8")
+""",
+        encoding="utf-8",
+    )
     assert main(["simulate", str(model), "--stop", "0.5", "--step", "0.01", "--csv", str(record)]) == 0
     assert main(["show", str(model), str(record), "-o", str(out)]) == 0
     dom = browse(f"{out.as_uri()}#t=0.25", tmp_path, "--dump-dom")

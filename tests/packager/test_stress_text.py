@@ -106,18 +106,22 @@ CASE = Case("tolerance", "rtol 1e-03", {}, 1.0, 0.01)
 GOOD = {"balance": 1e-9, "gap": 1e-15, "energy": 1.0, "moved": 1.0}
 
 
-@pytest.mark.parametrize("outcome, facts, case, kind", [
-    (Outcome("ok"), GOOD, CASE, "finished"),
-    (Outcome("ok"), dict.fromkeys(GOOD, math.nan), CASE, "finished"),
-    (Outcome("ok"), GOOD | {"balance": 2e-3, "moved": 1e-10}, CASE, "finished"),
-    (Outcome("ok"), GOOD | {"gap": 1e-7, "moved": 1e-10}, CASE, "doubtful"),
-    (Outcome("refused"), GOOD, CASE, "refused"),
-    (Outcome("ok"), GOOD | {"balance": 2e-3}, CASE, "doubtful"),
-    (Outcome("ok"), GOOD | {"gap": 1e-7}, CASE, "doubtful"),
-    (Outcome("budget", reached=0.5), GOOD, CASE, "slow"),
-    (Outcome("budget", reached=0.5), GOOD, replace(CASE, open_end=True), "finished"),
-    (Outcome("budget", reached=0.5), GOOD | {"gap": 1e-7}, replace(CASE, open_end=True), "doubtful"),
-    *((Outcome(status), GOOD, CASE, "failed") for status in ("error", "not finite", "hang", "crash", "other status", "not loaded"))])
+@pytest.mark.parametrize(
+    "outcome, facts, case, kind",
+    [
+        (Outcome("ok"), GOOD, CASE, "finished"),
+        (Outcome("ok"), dict.fromkeys(GOOD, math.nan), CASE, "finished"),
+        (Outcome("ok"), GOOD | {"balance": 2e-3, "moved": 1e-10}, CASE, "finished"),
+        (Outcome("ok"), GOOD | {"gap": 1e-7, "moved": 1e-10}, CASE, "doubtful"),
+        (Outcome("refused"), GOOD, CASE, "refused"),
+        (Outcome("ok"), GOOD | {"balance": 2e-3}, CASE, "doubtful"),
+        (Outcome("ok"), GOOD | {"gap": 1e-7}, CASE, "doubtful"),
+        (Outcome("budget", reached=0.5), GOOD, CASE, "slow"),
+        (Outcome("budget", reached=0.5), GOOD, replace(CASE, open_end=True), "finished"),
+        (Outcome("budget", reached=0.5), GOOD | {"gap": 1e-7}, replace(CASE, open_end=True), "doubtful"),
+        *((Outcome(status), GOOD, CASE, "failed") for status in ("error", "not finite", "hang", "crash", "other status", "not loaded")),
+    ],
+)
 def test_judgements(outcome, facts, case, kind):
     assert _judge(case, outcome, facts, 1e-6)[0] == kind
 

@@ -35,11 +35,25 @@ def test_every_command_of_the_page(tmp_path):
     (tmp_path / "MyRobot").mkdir()
     (tmp_path / "MyRobot" / "inputs.m").write_text(INPUTS)
     commands = "\n".join(re.findall(r"```sh\n(.*?)```", TEXT, re.DOTALL))
-    commands += f"build-fmu simulate my_robot.toml --redysim-layout run\ncat >use.py <<'END'\n{block('py')}END\n\"{sys.executable}\" use.py\n"
+    commands += (
+        f"build-fmu simulate my_robot.toml --redysim-layout run\ncat >use.py <<'END'\n{block('py')}END\n\"{sys.executable}\" use.py\n"
+    )
     environment = {**os.environ, "PATH": f"{tmp_path / 'bin'}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT)}
-    done = subprocess.run(["sh", "-eu"], input=commands, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=900, check=False)
+    done = subprocess.run(
+        ["sh", "-eu"], input=commands, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=900, check=False
+    )
     assert done.returncode == 0, done.stdout + done.stderr
-    for name in ("panda.html", "panda.fmu", "arm.html", "my_robot.html", "arm.png", "arm.gif", "arm.fmu", "arm_inverse.fmu", "run/statevar.dat"):
+    for name in (
+        "panda.html",
+        "panda.fmu",
+        "arm.html",
+        "my_robot.html",
+        "arm.png",
+        "arm.gif",
+        "arm.fmu",
+        "arm_inverse.fmu",
+        "run/statevar.dat",
+    ):
         assert (tmp_path / name).stat().st_size > 0, name
     # two seconds of fall: the last line is (time, q, balance)
     time, angle, balance = map(float, re.findall(r"-?\d[\d.e-]*", done.stdout.splitlines()[-1]))

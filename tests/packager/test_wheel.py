@@ -31,7 +31,19 @@ def wheel(tmp_path_factory):
     if given:
         return Path(given).resolve()
     folder = tmp_path_factory.mktemp("wheel")
-    command(sys.executable, "-m", "pip", "wheel", "--no-deps", "-C", f"cmake.define.REDYSIM_WHEEL_PLATFORMS={';'.join(OTHERS)}", "-w", folder, ROOT, cwd=folder)
+    command(
+        sys.executable,
+        "-m",
+        "pip",
+        "wheel",
+        "--no-deps",
+        "-C",
+        f"cmake.define.REDYSIM_WHEEL_PLATFORMS={';'.join(OTHERS)}",
+        "-w",
+        folder,
+        ROOT,
+        cwd=folder,
+    )
     return next(folder.glob("*.whl"))
 
 

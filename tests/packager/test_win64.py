@@ -81,8 +81,13 @@ def test_runs_like_the_linux_library(library, players, wine, tmp_path, name, ste
     here, there = players
     linux = command(*here, folder / "binaries" / "linux64" / f"{name}.so", (folder / "resources").as_uri(), *arguments)
     # Wine's drive Z is the root of this machine
-    windows = command(*there, f"Z:{folder}/binaries/win64/{name}.dll".replace("/", "\\"), f"file:///Z:{(folder / 'resources').as_uri()[7:]}",
-                      *arguments, env=wine)
+    windows = command(
+        *there,
+        f"Z:{folder}/binaries/win64/{name}.dll".replace("/", "\\"),
+        f"file:///Z:{(folder / 'resources').as_uri()[7:]}",
+        *arguments,
+        env=wine,
+    )
     ours, theirs = (np.array([[float(word) for word in line.split()] for line in text.splitlines()]) for text in (linux, windows))
     assert ours.shape == (steps, len(shown)) and theirs.shape == ours.shape
     assert np.ptp(ours, axis=0).max() > 1e-3, "the model must move"
