@@ -35,7 +35,7 @@ def run(options: argparse.Namespace) -> int:
     """Writes the page and returns the exit code."""
     from build_fmu.show.film import film
     from build_fmu.show.page import page
-    from build_fmu.show.runs import about, model_of, recorded
+    from build_fmu.show.runs import about, recorded
 
     mechanism, record = _targets([*options.targets, *targets_after(options.input, options.start)])
     target = options.output or Path((record or mechanism).with_suffix(".html").name)
@@ -46,7 +46,7 @@ def run(options: argparse.Namespace) -> int:
     if record and asked:
         raise UserError(f"{asked[0]} belongs to a run, and '{record}' is a recorded one")
     with tempfile.TemporaryDirectory() as folder:
-        model = model_of(mechanism, Path(folder)) if mechanism else None
+        model = _model(mechanism) if mechanism else None
         if record:
             shown, title = recorded(record, model), record.stem
         else:
@@ -94,6 +94,17 @@ def _targets(targets: list[Path]) -> tuple[Path | None, Path | None]:
     if len(mechanisms) > 1 or len(records) > 1:
         raise UserError("show takes one FMU or model file, one CSV, or one of both")
     return next(iter(mechanisms), None), next(iter(records), None)
+
+
+def _model(mechanism: Path):
+    """Describes a model file, or the one that an FMU contains; None for an FMU without one."""
+    from build_fmu.model.describe import describe
+    from build_fmu.model.resources import model_in
+
+    model = describe(mechanism) if mechanism.suffix == ".toml" else model_in(mechanism)
+    if model is None:
+        warn([f"'{mechanism}' contains no model file: the page has plots and no mechanism"])
+    return model
 
 
 def _simulated(mechanism: Path, model, folder: Path, options: argparse.Namespace) -> tuple:

@@ -36,7 +36,8 @@ def add(commands) -> None:
 def run(options: argparse.Namespace) -> int:
     """Runs the target and writes what is asked for."""
     from build_fmu.draw.plots import FORMATS, plot
-    from build_fmu.run.redysim_layout import columns_of, described, write_layout
+    from build_fmu.model.resources import model_in
+    from build_fmu.run.redysim_layout import columns_of, write_layout
     from build_fmu.run.session import Session
     from build_fmu.run.simulate import Settings, select_outputs, simulate
     from build_fmu.run.tables import final_values, keep_other_files, write_csv
@@ -51,9 +52,11 @@ def run(options: argparse.Namespace) -> int:
     if options.redysim_layout and options.redysim_layout.is_file():
         raise UserError(f"'{options.redysim_layout}' is a file: --redysim-layout needs the name of a folder")
     with _as_fmu(target) as fmu, Session(fmu) as session:
-        model = described(fmu) if options.redysim_layout else None
-        if model:
-            columns_of(model)  # what ReDySim does not know shows before the run
+        model = model_in(fmu) if options.redysim_layout else None
+        if options.redysim_layout:
+            if model is None:
+                raise UserError(f"'{fmu}' contains no model file, which defines ReDySim's order of joints")
+            columns_of(model)  # unsupported joints show before the run
         chosen = select_outputs(session, options.output)
         # the layout needs columns that --output may have left out
         recorded = list(dict.fromkeys([*select_outputs(session, ()), *chosen])) if model else chosen

@@ -11,9 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from build_fmu.draw.figure import INK, METADATA, new_figure
 from build_fmu.model.planar import planar_axes
 
-INK, GROUND, COM, LOOP, SPRING = "#22303c", "#7d8792", "#c0392b", "#8e44ad", "#2e8b57"
+PLAIN_TEXT = {"text.parse_math": False}  # a name may hold a dollar sign
+GROUND, COM, LOOP, SPRING = "#7d8792", "#c0392b", "#8e44ad", "#2e8b57"
 AXIS_COLOURS = ("#d1495b", "#3a9d5d", "#2f6fb5")
 ELEVATION, AZIMUTH = 22, -58  # degrees, where a spatial mechanism is seen from
 VIEW = np.array([f(np.radians(AZIMUTH)) * np.cos(np.radians(ELEVATION)) for f in (np.cos, np.sin)] + [np.sin(np.radians(ELEVATION))])
@@ -24,18 +26,10 @@ SHAPED_LINKS = 40  # beyond this many links are thin lines without joints and ce
 
 def draw(drawing: dict[str, Any], title: str) -> bytes:
     """Returns a PNG of the drawing table (see `describe`)."""
-    import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()  # the user's own settings would change the bytes
-        matplotlib.rcParams["text.parse_math"] = False  # a name may hold a dollar sign
-        figure = Figure(figsize=(6.4, 5.6), dpi=110, facecolor="white")
-        FigureCanvasAgg(figure)
+    with new_figure(6.4, 5.6, 110, PLAIN_TEXT, facecolor="white") as figure:
         mechanism(figure, drawing, title, _caption(drawing))
         content = io.BytesIO()
-        figure.savefig(content, format="png", metadata={"Software": None})
+        figure.savefig(content, format="png", metadata=METADATA[".png"])
         return content.getvalue()
 
 

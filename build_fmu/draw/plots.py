@@ -8,17 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from build_fmu.draw.figure import INK, plain_axes, save, titled_figure
+from build_fmu.draw.groups import GROUPS, OF_THE_MODEL, group_of, label_of, rank_of, title_of
 from build_fmu.errors import UserError
-from build_fmu.files import whole_file
 from build_fmu.run.session import Session
 from build_fmu.run.simulate import Result
 
 FORMATS = (".png", ".svg", ".pdf")
-TITLES = {"q": "joint position", "qd": "joint velocity", "qdd": "joint acceleration", "tau": "joint torque or force",
-          "angle": "angles about z, x, y", "omega": "angular velocity in link axes", "alpha": "angular acceleration in link axes",
-          "energy": "energy", "balance": "energy balance: total − start − work", "gap": "loop gap"}  # fmt: skip
-ORDER = ("q", "angle", "qd", "omega", "qdd", "alpha", "tau", "energy", "balance", "gap")
-BY_DEFAULT = ("q", "angle", "qd", "omega", "tau", "energy", "balance", "gap")
 DASHES = ("-", "--", ":", "-.")
 MOST_NAMED = 12
 
@@ -37,8 +33,8 @@ def panels(session: Session, result: Result, asked: bool) -> list[Panel]:
     found: dict[tuple[str, str], Panel] = {}
     active = [name for name, column in result.inputs.items() if np.any(column != 0)]
     for name in [*result.names, *([] if asked else active)]:
-        kind = _kind(name)
-        if not asked and kind not in BY_DEFAULT:
+        kind = group_of(name)
+        if not asked and not (kind in GROUPS and GROUPS[kind].drawn):
             continue
         shown, column = session.display(name), result[name]
         if not asked and (kind == "tau" or name == "energy.work") and not np.any(column != 0):
@@ -46,7 +42,7 @@ def panels(session: Session, result: Result, asked: bool) -> list[Panel]:
         panel = found.setdefault((kind, shown.unit), Panel(kind, shown.unit))
         column = _open_turns(column) if kind == "angle" else column
         panel.curves.append((_label(name, kind), column * shown.factor + shown.offset))
-    return sorted(found.values(), key=lambda p: ORDER.index(p.kind) if p.kind in ORDER else len(ORDER))
+    return sorted(found.values(), key=lambda p: rank_of(p.kind))
 
 
 def _open_turns(angle: np.ndarray) -> np.ndarray:
@@ -63,26 +59,16 @@ def plot(path: Path, session: Session, result: Result, asked: Sequence[str] = ()
     drawn = panels(session, result, bool(asked)) or panels(session, result, True)
     if not drawn:
         raise UserError("the FMU has no outputs to plot")
-    import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update({"svg.hashsalt": "build_fmu", "font.size": 9, "axes.axisbelow": True})
-        columns = 1 if len(drawn) <= 2 else 2
-        rows = -(-len(drawn) // columns)
-        figure = Figure(figsize=(7.4 if columns == 1 else 11.5, 0.7 + 2.9 * rows), dpi=130, layout="constrained")
-        FigureCanvasAgg(figure)
-        figure.suptitle(session.description.modelName.replace("$", r"\$"), x=0.01, ha="left", fontsize=14, weight="bold", color="#22303c")
+    columns = 1 if len(drawn) <= 2 else 2
+    rows = -(-len(drawn) // columns)
+    with titled_figure(session.description.modelName, 7.4 if columns == 1 else 11.5, 0.7 + 2.9 * rows) as figure:
         grid = figure.add_gridspec(rows, columns)
         for i, panel in enumerate(drawn):
             # a lone last panel takes the whole row
             last = i == len(drawn) - 1 and len(drawn) % columns
             axes = figure.add_subplot(grid[-1, :] if last else grid[i // columns, i % columns])
             _draw(axes, panel, result.time, time_label=i >= len(drawn) - columns)
-        metadata = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-        whole_file(path, lambda temporary: figure.savefig(temporary, metadata=metadata[path.suffix.lower()]))
+        save(figure, [path])
 
 
 def _draw(axes, panel: Panel, time: np.ndarray, time_label: bool) -> None:
@@ -97,42 +83,28 @@ def _draw(axes, panel: Panel, time: np.ndarray, time_label: bool) -> None:
         style = DASHES[i % len(DASHES)] if panel.kind == "energy" else "-"
         axes.plot(time, values, style, color=colour, lw=1.1 if many or panel.kind == "balance" else 1.6, label=label if named else None)
     unit = f" [{panel.unit}]" if panel.unit else ""
-    only = len(panel.curves) == 1 and panel.kind in ("q", "qd", "qdd", "tau", "gap")
-    title = TITLES.get(panel.kind, panel.kind) + (f": {panel.curves[0][0].strip()}" if only else "")
-    axes.set_title(title, loc="left", fontsize=10, color="#22303c")
-    axes.set_ylabel(f"{_symbol(panel.kind)}{unit}")
+    only = len(panel.curves) == 1 and panel.kind in GROUPS and panel.kind not in OF_THE_MODEL
+    axes.set_title(title_of(panel.kind) + (f": {panel.curves[0][0].strip()}" if only else ""), loc="left", fontsize=10, color=INK)
+    axes.set_ylabel(f"{GROUPS[panel.kind].symbol if panel.kind in GROUPS else panel.kind}{unit}")
     if time_label:
         axes.set_xlabel("time [s]")
-    axes.set_xlim(time[0], time[-1])
-    low, high = axes.get_ylim()
-    if panel.kind in ("q", "qd", "tau", "energy") and high - low < 1e-9 * max(1, abs(low), abs(high)):
-        # rounding errors of something at rest are no motion
-        axes.set_ylim((low + high) / 2 - 1, (low + high) / 2 + 1)
-    axes.grid(color="#e3e7ea", lw=0.8)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-    if (panel.kind == "angle" or all(np.all(np.isfinite(values)) for _, values in panel.curves)) and panel.kind != "balance":
-        axes.ticklabel_format(axis="y", style="sci", scilimits=(-3, 5), useMathText=True)
-    if len(panel.curves) > 1 or panel.kind not in TITLES:
+    _set_ranges(axes, panel, time)
+    plain_axes(axes)
+    if len(panel.curves) > 1 or panel.kind not in GROUPS:
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.02), frameon=False, fontsize=8.5, handlelength=1.6)
 
 
-def _kind(name: str) -> str:
-    head, _, tail = name.rpartition(".")
-    if head == "energy":
-        return "balance" if tail == "balance" else "energy"
-    return tail.partition("[")[0] if head else name
+def _set_ranges(axes, panel: Panel, time: np.ndarray) -> None:
+    axes.set_xlim(time[0], time[-1])
+    low, high = axes.get_ylim()
+    if panel.kind in GROUPS and GROUPS[panel.kind].steady and high - low < 1e-9 * max(1, abs(low), abs(high)):
+        # rounding errors of a state at rest
+        axes.set_ylim((low + high) / 2 - 1, (low + high) / 2 + 1)
+    if (panel.kind == "angle" or all(np.all(np.isfinite(values)) for _, values in panel.curves)) and panel.kind != "balance":
+        axes.ticklabel_format(axis="y", style="sci", scilimits=(-3, 5), useMathText=True)
 
 
 def _label(name: str, kind: str) -> str:
-    if kind in TITLES:
-        head, _, tail = name.rpartition(".")
-        # joints of several freedoms count theirs behind the kind: top.angle[2]
-        name = tail if kind in ("energy", "balance") else head + tail[len(kind):]
+    label = label_of(name, kind)
     # matplotlib reads $ as mathematics and hides names that start with _
-    return (" " if name.startswith("_") else "") + name.replace("$", r"\$")
-
-
-def _symbol(kind: str) -> str:
-    symbols = {"angle": "angle", "omega": r"$\omega$", "alpha": r"$\alpha$", "q": "$q$", "qd": r"$\dot{q}$", "qdd": r"$\ddot{q}$", "tau": r"$\tau$", "energy": "$E$", "balance": r"$\Delta E$"}
-    return symbols.get(kind, kind)
+    return (" " if label.startswith("_") else "") + label.replace("$", r"\$")

@@ -1,10 +1,14 @@
-"""Files that a model file takes tables from: they stand beside it, in a folder and in an FMU's resources."""
+"""A model file and the tables it refers to: beside each other in a folder, or in the resources of an FMU."""
 
 from __future__ import annotations
 
 import shutil
 import zipfile
 from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from build_fmu.errors import UserError
+from build_fmu.model.describe import Description, describe
 
 RESOURCES = "resources/"
 MODEL_IN_FMU = RESOURCES + "model.toml"
@@ -16,10 +20,18 @@ def attach(names: list[str], model: Path, folder: Path) -> None:
         shutil.copyfile(model.parent / name, folder / name)
 
 
-def extract_model(archive: zipfile.ZipFile, folder: Path) -> Path:
-    """Writes the model file that an FMU of ours carries, and what it needs, into the folder; returns it."""
-    for name in archive.namelist():
-        plain = name.removeprefix(RESOURCES)
-        if plain and name.startswith(RESOURCES) and "/" not in plain and "\\" not in plain:
-            (folder / plain).write_bytes(archive.read(name))
-    return folder / "model.toml"
+def model_in(fmu: Path) -> Description | None:
+    """Returns the description of the model file that an FMU carries, or None if it carries none; raises UserError for a damaged archive."""
+    if not fmu.is_file():
+        raise UserError(f"there is no FMU '{fmu}'")
+    try:
+        with zipfile.ZipFile(fmu) as archive, TemporaryDirectory() as folder:
+            if MODEL_IN_FMU not in archive.namelist():
+                return None
+            for name in archive.namelist():
+                plain = name.removeprefix(RESOURCES)
+                if plain and name.startswith(RESOURCES) and "/" not in plain and "\\" not in plain:
+                    (Path(folder) / plain).write_bytes(archive.read(name))
+            return describe(Path(folder) / "model.toml")
+    except (zipfile.BadZipFile, zipfile.LargeZipFile, OSError) as error:
+        raise UserError(f"'{fmu}' is not a readable FMU: {error}") from None

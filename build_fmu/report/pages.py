@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from build_fmu.draw.figure import INK, plain_axes, save, titled_figure
 from build_fmu.files import whole_file
 from build_fmu.report.advise import best, curves, seconds_for_all
 from build_fmu.report.machine import machine_lines
@@ -140,27 +141,16 @@ def _table(points: Sequence[Point], unit: str) -> list[str]:
 
 def write_pictures(paths: Sequence[Path], report: Report) -> None:
     """Draws error against cost, a panel a communication step, into .svg and .png files."""
-    import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update({"svg.hashsalt": "build_fmu", "font.size": 9, "axes.axisbelow": True})
-        steps = report.steps
-        figure = Figure(figsize=(1.2 + 4.4 * len(steps), 4.6), dpi=130, layout="constrained")
-        FigureCanvasAgg(figure)
-        figure.suptitle(f"{report.name}: what accuracy costs".replace("$", r"\$"), x=0.01, ha="left", fontsize=13, weight="bold", color="#22303c")
+    steps = report.steps
+    with titled_figure(f"{report.name}: what accuracy costs", 1.2 + 4.4 * len(steps), 4.6) as figure:
         all_axes = figure.subplots(1, len(steps), sharex=True, sharey=True, squeeze=False)[0]
         for axes, step in zip(all_axes, steps, strict=True):
             draw_panel(axes, [p for p in report.points if p.step == step], report)
-            axes.set_title(f"communication step {duration(step)}", loc="left", fontsize=10, color="#22303c")
+            axes.set_title(f"communication step {duration(step)}", loc="left", fontsize=10, color=INK)
             axes.set_xlabel(f"largest error in {duration(report.stop)} of motion [{report.unit}]")
         all_axes[0].set_ylabel("computing time for 1 ms of motion [µs]")
         all_axes[-1].legend(loc="upper left", bbox_to_anchor=(1.0, 1.02), frameon=False, fontsize=8.5)
-        for path in paths:
-            metadata = {".png": {"Software": None}, ".svg": {"Date": None}}[path.suffix]
-            whole_file(path, lambda temporary, m=metadata: figure.savefig(temporary, metadata=m))
+        save(figure, paths)
 
 
 def draw_panel(axes, points: Sequence[Point], report: Report) -> None:
@@ -183,6 +173,4 @@ def draw_panel(axes, points: Sequence[Point], report: Report) -> None:
     low = report.reference.uncertainty
     if low > 0 and math.isfinite(low):
         axes.axvline(low, color="#999999", lw=0.8, ls=":")
-    axes.grid(color="#e3e7ea", lw=0.8)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
+    plain_axes(axes)

@@ -13,7 +13,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree as xml
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from build_fmu import native
 from build_fmu.errors import UserError
 from build_fmu.model.describe import Description, Variable, describe
 from build_fmu.model.resources import attach
+from build_fmu.run.fmu_file import read_description
 
 HEALTH = ("solver.steps", "solver.rejected", "solver.rhs_evaluations")
 PATIENCE = 10.0  # s that a single call may take over the budget before it counts as a hang
@@ -100,34 +100,26 @@ def stage_model(model: Path, folder: Path, description: Description | None = Non
 
 
 def stage_fmu(fmu: Path, folder: Path) -> Staged:
-    """Unpacks an FMU of this project into the folder."""
-    if not fmu.is_file():
-        raise UserError(f"there is no FMU '{fmu}'")
+    """Unpacks an FMU into the folder."""
+    description = read_description(fmu)
     try:
         with zipfile.ZipFile(fmu) as archive:
             archive.extractall(folder)
-        root = xml.parse(folder / "modelDescription.xml").getroot()
-        identifier = root.find("CoSimulation").get("modelIdentifier")
-        experiment = root.find("DefaultExperiment")
-        times = {} if experiment is None else experiment.attrib
-        variables = [_variable(element) for element in root.iter("ScalarVariable")]
-    except (zipfile.BadZipFile, OSError, KeyError, xml.ParseError, AttributeError) as error:
-        raise UserError(f"'{fmu}' is not a readable FMI 2.0 co-simulation FMU: {error}") from None
-    library = folder / "binaries" / "linux64" / f"{identifier}.so"
+    except (zipfile.BadZipFile, OSError) as error:
+        raise UserError(f"'{fmu}' cannot be unpacked: {error}") from None
+    library = folder / "binaries" / "linux64" / f"{description.coSimulation.modelIdentifier}.so"
     if not library.is_file():
         raise UserError(f"'{fmu}' holds no library for Linux on x86-64")
-    stop = float(times.get("stopTime", 1))
-    return Staged(root.get("modelName"), library, (folder / "resources").as_uri(), root.get("guid"), {v.name: v for v in variables},
-                  stop, float(times.get("stepSize", stop / 1000)))
+    experiment = description.defaultExperiment
+    stop = float(getattr(experiment, "stopTime", None) or 1)
+    variables = {v.name: _variable(v) for v in description.modelVariables}
+    return Staged(description.modelName, library, (folder / "resources").as_uri(), description.guid, variables, stop,
+                  float(getattr(experiment, "stepSize", None) or stop / 1000))
 
 
-def _variable(element: xml.Element) -> Variable:
-    kind = element[0]
-    start = kind.get("start")
-    if kind.tag == "Real" and start is not None:
-        start = float(start)
-    return Variable(element.get("name"), int(element.get("valueReference")), kind.tag, element.get("causality", "local"),
-                    element.get("variability", "continuous"), element.get("initial"), start, kind.get("unit"), kind.get("displayUnit"))
+def _variable(v) -> Variable:
+    start = float(v.start) if v.type == "Real" and v.start is not None else v.start
+    return Variable(v.name, v.valueReference, v.type, v.causality or "local", v.variability or "continuous", v.initial, start, v.unit, v.displayUnit)
 
 
 def drive(fmu: Staged, task: Task) -> Outcome:

@@ -6,19 +6,16 @@ lost, so its actuator energy is our `-energy.work` and its total stays constant.
 
 from __future__ import annotations
 
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
 from build_fmu.errors import UserError
 from build_fmu.files import whole_file
-from build_fmu.model.describe import Description, describe
+from build_fmu.model.describe import Description
 from build_fmu.model.planar import planar_axes
-from build_fmu.model.resources import MODEL_IN_FMU, extract_model
 from build_fmu.run.simulate import Result
 
 
@@ -29,14 +26,6 @@ class Columns:
     base: str | None  # the free or planar joint's name
     planar: bool
     joints: list[str]
-
-
-def described(fmu: Path) -> Description:
-    """Returns the table of the model that an FMU of ours carries; raises UserError for another tool's FMU."""
-    with zipfile.ZipFile(fmu) as archive, TemporaryDirectory() as folder:
-        if MODEL_IN_FMU not in archive.namelist():
-            raise UserError(f"'{fmu}' holds no model file, which tells ReDySim's order of joints")
-        return describe(extract_model(archive, Path(folder)))
 
 
 def columns_of(model: Description) -> Columns:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from build_fmu.errors import UserError, did_you_mean, named
+from build_fmu.run.fmu_file import read_description
 
 WARNING = 1  # fmi2Warning; higher is worse
 
@@ -29,22 +30,12 @@ class Session:
     def __init__(self, fmu: Path) -> None:
         """Reads the description and extracts the FMU; raises UserError if it is not one."""
         import fmpy
-        from fmpy.model_description import ValidationError
 
-        if not fmu.is_file():
-            raise UserError(f"there is no FMU '{fmu}'")
-        self.folder: str | None = None
+        self.description = read_description(fmu)
         try:
-            self.description = fmpy.read_model_description(str(fmu))
-            if self.description.fmiVersion != "2.0" or self.description.coSimulation is None:
-                raise UserError(f"'{fmu}' is not an FMI 2.0 co-simulation FMU")
-            self.folder = fmpy.extract(str(fmu))
-        except UserError:
-            raise
-        except ValidationError as error:
-            raise UserError(f"'{fmu}' has a faulty modelDescription.xml: {error.problems[0]}") from None
-        except Exception as error:  # a damaged zip or XML fails in many ways
-            raise UserError(f"'{fmu}' is not a readable FMU: {error}") from None
+            self.folder: str | None = fmpy.extract(str(fmu))
+        except Exception as error:  # a damaged archive fails in many ways
+            raise UserError(f"'{fmu}' cannot be unpacked: {error}") from None
         self.variables = {v.name: v for v in self.description.modelVariables}
         self.log: list[tuple[int, str]] = []
         self.instance = None

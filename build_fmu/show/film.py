@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from build_fmu.draw.drawing import mechanism
+from build_fmu.draw.drawing import PLAIN_TEXT, mechanism
+from build_fmu.draw.figure import new_figure
 from build_fmu.errors import UserError
 from build_fmu.files import whole_file
 from build_fmu.model.describe import Description
@@ -58,10 +59,6 @@ def pictures(time: np.ndarray, speed: float, per_second: float) -> np.ndarray:
 
 def frames(motion: Motion, run: Run, rows: np.ndarray, title: str) -> Iterator[np.ndarray]:
     """Yields the pictures, height x width x RGB."""
-    import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     drawings = [motion.at(int(row)) for row in rows]
     points = np.array([point for drawing in drawings for point in _points(drawing)])
     bounds = np.array([points.min(axis=0), points.max(axis=0)])
@@ -70,18 +67,14 @@ def frames(motion: Motion, run: Run, rows: np.ndarray, title: str) -> Iterator[n
     path_rows = np.unique(np.linspace(rows[0], rows[-1], min(rows[-1] - rows[0] + 1, PATH_POINTS)).astype(int))
     paths = np.array([[_tip(links[i]) for i in tips] for links in (motion.at(int(row))["links"] for row in path_rows)])
     path_time, kept = run.time[path_rows], TRACE * (run.time[rows[-1]] - run.time[rows[0]])
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams["text.parse_math"] = False
-        for row, drawing in zip(rows, drawings, strict=True):
-            figure = Figure(figsize=(6.4, 5.6), dpi=80, facecolor="white")
-            canvas = FigureCanvasAgg(figure)
+    for row, drawing in zip(rows, drawings, strict=True):
+        with new_figure(6.4, 5.6, 80, PLAIN_TEXT, facecolor="white") as figure:
             now = run.time[row]
             behind = paths[(path_time <= now) & (path_time >= now - kept)]
             traces = [[*behind[:, k], _tip(drawing["links"][i])] for k, i in enumerate(tips)]
             mechanism(figure, drawing, title, f"t = {run.time[row]:.2f} s", bounds, traces)
-            canvas.draw()
-            yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
+            figure.canvas.draw()
+            yield np.asarray(figure.canvas.buffer_rgba())[..., :3].copy()
 
 
 def _tip(link: dict) -> np.ndarray:

@@ -11,15 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from build_fmu.draw.groups import GROUPS, group_of, label_of, rank_of, title_of
 from build_fmu.model.describe import Description
 
 SCRIPTS = ("data.js", "mechanism.js", "view.js", "paint.js", "plots.js", "player.js")
-TITLES = {"q": "Joint position", "qd": "Joint velocity", "qdd": "Joint acceleration", "tau": "Drive torque or force", "energy": "Energy",
-          "balance": "Energy balance: total − start − work", "gap": "Loop gap", "lambda": "Loop multipliers",
-          "quaternion": "Quaternion (w, x, y, z)", "omega": "Angular velocity in link axes", "alpha": "Angular acceleration in link axes",
-          "angle": "Angles about z, x, y", "position": "Frame position", "velocity": "Frame velocity"}  # fmt: skip
-ORDER = ("q", "angle", "qd", "omega", "tau", "energy", "balance", "gap", "position", "velocity", "quaternion", "qdd", "alpha", "lambda")
-AT_REST = ("q", "qd", "qdd", "tau", "energy")  # rounding errors of these are not blown up to the height of a panel
 MOST_VALUES = 60_000  # in the page; a longer run keeps every k-th row
 HIDDEN = ("solver",)
 
@@ -83,24 +78,14 @@ def _panels(columns: dict[str, np.ndarray], units: dict[str, tuple[str, float]])
     joints = [name.removesuffix(".q") for name in columns if name.endswith(".q")]
     found: dict[tuple[str, str], dict[str, Any]] = {}
     for name, values in columns.items():
-        kind = kind_of(name)
-        if kind in ("tau",) and not np.any(values != 0):
+        kind = group_of(name)
+        if kind == "tau" and not np.any(values != 0):
             continue
         unit, factor = units.get(name, ("", 1.0))
-        panel = found.setdefault((kind, unit), {"title": TITLES.get(kind, kind), "unit": unit, "factor": factor, "rest": kind in AT_REST,
-                                                "joints": len(joints), "curves": []})
+        title = title_of(kind)
+        panel = found.setdefault((kind, unit), {"title": title[:1].upper() + title[1:] if kind in GROUPS else title, "unit": unit, "factor": factor,
+                                                "rest": kind in GROUPS and GROUPS[kind].steady, "joints": len(joints), "curves": []})
         head = name.rpartition(".")[0]
-        tail = name.rpartition(".")[2]
-        # a vector's parts keep their index
-        label = tail if kind in ("energy", "balance") else head + tail[len(kind):] if kind in TITLES else name
-        panel["curves"].append({"name": name, "label": label or name, "joint": joints.index(head) if head in joints else -1, "dash": kind == "energy"})
-    rank = {kind: i for i, kind in enumerate(ORDER)}
-    return [panel for (kind, _), panel in sorted(found.items(), key=lambda item: rank.get(item[0][0], len(rank)))]
-
-
-def kind_of(name: str) -> str:
-    """Returns what a column is: q, qd, tau, energy, gap, … or, for other names, all but the index."""
-    head, _, tail = name.rpartition(".")
-    if head == "energy":
-        return "balance" if tail == "balance" else "energy"
-    return tail.partition("[")[0] if head else name
+        panel["curves"].append({"name": name, "label": label_of(name, kind) or name, "joint": joints.index(head) if head in joints else -1,
+                                "dash": kind == "energy"})
+    return [panel for (kind, _), panel in sorted(found.items(), key=lambda item: rank_of(item[0][0]))]

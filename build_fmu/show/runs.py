@@ -3,34 +3,16 @@
 from __future__ import annotations
 
 import sys
-import zipfile
 from pathlib import Path
 
 import numpy as np
 
 from build_fmu.errors import UserError
-from build_fmu.model.describe import Description, describe
-from build_fmu.model.resources import MODEL_IN_FMU, extract_model
+from build_fmu.model.describe import Description
 from build_fmu.run.session import Session
 from build_fmu.run.signals import read_table
 from build_fmu.run.simulate import Result
 from build_fmu.show.page import Run
-
-
-def model_of(mechanism: Path, folder: Path) -> Description | None:
-    """Describes the model, also the one that an FMU of ours carries; None for another tool's FMU."""
-    if mechanism.suffix == ".toml":
-        return describe(mechanism)
-    if not mechanism.is_file():
-        raise UserError(f"there is no FMU '{mechanism}'")
-    try:
-        with zipfile.ZipFile(mechanism) as archive:
-            if MODEL_IN_FMU not in archive.namelist():
-                print(f"'{mechanism}' holds no model file: the page has plots and no mechanism", file=sys.stderr)
-                return None
-            return describe(extract_model(archive, folder))
-    except (zipfile.BadZipFile, OSError, zipfile.LargeZipFile) as error:
-        raise UserError(f"'{mechanism}' is not a readable FMU: {error}") from None
 
 
 def run_of(session: Session, result: Result) -> Run:

@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from build_fmu.draw.figure import save, titled_figure
 from build_fmu.files import whole_file
 from build_fmu.report.machine import machine_lines
 from build_fmu.stress.cases import GROUPS
@@ -119,18 +120,11 @@ def _cell(text: str) -> str:
 
 def write_pictures(paths: Sequence[Path], verdicts: Sequence[Verdict]) -> None:
     """Draws a square a case, models down and cases across; the deeper the green, the better the energy balance."""
-    import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
     from matplotlib.patches import Patch, Rectangle
 
     models = list(dict.fromkeys(v.model for v in verdicts))
     labels = list(dict.fromkeys((v.case.group, v.case.label) for v in sorted(verdicts, key=lambda v: list(GROUPS).index(v.case.group))))
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update({"svg.hashsalt": "build_fmu", "font.size": 8})
-        figure = Figure(figsize=(max(8, 3 + 0.24 * len(labels)), 4 + 0.22 * len(models)), dpi=130, layout="constrained")
-        FigureCanvasAgg(figure)
+    with titled_figure("Extreme cases", max(8, 3 + 0.24 * len(labels)), 4 + 0.22 * len(models), font_size=8) as figure:
         axes = figure.subplots()
         for v in verdicts:
             x, y = labels.index((v.case.group, v.case.label)), models.index(v.model)
@@ -140,14 +134,10 @@ def write_pictures(paths: Sequence[Path], verdicts: Sequence[Verdict]) -> None:
         axes.set_yticks([y + 0.46 for y in range(len(models))], [m.replace("$", r"\$") for m in models])
         axes.set_xticks([x + 0.46 for x in range(len(labels))], [f"{group}, {label}" for group, label in labels], rotation=90)
         axes.tick_params(length=0)
-        for side in axes.spines.values():
-            side.set_visible(False)
-        figure.suptitle("Extreme cases", x=0.01, ha="left", fontsize=13, weight="bold", color="#22303c")
+        axes.spines[:].set_visible(False)
         named = {"finished": "finished; paler: energy balance worse"}
         axes.legend(handles=[Patch(color=c, label=named.get(k, k)) for k, c in KINDS.items()], loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=5, frameon=False)
-        for path in paths:
-            metadata = {".png": {"Software": None}, ".svg": {"Date": None}}[path.suffix]
-            whole_file(path, lambda temporary, m=metadata: figure.savefig(temporary, metadata=m))
+        save(figure, paths)
 
 
 def depth(v: Verdict) -> float:
