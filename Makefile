@@ -37,10 +37,10 @@ docs: ## the docs as a site in out/site
 	@sh scripts/docs.sh
 
 win64: ## the library for 64-bit Windows in build/win64, run under Wine
-	@sh scripts/win64.sh
+	@sh scripts/cross.sh win64
 
 darwin64: ## the library for macOS on x86-64 in build/darwin64, linked by zig; nothing here can run it
-	@sh scripts/darwin64.sh
+	@sh scripts/cross.sh darwin64
 
 interop: ## the FMUs in foreign masters: Ecos, libcosim, FMU containers, FMI4j, JavaFMI, Maestro, fmi-sim, VDMCheck
 	@sh scripts/interop.sh

@@ -1,4 +1,4 @@
-# Cross-compiles the library for macOS on x86-64 with zig's clang, libc++ and linker; scripts/darwin64.sh makes these programs.
+# Cross-compiles the library for macOS on x86-64 with zig's clang, libc++ and linker; scripts/cross.sh creates these programs.
 set(CMAKE_SYSTEM_NAME Darwin)
 set(CMAKE_SYSTEM_PROCESSOR x86_64)
 set(zig "${CMAKE_CURRENT_LIST_DIR}/../build/darwin64/zig")

@@ -10,7 +10,7 @@ place="$PWD/.sundials"
 case "$target" in
   native) compiler="${CC:-cc}" ;;
   win64) compiler=x86_64-w64-mingw32-gcc-posix ;;
-  darwin64) compiler="$PWD/build/darwin64/zig/cc" ;;  # as scripts/darwin64.sh leaves it
+  darwin64) compiler="$PWD/build/darwin64/zig/cc" ;;  # as scripts/cross.sh creates it
   *) echo "usage: sundials.sh [native|win64|darwin64]" >&2; exit 2 ;;
 esac
 

@@ -1,4 +1,5 @@
-"""The win64 library under Wine: its runs are those of the Linux library. Slow; `make win64` builds what it needs."""
+"""Cross-compiled libraries: what they export and need; the win64 library runs under Wine like the Linux library. A machine without macOS
+cannot run the darwin64 library. Slow; `make win64` and `make darwin64` build what is needed."""
 
 from __future__ import annotations
 
@@ -20,7 +21,7 @@ from build_fmu.model.describe import describe
 
 ROOT = Path(__file__).parents[2]
 CROSS = "x86_64-w64-mingw32-gcc-posix"
-SYSTEM = {"KERNEL32.dll", "msvcrt.dll"}
+WINDOWS = {"KERNEL32.dll", "msvcrt.dll"}
 pytestmark = pytest.mark.slow
 
 
@@ -31,11 +32,36 @@ def command(*words, **more) -> str:
 
 
 @pytest.fixture(scope="module")
-def library() -> Path:
+def library(request) -> Path:
     try:
-        return native.library("win64")
+        return native.library(request.param)
     except UserError as error:
         pytest.skip(str(error))
+
+
+win64 = pytest.mark.parametrize("library", ["win64"], indirect=True)
+darwin64 = pytest.mark.parametrize("library", ["darwin64"], indirect=True)
+
+
+def dumped(program: str, *options: object) -> str:
+    if not shutil.which(program):
+        pytest.skip(f"{program} is not installed")
+    return command(program, *options)
+
+
+def macho(*options: object) -> str:
+    return dumped("llvm-objdump", "--macho", *options)
+
+
+def exports_fmi_alone(names: set[str], prefix: str) -> bool:
+    return f"{prefix}DoStep" in names and len(names) == 34 and all(name.startswith(prefix) for name in names)
+
+
+def both(name: str, platform: str, folder: Path) -> Path:
+    """Returns an FMU with the Linux library and another one."""
+    file = ROOT / "models" / f"{name}.toml"
+    build(describe(file), file, folder / "both.fmu", platforms=["linux64", platform])
+    return folder / "both.fmu"
 
 
 @pytest.fixture(scope="module")
@@ -56,23 +82,19 @@ def wine(tmp_path_factory) -> dict[str, str]:
     return {**os.environ, "WINEPREFIX": str(tmp_path_factory.mktemp("wine")), "WINEDEBUG": "-all", "DISPLAY": "", "LC_ALL": "C.UTF-8"}
 
 
-def test_shows_fmi_alone_and_needs_windows_alone(library):
-    if not shutil.which("x86_64-w64-mingw32-objdump"):
-        pytest.skip("mingw-w64 is not installed")
-    text = command("x86_64-w64-mingw32-objdump", "-p", library)
-    exported = set(re.findall(r"^\s*\[ *\d+\] (?:\+base\[ *\d+\]\s+[0-9a-f]+ )?(\w+)$", text, re.MULTILINE))
-    assert "fmi2DoStep" in exported and len(exported) == 34
-    assert all(name.startswith("fmi2") for name in exported)
-    assert set(re.findall(r"DLL Name: (\S+)", text)) <= SYSTEM
+@win64
+def test_exports_fmi_and_needs_windows_alone(library):
+    text = dumped("x86_64-w64-mingw32-objdump", "-p", library)
+    assert exports_fmi_alone(set(re.findall(r"^\s*\[ *\d+\] (?:\+base\[ *\d+\]\s+[0-9a-f]+ )?(\w+)$", text, re.MULTILINE)), "fmi2")
+    assert set(re.findall(r"DLL Name: (\S+)", text)) <= WINDOWS
 
 
+@win64
 @pytest.mark.parametrize(("name", "step", "steps"), [("kuka_kr5", 1e-3, 300), ("four_bar", 1e-3, 300), ("stiff_strut", 1e-3, 100)])
 def test_runs_like_the_linux_library(library, players, wine, tmp_path, name, step, steps):
-    file = ROOT / "models" / f"{name}.toml"
-    model = describe(file)
-    build(model, file, tmp_path / "both.fmu", platforms=["linux64", "win64"])
+    model = describe(ROOT / "models" / f"{name}.toml")
     folder = tmp_path / "unpacked fmu ü"
-    with zipfile.ZipFile(tmp_path / "both.fmu") as archive:
+    with zipfile.ZipFile(both(name, "win64", tmp_path)) as archive:
         archive.extractall(folder)
     inputs = ",".join(str(v.value_reference) for v in model.select("input") if v.type == "Real")
     shown = [v for v in model.select("output") if v.type == "Real" and re.search(r"\.(q|qd)$|^energy\.(kinetic|potential)$", v.name)]
@@ -93,3 +115,31 @@ def test_runs_like_the_linux_library(library, players, wine, tmp_path, name, ste
     assert np.ptp(ours, axis=0).max() > 1e-3, "the model must move"
     scale = np.maximum(1, np.abs(ours).max(axis=0))
     assert (np.abs(theirs - ours) / scale).max() < 1e-9
+
+
+@darwin64
+def test_exports_fmi_alone(library):
+    exported = re.findall(r"^0x[0-9A-F]+\s+(\S+)", macho("--exports-trie", library), re.MULTILINE)
+    # the last two are the linker's own
+    assert exports_fmi_alone(set(exported) - {"___dso_handle", "__mh_dylib_header"}, "_fmi2")
+
+
+@darwin64
+def test_needs_the_system_library_alone(library):
+    needed = re.findall(r"^\t(\S+) \(", macho("--dylibs-used", library), re.MULTILINE)
+    assert needed == ["@rpath/libredysim_fmu.dylib", "/usr/lib/libSystem.B.dylib"], "its own name, and what it needs"
+    assert re.search(r"platform macos\s+sdk \S+\s+minos 11\.0\s", macho("--private-headers", library))
+
+
+@darwin64
+def test_shares_nothing_with_other_libraries(library):
+    # a weak definition, such as operator new, would be one for the whole process
+    flags = macho("--private-header", library)
+    assert "DYLIB" in flags and "WEAK_DEFINES" not in flags and "BINDS_TO_WEAK" not in flags
+
+
+@darwin64
+def test_lies_beside_the_linux_library(library, tmp_path):
+    with zipfile.ZipFile(both("pendulum", "darwin64", tmp_path)) as archive:
+        assert archive.read("binaries/darwin64/pendulum.dylib") == library.read_bytes()
+        assert "binaries/linux64/pendulum.so" in archive.namelist()
