@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from build_fmu.draw.drawing import _Scene, draw
+from build_fmu.draw.groups import group_of, label_of
 from build_fmu.model.planar import planar_axes
 
 UP = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -68,3 +69,19 @@ def test_names_stay_left_of_the_numbers():
         scene.finish("names", "", None)
         assert [shown.get_ha() for _, shown in scene.names] == ["left", "left", "right"]
         assert [shown.get_text().strip() for _, shown in scene.names] == ["at 0.0", "at 0.5", "at 2.0"]
+
+
+@pytest.mark.parametrize(
+    ("name", "group", "label"),
+    [
+        ("hand.angle[2]", "angle", "hand[2]"),
+        ("energy.kinetic", "energy", "kinetic"),
+        ("energy.balance", "balance", "balance"),
+        ("tip.position[1]", "position", "tip[1]"),
+        ("solver.steps", "steps", "solver.steps"),
+        ("speed", "speed", "speed"),
+    ],
+)
+def test_variables_are_grouped_by_their_last_part(name, group, label):
+    assert group_of(name) == group
+    assert label_of(name, group) == label

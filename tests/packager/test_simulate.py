@@ -209,7 +209,7 @@ def test_pictures_are_stable_and_in_the_asked_format(tmp_path):
 def test_asked_outputs_are_plotted_whatever_they_are(tmp_path):
     session = FakeSession()
     result = simulate(session, Settings(outputs=["solver.steps", "tip.position[1]"]))
-    assert [p.kind for p in panels(session, result, asked=True)] == ["steps", "position"]
+    assert [p.kind for p in panels(session, result, asked=True)] == ["position", "steps"]
     plot(tmp_path / "a.png", session, result, ["solver.steps"])
 
 
