@@ -1,7 +1,7 @@
 # Each target does all the set-up that a fresh Debian or Ubuntu machine needs, and is quick the second time.
 # The work is in scripts/, which also holds for folders with spaces in their names.
 
-.PHONY: demo test build lint format sanitize fuzz fmu bench win64 darwin64 interop memcheck docs clean distclean help
+.PHONY: demo test build lint format sanitize fuzz fmu bench win64 darwin64 interop memcheck docs wheel coverage clean distclean help
 
 demo: ## build the KUKA KR5 FMU, simulate it, leave a plot and a CSV in out/
 	@sh scripts/demo.sh
@@ -12,10 +12,10 @@ test: ## lint, C++ tests and Python tests
 build: ## the shared library and `describe`, in build/release
 	@sh scripts/build.sh release redysim_fmu describe
 
-lint: ## arrows between rooms, file sizes, formatting
+lint: ## module dependencies, sizes of files and functions, layout of Python and C++
 	@sh scripts/lint.sh
 
-format: ## let clang-format lay out the C++ files
+format: ## let ruff and clang-format lay out the Python and C++ files
 	@sh scripts/lint.sh --fix
 
 sanitize: ## the C++ tests under address and undefined-behaviour sanitizers, those with threads under the thread sanitizer
@@ -33,8 +33,14 @@ fmu: ## every model in models/ as an FMU in out/, validated and simulated by FMP
 bench: ## every figure and plot of docs/performance.md and docs/stability_peers.md, in out/bench
 	@sh scripts/bench.sh
 
-docs: ## the docs as a site in out/site
+docs: ## the docs as a site in out/site, with the pages of the C++ headers
 	@sh scripts/docs.sh
+
+wheel: ## the Python package with the compiled library in out/wheel, tested in an empty environment
+	@sh scripts/wheel.sh
+
+coverage: ## line coverage of C++ and Python by the tests, in out/coverage
+	@sh scripts/coverage.sh
 
 win64: ## the library for 64-bit Windows in build/win64, run under Wine
 	@sh scripts/cross.sh win64

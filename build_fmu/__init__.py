@@ -5,7 +5,7 @@ From Python: `describe` reads a model file, `build` packs it, `Session` opens an
 
 from importlib import import_module
 
-__version__ = "0.1.0"
+__version__ = "0.1.0"  # read by CMakeLists.txt and pyproject.toml
 
 # the names for scripts, and the modules that they come from; a module is loaded when its name is first used
 _PUBLIC = {"UserError": "errors", "describe": "model.describe", "build": "fmu.build", "Session": "run.session", "Settings": "run.simulate",

@@ -31,8 +31,8 @@ if [ -n "$missing" ]; then
   $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $missing </dev/null
 fi
 
-# the environment knows its own place: a moved folder or a changed pyproject.toml needs a new one
-stamp="$PWD $(cksum <pyproject.toml)"
+# the environment knows its own place: a moved folder, a changed pyproject.toml or another version needs a new one
+stamp="$PWD $( (cat pyproject.toml && grep '^__version__' build_fmu/__init__.py) | cksum)"
 if [ "$(cat .venv/stamp 2>/dev/null || true)" != "$stamp" ]; then
   echo "== Python environment in .venv"
   [ "$(cut -d' ' -f1 .venv/place 2>/dev/null || true)" = "$(printf %s "$PWD" | cksum | cut -d' ' -f1)" ] || rm -rf .venv
