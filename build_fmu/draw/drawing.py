@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from build_fmu.draw.figure import INK, METADATA, new_figure
-from build_fmu.model.planar import planar_axes
+from build_fmu.model.planar import joint_counts, planar_axes
 
 PLAIN_TEXT = {"text.parse_math": False}  # a name may hold a dollar sign
 GROUND, COM, LOOP, SPRING = "#7d8792", "#c0392b", "#8e44ad", "#2e8b57"
@@ -162,7 +162,7 @@ def _link(scene: _Scene, links: list[dict[str, Any]], index: int, link: dict[str
         scene.line([origin, com], color=colour, zorder=5 if is_tip else 6, **style)
     if link["type"] != "fixed":
         axis = np.asarray(link["rotation"], float)[:, 2] * 0.07 * scene.size
-        if link["type"] == "prismatic" or (scene.plane is None and link["type"] == "revolute"):
+        if link["slide"] or (scene.plane is None and link["turn"]):
             scene.line([origin - axis, origin + axis], color=INK, lw=1.2, zorder=12)
         marker, size = {"revolute": ("o", 8), "spherical": ("o", 11)}.get(link["type"], ("s", 8))
         scene.mark(origin, marker=marker, ms=size, mfc="white", mec=INK, mew=1.6, zorder=14)
@@ -237,10 +237,8 @@ def _size(drawing: dict[str, Any]) -> float:
 
 
 def _caption(drawing: dict[str, Any]) -> str:
-    kinds, loops = [link["type"] for link in drawing["links"]], len(drawing.get("loops", []))
-    parts = [(kinds.count("revolute"), "revolute"), (kinds.count("prismatic"), "prismatic"),
-             (kinds.count("spherical"), "spherical"), (kinds.count("fixed"), "fixed"), (loops, "loop" if loops == 1 else "loops")]
-    counts = ", ".join(f"{n} {what}" for n, what in parts if n)
+    loops = len(drawing.get("loops", []))
+    counts = ", ".join(joint_counts(drawing["links"]) + ([f"{loops} loop{'s' if loops > 1 else ''}"] if loops else []))
     return f"{counts} · {sum(link['mass'] for link in drawing['links']):.4g} kg · start pose"
 
 

@@ -1,4 +1,4 @@
-"""Whether a mechanism moves in a plane, from its drawing table."""
+"""What the drawing table of a mechanism says of it: the plane of motion, the joints by kind."""
 
 from __future__ import annotations
 
@@ -9,7 +9,19 @@ def planar_axes(links: list[dict[str, Any]]) -> tuple[int, int] | None:
     """Returns the two ground axes (0, 1, 2) that span the plane of motion, or None for a spatial mechanism."""
     moving = [link for link in links if link["type"] != "fixed"]
     for normal, plane in ((2, (0, 1)), (1, (0, 2)), (0, (1, 2))):
-        along = [(link["type"], abs(link["rotation"][normal][2])) for link in moving]
-        if along and all(z > 1 - 1e-9 if kind == "revolute" else kind == "prismatic" and z < 1e-9 for kind, z in along):
+        if moving and all(_keeps_plane(link, abs(link["rotation"][normal][2])) for link in moving):
             return plane
     return None
+
+
+def _keeps_plane(link: dict[str, Any], along: float) -> bool:
+    """Whether a joint, by the cosine between its axis and the plane's normal, turns about the normal or slides across it."""
+    turns, slides = bool(link["turn"]), bool(link["slide"])
+    return (turns or slides) and (not turns or along > 1 - 1e-9) and (not slides or along < 1e-9)
+
+
+def joint_counts(links: list[dict[str, Any]]) -> list[str]:
+    """Returns "6 revolute", "1 fixed", ...: fixed ones last."""
+    kinds = [link["type"] for link in links]
+    order = dict.fromkeys(["revolute", "prismatic", *(kind for kind in kinds if kind != "fixed"), "fixed"])
+    return [f"{kinds.count(kind)} {kind}" for kind in order if kind in kinds]

@@ -92,11 +92,10 @@ function posesAt(row) {
     }
     let R = times(base.R, link.R), p = place(base, link.p);
     const moved = link.column ? valueAt(link.column, row) - link.q0 : 0;
-    if (moved && link.type === "revolute") {
-      const c = Math.cos(moved), s = Math.sin(moved);
+    if (moved && link.slide) p = plus(p, [R[2], R[5], R[8]], link.slide * moved);
+    if (moved && link.turn) {
+      const c = Math.cos(link.turn * moved), s = Math.sin(link.turn * moved);
       R = times(R, [c, -s, 0, s, c, 0, 0, 0, 1]);
-    } else if (moved && link.type === "prismatic") {
-      p = plus(p, [R[2], R[5], R[8]], moved);
     }
     poses.push({ R, p });
   }

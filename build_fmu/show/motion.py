@@ -36,8 +36,8 @@ class Motion:
                 turn = [self.columns[f"{ball['name']}.quaternion[{k}]"][row] for k in range(1, 5)]
                 # less the start's turn, then the turn of now
                 relative = relative @ np.linalg.inv(_turn(ball["quaternion"])) @ _turn(turn)
-            elif link["type"] in ("revolute", "prismatic") and f"{link['joint']}.q" in self.columns:
-                relative = relative @ _joint(link["type"], self.columns[f"{link['joint']}.q"][row] - link["q"])
+            elif (link["turn"] or link["slide"]) and f"{link['joint']}.q" in self.columns:
+                relative = relative @ _joint(link, self.columns[f"{link['joint']}.q"][row] - link["q"])
             poses.append(base @ relative)
         return poses
 
@@ -62,13 +62,12 @@ def _moved(move: np.ndarray, point) -> np.ndarray:
     return move[:3, :3] @ np.asarray(point, float) + move[:3, 3]
 
 
-def _joint(kind: str, value: float) -> np.ndarray:
+def _joint(link: dict[str, Any], moved: float) -> np.ndarray:
+    """The displacement about and along z for a change of q."""
     pose = np.eye(4)
-    if kind == "prismatic":
-        pose[2, 3] = value
-    else:
-        c, s = np.cos(value), np.sin(value)
-        pose[:2, :2] = [[c, -s], [s, c]]
+    c, s = np.cos(link["turn"] * moved), np.sin(link["turn"] * moved)
+    pose[:2, :2] = [[c, -s], [s, c]]
+    pose[2, 3] = link["slide"] * moved
     return pose
 
 

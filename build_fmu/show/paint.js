@@ -101,13 +101,13 @@ function paintLinks(poses) {
     const { R, p } = poses[i], axis = [R[2], R[5], R[8]];
     if (link.type === "spherical") ball(p, 1.6 * thick, link.colour);
     if (link.parent < 0 && link.type !== "fixed") tube(plus(p, axis, -1.15 * thick), plus(p, axis, 1.15 * thick), 1.75 * thick, 1.75 * thick, css("--metal"));
-    if (link.type === "revolute") tube(plus(p, axis, -1.7 * thick), plus(p, axis, 1.7 * thick), 1.28 * thick, 1.28 * thick, link.colour);
-    if (link.type === "prismatic") {
-      box(p, R, [1.5 * thick, 1.5 * thick, 2.1 * thick], link.colour);
+    if (link.turn) tube(plus(p, axis, -1.7 * thick), plus(p, axis, 1.7 * thick), 1.28 * thick, 1.28 * thick, link.colour);
+    if (link.slide) {
+      if (!link.turn) box(p, R, [1.5 * thick, 1.5 * thick, 2.1 * thick], link.colour);
       tube(plus(p, axis, -4.5 * thick), plus(p, axis, 4.5 * thick), 0.35 * thick, 0.35 * thick, css("--metal"));
     }
     // the axis of a joint ends in two bright studs
-    if (link.type === "revolute") tube(plus(p, axis, -2 * thick), plus(p, axis, 2 * thick), 0.5 * thick, 0.5 * thick, "#dfe6ec");
+    if (link.turn) tube(plus(p, axis, -2 * thick), plus(p, axis, 2 * thick), 0.5 * thick, 0.5 * thick, "#dfe6ec");
     if (link.mass > 0 && links.length <= 60) massCentre(place(poses[i], link.centre), thick * (0.55 + 0.75 * Math.cbrt(link.mass / totalMass)));
   });
   for (const tie of ties) {

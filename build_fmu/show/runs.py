@@ -9,6 +9,7 @@ import numpy as np
 
 from build_fmu.errors import UserError
 from build_fmu.model.describe import Description
+from build_fmu.model.planar import joint_counts
 from build_fmu.run.session import Session
 from build_fmu.run.signals import read_table
 from build_fmu.run.simulate import Result
@@ -52,11 +53,8 @@ def about(model: Description | None, shown: Run, record: Path | None) -> str:
     parts = [model.description] if model and model.description else []
     if model:
         links = model.drawing["links"]
-        counts = {"revolute": 0, "prismatic": 0, "fixed": 0}
-        for link in links:
-            counts[link["type"]] = counts.get(link["type"], 0) + 1
         loops = len(model.drawing.get("loops", []))
-        words = [f"{count} {kind}" for kind, count in counts.items() if count] + ([f"{loops} loop{'s' if loops > 1 else ''}"] if loops else [])
+        words = joint_counts(links) + ([f"{loops} loop{'s' if loops > 1 else ''}"] if loops else [])
         parts.append(f"{', '.join(words)}, {sum(link['mass'] for link in links):.4g} kg")
     if record:
         parts.append(f"record {record.name}, {len(shown.time)} rows")

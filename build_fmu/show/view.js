@@ -11,7 +11,7 @@ const LIGHT = unit([-0.45, 0.75, 0.6]); // from the camera: left, up, near
 // A planar mechanism is seen along its axes, any other one from the side and above.
 const normal = [[0, 0, 1], [0, -1, 0], [1, 0, 0]].find((n) => moving.length && moving.every((link) => {
   const along = Math.abs(dot(n, [link.start.R[2], link.start.R[5], link.start.R[8]]));
-  return link.type === "revolute" ? along > 1 - 1e-9 : link.type === "prismatic" && along < 1e-9;
+  return (link.turn || link.slide) && (!link.turn || along > 1 - 1e-9) && (!link.slide || along < 1e-9);
 }));
 // Up is against gravity, as far as that lies in the plane; without gravity z is up, or y where z is the axis.
 function without(v, n) {

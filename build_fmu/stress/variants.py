@@ -95,7 +95,7 @@ def fast(model: Model, link: dict[str, Any], speed: float) -> None:
     if kind in SIZES:
         link["qd"] = [0.0] * (SIZES[kind][1] - 1) + [speed]
     else:
-        link["qd"] = math.degrees(speed) if kind == "revolute" and model.get("angle_unit") == "deg" else speed
+        link["qd"] = math.degrees(speed) if kind != "prismatic" and model.get("angle_unit") == "deg" else speed
 
 
 def stiff_joints(model: Model, stiffness: float, damping: float) -> None:

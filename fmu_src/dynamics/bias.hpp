@@ -59,18 +59,12 @@ void set_joint_velocity(const JointPlan<Scalar>& joint, JointState<Scalar>& s, V
   linear.z() += joint.a * w.x() * w.z();
   turn_x_into(joint, w);
   turn_x_into(joint, linear);
-  if (joint.shifted || joint.prismatic) centripetal_z(s.offset);
+  if (joint.shifted) centripetal_z(s.offset);
   turn_into(w.x(), w.y(), s.cosine, s.sine);
   turn_into(linear.x(), linear.y(), s.cosine, s.sine);
   s.c.linear = linear;
-  if (joint.prismatic) {
-    s.c.linear.x() += Scalar(2) * qd * w.y();
-    s.c.linear.y() -= Scalar(2) * qd * w.x();
-    s.c.angular.setZero();
-  } else {
-    s.c.angular = {qd * w.y(), -qd * w.x(), Scalar(0)};
-    w.z() += qd;
-  }
+  set_velocity_product(joint, w, qd, s.c);
+  if (turns(joint)) w.z() += qd;
   s.omega = w;
 }
 
@@ -78,7 +72,7 @@ void set_joint_velocity(const JointPlan<Scalar>& joint, JointState<Scalar>& s, V
 template <class Scalar>
 void set_root_velocity(const JointPlan<Scalar>& joint, JointState<Scalar>& s, const Scalar& qd) {
   s.c = Motion<Scalar>::zero();
-  s.omega = {Scalar(0), Scalar(0), joint.prismatic ? Scalar(0) : qd};
+  s.omega = {Scalar(0), Scalar(0), turns(joint) ? qd : Scalar(0)};
 }
 
 template <class Scalar>

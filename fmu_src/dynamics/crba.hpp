@@ -18,11 +18,11 @@ void joint_space_inertia(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const 
     // wrench of a unit acceleration of joint i, felt by every joint below it
     set_pivot(joint, s, Scalar(0));
     Force<Scalar> f = s.U;
-    M(i, i) = (joint.prismatic ? f.force : f.moment).z() + joint.armature;
+    M(i, i) = generalized_force(joint, f) + joint.armature;
     for (int j = i; plan.joints[j].parent != ground;) {
       to_parent(plan.joints[j], ws.joints[j], f);
       j = plan.joints[j].parent;
-      M(i, j) = M(j, i) = (plan.joints[j].prismatic ? f.force : f.moment).z();
+      M(i, j) = M(j, i) = generalized_force(plan.joints[j], f);
     }
     if (joint.parent == ground) continue;
     ArticulatedInertia<Scalar> A = s.A;

@@ -143,7 +143,7 @@ void Derivatives::set_point(const Plan<double>& plan, Workspace<double>& ws, con
     Mat3<double> rotation;
     Vec3<double> position;
     joint_pose(joint, s, rotation, position);
-    const Vec3<double> own = joint.prismatic ? Vec3<double>::Zero() : Vec3<double>(qd[i] * axis);
+    const Vec3<double> own = turns(joint) ? Vec3<double>(qd[i] * axis) : Vec3<double>::Zero();
     bodies_[i] = {s.omega, s.omega - own, rotation.transpose() * position, s.acceleration, s.p};
   }
 }
@@ -163,16 +163,17 @@ REDYSIM_CLONES void Derivatives::move_subtree(const Plan<double>& plan, const Wo
       change.omega.setZero();
       change.acceleration = Motion<double>::zero();
       const Vec3<double> turning = body.omega.cross(axis);
-      if (velocity && at.prismatic) {
-        change.acceleration.linear = 2 * turning;
-      } else if (velocity) {
-        change.omega = axis;
-        change.acceleration.angular = turning;
-      } else if (at.prismatic) {
-        change.acceleration.linear = body.acceleration.angular.cross(axis) + body.omega.cross(turning);
+      if (velocity) {
+        if (turns(at)) change.omega = axis;
+        add_velocity_product(at, turning, change.acceleration);
       } else {
-        change.omega = turning;
-        change.acceleration = {body.acceleration.angular.cross(axis), body.acceleration.linear.cross(axis)};
+        const Motion<double>& a = body.acceleration;
+        if (turns(at)) {
+          change.omega = turning;
+          change.acceleration = {a.angular.cross(axis), a.linear.cross(axis)};
+        }
+        if (slides(at))
+          change.acceleration.linear += advance(at) * (a.angular.cross(axis) + body.omega.cross(turning));
       }
     } else {
       const Change& parent = changes_[at.parent];
@@ -184,11 +185,7 @@ REDYSIM_CLONES void Derivatives::move_subtree(const Plan<double>& plan, const Wo
       const Vec3<double>& w = body.omega_carried;
       change.acceleration.linear +=
           change.omega.cross(w.cross(body.arm)) + w.cross(change.omega.cross(body.arm));
-      const Vec3<double> coriolis = qd[i] * change.omega.cross(axis);
-      if (at.prismatic)
-        change.acceleration.linear += 2 * coriolis;
-      else
-        change.acceleration.angular += coriolis;
+      add_velocity_product(at, Vec3<double>(qd[i] * change.omega.cross(axis)), change.acceleration);
     }
     change.wrench = bias_change(at.inertia, body.omega, change.omega);
     add(change.wrench, at.inertia * change.acceleration);
@@ -198,8 +195,8 @@ REDYSIM_CLONES void Derivatives::move_subtree(const Plan<double>& plan, const Wo
 // The bodies that springs, ports and loops look at, seen from the ground: (6)-(8).
 void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<double>& ws, int joint,
                                      bool velocity) {
-  const bool prismatic = plan.joints[joint].prismatic;
-  const GroundState<double> carrier = ground_state(ws, plan.joints[joint].parent);
+  const JointPlan<double>& at = plan.joints[joint];
+  const GroundState<double> carrier = ground_state(ws, at.parent);
   const Vec3<double> zero = Vec3<double>::Zero();
   for (std::size_t i = 0; i < plan.needs_pose.size(); ++i) {
     if (!plan.needs_pose[i]) continue;
@@ -207,15 +204,17 @@ void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<d
     Vec3<double> turn = zero, position = zero, omega = zero, rate = zero;
     if (changes_[i].moved) {
       const Vec3<double> e = ws.ground[joint].rotation.col(2);
-      const Vec3<double> shift =
-          prismatic ? e : Vec3<double>(e.cross(g.position - ws.ground[joint].position));
+      // displacement of the body per unit of q
+      Vec3<double> angular = zero, shift = zero;
+      add_motion(at, e, angular, shift);
+      if (turns(at)) shift += e.cross(g.position - ws.ground[joint].position);
       if (velocity) {
         rate = shift;
-        if (!prismatic) omega = e;
+        omega = angular;
       } else {
         position = shift;
         rate = carrier.omega.cross(shift);
-        if (!prismatic) {
+        if (turns(at)) {
           turn = e;
           omega = e.cross(g.omega - carrier.omega);
           rate += e.cross(g.velocity - carrier.velocity - carrier.omega.cross(g.position - carrier.position));
@@ -285,12 +284,12 @@ REDYSIM_CLONES void Derivatives::collect_forces(const Plan<double>& plan, const 
   for (int i = plan.nv - 1; i >= 0; --i) {
     const JointPlan<double>& at = plan.joints[i];
     Force<double> f = changes_[i].wrench;
-    forces_[i] = -(at.prismatic ? f.force.z() : f.moment.z());
+    forces_[i] = -generalized_force(at, f);
     if (at.parent == ground) continue;
     if (i == joint && !velocity) {
       const Force<double>& whole = bodies_[i].wrench;
-      f.moment += axis.cross(at.prismatic ? whole.force : whole.moment);
-      if (!at.prismatic) f.force += axis.cross(whole.force);
+      if (turns(at)) add(f, {axis.cross(whole.moment), axis.cross(whole.force)});
+      if (slides(at)) f.moment += advance(at) * axis.cross(whole.force);
     }
     to_parent(at, ws.joints[i], f);
     add(changes_[at.parent].wrench, f);

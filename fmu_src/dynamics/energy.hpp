@@ -19,7 +19,7 @@ Scalar kinetic_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sca
       twist.linear = ws.joints[joint.parent].c.linear;
     }
     to_body(joint, s, twist);
-    (joint.prismatic ? twist.linear : twist.angular).z() += qd[i];
+    add_motion(joint, qd[i], twist);
     s.omega = twist.angular;
     s.c.linear = twist.linear;
     twice += dot(joint.inertia * twist, twist) + joint.armature * qd[i] * qd[i];

@@ -35,11 +35,7 @@ GroundState<Scalar> moved(const JointPlan<Scalar>& joint, const JointState<Scala
   to.position = from.position + arm;
   to.omega = from.omega;
   to.velocity = from.velocity + from.omega.cross(arm);
-  const Vec3<Scalar> axis = to.rotation.col(2);
-  if (joint.prismatic)
-    to.velocity += axis * qd;
-  else
-    to.omega += axis * qd;
+  add_motion(joint, Vec3<Scalar>(to.rotation.col(2) * qd), to.omega, to.velocity);
   return to;
 }
 

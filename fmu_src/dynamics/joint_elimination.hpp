@@ -9,28 +9,21 @@
 
 namespace redysim {
 
-// The lanes of A S (moment, force) in the entry of one row and z: the joint turns about z or slides along it.
-template <class Scalar>
-REDYSIM_INLINE Lanes<Scalar> axis_column(const JointPlan<Scalar>& joint, const Lanes<Scalar>& entry) {
-  return joint.prismatic ? permuted<2, 1, 1, 2>(entry) : permuted<0, 3, 3, 0>(entry);
-}
-
 // U = A S, 1/D and u of one joint.
 template <class Scalar>
 void set_pivot(const JointPlan<Scalar>& joint, JointState<Scalar>& s, const Scalar& tau) {
-  const Lanes<Scalar> x = axis_column(joint, s.A.xz), y = axis_column(joint, s.A.yz),
-                      z = axis_column(joint, s.A.zz);
+  const Lanes<Scalar> x = inertia_column(joint, s.A.xz), y = inertia_column(joint, s.A.yz),
+                      z = inertia_column(joint, s.A.zz);
   s.U = {{x[0], y[0], z[0]}, {x[1], y[1], z[1]}};
-  const bool turns = !joint.prismatic;
-  s.D_inverse = Scalar(1) / ((turns ? z[0] : z[1]) + joint.armature);
-  s.u = tau - (turns ? s.p.moment.z() : s.p.force.z());
+  s.D_inverse = Scalar(1) / (axis_inertia(joint, s.A.zz) + joint.armature);
+  s.u = tau - generalized_force(joint, s.p);
 }
 
 // A prescribed joint yields to nothing: 1/D = 0, and its acceleration belongs to c.
 template <class Scalar>
 void prescribe(const JointPlan<Scalar>& joint, JointState<Scalar>& s, const Scalar& qdd) {
   s.D_inverse = s.u = Scalar(0);
-  (joint.prismatic ? s.c.linear : s.c.angular).z() += qdd;
+  add_motion(joint, qdd, s.c);
 }
 
 // What the parent feels: A - U U^T / D and p + A_reduced c + U u / D. A free axis passes on nothing but tau
@@ -40,8 +33,8 @@ REDYSIM_INLINE void reduce(const JointPlan<Scalar>& joint, const JointState<Scal
                            ArticulatedInertia<Scalar>& A, Force<Scalar>& p) {
   using L = Lanes<Scalar>;
   // of one row: right = [n f f n], left = [n f n f]; the lanes of left * right are n n, f f, n f, f n
-  const L right_x = axis_column(joint, s.A.xz), right_y = axis_column(joint, s.A.yz),
-          right_z = axis_column(joint, s.A.zz);
+  const L right_x = inertia_column(joint, s.A.xz), right_y = inertia_column(joint, s.A.yz),
+          right_z = inertia_column(joint, s.A.zz);
   const L left_x = s.D_inverse * permuted<0, 1, 0, 1>(right_x),
           left_y = s.D_inverse * permuted<0, 1, 0, 1>(right_y),
           left_z = s.D_inverse * permuted<0, 1, 0, 1>(right_z);
@@ -100,7 +93,7 @@ void accelerate_joint(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, Sc
     a.linear += s.c.linear;
   }
   qdd[i] = (s.u + from_loops - dot(s.U, a)) * s.D_inverse;
-  (joint.prismatic ? a.linear : a.angular).z() += qdd[i];
+  add_motion(joint, qdd[i], a);
   s.acceleration = a;
   if (joint.prescribed) s.u = from_loops;
 }
@@ -111,8 +104,7 @@ Scalar prescribed_force(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, i
                         const Scalar* qd, const Scalar* qdd) {
   const JointPlan<Scalar>& joint = plan.joints[i];
   const JointState<Scalar>& s = ws.joints[i];
-  const Scalar along = joint.prismatic ? s.p.force.z() : s.p.moment.z();
-  return dot(s.U, s.acceleration) + along - s.u + joint.armature * qdd[i] -
+  return dot(s.U, s.acceleration) + generalized_force(joint, s.p) - s.u + joint.armature * qdd[i] -
          joint_force(plan, i, q[i], qd[i], Scalar(0));
 }
 

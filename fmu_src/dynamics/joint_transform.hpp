@@ -2,8 +2,7 @@
 
 #include <cmath>
 
-#include "dynamics/plan.hpp"
-#include "dynamics/workspace.hpp"
+#include "dynamics/motion_subspace.hpp"
 #include "math/screw.hpp"
 
 // Motions, wrenches and articulated inertias across one joint: up to three elementary screws (branch, x,
@@ -68,17 +67,6 @@ void turn_x_back(const JointPlan<Scalar>& joint, ArticulatedInertia<Scalar>& A) 
   }
 }
 
-// Angle of the joint's z screw at q; its offset.
-template <class Scalar>
-Scalar joint_angle(const JointPlan<Scalar>& joint, const Scalar& q) {
-  return joint.prismatic ? joint.theta : Scalar(joint.theta + q);
-}
-
-template <class Scalar>
-Scalar joint_offset(const JointPlan<Scalar>& joint, const Scalar& q) {
-  return joint.prismatic ? Scalar(joint.d + q) : joint.d;
-}
-
 // cos, sin and offset of one joint's z screw at q.
 template <class Scalar>
 void set_joint_position(const JointPlan<Scalar>& joint, const Scalar& q, JointState<Scalar>& state) {
@@ -109,7 +97,7 @@ void to_body(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, Mo
   m.linear.z() -= joint.a * m.angular.y();
   turn_x_into(joint, m.angular);
   turn_x_into(joint, m.linear);
-  if (joint.shifted || joint.prismatic) shift_z(state.offset);
+  if (joint.shifted) shift_z(state.offset);
   turn_into(m.angular.x(), m.angular.y(), state.cosine, state.sine);
   turn_into(m.linear.x(), m.linear.y(), state.cosine, state.sine);
 }
@@ -123,7 +111,7 @@ void to_parent(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, 
   };
   turn_back(f.moment.x(), f.moment.y(), state.cosine, state.sine);
   turn_back(f.force.x(), f.force.y(), state.cosine, state.sine);
-  if (joint.shifted || joint.prismatic) shift_z(state.offset);
+  if (joint.shifted) shift_z(state.offset);
   turn_x_back(joint, f.moment);
   turn_x_back(joint, f.force);
   f.moment.y() -= joint.a * f.force.z();
@@ -144,7 +132,7 @@ template <class Scalar>
 void to_parent(const JointPlan<Scalar>& joint, const JointState<Scalar>& state,
                ArticulatedInertia<Scalar>& A) {
   turn_z_back(A, state.cosine, state.sine);
-  if (joint.shifted || joint.prismatic) shift_z_back(A, state.offset);
+  if (joint.shifted) shift_z_back(A, state.offset);
   turn_x_back(joint, A);
   if (joint.a != Scalar(0)) shift_x_back(A, joint.a);
   if (joint.branch) {

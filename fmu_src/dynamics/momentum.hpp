@@ -14,7 +14,7 @@ Force<Scalar> momentum(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sc
     Motion<Scalar> twist = Motion<Scalar>::zero();
     if (joint.parent != ground) twist = ws.joints[joint.parent].acceleration;
     to_body(joint, ws.joints[i], twist);
-    (joint.prismatic ? twist.linear : twist.angular).z() += qd[i];
+    add_motion(joint, qd[i], twist);
     ws.joints[i].acceleration = twist;  // the pass keeps twists where accelerations stand
     ws.joints[i].p = joint.inertia * twist;
   }

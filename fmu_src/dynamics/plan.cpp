@@ -54,7 +54,7 @@ JointPlan<Scalar> joint_plan(const Joint& joint, const Placement& placement, int
   JointPlan<Scalar> plan;
   plan.parent = parent;
   plan.link = link;
-  plan.prismatic = joint.type == JointType::prismatic;
+  plan.subspace = slides(joint) ? Subspace::translation : Subspace::rotation;
   plan.prescribed = joint.drive == Drive::motion || joint.drive == Drive::locked;
   plan.twist = twist_of(dh.alpha);
   if (plan.twist == Twist::none) {
@@ -67,7 +67,7 @@ JointPlan<Scalar> joint_plan(const Joint& joint, const Placement& placement, int
     }
   }
   plan.branch = dh.gamma != 0 || dh.b != 0 || placement.aside != 0;
-  plan.shifted = dh.d != 0;
+  plan.shifted = dh.d != 0 || slides(joint);
   plan.cos_gamma = std::cos(dh.gamma);
   plan.sin_gamma = std::sin(dh.gamma);
   plan.b = dh.b;
@@ -149,12 +149,12 @@ void Plan<Scalar>::take_joints(const Model& model) {
     const bool on_ground = link.parent == ground;
     const int parent = on_ground ? ground : carrier[link.parent];
     const Pose base = on_ground ? Pose() : frame_in_carrier[link.parent];
-    if (link.joint.type == JointType::fixed) {
+    if (!moves(link.joint)) {
       carrier.push_back(parent);
       frame_in_carrier.push_back(base * pose_of(link.joint.dh));
       continue;
     }
-    const bool base_moved = !on_ground && model.links[link.parent].joint.type == JointType::fixed;
+    const bool base_moved = !on_ground && !moves(model.links[link.parent].joint);
     const Placement placement =
         base_moved ? placement_of(base * pose_of(link.joint.dh)) : placement_of(link.joint.dh);
     carrier.push_back(static_cast<int>(joints.size()));
@@ -188,7 +188,7 @@ void Plan<Scalar>::take_bodies(const Model& model) {
     joint.resists = joint.rubs || joint.stopped;
     joint.passive = given.stiffness != 0 || given.damping != 0 || joint.resists;
     if (!resistances.empty()) resistances[&joint - joints.data()] = resistance_of<Scalar>(given);
-    joint.axis_free = !joint.prismatic && !joint.prescribed && given.armature == 0;
+    joint.axis_free = joint.subspace == Subspace::rotation && !joint.prescribed && given.armature == 0;
     joint.inertia = RigidInertia<Scalar>();
   }
   grounded.setZero();

@@ -17,21 +17,24 @@ namespace redysim {
 // How Rx(alpha) is applied; a right angle is a signed permutation.
 enum class Twist { none, plus_90, minus_90, general };
 
+// The parts of a joint's motion subspace S that are not zero (dynamics/motion_subspace.hpp).
+enum class Subspace : unsigned char { rotation, translation };
+
 // One moving joint and the body it carries. Joints stand parent before child.
 template <class Scalar>
 struct JointPlan {
   int parent = ground;  // joint index of the carrier
   int link = 0;         // index into Model::links
-  bool prismatic = false;
+  Subspace subspace = Subspace::rotation;
   bool prescribed = false;  // its acceleration is given, its force follows
   bool of_ball = false;     // chart, z, x or y joint of a spherical joint (dynamics/ball.hpp)
   bool branch = false;      // gamma, b or aside present
-  bool shifted = false;     // constant d of a revolute joint present
+  bool shifted = false;     // offset along z present
   bool passive = false;     // stiffness, damping, friction or stops present
   bool resists = false;     // friction or stops present
   bool rubs = false;        // friction present
   bool stopped = false;     // stops present
-  bool axis_free = true;    // revolute without armature: no moment about z gets past the joint
+  bool axis_free = true;    // rotation without armature: no moment about z gets past the joint
   Twist twist = Twist::none;
   // Rz(gamma) T(0, aside, b) Rx(alpha) Tx(a) Rz(theta) Tz(d); aside replaces b and d where axes are nearly
   // parallel

@@ -19,7 +19,7 @@ void set_body_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sc
     to_body(joint, s, a);
     a.angular += s.c.angular;
     a.linear += s.c.linear;
-    (joint.prismatic ? a.linear : a.angular).z() += qdd[i];
+    add_motion(joint, qdd[i], a);
     s.acceleration = a;
     // wrench = inertia * acceleration + bias
     s.p = body_bias(joint.inertia, s.omega);
@@ -34,8 +34,8 @@ void collect_joint_forces(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
   for (int i = static_cast<int>(plan.joints.size()) - 1; i >= 0; --i) {
     const JointPlan<Scalar>& joint = plan.joints[i];
     JointState<Scalar>& s = ws.joints[i];
-    const Scalar along = joint.prismatic ? s.p.force.z() : s.p.moment.z();
-    tau[i] = along + joint.armature * qdd[i] - joint_force(plan, i, q[i], qd[i], Scalar(0));
+    tau[i] = generalized_force(joint, s.p) + joint.armature * qdd[i] -
+             joint_force(plan, i, q[i], qd[i], Scalar(0));
     if (joint.parent == ground) continue;
     Force<Scalar> p = s.p;
     to_parent(joint, s, p);

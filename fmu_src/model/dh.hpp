@@ -1,7 +1,7 @@
 #pragma once
 
 #include "math/vec3.hpp"
-#include "model/model.hpp"
+#include "model/joint.hpp"
 
 namespace redysim {
 

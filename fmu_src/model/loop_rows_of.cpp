@@ -15,9 +15,9 @@ bool moves_in_plane(const Model& model, const std::vector<Pose>& poses, int link
                     const Vec3<double>& normal) {
   for (; link != stop; link = model.links[link].parent) {
     const Vec3<double> axis = poses[link].rotation.col(2);
-    const JointType type = model.links[link].joint.type;
-    if (type == JointType::revolute && axis.cross(normal).norm() > parallel) return false;
-    if (type == JointType::prismatic && std::abs(axis.dot(normal)) > parallel) return false;
+    const Joint& joint = model.links[link].joint;
+    if (turns(joint) && axis.cross(normal).norm() > parallel) return false;
+    if (slides(joint) && std::abs(axis.dot(normal)) > parallel) return false;
   }
   return true;
 }
@@ -25,8 +25,7 @@ bool moves_in_plane(const Model& model, const std::vector<Pose>& poses, int link
 // Whether the orientation of `link` can only turn about `normal`.
 bool turns_about(const Model& model, const std::vector<Pose>& poses, int link, const Vec3<double>& normal) {
   for (; link != ground; link = model.links[link].parent)
-    if (model.links[link].joint.type == JointType::revolute &&
-        poses[link].rotation.col(2).cross(normal).norm() > parallel)
+    if (turns(model.links[link].joint) && poses[link].rotation.col(2).cross(normal).norm() > parallel)
       return false;
   return true;
 }

@@ -1,12 +1,12 @@
 #pragma once
 
 #include <array>
-#include <limits>
 #include <string>
 #include <vector>
 
 #include "math/vec3.hpp"
 #include "model/controller.hpp"
+#include "model/joint.hpp"
 #include "model/trajectory.hpp"
 
 // The multibody system as its user describes it: names, links, loops, forces and settings in SI units
@@ -16,42 +16,6 @@
 namespace redysim {
 
 inline constexpr int ground = -1;  // index of the fixed base wherever a link index is expected
-
-// A read Model holds revolute, prismatic and fixed joints only: the reader builds the others from them.
-enum class JointType { revolute, prismatic, fixed, universal, cylindrical, planar, spherical, free };
-
-// How a joint is driven: a torque input, a prescribed motion input (inverse dynamics of that joint),
-// held at its start position, or no actuator at all.
-enum class Drive { torque, motion, locked, free };
-
-// Modified DH after Khalil and Kleinfinger (1986); parent frame to link frame:
-//   T = Rz(gamma) Tz(b) Rx(alpha) Tx(a) Rz(theta) Tz(d)      angles in rad, lengths in m
-struct DhParameters {
-  double gamma = 0, b = 0, alpha = 0, a = 0, theta = 0, d = 0;
-};
-
-// The joint that carries its link; its axis is z of the link frame. q adds to theta (revolute) or d
-// (prismatic). tau_passive = -stiffness (q - rest) - damping qd - friction and stops, whose laws are in
-// dynamics/joint_force.hpp; armature adds to the mass matrix diagonal.
-struct Joint {
-  std::string name;
-  JointType type = JointType::revolute;
-  Drive drive = Drive::torque;
-  DhParameters dh;
-  double q0 = 0, qd0 = 0;
-  bool hold = false;  // loop assembly keeps q0 of this joint
-  double damping = 0, stiffness = 0, rest = 0, armature = 0;
-  // N m or N; static: the largest, at friction_velocity (rad/s or m/s); no peak where it is below friction
-  double friction = 0, static_friction = 0, friction_velocity = 0.01;
-  // stops at lower and upper, s/rad or s/m of damping, full stiffness from stop_width on
-  double lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
-  double stop_stiffness = 0, stop_damping = 0, stop_width = 0.01;
-};
-
-inline bool has_stops(const Joint& joint) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  return joint.lower > -infinity || joint.upper < infinity;
-}
 
 // A rigid body: mass in kg, com in m in the link frame, inertia in kg m^2 about the com in link axes
 // as (Ixx, Iyy, Izz, Ixy, Ixz, Iyz), products with the sign of the matrix entry.

@@ -37,7 +37,7 @@ Moved moved_by(const Model& model, int first) {
 
 double motion_scale(const Model& model, int link) {
   const Joint& joint = model.links[static_cast<std::size_t>(link)].joint;
-  if (joint.type != JointType::prismatic) return 1;
+  if (turns(joint)) return 1;
   const Moved moved = moved_by(model, link);
   double scale = 0;
   // what it starts with against its spring, the way between its stops, the size of what it moves

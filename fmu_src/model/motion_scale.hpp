@@ -4,8 +4,8 @@
 
 namespace redysim {
 
-// The size of the motions of a link's joint, in m for a prismatic one: what its absolute tolerance counts in.
-// At most 1 m, which it is where nothing in the model tells; an angle's is 1 rad (docs/solvers.md).
+// The size of the motions of a link's joint, the unit of its absolute tolerance: 1 rad for an angle; at most
+// 1 m for a displacement, and 1 m where the model does not determine it (docs/solvers.md).
 double motion_scale(const Model& model, int link);
 
 }  // namespace redysim

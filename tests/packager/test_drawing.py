@@ -12,7 +12,18 @@ ALONG_Y = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]
 
 
 def link(name, parent=-1, kind="revolute", origin=(0, 0, 0), rotation=UP, com=(0, 0, 0), mass=1.0):
-    return {"name": name, "parent": parent, "type": kind, "origin": list(origin), "rotation": rotation, "com": list(com), "mass": mass}
+    turn, slide = {"revolute": (1, 0), "prismatic": (0, 1)}.get(kind, (0, 0))
+    return {
+        "name": name,
+        "parent": parent,
+        "type": kind,
+        "turn": turn,
+        "slide": slide,
+        "origin": list(origin),
+        "rotation": rotation,
+        "com": list(com),
+        "mass": mass,
+    }
 
 
 def test_equal_drawings_are_equal_bytes(crane):
@@ -30,6 +41,7 @@ def test_planes():
     # a slider moves in the plane only across the hinges' axis
     assert planar_axes([link("a"), link("b", 0, "prismatic", rotation=ALONG_Y)]) == (0, 1)
     assert planar_axes([link("a"), link("b", 0, "prismatic")]) is None
+    assert planar_axes([link("a"), link("b", 0, "spherical")]) is None
 
 
 @pytest.mark.parametrize(

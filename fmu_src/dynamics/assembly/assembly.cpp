@@ -116,7 +116,7 @@ std::string changes(const Model& model, const Plan<double>& plan, const std::vec
   std::size_t ball = 0;
   for (std::size_t i = 0; i < change.size(); ++i) {
     if (!plan.joints[i].of_ball)
-      add(model.links[plan.joints[i].link].joint.name, change[i], !plan.joints[i].prismatic);
+      add(model.links[plan.joints[i].link].joint.name, change[i], turns(plan.joints[i]));
     else if (ball < plan.balls.size() && plan.balls[ball] == static_cast<int>(i)) {
       add(model.balls[ball].name, ball_change[ball], true);
       ++ball;

@@ -123,7 +123,7 @@ class ClusterDirection {
   Vector weight_change(const Vector& x) const {
     Vector result = Vector::Zero(x.size());
     for (std::size_t k = 0; k < free_.size(); ++k)
-      if (plan_.joints[free_[k]].prismatic && x[k] != 0) result[k] = -2 * growth_ * x[k];
+      if (!turns(plan_.joints[free_[k]]) && x[k] != 0) result[k] = -2 * growth_ * x[k];
     return result;
   }
 

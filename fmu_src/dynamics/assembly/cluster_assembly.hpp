@@ -165,7 +165,8 @@ class ClusterAssembly : public ClusterRows<double> {
   double largest_rate(int body, Force<double> w, const double* qd) const {
     double sum = 0;
     for (; body != cluster_.root; body = plan_.joints[body].parent) {
-      sum += std::abs(qd[body]) * (plan_.joints[body].prismatic ? w.force : w.moment).norm();
+      sum += std::abs(qd[body]) *
+             std::sqrt(largest_squared(plan_.joints[body], w.moment.squaredNorm(), w.force.squaredNorm()));
       to_parent(plan_.joints[body], ws_.joints[body], w);
     }
     return sum;
@@ -276,11 +277,10 @@ class ClusterAssembly : public ClusterRows<double> {
       const Vec3<double> turned = from.omega.cross(ws_.ground[i].rotation.col(2) * qd[i]);
       const Motion<double> carried =
           parent == cluster_.root ? Motion<double>{zero, zero} : acceleration_[parent];
-      const bool slides = plan_.joints[i].prismatic;
-      acceleration_[i].angular = carried.angular + (slides ? zero : turned);
-      acceleration_[i].linear = carried.linear + carried.angular.cross(arm) +
-                                from.omega.cross(from.omega.cross(arm)) +
-                                (slides ? Vec3<double>(2 * turned) : zero);
+      acceleration_[i].angular = carried.angular;
+      acceleration_[i].linear =
+          carried.linear + carried.angular.cross(arm) + from.omega.cross(from.omega.cross(arm));
+      add_velocity_product(plan_.joints[i], turned, acceleration_[i]);
     }
   }
 

@@ -30,12 +30,12 @@ Freedom freedom(const Model& model, const double* q) {
   Freedom result;
   int joints = 0;
   // the chart of a spherical joint is no freedom: as good as fixed
-  std::vector<char> moves;
-  for (const Link& link : any.links) moves.push_back(link.joint.type != JointType::fixed);
-  for (const Ball& ball : any.balls) moves[ball.chart_link] = false;
+  std::vector<char> moving;
+  for (const Link& link : any.links) moving.push_back(moves(link.joint));
+  for (const Ball& ball : any.balls) moving[ball.chart_link] = false;
   for (std::size_t i = 0; i < any.links.size(); ++i) {
     Link& link = any.links[i];
-    if (!moves[i]) continue;
+    if (!moving[i]) continue;
     ++joints;
     if (link.joint.drive == Drive::motion || link.joint.drive == Drive::locked) ++result.motions;
     // every joint moves something, so that the rank is that of the rows alone
@@ -43,7 +43,7 @@ Freedom freedom(const Model& model, const double* q) {
   }
   result.left = joints - result.motions - rank_of_loops(any, q);
   for (std::size_t i = 0; i < any.links.size(); ++i)
-    if (moves[i]) any.links[i].joint.drive = Drive::free;
+    if (moving[i]) any.links[i].joint.drive = Drive::free;
   result.system = joints - rank_of_loops(any, q);
   result.surplus = result.motions + result.left - result.system;
   return result;

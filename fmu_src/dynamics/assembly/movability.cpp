@@ -57,8 +57,8 @@ int singular_joint(const Plan<double>& plan, Workspace<double>& ws, const double
     Rounding error = rounding_of(s.A);
     error.moment += inherited[i].moment;
     error.force += inherited[i].force;
-    const double pivot = (joint.prismatic ? s.A.zz[1] : s.A.zz[0]) + joint.armature;
-    if (!joint.prescribed && !(pivot > certain * (joint.prismatic ? error.force : error.moment)))
+    const double pivot = axis_inertia(joint, s.A.zz) + joint.armature;
+    if (!joint.prescribed && !(pivot > certain * largest_squared(joint, error.moment, error.force)))
       return static_cast<int>(i);
     if (joint.parent == ground) continue;
     Mat3<double> rotation;
@@ -79,7 +79,7 @@ int always_singular_joint(const Plan<double>& plan, Workspace<double>& ws) {
     for (std::size_t i = 0; i < q.size(); ++i) {
       const double share = std::fmod(0.7548776662466927 * static_cast<double>(i + 1) * attempt, 1.0);
       q[i] = plan.joints[i].prescribed ? 0 : plan.joints[i].of_ball ? 0.5 * share : 0.3 + 2 * share;
-      if (plan.joints[i].prismatic) q[i] *= length[i];
+      if (!turns(plan.joints[i])) q[i] *= length[i];
     }
     found = singular_joint(plan, ws, q.data());
     if (found < 0) break;

@@ -37,7 +37,7 @@ class ClusterRows {
 
   const std::vector<int>& joints() const { return joints_; }
   const std::vector<int>& free_joints() const { return free_; }
-  double unit(int joint) const { return plan_.joints[joint].prismatic ? size_ : 1.0; }
+  double unit(int joint) const { return turns(plan_.joints[joint]) ? 1.0 : size_; }
   double rounding() const { return rounding_; }
   const LoopPlan<Scalar>& loop(int k) const { return plan_.loops[cluster_.first_loop + k]; }
   int loop_count() const { return cluster_.loop_count; }
@@ -140,8 +140,7 @@ class ClusterRows {
   void add_path(int row, int body, Force<Scalar> w, double scale) {
     for (; body != cluster_.root; body = plan_.joints[body].parent) {
       const JointPlan<Scalar>& joint = plan_.joints[body];
-      if (column_[body] >= 0)
-        J_(row, column_[body]) += (joint.prismatic ? w.force.z() : w.moment.z()) * (scale * unit(body));
+      if (column_[body] >= 0) J_(row, column_[body]) += generalized_force(joint, w) * (scale * unit(body));
       to_parent(joint, ws_.joints[body], w);
     }
   }

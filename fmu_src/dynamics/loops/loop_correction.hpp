@@ -9,7 +9,7 @@ template <class Scalar>
 void pass_force(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, const Scalar& force) {
   const JointPlan<Scalar>& joint = plan.joints[i];
   JointState<Scalar>& s = ws.joints[i];
-  s.u = force - (joint.prismatic ? s.p.force.z() : s.p.moment.z());
+  s.u = force - generalized_force(joint, s.p);
   if (joint.parent == ground) return;
   const Scalar scaled = s.u * s.D_inverse;
   Force<Scalar> p{s.p.moment + s.U.moment * scaled, s.p.force + s.U.force * scaled};

@@ -35,13 +35,15 @@ void pass_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t clus
       state.K[passage.row] = Force<Scalar>::zero();
     }
     // sides that have met cancel: what they were before is the measure
-    const Scalar levers[] = {largest_lever(ws, i, false, passage.row, w),
-                             largest_lever(ws, i, true, passage.row, w)};
-    for (int slides = 0; slides < 2; ++slides)
-      if (!passage.merge && levers[slides] > state.length[slides][passage.row])
-        state.length[slides][passage.row] = levers[slides];
-    const bool slides = plan.joints[i].prismatic;
-    const Scalar share = (passage.merge ? state.length[slides][passage.row] : levers[slides]) * s.D_inverse;
+    Scalar levers[] = {turning_lever(ws, i, passage.row, w), w.force.squaredNorm()};
+    for (int part = 0; part < 2; ++part) {
+      Scalar& longest = state.length[part][passage.row];
+      if (passage.merge)
+        levers[part] = longest;
+      else if (levers[part] > longest)
+        longest = levers[part];
+    }
+    const Scalar share = largest_squared(plan.joints[i], levers[0], levers[1]) * s.D_inverse;
     state.passage_scale[cluster.first_passage + n] = share;
     state.scale[passage.row] += share;
     const Scalar u_row = pass_joint(plan.joints[i], s, w, state.b[passage.row]);

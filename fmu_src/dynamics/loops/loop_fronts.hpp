@@ -19,7 +19,7 @@ namespace redysim {
 //   b -= (w - U u_r / D) . c + u_r u / D,   w <- X^T (w - U u_r / D),   S_rs += u_r u_s / D           (5)
 template <class Scalar>
 Scalar pass_joint(const JointPlan<Scalar>& joint, const JointState<Scalar>& s, Force<Scalar>& w, Scalar& b) {
-  const Scalar u_row = joint.prismatic ? w.force.z() : w.moment.z();
+  const Scalar u_row = generalized_force(joint, w);
   const Scalar scaled = u_row * s.D_inverse;
   w.moment -= s.U.moment * scaled;
   w.force -= s.U.force * scaled;
@@ -50,8 +50,7 @@ const int* pass_open_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
       state.wrench[1][passage.row] = Force<Scalar>::zero();
     }
     if (!passage.merge)
-      state.scale[passage.row] +=
-          largest_lever(ws, i, plan.joints[i].prismatic, passage.row, w) * s.D_inverse;
+      state.scale[passage.row] += largest_lever(ws, plan.joints[i], i, passage.row, w) * s.D_inverse;
     u[n] = pass_joint(plan.joints[i], s, w, state.b[passage.row]);
     const Scalar scaled = u[n] * s.D_inverse;
     state.diagonal[passage.row] += scaled * u[n];

@@ -12,12 +12,18 @@ namespace redysim {
 // The lever that a row's wrench can have at most on a joint, squared: a force at `point` (m, from
 // plan.origin) in any direction, and a moment about any axis.
 template <class Scalar>
-Scalar largest_lever(const Workspace<Scalar>& ws, int i, bool slides, int row, const Force<Scalar>& w) {
+Scalar turning_lever(const Workspace<Scalar>& ws, int i, int row, const Force<Scalar>& w) {
   const Scalar force = w.force.squaredNorm();
-  if (slides) return force;
   const Scalar arm = (ws.loop.point[row] - ws.ground[i].position).squaredNorm();
   const Scalar turning = w.moment.squaredNorm(), shifted = force * arm;
   return (turning > shifted ? turning : shifted) + ws.loop.least_reach[row];
+}
+
+template <class Scalar>
+Scalar largest_lever(const Workspace<Scalar>& ws, const JointPlan<Scalar>& joint, int i, int row,
+                     const Force<Scalar>& w) {
+  const Scalar none(0);
+  return largest_squared(joint, turns(joint) ? turning_lever(ws, i, row, w) : none, w.force.squaredNorm());
 }
 
 // Whether the factor of S may be wrong about the rank: a pivot is in doubt, or one is lost while the joints'
@@ -46,8 +52,8 @@ template <class Scalar>
     const JointPlan<Scalar>& joint = plan.joints[body];
     while (cluster.joints[k] != body) ++k;  // both descend
     if (!joint.prescribed) {
-      J[k] += joint.prismatic ? w.force.z() : w.moment.z();
-      reach[k] += sqrt(largest_lever(ws, body, joint.prismatic, row, w));
+      J[k] += generalized_force(joint, w);
+      reach[k] += sqrt(largest_lever(ws, joint, body, row, w));
     }
     to_parent(joint, ws.joints[body], w);
   }

@@ -1,5 +1,7 @@
 #include "fmi/describe/drawing.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <vector>
 
 #include "model/read/start_poses.hpp"
@@ -33,8 +35,9 @@ struct Shown {
   }
 };
 
-const char* type_name(JointType type) {
-  return type == JointType::revolute ? "revolute" : type == JointType::prismatic ? "prismatic" : "fixed";
+const char* word_of(JointType type) {
+  const auto same = [type](const auto& entry) { return entry.second == type; };
+  return std::find_if(std::begin(joint_types), std::end(joint_types), same)->first;
 }
 
 // The turns that a quaternion describes: which link turns, seen from which, and by what at the start.
@@ -82,8 +85,11 @@ void write_drawing(Json& json, const Model& model) {
     const Ball* ball = shown.ball_of[i];
     const Pose& pose = poses[i];
     json.begin_object().member("name", link.name).member("parent", shown.parent(model, static_cast<int>(i)));
-    json.member("type", ball ? "spherical" : type_name(link.joint.type));
+    json.member("type", ball ? "spherical" : word_of(link.joint.type));
     json.member("joint", ball ? ball->name : link.joint.name).member("q", link.joint.q0);
+    // rad and m along z per unit of q
+    const MotionSubspace S = motion_subspace(link.joint);
+    json.member("turn", S.angular).member("slide", S.linear);
     write(json.key("origin"), pose.position);
     json.key("rotation").begin_array();
     for (int row = 0; row < 3; ++row) write(json, pose.rotation.row(row).transpose());

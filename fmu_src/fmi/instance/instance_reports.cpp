@@ -3,6 +3,7 @@
 
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/freedom.hpp"
+#include "dynamics/motion_subspace.hpp"
 #include "fmi/instance/instance.hpp"
 #include "integrate/system/start.hpp"
 #include "model/read/number.hpp"
@@ -61,7 +62,7 @@ void Instance::report_short_travel() {
     const auto [start, farthest] = travel_[k];
     const double tolerance =
         integrator_settings_.rtol * std::abs(start) + integrator_settings_.atol * system_.scales()[k];
-    if (!joint.prismatic || farthest < rounding * tolerance || farthest > resolved * tolerance) continue;
+    if (turns(joint) || farthest < rounding * tolerance || farthest > resolved * tolerance) continue;
     log_.warning("joint '" + model_.links[joint.link].joint.name + "' moved by " + rounded(farthest) +
                  " m at most, and the solver's tolerance is " + rounded(tolerance) +
                  " m: lower solver.rtol and solver.atol to resolve this motion");

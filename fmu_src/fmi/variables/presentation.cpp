@@ -35,7 +35,7 @@ constexpr const char* quaternion_components[] = {"w", "x", "y", "z"};
 constexpr const char* inertia_entries[] = {"Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"};
 
 Presentation of_joint(const Joint& joint, Role role) {
-  const bool turns = joint.type == JointType::revolute;
+  const bool turns = redysim::turns(joint);
   const std::string at = " of joint '" + joint.name + "'";
   switch (role) {
     case Role::reference_q:
@@ -121,7 +121,7 @@ Presentation of_joint(const Joint& joint, Role role) {
 
 // Gains act on torques, those of computed torque on accelerations.
 Presentation of_gain(const Joint& joint, Role role, Law law) {
-  const bool turns = joint.type == JointType::revolute, position = role == Role::kp;
+  const bool turns = redysim::turns(joint), position = role == Role::kp;
   const Unit* unit = law == Law::computed_torque ? (position ? &per_second2 : &per_second)
                      : position                  ? (turns ? &torsional_stiffness : &linear_stiffness)
                                                  : (turns ? &torsional_damping : &linear_damping);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "dynamics/motion_subspace.hpp"
+
 namespace redysim {
 namespace {
 
@@ -16,7 +18,7 @@ ErrorWeights::ErrorWeights(const System& system, double rtol, double atol)
   constexpr double turn = 6.283185307179586;
   cap_.assign(static_cast<std::size_t>(system.layout().work.begin), std::numeric_limits<double>::max());
   for (int i = 0; i < system.simple(); ++i)
-    if (!system.plan().joints[system.joint_of(i)].prismatic) cap_[i] = turn;
+    if (turns(system.plan().joints[system.joint_of(i)])) cap_[i] = turn;
 }
 
 void ErrorWeights::evaluate(const double* y, double* weights, double share) const {

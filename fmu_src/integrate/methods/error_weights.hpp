@@ -8,7 +8,7 @@ namespace redysim {
 
 // The scale of an acceptable error, component by component: weight = 1 / (rtol |y| + atol scale).
 // * The scale of a joint's position and velocity is that of its motions (System::scales).
-// * A revolute joint's |q| counts as 2 pi at most: an angle has no scale beyond a turn.
+// * The |q| of a joint that turns counts as 2 pi at most: an angle has no scale beyond a turn.
 // * No scale is below a few roundings of |y|, which no method can resolve; a joint's velocity feels those of
 //   its position (1 rad ~ 1 rad/s).
 // * The work has weight 0: asking for energies must not change the trajectory. It is integrated by the

@@ -17,25 +17,22 @@ struct Freedom {
   int axis;
 };
 
-std::vector<Freedom> freedoms_of(JointType type) {
+std::vector<Freedom> freedoms_of(CompoundType type) {
   constexpr JointType turn = JointType::revolute, slide = JointType::prismatic;
   switch (type) {
-    case JointType::universal:
+    case CompoundType::universal:
       return {{turn, 2}, {turn, 1}};
-    case JointType::cylindrical:
+    case CompoundType::cylindrical:
       return {{turn, 2}, {slide, 2}};
-    case JointType::planar:
+    case CompoundType::planar:
       return {{slide, 0}, {slide, 1}, {turn, 2}};
-    case JointType::spherical:
+    case CompoundType::spherical:
       return {{turn, 0}, {turn, 2}, {turn, 0}, {turn, 1}};
-    case JointType::free:
+    case CompoundType::free:
       return {{slide, 0}, {slide, 1}, {slide, 2}, {turn, 0}, {turn, 2}, {turn, 0}, {turn, 1}};
-    default:
-      return {};
   }
+  return {};
 }
-
-bool has_ball(JointType type) { return type == JointType::spherical || type == JointType::free; }
 
 // The frame whose z is the given axis: a cyclic exchange of axes.
 Pose z_along(int axis) {
@@ -97,7 +94,7 @@ void read_ball_velocity(LinkDraft& draft, double unit) {
 // A massless link that carries one freedom.
 LinkDraft carrier(const LinkDraft& of, const Freedom& freedom, const Pose& frame, int parent,
                   const std::string& index) {
-  LinkDraft draft{of.link, {}, of.section, {}, {}};
+  LinkDraft draft{of.link, {}, of.section, {}, {}, {}};
   draft.link.name += index;
   draft.link.parent = parent;
   draft.link.mass = 0;
@@ -111,19 +108,19 @@ LinkDraft carrier(const LinkDraft& of, const Freedom& freedom, const Pose& frame
 
 }  // namespace
 
-bool is_compound(JointType type) { return !freedoms_of(type).empty(); }
+bool has_ball(CompoundType type) { return type == CompoundType::spherical || type == CompoundType::free; }
 
 void read_compound(LinkDraft& draft, bool degrees) {
   Section& section = draft.section;
-  const JointType type = draft.link.joint.type;
-  std::vector<Freedom> freedoms = freedoms_of(type);
-  if (has_ball(type)) freedoms.resize(freedoms.size() - 4);
+  const bool ball = has_ball(*draft.compound);
+  std::vector<Freedom> freedoms = freedoms_of(*draft.compound);
+  if (ball) freedoms.resize(freedoms.size() - 4);
   for (const Freedom& freedom : freedoms) {
     draft.freedoms.emplace_back();
     draft.freedoms.back().type = freedom.type;
     draft.freedoms.back().drive = draft.link.joint.drive;
   }
-  if (!has_ball(type)) return read_joint_parameters(section, draft.freedoms, degrees);
+  if (!ball) return read_joint_parameters(section, draft.freedoms, degrees);
   const double unit = degrees ? pi / 180 : 1;
   read_ball_position(draft, unit);
   read_ball_velocity(draft, unit);
@@ -139,10 +136,16 @@ std::vector<Ball> expand_compound_joints(std::vector<LinkDraft>& drafts) {
   for (std::size_t i = 0; i < drafts.size(); ++i) {
     LinkDraft& draft = drafts[i];
     int parent = draft.link.parent == ground ? ground : place[draft.link.parent];
-    const JointType type = draft.link.joint.type;
-    const std::vector<Freedom> freedoms = freedoms_of(type);
+    if (!draft.compound) {
+      draft.link.parent = parent;
+      place[i] = static_cast<int>(expanded.size());
+      expanded.push_back(std::move(draft));
+      continue;
+    }
+    const bool with_ball = has_ball(*draft.compound);
+    const std::vector<Freedom> freedoms = freedoms_of(*draft.compound);
     Pose frame = pose_of(draft.link.joint.dh);  // of the next carrier in the one before
-    const std::size_t ball_at = has_ball(type) ? freedoms.size() - 4 : freedoms.size();
+    const std::size_t ball_at = with_ball ? freedoms.size() - 4 : freedoms.size();
     for (std::size_t k = 0; k < freedoms.size(); ++k) {
       const bool of_ball = k >= ball_at;
       const std::string index = !of_ball       ? "[" + std::to_string(k + 1) + "]"
@@ -159,17 +162,15 @@ std::vector<Ball> expand_compound_joints(std::vector<LinkDraft>& drafts) {
       for (const JointParameter& parameter : joint_parameters)
         joint.*parameter.value = draft.freedoms[k].*parameter.value;
     }
-    if (has_ball(type)) {
+    if (with_ball) {
       Ball& ball = draft.ball;
       ball.name = draft.link.joint.name;
       ball.chart_link = parent - 3;
       ball.driven = draft.link.joint.drive == Drive::torque;
       balls.push_back(ball);
     }
-    if (!freedoms.empty()) {
-      draft.link.joint.type = JointType::fixed;
-      draft.link.joint.dh = dh_of(frame);
-    }
+    draft.compound.reset();
+    draft.link.joint.dh = dh_of(frame);
     draft.link.parent = parent;
     place[i] = static_cast<int>(expanded.size());
     expanded.push_back(std::move(draft));

@@ -1,8 +1,8 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
-#include "model/model.hpp"
 #include "model/read/link_reader.hpp"
 
 // Joints of several freedoms, built from revolute and prismatic joints on massless links. The carried link
@@ -12,9 +12,18 @@
 
 namespace redysim {
 
-bool is_compound(JointType type);
+// Their words, in the field `joint`.
+inline constexpr std::pair<const char*, CompoundType> compound_types[] = {
+    {"universal", CompoundType::universal},
+    {"cylindrical", CompoundType::cylindrical},
+    {"planar", CompoundType::planar},
+    {"spherical", CompoundType::spherical},
+    {"free", CompoundType::free}};
 
-// Reads q, qd and per-freedom parameters of a compound joint into the draft.
+// Whether its last degrees of freedom are a Ball.
+bool has_ball(CompoundType type);
+
+// Reads q, qd and per-freedom parameters of the draft's compound joint into it.
 void read_compound(LinkDraft& draft, bool degrees);
 
 // Replaces compound joints in parent-sorted drafts; returns the balls, by link index.

@@ -16,8 +16,7 @@ bool has_trajectory(const Model& model, int link) {
 
 bool is_driven(const Model& model, std::size_t link, bool inverse) {
   const Joint& joint = model.links[link].joint;
-  return joint.type != JointType::fixed &&
-         (joint.drive == Drive::torque || (inverse && joint.drive == Drive::motion));
+  return moves(joint) && (joint.drive == Drive::torque || (inverse && joint.drive == Drive::motion));
 }
 
 // The joints it names, or all with drive torque.
@@ -59,8 +58,7 @@ void check_feed_forward(Section& section, const Model& model, const Controller& 
   }
   for (std::size_t i = 0; i < model.links.size(); ++i) {
     const Joint& joint = model.links[i].joint;
-    if (joint.type == JointType::fixed || joint.drive == Drive::motion || joint.drive == Drive::locked)
-      continue;
+    if (!moves(joint) || joint.drive == Drive::motion || joint.drive == Drive::locked) continue;
     const auto same = [i](const ControlledJoint& other) { return other.link == static_cast<int>(i); };
     if (std::any_of(controller.joints.begin(), controller.joints.end(), same)) continue;
     section.error("law", "feed_forward needs a reference of every joint, and '" + joint.name +
@@ -75,8 +73,7 @@ void read_targets(Section& section, const Model& model, bool degrees, Controller
   bool used = false;
   for (std::size_t k = 0; k < controller.joints.size(); ++k) {
     ControlledJoint& joint = controller.joints[k];
-    const bool turns = model.links[joint.link].joint.type == JointType::revolute;
-    joint.target = targets[k] * (degrees && turns ? degree : 1);
+    joint.target = targets[k] * (degrees && turns(model.links[joint.link].joint) ? degree : 1);
     used = used || !has_trajectory(model, joint.link);
   }
   if (!used && !controller.joints.empty())

@@ -10,12 +10,12 @@ namespace {
 constexpr double degree = 3.14159265358979323846 / 180;
 
 double unit_of(const JointParameter& parameter, const Joint& joint, bool degrees) {
-  const bool angle = joint.type != JointType::prismatic && parameter.kind != JointParameter::Kind::other;
+  const bool angle = turns(joint) && parameter.kind != JointParameter::Kind::other;
   return degrees && angle ? degree : 1;
 }
 
 void set_defaults(Joint& joint) {
-  if (joint.type == JointType::prismatic) joint.stop_width = 1e-3;
+  if (!turns(joint)) joint.stop_width = 1e-3;
 }
 
 void check_friction(Section& section, const Joint& joint, const std::string& of) {
@@ -54,7 +54,7 @@ void read_joint_parameters(Section& section, Joint& joint, bool degrees) {
     const double number = section.number(parameter.name, joint.*parameter.value, parameter.bound);
     if (section.has(parameter.name)) joint.*parameter.value = number * unit_of(parameter, joint, degrees);
   }
-  if (joint.type == JointType::fixed) return;
+  if (!moves(joint)) return;
   check_friction(section, joint, "");
   check_stops(section, joint, "");
 }

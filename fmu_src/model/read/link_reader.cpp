@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "model/read/compound_joint.hpp"
 #include "model/read/joint_parameters.hpp"
@@ -45,18 +46,19 @@ void warn_without_effect(Section& section) {
     if (section.has(key)) section.warn(key, key + " has no effect on a fixed joint");
 }
 
-Joint read_joint(Section& section, const std::string& link_name, bool degrees) {
+using JointWord = std::tuple<JointType, std::optional<CompoundType>>;
+
+std::vector<std::pair<const char*, JointWord>> joint_words() {
+  std::vector<std::pair<const char*, JointWord>> words;
+  for (const auto& [word, type] : joint_types) words.push_back({word, {type, {}}});
+  for (const auto& [word, compound] : compound_types) words.push_back({word, {JointType::fixed, compound}});
+  return words;
+}
+
+Joint read_joint(Section& section, const std::string& link_name, bool degrees,
+                 std::optional<CompoundType>& compound) {
   Joint joint;
-  joint.type = section.choice<JointType>("joint",
-                                         {{"revolute", JointType::revolute},
-                                          {"prismatic", JointType::prismatic},
-                                          {"fixed", JointType::fixed},
-                                          {"universal", JointType::universal},
-                                          {"cylindrical", JointType::cylindrical},
-                                          {"planar", JointType::planar},
-                                          {"spherical", JointType::spherical},
-                                          {"free", JointType::free}},
-                                         JointType::revolute);
+  std::tie(joint.type, compound) = section.choice<JointWord>("joint", joint_words(), {});
   joint.name = section.identifier("joint_name", link_name);
   joint.drive = section.choice<Drive>("drive",
                                       {{"torque", Drive::torque},
@@ -66,9 +68,9 @@ Joint read_joint(Section& section, const std::string& link_name, bool degrees) {
                                       Drive::torque);
   joint.dh = read_dh(section, degrees);
   joint.hold = section.flag("hold", false);
-  if (is_compound(joint.type)) return joint;
+  if (compound) return joint;
   read_joint_parameters(section, joint, degrees);
-  if (joint.type == JointType::fixed) warn_without_effect(section);
+  if (!moves(joint)) warn_without_effect(section);
   return joint;
 }
 
@@ -88,7 +90,8 @@ LinkDraft read_link(Section section, const std::string& label, bool degrees, Nam
   Link link;
   link.name = names.take(section, label);
   const std::string parent = section.text("parent");
-  link.joint = read_joint(section, link.name, degrees);
+  std::optional<CompoundType> compound;
+  link.joint = read_joint(section, link.name, degrees, compound);
   if (link.joint.name != link.name)
     names.claim(link.joint.name, "joint_name", "the joint of " + label, section);
   link.mass = section.number("mass", 0, Bound::not_negative);
@@ -96,8 +99,8 @@ LinkDraft read_link(Section section, const std::string& label, bool degrees, Nam
   link.inertia = read_inertia(section);
   link.line = section.place().line;
   link.column = section.place().column;
-  LinkDraft draft{link, parent, section, {}, {}};
-  if (is_compound(link.joint.type)) read_compound(draft, degrees);
+  LinkDraft draft{link, parent, section, compound, {}, {}};
+  if (compound) read_compound(draft, degrees);
   draft.section.refuse_unknown();
   check_inertia(link, draft.section);
   return draft;

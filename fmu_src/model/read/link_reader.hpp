@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,11 +9,15 @@
 
 namespace redysim {
 
+// Joints of several degrees of freedom in a model file.
+enum class CompoundType { universal, cylindrical, planar, spherical, free };
+
 // A [[link]] as read, its parent still a name.
 struct LinkDraft {
   Link link;
   std::string parent;  // empty: the link before, or ground for the first
   Section section;
+  std::optional<CompoundType> compound;  // the joint, until it is replaced
   std::vector<Joint> freedoms;  // of a compound joint, but for those of its ball: type and parameters
   Ball ball;                    // its start values
 };

@@ -56,7 +56,7 @@ std::vector<Outboard> outboards(const std::vector<LinkDraft>& drafts) {
     Outboard& parent = outboards[link.parent];
     parent.mass += outboards[i].mass;
     parent.inertia = parent.inertia || outboards[i].inertia;
-    parent.rigid = parent.rigid && outboards[i].rigid && link.joint.type == JointType::fixed;
+    parent.rigid = parent.rigid && outboards[i].rigid && !moves(link.joint);
   }
   return outboards;
 }
@@ -64,10 +64,13 @@ std::vector<Outboard> outboards(const std::vector<LinkDraft>& drafts) {
 std::string immovable(const Joint& joint, const Outboard& outboard) {
   const std::string remedy = ": give it mass or inertia, or the joint an armature";
   const std::string name = "joint '" + joint.name + "' ";
-  if (outboard.mass == 0 && (!outboard.inertia || joint.type == JointType::prismatic))
-    return name + "moves no mass" + remedy;
-  const Mat3<double>& inertia = outboard.at_origin;
-  if (joint.type == JointType::revolute && outboard.rigid && inertia(2, 2) <= 1e-14 * inertia.trace())
+  if (outboard.mass == 0 && (!outboard.inertia || !turns(joint))) return name + "moves no mass" + remedy;
+  // S^T M S of a rigid body, against its value where all inertia were about the axis
+  const MotionSubspace S = motion_subspace(joint);
+  const double moved = S.angular * S.angular * outboard.at_origin(2, 2) + S.linear * S.linear * outboard.mass;
+  const double most =
+      S.angular * S.angular * outboard.at_origin.trace() + S.linear * S.linear * outboard.mass;
+  if (outboard.rigid && moved <= 1e-14 * most)
     return name + "moves no inertia, what it turns lies on its own axis" + remedy;
   return {};
 }
@@ -92,7 +95,7 @@ std::vector<int> rigid_carriers(const std::vector<LinkDraft>& drafts) {
   std::vector<int> carrier(drafts.size());
   for (std::size_t i = 0; i < drafts.size(); ++i) {
     const Link& link = drafts[i].link;
-    if (link.joint.type != JointType::fixed)
+    if (moves(link.joint))
       carrier[i] = static_cast<int>(i);
     else
       carrier[i] = link.parent == ground ? ground : carrier[link.parent];
@@ -101,17 +104,17 @@ std::vector<int> rigid_carriers(const std::vector<LinkDraft>& drafts) {
 }
 
 void check_movable(std::vector<LinkDraft>& drafts, Section& top) {
-  bool moves = false;
+  bool movable = false;
   const std::vector<Outboard> outboard = outboards(drafts);
   for (std::size_t i = 0; i < drafts.size(); ++i) {
     const Joint& joint = drafts[i].link.joint;
-    if (joint.type == JointType::fixed) continue;
-    moves = true;
+    if (!moves(joint)) continue;
+    movable = true;
     if (joint.armature > 0 || joint.drive == Drive::motion || joint.drive == Drive::locked) continue;
     const std::string message = immovable(joint, outboard[i]);
     if (!message.empty()) drafts[i].section.error(drafts[i].section.place(), message);
   }
-  if (!moves) top.error("link", "all joints are fixed; a model needs one that moves");
+  if (!movable) top.error("link", "all joints are fixed; a model needs one that moves");
 }
 
 }  // namespace redysim

@@ -36,9 +36,8 @@ void invert(std::vector<LinkDraft>& drafts, Section& top) {
   bool driven = false;
   for (LinkDraft& draft : drafts) {
     Joint& joint = draft.link.joint;
-    if (joint.type == JointType::fixed || joint.type == JointType::spherical ||
-        joint.type == JointType::free || joint.drive != Drive::torque)
-      continue;
+    const bool prescribable = draft.compound ? !has_ball(*draft.compound) : moves(joint);
+    if (!prescribable || joint.drive != Drive::torque) continue;
     joint.drive = Drive::motion;
     driven = true;
   }

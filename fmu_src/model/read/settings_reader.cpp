@@ -62,7 +62,7 @@ std::vector<std::string> tunable_names(const Model& model) {
     } else if (link.name[bracket + 1] < '0' || link.name[bracket + 1] > '9') {
       continue;
     }
-    if (link.joint.type == JointType::fixed) continue;
+    if (!moves(link.joint)) continue;
     for (const JointParameter& parameter : joint_parameters)
       if (parameter.tunable && std::isfinite(link.joint.*parameter.value))
         names.push_back(link.joint.name + "." + parameter.name);

@@ -15,9 +15,7 @@ std::vector<Pose> start_poses(const Model& model) {
   std::vector<Pose> poses;
   poses.reserve(model.links.size());
   for (const Link& link : model.links) {
-    DhParameters dh = link.joint.dh;
-    if (link.joint.type == JointType::revolute) dh.theta += link.joint.q0;
-    if (link.joint.type == JointType::prismatic) dh.d += link.joint.q0;
+    const DhParameters dh = displaced(link.joint, link.joint.q0);
     poses.push_back(link.parent == ground ? pose_of(dh) : poses[link.parent] * pose_of(dh));
     for (const Ball& ball : model.balls)
       if (turned_link(ball) == static_cast<int>(poses.size()) - 1)

@@ -138,7 +138,7 @@ Trajectory read_trajectory(Section section, const Model& model, const JointIndex
                                            Shape::cycloid);
   if (findings.error_count() > errors_before) return trajectory;  // the fields depend on both
   const Joint& joint = model.links[trajectory.link].joint;
-  const double unit = degrees && joint.type == JointType::revolute ? degree : 1;
+  const double unit = degrees && turns(joint) ? degree : 1;
   if (shape == Shape::speed)
     read_speed(section, unit, joint, trajectory);
   else if (shape == Shape::polynomial)
@@ -156,7 +156,7 @@ Trajectory read_trajectory(Section section, const Model& model, const JointIndex
 JointIndex::JointIndex(const Model& model) {
   for (std::size_t i = 0; i < model.links.size(); ++i) {
     const Joint& joint = model.links[i].joint;
-    if (joint.type == JointType::fixed || is_of_ball(model, static_cast<int>(i))) continue;
+    if (!moves(joint) || is_of_ball(model, static_cast<int>(i))) continue;
     names_.push_back(joint.name);
     links_.push_back(static_cast<int>(i));
   }

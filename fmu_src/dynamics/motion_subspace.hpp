@@ -1,0 +1,151 @@
+#pragma once
+
+#include "dynamics/plan.hpp"
+#include "dynamics/workspace.hpp"
+
+// The motion subspace S = [angular e_z; linear e_z] of a joint, at the origin and in the axes of its body:
+// all that one kind of joint has of its own. The recursions reach it through these functions alone.
+
+namespace redysim {
+
+// Whether S has an angular or a linear part. The coordinate of a joint that turns is an angle.
+template <class Scalar>
+bool turns(const JointPlan<Scalar>& joint) {
+  return joint.subspace != Subspace::translation;
+}
+
+template <class Scalar>
+bool slides(const JointPlan<Scalar>& joint) {
+  return joint.subspace != Subspace::rotation;
+}
+
+// The linear part of S.
+template <class Scalar>
+double advance(const JointPlan<Scalar>& joint) {
+  return slides(joint) ? 1 : 0;
+}
+
+// Angle about z and offset along z at q.
+template <class Scalar>
+Scalar joint_angle(const JointPlan<Scalar>& joint, const Scalar& q) {
+  return turns(joint) ? Scalar(joint.theta + q) : joint.theta;
+}
+
+template <class Scalar>
+Scalar joint_offset(const JointPlan<Scalar>& joint, const Scalar& q) {
+  switch (joint.subspace) {
+    case Subspace::rotation:
+      return joint.d;
+    case Subspace::translation:
+      break;
+  }
+  return joint.d + q;
+}
+
+// S^T w, the generalized force of a wrench.
+template <class Scalar>
+Scalar generalized_force(const JointPlan<Scalar>& joint, const Force<Scalar>& w) {
+  switch (joint.subspace) {
+    case Subspace::rotation:
+      return w.moment.z();
+    case Subspace::translation:
+      break;
+  }
+  return w.force.z();
+}
+
+// m += S rate.
+template <class Scalar>
+void add_motion(const JointPlan<Scalar>& joint, const Scalar& rate, Motion<Scalar>& m) {
+  switch (joint.subspace) {
+    case Subspace::rotation:
+      m.angular.z() += rate;
+      return;
+    case Subspace::translation:
+      m.linear.z() += rate;
+      return;
+  }
+}
+
+// The same along any axes; `along` is e_z times the rate.
+template <class Scalar>
+void add_motion(const JointPlan<Scalar>& joint, const Vec3<Scalar>& along, Vec3<Scalar>& angular,
+                Vec3<Scalar>& linear) {
+  switch (joint.subspace) {
+    case Subspace::rotation:
+      angular += along;
+      return;
+    case Subspace::translation:
+      linear += along;
+      return;
+  }
+}
+
+// Acceleration of the body that qd and an angular velocity of the parent make, where turned = omega x e_z qd:
+// the axis turns, and a sliding body has Coriolis acceleration.
+template <class Scalar>
+void add_velocity_product(const JointPlan<Scalar>& joint, const Vec3<Scalar>& turned, Motion<Scalar>& a) {
+  switch (joint.subspace) {
+    case Subspace::rotation:
+      a.angular += turned;
+      return;
+    case Subspace::translation:
+      a.linear += Scalar(2) * turned;
+      return;
+  }
+}
+
+// The same from omega in body axes, as the only angular part of a.
+template <class Scalar>
+void set_velocity_product(const JointPlan<Scalar>& joint, const Vec3<Scalar>& omega, const Scalar& qd,
+                          Motion<Scalar>& a) {
+  switch (joint.subspace) {
+    case Subspace::rotation:
+      a.angular = {qd * omega.y(), -qd * omega.x(), Scalar(0)};
+      return;
+    case Subspace::translation:
+      a.linear.x() += Scalar(2) * qd * omega.y();
+      a.linear.y() -= Scalar(2) * qd * omega.x();
+      a.angular.setZero();
+      return;
+  }
+}
+
+// The lanes of A S (moment, force, force, moment) in the entry of one row and z.
+template <class Scalar>
+REDYSIM_INLINE Lanes<Scalar> inertia_column(const JointPlan<Scalar>& joint, const Lanes<Scalar>& entry) {
+  switch (joint.subspace) {
+    case Subspace::rotation:
+      return permuted<0, 3, 3, 0>(entry);
+    case Subspace::translation:
+      break;
+  }
+  return permuted<2, 1, 1, 2>(entry);
+}
+
+// S^T A S from the entry zz.
+template <class Scalar>
+Scalar axis_inertia(const JointPlan<Scalar>& joint, const Lanes<Scalar>& zz) {
+  switch (joint.subspace) {
+    case Subspace::rotation:
+      return zz[0];
+    case Subspace::translation:
+      break;
+  }
+  return zz[1];
+}
+
+// The largest S^T w there can be, squared, from the squares of a moment and a force (or of any other measures
+// of the angular and the linear part).
+template <class Scalar>
+Scalar largest_squared(const JointPlan<Scalar>& joint, const Scalar& moment, const Scalar& force) {
+  switch (joint.subspace) {
+    case Subspace::rotation:
+      return moment;
+    case Subspace::translation:
+      break;
+  }
+  return force;
+}
+
+}  // namespace redysim

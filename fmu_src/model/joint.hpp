@@ -1,0 +1,81 @@
+#pragma once
+
+#include <limits>
+#include <string>
+#include <utility>
+
+namespace redysim {
+
+// The kinds of joints in a Model. The reader builds joints of several degrees of freedom from them
+// (model/read/compound_joint.hpp).
+enum class JointType { revolute, prismatic, fixed };
+
+// Their words, in the field `joint` of model files and in drawings.
+inline constexpr std::pair<const char*, JointType> joint_types[] = {
+    {"revolute", JointType::revolute}, {"prismatic", JointType::prismatic}, {"fixed", JointType::fixed}};
+
+// How a joint is driven: a torque input, a prescribed motion input (inverse dynamics of that joint),
+// held at its start position, or no actuator at all.
+enum class Drive { torque, motion, locked, free };
+
+// Modified DH after Khalil and Kleinfinger (1986); parent frame to link frame:
+//   T = Rz(gamma) Tz(b) Rx(alpha) Tx(a) Rz(theta) Tz(d)      angles in rad, lengths in m
+struct DhParameters {
+  double gamma = 0, b = 0, alpha = 0, a = 0, theta = 0, d = 0;
+};
+
+// The joint that carries its link; its axis is z of the link frame. tau_passive = -stiffness (q - rest)
+// - damping qd - friction and stops, whose laws are in dynamics/joint_force.hpp; armature adds to the mass
+// matrix diagonal.
+struct Joint {
+  std::string name;
+  JointType type = JointType::revolute;
+  Drive drive = Drive::torque;
+  DhParameters dh;
+  double q0 = 0, qd0 = 0;
+  bool hold = false;  // loop assembly keeps q0 of this joint
+  double damping = 0, stiffness = 0, rest = 0, armature = 0;
+  // N m or N; static: the largest, at friction_velocity (rad/s or m/s); no peak where it is below friction
+  double friction = 0, static_friction = 0, friction_velocity = 0.01;
+  // stops at lower and upper, s/rad or s/m of damping, full stiffness from stop_width on
+  double lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
+  double stop_stiffness = 0, stop_damping = 0, stop_width = 0.01;
+};
+
+// S = [angular e_z; linear e_z] in link axes: the twist of the link relative to its parent is S qd. q adds
+// angular q to theta and linear q to d.
+struct MotionSubspace {
+  double angular, linear;
+};
+
+inline MotionSubspace motion_subspace(const Joint& joint) {
+  switch (joint.type) {
+    case JointType::revolute:
+      return {1, 0};
+    case JointType::prismatic:
+      return {0, 1};
+    case JointType::fixed:
+      break;
+  }
+  return {0, 0};
+}
+
+inline bool moves(const Joint& joint) { return joint.type != JointType::fixed; }
+
+// The coordinate of a joint that turns is an angle (rad, with N m), of any other a displacement (m, with N).
+inline bool turns(const Joint& joint) { return motion_subspace(joint).angular != 0; }
+inline bool slides(const Joint& joint) { return motion_subspace(joint).linear != 0; }
+
+inline DhParameters displaced(const Joint& joint, double q) {
+  DhParameters dh = joint.dh;
+  dh.theta += motion_subspace(joint).angular * q;
+  dh.d += motion_subspace(joint).linear * q;
+  return dh;
+}
+
+inline bool has_stops(const Joint& joint) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  return joint.lower > -infinity || joint.upper < infinity;
+}
+
+}  // namespace redysim
