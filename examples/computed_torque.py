@@ -1,4 +1,4 @@
-"""Computed-torque control: the inverse FMU of the KUKA KR5 tells its plant FMU which torques to apply.
+"""Computed-torque control: the inverse FMU of the KUKA KR5 computes the torques for its plant FMU.
 
 Draws out/computed_torque.png.
 """
@@ -14,7 +14,7 @@ from matplotlib import pyplot
 from ready import ready
 
 STEP, STEPS, MOVE = 0.001, 2000, 1.0  # s, 1, s
-START, GOAL = 0.05, pi / 3  # rad: the arm starts beside its trajectory, which begins at 0
+START, GOAL = 0.05, pi / 3  # rad: start error of the arm; the trajectory starts at 0
 POSITION_GAIN, VELOCITY_GAIN = 49, 14  # 1/s2, 1/s
 JOINTS = [f"joint{i}" for i in range(1, 7)]
 
@@ -54,7 +54,7 @@ class Model:
 
 
 def track(with_model):
-    """Returns times and the six tracking errors (rad): computed torque, or the same gains on inertias at rest alone."""
+    """Returns times and the six tracking errors (rad): computed torque, or the same gains on constant inertias."""
     plant, inverse = Model(ready("kuka_kr5"), "q0"), Model(ready("kuka_kr5", inverse=True), "q")
     inertia = [14.8, 9.16, 1.09, 0.0141, 0.00277, 1.65e-6]  # kg m2, the diagonal of the mass matrix at 0
     times, errors = [], []
@@ -82,7 +82,7 @@ figure, axes = pyplot.subplots(2, 1, sharex=True, figsize=(8, 6), layout="constr
 for ax, with_model, title in zip(axes, (False, True), ("PD control", "computed torque"), strict=True):
     times, errors = track(with_model)
     late = max(max(map(abs, row)) for time, row in zip(times, errors, strict=True) if time >= 1.5)
-    print(f"{title}: largest error {max(max(map(abs, row)) for row in errors):.4f} rad, after 1.5 s {late:.1e} rad")
+    print(f"{title}: maximum error {max(max(map(abs, row)) for row in errors):.4f} rad, after 1.5 s {late:.1e} rad")
     for joint, curve in zip(JOINTS, zip(*errors, strict=True), strict=True):
         ax.plot(times, curve, label=joint)
     ax.set(title=f"{title}, same gains", ylabel="tracking error, rad")

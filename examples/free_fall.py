@@ -1,9 +1,9 @@
-"""The KUKA KR5 falls for one second, with friction in its second joint. Run `make demo` first."""
+"""Free fall of the KUKA KR5 for one second, with damping in its second joint. Run `make demo` first."""
 
 from pathlib import Path
 
 if not Path("out/kuka_kr5.fmu").exists():
-    raise SystemExit("out/kuka_kr5.fmu is not there: `make demo` builds it")
+    raise SystemExit("out/kuka_kr5.fmu not found: run `make demo`")
 
 from fmpy import simulate_fmu
 

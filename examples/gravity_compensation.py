@@ -1,6 +1,6 @@
-"""PD control with gravity compensation: the inverse FMU tells the torques that hold the arm where it is, a PD law does the rest.
+"""PD control with gravity compensation: the inverse FMU computes the gravity torques, a PD law controls the motion.
 
-Usage: python examples/gravity_compensation.py            builds its two FMUs in out/
+Usage: python examples/gravity_compensation.py            (builds its two FMUs in out/)
 """
 
 import shutil
@@ -11,12 +11,12 @@ from ready import ready
 STEP, STEPS = 0.001, 2000
 JOINTS = [f"joint{i}" for i in range(1, 7)]
 WANTED = [0.5, 0.5, -1.0, 0.3, 0.5, 0.2]  # rad
-STIFFNESS = [400, 800, 300, 10, 2, 0.002]  # N m/rad: a tenth of what hold_pose.py needs
+STIFFNESS = [400, 800, 300, 10, 2, 0.002]  # N m/rad: a tenth of those in hold_pose.py
 DAMPING = [160, 200, 50, 1, 0.15, 1e-4]  # N m s/rad
 
 
 class Loaded:
-    """An FMU that runs, with its variables by name."""
+    """A running FMU with the value references of its variables."""
 
     def __init__(self, file: str) -> None:
         description = fmpy.read_model_description(file)
@@ -37,13 +37,13 @@ class Loaded:
 
 
 def run(compensated: bool) -> list[float]:
-    """Returns how far each joint ends from where it should be (rad)."""
+    """Returns the final position error of each joint (rad)."""
     arm, inverse = Loaded(ready("kuka_kr5")), Loaded(ready("kuka_kr5", inverse=True))
     for step in range(STEPS):
         angles, speeds = arm.fmu.getReal(arm.all("q")), arm.fmu.getReal(arm.all("qd"))
         torques = [k * (w - a) - c * s for k, c, w, a, s in zip(STIFFNESS, DAMPING, WANTED, angles, speeds, strict=True)]
         if compensated:
-            # at rest in this pose: velocity and acceleration stay 0, so the torque is the weight's
+            # velocity and acceleration stay 0, so the result is the gravity torque
             inverse.fmu.setReal(inverse.all("q"), angles)
             weight = inverse.fmu.getReal(inverse.all("tau"))
             torques = [t + w for t, w in zip(torques, weight, strict=True)]

@@ -1,4 +1,4 @@
-"""A PD controller holds the KUKA KR5 up, step by step: the FMU as the plant of a control loop."""
+"""A sampled PD controller holds the KUKA KR5 in a pose: the FMU as the plant of a control loop."""
 
 import shutil
 
@@ -9,7 +9,7 @@ FMU, STEP, STEPS = ready("kuka_kr5"), 0.001, 2000
 JOINTS = [f"joint{i}" for i in range(1, 7)]
 WANTED = [0.0, 0.5, -1.0, 0.0, 0.5, 0.0]  # rad
 STIFFNESS = [4000, 8000, 4000, 100, 20, 0.02]  # N m/rad
-DAMPING = [400, 800, 300, 4, 0.8, 0.0005]  # N m s/rad; the torque is held for a step, so too much damping shakes
+DAMPING = [400, 800, 300, 4, 0.8, 0.0005]  # N m s/rad; limited, because the torque is constant during a step
 
 description = fmpy.read_model_description(FMU)
 number = {v.name: v.valueReference for v in description.modelVariables}

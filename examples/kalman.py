@@ -1,6 +1,6 @@
-"""An unscented Kalman filter around an FMU: 2n+1 predictions a step, each from a restored state with its own start values.
+"""An unscented Kalman filter with an FMU: 2n+1 predictions per step, each from a restored state with its own start values.
 
-Noisy angles of a falling double pendulum go in, angles and speeds come out. Draws out/kalman.png.
+Input: noisy angles of a falling double pendulum; output: angles and angular velocities. Draws out/kalman.png.
 """
 
 import shutil
@@ -34,7 +34,7 @@ beginning = model.getFMUstate()  # in initialization mode, where start values ma
 
 
 def predict(state):
-    """The state a step later."""
+    """The state after one step."""
     model.setFMUstate(beginning)
     model.setReal(START, list(state))
     model.exitInitializationMode()
@@ -42,7 +42,7 @@ def predict(state):
     return np.array(model.getReal(STATE))
 
 
-# symmetric sigma points with equal weights, and the mean with none
+# symmetric sigma points with equal weights; the mean has weight zero
 weight = 1 / (2 * n)
 measure = np.eye(joints, n)
 process_noise = np.diag([1e-8] * joints + [1e-5] * joints)
@@ -82,12 +82,12 @@ truth, measured, estimates, deviations = map(np.array, (truth, measured, estimat
 late = slice(STEPS // 2, None)
 rms = lambda x: float(np.sqrt(np.mean(x**2)))
 differenced = np.diff(measured, axis=0) / STEP - (truth[1:, joints:] + truth[:-1, joints:]) / 2
-print(f"{predictions} predictions, {len(points)} a step")
+print(f"{predictions} predictions, {len(points)} per step")
 print(
-    f"angles: measured to {rms((measured - truth[:, :joints])[late]):.4f} rad, "
-    f"filtered to {rms((estimates - truth)[late, :joints]):.4f} rad"
+    f"rms error of angles: measured {rms((measured - truth[:, :joints])[late]):.4f} rad, "
+    f"filtered {rms((estimates - truth)[late, :joints]):.4f} rad"
 )
-print(f"speeds: by differences to {rms(differenced[late]):.3f} rad/s, filtered to {rms((estimates - truth)[late, joints:]):.3f} rad/s")
+print(f"rms error of velocities: from differences {rms(differenced[late]):.3f} rad/s, filtered {rms((estimates - truth)[late, joints:]):.3f} rad/s")
 
 figure, axes = pyplot.subplots(n, 1, sharex=True, figsize=(8, 9), layout="constrained")
 for i, ax in enumerate(axes):

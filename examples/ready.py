@@ -1,4 +1,4 @@
-"""FMUs for the examples: builds out/NAME.fmu from models/NAME.toml where it is not there yet."""
+"""FMUs for the examples: builds out/NAME.fmu from models/NAME.toml if it does not exist."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ MODELS, FOLDER = Path(__file__).parents[1] / "models", Path("out")
 
 
 def ready(name: str, inverse: bool = False) -> str:
-    """Returns the FMU's file; ends the program with build-fmu's own sentence where it cannot be built."""
+    """Returns the file of the FMU; if it cannot be built, exits with the message of build-fmu."""
     file = FOLDER / f"{name}{'_inverse' if inverse else ''}.fmu"
     if not file.exists():
         FOLDER.mkdir(exist_ok=True)

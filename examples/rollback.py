@@ -1,6 +1,6 @@
-"""A master that rolls back: it compares each step of a control loop with two half steps and chooses the step size by that.
+"""A master with rollback: it compares each step of a control loop with two half steps and controls the step size by the difference.
 
-The FMU alone would be exact with any step; what a step costs here is the controller's torque, held until the next one.
+The FMU itself is accurate for any step size. The error is caused by the controller's torque, which is constant during a step.
 Draws out/rollback.png.
 """
 
@@ -14,7 +14,7 @@ from matplotlib import pyplot
 from ready import ready
 
 FMU, END = ready("double_pendulum"), 2.0  # s
-TOLERANCE = 1e-5  # rad, of a step
+TOLERANCE = 1e-5  # rad per step
 STIFFNESS, DAMPING, GOAL = (60, 20), (6, 2), (0.5, -0.8)  # N m/rad, N m s/rad, rad
 
 description = fmpy.read_model_description(FMU)
@@ -32,7 +32,7 @@ def start(folder):
 
 
 def step(plant, time, size):
-    """The controller sets its torque, and the plant goes on with it."""
+    """Sets the controller's torque and steps the plant."""
     angles, speeds = plant.getReal(q), plant.getReal(qd)
     plant.setReal(tau, [k * (g - a) - d * s for k, d, g, a, s in zip(STIFFNESS, DAMPING, GOAL, angles, speeds, strict=True)])
     plant.doStep(time, size)
@@ -58,7 +58,7 @@ while time < END:
         time = time + size
         record.append((time, *plant.getReal(q), size))
     plant.freeFMUstate(before)
-    # a held torque makes a step's error of third order in its angles
+    # a constant torque causes a local error of third order in the angles
     size *= min(2.0, max(0.2, 0.9 * (TOLERANCE / max(error, 1e-12)) ** (1 / 3)))
 plant.terminate()
 plant.freeInstance()
@@ -72,8 +72,8 @@ reference.freeInstance()
 shutil.rmtree(folder)
 
 sizes = [row[3] for row in record[1:]]
-print(f"{len(sizes)} steps of {min(sizes):.2e} to {max(sizes):.2e} s, {rejected} rolled back and taken again")
-print(f"off by {off:.1e} rad at {END} s from {steps} equal steps")
+print(f"{len(sizes)} steps of {min(sizes):.2e} to {max(sizes):.2e} s, {rejected} rejected and repeated")
+print(f"difference of {off:.1e} rad at {END} s from {steps} equal steps")
 
 figure, (above, below) = pyplot.subplots(2, 1, sharex=True, figsize=(8, 6), layout="constrained")
 times, *angles, _ = zip(*record, strict=True)

@@ -1,6 +1,6 @@
-"""What it gains to tell an FMU how its inputs move: a control loop with torques that are held, linear or quadratic over a step.
+"""Accuracy gained by input derivatives: a control loop with torques that are constant, linear or quadratic during a step.
 
-The drives answer with a lag, so their torques are smooth and their derivatives known. Draws out/smooth_inputs.png.
+The drives have a first-order lag, so their torques are smooth with known derivatives. Draws out/smooth_inputs.png.
 """
 
 import shutil
@@ -15,7 +15,7 @@ from ready import ready
 
 FMU, END = ready("double_pendulum"), 1.0  # s
 STIFFNESS, DAMPING, GOAL, LAG = np.array([60, 20]), np.array([6, 2]), np.array([0.5, -0.8]), 0.1  # N m/rad, N m s/rad, rad, s
-METHODS = ("held", "linear", "quadratic")
+METHODS = ("constant", "linear", "quadratic")
 
 description = fmpy.read_model_description(FMU)
 number = {v.name: v.valueReference for v in description.modelVariables}
@@ -25,12 +25,12 @@ folder = fmpy.extract(FMU)
 
 
 def rate(torque, angles, speeds):
-    """The lag of the drives: LAG tau' + tau = what the controller asks for."""
+    """The lag of the drives: LAG tau' + tau = demand of the controller."""
     return (STIFFNESS * (GOAL - angles) - DAMPING * speeds - torque) / LAG
 
 
 def drive(torque, begin, end, size, parts=4):
-    """The drives' own step, between the plant's states at its ends (cubic in between), by Runge-Kutta steps."""
+    """Step of the drives by Runge-Kutta steps; the state of the plant is interpolated by a cubic polynomial."""
     (x0, v0), (x1, v1) = begin, end
 
     def plant_at(s):
@@ -50,7 +50,7 @@ def drive(torque, begin, end, size, parts=4):
 
 
 def run(method, steps):
-    """The angles at END; each step the plant goes first, with the torque that its method knows."""
+    """The angles at END; in each step the plant is stepped first, with the input of the given method."""
     plant = fmpy.instantiate_fmu(folder, description, "CoSimulation")
     plant.setupExperiment(startTime=0, tolerance=1e-11)
     plant.enterInitializationMode()
@@ -83,7 +83,7 @@ shutil.rmtree(folder)
 figure, ax = pyplot.subplots(figsize=(7, 5), layout="constrained")
 for method, curve in zip(METHODS, zip(*errors, strict=True), strict=True):
     ax.loglog([END / steps for steps in counts], curve, "o-", label=method)
-ax.set(xlabel="communication step, s", ylabel=f"error of the angles at {END} s, rad", title="torques over a step")
+ax.set(xlabel="communication step size, s", ylabel=f"error of the angles at {END} s, rad", title="torque during a step")
 ax.set_xticks([END / steps for steps in counts], [f"{END / steps:g}" for steps in counts])
 ax.minorticks_off()
 ax.grid(alpha=0.3)

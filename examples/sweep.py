@@ -1,10 +1,10 @@
-"""A parameter sweep over a Dask cluster: every combination of values is a run of the FMU; the result is one Parquet table.
+"""A parameter sweep on a Dask cluster: every combination of values is a run of the FMU; the result is one Parquet table.
 
 python examples/sweep.py MODEL.toml --vary elbow.damping=0,0.1,1 --vary shoulder.q0=0:1:11 -o sweep.parquet
 python examples/sweep.py MODEL.toml --vary ... --scheduler tcp://host:8786      workers on other machines
 
-A value list is a,b,c or first:last:count. Each run keeps the end value, least and greatest of the outputs asked for. A run that a
-lost worker took along is made again by another one; a run that fails keeps its sentence in the column `error`. Needs
+A value list is a,b,c or first:last:count. The table contains the final value, minimum and maximum of the selected outputs. Runs of a
+lost worker are repeated by another one; the message of a failed run is in the column `error`. Needs
 `pip install 'build-fmu[sweep]'`.
 """
 
@@ -19,7 +19,7 @@ import numpy as np
 
 from build_fmu import Session, Settings, UserError, build, describe, simulate
 
-RETRIES = 5  # of a run, when its worker is lost
+RETRIES = 5  # of a run if its worker is lost
 
 
 def values_of(text: str) -> tuple[str, list[float]]:
@@ -31,11 +31,11 @@ def values_of(text: str) -> tuple[str, list[float]]:
             return name, [float(x) for x in np.linspace(float(first), float(last), int(count))]
         return name, [float(value) for value in values.split(",")]
     except ValueError:
-        raise UserError(f"'{text}' is no list of values: write NAME=1,2,3 or NAME=0:1:11") from None
+        raise UserError(f"'{text}' is not a list of values; use NAME=1,2,3 or NAME=0:1:11") from None
 
 
 def one_run(fmu: bytes, point: dict[str, float], stop: float | None, outputs: list[str]) -> dict[str, float | str]:
-    """Runs the FMU at one point; its bytes travel, so a worker needs no file of ours."""
+    """Runs the FMU at one point. The FMU is passed as bytes, so a worker needs no files."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "model.fmu"
         file.write_bytes(fmu)
@@ -47,12 +47,12 @@ def one_run(fmu: bytes, point: dict[str, float], stop: float | None, outputs: li
     row: dict[str, float | str] = {**point, "error": ""}
     for name in result.names:
         column = result[name]
-        row |= {f"{name} end": float(column[-1]), f"{name} least": float(column.min()), f"{name} most": float(column.max())}
+        row |= {f"{name} end": float(column[-1]), f"{name} min": float(column.min()), f"{name} max": float(column.max())}
     return row
 
 
 def sweep(client, fmu: bytes, points: list[dict[str, float]], stop: float | None, outputs: list[str], tell=print) -> list[dict]:
-    """Returns one row a point, in their order; `tell` gets a line at each tenth."""
+    """Returns one row per point, in order; `tell` receives a progress line at each tenth."""
     from dask.distributed import as_completed
 
     shared = client.scatter(fmu, broadcast=True, hash=True)
@@ -66,7 +66,7 @@ def sweep(client, fmu: bytes, points: list[dict[str, float]], stop: float | None
 
 
 def write(target: Path, rows: list[dict]) -> None:
-    """Writes the rows as Parquet; a failed run has empty cells and its sentence."""
+    """Writes the rows as Parquet; a failed run has empty cells and an error message."""
     import pyarrow
     import pyarrow.parquet
 
@@ -79,17 +79,17 @@ def write(target: Path, rows: list[dict]) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description="Run an FMU at every combination of parameter values.")
     parser.add_argument("model", type=Path, help="model file (.toml) or FMU")
-    parser.add_argument("--vary", action="append", required=True, metavar="NAME=VALUES", help="a,b,c or first:last:count; repeat it")
-    parser.add_argument("--output", nargs="+", default=["*.q", "energy.balance"], help="outputs to keep, * allowed")
+    parser.add_argument("--vary", action="append", required=True, metavar="NAME=VALUES", help="a,b,c or first:last:count; repeatable")
+    parser.add_argument("--output", nargs="+", default=["*.q", "energy.balance"], help="outputs to record, * allowed")
     parser.add_argument("--stop", type=float, help="stop time in s")
-    parser.add_argument("--scheduler", help="address of a Dask scheduler (default: workers on this machine)")
-    parser.add_argument("--workers", type=int, help="on this machine (default: one a processor)")
+    parser.add_argument("--scheduler", help="address of a Dask scheduler (default: local workers)")
+    parser.add_argument("--workers", type=int, help="number of local workers (default: one per processor)")
     parser.add_argument("-o", "--table", type=Path, default=Path("sweep.parquet"), help="table to write")
     options = parser.parse_args()
     try:
         from dask.distributed import Client, LocalCluster
     except ImportError:
-        raise SystemExit("a sweep needs Dask and pyarrow: pip install 'build-fmu[sweep]'") from None
+        raise SystemExit("the sweep needs Dask and pyarrow: pip install 'build-fmu[sweep]'") from None
     try:
         fmu = packed(options.model)
         axes = dict(map(values_of, options.vary))

@@ -1,4 +1,4 @@
-"""A robot controller as an FMU, by PythonFMU: leads six joints along cycloids with PD control and gravity compensation."""
+"""A robot controller as an FMU, made with PythonFMU: moves six joints along cycloids with PD control and gravity compensation."""
 
 from math import cos, pi, sin
 

@@ -1,4 +1,4 @@
-"""The drives of six joints as an FMU, by PythonFMU: a torque follows its demand with a lag, up to the largest torque."""
+"""The drives of six joints as an FMU, made with PythonFMU: first-order lag and saturation of the torques."""
 
 from math import exp
 
@@ -34,6 +34,6 @@ class Drive(Fmi2Slave):
     def do_step(self, current_time, step_size):
         for joint, largest in zip(JOINTS, LARGEST, strict=True):
             wanted = min(max(self.demand[joint], -largest), largest)
-            # the exact answer of lag * torque' + torque = wanted over the step
+            # exact solution of lag * torque' + torque = wanted during the step
             self.torque[joint] += (1 - exp(-step_size / LAG)) * (wanted - self.torque[joint])
         return True

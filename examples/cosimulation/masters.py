@@ -1,6 +1,6 @@
-"""The masters: each runs an .ssp file and returns, for t = 0, STEP, 2 STEP, …, the watched values.
+"""The masters: each runs an .ssp file and returns the watched values at t = 0, STEP, 2 STEP, ….
 
-All step the FMUs side by side: the inputs of a step are the outputs at its start. Each runs in a process of its own:
+All of them step the FMUs in parallel (Jacobi scheme): the inputs of a step are the outputs at its start. Each runs in a separate process:
 
 python masters.py NAME SYSTEM.ssp ANSWER.json
 """
@@ -22,7 +22,7 @@ STEPS = round(STOP / STEP)
 
 
 def fmpy(ssp: Path) -> list[list[float]]:
-    """A loop over the FMUs in FMPy, connected as the system's description says."""
+    """A loop over the FMUs in FMPy, with the connections of the system description."""
     from fmpy import extract, instantiate_fmu, read_model_description
     from fmpy.ssp.ssd import read_ssd
 
@@ -65,7 +65,7 @@ def fmpy(ssp: Path) -> list[list[float]]:
 
 
 def ecospy(ssp: Path) -> list[list[float]]:
-    # Ecos needs oneTBB, which its package does not bring: `tbb` from PyPI does
+    # Ecos needs oneTBB, which is missing in its package; `tbb` from PyPI contains it
     for file in (Path(sysconfig.get_path("data")) / "lib").glob("libtbb.so*"):
         ctypes.CDLL(str(file), mode=ctypes.RTLD_GLOBAL)
     from ecospy import EcosSimulation
@@ -87,7 +87,7 @@ def libcosimpy(ssp: Path) -> list[list[float] | None]:
     from libcosimpy.CosimObserver import CosimObserver
 
     with tempfile.TemporaryDirectory() as folder:
-        # its clock counts nanoseconds
+        # time resolution of 1 ns
         execution = CosimExecution.from_ssp_file(str(unpack(ssp, Path(folder))), round(STEP * 1e9))
         observer = CosimObserver.create_last_value()
         execution.add_observer(observer)
@@ -98,7 +98,7 @@ def libcosimpy(ssp: Path) -> list[list[float] | None]:
             for variable in execution.slave_variables(slave)
             if variable.type == CosimVariableType.REAL.value
         }
-        rows: list[list[float] | None] = [None]  # its observer sees nothing before the first step
+        rows: list[list[float] | None] = [None]  # the observer has no values before the first step
         for step in range(STEPS):
             if not execution.step():
                 raise RuntimeError(f"step {step} failed")

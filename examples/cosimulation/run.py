@@ -1,8 +1,8 @@
-"""A robot with drives and a controller as one .ssp file, run by several masters: plant and weight are our FMUs, the rest is PythonFMU's.
+"""A robot with drives and a controller as one .ssp file, run by several masters. Plant and inverse are built by build-fmu, the others by PythonFMU.
 
 python examples/cosimulation/run.py [-o out/cosimulation]
 
-Needs `pip install 'build-fmu[cosimulation]'`; a master that is not there is left out. Ends with a table and cosimulation.png.
+Needs `pip install 'build-fmu[cosimulation]'`; masters that are not installed are omitted. Prints a table and writes cosimulation.png.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ STYLES = {"fmpy": {"linewidth": 3, "alpha": 0.35}, "ecospy": {"linestyle": "--"}
 
 
 def run(master: str, ssp: Path) -> dict | None:
-    """Runs one master in a process of its own; returns its version, its rows and the seconds it took."""
+    """Runs one master in a separate process; returns its version, its rows and its wall-clock time."""
     if importlib.util.find_spec(master) is None:
-        print(f"{NAMES[master]} is left out: `pip install {master}` brings it")
+        print(f"{NAMES[master]} is omitted; to install it: `pip install {master}`")
         return None
     answer = ssp.with_name(f"{master}.json")
     answer.unlink(missing_ok=True)
@@ -47,13 +47,13 @@ def run(master: str, ssp: Path) -> dict | None:
 
 
 def table(results: dict[str, dict]) -> None:
-    """Prints how far each master is from the loop in FMPy, and how well the arm follows."""
+    """Prints the difference of each master from the loop in FMPy, and the tracking error."""
     columns = watched()
     q, reference = (
         [columns.index((element, f"{joint}.{kind}")) for joint in JOINTS] for element, kind in (("arm", "q"), ("controller", "reference"))
     )
     base = results["fmpy"]["rows"]
-    print("master      version   joints and torques, largest difference from FMPy   tracking error [rad]   time [s]")
+    print("master      version   joints and torques, maximum difference from FMPy   tracking error [rad]   time [s]")
     for name, told in results.items():
         rows = told["rows"]
         error = np.nanmax(np.abs(rows[:, q] - rows[:, reference]))
@@ -61,7 +61,7 @@ def table(results: dict[str, dict]) -> None:
 
 
 def draw(results: dict[str, dict], target: Path) -> None:
-    """Draws two joints and their drives, every master over the others."""
+    """Draws two joints and their drives, all masters in the same plots."""
     columns = watched()
     figure, axes = pyplot.subplots(2, 2, sharex=True, figsize=(10, 6), layout="constrained")
     for side, joint in enumerate(("joint2", "joint3")):
@@ -80,7 +80,7 @@ def main() -> int:
     parser.add_argument("-o", "--output", type=Path, default=Path("out/cosimulation"), metavar="DIR", help="folder to write into")
     folder = parser.parse_args().output.resolve()
     if importlib.util.find_spec("pythonfmu") is None:
-        print("the controller and the drive are made by PythonFMU: `pip install 'build-fmu[cosimulation]'` brings it", file=sys.stderr)
+        print("PythonFMU is required for the controller and the drive: `pip install 'build-fmu[cosimulation]'`", file=sys.stderr)
         return 1
     ssp = folder / "kuka_kr5.ssp"
     pack(make_fmus(folder), ssp)

@@ -1,4 +1,4 @@
-"""A system of FMUs as one .ssp file (System Structure and Parameterization 1.0): its FMUs, and their connections."""
+"""A system of FMUs as one .ssp file (System Structure and Parameterization 1.0): components and connections."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ JOINTS = [f"joint{i}" for i in range(1, 7)]
 STEP, STOP = 0.001, 2.0  # s
 SSD, SSC = "http://ssp-standard.org/SSP1/SystemStructureDescription", "http://ssp-standard.org/SSP1/SystemStructureCommon"
 
-# (element, its output) feeds (element, its input), for each joint
+# ((element, output), (element, input)) for each joint
 WIRES = [
     (("arm", "q"), ("controller", "q")),
     (("arm", "qd"), ("controller", "qd")),
@@ -31,7 +31,7 @@ WATCHED = [("arm", "q"), ("controller", "reference"), ("controller", "demand"), 
 
 
 def make_fmus(folder: Path) -> dict[str, Path]:
-    """Makes the FMUs: the arm, its inverse, which tells the torques that its weight takes, the controller and the drive."""
+    """Builds the FMUs: the arm, its inverse for the gravity torques, the controller and the drive."""
     folder.mkdir(parents=True, exist_ok=True)
     for options in ([], ["--inverse"]):
         if build_fmu(["build", "--no-show", *options, str(MODEL), "-o", str(folder)]) != 0:
@@ -43,7 +43,7 @@ def make_fmus(folder: Path) -> dict[str, Path]:
 
 
 def connections() -> list[tuple[tuple[str, str], tuple[str, str]]]:
-    """Every wire of every joint."""
+    """All connections of all joints."""
     return [((a, f"{joint}.{output}"), (b, f"{joint}.{given}")) for (a, output), (b, given) in WIRES for joint in JOINTS]
 
 
@@ -52,7 +52,7 @@ def watched() -> list[tuple[str, str]]:
 
 
 def structure(fmus: dict[str, Path]) -> bytes:
-    """Writes SystemStructure.ssd: each element with the connectors that are wired or watched."""
+    """Returns SystemStructure.ssd: each element with its connected or watched connectors."""
     ET.register_namespace("ssd", SSD)
     ET.register_namespace("ssc", SSC)
     root = ET.Element(f"{{{SSD}}}SystemStructureDescription", version="1.0", name="kuka_kr5_cosimulation")
@@ -78,7 +78,7 @@ def structure(fmus: dict[str, Path]) -> bytes:
 
 
 def pack(fmus: dict[str, Path], target: Path) -> None:
-    """Writes the .ssp: the structure and the FMUs in resources/. Reading it back holds it against the schema that FMPy carries."""
+    """Writes the .ssp: the structure and the FMUs in resources/. It is validated against the schema of FMPy."""
     from fmpy.ssp.ssd import read_ssd
 
     with ZipFile(target, "w") as archive:
@@ -89,5 +89,5 @@ def pack(fmus: dict[str, Path], target: Path) -> None:
 
 
 def unpack(file: Path, folder: Path) -> Path:
-    """Masters that read a folder instead of an archive get this one."""
+    """Extracts the archive for masters that read a folder."""
     return Path(fmpy.extract(str(file), str(folder)))
