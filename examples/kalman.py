@@ -87,7 +87,10 @@ print(
     f"rms error of angles: measured {rms((measured - truth[:, :joints])[late]):.4f} rad, "
     f"filtered {rms((estimates - truth)[late, :joints]):.4f} rad"
 )
-print(f"rms error of velocities: from differences {rms(differenced[late]):.3f} rad/s, filtered {rms((estimates - truth)[late, joints:]):.3f} rad/s")
+print(
+    f"rms error of velocities: from differences {rms(differenced[late]):.3f} rad/s, "
+    f"filtered {rms((estimates - truth)[late, joints:]):.3f} rad/s"
+)
 
 figure, axes = pyplot.subplots(n, 1, sharex=True, figsize=(8, 9), layout="constrained")
 for i, ax in enumerate(axes):

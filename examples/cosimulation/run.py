@@ -1,4 +1,4 @@
-"""A robot with drives and a controller as one .ssp file, run by several masters. Plant and inverse are built by build-fmu, the others by PythonFMU.
+"""A robot with drives and a controller as one .ssp file, run by several masters; two FMUs are built by PythonFMU.
 
 python examples/cosimulation/run.py [-o out/cosimulation]
 
