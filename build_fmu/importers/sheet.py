@@ -6,14 +6,13 @@ import csv
 import io
 import re
 from dataclasses import dataclass
-from pathlib import Path, PurePosixPath
-from zipfile import BadZipFile, ZipFile
+from pathlib import Path
+from zipfile import ZipFile
 
 from build_fmu.errors import UserError
 from build_fmu.importers.fields import LARGEST, read_text
-from build_fmu.importers.xml_lines import parse
 
-MAIN = "http://schemas.openxmlformats.org/spreadsheetml/2006/main"
+MOST_COLUMNS = 1000
 SEPARATORS = ";\t,|"
 
 
@@ -64,75 +63,34 @@ def _text(path: Path) -> Sheet:
 
 
 def _workbook(path: Path) -> Sheet:
+    from openpyxl import load_workbook
+
     try:
         with ZipFile(path) as archive:
             if sum(item.file_size for item in archive.infolist()) > LARGEST:
-                raise UserError(f"'{path}' holds more than {LARGEST // 1_000_000} MB: that is no table of a mechanism")
-            if "xl/workbook.xml" not in archive.namelist():
-                raise UserError(f"'{path}' is an archive, but no .xlsx workbook: save the table as .xlsx or .csv")
-            name, others = _first_sheet(path, archive)
-            strings = _strings(path, archive)
-            rows = _cells(path, archive.read(name), strings)
-    except (BadZipFile, KeyError, OSError) as error:
-        raise UserError(f"'{path}' is no .xlsx workbook: {error}") from None
+                raise UserError(f"'{path}' contains more than {LARGEST // 1_000_000} MB: too large for a table of a mechanism")
+        with path.open("rb") as file:
+            first, *others = load_workbook(file, read_only=True, data_only=True).worksheets
+            first.reset_dimensions()  # the file may state them wrongly
+            rows = [(line, [_text_of(value) for value in row]) for line, row in enumerate(first.iter_rows(values_only=True), 1)]
+    except UserError:
+        raise
+    except Exception as error:  # a damaged archive or XML fails in many ways
+        raise UserError(f"'{path}' is not a readable .xlsx workbook: {error}") from None
+    rows = [(line, cells) for line, cells in rows if any(cells) and not cells[0].startswith("#")]
     if not rows:
         raise UserError(f"'{path}' is empty: its first sheet has no rows")
-    # `parse` has refused what is not finite or not whole
-    return Sheet(rows, True, f"the sheets {', '.join(others)}: the first sheet is the table" if others else "")
-
-
-def _first_sheet(path: Path, archive: ZipFile) -> tuple[str, list[str]]:
-    """Returns the archive's name of the first sheet, and what the others are called."""
-    book, _ = parse(path, archive.read("xl/workbook.xml"), names=True)
-    sheets = book.findall(f"{{{MAIN}}}sheets/{{{MAIN}}}sheet")
-    if not sheets:
-        raise UserError(f"'{path}' has no sheet")
-    key = next(value for name, value in sheets[0].attrib.items() if name.endswith("}id"))
-    links, _ = parse(path, archive.read("xl/_rels/workbook.xml.rels"), names=True)
-    target = next((link.attrib["Target"] for link in links if link.attrib.get("Id") == key), "worksheets/sheet1.xml")
-    name = target.lstrip("/") if target.startswith("/") else str(PurePosixPath("xl") / target)
-    return name, [sheet.attrib.get("name", "?") for sheet in sheets[1:]]
-
-
-def _strings(path: Path, archive: ZipFile) -> list[str]:
-    if "xl/sharedStrings.xml" not in archive.namelist():
-        return []
-    root, _ = parse(path, archive.read("xl/sharedStrings.xml"), names=True)
-    return [_written(item) for item in root.findall(f"{{{MAIN}}}si")]
-
-
-def _written(item) -> str:
-    """The text of an element, without the readings that Excel keeps beside it."""
-    return "".join(text.text or "" for run in (item, *item.findall(f"{{{MAIN}}}r")) for text in run.findall(f"{{{MAIN}}}t"))
-
-
-def _cells(path: Path, content: bytes, strings: list[str]) -> list[tuple[int, list[str]]]:
-    root, _ = parse(path, content, names=True)
-    rows = []
-    for count, row in enumerate(root.iterfind(f"{{{MAIN}}}sheetData/{{{MAIN}}}row"), 1):
-        cells: list[str] = []
-        for cell in row.findall(f"{{{MAIN}}}c"):
-            place = re.match(r"[A-Z]+", cell.attrib.get("r", ""))
-            column = _column(place[0]) if place else len(cells)
-            if column > 1000:
-                raise UserError(f"{path}:{row.attrib.get('r', count)}: more than 1000 columns")
-            value = cell.find(f"{{{MAIN}}}v")
-            text = value.text or "" if value is not None else ""
-            if cell.attrib.get("t") == "s":
-                text = strings[int(text)] if text.isdigit() and int(text) < len(strings) else ""
-            elif cell.attrib.get("t") == "inlineStr":
-                text = "".join(_written(item) for item in cell.findall(f"{{{MAIN}}}is"))
-            cells += [""] * (column + 1 - len(cells))
-            cells[column] = text.strip()
-        if any(cells) and not cells[0].startswith("#"):
-            rows.append((int(row.attrib.get("r", count)), cells))
     # rows end with their last filled cell
-    width = max((len(cells) for _, cells in rows), default=0)
-    return [(line, cells + [""] * (width - len(cells))) for line, cells in rows]
+    width = max(len(cells) for _, cells in rows)
+    if width > MOST_COLUMNS:
+        raise UserError(f"'{path}' has more than {MOST_COLUMNS} columns")
+    rows = [(line, cells + [""] * (width - len(cells))) for line, cells in rows]
+    names = ", ".join(sheet.title for sheet in others)
+    return Sheet(rows, True, f"the sheets {names}: the first sheet is the table" if others else "")
 
 
-def _column(letters: str) -> int:
-    index = 0
-    for letter in letters:
-        index = 26 * index + ord(letter) - ord("A") + 1
-    return index - 1
+def _text_of(value: object) -> str:
+    """Returns the text of a cell; whole numbers have no decimal point, so that they can be names."""
+    if value is None:
+        return ""
+    return str(int(value)) if isinstance(value, bool) or isinstance(value, float) and value.is_integer() and abs(value) < 1e15 else str(value).strip()

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import xml.etree.ElementTree as ET
 from argparse import Namespace
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from lxml import etree
 
 from build_fmu.errors import UserError, did_you_mean
 from build_fmu.importers.draft import GROUND, Draft, DraftLink, DraftTie, Names, legal
@@ -17,7 +17,6 @@ from build_fmu.importers.layout import far, joint_frame, place, settle, side_fra
 from build_fmu.importers.rigid import matrix_of, pose_of, rotation_x, rotation_y, rotation_z, six_of, transform
 from build_fmu.importers.toml_writer import number
 from build_fmu.importers.urdf_losses import report_losses, some
-from build_fmu.importers.xml_lines import parse
 
 KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed", "floating": "free", "planar": "planar"}
 WORLD = "world"  # what some simulators call the ground without listing it
@@ -53,22 +52,22 @@ class Urdf:
         self.path, self.snap, self.near_right = path, snap, 0
         self.like_degrees: list[str] = []
         text = read_text(path)
-        self.root, self.lines = parse(path, path.read_bytes())
+        self.root = _parsed(path)
         if self.root.tag != "robot":
             hint = "; run xacro on it first" if "xacro" in text else ""
             raise UserError(f"{path}: a URDF starts with <robot>, this file with <{self.root.tag}>{hint}")
-        if any("xacro" in str(e.tag) for e in self.root.iter()):
+        if any(e.prefix == "xacro" or e.tag.startswith("xacro:") for e in self.root.iter(etree.Element)):
             raise UserError(f"'{path}' holds xacro macros: run `xacro {path.name} > robot.urdf` first and import the result")
 
-    def error(self, element: ET.Element, sentence: str) -> UserError:
-        return UserError(f"{self.path}:{self.lines.get(id(element), 1)}: {sentence}")
+    def error(self, element: etree._Element, sentence: str) -> UserError:
+        return UserError(f"{self.path}:{element.sourceline}: {sentence}")
 
-    def text(self, element: ET.Element, key: str) -> str:
+    def text(self, element: etree._Element, key: str) -> str:
         if key not in element.attrib:
             raise self.error(element, f"<{element.tag}> has no attribute '{key}'{did_you_mean(key, element.attrib)}")
         return element.attrib[key].strip()
 
-    def numbers(self, element: ET.Element, key: str, count: int, default: str) -> list[float]:
+    def numbers(self, element: etree._Element, key: str, count: int, default: str) -> list[float]:
         words = element.attrib.get(key, default).split()
         try:
             values = [float(word) for word in words]
@@ -79,21 +78,21 @@ class Urdf:
             raise self.error(element, f"'{key}' of <{element.tag}> must be {what}, got '{element.attrib.get(key, default)}'")
         return values
 
-    def amount(self, element: ET.Element, key: str, default: str) -> float:
+    def amount(self, element: etree._Element, key: str, default: str) -> float:
         """Returns a number that cannot be negative."""
         value = self.numbers(element, key, 1, default)[0]
         if value < 0:
             raise self.error(element, f"'{key}' of <{element.tag}> must be >= 0, got {value:g}")
         return value
 
-    def pose(self, parent: ET.Element) -> np.ndarray:
+    def pose(self, parent: etree._Element) -> np.ndarray:
         """Returns the transform of <origin xyz rpy>."""
         element = parent.find("origin")
         if element is None:
             return np.eye(4)
         angles = self.numbers(element, "rpy", 3, "0 0 0")
         if max(map(abs, angles)) > DEGREES:
-            self.like_degrees.append(f"{self.path}:{self.lines.get(id(element), 1)}: rpy = '{element.attrib['rpy']}' looks like degrees; a URDF counts in rad, "
+            self.like_degrees.append(f"{self.path}:{element.sourceline}: rpy = '{element.attrib['rpy']}' looks like degrees; a URDF counts in rad, "
                                      "and so it was read")
         for i, angle in enumerate(angles):
             nearest = round(angle / (math.pi / 2)) * (math.pi / 2)
@@ -104,6 +103,22 @@ class Urdf:
                 self.near_right += not self.snap and abs(angle - nearest) >= 1e-14
         roll, pitch, yaw = angles
         return transform(rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll), self.numbers(element, "xyz", 3, "0 0 0"))
+
+
+def _parsed(path: Path) -> etree._Element:
+    """Returns the root element; raises UserError with file, line, column."""
+    # prefixes without a namespace are common in URDF files, and the only error that is accepted
+    parser = etree.XMLParser(recover=True, resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True)
+    root = etree.fromstring(path.read_bytes() or b" ", parser)
+    for error in parser.error_log:
+        if error.domain_name != "NAMESPACE":
+            raise UserError(f"{path}:{error.line}:{error.column}: invalid XML: {error.message.strip()}")
+    if root is None:
+        raise UserError(f"{path}:1:1: invalid XML: no element")
+    dtd = root.getroottree().docinfo.internalDTD
+    if dtd is not None and any(dtd.iterentities()):
+        raise UserError(f"{path}:1: XML entities are not supported")
+    return root
 
 
 def read(path: Path, options: Namespace) -> Draft:
@@ -123,7 +138,7 @@ def read(path: Path, options: Namespace) -> Draft:
     _Layout(draft, bodies, options).lay(root)
     draft.notes.append(f"The ground frame is the frame of '{root}'{' at q = 0' if options.floating else ''}. Link frames are laid anew (z: joint axis, x: common normal), which changes no "
                        f"motion; where the URDF's own frame is another one, {'a [[frame]]' if options.frames else 'a comment'} tells its place in ours (m, rad).")
-    report_losses(urdf.root, urdf.lines, draft)
+    report_losses(urdf.root, draft)
     draft.doubts += urdf.like_degrees
     if urdf.near_right:
         draft.doubts.append(f"{urdf.near_right} angles are within {NEAR_RIGHT:g} rad of a multiple of 90 degrees, such as 1.5708: --snap makes them exact, "
@@ -136,7 +151,7 @@ def read(path: Path, options: Namespace) -> Draft:
 def _bodies(urdf: Urdf) -> dict[str, Body]:
     bodies: dict[str, Body] = {}
     for element in urdf.root.findall("link"):
-        body = Body(urdf.text(element, "name"), urdf.lines.get(id(element), 1))
+        body = Body(urdf.text(element, "name"), element.sourceline)
         if body.name in bodies:
             raise urdf.error(element, f"the link '{body.name}' is there twice")
         inertial = element.find("inertial")
@@ -148,7 +163,7 @@ def _bodies(urdf: Urdf) -> dict[str, Body]:
     return bodies
 
 
-def _inertial(urdf: Urdf, inertial: ET.Element, body: Body) -> None:
+def _inertial(urdf: Urdf, inertial: etree._Element, body: Body) -> None:
     pose = urdf.pose(inertial)
     mass, tensor = inertial.find("mass"), inertial.find("inertia")
     if mass is not None:
@@ -179,7 +194,7 @@ def _joints(urdf: Urdf, bodies: dict[str, Body], draft: Draft, stops: float | No
                 raise urdf.error(element, f"joint '{name}' has no <{tag}>")
             link = urdf.text(end, "link")
             if link == WORLD and tag == "parent":
-                bodies.setdefault(WORLD, Body(WORLD, urdf.lines.get(id(end), 1)))
+                bodies.setdefault(WORLD, Body(WORLD, end.sourceline))
             if link not in bodies:
                 raise urdf.error(end, f"joint '{name}': there is no link '{link}'{did_you_mean(link, bodies)}")
             ends.append(link)
@@ -215,7 +230,7 @@ def _joints(urdf: Urdf, bodies: dict[str, Body], draft: Draft, stops: float | No
         draft.lost.append(f"the limits of {some([body.joint for body in limited])}: --stops STIFFNESS makes stops of them")
 
 
-def _axis(urdf: Urdf, joint: ET.Element, name: str) -> np.ndarray:
+def _axis(urdf: Urdf, joint: etree._Element, name: str) -> np.ndarray:
     element = joint.find("axis")
     axis = np.array([1.0, 0, 0] if element is None else urdf.numbers(element, "xyz", 3, "1 0 0"))
     length = float(np.linalg.norm(axis))
@@ -225,12 +240,12 @@ def _axis(urdf: Urdf, joint: ET.Element, name: str) -> np.ndarray:
     return axis / length if abs(length - 1) > 1e-15 else axis
 
 
-def _limits(urdf: Urdf, joint: ET.Element, name: str, draft: Draft) -> tuple[float, float] | None:
+def _limits(urdf: Urdf, joint: etree._Element, name: str, draft: Draft) -> tuple[float, float] | None:
     limit = joint.find("limit")
     if limit is None or joint.attrib["type"] == "continuous":
         return None
     low, high = (urdf.numbers(limit, key, 1, "0")[0] for key in ("lower", "upper"))
-    where = f"{urdf.path}:{urdf.lines.get(id(limit), 1)}: the limits of '{name}', {low:g} to {high:g},"
+    where = f"{urdf.path}:{limit.sourceline}: the limits of '{name}', {low:g} to {high:g},"
     if low > high:
         draft.doubts.append(f"{where} are the wrong way round and are left out")
     elif joint.attrib["type"] == "revolute" and DEGREES < max(abs(low), abs(high)) <= 720:

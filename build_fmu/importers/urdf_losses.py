@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Iterable
+
+from lxml import etree
 
 from build_fmu.errors import did_you_mean
 from build_fmu.importers.draft import Draft
@@ -23,8 +24,8 @@ ATTRIBUTES = {
 EXTRA = {"transmission": "; give the inertia of drives as armature"}
 
 
-def report_losses(robot: ET.Element, lines: dict[int, int], draft: Draft) -> None:
-    """Fills draft.lost and draft.doubts; `lines` tells the line of an element by its id()."""
+def report_losses(robot: etree._Element, draft: Draft) -> None:
+    """Fills draft.lost and draft.doubts."""
     shapes = sum(1 for _ in robot.iter("visual")) + sum(1 for _ in robot.iter("collision"))
     if shapes:
         draft.lost.append(f"{shapes} shapes (<visual>, <collision>): a model has no geometry and no contact")
@@ -36,11 +37,11 @@ def report_losses(robot: ET.Element, lines: dict[int, int], draft: Draft) -> Non
               and any(_nonzero(limit.get(key)) for limit in joint.findall("limit") for key in ("effort", "velocity"))]
     if bounds:
         draft.lost.append(f"the largest effort and velocity of {some(bounds)}: nothing bounds them here")
-    _unknown(robot, lines, draft)
-    _masses(robot, lines, draft)
+    _unknown(robot, draft)
+    _masses(robot, draft)
 
 
-def _unknown(robot: ET.Element, lines: dict[int, int], draft: Draft) -> None:
+def _unknown(robot: etree._Element, draft: Draft) -> None:
     """Elements and attributes that no one reads, and elements that are there twice."""
     tags, first = Counter(), {}
     for parent in [robot, *robot.findall("link"), *robot.findall("joint"), *robot.findall("link/inertial")]:
@@ -48,9 +49,9 @@ def _unknown(robot: ET.Element, lines: dict[int, int], draft: Draft) -> None:
         for child in parent:
             if child.tag not in CHILDREN[parent.tag]:
                 tags[parent.tag, child.tag] += 1
-                first.setdefault((parent.tag, child.tag), lines.get(id(child), 1))
+                first.setdefault((parent.tag, child.tag), child.sourceline)
             elif parent.tag != "robot" and child.tag in seen and child.tag not in ("visual", "collision"):
-                draft.lost.append(f"line {lines.get(id(child), 1)}: another <{child.tag}> in <{parent.tag}>: the first one counts")
+                draft.lost.append(f"line {child.sourceline}: another <{child.tag}> in <{parent.tag}>: the first one counts")
             seen.add(child.tag)
     for (parent, tag), count in tags.items():
         draft.lost.append(f"{count} x <{tag}> in <{parent}>, the first in line {first[parent, tag]}{did_you_mean(tag, CHILDREN[parent])}")
@@ -58,13 +59,13 @@ def _unknown(robot: ET.Element, lines: dict[int, int], draft: Draft) -> None:
     for element in _read(robot):
         for key in element.attrib:
             if key not in ATTRIBUTES[element.tag]:
-                places.setdefault((element.tag, key), []).append(lines.get(id(element), 1))
+                places.setdefault((element.tag, key), []).append(element.sourceline)
     for (tag, key), at in places.items():
         what = f"'{key}' of <{tag}>"
         draft.lost.append((f"line {at[0]}: {what}" if len(at) == 1 else f"{len(at)} x {what}, the first in line {at[0]}") + did_you_mean(key, ATTRIBUTES[tag]))
 
 
-def _read(robot: ET.Element) -> Iterable[ET.Element]:
+def _read(robot: etree._Element) -> Iterable[etree._Element]:
     for joint in robot.findall("joint"):
         yield joint
         yield from (child for child in joint if child.tag in ATTRIBUTES)
@@ -72,17 +73,17 @@ def _read(robot: ET.Element) -> Iterable[ET.Element]:
         yield from (child for child in inertial if child.tag in ATTRIBUTES)
 
 
-def _masses(robot: ET.Element, lines: dict[int, int], draft: Draft) -> None:
+def _masses(robot: etree._Element, draft: Draft) -> None:
     for link in robot.findall("link"):
         inertial = link.find("inertial")
         if inertial is None:
             continue
         tensor, name = inertial.find("inertia"), link.get("name")
         if inertial.find("mass") is None:
-            draft.doubts.append(f"line {lines.get(id(inertial), 1)}: the <inertial> of '{name}' has no <mass>, so it is 0")
+            draft.doubts.append(f"line {inertial.sourceline}: the <inertial> of '{name}' has no <mass>, so it is 0")
         missing = [key for key in ("ixx", "iyy", "izz") if tensor is not None and key not in tensor.attrib]
         if missing:
-            draft.doubts.append(f"line {lines.get(id(tensor), 1)}: <inertia> of '{name}' has no {', '.join(missing)}, so they are 0")
+            draft.doubts.append(f"line {tensor.sourceline}: <inertia> of '{name}' has no {', '.join(missing)}, so they are 0")
 
 
 def _nonzero(text: str | None) -> bool:

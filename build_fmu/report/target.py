@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-import re
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+
+import tomlkit
 
 from build_fmu.errors import UserError
 from build_fmu.model.describe import Description, describe
@@ -22,8 +23,6 @@ CANDIDATES = tuple(float(f"{head}e-{k}") for k in range(3, 13) for head in (3, 1
 TIGHT_SECONDS = 60.0
 RUN_SECONDS = 30.0
 MARGIN = 2.0  # for communication steps between those that are tried
-KEY = re.compile(r"^(?P<indent>[ \t]*)(?P<path>(?:solver[ \t]*\.[ \t]*)?)target_error[ \t]*=[^#\n]*(?:#[^\n]*)?$", re.MULTILINE)
-INLINE = re.compile(r"target_error[ \t]*=[ \t]*[^,}\s]+")
 
 
 @contextmanager
@@ -116,16 +115,14 @@ def _candidate(file: Path, resources: list[str], rtol: float, folder: Path) -> t
     text = with_rtol(file.read_text(encoding="utf-8-sig"), rtol)
     path.write_text(text, encoding="utf-8", newline="\n")
     attach(resources, file, folder)
-    description = describe(path)
-    start = next(v.start for v in description.variables if v.name == "solver.rtol")
-    if start != rtol:
-        raise UserError(f"{file}: write target_error on a line of its own under [solver]")
-    return description, path
+    return describe(path), path
 
 
 def with_rtol(text: str, rtol: float) -> str:
-    """Returns the model file with rtol beside its target_error, everything else untouched."""
-    line = KEY.search(text)
-    if line:
-        return f"{text[:line.end()]}\n{line['indent']}{line['path']}rtol = {rtol!r}  # chosen for target_error{text[line.end():]}"
-    return INLINE.sub(lambda found: f"{found[0]}, rtol = {rtol!r}", text, count=1)
+    """Returns the model file with rtol in the section of its target_error, everything else untouched."""
+    document = tomlkit.parse(text)
+    value = tomlkit.item(rtol)
+    if not isinstance(document["solver"], tomlkit.items.InlineTable):
+        value.comment("chosen for target_error")
+    document["solver"]["rtol"] = value
+    return tomlkit.dumps(document)

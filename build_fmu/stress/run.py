@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tomlkit
 
 from build_fmu.errors import UserError
 from build_fmu.model.describe import describe
@@ -16,7 +17,6 @@ from build_fmu.report.motion import Positions, positions
 from build_fmu.report.sweep import METHODS
 from build_fmu.run.driver import Outcome, Staged, Task, drive, stage_model
 from build_fmu.stress.cases import Case
-from build_fmu.stress.toml_text import toml_text
 
 MOST_ROWS = 200
 LONG_SHARE = 4  # a run with an open end may take so many times the seconds of the others
@@ -58,7 +58,7 @@ def run_case(name: str, case: Case, seconds: float, method: str | None) -> Verdi
     """Runs the case within the bound (s of computing for each of its runs)."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "model.toml"
-        file.write_text(toml_text(case.model), encoding="utf-8")
+        file.write_text(tomlkit.dumps(case.model), encoding="utf-8")
         try:
             fmu = stage_model(file, Path(folder) / "staged", describe(file))
         except UserError as error:

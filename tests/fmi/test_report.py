@@ -117,7 +117,7 @@ def test_the_built_fmu_keeps_its_target_error_at_every_communication_step(tmp_pa
     # not tighter by far than it must be
     assert target / 1e5 < max(errors) <= target and 1e-12 < chosen < 1e-2
     with zipfile.ZipFile(tmp_path / "arm.fmu") as archive:
-        assert f"rtol = {chosen!r}  # chosen for target_error" in archive.read("resources/model.toml").decode()
+        assert f"rtol = {chosen!r} # chosen for target_error" in archive.read("resources/model.toml").decode()
 
 
 def test_a_given_tolerance_is_a_choice(tmp_path):

@@ -2,13 +2,15 @@
 
 import argparse
 import math
+import re
 from zipfile import ZipFile
 
 import numpy as np
 import pytest
+from openpyxl import Workbook
 
 from build_fmu.errors import UserError
-from build_fmu.importers import dh_table, sheet
+from build_fmu.importers import dh_table
 from build_fmu.importers.draft import DhFrame
 from build_fmu.importers.rigid import matrix_of, pose_of, rotation_x, rotation_z, transform
 from build_fmu.importers.toml_writer import model_text
@@ -126,54 +128,43 @@ def test_a_table_as_spreadsheets_write_it(tmp_path):
         assert model_text(dh_table.read(path, argparse.Namespace(dh="modified", angles=None, stops=None))) == expected
 
 
-CELLS = """<row r="1"><c r="A1" t="s"><v>0</v></c><c r="B1" t="inlineStr"><is><r><t>alpha </t></r><r><t>[deg]</t></r></is></c><c r="D1" t="str"><v>mass</v></c>
-<c r="E1" t="str"><v>com_x</v></c></row><row r="3"><c r="A3" t="str"><v>l1</v></c><c r="B3"><f>45*2</f><v>90</v></c><c r="D3"><v>2.5</v></c>
-<c r="E3"><v>0.10000000000000001</v></c></row>"""
-SHEETS = '<workbook xmlns="{0}" xmlns:r="{1}"><sheets><sheet name="arm" sheetId="1" r:id="rId7"/><sheet name="notes" sheetId="2" r:id="rId2"/></sheets></workbook>'
-
-
-def workbook(path, cells=CELLS):
-    """A workbook of two sheets as the format demands it, no more."""
-    main, package = sheet.MAIN, "http://schemas.openxmlformats.org/package/2006/relationships"
+def workbook(path, angle=90):
+    """Saves a workbook of two sheets with a blank row and a column without a name, one angle of which is a formula with this value."""
+    book = Workbook()
+    for row in (["name", "alpha [deg]", "a [mm]", "mass", "com_x", None], [], ["l1", "=45*2", 500.5, 2.5, 0.1], ["l2", -90, None, 1, 0.2]):
+        book.active.append(row)
+    book.create_sheet("notes")
+    book.save(path)
+    # the value that a spreadsheet program stores with a formula
+    with ZipFile(path) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    sheet = files["xl/worksheets/sheet1.xml"]
+    assert sheet.count(b"<v />") == 1 or sheet.count(b"<v></v>") == 1 or sheet.count(b"<v/>") == 1
+    kind = b' t="e"' if isinstance(angle, str) else b""
+    sheet = re.sub(rb'<c r="B3"[^>]*><f>45\*2</f><v ?/?>(</v>)?', b'<c r="B3"%b><f>45*2</f><v>%b</v>' % (kind, str(angle).encode()), sheet)
     with ZipFile(path, "w") as archive:
-        archive.writestr("xl/workbook.xml", SHEETS.format(main, "http://schemas.openxmlformats.org/officeDocument/2006/relationships"))
-        archive.writestr(
-            "xl/_rels/workbook.xml.rels",
-            f'<Relationships xmlns="{package}"><Relationship Id="rId7" Target="/xl/worksheets/one.xml"/></Relationships>',
-        )
-        archive.writestr("xl/sharedStrings.xml", f'<sst xmlns="{main}"><si><t>name</t></si></sst>')
-        archive.writestr("xl/worksheets/one.xml", f'<worksheet xmlns="{main}"><sheetData>{cells}</sheetData></worksheet>')
+        for name, content in (files | {"xl/worksheets/sheet1.xml": sheet}).items():
+            archive.writestr(name, content)
     return path
 
 
 def test_a_workbook(tmp_path):
-    draft = dh_table.read(workbook(tmp_path / "arm.xlsx"), argparse.Namespace(dh="modified", angles=None, stops=None))
-    (link,) = draft.links
-    assert (link.name, link.dh.alpha, link.mass, link.com[0]) == ("l1", math.pi / 2, 2.5, 0.1)
-    assert any("the sheets notes" in said for said in draft.lost)
-    broken = workbook(tmp_path / "arm.xlsx", CELLS.replace("<v>90</v>", "<v>#REF!</v>"))
-    with pytest.raises(UserError, match="arm.xlsx:3: column 'alpha': cannot read '#REF!'"):
-        dh_table.read(broken, argparse.Namespace(dh="modified", angles=None, stops=None))
-
-
-def test_a_workbook_of_another_program(tmp_path):
-    openpyxl = pytest.importorskip("openpyxl")
-    book = openpyxl.Workbook()
-    for row in (["name", "alpha [deg]", "a [mm]", "mass", "com_x"], ["l1", 90, 500.5, 2.5, 0.1], ["l2", -90, None, 1, 0.2]):
-        book.active.append(row)
-    book.save(tmp_path / "arm.xlsx")
-    links = dh_table.read(tmp_path / "arm.xlsx", argparse.Namespace(dh="modified", angles=None, stops=None)).links
-    assert [(link.name, link.dh.alpha, link.dh.a, link.mass) for link in links] == [
-        ("l1", math.pi / 2, 0.5005, 2.5),
-        ("l2", -math.pi / 2, 0, 1),
+    options = argparse.Namespace(dh="modified", angles=None, stops=None)
+    draft = dh_table.read(workbook(tmp_path / "arm.xlsx"), options)
+    assert [(link.name, link.dh.alpha, link.dh.a, link.mass, link.com[0]) for link in draft.links] == [
+        ("l1", math.pi / 2, 0.5005, 2.5, 0.1),
+        ("l2", -math.pi / 2, 0, 1, 0.2),
     ]
+    assert any("the sheets notes" in said for said in draft.lost)
+    with pytest.raises(UserError, match="arm.xlsx:3: column 'alpha': cannot read '#REF!'"):
+        dh_table.read(workbook(tmp_path / "arm.xlsx", "#REF!"), options)
 
 
 @pytest.mark.parametrize(
     ("name", "content", "sentence"),
     [
-        ("arm.xlsx", b"no", "is no .xlsx workbook"),
-        ("arm.csv", b"PK\x03\x04", "is no .xlsx workbook"),
+        ("arm.xlsx", b"no", "is not a readable .xlsx workbook"),
+        ("arm.csv", b"PK\x03\x04", "is not a readable .xlsx workbook"),
         ("arm.ods", b"PK\x03\x04", "save the table as .xlsx or .csv"),
     ],
 )

@@ -216,9 +216,10 @@ def test_settle_inverts_pose_of():
         ('<axis xyz="0 1 0"/>', '<axis xyz="0 1"/>', "arm.urdf:11: 'xyz' of <axis> must be 3 numbers, got '0 1'"),
         ('<mass value="2"/>', '<mass value="heavy"/>', "arm.urdf:5: 'value' of <mass> must be a number, got 'heavy'"),
         ('<mass value="2"/>', "<mass/>", "arm.urdf:5: 'value' of <mass> must be a number"),
-        ("</robot>", "", "no XML"),
-        ("<robot", "<!DOCTYPE r [<!ENTITY a 'b'>]><robot", "XML entities are not read"),
+        ("</robot>", "", "invalid XML"),
+        ("<robot", "<!DOCTYPE r [<!ENTITY a 'b'>]><robot", "XML entities are not supported"),
         ('name="two link-arm">', 'name="r"><xacro:x xmlns:xacro="u"/>', "holds xacro macros"),
+        ('name="two link-arm">', 'name="r"><xacro:x/>', "holds xacro macros"),
         ('<child link="tool"/>', '<child link="time"/>', "hangs on two joints"),
         ('<child link="tool"/>', "", "joint 'end' has no <child>"),
         ('<link name="tool"/>', '<link name="tool"/><link name="alone"/>', "the links base, alone all hang on nothing"),
@@ -231,6 +232,11 @@ def test_mistakes(tmp_path, old, new, sentence):
     with pytest.raises(UserError) as error:
         imported(tmp_path, ARM.replace(old, new, 1))
     assert sentence in str(error.value) and "arm.urdf" in str(error.value) and "\n" not in str(error.value)
+
+
+def test_a_prefix_without_a_namespace_is_accepted(tmp_path):
+    text = ARM.replace("</robot>", "<gazebo><sensor:camera/></gazebo><?plain words?><!-- no element --></robot>")
+    assert "1 x <gazebo>" in imported(tmp_path, text).lost
 
 
 def test_a_deep_chain(tmp_path):

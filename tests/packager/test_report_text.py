@@ -119,11 +119,11 @@ def test_steps_around_the_usual_one(stop, step, steps):
     "before, after",
     [
         (
-            "[solver]\n  target_error = 1e-6 # rad\nmethod = 'erk'\n",
-            "[solver]\n  target_error = 1e-6 # rad\n  rtol = 1e-08  # chosen for target_error\nmethod = 'erk'\n",
+            "[solver]\ntarget_error = 1e-6 # rad\nmethod = 'erk'\n\n[fmu]\n",
+            "[solver]\ntarget_error = 1e-6 # rad\nmethod = 'erk'\nrtol = 1e-08 # chosen for target_error\n\n[fmu]\n",
         ),
-        ("solver.target_error=1e-6", "solver.target_error=1e-6\nsolver.rtol = 1e-08  # chosen for target_error"),
-        ("solver = {target_error = 1e-6, method = 'erk'}", "solver = {target_error = 1e-6, rtol = 1e-08, method = 'erk'}"),
+        ("solver.target_error=1e-6\nname='a'\n", "solver.target_error=1e-6\nsolver.rtol = 1e-08 # chosen for target_error\nname='a'\n"),
+        ("solver = {target_error = 1e-6, method = 'erk'}\n", "solver = {target_error = 1e-6, method = 'erk', rtol = 1e-08}\n"),
     ],
 )
 def test_the_tolerance_is_written_beside_its_target(before, after):
