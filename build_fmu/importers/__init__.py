@@ -1,4 +1,4 @@
-"""Reads what users have – scenes, ReDySim files, URDF, DH tables – and writes model files. One format a file.
+"""Converts scenes, ReDySim files, URDF files and DH tables to model files; one module per format.
 
-An importer fills a Draft; `toml_writer` writes it; `describe` (C++) alone judges the result.
+An importer returns a Draft, `toml_writer` writes it, and `describe` (C++) checks the result.
 """

@@ -1,7 +1,7 @@
-"""Reads a DH table from a CSV file or a workbook, one link a row, in modified (Craig, Khalil) or standard (distal) form (docs/import.md).
+"""Reads a DH table from a CSV file or a workbook, one link per row, in modified (Craig, Khalil) or standard (distal) form (docs/import.md).
 
-Standard to modified is exact: frame i of the distal form without its last Tx(a) Rx(alpha) is our frame i, and those
-two move to the front of the children. Masses and inertias given in the distal frame are turned along.
+The conversion from standard to modified DH is exact: frame i of the distal form without its last Tx(a) Rx(alpha) is our frame i. These
+two transforms move to the children. Masses and inertias are transformed from the distal frame.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ LENGTHS = ("a", "d", "b")
 INERTIA = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 COM = ("com_x", "com_y", "com_z")
 PLAIN = ("mass", "damping", "stiffness", "armature", "friction", "static_friction", "stop_stiffness", "stop_damping")
-JOINT_VALUES = ("q", "qd", "rest", "friction_velocity", "stop_width", "lower", "upper")  # rad or m, as the joint moves
+JOINT_VALUES = ("q", "qd", "rest", "friction_velocity", "stop_width", "lower", "upper")  # rad or m, depending on the joint
 TEXTS = ("name", "parent", "type", "joint_name")
 COLUMNS = (*TEXTS, *ANGLES, *LENGTHS, *COM, *INERTIA, *PLAIN, *JOINT_VALUES)
 ALIASES = {
@@ -48,23 +48,23 @@ RATES = {"rad/s": ("angle", 1.0), "deg/s": ("angle", math.pi / 180), "°/s": ("a
 KINDS = {"revolute": "revolute", "r": "revolute", "hinge": "revolute", "prismatic": "prismatic", "p": "prismatic", "slider": "prismatic",
          "fixed": "fixed", "f": "fixed", "0": "revolute", "1": "prismatic"}  # fmt: skip
 WORDS = {kind for kind in KINDS if kind.isalpha()}
-# a joint variable in a cell, as books print them: q1, theta_2, θ3*, d4
+# a joint variable in a cell, in the notations of textbooks: q1, theta_2, θ3*, d4
 VARIABLE = re.compile(r"(?<![A-Za-z0-9_.])(?:q|th|theta|θ|d)_?\{?\d*\}?\*?(?![A-Za-z0-9_.(])|(?<=[\d.])\*$")
 
 
 @dataclass
 class Column:
-    """One column of the file: its field, and what makes its numbers SI."""
+    """One column of the file: its field and the factor to SI units."""
 
     field: str
-    factor: float | None  # None: an angle whose unit the head does not say
+    factor: float | None  # None: an angle without a unit in the header
     title: str = ""
     kind: str = ""  # of the unit: "angle", "length", …
 
 
 @dataclass
 class Row:
-    """One row with its place for messages."""
+    """One row with its location for messages."""
 
     where: str
     cells: dict[str, str]
@@ -80,9 +80,9 @@ def read(path: Path, options: Namespace) -> Draft:
     columns = _with_angle_unit(path, columns, rows, options.angles)
     standard = options.dh == "standard"
     if standard and any(c.field in ("gamma", "b") for c in columns.values()):
-        raise UserError(f"'{path}': standard DH has no gamma and b; branches hang on the column 'parent'")
+        raise UserError(f"'{path}': standard DH has no gamma and b; use the column 'parent' for branches")
     if options.dh is None:
-        draft.doubts.append("the table was read as modified DH (Craig, Khalil: alpha and a stand before theta and d); say --dh standard for the distal form")
+        draft.doubts.append("the table was read as modified DH (Craig, Khalil: alpha and a before theta and d); for the distal form use --dh standard")
     names = Names()
     for index, row in enumerate(rows):
         draft.links.append(_link(row, columns, index, draft.links, names))
@@ -94,13 +94,13 @@ def read(path: Path, options: Namespace) -> Draft:
         for field, most in (("q", 2 * math.pi), ("lower", 4 * math.pi), ("upper", 4 * math.pi)):
             value = getattr(link, field)
             if link.joint == "revolute" and value is not None and most + 1e-6 < abs(value):
-                draft.doubts.append(f"{row.where}: column '{field}': {row.cells[field]} was read as {value:g} rad; an angle in degrees needs '{field} [deg]' "
-                                    "in the head")
+                draft.doubts.append(f"{row.where}: column '{field}': {row.cells[field]} was read as {value:g} rad; for degrees write '{field} [deg]' "
+                                    "in the header")
     _stops(draft, options.stops)
     if not any(link.mass for link in draft.links):
-        draft.lost.append("masses and inertias: the table has none, and a model that moves needs them")
+        draft.lost.append("masses and inertias: the table contains none; add them to the model file")
     draft.doubts += names.sentences()
-    draft.doubts.append("gravity is (0, 0, -9.81) m/s2: a table does not say")
+    draft.doubts.append("gravity is set to (0, 0, -9.81) m/s2: the table does not define it")
     return draft
 
 
@@ -110,16 +110,16 @@ def _table(path: Path, draft: Draft) -> tuple[dict[str, Column], list[Row]]:
     (head_line, head), body = table.rows[0], table.rows[1:]
     columns = _head(f"{path}:{head_line}", head)
     if not body:
-        raise UserError(f"'{path}' has a head and no rows")
+        raise UserError(f"'{path}' has a header but no rows")
     rows = []
     for line, cells in body:
         if len(cells) > len(head) and not any(cells[len(head):]):
             cells = cells[: len(head)]
         if len(cells) != len(head):
-            raise UserError(f"{path}:{line}: {len(cells)} cells, but the head names {len(head)} columns")
+            raise UserError(f"{path}:{line}: {len(cells)} cells, but the header has {len(head)} columns")
         rows.append(Row(f"{path}:{line}", dict(zip(columns, cells, strict=True)), table.decimal_comma))
     if "joint_name" in columns and "type" not in columns and all(row.cells["joint_name"].lower() in WORDS for row in rows):
-        # a column 'joint' that says what kind each is
+        # a column 'joint' with joint types instead of names
         columns = {("type" if field == "joint_name" else field): column for field, column in columns.items()}
         rows = [Row(row.where, dict(zip(columns, row.cells.values(), strict=True)), row.decimal_comma) for row in rows]
     return columns, rows
@@ -133,43 +133,43 @@ def _head(where: str, head: list[str]) -> dict[str, Column]:
         match = re.fullmatch(r"([^/\[(]*?)\s*(?:[\[(]\s*(.*?)\s*[\])]|/\s*(.*))?", title) or re.fullmatch(r"(.*)()()", title)
         word, unit = match[1].strip(), (match[2] or match[3] or "").replace(" ", "").replace("·", "").replace("*", "")
         key = re.sub(r"[\s\-]+", "_", word)
-        # books write an index behind the letter: a_{i-1}, d_i
+        # textbooks add an index: a_{i-1}, d_i
         plain = re.sub(r"_?\{?[ij]\s*([-−+]\s*1)?\}?$", "", word) if len(word) > 1 else word
         known = {c.lower(): c for c in COLUMNS} | ALIASES
         field = known.get(key.lower()) or known.get(plain.lower())
         if field is None and key in ("i", "#", "no", "nr", "number", ""):
             field = f"ignored {len(columns)}"
         if field is None:
-            raise UserError(f"{where}: the column '{title}' is not known{did_you_mean(key.lower(), known)}; known are {', '.join(COLUMNS)}")
+            raise UserError(f"{where}: unknown column '{title}'{did_you_mean(key.lower(), known)}; known: {', '.join(COLUMNS)}")
         if field in fields:
-            raise UserError(f"{where}: two columns mean '{field}'")
+            raise UserError(f"{where}: two columns for '{field}'")
         fields.add(field)
         columns[field] = Column(field, *_unit(where, title, field, unit))
     return columns
 
 
 def _unit(where: str, title: str, field: str, unit: str) -> tuple[float | None, str, str]:
-    """Returns the factor to SI, the title and the kind of the unit; the factor is None where the head does not say it and must."""
+    """Returns the factor to SI, the title and the kind of the unit; the factor is None for an angle without a unit in the header."""
     kind = "angle" if field in ANGLES else "length" if field in (*LENGTHS, *COM) else "mass" if field == "mass" else "inertia" if field in INERTIA else ""
     if not unit:
         return None if kind == "angle" or field in JOINT_VALUES else 1.0, title, kind
     if field in PLAIN_UNITS:
         if unit not in PLAIN_UNITS[field]:
-            raise UserError(f"{where}: '{title}': {field} can be given in {' or '.join(PLAIN_UNITS[field])}")
+            raise UserError(f"{where}: '{title}': the unit of {field} must be {' or '.join(PLAIN_UNITS[field])}")
         return 1.0, title, kind
     units = RATES if field in ("qd", "friction_velocity") else UNITS
     found = units.get(unit.lower())
-    # a column of start values may hold sliders and hinges
+    # a column of start values may belong to prismatic and revolute joints
     mixed = field in JOINT_VALUES and unit.replace(" ", "") in ("rad,m", "rad|m", "rad/m", "rador m", "radorm")
     if mixed:
         return None, title, kind
     if found is None or (kind and found[0] != kind) or (field in JOINT_VALUES and found[0] not in ("angle", "length")):
-        raise UserError(f"{where}: '{title}': '{unit}' is no unit of {field}{did_you_mean(unit.lower(), units)}")
+        raise UserError(f"{where}: '{title}': '{unit}' is not a unit of {field}{did_you_mean(unit.lower(), [u for u, (what, _) in units.items() if kind in ('', what)])}")
     return found[1], title, found[0]
 
 
 def _with_angle_unit(path: Path, columns: dict[str, Column], rows: list[Row], asked: str | None) -> dict[str, Column]:
-    """An angle without a unit follows the other angles or --angles; degrees are never guessed, only suspected."""
+    """Gives angles without a unit that of the other angles or of --angles; values that look like degrees are refused."""
     said = {c.factor for c in columns.values() if c.field in ANGLES and c.factor is not None}
     factor = {"rad": 1.0, "deg": math.pi / 180}[asked] if asked else next(iter(said)) if len(said) == 1 else None
     for column in columns.values():
@@ -177,8 +177,8 @@ def _with_angle_unit(path: Path, columns: dict[str, Column], rows: list[Row], as
             if factor is None:
                 for row in rows:
                     if column.field in ANGLES and abs(_number(row, column.field, 1.0)[0]) > 2 * math.pi + 1e-6:
-                        raise UserError(f"{row.where}: column '{column.field}': {row.cells[column.field]} looks like degrees; say --angles deg or --angles rad, or "
-                                        f"write '{column.field} [deg]' into the head")
+                        raise UserError(f"{row.where}: column '{column.field}': {row.cells[column.field]} looks like degrees; use --angles deg or --angles rad, or "
+                                        f"write '{column.field} [deg]' in the header")
             column.factor = factor or 1.0
     return columns
 
@@ -196,7 +196,7 @@ def _link(row: Row, columns: dict[str, Column], index: int, before: list[DraftLi
             if field not in ("theta", "d"):
                 raise UserError(f"{row.where}: column '{field}': only theta and d can be joint variables, got '{cells[field]}'")
             if variable:
-                raise UserError(f"{row.where}: both theta and d are joint variables; a row is one joint")
+                raise UserError(f"{row.where}: both theta and d are joint variables; use one row per joint")
             variable = field
     kind = _kind(row, cells.get("type", ""), variable)
     link = DraftLink(name, parent, kind, _called(cells.get("joint_name", ""), "joint"), DhFrame(**{k: values.get(k, 0.0) for k in ("gamma", "b", "alpha", "a", "theta", "d")}))
@@ -213,20 +213,20 @@ def _link(row: Row, columns: dict[str, Column], index: int, before: list[DraftLi
 
 
 def _joint_value(row: Row, column: Column, kind: str) -> float | None:
-    """Start values, limits and the like in rad or m; a blank limit is none."""
+    """Returns a start value, limit or other joint value in rad or m; None for a blank limit."""
     cell = row.cells[column.field]
     if column.field in ("lower", "upper") and cell in ("", "-"):
         return None
     unit = {"revolute": "angle", "prismatic": "length"}.get(kind, column.kind)
     value = _number(row, column.field, column.factor if not column.kind or column.kind == unit else 1.0)[0]
     if column.kind == "length" and unit == "angle" and value:
-        raise UserError(f"{row.where}: column '{column.title}': the joint is revolute, and {cell} is a length")
-    # the unit of the angles is none of a slider's
+        raise UserError(f"{row.where}: column '{column.title}': the joint is revolute, but {cell} is a length")
+    # the unit of angles does not apply to prismatic joints
     return value if column.kind or unit == "angle" else _number(row, column.field, 1.0)[0]
 
 
 def _stops(draft: Draft, stiffness: float | None) -> None:
-    """Limits become stops where a stiffness is given, by a column or by --stops; else they are told."""
+    """Converts limits to stops where a column or --stops gives a stiffness; lists the others as omitted."""
     left = []
     for link in draft.links:
         if link.lower is None and link.upper is None:
@@ -236,7 +236,7 @@ def _stops(draft: Draft, stiffness: float | None) -> None:
             left.append(link.joint_name or link.name)
             link.lower = link.upper = None
     if left:
-        draft.lost.append(f"the limits of {', '.join(left)}: --stops STIFFNESS or a column 'stop_stiffness' makes stops of them")
+        draft.lost.append(f"the limits of {', '.join(left)}: --stops STIFFNESS or a column 'stop_stiffness' converts them to stops")
 
 
 def _called(text: str, what: str) -> str:
@@ -253,7 +253,7 @@ def _parent(row: Row, text: str, before: list[DraftLink]) -> str:
         return GROUND
     if text.isdigit() and 1 <= int(text) <= len(before):
         return known[int(text) - 1]
-    raise UserError(f"{row.where}: column 'parent': '{text}' is no link of a row above{did_you_mean(text, known)}")
+    raise UserError(f"{row.where}: column 'parent': '{text}' is not a link of a previous row{did_you_mean(text, known)}")
 
 
 def _kind(row: Row, text: str, variable: str) -> str:
@@ -279,24 +279,24 @@ def _number(row: Row, field: str, factor: float | None) -> tuple[float, bool]:
     except UserError:
         hint = ""
         if text.strip("[]()").lower() in UNITS:
-            hint = f"; units stand in the head, for example '{field} [{text.strip('[]()')}]'"
+            hint = f"; write units in the header, for example '{field} [{text.strip('[]()')}]'"
         elif re.fullmatch(r"[-+]?\d+,\d+", text):
-            hint = "; decimal commas need ; or tabs between the columns"
+            hint = "; with decimal commas, separate columns by ; or tabs"
         raise UserError(f"{row.where}: column '{field}': cannot read '{row.cells[field]}' as a number{hint}") from None
-    # pi belongs to radians whatever the unit of the column
+    # a value with pi is in radians, whatever the unit of the column
     radians = "pi" in rest and field in (*ANGLES, *JOINT_VALUES)
     return _exact(value, 1.0 if radians else scale), rest != text
 
 
 def _exact(value: float, factor: float) -> float:
-    """Right angles in degrees and lengths in mm give the double nearest to their value."""
+    """Converts a value so that right angles in degrees and lengths in mm give the nearest double."""
     if factor == math.pi / 180:
         return math.radians(value)
     return value / round(1 / factor) if factor < 1 else value * factor
 
 
 def _from_standard(draft: Draft) -> None:
-    """T = Rz(theta) Tz(d) Tx(a) Rx(alpha): the last two go to the children, mass and inertia into our frame."""
+    """T = Rz(theta) Tz(d) Tx(a) Rx(alpha): moves the last two to the children, and transforms mass and inertia to our frame."""
     distal = {link.name: (link.dh.alpha, link.dh.a) for link in draft.links}
     parents = {link.parent for link in draft.links}
     for link in draft.links:
@@ -309,6 +309,6 @@ def _from_standard(draft: Draft) -> None:
             link.inertia = six_of(turn @ matrix_of(link.inertia) @ turn.T)
         link.dh.alpha, link.dh.a = distal.get(link.parent, (0.0, 0.0))
         if link.name not in parents and (alpha or a):
-            link.notes.append(f"The tool frame of the table: xyz = [{number(a)}, 0, 0], rpy = [{number(alpha)}, 0, 0] here.")
-    draft.notes.append("From standard (distal) DH: our frame i is the table's frame i before its Tx(a) Rx(alpha); centers of mass and inertias were "
-                       "given in the table's frame i and are turned along.")
+            link.notes.append(f"Tool frame of the table: xyz = [{number(a)}, 0, 0], rpy = [{number(alpha)}, 0, 0] in this frame.")
+    draft.notes.append("Converted from standard (distal) DH: frame i is the table's frame i before its Tx(a) Rx(alpha). Centers of mass and inertias "
+                       "were transformed from the table's frame i.")

@@ -1,4 +1,4 @@
-"""What an importer has understood of a foreign file: plain data, SI units and radians, on its way to a model file."""
+"""The content of an imported file before it is written as a model file: plain data in SI units and radians."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class DraftLink:
     mass: float = 0.0
     com: list[float] = field(default_factory=lambda: [0.0] * 3)
     inertia: list[float] = field(default_factory=lambda: [0.0] * 6)  # Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the COM
-    q: float | list[float] = 0.0  # a list on joints of several freedoms, here and below
+    q: float | list[float] = 0.0  # a list for joints with several DOF, here and below
     qd: float | list[float] = 0.0
     hold: bool = False
     damping: float | list[float] = 0.0
@@ -56,7 +56,7 @@ class DraftLink:
 
 @dataclass
 class DraftTie:
-    """A loop, a spring or a frame, by the field names of the model file."""
+    """A loop, spring or frame, with the field names of the model file."""
 
     name: str
     fields: dict[str, object] = field(default_factory=dict)
@@ -64,7 +64,7 @@ class DraftTie:
 
 @dataclass
 class Draft:
-    """A whole model file. `lost` says what could not be carried over, `doubts` what to look at; both reach the user."""
+    """A whole model file. `lost` lists what was omitted, `doubts` what the user should check; both are printed."""
 
     name: str
     source: str
@@ -80,11 +80,11 @@ class Draft:
     lost: list[str] = field(default_factory=list)
     doubts: list[str] = field(default_factory=list)
     inputs: list[str] = field(default_factory=list)  # of a run, as `build-fmu simulate --input` takes them
-    fragments: list[str] = field(default_factory=list)  # the user's own TOML, taken over as it is
+    fragments: list[str] = field(default_factory=list)  # the user's own TOML, copied unchanged
 
 
 def legal(name: str) -> str:
-    """Returns the nearest name that a model file may hold."""
+    """Returns the nearest valid name for a model file."""
     text = re.sub(r"[^A-Za-z0-9_]+", "_", name.strip()).strip("_") if not re.fullmatch(r"[A-Za-z_]\w*", name, re.ASCII) else name
     if not text:
         text = "unnamed"
@@ -92,14 +92,14 @@ def legal(name: str) -> str:
 
 
 class Names:
-    """Hands out legal names, each once, and remembers which it had to change."""
+    """Assigns valid, unique names and records the changed ones."""
 
     def __init__(self, reserved: Iterable[str] = RESERVED) -> None:
         self.used = set(reserved)
         self.changed: list[tuple[str, str]] = []
 
     def take(self, wanted: str, spare: str = "") -> str:
-        """Returns `wanted` made legal and unique, trying `wanted` + `spare` before a number."""
+        """Returns a valid, unique name: `wanted`, `wanted` + `spare`, or `wanted` with a number."""
         base = legal(wanted)
         tries = chain([base], [base + spare] if spare else [], (f"{base}_{i}" for i in count(2)))
         name = next(t for t in tries if t not in self.used)
@@ -109,5 +109,5 @@ class Names:
         return name
 
     def sentences(self) -> list[str]:
-        """Returns a sentence for each name that differs from the source's."""
-        return [f"'{old}' is called '{new}' here: names are made of letters, digits and _, and each is used once" for old, new in self.changed]
+        """Returns a sentence for each changed name."""
+        return [f"'{old}' is renamed to '{new}': names must be unique and consist of letters, digits and _" for old, new in self.changed]

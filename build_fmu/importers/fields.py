@@ -1,4 +1,4 @@
-"""Checked access to the fields of a parsed file: each mistake becomes one sentence with file and field."""
+"""Checked access to the fields of a parsed file; errors name the file and the field."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LARGEST = 50_000_000  # bytes
 
 
 class Fields:
-    """A mapping of the file together with the words that lead to it, for example `bodies[2].joint`."""
+    """A mapping of the file with its path, for example `bodies[2].joint`."""
 
     def __init__(self, source: str, where: str, data: Any) -> None:
         if not isinstance(data, dict):
@@ -25,13 +25,13 @@ class Fields:
         return UserError(f"{self.source}: {self._path(key)}: {sentence}")
 
     def known(self, *keys: str) -> None:
-        """Refuses a key that is not among the given ones."""
+        """Raises UserError for a key that is not among the given ones."""
         for key in self.data:
             if key not in keys:
                 raise UserError(f"{self.source}: {self._path(key)}: unknown field{did_you_mean(key, keys)}")
 
     def need(self, key: str) -> Any:
-        """Returns the value of a field that must be there."""
+        """Returns the value of a required field."""
         if key not in self.data:
             raise UserError(f"{self.source}: {self._path(key)} is missing")
         return self.data[key]
@@ -39,7 +39,7 @@ class Fields:
     def text(self, key: str, default: str | None = None, among: Sequence[str] = ()) -> str:
         value = self.need(key) if default is None else self.data.get(key, default)
         if not isinstance(value, str):
-            raise self.error(key, f"must be a text, got {_kind(value)}")
+            raise self.error(key, f"must be a string, got {_kind(value)}")
         if among and value not in among:
             raise self.error(key, f"must be one of {', '.join(among)}, got '{value}'{did_you_mean(value, among)}")
         return value
@@ -49,10 +49,10 @@ class Fields:
         return self._number(key, value)
 
     def index(self, key: str, low: int, high: int) -> int:
-        """Returns a whole number in low … high."""
+        """Returns an integer from low to high."""
         value = self.need(key)
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            raise self.error(key, f"must be a whole number from {low} to {high}, got {_short(value)}")
+            raise self.error(key, f"must be an integer from {low} to {high}, got {_short(value)}")
         return value
 
     def vector(self, key: str, length: int, default: Sequence[float] | None = None) -> list[float]:
@@ -86,10 +86,10 @@ class Fields:
 
 
 def read_text(path: Path) -> str:
-    """Reads a text file of the user; raises UserError in a sentence."""
+    """Returns the content of a text file; raises UserError."""
     try:
         if path.stat().st_size > LARGEST:
-            raise UserError(f"'{path}' is larger than {LARGEST // 1_000_000} MB: that is no description of a mechanism")
+            raise UserError(f"'{path}' is larger than {LARGEST // 1_000_000} MB: too large for a description of a mechanism")
         content = path.read_bytes()
         # Excel's "Unicode text" is UTF-16
         return content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
@@ -100,7 +100,7 @@ def read_text(path: Path) -> str:
 
 
 def _kind(value: Any) -> str:
-    names = {bool: "true or false", str: "a text", list: "a list", dict: "an object", type(None): "nothing"}
+    names = {bool: "true or false", str: "a string", list: "a list", dict: "an object", type(None): "null"}
     return names.get(type(value), f"the number {value}" if isinstance(value, int | float) else type(value).__name__)
 
 

@@ -1,7 +1,7 @@
-"""Lays frames of any orientation anew so that modified DH parameters reach them: z on the joint axis, x on the common normal.
+"""Chooses link frames that modified DH parameters can describe: z on the joint axis, x on the common normal.
 
-Each rigid transform is Rz(gamma) Tz(b) Rx(alpha) Tx(a) Rz(theta) Tz(d). A link's frame is laid for its main child, which
-then needs no gamma and b; other children get them. Nothing is rounded but what the arithmetic itself left.
+Each rigid transform is Rz(gamma) Tz(b) Rx(alpha) Tx(a) Rz(theta) Tz(d). A link's frame is chosen for its main child, which
+then needs no gamma and b; the other children need them. Only rounding errors are rounded.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ import numpy as np
 from build_fmu.importers.draft import DhFrame
 from build_fmu.importers.rigid import inverse, pose_of, rotation_x, rotation_z, transform
 
-PARALLEL = 1e-12  # sine of the angle below which two axes are one direction
-NEARLY = 1e-4  # below which their common normal is too far away to be of use
+PARALLEL = 1e-12  # sine of the angle below which two axes count as parallel
+NEARLY = 1e-4  # below which the common normal is too far away to be used
 LAST_DIGITS = 4e-15
 
 
 def settle(pose: np.ndarray) -> DhFrame:
-    """Returns the parameters of a frame; of the two solutions the one with the smaller |gamma|."""
+    """Returns the DH parameters of a frame: of the two solutions the one with the smaller |gamma|."""
     rotation, p = pose[:3, :3], pose[:3, 3]
     zx, zy, zz = rotation[:, 2]
     sine = math.hypot(zx, zy)
@@ -45,18 +45,18 @@ def settle(pose: np.ndarray) -> DhFrame:
 
 
 def far(dh: DhFrame, size: float) -> bool:
-    """Says whether nearly parallel axes have sent the frame out of sight of a mechanism whose longest offset is `size` (m).
+    """Returns whether nearly parallel axes place the frame far outside a mechanism whose longest offset is `size` (m).
 
-    A frame that stands far from its body costs the dynamics the square of that distance in digits.
+    The relative error of the dynamics grows with the square of the distance between a frame and its body.
     """
     return max(abs(dh.b), abs(dh.d)) > 10 * size
 
 
 def joint_frame(frame: np.ndarray, axis: np.ndarray, child: tuple[np.ndarray, np.ndarray] | None) -> np.ndarray:
-    """Returns a frame on a joint axis. All in the same coordinates.
+    """Returns a frame on a joint axis. All arguments are in the same coordinates.
 
-    `frame`: the link's frame in the source, x and origin of which are kept where the axes leave a choice; `axis`: unit
-    vector; `child`: point and unit vector of the main child's axis.
+    `frame`: the link's frame in the source; its x axis and origin are kept if the axes do not define them. `axis`: unit
+    vector. `child`: point and unit vector of the main child's axis.
     """
     origin = frame[:3, 3]
     x = _hint(frame, axis)
@@ -79,13 +79,13 @@ def joint_frame(frame: np.ndarray, axis: np.ndarray, child: tuple[np.ndarray, np
 
 
 def place(frame: np.ndarray, parent_to: np.ndarray) -> tuple[DhFrame, np.ndarray]:
-    """Returns the parameters of `frame` and, seen from the frame they really give, the source's frame `parent_to`."""
+    """Returns the DH parameters of `frame`, and the source's frame `parent_to` relative to the frame of these parameters."""
     dh = settle(frame)
     return dh, inverse(pose_of(dh)) @ parent_to
 
 
 def side_frame(origin: np.ndarray) -> np.ndarray:
-    """Returns a frame at `origin` whose z is across the parent's: from there no axis along the parent's z is out of sight."""
+    """Returns a frame at `origin` whose z axis is perpendicular to the parent's, as an intermediate frame for a nearly parallel axis."""
     return transform(rotation_x(math.pi / 2), origin)
 
 
@@ -99,7 +99,7 @@ def _polar(x: float, y: float, tiny: float) -> tuple[float, float]:
 
 
 def _hint(frame: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """The first axis of the source's frame that is far enough from the joint axis, made perpendicular to it."""
+    """Returns the first axis of the source's frame that is not along the joint axis, made perpendicular to it."""
     for k in (0, 1):
         across = frame[:3, k] - (frame[:3, k] @ axis) * axis
         length = float(np.linalg.norm(across))
@@ -113,6 +113,6 @@ def _towards(direction: np.ndarray, hint: np.ndarray) -> np.ndarray:
 
 
 def _snap(angle: float) -> float:
-    """Multiples of 90 degrees lose their last digits in products of rotations; they get them back."""
+    """Restores the last digits of multiples of 90 degrees, which products of rotations lose."""
     nearest = round(angle / (math.pi / 2)) * (math.pi / 2)
     return nearest if abs(angle - nearest) < LAST_DIGITS else angle

@@ -1,6 +1,6 @@
 """The expressions of a ReDySim input file: numbers, names with fields, + - * / ^, brackets, ranges, elements, transposes, functions.
 
-A name that is neither a variable nor a known function may be a function file beside the input file.
+Other names are function files in the folder of the input file.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ class Values:
         self.path = path
         self.arrays: dict[str, np.ndarray] = {}
         self.lines: dict[str, int] = {}
-        self.outputs: list[str] = []  # of the function header, in its order; empty in a .mat file
-        self.skipped: list[str] = []  # what a tolerant reader could not read
+        self.outputs: list[str] = []  # of the function header, in order; empty for a .mat file
+        self.skipped: list[str] = []  # errors that a tolerant reader skipped
 
 
 Call = Callable[[str, Sequence[np.ndarray]], "Values | None"]
@@ -48,7 +48,7 @@ class Expressions:
     def _expression(self, ranges: bool = False) -> np.ndarray:
         self.depth += 1
         if self.depth > DEEPEST:
-            raise self.error("nested too deeply for an input file")
+            raise self.error("nested too deeply")
         value = self._sum()
         if ranges and self.peek().text == ":":
             self.at += 1
@@ -91,7 +91,7 @@ class Expressions:
             self.at += 1
             self.depth += 1
             if self.depth > DEEPEST:
-                raise self.error("nested too deeply for an input file")
+                raise self.error("nested too deeply")
             value = self._signed()
             self.depth -= 1
             return -value if token.text == "-" else value
@@ -167,10 +167,10 @@ class Expressions:
         other = self.call(name, self._arguments(None) if called else []) if self.call else None
         if other is not None:
             if not other.outputs or other.outputs[0] not in other.arrays:
-                raise self.source.error(token.line, f"{name}() gives no result")
+                raise self.source.error(token.line, f"{name}() returns no result")
             return other.arrays[other.outputs[0]]
         near = did_you_mean(name, [*arrays, *CONSTANTS, *ELEMENTWISE, *OTHERS])
-        raise self.source.error(token.line, f"'{name}' has no value here{near}")
+        raise self.source.error(token.line, f"'{name}' is undefined{near}")
 
     array_size: int | None = None
 
@@ -182,7 +182,7 @@ class Expressions:
         found = []
         while self.peek().text != ")":
             if self.peek().text == ":" and self.stream[self.at + 1].text in (")", ","):
-                raise self.error("a lone ':' is not known here")
+                raise self.error("':' as an index is not supported")
             found.append(self._expression(ranges=True))
             if self.peek().text == ",":
                 self.at += 1
@@ -202,12 +202,12 @@ class Expressions:
             if len(wanted) == 2:
                 return array[np.ix_(wanted[0], wanted[1])]
         except IndexError:
-            raise self.source.error(line, f"'{name}' has {array.size} elements, number {max(max(w, default=0) for w in wanted) + 1} is asked for") from None
+            raise self.source.error(line, f"index {max(max(w, default=0) for w in wanted) + 1} exceeds the {array.size} elements of '{name}'") from None
         raise self.source.error(line, f"'{name}' takes one or two indices")
 
     def _index(self, x: float, line: int, name: str) -> int:
         if not (x == x and abs(x) < 1e9 and x == int(x) and x >= 1):
-            raise self.source.error(line, f"an index of '{name}' must be a whole number from 1 on, got {x:g}")
+            raise self.source.error(line, f"an index of '{name}' must be a positive integer, got {x:g}")
         return int(x) - 1
 
     def _function(self, token: Token, arguments: list[np.ndarray]) -> np.ndarray:
@@ -216,7 +216,7 @@ class Expressions:
             sizes = [self._scalar(a, name) for a in (arguments or [np.ones((1, 1))])]
             sizes = sizes * 2 if len(sizes) == 1 else sizes
             if len(sizes) != 2 or any(not 0 <= s <= LARGEST for s in sizes) or sizes[0] * sizes[1] > LARGEST:
-                raise self.source.error(token.line, f"{name}({', '.join(f'{s:g}' for s in sizes)}) is no array of this reader")
+                raise self.source.error(token.line, f"{name}({', '.join(f'{s:g}' for s in sizes)}) is not supported")
             return {"zeros": np.zeros, "ones": np.ones, "eye": lambda shape: np.eye(*shape)}[name]((int(sizes[0]), int(sizes[1])))
         if count != (2 if name == "atan2" else 1):
             raise self.source.error(token.line, f"{name} takes {2 if name == 'atan2' else 1} argument(s), got {count}")
@@ -236,10 +236,10 @@ class Expressions:
         line = self.stream[self.at - 1].line
         if operator in ("*", "/", "^") and x.size != 1 and y.size != 1:
             if operator != "*" or x.shape[1] != y.shape[0]:
-                raise self.source.error(line, f"'{operator}' between arrays of {x.shape[0]} x {x.shape[1]} and {y.shape[0]} x {y.shape[1]}")
+                raise self.source.error(line, f"'{operator}': incompatible arrays of {x.shape[0]} x {x.shape[1]} and {y.shape[0]} x {y.shape[1]}")
             return self._finite(x @ y, line)
         if x.size != 1 and y.size != 1 and x.shape != y.shape:
-            raise self.source.error(line, f"'{operator}' between arrays of {x.shape[0]} x {x.shape[1]} and {y.shape[0]} x {y.shape[1]}")
+            raise self.source.error(line, f"'{operator}': incompatible arrays of {x.shape[0]} x {x.shape[1]} and {y.shape[0]} x {y.shape[1]}")
         with np.errstate(all="ignore"):
             table = {"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "^": np.power}
             return self._finite(table[operator.lstrip(".")](x, y), line)
@@ -251,7 +251,7 @@ class Expressions:
 
     def _scalar(self, value: np.ndarray, what: str) -> float:
         if value.size != 1:
-            raise self.error(f"{what} needs single numbers")
+            raise self.error(f"{what} requires scalars")
         return value.item()
 
     # tokens
@@ -262,7 +262,7 @@ class Expressions:
     def next(self) -> Token:
         token = self.stream[self.at]
         if token.kind == "stop":
-            raise self.error("the file ends in the middle of a statement")
+            raise self.error("unexpected end of file in a statement")
         self.at += 1
         return token
 

@@ -19,7 +19,7 @@ COMPLEX = 0x0800
 
 
 def read_values(path: Path) -> Values:
-    """Returns the numeric variables, also those in structs; texts and cells are passed over. Raises UserError for a damaged file."""
+    """Returns the numeric variables, also those in structs; strings and cells are skipped. Raises UserError for a damaged file."""
     try:
         content = path.read_bytes()
     except OSError as error:
@@ -27,7 +27,7 @@ def read_values(path: Path) -> Values:
     if content.startswith(b"\x89HDF") or content[:10] == b"MATLAB 7.3":
         raise UserError(f"'{path}' is a MATLAB 7.3 file: save it again with save('{path.name}', '-v7')")
     if len(content) < 128 or content[126:128] not in (b"IM", b"MI"):
-        raise UserError(f"'{path}' is no MATLAB level 5 file")
+        raise UserError(f"'{path}' is not a MATLAB level 5 file")
     order = "<" if content[126:128] == b"IM" else ">"
     values = Values(path)
     try:
@@ -38,12 +38,12 @@ def read_values(path: Path) -> Values:
             if kind == MATRIX:
                 _store(values, *_matrix(data, order))
     except (struct.error, zlib.error, ValueError, StopIteration, IndexError, RecursionError):
-        raise UserError(f"'{path}' is damaged: its elements do not add up") from None
+        raise UserError(f"'{path}' is damaged: inconsistent element sizes") from None
     return values
 
 
 def _store(values: Values, name: str, content: np.ndarray | dict | None) -> None:
-    """A field of a struct is found under its own name, unless a variable has that name."""
+    """Stores a variable; a field of a struct is stored under its own name unless a variable has that name."""
     if isinstance(content, dict):
         for field, inner in content.items():
             if not isinstance(inner, dict):

@@ -1,4 +1,4 @@
-"""Reads the values that a ReDySim input file assigns: a recursive reader of a small grammar, and never `eval`.
+"""Reads the values that a ReDySim input file assigns, by a recursive parser for a small grammar, without `eval`.
 
 Statements: `x = e`, `x(i) = e`, `x(i, j) = e`, `[x y] = inputs()`, `load`, counting `for` loops, function headers.
 """
@@ -27,7 +27,7 @@ BLOCKS = ("for", "if", "while", "switch", "try")
 def read_values(path: Path, call: Call | None = None, arguments: Sequence[np.ndarray] = (), tolerant: bool = False) -> Values:
     """Returns what the file assigns; `call(name, arguments)` answers `[a b] = name(...)`, `arguments` are those of the file itself.
 
-    Raises UserError with file and line; a tolerant reader skips a statement instead, and what it assigns has no value.
+    Raises UserError with file and line; a tolerant reader skips a faulty statement instead, and its variables stay undefined.
     """
     source = Source(path)
     reader = _Reader(source, tokens(source, read_text(path)), call)
@@ -35,7 +35,7 @@ def read_values(path: Path, call: Call | None = None, arguments: Sequence[np.nda
     try:
         return reader.read()
     except RecursionError:
-        raise UserError(f"{path}: nested too deeply for an input file") from None
+        raise UserError(f"{path}: nested too deeply") from None
 
 
 class _Reader(Expressions):
@@ -96,9 +96,9 @@ class _Reader(Expressions):
         elif token.kind == "name" and token.text not in UNKNOWN_STATEMENTS:
             self._assignment()
         else:
-            raise self.error(f"cannot read a statement that starts with '{token.text}'; an input file holds assignments and counting loops")
+            raise self.error(f"unsupported statement '{token.text}'; supported: assignments, load and counting loops")
         if self.peek().kind not in ("end", "stop"):
-            raise self.error(f"'{self.peek().text}' does not belong here")
+            raise self.error(f"unexpected '{self.peek().text}'")
 
     def _header(self) -> None:
         """`function [a b] = name(...)`, `function a = name` or `function name(...)`; the arguments get the given values."""
@@ -116,7 +116,7 @@ class _Reader(Expressions):
             self._store(name, value, token.line)
 
     def _skip_the_rest(self) -> None:
-        """A second header begins a function of the file's own, which nothing here calls."""
+        """Skips local functions, which start with a second header."""
         self.at = len(self.stream) - 1
 
     def _for(self) -> None:
@@ -135,7 +135,7 @@ class _Reader(Expressions):
             self._statements()
         if not len(steps):
             self._skip_body(line)
-        self.at += 1  # its end
+        self.at += 1  # the `end`
 
     def _skip_body(self, line: int) -> None:
         depth = 0
@@ -167,18 +167,18 @@ class _Reader(Expressions):
             if token.kind == "name" or token.text == "~":
                 names.append(token.text)
             elif token.text != ",":
-                raise self.source.error(line, f"'{token.text}' does not belong into a list of results")
+                raise self.source.error(line, f"unexpected '{token.text}' in a list of results")
         self.at += 1
         self.expect("=")
         function = self.name()
         arguments = self._arguments(None) if self.peek().text == "(" else []
         other = self.call(function, arguments) if self.call else None
         if other is None:
-            raise self.source.error(line, f"the function '{function}' is not known here: there is no {function}.m beside this file")
-        # a .mat file has names only
+            raise self.source.error(line, f"unknown function '{function}': {function}.m does not exist in the folder of this file")
+        # variables of a .mat file have no order
         outputs = other.outputs or names
         if len(names) > len(outputs):
-            raise self.source.error(line, f"{function}() gives {len(outputs)} results, {len(names)} are asked for")
+            raise self.source.error(line, f"{function}() returns {len(outputs)} results, {len(names)} are requested")
         for name, output in zip(names, outputs, strict=False):
             if name != "~" and output in other.arrays:
                 self._store(name, other.arrays[output], line)
@@ -191,11 +191,11 @@ class _Reader(Expressions):
             words.append(self.next())
         texts = [word.text.strip("'\"") for word in words if word.kind in ("string", "name")]
         if not texts or any(word.kind == "mark" and word.text not in "()," for word in words):
-            raise self.source.error(line, "load takes the name of a .mat file, for example load('inputs.mat')")
+            raise self.source.error(line, "load requires the name of a .mat file, for example load('inputs.mat')")
         file = texts[0] if texts[0].lower().endswith(".mat") else f"{texts[0]}.mat"
         path = self.source.path.parent / file.replace("\\", "/")
         if not path.is_file():
-            raise self.source.error(line, f"load: there is no file '{file}' beside this one")
+            raise self.source.error(line, f"load: '{file}' does not exist in the folder of this file")
         for name, array in matlab_file.read_values(path).arrays.items():
             if name in texts[1:] or len(texts) == 1:
                 self._store(prefix + name, array, line)
@@ -207,7 +207,7 @@ class _Reader(Expressions):
         if self.peek().text == "(":
             indices = self._arguments(self.values.arrays.get(name))
         if self.peek().kind in ("end", "stop") and indices is None:
-            raise self.source.error(line, f"'{name}' alone is no assignment")
+            raise self.source.error(line, f"'{name}' is not an assignment")
         self.expect("=")
         if self.peek().text == "load" and "load" not in self.values.arrays:
             return self._load(f"{name}.")
@@ -222,17 +222,17 @@ class _Reader(Expressions):
 
     def _element(self, name: str, indices: list[np.ndarray], value: np.ndarray, line: int) -> None:
         if value.size != 1 or any(i.size != 1 for i in indices) or not 1 <= len(indices) <= 2:
-            raise self.source.error(line, f"'{name}(...)' takes one number at a time")
+            raise self.source.error(line, f"'{name}(...)' must be assigned a scalar")
         where = [self._index(i.item(), line, name) for i in indices]
         old = self.values.arrays.get(name, np.zeros((0, 0)))
         if len(where) == 1:
-            # a vector grows along its length; a new one is a row
+            # a vector grows along its length; a new vector is a row
             where = [where[0], 0] if old.shape[1] == 1 and old.shape[0] > 1 else [0, where[0]]
             if 1 < old.shape[0] and 1 < old.shape[1]:
-                raise self.source.error(line, f"'{name}' is a matrix: give a row and a column")
+                raise self.source.error(line, f"'{name}' is a matrix: specify row and column")
         shape = [max(old.shape[k], where[k] + 1) for k in (0, 1)]
         if shape[0] * shape[1] > LARGEST:
-            raise self.source.error(line, f"'{name}' would get more than {LARGEST} elements")
+            raise self.source.error(line, f"'{name}' would have more than {LARGEST} elements")
         new = np.zeros(shape)
         new[: old.shape[0], : old.shape[1]] = old
         new[where[0], where[1]] = value.item()

@@ -1,4 +1,4 @@
-"""Splits MATLAB text into tokens: the small part of the language that ReDySim's input files use."""
+"""Splits MATLAB text into tokens, for the part of the language that ReDySim's input files use."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Token:
     kind: str
     text: str
     line: int
-    spaced: bool  # a blank stands before it
+    spaced: bool  # preceded by a blank
 
 
 class Source:
@@ -39,58 +39,73 @@ class Source:
 
 
 def tokens(source: Source, text: str) -> list[Token]:
-    """Returns the tokens; a line end inside [ ] is a semicolon, inside ( ) nothing. Raises UserError with the line."""
-    found: list[Token] = []
-    open_brackets: list[str] = []
+    """Returns the tokens; a line end inside [ ] is a semicolon, inside ( ) it is ignored. Raises UserError with the line."""
+    lexer = _Lexer(source)
     in_comment = 0
-    continued = False
+    number = 1
     for number, line in enumerate(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), start=1):
         stripped = line.strip()
-        # block comments stand on lines of their own
-        if stripped in ("%{", "#{"):
-            in_comment += 1
+        # markers of block comments are on separate lines
+        in_comment += stripped in ("%{", "#{")
         if in_comment:
             in_comment -= stripped in ("%}", "#}")
-            continue
+        elif not lexer.read(number, line):
+            lexer.end_line(number)
+    if lexer.open_brackets:
+        raise source.error(number, f"'{lexer.open_brackets[-1]}' is not closed")
+    return [*lexer.found, Token("stop", "", number, False)]
+
+
+class _Lexer:
+    """The tokens found so far and the brackets that are open."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.found: list[Token] = []
+        self.open_brackets: list[str] = []
+
+    def read(self, number: int, line: str) -> bool:
+        """Appends the tokens of a line; returns whether it continues on the next one."""
         at, spaced = 0, True
-        continues = False
         while at < len(line):
-            char = line[at]
-            if char in " \t\f\v":
+            if line[at] in " \t\f\v":
                 at, spaced = at + 1, True
                 continue
-            if char in "%#":
-                break
+            if line[at] in "%#":
+                return False
             if line.startswith("...", at):
-                continues = True
-                break
-            before = found[-1] if found and found[-1].line == number else None
-            quote = char == "'" and before is not None and (before.kind in ("number", "name") or before.text in (")", "]", "'"))
-            if quote and not (spaced and open_brackets[-1:] == ["["]):
-                found.append(Token("mark", "'", number, spaced))  # a transpose, not a text
-                at, spaced = at + 1, False
-                continue
-            match = TOKEN.match(line, at)
-            if not match:
-                raise source.error(number, f"the character '{char}' does not belong here")
-            kind, word = str(match.lastgroup), match.group()
-            if kind == "mark" and word in OPENING:
-                open_brackets.append(word)
-            elif kind == "mark" and word in CLOSING:
-                if not open_brackets or OPENING.index(open_brackets.pop()) != CLOSING.index(word):
-                    raise source.error(number, f"'{word}' closes nothing")
-            if kind == "mark" and word in ";," and not open_brackets:
-                kind = "end"
-            found.append(Token(kind, word, number, spaced))
-            at, spaced = match.end(), False
-        continued = continues
-        if not continued and open_brackets[-1:] == ["["]:
-            found.append(Token("mark", ";", number, False))
-        elif not continued and not open_brackets:
-            found.append(Token("end", "\n", number, False))
-        elif not continued and open_brackets[-1:] != ["["]:
-            raise source.error(number, f"'{open_brackets[-1]}' is not closed")
-    if open_brackets:
-        raise source.error(number, f"'{open_brackets[-1]}' is not closed")
-    found.append(Token("stop", "", number, False))
-    return found
+                return True
+            # here a quote is a transpose, not the start of a string
+            word = "'" if self._is_transpose(number, line[at], spaced) else ""
+            kind = "mark"
+            if not word:
+                match = TOKEN.match(line, at)
+                if not match:
+                    raise self.source.error(number, f"unexpected character '{line[at]}'")
+                kind, word = str(match.lastgroup), match.group()
+            if kind == "mark" and word in OPENING + CLOSING:
+                self._bracket(number, word)
+            ends = kind == "mark" and word in ";," and not self.open_brackets
+            self.found.append(Token("end" if ends else kind, word, number, spaced))
+            at, spaced = at + len(word), False
+        return False
+
+    def end_line(self, number: int) -> None:
+        """Ends a row of a matrix or a statement."""
+        if not self.open_brackets:
+            self.found.append(Token("end", "\n", number, False))
+        elif self.open_brackets[-1] == "[":
+            self.found.append(Token("mark", ";", number, False))
+        else:
+            raise self.source.error(number, f"'{self.open_brackets[-1]}' is not closed")
+
+    def _is_transpose(self, number: int, char: str, spaced: bool) -> bool:
+        before = self.found[-1] if self.found and self.found[-1].line == number else None
+        follows = before is not None and (before.kind in ("number", "name") or before.text in (")", "]", "'"))
+        return char == "'" and follows and not (spaced and self.open_brackets[-1:] == ["["])
+
+    def _bracket(self, number: int, word: str) -> None:
+        if word in OPENING:
+            self.open_brackets.append(word)
+        elif not self.open_brackets or OPENING.index(self.open_brackets.pop()) != CLOSING.index(word):
+            raise self.source.error(number, f"'{word}' has no opening bracket")

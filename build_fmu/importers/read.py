@@ -1,4 +1,4 @@
-"""Chooses the importer of a file."""
+"""Selects the importer of a file."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ KINDS = ".json (mbs-scene/1), .urdf, inputs.m and inputs.mat (ReDySim) or their 
 
 
 def read(source: Path, options: Namespace) -> Draft:
-    """Returns the draft of a file by its ending and, where that says too little, its content."""
+    """Returns the draft of a file; the importer depends on the file extension or on the content."""
     if not source.exists():
-        raise UserError(f"there is no file '{source}'")
+        raise UserError(f"'{source}' does not exist")
     ending = source.suffix.lower()
     if ending == ".json":
         from build_fmu.importers import scene_json
@@ -33,5 +33,5 @@ def read(source: Path, options: Namespace) -> Draft:
 
         return dh_table.read(source, options)
     if ending == ".toml":
-        raise UserError(f"'{source}' is a model file already: `build-fmu build {source.name}` makes the FMU")
-    raise UserError(f"'{source}' is of no kind that import knows: {KINDS}")
+        raise UserError(f"'{source}' is already a model file; build the FMU with `build-fmu build {source.name}`")
+    raise UserError(f"unsupported file type: '{source}'; supported: {KINDS}")

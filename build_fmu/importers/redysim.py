@@ -1,6 +1,6 @@
-"""Reads ReDySim's input of robots on fixed and floating bases: inputs.m with initials.m beside it, or inputs.mat, of every release.
+"""Reads ReDySim input files of robots with fixed and floating bases: inputs.m with initials.m, or inputs.mat, of all releases.
 
-ReDySim's b is our d; its start values y0 replace th (revolute) or b (prismatic), so they go into q and theta or d stays 0.
+ReDySim's b is our d. Its start values y0 replace th (revolute) or b (prismatic), so they become q, and theta or d is 0.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ NEEDED = ("alp", "a", "b", "bt", "dx", "dy", "dz", "m", "Icxx", "Icyy", "Iczz")
 KNOWN = (*NEEDED, "n", "dof", "type", "th", "r", "g", "Icxy", "Icyz", "Iczx", "aj", "al", "alt", "angs", "Tp", "T", "steps", "nq", "g_prop",
          "y0", "ti", "tf", "incr", "rtol", "atol", "int_type", "gx", "gy", "gz")
 PROGRAMS = ("torque.m", "trajectory.m", "jacobian.m", "inv_kine.m", "for_kine.m", "animate.m", "sys_ode.m")
-MEANING = {"torque.m": "the control law", "trajectory.m": "the prescribed motion", "jacobian.m": "the typed loop Jacobian",
-           "inv_kine.m": "the typed loop solution"}  # fmt: skip
-STARTS = ("y0", "ti", "tf", "incr", "rtol", "atol", "int_type")  # the results of initials() in their order, after n in some releases
+MEANING = {"torque.m": "the control law", "trajectory.m": "the prescribed motion", "jacobian.m": "the loop Jacobian",
+           "inv_kine.m": "the loop solution"}  # fmt: skip
+STARTS = ("y0", "ti", "tf", "incr", "rtol", "atol", "int_type")  # the results of initials() in order; some releases have n first
 SOLVERS = {0: "erk", 1: "bdf", 2: "erk"}
 
 
@@ -40,7 +40,7 @@ def read(path: Path, options: Namespace) -> Draft:
     draft = Draft(name=legal(name), source=f"{folder.name}/{inputs.name}" + (f" and {initials.name}" if initials else ""))
     count = data.whole("n") if "n" in data else data.length("bt")
     if starts.values.skipped:
-        draft.doubts.append(f"{call.short(starts.values.skipped[0])}; values of {initials.name} that depend on it are not used")
+        draft.doubts.append(f"{call.short(starts.values.skipped[0])}; values of {initials.name} that depend on it are omitted")
     draft.gravity = _gravity(data, draft)
     draft.links = _links(data, starts, count, call, draft)
     _warn_of_namesakes(data, draft)
@@ -52,7 +52,7 @@ def read(path: Path, options: Namespace) -> Draft:
 
 
 class Functions:
-    """Runs the functions of a robot's folder, each file at most once at a time."""
+    """Evaluates the function files of a robot's folder; recursive calls are refused."""
 
     def __init__(self, folder: Path, files: dict[str, Path | None]) -> None:
         self.folder, self.files = folder, files
@@ -60,7 +60,7 @@ class Functions:
         self.running: list[str] = []
 
     def short(self, sentence: str) -> str:
-        """Returns the sentence with the file names only."""
+        """Returns the sentence with file names instead of paths."""
         return sentence.replace(f"{self.folder}{os.sep}", "")
 
     def __call__(self, function: str, arguments: Sequence[np.ndarray] = ()) -> Values | None:
@@ -85,7 +85,7 @@ class Functions:
 
 
 def _named_by_position(values: Values) -> Values:
-    """Some releases call the results of initials() yo, t_initial, t_final and type."""
+    """Renames the results of initials(), which some releases call yo, t_initial, t_final and type."""
     names = values.outputs[1:] if values.outputs[:1] == ["n"] else values.outputs
     if len(names) == len(STARTS) - 1 or names[len(STARTS) - 1 :] in (["type"], ["int_type"]):
         for table in (values.arrays, values.lines):
@@ -95,7 +95,7 @@ def _named_by_position(values: Values) -> Values:
 
 
 class Reading:
-    """The variables of one file by name, with checks; scalars stretch to any length."""
+    """Checked access to the variables of one file."""
 
     def __init__(self, values: Values) -> None:
         self.values, self.path = values, values.path
@@ -113,19 +113,19 @@ class Reading:
             raise UserError(f"{self.path}: '{name}' is missing{did_you_mean(name, others)}")
         array = self.values.arrays[name].ravel(order="F")
         if not np.all(np.isfinite(array)):
-            raise self.error(name, "holds a value that is not a finite number")
+            raise self.error(name, "contains a value that is not a finite number")
         return array
 
     def length(self, name: str) -> int:
         return self.flat(name).size
 
     def column(self, name: str, count: int, default: float | None = None) -> list[float]:
-        """Returns `count` numbers; longer arrays are cut (ReDySim puts the ground link at the end of some)."""
+        """Returns `count` numbers; longer arrays are truncated (some have an entry for the ground link at the end)."""
         if name not in self and default is not None:
             return [default] * count
         array = self.flat(name)
         if array.size < count:
-            raise self.error(name, f"has {array.size} entries, n = {count} are needed")
+            raise self.error(name, f"has {array.size} entries; n = {count} are required")
         return [float(x) for x in array[:count]]
 
     def number(self, name: str, default: float | None = None) -> float:
@@ -139,7 +139,7 @@ class Reading:
     def whole(self, name: str, default: int | None = None) -> int:
         value = self.number(name, default)
         if value != int(value):
-            raise self.error(name, f"must be a whole number, got {value:g}")
+            raise self.error(name, f"must be an integer, got {value:g}")
         return int(value)
 
 
@@ -149,13 +149,13 @@ def _find(path: Path) -> tuple[Path, Path, Path | None]:
         for name in ("inputs.m", "inputs.mat"):
             if (path / name).is_file():
                 return _find(path / name)
-        raise UserError(f"the folder '{path}' holds neither inputs.m nor inputs.mat")
+        raise UserError(f"the folder '{path}' contains neither inputs.m nor inputs.mat")
     folder = path.resolve().parent
     inputs = path
     if path.name.lower() == "initials.m":
         found = [folder / name for name in ("inputs.m", "inputs.mat") if (folder / name).is_file()]
         if not found:
-            raise UserError(f"'{path}' holds the start values only: inputs.m is missing beside it")
+            raise UserError(f"'{path}' contains start values only: inputs.m is missing in its folder")
         inputs = found[0]
     initials = folder / "initials.m"
     return folder, inputs, initials if initials.is_file() else None
@@ -163,23 +163,23 @@ def _find(path: Path) -> tuple[Path, Path, Path | None]:
 
 def _warn_of_namesakes(data: Reading, draft: Draft) -> None:
     if is_floating(data) and data.length("a") == 4 and data.flat("a")[2] in (1, 1.5):
-        draft.doubts.append(f"two 3-link arms carry one name, with a(3) = 1 and a(3) = 1.5: this one has {data.flat('a')[2]:g}")
+        draft.doubts.append(f"ReDySim has two 3-link arms of this name, with a(3) = 1 and a(3) = 1.5: this one has {data.flat('a')[2]:g}")
 
 
 def _gravity(data: Reading, draft: Draft) -> list[float]:
     if "g" in data:
         if data.length("g") != 3:
-            raise data.error("g", f"must be 3 numbers, the acceleration of gravity, got {data.length('g')}")
+            raise data.error("g", f"must be a vector of 3 numbers (acceleration of gravity), got {data.length('g')}")
         gravity = [float(x) for x in data.flat("g")]
     elif "gx" in data:
         gravity = [data.number(key, 0.0) for key in ("gx", "gy", "gz")]
     else:
-        raise UserError(f"{data.path}: 'g' is missing: the acceleration of gravity, for example g = [0; -9.81; 0]")
+        raise UserError(f"{data.path}: 'g' is missing (acceleration of gravity), for example g = [0; -9.81; 0]")
     size = math.hypot(*gravity)
     if size and max(gravity) > 0.5 * size:
         shown = ", ".join(f"{x:g}" for x in gravity)
-        draft.doubts.append(f"gravity points along a positive axis, ({shown}) m/s2: check its sign; ReDySim's inverse biped has it the other way "
-                            "round than the forward one")
+        draft.doubts.append(f"gravity points along a positive axis, ({shown}) m/s2: check its sign; it differs between ReDySim's "
+                            "inverse and forward biped")
     if size and not 9.7 < size < 9.9:
         draft.doubts.append(f"gravity is {size:g} m/s2")
     return gravity
@@ -202,7 +202,7 @@ def _links(data: Reading, starts: Reading, count: int, call: Functions, draft: D
         c = {key: values[i] for key, values in columns.items()}
         parent = c["bt"]
         if parent != int(parent) or not 0 <= parent <= count or parent == i + 1:
-            raise data.error("bt", f"entry {i + 1} must be the number of another link, or 0 for ground, got {parent:g}")
+            raise data.error("bt", f"entry {i + 1} must be the number of another link or 0 for ground, got {parent:g}")
         if c["m"] < 0:
             raise data.error("m", f"entry {i + 1} must be >= 0, got {c['m']:g}")
         if c["r"] not in (0, 1):
@@ -228,17 +228,17 @@ def _check_ring(data: Reading, links: list[DraftLink]) -> None:
         carried |= {link.name for link in ready}
         waiting = [link for link in waiting if link.name not in carried]
     if waiting:
-        raise data.error("bt", f"makes a ring of {', '.join(link.name for link in waiting)}: nothing carries them")
+        raise data.error("bt", f"has cyclic parent references: {', '.join(link.name for link in waiting)}")
 
 
 def _right_angle(angle: float) -> float:
-    """Nothing is rounded but the last digits of pi/2, which .mat files and products of pi lose."""
+    """Restores the last digits of multiples of pi/2, which .mat files and products of pi lose."""
     nearest = round(angle / (math.pi / 2)) * (math.pi / 2)
     return nearest if abs(angle - nearest) < 1e-12 else angle
 
 
 def _start(data: Reading, starts: Reading, count: int, columns: dict[str, list[float]], draft: Draft) -> tuple[list[float], list[float]]:
-    """Start positions and velocities: y0 = (q, dq, actuator energy); without it th and b of the moving joints."""
+    """Returns start positions and velocities from y0 = (q, dq, actuator energy), or from th and b of the moving joints."""
     for reading in (starts, data):
         if "y0" in reading:
             y0 = [float(x) for x in reading.flat("y0")]
@@ -247,7 +247,7 @@ def _start(data: Reading, starts: Reading, count: int, columns: dict[str, list[f
             return y0[:count], y0[count : 2 * count]
     nominal = columns["th"] if "th" in data else data.column("angs", count, 0.0)
     base = "the base starts at the origin, " if is_floating(data) else ""
-    draft.doubts.append(f"no start values (y0) were found: {base}the nominal th and b of the moving joints are taken, at rest")
+    draft.doubts.append(f"no start values (y0) found: {base}the moving joints start at their nominal th and b, at rest")
     return [nominal[i] if columns["r"][i] == 1 else columns["b"][i] for i in range(count)], [0.0] * count
 
 
@@ -265,15 +265,15 @@ def _settings(data: Reading, starts: Reading, draft: Draft) -> None:
                     if value > 0 and not (field == "step_size" and value >= draft.fmu.get("stop_time", math.inf)):
                         draft.fmu[field] = value
     if draft.solver.get("rtol", 0) > 1e-5:
-        draft.doubts.append(f"rtol = {draft.solver['rtol']:g} is ReDySim's own tolerance: at it a free double pendulum is wrong by 0.2 rad after "
-                            "3 s; 1e-8 costs little more")
+        draft.doubts.append(f"rtol = {draft.solver['rtol']:g} is ReDySim's own tolerance: the error of a free double pendulum is then 0.2 rad "
+                            "after 3 s; 1e-8 costs little more")
     if "ti" in starts and starts.number("ti") != 0:
-        draft.lost.append(f"the start time ti = {starts.number('ti'):g} s: the master of the FMU sets it")
+        draft.lost.append(f"the start time ti = {starts.number('ti'):g} s: the simulation environment sets it")
 
 
 def _losses(folder: Path, data: Reading, draft: Draft) -> None:
     for name in PROGRAMS:
         if (folder / name).is_file() and name in MEANING:
-            draft.lost.append(f"{name} ({MEANING[name]}) is a program: give torques as inputs, loops with --loop")
+            draft.lost.append(f"{name} ({MEANING[name]}) is a program: apply torques as inputs and add loops with --loop")
     asked = set(data.values.outputs) if data.path.suffix.lower() == ".m" else set()
     draft.lost += [f"the variable '{name}' of {data.path.name}" for name in sorted(asked - set(KNOWN))]

@@ -1,4 +1,4 @@
-"""Closed loops of a ReDySim model: its files hold neither the closure nor every ground pivot, so the user gives both."""
+"""Closed loops of a ReDySim model. Its files define neither the loop closure nor all ground pivots, so the user specifies both."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from build_fmu.importers.fields import read_text
 from build_fmu.importers.layout import settle
 from build_fmu.importers.rigid import pose_of, rotation_x, rotation_y, rotation_z, transform
 
-OPEN = 1e-8  # m, what rounding leaves of a closed loop
+OPEN = 1e-8  # m, the rounding error of a closed loop
 LOOP = "--loop 'LINK:x,y,z=LINK:x,y,z', for example --loop 'link1:0.05,0,0=link3:0.1,0,0'"
 PIVOT = "--pivot LINK=x,y,z, for example --pivot link4=1,0,0"
 
 
 def place_pivots(draft: Draft, data, arguments: Sequence[str]) -> None:
-    """Moves links that stand on ground to the given points of the ground frame (m)."""
+    """Moves links on the ground to the given points of the ground frame (m)."""
     links = {link.name: link for link in draft.links}
     given = set()
     for argument in arguments:
@@ -29,7 +29,7 @@ def place_pivots(draft: Draft, data, arguments: Sequence[str]) -> None:
         link = _known(name.strip(), links, f"--pivot '{argument}'")
         point = _point(text, f"--pivot '{argument}'", PIVOT)
         if not equals or link.parent != GROUND:
-            raise UserError(f"--pivot '{argument}': '{link.name}' does not stand on ground, it is carried by '{link.parent}'")
+            raise UserError(f"--pivot '{argument}': the parent of '{link.name}' is '{link.parent}', not ground")
         pose = pose_of(link.dh)
         pose[:3, 3] = point
         link.dh = settle(pose)
@@ -41,12 +41,12 @@ def place_pivots(draft: Draft, data, arguments: Sequence[str]) -> None:
     for point, names in feet.items():
         if len(names) > 1:
             where = ", ".join(f"{x:g}" for x in point)
-            draft.doubts.append(f"{', '.join(names)} all stand on the ground point ({where}): ReDySim's files leave ground pivots out; give them "
+            draft.doubts.append(f"{', '.join(names)} share the ground point ({where}): ReDySim's files omit ground pivots; specify them "
                                 f"with {PIVOT}")
 
 
 def add_loops(draft: Draft, data, arguments: Sequence[str]) -> None:
-    """Adds the given loops; judges the start pose and says when loops are missing."""
+    """Adds the given loops; reports missing loops and constraint violations of the initial configuration."""
     closed = _closed(data)
     poses = start_poses(draft.links)
     fragments = 0
@@ -58,11 +58,11 @@ def add_loops(draft: Draft, data, arguments: Sequence[str]) -> None:
             draft.loops.append(_loop(draft, argument, poses, len(draft.loops) + 1))
     if closed and not arguments:
         wanted = len(draft.links) - data.whole("dof") if "dof" in data else 0
-        rows = f", {wanted} closing conditions in all" if wanted > 0 else ""
-        draft.lost.append(f"the loops: ReDySim's input does not hold them (type = 1{rows}); until you give each with {LOOP}, the mechanism is an "
+        rows = f", {wanted} constraints in total" if wanted > 0 else ""
+        draft.lost.append(f"the loops: ReDySim's input does not define them (type = 1{rows}); specify each with {LOOP}, otherwise the mechanism is an "
                           "open tree")
     if arguments:
-        # the driven joints keep their start values when the pose is closed
+        # driven joints keep their start values in the assembly of the loops
         for link in draft.links:
             link.hold = link.drive == "torque" and isinstance(link.q, float)
 
@@ -74,7 +74,7 @@ def start_poses(links: Sequence[DraftLink]) -> dict[str, np.ndarray]:
     while waiting:
         ready = [link for link in waiting if link.parent in poses]
         if not ready:
-            raise UserError(f"the parents of {', '.join(link.name for link in waiting)} form a ring")
+            raise UserError(f"cyclic parent references: {', '.join(link.name for link in waiting)}")
         for link in ready:
             poses[link.name] = poses[link.parent] @ _pose(link)
         waiting = [link for link in waiting if link.name not in poses]
@@ -95,14 +95,14 @@ def _loop(draft: Draft, argument: str, poses: dict[str, np.ndarray], number: int
     where = f"--loop '{argument}'"
     sides = argument.split("=")
     if len(sides) != 2:
-        raise UserError(f"{where} is no loop: write {LOOP}")
+        raise UserError(f"{where} is not a loop: write {LOOP}")
     fields: dict[str, object] = {"type": "point"}
     points = []
     for side, text in zip("ab", sides, strict=True):
         name, colon, place = text.partition(":")
         name = name.strip()
         if name not in poses:
-            raise UserError(f"{where}: there is no link '{name}'{did_you_mean(name, poses)}")
+            raise UserError(f"{where}: unknown link '{name}'{did_you_mean(name, poses)}")
         point = _point(place, where, LOOP) if colon else [0.0, 0.0, 0.0]
         fields[f"link_{side}"], fields[f"point_{side}"] = name, point
         points.append((poses[name] @ [*point, 1.0])[:3])
@@ -111,19 +111,22 @@ def _loop(draft: Draft, argument: str, poses: dict[str, np.ndarray], number: int
     if directions:
         fields["directions"] = directions
         if abs(float(np.dot(gap, left_out))) > OPEN:
-            draft.doubts.append(f"loop{number}: the two points lie {abs(float(np.dot(gap, left_out))):.3g} m apart across the plane of the mechanism")
+            draft.doubts.append(f"loop{number}: the two points are {abs(float(np.dot(gap, left_out))):.3g} m apart normal to the plane of the mechanism")
         gap = gap - left_out * np.dot(gap, left_out)
     else:
         fields["type"] = "spherical"
     size = float(np.linalg.norm(gap))
     if size > OPEN:
-        draft.doubts.append(f"the start pose leaves loop{number} open by {1000 * size:.3g} mm; the FMU closes it before the first step and keeps the "
-                            "driven joints (hold = true) where they are")
+        draft.doubts.append(f"the initial configuration violates loop{number} by {1000 * size:.3g} mm; the FMU corrects it before the first step and "
+                            "keeps the driven joints (hold = true)")
     return DraftTie(f"loop{number}", fields)
 
 
 def _plane(links: Sequence[DraftLink], poses: dict[str, np.ndarray]) -> tuple[list[list[float]] | None, np.ndarray]:
-    """Returns the directions of a planar loop and the normal of its plane: hinges and planar bases along the normal, sliders across it. Else None."""
+    """Returns the directions of a planar loop and the normal of its plane, or None for a spatial mechanism.
+
+    Planar: revolute joints and planar bases along the normal, prismatic joints perpendicular to it.
+    """
     for normal in np.eye(3)[::-1]:
         along = [(link.joint, abs(float(poses[link.name][:3, 2] @ normal))) for link in links]
         if all(x > 1 - 1e-9 if joint in ("revolute", "planar") else joint == "prismatic" and x < 1e-9 for joint, x in along):
@@ -137,7 +140,7 @@ def _closed(data) -> bool:
 
 def _known(name: str, links: dict[str, DraftLink], where: str) -> DraftLink:
     if name not in links:
-        raise UserError(f"{where}: there is no link '{name}'{did_you_mean(name, links)}")
+        raise UserError(f"{where}: unknown link '{name}'{did_you_mean(name, links)}")
     return links[name]
 
 
@@ -148,5 +151,5 @@ def _point(text: str, where: str, example: str) -> list[float]:
     except ValueError:
         point = []
     if len(point) != 3 or not all(math.isfinite(x) for x in point):
-        raise UserError(f"{where}: a point is three numbers in m; write {example}")
+        raise UserError(f"{where}: a point must be three numbers in m; write {example}")
     return point

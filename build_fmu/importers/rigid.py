@@ -61,7 +61,7 @@ def six_of(tensor: np.ndarray) -> list[float]:
 
 
 def _cos_sin(angle: float) -> tuple[float, float]:
-    """The multiples of 90 degrees give whole numbers, so that a frame turned by them stays exact."""
+    """Returns cosine and sine, exact for multiples of 90 degrees."""
     turns = angle / (math.pi / 2)
     nearest = round(turns)
     if abs(turns) < 1e6 and abs(angle - nearest * (math.pi / 2)) <= 1e-15 * max(1.0, abs(angle)):

@@ -23,9 +23,9 @@ def read(path: Path) -> Draft:
     try:
         data = json.loads(read_text(path))
     except json.JSONDecodeError as error:
-        raise UserError(f"{source}:{error.lineno}:{error.colno}: no JSON: {error.msg}") from None
+        raise UserError(f"{source}:{error.lineno}:{error.colno}: invalid JSON: {error.msg}") from None
     except RecursionError:
-        raise UserError(f"{source}: nested too deeply for a scene") from None
+        raise UserError(f"{source}: nested too deeply") from None
     scene = Fields(source, "", data)
     if scene.data.get("format") != FORMAT:
         raise UserError(f"{source}: 'format' must be \"{FORMAT}\", got {json.dumps(scene.data.get('format'))}")
@@ -73,7 +73,7 @@ def _link(body: Fields, index: int, names: list[str], q: float, qd: float) -> Dr
 
 
 def _agree(joint: Fields, dh: DhFrame) -> None:
-    """The scene gives the frame twice; two different frames are a mistake of the scene."""
+    """Checks that both definitions of the frame in the scene agree."""
     placement = joint.inner("placement")
     rows = placement.list("R")
     pose = pose_of(dh)
@@ -108,7 +108,7 @@ def _loop(loop: Fields, name: str, names: list[str]) -> DraftTie:
     if "axis_a" in loop.data:
         fields["axis_a"] = loop.vector("axis_a", 3)
     else:
-        # the axis is what both perpendiculars are perpendicular to
+        # the axis is perpendicular to both
         fields["axis_a"] = [float(x) for x in np.cross(loop.vector("perp1_a", 3), loop.vector("perp2_a", 3))]
     fields["axis_b"] = loop.vector("axis_b", 3)
     return DraftTie(name, fields)
@@ -137,10 +137,10 @@ def _times(scene: Fields, draft: Draft) -> None:
 
 
 def _inputs(scene: Fields, draft: Draft, names: list[str]) -> None:
-    """A model file holds no inputs: they become the arguments of `build-fmu simulate`, in a comment."""
+    """Converts the inputs, which a model file does not contain, to arguments of `build-fmu simulate` in a comment."""
     draft.inputs = [_input(item, names) for item in scene.items("inputs")]
     if draft.inputs:
-        draft.lost.append("the inputs belong to a run, not to a model: the command on top of the file has them")
+        draft.lost.append("the inputs: they are part of the command at the top of the file")
 
 
 def _input(item: Fields, names: list[str]) -> str:
@@ -159,6 +159,6 @@ def _input(item: Fields, names: list[str]) -> str:
 
 def _unknown(scene: Fields, draft: Draft) -> None:
     if "trajectory" in scene.data:
-        draft.lost.append("the prescribed trajectory: a model file holds no motion")
+        draft.lost.append("the prescribed trajectory: not supported")
     carried = {"format", "name", "title", "set", "gravity", "bodies", "loops", "forces", "inputs", "initial", "time", "reference", "source", "trajectory"}
     draft.lost += [f"the field '{key}'" for key in scene.data if key not in carried]

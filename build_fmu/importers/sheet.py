@@ -1,4 +1,4 @@
-"""The rows of a table: text with separators (CSV, also as Excel writes it) or the first sheet of an .xlsx workbook."""
+"""Reads the rows of a table: a text file with separators (CSV) or the first sheet of an .xlsx workbook."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SEPARATORS = ";\t,|"
 
 @dataclass
 class Sheet:
-    """Rows that are not empty, each with its line; `decimal_comma`: a comma in a number can only be a decimal one."""
+    """The non-empty rows with their line numbers; `decimal_comma`: a comma in a number is a decimal comma."""
 
     rows: list[tuple[int, list[str]]]
     decimal_comma: bool
@@ -26,7 +26,7 @@ class Sheet:
 
 
 def read(path: Path) -> Sheet:
-    """Returns the rows; the first one is the head. Raises UserError with file and line."""
+    """Returns the rows; the first one is the header. Raises UserError with file and line."""
     if path.suffix.lower() in (".ods", ".xls", ".numbers", ".xlsb"):
         raise UserError(f"'{path}' cannot be read: save the table as .xlsx or .csv")
     try:
@@ -42,13 +42,13 @@ def _text(path: Path) -> Sheet:
     lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
     if not lines:
         raise UserError(f"'{path}' is empty")
-    # Excel's own word for the separator
+    # Excel writes the separator in the first line
     told = re.fullmatch(r"\"?sep=(.)\"?", lines[0].strip(" \r\n"))
     head = lines[1] if told and len(lines) > 1 else lines[0]
-    # else the sign that is most frequent in the head separates the columns
+    # otherwise the most frequent separator of the header is used
     separator = told[1] if told else max(SEPARATORS, key=head.count)
     if head.count(separator) == 0:
-        raise UserError(f"{path}:1: the head '{head.strip()[:40]}' has one column; separate columns by comma, semicolon or tab")
+        raise UserError(f"{path}:1: the header '{head.strip()[:40]}' has one column; separate columns by comma, semicolon or tab")
     rows = []
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
     try:
@@ -58,7 +58,7 @@ def _text(path: Path) -> Sheet:
             if any(cells) and not cells[0].startswith(("#", "sep=")) and not ruled:
                 rows.append((reader.line_num, cells))
     except csv.Error as error:
-        raise UserError(f"{path}:{reader.line_num}: no CSV: {error}") from None
+        raise UserError(f"{path}:{reader.line_num}: invalid CSV: {error}") from None
     return Sheet(rows, separator != ",")
 
 
@@ -86,7 +86,7 @@ def _workbook(path: Path) -> Sheet:
         raise UserError(f"'{path}' has more than {MOST_COLUMNS} columns")
     rows = [(line, cells + [""] * (width - len(cells))) for line, cells in rows]
     names = ", ".join(sheet.title for sheet in others)
-    return Sheet(rows, True, f"the sheets {names}: the first sheet is the table" if others else "")
+    return Sheet(rows, True, f"the sheets {names}: only the first sheet is read" if others else "")
 
 
 def _text_of(value: object) -> str:

@@ -1,4 +1,4 @@
-"""Writes a Draft as a model file: numbers that read back exactly, defaults left out, what was lost on top as comments."""
+"""Writes a Draft as a model file: exact numbers, without defaults, with omissions as comments at the top."""
 
 from __future__ import annotations
 
@@ -9,17 +9,18 @@ from collections.abc import Iterator
 from build_fmu.importers.draft import GROUND, Draft, DraftLink, DraftTie
 
 WIDTH = 118
+JOINT_FIELDS = ("q", "qd", "damping", "stiffness", "rest", "armature", "friction", "static_friction", "friction_velocity")
 
 
 def model_text(draft: Draft, file: str = "") -> str:
     """Returns the text of the model file, which will have this name."""
     lines = [*_comment(f"Imported from {draft.source}.")]
     if draft.inputs:
-        # one line however long it is: it is there to be pasted into a shell
-        lines += [*_comment("Its inputs belong to a run; in the folder of this file:"), f"# {run_command(draft, file or f'{draft.name}.toml')}"]
+        # one line, however long, because it is pasted into a shell
+        lines += [*_comment("Inputs are not part of a model. To run it with the inputs of its source, in the folder of this file:"), f"# {run_command(draft, file or f'{draft.name}.toml')}"]
     for note in draft.notes:
         lines += _comment(note)
-    for title, sentences in (("Not carried over:", draft.lost), ("Look at:", draft.doubts)):
+    for title, sentences in (("Omitted:", draft.lost), ("Check:", draft.doubts)):
         if sentences:
             lines += ["#", *_comment(title)]
             for sentence in sentences:
@@ -62,39 +63,31 @@ def _link(link: DraftLink, before: str | None) -> Iterator[str]:
         yield from _comment(note)
     yield "[[link]]"
     yield f"name = {_value(link.name)}"
-    if link.parent != (before or GROUND):
-        yield f"parent = {_value(link.parent)}"
-    if link.joint != "revolute":
-        yield f"joint = {_value(link.joint)}"
-    if link.joint_name and link.joint_name != link.name:
-        yield f"joint_name = {_value(link.joint_name)}"
     moving = link.joint != "fixed"
-    if moving and link.drive != "torque":
-        yield f"drive = {_value(link.drive)}"
-    for key in ("gamma", "b", "alpha", "a", "theta", "d"):
-        if getattr(link.dh, key) != 0:
-            yield f"{key} = {number(getattr(link.dh, key))}"
-    if link.mass != 0:
-        yield f"mass = {number(link.mass)}"
-    if any(link.com):
-        yield f"com = {_value(link.com)}"
-    if any(link.inertia):
-        yield f"inertia = {_value(link.inertia if any(link.inertia[3:]) else link.inertia[:3])}"
+    words = {"parent": (link.parent, before or GROUND), "joint": (link.joint, "revolute"), "joint_name": (link.joint_name or link.name, link.name),
+             "drive": (link.drive if moving else "torque", "torque")}
+    yield from (f"{key} = {_value(value)}" for key, (value, default) in words.items() if value != default)
+    yield from _nonzero({key: getattr(link.dh, key) for key in ("gamma", "b", "alpha", "a", "theta", "d")})
+    yield from _nonzero({"mass": link.mass, "com": link.com, "inertia": link.inertia if any(link.inertia[3:]) else link.inertia[:3]})
     if moving:
-        for key in ("q", "qd", "damping", "stiffness", "rest", "armature", "friction", "static_friction", "friction_velocity"):
-            value = getattr(link, key)
-            if any(value) if isinstance(value, list) else value != 0:
-                yield f"{key} = {_value(value)}"
-        stops = [key for key in ("lower", "upper") if getattr(link, key) is not None]
-        for key in stops:
-            yield f"{key} = {number(getattr(link, key))}"
-        if stops:
-            yield f"stop_stiffness = {number(link.stop_stiffness)}"
-            for key in ("stop_damping", "stop_width"):
-                if getattr(link, key) != 0:
-                    yield f"{key} = {number(getattr(link, key))}"
-        if link.hold:
-            yield "hold = true"
+        yield from _joint(link)
+
+
+def _joint(link: DraftLink) -> Iterator[str]:
+    yield from _nonzero({key: getattr(link, key) for key in JOINT_FIELDS})
+    stops = [key for key in ("lower", "upper") if getattr(link, key) is not None]
+    yield from (f"{key} = {number(getattr(link, key))}" for key in stops)
+    if stops:
+        yield f"stop_stiffness = {number(link.stop_stiffness)}"
+        yield from _nonzero({key: getattr(link, key) for key in ("stop_damping", "stop_width")})
+    if link.hold:
+        yield "hold = true"
+
+
+def _nonzero(fields: dict[str, float | list[float]]) -> Iterator[str]:
+    for key, value in fields.items():
+        if any(value) if isinstance(value, list) else value != 0:
+            yield f"{key} = {_value(value)}"
 
 
 def _tie(kind: str, tie: DraftTie) -> Iterator[str]:
@@ -126,5 +119,5 @@ def _comment(text: str, bullet: str = "") -> list[str]:
 
 
 def _printable(text: str) -> str:
-    # a control character of the source must not end a comment
+    # control characters of the source must not end a comment
     return "".join(c if c.isprintable() else " " for c in text)

@@ -1,4 +1,4 @@
-"""Reads a URDF: links, joints, inertias, axes, damping, friction, limits. Frames are laid anew as modified DH, which changes no motion."""
+"""Reads a URDF: links, joints, inertias, axes, damping, friction, limits. Link frames are chosen anew for modified DH; the motion is the same."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from build_fmu.importers.toml_writer import number
 from build_fmu.importers.urdf_losses import report_losses, some
 
 KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed", "floating": "free", "planar": "planar"}
-WORLD = "world"  # what some simulators call the ground without listing it
-RESIDUE = 1e-16  # m2: an inertia of less than this times the mass
-DEGREES = 4 * math.pi  # rad: a limit beyond two turns was meant in degrees
-NEAR_RIGHT = 1e-3  # rad: an angle so near to a multiple of 90 degrees was meant to be one
+WORLD = "world"  # the ground in some simulators, without a <link>
+RESIDUE = 1e-16  # m2: an inertia below this times the mass is a rounding error
+DEGREES = 4 * math.pi  # rad: a limit beyond two turns is probably in degrees
+NEAR_RIGHT = 1e-3  # rad: an angle within this of a multiple of 90 degrees is probably meant to be one
 
 
 @dataclass
 class Body:
-    """A link of the URDF and the joint that carries it; the root has none."""
+    """A link of the URDF and its joint; the root has none."""
 
     name: str
     line: int
@@ -55,9 +55,9 @@ class Urdf:
         self.root = _parsed(path)
         if self.root.tag != "robot":
             hint = "; run xacro on it first" if "xacro" in text else ""
-            raise UserError(f"{path}: a URDF starts with <robot>, this file with <{self.root.tag}>{hint}")
+            raise UserError(f"{path}: the root element must be <robot>, got <{self.root.tag}>{hint}")
         if any(e.prefix == "xacro" or e.tag.startswith("xacro:") for e in self.root.iter(etree.Element)):
-            raise UserError(f"'{path}' holds xacro macros: run `xacro {path.name} > robot.urdf` first and import the result")
+            raise UserError(f"'{path}' contains xacro macros: run `xacro {path.name} > robot.urdf` first and import the result")
 
     def error(self, element: etree._Element, sentence: str) -> UserError:
         return UserError(f"{self.path}:{element.sourceline}: {sentence}")
@@ -79,7 +79,7 @@ class Urdf:
         return values
 
     def amount(self, element: etree._Element, key: str, default: str) -> float:
-        """Returns a number that cannot be negative."""
+        """Returns a non-negative number."""
         value = self.numbers(element, key, 1, default)[0]
         if value < 0:
             raise self.error(element, f"'{key}' of <{element.tag}> must be >= 0, got {value:g}")
@@ -92,11 +92,11 @@ class Urdf:
             return np.eye(4)
         angles = self.numbers(element, "rpy", 3, "0 0 0")
         if max(map(abs, angles)) > DEGREES:
-            self.like_degrees.append(f"{self.path}:{element.sourceline}: rpy = '{element.attrib['rpy']}' looks like degrees; a URDF counts in rad, "
-                                     "and so it was read")
+            self.like_degrees.append(f"{self.path}:{element.sourceline}: rpy = '{element.attrib['rpy']}' looks like degrees; it was read in rad, "
+                                     "as URDF defines it")
         for i, angle in enumerate(angles):
             nearest = round(angle / (math.pi / 2)) * (math.pi / 2)
-            # the last digits of pi/2 are no intention
+            # deviations in the last digits are rounding errors
             if 0 < abs(angle - nearest) < NEAR_RIGHT:
                 if self.snap or abs(angle - nearest) < 1e-14:
                     angles[i] = nearest
@@ -133,18 +133,18 @@ def read(path: Path, options: Namespace) -> Draft:
     if options.floating:
         bodies[root].kind = "free"
     elif bodies[root].mass or np.any(bodies[root].inertia):
-        draft.lost.append(f"the mass of '{root}', {bodies[root].mass:g} kg: it is the ground here and moves nothing; --floating lets it float free")
+        draft.lost.append(f"the mass of '{root}', {bodies[root].mass:g} kg: this link is the ground; --floating makes it a floating base")
     _check_reached(urdf, bodies, root)
     _Layout(draft, bodies, options).lay(root)
-    draft.notes.append(f"The ground frame is the frame of '{root}'{' at q = 0' if options.floating else ''}. Link frames are laid anew (z: joint axis, x: common normal), which changes no "
-                       f"motion; where the URDF's own frame is another one, {'a [[frame]]' if options.frames else 'a comment'} tells its place in ours (m, rad).")
+    draft.notes.append(f"The ground frame is the frame of '{root}'{' at q = 0' if options.floating else ''}. Link frames are chosen anew (z: joint axis, x: common "
+                       f"normal); the motion is the same. {'A [[frame]]' if options.frames else 'A comment'} gives the pose of the URDF's own frame (m, rad) if it differs.")
     report_losses(urdf.root, draft)
     draft.doubts += urdf.like_degrees
     if urdf.near_right:
         draft.doubts.append(f"{urdf.near_right} angles are within {NEAR_RIGHT:g} rad of a multiple of 90 degrees, such as 1.5708: --snap makes them exact, "
-                            "which gives shorter numbers and a faster model")
+                            "for shorter numbers and a faster model")
     if not any(link.joint != "fixed" for link in draft.links):
-        raise UserError(f"'{path}' has no joint that moves; --floating lets its root link '{root}' float free")
+        raise UserError(f"'{path}' has no moving joint; --floating makes its root link '{root}' a floating base")
     return draft
 
 
@@ -153,7 +153,7 @@ def _bodies(urdf: Urdf) -> dict[str, Body]:
     for element in urdf.root.findall("link"):
         body = Body(urdf.text(element, "name"), element.sourceline)
         if body.name in bodies:
-            raise urdf.error(element, f"the link '{body.name}' is there twice")
+            raise urdf.error(element, f"duplicate link '{body.name}'")
         inertial = element.find("inertial")
         if inertial is not None:
             _inertial(urdf, inertial, body)
@@ -170,7 +170,7 @@ def _inertial(urdf: Urdf, inertial: etree._Element, body: Body) -> None:
         body.mass = urdf.amount(mass, "value", "")
     if tensor is not None:
         six = [urdf.numbers(tensor, key, 1, "0")[0] for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")]
-        # an exporter's rounding residue is no inertia, and often an impossible one
+        # rounding residues of an exporter are often impossible inertias
         if max(map(abs, six)) > RESIDUE * body.mass:
             body.inertia = pose[:3, :3] @ matrix_of(six) @ pose[:3, :3].T
     body.com = pose[:3, 3]
@@ -178,56 +178,60 @@ def _inertial(urdf: Urdf, inertial: etree._Element, body: Body) -> None:
 
 def _joints(urdf: Urdf, bodies: dict[str, Body], draft: Draft, stops: float | None) -> None:
     seen = set()
-    limited, mimics = [], []
     for element in urdf.root.findall("joint"):
         name, kind = urdf.text(element, "name"), urdf.text(element, "type")
         if name in seen:
-            raise urdf.error(element, f"the joint '{name}' is there twice")
+            raise urdf.error(element, f"duplicate joint '{name}'")
         seen.add(name)
         if kind not in KINDS:
-            hint = did_you_mean(kind, KINDS) or f"; {', '.join(KINDS)} are known"
-            raise urdf.error(element, f"joint '{name}': there is no type '{kind}'{hint}")
-        ends = []
-        for tag in ("parent", "child"):
-            end = element.find(tag)
-            if end is None:
-                raise urdf.error(element, f"joint '{name}' has no <{tag}>")
-            link = urdf.text(end, "link")
-            if link == WORLD and tag == "parent":
-                bodies.setdefault(WORLD, Body(WORLD, end.sourceline))
-            if link not in bodies:
-                raise urdf.error(end, f"joint '{name}': there is no link '{link}'{did_you_mean(link, bodies)}")
-            ends.append(link)
-        body = bodies[ends[1]]
+            hint = did_you_mean(kind, KINDS) or f"; supported: {', '.join(KINDS)}"
+            raise urdf.error(element, f"joint '{name}': unknown type '{kind}'{hint}")
+        parent, child = (_end(urdf, element, tag, bodies) for tag in ("parent", "child"))
+        body = bodies[child]
         if body.parent:
-            raise urdf.error(element, f"the link '{body.name}' hangs on two joints, '{body.joint}' and '{name}': a URDF is a tree; close loops in the "
-                                      "model file with [[loop]]")
-        body.parent, body.joint, body.kind, body.origin = ends[0], name, KINDS[kind], urdf.pose(element)
-        bodies[ends[0]].children.append(body.name)
-        for tag in ("dynamics", "limit") if kind in ("floating", "planar") else ():
-            if element.find(tag) is not None and (kind, tag) != ("planar", "dynamics"):
-                draft.lost.append(f"<{tag}> of '{name}': a {kind} joint takes none here")
-        if kind in ("fixed", "floating"):
-            continue
-        body.axis = _axis(urdf, element, name)
-        dynamics = element.find("dynamics")
-        if dynamics is not None:
-            body.damping = urdf.amount(dynamics, "damping", "0")
-            body.friction = urdf.amount(dynamics, "friction", "0")
-        if kind == "planar":
-            continue
-        body.limits = _limits(urdf, element, name, draft)
-        if body.limits:
-            limited.append(body)
-        if element.find("mimic") is not None:
-            mimics.append(name)
+            raise urdf.error(element, f"link '{child}' is the child of two joints, '{body.joint}' and '{name}'; add loops to the model file as [[loop]]")
+        body.parent, body.joint, body.kind, body.origin = parent, name, KINDS[kind], urdf.pose(element)
+        bodies[parent].children.append(child)
+        _motion(urdf, element, body, draft)
+    mimics = [element.get("name") for element in urdf.root.findall("joint") if element.find("mimic") is not None]
     if mimics:
-        draft.lost.append(f"the coupling <mimic> of {some(mimics)} (each joint moves by itself here)")
+        draft.lost.append(f"the coupling <mimic> of {some(mimics)} (each joint moves independently)")
+    limited = [body for body in bodies.values() if body.limits]
     outside = [f"{body.joint} ({body.limits[0]:g} to {body.limits[1]:g})" for body in limited if not body.limits[0] <= 0 <= body.limits[1]]
     if outside:
         draft.doubts.append(f"the start position 0 is outside the limits of {some(outside)}: set q in the model file")
     if limited and stops is None:
-        draft.lost.append(f"the limits of {some([body.joint for body in limited])}: --stops STIFFNESS makes stops of them")
+        draft.lost.append(f"the limits of {some([body.joint for body in limited])}: --stops STIFFNESS converts them to stops")
+
+
+def _end(urdf: Urdf, joint: etree._Element, tag: str, bodies: dict[str, Body]) -> str:
+    """Returns the name of the parent or child link of a joint."""
+    name, end = joint.get("name"), joint.find(tag)
+    if end is None:
+        raise urdf.error(joint, f"joint '{name}' has no <{tag}>")
+    link = urdf.text(end, "link")
+    if link == WORLD and tag == "parent":
+        bodies.setdefault(WORLD, Body(WORLD, end.sourceline))
+    if link not in bodies:
+        raise urdf.error(end, f"joint '{name}': unknown link '{link}'{did_you_mean(link, bodies)}")
+    return link
+
+
+def _motion(urdf: Urdf, joint: etree._Element, body: Body, draft: Draft) -> None:
+    """Reads axis, friction and limits of a joint, as far as its type has them."""
+    kind = joint.get("type")
+    for tag in ("dynamics", "limit") if kind in ("floating", "planar") else ():
+        if joint.find(tag) is not None and (kind, tag) != ("planar", "dynamics"):
+            draft.lost.append(f"<{tag}> of '{body.joint}': not supported for {kind} joints")
+    if kind in ("fixed", "floating"):
+        return
+    body.axis = _axis(urdf, joint, body.joint)
+    dynamics = joint.find("dynamics")
+    if dynamics is not None:
+        body.damping = urdf.amount(dynamics, "damping", "0")
+        body.friction = urdf.amount(dynamics, "friction", "0")
+    if kind != "planar":
+        body.limits = _limits(urdf, joint, body.joint, draft)
 
 
 def _axis(urdf: Urdf, joint: etree._Element, name: str) -> np.ndarray:
@@ -235,8 +239,8 @@ def _axis(urdf: Urdf, joint: etree._Element, name: str) -> np.ndarray:
     axis = np.array([1.0, 0, 0] if element is None else urdf.numbers(element, "xyz", 3, "1 0 0"))
     length = float(np.linalg.norm(axis))
     if length < 1e-9:
-        raise urdf.error(joint, f"joint '{name}': the axis has no direction")
-    # dividing (0, 0, 1) by 1 keeps it exact
+        raise urdf.error(joint, f"joint '{name}': the axis is zero")
+    # no division by a length of 1 up to rounding: (0, 0, 1) stays exact
     return axis / length if abs(length - 1) > 1e-15 else axis
 
 
@@ -247,18 +251,18 @@ def _limits(urdf: Urdf, joint: etree._Element, name: str, draft: Draft) -> tuple
     low, high = (urdf.numbers(limit, key, 1, "0")[0] for key in ("lower", "upper"))
     where = f"{urdf.path}:{limit.sourceline}: the limits of '{name}', {low:g} to {high:g},"
     if low > high:
-        draft.doubts.append(f"{where} are the wrong way round and are left out")
+        draft.doubts.append(f"{where} are reversed and omitted")
     elif joint.attrib["type"] == "revolute" and DEGREES < max(abs(low), abs(high)) <= 720:
-        draft.doubts.append(f"{where} look like degrees; a URDF counts in rad, and so they were read")
-    # 0 to 0 is what a file without limits says
+        draft.doubts.append(f"{where} look like degrees; they were read in rad, as URDF defines them")
+    # a file without limits has 0 to 0
     return (low, high) if low < high else None
 
 
 def _root(urdf: Urdf, bodies: dict[str, Body]) -> str:
     roots = [body.name for body in bodies.values() if not body.parent]
     if len(roots) != 1:
-        what = f"the links {some(roots)} all hang on nothing" if roots else "the joints form a ring"
-        raise UserError(f"{urdf.path}: {what}; a robot has one root link")
+        what = f"links without a parent: {some(roots)}" if roots else "cyclic parent references"
+        raise UserError(f"{urdf.path}: {what}; a URDF must have one root link")
     return roots[0]
 
 
@@ -270,11 +274,11 @@ def _check_reached(urdf: Urdf, bodies: dict[str, Body], root: str) -> None:
         waiting += bodies[name].children
     lost = [name for name in bodies if name not in reached]
     if lost:
-        raise UserError(f"{urdf.path}:{bodies[lost[0]].line}: the links {some(lost)} form a ring that does not reach '{root}'")
+        raise UserError(f"{urdf.path}:{bodies[lost[0]].line}: cyclic parent references: {some(lost)} have no path to the root link '{root}'")
 
 
 class _Layout:
-    """Walks the tree, parents first, and makes the links of the draft."""
+    """Creates the links of the draft, parents first."""
 
     def __init__(self, draft: Draft, bodies: dict[str, Body], options: Namespace) -> None:
         self.draft, self.bodies, self.names = draft, bodies, Names()
@@ -283,14 +287,14 @@ class _Layout:
         self.size = max(float(np.linalg.norm(body.origin[:3, 3])) for body in bodies.values()) or 1.0
 
     def lay(self, root: str) -> None:
-        """Fills draft.links; names of links win over names of joints."""
+        """Fills draft.links; names of links take precedence over names of joints."""
         order, waiting = [], [root]
         while waiting:
             name = waiting.pop()
             order.append(name)
             waiting += reversed(self.bodies[name].children)
         called = {name: self.names.take(name) for name in order[1:]} | {root: GROUND}
-        frames = {root: np.eye(4)}  # the URDF's frame, seen from ours
+        frames = {root: np.eye(4)}  # the URDF's frame relative to ours
         if self.bodies[root].kind != "fixed":
             called[root] = self.names.take(root)
             frames[root] = self._link(self.bodies[root], called[root], GROUND, np.eye(4))
@@ -300,7 +304,7 @@ class _Layout:
         self.draft.doubts += self.names.sentences()
 
     def _link(self, body: Body, name: str, parent: str, frame: np.ndarray) -> np.ndarray:
-        """Adds one link; `frame` is its URDF frame seen from the parent's. Returns it seen from the link's own."""
+        """Adds one link. `frame` is its URDF frame relative to the parent's; returns it relative to the link's own."""
         link = DraftLink(name, parent, body.kind, mass=body.mass)
         several = 3 if body.kind == "planar" else 0
         link.damping, link.friction = ([x] * several if several and x else x for x in (body.damping, body.friction))
@@ -309,10 +313,10 @@ class _Layout:
         if body.kind == "fixed":
             link.dh, own = self._fixed(frame)
         else:
-            # a joint of its link's own name is legal
+            # a joint may have the name of its link
             link.joint_name = name if body.joint in ("", body.name) else self.names.take(body.joint, "_joint")
             wanted = self._wanted(body, frame)
-            # `place` would give up the direction of x, which joints of several freedoms need
+            # `place` would change the direction of x, which joints with several DOF need
             if far(settle(wanted), self.size):
                 link.parent, frame = self._mount(body, name, parent, frame)
                 wanted = self._wanted(body, frame)
@@ -326,7 +330,7 @@ class _Layout:
                 self.draft.frames.append(DraftTie(self.names.take(f"{name}_frame"), {"link": name, "position": position, "rpy": rpy}))
             else:
                 shown = (f"[{', '.join(map(number, values))}]" for values in (position, rpy))
-                link.notes.append("URDF frame of '{}' here: position = {}, rpy = {}".format(body.name, *shown))
+                link.notes.append("URDF frame of '{}' in this frame: position = {}, rpy = {}".format(body.name, *shown))
         self.draft.links.append(link)
         return own
 
@@ -334,14 +338,14 @@ class _Layout:
         if body.kind == "free":
             return frame
         axis = frame[:3, :3] @ body.axis
-        # a planar joint slides along the x and y that the URDF has
+        # a planar joint keeps the x and y axes of the URDF
         main = self._main_child(body) if body.kind != "planar" else None
         line = None
         if main is not None:
             seen = frame @ main.origin
             line = seen[:3, 3], seen[:3, :3] @ main.axis
         wanted = joint_frame(frame, axis, line)
-        # a frame that would be out of sight stays where the URDF has it
+        # a frame that would be too far away stays at the position in the URDF
         return wanted if not far(settle(wanted), self.size) else joint_frame(frame, axis, None)
 
     def _fixed(self, frame: np.ndarray) -> tuple:
@@ -351,13 +355,13 @@ class _Layout:
     def _mount(self, body: Body, name: str, parent: str, frame: np.ndarray) -> tuple[str, np.ndarray]:
         mount = self.names.take(f"{name}_mount")
         dh = settle(side_frame(frame[:3, 3]))
-        note = (f"A frame without mass: the axis of '{body.joint}' is nearly, but not quite, parallel to the one before, and their common normal is out "
-                "of sight.")
+        note = (f"Massless frame: the axis of '{body.joint}' is nearly parallel to the previous one, so their common normal is too far "
+                "away.")
         self.draft.links.append(DraftLink(mount, parent, "fixed", dh=dh, notes=[note]))
         return mount, np.linalg.inv(pose_of(dh)) @ frame
 
     def _main_child(self, body: Body) -> Body | None:
-        """The moving child with the longest chain behind it."""
+        """Returns the moving child with the longest chain."""
         moving = [self.bodies[c] for c in body.children if self.bodies[c].kind != "fixed"]
         return max(moving, key=lambda child: self.depth[child.name], default=None)
 
@@ -373,12 +377,12 @@ class _Layout:
 
 
 def _place(own: np.ndarray) -> tuple[list[float], list[float]]:
-    """Returns position (m) and roll, pitch, yaw (rad) of a frame, without the last digits."""
+    """Returns position (m) and roll, pitch, yaw (rad) of a frame, rounded to 13 decimals."""
     r = own[:3, :3]
     cosine = math.hypot(r[0, 0], r[1, 0])
     pitch = math.atan2(-r[2, 0], cosine)
     yaw = math.atan2(r[1, 0], r[0, 0]) if cosine > 1e-14 else math.atan2(-r[0, 1], r[1, 1])
-    # what is left after yaw takes its rounding along, which is large next to a pitch of 90 degrees
+    # roll is computed after removing yaw, whose rounding error is large near a pitch of 90 degrees
     c, s = math.cos(yaw), math.sin(yaw)
     roll = math.atan2(s * r[0, 2] - c * r[1, 2], c * r[1, 1] - s * r[0, 1])
     return [round(float(x), 13) for x in own[:3, 3]], [round(x, 13) for x in (roll, pitch, yaw)]

@@ -1,4 +1,4 @@
-"""What a URDF holds and a model file does not: each kind is told once, misspelt and unknown words too."""
+"""Lists the content of a URDF that a model file cannot represent, including unknown and misspelt names."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from lxml import etree
 from build_fmu.errors import did_you_mean
 from build_fmu.importers.draft import Draft
 
-# what is read (or told by a sentence of its own) in each element
+# the children of each element that are read or reported separately
 CHILDREN = {
     "robot": ("link", "joint", "material", "transmission", "gazebo", "sensor", "ros2_control"),
     "link": ("inertial", "visual", "collision"),
@@ -21,14 +21,14 @@ ATTRIBUTES = {
     "joint": ("name", "type"), "origin": ("xyz", "rpy"), "parent": ("link",), "child": ("link",), "axis": ("xyz",), "mass": ("value",),
     "dynamics": ("damping", "friction"), "limit": ("lower", "upper", "effort", "velocity"), "inertia": ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"),
 }  # fmt: skip
-EXTRA = {"transmission": "; give the inertia of drives as armature"}
+EXTRA = {"transmission": "; enter the inertia of drives as armature"}
 
 
 def report_losses(robot: etree._Element, draft: Draft) -> None:
     """Fills draft.lost and draft.doubts."""
     shapes = sum(1 for _ in robot.iter("visual")) + sum(1 for _ in robot.iter("collision"))
     if shapes:
-        draft.lost.append(f"{shapes} shapes (<visual>, <collision>): a model has no geometry and no contact")
+        draft.lost.append(f"{shapes} shapes (<visual>, <collision>): geometry and contact are not supported")
     for tag in ("transmission", "gazebo", "sensor", "ros2_control"):
         count = len(robot.findall(tag))
         if count:
@@ -36,13 +36,13 @@ def report_losses(robot: etree._Element, draft: Draft) -> None:
     bounds = [joint.get("name", "") for joint in robot.findall("joint") if joint.get("type") != "fixed"
               and any(_nonzero(limit.get(key)) for limit in joint.findall("limit") for key in ("effort", "velocity"))]
     if bounds:
-        draft.lost.append(f"the largest effort and velocity of {some(bounds)}: nothing bounds them here")
+        draft.lost.append(f"the effort and velocity limits of {some(bounds)}: not supported")
     _unknown(robot, draft)
     _masses(robot, draft)
 
 
 def _unknown(robot: etree._Element, draft: Draft) -> None:
-    """Elements and attributes that no one reads, and elements that are there twice."""
+    """Lists unknown elements and attributes, and duplicate elements."""
     tags, first = Counter(), {}
     for parent in [robot, *robot.findall("link"), *robot.findall("joint"), *robot.findall("link/inertial")]:
         seen = set()
@@ -51,10 +51,10 @@ def _unknown(robot: etree._Element, draft: Draft) -> None:
                 tags[parent.tag, child.tag] += 1
                 first.setdefault((parent.tag, child.tag), child.sourceline)
             elif parent.tag != "robot" and child.tag in seen and child.tag not in ("visual", "collision"):
-                draft.lost.append(f"line {child.sourceline}: another <{child.tag}> in <{parent.tag}>: the first one counts")
+                draft.lost.append(f"line {child.sourceline}: duplicate <{child.tag}> in <{parent.tag}>: the first one is used")
             seen.add(child.tag)
     for (parent, tag), count in tags.items():
-        draft.lost.append(f"{count} x <{tag}> in <{parent}>, the first in line {first[parent, tag]}{did_you_mean(tag, CHILDREN[parent])}")
+        draft.lost.append(f"{count} x <{tag}> in <{parent}>, first in line {first[parent, tag]}{did_you_mean(tag, CHILDREN[parent])}")
     places: dict[tuple[str, str], list[int]] = {}
     for element in _read(robot):
         for key in element.attrib:
@@ -62,7 +62,7 @@ def _unknown(robot: etree._Element, draft: Draft) -> None:
                 places.setdefault((element.tag, key), []).append(element.sourceline)
     for (tag, key), at in places.items():
         what = f"'{key}' of <{tag}>"
-        draft.lost.append((f"line {at[0]}: {what}" if len(at) == 1 else f"{len(at)} x {what}, the first in line {at[0]}") + did_you_mean(key, ATTRIBUTES[tag]))
+        draft.lost.append((f"line {at[0]}: {what}" if len(at) == 1 else f"{len(at)} x {what}, first in line {at[0]}") + did_you_mean(key, ATTRIBUTES[tag]))
 
 
 def _read(robot: etree._Element) -> Iterable[etree._Element]:
@@ -80,10 +80,10 @@ def _masses(robot: etree._Element, draft: Draft) -> None:
             continue
         tensor, name = inertial.find("inertia"), link.get("name")
         if inertial.find("mass") is None:
-            draft.doubts.append(f"line {inertial.sourceline}: the <inertial> of '{name}' has no <mass>, so it is 0")
+            draft.doubts.append(f"line {inertial.sourceline}: <inertial> of '{name}' has no <mass>; set to 0")
         missing = [key for key in ("ixx", "iyy", "izz") if tensor is not None and key not in tensor.attrib]
         if missing:
-            draft.doubts.append(f"line {tensor.sourceline}: <inertia> of '{name}' has no {', '.join(missing)}, so they are 0")
+            draft.doubts.append(f"line {tensor.sourceline}: <inertia> of '{name}' has no {', '.join(missing)}; set to 0")
 
 
 def _nonzero(text: str | None) -> bool:
@@ -94,5 +94,5 @@ def _nonzero(text: str | None) -> bool:
 
 
 def some(names: list[str]) -> str:
-    """Returns the first few names, and how many more there are."""
+    """Returns the first names and the number of the others."""
     return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")

@@ -92,7 +92,7 @@ def test_standard_dh_is_converted_exactly(tmp_path):
         assert np.allclose(theirs @ [*numbers[i][5:8], 1], mine @ [*link.com, 1], atol=1e-14)
         turned = [t[:3, :3] @ matrix_of(inertia) @ t[:3, :3].T for t, inertia in ((theirs, numbers[i][8:]), (mine, link.inertia))]
         assert np.allclose(*turned, atol=1e-13)
-    assert "The tool frame of the table" in model_text(draft)
+    assert "Tool frame of the table" in model_text(draft)
 
 
 LIMITED = (
@@ -111,7 +111,7 @@ def test_friction_and_limits(tmp_path):
     stiff = "type,a,mass,com_x,lower [mm],upper [mm],stop_stiffness\nP,1,1,0.1,-5,250,2e4\n"
     link = imported(tmp_path, stiff).links[0]
     assert (link.lower, link.upper, link.stop_stiffness) == (-0.005, 0.25, 2e4)
-    with pytest.raises(UserError, match="the joint is revolute, and -5 is a length"):
+    with pytest.raises(UserError, match="the joint is revolute, but -5 is a length"):
         imported(tmp_path, stiff.replace("P,", "R,"))
 
 
@@ -184,28 +184,31 @@ def test_what_is_said(tmp_path):
     ("text", "sentence"),
     [
         ("", "is empty"),
-        ("alpha\n1\n", "arm.csv:1: the head 'alpha' has one column"),
-        ("alpha,a\n", "has a head and no rows"),
-        ("alfa,a\n0,1\n", "arm.csv:1: the column 'alfa' is not known; did you mean 'alpha'?"),
-        ("alpha [deg],alp\n0,1\n", "arm.csv:1: two columns mean 'alpha'"),
-        ("alpha [kg],a\n0,1\n", "'alpha [kg]': 'kg' is no unit of alpha"),
-        ("alpha [dg],a\n0,1\n", "'dg' is no unit of alpha; did you mean 'deg'?"),
-        ("alpha,a\n0,1\n0\n", "arm.csv:3: 1 cells, but the head names 2 columns"),
+        ("alpha\n1\n", "arm.csv:1: the header 'alpha' has one column"),
+        ("alpha,a\n", "has a header but no rows"),
+        ("alfa,a\n0,1\n", "arm.csv:1: unknown column 'alfa'; did you mean 'alpha'?"),
+        ("alpha [deg],alp\n0,1\n", "arm.csv:1: two columns for 'alpha'"),
+        ("alpha [kg],a\n0,1\n", "'alpha [kg]': 'kg' is not a unit of alpha"),
+        ("alpha [dg],a\n0,1\n", "'dg' is not a unit of alpha; did you mean 'deg'?"),
+        ("alpha,a\n0,1\n0\n", "arm.csv:3: 1 cells, but the header has 2 columns"),
         ("alpha,a\n0,1m\n", "arm.csv:2: column 'a': cannot read '1m' as a number"),
-        ('a,mass\n1,"0,5"\n', "arm.csv:2: column 'mass': cannot read '0,5' as a number; decimal commas need ; or tabs"),
+        (
+            'a,mass\n1,"0,5"\n',
+            "arm.csv:2: column 'mass': cannot read '0,5' as a number; with decimal commas, separate columns by ; or tabs",
+        ),
         (
             "alpha,a\ndeg,mm\n",
-            "arm.csv:2: column 'alpha': cannot read 'deg' as a number; units stand in the head, for example 'alpha [deg]'",
+            "arm.csv:2: column 'alpha': cannot read 'deg' as a number; write units in the header, for example 'alpha [deg]'",
         ),
         ("a,mass\n1,-2\n", "arm.csv:2: column 'mass': must be >= 0, got -2"),
-        ("a,damping [N mm s/rad]\n1,2\n", "arm.csv:1: 'damping [N mm s/rad]': damping can be given in Nms/rad"),
-        ("a,q [mm]\n1,2\n", "arm.csv:2: column 'q [mm]': the joint is revolute, and 2 is a length"),
+        ("a,damping [N mm s/rad]\n1,2\n", "arm.csv:1: 'damping [N mm s/rad]': the unit of damping must be Nms/rad"),
+        ("a,q [mm]\n1,2\n", "arm.csv:2: column 'q [mm]': the joint is revolute, but 2 is a length"),
         ("alpha,a\n0,t\n", "arm.csv:2: column 'a': cannot read 't' as a number"),
         ("alpha,a\n0,1e999\n", "cannot read '1e999' as a number"),
         ("theta,d\nq1,q1\n", "arm.csv:2: both theta and d are joint variables"),
         ("type,theta\np,q1\n", "the joint is prismatic, but 'theta' is its variable"),
         ("type,theta\nball,0\n", "'ball' must be revolute, prismatic or fixed"),
-        ("parent,a\n,0\nlink7,1\n", "arm.csv:3: column 'parent': 'link7' is no link of a row above; did you mean 'link1'?"),
+        ("parent,a\n,0\nlink7,1\n", "arm.csv:3: column 'parent': 'link7' is not a link of a previous row; did you mean 'link1'?"),
     ],
 )
 def test_mistakes(tmp_path, text, sentence):

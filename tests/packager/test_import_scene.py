@@ -163,8 +163,8 @@ def test_other_parts(tmp_path, scene):
         (lambda s: s.update(format="mbs-scene/2"), "'format' must be"),
         (lambda s: s.pop("gravity"), "'gravity' is missing"),
         (lambda s: s.update(bodies=[]), "'bodies' is missing or empty"),
-        (lambda s: s["bodies"][1].update(parent=7), "'bodies[1].parent': must be a whole number from -1 to 0, got 7"),
-        (lambda s: s["bodies"][1].update(mass="5"), "'bodies[1].mass': must be a number, got a text"),
+        (lambda s: s["bodies"][1].update(parent=7), "'bodies[1].parent': must be an integer from -1 to 0, got 7"),
+        (lambda s: s["bodies"][1].update(mass="5"), "'bodies[1].mass': must be a number, got a string"),
         (lambda s: s["bodies"][1].update(mas=5), "'bodies[1].mas': unknown field; did you mean 'mass'?"),
         (lambda s: s["bodies"][0]["joint"].update(type="ball"), "'bodies[0].joint.type': must be one of revolute, prismatic, got 'ball'"),
         (lambda s: s["bodies"][0]["joint"]["mdh"].update(a=0.1), "'bodies[0].joint.placement': differs from 'mdh' by 0.1"),
@@ -184,16 +184,16 @@ def test_mistakes(tmp_path, scene, change, sentence):
 
 def test_files_that_are_no_scene(tmp_path, capsys):
     for name, text, sentence in (
-        ("a.json", "{", "a.json:1:2: no JSON"),
+        ("a.json", "{", "a.json:1:2: invalid JSON"),
         ("b.json", "[]", "must be an object"),
-        ("c.xyz", "", "of no kind"),
-        ("d.toml", "", "is a model file already"),
+        ("c.xyz", "", "unsupported file type"),
+        ("d.toml", "", "is already a model file"),
     ):
         (tmp_path / name).write_text(text)
         assert main(["import", str(tmp_path / name), "-o", str(tmp_path / "x.toml")]) == 1
         assert sentence in capsys.readouterr().err
     assert not (tmp_path / "x.toml").exists()
-    assert main(["import", "missing.json"]) == 1 and "there is no file" in capsys.readouterr().err
+    assert main(["import", "missing.json"]) == 1 and "does not exist" in capsys.readouterr().err
 
 
 @needs_library
@@ -202,6 +202,6 @@ def test_an_existing_model_is_not_lost(tmp_path, capsys):
     target.write_text("precious")
     source = str(SCENES / "simple_pendulum.json")
     assert main(["import", source, "-o", str(target)]) == 1
-    assert "exists already" in capsys.readouterr().err and target.read_text() == "precious"
+    assert "already exists" in capsys.readouterr().err and target.read_text() == "precious"
     assert main(["import", source, "-o", str(target), "--force", "--name", "swing"]) == 0
     assert 'name = "swing"' in target.read_text()
