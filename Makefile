@@ -1,5 +1,5 @@
-# Each target does all the set-up that a fresh Debian or Ubuntu machine needs, and is quick the second time.
-# The work is in scripts/, which also holds for folders with spaces in their names.
+# Each target installs what is missing on a new Debian or Ubuntu machine.
+# The work is done in scripts/, which also support folders with spaces in their names.
 
 .PHONY: demo test build lint format sanitize fuzz fmu bench win64 darwin64 interop memcheck docs wheel coverage clean distclean help
 
@@ -21,7 +21,7 @@ format: ## let ruff and clang-format lay out the Python and C++ files
 sanitize: ## the C++ tests under address and undefined-behaviour sanitizers, those with threads under the thread sanitizer
 	@sh scripts/sanitize.sh
 
-memcheck: ## whole lives of instances under Valgrind
+memcheck: ## complete instance lifetimes under Valgrind
 	@sh scripts/memcheck.sh
 
 fuzz: ## libFuzzer for a minute on model files, saved states and call sequences
@@ -30,7 +30,7 @@ fuzz: ## libFuzzer for a minute on model files, saved states and call sequences
 fmu: ## every model in models/ as an FMU in out/, validated and simulated by FMPy
 	@sh scripts/fmu.sh
 
-bench: ## every figure and plot of docs/performance.md and docs/stability_peers.md, in out/bench
+bench: ## all figures and plots of docs/performance.md and docs/stability_peers.md in out/bench
 	@sh scripts/bench.sh
 
 docs: ## the docs as a site in out/site, with the pages of the C++ headers
@@ -45,13 +45,13 @@ coverage: ## line coverage of C++ and Python by the tests, in out/coverage
 win64: ## the library for 64-bit Windows in build/win64, run under Wine
 	@sh scripts/cross.sh win64
 
-darwin64: ## the library for macOS on x86-64 in build/darwin64, linked by zig; nothing here can run it
+darwin64: ## the library for macOS on x86-64 in build/darwin64, linked by zig; it cannot run here
 	@sh scripts/cross.sh darwin64
 
-interop: ## the FMUs in foreign masters: Ecos, libcosim, FMU containers, FMI4j, JavaFMI, Maestro, fmi-sim, VDMCheck
+interop: ## the FMUs in other masters: Ecos, libcosim, FMU containers, FMI4j, JavaFMI, Maestro, fmi-sim, VDMCheck
 	@sh scripts/interop.sh
 
-clean: ## remove what was built
+clean: ## remove build results
 	@rm -rf build out
 
 distclean: clean ## and the Python environment and SUNDIALS

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""How right the FMU is, as lines `scene.metric value`; the references are the tables of tests/scenes, made without our algorithms.
+"""Accuracy of the FMU as lines `scene.metric value`. References: the tables of tests/scenes, computed without our algorithms.
 
     python bench/accuracy.py
 
 `random_states_fd_error`, `_id_error`: maximum error of the accelerations (inverse FMU: of the torques) over 50 random states, relative to
-the largest value of the state. `trajectory_error`: maximum position error of the model's method at rtol 1e-8. `amplification`: factor by
-which the scene magnifies a change of its start values until then. `trajectory_error_in_rtol_times_amplification`: the error over both.
+the largest value of the state. `trajectory_error`: maximum position error of the model's method at rtol 1e-8. `amplification`: growth
+factor of a change of the start values. `trajectory_error_in_rtol_times_amplification`: the error divided by both.
 `loop_gap`: maximum at the output times of a run in free fall from the model's start, m or rad. `library_bytes`: size of the shared
-library. The numbers are nearly the same on every machine.
+library. The results hardly depend on the machine.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ RANDOM_STATES = {
 TRAJECTORIES = {"pendulum": "simple_pendulum", **RANDOM_STATES, "four_bar": "fourbar_freefall", "stiff_strut": "stiff_strut"}
 LOOPS = {"four_bar": 100.0, "five_bar": 10.0, "slider_crank": 10.0, "bennett": 10.0, "three_rrr": 10.0}  # seconds to run
 RTOL = 1e-8
-NUDGE = 1e-6  # rad, m or those a second, for the amplification
+NUDGE = 1e-6  # rad, m, rad/s or m/s, for the amplification
 
 
 def table(name: str) -> np.ndarray:
@@ -96,7 +96,7 @@ def positions(fmu: Staged, rows: np.ndarray, rtol: float, start: dict[str, float
 
 
 def trajectory(model: Path, rows: np.ndarray):
-    """Yields the error at rtol 1e-8 and what the scene makes of a change of its start values."""
+    """Yields the error at rtol 1e-8 and the amplification of a change of the start values."""
     with staged(model) as fmu:
         error = np.abs(positions(fmu, rows, RTOL, {}) - columns(rows, "q")).max()
         yield "trajectory_error", error
@@ -105,7 +105,7 @@ def trajectory(model: Path, rows: np.ndarray):
         for name in named(fmu, ".q0", "parameter") + named(fmu, ".qd0", "parameter"):
             start = {name: float(fmu.variables[name].start) + NUDGE}
             moved = positions(fmu, rows, 1e-11, start)
-            # loops are assembled anew: what counts is by how much the start moved
+            # assembly changes the start values: use the change of the actual start
             grown = max(grown, np.abs(moved - plain).max() / max(NUDGE, np.abs(moved[0] - plain[0]).max()))
         yield "amplification", grown
         yield "trajectory_error_in_rtol_times_amplification", error / RTOL / grown

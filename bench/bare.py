@@ -1,4 +1,4 @@
-"""A model file without the outputs that are computed for their own sake."""
+"""A model file without optional outputs."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def bare(model: Path, folder: Path, outputs: tuple[str, ...] = ()) -> Path:
-    """Writes a copy of the model that shows positions, velocities and those groups of outputs alone, and names no reference."""
+    """Writes a copy of the model with positions, velocities and these output groups only, and without reference."""
     text = model.read_text(encoding="utf-8")
     text = re.sub(r"(?m)^\[report\]\n(?:(?!\[).*\n)*", "", text)
     text = re.sub(r"(?m)^outputs = .*\n", "", text)

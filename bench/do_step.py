@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
-"""What a communication step of 1 ms costs and how much of it is the right-hand side: the KUKA KR5's FMU, erk at rtol 1e-6,
-all torques changed at every step, through a compiled master. Prints lines `scene.metric value`: medians over rounds, in each of which both
-are timed one right after the other.
+"""CPU time of a communication step of 1 ms and share of the right-hand side: FMU of the KUKA KR5, erk at rtol 1e-6, all torques changed at
+every step, compiled master. Prints lines `scene.metric value`: medians over rounds; both are timed successively in each round.
 """
 
 from __future__ import annotations

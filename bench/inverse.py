@@ -1,8 +1,8 @@
-"""The gripper's inverse dynamics of the seed paper (101 rows, 1 s) by its inverse FMU: through FMPy, and compiled.
+"""Inverse dynamics of the gripper of the ReDySim paper (101 rows, 1 s) by its inverse FMU: in FMPy and in a compiled master.
 
     python bench/inverse.py [--build build/bench]     after configuring with -DREDYSIM_BENCH=ON, target inverse_batch
 
-Times are seconds for all rows, medians over repetitions in one run: initialisation, then per row 12 values set, 4 read
+Times in s for all rows, medians over repetitions in one run: initialization, then per row setting 12 values, reading 4 values
 and a step. The paper gives 0.025 s for ReDySim and 1.95 s for ADAMS on a machine of 2012.
 """
 
@@ -36,7 +36,7 @@ def motion():
 
 
 def through_fmpy(folder, description, inputs, outputs, rows):
-    """Returns the seconds of each repetition and the torques of the last."""
+    """Returns the time of each repetition in s and the torques of the last one."""
     import fmpy
 
     fmu = fmpy.instantiate_fmu(folder, description, "CoSimulation")
@@ -64,7 +64,7 @@ def main():
     options = parser.parse_args()
     program = options.build / "bench" / "inverse_batch"
     if not program.exists():
-        sys.exit("no benchmark program: configure with -DREDYSIM_BENCH=ON and build the target inverse_batch")
+        sys.exit("benchmark program not found: configure with -DREDYSIM_BENCH=ON and build the target inverse_batch")
     import fmpy
 
     from build_fmu.fmu.build import build

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""What a compiled master waits for: steps of 1 ms, reading the outputs, starting, and many instances at once.
+"""Latency in a compiled master: steps of 1 ms, reading outputs, start-up, and many simultaneous instances.
 
-    python bench/latency.py                       pendulum, four-bar, KUKA KR5, a chain of 20 and ten four-bars in a row
+    python bench/latency.py                       pendulum, four-bar, KUKA KR5, a chain of 20 links and ten four-bars in series
     python bench/latency.py -m models/leg.toml    other models
     python bench/latency.py --instances 1 100     (default: 1 100 10000)
 
-Prints lines `scene.metric value`: nanoseconds, bytes of the heap an instance, allocations in all timed steps. `constant`: no input ever
-changes; `changing`: every torque is set to another value at each step. The model's own method and tolerance are used. The cost
-of reading the clock is taken off. Uses the build in build/release, or what REDYSIM_FMU_LIBRARY, _DESCRIBE and _DRIVER name.
+Prints lines `scene.metric value`: times in ns, heap memory per instance in bytes, allocations in all timed steps. `constant`: constant
+inputs; `changing`: every torque changes at each step. The model's own method and tolerance are used. The cost of reading the clock is
+subtracted. Uses the build in build/release, or the files named by REDYSIM_FMU_LIBRARY, _DESCRIBE and _DRIVER.
 """
 
 import argparse
@@ -24,8 +24,8 @@ from build_fmu.run.driver import Task, latency, staged
 
 SCENES = ("pendulum", "four_bar", "kuka_kr5", "long_chain", "four_bar_chain")
 STEP = 1e-3  # s
-TORQUE = 1e-3  # N m, by which an input changes
-UNTIMED = 0.05  # of a run's timed steps, before these: the driver's warm-up
+TORQUE = 1e-3  # N m, change of an input
+UNTIMED = 0.05  # warm-up of the driver, as a fraction of the timed steps
 
 
 def figures(model, steps, instances, seconds):
@@ -49,9 +49,9 @@ def figures(model, steps, instances, seconds):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-m", "--models", type=Path, nargs="+", default=[ROOT / "models" / f"{name}.toml" for name in SCENES])
-    parser.add_argument("-n", "--steps", type=int, default=5000, help="timed, of each kind")
+    parser.add_argument("-n", "--steps", type=int, default=5000, help="timed steps of each kind")
     parser.add_argument("--instances", type=int, nargs="*", default=[1, 100, 10000])
-    parser.add_argument("--seconds", type=float, default=300, help="bound on each model")
+    parser.add_argument("--seconds", type=float, default=300, help="time limit per model, s")
     options = parser.parse_args()
     for line in machine_lines():
         print(f"# {line}")

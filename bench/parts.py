@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""What a scene pays for parts of the library that it does not use: the whole library against one built without a part.
+"""Cost of unused parts of the library: the general library relative to one built without a part.
 
-    python bench/parts.py                     every part; builds a library a part (bench/variants.py; minutes the first time)
-    python bench/parts.py -p loops springs    some parts
-    python bench/parts.py --no-time           instructions, bytes and variables alone: the same on a busy machine
+    python bench/parts.py                     all parts; builds one library per part (bench/variants.py; minutes the first time)
+    python bench/parts.py -p loops springs    selected parts
+    python bench/parts.py --no-time           instructions, bytes and variables only: independent of the load of the machine
 
-Prints lines `scene.without_PART.metric value`. `instructions`: those of fmi2SetReal and fmi2DoStep over steps with changing inputs,
-counted by Valgrind; `time`: the same by the clock; `bytes`: of the heap an instance after its first step. These are ratios, the whole
-library's figure over that without the part. `variables`: of the scene's variables, how many are another, or missing, without it.
+Prints lines `scene.without_PART.metric value`. `instructions`: of fmi2SetReal and fmi2DoStep over steps with changing inputs, counted
+by Valgrind; `time`: CPU time of the same; `bytes`: heap memory of an instance after its first step. These are ratios of the general
+library to the library without the part. `variables`: number of the scene's variables that differ or are missing without the part.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ PARTS = {part: (part,) for part in ALL[:8]} | {
 SCENES = ("kuka_kr5", "double_pendulum", "four_bar")
 STEP, COUNTED, TIMED = 1e-3, 400, 4000
 CALLS = ("fmi2SetReal", "fmi2DoStep")
-TORQUE = 1e-3  # N m, by which an input changes
+TORQUE = 1e-3  # N m, change of an input
 
 
 def whole() -> Build:
@@ -56,7 +56,7 @@ def task(fmu: Staged, steps: int, repeats: int = 0) -> Task:
 
 
 def instructions(fmu: Staged) -> int:
-    """Returns how many instructions the calls took."""
+    """Returns the number of instructions of the calls."""
     command = [
         "valgrind",
         "--tool=callgrind",
@@ -67,7 +67,7 @@ def instructions(fmu: Staged) -> int:
     done = subprocess.run(command, input="\n".join(job_lines(fmu, task(fmu, COUNTED))), text=True, capture_output=True)
     found = re.search(r"Collected : (\d+)", done.stderr)
     if done.returncode or not found or not int(found[1]):
-        sys.exit(f"valgrind counted nothing:\n{done.stderr[-2000:]}")
+        sys.exit(f"valgrind counted no instructions:\n{done.stderr[-2000:]}")
     return int(found[1])
 
 
@@ -77,7 +77,7 @@ def seconds(fmu: Staged) -> float:
 
 @cache
 def variables(build: Build, model: Path) -> dict[str, str]:
-    """Returns the scene's variables as this build describes them."""
+    """Returns the variables of the scene according to this build."""
     os.environ["REDYSIM_FMU_DESCRIBE"] = str(build.program)
     try:
         return {variable.name: repr(variable) for variable in describe(model).variables}
@@ -86,14 +86,14 @@ def variables(build: Build, model: Path) -> dict[str, str]:
 
 
 def shared_figures(model: Path, build: Build) -> tuple[int, float]:
-    """Returns instructions and bytes of a scene with a library."""
+    """Returns instructions and heap memory of a scene with a library."""
     with tempfile.TemporaryDirectory() as folder:
         fmu = replace(stage_model(model, Path(folder)), library=build.library)
         return instructions(fmu), latency(fmu, task(fmu, 100), [])["bytes"]
 
 
 def time_ratio(model: Path, pair: tuple[Build, Build], rounds: int) -> float:
-    """Returns the first library's time over the second's, the fastest of rounds in which they take turns."""
+    """Returns the CPU time of the first library relative to the second, minimum of alternating rounds."""
     with tempfile.TemporaryDirectory() as folder:
         fmu = stage_model(model, Path(folder))
         first, second = (replace(fmu, library=build.library) for build in pair)
@@ -105,7 +105,7 @@ def time_ratio(model: Path, pair: tuple[Build, Build], rounds: int) -> float:
 
 
 def figures(model: Path, full: Build, other: Build, rounds: int, known: tuple[int, float]):
-    """Yields (metric, value) of one scene and part; `known`: shared_figures of the whole library."""
+    """Yields (metric, value) of one scene and part; `known`: shared_figures of the general library."""
     counted, size = shared_figures(model, other)
     yield "instructions", known[0] / counted
     if rounds:
@@ -119,7 +119,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-p", "--parts", nargs="+", choices=PARTS, default=list(PARTS))
     parser.add_argument("-s", "--scenes", nargs="+", default=list(SCENES))
-    parser.add_argument("-r", "--rounds", type=int, default=7, help="of the timed runs")
+    parser.add_argument("-r", "--rounds", type=int, default=7, help="number of timed rounds")
     parser.add_argument("--no-time", action="store_true")
     options = parser.parse_args()
     for line in machine_lines():

@@ -2,11 +2,11 @@
 """Runs the benchmarks and prints lines `scene.metric value` under a header with machine, compiler, flags and commit.
 
     python bench/run.py                     all scenes
-    python bench/run.py -f kuka_kr5         those whose name holds a match of the regular expression
+    python bench/run.py -f kuka_kr5         scenes whose name matches the regular expression
     python bench/run.py --build build/mine  another build folder
 
-Times are in nanoseconds a call, medians over repetitions of one run; the repetitions of all scenes are shuffled, so that
-a busy moment of the machine does not fall on one of them alone. Ratios compare figures of the same run. Nothing is stored.
+Times in ns per call, medians over repetitions of one run. The repetitions of all scenes are shuffled, so that other load of the
+machine affects all of them. Ratios compare figures of the same run. Nothing is stored.
 """
 
 import argparse
@@ -28,7 +28,7 @@ def find_program(build):
         program = folder / "bench" / "dynamics_bench"
         if program.exists():
             return program
-    sys.exit("no benchmark program: configure with -DREDYSIM_BENCH=ON and build the target dynamics_bench")
+    sys.exit("benchmark program not found: configure with -DREDYSIM_BENCH=ON and build the target dynamics_bench")
 
 
 def run(program, pattern, repetitions, min_time):
@@ -58,12 +58,12 @@ def run(program, pattern, repetitions, min_time):
 
 
 def in_reading_order(item):
-    """chain_6 before chain_30, whatever order the scenes were shuffled into"""
+    """Sort key with numbers: chain_6 before chain_30."""
     return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", item[0])]
 
 
 def figures(times):
-    """Lines (scene.metric, value): medians, and the ratios that one run allows."""
+    """Lines (scene.metric, value): medians, and ratios within the run."""
     median = {s: {m: statistics.median(v) for m, v in metrics.items()} for s, metrics in times.items()}
     for scene, metrics in sorted(median.items(), key=in_reading_order):
         for metric, value in sorted(metrics.items()):
@@ -101,7 +101,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-f", "--filter", default=".", help="regular expression on scene/metric")
     parser.add_argument("-r", "--repetitions", type=int, default=15)
-    parser.add_argument("-t", "--min-time", type=float, default=0.02, help="seconds a repetition at least")
+    parser.add_argument("-t", "--min-time", type=float, default=0.02, help="minimum time per repetition, s")
     parser.add_argument("--build", help="build folder (build/bench or build/release)")
     options = parser.parse_args()
     times, context = run(find_program(options.build), options.filter, options.repetitions, options.min_time)

@@ -2,13 +2,13 @@
 """Stiff scenes: right-hand sides of our implicit methods against CVODE BDF with its own difference Jacobian.
 
     python bench/stiff.py                    five scenes at rtol 1e-6
-    python bench/stiff.py -f governor        those whose name holds a match of the regular expression
+    python bench/stiff.py -f governor        scenes whose name matches the regular expression
 
-Every run counts all right-hand sides, those inside difference Jacobians included. An exact Jacobian counts as many as it
-takes the time of, measured in the same process. CVODE runs at rtol 1e-3 to 1e-11, and its figure for an
-error is on the straight line through these runs (logarithms of both). Errors: the largest of the positions over all outputs, against
-`dirk` at 1e-11. Prints lines `scene.metric value`, geometric means of three runs around rtol (single runs scatter). Needs the program
-`stepping` (configure with -DREDYSIM_BENCH=ON).
+All right-hand sides are counted, including those of difference Jacobians. An exact Jacobian counts as its CPU time in right-hand
+sides, measured in the same process. CVODE runs at rtol 1e-3 to 1e-11; its figure for an error is interpolated on a straight line
+through these runs (logarithms of both). Errors: maximum of the positions over all outputs, against `dirk` at 1e-11. Prints
+lines `scene.metric value`, geometric means of three runs around rtol (single runs scatter). Needs the program `stepping`
+(configure with -DREDYSIM_BENCH=ON).
 """
 
 import argparse
@@ -30,11 +30,11 @@ def find_program(name, build=None):
     for folder in folders:
         if (folder / "bench" / name).exists():
             return folder / "bench" / name
-    sys.exit(f"no program {name}: configure with -DREDYSIM_BENCH=ON and build the target {name}")
+    sys.exit(f"program {name} not found: configure with -DREDYSIM_BENCH=ON and build the target {name}")
 
 
 def stepping(program, model, **options):
-    """Rows of the program's table as dictionaries; a run that stopped is left out."""
+    """Rows of the program's table as dictionaries; runs that stopped are omitted."""
     arguments = [f"{key}={','.join(map(str, value)) if isinstance(value, (list, tuple)) else value}" for key, value in options.items()]
     lines = subprocess.run([program, model, *arguments], stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
     rows = []
@@ -56,7 +56,7 @@ def stepping(program, model, **options):
 
 
 def work_for(rows, error):
-    """What a method needs for an error, by the straight line through its runs, logarithms of both."""
+    """Effort of a method for an error, from a straight line through its runs (logarithms of both)."""
     x = [math.log(row["error"]) for row in rows]
     y = [math.log(row["work"]) for row in rows]
     mean_x, mean_y = sum(x) / len(x), sum(y) / len(y)

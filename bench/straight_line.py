@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""What a library for one scene gains: forward dynamics as straight-line code against the recursion, and the KR5's own library.
+"""Speed-up of a library for one model: forward dynamics as straight-line code and by recursion, and the specialised library of the KR5.
 
     python bench/straight_line.py                 after `sh scripts/build.sh bench benchmarks` and `sh scripts/build.sh release`
-    python bench/straight_line.py --no-library    without the KR5's library, which takes a minute to build
+    python bench/straight_line.py --no-library    without the KR5's library (one minute)
 
 Prints lines `scene.metric value`; times in ns are medians of shuffled repetitions in one process.
 """
@@ -27,7 +27,7 @@ from build_fmu.report.machine import machine_lines
 
 
 def longest_line() -> int:
-    """Returns from how many operations on `describe` leaves the recursion."""
+    """Returns the maximum number of operations for which `describe` writes straight-line code."""
     text = (ROOT / "fmu_src" / "dynamics" / "straight_line.hpp").read_text(encoding="utf-8")
     return int(re.search(r"longest_line = (\d+);", text)[1])
 
@@ -35,12 +35,12 @@ def longest_line() -> int:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-r", "--repetitions", type=int, default=15)
-    parser.add_argument("-t", "--min-time", type=float, default=0.02, help="seconds a repetition at least")
+    parser.add_argument("-t", "--min-time", type=float, default=0.02, help="minimum time per repetition, s")
     parser.add_argument("--no-library", action="store_true")
     options = parser.parse_args()
     program = ROOT / "build" / "bench" / "bench" / "straight_line_bench"
     if not program.exists():
-        sys.exit("no benchmark program: sh scripts/build.sh bench benchmarks")
+        sys.exit("benchmark program not found: sh scripts/build.sh bench benchmarks")
     print(f"# {'; '.join(machine_lines())}.")
     times, report = run(program, ".", options.repetitions, options.min_time)
     print(f"longest_straight_line.operations {longest_line()}")

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Torques that switch at 1 kHz: right-hand sides a second of motion and error of `erk`, a line for each scene.
+"""Torques that switch at 1 kHz: right-hand sides per second of motion and error of `erk`, one line per scene.
 
     python bench/switching.py                      KR5, gripper and four-bar; 1 ms and 0.5 ms steps
     python bench/switching.py --method auto adams  other methods
 
-Each drive gives plus or minus what holds all that hangs on its joint 5 cm off the axis, with another sign in each communication step: 1000
-or 2000 switches a second, at the right times. The error is the largest of the positions over 1 s, against `erk` at rtol 1e-13 with
-the same torques. Of the tolerances 1e-3 to 1e-9 the first with an error of 1e-5 at most is taken. Needs the program `stepping`
+Each drive applies plus or minus the torque that holds the outboard mass at 5 cm from the axis, with alternating sign in each communication
+step: 1000 or 2000 switches per second, at exact times. The error is the maximum of the positions over 1 s, against `erk` at rtol 1e-13
+with the same torques. The loosest tolerance from 1e-3 to 1e-9 with an error of at most 1e-5 is used. Needs the program `stepping`
 (configure with -DREDYSIM_BENCH=ON).
 """
 

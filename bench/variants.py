@@ -1,7 +1,7 @@
-"""The library without some of its parts, and the `describe` that goes with it.
+"""The library without some of its parts, and the corresponding `describe`.
 
-Two are built side by side, since a link keeps one processor busy for long. ccache, where it is installed, shares the objects that do not
-depend on the parts. Each has a folder in build/parts; what is there is only brought up to date.
+Two builds run in parallel, because linking occupies one processor for a long time. ccache, if installed, shares the objects that do not
+depend on the parts. Each library has a folder in build/parts, which is updated incrementally.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Build:
 
 
 def _build(name: str, features: tuple[str, ...], processors: int) -> Build:
-    """Configures and builds one; ends the program with the end of the compiler's output where that fails."""
+    """Configures and builds one library; on failure exits with the end of the compiler's output."""
     import fmpy
 
     folder = FOLDER / name
@@ -48,12 +48,12 @@ def _build(name: str, features: tuple[str, ...], processors: int) -> Build:
     for command in commands:
         done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
         if done.returncode:
-            raise RuntimeError(f"the library without {name} was not built:\n{(done.stdout + done.stderr)[-2000:]}")
+            raise RuntimeError(f"the library without {name} could not be built:\n{(done.stdout + done.stderr)[-2000:]}")
     return Build(folder / "fmu_src" / "fmi" / "libredysim_fmu.so", folder / "fmu_src" / "fmi" / "describe")
 
 
 def build_each(wanted: dict[str, tuple[str, ...]]) -> dict[str, Build]:
-    """Builds a library for each set of features and says how far it is; one that fails is said and missing."""
+    """Builds a library for each set of features and prints the progress; failures are reported and omitted."""
     processors = os.cpu_count() or 1
     found: dict[str, Build] = {}
     begin = time.monotonic()
@@ -65,7 +65,7 @@ def build_each(wanted: dict[str, tuple[str, ...]]) -> dict[str, Build]:
             name, passed = running[done], time.monotonic() - begin
             try:
                 found[name] = done.result()
-                print(f"  {number} of {len(wanted)} libraries: without {name}, {passed:.0f} s so far", file=sys.stderr, flush=True)
+                print(f"  {number} of {len(wanted)} libraries: without {name}, {passed:.0f} s elapsed", file=sys.stderr, flush=True)
             except RuntimeError as error:
                 print(f"  {number} of {len(wanted)} libraries: {error}", file=sys.stderr, flush=True)
     return found

@@ -1,6 +1,6 @@
 #!/bin/sh
-# The figures and plots of docs/performance.md and docs/stability_peers.md, in one go: bench.sh [OPTIONS OF bench/all.py], of which
-# --docs puts them into docs/ as well. bench.sh core [OPTIONS OF bench/run.py]: the recursions alone.
+# The figures and plots of docs/performance.md and docs/stability_peers.md, in one run: bench.sh [OPTIONS OF bench/all.py];
+# --docs also updates docs/. bench.sh core [OPTIONS OF bench/run.py]: the recursions only.
 set -eu
 cd "$(dirname "$0")/.."
 if [ "${1:-}" = core ]; then
@@ -9,7 +9,7 @@ else
   sh scripts/setup.sh valgrind ccache
   sh scripts/peers.sh
 fi
-# the benchmarks, the library and its copies without some parts share what they can
+# the benchmarks, the library and its variants share object files
 ! command -v ccache >/dev/null || export CMAKE_CXX_COMPILER_LAUNCHER="${CMAKE_CXX_COMPILER_LAUNCHER:-ccache}"
 place='import sysconfig; print(sysconfig.get_path("purelib"))'
 packages="$(build/peers/bin/python -c "$place" 2>/dev/null || .venv/bin/python -c "$place")"

@@ -1,5 +1,5 @@
 #!/bin/sh
-# build.sh PRESET [TARGET...]: configures build/PRESET when it must and builds it. Presets: see CMakePresets.json.
+# build.sh PRESET [TARGET...]: configures build/PRESET if necessary and builds it. Presets: see CMakePresets.json.
 set -eu
 cd "$(dirname "$0")/.."
 sh scripts/setup.sh
@@ -11,11 +11,11 @@ cache="build/$preset/CMakeCache.txt"
 # the FMI headers come with FMPy
 headers="$(.venv/bin/python -c 'import fmpy, os; print(os.path.join(os.path.dirname(fmpy.__file__), "c-code"))')"
 
-# a cache that was made in another folder is of no use
+# a cache from another folder cannot be used
 if [ -f "$cache" ] && ! grep -qxF "CMAKE_HOME_DIRECTORY:INTERNAL=$PWD" "$cache"; then
   rm -rf "build/$preset"
 fi
-# so is one that was made with another SUNDIALS
+# nor can one with another SUNDIALS
 sundials="$(cat .sundials/native/stamp 2>/dev/null || echo none)"
 if [ ! -f "build/$preset/build.ninja" ] || ! grep -F "REDYSIM_FMI_HEADERS:" "$cache" | grep -qF "=$headers" ||
   [ "$(cat "build/$preset/sundials" 2>/dev/null || true)" != "$sundials" ]; then

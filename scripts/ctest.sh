@@ -1,5 +1,5 @@
 #!/bin/sh
-# ctest.sh PRESET: runs the C++ tests of build/PRESET. Prints the failures and how many tests of each kind passed; all
+# ctest.sh PRESET: runs the C++ tests of build/PRESET. Prints the failures and the number of passed tests of each kind; all
 # names are in build/PRESET/ctest.log.
 set -eu
 cd "$(dirname "$0")/.."

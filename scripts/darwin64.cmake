@@ -6,5 +6,5 @@ set(CMAKE_C_COMPILER "${zig}/cc")
 set(CMAKE_CXX_COMPILER "${zig}/c++")
 set(CMAKE_AR "${zig}/ar" CACHE FILEPATH "")
 set(CMAKE_RANLIB "${zig}/ranlib" CACHE FILEPATH "")
-# nothing is installed in another place than it was linked for
+# the install location equals the link location
 set(CMAKE_INSTALL_NAME_TOOL true CACHE FILEPATH "")

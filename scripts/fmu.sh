@@ -1,5 +1,5 @@
 #!/bin/sh
-# Every model becomes an FMU in out/, which FMPy validates and simulates with its own defaults.
+# Builds every model as an FMU in out/, which FMPy validates and simulates with its defaults.
 set -eu
 cd "$(dirname "$0")/.."
 sh scripts/build.sh release redysim_fmu describe

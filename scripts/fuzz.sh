@@ -1,6 +1,6 @@
 #!/bin/sh
-# fuzz.sh [SECONDS]: libFuzzer on the model-file reader, the state deserialiser and call sequences, each for some seconds (20)
-# and one after the other. What is found is left in build/fuzz/found; what is worth keeping goes into tests/fuzz/corpus.
+# fuzz.sh [SECONDS]: libFuzzer on the model-file reader, the state deserialiser and call sequences, each for SECONDS (20),
+# successively. Findings are stored in build/fuzz/found; add useful ones to tests/fuzz/corpus.
 set -eu
 cd "$(dirname "$0")/.."
 seconds="${1:-20}"

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Runs the FMUs in foreign masters (docs/interop.md). Their packages go into build/interop; a client that cannot be had is skipped.
+# Runs the FMUs in other masters (docs/interop.md). Their packages are installed into build/interop; unavailable clients are skipped.
 set -eu
 cd "$(dirname "$0")/.."
 sh scripts/build.sh release redysim_fmu describe
@@ -10,12 +10,12 @@ for package in ecospy tbb libcosimpy fmu-manipulation-toolbox pythonfmu fmpy; do
   build/interop/bin/python -m pip install --quiet --disable-pip-version-check "$package" </dev/null || echo "$package cannot be installed here"
 done
 
-# the system of examples/cosimulation runs beside build_fmu
+# examples/cosimulation imports build_fmu
 .venv/bin/python -m pip show --quiet ecospy tbb libcosimpy pythonfmu >/dev/null 2>&1 ||
   .venv/bin/python -m pip install --quiet --disable-pip-version-check ecospy tbb libcosimpy pythonfmu </dev/null ||
   echo "the system of FMUs is skipped: its masters cannot be installed here"
 
-# jars GROUP ARTIFACT VERSION FOLDER: an artifact and what it needs, from Maven Central
+# jars GROUP ARTIFACT VERSION FOLDER: an artifact and its dependencies, from Maven Central
 jars() {
   folder="build/interop/$4"
   [ ! -d "$folder" ] || return 0
@@ -34,7 +34,7 @@ if command -v java >/dev/null && command -v mvn >/dev/null; then
   jars info.laht.fmi4j fmi-import 0.38.0 fmi4j
   jars org.siani.javafmi fmu-wrapper 2.24.3 javafmi
   jars org.into-cps.vdmcheck.fmi2 vdmcheck2 1.1.3 vdmcheck
-  # Maestro's jar holds what it needs
+  # Maestro's jar contains its dependencies
   [ -d build/interop/maestro ] ||
     mvn -q -B dependency:copy -Dartifact=org.into-cps.maestro:maestro:2.3.0:jar:jar-with-dependencies \
       -DoutputDirectory="$PWD/build/interop/maestro" </dev/null ||
@@ -47,7 +47,7 @@ if command -v java >/dev/null && command -v mvn >/dev/null; then
 else
   echo "Java or Maven is missing: FMI4j, JavaFMI, Maestro and VDMCheck are skipped"
 fi
-# some ten minutes, once
+# about ten minutes, once
 PATH="$PATH:$HOME/.cargo/bin"
 if command -v cargo >/dev/null; then
   [ -x build/interop/cargo/bin/fmi-sim ] || {

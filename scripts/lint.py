@@ -1,6 +1,6 @@
 """The project's own rules: include and import directions, sizes of files and Python functions, Python syntax, no machine paths.
 
-`lint.py [FOLDER]` checks the tree (default: this one), prints `file:line: sentence` for each breach and exits with 1.
+`lint.py [FOLDER]` checks the tree (default: this one), prints `file:line: message` for each violation and exits with 1.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-# rooms in the order of the arrows; a room may include itself and rooms before it
+# modules in the order of dependencies; a module may include itself and the modules before it
 ROOMS = ("math", "model", "dynamics", "integrate", "fmi")
-# who may include whose headers: (pattern of the header, rooms, what it is)
+# headers of libraries: (pattern of the header, modules that may include it, name)
 FOREIGN = (
     (re.compile(r"^(Eigen|unsupported/Eigen)/"), ("math", "model", "dynamics"), "Eigen"),
     (re.compile(r"^(toml\+\+/|toml\.hpp)"), ("model",), "toml++"),
@@ -27,14 +27,14 @@ LONGEST_FUNCTION = 60  # lines, from `def` to the last statement
 SIZED = ("fmu_src", "build_fmu", "tests", "bench", "scripts")
 CODE = (".hpp", ".cpp", ".h", ".py")
 TEXT = (*CODE, ".sh", ".toml", ".md", ".json", ".txt", ".yml", ".cmake")
-# folders of one person's machine; a path in a fresh clone never starts like this
+# folders of one machine; a path in a clone never starts like this
 MACHINE_PATH = re.compile(r"(?<![\w.$}~])/(home/\w|Users/\w|root/|work/|tmp/\w)")
 SKIPPED = {".git", ".venv", "build", "out", "__pycache__", ".pytest_cache", ".hypothesis"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 
 
 def breaches(root: Path) -> Iterator[str]:
-    """Yields one line `file:line: sentence` for each breach, in the order of the files."""
+    """Yields one line `file:line: message` for each violation, in the order of the files."""
     for path in files(root):
         name = path.relative_to(root).as_posix()
         try:
@@ -53,7 +53,7 @@ def breaches(root: Path) -> Iterator[str]:
 
 
 def files(root: Path) -> list[Path]:
-    """Returns the text files of the tree, sorted, without what is built."""
+    """Returns the text files of the tree, sorted, without build results."""
     found = []
     for path in root.rglob("*"):
         parts = path.relative_to(root).parts
@@ -63,13 +63,13 @@ def files(root: Path) -> list[Path]:
 
 
 def arrow(name: str, line: str) -> Iterator[str]:
-    """Yields a sentence if an include line of a file in fmu_src breaks the table of rooms."""
+    """Yields a message if an include line of a file in fmu_src violates the table of modules."""
     parts = name.split("/")
     include = INCLUDE.match(line)
     if parts[0] != "fmu_src" or len(parts) < 3 or not include or parts[1] not in ROOMS:
         return
     room, header = parts[1], include[2]
-    # "../fmi/boundary/log.hpp" is the same arrow as "fmi/boundary/log.hpp"
+    # "../fmi/boundary/log.hpp" is the same dependency as "fmi/boundary/log.hpp"
     target = next((part for part in header.split("/")[:-1] if part in ROOMS), None)
     if include[1] == '"' and target and ROOMS.index(target) > ROOMS.index(room):
         yield f"{room} may not include {target} ('{header}'): the arrows go {' → '.join(ROOMS)}"
@@ -79,7 +79,7 @@ def arrow(name: str, line: str) -> Iterator[str]:
 
 
 def machine_path(line: str) -> Iterator[str]:
-    """Yields a sentence if the line holds a path of one machine."""
+    """Yields a message if the line contains a path of one machine."""
     found = MACHINE_PATH.search(line)
     if found:
         yield f"'{line[found.start() : found.end() + 12].strip()}' is a path of one machine"

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Whole lives of instances under Valgrind's memcheck: no error, nothing left. Takes some minutes.
+# Complete instance lifetimes under Valgrind's memcheck: no errors, no leaks. Takes some minutes.
 set -eu
 cd "$(dirname "$0")/.."
 sh scripts/setup.sh valgrind

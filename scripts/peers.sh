@@ -1,5 +1,5 @@
 #!/bin/sh
-# The simulators of the comparison in an environment of their own, build/peers. One that cannot be installed is left out.
+# Installs the simulators of the comparison into a separate environment, build/peers. Unavailable ones are skipped.
 set -eu
 cd "$(dirname "$0")/.."
 [ -x build/peers/bin/python ] || python3 -m venv build/peers

@@ -1,5 +1,5 @@
 #!/bin/sh
-# The C++ tests under the address and undefined-behaviour sanitizers, then one instance in each of many threads under the
+# The C++ tests under the address and undefined-behaviour sanitizers, then many threads with one instance each under the
 # thread sanitizer.
 set -eu
 cd "$(dirname "$0")/.."

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Set-up of a fresh Debian or Ubuntu machine: system packages, then the Python environment in .venv.
-# Does nothing when all is there. The other scripts start with it. Arguments are packages that one script needs beyond.
+# Does nothing if everything is installed. The other scripts call it first. Arguments: additional packages of a script.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -26,19 +26,19 @@ if [ -n "$missing" ]; then
     as_root=sudo
   fi
   echo "== system packages:$missing"
-  # package scripts must never wait for an answer
+  # package scripts must never wait for input
   $as_root env DEBIAN_FRONTEND=noninteractive apt-get update -q </dev/null
   $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $missing </dev/null
 fi
 
-# the environment knows its own place: a moved folder, a changed pyproject.toml or another version needs a new one
+# a moved folder, a changed pyproject.toml or another version requires a new environment
 stamp="$PWD $( (cat pyproject.toml && grep '^__version__' build_fmu/__init__.py) | cksum)"
 if [ "$(cat .venv/stamp 2>/dev/null || true)" != "$stamp" ]; then
   echo "== Python environment in .venv"
   [ "$(cut -d' ' -f1 .venv/place 2>/dev/null || true)" = "$(printf %s "$PWD" | cksum | cut -d' ' -f1)" ] || rm -rf .venv
   [ -x .venv/bin/python ] || python3 -m venv .venv
   pip=".venv/bin/python -m pip install --quiet --disable-pip-version-check --retries 5"
-  # the tree as it is: no build of a wheel, and no compiler run that `build.sh` would repeat
+  # editable install: no wheel, and no compilation that `build.sh` would repeat
   $pip "scikit-build-core>=0.10" </dev/null
   $pip --no-build-isolation --config-settings wheel.cmake=false --config-settings editable.mode=inplace -e '.[test]' </dev/null
   printf %s "$PWD" | cksum >.venv/place

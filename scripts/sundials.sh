@@ -1,7 +1,7 @@
 #!/bin/sh
-# sundials.sh [native|win64|darwin64]: the parts of SUNDIALS that go into FMUs, built for size from the source package of the
-# distribution into .sundials/TARGET. Does nothing when that is there. Where the source cannot be had, it says so
-# and succeeds: CMake then takes the distribution's archives, with which the library is larger.
+# sundials.sh [native|win64|darwin64]: builds the required parts of SUNDIALS, optimised for size, from the source package of
+# the distribution into .sundials/TARGET. Does nothing if this exists. If the source is not available, it prints a message
+# and succeeds: CMake then links the distribution's archives, and the library is larger.
 set -eu
 cd "$(dirname "$0")/.."
 target="${1:-native}"
@@ -14,9 +14,9 @@ case "$target" in
   *) echo "usage: sundials.sh [native|win64|darwin64]" >&2; exit 2 ;;
 esac
 
-# one section a function, so that the linker leaves out what no one calls; C code that no exception passes
+# one section per function, so that the linker removes unused functions; no exceptions pass through C code
 flags="-Os -ffunction-sections -fdata-sections -fno-asynchronous-unwind-tables -fvisibility=hidden"
-# zig leaves a file where it is asked
+# zig writes a file to the current folder
 version="$(mkdir -p "$place" && cd "$place" && "$compiler" --version | head -n 1)"
 case "$version" in
   # objects that gcc can link either way, see fmu_src/fmi/CMakeLists.txt
@@ -32,8 +32,8 @@ without() {
   exit 0
 }
 
-# The source package from where the distribution's binary package comes from, checked by apt. The lists and the cache
-# of the system stay as they are.
+# The source package of the distribution's binary package, verified by apt. The lists and the cache of the system
+# are not changed.
 fetch() {
   rm -rf "$place/apt"
   mkdir -p "$place/apt/lists/partial" "$place/apt/cache/archives/partial" "$place/source"
@@ -49,7 +49,7 @@ fetch() {
 
 archive="$(ls "$place"/source/sundials_*.orig.tar.xz 2>/dev/null | head -n 1)"
 if [ -z "$archive" ]; then
-  # a machine without network asks once a day
+  # without network, try once per day
   [ -z "$(find "$place/unavailable" -mtime -1 2>/dev/null)" ] || without "could not be fetched, see .sundials/fetch.log"
   command -v apt-get >/dev/null || without "apt is not here to fetch it"
   mkdir -p "$place"
@@ -83,7 +83,7 @@ esac
   tail -n 20 "$place/$target.log" >&2
   without "does not compile here, see .sundials/$target.log"
 }
-# the terms travel with every FMU
+# the licence is part of every FMU
 cat "$work/source/LICENSE" "$work/source/NOTICE" >"$work/installed/LICENSE"
 printf '%s\n' "$stamp" >"$work/installed/stamp"
 rm -rf "${place:?}/$target"

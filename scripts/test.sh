@@ -1,5 +1,5 @@
 #!/bin/sh
-# Lint, C++ tests, Python tests. Stops at the first that fails, so the last lines say what happened.
+# Lint, C++ tests, Python tests. Stops at the first failure, so the last lines show the reason.
 set -eu
 cd "$(dirname "$0")/.."
 sh scripts/lint.sh

@@ -1,9 +1,9 @@
-"""Drake's continuous multibody plant under its error-controlled integrators, for work_precision.py (see serve.hpp).
+"""Drake's continuous multibody plant with its error-controlled integrators, for work_precision.py (see serve.hpp).
 
     python drake_peer.py SCENE.json
 
 Methods: names of Drake's integration schemes, `SCHEME:SECONDS` with a maximum step size; value: accuracy. `sap`: the discrete plant with
-the SAP solver, the only one with loop constraints; value: number of steps per output step. A log in C++ keeps the rows, so Python runs
+the SAP solver, the only one with loop constraints; value: number of steps per output step. A C++ logger records the rows, so Python runs
 once per simulation.
 """
 
@@ -128,7 +128,7 @@ def main():
         order = [joint.position_start() for joint in joints]
         rows = rows[:, order]
         if len(rows) == scene.rows:
-            # the last output time is published by the step after it
+            # the last output time is published by the following step
             rows = np.vstack([rows, [joint.get_angle(context) for joint in joints]])
         return seconds, rows
 

@@ -1,9 +1,9 @@
-"""Exudyn's kinematic tree (joint coordinates) under its solvers, for work_precision.py (see serve.hpp).
+"""Exudyn's kinematic tree (joint coordinates) with its solvers, for work_precision.py (see serve.hpp).
 
     python exudyn_peer.py SCENE.json
 
-Methods: RK44, RK67 and GeneralizedAlpha or TrapezoidalIndex2, value: how many steps an output step is cut into; DOPRI5 with
-automatic steps, value: its tolerance. Sensors in memory keep the rows, so Python runs once a simulation.
+Methods: RK44, RK67 and GeneralizedAlpha or TrapezoidalIndex2, value: number of steps per output step; DOPRI5 with
+automatic step size, value: its tolerance. Sensors record the rows in memory, so Python runs once per simulation.
 """
 
 import sys
@@ -76,7 +76,7 @@ def build(scene: Scene):
         mbs.AddObject(GenericJoint(markerNumbers=ends, constrainedAxes=closed + [0, 0, 0]))
     for k, torque in enumerate(scene.torques):
         if torque and scene.frequency:
-            # Exudyn switches a load through a function in Python
+            # a load that switches is a Python function in Exudyn
             def wave(_mbs, t, load, frequency=scene.frequency):
                 return load if frequency * t % 1 < 0.5 else -load
 
@@ -94,7 +94,7 @@ def build(scene: Scene):
 
 def main():
     scene = read(Path(sys.argv[1]))
-    # Exudyn's messages must not mix with the answers
+    # separate Exudyn's messages from the answers
     exu.config.printToConsole = False
     container, mbs, sensor = build(scene)
 
@@ -119,7 +119,7 @@ def main():
             integration.automaticStepSize = False
             integration.adaptiveStep = False
             integration.numberOfSteps = scene.rows * int(value)
-        # a loop may be singular in passing, which is no reason to stop
+        # a loop may pass a singular configuration
         settings.linearSolver.ignoreSingularJacobian = scene.has_loops
         integration.explicit.computeEndOfStepAccelerations = False
         if method == "GeneralizedAlpha":
@@ -128,15 +128,15 @@ def main():
         good = mbs.SolveDynamic(settings, solverType=solver, showHints=False)
         seconds = time.process_time() - begin
         if not good:
-            raise RuntimeError("the solver gave up")
+            raise RuntimeError("the solver failed")
         rows = mbs.GetSensorStoredData(sensor)
         if method == "DOPRI5":
-            # its output times are the ends of its own steps: only the last row is at a time of the scene's
+            # output times are the ends of its own steps: only the last row is at an output time of the scene
             shown = np.full((scene.rows + 1, scene.joints), np.nan)
             shown[[0, -1]] = rows[[0, -1], 1 : 1 + scene.joints]
             return seconds, shown
         if len(rows) != scene.rows + 1 or not np.allclose(rows[:, 0], np.arange(scene.rows + 1) * scene.step, atol=1e-9):
-            raise RuntimeError(f"rows at other times than asked for ({len(rows)} of {scene.rows + 1})")
+            raise RuntimeError(f"rows at unexpected times ({len(rows)} of {scene.rows + 1})")
         if not np.isfinite(rows).all():
             raise RuntimeError("no finite result")
         return seconds, rows[:, 1 : 1 + scene.joints]

@@ -13,7 +13,7 @@ def numbers(values) -> str:
 
 
 def quaternion(turn) -> list[float]:
-    """Returns w, x, y, z of a rotation matrix, from its largest part."""
+    """Returns w, x, y, z of a rotation matrix, computed from its largest component."""
     (a, b, c), (d, e, f), (g, h, i) = turn
     squares = [1 + a + e + i, 1 + a - e - i, 1 - a + e - i, 1 - a - e + i]
     k = max(range(4), key=lambda j: squares[j])
@@ -28,13 +28,13 @@ def quaternion(turn) -> list[float]:
 
 
 def inertia(body: dict) -> list[float]:
-    """MuJoCo wants a body's moments positive; what a planar scene leaves at 0 does not move it."""
+    """MuJoCo requires positive moments of inertia; moments of 0 in a planar scene have no effect on its motion."""
     return [max(x, 1e-9) for x in body["inertia"][:3]] + list(body["inertia"][3:])
 
 
 def write(scene: Scene, stiffest: float) -> str:
-    """Returns the model as XML. A loop is held by a constraint with the time constant `stiffest`, as hard as MuJoCo allows
-    (it takes no less than two of its steps, see solref in its manual)."""
+    """Returns the model as XML. A loop is a constraint with the time constant `stiffest`, the minimum that MuJoCo
+    allows (two of its steps, see solref in its manual)."""
     data = scene.data
     root = ElementTree.Element("mujoco", model=scene.name)
     ElementTree.SubElement(root, "compiler", angle="radian", autolimits="true")

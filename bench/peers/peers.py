@@ -1,4 +1,4 @@
-"""Who takes part in the comparison, by which methods, and how each one's process is started."""
+"""Simulators of the comparison, their methods, and the start of their processes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CUTS = tuple(float(2**k) for k in range(14))
 
 @dataclass(frozen=True)
 class Curve:
-    """A method of a peer, and the tolerances or numbers of steps to try, coarse to fine."""
+    """A method of a simulator, and its tolerances or numbers of steps, coarse to fine."""
 
     peer: str
     method: str
@@ -31,7 +31,7 @@ class Curve:
 
 
 def curves(scene: Scene) -> list[Curve]:
-    """The methods that make sense for the scene. What is missing here a peer cannot do: see docs/performance.md."""
+    """The suitable methods for the scene. docs/performance.md lists the limitations of the simulators."""
     found = [Curve("ReDySim-FMU", method, f"ReDySim-FMU, {method}", TOLERANCES) for method in scene.methods]
     if scene.stiff:
         found += [
@@ -66,14 +66,14 @@ def curves(scene: Scene) -> list[Curve]:
 
 
 class Peers:
-    """Starts the processes; `programs` is the folder of the compiled runners, `python` that of the peers' environment."""
+    """Starts the processes; `programs`: folder of the compiled runners, `python`: interpreter of the simulators' environment."""
 
     def __init__(self, programs: Path, python: Path, work: Path):
         self.programs, self.python, self.work = programs, python, work
         work.mkdir(parents=True, exist_ok=True)
 
     def missing(self) -> dict[str, str]:
-        """Peers that are not there, each with a reason."""
+        """Simulators that are not available, with the reason."""
         found = {}
         for peer, program in (("Pinocchio", "pinocchio_runner"), ("MuJoCo", "mujoco_runner")):
             if not (self.programs / program).exists():
@@ -97,7 +97,7 @@ class Peers:
         return Worker(command, str(self.work / f"{scene.name}_{peer}.log"))
 
     def _redysim_fmu(self, scene: Scene) -> list:
-        # no peer integrates the energies' work
+        # the other simulators do not integrate the work
         folder = self.work / "bare"
         folder.mkdir(exist_ok=True)
         return fmu_command(

@@ -1,4 +1,4 @@
-"""The scenes of the comparison: files of tests/scenes, and the form in which the C++ programs of this folder take them."""
+"""The scenes of the comparison: files of tests/scenes, and their text form for the C++ programs of this folder."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Scene:
 
     @property
     def frequency(self) -> float:
-        """Of a torque that switches its sign; 0: none does."""
+        """Frequency of a torque with alternating sign; 0: none."""
         return next((item["frequency"] for item in self.data["inputs"] if item["type"] == "bangbang"), 0.0)
 
     @property
@@ -56,7 +56,7 @@ class Scene:
         return bool(self.data["loops"])
 
     def text(self) -> str:
-        """Returns the scene as scene_text.hpp reads it."""
+        """Returns the scene in the form of scene_text.hpp."""
         lines = [["gravity", *self.data["gravity"]], ["rows", self.rows, self.step]]
         for i, body in enumerate(self.data["bodies"]):
             joint = body["joint"]
@@ -84,7 +84,7 @@ class Scene:
 
 
 def read(file: Path) -> Scene:
-    """Returns the scene of a file for a peer's process: without reference."""
+    """Returns the scene of a file for a simulator's process, without reference."""
     return Scene(file.stem, Path(), "", (), file, json.loads(file.read_text()))
 
 

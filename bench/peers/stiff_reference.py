@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Makes tests/scenes/stiff_strut.json and .csv: two rods held by one stiff, strongly damped strut.
+"""Writes tests/scenes/stiff_strut.json and .csv: two rods held by one stiff, strongly damped strut.
 
-The equations of two_rods.py, with steps that are refined until two runs agree. Nothing of this project is used.
+The equations of two_rods.py, with steps refined until two runs agree. No code of this project is used.
 
     python bench/peers/stiff_reference.py FOLDER     default: tests/scenes
 """

@@ -1,4 +1,4 @@
-"""What a comparison shows: a plot and a table a scene."""
+"""Results of a comparison: one plot and one table per scene."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ STYLES = (("-", "o"), ("--", "s"), (":", "^"), ("-.", "D"), ("--", "v"))
 
 
 def draw(scene, points, folder: Path) -> None:
-    """One work-precision plot: error to the left is smaller, time upwards is longer."""
+    """Draws a work-precision diagram: error to the left is smaller, time upwards is longer."""
     figure, axes = plt.subplots(figsize=(8, 5.2), layout="constrained")
     used: dict[str, int] = {}
     for curve in dict.fromkeys(point.curve for point in points):
@@ -42,7 +42,7 @@ def draw(scene, points, folder: Path) -> None:
     axes.grid(True, which="major", alpha=0.3)
     axes.legend(fontsize=7.5, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
     for ending in ("svg", "png"):
-        # no date in the file: equal figures, equal bytes
+        # no date in the file, so that equal figures give equal bytes
         figure.savefig(folder / f"peers_{scene.name}.{ending}", dpi=110, metadata={"Date": None} if ending == "svg" else {"Software": None})
     plt.close(figure)
 

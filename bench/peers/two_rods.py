@@ -1,7 +1,7 @@
 """Two slender rods of 1 m in a plane, in 80-bit arithmetic: the independent reference for the stiff and the extreme scenes.
 
-Lagrange's equations, written by hand for the absolute angles a and b; a strut from the tip to a point of the ground, and a torque
-at the shoulder, if wanted. The extrapolated midpoint rule (Gragg, Bulirsch, Stoer; 2 to 14 subdivisions) integrates them.
+Lagrange's equations, derived by hand for the absolute angles a and b; optional strut from the tip to a point of the ground, optional
+torque at the shoulder. The extrapolated midpoint rule (Gragg, Bulirsch, Stoer; 2 to 14 subdivisions) integrates them.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class TwoRods:
     torque: float = 0.0
 
     def strut(self, a, b, da, db):
-        """Length, its rate and its derivatives with respect to a and b."""
+        """Length, its rate and the derivatives with respect to a and b."""
         x, y = np.cos(a) + np.cos(b) - R(self.pivot[0]), np.sin(a) + np.sin(b) - R(self.pivot[1])
         length = np.hypot(x, y)
         along_a = (-x * np.sin(a) + y * np.cos(a)) / length
@@ -66,7 +66,7 @@ def gbs_step(slope: Callable, y, h):
 
 
 def run(slope: Callable, y, step: float, rows: int, cuts: int, before_cut: Callable[[int], None] = lambda cut: None) -> Iterator:
-    """Yields y at each row; `before_cut` hears of each step, counted from the start."""
+    """Yields y at each row; `before_cut` is called before each step with its number."""
     h = R(str(step)) / cuts
     y = np.array([R(value) for value in y])
     yield y

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Error against CPU time of this project's FMU and of other simulators on the scenes of tests/scenes, side by side.
+"""Error against CPU time of this project's FMU and of other simulators on the scenes of tests/scenes.
 
     python bench/peers/work_precision.py -o out/bench                 all scenes
-    python bench/peers/work_precision.py -f double -r 3 -o FOLDER     some scenes, three rounds
+    python bench/peers/work_precision.py -f double -r 3 -o FOLDER     selected scenes, three rounds
 
-The error is the largest difference of a joint's position from the 16-digit reference over the scene's output times. The time
-is CPU time of stepping alone (no loading, no start values), the median of all rounds; each round asks every method of every
-peer once, in random order, so that a busy moment of the machine does not fall on one of them alone. Leaves peers.csv,
-peers.md, losses.md, peers.txt (lines `scene.metric value`) and a plot a scene in the folder.
+The error is the maximum difference of a joint position from the 16-digit reference over the output times of the scene. The time is the
+CPU time of the steps only (without loading and start values), median of all rounds. Each round runs every method of every simulator
+once, in random order, so that other load of the machine affects all of them. Writes peers.csv, peers.md, losses.md, peers.txt (lines
+`scene.metric value`) and one plot per scene.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ from scenes import ROOT, Scene, all_scenes
 from summary import draw, lines, losses, table
 from worker import Gone
 
-ROUNDING = 1e-7  # rad: from here a finer run that is no better has met its floor
-SMALLEST = 1e-12  # rad: below, the reference's digits and rounding decide
+ROUNDING = 1e-7  # rad: below, a finer run without improvement ends the curve
+SMALLEST = 1e-12  # rad: below, the result is limited by the reference and by rounding
 
 
 @dataclass
@@ -46,13 +46,13 @@ class Point:
 
 
 def error_of(scene: Scene, rows: np.ndarray) -> float:
-    """Largest error of a position; rows that a peer could not give are NaN."""
+    """Maximum position error; missing rows are NaN."""
     difference = np.abs(rows - np.array(scene.reference))
     return float(np.nanmax(difference)) if np.isfinite(difference).any() else float("inf")
 
 
 def first_round(scene: Scene, curve: Curve, worker, failures: list[str], longest: float) -> list[Point]:
-    """Follows a curve from coarse to fine until its runs take long or meet their floor."""
+    """Runs a curve from coarse to fine until its runs take too long or no longer improve."""
     points, worse = [], 0
     for value in curve.values:
         answer = worker.ask(curve.method, value)
@@ -101,10 +101,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-f", "--filter", default=".", help="regular expression on scenes")
     parser.add_argument("-r", "--rounds", type=int, default=5)
-    parser.add_argument("--longest", type=float, default=0.5, help="seconds: a curve is not followed to slower runs")
+    parser.add_argument("--longest", type=float, default=0.5, help="maximum CPU time of a run, s; slower runs end the curve")
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "out" / "bench")
     parser.add_argument("--programs", type=Path, default=ROOT / "build" / "bench" / "bench" / "peers")
-    parser.add_argument("--python", type=Path, default=ROOT / "build" / "peers" / "bin" / "python", help="of the peers' environment")
+    parser.add_argument(
+        "--python", type=Path, default=ROOT / "build" / "peers" / "bin" / "python", help="Python interpreter of the simulators' environment"
+    )
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
@@ -127,7 +129,7 @@ def main() -> None:
         (options.output / f"peers_{scene.name}_failures.txt").write_text("".join(f"{line}\n" for line in failures))
     with (options.output / "peers.csv").open("w", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(["scene", "method", "tolerance or steps an output step", "error, rad", "CPU seconds a simulated second"])
+        writer.writerow(["scene", "method", "tolerance or steps per output step", "error, rad", "CPU time in s per simulated second"])
         writer.writerows(records)
     versions = ", ".join(f"{peer} {version}" for peer, version in peers.versions().items() if peer not in absent)
     (options.output / "peers.md").write_text(f"{versions}; medians of {options.rounds} rounds.\n\n" + "\n".join(text))

@@ -1,4 +1,4 @@
-"""Both ends of the conversation with a peer (serve.hpp has it in words)."""
+"""Both ends of the protocol with a simulator's process (described in serve.hpp)."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-ENOUGH = 0.02  # seconds: shorter runs are repeated
+ENOUGH = 0.02  # s; shorter runs are repeated
 
 
 def serve(run: Callable[[str, float], tuple[float, np.ndarray]]) -> None:
-    """Answers requests from standard input; `run` returns CPU seconds and rows, or raises."""
+    """Answers requests from standard input; `run` returns CPU time in s and rows, or raises."""
     for line in sys.stdin:
         method, value = line.split()
         seconds, runs, rows = 0.0, 0, None
@@ -32,11 +32,11 @@ def serve(run: Callable[[str, float], tuple[float, np.ndarray]]) -> None:
         sys.stdout.flush()
 
 
-LIMIT = 60.0  # seconds: a process that takes longer for an answer is ended
+LIMIT = 60.0  # s; time limit for an answer
 
 
 class Gone(Exception):
-    """The peer's process ended, by itself or because it took too long."""
+    """The process of the simulator ended or exceeded its time limit."""
 
 
 @dataclass
@@ -47,7 +47,7 @@ class Answer:
 
 
 class Worker:
-    """A peer's process with one scene, alive for the whole comparison."""
+    """A simulator's process with one scene, running during the whole comparison."""
 
     def __init__(self, command: list[str], log: str):
         self.log = open(log, "w")
@@ -70,7 +70,7 @@ class Worker:
             self.process.stdin.flush()
         except BrokenPipeError:
             raise Gone from None
-        # a library may talk on standard output: its lines are not ours
+        # skip messages of libraries on standard output
         while True:
             head = self.process.stdout.readline()
             if not head:

@@ -1,4 +1,4 @@
-"""Makes the README's picture: a robot at its start pose beside its free fall, both as the packager draws them.
+"""Draws the picture of the README: a robot in its start pose and its free fall, drawn by the packager.
 
 python docs/pictures/make.py      after `make build`; writes kuka_kr5.png beside this file
 """
@@ -23,7 +23,7 @@ from build_fmu.run.session import Session
 from build_fmu.run.simulate import Settings, simulate
 
 SHOWN = ["*.q", "energy.kinetic", "energy.potential", "energy.total"]
-COLOURS = 256  # flat areas and thin lines need no more, and the file is half
+COLOURS = 256  # sufficient for flat areas and thin lines; halves the file size
 
 
 def main() -> None:
@@ -36,7 +36,7 @@ def main() -> None:
         build(model, model_file, fmu)
         with Session(fmu) as session:
             result = simulate(session, Settings(stop=1, step=0.002, outputs=SHOWN))
-            session.description.modelName = "free fall"  # the robot's name stands on the left
+            session.description.modelName = "free fall"  # the name of the robot is the title on the left
             plot(curves_file, session, result, SHOWN)
         curves = Image.open(curves_file).convert("RGB")
     robot = robot.resize((round(robot.width * curves.height / robot.height), curves.height), Image.Resampling.LANCZOS)

@@ -1,4 +1,4 @@
-"""Draws the four-bar by Euler and Lagrange and by the FMU, and their difference.
+"""Draws the motion of the four-bar by Euler and Lagrange equations and by the FMU, and their difference.
 
 python docs/pictures/make_four_bar.py      after `make build`; writes four_bar_lagrange.png beside this file
 """

@@ -1,7 +1,7 @@
-"""Takes the summary of `build-fmu stress` over into docs/stability.md, and its picture.
+"""Copies the summary and the picture of `build-fmu stress` into docs/stability.md.
 
 build-fmu stress models/*.toml -o out/stress
-python docs/pictures/make_stability.py out/stress      rewrites what stands between the two comments
+python docs/pictures/make_stability.py out/stress      replaces the text between the two comments
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from build_fmu.stress.pages import SUMMARY_BEGIN, SUMMARY_END
 
 
 def taken_over(document: str, page: str) -> str:
-    """Returns the document with its summary replaced by the page's."""
+    """Returns the document with the summary of the page."""
     before, _, rest = document.partition(SUMMARY_BEGIN)
     after = rest.partition(SUMMARY_END)[2]
     summary = page.partition(SUMMARY_BEGIN)[2].partition(SUMMARY_END)[0]
     if not (after and summary):
-        raise SystemExit(f"both files need {SUMMARY_BEGIN} and {SUMMARY_END}")
+        raise SystemExit(f"both files must contain {SUMMARY_BEGIN} and {SUMMARY_END}")
     return before + SUMMARY_BEGIN + summary + SUMMARY_END + after
 
 
