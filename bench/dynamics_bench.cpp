@@ -15,13 +15,13 @@
 #endif
 
 // Cost of one call of the recursions and of the right-hand side, names `scene/metric`. The state is the same
-// in each call: nothing here branches on it. Ratios are made by bench/run.py from one run.
+// in each call, because no code branches on it. bench/run.py computes the ratios of one run.
 
 namespace {
 
 using namespace redysim;
 
-// A scene with a fixed state, alive as long as the program.
+// A scene with a fixed state and static lifetime.
 struct Scene {
   std::string name;
   Model model;
@@ -65,10 +65,10 @@ void measure_open_tree(const std::shared_ptr<Scene>& s) {
     }
   });
 #ifdef REDYSIM_WITH_PINOCCHIO
-  // Pinocchio's data hold three-dimensional arrays of nv: 1000 joints would need tens of gigabytes
+  // Pinocchio's data contain three-dimensional arrays of nv: 1000 joints would need tens of gigabytes
   if (s->plan.nv > 200) return;
   const auto peer = std::make_shared<bench::PinocchioTree>(s->model);
-  // a comparison is worth nothing unless both give the same accelerations
+  // a comparison requires equal accelerations
   compiled_forward_dynamics(s->plan, s->ws, s->q.data(), s->qd.data(), s->tau.data(), s->out.data());
   const double* other = peer->forward_dynamics(s->q.data(), s->qd.data(), s->tau.data(), false);
   double largest = 0, difference = 0;
@@ -131,7 +131,7 @@ int main(int argc, char** argv) {
           (right_angles ? "right_angle_chain_" : "any_angle_chain_") + std::to_string(n),
           test::serial_chain(n, right_angles)));
   measure_right_hand_side(std::make_shared<Scene>("kuka_kr5", model_file("kuka_kr5")));
-  // what friction and stops in every joint add
+  // additional cost of friction and stops in every joint
   Model resisted = model_file("kuka_kr5");
   for (Link& link : resisted.links) {
     link.joint.friction = 1;

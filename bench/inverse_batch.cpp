@@ -1,8 +1,7 @@
-// Runs an inverse FMU over the rows of a motion, as a compiled master does: set q, qd, qdd, read tau, step
-// on.
+// Runs an inverse FMU over the rows of a motion as a compiled master: set q, qd, qdd, read tau, step.
 //   inverse_batch LIBRARY RESOURCES GUID JOINTS INPUT... OUTPUT... < rows
 // INPUT: 3 JOINTS value references (all q, all qd, all qdd), OUTPUT: JOINTS. A row: time, q, qd, qdd.
-// Prints the median seconds of one batch and its torques.
+// Prints the median time of one batch in s and its torques.
 
 #include <algorithm>
 #include <chrono>

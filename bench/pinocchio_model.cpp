@@ -1,7 +1,7 @@
 #include "pinocchio_model.hpp"
 
 #include <pinocchio/multibody.hpp>
-// after multibody.hpp, which they need
+// require multibody.hpp
 #include <pinocchio/algorithm/aba.hpp>
 #include <pinocchio/algorithm/rnea.hpp>
 #include <vector>

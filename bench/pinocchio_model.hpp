@@ -7,14 +7,14 @@
 
 namespace redysim::bench {
 
-// The open tree of a model in Pinocchio, with its data. Revolute joints only; nothing of Pinocchio's headers
-// shows, so that only one file needs its compile options.
+// The open tree of a model in Pinocchio, with its data. Revolute joints only. Pinocchio's headers are
+// hidden, so that only one file needs its compile options.
 class PinocchioTree {
  public:
   explicit PinocchioTree(const Model& model);
   ~PinocchioTree();
 
-  // aba and rnea; `world` takes the convention in which spatial quantities are kept in the ground's axes.
+  // aba and rnea; `world` selects the convention with spatial quantities in ground axes.
   const double* forward_dynamics(const double* q, const double* qd, const double* tau, bool world);
   const double* inverse_dynamics(const double* q, const double* qd, const double* qdd);
 

@@ -2,7 +2,7 @@
 // Prince 1980, 5(4)) with elementary step size control and the same right-hand side. Prints the table of
 // docs/loops.md.
 //
-//     projection_methods [MODEL [END [STEP]]]      default: four_bar, 10 s, communication step 0.1 s
+//     projection_methods [MODEL [END [STEP]]]      default: four_bar, 10 s, communication step size 0.1 s
 
 #include <algorithm>
 #include <chrono>
@@ -128,7 +128,7 @@ class Integration {
   Treatment treatment_;
   double rtol_, communication_step_;
   std::vector<double> delta_;
-  long extra_ = 0;  // evaluations for the record alone
+  long extra_ = 0;  // evaluations for the output only
 };
 
 }  // namespace
@@ -142,7 +142,7 @@ int main(int count, char** arguments) {
   std::vector<double> start;
   for (const auto& joint : plan.joints) start.push_back(model.links[joint.link].joint.q0);
   for (const auto& joint : plan.joints) start.push_back(model.links[joint.link].joint.qd0);
-  // q at the end of a run that is as tight as double precision allows
+  // final q of a run at the tightest tolerance of double precision
   const std::vector<double> truth = Integration(plan, Treatment::each_step, 1e-13, step).run(start, end).y;
   std::printf(
       "| rtol | method | gap, m | energy error | error of q | evaluations | ms |\n| --- | --- | --- | "

@@ -1,16 +1,20 @@
-// Right-hand sides against error: one model, one way of driving it, several methods and tolerances.
+// Right-hand sides against error: one model with one kind of inputs, several methods and tolerances.
 //
 //     stepping MODEL.toml [KEY=VALUE]...
 //
-// method=erk,adams,dirk,bdf,auto,bdf-dq   to be compared; bdf-dq: CVODE BDF with CVODE's own difference
-// Jacobian rtol=1e-6,...    step=0.01 (s between outputs)    end=1 (s) drive=rest|wave|square    inputs: 0;
-// amplitude sin(...) held over each step; +-amplitude, another sign each step arm=0.05         the amplitude
-// of a drive is what holds all that hangs on its joint, this far (m) off the axis after=T          error
-// counted from there on reference=erk    method of the reference, at reference_rtol=1e-13
+//     method=erk,adams,dirk,bdf,auto,bdf-dq    methods; bdf-dq: CVODE BDF with its own difference Jacobian
+//     rtol=1e-6,...                            relative tolerances
+//     step=0.01                                time between outputs, s
+//     end=1                                    end time, s
+//     drive=rest|wave|square                   inputs: 0; amplitude sin(...) held over each step;
+//                                              +-amplitude with alternating sign at each step
+//     arm=0.05                                 the amplitude holds the outboard mass at this lever arm, m
+//     after=T                                  the error is evaluated from this time on
+//     reference=erk                            method of the reference, at reference_rtol=1e-13
 //
-// A line for each: method, rtol, right-hand sides, Jacobians, right-hand sides with Jacobians counted by
-// their time, steps accepted and rejected, error of positions (largest over joints and outputs), of
-// velocities, energy balance (of the largest kinetic energy), CPU seconds.
+// One line per run: method, rtol, right-hand sides, Jacobians, right-hand sides with Jacobians counted by CPU
+// time, accepted and rejected steps, error of positions (maximum over joints and outputs), of velocities,
+// energy balance error (relative to the maximum kinetic energy), CPU time in s.
 
 #include <algorithm>
 #include <cmath>
@@ -55,7 +59,7 @@ SolverMethod method_called(const std::string& name) {
   throw std::runtime_error("there is no method " + name);
 }
 
-// The state in which the FMU would start.
+// The start state of the FMU.
 std::vector<double> start_of(const Model& model, System& system) {
   std::vector<double> y(static_cast<std::size_t>(system.size()), 0.0);
   begin_motions(model, system, 0);
@@ -68,7 +72,7 @@ struct Run {
   std::vector<std::vector<double>> states;  // at the outputs, from `after` on
   long evaluations = 0, jacobians = 0, steps = 0, rejected = 0;
   double balance = 0, seconds = 0;
-  std::string stopped;  // why
+  std::string stopped;  // reason
 };
 
 class Scene {
@@ -132,7 +136,7 @@ class Scene {
     return result;
   }
 
-  // The time of an exact Jacobian in right-hand sides, beyond the one that it counts itself.
+  // CPU time of an exact Jacobian in right-hand sides, without the one that it counts itself.
   double jacobian_cost() const {
     System system(plan_, true, &model_);
     const std::vector<double> y = start_of(model_, system);

@@ -10,10 +10,10 @@
 #include "straight_line_scenes.hpp"
 
 // One evaluation of forward dynamics by the recursion and as straight-line code, names `scene/metric`;
-// `operations` of the latter. bench/straight_line.py makes ratios of one run.
+// `operations` of the latter. bench/straight_line.py computes the ratios of one run.
 
 namespace redysim {
-// CMake gives the lines of the scenes their names
+// the names are defined by CMake
 #define REDYSIM_LINE(scene) \
   void line_of_##scene(const Plan<double>&, const double*, const double*, const double*, double*);
 REDYSIM_LINES

@@ -5,7 +5,7 @@
 #include "model/read/model_file.hpp"
 #include "support/mechanisms.hpp"
 
-// The scenes whose straight line is measured: model files, and chains of joints of any geometry.
+// The scenes of the straight-line benchmark: model files, and chains of joints of any geometry.
 
 namespace redysim::bench {
 

@@ -4,7 +4,7 @@
 #include "dynamics/straight_line/straight_line.hpp"
 #include "straight_line_scenes.hpp"
 
-// straight_line_writer SCENE: the scene's forward dynamics as C++, however long it is.
+// straight_line_writer SCENE: writes the scene's forward dynamics as C++, without length limit.
 
 int main(int count, char** arguments) {
   if (count != 2) return 2;

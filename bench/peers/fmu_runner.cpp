@@ -1,9 +1,9 @@
-// Runs an FMU through its library as a compiled master does, for work_precision.py (see serve.hpp).
+// Runs an FMU through its library as a compiled master, for work_precision.py (see serve.hpp).
 //   fmu_runner LIBRARY RESOURCES GUID ROWS STEP METHOD_VR RTOL_VR ATOL_VR RHS_VR
 //              OUTPUTS VR... INPUTS (VR VALUE)...
-// Method: that of the FMU's solver, value: its rtol. `METHOD:NUMBER` cuts each of the steps into NUMBER equal
-// ones; `METHOD/NUMBER` also changes all inputs at each of them, ever so little, and gives the count of
-// right-hand sides in place of the last number; `METHOD~NUMBER` changes their sign at each of them.
+// Method: solver.method, value: solver.rtol. `METHOD:NUMBER` divides each step into NUMBER equal steps.
+// `METHOD/NUMBER` also changes all inputs slightly at each of these, and returns the number of right-hand
+// sides in place of the last number. `METHOD~NUMBER` changes the sign of the inputs at each of these.
 
 #include <algorithm>
 #include <cstdio>

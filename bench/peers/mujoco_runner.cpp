@@ -1,7 +1,7 @@
 // MuJoCo through its C interface, for work_precision.py (see serve.hpp).
 //   mujoco_runner MODEL.xml ROWS STEP TORQUE...
-// Methods: the integrators Euler, RK4, implicit, implicitfast. Value: how many steps an output step is cut
-// into. `METHOD~` changes the torques' sign after each step.
+// Methods: the integrators Euler, RK4, implicit, implicitfast. Value: number of steps per output
+// step. `METHOD~` changes the sign of the torques after each step.
 
 #include <mujoco/mujoco.h>
 
@@ -26,7 +26,7 @@ int main(int count, char** arguments) {
   const int rows = std::atoi(arguments[2]);
   const double step = std::atof(arguments[3]);
   mjData* data = mj_makeData(model);
-  // a bad state is our business: do not write a log file
+  // bad states are handled here: no log file
   mju_user_warning = [](const char*) {};
   redysim::bench::serve(static_cast<std::size_t>(model->nq), [&](const std::string& request, double cuts) {
     Run run;

@@ -1,4 +1,4 @@
-// Pinocchio's forward dynamics in SUNDIALS' solvers, for work_precision.py (see serve.hpp).
+// Pinocchio's forward dynamics with SUNDIALS' solvers, for work_precision.py (see serve.hpp).
 //   pinocchio_runner SCENE_TEXT
 // Methods: adams and bdf (CVODE, its own interpolation to the output times, no restart), erk5 and erk8
 // (ARKODE). Value: rtol; atol is a hundredth of it.
@@ -12,7 +12,7 @@
 
 #include <cmath>
 #include <pinocchio/multibody.hpp>
-// after multibody.hpp, which they need
+// require multibody.hpp
 #include <pinocchio/algorithm/aba.hpp>
 #include <pinocchio/algorithm/constrained-dynamics.hpp>
 #include <pinocchio/algorithm/frames.hpp>
@@ -48,7 +48,7 @@ class Peer {
       };
       constraints_.emplace_back(pin::CONTACT_3D, model_, joint_of(loop.a), at(loop.point_a), joint_of(loop.b),
                                 at(loop.point_b), pin::LOCAL);
-      // critically damped, fast against the motion
+      // critically damped, fast compared with the motion
       constraints_.back().m_baumgarte_parameters.Kp = 100.0 * 100.0;
       constraints_.back().m_baumgarte_parameters.Kd = 2 * 100.0;
       constraint_data_.emplace_back(constraints_.back());
@@ -139,7 +139,7 @@ int right_hand_side(double, N_Vector y, N_Vector ydot, void* peer) {
   return static_cast<Peer*>(peer)->slope(N_VGetArrayPointer(y), N_VGetArrayPointer(ydot));
 }
 
-// Steps through the rows; `advance` is one call of a solver.
+// Computes all rows; `advance` is one call of a solver.
 template <class Advance>
 Run record(const SceneText& scene, N_Vector y, const Advance& advance) {
   Run run;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-// A neutral scene as scenes.py writes it for programs in C++: one word and its numbers a line.
+// A neutral scene in the text form of scenes.py for C++ programs: one word and its numbers per line.
 
 namespace redysim::bench {
 

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-// The conversation of every program here with work_precision.py. A line `METHOD VALUE` (a tolerance or a
-// step, as the method wants it) is answered by `SECONDS ROWS COLUMNS` and the rows: the joints' positions at
-// the scene's output times. SECONDS is the CPU time of one run without its set-up. A run that fails answers
-// `failed REASON`.
+// Protocol of the programs of this folder with work_precision.py. Request: a line `METHOD VALUE` (tolerance
+// or number of steps, depending on the method). Answer: `SECONDS ROWS COLUMNS` and the rows, the joint
+// positions at the output times of the scene. SECONDS is the CPU time of one run without its set-up. A failed
+// run answers `failed REASON`.
 
 namespace redysim::bench {
 
@@ -25,7 +25,7 @@ inline double cpu_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-// Answers until the input ends. Short runs are repeated, and their mean is the answer.
+// Answers requests until the input ends. Short runs are repeated and averaged.
 inline void serve(std::size_t columns, const std::function<Run(const std::string&, double)>& run) {
   constexpr double enough = 0.02;
   std::cout.precision(17);

@@ -93,7 +93,7 @@ TEST(Gyroscope, reaction_moment_has_its_closed_form) {
   Model model = planar({table, gimbal, wheel});
   model.gravity.setZero();
   Evaluate<double> gyro(model);
-  // precession about z (joint 1), spin about the wheel's axis (joint 3), gimbal held square to both
+  // precession about z (joint 1), spin about the wheel's axis (joint 3), gimbal held perpendicular to both
   const double precession = 0.8, spin = 25;
   const Vector tau = gyro.tau(Vector{{0.3, quarter, 0.7}}, Vector{{precession, 0, spin}}, Vector::Zero(3));
   EXPECT_NEAR(std::abs(tau[1]), 0.5 * precession * spin, 1e-12);

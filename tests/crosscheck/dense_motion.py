@@ -213,7 +213,7 @@ def scaled_levers(J: np.ndarray, lever: np.ndarray) -> tuple:
 
 
 def independent(A: np.ndarray) -> tuple:
-    """Rows of A that span all others, how the others follow from them, and the singular values at the border."""
+    """Independent rows of A, the coefficients of the others, and the singular values on both sides of the rank decision."""
     if A.size == 0 or not A.any():
         return [], np.zeros((A.shape[0], 0)), (np.inf, 0.0)
     values = np.linalg.svd(A, compute_uv=False)

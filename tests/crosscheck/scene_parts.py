@@ -1,4 +1,4 @@
-"""Parts that random scenes are made of: open trees, mechanisms, and loops that say nothing new."""
+"""Parts of random scenes: open trees, mechanisms, and redundant loops."""
 
 from __future__ import annotations
 

@@ -114,7 +114,7 @@ def rank(dense: Dense, columns: list[int]) -> int:
 
 
 def give_drives(m: Maker, dense: Dense) -> None:
-    """Prescribed joints that leave the loops as many freedoms as they take away; now and then one more."""
+    """Prescribed joints, as many as the loops leave degrees of freedom; sometimes one more."""
     wanted = m.pick([0, 0, 0, 1, 1, 2, 3, 100])
     inverse = m.chance(0.1)
     extra = m.chance(0.05)

@@ -75,7 +75,7 @@ class Pose:
 
 
 class Scene:
-    """`open_by`: how far start values are off a closed pose. `size`: of the mechanism, m."""
+    """`open_by`: constraint violation of the start values. `size`: of the mechanism, m."""
 
     def __init__(self, seed: int, *, open_by: float = 0.0, motions: bool = True, loops: int = 0, velocities: bool = True) -> None:
         self.draw, self.open_by, self.motions, self.velocities = random.Random(seed), open_by, motions, velocities

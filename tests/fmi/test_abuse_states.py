@@ -1,4 +1,4 @@
-"""Mistreatment of saved states: freed, foreign, cut at every length, every byte changed, from every state of life into every other."""
+"""Misuse of saved states: freed, foreign, truncated at every length, every byte changed, from every state of the instance into every other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mistreatment of variables: refused with a sentence or borne, and a reset brings back the first run bit for bit."""
+"""Misuse of variables: refused with a message or tolerated, and a reset reproduces the first run bit for bit."""
 
 from __future__ import annotations
 

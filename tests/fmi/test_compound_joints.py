@@ -1,4 +1,4 @@
-"""Joints of several freedoms through the built FMU, against equations written here."""
+"""Joints with several DOF through the built FMU, against equations derived here."""
 
 from __future__ import annotations
 

@@ -337,7 +337,7 @@ def test_by_inputs_after_motions_have_jumped(model, name):
 @pytest.mark.parametrize(("name", "moved"), [("four_bar", 0.3), ("five_bar", 0.1), ("hoeken", -0.1)])
 @pytest.mark.parametrize("held", [True, False])
 def test_by_start_values_that_are_assembled_from_afar(tmp_path, name, moved, held):
-    """The nearest closed pose depends on the curvature of the loops, too."""
+    """The assembled configuration depends on the curvature of the loops, too."""
     text = (ROOT / "models" / f"{name}.toml").read_text()
     (tmp_path / "model.toml").write_text(text if held else text.replace("hold = true\n", ""))
     with Slave(Unpacked(build_fmu(tmp_path / "model.toml", tmp_path / "model.fmu"), tmp_path / "unpacked")) as slave:

@@ -46,7 +46,7 @@ def read(scene: str) -> np.ndarray:
 
 
 def cycloid(start: np.ndarray, end: np.ndarray, duration: float, time: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The seed's Eq. (1): position, velocity and acceleration."""
+    """Eq. (1) of the ReDySim paper: position, velocity and acceleration."""
     rate, w = (end - start) / duration, 2 * pi / duration
     return start + rate * (time - sin(w * time) / w), rate * (1 - cos(w * time)), rate * w * sin(w * time)
 

@@ -62,7 +62,7 @@ def test_is_at_most_one_megabyte(library):
     cache = library.parents[2] / "CMakeCache.txt"  # build/release of the source tree
     place = re.search(r"^REDYSIM_SUNDIALS:PATH=(.*)$", cache.read_text(encoding="utf-8") if cache.is_file() else "", re.MULTILINE)
     if place and not (Path(place[1]) / "lib" / "libsundials_arkode.a").is_file():
-        pytest.skip("linked with the distribution's SUNDIALS: the source for scripts/sundials.sh could not be had")
+        pytest.skip("linked with the distribution's SUNDIALS: the source for scripts/sundials.sh was not available")
     assert library.stat().st_size <= 1_000_000
 
 

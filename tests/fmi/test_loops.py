@@ -123,7 +123,7 @@ def test_leg_under_pd_control(fmu):
         slave.initialize(start={**TIGHT, "crank_joint.stiffness": 49.0, "crank_joint.rest": -2 * pi, "crank_joint.damping": 14.0})
         record = run(slave, 0.2, 0.01)
         expected = [-3.158557789, 4.063256685, -1.854666683, -0.591670424, -1.953723392, -1.953718943, -1.187881593]
-        # its start pose is open by 8e-6 m
+        # its start pose violates the loops by 8e-6 m
         assert np.abs(np.array(slave.reals(slave.fmu.named("output", ".q"))) - expected).max() < 2e-4
         assert record["gap"].max() < 1e-12
 

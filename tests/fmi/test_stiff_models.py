@@ -31,7 +31,7 @@ def changed(model: str, folder: Path, *replacements: tuple[str, str]) -> Unpacke
 
 
 def test_the_stiff_arm_swings_as_one_with_rigid_joints(fmu, tmp_path):
-    """Behind the ringing its stiff joints bend by what gravity and the swing ask of them, and the shoulder feels a rigid arm."""
+    """Apart from vibrations the stiff joints deflect according to gravity and inertia forces, and the shoulder moves as with a rigid arm."""
     names = ["shoulder.q", "elbow.q", "wrist.q", "energy.kinetic", "energy.balance"]
     with Slave(fmu("stiff_arm")) as slave:
         soft = run(slave.initialize(start={"elbow.q0": 0.0, "wrist.q0": 0.0}), names, 1, 0.02)

@@ -1,4 +1,4 @@
-"""URDF files become modified DH; what cannot be carried over is said; mistakes get a sentence with file and line."""
+"""Conversion of URDF files to modified DH; omissions are listed; errors are reported with file and line."""
 
 import argparse
 import math

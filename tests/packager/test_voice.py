@@ -76,7 +76,7 @@ PATTERNS = [(re.compile(pattern.replace(" ", r"[\s#/*]+"), re.IGNORECASE), inste
 PROSE = ["README.md", "docs/**/*.md", "models/README.md", "tests/scenes/README.md", "Makefile", "mkdocs.yml"]
 COMMENTED = ["models/*.toml", "scripts/*.sh"]
 PYTHON = ["examples/**/*.py", "scripts/*.py", "bench/**/*.py", "docs/pictures/*.py", "models/*.py"]
-CPP: list[str] = []
+CPP = ["bench/**/*.cpp", "bench/**/*.hpp"]
 
 
 def breaches(text: str) -> Iterator[tuple[int, str]]:

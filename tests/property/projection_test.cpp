@@ -9,7 +9,8 @@ namespace {
 
 using test::Vector;
 
-// Starts `distance` away from a closed pose and asks the projection to close position and velocity.
+// Starts at `distance` from a configuration that satisfies the constraints; the projection corrects position
+// and velocity.
 void expect_projection_closes(const Model& model, const Vector& closed, double distance,
                               test::Random& random) {
   const Plan<double> plan(model);

@@ -76,7 +76,8 @@ TEST(Assembly, makes_velocities_consistent_and_keeps_those_of_held_joints) {
   const Start start(four_bar(), {}, {3.0, 0, 0});
   ASSERT_TRUE(start.result.consistent);
   EXPECT_EQ(start.qd[0], 3.0);
-  // instant centres: crank tip moves at 0.15 m/s square to the base line, see the derivative of the closure
+  // instant centres: crank tip moves at 0.15 m/s perpendicular to the base line, see the derivative of the
+  // closure
   const double h = 1e-6;
   const Start later(four_bar(), {3 * h, start.q[1], start.q[2]});
   const Start sooner(four_bar(), {-3 * h, start.q[1], start.q[2]});

@@ -120,7 +120,7 @@ TEST(Automatic, one_long_advance_costs_no_more_than_twice_the_best) {
   }
 }
 
-// Lightly damped ringing at 7e4 rad/s, where BDF of higher order is unstable.
+// Lightly damped vibration at 7e4 rad/s, where BDF of higher order is unstable.
 TEST(Automatic, takes_dirk_where_bdf_would_follow_what_rings) {
   const auto evaluations = [](SolverMethod method) {
     test::Rig rig("stiff_arm", solver(method));

@@ -10,7 +10,7 @@
 namespace redysim {
 namespace {
 
-// A double pendulum whose first joint is moved from outside.
+// A double pendulum whose first joint has prescribed motion.
 struct Moved {
   Model model = read_model_file(REDYSIM_MODELS "/double_pendulum.toml").model;
   Plan<double> plan;
