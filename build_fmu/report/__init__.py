@@ -1,1 +1,1 @@
-"""What accuracy costs: error against run time over methods, tolerances and communication steps, as tables, picture and advice."""
+"""Work–precision reports: error against CPU time for methods, tolerances and communication step sizes, with recommendations."""

@@ -1,4 +1,4 @@
-"""What the curves of a sweep say, and what they do not: advice, curves that time cut short, and the time they need."""
+"""Evaluates the curves of a sweep: recommended runs, unfinished curves, and the time that they need."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from dataclasses import dataclass
 
 from build_fmu.report.sweep import Point
 
-SAME_COST = 1.05  # times: what two measurements of one run may differ by
-GROWTH = (1.1, 1.6, 1.8)  # least, usual and most: of a run's time from one tolerance to the next
+SAME_COST = 1.05  # ratio of two measurements of one run
+GROWTH = (1.1, 1.6, 1.8)  # minimum, usual and maximum ratio of the times of successive runs
 
 
 @dataclass(frozen=True)
 class Curve:
-    """The runs of one method, step and kind of inputs, loose tolerances first, of all that were asked for."""
+    """The runs of one method, step size and kind of inputs, loose tolerances first; `tolerances` are all requested ones."""
 
     points: Sequence[Point]
     tolerances: Sequence[float]
 
     @property
     def missing(self) -> int:
-        """Returns how many tolerances time left out; none where the last run failed."""
+        """Returns the number of tolerances omitted for lack of time; 0 if the last run failed."""
         last = self.points[-1]
         if last.outcome.status not in ("ok", "budget"):
             return 0
@@ -29,19 +29,19 @@ class Curve:
         return sum(rtol < done for rtol in self.tolerances)
 
     def time_needed(self, stop: float) -> float:
-        """Returns the time (s) that the whole curve takes, by the growth from run to run; `stop` is the length of the motion (s)."""
+        """Returns the estimated time (s) of the whole curve; `stop` is the duration of the motion (s)."""
         taken = [p.taken for p in self.points if p.outcome.status == "ok"]
         total = math.fsum(taken)
         if not self.missing:
             return total
         growth = min(max(taken[-1] / taken[-2], GROWTH[0]), GROWTH[2]) if len(taken) > 1 and taken[-2] > 0 else GROWTH[1]
         last = self.points[-1]
-        # a run that its budget ended says how fast it was
+        # a run that reached its time limit shows its speed
         next_run = last.taken * stop / max(last.outcome.reached, 1e-3 * stop) if last.outcome.status == "budget" else taken[-1] * growth
         return total + math.fsum(next_run * growth**k for k in range(self.missing))
 
     def first_below(self, target: float) -> Point | None:
-        """Returns the first run below the target that is not lucky: the next tighter one is below it, too, or there can be none."""
+        """Returns the first run that meets the target, if the next tighter one meets it too or cannot exist."""
         for k, point in enumerate(self.points):
             ends = k == len(self.points) - 1
             after = point if ends else self.points[k + 1]
@@ -51,13 +51,13 @@ class Curve:
         return None
 
     def might_beat(self, cost: float, target: float) -> bool:
-        """Returns whether the runs that are missing could reach the target at a lower cost: tighter ones cost more."""
+        """Returns whether missing runs could meet the target at a lower cost; tighter runs cost more."""
         known = [p.us_per_ms for p in self.points if p.good]
         return bool(self.missing) and self.first_below(target) is None and not (known and known[-1] >= cost)
 
 
 def curves(points: Sequence[Point], tolerances: Sequence[float]) -> list[Curve]:
-    """Returns the curves in the order in which they were run."""
+    """Returns the curves in the order of their runs."""
     found: dict[tuple, list[Point]] = {}
     for p in points:
         found.setdefault((p.step, p.changing, p.method), []).append(p)
@@ -65,9 +65,9 @@ def curves(points: Sequence[Point], tolerances: Sequence[float]) -> list[Curve]:
 
 
 def best(of: Sequence[Curve], target: float) -> Point | None:
-    """Returns the cheapest run that keeps the target; of those that cost the same, one with a method of its own before `auto`.
+    """Returns the cheapest run that meets the target; for equal costs, other methods have priority over `auto`.
 
-    There is none where a curve that was cut short could hold a cheaper one.
+    Returns None if an unfinished curve could contain a cheaper run.
     """
     fit = [p for p in (curve.first_below(target) for curve in of) if p]
     least = min((p.us_per_ms for p in fit), default=math.inf)
@@ -78,7 +78,7 @@ def best(of: Sequence[Curve], target: float) -> Point | None:
 
 
 def seconds_for_all(of: Sequence[Curve], stop: float) -> float:
-    """Returns the bound (s) on a sweep with which each curve's share lets it finish, in two digits."""
+    """Returns the time limit (s) of a sweep in which all curves can finish, with two digits."""
     needs = [curve.time_needed(stop) for curve in of]
     least = max(math.fsum(needs[:i]) + need * (len(needs) - i) for i, need in enumerate(needs))
     digit = 10.0 ** (math.floor(math.log10(max(least, 1.0))) - 1)

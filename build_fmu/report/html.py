@@ -1,4 +1,4 @@
-"""The sweep as one HTML page that needs no other file: advice, the work-precision diagram, and every run's figures."""
+"""The report as one self-contained HTML page: recommendations, work–precision diagram, and the figures of all runs."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ STYLE = """
 
 
 def write_html(path: Path, report: Report, picture: Path) -> None:
-    """Writes the page; `picture` is the diagram that was drawn as .svg."""
-    title = f"{report.name}: what accuracy costs"
+    """Writes the page; `picture` is the diagram (.svg)."""
+    title = f"{report.name}: accuracy and CPU time"
     drawn = picture.read_text(encoding="utf-8")
     lines = [*([report.note] if report.note else []), *machine_lines(), f"{len(report.points)} runs in {report.seconds:.0f} s"]
     parts = [f"<h1>{escape(title)}</h1><p class=small>{escape('; '.join(lines))}</p>",
              f"<ul class=advice>{''.join(f'<li>{escape(line)}</li>' for line in advice(report))}</ul>",
-             f"<div class=picture>{drawn[drawn.index('<svg'):]}</div>", f"<p class=small>{_marked(method(report))}</p><h2>Every run</h2>"]
+             f"<div class=picture>{drawn[drawn.index('<svg'):]}</div>", f"<p class=small>{_marked(method(report))}</p><h2>All runs</h2>"]
     for changing in (False, True):
         for step in report.steps:
             points = [p for p in report.points if p.changing == changing and p.step == step]
             if points:
-                head = f"Communication step {duration(step)}, inputs {'change' if changing else 'held'}: {sum(p.good for p in points)} runs"
+                head = f"Communication step size {duration(step)}, {'changing' if changing else 'constant'} inputs: {sum(p.good for p in points)} runs"
                 parts.append(f"<details{' open' if step == report.step else ''}><summary>{head}</summary>{_table(points, report.unit)}</details>")
     write_html_page(path, title, "".join(parts), STYLE)
 
@@ -39,7 +39,7 @@ def _table(points: list[Point], unit: str) -> str:
         numbers = [f"{p.error:.1e}", cost(p.us_per_ms), f"{p.rhs_per_ms:.3g}"] if p.good else ["", "", ""]
         note = "" if p.outcome.status == "ok" else f"{p.outcome.status}: {p.outcome.message}"
         rows.append([escape(p.method), f"{p.rtol:.0e}", *numbers, escape(note)])
-    return figures(["method", "rtol", f"error [{escape(unit)}]", "µs a ms", "right-hand sides a ms", ""], rows, range(2, 5))
+    return figures(["method", "rtol", f"error [{escape(unit)}]", "µs per ms", "right-hand sides per ms", ""], rows, range(2, 5))
 
 
 def _marked(text: str) -> str:

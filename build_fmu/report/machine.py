@@ -1,4 +1,4 @@
-"""Where and with what a figure was measured."""
+"""The machine, program version and load of a measurement."""
 
 from __future__ import annotations
 
@@ -36,20 +36,20 @@ def commit() -> str:
 
 
 def load() -> float:
-    """Returns the mean number of processes that wanted to run during the last minute."""
+    """Returns the mean number of runnable processes during the last minute."""
     return os.getloadavg()[0]
 
 
 def busy(before: float, after: float) -> str:
-    """Returns a sentence if others than this program's one process kept the machine busy, from the load before and after a measurement."""
+    """Returns a sentence if other programs used the machine, from the load before and after a measurement."""
     others, processors = max(before, after - 1), len(os.sched_getaffinity(0))
     if others <= 0.5 * processors:
         return ""
-    return f"busy machine: load {others:.1f} of other programs on {processors} processors; measured times may be too long, repeat on an idle machine"
+    return f"busy machine: other programs had a load of {others:.1f} on {processors} processors; repeat the measurement on an idle machine"
 
 
 def machine_lines() -> list[str]:
-    """Returns lines for people."""
+    """Returns processor, load, system, version and date."""
     lines = [f"{processor()}, {os.cpu_count()} processors, load {os.getloadavg()[0]:.1f}, {platform.system()} {platform.release()}"]
     at = commit()
     lines.append(f"build-fmu {__version__}{f', commit {at}' if at else ''}, {date.today().isoformat()}")

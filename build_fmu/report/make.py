@@ -1,4 +1,4 @@
-"""Makes the report of an FMU or a model: the sweep, then table, page and picture."""
+"""Makes the report of an FMU or a model: the sweep, then tables, pages and diagrams."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ TIGHT_SECONDS = 20.0
 
 @dataclass(frozen=True)
 class Wish:
-    """What a user asks of a report; None: as the model says. Times in s."""
+    """The settings of a report; None: as in the model. Times in s."""
 
     stop: float | None = None
     steps: Sequence[float] | None = None
@@ -56,7 +56,7 @@ def write(report: Report, folder: Path, stem: str) -> list[Path]:
 
 
 def make_report(target: Path, wish: Wish, progress: Callable[[str, int, int], None] = lambda *_: None) -> Report:
-    """Sweeps one FMU or model file; `progress` gets a sentence, the runs done and their number."""
+    """Sweeps one FMU or model file; `progress` gets a text, the number of finished runs and that of all runs."""
     begin, load_before = time.monotonic(), load()
     model = describe(target) if target.suffix == ".toml" else None
     with staged(target) as fmu:
@@ -65,14 +65,14 @@ def make_report(target: Path, wish: Wish, progress: Callable[[str, int, int], No
         stop = wish.stop if wish.stop is not None else fmu.stop
         steps = sorted(wish.steps) if wish.steps else communication_steps(stop, usual)
         if not stop > 0 or not all(0 < h <= stop for h in steps):
-            raise UserError(f"steps must be positive and not longer than the motion, {stop:g} s")
-        # whole numbers of the longest step
+            raise UserError(f"step sizes must be positive and at most the duration of the motion, {stop:g} s")
+        # a multiple of the largest step size
         stop = max(1, int(stop / max(steps) * (1 + 1e-9))) * max(steps)
         if not any(abs(h - usual) < 1e-9 * usual for h in steps):
             usual = steps[0]
         methods = offered_methods(fmu, wish.methods)
         if not methods:
-            raise UserError(f"'{fmu.name}' offers none of the methods {', '.join(wish.methods)}")
+            raise UserError(f"'{fmu.name}' supports none of the methods {', '.join(wish.methods)}")
         inputs = _inputs(fmu, wish.inputs)
         forces = [n for n in fmu.names("input") if not n.endswith((".q", ".qd", ".qdd"))]
         changing = [c for c in wish.changing if not c or forces]
@@ -80,7 +80,7 @@ def make_report(target: Path, wish: Wish, progress: Callable[[str, int, int], No
         plan = Plan(stop, steps, methods, wish.tolerances, changing, wish.seconds, wish.repeats)
         total = len(steps) * len(changing) * len(methods) * len(wish.tolerances)
         points = list(sweep(fmu, where, references, inputs, plan, lambda text, done: progress(text, done, total)))
-        given = f"inputs {', '.join(wish.inputs)}" if wish.inputs else "no input acts"
+        given = f"inputs {', '.join(wish.inputs)}" if wish.inputs else "inputs are zero"
         return Report(fmu.name, where.unit, stop, usual, given, references(usual), points, time.monotonic() - begin,
                       tolerances=wish.tolerances, busy=busy(load_before, load()))
 
@@ -90,7 +90,7 @@ def _inputs(fmu: Staged, arguments: Sequence[str]) -> Inputs:
 
     def find(name: str) -> str:
         if name not in known:
-            raise UserError(f"there is no input '{name}'")
+            raise UserError(f"unknown input '{name}'")
         return name
 
     signals = parse_inputs(arguments, find)
@@ -99,12 +99,12 @@ def _inputs(fmu: Staged, arguments: Sequence[str]) -> Inputs:
 
 def _references(fmu: Staged, model: Description | None, target: Path, wish: Wish, where, inputs: Inputs, stop: float,
                 longest: float) -> Callable[[float], Reference]:
-    """Returns a function of the communication step: inputs that are held make another motion at each step."""
+    """Returns a function of the communication step size: with sampled inputs, each step size has its own motion."""
     table = wish.reference or _named_reference(model, target)
     if table and (not inputs.given or wish.reference):
         exact = from_csv(table, where)
         if exact.times[-1] < longest * (1 - 1e-9):
-            raise UserError(f"'{table}' ends at {exact.times[-1]:g} s, before the first row of output at {longest:g} s")
+            raise UserError(f"'{table}' ends at {exact.times[-1]:g} s, before the first output row at {longest:g} s")
         return lambda _: exact
     made: dict[float, Reference] = {}
     methods: list[str] = []

@@ -1,4 +1,4 @@
-"""The truth that errors are measured against: a table the model names, or two tight runs of different methods."""
+"""The reference solution: a table named in the model, or two tight runs of different methods."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from build_fmu.run.driver import Staged, Task, drive
 from build_fmu.run.signals import read_table
 
 TIGHT = (1e-13, 1e-12, 1e-11, 1e-10)
-# methods of different families first, so that they do not err alike
+# methods of different families first, because their errors are independent
 ORDER = ("erk", "adams", "dirk", "bdf", "auto")
 
 
 @dataclass(frozen=True)
 class Reference:
-    """Positions at times (s), how far they can be off (same unit as errors), and where they come from."""
+    """Positions at times (s), their uncertainty (in the unit of errors), and their origin."""
 
     times: np.ndarray
     values: np.ndarray
@@ -28,7 +28,7 @@ class Reference:
     origin: str
 
     def error(self, where: Positions, times: np.ndarray, values: np.ndarray, columns: list[int]) -> float:
-        """Returns the largest error at the times that both have; nan if there are none after the start."""
+        """Returns the maximum error at common times; nan if there are none after the start."""
         at = np.searchsorted(self.times, times - 1e-9 * max(1.0, float(self.times[-1])))
         at = np.minimum(at, len(self.times) - 1)
         both = np.abs(self.times[at] - times) <= 1e-9 * np.maximum(1.0, np.abs(times))
@@ -48,13 +48,13 @@ def from_csv(path: Path, where: Positions) -> Reference:
         names = [f"q{i}" for i in range(1, len(numbered) + 1)]
     else:
         missing = next(name for name in where.names if name not in table)
-        raise UserError(f"'{path}' is no reference: it has no column '{missing}'")
+        raise UserError(f"'{path}' is not a reference: column '{missing}' is missing")
     values = np.array([table[name] for name in names]).T
     return Reference(np.array(table[clock]), values, 0.0, f"the table {path.name}")
 
 
 def from_tight_runs(fmu: Staged, where: Positions, task: Task, methods: list[str], budget: float) -> Reference:
-    """Runs the two tightest that finish, of different methods; their difference is the uncertainty. Raises UserError."""
+    """Returns the tightest solution on which two methods agree best; their difference is the uncertainty. Raises UserError."""
     best: Reference | None = None
     for rtol in TIGHT:
         runs = []
@@ -70,12 +70,12 @@ def from_tight_runs(fmu: Staged, where: Positions, task: Task, methods: list[str
         (one, first), (other, second) = runs
         difference = where.error(first.values, second.values)
         if best is None or difference < best.uncertainty:
-            best = Reference(first.times, first.values, difference, f"{one} at rtol {rtol:g}, which {other} confirms")
-        # rounding is all that is left where a looser pair agrees better
+            best = Reference(first.times, first.values, difference, f"{one} at rtol {rtol:g}, confirmed by {other}")
+        # if a looser pair agrees better, rounding errors dominate
         elif best is not None:
             return best
         if difference < 1e-9:
             return best
     if best is None:
-        raise UserError(f"'{fmu.name}' has no reference: no two methods finish a tight run in {budget:g} s; name a table with --reference")
+        raise UserError(f"'{fmu.name}' has no reference: fewer than two methods finish a tight run within {budget:g} s; specify a table with --reference")
     return best

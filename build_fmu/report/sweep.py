@@ -1,4 +1,4 @@
-"""Runs method × tolerance × communication step and measures what each point costs and how far it is off."""
+"""Measures CPU time and error for all combinations of method, tolerance and communication step size."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from build_fmu.run.driver import Outcome, Staged, Task, drive
 
 METHODS = ("auto", "erk", "adams", "dirk", "bdf")
 TOLERANCES = tuple(10.0**-k for k in range(3, 13))
-# added to each input at every other step: far below the last digit of any torque, yet a change of the input
+# added to each input at every other step: below the rounding of any torque, but a changed input
 TOUCH = 1e-100
 
 
 @dataclass(frozen=True)
 class Inputs:
-    """Input signals sampled per communication step: names and a function of time that gives their row."""
+    """Inputs sampled at each communication step: names and a function of time that returns their values."""
 
     names: list[str] = field(default_factory=list)
     row: Callable[[float], list[float]] = lambda _: []
 
     @property
     def given(self) -> bool:
-        """Whether there are any."""
+        """Returns whether there are inputs."""
         return bool(self.names)
 
 
 @dataclass(frozen=True)
 class Point:
-    """One measured run. Error in m or rad, cost in microseconds of computing a millisecond of motion."""
+    """One measured run. Error in m or rad, cost in µs of CPU time per ms of motion."""
 
     method: str
     rtol: float
@@ -43,17 +43,17 @@ class Point:
     error: float
     us_per_ms: float
     rhs_per_ms: float
-    taken: float = math.nan  # s, with all repetitions
+    taken: float = math.nan  # s, wall-clock time with all repetitions
 
     @property
     def good(self) -> bool:
-        """Whether it ran to the end."""
+        """Returns whether the run finished."""
         return self.outcome.status == "ok" and math.isfinite(self.error)
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What to sweep: times in s, the bound `seconds` on all runs together, and how often each is repeated for its time."""
+    """The settings of a sweep: times in s, the time limit `seconds` of all runs, and the repetitions of each run."""
 
     stop: float
     steps: Sequence[float]
@@ -66,15 +66,15 @@ class Plan:
 
 
 def known_method(name: str) -> None:
-    """Raises UserError for a name that is no solver method."""
+    """Raises UserError for an unknown solver method."""
     if name not in METHODS:
-        raise UserError(f"there is no method '{name}', only {', '.join(METHODS)}")
+        raise UserError(f"unknown method '{name}'; available: {', '.join(METHODS)}")
 
 
 def offered_methods(fmu: Staged, wanted: Sequence[str] = METHODS) -> list[str]:
-    """Returns those methods that the FMU accepts."""
+    """Returns the methods that the FMU supports."""
     if "solver.method" not in fmu.variables or "solver.rtol" not in fmu.variables:
-        raise UserError(f"'{fmu.name}' has no parameters solver.method and solver.rtol: it was not built by build-fmu")
+        raise UserError(f"'{fmu.name}' lacks the parameters solver.method and solver.rtol: it was not built by build-fmu")
     found = []
     for method in wanted:
         outcome = drive(fmu, Task(1e-6, 1, start={"solver.method": method}, budget=20))
@@ -84,19 +84,19 @@ def offered_methods(fmu: Staged, wanted: Sequence[str] = METHODS) -> list[str]:
 
 
 def communication_steps(stop: float, step: float) -> list[float]:
-    """Returns a tenth of the usual step, the step, and ten of it where the motion has room for that."""
+    """Returns 0.1, 1 and 10 times the usual step size, as far as they are at most a fifth of the motion."""
     return [h for h in (step / 10, step, step * 10) if h <= stop / 5 * (1 + 1e-9)] or [stop]
 
 
 def task_for(fmu: Staged, stop: float, step: float, row_every: float, inputs: Inputs, changing: bool, names: Sequence[str]) -> Task:
-    """Returns the run from 0 to `stop` with a row of outputs each `row_every` (s)."""
+    """Returns the run from 0 to `stop` (s) with an output row every `row_every` (s)."""
     count, every = round(stop / step), round(row_every / step)
     if abs(every * step - row_every) > 1e-9 * row_every or every < 1:
-        raise UserError(f"the communication step {step:g} s does not divide the longest one, {row_every:g} s")
+        raise UserError(f"the communication step size {step:g} s is not a divisor of the largest one, {row_every:g} s")
     rows: list[list[float]] = [inputs.row(k * step) for k in range(count)] if inputs.given else []
     names_of_inputs = list(inputs.names)
     if changing:
-        # every input that is a force; a motion that is set anew would begin anew
+        # all forces; a changed prescribed motion would be a different motion
         touched = [n for n in fmu.names("input") if not n.endswith((".q", ".qd", ".qdd"))]
         missing = [n for n in touched if n not in names_of_inputs]
         names_of_inputs += missing
@@ -110,7 +110,7 @@ def task_for(fmu: Staged, stop: float, step: float, row_every: float, inputs: In
 
 def measure(fmu: Staged, where: Positions, reference: Reference, task: Task, method: str, rtol: float, changing: bool,
             ratio: float, plan: Plan, budget: float) -> Point:
-    """Runs one point of the sweep, then again for its time."""
+    """Runs one point of the sweep, repeated for the measurement of its CPU time."""
     start = {**task.start, "solver.method": method, "solver.rtol": rtol, "solver.atol": rtol * ratio}
     full = Task(task.step, task.steps, task.every, start, task.outputs, task.inputs, task.rows, task.hold, plan.repeats, plan.spend, budget)
     outcome = drive(fmu, full)
@@ -127,7 +127,7 @@ def measure(fmu: Staged, where: Positions, reference: Reference, task: Task, met
 
 def sweep(fmu: Staged, where: Positions, references: Callable[[float], Reference], inputs: Inputs, plan: Plan,
           progress: Callable[[str, int], None] = lambda *_: None) -> Iterator[Point]:
-    """Yields the points, loose tolerances first; a curve ends where it fails or its time is up."""
+    """Yields the points, loose tolerances first; a curve ends at a failure or at its time limit."""
     begin = time.monotonic()
     longest = max(plan.steps)
     ratio = _atol_ratio(fmu)
@@ -135,7 +135,7 @@ def sweep(fmu: Staged, where: Positions, references: Callable[[float], Reference
     for number, (step, changing, method) in enumerate(curves):
         task = task_for(fmu, plan.stop, step, longest, inputs, changing, where.names)
         reference = references(step)
-        # what is left is shared by the curves that are still to come
+        # the remaining time is divided among the remaining curves
         allowed = (plan.seconds - (time.monotonic() - begin)) / (len(curves) - number)
         curve_begin = time.monotonic()
         for k, rtol in enumerate(sorted(plan.tolerances, reverse=True)):

@@ -1,4 +1,4 @@
-"""Chooses the tolerance of a model file that names a `target_error`: the loosest that keeps it."""
+"""Chooses the tolerance of a model file with a `target_error`: the loosest one that meets it."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from build_fmu.run.driver import Staged, Task, drive, stage_model
 CANDIDATES = tuple(float(f"{head}e-{k}") for k in range(3, 13) for head in (3, 1))[1:]
 TIGHT_SECONDS = 60.0
 RUN_SECONDS = 30.0
-MARGIN = 2.0  # for communication steps between those that are tried
+MARGIN = 2.0  # for communication step sizes between those of the runs
 
 
 @contextmanager
 def with_chosen_tolerance(model: Description, file: Path) -> Iterator[tuple[Description, Path]]:
-    """Yields the model and its file with rtol written beside target_error; unchanged where there is nothing to choose."""
+    """Yields the model and its file with the chosen rtol; unchanged without target_error or with a given rtol."""
     target = model.report.get("target_error")
     if not target:
         yield model, file
@@ -42,7 +42,7 @@ def _choose(model: Description, file: Path, target: float, folder: Path) -> tupl
         fmu = stage_model(file, folder / "as it is", model)
         where = positions(fmu)
     except UserError:
-        return None  # nothing is integrated, so nothing is to be chosen
+        return None  # nothing is integrated, so rtol has no effect
     rows, every = _rows(fmu)
     stop, row_every = rows * every * fmu.step, every * fmu.step
     if model.report.get("reference"):
@@ -51,28 +51,28 @@ def _choose(model: Description, file: Path, target: float, folder: Path) -> tupl
         held = task_for(fmu, stop, fmu.step, row_every, Inputs(), False, where.names)
         reference = from_tight_runs(fmu, where, held, offered_methods(fmu), TIGHT_SECONDS)
     if reference.uncertainty > target / 3:
-        raise UserError(f"{file}: target_error = {target:g} cannot be checked: two tight runs differ by {reference.uncertainty:.1g} in {stop:g} s")
+        raise UserError(f"{file}: target_error = {target:g} cannot be verified: two tight runs differ by {reference.uncertainty:.1g} in {stop:g} s")
     before, best = None, (float("inf"), 0.0)
     for number, rtol in enumerate(CANDIDATES):
         candidate = _candidate(file, model.resources, rtol, folder / str(number))
         worst = _worst(candidate, where, reference, target / MARGIN, folder / f"{number} staged")
         best = min(best, worst)
-        # a lucky run has no equally good neighbour
+        # a target that is met by chance is not met at the next tighter tolerance
         kept = worst[0] <= target / MARGIN
         if kept and before:
             return before
         before = candidate if kept else None
     if before:
         return before
-    raise UserError(f"{file}: no rtol down to 1e-12 keeps target_error = {target:g} in {stop:g} s, the least error is {best[0]:.1g} "
-                    f"(communication step {best[1]:g} s)")
+    raise UserError(f"{file}: no rtol down to 1e-12 meets target_error = {target:g} in {stop:g} s; minimum error {best[0]:.1g} "
+                    f"(communication step size {best[1]:g} s)")
 
 
 def tried_steps(fmu: Staged) -> list[float]:
-    """Returns the communication steps (s) at which a tolerance must keep its target, longest first.
+    """Returns the communication step sizes (s) at which a tolerance must meet its target, in descending order.
 
-    An internal step never passes the communication point of a method that begins anew there, so errors grow with the communication step
-    until nothing but the tolerance limits them. A multistep method begins anew where inputs change, and that costs accuracy in short steps.
+    The internal steps of one-step methods end at communication points, so errors grow with the communication step size until the
+    tolerance limits them. Multistep methods restart when inputs change, which reduces their accuracy at small step sizes.
     """
     rows, every = _rows(fmu)
     multiples = [rows] + [n for n in (1000, 300, 100, 30, 10, 3, 1) if n < rows]
@@ -80,14 +80,14 @@ def tried_steps(fmu: Staged) -> list[float]:
 
 
 def _rows(fmu: Staged) -> tuple[int, int]:
-    """Returns the number of rows of output, some at least, and of usual steps in each."""
+    """Returns the number of output rows, and of usual steps per row."""
     count = max(1, round(fmu.stop / fmu.step))
     every = next(n for n in range(max(1, count // 1000), count + 1) if count % n == 0)
     return count // every, every
 
 
 def _worst(candidate: tuple[Description, Path], where: Positions, reference: Reference, target: float, folder: Path) -> tuple[float, float]:
-    """Returns the largest error over communication steps, inputs held and changing, and its step; the first above the target."""
+    """Returns the maximum error over communication step sizes, with constant and changing inputs, and its step size; stops above the target."""
     description, path = candidate
     fmu = stage_model(path, folder, description)
     rows, every = _rows(fmu)
@@ -100,7 +100,7 @@ def _worst(candidate: tuple[Description, Path], where: Positions, reference: Ref
             outcome = drive(fmu, Task(task.step, task.steps, task.every, {}, task.outputs, task.inputs, task.rows, budget=RUN_SECONDS))
             if outcome.status != "ok":
                 return float("inf"), step
-            # a table may have no row in common with the longest steps
+            # a table may have no row in common with the largest step sizes
             error = reference.error(where, outcome.times, outcome.values, list(range(len(where.names))))
             if not math.isnan(error):
                 worst, compared = max(worst, (error, step)), True

@@ -1,1 +1,1 @@
-"""Extreme cases made from a model file, each run in a process of its own, and a page that says how they went."""
+"""Extreme cases derived from a model file, each run in a separate process, and pages with the results."""

@@ -1,4 +1,4 @@
-"""The catalogue: which extreme cases are made from every model, and how long each of them runs."""
+"""The catalogue of extreme cases derived from every model, with their durations."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ STIFF_HORIZON = 0.2  # s
 
 @dataclass(frozen=True)
 class Case:
-    """One case: the changed model, times in s. `open_end`: as far as its time goes is far enough."""
+    """One case: the changed model, times in s. `open_end`: the case may end at its CPU time limit."""
 
     group: str
     label: str
@@ -33,17 +33,17 @@ class Case:
 
 
 GROUPS = {
-    "tolerance": "from loose to as tight as doubles allow",
+    "tolerance": "relative tolerances from loose to the limit of double precision",
     "communication step": "from 10 µs to 1 s",
-    "mass ratio": "tips or roots of up to 1e6 times their mass",
-    "near-massless links": "every second link of 1e-6 or 1e-9 of its mass",
+    "mass ratio": "mass of end links or of links on the ground times up to 1e6",
+    "near-massless links": "mass of every second link times 1e-6 or 1e-9",
     "fast": "a joint starts at 1000 rad/s (or m/s)",
-    "far away": "the mechanism stands up to 1e9 m from the origin",
+    "far away": "the mechanism is up to 1e9 m from the origin",
     "stiff springs": "a spring in every joint, 1e2 to 1e8 N m/rad (N/m), undamped",
     "stiff and damped": "the same springs with damping of 1 ms times the stiffness",
-    "switching torques": "all torques jump between + and - at 1 kHz",
-    "long run": "10 000 s, or as far as the time for it goes",
-    "singular start": "all joints at 0, or all at half a turn",
+    "switching torques": "all torques change their sign at 1 kHz",
+    "long run": "10 000 s, or until the CPU time limit",
+    "singular start": "all joints at 0, or all at 180 degrees",
 }
 
 
@@ -81,7 +81,7 @@ def catalogue(model: Model, stop: float, step: float) -> list[Case]:
     if torques:
         add("switching torques", "1 kHz", stop=1.0, step=SWITCH, torques=torques)
     add("long run", f"{LONG:g} s", stop=LONG, step=0.1, open_end=True)
-    for angle, name in ((0.0, "0"), (math.pi, "half a turn")):
+    for angle, name in ((0.0, "0"), (math.pi, "180 degrees")):
         add("singular start", f"all at {name}", partial(variants.start_at, angle=angle))
     return cases
 
@@ -97,7 +97,7 @@ def _fast(model: Model, add: Callable[..., None]) -> None:
 
 
 def _torques(model: Model) -> dict[str, float]:
-    """Returns an amplitude for each driven joint: what holds up what it carries on an arm of 5 cm, a tenth of its weight where it slides."""
+    """Returns the torque amplitude of each driven joint: outboard weight times 5 cm, or a tenth of the weight for prismatic joints."""
     masses = variants.outboard_masses(model)
     return {link.get("joint_name", link["name"]): 9.81 * masses[link["name"]] * (0.1 if link.get("joint") == "prismatic" else 0.05)
             for link in variants.moving(model) if link.get("drive", "torque") == "torque"}

@@ -1,4 +1,4 @@
-"""The verdicts as one HTML page that needs no other file: a map of all cases, what did not finish, and every case's figures."""
+"""The results as one self-contained HTML page: a map of all cases, the unfinished ones, and the figures of each case."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STYLE = """
 .tag { display: inline-block; border-radius: 3px; padding: 0 6px; color: #fff; font-size: 12px; }
 .counts span { margin-right: 1.2rem; } tr:target { background: #fff6d6; } dt { font-weight: 600; } dd { margin: 0 0 .3rem 1.5rem; }
 """
-# a link into a folded table opens it
+# a link to a row in a collapsed table opens the table
 SCRIPT = """
 function show() { const row = document.getElementById(location.hash.slice(1)); if (!row) return;
   const fold = row.closest("details"); if (fold) fold.open = true; row.scrollIntoView({ block: "center" }); }
@@ -33,8 +33,8 @@ def write_html(path: Path, verdicts: Sequence[Verdict], seconds: float, taken: f
     """Writes the page."""
     models = list(dict.fromkeys(v.model for v in verdicts))
     parts = [f"<h1>Extreme cases</h1><p class=small>{len(verdicts)} cases of {len(models)} models in {taken:.0f} s. {escape('; '.join(machine_lines()))}</p>",
-             _counts(verdicts), _words(seconds), "<h2>All cases</h2><p>A square is a case; the paler its green, the worse its energy balance. Point at one, or open it.</p>",
-             _map(verdicts, models), "<h2>What did not finish</h2>", _not_finished(verdicts), "<h2>Every case</h2>", _legend()]
+             _counts(verdicts), _words(seconds), "<h2>All cases</h2><p>One square per case; pale green: larger energy balance error. Hover over a square for details, click it for its row.</p>",
+             _map(verdicts, models), "<h2>Unfinished cases</h2>", _not_finished(verdicts), "<h2>Results by model</h2>", _legend()]
     for model in models:
         rows = [v for v in verdicts if v.model == model]
         good = sum(v.kind == "finished" for v in rows)
@@ -50,9 +50,9 @@ def _counts(verdicts: Sequence[Verdict]) -> str:
 def _words(seconds: float) -> str:
     groups = "".join(f"<dt>{escape(group)}</dt><dd>{escape(words)}</dd>" for group, words in GROUPS.items())
     kinds = "".join(f"<dt>{_tag(kind)}</dt><dd>{escape(words)}</dd>" for kind, words in MEANING.items())
-    return (f"<p>Each model is changed in the ways below and run through its FMU. Every case has a process of its own and {seconds:g} s of computing "
-            f"({LONG_SHARE * seconds:g} s for the long run); motions last up to 2 s.</p>"
-            f"<details><summary>What is run</summary><dl>{groups}</dl></details><details open><summary>How a case is judged</summary><dl>{kinds}</dl></details>")
+    return (f"<p>Each model is changed as listed below and simulated through its FMU. Each case runs in a separate process with a limit of {seconds:g} s of "
+            f"CPU time ({LONG_SHARE * seconds:g} s for the long run). Motions last up to 2 s.</p>"
+            f"<details><summary>Cases</summary><dl>{groups}</dl></details><details open><summary>Criteria</summary><dl>{kinds}</dl></details>")
 
 
 def _legend() -> str:
@@ -90,7 +90,7 @@ def _not_finished(verdicts: Sequence[Verdict]) -> str:
         return "<p>All cases finished.</p>"
     rows = "".join(f"<tr><td>{_tag(v.kind)}</td><td><a href='#{_id(v)}'>{escape(v.model)}</a></td><td>{escape(v.case.group)}, {escape(v.case.label)}</td>"
                    f"<td>{escape(v.message)}</td><td>{escape(v.remedy)}</td></tr>" for v in rest)
-    return f"<table class=figures><tr><th></th><th>model</th><th>case</th><th>what was said</th><th>remedy</th></tr>{rows}</table>"
+    return f"<table class=figures><tr><th></th><th>model</th><th>case</th><th>message</th><th>remedy</th></tr>{rows}</table>"
 
 
 def _table(verdicts: Sequence[Verdict]) -> str:

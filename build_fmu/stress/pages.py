@@ -1,4 +1,4 @@
-"""The verdicts as a CSV, as Markdown with a summary that documents may take over, and as a picture of all cases."""
+"""The results as a CSV, as Markdown with a summary for the docs, and as a picture of all cases."""
 
 from __future__ import annotations
 
@@ -16,24 +16,26 @@ from build_fmu.stress.run import LARGEST_GAP, LONG_SHARE, REST, Verdict
 
 KINDS = {"finished": "#2a9d57", "doubtful": "#e9a23b", "slow": "#8fa3b0", "refused": "#7a5fb5", "failed": "#d1342f"}
 MEANING = {
-    "finished": "every step was OK, every value finite, loops stayed closed to "
-                f"{LARGEST_GAP:g} m, and the energy balance within 1000 times the relative tolerance (at least 1e-8) for each second of motion. Where only the balance misses "
-                "that, the case is run once more with 1e-4 of the absolute tolerance and allowed the relative tolerance for each step: if it holds then, the motion was small "
-                f"against the tolerance, or fast, and the method right; the note says so. What moves by no more than {REST:g} m or rad stands still and has no energy to judge",
-    "doubtful": "loops or energy miss these bounds",
-    "slow": "its time was up; the note says how far it came",
-    "refused": "the model file or its start is not accepted",
+    "finished": "all steps returned fmi2OK, all values were finite, the constraint violation of loops was at most "
+                f"{LARGEST_GAP:g} m, and the energy balance error at most 1000 times the relative tolerance (at least 1e-8) per second of motion. If only the "
+                "energy misses its bound, the case is repeated with 1e-4 of the absolute tolerance and an error of rtol per step. If it then meets the bound, "
+                "the motion is small compared with the tolerance, or fast; the note gives the figures. With displacements of at most "
+                f"{REST:g} m or rad the energy is not judged",
+    "doubtful": "constraint violation or energy balance error above these bounds",
+    "slow": "CPU time limit reached; the note gives the time reached",
+    "refused": "the modified model file or its initial configuration is not accepted",
     "failed": "a step failed, a value was not finite, or the process hung or crashed"}
-LEGEND = ("*Energy balance*: total energy minus its start minus the work done, over the energy that moves: the largest of kinetic energy, change of potential energy and work.",
-          "*Gap*: the widest that a loop opened, m or rad. *Error*: the largest distance of a joint to a run of another method at a tolerance 1000 times tighter; it holds what",
-          "chaos makes of small differences. *Steps*, *right-hand sides*: of the solver. *s*: of computing. The *note* ends with another method that finishes what this one did not.")
+LEGEND = ("*Energy balance*: energy balance error over the exchanged energy, which is the maximum of kinetic energy, change of potential energy and work.",
+          "*Gap*: maximum constraint violation of loops (m, rad). *Error*: maximum distance of a joint from a run of another method at a tolerance 1000 times tighter;",
+          "in chaotic motions it includes the growth of small differences. *Steps*, *right-hand sides*: of the solver. *s*: CPU time. The *note* ends with another",
+          "method that finishes the case, if any.")
 SUMMARY_BEGIN, SUMMARY_END = "<!-- summary -->", "<!-- end of summary -->"
 COLUMNS = ("model", "group", "case", "verdict", "message", "remedy", "method", "reached_s", "energy_balance", "gap", "error", "unit", "steps", "rhs",
            "seconds", "after_failure")
 
 
 def write_csv(path: Path, verdicts: Sequence[Verdict]) -> None:
-    """Writes one row a case."""
+    """Writes one row per case."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
@@ -45,7 +47,7 @@ def write_csv(path: Path, verdicts: Sequence[Verdict]) -> None:
 
 
 def write_page(path: Path, verdicts: Sequence[Verdict], picture: str, seconds: float, taken: float) -> None:
-    """Writes the Markdown page. What stands between the two comments is the summary that `docs/pictures/make_stability.py` takes over."""
+    """Writes the Markdown page. `docs/pictures/make_stability.py` copies the summary between the two comments into the docs."""
     lines = ["# Extreme cases", "", *introduction(seconds), "", SUMMARY_BEGIN, *measured(verdicts, seconds, taken), "", *summary(verdicts), "",
              *not_finished(verdicts), SUMMARY_END, "", f"![all cases]({picture})", ""]
     for model in dict.fromkeys(v.model for v in verdicts):
@@ -54,23 +56,23 @@ def write_page(path: Path, verdicts: Sequence[Verdict], picture: str, seconds: f
 
 
 def measured(verdicts: Sequence[Verdict], seconds: float, taken: float) -> list[str]:
-    """Returns what was run, when and where."""
+    """Returns number of cases, CPU time, machine and date."""
     models = len({v.model for v in verdicts})
-    lines = [f"{len(verdicts)} cases of {models} model{'s' * (models != 1)}, {seconds:g} s of computing a case, {taken:.0f} s in all.", ""]
+    lines = [f"{len(verdicts)} cases of {models} model{'s' * (models != 1)}, {seconds:g} s of CPU time per case, {taken:.0f} s wall-clock time in total.", ""]
     return [*lines, *(f"* {line}" for line in machine_lines())]
 
 
 def introduction(seconds: float) -> list[str]:
-    """Returns what the page is about."""
-    lines = ["Each model is changed in the ways below and run through its FMU, every case in a process of its own that may take "
-             f"{seconds:g} s of computing ({LONG_SHARE * seconds:g} s for the long run). Motions last up to 2 s.", ""]
+    """Returns the introduction of the page."""
+    lines = ["Each model is changed as listed below and simulated through its FMU. Each case runs in a separate process with a limit of "
+             f"{seconds:g} s of CPU time ({LONG_SHARE * seconds:g} s for the long run). Motions last up to 2 s.", ""]
     lines += [f"* **{group}**: {words}" for group, words in GROUPS.items()]
-    return [*lines, "", "How a case is judged:", "", *(f"* *{kind}*: {words}" for kind, words in MEANING.items()), "", *LEGEND]
+    return [*lines, "", "Criteria:", "", *(f"* *{kind}*: {words}" for kind, words in MEANING.items()), "", *LEGEND]
 
 
 def summary(verdicts: Sequence[Verdict]) -> list[str]:
-    """Returns a table: groups of cases, how many went how, the worst energy balance (of motions large enough to be judged) and gap of the finished ones."""
-    lines = ["| cases | " + " | ".join(KINDS) + " | worst balance | worst gap |", "| --- |" + " ---: |" * (len(KINDS) + 2)]
+    """Returns a table of the groups: number of cases by result, and of the finished cases the maximum energy balance error and constraint violation."""
+    lines = ["| cases | " + " | ".join(KINDS) + " | max. energy balance | max. gap |", "| --- |" + " ---: |" * (len(KINDS) + 2)]
     for group in GROUPS:
         rows = [v for v in verdicts if v.case.group == group]
         if not rows:
@@ -84,7 +86,7 @@ def summary(verdicts: Sequence[Verdict]) -> list[str]:
 
 
 def not_finished(verdicts: Sequence[Verdict]) -> list[str]:
-    """Returns a table of the cases that did not finish, alike ones in one row."""
+    """Returns a table of the unfinished cases, with equal ones in one row."""
     rest: dict[tuple[str, str, str, str, str], list[str]] = {}
     for v in verdicts:
         if v.kind != "finished":
@@ -92,7 +94,7 @@ def not_finished(verdicts: Sequence[Verdict]) -> list[str]:
             rest.setdefault((v.kind, v.case.group, v.case.label, message, v.remedy), []).append(v.model)
     if not rest:
         return ["All cases finished."]
-    lines = ["| verdict | case | models | what was said | remedy |", "| --- | --- | --- | --- | --- |"]
+    lines = ["| result | case | models | message | remedy |", "| --- | --- | --- | --- | --- |"]
     order = list(KINDS)
     for (kind, group, label, message, remedy), models in sorted(rest.items(), key=lambda item: (-order.index(item[0][0]), *item[0][1:])):
         lines.append(f"| {kind} | {group}, {label} | {', '.join(models)} | {_cell(message)} | {remedy} |")
@@ -101,7 +103,7 @@ def not_finished(verdicts: Sequence[Verdict]) -> list[str]:
 
 def table(verdicts: Sequence[Verdict]) -> list[str]:
     """Returns the table of one model's cases."""
-    lines = ["| case | verdict | energy balance | gap | error | steps | right-hand sides | s | |", "| --- | --- |" + " ---: |" * 6 + " --- |"]
+    lines = ["| case | result | energy balance | gap | error | steps | right-hand sides | s | |", "| --- | --- |" + " ---: |" * 6 + " --- |"]
     for v in verdicts:
         counts = ["" if n is None else str(n) for n in (v.steps, v.rhs)]
         note = "; ".join(part for part in (_cell(v.message), v.remedy) if part)
@@ -119,7 +121,7 @@ def _cell(text: str) -> str:
 
 
 def write_pictures(paths: Sequence[Path], verdicts: Sequence[Verdict]) -> None:
-    """Draws a square a case, models down and cases across; the deeper the green, the better the energy balance."""
+    """Draws one square per case, models in rows and cases in columns; the darker the green, the smaller the energy balance error."""
     from matplotlib.patches import Patch, Rectangle
 
     models = list(dict.fromkeys(v.model for v in verdicts))
@@ -135,13 +137,13 @@ def write_pictures(paths: Sequence[Path], verdicts: Sequence[Verdict]) -> None:
         axes.set_xticks([x + 0.46 for x in range(len(labels))], [f"{group}, {label}" for group, label in labels], rotation=90)
         axes.tick_params(length=0)
         axes.spines[:].set_visible(False)
-        named = {"finished": "finished; paler: energy balance worse"}
+        named = {"finished": "finished (pale: larger energy balance error)"}
         axes.legend(handles=[Patch(color=c, label=named.get(k, k)) for k, c in KINDS.items()], loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=5, frameon=False)
         save(figure, paths)
 
 
 def depth(v: Verdict) -> float:
-    """Returns how full the colour of a case is: of finished ones 1 for an energy balance of 1e-12 and better, a quarter for 1e-3 and worse."""
+    """Returns the opacity of a case: 1 for an energy balance error of at most 1e-12, a quarter from 1e-3 on."""
     if v.kind != "finished":
         return 1.0
     return 0.8 if math.isnan(v.balance) else min(1.0, max(0.25, -math.log10(max(v.balance, 1e-16)) / 12))

@@ -1,4 +1,4 @@
-"""Runs one case: the case itself, a tight run to compare with, and another method where it failed."""
+"""Runs one case, a tight run for comparison, and other methods if it failed."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from build_fmu.run.driver import Outcome, Staged, Task, drive, stage_model
 from build_fmu.stress.cases import Case
 
 MOST_ROWS = 200
-LONG_SHARE = 4  # a run with an open end may take so many times the seconds of the others
+LONG_SHARE = 4  # the CPU time limit of a run with an open end, over that of others
 LARGEST_GAP = 1e-8  # m or rad
-ROUNDING = 1e-9  # of the potential energy: less exchanged than this is rest
-REST = 1e-9  # m or rad: who moves by no more stands still, and has no energy to judge
-SMALL = ("moves ", "stands still")  # how messages about too small motions begin
-FINER = 1e-4  # of the absolute tolerance: tried where that may be too coarse for the motion
+ROUNDING = 1e-9  # of the potential energy: a smaller energy exchange counts as rest
+REST = 1e-9  # m or rad: below this displacement there is no motion, and the energy is not judged
+SMALL = ("small motion", "no motion")  # the first words of messages about small motions
+FINER = 1e-4  # factor on the absolute tolerance, used if that may be too coarse for the motion
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """How a case went. `kind`: finished, doubtful, slow, refused, failed."""
+    """The result of a case. `kind`: finished, doubtful, slow, refused, failed."""
 
     model: str
     case: Case
@@ -38,7 +38,7 @@ class Verdict:
     method: str = ""
     remedy: str = ""
     reached: float = 0.0
-    balance: float = math.nan  # largest energy balance over the largest energy that moves
+    balance: float = math.nan  # maximum energy balance error over the maximum exchanged energy
     gap: float = math.nan
     error: float = math.nan
     unit: str = ""
@@ -50,12 +50,12 @@ class Verdict:
 
     @property
     def small(self) -> bool:
-        """Says whether the case finished although its energy is too small to be judged by the usual bound."""
+        """Returns whether the case finished with an energy too small for the usual bound."""
         return self.kind == "finished" and self.message.startswith(SMALL)
 
 
 def run_case(name: str, case: Case, seconds: float, method: str | None) -> Verdict:
-    """Runs the case within the bound (s of computing for each of its runs)."""
+    """Runs the case within the CPU time limit (s per run)."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "model.toml"
         file.write_text(tomlkit.dumps(case.model), encoding="utf-8")
@@ -97,7 +97,7 @@ def _task(fmu: Staged, case: Case, start: dict[str, Any], budget: float) -> Task
     rows = [[sign * case.torques[n.removesuffix(".tau")] for n in inputs] for sign in (1, -1)] if inputs else []
     every = max(1, count // MOST_ROWS)
     if len(rows) == 2 and every % 2 == 0:
-        every += 1  # else all rows would see the same half of the square wave
+        every += 1  # otherwise all rows would see the same half of the square wave
     return Task(case.step, count, every, start, fmu.reals(), inputs, rows, budget=budget)
 
 
@@ -109,7 +109,7 @@ def _positions(fmu: Staged) -> Positions | None:
 
 
 def _facts(task: Task, outcome: Outcome, where: Positions | None) -> dict[str, float]:
-    """Returns, over the rows, the energy balance over the energy that moves, that energy (J), the largest gap, and how far anything moved (m, rad)."""
+    """Returns, over all rows, the relative energy balance error, the exchanged energy (J), and the maximum constraint violation and displacement (m, rad)."""
     if not outcome.values.size:
         return dict.fromkeys(("balance", "energy", "gap", "moved"), math.nan)
     column = {n: outcome.values[:, i] for i, n in enumerate(task.outputs)}
@@ -123,9 +123,9 @@ def _balance(column: dict[str, np.ndarray]) -> dict[str, float]:
     if "energy.balance" not in column:
         return {"balance": math.nan, "energy": math.nan}
     kinetic, potential, work = (column[f"energy.{name}"] for name in ("kinetic", "potential", "work"))
-    # rows may miss the moments of speed, but not what fell, was stretched or was fed in
+    # rows may miss peaks of the kinetic energy, but not of potential energy and work
     energy = max(float(kinetic.max()), *(float(np.abs(x - x[0]).max()) for x in (potential, work)))
-    # a mechanism at rest has the rounding of its potential energy only
+    # at rest, the balance contains only rounding errors of the potential energy
     scale = max(energy, ROUNDING * float(np.abs(potential).max()))
     off = float(np.abs(column["energy.balance"]).max())
     return {"balance": off / scale if scale > 0 else (0.0 if off == 0 else math.nan), "energy": energy}
@@ -139,12 +139,12 @@ def _judge(case: Case, outcome: Outcome, facts: dict[str, float], rtol: float, b
     if outcome.status not in ("ok", "budget"):
         return "failed", f"{outcome.status}: {outcome.message}"
     if _opens(facts):
-        return "doubtful", f"a loop opens by {facts['gap']:.1e}"
+        return "doubtful", f"the constraint violation of a loop reaches {facts['gap']:.1e}"
     if facts["balance"] > max(bound, balance_bound(rtol, outcome.reached)):
         if facts["moved"] <= REST:
-            return "finished", f"stands still: moves {facts['moved']:.0e} m or rad, {facts['energy']:.0e} J"
-        return "doubtful", f"the energy balance is off by {facts['balance']:.1e} of the energy that moves"
-    return "finished", f"to {outcome.reached:g} s" if outcome.status == "budget" else ""
+            return "finished", f"no motion: {facts['moved']:.0e} m or rad, {facts['energy']:.0e} J"
+        return "doubtful", f"the energy balance error is {facts['balance']:.1e} of the exchanged energy"
+    return "finished", f"to t = {outcome.reached:g} s" if outcome.status == "budget" else ""
 
 
 def _opens(facts: dict[str, float]) -> bool:
@@ -153,25 +153,25 @@ def _opens(facts: dict[str, float]) -> bool:
 
 def _judge_finer(fmu: Staged, case: Case, start: dict[str, Any], first: dict[str, float], seconds: float, rtol: float,
                  where: Positions | None) -> tuple[str, str] | None:
-    """Returns "finished" and why where a finer absolute tolerance keeps the energy: then the motion was small, not the method wrong."""
+    """Returns "finished" and the reason if a finer absolute tolerance meets the bound: then the motion is small compared with the tolerance."""
     usual = float(start.get("solver.atol", fmu.variables["solver.atol"].start))
     task = _task(fmu, case, {**start, "solver.atol": FINER * usual}, seconds)
     outcome = drive(fmu, task)
     facts = _facts(task, outcome, where)
-    # fast vibrations are thousands of turns: each step may lose what it is allowed to
+    # fast vibrations take many steps, each of which may have an error of rtol
     if _judge(case, outcome, facts, rtol, bound=rtol * outcome.health.get("solver.steps", 0))[0] != "finished":
         return None
-    return "finished", (f"moves {first['energy']:.0e} J: the balance is off by {first['balance']:.0e} of it with an absolute tolerance of {usual:.0e}, "
-                        f"by {facts['balance']:.0e} with {FINER * usual:.0e}")
+    return "finished", (f"small motion, {first['energy']:.0e} J: the relative energy balance error is {first['balance']:.0e} with an absolute tolerance of "
+                        f"{usual:.0e}, and {facts['balance']:.0e} with {FINER * usual:.0e}")
 
 
 def balance_bound(rtol: float, motion: float) -> float:
-    """Returns how large an energy balance, over the energy that moves, may be after a `motion` (s) before it is doubtful."""
+    """Returns the bound on the relative energy balance error after a `motion` (s)."""
     return max(1e3 * rtol, 1e-8) * max(1.0, motion)
 
 
 def _remedy(fmu: Staged, case: Case, start: dict[str, Any], first: Outcome, seconds: float, rtol: float, where: Positions | None) -> str:
-    """Returns the first other method that finishes the case."""
+    """Returns the first other method that finishes the case, as a text."""
     for method in METHODS:
         if method == first.method:
             continue
@@ -179,15 +179,15 @@ def _remedy(fmu: Staged, case: Case, start: dict[str, Any], first: Outcome, seco
         outcome = drive(fmu, task)
         facts = _facts(task, outcome, where)
         if _judge(case, outcome, facts, rtol)[0] == "finished":
-            return f"{method} finishes it"
-        # as for the first method: the motion may be too small for the absolute tolerance
+            return f"finishes with {method}"
+        # as for the first method: the motion may be small compared with the absolute tolerance
         if outcome.status == "ok" and not _opens(facts) and _judge_finer(fmu, case, task.start, facts, seconds, rtol, where):
-            return f"{method} finishes it, with {FINER:g} of the absolute tolerance"
+            return f"finishes with {method} and {FINER:g} of the absolute tolerance"
     return ""
 
 
 def _error(fmu: Staged, case: Case, task: Task, outcome: Outcome, where: Positions, rtol: float, seconds: float) -> float:
-    """Returns the distance to a tight run of another method; nan if that does not finish."""
+    """Returns the distance to a tight run of another method; nan if that run does not finish."""
     tight = max(min(rtol / 1000, 1e-10), 1e-13)
     for method in ("bdf", "erk") if case.stiff else ("adams", "erk"):
         if method == outcome.method:

@@ -1,4 +1,4 @@
-"""Changes to a model file that make it extreme: each takes the parsed file and changes it in place."""
+"""Changes of a model for extreme cases; each function modifies the parsed file in place."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from typing import Any
 
 Model = dict[str, Any]
-# numbers in q and qd; all other joints have one
+# sizes of q and qd; other joints have one value
 SIZES = {"universal": (2, 2), "cylindrical": (2, 2), "planar": (3, 3), "spherical": (3, 3), "free": (6, 6)}
 MOVED = ("motion", "locked")
 
 
 def plain(model: Model) -> None:
-    """Shows what the page needs to know."""
+    """Adds the outputs that the pages need, and removes target and reference."""
     fmu = model.setdefault("fmu", {})
     fmu["outputs"] = sorted({*fmu.get("outputs", ["acceleration"]), "energy", "solver"})
     model.pop("report", None)
@@ -22,7 +22,7 @@ def plain(model: Model) -> None:
 
 
 def moving(model: Model) -> Iterator[dict[str, Any]]:
-    """Yields the links on joints that are free to move."""
+    """Yields the links whose joints are integrated."""
     for link in model.get("link", []):
         if link.get("joint", "revolute") != "fixed" and link.get("drive", "torque") not in MOVED:
             yield link
@@ -35,7 +35,7 @@ def parents(model: Model) -> list[str]:
 
 
 def outboard_masses(model: Model) -> dict[str, float]:
-    """Returns, by link, its mass and that of all that it carries (kg)."""
+    """Returns, by link, the mass of the link and of all outboard links (kg)."""
     links, above = model.get("link", []), dict(zip((link["name"] for link in model.get("link", [])), parents(model), strict=True))
     total = dict.fromkeys(above, 0.0)
     for link in links:
@@ -56,7 +56,7 @@ def scale(link: dict[str, Any], factor: float) -> None:
 
 
 def heavy_tips(model: Model, ratio: float) -> None:
-    """Links that carry nothing weigh `ratio` times as much."""
+    """Multiplies mass and inertia of end links by `ratio`."""
     carriers = set(parents(model))
     for link in model.get("link", []):
         if link["name"] not in carriers:
@@ -64,21 +64,21 @@ def heavy_tips(model: Model, ratio: float) -> None:
 
 
 def heavy_roots(model: Model, ratio: float) -> None:
-    """Links on the ground weigh `ratio` times as much."""
+    """Multiplies mass and inertia of links on the ground by `ratio`."""
     for link, parent in zip(model.get("link", []), parents(model), strict=True):
         if parent == "ground":
             scale(link, ratio)
 
 
 def light_links(model: Model, factor: float) -> None:
-    """Every second link, or the only one, keeps a tiny part of its mass and inertia."""
+    """Multiplies mass and inertia of every second link, or of the only one, by `factor`."""
     links = model.get("link", [])
     for link in links[1::2] or links:
         scale(link, factor)
 
 
 def far_away(model: Model, distance: float) -> None:
-    """The whole mechanism stands `distance` (m) up the ground's z axis."""
+    """Moves the whole mechanism by `distance` (m) along the ground's z axis."""
     for link, parent in zip(model.get("link", []), parents(model), strict=True):
         if parent == "ground":
             link["b"] = float(link.get("b", 0)) + distance
@@ -90,7 +90,7 @@ def far_away(model: Model, distance: float) -> None:
 
 
 def fast(model: Model, link: dict[str, Any], speed: float) -> None:
-    """One joint starts at `speed` (rad/s or m/s)."""
+    """Starts one joint at `speed` (rad/s or m/s)."""
     kind = link.get("joint", "revolute")
     if kind in SIZES:
         link["qd"] = [0.0] * (SIZES[kind][1] - 1) + [speed]
@@ -99,7 +99,7 @@ def fast(model: Model, link: dict[str, Any], speed: float) -> None:
 
 
 def stiff_joints(model: Model, stiffness: float, damping: float) -> None:
-    """Every joint that can have one gets a spring, relaxed at the start pose."""
+    """Adds a spring to every joint that supports one, relaxed in the initial configuration."""
     for link in moving(model):
         kind = link.get("joint", "revolute")
         if kind in ("spherical", "free"):
@@ -112,7 +112,7 @@ def stiff_joints(model: Model, stiffness: float, damping: float) -> None:
 
 
 def start_at(model: Model, angle: float) -> None:
-    """All joints start at `angle` (rad), those that slide at 0."""
+    """Starts all joints at `angle` (rad), prismatic joints at 0."""
     for link in moving(model):
         kind = link.get("joint", "revolute")
         if kind in SIZES:

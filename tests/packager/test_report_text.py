@@ -43,17 +43,19 @@ LADDER = (1e-5, 1e-7, 1e-9)
 
 def test_the_cheapest_that_is_good_enough_is_advised():
     assert advice(report_of(WHOLE, LADDER)) == [
-        "for 1e-3 rad take erk at rtol 1e-5: 3.5 µs a ms (step 10 ms, inputs that change at each step; erk at rtol 1e-5: 3 µs a ms where they are held)",
-        "for 1e-6 rad take erk at rtol 1e-7: 9.5 µs a ms (step 10 ms, inputs that change at each step; adams at rtol 1e-7: 7.2 µs a ms where they are held)",
-        "for 1e-9 rad take bdf at rtol 1e-9: 100 µs a ms (step 10 ms, inputs held)",
+        "for 1e-3 rad: erk at rtol 1e-5, 3.5 µs per ms (step size 10 ms, changing inputs; with constant inputs erk at rtol 1e-5, 3 µs per ms)",
+        "for 1e-6 rad: erk at rtol 1e-7, 9.5 µs per ms (step size 10 ms, changing inputs; with constant inputs adams at rtol 1e-7, 7.2 µs per ms)",
+        "for 1e-9 rad: bdf at rtol 1e-9, 100 µs per ms (step size 10 ms, constant inputs)",
     ]
 
 
 def test_curves_that_were_cut_short_carry_no_advice_and_are_counted():
     first = [replace(point(method, 1e-3, 1e-10, 1.0), taken=2.0) for method in ("erk", "adams", "bdf")]
     lines = advice(report_of(first, (1e-3, *LADDER)))
-    assert lines[:3] == [f"for {target} rad no advice: curves that could answer are unfinished" for target in ("1e-3", "1e-6", "1e-9")]
-    assert lines[3].startswith("3 of 3 curves are unfinished, their time was up; all of them need about --seconds ")
+    assert lines[:3] == [
+        f"for {target} rad: no recommendation, because unfinished curves could contain a cheaper run" for target in ("1e-3", "1e-6", "1e-9")
+    ]
+    assert lines[3].startswith("3 of 3 curves reached the time limit; all of them need about --seconds ")
     # a run, then three that take 1.6 times as long each, on each of three curves
     assert float(lines[3].split()[-1]) == pytest.approx(3 * 2 * (1 + 1.6 + 1.6**2 + 1.6**3), rel=0.05)
 
@@ -65,27 +67,30 @@ def test_a_curve_that_was_cut_where_it_is_dearer_already_spoils_no_advice():
         point("erk", 1e-9, 1e-9, 20.0),
         replace(point("bdf", 1e-5, 1e-2, 50.0), taken=1.0),
     ]
-    assert advice(report_of(dear, LADDER))[1].startswith("for 1e-6 rad take erk at rtol 1e-7")
+    assert advice(report_of(dear, LADDER))[1].startswith("for 1e-6 rad: erk at rtol 1e-7")
     cheap = [*dear[:3], replace(point("bdf", 1e-5, 1e-2, 5.0), taken=1.0)]
-    assert "no advice" in advice(report_of(cheap, LADDER))[1]
+    assert "no recommendation" in advice(report_of(cheap, LADDER))[1]
 
 
 def test_a_lucky_run_is_not_advised():
     lucky = [point("erk", 1e-5, 1e-7, 3.0), point("erk", 1e-7, 2e-6, 9.0), point("erk", 1e-9, 1e-9, 20.0)]
-    assert "take erk at rtol 1e-9" in advice(report_of(lucky, LADDER))[1]
+    assert "erk at rtol 1e-9" in advice(report_of(lucky, LADDER))[1]
 
 
 def test_an_accuracy_beyond_the_reference_gets_no_advice():
-    assert advice(report_of(WHOLE, LADDER, uncertainty=3e-9))[2] == "for 1e-9 rad no advice: the reference is known to 3e-09 rad only"
+    assert (
+        advice(report_of(WHOLE, LADDER, uncertainty=3e-9))[2]
+        == "for 1e-9 rad: no recommendation, because the uncertainty of the reference is 3e-09 rad"
+    )
 
 
 def test_an_accuracy_that_no_run_reached_is_said_so():
     points = [point("erk", 1e-3, 1e-3, 1.0), point("bdf", 1e-3, math.nan, 0.1, status="error")]
-    assert advice(report_of(points, (1e-3,)))[-1] == "for 1e-9 rad no run of this sweep is good enough"
+    assert advice(report_of(points, (1e-3,)))[-1] == "for 1e-9 rad: no run of this sweep meets the target"
 
 
 def test_a_busy_machine_is_named_next_to_the_advice():
-    assert busy(0.2, 1.1) == "" and "busy machine: load 50.0 of other programs" in busy(0.1, 51.0)
+    assert busy(0.2, 1.1) == "" and "busy machine: other programs had a load of 50.0" in busy(0.1, 51.0)
     assert advice(report_of(WHOLE, LADDER, busy="busy machine"))[-1] == "busy machine"
 
 
