@@ -1,6 +1,6 @@
-"""Draws a mechanism at its start pose: model.png of an FMU, byte-equal for an equal model.
+"""Draws a mechanism in its initial configuration: model.png of an FMU, with reproducible bytes.
 
-A planar mechanism is drawn in its plane, every other one in three dimensions. Lengths in m, ground frame.
+Planar mechanisms are drawn in their plane, others in three dimensions. Lengths in m, ground frame.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ import numpy as np
 from build_fmu.draw.figure import INK, METADATA, new_figure
 from build_fmu.model.planar import joint_counts, planar_axes
 
-PLAIN_TEXT = {"text.parse_math": False}  # a name may hold a dollar sign
+PLAIN_TEXT = {"text.parse_math": False}  # names may contain dollar signs
 GROUND, COM, LOOP, SPRING = "#7d8792", "#c0392b", "#8e44ad", "#2e8b57"
 AXIS_COLOURS = ("#d1495b", "#3a9d5d", "#2f6fb5")
-ELEVATION, AZIMUTH = 22, -58  # degrees, where a spatial mechanism is seen from
+ELEVATION, AZIMUTH = 22, -58  # degrees, view of a spatial mechanism
 VIEW = np.array([f(np.radians(AZIMUTH)) * np.cos(np.radians(ELEVATION)) for f in (np.cos, np.sin)] + [np.sin(np.radians(ELEVATION))])
-NAMES_END = (0.9, 0.68)  # of the width of a flat and a spatial picture: names of points further right stand left of them
-NAMED_LINKS = 12  # beyond this many links names would only cover each other
-SHAPED_LINKS = 40  # beyond this many links are thin lines without joints and centers of mass
+NAMES_END = (0.9, 0.68)  # fractions of the width of a planar and a spatial picture: names of points further right are placed to their left
+NAMED_LINKS = 12  # no names for more links, because they would overlap
+SHAPED_LINKS = 40  # more links are drawn as thin lines without joints and centers of mass
 
 
 def draw(drawing: dict[str, Any], title: str) -> bytes:
@@ -34,7 +34,7 @@ def draw(drawing: dict[str, Any], title: str) -> bytes:
 
 
 def mechanism(figure, drawing: dict[str, Any], title: str, caption: str, bounds: np.ndarray | None = None, traces: Sequence = ()) -> None:
-    """Draws into an empty figure. `bounds` (least, greatest point) keeps the view of a film still; `traces` are paths of tips."""
+    """Draws into an empty figure. `bounds` (minimum, maximum point) fixes the view of a film; `traces` are paths of tips."""
     scene = _Scene(figure, planar_axes(drawing["links"]), _size(drawing), vertical_axis(drawing))
     _ground(scene)
     for path in traces:
@@ -52,22 +52,22 @@ def mechanism(figure, drawing: dict[str, Any], title: str, caption: str, bounds:
 
 
 def vertical_axis(drawing: dict[str, Any]) -> int:
-    """Returns the ground axis (0, 1, 2) that gravity is nearest to; z without gravity."""
+    """Returns the ground axis (0, 1, 2) nearest to the direction of gravity; z without gravity."""
     gravity = np.abs(drawing.get("gravity", [0, 0, 0]))
     return int(np.argmax(gravity)) if gravity.any() else 2
 
 
 class _Scene:
-    """One set of axes that takes points of the ground frame, in the plane or in space."""
+    """A planar or spatial plot for points in the ground frame."""
 
     def __init__(self, figure, plane: tuple[int, int] | None, size: float, vertical: int) -> None:
         self.plane, self.size, self.points, self.names = plane, size, [np.zeros(3)], []
-        # a cyclic change of axes turns z to the vertical one
+        # a cyclic permutation of the axes makes z vertical
         self.view = np.roll(VIEW, vertical - 2)
         if plane is None:
             from mpl_toolkits.mplot3d import Axes3D  # noqa: F401  registers the projection
 
-            # the drawing order is ours: links, then joints, then names
+            # explicit drawing order: links, joints, names
             self.axes = figure.add_axes((-0.04, -0.02, 1.04, 0.98), projection="3d", computed_zorder=False)
             self.axes.view_init(elev=ELEVATION, azim=AZIMUTH, vertical_axis="xyz"[vertical])
         else:
@@ -82,7 +82,7 @@ class _Scene:
         self.axes.plot(*self.project(points), solid_capstyle="round", **style)
 
     def lines(self, points: np.ndarray, colours: np.ndarray, width: float, alpha: float, zorder: int) -> None:
-        """Many lines at once; `points` by line, point and coordinate."""
+        """Draws several lines; `points` by line, point and coordinate."""
         from matplotlib.collections import LineCollection
         from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
@@ -102,14 +102,14 @@ class _Scene:
 
         where = [float(x[0]) for x in self.project(point)]
         where[-1] += 0.02 * self.size
-        halo = [withStroke(linewidth=2.5, foreground="white")]  # readable across a link
+        halo = [withStroke(linewidth=2.5, foreground="white")]  # readable on top of a link
         shown = self.axes.text(*where, f"  {text}", fontsize=8.5, color=INK, zorder=30, ha="left", va="bottom", path_effects=halo)
         self.names.append((where, shown))
 
     def finish(self, title: str, caption: str, bounds: np.ndarray | None) -> None:
         points = np.array(self.points) if bounds is None else np.array(bounds)
         low, high = points.min(axis=0), points.max(axis=0)
-        # a flat side still gets some depth, so that the box never degenerates
+        # a minimum depth, so that the box does not degenerate
         thin = 0.3 * max(high - low)
         middle, half = (low + high) / 2, np.maximum((high - low) / 2 + 0.08 * self.size, thin / 2)
         names = [f"{axis} [m]" for axis in "xyz"]
@@ -135,7 +135,7 @@ class _Scene:
         axes.figure.text(0.96, 0.955, caption, fontsize=8.5, color="#56616b", va="center", ha="right")
 
     def _keep_names_inside(self) -> None:
-        """Names at the right edge, where the numbers of a spatial picture are, stand left of their point."""
+        """Places names near the right edge to the left of their points."""
         from mpl_toolkits.mplot3d.proj3d import proj_transform
 
         self.axes.apply_aspect()
@@ -151,7 +151,7 @@ def _link(scene: _Scene, links: list[dict[str, Any]], index: int, link: dict[str
     base = np.zeros(3) if link["parent"] < 0 else np.asarray(links[link["parent"]]["origin"], float)
     colour = _colour(links, index)
     width = 6.5
-    # the body that carries this joint reaches from its own joint to here
+    # the parent link extends from its own joint to this one
     carrier = GROUND if link["parent"] < 0 else _colour(links, link["parent"])
     if np.linalg.norm(origin - base) > 1e-9:
         scene.line([base, origin], color=carrier, lw=width if link["parent"] >= 0 else 0.6 * width, alpha=0.85, zorder=5)
@@ -168,15 +168,15 @@ def _link(scene: _Scene, links: list[dict[str, Any]], index: int, link: dict[str
         scene.mark(origin, marker=marker, ms=size, mfc="white", mec=INK, mew=1.6, zorder=14)
     if link["mass"] > 0:
         scene.mark(com, marker="P", ms=6, mfc=COM, mec="white", mew=0.6, zorder=16)
-    # joints that meet in a point (a wrist) share one name tag, written by the first of them
+    # joints at the same point, such as a wrist, share one label
     here = [i for i, other in enumerate(links) if np.linalg.norm(np.asarray(other["origin"], float) - origin) < 0.03 * scene.size]
     if len(links) <= NAMED_LINKS and here[0] == index:
-        # the joints of a link's joint of several freedoms, hand[1] and hand[2], go by the link's name
+        # joints with several DOF, hand[1] and hand[2], have the name of their link
         scene.text(origin, ", ".join(dict.fromkeys(links[i]["name"].partition("[")[0] for i in here)))
 
 
 def _thin_links(scene: _Scene, links: list[dict[str, Any]]) -> None:
-    """As _link draws them, without joints, centers of mass and names."""
+    """Draws links as _link does, without joints, centers of mass and names."""
     origin, com = (np.array([link[key] for link in links], float) for key in ("origin", "com"))
     parent, mass = np.array([link["parent"] for link in links]), np.array([link["mass"] for link in links])
     colours = _colours(len(links))
@@ -192,10 +192,10 @@ def _thin_links(scene: _Scene, links: list[dict[str, Any]]) -> None:
 
 
 def _loop(scene: _Scene, links: list[dict[str, Any]], loop: dict[str, Any]) -> None:
-    """A cut joint: both links reach to their points, a ring marks the cut, dots bridge a gap."""
+    """Draws a loop: both links extend to their points, a ring marks the joint, dots a constraint violation."""
     for side in ("a", "b"):
         point = np.asarray(loop[f"point_{side}"], float)
-        # links by name; ground is none of them
+        # the ground is not a link
         for index in (i for i, link in enumerate(links) if link["name"] == loop[f"link_{side}"]):
             origin = np.asarray(links[index]["origin"], float)
             scene.line([origin, point], color=_colour(links, index), lw=6.5 if len(links) <= SHAPED_LINKS else 2.0, alpha=0.85, zorder=5)
@@ -204,7 +204,7 @@ def _loop(scene: _Scene, links: list[dict[str, Any]], loop: dict[str, Any]) -> N
 
 
 def _ground(scene: _Scene) -> None:
-    """The ground frame as three short coloured arrows on a grey foot."""
+    """Draws the ground frame as three coloured lines."""
     scene.mark(np.zeros(3), marker="D", ms=9, mfc=GROUND, mec="white", zorder=8)
     for i in scene.plane or (0, 1, 2):
         tip = np.zeros(3)
@@ -225,7 +225,7 @@ def _colour(links: list[dict[str, Any]], index: int):
 
 
 def _ticks(share: float):
-    """A short side of the box has room for few numbers."""
+    """Returns the tick locator; a short side of the box gets fewer ticks."""
     from matplotlib.ticker import MaxNLocator
 
     return MaxNLocator(nbins=max(2, round(5 * share)))
@@ -239,14 +239,14 @@ def _size(drawing: dict[str, Any]) -> float:
 def _caption(drawing: dict[str, Any]) -> str:
     loops = len(drawing.get("loops", []))
     counts = ", ".join(joint_counts(drawing["links"]) + ([f"{loops} loop{'s' if loops > 1 else ''}"] if loops else []))
-    return f"{counts} · {sum(link['mass'] for link in drawing['links']):.4g} kg · start pose"
+    return f"{counts} · {sum(link['mass'] for link in drawing['links']):.4g} kg · initial configuration"
 
 
 def _zigzag(start, end, scene: _Scene) -> list[np.ndarray]:
-    """A spring between two points: straight ends and a zigzag across the line in between."""
+    """Returns the points of a spring: straight ends and a zigzag between them."""
     start, end = np.asarray(start, float), np.asarray(end, float)
     along = end - start
-    # across the line of sight, so that the zigzag is seen from the side
+    # perpendicular to the line of sight
     sight = np.eye(3)[3 - sum(scene.plane)] if scene.plane else scene.view
     across = np.cross(along, sight)
     across *= 0.025 * scene.size / max(float(np.linalg.norm(across)), 1e-12)

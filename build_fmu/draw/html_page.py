@@ -1,4 +1,4 @@
-"""The frame and the look of HTML pages that need no other file."""
+"""The frame and the style of self-contained HTML pages."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ table { border-collapse: collapse; } th { text-align: left; font-weight: 600; }
 
 
 def write_html_page(path: Path, title: str, body: str, style: str = "", script: str = "") -> None:
-    """Writes a page of this title and HTML body, with more style and script if need be."""
+    """Writes a page of this title and HTML body, with optional style and script."""
     text = (f"<!DOCTYPE html><html lang=en><meta charset=utf-8><meta name=viewport content='width=device-width'><title>{escape(title)}</title>"
             f"<style>{STYLE}{style}</style>{f'<script>{script}</script>' if script else ''}<body>{body}</body></html>\n")
     whole_file(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""Draws what a run did: positions, velocities, torques, energy, one panel for each kind and unit."""
+"""Plots simulation results: positions, velocities, torques, energy, one panel per group and unit."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MOST_NAMED = 12
 
 @dataclass
 class Panel:
-    """One set of axes: curves of one kind in one unit, ready to draw."""
+    """One panel: the curves of one group in one unit."""
 
     kind: str
     unit: str
@@ -29,7 +29,7 @@ class Panel:
 
 
 def panels(session: Session, result: Result, asked: bool) -> list[Panel]:
-    """Groups the curves. With `asked`, every recorded output is drawn; else the kinds a person looks at first."""
+    """Groups the curves. With `asked`, all recorded outputs are plotted, otherwise the groups plotted by default."""
     found: dict[tuple[str, str], Panel] = {}
     active = [name for name, column in result.inputs.items() if np.any(column != 0)]
     for name in [*result.names, *([] if asked else active)]:
@@ -46,16 +46,16 @@ def panels(session: Session, result: Result, asked: bool) -> list[Panel]:
 
 
 def _open_turns(angle: np.ndarray) -> np.ndarray:
-    """Leaves a gap where an angle goes on at -pi after pi: no line is drawn across the panel."""
+    """Inserts a gap where an angle jumps between pi and -pi."""
     shown = np.array(angle, float)
     shown[1:][np.abs(np.diff(angle)) > 1.5 * np.pi] = np.nan
     return shown
 
 
 def plot(path: Path, session: Session, result: Result, asked: Sequence[str] = ()) -> None:
-    """Writes the picture (.png, .svg or .pdf); raises UserError for another ending or nothing to draw."""
+    """Writes the picture (.png, .svg or .pdf); raises UserError for other formats or without outputs."""
     if path.suffix.lower() not in FORMATS:
-        raise UserError(f"'{path}' is no name for a picture: it must end in {', '.join(FORMATS)}")
+        raise UserError(f"'{path}' is not a picture name: it must end in {', '.join(FORMATS)}")
     drawn = panels(session, result, bool(asked)) or panels(session, result, True)
     if not drawn:
         raise UserError("the FMU has no outputs to plot")
@@ -64,7 +64,7 @@ def plot(path: Path, session: Session, result: Result, asked: Sequence[str] = ()
     with titled_figure(session.description.modelName, 7.4 if columns == 1 else 11.5, 0.7 + 2.9 * rows) as figure:
         grid = figure.add_gridspec(rows, columns)
         for i, panel in enumerate(drawn):
-            # a lone last panel takes the whole row
+            # a single last panel fills the row
             last = i == len(drawn) - 1 and len(drawn) % columns
             axes = figure.add_subplot(grid[-1, :] if last else grid[i // columns, i % columns])
             _draw(axes, panel, result.time, time_label=i >= len(drawn) - columns)
@@ -79,7 +79,7 @@ def _draw(axes, panel: Panel, time: np.ndarray, time_label: bool) -> None:
     for i, (label, values) in enumerate(panel.curves):
         colour = palette(i / max(1, len(panel.curves) - 1)) if many else palette(i % 10)
         named = not many or i in (0, len(panel.curves) - 1)
-        # equal curves stay visible: later ones are thinner and dashed
+        # dashes keep coincident curves visible
         style = DASHES[i % len(DASHES)] if panel.kind == "energy" else "-"
         axes.plot(time, values, style, color=colour, lw=1.1 if many or panel.kind == "balance" else 1.6, label=label if named else None)
     unit = f" [{panel.unit}]" if panel.unit else ""

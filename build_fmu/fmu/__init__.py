@@ -1,1 +1,1 @@
-"""Puts an FMU together: description, pages, library, licences, archive."""
+"""Builds FMUs: XML, pages, library, licences, archive."""

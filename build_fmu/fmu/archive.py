@@ -1,4 +1,4 @@
-"""Writes an FMU: a zip whose bytes depend on its content alone, and which appears whole or not at all."""
+"""Writes an FMU: a zip file with reproducible bytes, written atomically."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from pathlib import Path
 
 from build_fmu.files import whole_file
 
-EPOCH = (1980, 1, 1, 0, 0, 0)  # the first time a zip can hold; no file's own time gets in
-UNIX = 3  # the system whose permissions the entries carry
+EPOCH = (1980, 1, 1, 0, 0, 0)  # the earliest time of the zip format, used for all files
+UNIX = 3  # the system of the file permissions
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Entry:
 
 
 def write_archive(target: Path, entries: Sequence[Entry]) -> None:
-    """Writes the entries in their order; raises UserError and leaves an existing target alone on failure."""
+    """Writes the entries in order; on failure raises UserError and keeps an existing target."""
     whole_file(target, lambda temporary: _write_zip(temporary, entries))
 
 

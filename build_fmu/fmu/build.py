@@ -1,4 +1,4 @@
-"""Puts an FMU together from a model file: describe, write the pages, copy the library, zip."""
+"""Builds an FMU from a described model file: XML, pages, library, archive."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from build_fmu.report.target import with_chosen_tolerance
 
 @dataclass(frozen=True)
 class Built:
-    """What went into an FMU: its description, why it carries no page that plays it, how its library was specialised."""
+    """The result of a build: the description, the reason for a missing page of the run, and the specialisation of the library."""
 
     model: Description
     no_page: str = ""
@@ -33,7 +33,7 @@ def build(model: Description, model_file: Path, target: Path, show: bool = False
     """
     libraries = {platform: native.library(platform) for platform in platforms}
     if target.suffix != ".fmu":
-        raise UserError(f"'{target}' is no name for an FMU: it must end in .fmu")
+        raise UserError(f"'{target}' is not an FMU name: it must end in .fmu")
     picture = draw(model.drawing, model.model_name)
     played, reason = None, ""
     with with_chosen_tolerance(model, model_file) as (packed, file):

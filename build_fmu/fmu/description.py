@@ -1,7 +1,7 @@
 """Writes modelDescription.xml (FMI 2.0, co-simulation) from a model's table.
 
-Equal tables give equal bytes: the order is the table's, numbers are the shortest that read back exactly, and nothing
-in the file depends on the day or the machine.
+Equal tables give equal bytes: variables are in the order of the table, numbers have the shortest exact form, and the file
+does not depend on date or machine.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ CAPABILITIES = (
     "canHandleVariableCommunicationStepSize",
     "canInterpolateInputs",
     "maxOutputDerivativeOrder",
-    "canRunAsynchronuously",  # the standard's own spelling
+    "canRunAsynchronuously",  # spelling of the standard
     "canBeInstantiatedOnlyOncePerProcess",
     "canNotUseMemoryManagementFunctions",
     "canGetAndSetFMUstate",
@@ -82,7 +82,7 @@ def _units(root: xml.Element, model: Description) -> None:
 
 
 def _variable(parent: xml.Element, variable: Variable) -> None:
-    # the standard forbids `initial` for inputs, whose start value is always exact
+    # the standard forbids `initial` for inputs, whose start values are always exact
     initial = None if variable.causality == "input" else variable.initial
     scalar = xml.SubElement(
         parent,
@@ -121,7 +121,7 @@ def _structure(root: xml.Element, model: Description) -> None:
 def _dependencies(row: Unknown, index: dict[str, int]) -> dict[str, str]:
     if row.dependencies is None:
         return _attributes(index=index[row.name])
-    # ascending indices read best and some importers rely on them; a kind stays with its variable
+    # ascending indices, on which some importers rely; each kind stays with its variable
     kinds = row.kinds or ["dependent"] * len(row.dependencies)
     pairs = sorted(zip((index[name] for name in row.dependencies), kinds, strict=True))
     return _attributes(
@@ -132,7 +132,7 @@ def _dependencies(row: Unknown, index: dict[str, int]) -> dict[str, str]:
 
 
 def _real(value: float | None) -> str | None:
-    """The shortest decimal that reads back as the same double, in the spelling of XML Schema."""
+    """Returns the shortest decimal of exactly this double, in XML Schema notation."""
     if value is None:
         return None
     value = float(value)
@@ -142,6 +142,6 @@ def _real(value: float | None) -> str | None:
 
 
 def _attributes(**values: Any) -> dict[str, str]:
-    """Keeps the given order and drops what is None."""
+    """Returns the attributes in the given order, without None."""
     text = {True: "true", False: "false"}
     return {k: text[v] if isinstance(v, bool) else str(v) for k, v in values.items() if v is not None}

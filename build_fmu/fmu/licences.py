@@ -1,4 +1,4 @@
-"""The licence pages inside an FMU: ours in full, and what the library holds of others as plain facts."""
+"""The licence files of an FMU: the full licence of the library, and a list of third-party parts."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from build_fmu import native
 
-# name, licence, holder, what the library uses it for, where its source and its full terms are
+# name, licence, copyright holder, use in the library, address of source and terms
 THIRD_PARTY = (
     ("SUNDIALS", "BSD-3-Clause", "Lawrence Livermore National Security and Southern Methodist University, 2002-2022",
      "time integration (ARKODE, CVODE), linked into the shared library", "https://github.com/LLNL/sundials"),
@@ -24,7 +24,7 @@ LIBCXX = ("libc++ and libc++abi", "Apache-2.0 WITH LLVM-exception", "LLVM projec
 
 
 def licence_files(platforms: Iterable[str] = ("linux64",)) -> dict[str, bytes]:
-    """Returns the files of documentation/licenses: the terms of the libraries and of their parts."""
+    """Returns the files of documentation/licenses: the licences of the library and of its parts."""
     parts = native.licences_of_parts(platforms)
     return {"license.txt": _overview(list(parts))} | {f"{name}.txt": text.encode() for name, text in parts.items()}
 
@@ -32,10 +32,10 @@ def licence_files(platforms: Iterable[str] = ("linux64",)) -> dict[str, bytes]:
 def _overview(parts: list[str]) -> bytes:
     lines = [native.licence_text().rstrip(), "", "-" * 78, "",
              "The licence above covers the simulation library in this FMU. The model in resources/model.toml",
-             "belongs to whoever wrote it. The library also contains parts of these works:", ""]
+             "belongs to its author. The library also contains parts of these projects:", ""]
     for name, licence, holder, use, address in (*THIRD_PARTY, *([LIBCXX] if "libcxx" in parts else [])):
         lines += [f"  {name}", f"    licence    {licence}", f"    copyright  {holder}", f"    use        {use}",
                   f"    source     {address}", ""]
     if parts:
-        lines.append(f"Their terms in full are beside this file: {', '.join(f'{name}.txt' for name in parts)}.")
+        lines.append(f"Their full terms are in this folder: {', '.join(f'{name}.txt' for name in parts)}.")
     return "\n".join(lines).encode()

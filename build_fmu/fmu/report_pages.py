@@ -1,4 +1,4 @@
-"""Puts a report into the documentation of a built FMU."""
+"""Adds a report to the documentation of an FMU."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from build_fmu.report.pages import Report, write_csv, write_page, write_pictures
 
 
 def put_into(fmu: Path, model: Description, source: Path, progress: Callable[[str, int, int], None], note: str = "") -> Report:
-    """Sweeps a built FMU and adds the pages, with a note, to its documentation."""
+    """Makes the report of an FMU and adds its pages, with a note, to the documentation."""
     table = model.report.get("reference")
     report = replace(make_report(fmu, Wish(reference=source.parent / table if table else None), progress), note=note)
     with zipfile.ZipFile(fmu) as archive:

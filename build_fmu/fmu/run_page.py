@@ -1,4 +1,4 @@
-"""The page that an FMU carries in documentation/: its default experiment without any input, played beside the plots."""
+"""The page documentation/run.html of an FMU, which plays its default experiment without inputs."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from build_fmu.show.runs import about, run_of
 
 PICTURES = 250  # rows of the run
 MOST_LINKS = 60
-MOST_STEPS = 20_000  # of the solver: what takes more of them is too long for a build
+MOST_STEPS = 20_000  # of the solver; longer runs are omitted
 SHOWN = ("q", "qd", "angle", "quaternion", "kinetic", "potential", "total", "gap", "steps")
 
 
 def attached_page(model: Description, entries: Callable[[], Sequence[Entry]]) -> tuple[bytes | None, str]:
-    """Returns the page, or None and what a user should know about it; asks for the FMU's entries where it runs them. Equal entries give an equal page on one machine."""
+    """Returns the page, or None and the reason. `entries` returns the files of the FMU. Equal entries give an equal page on one machine."""
     if len(model.drawing["links"]) > MOST_LINKS:
-        return None, f"it has more than {MOST_LINKS} links"
+        return None, f"the model has more than {MOST_LINKS} links"
     span = model.default_experiment.get("stop_time", 1.0)
     step = span / PICTURES
     with TemporaryDirectory() as folder:
@@ -36,12 +36,12 @@ def attached_page(model: Description, entries: Callable[[], Sequence[Entry]]) ->
                 names = [name for name in select_outputs(session, ()) if name.rpartition(".")[2].partition("[")[0] in SHOWN]
                 result = simulate(session, Settings(span, step, None, (), (), names), _patience(session))
         except _TooLong:
-            return None, f"its run takes more than {MOST_STEPS} steps of the solver"
+            return None, f"its simulation takes more than {MOST_STEPS} solver steps"
         except UserError as error:
-            return None, f"its run fails: {error}"
+            return None, f"its simulation failed: {error}"
         moved = [name for name in result.names if name.endswith(".q") or ".quaternion[" in name]
         if not any(np.ptp(result[name]) > 1e-9 for name in moved):
-            return None, ""  # nothing moves without inputs, as in an inverse model
+            return None, ""  # no motion without inputs, as in an inverse model
         shown = run_of(session, result)
         text, _ = page(model.model_name, f"{about(model, shown, None)} · default experiment without inputs", shown, model)
     return text.encode(), ""
@@ -52,7 +52,7 @@ class _TooLong(Exception):
 
 
 def _patience(session: Session):
-    """Stops a run by the solver's own count, not by the clock: the same model always gives the same page."""
+    """Returns a function that stops a run by the number of solver steps, which is reproducible, unlike the time."""
     if "solver.steps" not in session.variables:
         return lambda _time: None
 

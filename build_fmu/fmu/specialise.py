@@ -1,6 +1,6 @@
-"""Compiles a library for one scene: unused parts left out, forward dynamics as straight-line code where that is faster.
+"""Compiles a library for one model: without unused features, and with forward dynamics as straight-line code where that is faster.
 
-Needs the source tree, CMake and a C++ compiler; what is built stays in `build/specialised/NAME` for the next time.
+Requires the source tree, CMake and a C++ compiler. The build folder `build/specialised/NAME` is kept.
 """
 
 from __future__ import annotations
@@ -18,34 +18,34 @@ from build_fmu.model.describe import Description
 from build_fmu.report.sweep import Inputs, task_for
 from build_fmu.run.driver import drive, stage_model
 
-RUN_SECONDS = 10.0  # of computing that a run for its time may take
+RUN_SECONDS = 10.0  # CPU time limit of a run that is measured
 
 
 @dataclass(frozen=True)
 class Specialised:
-    """A library for one scene, and what was done for it."""
+    """A library for one model, and its specialisation."""
 
     library: Path
     features: list[str]
-    no_straight_line: str  # why not; empty: there is one
-    faster: float | None = None  # the general library's time for a run over this one's; None: not measured
+    no_straight_line: str  # the reason; empty: it has one
+    faster: float | None = None  # CPU time with the general library over that with this one; None: not measured
 
     def summary(self) -> str:
-        """Returns a line that says what the library holds, how large it is and how fast."""
-        line = f"no straight line: {self.no_straight_line}" if self.no_straight_line else "forward dynamics as a straight line"
+        """Returns features, size and speed of the library."""
+        line = f"no straight-line code: {self.no_straight_line}" if self.no_straight_line else "forward dynamics as straight-line code"
         size, general = self.library.stat().st_size, native.library().stat().st_size
-        return f"specialised: parts {', '.join(self.features) or 'none'}; {line}; {size / 1e3:.0f} kB instead of {general / 1e3:.0f} kB" + (
+        return f"specialised: features {', '.join(self.features) or 'none'}; {line}; {size / 1e3:.0f} kB instead of {general / 1e3:.0f} kB" + (
             f"; {self.faster:.2f} times as fast" if self.faster else "")
 
 
 def specialise(model: Description, model_file: Path) -> Specialised:
-    """Compiles the library of a described model; raises UserError where the tools for it are missing or fail."""
+    """Compiles the library of a described model; raises UserError if a tool is missing or fails."""
     source = native.SOURCE_TREE
     if not (source / "CMakeLists.txt").is_file() or not (source / "fmu_src").is_dir():
-        raise UserError("--specialise compiles a library and needs build_fmu's source tree: install it from there")
+        raise UserError("--specialise requires the source tree of build_fmu: install build_fmu from it")
     for tool in ("cmake", "ninja"):
         if not shutil.which(tool):
-            raise UserError(f"--specialise compiles a library and needs {tool}, which is not installed")
+            raise UserError(f"--specialise requires {tool}, which is not installed")
     folder = source / "build" / "specialised" / model.model_identifier
     folder.mkdir(parents=True, exist_ok=True)
     line, reason = _straight_line(model_file, folder)
@@ -63,7 +63,7 @@ def specialise(model: Description, model_file: Path) -> Specialised:
 
 
 def _times_faster(model: Description, model_file: Path, library: Path) -> float | None:
-    """Runs the model with both libraries in turn, its forces set anew at each step, and compares the fastest runs; None where one fails."""
+    """Compares the fastest runs with both libraries, run alternately with inputs that change at each step; None if one fails."""
     with tempfile.TemporaryDirectory() as folder:
         general = stage_model(model_file, Path(folder), model)
         pair = (general, replace(general, library=library))
@@ -78,12 +78,12 @@ def _times_faster(model: Description, model_file: Path, library: Path) -> float 
 
 
 def _straight_line(model_file: Path, folder: Path) -> tuple[Path | None, str]:
-    """Returns the C++ file with the scene's forward dynamics, or why there is none."""
+    """Returns the C++ file with the forward dynamics of the model, or the reason for none."""
     run = subprocess.run([str(native.describe_program()), "--straight-line", str(model_file)], capture_output=True, text=True, check=False)
     if run.returncode != 0:
         return None, run.stderr.strip().removeprefix("describe: ")
     file = folder / "straight_line.cpp"
-    # an unchanged file needs no new build
+    # an unchanged file is not compiled again
     if not file.is_file() or file.read_text(encoding="utf-8") != run.stdout:
         file.write_text(run.stdout, encoding="utf-8")
     return file, ""
@@ -96,11 +96,11 @@ def _fmi_headers() -> Path:
 
 
 def _run(command: list[str], folder: Path) -> None:
-    """Runs a step of the build; its output goes to a log, whose end is the error."""
+    """Runs a build command; its output goes to a log, and the last lines into an error."""
     run = subprocess.run(command, capture_output=True, text=True, check=False)
     log = folder / "build.log"
     with log.open("a", encoding="utf-8") as file:
         file.write(" ".join(command) + "\n" + run.stdout + run.stderr)
     if run.returncode != 0:
         end = "\n".join((run.stdout + run.stderr).strip().splitlines()[-15:])
-        raise UserError(f"the specialised library was not built, see '{log}':\n{end}")
+        raise UserError(f"building the specialised library failed, see '{log}':\n{end}")

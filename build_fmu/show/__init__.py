@@ -1,1 +1,1 @@
-"""One HTML page that plays a run: the mechanism in 3D beside linked plots. Needs no network and no other file."""
+"""A self-contained HTML page that plays a simulation in 3D with plots, and films."""

@@ -1,4 +1,4 @@
-// The run: columns of numbers by name, read from the page itself; values in SI units.
+// The results: columns by name, stored in the page, in SI units.
 const run = JSON.parse(document.getElementById("run").textContent);
 
 function numbers(text, Kind) {
@@ -14,7 +14,7 @@ const columns = new Map();
 }
 const startTime = time[0], stopTime = time[time.length - 1];
 
-// The row before a time, and how far the time is on the way to the next one.
+// The rows before and after a time, and the interpolation weight.
 function rowAt(t) {
   let low = 0, high = time.length - 1;
   while (high - low > 1) {
@@ -29,7 +29,7 @@ function valueAt(column, [low, high, part]) {
   return part === 0 ? column[low] : column[low] + part * (column[high] - column[low]);
 }
 
-// Colours: a joint has one, in the view and in every plot.
+// Colours: each joint has the same colour in the view and in all plots.
 const PALETTE = ["#2f6fb5", "#e07b39", "#3a9d5d", "#c8455a", "#8064b8", "#a5734d", "#d46fae", "#6d7f8c", "#a8a32e", "#2ba5b5"];
 function colourOf(index, count) {
   return count <= PALETTE.length ? PALETTE[index % PALETTE.length] : `hsl(${Math.round(250 - 250 * index / (count - 1))} 62% 50%)`;

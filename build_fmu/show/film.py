@@ -20,11 +20,11 @@ from build_fmu.show.page import Run
 FORMATS = (".gif", ".mp4")
 MOST_PICTURES = 400
 PATH_POINTS = 1000
-TRACE = 0.25  # of the run: how long the path of a tip stays
+TRACE = 0.25  # fraction of the run for which the path of a tip is shown
 
 
 def film(target: Path, title: str, run: Run, model: Description, speed: float, pictures_per_second: float) -> int:
-    """Writes the film and returns the number of its pictures; raises UserError in one sentence."""
+    """Writes the film and returns the number of its frames; raises UserError."""
     rows = pictures(run.time, speed, pictures_per_second)
     motion = Motion(model.drawing, run.columns)
     if target.suffix.lower() == ".mp4":
@@ -36,7 +36,7 @@ def film(target: Path, title: str, run: Run, model: Description, speed: float, p
 
 
 def encoder() -> str:
-    """Returns the ffmpeg program, the system's or that of the package imageio-ffmpeg; raises UserError if there is none."""
+    """Returns the program ffmpeg of the system or of the package imageio-ffmpeg; raises UserError if there is none."""
     program = shutil.which("ffmpeg")
     if program is not None:
         return program
@@ -45,25 +45,25 @@ def encoder() -> str:
 
         return get_ffmpeg_exe()
     except (ImportError, RuntimeError):
-        raise UserError("an MP4 needs the program ffmpeg, which `pip install imageio-ffmpeg` brings; --gif needs nothing") from None
+        raise UserError("MP4 requires the program ffmpeg: install it or the package imageio-ffmpeg, or use --gif") from None
 
 
 def pictures(time: np.ndarray, speed: float, per_second: float) -> np.ndarray:
-    """Returns the rows nearest to the times of the pictures; raises UserError if they are too many."""
+    """Returns the rows nearest to the times of the frames; raises UserError for too many frames."""
     span = time[-1] - time[0]
     count = max(2, round(span / speed * per_second) + 1)
     if count > MOST_PICTURES:
-        raise UserError(f"the film would have {count} pictures, more than {MOST_PICTURES}: give a higher --speed, a lower --rate or an earlier --stop")
+        raise UserError(f"the film would have {count} frames, more than {MOST_PICTURES}: use a higher --speed, a lower --rate or an earlier --stop")
     return np.array([int(np.argmin(np.abs(time - t))) for t in np.linspace(time[0], time[-1], count)])
 
 
 def frames(motion: Motion, run: Run, rows: np.ndarray, title: str) -> Iterator[np.ndarray]:
-    """Yields the pictures, height x width x RGB."""
+    """Yields the frames, height x width x RGB."""
     drawings = [motion.at(int(row)) for row in rows]
     points = np.array([point for drawing in drawings for point in _points(drawing)])
     bounds = np.array([points.min(axis=0), points.max(axis=0)])
     tips = [i for i, _ in enumerate(drawings[0]["links"]) if all(link["parent"] != i for link in drawings[0]["links"])][:4]
-    # paths take more rows than pictures, so that they have no corners
+    # paths use more rows than there are frames, so that they are smooth
     path_rows = np.unique(np.linspace(rows[0], rows[-1], min(rows[-1] - rows[0] + 1, PATH_POINTS)).astype(int))
     paths = np.array([[_tip(links[i]) for i in tips] for links in (motion.at(int(row))["links"] for row in path_rows)])
     path_time, kept = run.time[path_rows], TRACE * (run.time[rows[-1]] - run.time[rows[0]])
@@ -93,7 +93,7 @@ def _points(drawing: dict) -> list[np.ndarray]:
 def _gif(path: Path, images: Iterator[np.ndarray], per_second: float) -> None:
     from PIL import Image
 
-    # one palette for all pictures keeps still parts still
+    # one palette for all frames avoids flicker
     coloured = [Image.fromarray(image) for image in images]
     palette = coloured[len(coloured) // 2].quantize(128)
     flat = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in coloured]
@@ -102,7 +102,7 @@ def _gif(path: Path, images: Iterator[np.ndarray], per_second: float) -> None:
 
 def _mp4(program: str, path: Path, images: Iterator[np.ndarray], per_second: float) -> None:
     first = next(images)
-    height, width = (first.shape[0] // 2 * 2, first.shape[1] // 2 * 2)  # the encoder wants even sizes
+    height, width = (first.shape[0] // 2 * 2, first.shape[1] // 2 * 2)  # the encoder requires even sizes
     command = [program, "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{per_second:g}", "-i", "-",
                "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(path)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as run:
@@ -110,7 +110,7 @@ def _mp4(program: str, path: Path, images: Iterator[np.ndarray], per_second: flo
             for image in (first, *images):
                 run.stdin.write(image[:height, :width].tobytes())
         except BrokenPipeError:
-            pass  # its own words say why
+            pass  # its output gives the reason
         run.stdin.close()
         words = run.stderr.read().decode("utf-8", "replace").strip()
     if run.returncode != 0:

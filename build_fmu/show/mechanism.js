@@ -1,4 +1,4 @@
-// Where the links are: from their places at the start and how far the joints have moved since (z of a link is its axis).
+// Link poses from the initial poses and the joint displacements (z of a link is the joint axis).
 const IDENTITY = { R: [1, 0, 0, 0, 1, 0, 0, 0, 1], p: [0, 0, 0] };
 
 function times(A, B) {
@@ -34,7 +34,7 @@ function unit(a) {
 function place(pose, point) {
   return plus(pose.p, turned(pose.R, point));
 }
-// a point of the ground frame, seen from a pose
+// a point of the ground frame in the frame of a pose
 function seen(pose, point) {
   return turned(transposed(pose.R), plus(point, pose.p, -1));
 }
@@ -48,7 +48,7 @@ function matrixOf(quaternion) {
   return [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y), 2 * (x * y + w * z), 1 - 2 * (x * x + z * z),
     2 * (y * z - w * x), 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)];
 }
-// between two rows the shorter way: a quaternion and its negative are one turn
+// interpolation along the shorter way: q and -q are the same rotation
 function turnAt(parts, [from, to, part]) {
   const a = parts.map((column) => column[from]), b = parts.map((column) => column[to]);
   const side = a.reduce((sum, x, k) => sum + x * b[k], 0) < 0 ? -1 : 1;
@@ -62,7 +62,7 @@ for (const link of links) {
   link.centre = seen(link.start, link.com);
   link.column = columns.get(link.q);
   if (link.ball) {
-    // the frame of the joint, seen from its base: the start less the start's turn
+    // the joint frame relative to its base, without the initial rotation
     const from = link.ball.base < 0 ? IDENTITY : links[link.ball.base].start;
     link.ball.R = times(times(transposed(from.R), link.start.R), transposed(link.ball.start));
     link.ball.p = seen(from, link.start.p);
@@ -105,7 +105,7 @@ function endOf(end, poses) {
   return end.link < 0 ? end.point : place(poses[end.link], end.point);
 }
 
-// the far ends of the mechanism: what a trace follows
+// the end links, whose paths are traced
 const tips = links.map((link, i) => i).filter((i) => links.every((other) => other.parent !== i));
 function tipOf(i, poses) {
   const link = links[i];
@@ -114,7 +114,7 @@ function tipOf(i, poses) {
 const traced = tips.slice(0, 4);
 const traces = traced.map(() => []);
 const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-const reached = []; // points that the view has to hold
+const reached = []; // points that must be visible
 if (links.length) {
   const include = (point) => {
     point.forEach((x, k) => {
@@ -124,7 +124,7 @@ if (links.length) {
     reached.push(point);
   };
   include([0, 0, 0]);
-  // between the rows, too: a trace is a curve
+  // also between rows, for smooth traces
   const count = Math.min(3000, Math.max(400, time.length)), every = Math.ceil(count * links.length / 4000);
   for (let k = 0; k <= count; k++) {
     const t = startTime + (stopTime - startTime) * k / count, poses = posesAt(rowAt(t));

@@ -1,4 +1,4 @@
-"""Where the mechanism of a drawing is at other joint values: the kinematics of the page, in Python, for films."""
+"""Kinematics of the drawing of a mechanism, as in the page, for films."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 
 class Motion:
-    """A drawing table (see `describe`) and the columns of a run that move it."""
+    """A drawing table (see `describe`) and the results that move it."""
 
     def __init__(self, drawing: dict[str, Any], columns: dict[str, np.ndarray]) -> None:
         self.drawing, self.columns = drawing, columns
@@ -34,7 +34,7 @@ class Motion:
             if i in self.balls:
                 ball = self.balls[i]
                 turn = [self.columns[f"{ball['name']}.quaternion[{k}]"][row] for k in range(1, 5)]
-                # less the start's turn, then the turn of now
+                # remove the initial rotation, then apply the current one
                 relative = relative @ np.linalg.inv(_turn(ball["quaternion"])) @ _turn(turn)
             elif (link["turn"] or link["slide"]) and f"{link['joint']}.q" in self.columns:
                 relative = relative @ _joint(link, self.columns[f"{link['joint']}.q"][row] - link["q"])

@@ -1,4 +1,4 @@
-"""Fills the page: style, scripts and the run in one HTML file that needs no network and no other file."""
+"""Fills the page with style, scripts and results: one self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from build_fmu.draw.groups import GROUPS, group_of, label_of, rank_of, title_of
 from build_fmu.model.describe import Description
 
 SCRIPTS = ("data.js", "mechanism.js", "view.js", "paint.js", "plots.js", "player.js")
-MOST_VALUES = 60_000  # in the page; a longer run keeps every k-th row
+MOST_VALUES = 60_000  # in the page; of longer results every k-th row is kept
 HIDDEN = ("solver",)
 
 
 @dataclass
 class Run:
-    """A record over time in SI units, with what is known of its columns."""
+    """Results over time in SI units, with display units."""
 
     time: np.ndarray
     columns: dict[str, np.ndarray]
-    units: dict[str, tuple[str, float]] = field(default_factory=dict)  # name -> unit to show, factor from SI
+    units: dict[str, tuple[str, float]] = field(default_factory=dict)  # name -> display unit, factor from SI
 
 
 def page(title: str, about: str, run: Run, model: Description | None) -> tuple[str, int]:
-    """Returns the HTML text and the stride: 1 if every row of the run is in it."""
+    """Returns the HTML text and the stride (1: all rows are included)."""
     columns = {name: values for name, values in run.columns.items() if name.split(".")[0] not in HIDDEN}
     stride = max(1, -(-len(run.time) * len(columns) // MOST_VALUES))
     rows = np.unique(np.append(np.arange(0, len(run.time), stride), len(run.time) - 1))
@@ -41,7 +41,7 @@ def page(title: str, about: str, run: Run, model: Description | None) -> tuple[s
         "panels": _panels(columns, run.units),
         "drawing": _drawing(model, columns),
     }
-    # a name must not end the script element
+    # names must not end the script element
     text = json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
     fields = {"TITLE": escape(title), "ABOUT": escape(about), "STYLE": _file("style.css"), "SCRIPT": "\n".join(map(_file, SCRIPTS)), "DATA": text}
     filled = _file("page.html")
@@ -59,7 +59,7 @@ def _base64(array: np.ndarray) -> str:
 
 
 def _drawing(model: Description | None, columns: dict[str, np.ndarray]) -> dict[str, Any]:
-    """The mechanism at its start pose; each moving link learns the column of its joint, each ball those of its quaternion."""
+    """Returns the mechanism in its initial configuration; moving links have the column of their joint, spherical joints those of their quaternion."""
     if model is None:
         return {"links": []}
     links = []

@@ -1,4 +1,4 @@
-// What a frame of the view shows: floor, shadow, links, joints, centres of mass, loops, springs, names, traces.
+// Paints a frame of the view: floor, shadow, links, joints, centres of mass, loops, springs, names, traces.
 const totalMass = links.reduce((sum, link) => sum + link.mass, 0) || 1;
 const tick = (x) => document.getElementById(x).checked;
 
@@ -7,7 +7,7 @@ function niceStep(x) {
   return [1, 2, 5, 10].map((k) => k * power).find((step) => step >= x * 0.999);
 }
 
-// the floor lies under a spatial mechanism, or behind a planar one
+// the floor is below a spatial mechanism, or behind a planar one
 const floorNormal = normal || up;
 const lowest = reached.reduce((least, point) => Math.min(least, dot(point, up)), 0);
 const floorHeight = normal ? dot(middle, normal) - 3 * thick : lowest - (lowest < -1e-9 ? 2 * thick : 0);
@@ -27,7 +27,7 @@ function paintFloor() {
     for (let i = 1; i < points.length; i++) {
       const [a, b] = [points[i - 1], points[i]];
       if (a[2] < 0.05 * radius || b[2] < 0.05 * radius) continue;
-      // the grid fades out to its rim
+      // the grid fades towards its border
       const away = Math.min(1, Math.max(a.away, b.away));
       pen.globalAlpha = Math.max(0, 1 - away * away);
       pen.beginPath();
@@ -55,7 +55,7 @@ function paintFloor() {
 
 const shade = document.createElement("canvas");
 function paintShadow(poses) {
-  // drawn whole on a sheet of its own, so that overlaps do not darken
+  // drawn on a separate canvas, so that overlaps are not darker
   shade.width = canvas.width;
   shade.height = canvas.height;
   const ink = shade.getContext("2d");
@@ -76,7 +76,7 @@ function paintShadow(poses) {
   pen.globalAlpha = 1;
 }
 
-// the rods of the figure: [from, to, colour, width, at the end]
+// the rods of the links: [from, to, colour, width]
 function bonesOf(poses) {
   const rods = [];
   links.forEach((link, i) => {
@@ -106,7 +106,7 @@ function paintLinks(poses) {
       if (!link.turn) box(p, R, [1.5 * thick, 1.5 * thick, 2.1 * thick], link.colour);
       tube(plus(p, axis, -4.5 * thick), plus(p, axis, 4.5 * thick), 0.35 * thick, 0.35 * thick, css("--metal"));
     }
-    // the axis of a joint ends in two bright studs
+    // two bright studs at the ends of a joint axis
     if (link.turn) tube(plus(p, axis, -2 * thick), plus(p, axis, 2 * thick), 0.5 * thick, 0.5 * thick, "#dfe6ec");
     if (link.mass > 0 && links.length <= 60) massCentre(place(poses[i], link.centre), thick * (0.55 + 0.75 * Math.cbrt(link.mass / totalMass)));
   });
@@ -136,13 +136,13 @@ function label(point, text, colour, shift = 9) {
   const q = project(point);
   if (q[2] > 0.02 * radius) labels.push([q[0] + shift, q[1] - shift, text, colour]);
 }
-// joints that meet in a point, such as a wrist, share one line
+// joints at the same point, such as a wrist, share one label
 function paintNames(poses) {
   const spots = [];
   links.forEach((link, i) => {
     const q = project(poses[i].p);
     const spot = spots.find((other) => Math.hypot(other.q[0] - q[0], other.q[1] - q[1]) < 18);
-    // the joints of a link's joint of several freedoms, hand[1] and hand[2], go by the link's name
+    // joints with several DOF, hand[1] and hand[2], have the name of their link
     const name = link.name.split("[")[0];
     if (spot && spot.names.includes(name)) return;
     if (spot) spot.names.push(name); else spots.push({ q, p: poses[i].p, names: [name] });

@@ -1,4 +1,4 @@
-// The player: one time for the view and all plots.
+// The player: one current time for the view and all plots.
 const byId = (id) => document.getElementById(id);
 let now = startTime, playing = false, before = 0, lastLegend = 0;
 
@@ -60,7 +60,7 @@ window.addEventListener("keydown", (event) => {
   actions[event.key]();
 });
 
-// turning, moving and zooming the view with mouse, pen or fingers
+// rotate, pan and zoom the view with mouse, pen or touch
 const fingers = new Map();
 canvas.onpointerdown = (event) => {
   canvas.setPointerCapture(event.pointerId);
@@ -101,7 +101,7 @@ new ResizeObserver(redraw).observe(byId("plots"));
 new ResizeObserver(() => refresh(false)).observe(byId("stage"));
 matchMedia("(prefers-color-scheme: dark)").onchange = redraw;
 redraw();
-// page.html#t=0.5 opens at that time, standing still
+// page.html#t=0.5 opens at that time, paused
 const asked = /^#t=([\d.eE+-]+)$/.exec(location.hash);
 if (asked) seek(Number(asked[1]));
 else if (matchMedia("(prefers-reduced-motion: reduce)").matches) play(false);

@@ -1,4 +1,4 @@
-// The plots: curves over time with ticks, a legend that shows the values at the cursor, a click that moves the run.
+// The plots: curves over time, a legend with the values at the cursor; a click sets the current time.
 const LEFT = 60, RIGHT = 10, TOP = 6, BOTTOM = 20;
 
 function shown(x) {
@@ -88,7 +88,7 @@ class Panel {
     low *= this.factor;
     high *= this.factor;
     this.most = Math.max(Math.abs(low), Math.abs(high));
-    // rounding errors of something at rest are no motion
+    // do not magnify rounding errors of a state at rest
     if (this.rest && high - low < 1e-6 * Math.max(1, Math.abs(low), Math.abs(high))) return [(low + high) / 2 - 1, (low + high) / 2 + 1];
     const margin = 0.06 * (high - low) || Math.abs(high) || 1;
     return [low - margin, high + margin];

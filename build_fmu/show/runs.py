@@ -1,4 +1,4 @@
-"""What a page plays: a simulated run or a recorded CSV, with the model it belongs to."""
+"""The results that a page plays: of a simulation or from a CSV."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from build_fmu.show.page import Run
 
 
 def run_of(session: Session, result: Result) -> Run:
-    """Returns what a page needs of a simulated run: outputs, inputs that were used, units."""
+    """Returns outputs, nonzero inputs and units of a simulation."""
     columns = {name: result[name] for name in result.names} | {name: values for name, values in result.inputs.items() if np.any(values != 0)}
     units = {}
     for name in columns:
         display = session.display(name)
-        # an offset would be wrong for differences; no unit of ours has one
+        # offsets are ignored: they are wrong for differences, and no unit of this project has one
         units[name] = (display.unit, display.factor)
     return Run(result.time, columns, units)
 
 
 def recorded(record: Path, model: Description | None) -> Run:
-    """Returns a recorded run, in the units of the model if there is one."""
+    """Returns the results of a CSV, with the units of the model if it is given."""
     table = read_table(record)
     columns = {name: np.array(values) for name, values in table.items() if name != "time"}
     if not columns:
-        raise UserError(f"'{record}' has no column but time")
+        raise UserError(f"'{record}' has no column except time")
     units = {}
     if model:
         shown = {unit["name"]: {d["name"]: float(d.get("factor", 1)) for d in unit.get("display", [])} for unit in model.units}
@@ -43,13 +43,13 @@ def recorded(record: Path, model: Description | None) -> Run:
         joints = [f"{link.get('joint')}.q" for link in model.drawing["links"] if link["type"] != "fixed"]
         missing = [name for name in joints if name in known and name not in columns]
         if missing:
-            print(f"'{record}' has no column '{missing[0]}'{f' and {len(missing) - 1} more' if len(missing) > 1 else ''}: these joints stand still",
+            print(f"'{record}' has no column '{missing[0]}'{f' and {len(missing) - 1} more' if len(missing) > 1 else ''}: these joints do not move",
                   file=sys.stderr)
     return Run(np.array(table["time"]), columns, units)
 
 
 def about(model: Description | None, shown: Run, record: Path | None) -> str:
-    """Returns the line under the title: what the model says of itself, its joints, its mass."""
+    """Returns the line below the title: description, joints and mass of the model."""
     parts = [model.description] if model and model.description else []
     if model:
         links = model.drawing["links"]
@@ -57,5 +57,5 @@ def about(model: Description | None, shown: Run, record: Path | None) -> str:
         words = joint_counts(links) + ([f"{loops} loop{'s' if loops > 1 else ''}"] if loops else [])
         parts.append(f"{', '.join(words)}, {sum(link['mass'] for link in links):.4g} kg")
     if record:
-        parts.append(f"record {record.name}, {len(shown.time)} rows")
+        parts.append(f"{record.name}, {len(shown.time)} rows")
     return " · ".join(parts)

@@ -8,12 +8,12 @@ const thick = Math.min(0.036 * radius, 0.16 * (bones[bones.length >> 1] || radiu
 const sides = links.length > 60 ? 6 : links.length > 20 ? 8 : 14;
 const LIGHT = unit([-0.45, 0.75, 0.6]); // from the camera: left, up, near
 
-// A planar mechanism is seen along its axes, any other one from the side and above.
+// A planar mechanism is viewed along its axes, others from the side and above.
 const normal = [[0, 0, 1], [0, -1, 0], [1, 0, 0]].find((n) => moving.length && moving.every((link) => {
   const along = Math.abs(dot(n, [link.start.R[2], link.start.R[5], link.start.R[8]]));
   return (link.turn || link.slide) && (!link.turn || along > 1 - 1e-9) && (!link.slide || along < 1e-9);
 }));
-// Up is against gravity, as far as that lies in the plane; without gravity z is up, or y where z is the axis.
+// Up is opposite to gravity, projected onto the plane of motion; without gravity z is up, or y in the x-y plane.
 function without(v, n) {
   return plus(v, n, -dot(v, n));
 }
@@ -25,7 +25,7 @@ const front = cross(right, up);
 const HOME = { yaw: normal ? 0.16 : 0.75, pitch: normal ? 0.1 : 0.42, far: (normal ? 2.45 : 2.75) * radius, target: middle };
 let camera = { ...HOME }, atHome = true;
 
-// Brings the whole run into the frame: moves the target and steps back or near until it fits.
+// Fits the whole motion into the view by moving the target and the camera.
 function fit(width, height) {
   camera = { ...HOME };
   const margin = 3 * thick;
@@ -45,7 +45,7 @@ function fit(width, height) {
   }
 }
 
-let eye, sight; // of the frame being drawn
+let eye, sight; // of the current frame
 function aim(width, height) {
   const { yaw, pitch, far, target } = camera;
   const ahead = plus(scaled(right, Math.sin(yaw)), front, Math.cos(yaw));
@@ -61,7 +61,7 @@ function project(point) {
   return [sight.width / 2 + k * dot(v, sight.across), sight.height / 2 - k * dot(v, sight.above), depth, k];
 }
 
-let parts = []; // [depth, draw] of what is in sight
+let parts = []; // [depth, draw] of the visible parts
 function face(points, colour, facing, both = false) {
   const flat = points.map(project);
   if (flat.some((q) => q[2] < 0.02 * radius)) return;
@@ -71,7 +71,7 @@ function face(points, colour, facing, both = false) {
     area += q[0] * next[1] - next[0] * q[1];
     depth += q[2] / flat.length;
   });
-  if (area >= 0 && !both) return; // turned away
+  if (area >= 0 && !both) return; // back face
   const light = turnedToCamera(facing);
   const shade = 0.5 + 0.5 * Math.max(0, dot(light, LIGHT)) + 0.12 * Math.max(0, light[1]);
   parts.push([depth, () => {
@@ -79,7 +79,7 @@ function face(points, colour, facing, both = false) {
     flat.forEach((q, i) => (i ? pen.lineTo(q[0], q[1]) : pen.moveTo(q[0], q[1])));
     pen.closePath();
     pen.fillStyle = pen.strokeStyle = shaded(colour, shade);
-    pen.lineWidth = 0.7; // hides the seams between faces
+    pen.lineWidth = 0.7; // covers gaps between faces
     pen.fill();
     pen.stroke();
   }]);
@@ -99,7 +99,7 @@ function shaded(colour, shade) {
   return `rgb(${tone})`;
 }
 
-// A tube from a to b, cut into pieces so that sorting by distance works.
+// A tube from a to b, divided for sorting by depth.
 function tube(a, b, ra, rb, colour, caps = true) {
   const along = plus(b, a, -1), length = long(along);
   if (length < 1e-12) return;
@@ -156,7 +156,7 @@ function disc(q, size, fill) {
   pen.fillStyle = fill;
   pen.fill();
 }
-// the sign for a centre of mass: a disc in four quarters
+// the symbol of a centre of mass: a disc with four sectors
 function massCentre(centre, r) {
   const q = project(centre);
   if (q[2] < 0.02 * radius) return;

@@ -128,23 +128,23 @@ def test_an_fmu_and_a_record(model_file, tmp_path, capsys, monkeypatch):
     assert main(["simulate", "reach.fmu", "--csv", "part.csv", "--output", "mast.q"]) == 0
     capsys.readouterr()
     assert main(["show", "part.csv", "reach.fmu"]) == 0
-    assert "'part.csv' has no column 'slide.q' and 1 more: these joints stand still" in capsys.readouterr().err
+    assert "'part.csv' has no column 'slide.q' and 1 more: these joints do not move" in capsys.readouterr().err
 
 
 @needs_library
 @pytest.mark.parametrize(
     ("targets", "sentence"),
     [
-        (["a.txt"], "neither an FMU"),
-        ([], "show needs an FMU, a model file or a record"),
-        (["--input", "nothing.tau=1", "reach.toml"], "there is no input 'nothing.tau'"),
-        (["reach.toml", "reach.toml"], "show takes one FMU or model file"),
-        (["missing.fmu"], "there is no FMU 'missing.fmu'"),
+        (["a.txt"], "unsupported file type: 'a.txt'"),
+        ([], "show requires an FMU, a model file or a CSV with results"),
+        (["--input", "nothing.tau=1", "reach.toml"], "unknown input 'nothing.tau'"),
+        (["reach.toml", "reach.toml"], "too many targets: give one FMU or model file"),
+        (["missing.fmu"], "FMU 'missing.fmu' does not exist"),
         (["missing.csv"], "cannot read 'missing.csv'"),
         (["broken.fmu"], "is not a readable FMU"),
-        (["empty.csv"], "has no column but time"),
+        (["empty.csv"], "has no column except time"),
         (["reach.toml", "-o", "page.pdf"], "must end in .html"),
-        (["empty.csv", "--stop", "1"], "--stop belongs to a run"),
+        (["empty.csv", "--stop", "1"], "--stop applies to a simulation"),
     ],
 )
 def test_mistakes(model_file, tmp_path, monkeypatch, capsys, targets, sentence):
