@@ -1,13 +1,13 @@
-"""Packs a DH model file into an FMI 2.0 co-simulation FMU, simulates FMUs and draws what they did.
+"""Builds FMI 2.0 co-simulation FMUs from DH model files, simulates FMUs and plots the results.
 
-From Python: `describe` reads a model file, `build` packs it, `Session` opens an FMU, `simulate` runs it with `Settings`.
+From Python: `describe` reads a model file, `build` writes its FMU, `Session` opens an FMU, `simulate` runs it with `Settings`.
 """
 
 from importlib import import_module
 
 __version__ = "0.1.0"  # read by CMakeLists.txt and pyproject.toml
 
-# the names for scripts, and the modules that they come from; a module is loaded when its name is first used
+# public names and their modules; a module is loaded when its name is first used
 _PUBLIC = {"UserError": "errors", "describe": "model.describe", "build": "fmu.build", "Session": "run.session", "Settings": "run.simulate",
            "simulate": "run.simulate"}
 __all__ = list(_PUBLIC)

@@ -1,4 +1,4 @@
-"""Writes files that appear whole or not at all."""
+"""Atomic file output."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from build_fmu.errors import UserError
 
 
 def whole_file(target: Path, write: Callable[[Path], object]) -> None:
-    """Calls `write(temporary_path)` beside the target and renames: readers see the old file or the new one.
+    """Calls `write(temporary_path)` in the folder of the target and renames the file, so readers see the old or the new file.
 
-    Makes missing folders. Raises UserError when the file system refuses.
+    Creates missing folders. Raises UserError if the file cannot be written.
     """
     temporary = None
     try:
         if target.is_dir():
             raise UserError(f"'{target}' is a folder, not a file name")
         target.parent.mkdir(parents=True, exist_ok=True)
-        # same suffix as the target: some writers choose the format by it
+        # the suffix of the target, which some writers use to choose the format
         handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
         os.close(handle)
         temporary = Path(name)

@@ -1,6 +1,6 @@
-"""Finds the compiled files: the programs `describe` and `fmu_driver`, and the shared library that every FMU carries.
+"""Finds the compiled files: the programs `describe` and `fmu_driver`, and the shared library of the FMUs.
 
-The order is: environment variable, the package's own `native/` folder (as in a wheel), the source tree's build folder.
+Search order: environment variable, the package's `native/` folder (in a wheel), the build folder of the source tree.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from build_fmu.errors import UserError
 PACKAGE = Path(__file__).resolve().parent
 SOURCE_TREE = PACKAGE.parent
 BUILT = SOURCE_TREE / "build" / "release" / "fmu_src"
-# of each platform that FMI names: the built library and how it is called inside an FMU
+# for each FMI platform: the file name of the library and its extension in an FMU
 LIBRARIES = {"linux64": ("libredysim_fmu.so", ".so"), "win64": ("libredysim_fmu.dll", ".dll"),
              "darwin64": ("libredysim_fmu.dylib", ".dylib")}
 ROOMS = {"describe": "fmi", "libredysim_fmu.so": "fmi", "fmu_driver": "drive"}
@@ -44,11 +44,11 @@ def licence_text() -> str:
     for path in (PACKAGE / "native" / "LICENSE", SOURCE_TREE / "LICENSE"):
         if path.is_file():
             return path.read_text(encoding="utf-8")
-    raise UserError("the file LICENSE is missing: install build_fmu again")
+    raise UserError("the file LICENSE is missing: reinstall build_fmu")
 
 
 def licences_of_parts(platforms: Iterable[str] = ("linux64",)) -> dict[str, str]:
-    """Returns the terms of what is linked into the libraries, by name; empty where their build machine had none."""
+    """Returns the licence terms of the parts of the libraries, by name; empty if they were not available at build time."""
     texts = {}
     for platform in platforms:
         for path in sorted((library(platform).parent / "licenses").glob("*.txt")):
@@ -61,10 +61,10 @@ def _find(variable: str, name: str, places: Sequence[Path] = (), how: str = "mak
     if given:
         if Path(given).is_file():
             return Path(given)
-        raise UserError(f"{variable} names '{given}', and there is no such file")
+        raise UserError(f"{variable}: file '{given}' does not exist")
     for path in places or (PACKAGE / "native" / name, BUILT / ROOMS[name] / name):
         if path.is_file():
             return path
     if not (SOURCE_TREE / "CMakeLists.txt").is_file():
-        raise UserError(f"this package carries no '{name}': build it by `{how}` in the source tree and name it in {variable}")
-    raise UserError(f"'{name}' is not built yet: run `{how}` in the source tree, or set {variable}")
+        raise UserError(f"this package does not contain '{name}': build it with `{how}` in the source tree and set {variable} to its path")
+    raise UserError(f"'{name}' is not built: run `{how}` in the source tree or set {variable}")

@@ -1,4 +1,4 @@
-"""The command line `build-fmu`, a module a command: its arguments and what it runs. Errors are one sentence on stderr and exit code 1."""
+"""The command line `build-fmu`, one module per command. Errors are one sentence on stderr with exit code 1."""
 
 from __future__ import annotations
 
@@ -37,19 +37,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(error, file=sys.stderr)
         return 1
     except BrokenPipeError:
-        # the reader of our output (head, less) has enough
+        # the reader of the output (head, less) has ended
         sys.stderr.close()
         return 1
     except KeyboardInterrupt:
-        print("stopped", file=sys.stderr)
+        print("interrupted", file=sys.stderr)
         return 130
 
 
 def parser_of_commands() -> argparse.ArgumentParser:
     """Returns the parser of all commands."""
-    parser = argparse.ArgumentParser(prog="build-fmu", description="From a DH model file to a running FMU (FMI 2.0 co-simulation).",
+    parser = argparse.ArgumentParser(prog="build-fmu", description="Builds FMUs (FMI 2.0 co-simulation) from DH model files, simulates them and plots the results.",
                                      epilog="For example: build-fmu import arm.urdf; build-fmu show arm.toml; build-fmu build arm.toml. "
-                                     "build-fmu COMMAND --help says more.")
+                                     "build-fmu COMMAND --help lists the options.")
     parser.add_argument("--version", action="version", version=f"build-fmu {__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for command in COMMANDS:

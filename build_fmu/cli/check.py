@@ -1,4 +1,4 @@
-"""`build-fmu check`: reads a model file and says what it holds."""
+"""`build-fmu check`: checks a model file and prints a summary."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from pathlib import Path
 from build_fmu.cli.terminal import console, warn
 from build_fmu.model.describe import Description, describe
 
-MOST_LINKS_IN_TABLE = 200  # beyond this many plain lines: a table of 3 000 rows takes seconds
+MOST_LINKS_IN_TABLE = 200  # plain lines for more links: a table of 3000 rows takes seconds
 
 
 def add(commands) -> None:
     """Adds the command and its arguments."""
-    command = commands.add_parser("check", help="read a model file and say what it holds")
+    command = commands.add_parser("check", help="check a model file and print a summary")
     command.add_argument("model", type=Path, metavar="MODEL", help="model file (.toml)")
     command.set_defaults(run=run)
 
@@ -28,7 +28,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _summary(model: Description, file: Path):
-    """Returns the rich tables of `check`: the mechanism, then the counts of what the FMU shows."""
+    """Returns the rich tables of `check`: the mechanism and the numbers of variables."""
     from rich import box
     from rich.console import Group
     from rich.markup import escape
@@ -36,7 +36,7 @@ def _summary(model: Description, file: Path):
     from rich.text import Text
 
     links = model.drawing["links"]
-    title, heads = f"{escape(model.model_name)} ({escape(str(file))})", ("link", "on", "joint", "mass [kg]", "origin [m]")
+    title, heads = f"{escape(model.model_name)} ({escape(str(file))})", ("link", "parent", "joint", "mass [kg]", "origin [m]")
     rows = []
     for link in links:
         parent = "ground" if link["parent"] < 0 else links[link["parent"]]["name"]
@@ -58,8 +58,8 @@ def _summary(model: Description, file: Path):
         "springs": str(len(model.drawing.get("springs", []))),
         "inputs": _some([v.name for v in model.select("input")]),
         "outputs": _some([v.name for v in model.select("output")]),
-        "parameters": f"{len(model.select('parameter'))}, of them "
-                      f"{sum(v.variability == 'tunable' for v in model.select('parameter'))} tunable",
+        "parameters": f"{len(model.select('parameter'))} "
+                      f"({sum(v.variability == 'tunable' for v in model.select('parameter'))} tunable)",
         "total mass": f"{sum(link['mass'] for link in links):.6g} kg",
         "warnings": str(len(model.warnings)),
     }
@@ -74,6 +74,6 @@ def _some(names: list[str]) -> str:
 
 
 def _aligned(rows: Sequence[tuple[str, ...]]) -> list[str]:
-    """Lines of plain columns."""
+    """Returns lines with aligned columns."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]

@@ -1,4 +1,4 @@
-"""`build-fmu completion`: prints what a shell needs so that argcomplete completes commands, options and their words."""
+"""`build-fmu completion`: prints the shell code with which argcomplete completes commands, options and their values."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ SHELLS = ("bash", "zsh", "fish")
 def add(commands) -> None:
     """Adds the command and its arguments."""
     command = commands.add_parser("completion", help="print the shell code that completes commands and options",
-                                  description="Print the shell code; for bash, put this into ~/.bashrc: eval \"$(build-fmu completion bash)\"")
+                                  description="Print the shell code; for bash, add this line to ~/.bashrc: eval \"$(build-fmu completion bash)\"")
     command.add_argument("shell", choices=SHELLS)
     command.set_defaults(run=run)
 

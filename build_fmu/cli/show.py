@@ -1,4 +1,4 @@
-"""`build-fmu show`: runs an FMU or a model, or takes a recorded CSV, and writes the page or a film."""
+"""`build-fmu show`: simulates an FMU or a model, or reads results from a CSV, and writes the page or a film."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ FEWEST_PICTURES = 250
 
 def add(commands) -> None:
     """Adds the command and its arguments."""
-    command = commands.add_parser("show", help="write a page that plays a run: the mechanism beside linked plots", description="Write one HTML file that "
-                                  "plays a run in any browser, without network. An FMU or a model file is run first; with a CSV its record is played.")
-    command.add_argument("targets", nargs="*", type=Path, metavar="FMU|MODEL|CSV", help="what to run, a record to play, or both")
-    command.add_argument("-o", "--output", type=Path, metavar="PAGE", help="file to write (default: NAME.html here)")
-    command.add_argument("--stop", type=float, metavar="T", help="stop time in s (default: the FMU's own)")
-    command.add_argument("--step", type=float, metavar="H", help="time between two pictures in s (default: the FMU's own, or a part of it that gives 250 pictures)")
+    command = commands.add_parser("show", help="write an HTML page that plays a simulation in 3D with plots", description="Write one HTML file that "
+                                  "plays a simulation in any browser, without network. An FMU or a model file is simulated first; a CSV is played as it is.")
+    command.add_argument("targets", nargs="*", type=Path, metavar="FMU|MODEL|CSV", help="FMU or model file to simulate, or results (.csv) to play, optionally with their FMU or model file")
+    command.add_argument("-o", "--output", type=Path, metavar="PAGE", help="output file (default: NAME.html in the current folder)")
+    command.add_argument("--stop", type=float, metavar="T", help="stop time in s (default: as in the FMU)")
+    command.add_argument("--step", type=float, metavar="H", help="time between two frames in s (default: as in the FMU, or a fraction of it for 250 frames)")
     command.add_argument("--start", **SEVERAL, metavar="NAME=VALUE", help="start values, as for simulate")
     command.add_argument("--input", **SEVERAL, metavar="NAME=EXPR|FILE.csv", help="inputs, as for simulate")
-    command.add_argument("--gif", type=Path, metavar="FILM", help="write a film (.gif) for reports; a page only with -o")
-    command.add_argument("--mp4", type=Path, metavar="FILM", help="the same as .mp4, by the program ffmpeg")
-    command.add_argument("--speed", type=float, default=1.0, metavar="X", help="of a film: seconds of the run in a second (default: 1)")
-    command.add_argument("--rate", type=float, default=20.0, metavar="N", help="of a film: pictures in a second (default: 20)")
+    command.add_argument("--gif", type=Path, metavar="FILM", help="write a film (.gif); the page is written only with -o")
+    command.add_argument("--mp4", type=Path, metavar="FILM", help="write a film (.mp4); requires the program ffmpeg")
+    command.add_argument("--speed", type=float, default=1.0, metavar="X", help="film: simulated seconds per second (default: 1)")
+    command.add_argument("--rate", type=float, default=20.0, metavar="N", help="film: frames per second (default: 20)")
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes the page and returns the exit code."""
+    """Writes page and films and returns the exit code."""
     from build_fmu.show.film import film
     from build_fmu.show.page import page
     from build_fmu.show.runs import about, recorded
@@ -41,10 +41,10 @@ def run(options: argparse.Namespace) -> int:
     target = options.output or Path((record or mechanism).with_suffix(".html").name)
     films = _films(options)
     if target.suffix.lower() not in (".html", ".htm"):
-        raise UserError(f"'{target}' is no name for a page: it must end in .html")
+        raise UserError(f"'{target}' is not a page name: it must end in .html")
     asked = [word for word, value in (("--stop", options.stop), ("--step", options.step), ("--start", options.start), ("--input", options.input)) if value]
     if record and asked:
-        raise UserError(f"{asked[0]} belongs to a run, and '{record}' is a recorded one")
+        raise UserError(f"{asked[0]} applies to a simulation, but '{record}' contains results")
     with tempfile.TemporaryDirectory() as folder:
         model = _model(mechanism) if mechanism else None
         if record:
@@ -54,9 +54,9 @@ def run(options: argparse.Namespace) -> int:
     name = model.model_name if model else title
     for path in films:
         if model is None:
-            raise UserError(f"'{path}' needs a mechanism: give the FMU or the model file, too")
+            raise UserError(f"'{path}' requires the mechanism: add the FMU or the model file")
         count = film(path, name, shown, model, options.speed, options.rate)
-        print(f"{path}  {path.stat().st_size / 1024:.0f} kB, {count} pictures, t = {shown.time[0]:g} to {shown.time[-1]:g} s")
+        print(f"{path}  {path.stat().st_size / 1024:.0f} kB, {count} frames, t = {shown.time[0]:g} to {shown.time[-1]:g} s")
     if films and not options.output:
         return 0
     text, stride = page(name, about(model, shown, record), shown, model)
@@ -67,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _films(options: argparse.Namespace) -> list[Path]:
-    """Returns the films that are asked for; what is wrong with them shows before the run."""
+    """Returns the requested films; invalid options are reported before the run."""
     films = [path for path in (options.gif, options.mp4) if path]
     for path, ending in ((options.gif, ".gif"), (options.mp4, ".mp4")):
         if path and path.suffix.lower() != ending:
@@ -83,16 +83,16 @@ def _films(options: argparse.Namespace) -> list[Path]:
 
 
 def _targets(targets: list[Path]) -> tuple[Path | None, Path | None]:
-    """Returns the FMU or model and the CSV among the arguments."""
+    """Returns the FMU or model and the CSV among the targets."""
     if not targets:
-        raise UserError("show needs an FMU, a model file or a record, for example `build-fmu show arm.fmu`")
+        raise UserError("show requires an FMU, a model file or a CSV with results, for example `build-fmu show arm.fmu`")
     mechanisms = [t for t in targets if t.suffix in (".fmu", ".toml")]
     records = [t for t in targets if t.suffix.lower() == ".csv"]
     for other in targets:
         if other not in mechanisms and other not in records:
-            raise UserError(f"'{other}' is neither an FMU (.fmu), a model file (.toml) nor a record (.csv)")
+            raise UserError(f"unsupported file type: '{other}'; supported: FMU (.fmu), model file (.toml), results (.csv)")
     if len(mechanisms) > 1 or len(records) > 1:
-        raise UserError("show takes one FMU or model file, one CSV, or one of both")
+        raise UserError("too many targets: give one FMU or model file, one CSV, or both")
     return next(iter(mechanisms), None), next(iter(records), None)
 
 
@@ -125,6 +125,6 @@ def _simulated(mechanism: Path, model, folder: Path, options: argparse.Namespace
 
 
 def _smooth(times: list[float]) -> float:
-    """Returns a step that plays smoothly where the model's own is coarse: a whole part of it."""
+    """Returns the model's step divided by an integer, for a smooth motion."""
     count = len(times) - 1
     return (times[1] - times[0]) / math.ceil(FEWEST_PICTURES / count)

@@ -1,4 +1,4 @@
-"""`build-fmu simulate`: runs an FMU or a model file and records its outputs."""
+"""`build-fmu simulate`: simulates an FMU or a model file and records its outputs."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from build_fmu.run.input_course import MODES
 
 def add(commands) -> None:
     """Adds the command and its arguments."""
-    command = commands.add_parser("simulate", help="run an FMU or a model file", description="Run an FMU or a model file. Without --csv and "
-                                  "--plot, print a table of values and write nothing. Values are in SI units and radians.")
+    command = commands.add_parser("simulate", help="simulate an FMU or a model file", description="Simulate an FMU or a model file. Without --csv and "
+                                  "--plot, print a table of values. Values are in SI units and radians.")
     command.add_argument("target", nargs="?", type=Path, metavar="FMU|MODEL", help="FMU (.fmu) or model file (.toml)")
-    command.add_argument("--stop", type=float, metavar="T", help="stop time in s (default: the FMU's own)")
-    command.add_argument("--step", type=float, metavar="H", help="communication step in s (default: the FMU's own)")
-    command.add_argument("--tolerance", type=float, metavar="R", help="relative tolerance; may tighten the model's, never loosen it")
+    command.add_argument("--stop", type=float, metavar="T", help="stop time in s (default: as in the FMU)")
+    command.add_argument("--step", type=float, metavar="H", help="communication step size in s (default: as in the FMU)")
+    command.add_argument("--tolerance", type=float, metavar="R", help="relative tolerance; used if tighter than the model's")
     command.add_argument("--start", **SEVERAL, metavar="NAME=VALUE", help="start values of parameters, for example joint1.q0=pi/2")
     command.add_argument("--input", **SEVERAL, metavar="NAME=EXPR|FILE.csv",
                          help="inputs: an expression of t such as 'joint1.tau=2*sin(t) if t < 1 else 0', or a CSV with a column 'time'")
-    command.add_argument("--interpolate", choices=MODES, default="expressions", help="inputs that move during a communication step: none (all hold), "
-                         "expressions (default), or all (CSV files too, linear between rows)")
-    command.add_argument("--output", **SEVERAL, metavar="NAME", help="outputs to record, * allowed (default: all)")
-    command.add_argument("--csv", type=Path, metavar="OUT.csv", help="write the record, 17 digits")
-    command.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the record (.png, .svg, .pdf)")
-    command.add_argument("--redysim-layout", type=Path, metavar="DIR", help="write timevar.dat, statevar.dat, envar.dat, tor.dat as ReDySim does")
+    command.add_argument("--interpolate", choices=MODES, default="expressions", help="inputs that change during a communication step: none (all constant), "
+                         "expressions (default), or all (also CSV files, linear between rows)")
+    command.add_argument("--output", **SEVERAL, metavar="NAME", help="outputs to record, with * as wildcard (default: all)")
+    command.add_argument("--csv", type=Path, metavar="OUT.csv", help="write the results with 17 digits")
+    command.add_argument("--plot", type=Path, metavar="OUT.png", help="plot the results (.png, .svg, .pdf)")
+    command.add_argument("--redysim-layout", type=Path, metavar="DIR", help="write ReDySim's files timevar.dat, statevar.dat, envar.dat, tor.dat")
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the target and writes what is asked for."""
+    """Simulates the target and writes the requested files."""
     from build_fmu.draw.plots import FORMATS, plot
     from build_fmu.model.resources import model_in
     from build_fmu.run.redysim_layout import columns_of, write_layout
@@ -43,22 +43,22 @@ def run(options: argparse.Namespace) -> int:
     from build_fmu.run.tables import final_values, keep_other_files, write_csv
 
     target = _simulated_file(options)
-    # a wrong file name shows before the run, not after
+    # wrong file names are reported before the run
     for path, endings in ((options.csv, (".csv",)), (options.plot, FORMATS)):
         if path is not None and path.suffix.lower() not in endings:
             raise UserError(f"'{path}' must end in {' or '.join(endings)}")
     if options.csv:
         keep_other_files(options.csv, options.input)
     if options.redysim_layout and options.redysim_layout.is_file():
-        raise UserError(f"'{options.redysim_layout}' is a file: --redysim-layout needs the name of a folder")
+        raise UserError(f"'{options.redysim_layout}' is a file: --redysim-layout requires the name of a folder")
     with _as_fmu(target) as fmu, Session(fmu) as session:
         model = model_in(fmu) if options.redysim_layout else None
         if options.redysim_layout:
             if model is None:
                 raise UserError(f"'{fmu}' contains no model file, which defines ReDySim's order of joints")
-            columns_of(model)  # unsupported joints show before the run
+            columns_of(model)  # unsupported joints are reported before the run
         chosen = select_outputs(session, options.output)
-        # the layout needs columns that --output may have left out
+        # the layout needs columns that --output may exclude
         recorded = list(dict.fromkeys([*select_outputs(session, ()), *chosen])) if model else chosen
         settings = Settings(options.stop, options.step, options.tolerance, options.start, options.input, recorded, options.interpolate)
         with _progress(session, settings) as progress:
@@ -80,12 +80,12 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _simulated_file(options: argparse.Namespace) -> Path:
-    """Returns FMU|MODEL, also when it stands after a list (`--input a=1 arm.fmu`)."""
+    """Returns FMU|MODEL, also after option values (`--input a=1 arm.fmu`)."""
     if options.target is not None:
         return options.target
     found = targets_after(options.input, options.start, options.output)
     if not found:
-        raise UserError("simulate needs an FMU or a model file, for example `build-fmu simulate arm.fmu`")
+        raise UserError("simulate requires an FMU or a model file, for example `build-fmu simulate arm.fmu`")
     return found[0]
 
 
@@ -108,7 +108,7 @@ def _as_fmu(target: Path) -> Iterator[Path]:
 
 @contextmanager
 def _progress(session, settings) -> Iterator:
-    """Yields a function of the time reached (s) that moves a bar on stderr."""
+    """Yields the progress function, which takes the time reached (s)."""
     from rich.progress import TextColumn, TimeRemainingColumn
 
     from build_fmu.run.simulate import time_grid

@@ -1,4 +1,4 @@
-"""`build-fmu stress`: makes the cases of each model, runs them side by side and writes the page."""
+"""`build-fmu stress`: runs extreme cases derived from models in parallel and writes the results."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from pathlib import Path
 from build_fmu.cli.terminal import bar
 from build_fmu.errors import UserError
 
-QUIET = 15.0  # s between two lines of progress where there is no terminal
+QUIET = 15.0  # s between two progress messages without a terminal
 
 
 def add(commands) -> None:
     """Adds the command and its arguments."""
-    command = commands.add_parser("stress", help="run extreme cases made from models and say how they went", description="Make extreme cases from each "
-                                  "model, run each in a process of its own, and write stress.html, .md, .csv, .svg and .png.")
+    command = commands.add_parser("stress", help="run extreme cases derived from models and report the results", description="Derive extreme cases from each "
+                                  "model, run each in a separate process, and write stress.html, .md, .csv, .svg and .png.")
     command.add_argument("models", nargs="+", type=Path, metavar="MODEL", help="model files (.toml)")
-    command.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder to write into (default: here)")
-    command.add_argument("--only", nargs="+", action="extend", default=[], metavar="WORD", help="groups of cases whose name holds a word, such as stiff")
-    command.add_argument("--method", metavar="NAME", help="solver method (default: the model's own)")
-    command.add_argument("--seconds", type=float, default=2, metavar="S", help="computing that each run may take (default: 2)")
-    command.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N", help="runs side by side (default: one a processor)")
+    command.add_argument("-o", "--output", type=Path, metavar="DIR", help="output folder (default: current folder)")
+    command.add_argument("--only", nargs="+", action="extend", default=[], metavar="WORD", help="only groups of cases with a word in their name, such as stiff")
+    command.add_argument("--method", metavar="NAME", help="solver method (default: as in the model)")
+    command.add_argument("--seconds", type=float, default=2, metavar="S", help="CPU time limit of each run in s (default: 2)")
+    command.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N", help="parallel runs (default: one per processor)")
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes the files and returns the exit code: 1 where a case failed."""
+    """Writes the results and returns the exit code: 1 if a case failed."""
     from build_fmu.report.sweep import known_method
     from build_fmu.stress.html import write_html
     from build_fmu.stress.pages import (
@@ -67,12 +67,12 @@ def _groups(words: list[str]) -> list[str]:
 
     found = [group for group in GROUPS if not words or any(word in group for word in words)]
     if not found:
-        raise UserError(f"no group of cases holds '{words[0]}': they are {', '.join(GROUPS)}")
+        raise UserError(f"no group of cases matches '{words[0]}'; available: {', '.join(GROUPS)}")
     return found
 
 
 def _cases(file: Path) -> list[tuple]:
-    """Returns the model's name with each of its cases; the reader has accepted the file before."""
+    """Returns the model's name with each of its cases; `describe` checks the file first."""
     from build_fmu.model.describe import describe
     from build_fmu.stress.cases import catalogue
 
@@ -97,7 +97,7 @@ def _run_all(work: list[tuple], options: argparse.Namespace) -> list:
                 verdict = verdicts[futures[future]] = future.result()
                 words = f"{verdict.model}: {verdict.case.group}, {verdict.case.label}"
                 shown.update(task, description=words, completed=number)
-                # a log gets a line now and then instead of a bar
+                # progress messages instead of a bar
                 if not screen.is_terminal and time.monotonic() - spoken > QUIET:
                     spoken = time.monotonic()
                     screen.print(f"{number} of {len(work)} cases, now {verdict.model}", highlight=False, markup=False, soft_wrap=True)

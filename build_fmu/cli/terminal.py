@@ -1,4 +1,4 @@
-"""What the commands share: lists of arguments, lines on stderr, a console and progress bars."""
+"""Shared by the commands: list arguments, console output and progress bars."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-# an argument that takes several words and may be repeated
+# an option with several values that may be repeated
 SEVERAL = {"nargs": "+", "action": "extend", "default": []}
 
 
 def targets_after(*lists: list[str]) -> list[Path]:
-    """Takes FMUs and model files from the ends of lists of arguments (`--input a=1 arm.fmu`) and returns them."""
+    """Removes FMUs and model files from the end of option values (`--input a=1 arm.fmu`) and returns them."""
     found = []
     for values in lists:
         while values and "=" not in values[-1] and values[-1].endswith((".fmu", ".toml")):
@@ -27,7 +27,7 @@ def warn(lines: Sequence[str]) -> None:
 
 
 def console():
-    """Returns a rich console on stdout; a file or a pipe gets wide lines."""
+    """Returns a rich console on stdout, with wide lines for files and pipes."""
     from rich.console import Console
 
     return Console() if sys.stdout.isatty() else Console(width=160)
@@ -35,7 +35,7 @@ def console():
 
 @contextmanager
 def bar(*columns) -> Iterator:
-    """Yields a rich progress bar on stderr, which shows where that is a terminal."""
+    """Yields a rich progress bar, shown if stderr is a terminal."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn
 
@@ -46,7 +46,7 @@ def bar(*columns) -> Iterator:
 
 @contextmanager
 def sweep_bar() -> Iterator[Callable[[Path], Callable[[str, int, int], None]]]:
-    """Yields a function of a target that returns its progress function."""
+    """Yields a function that returns the progress function of a target."""
     from rich.progress import TextColumn, TimeElapsedColumn
 
     with bar(TextColumn("{task.completed:.0f}/{task.total:.0f}"), TimeElapsedColumn()) as shown:

@@ -1,1 +1,1 @@
-"""Asks the compiled `describe` what a model file means, and handles the files beside it."""
+"""Model files: their description by the compiled program `describe`, and the files that they refer to."""

@@ -1,6 +1,6 @@
-"""Asks the compiled `describe` program what a model file means.
+"""Runs the compiled program `describe` and returns its description of a model file.
 
-The model file is read by C++ alone; Python sees the resulting table and never the model's meaning.
+Only C++ interprets model files; Python uses the resulting table of variables.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from build_fmu import native
 from build_fmu.errors import UserError
 
 FORMAT = 1
-IMPORTED = "`build-fmu import` makes one of it"
-FOREIGN = {".fmu": "it is an FMU already", ".urdf": IMPORTED, ".m": IMPORTED, ".mat": IMPORTED, ".csv": IMPORTED, ".json": IMPORTED}
+IMPORTED = "convert it with `build-fmu import`"
+FOREIGN = {".fmu": "it is already an FMU", ".urdf": IMPORTED, ".m": IMPORTED, ".mat": IMPORTED, ".csv": IMPORTED, ".json": IMPORTED}
 
 
 @dataclass(frozen=True)
 class Variable:
-    """One FMI variable; units are SI, `display_unit` is what a person reads."""
+    """One FMI variable in SI units; `display_unit` is the unit shown to the user."""
 
     name: str
     value_reference: int
@@ -41,7 +41,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Unknown:
-    """A row of the model structure; `dependencies` None means all, `kinds` None means all dependent."""
+    """A row of the model structure; `dependencies` None: all, `kinds` None: all dependent."""
 
     name: str
     dependencies: list[str] | None = None
@@ -50,7 +50,7 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Description:
-    """The table of one model, and the reader's warnings (`file:line:column: warning: ...`)."""
+    """The table of variables of a model, and the warnings (`file:line:column: warning: ...`)."""
 
     model_name: str
     model_identifier: str
@@ -65,10 +65,10 @@ class Description:
     outputs: list[Unknown]
     initial_unknowns: list[Unknown]
     drawing: dict[str, Any]
-    resources: list[str] = field(default_factory=list)  # files beside the model file that belong into the FMU
+    resources: list[str] = field(default_factory=list)  # files that the model file refers to
     warnings: list[str] = field(default_factory=list)
     report: dict[str, Any] = field(default_factory=dict)
-    features: list[str] = field(default_factory=list)  # parts of the library that the model uses
+    features: list[str] = field(default_factory=list)  # features of the library that the model uses
 
     def select(self, causality: str) -> list[Variable]:
         """Returns the variables of one causality, in the table's order."""
@@ -76,34 +76,34 @@ class Description:
 
 
 def describe(model: Path) -> Description:
-    """Reads a model file; raises UserError with the reader's lines, one error a line."""
+    """Describes a model file; raises UserError with one line per error."""
     if model.is_dir():
-        raise UserError(f"'{model}' is a folder and not a model file (.toml)")
+        raise UserError(f"'{model}' is a folder, not a model file (.toml)")
     if not model.is_file():
-        raise UserError(f"there is no model file '{model}'")
+        raise UserError(f"model file '{model}' does not exist")
     if model.suffix.lower() in FOREIGN:
-        raise UserError(f"'{model}' is no model file (.toml): {FOREIGN[model.suffix.lower()]}")
+        raise UserError(f"'{model}' is not a model file (.toml): {FOREIGN[model.suffix.lower()]}")
     program = native.describe_program()
     try:
         run = subprocess.run([str(program), str(model)], capture_output=True, stdin=subprocess.DEVNULL, check=False)
     except OSError as error:
-        raise UserError(f"'{program}' does not run: {error.strerror}") from None
+        raise UserError(f"cannot run '{program}': {error.strerror}") from None
     messages = run.stderr.decode("utf-8", "replace").strip()
     if run.returncode < 0:
-        raise UserError(f"'{program.name}' was stopped by signal {-run.returncode} while it read '{model}'")
+        raise UserError(f"'{program.name}' was terminated by signal {-run.returncode} while reading '{model}'")
     if run.returncode != 0:
-        raise UserError(messages or f"'{program.name}' failed with code {run.returncode} and gave no reason")
+        raise UserError(messages or f"'{program.name}' failed with exit code {run.returncode} and without a message")
     try:
         table = json.loads(run.stdout)
     except ValueError as error:
-        raise UserError(f"'{program.name}' printed something that is not JSON: {error}") from None
+        raise UserError(f"the output of '{program.name}' is not valid JSON: {error}") from None
     return from_table(table, messages.splitlines())
 
 
 def from_table(table: dict[str, Any], warnings: list[str]) -> Description:
-    """Turns the JSON table into a Description; raises UserError if it is of another version."""
+    """Converts the JSON table to a Description; raises UserError for another version of the format."""
     if table.get("format") != FORMAT:
-        raise UserError(f"the describe program speaks format {table.get('format')}, this build_fmu needs {FORMAT}: build both again")
+        raise UserError(f"the output of `describe` has format {table.get('format')}, but this build_fmu requires {FORMAT}: rebuild both")
     known = Variable.__dataclass_fields__
     return Description(
         model_name=table["model_name"],

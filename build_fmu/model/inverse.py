@@ -1,4 +1,4 @@
-"""The inverse of a model: the same file with `inverse = true` on top; the reader does the rest."""
+"""The inverse of a model: the same file with `inverse = true` in the first line."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 @contextmanager
 def inverse_of(model: Path) -> Iterator[tuple[Description, Path]]:
-    """Yields the description of a model's inverse and the file it was read from; raises UserError as `describe` does."""
+    """Yields the description of a model's inverse and its model file; raises UserError as `describe` does."""
     resources = describe(model).resources
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / model.name
@@ -26,7 +26,7 @@ def inverse_of(model: Path) -> Iterator[tuple[Description, Path]]:
         attach(resources, model, Path(folder))
 
         def of_the_user(text: str) -> str:
-            """Names the user's own file and lines."""
+            """Replaces file and line numbers by those of the user's file."""
             return re.sub(re.escape(str(copy)) + r":(\d+)", lambda place: f"{model}:{max(int(place[1]) - 1, 1)}", text)
 
         try:

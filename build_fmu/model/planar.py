@@ -1,4 +1,4 @@
-"""What the drawing table of a mechanism says of it: the plane of motion, the joints by kind."""
+"""The plane of motion and the number of joints by type, from the drawing table of a mechanism."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ def planar_axes(links: list[dict[str, Any]]) -> tuple[int, int] | None:
 
 
 def _keeps_plane(link: dict[str, Any], along: float) -> bool:
-    """Whether a joint, by the cosine between its axis and the plane's normal, turns about the normal or slides across it."""
+    """Returns whether a joint rotates about the normal or slides perpendicular to it; `along`: cosine between axis and normal."""
     turns, slides = bool(link["turn"]), bool(link["slide"])
     return (turns or slides) and (not turns or along > 1 - 1e-9) and (not slides or along < 1e-9)
 
 
 def joint_counts(links: list[dict[str, Any]]) -> list[str]:
-    """Returns "6 revolute", "1 fixed", ...: fixed ones last."""
+    """Returns the number of joints by type, such as "6 revolute"; fixed joints are last."""
     kinds = [link["type"] for link in links]
     order = dict.fromkeys(["revolute", "prismatic", *(kind for kind in kinds if kind != "fixed"), "fixed"])
     return [f"{kinds.count(kind)} {kind}" for kind in order if kind in kinds]

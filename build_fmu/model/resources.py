@@ -15,15 +15,15 @@ MODEL_IN_FMU = RESOURCES + "model.toml"
 
 
 def attach(names: list[str], model: Path, folder: Path) -> None:
-    """Copies the files of a model file's folder to another one."""
+    """Copies the files that a model file refers to into a folder."""
     for name in names:
         shutil.copyfile(model.parent / name, folder / name)
 
 
 def model_in(fmu: Path) -> Description | None:
-    """Returns the description of the model file that an FMU carries, or None if it carries none; raises UserError for a damaged archive."""
+    """Returns the description of the model file in an FMU, or None if there is none; raises UserError for a damaged archive."""
     if not fmu.is_file():
-        raise UserError(f"there is no FMU '{fmu}'")
+        raise UserError(f"FMU '{fmu}' does not exist")
     try:
         with zipfile.ZipFile(fmu) as archive, TemporaryDirectory() as folder:
             if MODEL_IN_FMU not in archive.namelist():

@@ -1,1 +1,1 @@
-"""Runs FMUs: through FMPy (`simulate`) or the compiled driver (`driver`), with inputs as functions of time."""
+"""Runs FMUs in FMPy (`simulate`) or in the compiled driver (`driver`), with inputs as functions of time."""

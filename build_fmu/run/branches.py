@@ -1,7 +1,7 @@
-"""Expressions as Taylor series over a range of time, and where on that range they jump or change their form.
+"""Taylor series of expressions over a range of time, and the points at which they are not smooth.
 
-Comparisons, `sign`, `floor`, `abs`, `min` and `max` decide by the sign of a *guard*. Over a range on which each guard keeps its sign the
-expression is smooth. Otherwise `Split` says where to part the range.
+Comparisons, `sign`, `floor`, `abs`, `min` and `max` depend on the sign of a *guard*. The expression is smooth over a range on which
+no guard changes its sign. Otherwise `Split` gives the time at which to divide the range.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ Series = Callable[[float, float, int], list[Interval]]
 
 
 class Split(Exception):
-    """The range is to be parted: the old form holds up to `before`, the new one from `after` on (s)."""
+    """The range must be divided: one form holds up to `before`, the next one from `after` (s)."""
 
     def __init__(self, before: float, after: float) -> None:
-        """Takes the last time of the old form and the first of the new one."""
+        """Takes the last time of one form and the first time of the next one."""
         super().__init__()
         self.before, self.after = before, after
 
@@ -32,7 +32,7 @@ def halves(low: float, high: float) -> Split:
 
 
 def inside(low: float, high: float) -> tuple[float, float]:
-    """Returns the range without its very ends, at which the forms before and after it may hold already."""
+    """Returns the range without its end points, at which the adjacent forms may hold."""
     grain = min(4 * math.ulp(max(abs(low), abs(high))), (high - low) / 4)
     return low + grain, high - grain
 
@@ -155,7 +155,7 @@ def _comparison(tree: ast.Compare) -> Series:
 
 
 def _sign(guard: Series, low: float, high: float) -> int:
-    """Returns the sign that the guard has on all of the range but at most its ends; raises Split where it changes."""
+    """Returns the sign of the guard inside the range; raises Split where it changes."""
     value, slope = _value_and_slope(guard, low, high)
     if value[0] > 0 or value[1] < 0 or value[0] == value[1]:
         return (value[0] > 0) - (value[0] < 0)
@@ -196,14 +196,14 @@ def _at(guard: Series, t: float) -> float:
 
 
 def _crossing(guard: Callable[[float], float], low: float, high: float) -> Split:
-    """Returns the split at the one zero of a guard of different signs at the ends: false position, pushed over the zero."""
+    """Returns the split at the only zero of a guard, by a modified method of false position."""
     begin, end = guard(low), guard(high)
     for turn in range(200):
         grain = 2 * math.ulp(max(abs(low), abs(high)))
         if high - low <= 2 * grain or begin == 0 or end == 0:
             break
         middle = low - begin * (high - low) / (end - begin)
-        # the far end must come nearer too
+        # move past the zero, so that both ends approach it
         middle += grain if middle - low < high - middle else -grain
         if turn % 4 == 3 or not low < middle < high:
             middle = low + (high - low) / 2
@@ -212,7 +212,7 @@ def _crossing(guard: Callable[[float], float], low: float, high: float) -> Split
             low, begin = middle, value
         else:
             high, end = middle, value
-    # an exact zero, or rounding, must not leave the wrong form at either side
+    # with an exact zero or rounding, each side must get its own form
     zero = low if begin == 0 else high
     grain = 2 * math.ulp(abs(zero))
     return Split(zero - grain, zero + grain) if begin == 0 or end == 0 else Split(low - grain, high + grain)

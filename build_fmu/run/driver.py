@@ -1,4 +1,4 @@
-"""Runs an FMU in the compiled `fmu_driver`: no Python while the clock runs, and neither a hang nor a crash gets out of it."""
+"""Runs an FMU in the compiled `fmu_driver`: timing without Python, in a separate process that may hang or crash."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from build_fmu.model.resources import attach
 from build_fmu.run.fmu_file import read_description
 
 HEALTH = ("solver.steps", "solver.rejected", "solver.rhs_evaluations")
-PATIENCE = 10.0  # s that a single call may take over the budget before it counts as a hang
+PATIENCE = 10.0  # s that a single call may exceed the budget before it counts as a hang
 
 
 @dataclass(frozen=True)
 class Staged:
-    """An FMU's files as the driver needs them, and its variables by name; times in s."""
+    """The files of an FMU for the driver, and its variables by name; times in s."""
 
     name: str
     library: Path
@@ -49,7 +49,7 @@ class Staged:
 
 @dataclass(frozen=True)
 class Task:
-    """One run: start values, step size (s) and count, rows of inputs that repeat, what to read and how long to try (s)."""
+    """One run: start values, step size (s) and count, periodic rows of inputs, outputs, and time limit (s)."""
 
     step: float
     steps: int
@@ -66,7 +66,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What the driver saw. `status`: ok, budget, error, refused, not finite, hang, crash, not loaded."""
+    """The result of a run. `status`: ok, budget, error, refused, not finite, hang, crash, not loaded."""
 
     status: str
     message: str = ""
@@ -83,13 +83,13 @@ class Outcome:
 
 @contextmanager
 def staged(target: Path) -> Iterator[Staged]:
-    """Yields the files of an FMU, or those that a model file's FMU would hold; raises UserError."""
+    """Yields the files of an FMU, or those of a model file's FMU; raises UserError."""
     with tempfile.TemporaryDirectory() as folder:
         yield stage_fmu(target, Path(folder)) if target.suffix == ".fmu" else stage_model(target, Path(folder))
 
 
 def stage_model(model: Path, folder: Path, description: Description | None = None) -> Staged:
-    """Lays the files of a model's FMU into the folder."""
+    """Writes the files of a model's FMU into the folder."""
     table = description or describe(model)
     (folder / "resources").mkdir(parents=True, exist_ok=True)
     (folder / "resources" / "model.toml").write_bytes(model.read_bytes())
@@ -109,7 +109,7 @@ def stage_fmu(fmu: Path, folder: Path) -> Staged:
         raise UserError(f"'{fmu}' cannot be unpacked: {error}") from None
     library = folder / "binaries" / "linux64" / f"{description.coSimulation.modelIdentifier}.so"
     if not library.is_file():
-        raise UserError(f"'{fmu}' holds no library for Linux on x86-64")
+        raise UserError(f"'{fmu}' contains no library for Linux on x86-64")
     experiment = description.defaultExperiment
     stop = float(getattr(experiment, "stopTime", None) or 1)
     variables = {v.name: _variable(v) for v in description.modelVariables}
@@ -123,7 +123,7 @@ def _variable(v) -> Variable:
 
 
 def drive(fmu: Staged, task: Task) -> Outcome:
-    """Runs the task in a process of its own."""
+    """Runs the task in a separate process."""
     health = [name for name in HEALTH if name in fmu.variables]
     answer = _ask(job_lines(fmu, task), task.budget)
     if isinstance(answer, Outcome):
@@ -132,11 +132,11 @@ def drive(fmu: Staged, task: Task) -> Outcome:
     message = next((line for line in reversed(log) if not line.startswith("warning: ")), "")
     if status == "not finite":
         name = next(n for n in task.outputs if fmu.variables[n].value_reference == answer["bad_reference"])
-        message = f"'{name}' is not finite at {answer['bad_time']:g} s, and the status was OK"
+        message = f"'{name}' is not finite at t = {answer['bad_time']:g} s, although the step returned fmi2OK"
     elif status == "hang":
-        message = f"no answer from the FMU in {task.budget + PATIENCE:g} s ({phase}, t = {answer['reached']:g} s)"
+        message = f"the FMU did not respond within {task.budget + PATIENCE:g} s ({phase}, t = {answer['reached']:g} s)"
     elif status == "budget":
-        message = f"reached {answer['reached']:g} s in {task.budget:g} s of computing"
+        message = f"reached t = {answer['reached']:g} s within {task.budget:g} s of CPU time"
     values = np.array([[math.nan if x is None else x for x in row] for row in answer.get("values", [])], dtype=float)
     return Outcome(status, message, answer.get("reached", 0.0), int(answer.get("steps_done", 0)), answer.get("seconds", math.nan),
                    np.array(answer.get("times", [])), values, dict(zip(health, answer.get("integers", []), strict=False)),
@@ -144,7 +144,7 @@ def drive(fmu: Staged, task: Task) -> Outcome:
 
 
 def job_lines(fmu: Staged, task: Task) -> list[str]:
-    """Returns the lines that fmu_driver reads to run the task."""
+    """Returns the input of fmu_driver for the task."""
     health = [name for name in HEALTH if name in fmu.variables]
     lines = [*_head(fmu, task), f"repeats {task.repeats}", f"spend {task.spend!r}"]
     lines += ["integers " + " ".join(_reference(fmu, name) for name in health)] if health else []
@@ -155,7 +155,7 @@ def latency(fmu: Staged, task: Task, instances: Sequence[int]) -> dict[str, Any]
     """Returns the driver's figures of single steps, starts and many instances (ns, bytes); raises UserError."""
     answer = _ask([*_head(fmu, task), f"repeats {task.repeats}", "mode latency", "instances " + " ".join(map(str, instances))], task.budget)
     if isinstance(answer, Outcome) or answer["status"] != "ok":
-        raise UserError(f"'{fmu.name}' cannot be timed: {answer.message if isinstance(answer, Outcome) else answer['status']}")
+        raise UserError(f"cannot measure '{fmu.name}': {answer.message if isinstance(answer, Outcome) else answer['status']}")
     return answer
 
 
@@ -179,13 +179,13 @@ def _ask(lines: list[str], budget: float) -> dict[str, Any] | Outcome:
         done = subprocess.run([str(program)], input="\n".join(lines) + "\n", text=True, errors="replace", capture_output=True,
                               timeout=12 * (budget + PATIENCE), check=False, env={**os.environ, "LC_ALL": "C"})
     except subprocess.TimeoutExpired:
-        return Outcome("hang", "the process does not answer")
+        return Outcome("hang", "the process does not respond")
     except OSError as error:
-        raise UserError(f"'{program}' does not run: {error.strerror}") from None
+        raise UserError(f"cannot run '{program}': {error.strerror}") from None
     if done.returncode < 0:
-        return Outcome("crash", f"the process was stopped by signal {-done.returncode}")
+        return Outcome("crash", f"the process was terminated by signal {-done.returncode}")
     if done.returncode != 0:
-        raise UserError(f"{done.stderr.strip() or f'fmu_driver failed with code {done.returncode}'}: build it again?")
+        raise UserError(f"{done.stderr.strip() or f'fmu_driver failed with exit code {done.returncode}'}; rebuild it")
     return json.loads(done.stdout)
 
 

@@ -1,4 +1,4 @@
-"""Expressions of the time `t`, such as `2*sin(pi*t) if t < 1 else 0`, read with a whitelist and never with `eval`'s reach."""
+"""Expressions of the time `t`, such as `2*sin(pi*t) if t < 1 else 0`; only permitted syntax is evaluated."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ class Expression:
         return self._value(t)
 
     def series(self, low: float, high: float, order: int) -> list[Interval]:
-        """Returns the coefficients over the range; raises Split where a part of it must be looked at alone."""
+        """Returns the coefficients over the range; raises Split where the range must be divided."""
         if self._series is None:
             self._series = series_of(self._tree)
         return self._series(low, high, order)
 
 
 def compile_expression(text: str) -> Expression:
-    """Returns the function of t (s); raises UserError now for bad text, and at a call for a value that is not finite."""
+    """Returns the function of t (s); raises UserError for invalid text, and at a call for a non-finite value."""
     if len(text) > LONGEST:
-        raise UserError(f"an expression may have {LONGEST} characters, this one has {len(text)}")
+        raise UserError(f"the expression has {len(text)} characters; at most {LONGEST} are allowed")
     try:
         tree = ast.parse(text.strip(), mode="eval")
         _check(tree.body, text)
@@ -53,12 +53,12 @@ def compile_expression(text: str) -> Expression:
         where = f" at column {error.offset}" if error.offset else ""
         raise UserError(f"cannot read the expression '{text}'{where}") from None
     except (RecursionError, MemoryError, ValueError):
-        raise UserError(f"cannot read the expression '{text[:60]}': it is nested too deeply") from None
+        raise UserError(f"cannot read the expression '{text[:60]}': nested too deeply") from None
     names = {"__builtins__": {}, **FUNCTIONS, **CONSTANTS}
 
     def value(t: float) -> float:
         try:
-            result = eval(code, names, {"t": t})  # only checked nodes, no builtins
+            result = eval(code, names, {"t": t})  # checked nodes only, no builtins
         except (ArithmeticError, ValueError, TypeError) as error:
             raise UserError(f"'{text}' has no value at t = {t:g} s: {error}") from None
         if isinstance(result, complex) or not math.isfinite(result):
@@ -70,7 +70,7 @@ def compile_expression(text: str) -> Expression:
 
 def _check(node: ast.AST, text: str) -> None:
     if isinstance(node, ast.Constant):
-        # bool is an int to Python, a mistake to a reader
+        # bool is a subclass of int, but not a number here
         if type(node.value) in (int, float):
             return
     elif isinstance(node, ast.Name):
@@ -78,7 +78,7 @@ def _check(node: ast.AST, text: str) -> None:
         if node.id in ("t", *CONSTANTS):
             return
         if node.id in FUNCTIONS:
-            raise UserError(f"'{text}': the function {node.id} needs an argument in brackets")
+            raise UserError(f"'{text}': the function {node.id} requires an argument in parentheses")
         raise UserError(f"'{text}': unknown name '{node.id}'{did_you_mean(node.id, known)}")
     elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
         name, count = node.func.id, len(node.args)
@@ -86,7 +86,7 @@ def _check(node: ast.AST, text: str) -> None:
             raise UserError(f"'{text}': unknown function '{name}'{did_you_mean(name, FUNCTIONS)}")
         if (count < 2) if name in MANY_ARGUMENTS else (count != 1):
             wanted = "two or more arguments" if name in MANY_ARGUMENTS else "one argument"
-            raise UserError(f"'{text}': {name} takes {wanted}, not {count}")
+            raise UserError(f"'{text}': {name} requires {wanted}, got {count}")
         for argument in node.args:
             _check(argument, text)
         return
@@ -110,7 +110,7 @@ def _check_children(node: ast.AST, text: str) -> None:
 
 
 class _Floats(ast.NodeTransformer):
-    """Makes every number a double: 9**9**9 then overflows at once instead of filling the memory."""
+    """Converts every number to a double, so that 9**9**9 overflows instead of exhausting the memory."""
 
     def visit_Constant(self, node: ast.Constant) -> ast.Constant:
         return ast.copy_location(ast.Constant(float(node.value)), node)

@@ -13,7 +13,7 @@ def read_description(fmu: Path):
     from fmpy.model_description import ValidationError
 
     if not fmu.is_file():
-        raise UserError(f"there is no FMU '{fmu}'")
+        raise UserError(f"FMU '{fmu}' does not exist")
     try:
         description = fmpy.read_model_description(str(fmu))
     except ValidationError as error:

@@ -1,7 +1,7 @@
-"""What a master sets of inputs that are known functions of time: cubic polynomials over parts of its steps.
+"""Approximates inputs that are functions of time by cubic polynomials over parts of the communication steps.
 
-A communication step is parted where an input jumps or changes its form, and further until cubics follow the inputs. A cubic meets its
-input at Lobatto's four points of the part, ends included: its error has mean zero and is at most h^4/80 |u''''/4!|.
+A communication step is divided where an input is not smooth, and further until the cubics meet the tolerance. A cubic interpolates its
+input at the four Lobatto points of the part, end points included. Its error has mean zero and is at most h^4/80 |u''''/4!|.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ MOTION = (".q", ".qd", ".qdd")
 
 @dataclass(frozen=True)
 class Part:
-    """A part of a step (s), what is set at its start, and the first three derivatives of what moves during it."""
+    """A part of a step (s), the input values at its start, and the first three derivatives of the inputs that change."""
 
     begin: float
     end: float
@@ -39,7 +39,7 @@ class Part:
 
 @dataclass
 class Moving:
-    """A derivative of a signal, and the inputs that it is sent to; its largest absolute value at some points and so far, the largest error."""
+    """A derivative of a signal and its inputs; `usual` and `scale` are its largest absolute values at samples and so far, `worst` the largest error."""
 
     signal: Signal
     derivative: int
@@ -53,7 +53,7 @@ class Moving:
         return derived(self.names[0], self.signal, self.derivative, t)
 
     def bound(self, low: float, high: float) -> Bound:
-        """Bounds the signal over a range of time; raises Split where it has no bound, or more than one form."""
+        """Bounds the signal over a range of time; raises Split where it has no bound or is not smooth."""
         m = self.derivative
         series = self.signal.series(low, high, m + 4)
         values = [x * math.factorial(m) for x in (series[m] if m < len(series) else (0.0, 0.0))]
@@ -64,19 +64,19 @@ class Moving:
 
 @dataclass(frozen=True)
 class Bound:
-    """The largest fourth Taylor coefficient over a range, and how far its values spread."""
+    """The largest fourth Taylor coefficient over a range, and the spread of its values."""
 
     highest: float
     spread: float = math.inf
 
     def error(self, size: float) -> float:
-        """Returns what a cubic over a part of `size` (s) may be off."""
+        """Returns the error bound of a cubic over a part of `size` (s)."""
         return min(CUBIC_ERROR * size**4 * self.highest, 2 * self.spread)
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """A part of a step from a to b, and the range inside it on which the inputs have one form; `joined`: so has the part before."""
+    """A part of a step from a to b, and the range inside it on which the inputs are smooth; `joined`: smooth together with the previous part."""
 
     a: float
     b: float
@@ -91,13 +91,13 @@ class Stretch:
 
 
 class Course:
-    """The parts of all steps between the times; `mode` says which signals move during a step: none, expressions or all."""
+    """The parts of all steps between the times; `mode`: the signals that change during a step (none, expressions or all)."""
 
     def __init__(self, signals: Mapping[str, Signal], times: Sequence[float], tolerance: float, mode: str, inputs: Sequence[str]) -> None:
         """`inputs` are the real inputs of the FMU, `tolerance` is relative to each signal's largest value."""
         self.times, self.tolerance = times, tolerance
         self.held = {name: s for name, s in signals.items() if isinstance(s, Table) and mode == "expressions"}
-        # what is set: a derivative of a signal each; of a motion the position first
+        # for each input a derivative of a signal; of a motion the position first
         self.values: dict[str, tuple[Signal, int]] = {name: (signals[name], 0) for name in sorted(signals, key=_rank)}
         self.moving: list[Moving] = []
         self.parts, self.moved = 0, False
@@ -114,11 +114,11 @@ class Course:
             moving.scale = moving.usual = max(abs(moving.at(t)) for t in samples)
 
     def at(self, t: float) -> dict[str, float]:
-        """Returns what is to be set at a time; a motion is completed by its derivatives."""
+        """Returns the inputs at a time; a motion includes its derivatives."""
         return {name: derived(name, signal, order, t) for name, (signal, order) in self.values.items()}
 
     def steps(self) -> Iterator[list[Part]]:
-        """Yields the parts of each step in turn."""
+        """Yields the parts of each step."""
         for k, smooth in enumerate(self._smooth_steps()):
             begin, end = self.times[k], self.times[k + 1]
             if not self.moving:
@@ -130,16 +130,16 @@ class Course:
             yield parts
 
     def remarks(self, units: Mapping[str, str]) -> list[str]:
-        """Returns sentences on what is left between the inputs and what was set."""
+        """Returns sentences on the error of the inputs."""
         lines = []
         if self.moved:
             far = max(self.moving, key=lambda moving: moving.worst / (moving.scale or 1.0))
-            left = f"at most {far.worst:.1g} {units[far.names[0]]} off (input '{far.names[0]}')" if far.worst else "exactly"
-            lines.append(f"inputs: followed {left}, by cubic polynomials over {self.parts} intervals")
+            left = f"with an error of at most {far.worst:.1g} {units[far.names[0]]} (input '{far.names[0]}')" if far.worst else "exactly"
+            lines.append(f"inputs: approximated {left} by cubic polynomials over {self.parts} intervals")
         for name, table in self.held.items():
             error = _held_error(table, np.array(self.times))
             if error:
-                lines.append(f"inputs: '{name}' holds during each step, up to {error:.2g} {units[name]} off its table; `--interpolate all` follows it")
+                lines.append(f"inputs: '{name}' is constant during each step, up to {error:.2g} {units[name]} off its table; `--interpolate all` interpolates it")
         return lines
 
     def _add(self, name: str, signal: Signal, derivative: int) -> None:
@@ -150,7 +150,7 @@ class Course:
         self.moving.append(Moving(signal, derivative, [name]))
 
     def _add_motion(self, head: str, given: Sequence[int], followed: Mapping[str, Signal]) -> None:
-        """A motion moves by its acceleration; a part that is not given is a derivative of what is."""
+        """Adds a motion, which changes by its acceleration; missing parts are derivatives of the given ones."""
         for order in range(given[0], 3):
             below = max(k for k in given if k <= order)
             self.values[head + MOTION[order]] = (followed[head + MOTION[below]], order - below)
@@ -158,7 +158,7 @@ class Course:
         self._add(head + MOTION[2], *self.values[head + MOTION[2]])
 
     def _smooth_steps(self) -> Iterator[bool]:
-        """Yields for each step whether a cubic over all of it will do; whole ranges of steps are looked at together."""
+        """Yields for each step whether one cubic meets the tolerance; ranges of steps are analysed together."""
         ranges = [(0, len(self.times) - 1)]
         size = self.times[1] - self.times[0]
         while ranges:
@@ -185,7 +185,7 @@ class Course:
             moving.worst = max(moving.worst, error)
 
     def _merged(self, begin: float, end: float) -> Iterator[Stretch]:
-        """Yields the parts of a step; what was halved only to find the inputs' forms is joined again."""
+        """Yields the parts of a step; parts that were halved only in the search for points without smoothness are joined."""
         before: Stretch | None = None
         for now in self._parted(begin, end):
             joint = self._joint(before, now) if before and now.joined else None
@@ -205,7 +205,7 @@ class Course:
             for moving in self.moving:
                 moving.bound(first.b - grain, first.b + grain)
         except Split:
-            return None  # the middle happened to be where the form changes
+            return None  # the inputs are not smooth in the middle
         return Stretch(first.a, second.b, first.low, second.high, first.joined, bounds)
 
     def _parted(self, begin: float, end: float) -> Iterator[Stretch]:
@@ -231,16 +231,16 @@ class Course:
             left += reversed(_divided(now, split, near))
             count += 1
             if count > MOST_PARTS:
-                raise UserError(f"input '{at_fault.names[0]}' changes too fast to be followed in the step from t = {begin:g} s: it takes more than {MOST_PARTS} "
-                                "intervals; use a shorter --step, or --interpolate none")
+                raise UserError(f"input '{at_fault.names[0]}' changes too fast in the step from t = {begin:g} s: more than {MOST_PARTS} intervals are "
+                                "needed; use a smaller --step or --interpolate none")
 
     def _short(self, stretch: Stretch) -> list[Bound]:
-        """Returns what is known of a part too short to be divided further; raises UserError if an input has no finite value in it."""
+        """Returns the bounds of a part too short to be divided; raises UserError if an input is not finite in it."""
         bounds = []
         for moving in self.moving:
             ends = [moving.at(t) for t in inside(stretch.low, stretch.high)]
             if max(map(abs, ends)) > 1e6 * (moving.usual or 1.0):
-                raise UserError(f"input '{moving.names[0]}' has no bound near t = {stretch.a:g} s")
+                raise UserError(f"input '{moving.names[0]}' is unbounded near t = {stretch.a:g} s")
             bounds.append(Bound(math.inf, max(ends) - min(ends)))
         return bounds
 
@@ -255,7 +255,7 @@ class Course:
 
 
 def _divided(now: Stretch, split: Split, near: float) -> list[Stretch]:
-    """Returns the parts in order; a change of form that is almost at an end leaves one part with a narrower range."""
+    """Returns the parts in order; with a split almost at an end, one part with a narrower range."""
     snap = near + 16 * math.ulp(now.b)
     if split.after - now.a <= snap and split.after < now.high:
         return [replace(now, low=split.after, joined=False)]
@@ -270,7 +270,7 @@ def _rank(name: str) -> int:
 
 
 def derived(name: str, signal: Signal, order: int, t: float) -> float:
-    """Returns a derivative of a signal at a time; raises UserError, with the input's name, where there is none."""
+    """Returns a derivative of a signal at a time; raises UserError, with the input's name, where it does not exist."""
     try:
         if order == 0:
             return signal(t)
@@ -283,7 +283,7 @@ def derived(name: str, signal: Signal, order: int, t: float) -> float:
 
 
 def _held_error(table: Table, times: np.ndarray) -> float:
-    """Returns how far the rows are from the value that holds from the step's start."""
+    """Returns the largest difference between the rows and the value at the start of their step."""
     rows, values = np.array(table.times), np.array(table.values)
     inside = (rows > times[0]) & (rows < times[-1])
     starts = times[np.searchsorted(times, rows[inside], side="right") - 1]

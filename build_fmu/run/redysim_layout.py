@@ -1,7 +1,7 @@
-"""Writes a run as ReDySim does: timevar.dat, statevar.dat, envar.dat, tor.dat and, for a floating base, base.dat and mtvar.dat.
+"""Writes results in ReDySim's files: timevar.dat, statevar.dat, envar.dat, tor.dat and, for a floating base, base.dat and mtvar.dat.
 
-Plain columns without a head, C format %e, SI units. ReDySim counts what the drives and dampers gave as an energy that is
-lost, so its actuator energy is our `-energy.work` and its total stays constant.
+Columns without header, C format %e, SI units. ReDySim's actuator energy is `-energy.work`, so its total energy is
+constant.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from build_fmu.run.simulate import Result
 
 @dataclass(frozen=True)
 class Columns:
-    """Which joints make up ReDySim's state: a floating base comes first, then the joints in the order of the links."""
+    """The joints of ReDySim's state: a floating base, then the joints in the order of the links."""
 
     base: str | None  # the free or planar joint's name
     planar: bool
@@ -29,24 +29,24 @@ class Columns:
 
 
 def columns_of(model: Description) -> Columns:
-    """Returns the joints in ReDySim's order; raises UserError for joints that ReDySim does not know."""
+    """Returns the joints in ReDySim's order; raises UserError for joints that ReDySim does not support."""
     names = {v.name for v in model.variables}
     balls = [ball["name"] for ball in model.drawing.get("balls", [])]
     base = balls[0] if balls and f"{balls[0]}[3].q" in names else None
     if len(balls) > 1 or (balls and base is None):
-        raise UserError(f"ReDySim has no layout for the spherical joint '{balls[-1]}': only a floating base may turn freely")
+        raise UserError(f"ReDySim does not support the spherical joint '{balls[-1]}'")
     moving = [link for link in model.drawing["links"] if link["type"] != "fixed"]
     planar = _planar_base(moving[:3])
     own = [f"{base or planar}[{i}]" for i in (1, 2, 3)] if base or planar else []
-    # a locked joint has a position only, and is no joint to ReDySim
+    # a locked joint has only a position and is omitted
     joints = [link["joint"] for link in moving if f"{link['joint']}.qd" in names and link["joint"] not in own]
     if base and [link["joint"] for link in moving[:3]] != own:
-        raise UserError(f"ReDySim puts the floating base first, and '{base}' is not the first joint of the model")
+        raise UserError(f"ReDySim requires the floating base as first joint; '{base}' is not the first joint of the model")
     return Columns(base or planar, planar is not None, joints)
 
 
 def _planar_base(first: list[dict[str, Any]]) -> str | None:
-    """Returns the name of a planar joint in the ground's x and y that comes first, the base of ReDySim's planar space robots."""
+    """Returns the name of the first joint if it is planar in the ground's x and y, as the base of ReDySim's planar space robots."""
     if [link["type"] for link in first] != ["prismatic", "prismatic", "revolute"]:
         return None
     name = first[0]["joint"].removesuffix("[1]")
@@ -57,9 +57,9 @@ def _planar_base(first: list[dict[str, Any]]) -> str | None:
 
 
 def write_layout(folder: Path, model: Description, result: Result) -> list[str]:
-    """Writes the files and returns their names; raises UserError if the FMU does not show what they need."""
+    """Writes the files and returns their names; raises UserError if the FMU lacks required outputs."""
     columns = columns_of(model)
-    # inverse dynamics: motions go in, and no joint takes a torque
+    # inverse dynamics: motions are inputs and no joint has a torque input
     forward = bool(columns.base) or any(name.endswith(".tau") for name in result.inputs) or not any(name.endswith(".q") for name in result.inputs)
     files = {"timevar.dat": result.time[:, None], "statevar.dat": _state(columns, result, forward), "tor.dat": _torques(columns, model, result)}
     if forward or "energy.work" in result.names:
@@ -83,7 +83,7 @@ def _state(columns: Columns, result: Result, forward: bool) -> np.ndarray:
 
 
 def _base(columns: Columns, result: Result) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Position and angles about z, x, y of a floating base, and their rates."""
+    """Returns position and angles about z, x, y of a floating base, and their rates."""
     name = columns.base
     if name is None:
         return [], []
@@ -108,7 +108,7 @@ def _energies(result: Result) -> np.ndarray:
 
 
 def _torques(columns: Columns, model: Description, result: Result) -> np.ndarray:
-    """One column a joint; where motions drive closed loops, the driven joints' torques and then the loops' multipliers."""
+    """Returns one column per joint; with prescribed motions in closed loops, the torques of these joints and the loop multipliers."""
     known = {*result.names, *result.inputs}
     torques = [result[f"{name}.tau"] if f"{name}.tau" in known else np.zeros(len(result.time)) for name in columns.joints]
     loops = model.drawing.get("loops", [])
@@ -118,7 +118,7 @@ def _torques(columns: Columns, model: Description, result: Result) -> np.ndarray
     multipliers: list[np.ndarray] = []
     for loop in loops:
         rows = [result[name] for name in result.names if name.startswith(f"{loop['name']}.lambda[")]
-        # a pin of a planar mechanism closes two rows; the others hold by themselves
+        # a revolute joint in a planar mechanism has two independent constraints
         if planar_axes(model.drawing["links"]) and len(rows) == 5 and not np.any(rows[2:]):
             rows = rows[:2]
         multipliers += rows
@@ -129,6 +129,6 @@ def _torques(columns: Columns, model: Description, result: Result) -> np.ndarray
 def _column(result: Result, name: str) -> np.ndarray:
     if name not in result.names and name not in result.inputs:
         group = "energy" if name.startswith("energy.") else "acceleration" if name.endswith(".qdd") else ""
-        hint = f": list \"{group}\" in [fmu] outputs of the model file" if group else ""
-        raise UserError(f"ReDySim's files need '{name}', which this FMU does not show{hint}")
+        hint = f": add \"{group}\" to [fmu] outputs in the model file" if group else ""
+        raise UserError(f"ReDySim's files require the output '{name}', which this FMU does not have{hint}")
     return result[name]

@@ -1,4 +1,4 @@
-"""One running FMU through FMPy: open, set, step, read, and every refusal as a sentence."""
+"""One FMU instance in FMPy: open, set, step, read. Errors are one sentence."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ WARNING = 1  # fmi2Warning; higher is worse
 
 @dataclass(frozen=True)
 class Display:
-    """How a person reads a value: shown = value * factor + offset."""
+    """Display unit: displayed value = value * factor + offset."""
 
     unit: str
     factor: float = 1.0
@@ -28,7 +28,7 @@ class Session:
     """An instance of an FMI 2.0 co-simulation FMU; use it in a `with` block."""
 
     def __init__(self, fmu: Path) -> None:
-        """Reads the description and extracts the FMU; raises UserError if it is not one."""
+        """Reads the description and extracts the FMU; raises UserError if that fails."""
         import fmpy
 
         self.description = read_description(fmu)
@@ -48,7 +48,7 @@ class Session:
         try:
             self.instance = fmpy.instantiate_fmu(self.folder, self.description, "CoSimulation", logger=self._logged)
         except Exception as error:
-            os.chdir(here)  # FMPy loads a library in its own folder, and stays there when that fails
+            os.chdir(here)  # FMPy changes into the folder of the library and stays there on failure
             self.close()
             raise UserError(f"'{self.description.modelName}' cannot be loaded: {self._reason(str(error))}") from None
         return self
@@ -70,17 +70,17 @@ class Session:
         return [v.name for v in self.description.modelVariables if v.causality == causality]
 
     def find(self, name: str, kind: str, among: Sequence[str]) -> str:
-        """Returns the name if it is among the given ones; otherwise raises with the nearest."""
+        """Returns the name if it is among the given ones; otherwise raises UserError with the most similar name."""
         if name in among:
             return name
         if not among:
-            raise UserError(f"there is no {kind} '{name}': '{self.description.modelName}' has no {kind}s at all")
+            raise UserError(f"unknown {kind} '{name}': '{self.description.modelName}' has no {kind}s")
         if name in self.variables:
-            raise UserError(f"'{name}' is no {kind} but a variable of causality {self.variables[name].causality}")
-        raise UserError(f"there is no {kind} '{name}'{did_you_mean(name, among) or named(among)}")
+            raise UserError(f"'{name}' is {_article(self.variables[name].causality)}, not {_article(kind)}")
+        raise UserError(f"unknown {kind} '{name}'{did_you_mean(name, among) or named(among)}")
 
     def display(self, name: str) -> Display:
-        """Returns the unit in which a person reads the variable."""
+        """Returns the display unit of a variable."""
         variable = self.variables[name]
         for unit in self.description.unitDefinitions:
             if unit.name == variable.unit:
@@ -90,12 +90,12 @@ class Session:
         return Display(variable.unit or "")
 
     def initialise(self, start: float, stop: float, tolerance: float | None, values: dict[str, Any]) -> None:
-        """Takes the FMU through initialisation at `start` (s) with the given start values."""
-        self._guarded(f"at t = {start:g} s", lambda: self.instance.setupExperiment(tolerance, start, stop))
+        """Initialises the FMU at `start` (s) with the given start values."""
+        self._guarded(f"when setting up t = {start:g} s", lambda: self.instance.setupExperiment(tolerance, start, stop))
         for name, value in values.items():
-            self._guarded(f"at '{name}' = {value}", lambda n=name, v=value: self.write({n: v}))
-        self._guarded("in the initialisation", self.instance.enterInitializationMode)
-        self._guarded("in the initialisation", self.instance.exitInitializationMode)
+            self._guarded(f"when setting '{name}' = {value}", lambda n=name, v=value: self.write({n: v}))
+        self._guarded("during initialisation", self.instance.enterInitializationMode)
+        self._guarded("during initialisation", self.instance.exitInitializationMode)
 
     def write(self, values: dict[str, Any]) -> None:
         """Sets variables by name (SI units)."""
@@ -112,7 +112,7 @@ class Session:
 
     @property
     def follows_inputs(self) -> bool:
-        """Returns whether inputs can move during a step, and steps end anywhere."""
+        """Returns whether inputs can change during a step and the step size may vary."""
         known = self.description.coSimulation
         return bool(known.canInterpolateInputs and known.canHandleVariableCommunicationStepSize)
 
@@ -121,7 +121,7 @@ class Session:
         orders = [(self.variables[name].valueReference, order, value) for name, values in slopes.items() for order, value in enumerate(values, start=1)]
         if orders:
             references, numbers, values = zip(*orders, strict=True)
-            self._guarded("at the derivatives of inputs; try --interpolate none", lambda: self.instance.setRealInputDerivatives(references, numbers, values))
+            self._guarded("when setting derivatives of inputs (--interpolate none avoids them)", lambda: self.instance.setRealInputDerivatives(references, numbers, values))
 
     def read(self, names: Sequence[str]) -> list[float]:
         """Returns the values of numeric variables (SI units)."""
@@ -136,12 +136,12 @@ class Session:
         return [values[n] for n in names]
 
     def step(self, time: float, size: float) -> None:
-        """Advances from `time` by `size` (s); raises with the FMU's own message if it cannot."""
+        """Advances from `time` by `size` (s); raises UserError with the message of the FMU."""
         self._guarded(f"in the step from t = {time:g} s", lambda: self.instance.doStep(time, size))
 
     def terminate(self) -> None:
         """Ends the simulation."""
-        self._guarded("at the end", self.instance.terminate)
+        self._guarded("when terminating", self.instance.terminate)
 
     def warnings(self) -> list[str]:
         """Returns the FMU's warnings so far, each once."""
@@ -151,8 +151,8 @@ class Session:
         seen = len(self.log)
         try:
             call()
-        except Exception as error:  # FMPy raises its own kinds; the FMU's log says why
-            raise UserError(f"the FMU stopped {when}: {self._reason(str(error), seen)}") from None
+        except Exception as error:  # FMPy has several exception types; the FMU's log gives the reason
+            raise UserError(f"the FMU failed {when}: {self._reason(str(error), seen)}") from None
 
     def _reason(self, fallback: str, since: int = 0) -> str:
         texts = [text for status, text in self.log[since:] if status > WARNING]
@@ -160,3 +160,15 @@ class Session:
 
     def _logged(self, _env, _instance, status: int, _category, message: bytes) -> None:
         self.log.append((status, (message or b"").decode("utf-8", "replace").strip()))
+
+
+def _article(causality: str) -> str:
+    return f"an {causality}" if causality[0] in "aeiou" else f"a {causality} variable" if causality == "local" else f"a {causality}"
+
+
+def _article(causality: str) -> str:
+    return f"an {causality}" if causality[0] in "aeiou" else f"a {causality} variable" if causality == "local" else f"a {causality}"
+
+
+def _article(causality: str) -> str:
+    return f"an {causality}" if causality[0] in "aeiou" else f"a {causality} variable" if causality == "local" else f"a {causality}"

@@ -16,20 +16,20 @@ from build_fmu.run.taylor import Interval
 
 
 class Signal(Protocol):
-    """A function of time (s) that knows its Taylor coefficients over a range, or where to `Split` it."""
+    """A function of time (s) with Taylor coefficients over a range of time, or a point at which to `Split` the range."""
 
     def __call__(self, t: float) -> float:
         """Returns the value."""
 
     def series(self, low: float, high: float, order: int) -> list[Interval]:
-        """Returns the coefficients over the range; raises Split where a part of it must be looked at alone."""
+        """Returns the coefficients over the range; raises Split where the range must be divided."""
 
 
 class Table:
-    """Linear between the rows, constant outside; of two rows at the same time the later one holds from there on."""
+    """Linear interpolation between rows, constant outside; of two rows at the same time the later one holds from then on."""
 
     def __init__(self, times: Sequence[float], values: Sequence[float]) -> None:
-        """Takes times that never decrease (s) and a value for each."""
+        """Takes non-decreasing times (s) and a value for each."""
         self.times, self.values = times, values
 
     def __call__(self, t: float) -> float:
@@ -43,7 +43,7 @@ class Table:
         return (1 - weight) * self.values[i - 1] + weight * self.values[i]
 
     def series(self, low: float, high: float, order: int) -> list[Interval]:
-        """Returns value and slope; a row inside the range parts it."""
+        """Returns value and slope; raises Split for a row inside the range."""
         i = bisect_right(self.times, low)
         if i < len(self.times) and self.times[i] < high:
             grain = 4 * math.ulp(self.times[i])
@@ -56,7 +56,7 @@ class Table:
 
 
 def parse_inputs(arguments: Sequence[str], find: Callable[[str], str]) -> dict[str, Signal]:
-    """Returns a signal for each named input; `find` checks a name. Raises UserError, also for a name given twice."""
+    """Returns the signals by input; `find` checks a name. Raises UserError, also for duplicate inputs."""
     signals: dict[str, Signal] = {}
     expressions: dict[str, Signal] = {}
     for argument in arguments:
@@ -66,15 +66,15 @@ def parse_inputs(arguments: Sequence[str], find: Callable[[str], str]) -> dict[s
             found = {find(column): (column, table) for column in table if column != "time"}
             new = {column: _column(table, column) for column in found}
         elif not equals or not source:
-            raise UserError(f"'{argument}' is no input: write NAME=EXPRESSION, NAME=FILE.csv or FILE.csv")
+            raise UserError(f"'{argument}' is not an input: write NAME=EXPRESSION, NAME=FILE.csv or FILE.csv")
         elif source.lower().endswith(".csv"):
             new = {find(name): _only_column(Path(source), name)}
         else:
-            # equal expressions are one signal, to be looked at once
+            # equal expressions share one signal, which is analysed once
             new = {find(name): expressions.setdefault(source, compile_expression(source))}
         for key, signal in new.items():
             if key in signals:
-                raise UserError(f"the input '{key}' is given twice")
+                raise UserError(f"duplicate input '{key}'")
             signals[key] = signal
     return signals
 
@@ -85,20 +85,20 @@ def read_table(path: Path, clock: Sequence[str] = ("time",)) -> dict[str, list[f
         with path.open(newline="", encoding="utf-8-sig") as file:
             rows = list(csv.reader(file))
     except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"cannot read '{path}': {getattr(error, 'strerror', None) or 'it is not a text file'}") from None
+        raise UserError(f"cannot read '{path}': {getattr(error, 'strerror', None) or 'not a text file'}") from None
     rows = [[cell.strip().strip('"') for cell in row] for row in rows]
     head = rows[0] if rows else []
     named = next((name for name in clock if name in head), None)
     if named is None:
-        raise UserError(f"'{path}' has no column '{clock[0]}' in its first line")
+        raise UserError(f"'{path}' has no column '{clock[0]}' in the first line")
     table: dict[str, list[float]] = {name: [] for name in head}
     if len(table) != len(head):
-        raise UserError(f"'{path}' has two columns of the same name")
+        raise UserError(f"'{path}' has duplicate column names")
     for line, row in enumerate(rows[1:], start=2):
         if not any(row):
             continue
         if len(row) != len(head):
-            raise UserError(f"{path}:{line}: {len(row)} values, but the first line names {len(head)} columns")
+            raise UserError(f"{path}:{line}: {len(row)} values, but the first line has {len(head)} columns")
         for name, cell in zip(head, row, strict=True):
             table[name].append(_number(cell, f"{path}:{line}: column '{name}'"))
     times = table[named]
@@ -106,7 +106,7 @@ def read_table(path: Path, clock: Sequence[str] = ("time",)) -> dict[str, list[f
         raise UserError(f"'{path}' has no rows")
     for i in range(1, len(times)):
         if times[i] < times[i - 1]:
-            raise UserError(f"'{path}': time goes back from {times[i - 1]:g} to {times[i]:g} s")
+            raise UserError(f"'{path}': time decreases from {times[i - 1]:g} to {times[i]:g} s")
     return table
 
 
@@ -116,9 +116,9 @@ def parse_start(arguments: Sequence[str]) -> dict[str, str]:
     for argument in arguments:
         name, equals, value = (part.strip() for part in argument.partition("="))
         if not equals or not name or not value:
-            raise UserError(f"'{argument}' is no start value: write NAME=VALUE")
+            raise UserError(f"'{argument}' is not a start value: write NAME=VALUE")
         if name in values:
-            raise UserError(f"the start value of '{name}' is given twice")
+            raise UserError(f"duplicate start value of '{name}'")
         values[name] = value
     return values
 

@@ -1,7 +1,7 @@
-"""Runs an FMU over a time span and records its outputs.
+"""Simulates an FMU and records its outputs.
 
-Inputs follow their expressions during each communication step (`input_course.py`) or hold; outputs are read at its end, or, where
-motions are prescribed, once the motion of that time is set, since torques belong to it.
+Inputs follow their expressions during each communication step (`input_course.py`) or are held constant. Outputs are read at its end;
+if motions are prescribed, after setting the motion at that time, on which the torques depend.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ MOST_STEPS = 100_000_000
 
 @dataclass
 class Settings:
-    """What a user asks of a run; None means the FMU's default experiment. Times in s."""
+    """The settings of a run; None: as in the FMU's default experiment. Times in s."""
 
     stop: float | None = None
     step: float | None = None
@@ -33,31 +33,31 @@ class Settings:
     start: Sequence[str] = ()
     inputs: Sequence[str] = ()
     outputs: Sequence[str] = ()
-    interpolate: str = "expressions"  # which inputs move during a step, see input_course.MODES
+    interpolate: str = "expressions"  # inputs that change during a step, see input_course.MODES
 
 
 @dataclass
 class Result:
-    """The record of a run: one row a communication point, SI units."""
+    """The results of a run: one row per communication point, SI units."""
 
     time: np.ndarray
     names: list[str]
     values: np.ndarray  # rows x names
     inputs: dict[str, np.ndarray] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
-    remarks: list[str] = field(default_factory=list)  # on how inputs were followed
+    remarks: list[str] = field(default_factory=list)  # on the approximation of inputs
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Returns the column of an output or, failing that, of an input."""
         return self.values[:, self.names.index(name)] if name in self.names else self.inputs[name]
 
     def only(self, names: Sequence[str]) -> Result:
-        """Returns the record with these outputs alone."""
+        """Returns the results for these outputs only."""
         return replace(self, names=list(names), values=self.values[:, [self.names.index(name) for name in names]])
 
 
 def simulate(session: Session, settings: Settings, progress: Callable[[float], None] = lambda _: None) -> Result:
-    """Runs the opened FMU; `progress` gets the time reached (s). Raises UserError in one sentence."""
+    """Simulates the FMU; `progress` gets the time reached (s). Raises UserError."""
     times = time_grid(session, settings)
     signals = parse_inputs(settings.inputs, lambda name: session.find(name, "input", session.names("input")))
     start = start_values(session, settings.start)
@@ -65,7 +65,7 @@ def simulate(session: Session, settings: Settings, progress: Callable[[float], N
 
     clash = sorted(set(start) & set(signals))
     if clash:
-        raise UserError(f"'{clash[0]}' is given both as a start value and as an input")
+        raise UserError(f"'{clash[0]}' is both a start value and an input")
     mode = settings.interpolate if session.follows_inputs else "none"
     real_inputs = [name for name in session.names("input") if session.variables[name].type == "Real"]
     course = Course(signals, times, _tolerance(session, settings, start), mode, real_inputs)
@@ -90,12 +90,15 @@ def simulate(session: Session, settings: Settings, progress: Callable[[float], N
     session.terminate()
     remarks = course.remarks({name: session.variables[name].unit or "" for name in real_inputs})
     if signals and mode != settings.interpolate:
-        remarks.append("inputs: hold during each step, since this FMU does not take their derivatives")
+        remarks.append("inputs: constant during each step, because this FMU does not support derivatives of inputs")
     return Result(np.array(times), names, values, recorded, session.warnings(), remarks)
 
 
 def _tolerance(session: Session, settings: Settings, start: dict[str, Any]) -> float:
-    """Returns how closely inputs are followed, relative to their largest values: errors with mean zero leave less by half as many powers again."""
+    """Returns the tolerance of inputs relative to their largest values.
+
+    It is rtol to the power 2/3: the error of an input has mean zero, so its effect on the state is of higher order.
+    """
     rtol = start.get("solver.rtol", session.variables["solver.rtol"].start if "solver.rtol" in session.variables else None)
     return max(1e-10, min(1e-6, abs(min(float(rtol or 1), settings.tolerance or 1)) ** (2 / 3)))
 
@@ -109,11 +112,11 @@ def time_grid(session: Session, settings: Settings) -> list[float]:
     if not (math.isfinite(stop) and stop > start):
         raise UserError(f"the stop time must be later than {start:g} s, got {stop:g}")
     if not (math.isfinite(step) and step > 0):
-        raise UserError(f"the step must be a positive time in s, got {step:g}")
-    # an almost whole number of steps is meant to be whole
+        raise UserError(f"the step size must be a positive time in s, got {step:g}")
+    # a number of steps that is an integer up to rounding
     count = math.ceil((stop - start) / step * (1 - 1e-12) - 1e-9) or 1
     if count > MOST_STEPS:
-        raise UserError(f"{count} steps are too many to record: use a longer --step")
+        raise UserError(f"{count} steps are too many to record: use a larger --step")
     return [start + k * step for k in range(count)] + [stop]
 
 
@@ -132,12 +135,12 @@ def start_values(session: Session, arguments: Sequence[str]) -> dict[str, Any]:
         else:
             values[name] = compile_expression(text)(0.0)
             if kind == "Integer" and values[name] != int(values[name]):
-                raise UserError(f"'{name}' must be a whole number, got '{text}'")
+                raise UserError(f"'{name}' must be an integer, got '{text}'")
     return values
 
 
 def select_outputs(session: Session, patterns: Sequence[str]) -> list[str]:
-    """Returns the numeric outputs that match the names or `*` patterns (comma or space between), or all of them."""
+    """Returns the numeric outputs that match the names or `*` patterns (separated by commas or spaces), or all outputs."""
     numeric = [n for n in session.names("output") if session.variables[n].type != "String"]
     wanted = [p for text in patterns for p in re.split(r"[,\s]+", text) if p]
     if not wanted:
@@ -146,7 +149,7 @@ def select_outputs(session: Session, patterns: Sequence[str]) -> list[str]:
     chosen: dict[str, None] = {}
     for pattern in wanted:
         if "*" in pattern:
-            # brackets belong to names such as position[1]: only the star is special
+            # only * is special: names such as position[1] contain brackets
             rule = re.compile(".*".join(re.escape(part) for part in pattern.split("*")))
             matches = [n for n in numeric if rule.fullmatch(n)]
             if not matches:

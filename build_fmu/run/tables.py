@@ -1,4 +1,4 @@
-"""What a run leaves behind as numbers: a CSV file, or a short table on the terminal."""
+"""Writes results as a CSV file or as a table on the terminal."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from build_fmu.run.simulate import Result
 
 
 def write_csv(path: Path, result: Result) -> None:
-    """Writes `time` (s) and the outputs in SI units, 17 significant digits: each number reads back exactly."""
+    """Writes `time` (s) and the outputs in SI units, 17 significant digits, so each number can be read back exactly."""
 
     def write(temporary: Path) -> None:
         with temporary.open("w", encoding="utf-8", newline="\n") as file:
@@ -24,16 +24,16 @@ def write_csv(path: Path, result: Result) -> None:
 
 
 def keep_other_files(path: Path, inputs: Sequence[str]) -> None:
-    """Raises UserError where a record would take the place of something else: of an input, or of a file that is no record."""
+    """Raises UserError if the output would overwrite an input or a file that does not contain results."""
     if any(Path(name).resolve() == path.resolve() for name in inputs):
-        raise UserError(f"'{path}' is an input of this run: choose another name for the record")
+        raise UserError(f"'{path}' is an input of this run: choose another output file")
     try:
         with path.open(encoding="utf-8", errors="replace") as file:
             head = file.readline(5)
     except OSError:
-        return  # not there, or what is wrong with it is said on writing
+        return  # does not exist, or writing reports the error
     if head not in ("", "time,", "time\n"):
-        raise UserError(f"'{path}' exists and is no record of a run: choose another name, or remove it")
+        raise UserError(f"'{path}' exists and does not contain simulation results: choose another name or remove it")
 
 
 def _quoted(name: str) -> str:
@@ -47,7 +47,7 @@ def final_values(session: Session, result: Result):
     from rich.table import Table
 
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), title=f"{escape(session.description.modelName)}, t = {result.time[-1]:g} s", title_justify="left")
-    for head, justify in (("output", "left"), ("start", "right"), ("end", "right"), ("least", "right"), ("most", "right"), ("unit", "left")):
+    for head, justify in (("output", "left"), ("start", "right"), ("end", "right"), ("min", "right"), ("max", "right"), ("unit", "left")):
         table.add_column(head, justify=justify, no_wrap=True)
     for i, name in enumerate(result.names):
         shown = session.display(name)

@@ -1,7 +1,7 @@
-"""Taylor coefficients of functions of time over a whole range of time, as intervals: what bounds a polynomial's error.
+"""Taylor coefficients of functions over a range of time, as intervals, which bound the error of a polynomial.
 
-A series is a list of intervals `(low, high)`; its k-th holds f^(k)(t) / k! for every t of the range, up to rounding. Coefficients
-that are left out are zero. A range of one point gives plain Taylor coefficients.
+A series is a list of intervals `(low, high)`. The k-th one contains f^(k)(t) / k! for every t of the range, up to rounding. Omitted
+coefficients are zero. A range of one point gives the Taylor coefficients at that point.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ Series = list[Interval]
 
 
 class Unbounded(Exception):
-    """A function has no finite bound over the range; a part of it may have one."""
+    """A function has no finite bound over the range; it may have one on a part of it."""
 
 
 def constant(x: float) -> Series:
@@ -74,7 +74,7 @@ def sine_and_cosine(a: Series, order: int) -> tuple[Series, Series]:
 
 
 def power(a: Series, exponent: float, order: int) -> Series:
-    """Returns a to a constant power; of a base that is not positive to a whole one only."""
+    """Returns a to a constant power; a base that is not positive requires an integer power."""
     low, high = a[0]
     whole = exponent == int(exponent) and abs(exponent) < 1e6
     if not whole and low < 0 or exponent < 0 and low <= 0 <= high:
@@ -87,7 +87,7 @@ def power(a: Series, exponent: float, order: int) -> Series:
         return result
     if low <= 0 <= high:
         if not whole or exponent > 30:
-            raise Unbounded  # a fractional power has no derivatives there
+            raise Unbounded  # derivatives of a fractional power do not exist at 0
         rest = power(a, exponent - 1, order)
         return result + multiply(a, rest, order)[1:]
     for k in range(1, order + 1):
@@ -110,7 +110,7 @@ def logarithm(a: Series, order: int) -> Series:
 
 
 def magnitude(a: Interval) -> float:
-    """Returns the largest absolute value; infinite where there is no bound."""
+    """Returns the largest absolute value; infinite if there is no bound."""
     value = max(abs(a[0]), abs(a[1]))
     return math.inf if math.isnan(a[0]) or math.isnan(a[1]) else value
 
@@ -165,7 +165,7 @@ def _finite(function, x: float) -> float:
 
 
 def _sine(a: Interval, function, trough: float) -> Interval:
-    """Returns the range of sin or cos, of which one smallest value lies at `trough`."""
+    """Returns the range of sin or cos, which has a minimum at `trough`."""
     turn = 2 * math.pi
     if not a[1] - a[0] < turn:
         return -1.0, 1.0

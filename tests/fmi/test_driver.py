@@ -54,7 +54,7 @@ def test_no_fault_is_no_fault(faulty):
 @pytest.mark.parametrize(
     "fault, status, reached, words",
     [
-        ("nan", "not finite", 0.3, "'a' is not finite at 0.3 s"),
+        ("nan", "not finite", 0.3, "'a' is not finite at t = 0.3 s"),
         ("error", "error", 0.2, "joint 'elbow' is stuck"),
         ("discard", "other status", 0.2, ""),
         ("crash", "crash", 0, "signal 11"),

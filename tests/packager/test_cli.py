@@ -67,17 +67,17 @@ def test_check_summary(compiled, model, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (["build", "missing.toml"], "there is no model file 'missing.toml'"),
+        (["build", "missing.toml"], "model file 'missing.toml' does not exist"),
         (["check", "."], "'.' is a folder"),
-        (["simulate", "missing.fmu"], "there is no FMU 'missing.fmu'"),
-        (["simulate"], "needs an FMU or a model file"),
-        (["simulate", "--input", "a=1", "missing.fmu"], "there is no FMU 'missing.fmu'"),
+        (["simulate", "missing.fmu"], "FMU 'missing.fmu' does not exist"),
+        (["simulate"], "requires an FMU or a model file"),
+        (["simulate", "--input", "a=1", "missing.fmu"], "FMU 'missing.fmu' does not exist"),
         (["simulate", "broken.fmu"], "is not a readable FMU"),
         (["simulate", "x.fmu", "--csv", "out.txt"], "must end in .csv"),
         (["simulate", "x.fmu", "--plot", "out.toml"], "must end in .png"),
-        (["report", "x.fmu", "--method", "erk", "rk4"], "there is no method 'rk4', only auto, "),
-        (["report", "x.fmu", "--rtol", "0"], "a tolerance must be between 0 and 1, got 0"),
-        (["stress", "crane.toml", "--method", "foo"], "there is no method 'foo', only auto, "),
+        (["report", "x.fmu", "--method", "erk", "rk4"], "unknown method 'rk4'; available: auto, "),
+        (["report", "x.fmu", "--rtol", "0"], "tolerances must be between 0 and 1, got 0"),
+        (["stress", "crane.toml", "--method", "foo"], "unknown method 'foo'; available: auto, "),
     ],
 )
 def test_sentences(compiled, tmp_path, arguments, sentence):
@@ -96,10 +96,10 @@ def test_a_library_that_cannot_be_loaded(compiled, model, tmp_path):
 def test_a_describe_that_crashes_or_talks_nonsense(compiled, model, tmp_path):
     program = compiled / "describe"
     for script, sentence in (
-        ("kill -SEGV $$", "was stopped by signal 11"),
-        ("echo hello", "not JSON"),
-        ("echo '{\"format\": 99}'", "speaks format 99"),
-        ("exit 3", "failed with code 3"),
+        ("kill -SEGV $$", "was terminated by signal 11"),
+        ("echo hello", "not valid JSON"),
+        ("echo '{\"format\": 99}'", "has format 99"),
+        ("exit 3", "failed with exit code 3"),
     ):
         program.write_text(f"#!/bin/sh\n{script}\n")
         done = run("build", model, cwd=tmp_path)
@@ -115,7 +115,7 @@ def test_what_to_run_when_nothing_is_built(model, tmp_path, monkeypatch, capsys)
     assert "run `make build`" in capsys.readouterr().err
     monkeypatch.setenv("REDYSIM_FMU_DESCRIBE", str(tmp_path / "no"))
     assert main(["build", str(model)]) == 1
-    assert "REDYSIM_FMU_DESCRIBE names" in capsys.readouterr().err
+    assert "REDYSIM_FMU_DESCRIBE: file" in capsys.readouterr().err
 
 
 def test_platforms(compiled, model, tmp_path, monkeypatch, capsys):
@@ -124,15 +124,15 @@ def test_platforms(compiled, model, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(native, "PACKAGE", tmp_path / "build_fmu")
     target = tmp_path / "crane.fmu"
     assert main(["build", str(model), "-o", str(target), "--platforms", "linux64,win64"]) == 1
-    assert "this package carries no 'libredysim_fmu.dll': build it by `make win64`" in capsys.readouterr().err
+    assert "this package does not contain 'libredysim_fmu.dll': build it with `make win64`" in capsys.readouterr().err
     (tmp_path / "CMakeLists.txt").touch()
     assert main(["build", str(model), "-o", str(target), "--platforms", "linux64,win64"]) == 1
-    assert "'libredysim_fmu.dll' is not built yet: run `make win64`" in capsys.readouterr().err and not target.exists()
+    assert "'libredysim_fmu.dll' is not built: run `make win64`" in capsys.readouterr().err and not target.exists()
     assert main(["build", str(model), "-o", str(target), "--platforms", "linux64,win64", "--specialise"]) == 1
-    assert "compiles for this machine alone" in capsys.readouterr().err
+    assert "--specialise supports linux64 only" in capsys.readouterr().err
     with pytest.raises(SystemExit):
         main(["build", str(model), "--platforms", "win32"])
-    assert "there is no platform 'win32', only linux64, win64" in capsys.readouterr().err
+    assert "unknown platform 'win32'; available: linux64, win64" in capsys.readouterr().err
 
 
 def test_usage_errors_and_help(capsys):
@@ -142,7 +142,7 @@ def test_usage_errors_and_help(capsys):
         assert end.value.code == code
 
 
-@pytest.mark.parametrize(("name", "sentence"), [("arm.urdf", "`build-fmu import` makes one of it"), ("arm.fmu", "it is an FMU already")])
+@pytest.mark.parametrize(("name", "sentence"), [("arm.urdf", "convert it with `build-fmu import`"), ("arm.fmu", "it is already an FMU")])
 def test_files_of_other_kinds_are_told_apart(tmp_path, capsys, name, sentence):
     (tmp_path / name).write_text("x")
     for command in ("build", "check"):
@@ -154,13 +154,13 @@ def test_files_of_other_kinds_are_told_apart(tmp_path, capsys, name, sentence):
 def test_a_layout_needs_a_folder(tmp_path, capsys):
     (tmp_path / "file").write_text("x")
     assert main(["simulate", str(ROOT / "models" / "pendulum.toml"), "--redysim-layout", str(tmp_path / "file")]) == 1
-    assert "needs the name of a folder" in capsys.readouterr().err
+    assert "requires the name of a folder" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
     ("name", "content", "sentence"),
     [
-        ("arm.csv", "joint,alpha,a,theta,d\n", "is no record of a run"),
+        ("arm.csv", "joint,alpha,a,theta,d\n", "does not contain simulation results"),
         ("wind.csv", "time,rod.tau\n0,0\n1,1\n", "is an input of this run"),
     ],
 )

@@ -401,7 +401,7 @@ def test_mat_files(tmp_path, compressed):
     source = imported(write(tmp_path / "text", inputs=GRIPPER), name="g")
     arrays = matlab_reader.read_values(tmp_path / "text" / "inputs.m").arrays
     parts = [matrix(name, array) for name, array in arrays.items() if name != "bt"]
-    # whole numbers are stored small, and as a column or a row
+    # integers are stored small, and as a column or a row
     parts.append(matrix("bt", arrays["bt"].T, kind=9, data_type=2, code="u1"))
     folder = tmp_path / "mat"
     folder.mkdir()

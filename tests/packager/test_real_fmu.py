@@ -139,7 +139,7 @@ def test_fast_switching_inputs_do_not_depend_on_the_step(folder):
     done = run(
         "simulate", model, *exact, "--step", 0.05, "--input", f"joint1.tau={wave}", f"joint2.tau={wave}", "--csv", "a.csv", cwd=folder
     )
-    assert done.returncode == 0 and "followed exactly, by cubic polynomials over 200 intervals" in done.stderr
+    assert done.returncode == 0 and "approximated exactly by cubic polynomials over 200 intervals" in done.stderr
     # the same torques, held over the half waves themselves
     held = wave.replace("*t", "*(t + 1e-6)")
     run(

@@ -105,5 +105,5 @@ def test_planar_floating_base(tmp_path):
 
 def test_a_spherical_joint_has_no_layout(tmp_path):
     done = run("simulate", MODELS / "top.toml", "--redysim-layout", "run", cwd=tmp_path)
-    assert (done.returncode, done.stdout) == (1, "") and "ReDySim has no layout for the spherical joint" in done.stderr
+    assert (done.returncode, done.stdout) == (1, "") and "ReDySim does not support the spherical joint" in done.stderr
     assert not (tmp_path / "run").exists()

@@ -76,10 +76,10 @@ def test_default_experiment_may_be_absent():
     ("inputs", "sentence"),
     [
         (["joint.tau=1"], "did you mean 'joint1.tau'"),
-        (["joint1.q=1"], "causality output"),
-        (["joint1.tau=1", "joint1.tau=2"], "given twice"),
-        (["joint1.tau"], "is no input: write"),
-        (["joint1.tau="], "is no input: write"),
+        (["joint1.q=1"], "is an output, not an input"),
+        (["joint1.tau=1", "joint1.tau=2"], "duplicate"),
+        (["joint1.tau"], "is not an input: write"),
+        (["joint1.tau="], "is not an input: write"),
         (["joint1.tau=1/(t-t)"], "input 'joint1.tau': .* has no value at t = 0 s"),
         (["joint1.tau=missing.csv"], "cannot read 'missing.csv'"),
     ],
@@ -93,12 +93,12 @@ def test_wrong_inputs(inputs, sentence):
     ("start", "sentence"),
     [
         (["joint1.q00=1"], "did you mean 'joint1.q0'"),
-        (["joint1.q=1"], "is no parameter"),
+        (["joint1.q=1"], "is an output, not a parameter"),
         (["joint1.q0"], "write NAME=VALUE"),
-        (["joint1.q0=1", "joint1.q0=2"], "given twice"),
+        (["joint1.q0=1", "joint1.q0=2"], "duplicate"),
         (["joint1.q0=one"], "unknown name 'one'"),
         (["solver.log=maybe"], "true or false"),
-        (["solver.order=1.5"], "whole number"),
+        (["solver.order=1.5"], "integer"),
     ],
 )
 def test_wrong_start_values(start, sentence):
@@ -113,7 +113,7 @@ def test_start_values_by_type():
 
 
 def test_an_input_cannot_be_given_in_two_ways():
-    with pytest.raises(UserError, match="both as a start value and as an input"):
+    with pytest.raises(UserError, match="both a start value and an input"):
         simulate(FakeSession(), Settings(start=["joint1.tau=1"], inputs=["joint1.tau=2"]))
 
 
@@ -161,8 +161,8 @@ def test_csv_input_with_one_column_of_any_name(tmp_path):
         ("time,joint1.tau\n0,1\n1\n", ":3: 1 values"),
         ("time,joint1.tau\n0,x\n", ":2: column 'joint1.tau': 'x' is not a number"),
         ("time,joint1.tau\n0,nan\n", "not a finite number"),
-        ("time,joint1.tau\n1,0\n0,0\n", "time goes back"),
-        ("time,joint1.tau,joint1.tau\n0,0,0\n", "two columns"),
+        ("time,joint1.tau\n1,0\n0,0\n", "time decreases"),
+        ("time,joint1.tau,joint1.tau\n0,0,0\n", "duplicate column names"),
         ("time,joint1.taw\n0,0\n", "did you mean 'joint1.tau'"),
     ],
 )
@@ -232,5 +232,5 @@ def test_final_values_are_in_display_units():
 
 
 def test_an_fmu_without_inputs_says_so():
-    with pytest.raises(UserError, match="there is no input 'a.tau': 'fake' has no inputs at all"):
+    with pytest.raises(UserError, match="unknown input 'a.tau': 'fake' has no inputs"):
         FakeSession().find("a.tau", "input", [])

@@ -73,10 +73,10 @@ FORBIDDEN = {
 }
 PATTERNS = [(re.compile(pattern.replace(" ", r"[\s#/*]+"), re.IGNORECASE), instead) for pattern, instead in FORBIDDEN.items()]
 
-PROSE = ["README.md", "docs/**/*.md", "models/README.md", "tests/scenes/README.md", "Makefile", "mkdocs.yml"]
+PROSE = ["build_fmu/show/*.html", "README.md", "docs/**/*.md", "models/README.md", "tests/scenes/README.md", "Makefile", "mkdocs.yml"]
 COMMENTED = ["models/*.toml", "scripts/*.sh"]
-PYTHON = ["examples/**/*.py", "scripts/*.py", "bench/**/*.py", "docs/pictures/*.py", "models/*.py"]
-CPP = ["bench/**/*.cpp", "bench/**/*.hpp"]
+PYTHON = ["build_fmu/**/*.py", "examples/**/*.py", "scripts/*.py", "bench/**/*.py", "docs/pictures/*.py", "models/*.py"]
+CPP = ["build_fmu/show/*.js", "bench/**/*.cpp", "bench/**/*.hpp"]
 
 
 def breaches(text: str) -> Iterator[tuple[int, str]]:
