@@ -24,7 +24,7 @@ FORBIDDEN = {
     r"(floats?|floating) free": "floating base",
     r"fall(s|en)? apart|come apart": "constraint violation",
     r"clock on the wall": "wall-clock time",
-    r"computing time|(seconds|minutes|hours) of computing": "CPU time",
+    r"computing time|\b(s|seconds|minutes|hours) of computing": "CPU time",
     r"does what a very fast one would": "acts as an impulsive drive",
     r"\bthe seed('s)?\b (paper|inverse|Fig)|\bthe seed's\b": "the ReDySim paper",
     r"rows that say nothing|say nothing new": "redundant constraints",
@@ -67,7 +67,7 @@ FORBIDDEN = {
     r"\bfor ever\b": "forever, permanently",
     r"\bthere is no such (file|model|stage|variable|name|field|joint|link)\b": "not found",
     r"\bis not there\b|\bare not there\b": "not found, does not exist",
-    r"\b(ms|seconds) an? (second|simulated|step)|\ba simulated second": "per",
+    r"\b(ms|seconds) an? (second|simulated|step)|\bµs a ms\b|\ba simulated second": "per",
     # module names
     r"\barrows? between rooms|\bthe rooms\b|\bother rooms\b|\bthis room\b|\ba room\b|\beach room\b": "module",
 }
@@ -134,6 +134,8 @@ def sources() -> Iterator[tuple[str, str]]:
     kinds = [(PROSE, str), (COMMENTED, comments), (PYTHON, python_prose), (CPP, cpp_prose), (["examples/*.ipynb"], notebook_prose)]
     for patterns, prose in kinds:
         for path in files(patterns):
+            if path.name in ("CHANGELOG.md", Path(__file__).name):
+                continue
             yield path.relative_to(ROOT).as_posix(), prose(path.read_text(encoding="utf-8"))
     yield "CHANGELOG.md", unreleased()
 
