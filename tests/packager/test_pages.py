@@ -35,3 +35,26 @@ def test_links_and_paths_exist(page):
 def test_a_wrong_path_is_found():
     text = "see [this](docs/nowhere.md) and `dynamics/nowhere.hpp`, [that](docs/index.md#top), `dynamics/aba.hpp` and `tests/fmi/test_abuse_*.py`"
     assert missing(ROOT / "README.md", text) == ["docs/nowhere.md", "dynamics/nowhere.hpp"]
+
+
+def page(name: str) -> str:
+    return (ROOT / "docs" / name).read_text(encoding="utf-8")
+
+
+def test_figures_of_the_readme_are_those_of_the_pages():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| 1e-0[3-9] \|(.*)$", page("performance.md"), re.MULTILINE)
+    nearest = [min(float(ratio) for ratio in re.findall(r"\(([\d.]+)×\)", row)) for row in rows]
+    low, high = re.search(r"([\d.]+) to ([\d.]+) times less CPU time", readme).groups()
+    assert len(nearest) == 15 and float(low) == min(nearest) and round(max(nearest)) == int(high)
+
+    size = re.search(r"shared library, MB \|[^|]*\| ([\d.]+) \|", page("performance.md"))[1]
+    assert f"the same {size} MB library" in readme
+
+    compiled = re.search(r"a loop in C\+\+ \| (\d+ µs) \|", page("inverse.md"))[1]
+    paper = re.search(r"ReDySim in MATLAB[^|]*\| ([\d.]+) s \|", page("inverse.md"))[1]
+    assert f"in {compiled} instead of {1e3 * float(paper):.0f} ms" in readme
+
+    clients = page("interop.md").partition("| client |")[2].partition("\n\n")[0].splitlines()[2:]
+    masters = [line for line in clients if "a checker" not in line]
+    assert "tests in [eight masters]" in readme and len(masters) == 8
