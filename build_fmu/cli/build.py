@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from build_fmu import native
-from build_fmu.cli.terminal import sweep_bar, warn
+from build_fmu.cli.terminal import output_file, sweep_bar, warn
 from build_fmu.errors import UserError
 from build_fmu.model.describe import Description, describe
 from build_fmu.model.inverse import inverse_of
@@ -41,10 +41,7 @@ def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
     from build_fmu.fmu.build import build
 
     # the name of the model file, not the name in it
-    name = f"{options.model.stem}{'_inverse' if options.inverse else ''}.fmu"
-    target = options.output or Path(name)
-    if target.is_dir():
-        target = target / name
+    target = output_file(options.output, f"{options.model.stem}{'_inverse' if options.inverse else ''}.fmu")
     warn(model.warnings)
     if options.specialise:
         if options.platforms != ["linux64"]:

@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from build_fmu.cli.terminal import warn
+from build_fmu.cli.terminal import output_file, warn
 from build_fmu.errors import UserError
 from build_fmu.files import whole_file
 from build_fmu.importers.draft import Draft, legal
@@ -43,10 +43,7 @@ def run(options: argparse.Namespace) -> int:
         if legal(options.name) != options.name:
             raise UserError(f"--name: '{options.name}' is not a valid model name; use letters, digits and _, for example '{legal(options.name)}'")
         draft.name = options.name
-    name = f"{_file_name(options, draft)}.toml"
-    target = options.output or Path(name)
-    if target.is_dir():
-        target = target / name
+    target = output_file(options.output, f"{_file_name(options, draft)}.toml")
     if target.suffix != ".toml":
         raise UserError(f"'{target}' is not a model file name: it must end in .toml")
     if target.exists() and not options.force:
@@ -71,6 +68,6 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _file_name(options: argparse.Namespace, draft: Draft) -> str:
-    """Returns the model file's name without extension: that of the source. All ReDySim files have the same name, so their folder's name is used."""
+    """Returns the stem of the model file: that of the source, or of its folder for ReDySim files, which all have the same name."""
     source = options.source
     return draft.name if options.name or source.is_dir() or source.suffix.lower() in (".m", ".mat") else source.stem

@@ -20,6 +20,13 @@ def targets_after(*lists: list[str]) -> list[Path]:
     return found
 
 
+def output_file(given: Path | None, name: str) -> Path:
+    """Returns the file to write: the given file, or `name` in the given or the current folder."""
+    if given is None:
+        return Path(name)
+    return given / name if given.is_dir() else given
+
+
 def warn(lines: Sequence[str]) -> None:
     """Prints lines on stderr."""
     for line in lines:

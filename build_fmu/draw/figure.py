@@ -46,4 +46,5 @@ def plain_axes(axes) -> None:
 def save(figure, paths: Sequence[Path]) -> None:
     """Writes the figure to each path, in the format of its extension."""
     for path in paths:
-        whole_file(path, lambda temporary, kind=METADATA[path.suffix.lower()]: figure.savefig(temporary, metadata=kind))
+        kind = METADATA[path.suffix.lower()]
+        whole_file(path, lambda temporary, kind=kind: figure.savefig(temporary, metadata=kind))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Group:
-    """A kind of variable. `drawn`: plots show it unless outputs are named; `steady`: its axis does not magnify rounding errors of a state at rest."""
+    """A kind of variable. `drawn`: plotted by default; `steady`: its axis does not magnify rounding errors of a state at rest."""
 
     title: str
     symbol: str

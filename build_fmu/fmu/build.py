@@ -27,9 +27,10 @@ class Built:
 
 
 def build(model: Description, model_file: Path, target: Path, show: bool = False, specialised: bool = False, platforms: Sequence[str] = ("linux64",)) -> Built:
-    """Writes the FMU of a described model file, a target_error turned into a tolerance.
+    """Writes the FMU of a described model file, with the tolerance for its target_error.
 
-    No compiler is needed, unless `specialised` asks for a library of this scene's own. A failure leaves no half file. With `show` the FMU carries a page that plays its default experiment.
+    With `show` the FMU has a page that plays its default experiment. With `specialised` a library is compiled for this model; otherwise no
+    compiler is needed. On failure no file is written.
     """
     libraries = {platform: native.library(platform) for platform in platforms}
     if target.suffix != ".fmu":

@@ -18,7 +18,8 @@ img { max-width: 100%; background: white; border-radius: 6px }
 """.strip()
 
 REPORT = ('<h2>Accuracy and CPU time</h2>\n<p><img src="report.svg" alt="work–precision diagram"></p>\n'
-          '<p>Recommendations and tables: <a href="report.html">report.html</a>, <a href="report.md">report.md</a>, <a href="report.csv">report.csv</a>.</p>')
+          '<p>Recommendations and tables: <a href="report.html">report.html</a>, <a href="report.md">report.md</a>, '
+          '<a href="report.csv">report.csv</a>.</p>')
 
 GROUPS = (
     ("input", "Inputs", "Constant during a communication step unless the master sets their derivatives."),

@@ -30,20 +30,27 @@ JOINT_VALUES = ("q", "qd", "rest", "friction_velocity", "stop_width", "lower", "
 TEXTS = ("name", "parent", "type", "joint_name")
 COLUMNS = (*TEXTS, *ANGLES, *LENGTHS, *COM, *INERTIA, *PLAIN, *JOINT_VALUES)
 ALIASES = {
-    "link": "name", "body": "name", "joint": "joint_name", "joint_type": "type", "kind": "type", "sigma": "type", "on": "parent", "alp": "alpha",
-    "α": "alpha", "twist": "alpha", "link_twist": "alpha", "θ": "theta", "th": "theta", "joint_angle": "theta", "γ": "gamma", "length": "a", "link_length": "a",
-    "r": "a", "offset": "d", "link_offset": "d", "m": "mass", "cx": "com_x", "cy": "com_y", "cz": "com_z", "comx": "com_x", "comy": "com_y", "comz": "com_z",
-    "dx": "com_x", "dy": "com_y", "dz": "com_z", "q0": "q", "qd0": "qd", "inertia_xx": "Ixx", "inertia_yy": "Iyy", "inertia_zz": "Izz", "b_joint": "damping",
-    "q_min": "lower", "qmin": "lower", "limit_lower": "lower", "lower_limit": "lower", "min": "lower", "q_max": "upper", "qmax": "upper",
-    "limit_upper": "upper", "upper_limit": "upper", "max": "upper", "coulomb": "friction", "coulomb_friction": "friction", "viscous": "damping",
-    "viscous_friction": "damping",
+    "link": "name", "body": "name", "joint": "joint_name", "joint_type": "type", "kind": "type", "sigma": "type", "on": "parent",
+    "alp": "alpha", "α": "alpha", "twist": "alpha", "link_twist": "alpha", "θ": "theta", "th": "theta", "joint_angle": "theta",
+    "γ": "gamma", "length": "a", "link_length": "a", "r": "a", "offset": "d", "link_offset": "d", "m": "mass", "cx": "com_x",
+    "cy": "com_y", "cz": "com_z", "comx": "com_x", "comy": "com_y", "comz": "com_z", "dx": "com_x", "dy": "com_y", "dz": "com_z",
+    "q0": "q", "qd0": "qd", "inertia_xx": "Ixx", "inertia_yy": "Iyy", "inertia_zz": "Izz", "b_joint": "damping", "q_min": "lower",
+    "qmin": "lower", "limit_lower": "lower", "lower_limit": "lower", "min": "lower", "q_max": "upper", "qmax": "upper",
+    "limit_upper": "upper", "upper_limit": "upper", "max": "upper", "coulomb": "friction", "coulomb_friction": "friction",
+    "viscous": "damping", "viscous_friction": "damping",
 }  # fmt: skip
-UNITS = {"rad": ("angle", 1.0), "deg": ("angle", math.pi / 180), "°": ("angle", math.pi / 180), "degrees": ("angle", math.pi / 180),
-         "radians": ("angle", 1.0), "m": ("length", 1.0), "mm": ("length", 1e-3), "cm": ("length", 1e-2), "kg": ("mass", 1.0), "g": ("mass", 1e-3),
-         "kgm2": ("inertia", 1.0), "kgm^2": ("inertia", 1.0), "kgm²": ("inertia", 1.0), "kgmm2": ("inertia", 1e-6), "gmm2": ("inertia", 1e-9)}  # fmt: skip
+UNITS = {
+    "rad": ("angle", 1.0), "deg": ("angle", math.pi / 180), "°": ("angle", math.pi / 180), "degrees": ("angle", math.pi / 180),
+    "radians": ("angle", 1.0), "m": ("length", 1.0), "mm": ("length", 1e-3), "cm": ("length", 1e-2), "kg": ("mass", 1.0),
+    "g": ("mass", 1e-3), "kgm2": ("inertia", 1.0), "kgm^2": ("inertia", 1.0), "kgm²": ("inertia", 1.0), "kgmm2": ("inertia", 1e-6),
+    "gmm2": ("inertia", 1e-9),
+}  # fmt: skip
 # SI units of the fields that depend on the joint; others are refused
-PLAIN_UNITS = {"damping": ("Nms/rad", "Nms", "Nm/(rad/s)", "Ns/m", "N/(m/s)"), "stiffness": ("Nm/rad", "Nm", "N/m"), "armature": ("kgm2", "kgm^2", "kgm²", "kg"),
-               "friction": ("Nm", "N"), "static_friction": ("Nm", "N"), "stop_stiffness": ("Nm/rad", "Nm", "N/m"), "stop_damping": ("s/rad", "s/m", "s")}  # fmt: skip
+PLAIN_UNITS = {
+    "damping": ("Nms/rad", "Nms", "Nm/(rad/s)", "Ns/m", "N/(m/s)"), "stiffness": ("Nm/rad", "Nm", "N/m"),
+    "armature": ("kgm2", "kgm^2", "kgm²", "kg"), "friction": ("Nm", "N"), "static_friction": ("Nm", "N"),
+    "stop_stiffness": ("Nm/rad", "Nm", "N/m"), "stop_damping": ("s/rad", "s/m", "s"),
+}  # fmt: skip
 RATES = {"rad/s": ("angle", 1.0), "deg/s": ("angle", math.pi / 180), "°/s": ("angle", math.pi / 180), "m/s": ("length", 1.0), "mm/s": ("length", 1e-3)}
 KINDS = {"revolute": "revolute", "r": "revolute", "hinge": "revolute", "prismatic": "prismatic", "p": "prismatic", "slider": "prismatic",
          "fixed": "fixed", "f": "fixed", "0": "revolute", "1": "prismatic"}  # fmt: skip
@@ -164,7 +171,8 @@ def _unit(where: str, title: str, field: str, unit: str) -> tuple[float | None, 
     if mixed:
         return None, title, kind
     if found is None or (kind and found[0] != kind) or (field in JOINT_VALUES and found[0] not in ("angle", "length")):
-        raise UserError(f"{where}: '{title}': '{unit}' is not a unit of {field}{did_you_mean(unit.lower(), [u for u, (what, _) in units.items() if kind in ('', what)])}")
+        fitting = [name for name, (what, _) in units.items() if kind in ("", what)]
+        raise UserError(f"{where}: '{title}': '{unit}' is not a unit of {field}{did_you_mean(unit.lower(), fitting)}")
     return found[1], title, found[0]
 
 
@@ -177,8 +185,8 @@ def _with_angle_unit(path: Path, columns: dict[str, Column], rows: list[Row], as
             if factor is None:
                 for row in rows:
                     if column.field in ANGLES and abs(_number(row, column.field, 1.0)[0]) > 2 * math.pi + 1e-6:
-                        raise UserError(f"{row.where}: column '{column.field}': {row.cells[column.field]} looks like degrees; use --angles deg or --angles rad, or "
-                                        f"write '{column.field} [deg]' in the header")
+                        raise UserError(f"{row.where}: column '{column.field}': {row.cells[column.field]} looks like degrees; "
+                                        f"use --angles deg or --angles rad, or write '{column.field} [deg]' in the header")
             column.factor = factor or 1.0
     return columns
 

@@ -1,6 +1,6 @@
 """The floating base of ReDySim's space and legged robots: link 1 with six coordinates.
 
-Coordinates are x, y, z and the angles of Rz(phi) Rx(theta) Ry(psi), in this order. y0 contains those of the base, the joints, then their rates.
+Coordinates are x, y, z and the angles of Rz(phi) Rx(theta) Ry(psi). y0 contains those of the base and the joints, then their rates.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Reads a URDF: links, joints, inertias, axes, damping, friction, limits. Link frames are chosen anew for modified DH; the motion is the same."""
+"""Reads a URDF: links, joints, inertias, axes, damping, friction, limits. Link frames are chosen anew for modified DH."""
 
 from __future__ import annotations
 
@@ -136,8 +136,9 @@ def read(path: Path, options: Namespace) -> Draft:
         draft.lost.append(f"the mass of '{root}', {bodies[root].mass:g} kg: this link is the ground; --floating makes it a floating base")
     _check_reached(urdf, bodies, root)
     _Layout(draft, bodies, options).lay(root)
-    draft.notes.append(f"The ground frame is the frame of '{root}'{' at q = 0' if options.floating else ''}. Link frames are chosen anew (z: joint axis, x: common "
-                       f"normal); the motion is the same. {'A [[frame]]' if options.frames else 'A comment'} gives the pose of the URDF's own frame (m, rad) if it differs.")
+    draft.notes.append(f"The ground frame is the frame of '{root}'{' at q = 0' if options.floating else ''}. Link frames are chosen anew (z: joint axis, "
+                       f"x: common normal); the motion is the same. {'A [[frame]]' if options.frames else 'A comment'} gives the pose of the "
+                       "URDF's own frame (m, rad) if it differs.")
     report_losses(urdf.root, draft)
     draft.doubts += urdf.like_degrees
     if urdf.near_right:

@@ -19,7 +19,8 @@ CHILDREN = {
 }
 ATTRIBUTES = {
     "joint": ("name", "type"), "origin": ("xyz", "rpy"), "parent": ("link",), "child": ("link",), "axis": ("xyz",), "mass": ("value",),
-    "dynamics": ("damping", "friction"), "limit": ("lower", "upper", "effort", "velocity"), "inertia": ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"),
+    "dynamics": ("damping", "friction"), "limit": ("lower", "upper", "effort", "velocity"),
+    "inertia": ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"),
 }  # fmt: skip
 EXTRA = {"transmission": "; enter the inertia of drives as armature"}
 

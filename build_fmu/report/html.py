@@ -24,12 +24,9 @@ def write_html(path: Path, report: Report, picture: Path) -> None:
     parts = [f"<h1>{escape(title)}</h1><p class=small>{escape('; '.join(lines))}</p>",
              f"<ul class=advice>{''.join(f'<li>{escape(line)}</li>' for line in advice(report))}</ul>",
              f"<div class=picture>{drawn[drawn.index('<svg'):]}</div>", f"<p class=small>{_marked(method(report))}</p><h2>All runs</h2>"]
-    for changing in (False, True):
-        for step in report.steps:
-            points = [p for p in report.points if p.changing == changing and p.step == step]
-            if points:
-                head = f"Communication step size {duration(step)}, {'changing' if changing else 'constant'} inputs: {sum(p.good for p in points)} runs"
-                parts.append(f"<details{' open' if step == report.step else ''}><summary>{head}</summary>{_table(points, report.unit)}</details>")
+    for step, inputs, points in report.sections:
+        head = f"Communication step size {duration(step)}, {inputs}: {sum(p.good for p in points)} runs"
+        parts.append(f"<details{' open' if step == report.step else ''}><summary>{head}</summary>{_table(points, report.unit)}</details>")
     write_html_page(path, title, "".join(parts), STYLE)
 
 

@@ -40,6 +40,17 @@ class Report:
         """Returns the communication step sizes in ascending order."""
         return sorted({p.step for p in self.points})
 
+    @property
+    def sections(self) -> list[tuple[float, str, list[Point]]]:
+        """Returns step size, kind of inputs and runs of each table."""
+        found = []
+        for changing, inputs in ((False, "constant inputs"), (True, "changing inputs")):
+            for step in self.steps:
+                points = [p for p in self.points if p.changing == changing and p.step == step]
+                if points:
+                    found.append((step, inputs, points))
+        return found
+
 
 def duration(seconds: float) -> str:
     """Returns a time with a suitable unit."""
@@ -96,8 +107,9 @@ def write_csv(path: Path, report: Report) -> None:
     for p in report.points:
         health = p.outcome.health
         message = p.outcome.message.replace('"', "'")
-        rows.append(f"{p.method},{p.rtol:g},{p.step:.12g},{'changing' if p.changing else 'held'},{p.outcome.status},{p.error:.6g},{p.us_per_ms:.6g},"
-                    f"{p.rhs_per_ms:.6g},{health.get('solver.steps', '')},{health.get('solver.rejected', '')},\"{message}\"")
+        inputs = "changing" if p.changing else "held"
+        rows.append(f"{p.method},{p.rtol:g},{p.step:.12g},{inputs},{p.outcome.status},{p.error:.6g},{p.us_per_ms:.6g},{p.rhs_per_ms:.6g},"
+                    f"{health.get('solver.steps', '')},{health.get('solver.rejected', '')},\"{message}\"")
     whole_file(path, lambda temporary: temporary.write_text("\n".join(rows) + "\n", encoding="utf-8"))
 
 
@@ -110,11 +122,8 @@ def page_lines(report: Report, picture: str) -> list[str]:
     """Returns the lines of the Markdown page."""
     lines = [f"# {report.name}: accuracy and CPU time", "", *(f"* {line}" for line in advice(report)), "", method(report), "",
              f"![work–precision diagram]({picture})", ""]
-    for changing in (False, True):
-        for step in report.steps:
-            points = [p for p in report.points if p.changing == changing and p.step == step]
-            if points:
-                lines += [f"## Step size {duration(step)}, {'changing' if changing else 'constant'} inputs", "", *_table(points, report.unit), ""]
+    for step, inputs, points in report.sections:
+        lines += [f"## Step size {duration(step)}, {inputs}", "", *_table(points, report.unit), ""]
     lines += [f"* {report.note}"] if report.note else []
     lines += [*(f"* {line}" for line in machine_lines()), f"* {len(report.points)} runs in {report.seconds:.0f} s"]
     return lines
@@ -125,9 +134,9 @@ def method(report: Report) -> str:
     reference = report.reference
     known = f"uncertainty {reference.uncertainty:.1g} {report.unit}" if reference.uncertainty else "taken as exact"
     return (f"Duration of the motion: {duration(report.stop)}; {report.inputs}. The error is the maximum over all joints and output rows. "
-            f"Reference: {reference.origin} ({known}). The cost is the CPU time of `fmi2SetReal` and `fmi2DoStep` per millisecond of motion, the median "
-            "of repeated runs in a compiled master. With *changing inputs*, every force or torque changes by 1e-100 at each communication step: the "
-            "motion stays the same, but multistep methods restart.")
+            f"Reference: {reference.origin} ({known}). The cost is the CPU time of `fmi2SetReal` and `fmi2DoStep` per millisecond of motion, "
+            "the median of repeated runs in a compiled master. With *changing inputs*, every force or torque changes by 1e-100 at each "
+            "communication step: the motion stays the same, but multistep methods restart.")
 
 
 def _table(points: Sequence[Point], unit: str) -> list[str]:

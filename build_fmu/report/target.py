@@ -87,7 +87,10 @@ def _rows(fmu: Staged) -> tuple[int, int]:
 
 
 def _worst(candidate: tuple[Description, Path], where: Positions, reference: Reference, target: float, folder: Path) -> tuple[float, float]:
-    """Returns the maximum error over communication step sizes, with constant and changing inputs, and its step size; stops above the target."""
+    """Returns the maximum error over communication step sizes, with constant and changing inputs, and its step size.
+
+    Stops at the first error above the target.
+    """
     description, path = candidate
     fmu = stage_model(path, folder, description)
     rows, every = _rows(fmu)

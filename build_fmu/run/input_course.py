@@ -39,7 +39,7 @@ class Part:
 
 @dataclass
 class Moving:
-    """A derivative of a signal and its inputs; `usual` and `scale` are its largest absolute values at samples and so far, `worst` the largest error."""
+    """A derivative of a signal and its inputs; `usual`, `scale`: largest absolute value at samples and so far; `worst`: largest error."""
 
     signal: Signal
     derivative: int
@@ -76,7 +76,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class Stretch:
-    """A part of a step from a to b, and the range inside it on which the inputs are smooth; `joined`: smooth together with the previous part."""
+    """A part of a step from a to b, and its range of smooth inputs; `joined`: smooth together with the previous part."""
 
     a: float
     b: float
@@ -139,7 +139,8 @@ class Course:
         for name, table in self.held.items():
             error = _held_error(table, np.array(self.times))
             if error:
-                lines.append(f"inputs: '{name}' is constant during each step, up to {error:.2g} {units[name]} off its table; `--interpolate all` interpolates it")
+                lines.append(f"inputs: '{name}' is constant during each step, up to {error:.2g} {units[name]} off its table; "
+                             "`--interpolate all` interpolates it")
         return lines
 
     def _add(self, name: str, signal: Signal, derivative: int) -> None:

@@ -46,7 +46,7 @@ def multiply(a: Series, b: Series, order: int) -> Series:
 def divide(a: Series, b: Series, order: int) -> Series:
     """Returns a / b."""
     result: Series = []
-    for k in range((len(a) if len(b) == 1 else order + 1)):
+    for k in range(len(a) if len(b) == 1 else order + 1):
         rest = _minus(a[k] if k < len(a) else (0.0, 0.0), _sum_of_products(b, result, k, 1))
         result.append(_quotient(rest, b[0]))
     return result

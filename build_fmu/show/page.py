@@ -59,7 +59,7 @@ def _base64(array: np.ndarray) -> str:
 
 
 def _drawing(model: Description | None, columns: dict[str, np.ndarray]) -> dict[str, Any]:
-    """Returns the mechanism in its initial configuration; moving links have the column of their joint, spherical joints those of their quaternion."""
+    """Returns the mechanism in its initial configuration, with the columns of its joints and quaternions."""
     if model is None:
         return {"links": []}
     links = []

@@ -43,8 +43,8 @@ def recorded(record: Path, model: Description | None) -> Run:
         joints = [f"{link.get('joint')}.q" for link in model.drawing["links"] if link["type"] != "fixed"]
         missing = [name for name in joints if name in known and name not in columns]
         if missing:
-            print(f"'{record}' has no column '{missing[0]}'{f' and {len(missing) - 1} more' if len(missing) > 1 else ''}: these joints do not move",
-                  file=sys.stderr)
+            more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
+            print(f"'{record}' has no column '{missing[0]}'{more}: these joints do not move", file=sys.stderr)
     return Run(np.array(table["time"]), columns, units)
 
 

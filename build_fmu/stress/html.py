@@ -17,7 +17,8 @@ from build_fmu.stress.run import LONG_SHARE, Verdict
 STYLE = """
 .map { font-size: 11px; } .map th { font-weight: 400; padding: 0 6px 0 0; white-space: nowrap; }
 .map thead th { writing-mode: vertical-rl; transform: rotate(180deg); padding: 4px 0; }
-.map td { padding: 0 1px 1px 0; } .map .first { padding-left: 6px; } .map a { display: block; width: 14px; height: 14px; border-radius: 2px; }
+.map td { padding: 0 1px 1px 0; } .map .first { padding-left: 6px; }
+.map a { display: block; width: 14px; height: 14px; border-radius: 2px; }
 .tag { display: inline-block; border-radius: 3px; padding: 0 6px; color: #fff; font-size: 12px; }
 .counts span { margin-right: 1.2rem; } tr:target { background: #fff6d6; } dt { font-weight: 600; } dd { margin: 0 0 .3rem 1.5rem; }
 """
@@ -32,13 +33,16 @@ addEventListener("hashchange", show); addEventListener("load", show);
 def write_html(path: Path, verdicts: Sequence[Verdict], seconds: float, taken: float) -> None:
     """Writes the page."""
     models = list(dict.fromkeys(v.model for v in verdicts))
-    parts = [f"<h1>Extreme cases</h1><p class=small>{len(verdicts)} cases of {len(models)} models in {taken:.0f} s. {escape('; '.join(machine_lines()))}</p>",
-             _counts(verdicts), _words(seconds), "<h2>All cases</h2><p>One square per case; pale green: larger energy balance error. Hover over a square for details, click it for its row.</p>",
+    parts = [f"<h1>Extreme cases</h1><p class=small>{len(verdicts)} cases of {len(models)} models in {taken:.0f} s. "
+             f"{escape('; '.join(machine_lines()))}</p>",
+             _counts(verdicts), _words(seconds), "<h2>All cases</h2><p>One square per case; pale green: larger energy balance error. "
+             "Hover over a square for details, click it for its row.</p>",
              _map(verdicts, models), "<h2>Unfinished cases</h2>", _not_finished(verdicts), "<h2>Results by model</h2>", _legend()]
     for model in models:
         rows = [v for v in verdicts if v.model == model]
         good = sum(v.kind == "finished" for v in rows)
-        parts.append(f"<details{' open' if len(models) == 1 else ''}><summary>{escape(model)}: {good} of {len(rows)} finished</summary>{_table(rows)}</details>")
+        summary = f"<summary>{escape(model)}: {good} of {len(rows)} finished</summary>"
+        parts.append(f"<details{' open' if len(models) == 1 else ''}>{summary}{_table(rows)}</details>")
     write_html_page(path, "Extreme cases", "".join(parts), STYLE, SCRIPT)
 
 
@@ -50,8 +54,8 @@ def _counts(verdicts: Sequence[Verdict]) -> str:
 def _words(seconds: float) -> str:
     groups = "".join(f"<dt>{escape(group)}</dt><dd>{escape(words)}</dd>" for group, words in GROUPS.items())
     kinds = "".join(f"<dt>{_tag(kind)}</dt><dd>{escape(words)}</dd>" for kind, words in MEANING.items())
-    return (f"<p>Each model is changed as listed below and simulated through its FMU. Each case runs in a separate process with a limit of {seconds:g} s of "
-            f"CPU time ({LONG_SHARE * seconds:g} s for the long run). Motions last up to 2 s.</p>"
+    return (f"<p>Each model is changed as listed below and simulated through its FMU. Each case runs in a separate process with a limit of "
+            f"{seconds:g} s of CPU time ({LONG_SHARE * seconds:g} s for the long run). Motions last up to 2 s.</p>"
             f"<details><summary>Cases</summary><dl>{groups}</dl></details><details open><summary>Criteria</summary><dl>{kinds}</dl></details>")
 
 
@@ -71,7 +75,10 @@ def _map(verdicts: Sequence[Verdict], models: Sequence[str]) -> str:
         squares = ""
         for case in cases:
             v = found.get((model, *case))
-            square = f"<a href='#{_id(v)}' title='{escape(_words_of(v), quote=True)}' style='background:{KINDS[v.kind]};opacity:{depth(v):.2f}'></a>" if v else ""
+            square = ""
+            if v:
+                style = f"background:{KINDS[v.kind]};opacity:{depth(v):.2f}"
+                square = f"<a href='#{_id(v)}' title='{escape(_words_of(v), quote=True)}' style='{style}'></a>"
             squares += f"<td{side[case]}>{square}</td>"
         body += f"<tr><th>{escape(model)}</th>{squares}</tr>"
     return f"<div class=wide><table class=map><thead><tr><th></th>{head}</tr></thead><tbody>{body}</tbody></table></div>"
@@ -88,8 +95,8 @@ def _not_finished(verdicts: Sequence[Verdict]) -> str:
     rest = sorted((v for v in verdicts if v.kind != "finished"), key=lambda v: -list(KINDS).index(v.kind))
     if not rest:
         return "<p>All cases finished.</p>"
-    rows = "".join(f"<tr><td>{_tag(v.kind)}</td><td><a href='#{_id(v)}'>{escape(v.model)}</a></td><td>{escape(v.case.group)}, {escape(v.case.label)}</td>"
-                   f"<td>{escape(v.message)}</td><td>{escape(v.remedy)}</td></tr>" for v in rest)
+    rows = "".join(f"<tr><td>{_tag(v.kind)}</td><td><a href='#{_id(v)}'>{escape(v.model)}</a></td>"
+                   f"<td>{escape(v.case.group)}, {escape(v.case.label)}</td><td>{escape(v.message)}</td><td>{escape(v.remedy)}</td></tr>" for v in rest)
     return f"<table class=figures><tr><th></th><th>model</th><th>case</th><th>message</th><th>remedy</th></tr>{rows}</table>"
 
 

@@ -17,18 +17,18 @@ from build_fmu.stress.run import LARGEST_GAP, LONG_SHARE, REST, Verdict
 KINDS = {"finished": "#2a9d57", "doubtful": "#e9a23b", "slow": "#8fa3b0", "refused": "#7a5fb5", "failed": "#d1342f"}
 MEANING = {
     "finished": "all steps returned fmi2OK, all values were finite, the constraint violation of loops was at most "
-                f"{LARGEST_GAP:g} m, and the energy balance error at most 1000 times the relative tolerance (at least 1e-8) per second of motion. If only the "
-                "energy misses its bound, the case is repeated with 1e-4 of the absolute tolerance and an error of rtol per step. If it then meets the bound, "
-                "the motion is small compared with the tolerance, or fast; the note gives the figures. With displacements of at most "
-                f"{REST:g} m or rad the energy is not judged",
+                f"{LARGEST_GAP:g} m, and the energy balance error at most 1000 times the relative tolerance (at least 1e-8) per second of motion. "
+                "If only the energy misses its bound, the case is repeated with 1e-4 of the absolute tolerance and an error of rtol per step. "
+                "If it then meets the bound, the motion is small compared with the tolerance, or fast; the note gives the figures. "
+                f"With displacements of at most {REST:g} m or rad the energy is not judged",
     "doubtful": "constraint violation or energy balance error above these bounds",
     "slow": "CPU time limit reached; the note gives the time reached",
     "refused": "the modified model file or its initial configuration is not accepted",
     "failed": "a step failed, a value was not finite, or the process hung or crashed"}
-LEGEND = ("*Energy balance*: energy balance error over the exchanged energy, which is the maximum of kinetic energy, change of potential energy and work.",
-          "*Gap*: maximum constraint violation of loops (m, rad). *Error*: maximum distance of a joint from a run of another method at a tolerance 1000 times tighter;",
-          "in chaotic motions it includes the growth of small differences. *Steps*, *right-hand sides*: of the solver. *s*: CPU time. The *note* ends with another",
-          "method that finishes the case, if any.")
+LEGEND = ("*Energy balance*: error over the exchanged energy, the maximum of kinetic energy, change of potential energy and work.",
+          "*Gap*: maximum constraint violation of loops (m, rad). *Error*: maximum distance of a joint from a run of another method at a",
+          "tolerance 1000 times tighter; in chaotic motions it includes the growth of small differences. *Steps*, *right-hand sides*: of the",
+          "solver. *s*: CPU time. The *note* ends with another method that finishes the case, if any.")
 SUMMARY_BEGIN, SUMMARY_END = "<!-- summary -->", "<!-- end of summary -->"
 COLUMNS = ("model", "group", "case", "verdict", "message", "remedy", "method", "reached_s", "energy_balance", "gap", "error", "unit", "steps", "rhs",
            "seconds", "after_failure")
@@ -58,7 +58,8 @@ def write_page(path: Path, verdicts: Sequence[Verdict], picture: str, seconds: f
 def measured(verdicts: Sequence[Verdict], seconds: float, taken: float) -> list[str]:
     """Returns number of cases, CPU time, machine and date."""
     models = len({v.model for v in verdicts})
-    lines = [f"{len(verdicts)} cases of {models} model{'s' * (models != 1)}, {seconds:g} s of CPU time per case, {taken:.0f} s wall-clock time in total.", ""]
+    lines = [f"{len(verdicts)} cases of {models} model{'s' * (models != 1)}, {seconds:g} s of CPU time per case, "
+             f"{taken:.0f} s wall-clock time in total.", ""]
     return [*lines, *(f"* {line}" for line in machine_lines())]
 
 
@@ -71,7 +72,7 @@ def introduction(seconds: float) -> list[str]:
 
 
 def summary(verdicts: Sequence[Verdict]) -> list[str]:
-    """Returns a table of the groups: number of cases by result, and of the finished cases the maximum energy balance error and constraint violation."""
+    """Returns a table of the groups: cases by result, and maximum energy balance error and gap of the finished cases."""
     lines = ["| cases | " + " | ".join(KINDS) + " | max. energy balance | max. gap |", "| --- |" + " ---: |" * (len(KINDS) + 2)]
     for group in GROUPS:
         rows = [v for v in verdicts if v.case.group == group]

@@ -109,7 +109,7 @@ def _positions(fmu: Staged) -> Positions | None:
 
 
 def _facts(task: Task, outcome: Outcome, where: Positions | None) -> dict[str, float]:
-    """Returns, over all rows, the relative energy balance error, the exchanged energy (J), and the maximum constraint violation and displacement (m, rad)."""
+    """Returns relative energy balance error, exchanged energy (J), maximum constraint violation and displacement (m, rad)."""
     if not outcome.values.size:
         return dict.fromkeys(("balance", "energy", "gap", "moved"), math.nan)
     column = {n: outcome.values[:, i] for i, n in enumerate(task.outputs)}
@@ -153,7 +153,7 @@ def _opens(facts: dict[str, float]) -> bool:
 
 def _judge_finer(fmu: Staged, case: Case, start: dict[str, Any], first: dict[str, float], seconds: float, rtol: float,
                  where: Positions | None) -> tuple[str, str] | None:
-    """Returns "finished" and the reason if a finer absolute tolerance meets the bound: then the motion is small compared with the tolerance."""
+    """Returns "finished" and the reason if a finer absolute tolerance meets the bound: the motion is small."""
     usual = float(start.get("solver.atol", fmu.variables["solver.atol"].start))
     task = _task(fmu, case, {**start, "solver.atol": FINER * usual}, seconds)
     outcome = drive(fmu, task)

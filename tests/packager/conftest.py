@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from build_fmu import native
+from build_fmu.errors import UserError
 from build_fmu.model.describe import from_table
 
 DATA = Path(__file__).parent / "data"
@@ -24,6 +26,16 @@ if errors:
     sys.exit(1)
 sys.stdout.write(pathlib.Path(r"@TABLE@").read_text(encoding="utf-8"))
 """
+
+
+@pytest.fixture(scope="session")
+def built_library():
+    """Skips a test if the compiled programs are not built."""
+    try:
+        native.describe_program()
+        native.library()
+    except UserError as error:
+        pytest.skip(str(error))
 
 
 @pytest.fixture

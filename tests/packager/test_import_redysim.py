@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from build_fmu import native
 from build_fmu.cli import main
 from build_fmu.errors import UserError
 from build_fmu.importers import matlab_file, matlab_reader, redysim
@@ -73,14 +72,7 @@ al(1) = 0; g = [0, -9.81, 0];
 LOOP = "link1:0.05,0,0=link3:0.1,0,0"
 
 
-def built() -> bool:
-    try:
-        return bool(native.describe_program() and native.library())
-    except UserError:
-        return False
-
-
-needs_library = pytest.mark.skipif(not built(), reason="the library is not built: run `make build`")
+needs_library = pytest.mark.usefixtures("built_library")
 
 
 def write(folder, **files):

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from build_fmu import native
 from build_fmu.cli import main
 from build_fmu.errors import UserError
 from build_fmu.importers import scene_json
@@ -18,14 +17,7 @@ from build_fmu.importers.toml_writer import model_text
 SCENES = Path(__file__).resolve().parents[1] / "scenes"
 
 
-def built() -> bool:
-    try:
-        return bool(native.describe_program() and native.library())
-    except UserError:
-        return False
-
-
-needs_library = pytest.mark.skipif(not built(), reason="the library is not built: run `make build`")
+needs_library = pytest.mark.usefixtures("built_library")
 
 
 @pytest.fixture

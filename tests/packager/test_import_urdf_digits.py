@@ -8,9 +8,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from build_fmu import native
 from build_fmu.cli import main
-from build_fmu.errors import UserError
 
 mp = pytest.importorskip("mpmath")
 ROBOT = """<robot name="lift">
@@ -31,13 +29,6 @@ ROBOT = """<robot name="lift">
     <inertia ixx="2e-6" iyy="1.1e-5" izz="1.2e-5" ixy="0" ixz="0" iyz="0"/></inertial></link>
 </robot>"""
 STATE = {"rise": (0.3, 0.4, 1.5), "flip": (-0.6, 0.7, -0.4), "arm": (0.9, -0.8, 0.3), "wrist": (-0.2, 0.5, -0.1)}  # q, qd, tau
-
-
-def built() -> bool:
-    try:
-        return bool(native.describe_program() and native.library())
-    except UserError:
-        return False
 
 
 def numbers(text):
@@ -109,7 +100,7 @@ def accelerations(text):
         return [float(x) for x in mp.lu_solve(M, right)]
 
 
-@pytest.mark.skipif(not built(), reason="the library is not built: run `make build`")
+@pytest.mark.usefixtures("built_library")
 def test_nearly_parallel_axes_keep_all_digits(tmp_path):
     (tmp_path / "lift.urdf").write_text(ROBOT)
     model, out = tmp_path / "lift.toml", tmp_path / "out.csv"

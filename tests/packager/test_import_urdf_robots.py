@@ -10,8 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from build_fmu import native
-from build_fmu.errors import UserError
 from build_fmu.fmu.build import build
 from build_fmu.importers import urdf
 from build_fmu.importers.rigid import matrix_of, pose_of
@@ -46,15 +44,8 @@ def robot_folder():
     return None
 
 
-def built() -> bool:
-    try:
-        return bool(native.describe_program() and native.library())
-    except UserError:
-        return False
-
-
 pytestmark = [
-    pytest.mark.skipif(not built(), reason="the library is not built: run `make build`"),
+    pytest.mark.usefixtures("built_library"),
     pytest.mark.skipif(robot_folder() is None, reason="example-robot-data is not installed"),
 ]
 

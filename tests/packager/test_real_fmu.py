@@ -9,21 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from build_fmu import native
-from build_fmu.errors import UserError
-
 ROOT = Path(__file__).parents[2]
 PENDULUM = ROOT / "models" / "pendulum.toml"
 
 
-def built() -> bool:
-    try:
-        return bool(native.describe_program() and native.library())
-    except UserError:
-        return False
-
-
-pytestmark = pytest.mark.skipif(not built(), reason="the library is not built: run `make build`")
+pytestmark = pytest.mark.usefixtures("built_library")
 
 
 def run(*arguments, cwd):
@@ -163,40 +153,10 @@ def test_fast_switching_inputs_do_not_depend_on_the_step(folder):
 def test_a_motion_given_by_its_position_takes_the_torques_of_the_whole_motion(folder):
     model = ROOT / "models" / "kuka_kr5.toml"
     run("build", "--inverse", model, "-o", "arm.fmu", cwd=folder)
-    position = "0.3*sin(4*t)"
-    run(
-        "simulate",
-        "arm.fmu",
-        "--stop",
-        0.3,
-        "--step",
-        0.1,
-        "--output",
-        "*.tau",
-        "--input",
-        f"joint2.q={position}",
-        "--csv",
-        "a.csv",
-        cwd=folder,
-    )
+    simulate = ["simulate", "arm.fmu", "--stop", 0.3, "--step", 0.1, "--output", "*.tau"]
+    run(*simulate, "--input", "joint2.q=0.3*sin(4*t)", "--csv", "a.csv", cwd=folder)
     parts = ["joint2.q=0.3*sin(4*t)", "joint2.qd=1.2*cos(4*t)", "joint2.qdd=-4.8*sin(4*t)"]
-    run(
-        "simulate",
-        "arm.fmu",
-        "--stop",
-        0.3,
-        "--step",
-        0.1,
-        "--output",
-        "*.tau",
-        "--interpolate",
-        "none",
-        "--input",
-        *parts,
-        "--csv",
-        "b.csv",
-        cwd=folder,
-    )
+    run(*simulate, "--interpolate", "none", "--input", *parts, "--csv", "b.csv", cwd=folder)
     assert last_row(folder / "a.csv") == pytest.approx(last_row(folder / "b.csv"), rel=1e-10, abs=1e-10)
 
 

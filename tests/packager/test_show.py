@@ -10,9 +10,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from build_fmu import native
 from build_fmu.cli import main
-from build_fmu.errors import UserError
 from build_fmu.importers.draft import DhFrame
 from build_fmu.importers.rigid import pose_of
 from build_fmu.show.page import MOST_VALUES, Run, page
@@ -70,14 +68,7 @@ DH = {
 JOINTS = {"mast": "revolute", "plate": "fixed", "slide": "prismatic", "hand": "revolute"}
 
 
-def built() -> bool:
-    try:
-        return bool(native.describe_program() and native.library())
-    except UserError:
-        return False
-
-
-needs_library = pytest.mark.skipif(not built(), reason="the library is not built: run `make build`")
+needs_library = pytest.mark.usefixtures("built_library")
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 needs_browser = pytest.mark.skipif(BROWSER is None, reason="there is no chromium")
 
