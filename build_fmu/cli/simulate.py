@@ -10,7 +10,7 @@ from pathlib import Path
 
 from build_fmu.cli.terminal import SEVERAL, bar, console, targets_after, warn
 from build_fmu.errors import UserError
-from build_fmu.run.input_course import MODES
+from build_fmu.run.signals import MODES
 
 
 def add(commands) -> None:

@@ -23,7 +23,6 @@ FIT = np.linalg.inv(np.vander(POINTS, increasing=True))
 FACTORIALS = np.array([1.0, 2.0, 6.0])
 CUBIC_ERROR = 1 / 80
 MOST_PARTS = 20_000  # of one communication step
-MODES = ("none", "expressions", "all")
 MOTION = (".q", ".qd", ".qdd")
 
 

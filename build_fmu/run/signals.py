@@ -14,6 +14,8 @@ from build_fmu.run.branches import Split
 from build_fmu.run.expressions import compile_expression
 from build_fmu.run.taylor import Interval
 
+MODES = ("none", "expressions", "all")  # the signals that change during a step
+
 
 class Signal(Protocol):
     """A function of time (s) with Taylor coefficients over a range of time, or a point at which to `Split` the range."""

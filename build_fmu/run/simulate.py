@@ -33,7 +33,7 @@ class Settings:
     start: Sequence[str] = ()
     inputs: Sequence[str] = ()
     outputs: Sequence[str] = ()
-    interpolate: str = "expressions"  # inputs that change during a step, see input_course.MODES
+    interpolate: str = "expressions"  # inputs that change during a step, see signals.MODES
 
 
 @dataclass
