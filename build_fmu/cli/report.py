@@ -47,14 +47,10 @@ def run(options: argparse.Namespace) -> int:
         for target in targets:
             try:
                 report = make_report(target, wish, progress(target))
-                for file in write(report, options.output or Path("."), Path(target).stem):
-                    print(file)
-                for line in advice(report):
-                    print(f"  {line}")
+                print(*write(report, options.output or Path("."), Path(target).stem), *(f"  {line}" for line in advice(report)), sep="\n")
             except UserError as error:
                 if len(targets) == 1:
                     raise
                 failed.append(str(error))
-    for line in failed:
-        print(line)
+    print(*failed, sep="\n", end="\n" if failed else "")
     return 1 if failed else 0

@@ -161,11 +161,7 @@ def _link(scene: _Scene, links: list[dict[str, Any]], index: int, link: dict[str
         style = {"lw": width, "alpha": 0.85} if is_tip else {"lw": 1.0, "ls": "-", "alpha": 0.6}
         scene.line([origin, com], color=colour, zorder=5 if is_tip else 6, **style)
     if link["type"] != "fixed":
-        axis = np.asarray(link["rotation"], float)[:, 2] * 0.07 * scene.size
-        if link["slide"] or (scene.plane is None and link["turn"]):
-            scene.line([origin - axis, origin + axis], color=INK, lw=1.2, zorder=12)
-        marker, size = {"revolute": ("o", 8), "spherical": ("o", 11)}.get(link["type"], ("s", 8))
-        scene.mark(origin, marker=marker, ms=size, mfc="white", mec=INK, mew=1.6, zorder=14)
+        _joint(scene, link, origin)
     if link["mass"] > 0:
         scene.mark(com, marker="P", ms=6, mfc=COM, mec="white", mew=0.6, zorder=16)
     # joints at the same point, such as a wrist, share one label
@@ -173,6 +169,14 @@ def _link(scene: _Scene, links: list[dict[str, Any]], index: int, link: dict[str
     if len(links) <= NAMED_LINKS and here[0] == index:
         # joints with several DOF, hand[1] and hand[2], have the name of their link
         scene.text(origin, ", ".join(dict.fromkeys(links[i]["name"].partition("[")[0] for i in here)))
+
+
+def _joint(scene: _Scene, link: dict[str, Any], origin: np.ndarray) -> None:
+    axis = np.asarray(link["rotation"], float)[:, 2] * 0.07 * scene.size
+    if link["slide"] or (scene.plane is None and link["turn"]):
+        scene.line([origin - axis, origin + axis], color=INK, lw=1.2, zorder=12)
+    marker, size = {"revolute": ("o", 8), "spherical": ("o", 11)}.get(link["type"], ("s", 8))
+    scene.mark(origin, marker=marker, ms=size, mfc="white", mec=INK, mew=1.6, zorder=14)
 
 
 def _thin_links(scene: _Scene, links: list[dict[str, Any]]) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from argparse import Namespace
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,6 +26,7 @@ ANGLES = ("alpha", "theta", "gamma")
 LENGTHS = ("a", "d", "b")
 INERTIA = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 COM = ("com_x", "com_y", "com_z")
+QUANTITIES = {"angle": ANGLES, "length": (*LENGTHS, *COM), "mass": ("mass",), "inertia": INERTIA}
 PLAIN = ("mass", "damping", "stiffness", "armature", "friction", "static_friction", "stop_stiffness", "stop_damping")
 JOINT_VALUES = ("q", "qd", "rest", "friction_velocity", "stop_width", "lower", "upper")  # rad or m, depending on the joint
 TEXTS = ("name", "parent", "type", "joint_name")
@@ -97,18 +99,22 @@ def read(path: Path, options: Namespace) -> Draft:
         link.joint_name = names.take(link.joint_name, "_joint") if link.joint_name and link.joint_name != link.name else ""
     if standard:
         _from_standard(draft)
-    for row, link in zip(rows, draft.links, strict=True):
-        for field, most in (("q", 2 * math.pi), ("lower", 4 * math.pi), ("upper", 4 * math.pi)):
-            value = getattr(link, field)
-            if link.joint == "revolute" and value is not None and most + 1e-6 < abs(value):
-                draft.doubts.append(f"{row.where}: column '{field}': {row.cells[field]} was read as {value:g} rad; for degrees write '{field} [deg]' "
-                                    "in the header")
+    draft.doubts += _like_degrees(rows, draft.links)
     _stops(draft, options.stops)
     if not any(link.mass for link in draft.links):
         draft.lost.append("masses and inertias: the table contains none; add them to the model file")
     draft.doubts += names.sentences()
     draft.doubts.append("gravity is set to (0, 0, -9.81) m/s2: the table does not define it")
     return draft
+
+
+def _like_degrees(rows: list[Row], links: list[DraftLink]) -> Iterator[str]:
+    """Yields a sentence for each position or limit that is probably in degrees."""
+    for row, link in zip(rows, links, strict=True):
+        for field, most in (("q", 2 * math.pi), ("lower", 4 * math.pi), ("upper", 4 * math.pi)):
+            value = getattr(link, field)
+            if link.joint == "revolute" and value is not None and most + 1e-6 < abs(value):
+                yield f"{row.where}: column '{field}': {row.cells[field]} was read as {value:g} rad; for degrees write '{field} [deg]' in the header"
 
 
 def _table(path: Path, draft: Draft) -> tuple[dict[str, Column], list[Row]]:
@@ -157,7 +163,7 @@ def _head(where: str, head: list[str]) -> dict[str, Column]:
 
 def _unit(where: str, title: str, field: str, unit: str) -> tuple[float | None, str, str]:
     """Returns the factor to SI, the title and the kind of the unit; the factor is None for an angle without a unit in the header."""
-    kind = "angle" if field in ANGLES else "length" if field in (*LENGTHS, *COM) else "mass" if field == "mass" else "inertia" if field in INERTIA else ""
+    kind = next((name for name, fields in QUANTITIES.items() if field in fields), "")
     if not unit:
         return None if kind == "angle" or field in JOINT_VALUES else 1.0, title, kind
     if field in PLAIN_UNITS:
@@ -167,8 +173,7 @@ def _unit(where: str, title: str, field: str, unit: str) -> tuple[float | None, 
     units = RATES if field in ("qd", "friction_velocity") else UNITS
     found = units.get(unit.lower())
     # a column of start values may belong to prismatic and revolute joints
-    mixed = field in JOINT_VALUES and unit.replace(" ", "") in ("rad,m", "rad|m", "rad/m", "rador m", "radorm")
-    if mixed:
+    if field in JOINT_VALUES and unit in ("rad,m", "rad|m", "rad/m", "radorm"):
         return None, title, kind
     if found is None or (kind and found[0] != kind) or (field in JOINT_VALUES and found[0] not in ("angle", "length")):
         fitting = [name for name, (what, _) in units.items() if kind in ("", what)]

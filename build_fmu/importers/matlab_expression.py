@@ -19,7 +19,8 @@ ELEMENTWISE: dict[str, Callable] = {
     "sqrt": np.sqrt, "sin": np.sin, "cos": np.cos, "tan": np.tan, "abs": np.abs, "asin": np.arcsin, "acos": np.arccos,
     "atan": np.arctan, "exp": np.exp, "deg2rad": np.deg2rad, "rad2deg": np.rad2deg,
 }  # fmt: skip
-OTHERS = ("zeros", "ones", "eye", "sum", "length", "numel", "transpose", "atan2")
+FILLED: dict[str, Callable] = {"zeros": np.zeros, "ones": np.ones, "eye": lambda shape: np.eye(*shape)}
+OTHERS = (*FILLED, "sum", "length", "numel", "transpose", "atan2")
 CONSTANTS = {"pi": math.pi, "eps": 2.0**-52}
 
 
@@ -212,12 +213,8 @@ class Expressions:
 
     def _function(self, token: Token, arguments: list[np.ndarray]) -> np.ndarray:
         name, count = token.text, len(arguments)
-        if name in ("zeros", "ones", "eye"):
-            sizes = [self._scalar(a, name) for a in (arguments or [np.ones((1, 1))])]
-            sizes = sizes * 2 if len(sizes) == 1 else sizes
-            if len(sizes) != 2 or any(not 0 <= s <= LARGEST for s in sizes) or sizes[0] * sizes[1] > LARGEST:
-                raise self.source.error(token.line, f"{name}({', '.join(f'{s:g}' for s in sizes)}) is not supported")
-            return {"zeros": np.zeros, "ones": np.ones, "eye": lambda shape: np.eye(*shape)}[name]((int(sizes[0]), int(sizes[1])))
+        if name in FILLED:
+            return self._filled(token, [self._scalar(a, name) for a in (arguments or [np.ones((1, 1))])])
         if count != (2 if name == "atan2" else 1):
             raise self.source.error(token.line, f"{name} takes {2 if name == 'atan2' else 1} argument(s), got {count}")
         argument = arguments[0]
@@ -231,6 +228,12 @@ class Expressions:
             return argument.T
         with np.errstate(all="ignore"):
             return self._finite(ELEMENTWISE[name](argument), token.line)
+
+    def _filled(self, token: Token, sizes: list[float]) -> np.ndarray:
+        sizes = sizes * 2 if len(sizes) == 1 else sizes
+        if len(sizes) != 2 or any(not 0 <= s <= LARGEST for s in sizes) or sizes[0] * sizes[1] > LARGEST:
+            raise self.source.error(token.line, f"{token.text}({', '.join(f'{s:g}' for s in sizes)}) is not supported")
+        return FILLED[token.text]((int(sizes[0]), int(sizes[1])))
 
     def _apply(self, operator: str, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         line = self.stream[self.at - 1].line

@@ -186,30 +186,14 @@ def _gravity(data: Reading, draft: Draft) -> list[float]:
 
 
 def _links(data: Reading, starts: Reading, count: int, call: Functions, draft: Draft) -> list[DraftLink]:
-    if not 1 <= count <= 100_000:
-        raise data.error("n", f"must be at least 1, got {count}")
-    columns = {key: data.column(key, count) for key in NEEDED}
-    for key in ("Icxy", "Icyz", "Iczx"):
-        columns[key] = data.column(key, count, 0.0)
-    for key, default in (("r", 1.0), ("aj", 1.0), ("th", 0.0)):
-        columns[key] = (joint_column if is_floating(data) else Reading.column)(data, key, count, default)
-    if is_floating(data):
-        columns["r"][0] = 1.0
+    columns = _columns(data, count)
     base = start(data, starts, count, call, draft) if is_floating(data) else None
     q, qd = base[2:] if base else _start(data, starts, count, columns, draft)
     links = []
     for i in range(count):
         c = {key: values[i] for key, values in columns.items()}
-        parent = c["bt"]
-        if parent != int(parent) or not 0 <= parent <= count or parent == i + 1:
-            raise data.error("bt", f"entry {i + 1} must be the number of another link or 0 for ground, got {parent:g}")
-        if c["m"] < 0:
-            raise data.error("m", f"entry {i + 1} must be >= 0, got {c['m']:g}")
-        if c["r"] not in (0, 1):
-            raise data.error("r", f"entry {i + 1} must be 1 (revolute) or 0 (prismatic), got {c['r']:g}")
-        if c["aj"] not in (0, 1):
-            raise data.error("aj", f"entry {i + 1} must be 1 (actuated) or 0, got {c['aj']:g}")
-        turns = c["r"] == 1
+        _check_entry(data, c, i + 1, count)
+        parent, turns = c["bt"], c["r"] == 1
         dh = DhFrame(alpha=_right_angle(c["alp"]), a=c["a"], theta=0.0 if turns else c["th"], d=c["b"] if turns else 0.0)
         links.append(DraftLink(
             f"link{i + 1}", f"link{int(parent)}" if parent else GROUND, "revolute" if turns else "prismatic", f"joint{i + 1}", dh,
@@ -220,6 +204,29 @@ def _links(data: Reading, starts: Reading, count: int, call: Functions, draft: D
         set_free(links[0], data, place, rates, draft)
     _check_ring(data, links)
     return links
+
+
+def _columns(data: Reading, count: int) -> dict[str, list[float]]:
+    """Returns the entries of all links by variable."""
+    if not 1 <= count <= 100_000:
+        raise data.error("n", f"must be at least 1, got {count}")
+    columns = {key: data.column(key, count) for key in NEEDED}
+    for key in ("Icxy", "Icyz", "Iczx"):
+        columns[key] = data.column(key, count, 0.0)
+    for key, default in (("r", 1.0), ("aj", 1.0), ("th", 0.0)):
+        columns[key] = (joint_column if is_floating(data) else Reading.column)(data, key, count, default)
+    if is_floating(data):
+        columns["r"][0] = 1.0
+    return columns
+
+
+def _check_entry(data: Reading, entry: dict[str, float], number: int, count: int) -> None:
+    parent = entry["bt"]
+    rules = {"bt": (parent == int(parent) and 0 <= parent <= count and parent != number, "the number of another link or 0 for ground"),
+             "m": (entry["m"] >= 0, ">= 0"), "r": (entry["r"] in (0, 1), "1 (revolute) or 0 (prismatic)"), "aj": (entry["aj"] in (0, 1), "1 (actuated) or 0")}
+    for key, (valid, rule) in rules.items():
+        if not valid:
+            raise data.error(key, f"entry {number} must be {rule}, got {entry[key]:g}")
 
 
 def _check_ring(data: Reading, links: list[DraftLink]) -> None:
@@ -258,17 +265,21 @@ def _settings(data: Reading, starts: Reading, draft: Draft) -> None:
         for key in ("rtol", "atol"):
             if key in reading and key not in draft.solver:
                 draft.solver[key] = reading.number(key)
-        for field, names in (("stop_time", ("tf", "Tp", "T")), ("step_size", ("incr", "steps"))):
-            for name in names:
-                if name in reading and reading.length(name) == 1 and field not in draft.fmu:
-                    value = reading.number(name)
-                    if value > 0 and not (field == "step_size" and value >= draft.fmu.get("stop_time", math.inf)):
-                        draft.fmu[field] = value
+        for name in ("tf", "Tp", "T"):
+            _set_time(draft, "stop_time", reading, name, math.inf)
+        for name in ("incr", "steps"):
+            _set_time(draft, "step_size", reading, name, draft.fmu.get("stop_time", math.inf))
     if draft.solver.get("rtol", 0) > 1e-5:
         draft.doubts.append(f"rtol = {draft.solver['rtol']:g} is ReDySim's own tolerance: the error of a free double pendulum is then 0.2 rad "
                             "after 3 s; 1e-8 costs little more")
     if "ti" in starts and starts.number("ti") != 0:
         draft.lost.append(f"the start time ti = {starts.number('ti'):g} s: the simulation environment sets it")
+
+
+def _set_time(draft: Draft, field: str, reading: Reading, name: str, below: float) -> None:
+    """Sets a time of the default experiment unless it is set or the value is not a time below the bound."""
+    if name in reading and reading.length(name) == 1 and field not in draft.fmu and 0 < reading.number(name) < below:
+        draft.fmu[field] = reading.number(name)
 
 
 def _losses(folder: Path, data: Reading, draft: Draft) -> None:

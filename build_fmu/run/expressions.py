@@ -16,8 +16,8 @@ FUNCTIONS: dict[str, Callable[..., float]] = {
 }  # fmt: skip
 MANY_ARGUMENTS = {"min", "max"}
 CONSTANTS = {"pi": math.pi}
-OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow, ast.USub, ast.UAdd, ast.Not, ast.And, ast.Or)
-COMPARISONS = (ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.Eq, ast.NotEq)
+OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow, ast.USub, ast.UAdd, ast.Not, ast.And, ast.Or,
+             ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.Eq, ast.NotEq)  # fmt: skip
 LONGEST = 2000  # characters
 
 
@@ -69,44 +69,40 @@ def compile_expression(text: str) -> Expression:
 
 
 def _check(node: ast.AST, text: str) -> None:
-    if isinstance(node, ast.Constant):
-        # bool is a subclass of int, but not a number here
-        if type(node.value) in (int, float):
-            return
-    elif isinstance(node, ast.Name):
-        known = ["t", *CONSTANTS, *FUNCTIONS]
-        if node.id in ("t", *CONSTANTS):
-            return
-        if node.id in FUNCTIONS:
-            raise UserError(f"'{text}': the function {node.id} requires an argument in parentheses")
-        raise UserError(f"'{text}': unknown name '{node.id}'{did_you_mean(node.id, known)}")
-    elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
-        name, count = node.func.id, len(node.args)
-        if name not in FUNCTIONS:
-            raise UserError(f"'{text}': unknown function '{name}'{did_you_mean(name, FUNCTIONS)}")
-        if (count < 2) if name in MANY_ARGUMENTS else (count != 1):
-            wanted = "two or more arguments" if name in MANY_ARGUMENTS else "one argument"
-            raise UserError(f"'{text}': {name} requires {wanted}, got {count}")
+    if isinstance(node, ast.Name):
+        return _check_name(node.id, text)
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
+        _check_call(node.func.id, len(node.args), text)
         for argument in node.args:
             _check(argument, text)
         return
-    elif isinstance(node, ast.BinOp | ast.UnaryOp | ast.BoolOp):
-        if isinstance(node.op, OPERATORS):
-            return _check_children(node, text)
-    elif isinstance(node, ast.Compare):
-        if all(isinstance(op, COMPARISONS) for op in node.ops):
-            return _check_children(node, text)
-    elif isinstance(node, ast.IfExp):
-        return _check_children(node, text)
+    # bool is a subclass of int, but not a number here
+    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+        return
+    operators = node.ops if isinstance(node, ast.Compare) else [node.op] if isinstance(node, ast.BinOp | ast.UnaryOp | ast.BoolOp) else []
+    if isinstance(node, ast.IfExp) or operators and all(isinstance(op, OPERATORS) for op in operators):
+        for child in ast.iter_child_nodes(node):
+            if isinstance(child, ast.expr):
+                _check(child, text)
+        return
     piece = ast.get_source_segment(text.strip(), node) or type(node).__name__
     raise UserError(f"'{text}': '{piece}' is not allowed; use t, pi, numbers, + - * / **, comparisons, "
                     f"'a if b else c' and {', '.join(FUNCTIONS)}")
 
 
-def _check_children(node: ast.AST, text: str) -> None:
-    for child in ast.iter_child_nodes(node):
-        if isinstance(child, ast.expr):
-            _check(child, text)
+def _check_name(name: str, text: str) -> None:
+    if name in FUNCTIONS:
+        raise UserError(f"'{text}': the function {name} requires an argument in parentheses")
+    if name not in ("t", *CONSTANTS):
+        raise UserError(f"'{text}': unknown name '{name}'{did_you_mean(name, ['t', *CONSTANTS, *FUNCTIONS])}")
+
+
+def _check_call(name: str, count: int, text: str) -> None:
+    if name not in FUNCTIONS:
+        raise UserError(f"'{text}': unknown function '{name}'{did_you_mean(name, FUNCTIONS)}")
+    if (count < 2) if name in MANY_ARGUMENTS else (count != 1):
+        wanted = "two or more arguments" if name in MANY_ARGUMENTS else "one argument"
+        raise UserError(f"'{text}': {name} requires {wanted}, got {count}")
 
 
 class _Floats(ast.NodeTransformer):

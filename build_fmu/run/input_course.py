@@ -100,7 +100,13 @@ class Course:
         self.values: dict[str, tuple[Signal, int]] = {name: (signals[name], 0) for name in sorted(signals, key=_rank)}
         self.moving: list[Moving] = []
         self.parts, self.moved = 0, False
-        followed = {name: s for name, s in signals.items() if mode != "none" and name not in self.held and name in inputs}
+        if mode != "none":
+            self._follow({name: s for name, s in signals.items() if name not in self.held and name in inputs}, inputs)
+        samples = times[:: max(1, len(times) // 200)]
+        for moving in self.moving:
+            moving.scale = moving.usual = max(abs(moving.at(t)) for t in samples)
+
+    def _follow(self, followed: Mapping[str, Signal], inputs: Sequence[str]) -> None:
         for head in dict.fromkeys(name.rpartition(".")[0] for name in followed):
             motion = [order for order, part in enumerate(MOTION) if head + part in followed]
             if motion and head + MOTION[2] in inputs:
@@ -108,9 +114,6 @@ class Course:
             else:
                 for name in (n for n in followed if n.rpartition(".")[0] == head):
                     self._add(name, followed[name], 0)
-        samples = times[:: max(1, len(times) // 200)]
-        for moving in self.moving:
-            moving.scale = moving.usual = max(abs(moving.at(t)) for t in samples)
 
     def at(self, t: float) -> dict[str, float]:
         """Returns the inputs at a time; a motion includes its derivatives."""

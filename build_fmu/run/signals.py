@@ -103,13 +103,16 @@ def read_table(path: Path, clock: Sequence[str] = ("time",)) -> dict[str, list[f
             raise UserError(f"{path}:{line}: {len(row)} values, but the first line has {len(head)} columns")
         for name, cell in zip(head, row, strict=True):
             table[name].append(_number(cell, f"{path}:{line}: column '{name}'"))
-    times = table[named]
+    _check_times(path, table[named])
+    return table
+
+
+def _check_times(path: Path, times: Sequence[float]) -> None:
     if not times:
         raise UserError(f"'{path}' has no rows")
-    for i in range(1, len(times)):
-        if times[i] < times[i - 1]:
-            raise UserError(f"'{path}': time decreases from {times[i - 1]:g} to {times[i]:g} s")
-    return table
+    for before, time in zip(times, times[1:], strict=False):
+        if time < before:
+            raise UserError(f"'{path}': time decreases from {before:g} to {time:g} s")
 
 
 def parse_start(arguments: Sequence[str]) -> dict[str, str]:

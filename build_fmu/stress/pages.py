@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from build_fmu.draw.figure import save, titled_figure
@@ -80,8 +80,8 @@ def summary(verdicts: Sequence[Verdict]) -> list[str]:
             continue
         counts = [str(sum(v.kind == kind for v in rows) or "") for kind in KINDS]
         good = [v for v in rows if v.kind == "finished"]
-        worst = [max((x for x in values if not math.isnan(x)), default=math.nan) for values in ([v.balance for v in good if not v.small], [v.gap for v in good])]
-        lines.append(f"| {group} | {' | '.join(counts)} | {_number(worst[0])} | {_number(worst[1])} |")
+        balance, gap = _maximum(v.balance for v in good if not v.small), _maximum(v.gap for v in good)
+        lines.append(f"| {group} | {' | '.join(counts)} | {_number(balance)} | {_number(gap)} |")
     total = [str(sum(v.kind == kind for v in verdicts) or "") for kind in KINDS]
     return [*lines, f"| **all {len(verdicts)}** | {' | '.join(total)} | | |"]
 
@@ -111,6 +111,10 @@ def table(verdicts: Sequence[Verdict]) -> list[str]:
         lines.append(f"| {v.case.group}, {v.case.label} | {v.kind} | {_number(v.balance)} | {_number(v.gap)} | {_number(v.error)} | "
                      f"{' | '.join(counts)} | {'' if math.isnan(v.seconds) else f'{v.seconds:.2g}'} | {note} |")
     return lines
+
+
+def _maximum(values: Iterable[float]) -> float:
+    return max((x for x in values if not math.isnan(x)), default=math.nan)
 
 
 def _number(x: float) -> str:
