@@ -111,7 +111,7 @@ class Automatic final : public Integrator {
   System& system_;
   SolverSettings settings_;
   SpectralRadius radius_;
-  // the implicit ones are made when a system proves stiff: their matrices are large, and most never need them
+  // all made at once: a change of method in a step must not allocate
   std::unique_ptr<OneStep> erk_, dirk_;
   std::unique_ptr<Integrator> adams_, bdf_;
   Integrator* current_;
@@ -125,10 +125,13 @@ Automatic::Automatic(System& system, const SolverSettings& settings)
       settings_(settings),
       radius_(system),
       erk_(make_erk(system, settings)),
+      dirk_(make_dirk(system, settings)),
       adams_(make_adams(system, settings)),
+      bdf_(make_bdf(system, settings)),
       current_(erk_.get()) {
-  erk_->pause_after(pause_steps);
-  adams_->pause_after(pause_steps);
+  for (Integrator* method : {static_cast<Integrator*>(erk_.get()), static_cast<Integrator*>(dirk_.get()),
+                             adams_.get(), bdf_.get()})
+    method->pause_after(pause_steps);
 }
 
 Integrator& Automatic::integrator(Choice choice) {
@@ -138,14 +141,10 @@ Integrator& Automatic::integrator(Choice choice) {
     case Choice::adams:
       return *adams_;
     case Choice::dirk:
-      if (!dirk_) dirk_ = make_dirk(system_, settings_);
-      dirk_->pause_after(pause_steps);
       return *dirk_;
     case Choice::bdf:
       break;
   }
-  if (!bdf_) bdf_ = make_bdf(system_, settings_);
-  bdf_->pause_after(pause_steps);
   return *bdf_;
 }
 
