@@ -85,6 +85,54 @@ inline void give_resistance(Random& random, Joint& joint) {
   joint.stop_width = random.between(0.1, 1);
 }
 
+inline void give_joint(Random& random, const TreeOptions& options, Joint& joint, int i) {
+  joint.name = "joint" + std::to_string(i);
+  if (options.prismatic && random.chance(0.25)) joint.type = JointType::prismatic;
+  if (options.fixed && i > 0 && random.chance(0.2)) joint.type = JointType::fixed;
+  joint.dh.alpha = random_alpha(random, options.right_angles);
+  joint.dh.a = random.chance(0.2) ? 0 : random.between(-0.6, 0.6);
+  joint.dh.theta = random.between(-3, 3);
+  joint.dh.d = random.chance(0.3) ? 0 : random.between(-0.6, 0.6);
+  if (options.branches && random.chance(0.4)) {
+    joint.dh.gamma = random.between(-3, 3);
+    joint.dh.b = random.between(-0.5, 0.5);
+  }
+  if (!options.passive) return;
+  if (random.chance(0.4)) joint.armature = random.between(0.01, 0.3);
+  if (random.chance(0.4)) joint.damping = random.between(0.01, 1);
+  if (random.chance(0.4)) {
+    joint.stiffness = random.between(0.1, 5);
+    joint.rest = random.between(-1, 1);
+  }
+}
+
+// Crosses: two skew axes of which the first has no inertia of its own, carried on by a body with inertia.
+inline void take_masses(Random& random, std::vector<Link>& links) {
+  for (std::size_t i = 0; i + 1 < links.size(); ++i) {
+    Link& link = links[i];
+    const Link& next = links[i + 1];
+    const bool cross = link.joint.type == JointType::revolute && next.joint.type == JointType::revolute &&
+                       next.parent == static_cast<int>(i) && next.mass > 0 &&
+                       std::abs(std::sin(next.joint.dh.alpha)) > 0.3;
+    if (!cross || (i > 0 && links[i - 1].mass == 0) || !random.chance(0.5)) continue;
+    link.mass = 0;
+    link.com.setZero();
+    link.inertia = {};
+  }
+}
+
+inline SpringDamper random_spring(Random& random, int links) {
+  SpringDamper spring;
+  spring.link_a = random.index(links + 1) - 1;
+  spring.link_b = random.index(links + 1) - 1;
+  spring.point_a = random.vector(0.5);
+  spring.point_b = random.vector(0.5) + Vec3<double>(0, 0, 1);
+  spring.stiffness = random.between(1, 20);
+  spring.damping = random.between(0, 2);
+  spring.rest_length = random.between(0, 1);
+  return spring;
+}
+
 inline Model random_tree(Random& random, const TreeOptions& options) {
   Model model;
   model.name = "random";
@@ -94,24 +142,7 @@ inline Model random_tree(Random& random, const TreeOptions& options) {
     link.name = "link" + std::to_string(i);
     link.parent = i == 0 ? ground : i - 1;
     if (options.branches && random.chance(0.4)) link.parent = random.index(i + 1) - 1;
-    Joint& joint = link.joint;
-    joint.name = "joint" + std::to_string(i);
-    if (options.prismatic && random.chance(0.25)) joint.type = JointType::prismatic;
-    if (options.fixed && i > 0 && random.chance(0.2)) joint.type = JointType::fixed;
-    joint.dh.alpha = random_alpha(random, options.right_angles);
-    joint.dh.a = random.chance(0.2) ? 0 : random.between(-0.6, 0.6);
-    joint.dh.theta = random.between(-3, 3);
-    joint.dh.d = random.chance(0.3) ? 0 : random.between(-0.6, 0.6);
-    if (options.branches && random.chance(0.4)) {
-      joint.dh.gamma = random.between(-3, 3);
-      joint.dh.b = random.between(-0.5, 0.5);
-    }
-    if (options.passive && random.chance(0.4)) joint.armature = random.between(0.01, 0.3);
-    if (options.passive && random.chance(0.4)) joint.damping = random.between(0.01, 1);
-    if (options.passive && random.chance(0.4)) {
-      joint.stiffness = random.between(0.1, 5);
-      joint.rest = random.between(-1, 1);
-    }
+    give_joint(random, options, link.joint, i);
     give_inertia(random, link);
     model.links.push_back(link);
   }
@@ -119,31 +150,11 @@ inline Model random_tree(Random& random, const TreeOptions& options) {
   Random resistance = random;
   if (options.resistance)
     for (Link& link : model.links) give_resistance(resistance, link.joint);
-  if (options.massless)
-    for (int i = 0; i + 1 < options.links; ++i) {
-      // a cross: two skew axes without inertia of their own, carried on by a body that has some
-      Link& link = model.links[i];
-      const Link& next = model.links[i + 1];
-      const bool cross = link.joint.type == JointType::revolute && next.joint.type == JointType::revolute &&
-                         next.parent == i && next.mass > 0 && std::abs(std::sin(next.joint.dh.alpha)) > 0.3;
-      if (!cross || (i > 0 && model.links[i - 1].mass == 0) || !random.chance(0.5)) continue;
-      link.mass = 0;
-      link.com.setZero();
-      link.inertia = {};
-    }
-  if (options.springs)
-    for (int k = 0; k < 2; ++k) {
-      SpringDamper spring;
-      spring.name = "spring" + std::to_string(k);
-      spring.link_a = random.index(options.links + 1) - 1;
-      spring.link_b = random.index(options.links + 1) - 1;
-      spring.point_a = random.vector(0.5);
-      spring.point_b = random.vector(0.5) + Vec3<double>(0, 0, 1);
-      spring.stiffness = random.between(1, 20);
-      spring.damping = random.between(0, 2);
-      spring.rest_length = random.between(0, 1);
-      model.springs.push_back(spring);
-    }
+  if (options.massless) take_masses(random, model.links);
+  for (int k = 0; options.springs && k < 2; ++k) {
+    model.springs.push_back(random_spring(random, options.links));
+    model.springs.back().name = "spring" + std::to_string(k);
+  }
   return model;
 }
 

@@ -1,0 +1,49 @@
+#include "fmi/boundary/call_table.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace redysim {
+namespace {
+
+const std::vector<State> all_states = {State::instantiated, State::initialization, State::step, State::failed,
+                                       State::terminated};
+
+std::vector<State> states_of(Function function) {
+  std::vector<State> allowed;
+  for (State state : all_states)
+    if (is_allowed(function, state)) allowed.push_back(state);
+  return allowed;
+}
+
+// FMI 2.0.4, section 4.2.4
+TEST(CallTable, life_goes_one_way) {
+  using States = std::vector<State>;
+  EXPECT_EQ(states_of(Function::setup_experiment), States{State::instantiated});
+  EXPECT_EQ(states_of(Function::enter_initialization_mode), States{State::instantiated});
+  EXPECT_EQ(states_of(Function::exit_initialization_mode), States{State::initialization});
+  EXPECT_EQ(states_of(Function::do_step), States{State::step});
+  EXPECT_EQ(states_of(Function::terminate), (States{State::step, State::failed}));
+  EXPECT_EQ(states_of(Function::reset), all_states);
+}
+
+TEST(CallTable, nothing_is_set_after_the_end) {
+  for (Function function : {Function::set_real, Function::set_integer, Function::set_boolean,
+                            Function::set_string, Function::set_real_input_derivatives})
+    for (State state : {State::failed, State::terminated}) EXPECT_FALSE(is_allowed(function, state));
+}
+
+TEST(CallTable, last_values_stay_readable) {
+  for (Function function :
+       {Function::get_real, Function::get_integer, Function::get_boolean, Function::get_string})
+    EXPECT_EQ(states_of(function), all_states) << name(function);
+}
+
+TEST(CallTable, no_step_runs_in_the_background) {
+  EXPECT_TRUE(states_of(Function::cancel_step).empty());
+  EXPECT_STREQ(name(Function::cancel_step), "fmi2CancelStep");
+}
+
+}  // namespace
+}  // namespace redysim
