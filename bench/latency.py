@@ -7,7 +7,8 @@
 
 Prints lines `scene.metric value`: times in ns, heap memory per instance in bytes, allocations in all timed steps. `constant`: constant
 inputs; `changing`: every torque changes at each step. The model's own method and tolerance are used. The cost of reading the clock is
-subtracted. Uses the build in build/release, or the files named by REDYSIM_FMU_LIBRARY, _DESCRIBE and _DRIVER.
+subtracted. Uses the program of `sh scripts/build.sh bench latency_driver`, and the library and `describe` in build/release or those named
+by REDYSIM_FMU_LIBRARY and _DESCRIBE.
 """
 
 import argparse
@@ -20,12 +21,22 @@ sys.path.insert(0, str(ROOT))
 
 from build_fmu.errors import UserError
 from build_fmu.report.machine import machine_lines
-from build_fmu.run.driver import Task, latency, staged
+from build_fmu.run.driver import Outcome, Staged, Task, ask, head_lines, staged
 
 SCENES = ("pendulum", "four_bar", "kuka_kr5", "long_chain", "four_bar_chain")
 STEP = 1e-3  # s
 TORQUE = 1e-3  # N m, change of an input
+PROGRAM = ROOT / "build" / "bench" / "bench" / "latency_driver"
 UNTIMED = 0.05  # warm-up of the driver, as a fraction of the timed steps
+
+
+def latency(fmu: Staged, task: Task, instances) -> dict:
+    """Returns the figures of single steps, starts and many instances (ns, bytes); raises UserError."""
+    lines = [*head_lines(fmu, task), f"repeats {task.repeats}", "instances " + " ".join(map(str, instances))]
+    answer = ask(PROGRAM, lines, task.budget)
+    if isinstance(answer, Outcome) or answer["status"] != "ok":
+        raise UserError(f"'{fmu.name}' cannot be timed: {answer.message if isinstance(answer, Outcome) else answer['status']}")
+    return answer
 
 
 def figures(model, steps, instances, seconds):

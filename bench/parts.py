@@ -27,12 +27,13 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from bare import bare
+from latency import latency
 from variants import Build, build_each
 
 from build_fmu import native
 from build_fmu.model.describe import describe
 from build_fmu.report.machine import machine_lines
-from build_fmu.run.driver import Staged, Task, drive, job_lines, latency, stage_model
+from build_fmu.run.driver import Staged, Task, drive, job_lines, stage_model
 
 ALL = ("loops", "springs", "friction", "ports", "motion", "spherical", "control", "energies", "erk", "adams", "dirk", "bdf")
 PARTS = {part: (part,) for part in ALL[:8]} | {

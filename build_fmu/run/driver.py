@@ -125,7 +125,7 @@ def _variable(v) -> Variable:
 def drive(fmu: Staged, task: Task) -> Outcome:
     """Runs the task in a separate process."""
     health = [name for name in HEALTH if name in fmu.variables]
-    answer = _ask(job_lines(fmu, task), task.budget)
+    answer = ask(native.driver_program(), job_lines(fmu, task), task.budget)
     if isinstance(answer, Outcome):
         return answer
     status, phase, log = answer["status"], answer.get("phase", ""), [" ".join(line.split()) for line in answer.get("log", [])]
@@ -146,20 +146,13 @@ def drive(fmu: Staged, task: Task) -> Outcome:
 def job_lines(fmu: Staged, task: Task) -> list[str]:
     """Returns the input of fmu_driver for the task."""
     health = [name for name in HEALTH if name in fmu.variables]
-    lines = [*_head(fmu, task), f"repeats {task.repeats}", f"spend {task.spend!r}"]
+    lines = [*head_lines(fmu, task), f"repeats {task.repeats}", f"spend {task.spend!r}"]
     lines += ["integers " + " ".join(_reference(fmu, name) for name in health)] if health else []
     return lines + ([f"names {_reference(fmu, 'solver.method')}"] if "solver.method" in fmu.variables else [])
 
 
-def latency(fmu: Staged, task: Task, instances: Sequence[int]) -> dict[str, Any]:
-    """Returns the driver's figures of single steps, starts and many instances (ns, bytes); raises UserError."""
-    answer = _ask([*_head(fmu, task), f"repeats {task.repeats}", "mode latency", "instances " + " ".join(map(str, instances))], task.budget)
-    if isinstance(answer, Outcome) or answer["status"] != "ok":
-        raise UserError(f"cannot measure '{fmu.name}': {answer.message if isinstance(answer, Outcome) else answer['status']}")
-    return answer
-
-
-def _head(fmu: Staged, task: Task) -> list[str]:
+def head_lines(fmu: Staged, task: Task) -> list[str]:
+    """Returns the part of a job that describes FMU and run; bench/latency.py uses it, too."""
     lines = [f"library {fmu.library}", f"resources {fmu.resources}", f"guid {fmu.guid}", f"step {task.step!r}", f"steps {task.steps}",
              f"every {task.every}", f"hold {task.hold}", f"budget {task.budget!r}", f"patience {PATIENCE!r}"]
     for name, value in task.start.items():
@@ -173,8 +166,8 @@ def _head(fmu: Staged, task: Task) -> list[str]:
     return lines
 
 
-def _ask(lines: list[str], budget: float) -> dict[str, Any] | Outcome:
-    program = native.driver_program()
+def ask(program: Path, lines: list[str], budget: float) -> dict[str, Any] | Outcome:
+    """Returns the answer of a driver program to a job, or how it failed."""
     try:
         done = subprocess.run([str(program)], input="\n".join(lines) + "\n", text=True, errors="replace", capture_output=True,
                               timeout=12 * (budget + PATIENCE), check=False, env={**os.environ, "LC_ALL": "C"})
@@ -185,7 +178,7 @@ def _ask(lines: list[str], budget: float) -> dict[str, Any] | Outcome:
     if done.returncode < 0:
         return Outcome("crash", f"the process was terminated by signal {-done.returncode}")
     if done.returncode != 0:
-        raise UserError(f"{done.stderr.strip() or f'fmu_driver failed with exit code {done.returncode}'}; rebuild it")
+        raise UserError(f"{done.stderr.strip() or f'{program.name} failed with exit code {done.returncode}'}; rebuild it")
     return json.loads(done.stdout)
 
 

@@ -21,8 +21,6 @@ int main() {
       const std::string why = fmu.load(job.library);
       if (!why.empty())
         json.member("status", "not loaded").key("log").begin_array().value(std::string_view(why)).end_array();
-      else if (job.mode == "latency")
-        latency(fmu, job, watchdog, json);
       else
         run(fmu, job, watchdog, json);
     }

@@ -1,8 +1,11 @@
 #include "drive/job.hpp"
 
+#include <algorithm>
 #include <istream>
+#include <iterator>
 #include <sstream>
 #include <stdexcept>
+#include <type_traits>
 
 namespace redysim::drive {
 namespace {
@@ -25,47 +28,39 @@ std::string rest(std::istringstream& line) {
   return text;
 }
 
+// A word whose values go to one member.
+struct Word {
+  const char* word;
+  void (*take)(Job& job, std::istringstream& line);
+};
+
+template <auto member>
+void to(Job& job, std::istringstream& line) {
+  if constexpr (std::is_same_v<decltype(member), std::string Job::*>)
+    job.*member = rest(line);
+  else
+    read(line, job.*member);
+}
+
+constexpr Word words[] = {
+    {"library", to<&Job::library>},   {"resources", to<&Job::resources>},
+    {"guid", to<&Job::guid>},         {"tolerance", to<&Job::tolerance>},
+    {"step", to<&Job::step>},         {"steps", to<&Job::steps>},
+    {"every", to<&Job::every>},       {"hold", to<&Job::hold>},
+    {"repeats", to<&Job::repeats>},   {"spend", to<&Job::spend>},
+    {"budget", to<&Job::budget>},     {"patience", to<&Job::patience>},
+    {"inputs", to<&Job::inputs>},     {"outputs", to<&Job::outputs>},
+    {"integers", to<&Job::integers>}, {"names", to<&Job::names>},
+    {"input", to<&Job::motion>},      {"instances", to<&Job::instances>},
+};
+
 bool take(Job& job, const std::string& word, std::istringstream& line) {
   unsigned reference = 0;
   double number = 0;
-  if (word == "mode")
-    job.mode = rest(line);
-  else if (word == "library")
-    job.library = rest(line);
-  else if (word == "resources")
-    job.resources = rest(line);
-  else if (word == "guid")
-    job.guid = rest(line);
-  else if (word == "tolerance")
-    read(line, job.tolerance);
-  else if (word == "step")
-    read(line, job.step);
-  else if (word == "steps")
-    read(line, job.steps);
-  else if (word == "every")
-    read(line, job.every);
-  else if (word == "hold")
-    read(line, job.hold);
-  else if (word == "repeats")
-    read(line, job.repeats);
-  else if (word == "spend")
-    read(line, job.spend);
-  else if (word == "budget")
-    read(line, job.budget);
-  else if (word == "patience")
-    read(line, job.patience);
-  else if (word == "inputs")
-    read(line, job.inputs);
-  else if (word == "outputs")
-    read(line, job.outputs);
-  else if (word == "integers")
-    read(line, job.integers);
-  else if (word == "names")
-    read(line, job.names);
-  else if (word == "input")
-    read(line, job.motion);
-  else if (word == "instances")
-    read(line, job.instances);
+  const auto* known =
+      std::find_if(std::begin(words), std::end(words), [&](const Word& each) { return word == each.word; });
+  if (known != std::end(words))
+    known->take(job, line);
   else if (word == "real" && line >> reference >> number)
     job.reals.emplace_back(reference, number);
   else if (word == "string" && line >> reference)

@@ -11,7 +11,6 @@ namespace redysim::drive {
 
 // What to do with one FMU. Read from lines `word value...`, see job.cpp; times in s.
 struct Job {
-  std::string mode = "run";  // run | latency
   std::string library, resources, guid;
   double tolerance = 0;  // 0: none is asked for
   double step = 1e-3;

@@ -16,7 +16,4 @@ fmi2Status set_inputs(const FmuLibrary& fmu, fmi2Component instance, const Job& 
 // Runs the job and writes members into the open JSON object.
 void run(const FmuLibrary& fmu, const Job& job, Watchdog& watchdog, Json& json);
 
-// Times instantiation, initialisation and steps.
-void latency(const FmuLibrary& fmu, const Job& job, Watchdog& watchdog, Json& json);
-
 }  // namespace redysim::drive

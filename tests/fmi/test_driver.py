@@ -11,7 +11,7 @@ import pytest
 from build_fmu.errors import UserError
 from build_fmu.model.describe import Variable
 from build_fmu.run import driver
-from build_fmu.run.driver import Staged, Task, drive, latency, staged
+from build_fmu.run.driver import Staged, Task, drive, staged
 from tests.fmi.raw import OK, Slave
 
 
@@ -87,15 +87,6 @@ def test_time_is_bounded(fmu_file):
         outcome = drive(fmu, Task(1e-6, 10**9, 10**9, outputs=["pivot.q"], budget=0.1))
     assert outcome.status == "budget" and 0 < outcome.reached < 1000
     assert outcome.times[-1] == outcome.reached
-
-
-def test_latencies_come_with_allocations_and_bytes(fmu_file):
-    with staged(fmu_file("kuka_kr5")) as fmu:
-        inputs = fmu.names("input")
-        figures = latency(fmu, Task(1e-3, 400, inputs=inputs, rows=[[0.0] * 6, [1e-3] * 6], outputs=fmu.reals()), [1, 5])
-    for mode in ("constant", "changing"):
-        assert 0 < figures[mode]["median_ns"] <= figures[mode]["p99_ns"] and figures[mode]["allocations"] == 0
-    assert [row["count"] for row in figures["many"]] == [1, 5] and 1e3 < figures["bytes"] < 1e6
 
 
 def test_what_is_no_fmu_gets_a_sentence(tmp_path):

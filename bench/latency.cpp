@@ -2,14 +2,20 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
+#include <iostream>
 #include <stdexcept>
 
-#include "drive/allocations.hpp"
+#include "allocations.hpp"
 #include "drive/computing_time.hpp"
 #include "drive/run.hpp"
 
-namespace redysim::drive {
 namespace {
+
+using namespace redysim::drive;
+using redysim::Json;
+using redysim::bench::allocations;
+using redysim::bench::heap_bytes;
 
 using Clock = std::chrono::steady_clock;
 
@@ -178,8 +184,23 @@ class Bench {
 
 }  // namespace
 
-void latency(const FmuLibrary& fmu, const Job& job, Watchdog& watchdog, Json& json) {
-  Bench(fmu, job, watchdog, json).all();
+int main() {
+  try {
+    const Job job = read_job(std::cin);
+    FmuLibrary fmu;
+    Json json;
+    json.begin_object();
+    {
+      Watchdog watchdog(job.budget + job.patience);
+      const std::string why = fmu.load(job.library);
+      if (!why.empty()) throw std::runtime_error(why);
+      Bench(fmu, job, watchdog, json).all();
+    }
+    json.end_object();
+    std::printf("%s\n", json.text().c_str());
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "latency_driver: %s\n", error.what());
+    return 2;
+  }
 }
-
-}  // namespace redysim::drive

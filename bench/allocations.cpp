@@ -1,6 +1,4 @@
-#include "drive/allocations.hpp"
-
-#include <malloc.h>
+#include "allocations.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -8,8 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-
-#ifndef REDYSIM_SANITIZED
 
 // These stand before libc's for every library that is loaded; glibc exports its own under second names.
 // In front of each block stands what was asked for, so that the count is exact.
@@ -80,17 +76,6 @@ int posix_memalign(void** block, std::size_t alignment, std::size_t size) {
 }
 }
 
-long redysim::drive::allocations() { return count.load(std::memory_order_relaxed); }
+long redysim::bench::allocations() { return count.load(std::memory_order_relaxed); }
 
-double redysim::drive::heap_bytes() { return static_cast<double>(bytes.load(std::memory_order_relaxed)); }
-
-#else
-
-long redysim::drive::allocations() { return -1; }
-
-double redysim::drive::heap_bytes() {
-  const struct mallinfo2 info = mallinfo2();
-  return static_cast<double>(info.uordblks) + static_cast<double>(info.hblkhd);
-}
-
-#endif
+double redysim::bench::heap_bytes() { return static_cast<double>(bytes.load(std::memory_order_relaxed)); }
