@@ -1,7 +1,7 @@
 # Each target installs what is missing on a new Debian or Ubuntu machine.
 # The work is done in scripts/, which also support folders with spaces in their names.
 
-.PHONY: demo test build lint format sanitize fuzz fmu bench win64 darwin64 interop memcheck docs wheel coverage clean distclean help
+.PHONY: demo test build lint format sanitize fuzz fmu bench win64 darwin64 interop memcheck docs wheel coverage tidy clean distclean help
 
 demo: ## build the KUKA KR5 FMU, simulate it, leave a plot and a CSV in out/
 	@sh scripts/demo.sh
@@ -38,6 +38,9 @@ docs: ## the docs as a site in out/site, with the pages of the C++ headers
 
 wheel: ## the Python package with the compiled library in out/wheel, tested in an empty environment
 	@sh scripts/wheel.sh
+
+tidy: ## clang-tidy on the C++ files
+	@sh scripts/tidy.sh
 
 coverage: ## line coverage of C++ and Python by the tests, in out/coverage
 	@sh scripts/coverage.sh

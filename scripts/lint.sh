@@ -6,14 +6,14 @@ sh scripts/setup.sh
 echo "== lint"
 .venv/bin/python scripts/lint.py
 
-# build_fmu follows when its modules have moved
+# build_fmu is checked, but not laid out by ruff yet
 python="tests scripts bench examples docs models"
 ruff=".venv/bin/ruff"
 if [ "${1:-}" = --fix ]; then
-  $ruff check --quiet --fix $python
+  $ruff check --quiet --fix $python build_fmu
   $ruff format --quiet $python
 else
-  $ruff check --quiet $python
+  $ruff check --quiet $python build_fmu
   $ruff format --quiet --check $python
 fi
 

@@ -38,6 +38,9 @@ HOME = "/" + "home/someone/project"
         ("docs/a.md", f"see {HOME}/x", "is a path of one machine"),
         ("build_fmu/a.py", "x = (", "never closed"),
         ("tests/a.py", "\n" * 601, "more than 600 lines"),
+        ("fmu_src/math/long.hpp", "int f() {\n" + "  g();\n" * 59 + "}", "function 'f' has 61 lines"),
+        ("fmu_src/math/a.hpp", "int f(int x) { return " + "x && " * 15 + "x; }", "cyclomatic complexity 16"),
+        ("tests/unit/nowhere/a_test.cpp", "", "has no folder 'nowhere'"),
         ("scripts/a.py", "def long():\n" + "    pass\n" * 60, "function 'long' has 61 lines"),
     ],
 )

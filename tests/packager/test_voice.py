@@ -73,7 +73,17 @@ FORBIDDEN = {
 }
 PATTERNS = [(re.compile(pattern.replace(" ", r"[\s#/*]+"), re.IGNORECASE), instead) for pattern, instead in FORBIDDEN.items()]
 
-PROSE = ["build_fmu/show/*.html", "README.md", "docs/**/*.md", "models/README.md", "tests/scenes/README.md", "Makefile", "mkdocs.yml"]
+PROSE = [
+    "build_fmu/show/*.html",
+    "README.md",
+    "CONTRIBUTING.md",
+    "SECURITY.md",
+    "docs/**/*.md",
+    "models/README.md",
+    "tests/scenes/README.md",
+    "Makefile",
+    "mkdocs.yml",
+]
 COMMENTED = ["models/*.toml", "scripts/*.sh"]
 PYTHON = ["build_fmu/**/*.py", "examples/**/*.py", "scripts/*.py", "bench/**/*.py", "docs/pictures/*.py", "models/*.py"]
 CPP = ["build_fmu/show/*.js", "bench/**/*.cpp", "bench/**/*.hpp"]
