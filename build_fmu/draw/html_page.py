@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
@@ -24,9 +26,16 @@ def write_html_page(path: Path, title: str, body: str, style: str = "", script: 
     whole_file(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
 
 
-def figures(heads: list[str], rows: list[list[str]], numbers: range) -> str:
-    """Returns a table of HTML cells; the columns in `numbers` are aligned right."""
+def figures(heads: Sequence[str], rows: Sequence[Sequence[str]], numbers: range = range(0), anchors: Sequence[str] = ()) -> str:
+    """Returns a table of HTML cells; the columns in `numbers` are aligned right, `anchors` are the ids of the rows."""
     side = [" class=n" if i in numbers else "" for i in range(len(heads))]
     head = "".join(f"<th{c}>{h}</th>" for c, h in zip(side, heads, strict=True))
-    body = "".join("<tr>" + "".join(f"<td{c}>{cell}</td>" for c, cell in zip(side, row, strict=True)) + "</tr>" for row in rows)
+    marks = [f" id='{anchor}'" for anchor in anchors] or [""] * len(rows)
+    lines = ["".join(f"<td{c}>{cell}</td>" for c, cell in zip(side, row, strict=True)) for row in rows]
+    body = "".join(f"<tr{mark}>{line}</tr>" for mark, line in zip(marks, lines, strict=True))
     return f"<div class=wide><table class=figures><tr>{head}</tr>{body}</table></div>"
+
+
+def from_markdown(text: str) -> str:
+    """Returns the HTML of a Markdown text with `code` and *emphasis*."""
+    return re.sub(r"`(.+?)`", r"<code>\1</code>", re.sub(r"\*(.+?)\*", r"<em>\1</em>", escape(text)))

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from html import escape
 from pathlib import Path
 
-from build_fmu.draw.html_page import figures, write_html_page
+from build_fmu.draw.html_page import figures, from_markdown, write_html_page
 from build_fmu.report.machine import machine_lines
 from build_fmu.report.pages import Report, advice, cost, duration, method
 from build_fmu.report.sweep import Point
@@ -23,7 +22,7 @@ def write_html(path: Path, report: Report, picture: Path) -> None:
     lines = [*([report.note] if report.note else []), *machine_lines(), f"{len(report.points)} runs in {report.seconds:.0f} s"]
     parts = [f"<h1>{escape(title)}</h1><p class=small>{escape('; '.join(lines))}</p>",
              f"<ul class=advice>{''.join(f'<li>{escape(line)}</li>' for line in advice(report))}</ul>",
-             f"<div class=picture>{drawn[drawn.index('<svg'):]}</div>", f"<p class=small>{_marked(method(report))}</p><h2>All runs</h2>"]
+             f"<div class=picture>{drawn[drawn.index('<svg'):]}</div>", f"<p class=small>{from_markdown(method(report))}</p><h2>All runs</h2>"]
     for step, inputs, points in report.sections:
         head = f"Communication step size {duration(step)}, {inputs}: {sum(p.good for p in points)} runs"
         parts.append(f"<details{' open' if step == report.step else ''}><summary>{head}</summary>{_table(points, report.unit)}</details>")
@@ -37,7 +36,3 @@ def _table(points: list[Point], unit: str) -> str:
         note = "" if p.outcome.status == "ok" else f"{p.outcome.status}: {p.outcome.message}"
         rows.append([escape(p.method), f"{p.rtol:.0e}", *numbers, escape(note)])
     return figures(["method", "rtol", f"error [{escape(unit)}]", "µs per ms", "right-hand sides per ms", ""], rows, range(2, 5))
-
-
-def _marked(text: str) -> str:
-    return re.sub(r"`(.+?)`", r"<code>\1</code>", re.sub(r"\*(.+?)\*", r"<em>\1</em>", escape(text)))

@@ -71,7 +71,6 @@ class Outcome:
     status: str
     message: str = ""
     reached: float = 0.0
-    steps_done: int = 0
     seconds: float = math.nan
     times: np.ndarray = field(default_factory=lambda: np.empty(0))
     values: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
@@ -138,7 +137,7 @@ def drive(fmu: Staged, task: Task) -> Outcome:
     elif status == "budget":
         message = f"reached t = {answer['reached']:g} s within {task.budget:g} s of CPU time"
     values = np.array([[math.nan if x is None else x for x in row] for row in answer.get("values", [])], dtype=float)
-    return Outcome(status, message, answer.get("reached", 0.0), int(answer.get("steps_done", 0)), answer.get("seconds", math.nan),
+    return Outcome(status, message, answer.get("reached", 0.0), answer.get("seconds", math.nan),
                    np.array(answer.get("times", [])), values, dict(zip(health, answer.get("integers", []), strict=False)),
                    next((text for text in answer.get("texts", []) if text), ""), answer.get("after", ""), log)
 

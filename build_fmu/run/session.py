@@ -39,7 +39,6 @@ class Session:
         self.variables = {v.name: v for v in self.description.modelVariables}
         self.log: list[tuple[int, str]] = []
         self.instance = None
-        self._numbers: dict[str, tuple[Any, Any, int]] = {}
 
     def __enter__(self) -> Session:
         import fmpy

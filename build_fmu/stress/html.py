@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
-from build_fmu.draw.html_page import write_html_page
+from build_fmu.draw.html_page import figures, from_markdown, write_html_page
 from build_fmu.report.machine import machine_lines
 from build_fmu.stress.cases import GROUPS
-from build_fmu.stress.pages import KINDS, LEGEND, MEANING, depth
+from build_fmu.stress.pages import KINDS, LEGEND, MEANING, depth, number
 from build_fmu.stress.run import LONG_SHARE, Verdict
 
 STYLE = """
@@ -60,8 +60,7 @@ def _words(seconds: float) -> str:
 
 
 def _legend() -> str:
-    text = re.sub(r"\*(.+?)\*", r"<em>\1</em>", escape(" ".join(LEGEND)))
-    return f"<p class=small>{text}</p>"
+    return f"<p class=small>{from_markdown(' '.join(LEGEND))}</p>"
 
 
 def _map(verdicts: Sequence[Verdict], models: Sequence[str]) -> str:
@@ -95,22 +94,24 @@ def _not_finished(verdicts: Sequence[Verdict]) -> str:
     rest = sorted((v for v in verdicts if v.kind != "finished"), key=lambda v: -list(KINDS).index(v.kind))
     if not rest:
         return "<p>All cases finished.</p>"
-    rows = "".join(f"<tr><td>{_tag(v.kind)}</td><td><a href='#{_id(v)}'>{escape(v.model)}</a></td>"
-                   f"<td>{escape(v.case.group)}, {escape(v.case.label)}</td><td>{escape(v.message)}</td><td>{escape(v.remedy)}</td></tr>" for v in rest)
-    return f"<table class=figures><tr><th></th><th>model</th><th>case</th><th>message</th><th>remedy</th></tr>{rows}</table>"
+    rows = [(_tag(v.kind), f"<a href='#{_id(v)}'>{escape(v.model)}</a>", _case(v), escape(v.message), escape(v.remedy)) for v in rest]
+    return figures(("", "model", "case", "message", "remedy"), rows)
 
 
 def _table(verdicts: Sequence[Verdict]) -> str:
-    heads = ("energy balance", "gap", "error", "steps", "right-hand sides", "s")
-    rows = ""
+    heads = ("case", "", "method", "energy balance", "gap", "error", "steps", "right-hand sides", "s", "note")
+    rows = []
     for v in verdicts:
-        cells = [_number(v.balance), _number(v.gap), f"{_number(v.error)} {escape(v.unit) if not math.isnan(v.error) else ''}",
-                 *("" if n is None else f"{n:,}".replace(",", "\u2009") for n in (v.steps, v.rhs)), "" if math.isnan(v.seconds) else f"{v.seconds:.2g}"]
-        note = "; ".join(part for part in (v.message, v.remedy) if part)
-        rows += (f"<tr id='{_id(v)}'><td>{escape(v.case.group)}, {escape(v.case.label)}</td><td>{_tag(v.kind)}</td><td>{escape(v.method)}</td>"
-                 + "".join(f"<td class=n>{cell}</td>" for cell in cells) + f"<td>{escape(note)}</td></tr>")
-    head = "<tr><th>case</th><th></th><th>method</th>" + "".join(f"<th class=n>{h}</th>" for h in heads) + "<th>note</th></tr>"
-    return f"<div class=wide><table class=figures>{head}{rows}</table></div>"
+        counts = ["" if n is None else f"{n:,}".replace(",", "\u2009") for n in (v.steps, v.rhs)]
+        error = "" if math.isnan(v.error) else f"{number(v.error)} {escape(v.unit)}"
+        seconds = "" if math.isnan(v.seconds) else f"{v.seconds:.2g}"
+        note = escape("; ".join(part for part in (v.message, v.remedy) if part))
+        rows.append((_case(v), _tag(v.kind), escape(v.method), number(v.balance), number(v.gap), error, *counts, seconds, note))
+    return figures(heads, rows, range(3, 9), [_id(v) for v in verdicts])
+
+
+def _case(v: Verdict) -> str:
+    return f"{escape(v.case.group)}, {escape(v.case.label)}"
 
 
 def _tag(kind: str) -> str:
@@ -119,8 +120,3 @@ def _tag(kind: str) -> str:
 
 def _id(v: Verdict) -> str:
     return re.sub(r"[^A-Za-z0-9]+", "-", f"{v.model}-{v.case.group}-{v.case.label}")
-
-
-def _number(x: float) -> str:
-    return "" if math.isnan(x) else f"{x:.0e}"
-

@@ -81,7 +81,7 @@ def summary(verdicts: Sequence[Verdict]) -> list[str]:
         counts = [str(sum(v.kind == kind for v in rows) or "") for kind in KINDS]
         good = [v for v in rows if v.kind == "finished"]
         balance, gap = _maximum(v.balance for v in good if not v.small), _maximum(v.gap for v in good)
-        lines.append(f"| {group} | {' | '.join(counts)} | {_number(balance)} | {_number(gap)} |")
+        lines.append(f"| {group} | {' | '.join(counts)} | {number(balance)} | {number(gap)} |")
     total = [str(sum(v.kind == kind for v in verdicts) or "") for kind in KINDS]
     return [*lines, f"| **all {len(verdicts)}** | {' | '.join(total)} | | |"]
 
@@ -108,7 +108,7 @@ def table(verdicts: Sequence[Verdict]) -> list[str]:
     for v in verdicts:
         counts = ["" if n is None else str(n) for n in (v.steps, v.rhs)]
         note = "; ".join(part for part in (_cell(v.message), v.remedy) if part)
-        lines.append(f"| {v.case.group}, {v.case.label} | {v.kind} | {_number(v.balance)} | {_number(v.gap)} | {_number(v.error)} | "
+        lines.append(f"| {v.case.group}, {v.case.label} | {v.kind} | {number(v.balance)} | {number(v.gap)} | {number(v.error)} | "
                      f"{' | '.join(counts)} | {'' if math.isnan(v.seconds) else f'{v.seconds:.2g}'} | {note} |")
     return lines
 
@@ -117,7 +117,8 @@ def _maximum(values: Iterable[float]) -> float:
     return max((x for x in values if not math.isnan(x)), default=math.nan)
 
 
-def _number(x: float) -> str:
+def number(x: float) -> str:
+    """Returns a number with one digit; an empty text for nan."""
     return "" if math.isnan(x) else f"{x:.0e}"
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import tempfile
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +46,6 @@ class Verdict:
     rhs: int | None = None
     seconds: float = math.nan
     after: str = ""
-    health: dict[str, Any] = field(default_factory=dict)
 
     @property
     def small(self) -> bool:
