@@ -6,10 +6,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from lxml import html
 
 from build_fmu.run.driver import Outcome
 from build_fmu.stress import variants
 from build_fmu.stress.cases import GROUPS, Case, catalogue
+from build_fmu.stress.html import write_html
 from build_fmu.stress.pages import (
     not_finished,
     summary,
@@ -125,3 +127,15 @@ def test_the_page_groups_alike_failures(tmp_path):
     write_csv(tmp_path / "a.csv", verdicts)
     write_pictures([tmp_path / "a.svg", tmp_path / "a.png"], verdicts)
     assert (tmp_path / "a.csv").read_text().count("\n") == 4 and "## leg" in (tmp_path / "a.md").read_text()
+
+
+def test_the_html_page_has_a_row_and_a_square_for_each_case(tmp_path):
+    failed = Verdict("arm", CASE, "failed", "error: a < b", "erk", "finishes with bdf")
+    write_html(tmp_path / "a.html", [failed, Verdict("leg", CASE, "finished", balance=1e-5, error=2e-4, unit="rad", steps=12345)], 2.0, 3.0)
+    page = html.parse(tmp_path / "a.html")
+    names = ["arm-tolerance-rtol-1e-03", "leg-tolerance-rtol-1e-03"]
+    assert page.xpath("//tr/@id") == names
+    assert page.xpath("//table[@class='map']//a/@href") == [f"#{name}" for name in names]
+    cells = [cell.text_content() for cell in page.xpath("//tr[@id]")[1]]
+    assert cells == ["tolerance, rtol 1e-03", "finished", "", "1e-05", "", "2e-04 rad", "12\u2009345", "", "", ""]
+    assert "error: a < b; finishes with bdf" in page.xpath("//tr[@id]")[0].text_content()
