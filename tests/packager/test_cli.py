@@ -1,5 +1,6 @@
 """The command line as a user sees it: exit codes, sentences, files, and never a traceback."""
 
+import importlib
 import os
 import subprocess
 import sys
@@ -8,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+import build_fmu
 from build_fmu import native
 from build_fmu.cli import main
 
@@ -171,3 +173,10 @@ def test_a_record_takes_the_place_of_records_alone(compiled, tmp_path, name, con
     assert done.returncode == 1
     assert sentence in done.stderr
     assert (tmp_path / name).read_text() == content
+
+
+def test_the_names_for_scripts():
+    assert all(callable(getattr(build_fmu, name)) for name in build_fmu.__all__)
+    assert build_fmu.build is importlib.import_module("build_fmu.fmu.build").build
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = build_fmu.nothing
