@@ -298,23 +298,23 @@ REDYSIM_CLONES void Derivatives::collect_forces(const Plan<double>& plan, const 
 
 void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
                            const double* qdd, const double* tau, const double* ports,
-                           const std::vector<int>& variables, double* columns) {
+                           const std::vector<JointVariable>& variables, double* columns) {
   set_point(plan, ws, q, qd, qdd, ports);
   if (has_elements_) {
     copy_elements(plan, plan_);
     std::copy_n(ports, port_wrenches_.size(), port_wrenches_.begin());
   }
   for (std::size_t k = 0; k < variables.size(); ++k) {
-    const int kind = variables[k] / plan.nv, joint = variables[k] % plan.nv;
+    const auto [kind, joint] = variables[k];
     double* column = columns + k * (static_cast<std::size_t>(plan.nv) + 1);
     double& power = column[plan.nv];
-    if (kind == 2) {
+    if (kind == JointVariable::Kind::force) {
       power = qd[joint];
       std::fill(forces_.begin(), forces_.end(), 0.0);
       std::fill(ws.loop.b.begin(), ws.loop.b.end(), 0.0);
       forces_[joint] = 1;
     } else {
-      const bool velocity = kind == 1;
+      const bool velocity = kind == JointVariable::Kind::velocity;
       const PassiveChange passive = passive_change(plan, joint, q[joint], qd[joint], velocity);
       power = (velocity ? tau[joint] : 0) + passive.loss;
       move_subtree(plan, ws, qd, joint, velocity);

@@ -8,6 +8,13 @@
 
 namespace redysim {
 
+// What accelerations are differentiated by.
+struct JointVariable {
+  enum class Kind { position, velocity, force };
+  Kind kind;
+  int joint;  // of the plan
+};
+
 // Exact derivatives of forward_dynamics by positions and velocities. The accelerations solve the equations
 // of motion F(q, qd, qdd, lambda) = 0, inverse dynamics and loop rows together. A variable moves F, at held
 // qdd and lambda, by what its joint does to its subtree (closed form) and to springs, ports and loops (dual
@@ -20,13 +27,12 @@ class Derivatives {
   explicit Derivatives(const Plan<double>& plan);
 
   // Uses `ws` as forward_dynamics(plan, ws, q, qd, inputs, qdd) has just left it, and overwrites all but its
-  // elimination. `tau`: forces of all drives, prescribed ones as well; `ports`: 6 numbers each. `variables`:
-  // what to derive by, joint i's position as i, its velocity as nv + i, its force as 2 nv + i. Fills one
-  // column for each, nv + 1 apart in `columns`: nv accelerations, then the external power (W) at held drive
-  // forces, without that of ports. `plan` may have changed its parameters, but not its structure.
+  // elimination. `tau`: forces of all drives, prescribed ones as well; `ports`: 6 numbers each. Fills one
+  // column for each variable, nv + 1 apart in `columns`: nv accelerations, then the external power (W) at
+  // held drive forces, without that of ports. `plan` may have changed its parameters, but not its structure.
   void evaluate(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
-                const double* qdd, const double* tau, const double* ports, const std::vector<int>& variables,
-                double* columns);
+                const double* qdd, const double* tau, const double* ports,
+                const std::vector<JointVariable>& variables, double* columns);
 
  private:
   // One body at the point of evaluation, in its own axes.

@@ -21,7 +21,7 @@ struct Span {
   }
 };
 
-// Where the inputs of a right-hand side stand. forward_dynamics takes the first `recursion_size()` numbers.
+// Positions of the inputs of a right-hand side. forward_dynamics takes the first `recursion_size()` numbers.
 struct InputLayout {
   Span<1> tau;          // per joint: torque or force of its drive, N m or N; of a prescribed joint its qdd
   Span<6> port_wrench;  // per port: moment and force, N m and N
@@ -29,7 +29,7 @@ struct InputLayout {
   Span<5> held_motion;  // per prescribed joint without a trajectory: Held
   Span<1> phase;        // per trajectory
 
-  // A joint was at q and qd at the time; since the last step these have jumped.
+  // Entries of a held motion: q and qd at the time, and their jumps since the last step.
   enum Held { held_time, held_q, held_qd, held_q_jump, held_qd_jump };
 
   InputLayout() = default;
@@ -45,8 +45,8 @@ struct InputLayout {
   int force_size() const { return ball_torque.end(); }  // of those that may have time derivatives
   int size() const { return phase.end(); }
 
-  // Time derivatives of the forces stand behind all else, and only while they are used: the time at which
-  // they hold, then the first derivatives of all, the second ones, the third ones.
+  // Time derivatives of the forces follow all other inputs, only while they are used: the time at which they
+  // hold, then the first derivatives of all forces, the second and the third.
   static constexpr int highest_order = 3;
   int slope_time() const { return size(); }
   int slope(int order, int force) const { return size() + 1 + (order - 1) * force_size() + force; }

@@ -25,8 +25,9 @@ struct Case {
   Matrix found() const {
     Evaluate<double> tree(model);
     const Vector qdd = tree.qdd(q, qd, inputs);
-    std::vector<int> variables;
-    for (int i = 0; i < 2 * nv(); ++i) variables.push_back(i);
+    std::vector<JointVariable> variables;
+    for (auto kind : {JointVariable::Kind::position, JointVariable::Kind::velocity})
+      for (int i = 0; i < nv(); ++i) variables.push_back({kind, i});
     Matrix columns(nv() + 1, 2 * nv());
     Derivatives derivatives(tree.plan);
     Vector tau = inputs.head(nv());

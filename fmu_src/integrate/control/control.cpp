@@ -10,15 +10,14 @@
 
 namespace redysim {
 
-// The plant with its controlled joints prescribed: what their drives must give for given accelerations, while
-// loops, free joints and other drives do what they do.
-struct Control::Twin {
+// The plant with its controlled joints prescribed: gives the torques of their drives for given accelerations.
+struct Control::InternalModel {
   Plan<double> plan;
   Workspace<double> workspace;
   std::vector<double> inputs, q, qd, qdd, tau, zero;
-  std::vector<double> held, moved;  // of differences: torques at the point, inputs beside it
+  std::vector<double> held, moved;  // for differences: torques at the point, changed inputs
 
-  explicit Twin(const Model& model)
+  explicit InternalModel(const Model& model)
       : plan(with_controlled_motions(model)),
         workspace(plan),
         inputs(static_cast<std::size_t>(InputLayout(plan).recursion_size()), 0.0),
@@ -29,6 +28,13 @@ struct Control::Twin {
         zero(q),
         held(q),
         moved(q) {}
+
+  double& moved_value(JointVariable variable) {
+    using Kind = JointVariable::Kind;
+    return (variable.kind == Kind::position   ? q
+            : variable.kind == Kind::velocity ? qd
+                                              : moved)[variable.joint];
+  }
 };
 
 Model with_controlled_motions(Model model) {
@@ -47,18 +53,18 @@ Control::Control(const Model& model, const Plan<double>& plan)
   for (std::size_t k = 0; k < trajectories_.size(); ++k)
     trajectory_of_[plan.carrier[trajectories_[k].link]] = static_cast<int>(k);
   for (const ControlledJoint& joint : gains_) joints_.push_back(plan.carrier[joint.link]);
-  if (law_ != Law::none && law_ != Law::pd) twin_ = std::make_unique<Twin>(model);
+  if (law_ != Law::none && law_ != Law::pd) internal_model_ = std::make_unique<InternalModel>(model);
 }
 
 Control::~Control() = default;
 
 void Control::update(const Model& model) {
   gains_ = model.controller.joints;
-  if (twin_) twin_->plan.update(model);
+  if (internal_model_) internal_model_->plan.update(model);
 }
 
 bool Control::enter(double time, double* phases) const {
-  // a border that rounding alone keeps ahead is passed: the pieces meet there
+  // a breakpoint that is ahead by rounding only counts as passed: the pieces are continuous there
   const double slack = 1e-12 * std::max(1.0, std::abs(time));
   bool changed = false;
   for (std::size_t k = 0; k < trajectories_.size(); ++k) {
@@ -69,8 +75,8 @@ bool Control::enter(double time, double* phases) const {
   return changed;
 }
 
-// At the points of a table the acceleration has kinks, which an error estimate may not see.
-double Control::next_border(double time, const double* phases) const {
+// At the points of a table the slope of the acceleration jumps, which an error estimate may miss.
+double Control::next_breakpoint(double time, const double* phases) const {
   const double passed = time + 1e-12 * std::max(1.0, std::abs(time));
   double next = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < trajectories_.size(); ++k) {
@@ -114,95 +120,118 @@ void Control::apply(double time, const double* phases, const double* q, const do
       const int k = trajectory_of_[i];
       inputs[i] = motion_at(trajectories_[k], static_cast<Phase>(static_cast<int>(phases[k])), time).qdd;
     }
-  if (twin_) model_torques(time, phases, q, qd, inputs, twin_->tau.data());
+  if (internal_model_) model_torques(time, phases, q, qd, inputs, internal_model_->tau.data());
   for (std::size_t k = 0; k < joints_.size(); ++k) {
     const int i = joints_[k];
-    if (twin_) inputs[i] += twin_->tau[i];
+    if (internal_model_) inputs[i] += internal_model_->tau[i];
     if (law_ == Law::computed_torque) continue;
     const JointMotion wanted = reference(i, time, phases);
     inputs[i] += gains_[k].kp * (wanted.q - q[i]) + gains_[k].kd * (wanted.qd - qd[i]);
   }
 }
 
-// What the laws add to PD, or in place of it, into tau of the controlled joints.
+// What the laws add to PD, or use instead of it, into `torques` of the controlled joints.
 void Control::model_torques(double time, const double* phases, const double* q, const double* qd,
-                            const double* inputs, double* tau) {
-  Twin& twin = *twin_;
-  if (law_ == Law::computed_torque) return computed_torque(time, phases, q, qd, inputs, tau);
-  if (law_ == Law::gravity_compensation) {
-    if (twin.plan.loops.empty()) {
-      compiled_inverse_dynamics(twin.plan, twin.workspace, q, twin.zero.data(), twin.zero.data(), tau);
-      return;
-    }
-    // what keeps the controlled joints at rest, with the loops' help
-    std::fill(twin.inputs.begin(), twin.inputs.end(), 0.0);
-    compiled_forward_dynamics(twin.plan, twin.workspace, q, twin.zero.data(), twin.inputs.data(),
-                              twin.qdd.data());
-    for (int i : joints_)
-      tau[i] = prescribed_force(twin.plan, twin.workspace, i, q, twin.zero.data(), twin.zero.data());
-    return;
-  }
-  // feed-forward: all joints are controlled or prescribed
-  std::copy_n(q, twin.q.size(), twin.q.begin());
-  std::copy_n(qd, twin.q.size(), twin.qd.begin());
-  std::copy_n(inputs, twin.q.size(), twin.qdd.begin());
-  for (int i : joints_) {
-    const JointMotion wanted = reference(i, time, phases);
-    twin.q[i] = wanted.q;
-    twin.qd[i] = wanted.qd;
-    twin.qdd[i] = wanted.qdd;
-  }
-  compiled_inverse_dynamics(twin.plan, twin.workspace, twin.q.data(), twin.qd.data(), twin.qdd.data(), tau);
+                            const double* inputs, double* torques) {
+  if (law_ == Law::computed_torque)
+    computed_torque(time, phases, q, qd, inputs, torques);
+  else if (law_ == Law::gravity_compensation)
+    gravity_compensation(q, torques);
+  else
+    feed_forward(time, phases, q, qd, inputs, torques);
 }
 
-// The torques at which qdd = qdd_reference + kd e' + kp e. It knows the other joints' drives, not the forces
-// at ports.
+// The torques that keep the controlled joints at rest.
+void Control::gravity_compensation(const double* q, double* torques) {
+  InternalModel& model = *internal_model_;
+  const double* zero = model.zero.data();
+  if (model.plan.loops.empty()) {
+    compiled_inverse_dynamics(model.plan, model.workspace, q, zero, zero, torques);
+    return;
+  }
+  std::fill(model.inputs.begin(), model.inputs.end(), 0.0);
+  compiled_forward_dynamics(model.plan, model.workspace, q, zero, model.inputs.data(), model.qdd.data());
+  for (int i : joints_) torques[i] = prescribed_force(model.plan, model.workspace, i, q, zero, zero);
+}
+
+// The torques along the reference. All joints are controlled or prescribed.
+void Control::feed_forward(double time, const double* phases, const double* q, const double* qd,
+                           const double* inputs, double* torques) {
+  InternalModel& model = *internal_model_;
+  std::copy_n(q, model.q.size(), model.q.begin());
+  std::copy_n(qd, model.q.size(), model.qd.begin());
+  std::copy_n(inputs, model.q.size(), model.qdd.begin());
+  for (int i : joints_) {
+    const JointMotion wanted = reference(i, time, phases);
+    model.q[i] = wanted.q;
+    model.qd[i] = wanted.qd;
+    model.qdd[i] = wanted.qdd;
+  }
+  compiled_inverse_dynamics(model.plan, model.workspace, model.q.data(), model.qd.data(), model.qdd.data(),
+                            torques);
+}
+
+// The torques at which qdd = qdd_reference + kd e' + kp e. The law knows the drives of the other joints, but
+// not the forces at ports.
 void Control::computed_torque(double time, const double* phases, const double* q, const double* qd,
-                              const double* inputs, double* tau) {
-  Twin& twin = *twin_;
-  std::copy_n(inputs, twin.q.size(), twin.inputs.begin());
+                              const double* inputs, double* torques) {
+  InternalModel& model = *internal_model_;
+  std::copy_n(inputs, model.q.size(), model.inputs.begin());
   for (std::size_t k = 0; k < joints_.size(); ++k) {
     const int i = joints_[k];
     const JointMotion wanted = reference(i, time, phases);
-    twin.inputs[i] = wanted.qdd + gains_[k].kd * (wanted.qd - qd[i]) + gains_[k].kp * (wanted.q - q[i]);
+    model.inputs[i] = wanted.qdd + gains_[k].kd * (wanted.qd - qd[i]) + gains_[k].kp * (wanted.q - q[i]);
   }
-  compiled_forward_dynamics(twin.plan, twin.workspace, q, qd, twin.inputs.data(), twin.qdd.data());
-  for (int i : joints_) tau[i] = prescribed_force(twin.plan, twin.workspace, i, q, qd, twin.inputs.data());
+  compiled_forward_dynamics(model.plan, model.workspace, q, qd, model.inputs.data(), model.qdd.data());
+  for (int i : joints_)
+    torques[i] = prescribed_force(model.plan, model.workspace, i, q, qd, model.inputs.data());
 }
 
-void Control::close(double time, const double* phases, const double* q, const double* qd,
-                    const double* inputs, const std::vector<int>& variables, double* columns) {
-  const int n = static_cast<int>(trajectory_of_.size());
-  const std::size_t length = static_cast<std::size_t>(n) + 1, count = variables.size() - joints_.size();
-  const double* by_force = columns + count * length;
-  const auto add = [&](std::size_t variable, std::size_t k, double factor) {
-    for (std::size_t row = 0; row < length; ++row)
-      columns[variable * length + row] += factor * by_force[k * length + row];
-  };
-  if (law_ != Law::computed_torque)
-    for (std::size_t v = 0; v < count; ++v)
-      for (std::size_t k = 0; k < joints_.size(); ++k)
-        if (variables[v] % n == joints_[k] && variables[v] / n < 2)
-          add(v, k, variables[v] / n == 0 ? -gains_[k].kp : -gains_[k].kd);
-  if (!twin_ || law_ == Law::feed_forward) return;  // the reference does not follow the state
+void Control::add_feedback(double time, const double* phases, const double* q, const double* qd,
+                           const double* inputs, const std::vector<JointVariable>& variables,
+                           double* columns) {
+  add_gains(variables, columns);
+  // the reference of feed-forward does not depend on the state
+  if (!internal_model_ || law_ == Law::feed_forward) return;
 
   // forward differences of the model's part
-  Twin& twin = *twin_;
+  InternalModel& model = *internal_model_;
   constexpr double step = 1.5e-8;  // square root of rounding
-  std::copy_n(q, n, twin.q.begin());
-  std::copy_n(qd, n, twin.qd.begin());
-  std::copy_n(inputs, n, twin.moved.begin());
-  model_torques(time, phases, q, qd, inputs, twin.held.data());
-  for (std::size_t v = 0; v < count; ++v) {
-    const int kind = variables[v] / n, joint = variables[v] % n;
-    double& value = (kind == 0 ? twin.q : kind == 1 ? twin.qd : twin.moved)[joint];
+  const std::size_t n = trajectory_of_.size(), first_force = variables.size() - joints_.size();
+  std::copy_n(q, n, model.q.begin());
+  std::copy_n(qd, n, model.qd.begin());
+  std::copy_n(inputs, n, model.moved.begin());
+  model_torques(time, phases, q, qd, inputs, model.held.data());
+  for (std::size_t v = 0; v < first_force; ++v) {
+    double& value = model.moved_value(variables[v]);
     const double at = value, h = step * std::max(1.0, std::abs(at));
     value = at + h;
-    model_torques(time, phases, twin.q.data(), twin.qd.data(), twin.moved.data(), twin.tau.data());
+    model_torques(time, phases, model.q.data(), model.qd.data(), model.moved.data(), model.tau.data());
     value = at;
     for (std::size_t k = 0; k < joints_.size(); ++k)
-      add(v, k, (twin.tau[joints_[k]] - twin.held[joints_[k]]) / h);
+      add_force_column(v, (model.tau[joints_[k]] - model.held[joints_[k]]) / h, first_force + k, columns);
   }
+}
+
+// d tau = -kp d q - kd d qd
+void Control::add_gains(const std::vector<JointVariable>& variables, double* columns) const {
+  if (law_ == Law::computed_torque) return;
+  const std::size_t first_force = variables.size() - joints_.size();
+  for (std::size_t v = 0; v < first_force; ++v)
+    for (std::size_t k = 0; k < joints_.size(); ++k) {
+      const auto [kind, joint] = variables[v];
+      if (joint != joints_[k] || kind == JointVariable::Kind::force) continue;
+      const double gain = kind == JointVariable::Kind::position ? gains_[k].kp : gains_[k].kd;
+      add_force_column(v, -gain, first_force + k, columns);
+    }
+}
+
+// Adds `factor` times the column of a force to that of a variable, nv + 1 apart each.
+void Control::add_force_column(std::size_t variable, double factor, std::size_t force,
+                               double* columns) const {
+  const std::size_t length = trajectory_of_.size() + 1;
+  for (std::size_t row = 0; row < length; ++row)
+    columns[variable * length + row] += factor * columns[force * length + row];
 }
 
 }  // namespace redysim

@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "dynamics/derivatives.hpp"
 #include "dynamics/plan.hpp"
 #include "dynamics/workspace.hpp"
 #include "integrate/system/reference.hpp"
@@ -13,22 +14,22 @@ namespace redysim {
 // A model whose controlled joints are prescribed: the plant that a controller knows.
 Model with_controlled_motions(Model model);
 
-// Trajectories of prescribed joints and the law that drives the controlled ones, at any time and state. What
-// it remembers is the phase of each trajectory, which its owner keeps as numbers among the inputs.
-// Neither throws nor allocates after construction.
+// Trajectories of prescribed joints and the law that drives the controlled ones, at any time and state. Its
+// only memory is the phase of each trajectory, which its owner keeps among the inputs. Neither throws nor
+// allocates after construction.
 class Control {
  public:
   Control(const Model& model, const Plan<double>& plan);
   ~Control();
 
-  // Takes over changed gains, targets and parameters of the controller's own model.
+  // Updates gains, targets and the parameters of the controller's own model.
   void update(const Model& model);
 
-  // Phases, one number a trajectory. `enter` sets those of a time and tells whether one changed.
+  // Phases, one number a trajectory. `enter` sets those at `time` and returns whether one changed.
   std::size_t phase_count() const { return trajectories_.size(); }
   bool enter(double time, double* phases) const;
-  double next_border(double time,
-                     const double* phases) const;  // the first end of a phase or point of a table
+  // The first end of a phase or point of a table after `time`, s.
+  double next_breakpoint(double time, const double* phases) const;
 
   bool prescribes(int joint) const { return trajectory_of_[joint] >= 0 && prescribed_[joint] != 0; }
   bool controls(int joint) const;
@@ -39,8 +40,8 @@ class Control {
   // q, qd of the joints that a trajectory prescribes.
   void set_motions(double time, const double* phases, double* q, double* qd) const;
 
-  // What the recursion takes: qdd of the joints that a trajectory prescribes in their places of `inputs`, and
-  // the law's torques added to those of the controlled joints. `q`, `qd`: of all joints.
+  // Changes the inputs of the recursion: sets qdd of the joints that a trajectory prescribes and adds the
+  // torques of the law to those of the controlled joints. `q`, `qd`: of all joints.
   void apply(double time, const double* phases, const double* q, const double* qd, double* inputs);
 
   // The reference of a controlled joint.
@@ -49,17 +50,22 @@ class Control {
 
   // The columns of `dynamics/derivatives.hpp` at held torques become those of the controlled plant:
   // d qdd += d qdd / d tau . d tau, with exact gains and, for the laws that hold a model, differences.
-  // `variables` as there, followed by the forces of joints(); columns nv + 1 apart.
-  // What `inputs` holds for the controlled joints does not matter.
+  // `variables` as there, the last ones are the forces of joints(). The entries of `inputs` for the
+  // controlled joints do not matter.
   const std::vector<int>& joints() const { return joints_; }  // the controlled ones
-  void close(double time, const double* phases, const double* q, const double* qd, const double* inputs,
-             const std::vector<int>& variables, double* columns);
+  void add_feedback(double time, const double* phases, const double* q, const double* qd,
+                    const double* inputs, const std::vector<JointVariable>& variables, double* columns);
 
  private:
   void model_torques(double time, const double* phases, const double* q, const double* qd,
-                     const double* inputs, double* tau);
+                     const double* inputs, double* torques);
+  void gravity_compensation(const double* q, double* torques);
+  void feed_forward(double time, const double* phases, const double* q, const double* qd,
+                    const double* inputs, double* torques);
   void computed_torque(double time, const double* phases, const double* q, const double* qd,
-                       const double* inputs, double* tau);
+                       const double* inputs, double* torques);
+  void add_gains(const std::vector<JointVariable>& variables, double* columns) const;
+  void add_force_column(std::size_t variable, double factor, std::size_t force, double* columns) const;
 
   Law law_;
   std::vector<Trajectory> trajectories_;
@@ -68,9 +74,8 @@ class Control {
   std::vector<int> joints_;         // the controlled ones, as in the model's order
   std::vector<ControlledJoint> gains_;
 
-  // the controller's own model, for laws that have one
-  struct Twin;
-  std::unique_ptr<Twin> twin_;
+  struct InternalModel;
+  std::unique_ptr<InternalModel> internal_model_;  // of laws that have one
 };
 
 }  // namespace redysim

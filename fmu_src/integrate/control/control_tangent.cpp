@@ -8,12 +8,12 @@
 
 namespace redysim {
 
-struct ControlTangent::Twin {
+struct ControlTangent::InternalModel {
   Plan<Dual> plan;
   Workspace<Dual> workspace;
   std::vector<Dual> inputs, zero, qdd, tau;
 
-  explicit Twin(const Model& model)
+  explicit InternalModel(const Model& model)
       : plan(with_controlled_motions(model)),
         workspace(plan),
         inputs(static_cast<std::size_t>(InputLayout(plan).recursion_size())),
@@ -27,7 +27,7 @@ ControlTangent::ControlTangent(const Model& model, const Control& control)
   for (int joint : joints_) follows_.push_back(control.follows(joint));
   for (int joint = 0; joint < control.joint_count(); ++joint)
     if (control.prescribes(joint)) on_trajectories_.push_back(joint);
-  if (law_ != Law::none && law_ != Law::pd) twin_ = std::make_unique<Twin>(model);
+  if (law_ != Law::none && law_ != Law::pd) internal_model_ = std::make_unique<InternalModel>(model);
 }
 
 ControlTangent::~ControlTangent() = default;
@@ -39,7 +39,7 @@ void ControlTangent::go_to(const Model& model, System& system, double time) {
     const JointMotion motion = system.reference(joints_[k], time);
     references_[k] = {Dual(motion.q), Dual(motion.qd), Dual(motion.qdd)};
   }
-  if (twin_) twin_->plan.update(model);
+  if (internal_model_) internal_model_->plan.update(model);
 }
 
 std::size_t ControlTangent::place(int joint) const {
@@ -51,7 +51,7 @@ ControlTangent::Gains* ControlTangent::gains(int joint) {
   return k < joints_.size() ? &gains_[k] : nullptr;
 }
 
-Plan<Dual>* ControlTangent::plan() { return twin_ ? &twin_->plan : nullptr; }
+Plan<Dual>* ControlTangent::plan() { return internal_model_ ? &internal_model_->plan : nullptr; }
 
 ControlTangent::Reference ControlTangent::reference(std::size_t k) const {
   Reference wanted = references_[k];
@@ -75,10 +75,10 @@ void ControlTangent::go_with_time(System& system, double time, std::vector<Dual>
 
 void ControlTangent::answer(const std::vector<Dual>& q, const std::vector<Dual>& qd,
                             std::vector<Dual>& force) {
-  const std::vector<Dual> model = twin_ ? model_forces(q, qd, force) : std::vector<Dual>();
+  const std::vector<Dual> model = internal_model_ ? model_forces(q, qd, force) : std::vector<Dual>();
   for (std::size_t k = 0; k < joints_.size(); ++k) {
     const int i = joints_[k];
-    Dual law = twin_ ? model[i] : Dual(0);
+    Dual law = internal_model_ ? model[i] : Dual(0);
     const Reference wanted = reference(k);
     if (law_ != Law::computed_torque)
       law += gains_[k].kp * (wanted.q - q[i]) + gains_[k].kd * (wanted.qd - qd[i]);
@@ -86,10 +86,10 @@ void ControlTangent::answer(const std::vector<Dual>& q, const std::vector<Dual>&
   }
 }
 
-// What the controller's own model adds, of all joints.
+// The torques from the controller's own model, of all joints.
 std::vector<Dual> ControlTangent::model_forces(const std::vector<Dual>& q, const std::vector<Dual>& qd,
                                                const std::vector<Dual>& force) {
-  Twin& twin = *twin_;
+  InternalModel& internal = *internal_model_;
   const std::size_t n = q.size();
   if (law_ == Law::feed_forward) {
     std::vector<Dual> along_q = q, along_qd = qd, along_qdd(force.begin(), force.begin() + n);
@@ -99,29 +99,31 @@ std::vector<Dual> ControlTangent::model_forces(const std::vector<Dual>& q, const
       along_qd[joints_[k]] = wanted.qd;
       along_qdd[joints_[k]] = wanted.qdd;
     }
-    inverse_dynamics(twin.plan, twin.workspace, along_q.data(), along_qd.data(), along_qdd.data(),
-                     twin.tau.data());
-    return twin.tau;
+    inverse_dynamics(internal.plan, internal.workspace, along_q.data(), along_qd.data(), along_qdd.data(),
+                     internal.tau.data());
+    return internal.tau;
   }
-  if (law_ == Law::gravity_compensation && twin.plan.loops.empty()) {
-    inverse_dynamics(twin.plan, twin.workspace, q.data(), twin.zero.data(), twin.zero.data(),
-                     twin.tau.data());
-    return twin.tau;
+  if (law_ == Law::gravity_compensation && internal.plan.loops.empty()) {
+    inverse_dynamics(internal.plan, internal.workspace, q.data(), internal.zero.data(), internal.zero.data(),
+                     internal.tau.data());
+    return internal.tau;
   }
-  std::fill(twin.inputs.begin(), twin.inputs.end(), Dual(0));
+  std::fill(internal.inputs.begin(), internal.inputs.end(), Dual(0));
   if (law_ == Law::computed_torque) {
-    std::copy_n(force.begin(), n, twin.inputs.begin());
+    std::copy_n(force.begin(), n, internal.inputs.begin());
     for (std::size_t k = 0; k < joints_.size(); ++k) {
       const Reference wanted = reference(k);
       const int i = joints_[k];
-      twin.inputs[i] = wanted.qdd + gains_[k].kd * (wanted.qd - qd[i]) + gains_[k].kp * (wanted.q - q[i]);
+      internal.inputs[i] = wanted.qdd + gains_[k].kd * (wanted.qd - qd[i]) + gains_[k].kp * (wanted.q - q[i]);
     }
   }
-  const Dual* speed = law_ == Law::computed_torque ? qd.data() : twin.zero.data();
-  forward_dynamics(twin.plan, twin.workspace, q.data(), speed, twin.inputs.data(), twin.qdd.data());
+  const Dual* speed = law_ == Law::computed_torque ? qd.data() : internal.zero.data();
+  forward_dynamics(internal.plan, internal.workspace, q.data(), speed, internal.inputs.data(),
+                   internal.qdd.data());
   for (int i : joints_)
-    twin.tau[i] = prescribed_force(twin.plan, twin.workspace, i, q.data(), speed, twin.inputs.data());
-  return twin.tau;
+    internal.tau[i] =
+        prescribed_force(internal.plan, internal.workspace, i, q.data(), speed, internal.inputs.data());
+  return internal.tau;
 }
 
 }  // namespace redysim

@@ -8,15 +8,15 @@
 
 namespace redysim {
 
-// The law of a controller and the trajectories of a System at one point with one direction of change: the
-// part of Tangent that scenes with neither do without. The equations are those of Control.
+// Part of Tangent for scenes with a controller or trajectories: their equations (Control) at one point with
+// one direction of change.
 class ControlTangent {
  public:
   ControlTangent(const Model& model, const Control& control);
   ~ControlTangent();
 
-  // Goes to `time` with no direction; parameters of `model`. Directions of parameters are then set by the
-  // caller.
+  // Moves to `time` with direction 0 and the parameters of `model`. The caller then sets the directions of
+  // parameters.
   void go_to(const Model& model, System& system, double time);
   struct Gains {
     Dual kp, kd, target;
@@ -24,11 +24,11 @@ class ControlTangent {
   Gains* gains(int joint);  // null: not controlled
   Plan<Dual>* plan();       // of the controller's own model; null: it has none
 
-  // The direction is time: references and accelerations along trajectories go on.
+  // Sets the direction of time: that of references and of accelerations along trajectories.
   void go_with_time(System& system, double time, std::vector<Dual>& force);
 
-  // Adds to the directions of the controlled joints' forces what the law answers to q, qd and its own
-  // parameters. `force`: as System::forces(), those of the other joints as they are.
+  // Adds the derivatives of the law with respect to q, qd and its own parameters to the directions of the
+  // forces of the controlled joints. `force`: as System::recursion_inputs().
   void answer(const std::vector<Dual>& q, const std::vector<Dual>& qd, std::vector<Dual>& force);
 
   // The reference of a controlled joint.
@@ -39,7 +39,7 @@ class ControlTangent {
   struct Reference {
     Dual q, qd, qdd;
   };
-  struct Twin;
+  struct InternalModel;
   std::size_t place(int joint) const;
   Reference reference(std::size_t k) const;
   std::vector<Dual> model_forces(const std::vector<Dual>& q, const std::vector<Dual>& qd,
@@ -47,11 +47,11 @@ class ControlTangent {
 
   const Law law_;
   const std::vector<int> joints_;     // the controlled ones
-  std::vector<char> follows_;         // per place: a trajectory
+  std::vector<char> follows_;         // per controlled joint: a trajectory
   std::vector<int> on_trajectories_;  // joints that trajectories prescribe
   std::vector<Gains> gains_;
   std::vector<Reference> references_;
-  std::unique_ptr<Twin> twin_;
+  std::unique_ptr<InternalModel> internal_model_;
 };
 
 }  // namespace redysim

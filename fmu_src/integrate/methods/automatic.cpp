@@ -1,42 +1,25 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "integrate/methods/one_step.hpp"
+#include "integrate/methods/step_budget.hpp"
+#include "integrate/methods/tuning.hpp"
 #include "integrate/system/spectral_radius.hpp"
 #include "integrate/system/state_bytes.hpp"
 
-// Chooses among the four methods, from what it meets (docs/solvers.md).
+// Chooses among the four methods during the run (docs/solvers.md, constants in tuning.hpp).
 //
-// * One step or many: a multistep method is begun when the inputs have held still for as long as a beginning
-//   costs, and left when they change; an explicit one only where communication steps are no more than a few
-//   of the steps that the tolerance allows.
+// * Multistep or one-step: a multistep method starts after the inputs have been held for some communication
+//   steps and ends when they change. An explicit one also needs communication steps that are at most a few of
+//   the steps allowed by the tolerance.
 // * Explicit or implicit: from time to time the spectral radius is estimated. Where the explicit method
-//   stands at the border of its stability, or an implicit one takes more than explicit steps within that
-//   border would, the other is tried; a trial that costs more per second than what it replaced is undone,
-//   and the next one waits longer. Where bdf takes steps as short as what rings, dirk is tried likewise.
-//
-// All counts are of right-hand sides, so that the same run makes the same choices.
+//   is limited by its stability, or an implicit one costs more than explicit steps within the stability limit
+//   would, the other is tried. A trial that costs more per second than what it replaced is undone,
+//   and the next one waits longer. Where the stability of bdf limits its steps, dirk is tried likewise.
 
 namespace redysim {
 namespace {
-
-constexpr long pause_steps = 16;      // after which the choice is looked at
-constexpr long first_watch = 100;     // right-hand sides until stiffness is looked for,
-constexpr long longest_watch = 3000;  // doubled each time
-constexpr long trial = 400;           // right-hand sides until a trial is judged
-constexpr int longest_backoff = 64;   // of trials that failed
-constexpr double border_adams = 0.3;  // step times radius of Adams, whose iteration must contract
-constexpr double rings = 10;  // step times radius of bdf below which it is its stability that holds it up
-constexpr double near_border = 0.6;  // of its limit, for an explicit one-step method
-constexpr double mild_border = 0.2;  // the same where inputs hold still, so that bdf has no beginnings to pay
-constexpr double reachable = 2.5;    // step times radius that explicit steps keep to
-constexpr double gain = 0.7;         // of the cost: what a trial must promise
-constexpr double stages = 7;         // of an explicit step
-constexpr double jacobian_work = 1.5;  // right-hand sides for each column, factorization included
-constexpr int held_for_adams = 6;      // communication steps, as many as a beginning of Adams costs
-constexpr int held_for_bdf = 3;
-constexpr double short_step = 6;  // steps that the tolerance allows: adams does with fewer slopes up to here
-constexpr double long_step = 30;  // bdf's steps in a communication step: a beginning does not matter
 
 enum class Choice : std::uint8_t { erk, adams, dirk, bdf };
 constexpr int choices = 4;
@@ -68,28 +51,28 @@ class Automatic final : public Integrator {
   bool restore(const unsigned char* bytes, std::size_t size) override;
 
  private:
-  // What the future depends on, beside the method in use.
+  // What the continuation depends on, in addition to the method in use.
   struct Memory {
-    std::uint8_t choice = 0;  // a Choice
-    std::uint8_t trying = 0;  // a trial is under way
-    std::uint8_t rung = 0;    // dirk in place of bdf
-    std::int32_t held = 0;    // communication steps since the inputs changed
+    std::uint8_t choice = 0;       // a Choice
+    std::uint8_t trying = 0;       // during a trial
+    std::uint8_t oscillatory = 0;  // dirk in place of bdf
+    std::int32_t held = 0;         // communication steps since the inputs changed
     std::int32_t backoff = 1;
-    std::int64_t watch = first_watch;     // right-hand sides between two looks
-    double mark_work = 0, mark_time = 0;  // where the present account of cost began
-    double other_cost = 0;                // right-hand sides a second, of what a trial replaced
-    double step[choices] = {};            // s, last of each method, 0: unknown
+    std::int64_t interval = Tuning::first_estimate;  // right-hand sides between two estimates
+    double mark_work = 0, mark_time = 0;             // start of the present measurement of cost
+    double other_cost = 0;                           // right-hand sides per second before the trial
+    double step[choices] = {};                       // s, last of each method, 0: unknown
   };
 
-  // All of it, to be saved and restored.
+  // All of Memory, to be saved and restored.
   template <class SomeMemory, class Visit>
   static void each_part(SomeMemory& memory, const Visit& visit) {
     visit(memory.choice);
     visit(memory.trying);
-    visit(memory.rung);
+    visit(memory.oscillatory);
     visit(memory.held);
     visit(memory.backoff);
-    visit(memory.watch);
+    visit(memory.interval);
     visit(memory.mark_work);
     visit(memory.mark_time);
     visit(memory.other_cost);
@@ -97,13 +80,16 @@ class Automatic final : public Integrator {
   }
 
   Choice choice() const { return static_cast<Choice>(memory_.choice); }
-  Integrator& integrator(Choice choice);
+  std::array<Integrator*, choices> methods() const {  // as Choice numbers them
+    return {erk_.get(), adams_.get(), dirk_.get(), bdf_.get()};
+  }
+  Integrator& integrator(Choice choice) const { return *methods()[static_cast<std::size_t>(choice)]; }
   double step() const;
-  bool at_border(double radius) const;
+  bool limited_by_stability(double radius) const;
   void use(Choice choice);
-  void choose_history(double span);
-  void watch(double span);
-  void judge(double cost);
+  void choose_multistep(double span);
+  void check_stiffness(double span);
+  void judge_trial(double cost);
   double work() const;
   void begin_account();
   void count();
@@ -111,7 +97,7 @@ class Automatic final : public Integrator {
   System& system_;
   SolverSettings settings_;
   SpectralRadius radius_;
-  // all made at once: a change of method in a step must not allocate
+  // all are created at initialization, so that no step allocates
   std::unique_ptr<OneStep> erk_, dirk_;
   std::unique_ptr<Integrator> adams_, bdf_;
   Integrator* current_;
@@ -129,23 +115,7 @@ Automatic::Automatic(System& system, const SolverSettings& settings)
       adams_(make_adams(system, settings)),
       bdf_(make_bdf(system, settings)),
       current_(erk_.get()) {
-  for (Integrator* method : {static_cast<Integrator*>(erk_.get()), static_cast<Integrator*>(dirk_.get()),
-                             adams_.get(), bdf_.get()})
-    method->pause_after(pause_steps);
-}
-
-Integrator& Automatic::integrator(Choice choice) {
-  switch (choice) {
-    case Choice::erk:
-      return *erk_;
-    case Choice::adams:
-      return *adams_;
-    case Choice::dirk:
-      return *dirk_;
-    case Choice::bdf:
-      break;
-  }
-  return *bdf_;
+  for (Integrator* method : methods()) method->pause_after(Tuning::steps_between_choices);
 }
 
 Outcome Automatic::start(double time, const double* y) {
@@ -158,7 +128,7 @@ Outcome Automatic::start(double time, const double* y) {
 
 double Automatic::work() const {
   return static_cast<double>(statistics_.evaluations) +
-         jacobian_work * (system_.nq() + system_.nv()) * static_cast<double>(statistics_.jacobians);
+         Tuning::jacobian_column * (system_.nq() + system_.nv()) * static_cast<double>(statistics_.jacobians);
 }
 
 void Automatic::begin_account() {
@@ -177,14 +147,15 @@ double Automatic::step() const {
                                 : static_cast<const OneStep*>(current_)->allowed_step();
 }
 
-// Whether an explicit method's steps are held up by its stability.
-bool Automatic::at_border(double radius) const {
-  return choice() == Choice::adams
-             ? step() * radius > border_adams
-             : erk_->stability_used(radius) > (memory_.held >= held_for_bdf ? mild_border : near_border);
+// Whether stability limits the steps of the explicit method in use.
+bool Automatic::limited_by_stability(double radius) const {
+  return choice() == Choice::adams ? step() * radius > Tuning::adams_stability
+                                   : erk_->stability_used(radius) > (memory_.held >= Tuning::held_for_bdf
+                                                                         ? Tuning::erk_stability_held
+                                                                         : Tuning::erk_stability);
 }
 
-// Goes on from here with another method: no jump, the same state.
+// Continues with another method from the same state.
 void Automatic::use(Choice choice) {
   if (choice == this->choice()) return;
   const double time = current_->time(), known = memory_.step[static_cast<int>(choice)];
@@ -195,19 +166,19 @@ void Automatic::use(Choice choice) {
   if (!is_multistep(choice) && known > 0) static_cast<OneStep&>(next).expect_step(known);
   current_ = &next;
   memory_.choice = static_cast<std::uint8_t>(choice);
-  if (!is_implicit(choice)) memory_.rung = 0;
+  if (!is_implicit(choice)) memory_.oscillatory = 0;
   count();
 }
 
-void Automatic::choose_history(double span) {
+void Automatic::choose_multistep(double span) {
   bool multistep = false;
   if (is_implicit(choice())) {
     const double own = memory_.step[static_cast<int>(Choice::bdf)];
-    multistep =
-        memory_.rung == 0 && (memory_.held >= held_for_bdf || span > long_step * (own > 0 ? own : step()));
-  } else if (memory_.held >= held_for_adams) {
+    multistep = memory_.oscillatory == 0 && (memory_.held >= Tuning::held_for_bdf ||
+                                             span > Tuning::restart_negligible * (own > 0 ? own : step()));
+  } else if (memory_.held >= Tuning::held_for_adams) {
     const double allowed = choice() == Choice::adams ? memory_.step[static_cast<int>(Choice::erk)] : step();
-    multistep = span < short_step * allowed;
+    multistep = span < Tuning::longest_for_adams * allowed;
   }
   if (multistep != is_multistep(choice()))
     use(is_implicit(choice()) ? (multistep ? Choice::bdf : Choice::dirk)
@@ -215,70 +186,72 @@ void Automatic::choose_history(double span) {
 }
 
 Outcome Automatic::advance(double end, bool inputs_changed) {
-  if (!(end > time()) || !std::isfinite(end)) return current_->advance(end, inputs_changed);
+  if (!is_later(end, time())) return current_->advance(end, inputs_changed);
   const double span = end - time();
   memory_.held = inputs_changed ? 0 : std::min(memory_.held + 1, 1000);
-  choose_history(span);
-  const long allowed = allowed_steps(span), before = statistics_.steps;
+  choose_multistep(span);
+  StepBudget budget(time(), end);
+  const long before = statistics_.steps;
   bool changed = inputs_changed;
-  Pace pace(time());
   while (time() < end) {
     const Outcome outcome = current_->advance(end, changed);
     changed = false;
     count();
     if (!outcome.ok) return outcome;
-    if (pace.is_hopeless(statistics_.steps - before, allowed, time(), end))
-      return failure(time(), Pace::sentence(allowed, name()));
-    if (statistics_.steps - before > allowed)
-      return failure(time(), std::to_string(allowed) + " steps did not reach the end of the step");
-    watch(span);
+    const long taken = statistics_.steps - before;
+    if (budget.is_hopeless(taken, time(), end)) return failure(time(), budget.hopeless(name()));
+    if (taken > budget.steps()) return failure(time(), budget.exceeded(system_, name(), time(), state()));
+    check_stiffness(span);
   }
   return {};
 }
 
-void Automatic::watch(double span) {
+void Automatic::check_stiffness(double span) {
   const double spent = work() - memory_.mark_work, passed = time() - memory_.mark_time;
   if (!(passed > 0)) return;
   const double cost = spent / passed;
   if (memory_.trying != 0) {
-    if (spent >= trial) judge(cost);
+    if (spent >= Tuning::trial_cost) judge_trial(cost);
     return;
   }
-  if (spent < static_cast<double>(memory_.watch) * memory_.backoff) return;
-  memory_.watch = std::min<std::int64_t>(2 * memory_.watch, longest_watch);
+  if (spent < static_cast<double>(memory_.interval) * memory_.backoff) return;
+  memory_.interval = std::min<std::int64_t>(2 * memory_.interval, Tuning::rarest_estimate);
   before_.evaluations += SpectralRadius::evaluations;
   const double radius = radius_.estimate(system_, time(), state());
   bool promising;
   if (is_implicit(choice())) {
-    // explicit steps, as long as stability and the communication steps let them be
-    promising = stages * std::max(radius / reachable, is_multistep(choice()) ? 0.0 : 1 / span) < gain * cost;
+    // cost of explicit steps, limited by stability and communication steps
+    promising = Tuning::explicit_stages *
+                    std::max(radius / Tuning::explicit_step, is_multistep(choice()) ? 0.0 : 1 / span) <
+                Tuning::promised_gain * cost;
   } else {
-    promising = at_border(radius);
+    promising = limited_by_stability(radius);
   }
   count();
   if (promising) {
     memory_.other_cost = cost;
     memory_.trying = 1;
-    const bool held = is_multistep(choice()) || memory_.held >= held_for_bdf || span > long_step * step();
+    const bool held = is_multistep(choice()) || memory_.held >= Tuning::held_for_bdf ||
+                      span > Tuning::restart_negligible * step();
     use(is_implicit(choice()) ? Choice::erk : (held ? Choice::bdf : Choice::dirk));
-  } else if (choice() == Choice::bdf && step() * radius < rings) {
+  } else if (choice() == Choice::bdf && step() * radius < Tuning::bdf_oscillatory) {
     memory_.other_cost = cost;
-    memory_.trying = memory_.rung = 1;
+    memory_.trying = memory_.oscillatory = 1;
     use(Choice::dirk);
   }
   begin_account();
 }
 
-void Automatic::judge(double cost) {
+void Automatic::judge_trial(double cost) {
   memory_.trying = 0;
   if (cost > memory_.other_cost) {
-    memory_.backoff = std::min(4 * memory_.backoff, longest_backoff);
-    const bool was_implicit = memory_.rung == 0 && is_implicit(choice());
-    memory_.rung = 0;
+    memory_.backoff = std::min(4 * memory_.backoff, Tuning::longest_backoff);
+    const bool was_implicit = memory_.oscillatory == 0 && is_implicit(choice());
+    memory_.oscillatory = 0;
     use(was_implicit ? Choice::erk : Choice::bdf);
   } else {
     memory_.backoff = 1;
-    memory_.watch = first_watch;
+    memory_.interval = Tuning::first_estimate;
   }
   begin_account();
 }
@@ -300,7 +273,7 @@ bool Automatic::restore(const unsigned char* bytes, std::size_t size) {
   Statistics before;
   each_part(memory, [&reader](auto& part) { reader.get(part); });
   get(reader, before);
-  if (!reader.good() || memory.choice >= choices || memory.rung > 1) return false;
+  if (!reader.good() || memory.choice >= choices || memory.oscillatory > 1) return false;
   Integrator& next = integrator(static_cast<Choice>(memory.choice));
   if (!next.restore(reader.rest(), reader.left())) return false;
   current_ = &next;

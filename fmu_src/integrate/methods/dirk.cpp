@@ -11,18 +11,18 @@
 #include "integrate/system/dense_jacobian.hpp"
 
 // Diagonally implicit Runge-Kutta steps by SUNDIALS' ARKODE (ARKStep) with the exact Jacobian: L-stable and
-// stiffly accurate, each first stage explicit. It has no history, so inputs may change at every
-// communication step. The slope at the end of a step is the one its last stage was solved for.
+// stiffly accurate, each first stage explicit. It has no history, so inputs may change at every communication
+// step. The slope at the end of a step is that of its last stage.
 
 namespace redysim {
 namespace {
 
 using namespace sundials;
 
-// The method, by right-hand sides against error over 14 tables of ARKODE on five stiff scenes at rtol 1e-3 to
-// 1e-8: fewest, or nearly, on each, and its error estimate can be trusted on all of them (docs/solvers.md).
-// It is the implicit half of ARK4(3)7L[2]SA: Kennedy and Carpenter, Appl. Numer. Math. 136 (2019); given here
-// because ARKODE's own comes with all others, 30 kB of them.
+// Chosen from 14 tables of ARKODE on five stiff scenes at rtol 1e-3 to 1e-8: it needs the fewest right-hand
+// sides for an error, or nearly so, on each, and its error estimate is reliable on all (docs/solvers.md). It
+// is the implicit part of ARK4(3)7L[2]SA: Kennedy and Carpenter, Appl. Numer. Math. 136 (2019). It is
+// repeated here because ARKODE links all its tables together, 30 kB.
 constexpr int stages = 7;
 constexpr int order = 4, embedded_order = 3;
 constexpr double diagonal = 0.1235;
@@ -39,9 +39,9 @@ constexpr double embedded[stages] = {
     0, 0, 0.51752174615934821, -0.15173820706113939, 0.23672007870234135, 0.27544638219944978, 0.12205};
 
 constexpr double tightening = 1.0 / 5;  // to the global error of the explicit methods at the same rtol
-constexpr int newton_iterations = 4;    // one more than usual: the Jacobian is exact, and dear
-constexpr int remembered_slopes = 3;    // for the guess of a stage
-constexpr int newton_failures = 60;     // in a row; each shortens the step to a quarter
+constexpr int newton_iterations = 4;    // one more than usual: the Jacobian is exact and expensive
+constexpr int remembered_slopes = 3;    // for the prediction of a stage
+constexpr int newton_failures = 60;     // consecutive; each reduces the step to a quarter
 
 struct ArkStepDeleter {
   void operator()(void* memory) const { ARKStepFree(&memory); }
@@ -76,7 +76,7 @@ class Dirk final : public OneStep {
 
   double weights_of_slopes_[stages][stages] = {};
   const double* slopes_[stages] = {};  // where ARKStep keeps the stages' slopes
-  int stage_ = 0;                      // under way
+  int stage_ = 0;                      // being solved
   double step_begin_ = 0;              // time at which begin_slope_ holds
   const double* begin_slope_ = nullptr;
 };
@@ -101,7 +101,7 @@ void Dirk::build() {
   ARKStepSetErrorBias(ark, 1.0);
   ARKStepSetSafetyFactor(ark, sundials_safety);
   ARKStepSetFixedStepBounds(ark, 1.0, 1.0);
-  ARKStepSetMaxErrTestFails(ark, 100);  // step_control's floor is reached before
+  ARKStepSetMaxErrTestFails(ark, 100);  // StepControl stops before
   if (settings_.max_step > 0) ARKStepSetMaxStep(ark, settings_.max_step);
 
   matrix_.reset(created(SUNDenseMatrix(system_.size(), system_.size(), context_)));
@@ -142,8 +142,8 @@ void Dirk::set_table() {
   ARKodeButcherTable_Free(table);
 }
 
-// A stage is guessed by the polynomial through the slopes of the last few stages, integrated from the step's
-// begin to the stage: the integrals of Lagrange's polynomials, by two points of Gauss.
+// Predicts a stage by integrating the polynomial through the slopes of the previous stages: the weights are
+// integrals of Lagrange polynomials, by two Gauss points.
 void Dirk::set_predictors() {
   for (int i = 1; i < stages; ++i) {
     const int count = std::min(i, remembered_slopes), first = i - count;
@@ -166,7 +166,7 @@ int Dirk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_poi
     std::memset(slope, 0, bytes);
     return 0;
   }
-  // the first stage, also of a step that is tried again
+  // the first stage, also of a repeated step
   if (time == self.step_begin_) {
     self.stage_ = 0;
     self.slopes_[0] = slope;

@@ -12,9 +12,9 @@ struct ButcherTableDeleter {
 };
 using ButcherTable = std::unique_ptr<std::remove_pointer_t<ARKodeButcherTable>, ButcherTableDeleter>;
 
-// Prince and Dormand (1981), RK8(7)13M: order 8 with an embedded order 7. SUNDIALS' own table of order 8,
-// Fehlberg's, compares two slopes at the step's start and two at its end: where these agree it sees no error,
-// and walks into a stop that only the end of the step touches.
+// Prince and Dormand (1981), RK8(7)13M: order 8 with an embedded order 7. The error estimate of SUNDIALS' own
+// table of order 8 (Fehlberg) compares two slopes at the start of the step and two at its end. If these agree
+// it is zero, so it misses a stop that only the end of the step reaches.
 ButcherTable dormand_prince_8();
 
 }  // namespace redysim

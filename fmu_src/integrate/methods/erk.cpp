@@ -8,9 +8,10 @@
 #include "integrate/methods/dormand_prince_8.hpp"
 #include "integrate/methods/one_step.hpp"
 #include "integrate/methods/table_choice.hpp"
+#include "integrate/methods/tuning.hpp"
 
-// Explicit Runge-Kutta steps by SUNDIALS' ARKODE (ERKStep). Right-hand sides per step: exactly the stages;
-// one fewer where the last stage's slope is the next step's first (same inputs).
+// Explicit Runge-Kutta steps by SUNDIALS' ARKODE (ERKStep). A step takes one right-hand side per stage, one
+// fewer if the slope of the last stage is the first one of the next step (same inputs).
 
 namespace redysim {
 namespace {
@@ -18,31 +19,31 @@ namespace {
 using namespace sundials;
 
 struct Table {
-  ARKODE_ERKTableID id;     // none: dormand_prince_8
+  ARKODE_ERKTableID id;     // ARKODE_ERK_NONE: dormand_prince_8
   int error_order;          // local error estimate ~ h^error_order
   bool first_same_as_last;  // its last stage is f at the new state
-  double stability;         // interval on the negative real axis
+  double stability;         // its interval on the negative real axis
   const char* name;
 };
 
-// By right-hand sides against error (docs/solvers.md): the third order costs 4 slopes where hardly any
-// accuracy is asked for; not with loops, where a worse step is longer in closing. Below, the fifth serves
-// communication steps that are one step (7 slopes, not 13), and the eighth those that are several. Verner's
-// 6(5) and Cash-Karp's 5(4) lie between without a range of their own.
+// By right-hand sides against error (docs/solvers.md): the third order costs 4 slopes and suffices for a
+// loose tolerance; not with loops, where a larger error takes longer to project. At tighter ones the fifth
+// suits communication steps that are one step (7 slopes, not 13), the eighth those of several. Verner's 6(5)
+// and Cash-Karp's 5(4) lie between and are nowhere the best.
 constexpr Table third = {ARKODE_BOGACKI_SHAMPINE_4_2_3, 3, true, 2.5, "erk (Bogacki-Shampine 3(2))"};
 constexpr Table fifth = {ARKODE_DORMAND_PRINCE_7_4_5, 5, true, 3.3, "erk (Dormand-Prince 5(4))"};
 constexpr Table eighth = {ARKODE_ERK_NONE, 8, false, 5.2, "erk (Dormand-Prince 8(7))"};
-constexpr double loose = 5e-3;  // rtol above which the third order serves
-constexpr double tight =
-    1e-9;  // rtol from which on the eighth serves whatever the advance, where forces have corners
 
-bool third_serves(double rtol, const System& system) { return rtol > loose && !system.has_loops(); }
-
-const Table& alone_for(double rtol, const System& system) {
-  return third_serves(rtol, system) ? third : rtol > tight ? fifth : eighth;
+bool is_third_order(double rtol, const System& system) {
+  return rtol > Tuning::third_order_rtol && !system.has_loops();
 }
 
-// Friction and stops act within a step or two, where longer steps of a higher order gain nothing.
+const Table& alone_for(double rtol, const System& system) {
+  return is_third_order(rtol, system) ? third : rtol > Tuning::eighth_order_rtol ? fifth : eighth;
+}
+
+// Friction and stops change the forces within one or two steps, so the longer steps of a higher order gain
+// nothing.
 bool is_smooth(const Plan<double>& plan) {
   return std::none_of(plan.joints.begin(), plan.joints.end(),
                       [](const JointPlan<double>& joint) { return joint.rubs || joint.stopped; });
@@ -78,22 +79,24 @@ class Erk final : public OneStep {
   double stability() const override { return table_in_use().stability; }
 
   void choose_table(double remaining) override;
-  long steps_between_choices() const override { return choice_ ? choice_->steps_until_decision() : 0; }
+  long steps_between_choices() const override {
+    return choice_ ? choice_->steps_until_decision() : OneStep::steps_between_choices();
+  }
   void use_chosen();
   void forget_choice() override;
   void put_choice(StateWriter& writer) const override;
   bool get_choice(StateReader& reader) override;
 
-  Memory lower_, eighth_;  // eighth: where there is a choice
+  Memory lower_, eighth_;  // eighth_: only with a choice
   void* in_use_ = nullptr;
-  std::optional<TableChoice> choice_;   // where there are two
+  std::optional<TableChoice> choice_;   // if there are two tables
   const double* last_slope_ = nullptr;  // where ERKStep keeps the slope at the end of its last step, or null
-  bool serve_slope_ = false;            // the next slope asked for is slope_
+  bool reuse_slope_ = false;            // the next slope asked for is slope_
 };
 
 Erk::Erk(System& system, const SolverSettings& settings)
     : OneStep(system, settings, SolverMethod::erk, alone_for(settings.rtol, system).error_order, 1) {
-  if (!third_serves(settings.rtol, system) && is_smooth(system.plan())) {
+  if (!is_third_order(settings.rtol, system) && is_smooth(system.plan())) {
     set_error_order(fifth.error_order);
     lower_ = made(fifth);
     eighth_ = made(eighth);
@@ -120,7 +123,7 @@ Erk::Memory Erk::made(const Table& table) {
   ERKStepSetErrorBias(erk, 1.0);
   ERKStepSetSafetyFactor(erk, sundials_safety);
   ERKStepSetFixedStepBounds(erk, 1.0, 1.0);
-  ERKStepSetMaxErrTestFails(erk, 100);  // step_control's floor is reached before
+  ERKStepSetMaxErrTestFails(erk, 100);  // StepControl stops before
   if (settings_.max_step > 0) ERKStepSetMaxStep(erk, settings_.max_step);
   // ERKStep takes c = 1 in the last stage for "first same as last", which 8(7) is not, unless a step is
   // post-processed: then it asks for the slope at the new state
@@ -140,9 +143,8 @@ Erk::Memory Erk::made(const Table& table) {
 void Erk::choose_table(double remaining) {
   if (!choice_) return;
   const bool same = !system_.has_loops();  // the last slope is the next step's first
-  const double longest = settings_.max_step > 0 ? settings_.max_step : std::numeric_limits<double>::max();
   double factor;
-  choice_->decide({remaining, control_.wanted(), longest, statistics_.steps,
+  choice_->decide({remaining, control_.wanted(), control_.step_limit(), statistics_.steps,
                    slope_known_ || !same ? 0.0 : 1.0, same ? 6.0 : 7.0},
                   factor);
   if (factor == 1) return;
@@ -181,8 +183,8 @@ int Erk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_poin
     self.last_slope_ = nullptr;
     return 0;
   }
-  if (self.serve_slope_) {
-    self.serve_slope_ = false;
+  if (self.reuse_slope_) {
+    self.reuse_slope_ = false;
     std::memcpy(slope, self.slope_.data(), bytes);
     return 0;
   }
@@ -198,14 +200,14 @@ int Erk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_poin
     if (status == Status::fatal) return -1;
     self.stage_failed_ = true;
   }
-  // ERKStep gives up at a stage without slope; a slope that is not a number makes it try a smaller step
+  // without a slope ERKStep fails; with a NaN it tries a smaller step
   std::fill_n(slope, self.y_.size(), std::numeric_limits<double>::quiet_NaN());
   return 0;
 }
 
 int Erk::run(double first_step) {
   void* erk = in_use_;
-  serve_slope_ = slope_known_;
+  reuse_slope_ = slope_known_;
   ERKStepSetMaxNumSteps(erk, allowed_);
   ERKStepSetInitStep(erk, first_step);
   ERKStepReset(erk, since_, start_.get());

@@ -8,11 +8,11 @@ namespace redysim {
 
 // The scale of an acceptable error, component by component: weight = 1 / (rtol |y| + atol scale).
 // * The scale of a joint's position and velocity is that of its motions (System::scales).
-// * The |q| of a joint that turns counts as 2 pi at most: an angle has no scale beyond a turn.
-// * No scale is below a few roundings of |y|, which no method can resolve; a joint's velocity feels those of
+// * The |q| of a joint that turns is limited to 2 pi: an angle has no scale beyond one revolution.
+// * No scale is below a few rounding errors of |y|, which no method can resolve; for a velocity also those of
 //   its position (1 rad ~ 1 rad/s).
-// * The work has weight 0: asking for energies must not change the trajectory. It is integrated by the
-//   same formula with the same steps, so its error is of the size of the state's.
+// * The work has weight 0: energy outputs must not change the trajectory. The same formula and steps
+//   integrate it, so its error is of the size of the state's error.
 class ErrorWeights {
  public:
   ErrorWeights(const System& system, double rtol, double atol);
@@ -24,7 +24,7 @@ class ErrorWeights {
  private:
   const System& system_;
   double rtol_, atol_;
-  std::vector<double> cap_;  // largest |y| that counts; one entry a weighted component
+  std::vector<double> cap_;  // upper limit of |y|; one entry per weighted component
 };
 
 }  // namespace redysim

@@ -18,10 +18,10 @@ struct Statistics {
   double error_estimate = 0;  // weighted local error of the last step, 1 = the tolerance
 };
 
-// How an advance ended; on failure the state is the one at time(), the last good time.
+// Result of an advance. After a failure the state is that at time(), the last valid time.
 struct Outcome {
   bool ok = true;
-  std::string message;  // why not, one sentence; empty when ok (so that a good step does not allocate)
+  std::string message;  // the reason of a failure, one sentence; empty when ok, which does not allocate
 };
 
 // One time-stepping method over one System. Neither throws nor allocates in a successful advance.
@@ -29,35 +29,35 @@ class Integrator {
  public:
   virtual ~Integrator() = default;
 
-  // Starts anew at (time, y); forgets all history.
+  // Starts at (time, y) without history.
   virtual Outcome start(double time, const double* y) = 0;
 
-  // Integrates from time() to exactly `end`. `inputs_changed`: the right-hand side is not the one of the
-  // last advance, so history built on it must not be used; otherwise it is kept.
+  // Integrates from time() to exactly `end`. `inputs_changed`: the right-hand side differs from that of the
+  // last advance, so the history is discarded; otherwise it is kept.
   virtual Outcome advance(double end, bool inputs_changed) = 0;
 
-  // From now on an advance ends after so many steps, successful, wherever it is then; 0: at its end only.
+  // From now on an advance ends after so many internal steps at the latest, successful; 0: at its end only.
   void pause_after(long steps) { pause_after_ = steps; }
 
   virtual double time() const = 0;
   virtual const double* state() const = 0;  // length System::size()
   virtual const Statistics& statistics() const = 0;
   virtual const char* name() const = 0;
-  virtual SolverMethod method() const = 0;  // in use; automatic: none yet
+  virtual SolverMethod method() const = 0;  // in use; automatic: none
 
-  // A copy of everything the future depends on, as plain bytes, so that the run after `restore` (here or
-  // in another process with the same model) is bit for bit the run that was not interrupted.
+  // All that the continuation depends on, as bytes. The run after `restore`, here or in another process with
+  // the same model, equals the uninterrupted run bit for bit.
   virtual void save(std::vector<unsigned char>& bytes) const = 0;
-  virtual bool restore(const unsigned char* bytes, std::size_t size) = 0;  // false: not ours, unchanged
+  virtual bool restore(const unsigned char* bytes, std::size_t size) = 0;  // false: invalid bytes, unchanged
 
  protected:
   long pause_after_ = 0;
 };
 
-// Integrator::advance with a halt wherever a trajectory of the system changes its phase.
-Outcome advance_by_borders(Integrator& integrator, System& system, double end, bool inputs_changed);
+// Integrator::advance, interrupted at each breakpoint of the system's trajectories.
+Outcome advance_by_breakpoints(Integrator& integrator, System& system, double end, bool inputs_changed);
 inline Outcome advance(Integrator& integrator, System& system, double end, bool inputs_changed) {
-  return system.control() ? advance_by_borders(integrator, system, end, inputs_changed)
+  return system.control() ? advance_by_breakpoints(integrator, system, end, inputs_changed)
                           : integrator.advance(end, inputs_changed);
 }
 

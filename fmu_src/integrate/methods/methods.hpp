@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <string>
 
@@ -16,44 +17,42 @@ std::unique_ptr<OneStep> make_dirk(System& system, const SolverSettings& setting
 std::unique_ptr<Integrator> make_adams(System& system, const SolverSettings& settings);
 std::unique_ptr<Integrator> make_bdf(System& system, const SolverSettings& settings);
 std::unique_ptr<Integrator> make_automatic(System& system, const SolverSettings& settings);
-std::unique_ptr<Integrator> make_still();  // for a system without state
+std::unique_ptr<Integrator> make_stateless();  // for a system without state
 
-// Internal steps, accepted or not, that an advance over `length` seconds may take.
-long allowed_steps(double length);
+// Whether an advance may go from `time` to `end`.
+inline bool is_later(double end, double time) { return end > time && std::isfinite(end); }
 
-// Tells early that the steps that an advance may take will not do, by the time that the last of them covered:
-// an end that is hours of computing away is refused within seconds. Where not that many are allowed, nothing
-// is foretold: after a rough patch steps may grow.
-class Pace {
- public:
-  static constexpr long looks_after = 200'000;  // steps
-  static constexpr long many = 10'000'000;      // left
-  static constexpr double growth = 2;           // of the pace, that may be hoped for
-  explicit Pace(double time) : time_(time) {}
-  bool is_hopeless(long steps, long allowed, double time, double end);
-  static std::string sentence(long allowed, const char* method);
-
- private:
-  long steps_ = 0;
-  double time_;
-};
-
-// The smallest step of an advance that ends at `end`, at a time since it began: it still moves the clock, and
-// nothing is as fast as a hundredth of a picosecond.
+// The smallest step of an advance that ends at `end`, at a time since its start: the time still changes, and
+// a hundredth of a picosecond is shorter than any motion.
 double smallest_step(double time, double end);
 
-// After new inputs: y follows a prescribed motion that jumped. False: loops cannot close.
+// After new inputs: moves y along with jumps of prescribed motions. False: the loop constraints cannot be
+// satisfied.
 bool follow_motion(System& system, double time, double* y);
 
 // A failed advance from `time`: "Integration stopped at t = ... s: reason"
 Outcome failure(double time, const std::string& reason);
 
-// A reason.
-inline constexpr const char* tolerance_below_rounding =
-    "the tolerance is below the rounding of the state: loosen solver.rtol and solver.atol";
+// Whether a start is finite.
+Outcome check_start(double time, const std::vector<double>& y);
 
-// The reason where an advance used up its allowed_steps at (time, y), and what to do about it; blames a
-// joint.
-std::string too_many_steps(System& system, long allowed, const char* method, double time, const double* y);
+namespace reasons {
+
+inline constexpr const char* end_not_later =
+    "the end of the step is not finite, or not after the current time";
+inline constexpr const char* motion_impossible =
+    "the loop constraints cannot be satisfied with the prescribed motion";
+inline constexpr const char* loops_open = "the loop constraints cannot be satisfied";
+inline constexpr const char* not_finite_at_start =
+    "the accelerations at the start of the step are not finite";
+inline constexpr const char* not_finite = "the accelerations are not finite";
+inline constexpr const char* step_too_small =
+    "minimum step size reached; the requested tolerance cannot be met";
+inline constexpr const char* step_too_small_or_not_finite =
+    "minimum step size reached; the requested tolerance cannot be met, or the accelerations are not finite";
+inline constexpr const char* tolerance_below_rounding =
+    "the tolerance is below the rounding error of the state: loosen solver.rtol and solver.atol";
+
+}  // namespace reasons
 
 }  // namespace redysim

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "integrate/methods/step_budget.hpp"
 #include "integrate/system/state_bytes.hpp"
 
 namespace redysim {
@@ -25,8 +25,7 @@ OneStep::OneStep(System& system, const SolverSettings& settings, SolverMethod me
       y_before_(y_),
       method_(method),
       error_order_(error_order),
-      room_(system.size()),
-      largest_step_(settings.max_step > 0 ? settings.max_step : std::numeric_limits<double>::max()) {}
+      room_(system.size()) {}
 
 int OneStep::weights(N_Vector y, N_Vector weights, void* self) {
   static_cast<OneStep*>(self)->error_weights_.evaluate(data(y), data(weights));
@@ -36,7 +35,7 @@ int OneStep::weights(N_Vector y, N_Vector weights, void* self) {
 int OneStep::adapt(N_Vector, double t, double h, double, double, double error, double, double, int, int,
                    double* next, void* self_pointer) {
   OneStep& self = *static_cast<OneStep*>(self_pointer);
-  // what is too long for Newton's iteration is too long
+  // a step that Newton's iteration could not solve limits the next ones
   const long unsolved = self.unsolved();
   if (unsolved != self.unsolved_before_) {
     self.statistics_.rejected += unsolved - self.unsolved_before_;
@@ -52,7 +51,7 @@ int OneStep::adapt(N_Vector, double t, double h, double, double, double error, d
     *next = remaining > 0 ? self.control_.step_for(remaining) / sundials_safety : h;
     return 0;
   }
-  // a slope that failed at the step's start stays failed, whatever the step
+  // a slope that failed at the start of the step fails for every step size
   self.stage_failed_ = false;
   ++self.statistics_.rejected;
   *next = self.control_.rejected(h, error) / sundials_safety;
@@ -77,10 +76,7 @@ Outcome OneStep::start(double time, const double* y) {
   slope_known_ = false;
   statistics_ = {};
   forget_choice();
-  if (!std::isfinite(time)) return failure(time, "the start time is not a number");
-  for (double value : y_)
-    if (!std::isfinite(value)) return failure(time, "the start state is not finite");
-  return {};
+  return check_start(time, y_);
 }
 
 void OneStep::expect_step(double step) {
@@ -94,7 +90,7 @@ bool OneStep::first_step_from_here() {
   slope_known_ = true;
   ++statistics_.evaluations;
   const double step = first_step(system_, error_weights_, error_order_ - 1, time(), y_.data(), slope_.data(),
-                                 largest_step_, room_);
+                                 control_.step_limit(), room_);
   if (!(step > 0)) return false;
   control_.start(step);
   return true;
@@ -105,13 +101,13 @@ int OneStep::attempt() {
   unsolved_before_ = unsolved();
   std::copy(y_.begin(), y_.end(), data(start_));
   const int flag = run(control_.step_for(end_ - since_));
-  // on the way a loop may open a little where it passes a singular position, at the end it is closed
-  if (flag < 0 || !system_.loops_are_lost()) return flag;
+  // inner steps may violate a loop slightly near a singular position, the last one must not
+  if (flag < 0 || !system_.loops_are_violated()) return flag;
   projection_failed_ = true;
   return ARK_POSTPROCESS_STEP_FAIL;
 }
 
-// A state too far off to be projected: shorter steps end closer to the closed loops.
+// If a state is too far from the loop constraints to be projected, shorter steps end closer to them.
 int OneStep::attempt_until_closed() {
   int flag = attempt();
   for (int retry = 0; flag == ARK_POSTPROCESS_STEP_FAIL && retry < 12; ++retry) {
@@ -124,50 +120,62 @@ int OneStep::attempt_until_closed() {
 
 Outcome OneStep::advance(double end, bool inputs_changed) {
   if (end == time()) return {};
-  if (!(end > time()) || !std::isfinite(end))
-    return failure(time(), "the end of the step is not a later time");
+  if (!is_later(end, time())) return failure(time(), reasons::end_not_later);
   if (inputs_changed) {
     slope_known_ = false;
     control_.forget_errors();
     if (system_.plan().has_motion() && !follow_motion(system_, time(), y_.data()))
-      return failure(time(), "the joints cannot follow the prescribed motion");
+      return failure(time(), reasons::motion_impossible);
   }
-  if (fresh_ && !first_step_from_here())
-    return failure(time(), "the accelerations cannot be computed at the start of the step");
-  bool guessed = fresh_;  // a first guess of the step decides nothing
+  const bool step_guessed = fresh_;
+  if (fresh_ && !first_step_from_here()) return failure(time(), reasons::not_finite_at_start);
   fresh_ = false;
 
   goal_ = end;
   end_ = end - origin_;
-  const long bound = allowed_steps(end_ - since_),
-             allowed = pause_after_ > 0 ? std::min(bound, pause_after_) : bound;
   const double origin_before = origin_, since_before = since_;
   std::copy(y_.begin(), y_.end(), y_before_.begin());
-  Pace pace(since_);
-  for (long left = allowed; left > 0;) {
-    if (!guessed) choose_table(end_ - since_);
-    guessed = false;
-    const long some = steps_between_choices();
-    allowed_ = std::min({left, some > 0 ? some : left, Pace::looks_after});
-    left -= allowed_;
+  Outcome outcome = run_to_end(!step_guessed);
+  if (outcome.ok) return outcome;
+  fresh_ = true;
+  slope_known_ = false;
+  origin_ = origin_before;
+  since_ = since_before;
+  std::copy(y_before_.begin(), y_before_.end(), y_.begin());
+  return outcome;
+}
+
+// Runs ARKODE until the end of the advance or until a pause is due. `may_choose`: false if the step size is
+// only a first guess, on which no choice of a table can be based.
+Outcome OneStep::run_to_end(bool may_choose) {
+  StepBudget budget(since_, end_);
+  const long pause = pause_after_ > 0 ? std::min(budget.steps(), pause_after_) : budget.steps();
+  for (long taken = 0; taken < pause; may_choose = true) {
+    if (may_choose) choose_table(end_ - since_);
+    allowed_ = std::min({pause - taken, steps_between_choices(), StepBudget::check_interval});
+    taken += allowed_;
     const int flag = attempt_until_closed();
-    const bool halted = flag == ARK_TOO_MUCH_WORK;
-    const bool hopeless = halted && pace.is_hopeless(allowed - left, allowed, reached(), end_);
-    if (flag < 0 && (hopeless || !(halted && (left > 0 || allowed == pause_after_)))) {
-      fresh_ = true;
-      slope_known_ = false;
-      const Outcome outcome = hopeless && left > 0
-                                  ? failure(absolute(reached()), Pace::sentence(bound, name()))
-                                  : explain(flag, bound);
-      origin_ = origin_before;
-      since_ = since_before;
-      std::copy(y_before_.begin(), y_before_.end(), y_.begin());
-      return outcome;
+    switch (end_of_run(flag, taken, budget)) {
+      case RunEnd::arrived:
+        arrive(end_);
+        return {};
+      case RunEnd::paused:
+        arrive(reached());
+        break;
+      case RunEnd::hopeless:
+        return failure(absolute(reached()), budget.hopeless(name()));
+      case RunEnd::failed:
+        return failure(absolute(reached()), reason_of(flag, budget));
     }
-    arrive(halted ? reached() : end_);
-    if (!halted) break;
   }
   return {};
+}
+
+OneStep::RunEnd OneStep::end_of_run(int flag, long taken, StepBudget& budget) const {
+  if (flag >= 0) return RunEnd::arrived;
+  if (flag != ARK_TOO_MUCH_WORK) return RunEnd::failed;
+  if (budget.is_hopeless(taken, reached(), end_)) return RunEnd::hopeless;
+  return taken < budget.steps() ? RunEnd::paused : RunEnd::failed;
 }
 
 void OneStep::arrive(double since) {
@@ -183,17 +191,21 @@ void OneStep::arrive(double since) {
   if (slope_known_) std::copy_n(slope, slope_.size(), slope_.begin());
 }
 
-Outcome OneStep::explain(int flag, long allowed) {
-  const double at = absolute(reached());
-  if (step_at_floor_)
-    return failure(at, "no step is small enough for the tolerance, or the accelerations are not finite");
-  if (projection_failed_) return failure(at, "the loops cannot be closed");
-  if (const char* known = reason(flag)) return failure(at, known);
-  if (flag == ARK_RHSFUNC_FAIL || flag == ARK_UNREC_RHSFUNC_ERR)
-    return failure(at, "the accelerations cannot be computed");
-  if (flag == ARK_TOO_MUCH_WORK)
-    return failure(at, too_many_steps(system_, allowed, name(), at, data(result_)));
-  return failure(at, flag == ARK_TOO_MUCH_ACC ? tolerance_below_rounding : message_.reason());
+std::string OneStep::reason_of(int flag, const StepBudget& budget) {
+  if (step_at_floor_) return reasons::step_too_small_or_not_finite;
+  if (projection_failed_) return reasons::loops_open;
+  if (const char* known = reason(flag)) return known;
+  switch (flag) {
+    case ARK_RHSFUNC_FAIL:
+    case ARK_UNREC_RHSFUNC_ERR:
+      return reasons::not_finite;
+    case ARK_TOO_MUCH_WORK:
+      return budget.exceeded(system_, name(), absolute(reached()), data(result_));
+    case ARK_TOO_MUCH_ACC:
+      return reasons::tolerance_below_rounding;
+    default:
+      return message_.reason();
+  }
 }
 
 void OneStep::save(std::vector<unsigned char>& bytes) const {

@@ -10,15 +10,16 @@ namespace {
 constexpr double safety = 0.9;      // aims at safety^error_order of the tolerance
 constexpr double growth = 6;        // per step
 constexpr double reduction = 0.15;  // per step
-constexpr double stretch = 1.02;    // a step may be this much longer where that saves one
+constexpr double stretch = 1.02;    // a step may be longer by this factor if that saves one
 constexpr double smallest_error = 1e-12;
-constexpr double remembered = 1e-4;  // smallest error that the controller remembers
-constexpr double telling = 1e-4;     // an error below it, of a step cut short, may be rounding
+constexpr double smallest_remembered = 1e-4;   // of the errors kept for the controller
+constexpr double smallest_significant = 1e-4;  // of a shortened step; smaller errors may be rounding
 
 }  // namespace
 
-StepControl::StepControl(int error_order, double max_step)
-    : max_step_(max_step > 0 ? max_step : std::numeric_limits<double>::max()) {
+double step_limit(double max_step) { return max_step > 0 ? max_step : std::numeric_limits<double>::max(); }
+
+StepControl::StepControl(int error_order, double max_step) : step_limit_(redysim::step_limit(max_step)) {
   set_error_order(error_order);
 }
 
@@ -33,11 +34,11 @@ void StepControl::accepted(double h, double error) {
   const double law = std::exp(proportional_ * std::log(previous_error_) -
                               integral_ * std::log(std::max(error, smallest_error)));
   const double proposed = h * std::max(safety * law, reduction);
-  // growth counts from the longer of this step and the wish, so that no error at all stays bounded
+  // growth is limited relative to the longer of this step and the previous proposal, also for an error of 0
   const double next = std::min(proposed, std::max(growth * h, wanted_));
-  const bool tells_nothing = h < 0.5 * wanted_ && error < telling;
-  wanted_ = limited(tells_nothing ? std::max(next, wanted_) : next);
-  previous_error_ = std::max(error, remembered);
+  const bool is_insignificant = h < 0.5 * wanted_ && error < smallest_significant;
+  wanted_ = limited(is_insignificant ? std::max(next, wanted_) : next);
+  previous_error_ = std::max(error, smallest_remembered);
 }
 
 double StepControl::rejected(double h, double error) {
@@ -52,7 +53,7 @@ double StepControl::parts_of(double remaining, double step) {
 
 double StepControl::step_for(double remaining) const {
   const double parts = parts_of(remaining, wanted_);
-  // too many to count: the end is far away
+  // the end is too far away to count the parts
   if (!(parts < 1e6)) return wanted_;
   return limited(parts <= 1 ? remaining : remaining / parts);
 }

@@ -2,8 +2,11 @@
 
 namespace redysim {
 
-// The step size of a one-step method: a PI controller (Gustafsson 1991; Hairer, Wanner II, IV.2) that
-// survives steps cut short by a communication point.
+// The upper bound of a step, s, that SolverSettings::max_step sets (0: none).
+double step_limit(double max_step);
+
+// Step-size control of a one-step method: a PI controller (Gustafsson 1991; Hairer, Wanner II, IV.2). Steps
+// shortened by a communication point do not disturb it.
 class StepControl {
  public:
   // `error_order`: the local error is proportional to h^error_order.
@@ -14,19 +17,20 @@ class StepControl {
     wanted_ = limited(step);
     previous_error_ = 1;
   }
-  void forget_errors() { previous_error_ = 1; }  // the equation changed
+  void forget_errors() { previous_error_ = 1; }  // the right-hand side changed
 
-  // A step of size h had the weighted error (not a number: the right-hand side failed).
+  // After a step of size h with this weighted error (NaN: the right-hand side failed).
   void accepted(double h, double error);
   double rejected(double h, double error);  // the step to try instead
   void limit(double h) { wanted_ = h < wanted_ ? h : wanted_; }
 
-  // The step to take when `remaining` is left: equal parts rather than a small rest at the end.
+  // The next step if `remaining` is left: equal parts, not a small remainder at the end.
   double step_for(double remaining) const;
   static double parts_of(double remaining, double step);  // how many
 
-  double limited(double step) const { return step < max_step_ ? step : max_step_; }
+  double limited(double step) const { return step < step_limit_ ? step : step_limit_; }
 
+  double step_limit() const { return step_limit_; }
   double wanted() const { return wanted_; }
   double previous_error() const { return previous_error_; }
   void restore(double wanted, double previous_error) {
@@ -35,8 +39,8 @@ class StepControl {
   }
 
  private:
-  double integral_, proportional_, plain_, max_step_;
-  double wanted_ = 0;          // s, what the tolerance allows, whatever the communication step
+  double integral_, proportional_, plain_, step_limit_;
+  double wanted_ = 0;          // s, allowed by the tolerance, independent of the communication step
   double previous_error_ = 1;  // of the last accepted step
 };
 

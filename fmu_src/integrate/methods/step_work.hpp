@@ -4,18 +4,17 @@
 
 namespace redysim {
 
-// The work at and between the ends of a multistep method's steps. It is not under the error test, since
-// asking for energies must not change a run: where the method's own estimate says that a step integrated it
-// too coarsely, Gauss-Legendre quadrature of the power along the method's dense output replaces the
-// increment.
+// The work at and between the ends of the steps of a multistep method. It is not part of the error test,
+// since energy outputs must not change a run. If the method's error estimate of the work is too large for a
+// step, Gauss-Legendre quadrature of the power along the dense output replaces the increment.
 class StepWork {
  public:
   using Power = bool (*)(double time, void* owner, double& power);  // false: it cannot be computed
 
   void start() { *this = {}; }
-  void begin(double work);  // the method begins at this work
+  void begin(double work);  // work at the start of the method
 
-  // A step from `from` to `to` ended at `work` by the method; `error`: its estimate, `rtol`: that of the
+  // After a step from `from` to `to`. `work`: by the method, `error`: its estimate, `rtol`: tolerance of the
   // work.
   void step(double from, double to, double work, double error, double rtol, Power power, void* owner);
   double at(double time, double work) const;  // within the last step; `work`: by the method
@@ -30,9 +29,9 @@ class StepWork {
 
   double from_ = 0, to_ = 0;
   double begin_ = 0, end_ = 0;    // work at from_ and to_
-  double offset_ = 0;             // of the work from the method's
-  double moved_ = 0;              // sum of the increments' sizes
-  unsigned char integrated_ = 0;  // the last step by quadrature
+  double offset_ = 0;             // correction of the method's work
+  double moved_ = 0;              // sum of |increments|
+  unsigned char integrated_ = 0;  // whether the last step was
   double coefficients_[nodes]{};  // of Legendre polynomials: the power over the last step
 };
 

@@ -8,7 +8,7 @@
 namespace redysim::sundials {
 namespace {
 
-constexpr int most_terms = 16;  // more than a method of 13 stages asks for
+constexpr int most_terms = 16;  // more than a method of 13 stages needs
 constexpr int block = 4;        // components that stay in registers while the terms are added
 
 // z[k] = sum c[i] x[i][k] for Count components from `at`, terms in order

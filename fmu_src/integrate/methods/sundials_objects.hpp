@@ -49,17 +49,17 @@ class Context {
   SUNContext context_ = nullptr;
 };
 
-// A serial vector whose linear combination and weighted norm are made for the short states of robots.
-// The norm is taken over the components of positive weight, so one that is left out changes no bit of it.
+// A serial vector with operations for the short states of robots. The norm includes only components of
+// positive weight.
 Vector make_vector(long size, SUNContext context);
 
 inline double* data(N_Vector vector) { return NV_DATA_S(vector); }
 inline double* data(const Vector& vector) { return NV_DATA_S(vector.get()); }
 
-// Keeps the last message of SUNDIALS, which would print it; sign: ARKErrHandlerFn, CVErrHandlerFn.
+// Keeps the last message of SUNDIALS instead of printing it; an ARKErrHandlerFn and CVErrHandlerFn.
 struct LastMessage {
   char text[256] = "";
-  // Without its time, which is not the system's: "At t = 0 and h = 1e-3, why" -> "why"
+  // Without its time, which differs from the system's: "At t = 0 and h = 1e-3, reason" -> "reason"
   const char* reason() const;
   static void keep(int, const char*, const char*, char* message, void* self) {
     std::snprintf(static_cast<LastMessage*>(self)->text, sizeof text, "%s", message);

@@ -4,24 +4,14 @@
 #include <cmath>
 
 #include "integrate/methods/step_control.hpp"
+#include "integrate/methods/tuning.hpp"
 
 namespace redysim {
-namespace {
 
-constexpr double slopes_of_eighth = 13;
-constexpr double worth = 1.1;       // times the right-hand sides that the smaller error of order 8 is worth
-constexpr double hysteresis = 1.1;  // in favour of the one in use
-constexpr long settled = 4;         // steps after which a new method's step size is its own
-constexpr long reviewed = 16;       // steps after which a long advance is looked at again
-constexpr double restless = 2;      // growth of the step since the last decision
-constexpr double oblivion = 0.01;   // what each decision forgets of the learned ratio
-constexpr double smallest_gain = 1, largest_gain = 12;
-
-}  // namespace
-
-// local errors C (h/L)^5 = tolerance and C' (h/L)^8 = tolerance: h8/h5 ~ tolerance^(1/8 - 1/5); the factor is
-// that of KR5, gripper and four-bar
-TableChoice::TableChoice(double rtol) : expected_(1.6 * std::pow(1e4 * rtol, -0.07)), gain_(expected_) {}
+TableChoice::TableChoice(double rtol)
+    : expected_(Tuning::step_ratio *
+                std::pow(Tuning::step_ratio_tolerances * rtol, Tuning::step_ratio_exponent)),
+      gain_(expected_) {}
 
 void TableChoice::forget() {
   gain_ = expected_;
@@ -30,31 +20,33 @@ void TableChoice::forget() {
 }
 
 long TableChoice::steps_until_decision() const {
-  return learning_ != 0 || wanted_before_ == 0 ? settled : reviewed;
+  return learning_ != 0 || wanted_before_ == 0 ? Tuning::settling_steps : Tuning::review_steps;
 }
 
 void TableChoice::learn(const Situation& now) {
-  if (learning_ != 0 && now.steps >= steps_before_ + settled) {
+  if (learning_ != 0 && now.steps >= steps_before_ + Tuning::settling_steps) {
     const double measured = eighth_ != 0 ? now.wanted / step_before_ : step_before_ / now.wanted;
-    gain_ = std::clamp(std::sqrt(gain_ * measured), smallest_gain, largest_gain);
+    gain_ = std::clamp(std::sqrt(gain_ * measured), Tuning::smallest_ratio, Tuning::largest_ratio);
     learning_ = 0;
   }
-  gain_ += oblivion * (expected_ - gain_);
+  gain_ += Tuning::forgotten * (expected_ - gain_);
 }
 
 void TableChoice::decide(const Situation& now, double& factor) {
   factor = 1;
   learn(now);
-  // a step size on its way to another says nothing of the motion
-  const bool calm = now.wanted < restless * wanted_before_ && wanted_before_ < restless * now.wanted;
+  // no decision while the step size still changes
+  const bool settled = now.wanted < Tuning::settled_growth * wanted_before_ &&
+                       wanted_before_ < Tuning::settled_growth * now.wanted;
   wanted_before_ = now.wanted;
-  if (!calm) return;
-  const double fifth_step = std::min(eighth_ != 0 ? now.wanted / gain_ : now.wanted, now.longest);
-  const double eighth_step = std::min(eighth_ != 0 ? now.wanted : now.wanted * gain_, now.longest);
+  if (!settled) return;
+  const double fifth_step = std::min(eighth_ != 0 ? now.wanted / gain_ : now.wanted, now.step_limit);
+  const double eighth_step = std::min(eighth_ != 0 ? now.wanted : now.wanted * gain_, now.step_limit);
   const double parts = StepControl::parts_of(now.remaining, fifth_step);
   const double fifth_cost = now.slopes_a_step * parts + now.first_slope;
-  const double eighth_cost = slopes_of_eighth * StepControl::parts_of(now.remaining, eighth_step);
-  const bool better = eighth_cost <= worth * (eighth_ != 0 ? hysteresis : 1 / hysteresis) * fifth_cost;
+  const double eighth_cost = Tuning::eighth_stages * StepControl::parts_of(now.remaining, eighth_step);
+  const double in_favour = eighth_ != 0 ? Tuning::hysteresis : 1 / Tuning::hysteresis;
+  const bool better = eighth_cost <= Tuning::accuracy_worth * in_favour * fifth_cost;
   if (better == eighth()) return;
   factor = better ? gain_ : 1 / gain_;
   eighth_ = better;
@@ -81,8 +73,8 @@ bool TableChoice::get(StateReader& reader) {
   reader.get(read.step_before_);
   reader.get(read.wanted_before_);
   reader.get(read.steps_before_);
-  const bool possible = read.gain_ >= smallest_gain && read.gain_ <= largest_gain && read.eighth_ <= 1 &&
-                        read.learning_ <= 1 && read.wanted_before_ >= 0 &&
+  const bool possible = read.gain_ >= Tuning::smallest_ratio && read.gain_ <= Tuning::largest_ratio &&
+                        read.eighth_ <= 1 && read.learning_ <= 1 && read.wanted_before_ >= 0 &&
                         (read.learning_ == 0 || read.step_before_ > 0);
   if (!reader.finished() || !possible) return false;
   *this = read;

@@ -4,26 +4,26 @@
 
 namespace redysim {
 
-// Which of two explicit Runge-Kutta methods serves an advance, order 5 or order 8: the cheaper one, by the
-// steps that each would take. The method in use knows its own step; the other's follows from the ratio of
-// both, which is guessed from the tolerance and learned at each change. Depends
-// on nothing but the run so far.
+// Chooses between two explicit Runge-Kutta methods, order 5 and order 8, the one with fewer right-hand sides
+// in the rest of an advance (constants in tuning.hpp). The step size of the method in use is known. That of
+// the other follows from their ratio, which is estimated from the tolerance and corrected at each change. The
+// choice depends on the previous run only.
 class TableChoice {
  public:
   explicit TableChoice(double rtol);
 
-  void forget();  // order 5 begins
+  void forget();  // starts with order 5
   bool eighth() const { return eighth_ != 0; }
 
   struct Situation {
     double remaining;      // s, of the advance
     double wanted;         // s, step of the method in use
-    double longest;        // s, allowed by the user
-    long steps;            // accepted so far, counted from anywhere
-    double first_slope;    // right-hand sides of order 5 beyond 6 a step: for the first
+    double step_limit;     // s, by the user
+    long steps;            // accepted so far, from any origin
+    double first_slope;    // right-hand sides of order 5 for the slope at the start
     double slopes_a_step;  // of order 5
   };
-  // Decides; `factor` is what the step is to be multiplied by.
+  // Updates the choice; the step size is to be multiplied by `factor`.
   void decide(const Situation& now, double& factor);
 
   long steps_until_decision() const;  // in a long advance
@@ -31,7 +31,7 @@ class TableChoice {
   double gain() const { return gain_; }  // step of order 8 over that of order 5
 
   void put(StateWriter& writer) const;
-  bool get(StateReader& reader);  // false: no such choice
+  bool get(StateReader& reader);  // false: invalid
 
  private:
   void learn(const Situation& now);
@@ -39,9 +39,9 @@ class TableChoice {
   double expected_;  // gain
   double gain_;
   unsigned char eighth_ = 0, learning_ = 0;
-  double step_before_ = 0;         // s, of the method that was left last
+  double step_before_ = 0;         // s, of the previous method
   double wanted_before_ = 0;       // s, at the last decision; 0: none
-  std::int64_t steps_before_ = 0;  // when it was left
+  std::int64_t steps_before_ = 0;  // at the last change
 };
 
 }  // namespace redysim

@@ -13,14 +13,14 @@ DenseJacobian::DenseJacobian(System& system)
       qdd_(static_cast<std::size_t>(system.plan().nv)),
       tau_(qdd_),
       change_(qdd_.size() + 1) {
-  const int n = system.plan().nv;
-  for (int first : {0, n})
-    for (int k = 0; k < system.simple(); ++k) variables_.push_back(first + system.joint_of(k));
+  using Kind = JointVariable::Kind;
+  for (Kind kind : {Kind::position, Kind::velocity})
+    for (int k = 0; k < system.simple(); ++k) variables_.push_back({kind, system.joint_of(k)});
   for (int chart : system.plan().balls)
-    for (int first : {0, n, 2 * n})
-      for (int k = 1; k <= 3; ++k) variables_.push_back(first + chart + k);
+    for (Kind kind : {Kind::position, Kind::velocity, Kind::force})
+      for (int k = 1; k <= 3; ++k) variables_.push_back({kind, chart + k});
   if (const Control* control = system.control())
-    for (int joint : control->joints()) variables_.push_back(2 * n + joint);
+    for (int joint : control->joints()) variables_.push_back({Kind::force, joint});
   columns_.resize(variables_.size() * change_.size());
 }
 
@@ -30,8 +30,8 @@ Status DenseJacobian::evaluate(double time, const double* y, double* matrix) {
   const System::Coordinates at = system_.coordinates(time, y);
   system_.drive_forces(at, qdd_.data(), tau_.data());
   derivatives_.evaluate(system_.plan(), system_.workspace(), at.q, at.qd, qdd_.data(), tau_.data(),
-                        system_.port_wrenches(), variables_, columns_.data());
-  if (system_.control()) system_.close_control(time, at, variables_, columns_.data());
+                        system_.recursion_port_wrenches(), variables_, columns_.data());
+  if (system_.control()) system_.add_feedback(time, at, variables_, columns_.data());
   const StateLayout& layout = system_.layout();
   const std::ptrdiff_t size = system_.size();
   std::fill_n(matrix, size * size, 0.0);
@@ -48,7 +48,7 @@ Status DenseJacobian::evaluate(double time, const double* y, double* matrix) {
   return sum == 0 ? Status::ok : Status::recoverable;
 }
 
-// Rows of the velocities and the work from a change of all joints' accelerations and of the power.
+// Rows of the velocities and the work from a change of the accelerations of all joints and of the power.
 void DenseJacobian::add_rows(const double* change, double* column) const {
   const StateLayout& layout = system_.layout();
   for (int i = 0; i < layout.qd.count; ++i) column[layout.qd[i]] = change[system_.joint_of(i)];
@@ -60,14 +60,14 @@ void DenseJacobian::add_rows(const double* change, double* column) const {
   if (system_.with_work()) *layout.work.of(column) = change[qdd_.size()];
 }
 
-// Columns of a spherical joint's quaternion and angular velocity, by the chain rule: dual numbers give how
-// its angles, rates and forces change, `columns_` how all accelerations follow them.
+// Columns of a spherical joint's quaternion and angular velocity, by the chain rule: dual numbers give the
+// derivatives of its angles, rates and forces, `columns_` those of all accelerations by these.
 void DenseJacobian::set_ball(int ball, const double* y, double* matrix) {
   const StateLayout& layout = system_.layout();
   const int chart = system_.plan().balls[ball];
   const std::ptrdiff_t size = system_.size();
   const double* quaternion = layout.quaternion.of(y, ball);
-  const Vec3<double> omega(layout.omega.of(y, ball)), torque(system_.ball_force(ball));
+  const Vec3<double> omega(layout.omega.of(y, ball)), torque(system_.recursion_ball_torque(ball));
   const BallAngles angles = system_.angles_of_ball(ball);
   const double* columns = column(2 * layout.q.count + 9 * ball);
   double squared = 0;
@@ -81,7 +81,7 @@ void DenseJacobian::set_ball(int ball, const double* y, double* matrix) {
     quaternion_rate(velocity ? quaternion : unit, velocity ? unit : omega.data(),
                     layout.quaternion.of(column, ball));
 
-    // the turn that a change of the quaternion is: 2 conj(q) dq, its vector part
+    // rotation vector of a change of the quaternion: vector part of 2 conj(q) dq
     Vec3<double> turn = Vec3<double>::Zero(), spin = turn;
     if (velocity) {
       spin[variable - 4] = 1;
@@ -106,7 +106,7 @@ void DenseJacobian::set_ball(int ball, const double* y, double* matrix) {
         change_[i] += factor * columns[static_cast<std::size_t>(k) * change_.size() + i];
     }
     add_rows(change_.data(), column);
-    // and its own axes turn
+    // the link axes rotate as well
     const Eigen::Map<const Vec3<double>> held(&qdd_[static_cast<std::size_t>(chart) + 1]);
     const Vec3<Dual> own = rate_matrix(moved) * Vec3<Dual>(held.cast<Dual>()) + rate_bias(moved, rates);
     for (int k = 0; k < 3; ++k) column[layout.omega[ball] + k] += own[k].derivative;

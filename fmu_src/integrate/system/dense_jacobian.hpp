@@ -7,13 +7,13 @@
 
 namespace redysim {
 
-// d(ydot)/dy of a system, exact (dynamics/derivatives.hpp). Owned by the implicit methods alone.
+// d(ydot)/dy of a system, exact (dynamics/derivatives.hpp). Used by the implicit methods only.
 class DenseJacobian {
  public:
   explicit DenseJacobian(System& system);
 
-  // Fills `matrix`, columns of length System::size() one after the other. Costs about a right-hand side for
-  // each column, and one by itself, which counts as an evaluation.
+  // Fills `matrix` by columns of length System::size(). Costs about one right-hand side per column and one
+  // more, which counts as an evaluation.
   Status evaluate(double time, const double* y, double* matrix);
 
  private:
@@ -25,7 +25,8 @@ class DenseJacobian {
 
   System& system_;
   Derivatives derivatives_;
-  std::vector<int> variables_;  // simple joints' positions, their velocities, then 9 a spherical joint
+  std::vector<JointVariable>
+      variables_;  // simple joints' positions, their velocities, then 9 a spherical joint
   std::vector<double> columns_, qdd_, tau_, change_;
 };
 

@@ -2,8 +2,8 @@
 
 #include "integrate/system/system.hpp"
 
-// Inputs that move as polynomials of time: u(t) = u + u' s + u'' s^2 / 2 + u''' s^3 / 6 with s = t - anchor.
-// They stand behind the held inputs (InputLayout), and only while they are used.
+// Inputs as polynomials of time: u(t) = u + u' s + u'' s^2 / 2 + u''' s^3 / 6 with s = t - slope_time. Their
+// derivatives follow the held inputs (InputLayout) only while they are used.
 
 namespace redysim {
 namespace {
@@ -27,7 +27,7 @@ bool System::is_input_size(std::size_t size) const {
 void System::resize_inputs(std::size_t size) {
   inputs_.resize(size, 0.0);
   if (!has_input_slopes()) return;
-  applied_.resize(static_cast<std::size_t>(input_layout_.force_size()), 0.0);
+  recursion_inputs_.resize(static_cast<std::size_t>(input_layout_.force_size()), 0.0);
   if (plan_.has_motion()) scratch_inputs_.reserve(size);
 }
 
@@ -57,18 +57,19 @@ void System::end_input_slopes(double time) {
   if (!has_input_slopes()) return;
   for (int i = 0; i < plan_.nv; ++i)
     if (motion_slot_[i] >= 0) hold_motion(time, i);
-  take_inputs(time);  // slopes have brought `applied_` along
-  std::copy(applied_.begin(), applied_.end(), inputs_.begin());
+  update_recursion_inputs(time);  // allocated together with the slopes
+  std::copy(recursion_inputs_.begin(), recursion_inputs_.end(), inputs_.begin());
   resize_inputs(base_size());
 }
 
-// The forces of now into `applied_`, where they are not simply `inputs_`.
-void System::take_inputs(double time) {
-  std::copy_n(inputs_.begin(), input_layout_.force_size(), applied_.begin());
+// The forces at `time` into `recursion_inputs_`.
+void System::update_recursion_inputs(double time) {
+  std::copy_n(inputs_.begin(), input_layout_.force_size(), recursion_inputs_.begin());
   if (!has_input_slopes()) return;
   const double since = time - inputs_[input_layout_.slope_time()];
   const int count = input_layout_.force_size();
-  for (int i = 0; i < count; ++i) applied_[i] += taylor(&inputs_[input_layout_.slope(1, i)], count, since, 0);
+  for (int i = 0; i < count; ++i)
+    recursion_inputs_[i] += taylor(&inputs_[input_layout_.slope(1, i)], count, since, 0);
 }
 
 // A prescribed joint's q (derivative 0), qd (1) or qdd (2) at `time`.
@@ -85,7 +86,7 @@ double System::motion_at(double time, int joint, int derivative) const {
   return value;
 }
 
-// The same motion, told from `time` on; a joint's jump since the last step stays as it is.
+// The same motion, with `time` as its start; the jump since the last step is kept.
 void System::hold_motion(double time, int joint) {
   set_motion(time, joint, motion_at(time, joint, 0), motion_at(time, joint, 1), tau(joint));
 }

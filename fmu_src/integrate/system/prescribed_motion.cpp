@@ -9,7 +9,8 @@
 namespace redysim {
 namespace {
 
-constexpr double open_loop = 1e-8;  // m or rad: a loop that projection leaves open this far does not close
+constexpr double violation =
+    1e-8;  // m or rad: residual after projection above which the loop constraints cannot be satisfied
 
 }  // namespace
 
@@ -54,7 +55,7 @@ bool System::follow_jumps(double time, double* y) {
     respond(time, y, true);
   }
   const bool closed =
-      !plan_.has_loops() || (project(time, y, nullptr) == Status::ok && largest_gap() < open_loop);
+      !plan_.has_loops() || (project(time, y, nullptr) == Status::ok && largest_gap() < violation);
   if (jumps && with_work())
     *layout_.work.of(y) += kinetic_energy(time, y) + potential_energy(time, y) - before;
   if (!jumps || std::all_of(y, y + size(), [](double value) { return std::isfinite(value); })) return closed;
@@ -72,8 +73,9 @@ double System::energy_before_jump(double time, const double* y) {
   return energy(q_.data(), qd_.data());
 }
 
-// Accelerations are linear in the prescribed ones, with the factor -M_ff^-1 M_fp: twice the forward dynamics,
-// once with the jump added to the prescribed accelerations, give the others' share of the jump.
+// Accelerations are linear in the prescribed ones, with the factor -M_ff^-1 M_fp. The difference of two
+// forward dynamics, the second with the jump added to the prescribed accelerations, is the jump of the other
+// joints.
 void System::respond(double time, double* y, bool velocity) {
   std::vector<double>& inputs = scratch_inputs_;
   inputs.assign(inputs_.begin(), inputs_.end());

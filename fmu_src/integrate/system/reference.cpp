@@ -8,7 +8,7 @@ namespace {
 
 constexpr double two_pi = 6.28318530717958647692;
 
-// ReDySim's cycloid: velocity and acceleration vanish at both ends.
+// ReDySim's cycloid: velocity and acceleration are 0 at both ends.
 JointMotion cycloid(const Trajectory& trajectory, double time) {
   const double length = trajectory.end - trajectory.begin, rate = (trajectory.to - trajectory.from) / length;
   const double since = time - trajectory.begin, angle = two_pi * since / length;
@@ -37,7 +37,7 @@ std::vector<Trajectory::Piece>::const_iterator next_piece(const Trajectory& traj
                           [](double t, const Trajectory::Piece& piece) { return t < piece.knot; });
 }
 
-// The function of the inside, beyond its ends too.
+// The function inside the interval, continued beyond its ends.
 JointMotion inside(const Trajectory& trajectory, double time) {
   if (trajectory.kind == Trajectory::Kind::cycloid) return cycloid(trajectory, time);
   return polynomial(*(next_piece(trajectory, time) - 1), time);
@@ -63,9 +63,9 @@ double next_knot(const Trajectory& trajectory, double time) {
 
 JointMotion motion_at(const Trajectory& trajectory, Phase phase, double time) {
   if (phase == Phase::inside) return inside(trajectory, time);
-  const double border = phase == Phase::before ? trajectory.begin : trajectory.end;
-  JointMotion motion = inside(trajectory, border);
-  motion.q += motion.qd * (time - border);
+  const double end_point = phase == Phase::before ? trajectory.begin : trajectory.end;
+  JointMotion motion = inside(trajectory, end_point);
+  motion.q += motion.qd * (time - end_point);
   motion.qdd = 0;
   return motion;
 }

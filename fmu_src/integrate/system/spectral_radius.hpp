@@ -6,14 +6,14 @@
 
 namespace redysim {
 
-// How fast the fastest part of a system moves: the largest |eigenvalue| (1/s) of d(ydot)/dy, to some tens of
-// percent, by power iteration on differences of right-hand sides. Needs no matrix.
+// Estimates the largest |eigenvalue| (1/s) of d(ydot)/dy to some tens of percent, by power iteration on
+// differences of right-hand sides, without a matrix.
 class SpectralRadius {
  public:
   explicit SpectralRadius(const System& system);
 
-  static constexpr int evaluations = 19;                          // that `estimate` takes at most
-  double estimate(System& system, double time, const double* y);  // 0 when it cannot be told
+  static constexpr int evaluations = 19;                          // at most, of `estimate`
+  double estimate(System& system, double time, const double* y);  // 0: failed
 
  private:
   bool apply(System& system, double time, const double* y, double& growth);

@@ -7,7 +7,7 @@
 
 #include "integrate/methods/integrator.hpp"
 
-// An integrator's state as plain bytes of this machine's byte order, and back with every length checked.
+// The state of an integrator as bytes in this machine's byte order; every length is checked on reading.
 
 namespace redysim {
 
@@ -49,10 +49,10 @@ class StateReader {
     next_ += length;
     left_ -= length;
   }
-  const unsigned char* rest() const { return next_; }  // what was not read yet
+  const unsigned char* rest() const { return next_; }  // unread bytes
   std::size_t left() const { return left_; }
   bool good() const { return good_; }
-  bool finished() const { return good_ && left_ == 0; }  // all read, nothing left over
+  bool finished() const { return good_ && left_ == 0; }  // all read without error
 
  private:
   const unsigned char* next_;
@@ -60,7 +60,7 @@ class StateReader {
   bool good_ = true;
 };
 
-// What must agree for bytes to be continued: format, method, state and tolerances.
+// What must agree: format, method, size of the state and tolerances.
 struct StateHeader {
   std::uint32_t magic, version, method;
   std::int32_t nq, nv, size;

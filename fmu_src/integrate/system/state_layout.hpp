@@ -4,8 +4,8 @@
 
 namespace redysim {
 
-// Where the parts of the state y = [q; quaternion; qd; omega; work] stand. `q` and `qd` are those of the
-// joints with one degree of freedom that are integrated.
+// Positions of the parts of the state y = [q; quaternion; qd; omega; work]. `q` and `qd` belong to the
+// integrated joints with one degree of freedom.
 struct StateLayout {
   Span<1> q;           // rad or m
   Span<4> quaternion;  // per spherical joint: w, x, y, z

@@ -14,7 +14,7 @@ double blame_stiffest_joint(System& system, double time, const double* y) {
   double fastest = 0;
   int stiffest = -1;
   for (int k = 0; k < system.nv(); ++k) {
-    // quaternions have no velocity of their own
+    // quaternions are not counted
     const int velocity = layout.qd.begin + k;
     for (int component : {k < layout.q.count ? layout.q[k] : velocity, velocity}) {
       const double step = difference * std::max(1.0, std::fabs(y[component]));

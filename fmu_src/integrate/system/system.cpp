@@ -15,13 +15,12 @@ namespace redysim {
 
 namespace {
 
-constexpr double lost_gap =
-    1e-8;  // m or rad: a loop that is open this far is not closed, whatever the energy says
-constexpr double lost_digits = 1e6;  // and so many times the rounding of points far away
+// a loop with a residual above these (m or rad, multiple of the rounding of its points) is violated
+constexpr double violation = 1e-8, violation_roundings = 1e6;
 
 constexpr double half_pi = 1.5707963267948966;
 
-// The quaternion of a rotation, of the two that of the sign nearer to the one it replaces.
+// The quaternion of a rotation with the sign nearer to the one it replaces.
 void write_quaternion(const Mat3<double>& rotation, double* quaternion) {
   const Eigen::Quaterniond q(rotation);
   const double values[] = {q.w(), q.x(), q.y(), q.z()};
@@ -53,27 +52,32 @@ System::System(const Plan<double>& plan, bool with_work, const Model* model)
       scratch_(q_) {
   if (features::control && model && (!model->trajectories.empty() || model->controller.law != Law::none))
     control_ = std::make_unique<Control>(*model, plan);
-  int held_motions = 0;
-  for (int i = 0; i < plan.nv; ++i) {
-    if (plan.joints[i].of_ball) continue;
-    if (!plan.joints[i].prescribed)
-      integrated_.push_back(i);
-    else if (!control_ || !control_->prescribes(i))
-      motion_slot_[i] = held_motions++;
-  }
-  layout_ = StateLayout(static_cast<int>(integrated_.size()), static_cast<int>(plan.balls.size()),
-                        features::energies && with_work);
-  input_layout_ = InputLayout(plan, held_motions, control_ ? static_cast<int>(control_->phase_count()) : 0);
+  set_layouts(with_work);
   scales_.assign(integrated_.size(), 1.0);
   if (model) set_scales(*model);
   angles_.resize(plan.balls.size());
   inputs_.assign(base_size(), 0.0);
-  if (held_motions > 0) {
+  if (input_layout_.held_motion.count > 0) {
     scratch_inputs_ = inputs_;
     unmoved_.resize(static_cast<std::size_t>(size()));
   }
   if (!plan.balls.empty() || control_)
-    applied_.assign(static_cast<std::size_t>(input_layout_.force_size()), 0.0);
+    recursion_inputs_.assign(static_cast<std::size_t>(input_layout_.force_size()), 0.0);
+}
+
+// Each joint is integrated, or its motion is held between settings, or a trajectory moves it.
+void System::set_layouts(bool with_work) {
+  int held_motions = 0;
+  for (int i = 0; i < plan_.nv; ++i) {
+    if (plan_.joints[i].of_ball) continue;
+    if (!plan_.joints[i].prescribed)
+      integrated_.push_back(i);
+    else if (!control_ || !control_->prescribes(i))
+      motion_slot_[i] = held_motions++;
+  }
+  layout_ = StateLayout(static_cast<int>(integrated_.size()), static_cast<int>(plan_.balls.size()),
+                        features::energies && with_work);
+  input_layout_ = InputLayout(plan_, held_motions, control_ ? static_cast<int>(control_->phase_count()) : 0);
 }
 
 void System::set_scales(const Model& model) {
@@ -81,7 +85,7 @@ void System::set_scales(const Model& model) {
 }
 
 System::Coordinates System::coordinates(double time, const double* y) {
-  // spherical joints have a prescribed one each, their chart
+  // each spherical joint has a prescribed one, its chart
   return plan_.has_motion() ? coordinates_of_all(time, y) : Coordinates{y, y + plan_.nv};
 }
 
@@ -100,10 +104,10 @@ System::Coordinates System::coordinates_of_all(double time, const double* y) {
   return {q_.data(), qd_.data()};
 }
 
-// Quaternion and angular velocity -> the angles, rates and torques of the joints they stand for.
+// Quaternion and angular velocity -> angles, rates and torques of the joints that represent them.
 void System::expand_ball(int ball, const double* y) {
   const int chart = plan_.balls[ball];
-  const Vec3<double> omega(layout_.omega.of(y, ball)), torque(ball_force(ball));
+  const Vec3<double> omega(layout_.omega.of(y, ball)), torque(recursion_ball_torque(ball));
   const Mat3<double> rotation = rotation_of(layout_.quaternion.of(y, ball));
   BallAngles& angles = angles_[ball];
   angles = charts_kept_ ? angles_in_chart(rotation, angles.turned) : ball_angles(rotation);
@@ -114,7 +118,7 @@ void System::expand_ball(int ball, const double* y) {
   for (int k = 0; k < 3; ++k) {
     q_[chart + 1 + k] = positions[k];
     qd_[chart + 1 + k] = rates[k];
-    applied_[chart + 1 + k] = forces[k];
+    recursion_inputs_[chart + 1 + k] = forces[k];
   }
 }
 
@@ -142,11 +146,11 @@ Status System::accelerations(double time, const double* y, double* qdd) {
   return accelerations<true>(time, y, qdd);
 }
 
-// All joints and forces at (time, y), where they are not simply y and what was set.
-System::Coordinates System::moved_and_pushed(double time, const double* y) {
-  if (!applied_.empty()) take_inputs(time);
+// All joints and forces at (time, y) if they differ from y and the inputs.
+System::Coordinates System::coordinates_and_inputs(double time, const double* y) {
+  if (!recursion_inputs_.empty()) update_recursion_inputs(time);
   const Coordinates at = coordinates(time, y);
-  if (control()) control_->apply(time, phases(), at.q, at.qd, applied_.data());
+  if (control()) control_->apply(time, phases(), at.q, at.qd, recursion_inputs_.data());
   return at;
 }
 
@@ -154,11 +158,11 @@ template <bool fill_workspace>
 Status System::accelerations(double time, const double* y, double* qdd) {
   ++evaluations_;
   Coordinates at{y, y + plan_.nv};
-  if (plan_.has_motion() || !applied_.empty()) at = moved_and_pushed(time, y);
+  if (plan_.has_motion() || !recursion_inputs_.empty()) at = coordinates_and_inputs(time, y);
   if constexpr (features::straight_line && !fill_workspace)
-    straight_line_forward_dynamics(plan_, at.q, at.qd, forces(), qdd);
+    straight_line_forward_dynamics(plan_, at.q, at.qd, recursion_inputs(), qdd);
   else
-    compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, forces(), qdd);
+    compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, recursion_inputs(), qdd);
   // one sum finds any non-finite entry: inf - inf and nan are nan
   double sum = 0;
   for (int i = 0; i < plan_.nv; ++i) sum += qdd[i] * 0.0;
@@ -178,7 +182,7 @@ Status System::right_hand_side(double time, const double* y, double* ydot) {
   return status;
 }
 
-// The rates of the velocities and of the spherical joints, of all joints' accelerations.
+// The slope of velocities and quaternions from the accelerations of all joints.
 void System::slope_of_integrated(const double* y, const double* qdd, double* ydot) const {
   for (int k = 0; k < simple(); ++k) ydot[layout_.qd[k]] = qdd[integrated_[k]];
   for (int ball = 0; ball < balls(); ++ball) {
@@ -189,37 +193,38 @@ void System::slope_of_integrated(const double* y, const double* qdd, double* ydo
 }
 
 double System::power(const Coordinates& at, const double* qdd) {
-  const double* tau = forces();  // of the drives
+  const double* drive = input_layout_.tau.of(recursion_inputs());
   if (plan_.has_motion()) {
     drive_forces(at, qdd, drive_.data());
-    tau = drive_.data();
+    drive = drive_.data();
   }
-  double power = external_power(plan_, workspace_, at.q, at.qd, tau);
+  double power = external_power(plan_, workspace_, at.q, at.qd, drive);
   for (int k = 0; k < input_layout_.port_wrench.count; ++k)
-    power += port_power(plan_, workspace_, plan_.ports[k], at.qd, input_layout_.port_wrench.of(forces(), k));
+    power += port_power(plan_, workspace_, plan_.ports[k], at.qd,
+                        input_layout_.port_wrench.of(recursion_inputs(), k));
   return power;
 }
 
-void System::drive_forces(const Coordinates& at, const double* qdd, double* tau) const {
+void System::drive_forces(const Coordinates& at, const double* qdd, double* drive) const {
   for (int i = 0; i < plan_.nv; ++i)
-    tau[i] =
-        plan_.joints[i].prescribed ? prescribed_force(plan_, workspace_, i, at.q, at.qd, qdd) : forces()[i];
+    drive[i] = plan_.joints[i].prescribed ? prescribed_force(plan_, workspace_, i, at.q, at.qd, qdd)
+                                          : recursion_inputs()[input_layout_.tau[i]];
 }
 
-double System::next_border(double time) const {
-  return control() ? control_->next_border(time, phases()) : std::numeric_limits<double>::infinity();
+double System::next_breakpoint(double time) const {
+  return control() ? control_->next_breakpoint(time, phases()) : std::numeric_limits<double>::infinity();
 }
 
-void System::close_control(double time, const Coordinates& at, const std::vector<int>& variables,
-                           double* columns) {
-  control_->close(time, phases(), at.q, at.qd, forces(), variables, columns);
+void System::add_feedback(double time, const Coordinates& at, const std::vector<JointVariable>& variables,
+                          double* columns) {
+  control_->add_feedback(time, phases(), at.q, at.qd, recursion_inputs(), variables, columns);
 }
 
 double System::largest_gap() const { return largest(workspace_.loop.residual); }
 
-bool System::loops_are_lost() const {
+bool System::loops_are_violated() const {
   return plan_.has_loops() &&
-         largest_gap() > std::max(lost_gap, lost_digits * rounding * workspace_.loop.extent);
+         largest_gap() > std::max(violation, violation_roundings * rounding * workspace_.loop.extent);
 }
 
 void System::set_residuals(double time, const double* y) {
@@ -234,8 +239,8 @@ Status System::project(double time, double* y, double* error) {
   if (!plan_.has_loops()) return Status::ok;
   workspace_.loop.rank_tolerance = projection_rank_tolerance;
   Status status = project_within_rank(time, y, error);
-  if (status == Status::ok && largest(workspace_.loop.residual) > open_gap) {
-    // constraints that are nearly dependent for good, not only in passing
+  if (status == Status::ok && largest(workspace_.loop.residual) > rank_gap) {
+    // constraints that are nearly dependent everywhere, not only near this position
     workspace_.loop.rank_tolerance = dynamics_rank_tolerance;
     status = project_within_rank(time, y, error);
   }
@@ -244,7 +249,7 @@ Status System::project(double time, double* y, double* error) {
 }
 
 Status System::project_within_rank(double time, double* y, double* error) {
-  // the elimination at the arriving point serves every correction: they are small
+  // one elimination at the start is used for all corrections: they are small
   if (accelerations(time, y, qdd_.data()) != Status::ok) return Status::recoverable;
   charts_kept_ = true;
   set_residuals(time, y);
@@ -259,13 +264,13 @@ Status System::project_within_rank(double time, double* y, double* error) {
   return Status::ok;
 }
 
-// Adds to q or qd of the state the response to the residuals in ws.loop.b.
+// Corrects q or qd of the state for the residuals in ws.loop.b.
 void System::add_correction(double* y, bool velocity) {
   correct_loops(plan_, workspace_, scratch_.data());
   add_change(scratch_.data(), y, velocity);
 }
 
-// Adds a change of all joints' q or qd to the state, near the coordinates of the last expansion.
+// Adds a change of q or qd of all joints to the state, near the coordinates of the last expansion.
 void System::add_change(const double* change, double* y, bool velocity) const {
   double* part = (velocity ? layout_.qd : layout_.q).of(y);
   for (int k = 0; k < simple(); ++k) part[k] += change[integrated_[k]];
@@ -284,7 +289,7 @@ void System::add_change(const double* change, double* y, bool velocity) const {
   }
 }
 
-// Newton corrections of q or qd in y until `residual` is rounding or grows no smaller.
+// Newton corrections of q or qd in y until `residual` is a rounding error or stops decreasing.
 void System::reduce_residual(const std::vector<double>& residual, double enough, double time, double* y,
                              bool velocity) {
   double size = largest(residual);
@@ -298,13 +303,13 @@ void System::reduce_residual(const std::vector<double>& residual, double enough,
   }
 }
 
-// The error estimate loses what the projection takes away: its part across the constraints (of the joints of
-// one freedom).
+// Removes from the error estimate what the projection removes from the state: the part that violates the
+// constraints (of the joints with one degree of freedom).
 void System::project_error(double* error) {
   for (double* part : {layout_.q.of(error), layout_.qd.of(error)}) {
     std::fill(qdd_.begin(), qdd_.end(), 0.0);
     for (int k = 0; k < simple(); ++k) qdd_[integrated_[k]] = part[k];
-    // the rows' rates are linear in the velocity: take the error for one
+    // the rates of the rows are linear in the velocity: insert the error
     set_velocities(plan_, workspace_, qdd_.data());
     set_ground_motion(plan_, workspace_, qdd_.data());
     set_loop_residuals(plan_, workspace_);

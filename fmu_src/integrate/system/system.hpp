@@ -12,8 +12,8 @@
 
 namespace redysim {
 
-// What a right-hand side or a projection may say, in SUNDIALS' own order: 0 go on, > 0 try a smaller
-// step, < 0 give up.
+// Result of a right-hand side or a projection, as in SUNDIALS: 0 success, > 0 try a smaller step, < 0
+// failure.
 enum class Status { ok = 0, recoverable = 1, fatal = -1 };
 
 // The ODE of one instance: state y (StateLayout) of the joints that are integrated, ydot = f(time, y;
@@ -22,8 +22,8 @@ enum class Status { ok = 0, recoverable = 1, fatal = -1 };
 // construction.
 class System {
  public:
-  // `plan` is used, not copied, and must outlive the system. `with_work` appends the work of inputs and
-  // dampers (J) as the last state. `model`: that of the plan, for its trajectories and controller.
+  // `plan` is not copied and must outlive the system. `with_work` appends the work of inputs and dampers (J)
+  // as the last state. `model`: that of the plan, for its trajectories and controller.
   System(const Plan<double>& plan, bool with_work, const Model* model = nullptr);
 
   const Plan<double>& plan() const { return plan_; }
@@ -39,25 +39,24 @@ class System {
     return integrated_[state_position];
   }  // into plan().joints; < simple()
 
-  // The size of each joint's motions, m or 1 (rad), that absolute tolerances count in; of length simple().
+  // Scale of each joint's motion, m or 1 (rad), for absolute tolerances; of length simple().
   void set_scales(const Model& model);
   std::vector<double>& scales() { return scales_; }
   const std::vector<double>& scales() const { return scales_; }
 
-  // What is held between settings (InputLayout). The torque of an undriven joint is 0. Equal inputs mean an
-  // equal right-hand side.
+  // The values set last (InputLayout). The torque of an undriven joint is 0. Equal inputs mean an equal
+  // right-hand side.
   std::vector<double>& inputs() { return inputs_; }
   double& tau(int joint) { return inputs_[input_layout_.tau[joint]]; }
   double* port_wrench(int port) { return &inputs_[input_layout_.port_wrench[port]]; }
   double* ball_torque(int ball) { return &inputs_[input_layout_.ball_torque[ball]]; }
 
-  // Inputs that move as polynomials of time (input_slopes.cpp): the order-th derivative, 1 to
-  // InputLayout::highest_order, of a force in inputs() (a prescribed joint's: of its qdd) from `time` on.
-  // They are part of inputs() until they end at another time, where each input stays at the value that it has
-  // reached.
+  // Inputs as polynomials of time (input_slopes.cpp): the order-th derivative, 1 to
+  // InputLayout::highest_order, of a force in inputs() (a prescribed joint's: of its qdd) from `time` on. The
+  // derivatives are part of inputs() until end_input_slopes, after which each input keeps the value reached.
   void set_input_slope(double time, int input, int order, double value);
   bool has_input_slopes() const { return inputs_.size() > base_size(); }
-  double input_slope(int input) const;  // the first derivative where they begin; 0: none
+  double input_slope(int input) const;  // the first derivative at their start; 0: none
   void anchor_input_slopes(double time);
   void end_input_slopes(double time);
   std::size_t base_size() const {  // of inputs() without them
@@ -65,35 +64,41 @@ class System {
   }
   bool is_input_size(std::size_t size) const;
   void resize_inputs(std::size_t size);
-  void swap_inputs(std::vector<double>& other);  // of a legal size
+  void swap_inputs(std::vector<double>& other);  // is_input_size holds
 
-  // The forces in inputs() as they are at the time of the last evaluation.
-  const double* forces() const { return applied_.empty() ? inputs_.data() : applied_.data(); }
-  const double* port_wrenches() const { return input_layout_.port_wrench.of(forces()); }
-  const double* ball_force(int ball) const { return input_layout_.ball_torque.of(forces(), ball); }
+  // The forces that the recursion took in the last evaluation: inputs() at its time, with the torques of the
+  // controller and those of spherical joints in their charts.
+  const double* recursion_inputs() const {
+    return recursion_inputs_.empty() ? inputs_.data() : recursion_inputs_.data();
+  }
+  const double* recursion_port_wrenches() const { return input_layout_.port_wrench.of(recursion_inputs()); }
+  const double* recursion_ball_torque(int ball) const {
+    return input_layout_.ball_torque.of(recursion_inputs(), ball);
+  }
 
-  // Begins the motion of a prescribed joint at `time`: there is none before from which it could jump.
+  // Starts the motion of a prescribed joint at `time`, without a jump.
   void set_motion(double time, int joint, double q, double qd, double qdd);
-  // Sets q (derivative 0), qd (1) or qdd (2) from `time` on; the other two go on from what they have reached.
+  // Sets q (derivative 0), qd (1) or qdd (2) from `time` on; the other two continue from their present
+  // values.
   void change_motion(double time, int joint, int derivative, double value);
 
-  // Trajectories and the controller; null where the model has none. `enter_phases` brings the trajectories to
-  // a time at which a step starts and tells whether the right-hand side changed.
+  // Trajectories and the controller; null if the model has none. `enter_phases` sets the phases of the
+  // trajectories at the start of a step and returns whether the right-hand side changed.
   const Control* control() const { return features::control ? control_.get() : nullptr; }
   void update_control(const Model& model) {
     if (control()) control_->update(model);
   }
   bool enter_phases(double time) { return control() && control_->enter(time, phases()); }
-  double next_border(double time) const;  // where a step has to end, s; infinity: nowhere
+  double next_breakpoint(double time) const;  // s, where a step has to end; infinity: none
   JointMotion reference(int joint, double time) { return control_->reference(joint, time, phases()); }
   double jerk(int joint, double time) { return control_->jerk(joint, time, phases()); }
 
-  // What a jump of prescribed joints does to the others, in y: the sudden drive keeps momentum,
-  // M_ff dq_f + M_fp dq_p = 0 and the same for qd, its work counts, and loops close again. False: they do
-  // not, or the jump is beyond numbers and y is as it was.
+  // Effect of a jump of prescribed joints on the others, in y. An impulsive drive conserves momentum: M_ff
+  // dq_f + M_fp dq_p = 0 and the same for qd. Its work is counted, and y is projected onto the loop
+  // constraints. False: they cannot be satisfied, or the result is not finite and y is unchanged.
   bool follow_jumps(double time, double* y);
   void forget_jumps();
-  double jump(int joint, int derivative) const {  // of q (0) or qd (1) that the state has not followed
+  double jump(int joint, int derivative) const {  // pending, of q (0) or qd (1)
     const int slot = motion_slot_[joint];
     return slot < 0 ? 0 : inputs_[input_layout_.held_motion[slot] + InputLayout::held_q_jump + derivative];
   }
@@ -105,22 +110,22 @@ class System {
   };
   Coordinates coordinates(double time, const double* y);
 
-  // The way back: q and qd of all joints, near those of the last `coordinates`, into the state y.
+  // The inverse: q and qd of all joints, near those of the last `coordinates`, into the state y.
   void collect(const double* q, const double* qd, double* y) const;
 
   // ydot = f(time, y). Fills the workspace for y. A non-finite result is recoverable.
   Status right_hand_side(double time, const double* y, double* ydot);
 
-  // Closed loops: moves y to the nearest point (mass metric) with closed position and velocity
-  // constraints. `error` (length size(), may be null) is an error estimate to be projected alike.
+  // Moves y to the nearest point (mass metric) that satisfies the loop constraints of positions and
+  // velocities. `error` (length size(), may be null): an error estimate, projected likewise.
   bool has_loops() const { return plan_.has_loops(); }
   Status project(double time, double* y, double* error);
   static constexpr int projection_iterations = 8;
   static constexpr double rounding = 1e-15;  // of a residual, relative to the loop points' coordinates
-  static constexpr double open_gap = 1e-11;  // m or rad: more than a passing singular position leaves behind
-  double largest_gap() const;  // over all rows, m or rad, after the last project or accelerations
-  bool loops_are_lost()
-      const;  // the last project left a loop open: the rows that would close it were given up
+  static constexpr double rank_gap =
+      1e-11;                        // m or rad: a larger residual after projection means too small a rank
+  double largest_gap() const;       // of all rows, m or rad, after the last project or accelerations
+  bool loops_are_violated() const;  // the last project omitted rows that a loop needs
 
   // Accelerations of all joints at (time, y) into qdd (plan().nv): the same solve as the right-hand side.
   Status accelerations(double time, const double* y, double* qdd);
@@ -131,18 +136,19 @@ class System {
   // Angular acceleration of a spherical joint in link axes, from what `accelerations` gave at the same y.
   Vec3<double> ball_acceleration(int ball, const double* qdd) const;
 
-  // Drive forces of all joints after `accelerations` at the same time and state, into tau (plan().nv): the
-  // input where there is one, what the prescribed motion takes elsewhere.
-  void drive_forces(const Coordinates& at, const double* qdd, double* tau) const;
+  // Drive forces of all joints after `accelerations` at the same time and state, into `drive` (plan().nv): of
+  // a prescribed joint what its motion takes, else the input.
+  void drive_forces(const Coordinates& at, const double* qdd, double* drive) const;
 
-  // Columns of Derivatives by `variables`, at held drive forces -> with the controller's answer.
-  void close_control(double time, const Coordinates& at, const std::vector<int>& variables, double* columns);
+  // Columns of Derivatives by `variables` at held drive forces become those of the controlled system.
+  void add_feedback(double time, const Coordinates& at, const std::vector<JointVariable>& variables,
+                    double* columns);
 
   double kinetic_energy(double time, const double* y);
   double potential_energy(double time, const double* y);
   double work(const double* y) const { return with_work() ? *layout_.work.of(y) : 0.0; }
 
-  // Which joint is to blame for a failure, an evaluation's or a method's: index into plan().joints, or -1.
+  // The joint that caused a failure of an evaluation or a method: index into plan().joints, or -1.
   int failed_joint() const { return failed_joint_; }
   void forget_failure() { failed_joint_ = -1; }
   void blame(int velocity) {  // the joint of a velocity of the state
@@ -155,6 +161,7 @@ class System {
   Workspace<double>& workspace() { return workspace_; }
 
  private:
+  void set_layouts(bool with_work);
   template <bool fill_workspace>
   Status accelerations(double time, const double* y, double* qdd);
   void set_residuals(double time, const double* y);
@@ -163,7 +170,7 @@ class System {
                        bool velocity);
   void expand_ball(int ball, const double* y);
   Coordinates coordinates_of_all(double time, const double* y);
-  Coordinates moved_and_pushed(double time, const double* y);
+  Coordinates coordinates_and_inputs(double time, const double* y);
   void slope_of_integrated(const double* y, const double* qdd, double* ydot) const;
   void add_correction(double* y, bool velocity);
   void add_change(const double* change, double* y, bool velocity) const;
@@ -171,7 +178,7 @@ class System {
   bool jumped() const;
   double energy(const double* q, const double* qd);
   double energy_before_jump(double time, const double* y);
-  void take_inputs(double time);
+  void update_recursion_inputs(double time);
   double motion_at(double time, int joint, int derivative) const;
   void hold_motion(double time, int joint);
   double* held_motion(int slot) { return &inputs_[input_layout_.held_motion[slot]]; }
@@ -189,11 +196,11 @@ class System {
   std::unique_ptr<Control> control_;
   std::vector<double> inputs_;
   std::vector<double> scratch_inputs_, unmoved_;
-  std::vector<double> q_, qd_;       // all joints
-  std::vector<BallAngles> angles_;   // of the spherical joints, as in q_
-  bool charts_kept_ = false;         // by the corrections after one elimination
-  std::vector<double> applied_;      // forces as the recursion takes them, where they are not just inputs_
-  std::vector<double> qdd_, drive_;  // all joints, of the last accelerations
+  std::vector<double> q_, qd_;            // all joints
+  std::vector<BallAngles> angles_;        // of the spherical joints, as in q_
+  bool charts_kept_ = false;              // during the corrections of a projection
+  std::vector<double> recursion_inputs_;  // empty: those of inputs_
+  std::vector<double> qdd_, drive_;       // all joints, of the last accelerations
   Workspace<double> workspace_;
   std::vector<double> scratch_;  // plan().nv
   int failed_joint_ = -1;

@@ -23,9 +23,9 @@ BallAngles values_of(const BallAnglesOf<Dual>& angles) {
   return {angles.turned, angles.phi.value, angles.theta.value, angles.psi.value};
 }
 
-// A change of a quaternion, or of angles, is a turn; in link axes: 2 conj(q) dq for a quaternion of length 1.
+// Rotation vector of a change of a quaternion or of angles, in link axes: 2 conj(q) dq for a unit quaternion.
 Vec3<double> turn_of(const Eigen::Vector4d& p, const double* change) {
-  constexpr double rounding = 1e-15;  // of a change of length alone
+  constexpr double rounding = 1e-15;  // of a change of the length only
   const Vec3<double> v = p.tail<3>(), dv(change + 1);
   const Vec3<double> turn = p[0] * dv - change[0] * v - v.cross(dv);
   if (turn.norm() <= rounding * p.norm() * std::hypot(change[0], dv.norm())) return Vec3<double>::Zero();
@@ -34,6 +34,12 @@ Vec3<double> turn_of(const Eigen::Vector4d& p, const double* change) {
 Vec3<double> turn_of(const BallAnglesOf<Dual>& angles) {
   const Vec3<double> change(angles.phi.derivative, angles.theta.derivative, angles.psi.derivative);
   return rate_matrix(values_of(angles)) * change;
+}
+
+double largest_value(const std::vector<Dual>& numbers) {
+  double largest = 0;
+  for (const Dual& number : numbers) largest = std::max(largest, std::abs(number.value));
+  return largest;
 }
 
 void take_values(const double* from, std::size_t count, std::vector<Dual>& to) {
@@ -71,20 +77,20 @@ void Tangent::go_to(const Model& model, System& system, double time, const doubl
   take_values(at.q, n, q);
   take_values(at.qd, n, qd);
   inputs_ = system.input_layout();
-  take_values(system.forces(), static_cast<std::size_t>(inputs_.force_size()), force);
+  take_values(system.recursion_inputs(), static_cast<std::size_t>(inputs_.force_size()), force);
   for (std::size_t k = 0; k < balls.size(); ++k) {
     const int ball = static_cast<int>(k);
     balls[k] = {};
     angles_[k] = system.angles_of_ball(ball);
     ball_quaternion_[k] = Eigen::Map<const Eigen::Vector4d>(system.layout().quaternion.of(y, ball));
     ball_omega_[k] = Vec3<double>(system.layout().omega.of(y, ball));
-    ball_torque_[k] = Vec3<double>(system.ball_force(ball));
+    ball_torque_[k] = Vec3<double>(system.recursion_ball_torque(ball));
   }
   with_time_ = false;
   if (control()) control()->go_to(model, system, time);
 }
 
-// A link's inertia about its own center of mass, seen from the body that carries it.
+// The inertia of a link about its own center of mass, in the frame of the body that carries it.
 void Tangent::change_mass(int body, const Pose& frame, const Vec3<double>& com, double mass, double d_mass,
                           const Vec3<double>& d_com, const Mat3<double>& d_inertia) {
   const Vec3<double> c = frame.rotation * com + frame.position, dc = frame.rotation * d_com;
@@ -109,7 +115,7 @@ void Tangent::change_mass(int body, const Pose& frame, const Vec3<double>& com, 
   }
 }
 
-// A spherical joint's angles as they stand among the coordinates of all joints.
+// The angles of a spherical joint among the coordinates of all joints.
 BallAnglesOf<Dual> Tangent::angles_in(const Duals& at, int ball) const {
   const Dual* angles = &at[plan_.balls[ball]];
   return {angles[0].value != 0, angles[1], angles[2], angles[3]};
@@ -146,7 +152,7 @@ void Tangent::take_directions(const Duals& at, const Duals& speed) {
   }
 }
 
-// The charts that System takes at these coordinates.
+// Changes to the charts that System uses at these coordinates.
 void Tangent::renew_charts(Duals& at, Duals& speed) const {
   for (std::size_t k = 0; k < balls.size(); ++k) {
     const int ball = static_cast<int>(k);
@@ -156,7 +162,7 @@ void Tangent::renew_charts(Duals& at, Duals& speed) const {
   }
 }
 
-// System::follow_jumps, step by step.
+// As System::follow_jumps.
 void Tangent::follow_jumps(System& system, double time, const double* y) {
   const System::Coordinates from = system.coordinates(time, y);
   const std::size_t n = q.size();
@@ -173,15 +179,14 @@ void Tangent::follow_jumps(System& system, double time, const double* y) {
   }
   if (plan_.has_loops()) {
     project(at, speed, projection_rank_tolerance);
-    double open = 0;
-    for (const Dual& residual : workspace_.loop.residual) open = std::max(open, std::abs(residual.value));
-    if (open > System::open_gap) project(at, speed, dynamics_rank_tolerance);
+    if (largest_value(workspace_.loop.residual) > System::rank_gap)
+      project(at, speed, dynamics_rank_tolerance);
   }
   take_directions(at, speed);
 }
 
-// What the jump of prescribed joints makes of the others: accelerations answer prescribed ones as positions
-// and velocities answer their jumps.
+// Effect of a jump of prescribed joints on the others: positions and velocities depend on jumps as
+// accelerations depend on prescribed accelerations.
 Tangent::Duals Tangent::answer_to(const Duals& jump, const Duals& at) {
   const std::size_t n = at.size();
   Duals rest(n), forces(force.size()), before(n), after(n);
@@ -193,7 +198,7 @@ Tangent::Duals Tangent::answer_to(const Duals& jump, const Duals& at) {
   return after;
 }
 
-// Angular velocities of spherical joints stay while their angles move.
+// The angular velocities of spherical joints are constant while their angles change.
 void Tangent::add(const Duals& change, bool velocity, Duals& at, Duals& speed) const {
   std::vector<Vec3<Dual>> omega;
   for (std::size_t k = 0; k < balls.size(); ++k) omega.push_back(omega_in(at, speed, static_cast<int>(k)));
@@ -215,36 +220,39 @@ void Tangent::project(Duals& at, Duals& speed, double rank_tolerance) {
   reduce(at, speed, true);
 }
 
-// Newton corrections with one elimination: the values as System::reduce_residual takes them, and where these
-// have converged the directions on their own until they have.
+// Residuals at these positions and velocities.
+Tangent::ResidualSize Tangent::residual_size(const Duals& at, const Duals& speed, bool velocity) {
+  set_positions(plan_, workspace_, at.data());
+  set_velocities(plan_, workspace_, speed.data());
+  set_ground_motion(plan_, workspace_, speed.data());
+  set_loop_residuals(plan_, workspace_);
+  ResidualSize size{0, 0};
+  for (const Dual& row : velocity ? workspace_.loop.rate : workspace_.loop.residual) {
+    size.value = std::max(size.value, std::abs(row.value));
+    size.derivative = std::max(size.derivative, std::abs(row.derivative));
+  }
+  return size;
+}
+
+// Newton corrections with one elimination: values and derivatives as in System::reduce_residual, and after
+// these have converged the derivatives alone until they have, too.
 void Tangent::reduce(Duals& at, Duals& speed, bool velocity) {
   LoopState<Dual>& loop = workspace_.loop;
   Duals correction(at.size());
   const Duals& residual = velocity ? loop.rate : loop.residual;
-  double fastest = 1;
-  if (velocity) {
-    fastest = 0;
-    for (const Dual& rate : speed) fastest = std::max(fastest, std::abs(rate.value));
-  }
-  double before = std::numeric_limits<double>::infinity(), before_along = before;
+  const double fastest = velocity ? largest_value(speed) : 1;
+  const double largest = System::rank_gap * std::max(1.0, fastest);
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  ResidualSize before{infinity, infinity};
   bool values = true;
   for (int k = 0; k < 3 * System::projection_iterations; ++k) {
-    set_positions(plan_, workspace_, at.data());
-    set_velocities(plan_, workspace_, speed.data());
-    set_ground_motion(plan_, workspace_, speed.data());
-    set_loop_residuals(plan_, workspace_);
-    double open = 0, along = 0;
-    for (const Dual& row : residual) {
-      open = std::max(open, std::abs(row.value));
-      along = std::max(along, std::abs(row.derivative));
-    }
-    values = values && open > System::rounding * loop.extent.value * fastest && open < 0.5 * before &&
-             k < System::projection_iterations;
-    if (!values &&
-        (open > System::open_gap * std::max(1.0, fastest) || along == 0 || !(along < 0.9 * before_along)))
-      return;
-    before = open;
-    before_along = values ? before_along : along;
+    const ResidualSize size = residual_size(at, speed, velocity);
+    const double enough = System::rounding * loop.extent.value * fastest;
+    values =
+        values && size.value > enough && size.value < 0.5 * before.value && k < System::projection_iterations;
+    const bool converging = size.derivative != 0 && size.derivative < 0.9 * before.derivative;
+    if (!values && (size.value > largest || !converging)) return;
+    before = {size.value, values ? before.derivative : size.derivative};
     for (std::size_t row = 0; row < residual.size(); ++row)
       loop.b[row] = Dual(values ? -residual[row].value : 0, -residual[row].derivative);
     correct_loops(plan_, workspace_, correction.data());
@@ -254,7 +262,7 @@ void Tangent::reduce(Duals& at, Duals& speed, bool velocity) {
 
 const char* Tangent::follow_assembly(const Model& model, const Assembly& assembly) {
   if (assembly.moved.empty()) return "no configuration satisfies the loop constraints";
-  // in the charts in which the start was assembled
+  // in the charts of the assembly
   Duals at = q, speed = qd;
   for (std::size_t k = 0; k < balls.size(); ++k) {
     const Ball& start = model.balls[k];
@@ -319,7 +327,7 @@ Tangent::Misfit Tangent::loop_misfit() {
   return worst;
 }
 
-// The angles, rates and forces of the joints that stand for a spherical one follow its turn.
+// Sets the angles, rates and forces of the joints that represent a spherical one.
 void Tangent::set_balls() {
   for (std::size_t k = 0; k < balls.size(); ++k) {
     const int first = plan_.balls[k] + 1;

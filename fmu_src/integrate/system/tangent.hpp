@@ -10,47 +10,47 @@
 
 namespace redysim {
 
-// A System at one point with one direction of change, as dual numbers: values are the point's, derivatives
-// the direction's, and what follows is exact to first order. Made when a master first asks for derivatives.
+// A System at one point with one direction of change, as dual numbers: exact directional derivatives. Created
+// when a master first requests derivatives.
 class Tangent {
  public:
   Tangent(const Model& model, const System& system);
 
-  // Goes to (time, y) with no direction; parameters of `model`. The directions of known things are then set
-  // by the caller: of q, qd (joints of one freedom), force, ball_*, the parameters in plans() and control().
+  // Moves to (time, y) with direction 0 and the parameters of `model`. The caller then sets the directions of
+  // the independent variables: q, qd (joints with one degree of freedom), force, balls, the parameters in
+  // plans() and control().
   void go_to(const Model& model, System& system, double time, const double* y);
 
   // Quaternion (any length), angular velocity and torque of a spherical joint: directions.
   struct BallChange {
     double quaternion[4] = {}, omega[3] = {}, torque[3] = {};
   };
-  std::vector<Dual> q, qd, force;  // of all joints; force: as System::forces()
+  std::vector<Dual> q, qd, force;  // of all joints; force: as System::recursion_inputs()
   std::vector<BallChange> balls;
-  std::vector<Plan<Dual>*> plans();  // in which a parameter has its direction: the plant's, the controller's
-  ControlTangent* control() { return features::control ? control_.get() : nullptr; }  // null: no such thing
+  std::vector<Plan<Dual>*> plans();  // that hold the directions of parameters: the plant's, the controller's
+  ControlTangent* control() { return features::control ? control_.get() : nullptr; }  // null: none
   void change_mass(int body, const Pose& frame, const Vec3<double>& com, double mass, double d_mass,
                    const Vec3<double>& d_com, const Mat3<double>& d_inertia);
 
-  // The directions of q and qd where those of prescribed joints change by what stands in them: the others
-  // follow as System::follow_jumps lets them from (time, y), the state before the jump, and loops stay
-  // closed.
+  // Completes the directions of q and qd from those of the prescribed joints, as System::follow_jumps does
+  // from (time, y), the state before the jump; loop constraints remain satisfied.
   void follow_jumps(System& system, double time, const double* y);
 
-  // The directions of start values become those of the assembled start. Returns why there are none; null:
-  // done.
+  // The directions of start values become those of the assembled start. Returns the reason of a failure;
+  // null: success.
   const char* follow_assembly(const Model& model, const Assembly& assembly);
 
-  // All directions by time: inputs go on with their slopes.
+  // Sets the direction of time; inputs follow their slopes.
   void go_with_time(System& system, double time, const double* y);
 
-  // After go_with_time: by how much the accelerations of the joints violate a loop; `loop` < 0: by rounding.
+  // After go_with_time: violation of a loop by the accelerations of the joints; `loop` < 0: rounding only.
   struct Misfit {
     int loop = -1;  // index into Model::loops
     Assembly::Residual acceleration;
   };
   Misfit loop_misfit();
 
-  // What follows; false: not finite. Quantities below are then those of the direction.
+  // Evaluates the quantities below and their directions; false: not finite.
   bool evaluate();
   std::vector<Dual> qdd, drive;
   Dual power;                     // of drives, dampers and ports
@@ -76,6 +76,10 @@ class Tangent {
   Duals answer_to(const Duals& jump, const Duals& at);
   void add(const Duals& change, bool velocity, Duals& at, Duals& speed) const;
   void project(Duals& at, Duals& speed, double rank_tolerance);
+  struct ResidualSize {
+    double value, derivative;  // the largest of all rows
+  };
+  ResidualSize residual_size(const Duals& at, const Duals& speed, bool velocity);
   void reduce(Duals& at, Duals& speed, bool velocity);
 
   Plan<Dual> plan_;

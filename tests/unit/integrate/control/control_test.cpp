@@ -178,7 +178,7 @@ TEST(control, a_scene_without_one_has_no_trace_of_it) {
   EXPECT_EQ(plain.system.control(), nullptr);
   EXPECT_EQ(plain.system.inputs().size(), 6u);
   // and the forces that the recursion takes are the inputs themselves
-  EXPECT_EQ(plain.system.forces(), plain.system.inputs().data());
+  EXPECT_EQ(plain.system.recursion_inputs(), plain.system.inputs().data());
 }
 
 TEST(control, the_stiff_gripper_is_few_right_hand_sides_for_bdf) {

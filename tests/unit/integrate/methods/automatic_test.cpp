@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "model/read/model_file.hpp"
+#include "support/allocation_count.hpp"
 #include "unit/integrate/rig.hpp"
 
 namespace redysim {
@@ -75,6 +76,30 @@ TEST(Automatic, goes_there_and_back_without_a_jump) {
   }
   EXPECT_EQ(used[1], SolverMethod::bdf);
   for (int k : {0, 2}) EXPECT_TRUE(used[k] == SolverMethod::erk || used[k] == SolverMethod::adams);
+}
+
+TEST(Automatic, neither_steps_nor_switches_allocate) {
+  test::Rig rig("four_bar", solver(SolverMethod::automatic), true);
+  std::vector<double> y = rig.start_state();
+  ASSERT_EQ(rig.system.project(0, y.data(), nullptr), Status::ok);
+  rig.integrator->start(0, y.data());
+  bool ok = true, used[5] = {};
+  const long before = test::allocations;
+  for (int k = 1; k <= 400; ++k) {
+    if (k % 100 == 1) {
+      for (Link& link : rig.model.links) link.joint.damping = k / 100 % 2 == 1 ? 1e5 : 0.1;
+      rig.plan.update(rig.model);
+    }
+    const bool changes = k % 100 == 1 || k > 200;
+    rig.system.tau(0) = k > 200 ? k % 2 : 0;
+    ok = ok && rig.integrator->advance(k * 1e-2, changes).ok;
+    used[static_cast<int>(rig.integrator->method())] = true;
+  }
+  EXPECT_EQ(test::allocations - before, 0);
+  EXPECT_TRUE(ok);
+  // each method had its turn
+  for (SolverMethod method : {SolverMethod::erk, SolverMethod::adams, SolverMethod::dirk, SolverMethod::bdf})
+    EXPECT_TRUE(used[static_cast<int>(method)]) << static_cast<int>(method);
 }
 
 // Restored in the middle of an explicit, a stiff and a trial phase, wherever they are.

@@ -271,7 +271,8 @@ TEST_P(EveryMethod, end_that_is_years_of_computing_away_is_refused) {
   ASSERT_TRUE(rig.integrator->advance(0.5, true).ok);
   const Outcome outcome = rig.integrator->advance(1e15, false);
   EXPECT_FALSE(outcome.ok);
-  EXPECT_NE(outcome.message.find("at this pace"), std::string::npos) << outcome.message;
+  EXPECT_NE(outcome.message.find("would not reach the end of the step"), std::string::npos)
+      << outcome.message;
   EXPECT_LT(rig.integrator->statistics().steps, 450'000);
 }
 

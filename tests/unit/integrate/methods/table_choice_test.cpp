@@ -41,7 +41,7 @@ TEST(TableChoice, many_steps_are_of_order_eight_where_the_tolerance_is_tight) {
 TEST(TableChoice, longest_step_takes_away_what_order_eight_gains) {
   TableChoice choice(1e-8);
   TableChoice::Situation limited = open_tree(1, 1e-2, 1);
-  limited.longest = 1e-2;
+  limited.step_limit = 1e-2;
   EXPECT_EQ(factor_of(choice, limited), 1);
 }
 

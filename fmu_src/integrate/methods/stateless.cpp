@@ -1,22 +1,19 @@
-#include <cmath>
-
 #include "integrate/methods/methods.hpp"
 #include "integrate/system/state_bytes.hpp"
 
-// Nothing to integrate: all joints are prescribed and only the clock moves.
+// All joints are prescribed: there is nothing to integrate, and only the time advances.
 
 namespace redysim {
 namespace {
 
-class Still final : public Integrator {
+class Stateless final : public Integrator {
  public:
   Outcome start(double time, const double*) override {
     time_ = time;
     return {};
   }
   Outcome advance(double end, bool) override {
-    if (!(end >= time_) || !std::isfinite(end))
-      return failure(time_, "the end of the step is not a later time");
+    if (end != time_ && !is_later(end, time_)) return failure(time_, reasons::end_not_later);
     time_ = end;
     return {};
   }
@@ -44,6 +41,6 @@ class Still final : public Integrator {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_still() { return std::make_unique<Still>(); }
+std::unique_ptr<Integrator> make_stateless() { return std::make_unique<Stateless>(); }
 
 }  // namespace redysim

@@ -1,0 +1,113 @@
+#pragma once
+
+#include "integrate/methods/first_step.hpp"
+#include "integrate/methods/methods.hpp"
+#include "integrate/methods/step_work.hpp"
+#include "integrate/methods/sundials_objects.hpp"
+#include "integrate/system/dense_jacobian.hpp"
+
+// Variable-order multistep methods by SUNDIALS' CVODE: Adams (functional iteration) and BDF (Newton
+// iteration).
+//
+// CVODE counts time from its last restart, so that its steps may be shorter than the rounding of a large
+// time. It runs ahead of time() in steps of its own. States at communication points are interpolated, so a
+// run with unchanged inputs does not depend on the communication points. Changed inputs restart it at time().
+// CVODE's memory is opaque: a saved state is the last restart and the number of steps since, and restoring
+// repeats these steps. CVODE restarts every steps_between_restarts steps to bound them.
+
+namespace redysim {
+
+struct CvodeDeleter {
+  void operator()(void* memory) const;
+};
+
+class Cvode final : public Integrator {
+ public:
+  Cvode(System& system, const SolverSettings& settings, SolverMethod method);
+
+  Outcome start(double time, const double* y) override;
+  Outcome advance(double end, bool inputs_changed) override;
+
+  double time() const override { return time_; }
+  const double* state() const override { return y_.data(); }
+  const Statistics& statistics() const override { return statistics_; }
+  SolverMethod method() const override { return method_; }
+  const char* name() const override { return method_ == SolverMethod::bdf ? "bdf" : "adams"; }
+
+  void save(std::vector<unsigned char>& bytes) const override;
+  bool restore(const unsigned char* bytes, std::size_t size) override;
+
+ private:
+  static constexpr int steps_between_restarts = 4000;
+
+  // All that a restart of CVODE needs.
+  struct Restart {
+    double time = 0, first_step = 0;
+    bool repeated = false;  // not the first of the run
+    std::vector<double> y, inputs;
+    long rejected_before = 0;  // statistics
+  };
+  // What a saved state holds.
+  struct Saved;
+
+  // Functions that CVODE calls; `self` is a Cvode (cvode_functions.cpp).
+  static int right_hand_side(double time, N_Vector y, N_Vector ydot, void* self);
+  static int weights(N_Vector y, N_Vector weights, void* self);
+  static int jacobian(double time, N_Vector y, N_Vector slope, SUNMatrix matrix, void* self, N_Vector,
+                      N_Vector, N_Vector);
+  static int project(double time, N_Vector y, N_Vector correction, double, N_Vector error, void* self);
+  static bool power(double time, void* self, double& power);
+
+  void build();
+  void build_newton();
+  double absolute(double since) const { return restart_.time + since; }  // CVODE's time for the system
+  double since_restart(double end) const;
+  bool restart(double time, const double* y, bool repeated);
+  void reset_cvode();
+  Outcome restart_between_steps();
+  Outcome step_past(double& end);
+  int take_step();
+  Outcome interpolate(double end);
+  void count_step();
+  void count_last_step();
+  void count_work(double before);
+  bool integrates_work() const { return system_.with_work() && system_.control(); }
+  double& work_of(double* y) const { return *system_.layout().work.of(y); }
+  Outcome failed(int flag);
+
+  static bool read(StateReader& reader, const System& system, Saved& saved);
+  void repeat_steps(const Saved& saved);
+
+  System& system_;
+  SolverSettings settings_;
+  SolverMethod method_;
+  ErrorWeights error_weights_;
+  FirstStepRoom room_;
+
+  sundials::Context context_;
+  sundials::LastMessage message_;
+  sundials::Vector ahead_, weights_, error_;  // ahead_: the state at ahead_time_
+  std::unique_ptr<DenseJacobian> jacobian_;   // BDF alone
+  sundials::Matrix matrix_;
+  sundials::LinearSolver linear_solver_;
+  sundials::NonlinearSolver nonlinear_solver_;
+  std::unique_ptr<void, CvodeDeleter> memory_;
+
+  // what the future depends on
+  double time_ = 0;
+  std::vector<double> y_;
+  bool restart_due_ = true;
+  Restart restart_;
+  double ahead_time_ = 0;         // end of CVODE's last step since the restart; not before time_
+  std::int32_t steps_taken_ = 0;  // since the restart
+  StepWork work_;                 // where the system has work
+  Statistics statistics_;
+
+  std::vector<double> slope_;  // f at the restart
+  bool slope_known_ = false;   // the next slope asked for is slope_
+  bool warming_up_ = false;
+  bool project_history_ = false;  // Adams with loops
+  bool projection_failed_ = false;
+};
+
+}  // namespace redysim

@@ -1,0 +1,97 @@
+#include <cmath>
+
+#include "integrate/methods/cvode.hpp"
+
+// Saved states of CVODE: its last restart and the number of steps since, which restoring repeats.
+
+namespace redysim {
+
+struct Cvode::Saved {
+  double time = 0;
+  std::vector<double> y;
+  unsigned char restart_due = 0, repeated = 0;
+  Restart restart;
+  std::int64_t rejected_before = 0;
+  double ahead_time = 0;
+  std::int32_t steps_taken = 0;
+  StepWork work;
+  Statistics statistics;
+};
+
+void Cvode::save(std::vector<unsigned char>& bytes) const {
+  StateWriter writer(bytes);
+  put(writer, state_header(system_, settings_, method_));
+  writer.put(time_);
+  writer.put(y_.data(), y_.size());
+  writer.put(restart_due_);
+  writer.put(restart_.time);
+  writer.put(restart_.first_step);
+  writer.put(restart_.repeated);
+  writer.put(restart_.y.data(), restart_.y.size());
+  writer.put<std::uint64_t>(restart_.inputs.size());
+  writer.put(restart_.inputs.data(), restart_.inputs.size());
+  writer.put<std::int64_t>(restart_.rejected_before);
+  writer.put(ahead_time_);
+  writer.put(steps_taken_);
+  work_.put(writer);
+  put(writer, statistics_);
+}
+
+// False: the bytes are not a valid state.
+bool Cvode::read(StateReader& reader, const System& system, Saved& saved) {
+  Restart& restart = saved.restart;
+  saved.y.resize(static_cast<std::size_t>(system.size()));
+  restart.y = saved.y;
+  std::uint64_t inputs = 0;
+  reader.get(saved.time);
+  reader.get(saved.y.data(), saved.y.size());
+  reader.get(saved.restart_due);
+  reader.get(restart.time);
+  reader.get(restart.first_step);
+  reader.get(saved.repeated);
+  reader.get(restart.y.data(), restart.y.size());
+  reader.get(inputs);
+  if (!reader.good() || !system.is_input_size(inputs)) return false;
+  restart.inputs.resize(inputs);
+  reader.get(restart.inputs.data(), inputs);
+  reader.get(saved.rejected_before);
+  reader.get(saved.ahead_time);
+  reader.get(saved.steps_taken);
+  saved.work.get(reader);
+  get(reader, saved.statistics);
+  restart.repeated = saved.repeated != 0;
+  restart.rejected_before = static_cast<long>(saved.rejected_before);
+  if (!reader.finished() || !std::isfinite(saved.time) || saved.restart_due > 1) return false;
+  const bool repeatable = saved.steps_taken >= 0 && saved.steps_taken <= steps_between_restarts &&
+                          std::isfinite(restart.time) && restart.first_step > 0;
+  return saved.restart_due != 0 || repeatable;
+}
+
+bool Cvode::restore(const unsigned char* bytes, std::size_t size) {
+  StateReader reader(bytes, size);
+  Saved saved;
+  if (!matches(reader, state_header(system_, settings_, method_)) || !read(reader, system_, saved))
+    return false;
+  time_ = saved.time;
+  y_.swap(saved.y);
+  restart_due_ = true;
+  restart_ = std::move(saved.restart);
+  if (saved.restart_due == 0) repeat_steps(saved);
+  work_ = saved.work;
+  statistics_ = saved.statistics;
+  return true;
+}
+
+// The steps since the restart, under the inputs of then.
+void Cvode::repeat_steps(const Saved& saved) {
+  std::vector<double> present_inputs = restart_.inputs;
+  system_.swap_inputs(present_inputs);
+  reset_cvode();
+  int flag = 0;
+  while (steps_taken_ < saved.steps_taken && flag >= 0) flag = take_step();
+  system_.swap_inputs(present_inputs);
+  // with another model or machine the end differs: then CVODE restarts from the saved state
+  restart_due_ = flag < 0 || ahead_time_ != saved.ahead_time;
+}
+
+}  // namespace redysim

@@ -1,0 +1,46 @@
+#include "integrate/methods/step_budget.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "integrate/system/stiffest_joint.hpp"
+#include "model/read/number.hpp"
+
+namespace redysim {
+namespace {
+
+constexpr long smallest_checked = 10'000'000;  // steps left
+constexpr double growth = 2;                   // of the step size that is still possible
+
+}  // namespace
+
+// ten times what steps of 0.1 ms need, and enough for a short advance through a difficult interval; minutes
+// at most
+StepBudget::StepBudget(double begin, double end)
+    : steps_(static_cast<long>(std::min(1e5 + 1e5 * (end - begin), 1e8))), time_(begin) {}
+
+bool StepBudget::is_hopeless(long taken, double time, double end) {
+  if (taken - checked_at_ < check_interval || steps_ - taken < smallest_checked) return false;
+  const double average_step = (time - time_) / static_cast<double>(taken - checked_at_);
+  checked_at_ = taken;
+  time_ = time;
+  return growth * average_step * static_cast<double>(steps_ - taken) < end - time;
+}
+
+std::string StepBudget::hopeless(const char* method) const {
+  return "at the present step size " + std::to_string(steps_) + " internal steps of " + method +
+         " would not reach the end of the step";
+}
+
+std::string StepBudget::exceeded(System& system, const char* method, double time, const double* y) const {
+  const double rate = blame_stiffest_joint(system, time, y);
+  const bool implicit = std::strncmp(method, "bdf", 3) == 0 || std::strncmp(method, "dirk", 4) == 0;
+  return std::to_string(steps_) + " internal steps of " + method +
+         " did not reach the end of the step; the stiffest joint has a rate of " + rounded(rate) + " 1/s: " +
+         (implicit
+              ? "loosen solver.rtol, add damping to the high-frequency modes, or use a smaller communication "
+                "step size"
+              : "use solver.method dirk or bdf, or lower stiffness, damping or gains");
+}
+
+}  // namespace redysim
