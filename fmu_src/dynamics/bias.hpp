@@ -86,6 +86,20 @@ void set_velocities(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scala
   }
 }
 
+// Velocities of the bodies, without those of their frames at qdd = 0: for energy and momentum. Positions too.
+template <class Scalar>
+void set_twists(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd) {
+  set_positions(plan, ws, q);
+  for (std::size_t i = 0; i < plan.joints.size(); ++i) {
+    const JointPlan<Scalar>& joint = plan.joints[i];
+    Motion<Scalar> twist = Motion<Scalar>::zero();
+    if (joint.parent != ground) twist = ws.joints[joint.parent].twist();
+    to_body(joint, ws.joints[i], twist);
+    add_motion(joint, qd[i], twist);
+    ws.joints[i].twist() = twist;
+  }
+}
+
 // Bias wrench of one free body at acceleration 0: gyroscopic moment and centripetal force.
 template <class Scalar>
 Force<Scalar> body_bias(const RigidInertia<Scalar>& body, const Vec3<Scalar>& omega) {

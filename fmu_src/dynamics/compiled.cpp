@@ -10,8 +10,8 @@ namespace {
 
 #ifdef REDYSIM_AVX2
 REDYSIM_AVX2 void forward(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
-                          const double* tau, double* qdd) {
-  forward_dynamics(plan, ws, q, qd, tau, qdd);
+                          const double* inputs, double* qdd) {
+  forward_dynamics(plan, ws, q, qd, inputs, qdd);
 }
 
 REDYSIM_AVX2 void inverse(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
@@ -21,8 +21,8 @@ REDYSIM_AVX2 void inverse(const Plan<double>& plan, Workspace<double>& ws, const
 #endif
 
 REDYSIM_PLAIN void forward(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
-                           const double* tau, double* qdd) {
-  forward_dynamics(plan, ws, q, qd, tau, qdd);
+                           const double* inputs, double* qdd) {
+  forward_dynamics(plan, ws, q, qd, inputs, qdd);
 }
 
 REDYSIM_PLAIN void inverse(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
@@ -33,8 +33,8 @@ REDYSIM_PLAIN void inverse(const Plan<double>& plan, Workspace<double>& ws, cons
 }  // namespace
 
 void compiled_forward_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
-                               const double* qd, const double* tau, double* qdd) {
-  forward(plan, ws, q, qd, tau, qdd);
+                               const double* qd, const double* inputs, double* qdd) {
+  forward(plan, ws, q, qd, inputs, qdd);
 }
 
 void compiled_inverse_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,

@@ -10,7 +10,7 @@ namespace redysim {
 
 // forward_dynamics of dynamics/aba.hpp.
 void compiled_forward_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
-                               const double* qd, const double* tau, double* qdd);
+                               const double* qd, const double* inputs, double* qdd);
 
 // inverse_dynamics of dynamics/rnea.hpp.
 void compiled_inverse_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,

@@ -4,24 +4,15 @@
 
 namespace redysim {
 
-// Kinetic energy, J, at (q, qd); armature counts. Overwrites positions, omega and c.linear of the
-// workspace (the latter with linear velocities).
+// Kinetic energy, J, at (q, qd), with that of the armatures. Overwrites positions and twists of the
+// workspace.
 template <class Scalar>
 Scalar kinetic_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd) {
-  set_positions(plan, ws, q);
+  set_twists(plan, ws, q, qd);
   Scalar twice(0);
   for (std::size_t i = 0; i < plan.joints.size(); ++i) {
     const JointPlan<Scalar>& joint = plan.joints[i];
-    JointState<Scalar>& s = ws.joints[i];
-    Motion<Scalar> twist = Motion<Scalar>::zero();
-    if (joint.parent != ground) {
-      twist.angular = ws.joints[joint.parent].omega;
-      twist.linear = ws.joints[joint.parent].c.linear;
-    }
-    to_body(joint, s, twist);
-    add_motion(joint, qd[i], twist);
-    s.omega = twist.angular;
-    s.c.linear = twist.linear;
+    const Motion<Scalar>& twist = ws.joints[i].twist();
     twice += dot(joint.inertia * twist, twist) + joint.armature * qd[i] * qd[i];
   }
   return Scalar(0.5) * twice;

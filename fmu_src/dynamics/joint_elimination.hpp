@@ -11,12 +11,12 @@ namespace redysim {
 
 // U = A S, 1/D and u of one joint.
 template <class Scalar>
-void set_pivot(const JointPlan<Scalar>& joint, JointState<Scalar>& s, const Scalar& tau) {
+void set_pivot(const JointPlan<Scalar>& joint, JointState<Scalar>& s, const Scalar& force) {
   const Lanes<Scalar> x = inertia_column(joint, s.A.xz), y = inertia_column(joint, s.A.yz),
                       z = inertia_column(joint, s.A.zz);
   s.U = {{x[0], y[0], z[0]}, {x[1], y[1], z[1]}};
   s.D_inverse = Scalar(1) / (axis_inertia(joint, s.A.zz) + joint.armature);
-  s.u = tau - generalized_force(joint, s.p);
+  s.u = force - generalized_force(joint, s.p);
 }
 
 // A prescribed joint yields to nothing: 1/D = 0, and its acceleration belongs to c.
@@ -26,10 +26,10 @@ void prescribe(const JointPlan<Scalar>& joint, JointState<Scalar>& s, const Scal
   add_motion(joint, qdd, s.c);
 }
 
-// What the parent feels: A - U U^T / D and p + A_reduced c + U u / D. A free axis passes on nothing but tau
-// about z: written down without rounding, so that bodies without inertia stay so.
+// Contribution to the parent: A - U U^T / D and p + A_reduced c + U u / D. A free axis transmits only the
+// joint force, about z: it is assigned without rounding, so that bodies without inertia stay so.
 template <class Scalar>
-REDYSIM_INLINE void reduce(const JointPlan<Scalar>& joint, const JointState<Scalar>& s, const Scalar& tau,
+REDYSIM_INLINE void reduce(const JointPlan<Scalar>& joint, const JointState<Scalar>& s, const Scalar& force,
                            ArticulatedInertia<Scalar>& A, Force<Scalar>& p) {
   using L = Lanes<Scalar>;
   // of one row: right = [n f f n], left = [n f n f]; the lanes of left * right are n n, f f, n f, f n
@@ -52,18 +52,18 @@ REDYSIM_INLINE void reduce(const JointPlan<Scalar>& joint, const JointState<Scal
   p = A * s.c;
   p.moment += s.p.moment + s.u * Vec3<Scalar>(left_x[0], left_y[0], left_z[0]);
   p.force += s.p.force + s.u * Vec3<Scalar>(left_x[1], left_y[1], left_z[1]);
-  if (joint.axis_free) p.moment.z() = tau;
+  if (joint.axis_free) p.moment.z() = force;
 }
 
-// Leaves to root: one joint, folded into its parent's body.
+// Leaves to root: one joint, eliminated into its parent's body. Uses tau of the inputs (InputLayout).
 template <class Scalar>
 void eliminate(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, const Scalar* q, const Scalar* qd,
-               const Scalar* tau) {
+               const Scalar* inputs) {
   const JointPlan<Scalar>& joint = plan.joints[i];
   JointState<Scalar>& s = ws.joints[i];
-  const Scalar force = joint_force(plan, i, q[i], qd[i], tau[i]);
+  const Scalar force = joint_force(plan, i, q[i], qd[i], inputs[i]);
   set_pivot(joint, s, force);
-  if (joint.prescribed) prescribe(joint, s, tau[i]);
+  if (joint.prescribed) prescribe(joint, s, inputs[i]);
   if (joint.parent == ground) return;
   JointState<Scalar>& parent = ws.joints[joint.parent];
   ArticulatedInertia<Scalar> A;

@@ -20,8 +20,11 @@ struct JointState {
   Force<Scalar> p;              // bias wrench: acceleration 0 needs it
   Force<Scalar> U;              // A S (DeNOC: psi-hat)
   Scalar D_inverse;             // 1 / (S^T A S + armature) (DeNOC: 1 / m-hat)
-  Scalar u;                     // tau - S^T p (DeNOC: phi-hat)
+  Scalar u;                     // joint force - S^T p (DeNOC: phi-hat)
   Motion<Scalar> acceleration;  // of the origin, minus gravity
+
+  // Passes without accelerations keep the body's velocity in the same place.
+  Motion<Scalar>& twist() { return acceleration; }
 };
 
 // Pose and velocity along the ground's axes, positions from plan.origin, kept only for bodies that loops,

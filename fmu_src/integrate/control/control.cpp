@@ -4,38 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "dynamics/compiled.hpp"
-#include "dynamics/input_layout.hpp"
-#include "dynamics/joint_elimination.hpp"
+#include "integrate/control/internal_model.hpp"
 
 namespace redysim {
-
-// The plant with its controlled joints prescribed: gives the torques of their drives for given accelerations.
-struct Control::InternalModel {
-  Plan<double> plan;
-  Workspace<double> workspace;
-  std::vector<double> inputs, q, qd, qdd, tau, zero;
-  std::vector<double> held, moved;  // for differences: torques at the point, changed inputs
-
-  explicit InternalModel(const Model& model)
-      : plan(with_controlled_motions(model)),
-        workspace(plan),
-        inputs(static_cast<std::size_t>(InputLayout(plan).recursion_size()), 0.0),
-        q(static_cast<std::size_t>(plan.nv), 0.0),
-        qd(q),
-        qdd(q),
-        tau(q),
-        zero(q),
-        held(q),
-        moved(q) {}
-
-  double& moved_value(JointVariable variable) {
-    using Kind = JointVariable::Kind;
-    return (variable.kind == Kind::position   ? q
-            : variable.kind == Kind::velocity ? qd
-                                              : moved)[variable.joint];
-  }
-};
 
 Model with_controlled_motions(Model model) {
   for (const ControlledJoint& joint : model.controller.joints)
@@ -53,7 +24,10 @@ Control::Control(const Model& model, const Plan<double>& plan)
   for (std::size_t k = 0; k < trajectories_.size(); ++k)
     trajectory_of_[plan.carrier[trajectories_[k].link]] = static_cast<int>(k);
   for (const ControlledJoint& joint : gains_) joints_.push_back(plan.carrier[joint.link]);
-  if (law_ != Law::none && law_ != Law::pd) internal_model_ = std::make_unique<InternalModel>(model);
+  if (law_ == Law::none || law_ == Law::pd) return;
+  internal_model_ = std::make_unique<InternalModel<double>>(model);
+  for (std::vector<double>* values : {&changed_.q, &changed_.qd, &changed_.inputs, &changed_.torques})
+    values->resize(trajectory_of_.size());
 }
 
 Control::~Control() = default;
@@ -120,71 +94,20 @@ void Control::apply(double time, const double* phases, const double* q, const do
       const int k = trajectory_of_[i];
       inputs[i] = motion_at(trajectories_[k], static_cast<Phase>(static_cast<int>(phases[k])), time).qdd;
     }
-  if (internal_model_) model_torques(time, phases, q, qd, inputs, internal_model_->tau.data());
+  if (internal_model_) model_torques(time, phases, q, qd, inputs, internal_model_->torques.data());
   for (std::size_t k = 0; k < joints_.size(); ++k) {
     const int i = joints_[k];
-    if (internal_model_) inputs[i] += internal_model_->tau[i];
+    if (internal_model_) inputs[i] += internal_model_->torques[i];
     if (law_ == Law::computed_torque) continue;
     const JointMotion wanted = reference(i, time, phases);
     inputs[i] += gains_[k].kp * (wanted.q - q[i]) + gains_[k].kd * (wanted.qd - qd[i]);
   }
 }
 
-// What the laws add to PD, or use instead of it, into `torques` of the controlled joints.
 void Control::model_torques(double time, const double* phases, const double* q, const double* qd,
                             const double* inputs, double* torques) {
-  if (law_ == Law::computed_torque)
-    computed_torque(time, phases, q, qd, inputs, torques);
-  else if (law_ == Law::gravity_compensation)
-    gravity_compensation(q, torques);
-  else
-    feed_forward(time, phases, q, qd, inputs, torques);
-}
-
-// The torques that keep the controlled joints at rest.
-void Control::gravity_compensation(const double* q, double* torques) {
-  InternalModel& model = *internal_model_;
-  const double* zero = model.zero.data();
-  if (model.plan.loops.empty()) {
-    compiled_inverse_dynamics(model.plan, model.workspace, q, zero, zero, torques);
-    return;
-  }
-  std::fill(model.inputs.begin(), model.inputs.end(), 0.0);
-  compiled_forward_dynamics(model.plan, model.workspace, q, zero, model.inputs.data(), model.qdd.data());
-  for (int i : joints_) torques[i] = prescribed_force(model.plan, model.workspace, i, q, zero, zero);
-}
-
-// The torques along the reference. All joints are controlled or prescribed.
-void Control::feed_forward(double time, const double* phases, const double* q, const double* qd,
-                           const double* inputs, double* torques) {
-  InternalModel& model = *internal_model_;
-  std::copy_n(q, model.q.size(), model.q.begin());
-  std::copy_n(qd, model.q.size(), model.qd.begin());
-  std::copy_n(inputs, model.q.size(), model.qdd.begin());
-  for (int i : joints_) {
-    const JointMotion wanted = reference(i, time, phases);
-    model.q[i] = wanted.q;
-    model.qd[i] = wanted.qd;
-    model.qdd[i] = wanted.qdd;
-  }
-  compiled_inverse_dynamics(model.plan, model.workspace, model.q.data(), model.qd.data(), model.qdd.data(),
-                            torques);
-}
-
-// The torques at which qdd = qdd_reference + kd e' + kp e. The law knows the drives of the other joints, but
-// not the forces at ports.
-void Control::computed_torque(double time, const double* phases, const double* q, const double* qd,
-                              const double* inputs, double* torques) {
-  InternalModel& model = *internal_model_;
-  std::copy_n(inputs, model.q.size(), model.inputs.begin());
-  for (std::size_t k = 0; k < joints_.size(); ++k) {
-    const int i = joints_[k];
-    const JointMotion wanted = reference(i, time, phases);
-    model.inputs[i] = wanted.qdd + gains_[k].kd * (wanted.qd - qd[i]) + gains_[k].kp * (wanted.q - q[i]);
-  }
-  compiled_forward_dynamics(model.plan, model.workspace, q, qd, model.inputs.data(), model.qdd.data());
-  for (int i : joints_)
-    torques[i] = prescribed_force(model.plan, model.workspace, i, q, qd, model.inputs.data());
+  const auto wanted = [&](std::size_t k) { return reference(joints_[k], time, phases); };
+  internal_model_->evaluate(law_, joints_, wanted, gains_, q, qd, inputs, torques);
 }
 
 void Control::add_feedback(double time, const double* phases, const double* q, const double* qd,
@@ -195,22 +118,37 @@ void Control::add_feedback(double time, const double* phases, const double* q, c
   if (!internal_model_ || law_ == Law::feed_forward) return;
 
   // forward differences of the model's part
-  InternalModel& model = *internal_model_;
   constexpr double step = 1.5e-8;  // square root of rounding
   const std::size_t n = trajectory_of_.size(), first_force = variables.size() - joints_.size();
-  std::copy_n(q, n, model.q.begin());
-  std::copy_n(qd, n, model.qd.begin());
-  std::copy_n(inputs, n, model.moved.begin());
-  model_torques(time, phases, q, qd, inputs, model.held.data());
+  std::copy_n(q, n, changed_.q.begin());
+  std::copy_n(qd, n, changed_.qd.begin());
+  std::copy_n(inputs, n, changed_.inputs.begin());
+  std::vector<double>& torques = internal_model_->torques;
+  model_torques(time, phases, q, qd, inputs, torques.data());
   for (std::size_t v = 0; v < first_force; ++v) {
-    double& value = model.moved_value(variables[v]);
+    double& value = changed_.value(variables[v]);
     const double at = value, h = step * std::max(1.0, std::abs(at));
     value = at + h;
-    model_torques(time, phases, model.q.data(), model.qd.data(), model.moved.data(), model.tau.data());
+    model_torques(time, phases, changed_.q.data(), changed_.qd.data(), changed_.inputs.data(),
+                  changed_.torques.data());
     value = at;
-    for (std::size_t k = 0; k < joints_.size(); ++k)
-      add_force_column(v, (model.tau[joints_[k]] - model.held[joints_[k]]) / h, first_force + k, columns);
+    for (std::size_t k = 0; k < joints_.size(); ++k) {
+      const double change = changed_.torques[joints_[k]] - torques[joints_[k]];
+      add_force_column(v, change / h, first_force + k, columns);
+    }
   }
+}
+
+double& Control::Changed::value(JointVariable variable) {
+  switch (variable.kind) {
+    case JointVariable::Kind::position:
+      return q[variable.joint];
+    case JointVariable::Kind::velocity:
+      return qd[variable.joint];
+    case JointVariable::Kind::force:
+      break;
+  }
+  return inputs[variable.joint];
 }
 
 // d tau = -kp d q - kd d qd

@@ -11,8 +11,8 @@
 
 namespace redysim {
 
-// A model whose controlled joints are prescribed: the plant that a controller knows.
-Model with_controlled_motions(Model model);
+template <class Scalar>
+struct InternalModel;
 
 // Trajectories of prescribed joints and the law that drives the controlled ones, at any time and state. Its
 // only memory is the phase of each trajectory, which its owner keeps among the inputs. Neither throws nor
@@ -57,13 +57,9 @@ class Control {
                     const double* inputs, const std::vector<JointVariable>& variables, double* columns);
 
  private:
+  // What the law adds to PD control, or uses instead of it.
   void model_torques(double time, const double* phases, const double* q, const double* qd,
                      const double* inputs, double* torques);
-  void gravity_compensation(const double* q, double* torques);
-  void feed_forward(double time, const double* phases, const double* q, const double* qd,
-                    const double* inputs, double* torques);
-  void computed_torque(double time, const double* phases, const double* q, const double* qd,
-                       const double* inputs, double* torques);
   void add_gains(const std::vector<JointVariable>& variables, double* columns) const;
   void add_force_column(std::size_t variable, double factor, std::size_t force, double* columns) const;
 
@@ -74,8 +70,11 @@ class Control {
   std::vector<int> joints_;         // the controlled ones, as in the model's order
   std::vector<ControlledJoint> gains_;
 
-  struct InternalModel;
-  std::unique_ptr<InternalModel> internal_model_;  // of laws that have one
+  std::unique_ptr<InternalModel<double>> internal_model_;  // of laws that have one
+  struct Changed {
+    std::vector<double> q, qd, inputs, torques;
+    double& value(JointVariable variable);
+  } changed_;  // for differences of that model
 };
 
 }  // namespace redysim

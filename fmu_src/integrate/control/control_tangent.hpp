@@ -39,11 +39,8 @@ class ControlTangent {
   struct Reference {
     Dual q, qd, qdd;
   };
-  struct InternalModel;
   std::size_t place(int joint) const;
   Reference reference(std::size_t k) const;
-  std::vector<Dual> model_forces(const std::vector<Dual>& q, const std::vector<Dual>& qd,
-                                 const std::vector<Dual>& force);
 
   const Law law_;
   const std::vector<int> joints_;     // the controlled ones
@@ -51,7 +48,7 @@ class ControlTangent {
   std::vector<int> on_trajectories_;  // joints that trajectories prescribe
   std::vector<Gains> gains_;
   std::vector<Reference> references_;
-  std::unique_ptr<InternalModel> internal_model_;
+  std::unique_ptr<InternalModel<Dual>> internal_model_;
 };
 
 }  // namespace redysim

@@ -72,7 +72,7 @@ Outcome OneStep::start(double time, const double* y) {
   origin_ = time;
   since_ = 0;
   std::copy_n(y, y_.size(), y_.begin());
-  fresh_ = true;
+  needs_first_step_ = true;
   slope_known_ = false;
   statistics_ = {};
   forget_choice();
@@ -81,7 +81,7 @@ Outcome OneStep::start(double time, const double* y) {
 
 void OneStep::expect_step(double step) {
   control_.start(step);
-  fresh_ = false;
+  needs_first_step_ = false;
 }
 
 bool OneStep::first_step_from_here() {
@@ -127,9 +127,9 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
     if (system_.plan().has_motion() && !follow_motion(system_, time(), y_.data()))
       return failure(time(), reasons::motion_impossible);
   }
-  const bool step_guessed = fresh_;
-  if (fresh_ && !first_step_from_here()) return failure(time(), reasons::not_finite_at_start);
-  fresh_ = false;
+  const bool step_guessed = needs_first_step_;
+  if (needs_first_step_ && !first_step_from_here()) return failure(time(), reasons::not_finite_at_start);
+  needs_first_step_ = false;
 
   goal_ = end;
   end_ = end - origin_;
@@ -137,7 +137,7 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
   std::copy(y_.begin(), y_.end(), y_before_.begin());
   Outcome outcome = run_to_end(!step_guessed);
   if (outcome.ok) return outcome;
-  fresh_ = true;
+  needs_first_step_ = true;
   slope_known_ = false;
   origin_ = origin_before;
   since_ = since_before;
@@ -215,7 +215,7 @@ void OneStep::save(std::vector<unsigned char>& bytes) const {
   writer.put(since_);
   writer.put(control_.wanted());
   writer.put(control_.previous_error());
-  writer.put(fresh_);
+  writer.put(needs_first_step_);
   writer.put(slope_known_);
   writer.put(y_.data(), y_.size());
   writer.put(slope_.data(), slope_.size());
@@ -249,7 +249,7 @@ bool OneStep::restore(const unsigned char* bytes, std::size_t size) {
   origin_ = origin;
   since_ = since;
   control_.restore(wanted, previous_error);
-  fresh_ = fresh;
+  needs_first_step_ = fresh;
   slope_known_ = slope_known;
   y_.swap(y);
   slope_.swap(slope);

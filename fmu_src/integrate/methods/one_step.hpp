@@ -30,9 +30,11 @@ class OneStep : public Integrator {
 
   SolverMethod method() const override { return method_; }
   // Step size allowed by the tolerance, s; 0: unknown. Of several tables, that of the lower order.
-  virtual double allowed_step() const { return fresh_ ? 0 : control_.wanted(); }
+  virtual double allowed_step() const { return needs_first_step_ ? 0 : control_.wanted(); }
   // Step size times a spectral radius, as a share of the stability interval.
-  double stability_used(double radius) const { return fresh_ ? 0 : control_.wanted() * radius / stability(); }
+  double stability_used(double radius) const {
+    return needs_first_step_ ? 0 : control_.wanted() * radius / stability();
+  }
   void expect_step(double step);  // after `start`
 
   void save(std::vector<unsigned char>& bytes) const override;
@@ -115,7 +117,7 @@ class OneStep : public Integrator {
   SolverMethod method_;
   int error_order_;
   FirstStepRoom room_;
-  bool fresh_ = true;  // no step size yet
+  bool needs_first_step_ = true;  // no step size yet
   long unsolved_before_ = 0;
   bool step_at_floor_ = false;
   bool projection_failed_ = false;

@@ -33,7 +33,7 @@ std::string StepBudget::hopeless(const char* method) const {
 }
 
 std::string StepBudget::exceeded(System& system, const char* method, double time, const double* y) const {
-  const double rate = blame_stiffest_joint(system, time, y);
+  const double rate = find_stiffest_joint(system, time, y);
   const bool implicit = std::strncmp(method, "bdf", 3) == 0 || std::strncmp(method, "dirk", 4) == 0;
   return std::to_string(steps_) + " internal steps of " + method +
          " did not reach the end of the step; the stiffest joint has a rate of " + rounded(rate) + " 1/s: " +

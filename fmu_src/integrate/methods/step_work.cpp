@@ -68,16 +68,20 @@ double StepWork::at(double time, double work) const {
   return begin_ + 0.5 * (to_ - from_) * integral(2 * (time - from_) / (to_ - from_) - 1);
 }
 
+template <class Self, class Visit>
+void StepWork::each_part(Self& self, const Visit& visit) {
+  for (auto* value : {&self.from_, &self.to_, &self.begin_, &self.end_, &self.offset_, &self.moved_})
+    visit(*value);
+  visit(self.integrated_);
+  for (auto& coefficient : self.coefficients_) visit(coefficient);
+}
+
 void StepWork::put(StateWriter& writer) const {
-  for (double value : {from_, to_, begin_, end_, offset_, moved_}) writer.put(value);
-  writer.put(integrated_);
-  writer.put(coefficients_, nodes);
+  each_part(*this, [&writer](const auto& part) { writer.put(part); });
 }
 
 void StepWork::get(StateReader& reader) {
-  for (double* value : {&from_, &to_, &begin_, &end_, &offset_, &moved_}) reader.get(*value);
-  reader.get(integrated_);
-  reader.get(coefficients_, nodes);
+  each_part(*this, [&reader](auto& part) { reader.get(part); });
 }
 
 }  // namespace redysim

@@ -24,6 +24,9 @@ class StepWork {
   void get(StateReader& reader);
 
  private:
+  template <class Self, class Visit>
+  static void each_part(Self& self, const Visit& visit);  // that is saved
+
   static constexpr int nodes = 6;
   double integral(double x) const;  // of the power's polynomial from -1, over half the step
 

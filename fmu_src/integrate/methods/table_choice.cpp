@@ -56,23 +56,23 @@ void TableChoice::decide(const Situation& now, double& factor) {
   steps_before_ = now.steps;
 }
 
+template <class Self, class Visit>
+void TableChoice::each_part(Self& self, const Visit& visit) {
+  visit(self.gain_);
+  visit(self.eighth_);
+  visit(self.learning_);
+  visit(self.step_before_);
+  visit(self.wanted_before_);
+  visit(self.steps_before_);
+}
+
 void TableChoice::put(StateWriter& writer) const {
-  writer.put(gain_);
-  writer.put(eighth_);
-  writer.put(learning_);
-  writer.put(step_before_);
-  writer.put(wanted_before_);
-  writer.put(steps_before_);
+  each_part(*this, [&writer](const auto& part) { writer.put(part); });
 }
 
 bool TableChoice::get(StateReader& reader) {
   TableChoice read = *this;
-  reader.get(read.gain_);
-  reader.get(read.eighth_);
-  reader.get(read.learning_);
-  reader.get(read.step_before_);
-  reader.get(read.wanted_before_);
-  reader.get(read.steps_before_);
+  each_part(read, [&reader](auto& part) { reader.get(part); });
   const bool possible = read.gain_ >= Tuning::smallest_ratio && read.gain_ <= Tuning::largest_ratio &&
                         read.eighth_ <= 1 && read.learning_ <= 1 && read.wanted_before_ >= 0 &&
                         (read.learning_ == 0 || read.step_before_ > 0);

@@ -35,6 +35,8 @@ class TableChoice {
 
  private:
   void learn(const Situation& now);
+  template <class Self, class Visit>
+  static void each_part(Self& self, const Visit& visit);  // that is saved
 
   double expected_;  // gain
   double gain_;

@@ -23,43 +23,34 @@ void put(StateWriter& writer, const StateHeader& header) {
 }
 
 bool matches(StateReader& reader, const StateHeader& expected) {
-  StateHeader read{};
-  reader.get(read.magic);
-  reader.get(read.version);
-  reader.get(read.method);
-  reader.get(read.nq);
-  reader.get(read.nv);
-  reader.get(read.size);
-  reader.get(read.rtol);
-  reader.get(read.atol);
-  reader.get(read.max_step);
-  return reader.good() && read.magic == expected.magic && read.version == expected.version &&
-         read.method == expected.method && read.nq == expected.nq && read.nv == expected.nv &&
-         read.size == expected.size && read.rtol == expected.rtol && read.atol == expected.atol &&
-         read.max_step == expected.max_step;
+  std::vector<unsigned char> bytes;
+  StateWriter writer(bytes);
+  put(writer, expected);
+  std::vector<unsigned char> read(bytes.size());
+  reader.get(read.data(), read.size());
+  return reader.good() && read == bytes;
 }
 
+namespace {
+
+constexpr long Statistics::*counts[] = {&Statistics::steps, &Statistics::rejected, &Statistics::evaluations,
+                                        &Statistics::jacobians};
+constexpr double Statistics::*sizes[] = {&Statistics::step_size, &Statistics::error_estimate};
+
+}  // namespace
+
 void put(StateWriter& writer, const Statistics& statistics) {
-  writer.put<std::int64_t>(statistics.steps);
-  writer.put<std::int64_t>(statistics.rejected);
-  writer.put<std::int64_t>(statistics.evaluations);
-  writer.put<std::int64_t>(statistics.jacobians);
-  writer.put(statistics.step_size);
-  writer.put(statistics.error_estimate);
+  for (const auto count : counts) writer.put<std::int64_t>(statistics.*count);
+  for (const auto size : sizes) writer.put(statistics.*size);
 }
 
 void get(StateReader& reader, Statistics& statistics) {
-  std::int64_t steps = 0, rejected = 0, evaluations = 0, jacobians = 0;
-  reader.get(steps);
-  reader.get(rejected);
-  reader.get(evaluations);
-  reader.get(jacobians);
-  statistics.steps = static_cast<long>(steps);
-  statistics.rejected = static_cast<long>(rejected);
-  statistics.evaluations = static_cast<long>(evaluations);
-  statistics.jacobians = static_cast<long>(jacobians);
-  reader.get(statistics.step_size);
-  reader.get(statistics.error_estimate);
+  for (const auto count : counts) {
+    std::int64_t value = 0;
+    reader.get(value);
+    statistics.*count = static_cast<long>(value);
+  }
+  for (const auto size : sizes) reader.get(statistics.*size);
 }
 
 }  // namespace redysim

@@ -6,7 +6,7 @@
 
 namespace redysim {
 
-double blame_stiffest_joint(System& system, double time, const double* y) {
+double find_stiffest_joint(System& system, double time, const double* y) {
   constexpr double difference = 1e-8;
   const StateLayout& layout = system.layout();
   std::vector<double> at(y, y + system.size()), slope(at.size()), moved(at.size());
@@ -27,7 +27,7 @@ double blame_stiffest_joint(System& system, double time, const double* y) {
       at[component] = y[component];
     }
   }
-  if (stiffest >= 0) system.blame(stiffest);
+  if (stiffest >= 0) system.set_failed_joint(stiffest);
   return fastest;
 }
 

@@ -151,7 +151,7 @@ class System {
   // The joint that caused a failure of an evaluation or a method: index into plan().joints, or -1.
   int failed_joint() const { return failed_joint_; }
   void forget_failure() { failed_joint_ = -1; }
-  void blame(int velocity) {  // the joint of a velocity of the state
+  void set_failed_joint(int velocity) {  // the joint of a velocity of the state
     const int place = nq() + velocity;
     failed_joint_ =
         layout_.omega.contains(place) ? plan_.balls[layout_.omega.entry_at(place)] : joint_of(velocity);

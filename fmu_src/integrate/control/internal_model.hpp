@@ -1,0 +1,106 @@
+#pragma once
+
+#include <algorithm>
+#include <type_traits>
+
+#include "dynamics/aba.hpp"
+#include "dynamics/compiled.hpp"
+#include "dynamics/rnea.hpp"
+#include "model/model.hpp"
+
+namespace redysim {
+
+// A model whose controlled joints are prescribed: the plant that a controller knows.
+Model with_controlled_motions(Model model);
+
+// The part of a control law that uses a model of the plant, on any scalar. Does not allocate after
+// construction.
+template <class Scalar>
+struct InternalModel {
+  Plan<Scalar> plan;  // its controlled joints are prescribed
+  Workspace<Scalar> workspace;
+  std::vector<Scalar> inputs, q, qd, qdd, zero;
+  std::vector<Scalar> torques;  // for the caller
+
+  explicit InternalModel(const Model& model)
+      : plan(with_controlled_motions(model)),
+        workspace(plan),
+        inputs(static_cast<std::size_t>(InputLayout(plan).recursion_size()), Scalar(0)),
+        q(static_cast<std::size_t>(plan.nv), Scalar(0)),
+        qd(q),
+        qdd(q),
+        zero(q),
+        torques(q) {}
+
+  // The torques of the law at (q, qd), without PD control, into `result` (nv). `reference(k)` and `gains[k]`
+  // are those of the controlled joint `joints[k]`; `given`: inputs of the other joints.
+  template <class References, class Gains>
+  void evaluate(Law law, const std::vector<int>& joints, const References& reference, const Gains& gains,
+                const Scalar* at_q, const Scalar* at_qd, const Scalar* given, Scalar* result) {
+    switch (law) {
+      case Law::gravity_compensation:
+        return gravity_compensation(joints, at_q, result);
+      case Law::feed_forward:
+        return feed_forward(joints, reference, at_q, at_qd, given, result);
+      default:
+        return computed_torque(joints, reference, gains, at_q, at_qd, given, result);
+    }
+  }
+
+ private:
+  // The torques that keep the controlled joints at rest.
+  void gravity_compensation(const std::vector<int>& joints, const Scalar* at_q, Scalar* result) {
+    if (plan.loops.empty()) return inverse(at_q, zero.data(), zero.data(), result);
+    std::fill(inputs.begin(), inputs.end(), Scalar(0));
+    forces_of_motion(joints, at_q, zero.data(), result);
+  }
+
+  // The torques along the reference. All joints are controlled or prescribed.
+  template <class References>
+  void feed_forward(const std::vector<int>& joints, const References& reference, const Scalar* at_q,
+                    const Scalar* at_qd, const Scalar* given, Scalar* result) {
+    std::copy_n(at_q, q.size(), q.begin());
+    std::copy_n(at_qd, q.size(), qd.begin());
+    std::copy_n(given, q.size(), qdd.begin());
+    for (std::size_t k = 0; k < joints.size(); ++k) {
+      const auto wanted = reference(k);
+      q[joints[k]] = wanted.q;
+      qd[joints[k]] = wanted.qd;
+      qdd[joints[k]] = wanted.qdd;
+    }
+    inverse(q.data(), qd.data(), qdd.data(), result);
+  }
+
+  // The torques at which qdd = qdd_reference + kd e' + kp e. The law knows the drives of the other joints,
+  // but not the forces at ports.
+  template <class References, class Gains>
+  void computed_torque(const std::vector<int>& joints, const References& reference, const Gains& gains,
+                       const Scalar* at_q, const Scalar* at_qd, const Scalar* given, Scalar* result) {
+    std::copy_n(given, q.size(), inputs.begin());
+    for (std::size_t k = 0; k < joints.size(); ++k) {
+      const int i = joints[k];
+      const auto wanted = reference(k);
+      inputs[i] = wanted.qdd + gains[k].kd * (wanted.qd - at_qd[i]) + gains[k].kp * (wanted.q - at_q[i]);
+    }
+    forces_of_motion(joints, at_q, at_qd, result);
+  }
+
+  // What the controlled joints take for the accelerations in `inputs`.
+  void forces_of_motion(const std::vector<int>& joints, const Scalar* at_q, const Scalar* at_qd,
+                        Scalar* result) {
+    if constexpr (std::is_same_v<Scalar, double>)
+      compiled_forward_dynamics(plan, workspace, at_q, at_qd, inputs.data(), qdd.data());
+    else
+      forward_dynamics(plan, workspace, at_q, at_qd, inputs.data(), qdd.data());
+    for (int i : joints) result[i] = prescribed_force(plan, workspace, i, at_q, at_qd, inputs.data());
+  }
+
+  void inverse(const Scalar* at_q, const Scalar* at_qd, const Scalar* at_qdd, Scalar* result) {
+    if constexpr (std::is_same_v<Scalar, double>)
+      compiled_inverse_dynamics(plan, workspace, at_q, at_qd, at_qdd, result);
+    else
+      inverse_dynamics(plan, workspace, at_q, at_qd, at_qdd, result);
+  }
+};
+
+}  // namespace redysim
