@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from html import escape
 
+from build_fmu.draw.html_page import figures
 from build_fmu.model.describe import Description, Variable
 
 STYLE = """
@@ -11,7 +12,7 @@ STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem }
 table { border-collapse: collapse; width: 100%; margin: .5rem 0 1.5rem }
 th, td { text-align: left; padding: .25rem .8rem .25rem 0; border-bottom: 1px solid #8884; vertical-align: top }
-td.n { font-variant-numeric: tabular-nums; white-space: nowrap }
+.n { font-variant-numeric: tabular-nums; white-space: nowrap }
 code, pre { font-family: ui-monospace, monospace; font-size: .92em }
 pre { background: #8881; padding: .8rem 1rem; overflow-x: auto }
 img { max-width: 100%; background: white; border-radius: 6px }
@@ -59,13 +60,9 @@ def documentation(model: Description, played: bool = False, has_report: bool = F
 
 def _links(model: Description) -> str:
     links = model.drawing["links"]
-    rows = []
-    for link in links:
-        parent = "ground" if link["parent"] < 0 else links[link["parent"]]["name"]
-        rows.append(f'<tr><td>{escape(link["name"])}</td><td>{escape(parent)}</td><td>{escape(link["type"])}</td>'
-                    f'<td class="n">{link["mass"]:.6g}</td></tr>')
-    head = "<tr><th>link</th><th>parent</th><th>joint</th><th>mass [kg]</th></tr>"
-    return f"<h2>Mechanism</h2>\n<table>\n{head}\n" + "\n".join(rows) + "\n</table>"
+    parents = ["ground" if link["parent"] < 0 else links[link["parent"]]["name"] for link in links]
+    rows = [(escape(link["name"]), escape(parent), escape(link["type"]), f"{link['mass']:.6g}") for link, parent in zip(links, parents, strict=True)]
+    return f"<h2>Mechanism</h2>\n{figures(('link', 'parent', 'joint', 'mass [kg]'), rows, range(3, 4))}"
 
 
 def _run(model: Description) -> str:
@@ -78,14 +75,9 @@ def _run(model: Description) -> str:
 
 
 def _table(variables: list[Variable]) -> str:
-    rows = []
-    for v in variables:
-        start = "" if v.start is None else _value(v.start)
-        note = " (tunable)" if v.variability == "tunable" else ""
-        rows.append(f'<tr><td><code>{escape(v.name)}</code></td><td class="n">{escape(v.unit or "")}</td>'
-                    f'<td class="n">{escape(start)}</td><td>{escape(v.description)}{note}</td></tr>')
-    head = "<tr><th>name</th><th>unit</th><th>start</th><th>description</th></tr>"
-    return f"<table>\n{head}\n" + "\n".join(rows) + "\n</table>"
+    rows = [(f"<code>{escape(v.name)}</code>", escape(v.unit or ""), escape("" if v.start is None else _value(v.start)),
+             escape(v.description) + (" (tunable)" if v.variability == "tunable" else "")) for v in variables]
+    return figures(("name", "unit", "start", "description"), rows, range(1, 3))
 
 
 def _value(value: object) -> str:
