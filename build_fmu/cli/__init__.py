@@ -8,16 +8,7 @@ import sys
 from collections.abc import Sequence
 
 from build_fmu import __version__
-from build_fmu.cli import (
-    build,
-    check,
-    completion,
-    import_model,
-    report,
-    show,
-    simulate,
-    stress,
-)
+from build_fmu.cli import build, check, completion, import_model, report, show, simulate, stress
 from build_fmu.errors import UserError
 
 COMMANDS = (build, import_model, check, simulate, report, stress, show, completion)
@@ -47,8 +38,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def parser_of_commands() -> argparse.ArgumentParser:
     """Returns the parser of all commands."""
-    parser = argparse.ArgumentParser(prog="build-fmu", description="Builds FMUs (FMI 2.0 co-simulation) from DH model files, simulates them and plots the results.",
-                                     epilog="For example: build-fmu import arm.urdf; build-fmu show arm.toml; build-fmu build arm.toml. "
+    parser = argparse.ArgumentParser(prog="build-fmu", description="Builds FMUs (FMI 2.0 co-simulation) from DH model files, simulates them and plots "
+                                     "the results.", epilog="For example: build-fmu import arm.urdf; build-fmu show arm.toml; build-fmu build arm.toml. "
                                      "build-fmu COMMAND --help lists the options.")
     parser.add_argument("--version", action="version", version=f"build-fmu {__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")

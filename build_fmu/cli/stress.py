@@ -5,12 +5,11 @@ from __future__ import annotations
 import argparse
 import os
 import time
-import tomllib
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from build_fmu.cli.terminal import bar
-from build_fmu.errors import UserError
 
 QUIET = 15.0  # s between two progress messages without a terminal
 
@@ -32,20 +31,19 @@ def run(options: argparse.Namespace) -> int:
     """Writes the results and returns the exit code: 1 if a case failed."""
     from build_fmu.report.sweep import known_method
     from build_fmu.stress.html import write_html
-    from build_fmu.stress.pages import (
-        KINDS,
-        not_finished,
-        write_csv,
-        write_page,
-        write_pictures,
-    )
+    from build_fmu.stress.pages import KINDS, not_finished, write_csv, write_page, write_pictures
+    from build_fmu.stress.pool import run_all, work_of
 
     begin = time.monotonic()
-    wanted = _groups(options.only)
     if options.method is not None:
         known_method(options.method)
-    work = [(model, case) for file in options.models for model, case in _cases(file) if case.group in wanted]
-    verdicts = _run_all(work, options)
+    work = work_of(options.models, options.only)
+    with _progress(len(work)) as progress:
+        found = {}
+        for number, verdict in run_all(work, options.seconds, options.method, options.jobs):
+            found[number] = verdict
+            progress(verdict, len(found))
+    verdicts = [found[number] for number in range(len(work))]
     folder = options.output or Path(".")
     files = [folder / name for name in ("stress.html", "stress.md", "stress.csv", "stress.svg", "stress.png")]
     taken = time.monotonic() - begin
@@ -57,53 +55,28 @@ def run(options: argparse.Namespace) -> int:
     print(f"{len(verdicts)} cases: " + ", ".join(f"{count} {kind}" for kind, count in counts.items() if count))
     if counts["failed"]:
         print("\n".join(line for line in not_finished(verdicts) if line.startswith("| failed")))
-    for file in files:
-        print(file)
+    print(*files, sep="\n")
     return 1 if counts["failed"] else 0
 
 
-def _groups(words: list[str]) -> list[str]:
-    from build_fmu.stress.cases import GROUPS
-
-    found = [group for group in GROUPS if not words or any(word in group for word in words)]
-    if not found:
-        raise UserError(f"no group of cases matches '{words[0]}'; available: {', '.join(GROUPS)}")
-    return found
-
-
-def _cases(file: Path) -> list[tuple]:
-    """Returns the model's name with each of its cases; `describe` checks the file first."""
-    from build_fmu.model.describe import describe
-    from build_fmu.stress.cases import catalogue
-
-    description = describe(file)
-    experiment = description.default_experiment
-    model = tomllib.loads(file.read_text(encoding="utf-8-sig"))
-    return [(file.stem, case) for case in catalogue(model, experiment["stop_time"], experiment["step_size"])]
-
-
-def _run_all(work: list[tuple], options: argparse.Namespace) -> list:
+@contextmanager
+def _progress(total: int) -> Iterator:
+    """Yields the progress function, which takes a verdict and the number of finished cases."""
     from rich.progress import MofNCompleteColumn, TimeElapsedColumn, TimeRemainingColumn
 
-    from build_fmu.stress.run import run_case
+    with bar(MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()) as shown:
+        screen, task = shown.console, shown.add_task("", total=total)
+        last = time.monotonic()
 
-    verdicts: dict = {}
-    spoken = time.monotonic()
-    with bar(MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()) as shown, ThreadPoolExecutor(options.jobs) as pool:
-        screen, task = shown.console, shown.add_task("", total=len(work))
-        futures = {pool.submit(run_case, model, case, options.seconds, options.method): i for i, (model, case) in enumerate(work)}
-        try:
-            for number, future in enumerate(as_completed(futures), start=1):
-                verdict = verdicts[futures[future]] = future.result()
-                words = f"{verdict.model}: {verdict.case.group}, {verdict.case.label}"
-                shown.update(task, description=words, completed=number)
-                # progress messages instead of a bar
-                if not screen.is_terminal and time.monotonic() - spoken > QUIET:
-                    spoken = time.monotonic()
-                    screen.print(f"{number} of {len(work)} cases, now {verdict.model}", highlight=False, markup=False, soft_wrap=True)
-                if verdict.kind == "failed":
-                    screen.print(f"failed  {words}: {verdict.message}", highlight=False, markup=False, soft_wrap=True)
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-    return [verdicts[i] for i in range(len(work))]
+        def progress(verdict, count: int) -> None:
+            nonlocal last
+            words = f"{verdict.model}: {verdict.case.group}, {verdict.case.label}"
+            shown.update(task, description=words, completed=count)
+            # messages instead of a bar
+            if not screen.is_terminal and time.monotonic() - last > QUIET:
+                last = time.monotonic()
+                screen.print(f"{count} of {total} cases, now {verdict.model}", highlight=False, markup=False, soft_wrap=True)
+            if verdict.kind == "failed":
+                screen.print(f"failed  {words}: {verdict.message}", highlight=False, markup=False, soft_wrap=True)
+
+        yield progress

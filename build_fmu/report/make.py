@@ -14,16 +14,7 @@ from build_fmu.report.machine import busy, load
 from build_fmu.report.motion import positions
 from build_fmu.report.pages import Report, write_csv, write_page, write_pictures
 from build_fmu.report.reference import Reference, from_csv, from_tight_runs
-from build_fmu.report.sweep import (
-    METHODS,
-    TOLERANCES,
-    Inputs,
-    Plan,
-    communication_steps,
-    offered_methods,
-    sweep,
-    task_for,
-)
+from build_fmu.report.sweep import METHODS, TOLERANCES, Inputs, Plan, communication_steps, offered_methods, sweep, task_for
 from build_fmu.run.driver import Staged, staged
 from build_fmu.run.signals import parse_inputs
 
