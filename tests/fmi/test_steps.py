@@ -20,6 +20,18 @@ def slave(fmu):
         yield slave.initialize()
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_the_motion_does_not_depend_on_whole_turns(fmu, method):
+    """Error weights stay above the rounding of an angle of 1e6 rad, which is 1e-10 rad."""
+    turned = []
+    for start in (0.4, 0.4 + 160_000 * math.tau):
+        with Slave(fmu("pendulum")) as slave:
+            slave.initialize(start={"pivot.q0": start, "solver.method": method, "solver.rtol": 1e-10, "solver.atol": 1e-12})
+            slave.run(0.2, 0.01)
+            turned.append(slave.get("pivot.q") - start)
+    assert turned[1] == pytest.approx(turned[0], abs=1e-7) and abs(turned[0]) > 0.01
+
+
 @pytest.mark.parametrize("size", [math.nan, math.inf, -math.inf, -0.01])
 def test_bad_step_sizes_are_refused(slave, size):
     assert slave.step(0, size) == ERROR
