@@ -6,6 +6,8 @@ import shlex
 import textwrap
 from collections.abc import Iterator
 
+import tomlkit
+
 from build_fmu.importers.draft import GROUND, Draft, DraftLink, DraftTie
 
 WIDTH = 118
@@ -98,18 +100,11 @@ def _tie(kind: str, tie: DraftTie) -> Iterator[str]:
 
 
 def _value(value: object) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str):
-        return _string(value)
+    if isinstance(value, bool | str):
+        return tomlkit.item(value).as_string()
     if isinstance(value, int | float):
         return number(value)
     return "[" + ", ".join(_value(x) for x in value) + "]"
-
-
-def _string(text: str) -> str:
-    plain = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t", "\r": "\\r"}
-    return '"' + "".join(plain.get(c) or (f"\\u{ord(c):04x}" if ord(c) < 32 or ord(c) == 127 else c) for c in text) + '"'
 
 
 def _comment(text: str, bullet: str = "") -> list[str]:
