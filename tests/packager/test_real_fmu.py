@@ -174,7 +174,9 @@ def test_check_warns_of_an_angle_in_the_wrong_unit(tmp_path):
     (tmp_path / "m.toml").write_text("name = 'm'\n[[link]]\nname = 'arm'\nalpha = 90\nmass = 1\ncom = [0.1, 0, 0]\n")
     checked = run("check", "m.toml", cwd=tmp_path)
     assert checked.returncode == 0
-    assert 'm.toml:4:9: warning: link \'arm\': alpha = 90 rad is more than a full turn; for degrees set angle_unit = "deg"' in checked.stderr
+    assert (
+        "m.toml:4:9: warning: link 'arm': alpha = 90 rad is more than a full turn; for degrees set angle_unit = \"deg\"" in checked.stderr
+    )
 
 
 def test_a_mass_that_is_tuned_away_is_refused_with_the_joint(tmp_path):
