@@ -36,7 +36,6 @@ TO_BE_SPLIT = {
     "redysim::Instance::restore",
     "redysim::Instance::set_direction",
     "redysim::LeastNorm::LeastNorm",
-    "redysim::Log::set",
     "redysim::Tape::simplified",
     "redysim::VariableTable::VariableTable",
     "redysim::assemble",

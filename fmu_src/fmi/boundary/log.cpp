@@ -26,9 +26,11 @@ const char* Log::set(bool on, std::size_t count, const char* const* categories) 
     if (!known) return name;
   }
   // "on" shows the named categories and no others, "off" hides the named ones
-  errors_ = on ? named[0] || named[1] : errors_ && !named[0] && !named[1];
-  warnings_ = on ? named[0] || named[2] : warnings_ && !named[0] && !named[2];
-  events_ = on ? named[0] || named[3] : events_ && !named[0] && !named[3];
+  bool* const switches[] = {&errors_, &warnings_, &events_};
+  for (std::size_t k = 0; k < std::size(switches); ++k) {
+    const bool chosen = named[0] || named[k + 1];
+    *switches[k] = on ? chosen : *switches[k] && !chosen;
+  }
   return nullptr;
 }
 
