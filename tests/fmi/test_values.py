@@ -176,3 +176,23 @@ def test_slides_that_move_less_than_the_tolerance_are_named_at_the_end(fmu_file,
             warnings = [text for _, category, text in slave.messages if category == "logStatusWarning"]
             assert len(warnings) == told
             assert not told or ("'piezo'" in warnings[0] and "solver.atol" in warnings[0])
+
+
+def test_potential_energy_counts_links_that_are_fixed_to_the_ground(fmu_file, tmp_path):
+    """-m g.r by hand: an arm, a post fixed to the ground and a load on the post; the zero is that of the origin."""
+    fmu_file("pendulum")  # skips where nothing is built
+    link = '[[link]]\nname = "{}"\nparent = "{}"\njoint = "{}"\nmass = {}\ncom = {}\n'
+    (tmp_path / "post.toml").write_text(
+        'name = "post"\ngravity = [1, 2, -9]\n'
+        + link.format("arm", "ground", "revolute", 0.5, [0.1, 0.2, 0.4])
+        + link.format("post", "ground", "fixed", 3, [0, 0.5, 1])
+        + "b = 0.25\n"
+        + link.format("load", "post", "fixed", 2, [1, 0, 0])
+        + 'd = 0.5\n[fmu]\noutputs = ["energy"]\ntunable = ["post.mass"]\n'
+    )
+    with Slave(Unpacked(build_fmu(tmp_path / "post.toml", tmp_path / "post.fmu"), tmp_path / "unpacked")) as slave:
+        slave.initialize()
+        arm, post, load = 0.5 * (0.1 + 0.4 - 3.6), 1.0 - 9 * 1.25, 2 * (1.0 - 9 * 0.75)
+        assert slave.get("energy.potential") == pytest.approx(-(arm + 3 * post + load), rel=1e-14)
+        assert slave.set("post.mass", 5.0) == OK
+        assert slave.get("energy.potential") == pytest.approx(-(arm + 5 * post + load), rel=1e-14)
