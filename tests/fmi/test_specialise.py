@@ -32,7 +32,7 @@ def test_a_specialised_library_is_smaller_and_gives_the_same_motion(name, parts,
     build(model, MODELS / f"{name}.toml", general)
     built = build(model, MODELS / f"{name}.toml", special, specialised=True)
     assert special.stat().st_size < general.stat().st_size
-    assert ("straight line:" in built.specialised) == ("loops" in parts)
+    assert ("straight-line code:" in built.specialised) == ("loops" in parts)
     assert float(re.search(r"([0-9.]+) times as fast", built.specialised)[1]) > 0
     a, b = run(general), run(special)
     for column in a.dtype.names:
