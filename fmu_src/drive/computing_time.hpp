@@ -4,10 +4,10 @@
 
 namespace redysim::drive {
 
-// On a busy machine a bound on computing may take so many times as long by the clock on the wall.
+// On a busy machine a bound on CPU time may take up to this factor of wall-clock time.
 constexpr double most_waiting = 10;
 
-// Computing time of this thread, s: other work on the machine counts little. Reading it takes too long for
+// CPU time of this thread, s, hardly affected by other load of the machine. Reading it takes too long for
 // single steps.
 inline double computing_seconds(clockid_t clock = CLOCK_THREAD_CPUTIME_ID) {
   timespec now;

@@ -22,13 +22,13 @@ struct Job {
   long hold = 1;                // steps that a row of inputs lasts
   std::vector<double> motion;   // rows of inputs, one after the other; the last is followed by the first
   long repeats = 0;             // further runs, for their time only,
-  double spend = 1e9;           // as long as these have taken less computing, s
-  double budget = 60;           // s of computing, then the run ends at the step that it has reached
+  double spend = 1e9;           // as long as these have taken less CPU time, s
+  double budget = 60;           // s of CPU time, then the run ends at the current step
   double patience = 30;         // s after that; then it hangs
   std::vector<long> instances;  // latency: how many live at once
 };
 
-// Throws std::runtime_error with a sentence.
+// Throws std::runtime_error with a message.
 Job read_job(std::istream& stream);
 
 }  // namespace redysim::drive

@@ -61,8 +61,7 @@ class Run {
   Record record;
 
  private:
-  // The second clock is slow to read, so it is asked last; a machine that gives no time must not hold us for
-  // ever.
+  // The second clock is slow to read and is therefore checked last; on a stalled machine the wait must end.
   bool is_late() const {
     const double passed = seconds_since(begin_);
     return passed > job_.budget &&

@@ -4,8 +4,8 @@
 
 // One step of the forward-dynamics recursion, in both directions.
 //
-// Legend, DeNOC letters of the seed's Fig. 2: A_ij = to_body, N (p) = z axis of the body, M-hat = A,
-// psi-hat = U, m-hat = 1/D_inverse, phi-hat = u, eta = p, mu = acceleration.
+// Legend, DeNOC letters of Fig. 2 of the ReDySim paper: A_ij = to_body, N (p) = z axis of the body, M-hat =
+// A, psi-hat = U, m-hat = 1/D_inverse, phi-hat = u, eta = p, mu = acceleration.
 
 namespace redysim {
 

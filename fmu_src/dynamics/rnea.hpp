@@ -43,8 +43,8 @@ void collect_joint_forces(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
   }
 }
 
-// Inverse dynamics, recursive Newton-Euler (Luh, Walker, Paul 1980; the seed's Fig. 2 left): tau (nv)
-// that gives qdd at (q, qd) for the open tree, gravity included, springs, dampers and armature counted
+// Inverse dynamics, recursive Newton-Euler (Luh, Walker, Paul 1980; Fig. 2 of the ReDySim paper left): tau
+// (nv) that gives qdd at (q, qd) for the open tree, gravity included, springs, dampers and armature counted
 // as part of the plant. Uses q, qd, qdd (nv); fills the workspace's accelerations and wrenches.
 template <class Scalar>
 void inverse_dynamics(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,

@@ -38,7 +38,7 @@ void cut_rings(std::vector<LinkDraft>& drafts) {
     if (i == ground || visit[i] != start) continue;
     int first = i;
     for (int k = drafts[i].link.parent; k != i; k = drafts[k].link.parent) first = std::min(first, k);
-    drafts[first].section.error("parent", "parents form a ring: " + ring_text(drafts, first));
+    drafts[first].section.error("parent", "cyclic parent references: " + ring_text(drafts, first));
     drafts[first].link.parent = ground;
   }
 }

@@ -85,8 +85,24 @@ PROSE = [
     "mkdocs.yml",
 ]
 COMMENTED = ["models/*.toml", "scripts/*.sh"]
-PYTHON = ["build_fmu/**/*.py", "examples/**/*.py", "scripts/*.py", "bench/**/*.py", "docs/pictures/*.py", "models/*.py"]
-CPP = ["build_fmu/show/*.js", "bench/**/*.cpp", "bench/**/*.hpp"]
+PYTHON = [
+    "build_fmu/**/*.py",
+    "examples/**/*.py",
+    "scripts/*.py",
+    "bench/**/*.py",
+    "docs/pictures/*.py",
+    "models/*.py",
+    "tests/**/*.py",
+]
+CPP = [
+    "fmu_src/**/*.cpp",
+    "fmu_src/**/*.hpp",
+    "tests/**/*.cpp",
+    "tests/**/*.hpp",
+    "build_fmu/show/*.js",
+    "bench/**/*.cpp",
+    "bench/**/*.hpp",
+]
 
 
 def breaches(text: str) -> Iterator[tuple[int, str]]:
@@ -127,12 +143,13 @@ CPP_PROSE = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"', re.DOTALL)
 
 
 def cpp_prose(text: str) -> str:
-    """Comments and string literals of a C++ file; all else is blanked, lines keep their numbers."""
+    """Comments and string literals of a C++ file, adjacent literals joined; all else is blanked, lines keep their numbers."""
     found, end = [], 0
     for match in CPP_PROSE.finditer(text):
-        found += ["\n" * text.count("\n", end, match.start()) or " ", match[0]]
+        gap = text[end : match.start()]
+        found += ["\n" * gap.count("\n"), "; " if gap.strip() else " ", match[0]]
         end = match.end()
-    return "".join(found)
+    return re.sub(r'"(\s*)"', r"\1", "".join(found))
 
 
 def notebook_prose(text: str) -> str:
@@ -171,4 +188,5 @@ def test_a_planted_phrase_is_found(text, line):
 def test_prose_is_taken_from_comments_and_strings_only():
     assert [line for line, _ in breaches(python_prose('freedoms = 1\n"""Some\nfreedoms."""  # freedoms\n'))] == [3, 3]
     assert [line for line, _ in breaches(cpp_prose('int freedoms;\n// freedoms\nf("freedoms");\n/* a\nfreedoms */'))] == [2, 3, 5]
+    assert [line for line, _ in breaches(cpp_prose('f("fall "\n  "apart", "fall", "apart");'))] == [1]
     assert [line for line, _ in breaches(comments("freedoms = 1\nx = 2  # freedoms\n"))] == [2]

@@ -212,7 +212,7 @@ Assembly assemble(const Model& model, const Plan<double>& plan, Workspace<double
     }
     for (int k = 0; k < cluster.loop_count(); ++k) {
       const Assembly::Residual gap = cluster.gap(k);
-      // an open loop is worse than a closed one
+      // a violated loop is worse than a satisfied one
       const bool open = norm > closed_enough;
       if (open == !result.closed ? gap.size <= result.gap.size : !open) continue;
       result.closed = !open;

@@ -26,10 +26,11 @@ struct Assembly {
       ball_sped;  // per spherical joint: angle of its turn; change of its angular velocity
 };
 
-// Moves q to the nearest closed pose (least squares over the joints, the displacement of a prismatic joint
-// counted in sizes of its mechanism) and qd to the nearest velocities that keep it closed. Joints marked
-// `hold` and prescribed ones stay. Redundant loops and singular poses are normal. For the start: allocates.
-// q and qd: per joint of the plan. Overwrites positions and ground poses of the workspace.
+// Moves q to the nearest configuration that satisfies the loops (least squares over the joints, the
+// displacement of a prismatic joint in sizes of its mechanism) and qd to the nearest velocities that satisfy
+// their derivative. Joints marked `hold` and prescribed ones stay. Redundant loops and singular poses are
+// normal. For the start: allocates. q and qd: per joint of the plan. Overwrites positions and ground poses of
+// the workspace.
 Assembly assemble(const Model& model, const Plan<double>& plan, Workspace<double>& ws, double* q, double* qd);
 
 // Why an assembly failed: "loop 'x': no configuration satisfies the loop constraints; smallest residual

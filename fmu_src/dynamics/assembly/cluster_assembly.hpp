@@ -22,7 +22,7 @@ class ClusterAssembly : public ClusterRows<double> {
 
   using ClusterRows::ClusterRows;
 
-  // Takes the start pose, measures the mechanism and returns what is open.
+  // Takes the initial configuration, measures the mechanism and returns the constraint violation.
   double start(const double* q) {
     set_pose(q);
     measure();
@@ -69,7 +69,8 @@ class ClusterAssembly : public ClusterRows<double> {
     return norm;
   }
 
-  // From a closed pose along the loops to the one nearest to the start: Newton steps in the tangent plane.
+  // From a configuration that satisfies the loops to the one nearest to the start: Newton steps in the
+  // tangent plane.
   void approach(Vector& z) {
     double distance = (z - z_start_).norm(), gradient = 0;
     for (int k = 0; k < 60; ++k) {

@@ -54,8 +54,8 @@ std::string sentence(const Freedom& freedom) {
                      count(freedom.system, "degree of freedom", "degrees of freedom") + ": ";
   if (freedom.surplus == 0 && freedom.left == 0) return text + "fully driven";
   if (freedom.surplus > 0)
-    text +=
-        count(freedom.surplus, "motion", "motions") + " more than freedoms, they must agree with the loops";
+    text += count(freedom.surplus, "motion", "motions") +
+            " more than degrees of freedom, they must be consistent with the loops";
   if (freedom.surplus > 0 && freedom.left > 0) text += "; ";
   if (freedom.left > 0)
     text += std::to_string(freedom.left) + (freedom.left == 1 ? " is not prescribed and is integrated"

@@ -19,7 +19,7 @@ struct Freedom {
 Freedom freedom(const Model& model, const double* q);
 
 // "1 motion for 1 degree of freedom: fully driven", "1 motion for 3 degrees of freedom: 2 are not prescribed
-// and are integrated", "3 motions for 1 degree of freedom: 2 motions more than freedoms, ..."
+// and are integrated", "3 motions for 1 degree of freedom: 2 motions more than degrees of freedom, ..."
 std::string sentence(const Freedom& freedom);
 
 }  // namespace redysim

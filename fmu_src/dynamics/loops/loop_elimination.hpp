@@ -108,7 +108,7 @@ StepJoints joints_of(const Plan<Scalar>& plan, const EliminationStep& step) {
 }
 
 // Leaves to root over joints, clusters and, by the early way, fronts. Uses positions, velocities, bias and
-// loop rows. False where a row of a front may depend on others: then all begins anew, cluster by cluster.
+// loop rows. False if a row of a front may depend on others: the recursion then restarts, cluster by cluster.
 template <class Scalar>
 bool eliminate_with_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
                           const Scalar* tau, bool early) {

@@ -15,7 +15,7 @@ struct StraightLine {
 };
 
 // Records dynamics/aba.hpp for an open tree of joints that are driven by forces. Throws std::domain_error
-// with a sentence where a model has more than that.
+// with a message for any other model.
 StraightLine straight_line(const Model& model);
 
 // Operations that `line` takes.

@@ -171,7 +171,7 @@ fmi2Status Instance::do_step(double current, double size) {
     return refuse(function,
                   "the step starts at " + shown(current) + " s, but the FMU is at " + shown(time_) + " s");
   const double end = current + size;
-  if (!std::isfinite(end)) return refuse(function, "the step ends at no finite time");
+  if (!std::isfinite(end)) return refuse(function, "the end of the communication step is not finite");
   if (end > stop_time_ + time_tolerance * std::max(std::abs(stop_time_), size))
     return refuse(function,
                   "the step ends at " + shown(end) + " s, after the stop time " + shown(stop_time_) + " s");

@@ -76,7 +76,7 @@ class Instance {
   void note_travel();
   void report_short_travel();
   void values_changed();          // all that is computed on demand is stale
-  const double* current_state();  // y, in every state of life
+  const double* current_state();  // y, in every state of the instance
   bool update_plan(Function function);
   std::string impossible_parameter() const;
   std::string why_immovable();

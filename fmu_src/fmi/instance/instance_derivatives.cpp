@@ -25,7 +25,7 @@ fmi2Status Instance::set_real_input_derivatives(const unsigned* references, std:
     const Variable* variable = table_.real(references[i]);
     if (!variable) return refuse(function, unknown_reference(references[i], "Real"));
     if (variable->causality != Causality::input)
-      return refuse(function, variable->name + " is no input and has no derivative to be set");
+      return refuse(function, variable->name + " is not an input: its derivatives cannot be set");
     if (orders[i] < 1 || orders[i] > InputLayout::highest_order)
       return refuse(function, variable->name + ": the order must be 1 to " +
                                   std::to_string(InputLayout::highest_order) + ", got " +

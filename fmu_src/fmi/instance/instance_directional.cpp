@@ -99,7 +99,7 @@ fmi2Status Instance::get_real_output_derivatives(const unsigned* references, std
     const Variable* variable = table_.real(references[i]);
     if (!variable) return refuse(function, unknown_reference(references[i], "Real"));
     if (variable->causality != Causality::output || variable->variability != Variability::continuous)
-      return refuse(function, variable->name + " is no continuous output and has no derivatives");
+      return refuse(function, variable->name + " is not a continuous output: it has no derivatives");
     if (orders[i] != 1)
       return refuse(function, variable->name + ": the order must be 1, got " + std::to_string(orders[i]));
     simple = simple && (variable->role == Role::q || variable->role == Role::qd);
@@ -128,7 +128,7 @@ std::string Instance::why_no_direction(const Variable& variable, double directio
   if (variable.causality == Causality::output) return variable.name + " is an output and no known";
   if (variable.causality == Causality::input) return {};
   if (!start && !ball_start && variable.variability != Variability::tunable)
-    return "there are no derivatives by " + variable.name;
+    return "no derivatives exist with respect to " + variable.name;
   if (state_ != State::initialization)
     return "there are derivatives by " + variable.name + " in initialization mode alone";
   return {};
@@ -261,7 +261,7 @@ fmi2Status Instance::read_tangent(Function function, const unsigned* references,
     const Variable* variable = table_.real(references[i]);
     if (!variable) return refuse(function, unknown_reference(references[i], "Real"));
     if (variable->causality != Causality::output)
-      return refuse(function, variable->name + " is no output and has no derivatives");
+      return refuse(function, variable->name + " is not an output: it has no derivatives");
   }
   if (!tangent_->evaluate()) return refuse(function, "the derivatives are not finite");
   for (std::size_t i = 0; i < count; ++i) derivatives[i] = read_direction(*table_.real(references[i]));

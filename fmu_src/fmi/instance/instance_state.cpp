@@ -35,7 +35,7 @@ bool is_a_method(SolverMethod method) {
   return parse_method(method_name(method), parsed) && parsed == method;
 }
 
-constexpr const char* not_ours = "this is no saved state of this instance";
+constexpr const char* not_ours = "not an FMU state of this instance";
 
 }  // namespace
 
@@ -226,9 +226,9 @@ fmi2Status Instance::deserialize(const fmi2Byte* source, std::size_t size, fmi2F
   const Bytes kind = serial_kind();
   std::uint64_t length = 0, sum = 0;
   const std::size_t header_size = kind.size() + sizeof length + sizeof sum;
-  if (size < header_size) return refuse(function, "these bytes are no saved state, or a part of one");
+  if (size < header_size) return refuse(function, "invalid or truncated FMU state");
   if (!std::equal(kind.begin(), kind.end(), first))
-    return refuse(function, "these bytes are no saved state, or one of another model or version");
+    return refuse(function, "invalid FMU state, or the state of another model or version");
   // nothing is read beyond what the bytes themselves say that there is
   ByteReader reader(first + kind.size(), size - kind.size());
   reader.value(length);

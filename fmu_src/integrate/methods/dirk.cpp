@@ -256,7 +256,8 @@ const char* Dirk::reason(int flag) const {
     case ARK_CONV_FAILURE:
     case ARK_ERR_FAILURE:
     case ARK_REPTD_RHSFUNC_ERR:
-      return "no step is small enough for the tolerance, or the accelerations are not finite";
+      return "minimum step size reached: the requested tolerance cannot be met, or the accelerations are not "
+             "finite";
     default:
       return nullptr;
   }

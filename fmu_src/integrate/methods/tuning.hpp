@@ -50,7 +50,7 @@ struct Tuning {
 
   // ---- tables of erk
   // Measured with bench/stepping on 46 cases: KR5, gripper, four-bar, pendulum, planar arm and top, at rest,
-  // with slow and with switching torques, in steps of 1 to 100 ms. In the mean erk takes 4, 8 and 18 % fewer
+  // with slow and with switching torques, in steps of 1 to 100 ms. On average erk takes 4, 8 and 18 % fewer
   // right-hand sides than order 5 alone at rtol 1e-6, 1e-7 and 1e-8, with 0.7, 0.25 and 0.15 of its error
   // (docs/solvers.md).
 

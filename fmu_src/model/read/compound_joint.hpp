@@ -5,7 +5,7 @@
 
 #include "model/read/link_reader.hpp"
 
-// Joints of several freedoms, built from revolute and prismatic joints on massless links. The carried link
+// Joints with several DOF, built from revolute and prismatic joints on massless links. The carried link
 // is fixed to the last of them, so its own frame is the DH frame at rest. Spherical parts keep a quaternion
 // as state (Ball); their three joints turn about z, x and y of the link (ReDySim's order), after a fourth
 // that the simulation sets to 0 or 90 deg to stay away from the singular angles.

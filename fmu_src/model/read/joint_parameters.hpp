@@ -39,7 +39,7 @@ inline constexpr JointParameter joint_parameters[] = {
 // `degrees`: angles are in degrees.
 void read_joint_parameters(Section& section, Joint& joint, bool degrees);
 
-// The same for several freedoms: each field is a list with a number for each; a stop at infinity is none.
+// The same for several DOF: each field is a list with a number for each; a stop at infinity is omitted.
 void read_joint_parameters(Section& section, std::vector<Joint>& freedoms, bool degrees);
 
 }  // namespace redysim

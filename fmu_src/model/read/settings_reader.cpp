@@ -53,7 +53,7 @@ void add_indexed(std::vector<std::string>& names, const std::string& array, int 
 std::vector<std::string> tunable_names(const Model& model) {
   std::vector<std::string> names;
   for (const Link& link : model.links) {
-    // "hand[2]" is a part of a joint of several freedoms and has no body, "hand[z]" a part of a quaternion
+    // "hand[2]" is a part of a joint with several DOF and has no body, "hand[z]" a part of a quaternion
     const std::size_t bracket = link.name.find('[');
     if (bracket == std::string::npos) {
       names.push_back(link.name + ".mass");

@@ -35,13 +35,13 @@ TEST(freedom, that_motions_leave_is_integrated) {
 }
 
 TEST(freedom, that_motions_outnumber) {
-  EXPECT_EQ(
-      sentence(Chain().with({0, 1, 3})),
-      "3 motions for 2 degrees of freedom: 1 motion more than freedoms, they must agree with the loops");
-  EXPECT_EQ(
-      sentence(Chain().with({0, 1})),
-      "2 motions for 2 degrees of freedom: 1 motion more than freedoms, they must agree with the loops; 1 is "
-      "not prescribed and is integrated");
+  EXPECT_EQ(sentence(Chain().with({0, 1, 3})),
+            "3 motions for 2 degrees of freedom: 1 motion more than degrees of freedom, they must be "
+            "consistent with the loops");
+  EXPECT_EQ(sentence(Chain().with({0, 1})),
+            "2 motions for 2 degrees of freedom: 1 motion more than degrees of freedom, they must be "
+            "consistent with the loops; 1 is "
+            "not prescribed and is integrated");
 }
 
 TEST(freedom, locked_joints_count_as_motions) {

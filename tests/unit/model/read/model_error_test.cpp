@@ -161,8 +161,8 @@ TEST(model_error, an_unknown_parent_suggests_one) {
 TEST(model_error, a_ring_of_parents_is_reported_once) {
   EXPECT_EQ(errors("name = 'm'\n[[link]]\nname = 'x'\nparent = 'a'\n[[link]]\nname = 'a'\nparent = 'c'\n"
                    "[[link]]\nname = 'b'\nparent = 'a'\n[[link]]\nname = 'c'\nparent = 'b'\n"),
-            (Lines{"7: link 'a': parents form a ring: a -> c -> b -> a"}));
-  EXPECT_EQ(errors(arm + "parent = 'a'\n"), (Lines{"6: link 'a': parents form a ring: a -> a"}));
+            (Lines{"7: link 'a': cyclic parent references: a -> c -> b -> a"}));
+  EXPECT_EQ(errors(arm + "parent = 'a'\n"), (Lines{"6: link 'a': cyclic parent references: a -> a"}));
 }
 
 TEST(model_error, an_angle_of_the_other_unit_is_a_warning) {
