@@ -256,8 +256,7 @@ const char* Dirk::reason(int flag) const {
     case ARK_CONV_FAILURE:
     case ARK_ERR_FAILURE:
     case ARK_REPTD_RHSFUNC_ERR:
-      return "minimum step size reached: the requested tolerance cannot be met, or the accelerations are not "
-             "finite";
+      return reasons::step_too_small_or_not_finite;
     default:
       return nullptr;
   }
