@@ -108,6 +108,12 @@ def test_scenes_agree(library, only):
     assert failures(library, 60, 11, only=only) == []
 
 
+@pytest.mark.parametrize("scale", [1e-6, 1e-5, 1e3])
+def test_redundant_scenes_of_any_size_agree(library, scale):
+    """Rows in m and rad together: neither a rank nor digits depend on the unit of length."""
+    assert failures(library, 10, 5, only="redundant", scale=scale) == []
+
+
 @pytest.mark.slow
 def test_five_thousand_scenes_agree(library):
     wrong = failures(library, 5000, 14)
