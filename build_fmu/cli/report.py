@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> int:
         for target in targets:
             try:
                 report = make_report(target, wish, progress(target))
-                print(*write(report, options.output or Path("."), Path(target).stem), *(f"  {line}" for line in advice(report)), sep="\n")
+                print(*write(report, options.output or Path("."), f"{target.stem}_report"), *(f"  {line}" for line in advice(report)), sep="\n")
             except UserError as error:
                 if len(targets) == 1:
                     raise

@@ -11,9 +11,8 @@ from pathlib import Path
 from build_fmu.fmu.archive import Entry, write_archive
 from build_fmu.fmu.documentation import documentation
 from build_fmu.model.describe import Description
-from build_fmu.report.html import write_html
-from build_fmu.report.make import Wish, make_report
-from build_fmu.report.pages import Report, write_csv, write_page, write_pictures
+from build_fmu.report.make import Wish, make_report, write
+from build_fmu.report.pages import Report
 
 
 def put_into(fmu: Path, model: Description, source: Path, progress: Callable[[str, int, int], None], note: str = "") -> Report:
@@ -26,11 +25,7 @@ def put_into(fmu: Path, model: Description, source: Path, progress: Callable[[st
     played = any(entry.name == "documentation/run.html" for entry in entries)
     entries = [Entry(page, documentation(model, played, has_report=True)) if entry.name == page else entry for entry in entries]
     with tempfile.TemporaryDirectory() as folder:
-        files = [Path(folder) / f"report{ending}" for ending in (".md", ".csv", ".svg", ".html")]
-        write_page(files[0], report, "report.svg")
-        write_csv(files[1], report)
-        write_pictures(files[2:3], report)
-        write_html(files[3], report, files[2])
-        entries += [Entry(f"documentation/{file.name}", file.read_bytes()) for file in files]
+        files = write(report, Path(folder), "report")
+        entries += [Entry(f"documentation/{file.name}", file.read_bytes()) for file in files if file.suffix != ".png"]
     write_archive(fmu, entries)
     return report

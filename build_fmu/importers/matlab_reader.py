@@ -19,8 +19,6 @@ from build_fmu.importers.matlab_text import Source, Token, tokens
 MOST_STATEMENTS = 500_000
 IDLE = ("clc", "clear", "close", "save", "format", "return", "global", "hold", "disp", "fprintf")
 UNKNOWN_STATEMENTS = ("if", "while", "switch", "try", "function")
-
-
 BLOCKS = ("for", "if", "while", "switch", "try")
 
 

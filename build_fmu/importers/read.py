@@ -3,35 +3,25 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from importlib import import_module
 from pathlib import Path
 
 from build_fmu.errors import UserError
 from build_fmu.importers.draft import Draft
 
+# modules and the extensions of their files; dh_table suggests other formats for some of its extensions
+IMPORTERS = {"scene_json": (".json",), "urdf": (".urdf", ".xml"), "redysim": (".m", ".mat"),
+             "dh_table": (".csv", ".tsv", ".txt", ".xlsx", ".xls", ".ods", ".xlsb", ".numbers")}  # fmt: skip
 KINDS = ".json (mbs-scene/1), .urdf, inputs.m and inputs.mat (ReDySim) or their folder, .csv or .xlsx (DH table)"
 
 
 def read(source: Path, options: Namespace) -> Draft:
-    """Returns the draft of a file; the importer depends on the file extension or on the content."""
+    """Returns the draft of a file; the importer depends on the file extension."""
     if not source.exists():
         raise UserError(f"'{source}' does not exist")
-    ending = source.suffix.lower()
-    if ending == ".json":
-        from build_fmu.importers import scene_json
-
-        return scene_json.read(source)
-    if ending in (".urdf", ".xml"):
-        from build_fmu.importers import urdf
-
-        return urdf.read(source, options)
-    if ending in (".m", ".mat") or source.is_dir():
-        from build_fmu.importers import redysim
-
-        return redysim.read(source, options)
-    if ending in (".csv", ".tsv", ".txt", ".xlsx", ".xls", ".ods", ".xlsb", ".numbers"):
-        from build_fmu.importers import dh_table
-
-        return dh_table.read(source, options)
-    if ending == ".toml":
+    if source.suffix == ".toml":
         raise UserError(f"'{source}' is already a model file; build the FMU with `build-fmu build {source.name}`")
-    raise UserError(f"unsupported file type: '{source}'; supported: {KINDS}")
+    name = "redysim" if source.is_dir() else next((name for name, endings in IMPORTERS.items() if source.suffix.lower() in endings), None)
+    if name is None:
+        raise UserError(f"unsupported file type: '{source}'; supported: {KINDS}")
+    return import_module(f"build_fmu.importers.{name}").read(source, options)

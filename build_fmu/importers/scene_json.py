@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from argparse import Namespace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ FORMAT = "mbs-scene/1"
 DH_KEYS = ("gamma", "b", "alpha", "a", "theta", "d")
 
 
-def read(path: Path) -> Draft:
+def read(path: Path, _options: Namespace | None = None) -> Draft:
     """Returns the draft of a scene; raises UserError with file, line or field."""
     source = str(path)
     try:

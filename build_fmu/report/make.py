@@ -36,9 +36,9 @@ class Wish:
     repeats: int = 20
 
 
-def write(report: Report, folder: Path, stem: str) -> list[Path]:
+def write(report: Report, folder: Path, name: str) -> list[Path]:
     """Writes the files of a report into the folder and returns them."""
-    files = [folder / f"{stem}_report{ending}" for ending in (".html", ".md", ".csv", ".svg", ".png")]
+    files = [folder / f"{name}{ending}" for ending in (".html", ".md", ".csv", ".svg", ".png")]
     write_pictures(files[3:], report)
     write_csv(files[2], report)
     write_page(files[1], report, files[3].name)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -60,7 +60,7 @@ def from_tight_runs(fmu: Staged, where: Positions, task: Task, methods: list[str
         runs = []
         for method in sorted(methods, key=ORDER.index):
             start = {**task.start, "solver.method": method, "solver.rtol": rtol, "solver.atol": rtol / 100}
-            outcome = drive(fmu, Task(task.step, task.steps, task.every, start, where.names, task.inputs, task.rows, task.hold, budget=budget))
+            outcome = drive(fmu, replace(task, start=start, outputs=where.names, budget=budget))
             if outcome.status == "ok":
                 runs.append((method, outcome))
             if len(runs) == 2:

@@ -112,8 +112,7 @@ def measure(fmu: Staged, where: Positions, reference: Reference, task: Task, met
             ratio: float, plan: Plan, budget: float) -> Point:
     """Runs one point of the sweep, repeated for the measurement of its CPU time."""
     start = {**task.start, "solver.method": method, "solver.rtol": rtol, "solver.atol": rtol * ratio}
-    full = Task(task.step, task.steps, task.every, start, task.outputs, task.inputs, task.rows, task.hold, plan.repeats, plan.spend, budget)
-    outcome = drive(fmu, full)
+    outcome = drive(fmu, replace(task, start=start, repeats=plan.repeats, spend=plan.spend, budget=budget))
     error = cost = rhs = math.nan
     if outcome.status == "ok":
         columns = [list(task.outputs).index(name) for name in where.names]

@@ -17,7 +17,7 @@ from build_fmu.model.resources import attach
 from build_fmu.report.motion import Positions, positions
 from build_fmu.report.reference import Reference, from_csv, from_tight_runs
 from build_fmu.report.sweep import Inputs, offered_methods, task_for
-from build_fmu.run.driver import Staged, Task, drive, stage_model
+from build_fmu.run.driver import Staged, drive, stage_model
 
 CANDIDATES = tuple(float(f"{head}e-{k}") for k in range(3, 13) for head in (3, 1))[1:]
 TIGHT_SECONDS = 60.0
@@ -100,7 +100,7 @@ def _worst(candidate: tuple[Description, Path], where: Positions, reference: Ref
         stop = int(rows * every * fmu.step / row_every * (1 + 1e-9)) * row_every
         for changing in (False, True):
             task = task_for(fmu, stop, step, row_every, Inputs(), changing, where.names)
-            outcome = drive(fmu, Task(task.step, task.steps, task.every, {}, task.outputs, task.inputs, task.rows, budget=RUN_SECONDS))
+            outcome = drive(fmu, replace(task, budget=RUN_SECONDS))
             if outcome.status != "ok":
                 return float("inf"), step
             # a table may have no row in common with the largest step sizes

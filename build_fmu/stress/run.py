@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -192,7 +192,7 @@ def _error(fmu: Staged, case: Case, task: Task, outcome: Outcome, where: Positio
         if method == outcome.method:
             continue
         start = {**task.start, "solver.method": method, "solver.rtol": tight, "solver.atol": tight / 100}
-        other = drive(fmu, Task(task.step, task.steps, task.every, start, where.names, task.inputs, task.rows, task.hold, budget=seconds))
+        other = drive(fmu, replace(task, start=start, outputs=where.names, budget=seconds))
         if other.status == "ok" and len(other.times) == len(outcome.times):
             columns = [list(task.outputs).index(n) for n in where.names]
             return where.error(outcome.values[:, columns], other.values)
