@@ -158,6 +158,13 @@ def test_each_drive_has_its_own_variables(mixed):
     ]
 
 
+def test_descriptions_say_what_each_drive_does(mixed):
+    texts = {scalar.get("name"): scalar.get("description") for scalar in mixed.xml.iter("ScalarVariable")}
+    assert texts["hinge.tau"] == "Drive torque of joint 'hinge'"
+    assert texts["rail.tau"] == "Drive force of joint 'rail' for the prescribed motion"
+    assert texts["elbow.tau"] == "Holding torque of joint 'elbow' (locked)"
+
+
 def test_fmpy_finds_no_problem(mixed, fmu_file):
     from fmpy.validation import validate_fmu
 
