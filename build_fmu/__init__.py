@@ -8,8 +8,14 @@ from importlib import import_module
 __version__ = "0.1.0"  # read by CMakeLists.txt and pyproject.toml
 
 # public names and their modules; a module is loaded when its name is first used
-_PUBLIC = {"UserError": "errors", "describe": "model.describe", "build": "fmu.build", "Session": "run.session", "Settings": "run.simulate",
-           "simulate": "run.simulate"}
+_PUBLIC = {
+    "UserError": "errors",
+    "describe": "model.describe",
+    "build": "fmu.build",
+    "Session": "run.session",
+    "Settings": "run.simulate",
+    "simulate": "run.simulate",
+}
 __all__ = list(_PUBLIC)
 
 

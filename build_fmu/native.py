@@ -15,8 +15,11 @@ PACKAGE = Path(__file__).resolve().parent
 SOURCE_TREE = PACKAGE.parent
 BUILT = SOURCE_TREE / "build" / "release" / "fmu_src"
 # for each FMI platform: the file name of the library and its extension in an FMU
-LIBRARIES = {"linux64": ("libredysim_fmu.so", ".so"), "win64": ("libredysim_fmu.dll", ".dll"),
-             "darwin64": ("libredysim_fmu.dylib", ".dylib")}
+LIBRARIES = {
+    "linux64": ("libredysim_fmu.so", ".so"),
+    "win64": ("libredysim_fmu.dll", ".dll"),
+    "darwin64": ("libredysim_fmu.dylib", ".dylib"),
+}
 ROOMS = {"describe": "fmi", "libredysim_fmu.so": "fmi", "fmu_driver": "drive"}
 
 

@@ -6,14 +6,13 @@ sh scripts/setup.sh
 echo "== lint"
 .venv/bin/python scripts/lint.py
 
-# build_fmu is checked, but not laid out by ruff yet
-python="tests scripts bench examples docs models"
+python="build_fmu tests scripts bench examples docs models"
 ruff=".venv/bin/ruff"
 if [ "${1:-}" = --fix ]; then
-  $ruff check --quiet --fix $python build_fmu
+  $ruff check --quiet --fix $python
   $ruff format --quiet $python
 else
-  $ruff check --quiet $python build_fmu
+  $ruff check --quiet $python
   $ruff format --quiet --check $python
 fi
 

@@ -38,9 +38,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def parser_of_commands() -> argparse.ArgumentParser:
     """Returns the parser of all commands."""
-    parser = argparse.ArgumentParser(prog="build-fmu", description="Builds FMUs (FMI 2.0 co-simulation) from DH model files, simulates them and plots "
-                                     "the results.", epilog="For example: build-fmu import arm.urdf; build-fmu show arm.toml; build-fmu build arm.toml. "
-                                     "build-fmu COMMAND --help lists the options.")
+    parser = argparse.ArgumentParser(
+        prog="build-fmu",
+        description="Builds FMUs (FMI 2.0 co-simulation) from DH model files, simulates them and plots the results.",
+        epilog="For example: build-fmu import arm.urdf; build-fmu show arm.toml; build-fmu build arm.toml. "
+        "build-fmu COMMAND --help lists the options.",
+    )
     parser.add_argument("--version", action="version", version=f"build-fmu {__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for command in COMMANDS:

@@ -17,15 +17,26 @@ def add(commands) -> None:
     """Adds the command and its arguments."""
     command = commands.add_parser("build", help="build the FMU of a model file; needs no compiler")
     command.add_argument("model", type=Path, metavar="MODEL", help="model file (.toml)")
-    command.add_argument("-o", "--output", type=Path, metavar="FMU", help="output file or folder (default: MODEL's name with .fmu in the current folder)")
-    command.add_argument("--inverse", action="store_true", help="inverse dynamics (motion in, torques out): "
-                         "MODEL_inverse.fmu")
+    command.add_argument(
+        "-o", "--output", type=Path, metavar="FMU", help="output file or folder (default: MODEL's name with .fmu in the current folder)"
+    )
+    command.add_argument("--inverse", action="store_true", help="inverse dynamics (motion in, torques out): MODEL_inverse.fmu")
     command.add_argument("--no-show", action="store_true", help="omit the page that plays the default experiment (documentation/run.html)")
-    command.add_argument("--report", action="store_true", help="add the report on accuracy and CPU time to the FMU's documentation (takes a minute)")
-    command.add_argument("--specialise", action="store_true", help="compile a smaller and faster library for this model; requires the "
-                         "source tree, CMake and a C++ compiler")
-    command.add_argument("--platforms", type=_platforms, default=["linux64"], metavar="LIST", help=f"platforms of the FMU, separated by commas: "
-                         f"{', '.join(native.LIBRARIES)} (default: linux64)")
+    command.add_argument(
+        "--report", action="store_true", help="add the report on accuracy and CPU time to the FMU's documentation (takes a minute)"
+    )
+    command.add_argument(
+        "--specialise",
+        action="store_true",
+        help="compile a smaller and faster library for this model; requires the source tree, CMake and a C++ compiler",
+    )
+    command.add_argument(
+        "--platforms",
+        type=_platforms,
+        default=["linux64"],
+        metavar="LIST",
+        help=f"platforms of the FMU, separated by commas: {', '.join(native.LIBRARIES)} (default: linux64)",
+    )
     command.set_defaults(run=run)
 
 

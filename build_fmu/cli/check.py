@@ -58,8 +58,7 @@ def _summary(model: Description, file: Path):
         "springs": str(len(model.drawing.get("springs", []))),
         "inputs": _some([v.name for v in model.select("input")]),
         "outputs": _some([v.name for v in model.select("output")]),
-        "parameters": f"{len(model.select('parameter'))} "
-                      f"({sum(v.variability == 'tunable' for v in model.select('parameter'))} tunable)",
+        "parameters": f"{len(model.select('parameter'))} ({sum(v.variability == 'tunable' for v in model.select('parameter'))} tunable)",
         "total mass": f"{sum(link['mass'] for link in links):.6g} kg",
         "warnings": str(len(model.warnings)),
     }

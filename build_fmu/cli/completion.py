@@ -9,8 +9,11 @@ SHELLS = ("bash", "zsh", "fish")
 
 def add(commands) -> None:
     """Adds the command and its arguments."""
-    command = commands.add_parser("completion", help="print the shell code that completes commands and options",
-                                  description="Print the shell code; for bash, add this line to ~/.bashrc: eval \"$(build-fmu completion bash)\"")
+    command = commands.add_parser(
+        "completion",
+        help="print the shell code that completes commands and options",
+        description='Print the shell code; for bash, add this line to ~/.bashrc: eval "$(build-fmu completion bash)"',
+    )
     command.add_argument("shell", choices=SHELLS)
     command.set_defaults(run=run)
 

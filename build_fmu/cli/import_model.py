@@ -17,20 +17,34 @@ from build_fmu.model.describe import describe
 
 def add(commands) -> None:
     """Adds the command and its arguments."""
-    command = commands.add_parser("import", help="convert a URDF, a DH table, ReDySim files or a scene to a model file",
-                                  description="Convert a URDF (.urdf), a DH table (.csv, .xlsx), ReDySim's inputs.m or inputs.mat or their folder, "
-                                  "or a scene (.json) to a model file. Omitted content is listed.")
+    command = commands.add_parser(
+        "import",
+        help="convert a URDF, a DH table, ReDySim files or a scene to a model file",
+        description="Convert a URDF (.urdf), a DH table (.csv, .xlsx), ReDySim's inputs.m or inputs.mat or their folder, "
+        "or a scene (.json) to a model file. Omitted content is listed.",
+    )
     command.add_argument("source", type=Path, metavar="FILE", help="file or folder to import")
-    command.add_argument("-o", "--output", type=Path, metavar="MODEL", help="output file or folder (default: FILE's name with .toml in the current folder)")
+    command.add_argument(
+        "-o", "--output", type=Path, metavar="MODEL", help="output file or folder (default: FILE's name with .toml in the current folder)"
+    )
     command.add_argument("--name", metavar="NAME", help="name of the model and of its file (default: the name in FILE, or that of FILE)")
     command.add_argument("--force", action="store_true", help="overwrite an existing model file")
-    command.add_argument("--loop", action="append", default=[], metavar="LINK:x,y,z=LINK:x,y,z", help="ReDySim: two coincident points, each in the frame "
-                         "of its link (m), or a TOML file with [[loop]] tables; once per loop")
-    command.add_argument("--pivot", action="append", default=[], metavar="LINK=x,y,z", help="ReDySim: joint position of a link on the ground (m)")
+    command.add_argument(
+        "--loop",
+        action="append",
+        default=[],
+        metavar="LINK:x,y,z=LINK:x,y,z",
+        help="ReDySim: two coincident points, each in the frame of its link (m), or a TOML file with [[loop]] tables; once per loop",
+    )
+    command.add_argument(
+        "--pivot", action="append", default=[], metavar="LINK=x,y,z", help="ReDySim: joint position of a link on the ground (m)"
+    )
     command.add_argument("--snap", action="store_true", help="URDF: round angles such as 1.5708 to exact multiples of 90 degrees")
     command.add_argument("--frames", action="store_true", help="URDF: add the link frames as [[frame]] tables, which have outputs")
     command.add_argument("--floating", action="store_true", help="URDF: use a floating base instead of a fixed one")
-    command.add_argument("--stops", type=float, metavar="STIFFNESS", help="URDF, DH table: convert joint limits to stops of this stiffness (N m/rad, N/m)")
+    command.add_argument(
+        "--stops", type=float, metavar="STIFFNESS", help="URDF, DH table: convert joint limits to stops of this stiffness (N m/rad, N/m)"
+    )
     command.add_argument("--dh", choices=("modified", "standard"), help="DH table: convention (modified: Craig, Khalil; standard: distal)")
     command.add_argument("--angles", choices=("rad", "deg"), help="DH table: unit of angles without a unit in the header")
     command.set_defaults(run=run)
@@ -41,7 +55,9 @@ def run(options: argparse.Namespace) -> int:
     draft = read(options.source, options)
     if options.name:
         if legal(options.name) != options.name:
-            raise UserError(f"--name: '{options.name}' is not a valid model name; use letters, digits and _, for example '{legal(options.name)}'")
+            raise UserError(
+                f"--name: '{options.name}' is not a valid model name; use letters, digits and _, for example '{legal(options.name)}'"
+            )
         draft.name = options.name
     target = output_file(options.output, f"{_file_name(options, draft)}.toml")
     if target.suffix != ".toml":
@@ -59,7 +75,11 @@ def run(options: argparse.Namespace) -> int:
         raise UserError(f"{error}\n'{target}' was written, but the model is incomplete or invalid; see the messages above") from None
     warn(model.warnings)
     # the drawing has one link per DOF of a joint with several
-    counts = {"link": len(draft.links), "moving joint": sum(link.joint != "fixed" for link in draft.links), "loop": len(model.drawing.get("loops", []))}
+    counts = {
+        "link": len(draft.links),
+        "moving joint": sum(link.joint != "fixed" for link in draft.links),
+        "loop": len(model.drawing.get("loops", [])),
+    }
     words = ", ".join(f"{n} {what}{'' if n == 1 else 's'}" for what, n in counts.items())
     if draft.inputs:
         print(f"to run it with its inputs: {run_command(draft, str(target))}")

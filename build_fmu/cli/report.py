@@ -11,17 +11,29 @@ from build_fmu.errors import UserError
 
 def add(commands) -> None:
     """Adds the command and its arguments."""
-    command = commands.add_parser("report", help="measure accuracy against CPU time and recommend a method", description="Run method x tolerance x "
-                                  "communication step size in a compiled master and write NAME_report.html, .md, .csv, .svg and .png.")
+    command = commands.add_parser(
+        "report",
+        help="measure accuracy against CPU time and recommend a method",
+        description="Run method x tolerance x "
+        "communication step size in a compiled master and write NAME_report.html, .md, .csv, .svg and .png.",
+    )
     command.add_argument("targets", nargs="*", type=Path, metavar="FMU|MODEL", help="FMUs (.fmu) or model files (.toml)")
     command.add_argument("-o", "--output", type=Path, metavar="DIR", help="output folder (default: current folder)")
     command.add_argument("--stop", type=float, metavar="T", help="duration of the motion in s (default: as in the model)")
-    command.add_argument("--step", type=float, nargs="+", action="extend", metavar="H", help="communication step sizes in s, divisors of the "
-                         "largest (default: 0.1, 1 and 10 times that of the model)")
+    command.add_argument(
+        "--step",
+        type=float,
+        nargs="+",
+        action="extend",
+        metavar="H",
+        help="communication step sizes in s, divisors of the largest (default: 0.1, 1 and 10 times that of the model)",
+    )
     command.add_argument("--method", nargs="+", action="extend", metavar="NAME", help="methods (default: all)")
     command.add_argument("--rtol", type=float, nargs="+", action="extend", metavar="R", help="tolerances (default: 1e-3 to 1e-12)")
     command.add_argument("--input", **SEVERAL, metavar="NAME=EXPR|FILE.csv", help="inputs, as for simulate")
-    command.add_argument("--reference", type=Path, metavar="CSV", help="reference motion: columns time (or t) and the FMU's outputs, or q1, q2, ...")
+    command.add_argument(
+        "--reference", type=Path, metavar="CSV", help="reference motion: columns time (or t) and the FMU's outputs, or q1, q2, ..."
+    )
     command.add_argument("--seconds", type=float, default=120, metavar="S", help="time limit for all runs of a target in s (default: 120)")
     command.set_defaults(run=run)
 
@@ -38,8 +50,15 @@ def run(options: argparse.Namespace) -> int:
         if not 0 < rtol < 1:
             raise UserError(f"tolerances must be between 0 and 1, got {rtol:g}")
     targets = [*options.targets, *targets_after(options.input)]
-    wish = Wish(options.stop, options.step or None, options.method or METHODS, options.rtol or TOLERANCES, options.input, options.reference,
-                seconds=options.seconds)
+    wish = Wish(
+        options.stop,
+        options.step or None,
+        options.method or METHODS,
+        options.rtol or TOLERANCES,
+        options.input,
+        options.reference,
+        seconds=options.seconds,
+    )
     if not targets:
         raise UserError("report requires an FMU or a model file, for example `build-fmu report arm.toml`")
     failed = []
@@ -47,7 +66,11 @@ def run(options: argparse.Namespace) -> int:
         for target in targets:
             try:
                 report = make_report(target, wish, progress(target))
-                print(*write(report, options.output or Path("."), f"{target.stem}_report"), *(f"  {line}" for line in advice(report)), sep="\n")
+                print(
+                    *write(report, options.output or Path("."), f"{target.stem}_report"),
+                    *(f"  {line}" for line in advice(report)),
+                    sep="\n",
+                )
             except UserError as error:
                 if len(targets) == 1:
                     raise

@@ -16,12 +16,24 @@ FEWEST_PICTURES = 250
 
 def add(commands) -> None:
     """Adds the command and its arguments."""
-    command = commands.add_parser("show", help="write an HTML page that plays a simulation in 3D with plots", description="Write one HTML file that "
-                                  "plays a simulation in any browser, without network. An FMU or a model file is simulated first; a CSV is played as it is.")
-    command.add_argument("targets", nargs="*", type=Path, metavar="FMU|MODEL|CSV", help="FMU or model file to simulate, or results (.csv) to play, optionally with their FMU or model file")
+    command = commands.add_parser(
+        "show",
+        help="write an HTML page that plays a simulation in 3D with plots",
+        description="Write one HTML file that "
+        "plays a simulation in any browser, without network. An FMU or a model file is simulated first; a CSV is played as it is.",
+    )
+    command.add_argument(
+        "targets",
+        nargs="*",
+        type=Path,
+        metavar="FMU|MODEL|CSV",
+        help="FMU or model file to simulate, or results (.csv) to play, optionally with their FMU or model file",
+    )
     command.add_argument("-o", "--output", type=Path, metavar="PAGE", help="output file (default: NAME.html in the current folder)")
     command.add_argument("--stop", type=float, metavar="T", help="stop time in s (default: as in the FMU)")
-    command.add_argument("--step", type=float, metavar="H", help="time between two frames in s (default: as in the FMU, or a fraction of it for 250 frames)")
+    command.add_argument(
+        "--step", type=float, metavar="H", help="time between two frames in s (default: as in the FMU, or a fraction of it for 250 frames)"
+    )
     command.add_argument("--start", **SEVERAL, metavar="NAME=VALUE", help="start values, as for simulate")
     command.add_argument("--input", **SEVERAL, metavar="NAME=EXPR|FILE.csv", help="inputs, as for simulate")
     command.add_argument("--gif", type=Path, metavar="FILM", help="write a film (.gif); the page is written only with -o")
@@ -42,7 +54,11 @@ def run(options: argparse.Namespace) -> int:
     films = _films(options)
     if target.suffix.lower() not in (".html", ".htm"):
         raise UserError(f"'{target}' is not a page name: it must end in .html")
-    asked = [word for word, value in (("--stop", options.stop), ("--step", options.step), ("--start", options.start), ("--input", options.input)) if value]
+    asked = [
+        word
+        for word, value in (("--stop", options.stop), ("--step", options.step), ("--start", options.start), ("--input", options.input))
+        if value
+    ]
     if record and asked:
         raise UserError(f"{asked[0]} applies to a simulation, but '{record}' contains results")
     with tempfile.TemporaryDirectory() as folder:

@@ -15,21 +15,36 @@ from build_fmu.run.signals import MODES
 
 def add(commands) -> None:
     """Adds the command and its arguments."""
-    command = commands.add_parser("simulate", help="simulate an FMU or a model file", description="Simulate an FMU or a model file. Without --csv and "
-                                  "--plot, print a table of values. Values are in SI units and radians.")
+    command = commands.add_parser(
+        "simulate",
+        help="simulate an FMU or a model file",
+        description="Simulate an FMU or a model file. Without --csv and "
+        "--plot, print a table of values. Values are in SI units and radians.",
+    )
     command.add_argument("target", nargs="?", type=Path, metavar="FMU|MODEL", help="FMU (.fmu) or model file (.toml)")
     command.add_argument("--stop", type=float, metavar="T", help="stop time in s (default: as in the FMU)")
     command.add_argument("--step", type=float, metavar="H", help="communication step size in s (default: as in the FMU)")
     command.add_argument("--tolerance", type=float, metavar="R", help="relative tolerance; used if tighter than the model's")
     command.add_argument("--start", **SEVERAL, metavar="NAME=VALUE", help="start values of parameters, for example joint1.q0=pi/2")
-    command.add_argument("--input", **SEVERAL, metavar="NAME=EXPR|FILE.csv",
-                         help="inputs: an expression of t such as 'joint1.tau=2*sin(t) if t < 1 else 0', or a CSV with a column 'time'")
-    command.add_argument("--interpolate", choices=MODES, default="expressions", help="inputs that change during a communication step: none (all constant), "
-                         "expressions (default), or all (also CSV files, linear between rows)")
+    command.add_argument(
+        "--input",
+        **SEVERAL,
+        metavar="NAME=EXPR|FILE.csv",
+        help="inputs: an expression of t such as 'joint1.tau=2*sin(t) if t < 1 else 0', or a CSV with a column 'time'",
+    )
+    command.add_argument(
+        "--interpolate",
+        choices=MODES,
+        default="expressions",
+        help="inputs that change during a communication step: none (all constant), "
+        "expressions (default), or all (also CSV files, linear between rows)",
+    )
     command.add_argument("--output", **SEVERAL, metavar="NAME", help="outputs to record, with * as wildcard (default: all)")
     command.add_argument("--csv", type=Path, metavar="OUT.csv", help="write the results with 17 digits")
     command.add_argument("--plot", type=Path, metavar="OUT.png", help="plot the results (.png, .svg, .pdf)")
-    command.add_argument("--redysim-layout", type=Path, metavar="DIR", help="write ReDySim's files timevar.dat, statevar.dat, envar.dat, tor.dat")
+    command.add_argument(
+        "--redysim-layout", type=Path, metavar="DIR", help="write ReDySim's files timevar.dat, statevar.dat, envar.dat, tor.dat"
+    )
     command.set_defaults(run=run)
 
 

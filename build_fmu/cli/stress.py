@@ -16,14 +16,27 @@ QUIET = 15.0  # s between two progress messages without a terminal
 
 def add(commands) -> None:
     """Adds the command and its arguments."""
-    command = commands.add_parser("stress", help="run extreme cases derived from models and report the results", description="Derive extreme cases from each "
-                                  "model, run each in a separate process, and write stress.html, .md, .csv, .svg and .png.")
+    command = commands.add_parser(
+        "stress",
+        help="run extreme cases derived from models and report the results",
+        description="Derive extreme cases from each "
+        "model, run each in a separate process, and write stress.html, .md, .csv, .svg and .png.",
+    )
     command.add_argument("models", nargs="+", type=Path, metavar="MODEL", help="model files (.toml)")
     command.add_argument("-o", "--output", type=Path, metavar="DIR", help="output folder (default: current folder)")
-    command.add_argument("--only", nargs="+", action="extend", default=[], metavar="WORD", help="only groups of cases with a word in their name, such as stiff")
+    command.add_argument(
+        "--only",
+        nargs="+",
+        action="extend",
+        default=[],
+        metavar="WORD",
+        help="only groups of cases with a word in their name, such as stiff",
+    )
     command.add_argument("--method", metavar="NAME", help="solver method (default: as in the model)")
     command.add_argument("--seconds", type=float, default=2, metavar="S", help="CPU time limit of each run in s (default: 2)")
-    command.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N", help="parallel runs (default: one per processor)")
+    command.add_argument(
+        "--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N", help="parallel runs (default: one per processor)"
+    )
     command.set_defaults(run=run)
 
 

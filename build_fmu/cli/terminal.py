@@ -47,7 +47,9 @@ def bar(*columns) -> Iterator:
     from rich.progress import BarColumn, Progress, TextColumn
 
     screen = Console(stderr=True)
-    with Progress(TextColumn("{task.description}"), BarColumn(), *columns, console=screen, transient=True, disable=not screen.is_terminal) as shown:
+    with Progress(
+        TextColumn("{task.description}"), BarColumn(), *columns, console=screen, transient=True, disable=not screen.is_terminal
+    ) as shown:
         yield shown
 
 

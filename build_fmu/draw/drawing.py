@@ -189,8 +189,11 @@ def _thin_links(scene: _Scene, links: list[dict[str, Any]]) -> None:
     long, out = np.linalg.norm(origin - base, axis=1) > 1e-9, (mass > 0) & (np.linalg.norm(com - origin, axis=1) > 1e-9)
     if (foot := long & (parent < 0)).any():
         scene.lines(np.stack([base, origin], 1)[foot], np.full(foot.sum(), GROUND), 1.2, 0.85, 5)
-    for chosen, ends, colour, width, alpha, zorder in ((long & (parent >= 0), base, colours[parent], 2.0, 0.85, 5),
-                                                       (out & is_tip, com, colours, 2.0, 0.85, 5), (out & ~is_tip, com, colours, 1.0, 0.6, 6)):
+    for chosen, ends, colour, width, alpha, zorder in (
+        (long & (parent >= 0), base, colours[parent], 2.0, 0.85, 5),
+        (out & is_tip, com, colours, 2.0, 0.85, 5),
+        (out & ~is_tip, com, colours, 1.0, 0.6, 6),
+    ):
         if chosen.any():
             scene.lines(np.stack([ends, origin], 1)[chosen], colour[chosen], width, alpha, zorder)
 

@@ -58,4 +58,4 @@ def label_of(name: str, group: str) -> str:
     head, _, tail = name.rpartition(".")
     if group not in GROUPS:
         return name
-    return tail if group in OF_THE_MODEL else head + tail[len(group):]
+    return tail if group in OF_THE_MODEL else head + tail[len(group) :]

@@ -21,8 +21,10 @@ table { border-collapse: collapse; } th { text-align: left; font-weight: 600; }
 
 def write_html_page(path: Path, title: str, body: str, style: str = "", script: str = "") -> None:
     """Writes a page of this title and HTML body, with optional style and script."""
-    text = (f"<!DOCTYPE html><html lang=en><meta charset=utf-8><meta name=viewport content='width=device-width'><title>{escape(title)}</title>"
-            f"<style>{STYLE}{style}</style>{f'<script>{script}</script>' if script else ''}<body>{body}</body></html>\n")
+    text = (
+        f"<!DOCTYPE html><html lang=en><meta charset=utf-8><meta name=viewport content='width=device-width'><title>{escape(title)}</title>"
+        f"<style>{STYLE}{style}</style>{f'<script>{script}</script>' if script else ''}<body>{body}</body></html>\n"
+    )
     whole_file(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
 
 

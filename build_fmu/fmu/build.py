@@ -26,7 +26,14 @@ class Built:
     specialised: str = ""
 
 
-def build(model: Description, model_file: Path, target: Path, show: bool = False, specialised: bool = False, platforms: Sequence[str] = ("linux64",)) -> Built:
+def build(
+    model: Description,
+    model_file: Path,
+    target: Path,
+    show: bool = False,
+    specialised: bool = False,
+    platforms: Sequence[str] = ("linux64",),
+) -> Built:
     """Writes the FMU of a described model file, with the tolerance for its target_error.
 
     With `show` the FMU has a page that plays its default experiment. With `specialised` a library is compiled for this model; otherwise no
@@ -53,13 +60,17 @@ def build(model: Description, model_file: Path, target: Path, show: bool = False
     return Built(packed, reason, how)
 
 
-def contents(model: Description, model_file: Path, picture: bytes, libraries: Mapping[str, Path], played: bytes | None = None) -> list[Entry]:
+def contents(
+    model: Description, model_file: Path, picture: bytes, libraries: Mapping[str, Path], played: bytes | None = None
+) -> list[Entry]:
     """Returns the files of the FMU, with a library for each platform, in the order in which they are stored."""
     return [
         Entry("modelDescription.xml", model_description(model)),
         Entry("model.png", picture),
-        *(Entry(f"binaries/{platform}/{model.model_identifier}{native.LIBRARIES[platform][1]}", library.read_bytes(), executable=True)
-          for platform, library in libraries.items()),
+        *(
+            Entry(f"binaries/{platform}/{model.model_identifier}{native.LIBRARIES[platform][1]}", library.read_bytes(), executable=True)
+            for platform, library in libraries.items()
+        ),
         Entry("resources/model.toml", model_file.read_bytes()),
         *(Entry(f"resources/{name}", (model_file.parent / name).read_bytes()) for name in model.resources),
         Entry("documentation/index.html", documentation(model, played is not None)),

@@ -19,8 +19,13 @@ THIRD_PARTY = (
     ("FMI 2.0 C headers", "BSD-2-Clause", "MODELISAR consortium and Modelica Association Project FMI, 2008-2019",
      "declarations of the interface", "https://github.com/modelica/fmi-standard"),
 )  # fmt: skip
-LIBCXX = ("libc++ and libc++abi", "Apache-2.0 WITH LLVM-exception", "LLVM project contributors",
-          "C++ run time, linked into the library for macOS", "https://github.com/llvm/llvm-project")
+LIBCXX = (
+    "libc++ and libc++abi",
+    "Apache-2.0 WITH LLVM-exception",
+    "LLVM project contributors",
+    "C++ run time, linked into the library for macOS",
+    "https://github.com/llvm/llvm-project",
+)
 
 
 def licence_files(platforms: Iterable[str] = ("linux64",)) -> dict[str, bytes]:
@@ -30,12 +35,24 @@ def licence_files(platforms: Iterable[str] = ("linux64",)) -> dict[str, bytes]:
 
 
 def _overview(parts: list[str]) -> bytes:
-    lines = [native.licence_text().rstrip(), "", "-" * 78, "",
-             "The licence above covers the simulation library in this FMU. The model in resources/model.toml",
-             "belongs to its author. The library also contains parts of these projects:", ""]
+    lines = [
+        native.licence_text().rstrip(),
+        "",
+        "-" * 78,
+        "",
+        "The licence above covers the simulation library in this FMU. The model in resources/model.toml",
+        "belongs to its author. The library also contains parts of these projects:",
+        "",
+    ]
     for name, licence, holder, use, address in (*THIRD_PARTY, *([LIBCXX] if "libcxx" in parts else [])):
-        lines += [f"  {name}", f"    licence    {licence}", f"    copyright  {holder}", f"    use        {use}",
-                  f"    source     {address}", ""]
+        lines += [
+            f"  {name}",
+            f"    licence    {licence}",
+            f"    copyright  {holder}",
+            f"    use        {use}",
+            f"    source     {address}",
+            "",
+        ]
     if parts:
         lines.append(f"Their full terms are in this folder: {', '.join(f'{name}.txt' for name in parts)}.")
     return "\n".join(lines).encode()

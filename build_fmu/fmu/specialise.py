@@ -34,8 +34,10 @@ class Specialised:
         """Returns features, size and speed of the library."""
         line = f"no straight-line code: {self.no_straight_line}" if self.no_straight_line else "forward dynamics as straight-line code"
         size, general = self.library.stat().st_size, native.library().stat().st_size
-        return f"specialised: features {', '.join(self.features) or 'none'}; {line}; {size / 1e3:.0f} kB instead of {general / 1e3:.0f} kB" + (
-            f"; {self.faster:.2f} times as fast" if self.faster else "")
+        return (
+            f"specialised: features {', '.join(self.features) or 'none'}; {line}; {size / 1e3:.0f} kB instead of {general / 1e3:.0f} kB"
+            + (f"; {self.faster:.2f} times as fast" if self.faster else "")
+        )
 
 
 def specialise(model: Description, model_file: Path) -> Specialised:

@@ -53,7 +53,13 @@ PLAIN_UNITS = {
     "armature": ("kgm2", "kgm^2", "kgm²", "kg"), "friction": ("Nm", "N"), "static_friction": ("Nm", "N"),
     "stop_stiffness": ("Nm/rad", "Nm", "N/m"), "stop_damping": ("s/rad", "s/m", "s"),
 }  # fmt: skip
-RATES = {"rad/s": ("angle", 1.0), "deg/s": ("angle", math.pi / 180), "°/s": ("angle", math.pi / 180), "m/s": ("length", 1.0), "mm/s": ("length", 1e-3)}
+RATES = {
+    "rad/s": ("angle", 1.0),
+    "deg/s": ("angle", math.pi / 180),
+    "°/s": ("angle", math.pi / 180),
+    "m/s": ("length", 1.0),
+    "mm/s": ("length", 1e-3),
+}
 KINDS = {"revolute": "revolute", "r": "revolute", "hinge": "revolute", "prismatic": "prismatic", "p": "prismatic", "slider": "prismatic",
          "fixed": "fixed", "f": "fixed", "0": "revolute", "1": "prismatic"}  # fmt: skip
 WORDS = {kind for kind in KINDS if kind.isalpha()}
@@ -91,7 +97,9 @@ def read(path: Path, options: Namespace) -> Draft:
     if standard and any(c.field in ("gamma", "b") for c in columns.values()):
         raise UserError(f"'{path}': standard DH has no gamma and b; use the column 'parent' for branches")
     if options.dh is None:
-        draft.doubts.append("the table was read as modified DH (Craig, Khalil: alpha and a before theta and d); for the distal form use --dh standard")
+        draft.doubts.append(
+            "the table was read as modified DH (Craig, Khalil: alpha and a before theta and d); for the distal form use --dh standard"
+        )
     names = Names()
     for index, row in enumerate(rows):
         draft.links.append(_link(row, columns, index, draft.links, names))
@@ -114,7 +122,8 @@ def _like_degrees(rows: list[Row], links: list[DraftLink]) -> Iterator[str]:
         for field, most in (("q", 2 * math.pi), ("lower", 4 * math.pi), ("upper", 4 * math.pi)):
             value = getattr(link, field)
             if link.joint == "revolute" and value is not None and most + 1e-6 < abs(value):
-                yield f"{row.where}: column '{field}': {row.cells[field]} was read as {value:g} rad; for degrees write '{field} [deg]' in the header"
+                read = f"{row.where}: column '{field}': {row.cells[field]} was read as {value:g} rad"
+                yield f"{read}; for degrees write '{field} [deg]' in the header"
 
 
 def _table(path: Path, draft: Draft) -> tuple[dict[str, Column], list[Row]]:
@@ -126,7 +135,7 @@ def _table(path: Path, draft: Draft) -> tuple[dict[str, Column], list[Row]]:
         raise UserError(f"'{path}' has a header but no rows")
     rows = []
     for line, cells in body:
-        if len(cells) > len(head) and not any(cells[len(head):]):
+        if len(cells) > len(head) and not any(cells[len(head) :]):
             cells = cells[: len(head)]
         if len(cells) != len(head):
             raise UserError(f"{path}:{line}: {len(cells)} cells, but the header has {len(head)} columns")
@@ -190,8 +199,10 @@ def _with_angle_unit(path: Path, columns: dict[str, Column], rows: list[Row], as
             if factor is None:
                 for row in rows:
                     if column.field in ANGLES and abs(_number(row, column.field, 1.0)[0]) > 2 * math.pi + 1e-6:
-                        raise UserError(f"{row.where}: column '{column.field}': {row.cells[column.field]} looks like degrees; "
-                                        f"use --angles deg or --angles rad, or write '{column.field} [deg]' in the header")
+                        raise UserError(
+                            f"{row.where}: column '{column.field}': {row.cells[column.field]} looks like degrees; "
+                            f"use --angles deg or --angles rad, or write '{column.field} [deg]' in the header"
+                        )
             column.factor = factor or 1.0
     return columns
 
@@ -212,7 +223,13 @@ def _link(row: Row, columns: dict[str, Column], index: int, before: list[DraftLi
                 raise UserError(f"{row.where}: both theta and d are joint variables; use one row per joint")
             variable = field
     kind = _kind(row, cells.get("type", ""), variable)
-    link = DraftLink(name, parent, kind, _called(cells.get("joint_name", ""), "joint"), DhFrame(**{k: values.get(k, 0.0) for k in ("gamma", "b", "alpha", "a", "theta", "d")}))
+    link = DraftLink(
+        name,
+        parent,
+        kind,
+        _called(cells.get("joint_name", ""), "joint"),
+        DhFrame(**{k: values.get(k, 0.0) for k in ("gamma", "b", "alpha", "a", "theta", "d")}),
+    )
     link.com = [values.get(key, 0.0) for key in COM]
     link.inertia = [values.get(key, 0.0) for key in INERTIA]
     for field in PLAIN:
@@ -323,5 +340,7 @@ def _from_standard(draft: Draft) -> None:
         link.dh.alpha, link.dh.a = distal.get(link.parent, (0.0, 0.0))
         if link.name not in parents and (alpha or a):
             link.notes.append(f"Tool frame of the table: xyz = [{number(a)}, 0, 0], rpy = [{number(alpha)}, 0, 0] in this frame.")
-    draft.notes.append("Converted from standard (distal) DH: frame i is the table's frame i before its Tx(a) Rx(alpha). Centers of mass and inertias "
-                       "were transformed from the table's frame i.")
+    draft.notes.append(
+        "Converted from standard (distal) DH: frame i is the table's frame i before its Tx(a) Rx(alpha). Centers of mass and inertias "
+        "were transformed from the table's frame i."
+    )

@@ -203,7 +203,9 @@ class Expressions:
             if len(wanted) == 2:
                 return array[np.ix_(wanted[0], wanted[1])]
         except IndexError:
-            raise self.source.error(line, f"index {max(max(w, default=0) for w in wanted) + 1} exceeds the {array.size} elements of '{name}'") from None
+            raise self.source.error(
+                line, f"index {max(max(w, default=0) for w in wanted) + 1} exceeds the {array.size} elements of '{name}'"
+            ) from None
         raise self.source.error(line, f"'{name}' takes one or two indices")
 
     def _index(self, x: float, line: int, name: str) -> int:
@@ -239,10 +241,14 @@ class Expressions:
         line = self.stream[self.at - 1].line
         if operator in ("*", "/", "^") and x.size != 1 and y.size != 1:
             if operator != "*" or x.shape[1] != y.shape[0]:
-                raise self.source.error(line, f"'{operator}': incompatible arrays of {x.shape[0]} x {x.shape[1]} and {y.shape[0]} x {y.shape[1]}")
+                raise self.source.error(
+                    line, f"'{operator}': incompatible arrays of {x.shape[0]} x {x.shape[1]} and {y.shape[0]} x {y.shape[1]}"
+                )
             return self._finite(x @ y, line)
         if x.size != 1 and y.size != 1 and x.shape != y.shape:
-            raise self.source.error(line, f"'{operator}': incompatible arrays of {x.shape[0]} x {x.shape[1]} and {y.shape[0]} x {y.shape[1]}")
+            raise self.source.error(
+                line, f"'{operator}': incompatible arrays of {x.shape[0]} x {x.shape[1]} and {y.shape[0]} x {y.shape[1]}"
+            )
         with np.errstate(all="ignore"):
             table = {"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "^": np.power}
             return self._finite(table[operator.lstrip(".")](x, y), line)

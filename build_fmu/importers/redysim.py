@@ -21,8 +21,37 @@ from build_fmu.importers.redysim_floating import is_floating, joint_column, set_
 from build_fmu.importers.redysim_loops import add_loops, place_pivots
 
 NEEDED = ("alp", "a", "b", "bt", "dx", "dy", "dz", "m", "Icxx", "Icyy", "Iczz")
-KNOWN = (*NEEDED, "n", "dof", "type", "th", "r", "g", "Icxy", "Icyz", "Iczx", "aj", "al", "alt", "angs", "Tp", "T", "steps", "nq", "g_prop",
-         "y0", "ti", "tf", "incr", "rtol", "atol", "int_type", "gx", "gy", "gz")
+KNOWN = (
+    *NEEDED,
+    "n",
+    "dof",
+    "type",
+    "th",
+    "r",
+    "g",
+    "Icxy",
+    "Icyz",
+    "Iczx",
+    "aj",
+    "al",
+    "alt",
+    "angs",
+    "Tp",
+    "T",
+    "steps",
+    "nq",
+    "g_prop",
+    "y0",
+    "ti",
+    "tf",
+    "incr",
+    "rtol",
+    "atol",
+    "int_type",
+    "gx",
+    "gy",
+    "gz",
+)
 PROGRAMS = ("torque.m", "trajectory.m", "jacobian.m", "inv_kine.m", "for_kine.m", "animate.m", "sys_ode.m")
 MEANING = {"torque.m": "the control law", "trajectory.m": "the prescribed motion", "jacobian.m": "the loop Jacobian",
            "inv_kine.m": "the loop solution"}  # fmt: skip
@@ -74,8 +103,10 @@ class Functions:
             raise UserError(f"{path}: the function '{function}' calls itself")
         self.running.append(function)
         try:
-            found = matlab_file.read_values(path) if path.suffix.lower() == ".mat" else matlab_reader.read_values(
-                path, self, arguments, tolerant=function == "initials"
+            found = (
+                matlab_file.read_values(path)
+                if path.suffix.lower() == ".mat"
+                else matlab_reader.read_values(path, self, arguments, tolerant=function == "initials")
             )
         finally:
             self.running.pop()
@@ -178,8 +209,9 @@ def _gravity(data: Reading, draft: Draft) -> list[float]:
     size = math.hypot(*gravity)
     if size and max(gravity) > 0.5 * size:
         shown = ", ".join(f"{x:g}" for x in gravity)
-        draft.doubts.append(f"gravity points along a positive axis, ({shown}) m/s2: check its sign; it differs between ReDySim's "
-                            "inverse and forward biped")
+        draft.doubts.append(
+            f"gravity points along a positive axis, ({shown}) m/s2: check its sign; it differs between ReDySim's inverse and forward biped"
+        )
     if size and not 9.7 < size < 9.9:
         draft.doubts.append(f"gravity is {size:g} m/s2")
     return gravity
@@ -195,10 +227,21 @@ def _links(data: Reading, starts: Reading, count: int, call: Functions, draft: D
         _check_entry(data, c, i + 1, count)
         parent, turns = c["bt"], c["r"] == 1
         dh = DhFrame(alpha=_right_angle(c["alp"]), a=c["a"], theta=0.0 if turns else c["th"], d=c["b"] if turns else 0.0)
-        links.append(DraftLink(
-            f"link{i + 1}", f"link{int(parent)}" if parent else GROUND, "revolute" if turns else "prismatic", f"joint{i + 1}", dh,
-            mass=c["m"], com=[c["dx"], c["dy"], c["dz"]], inertia=[c[key] for key in ("Icxx", "Icyy", "Iczz", "Icxy", "Iczx", "Icyz")],
-            q=q[i], qd=qd[i], drive="torque" if c["aj"] == 1 else "free"))
+        links.append(
+            DraftLink(
+                f"link{i + 1}",
+                f"link{int(parent)}" if parent else GROUND,
+                "revolute" if turns else "prismatic",
+                f"joint{i + 1}",
+                dh,
+                mass=c["m"],
+                com=[c["dx"], c["dy"], c["dz"]],
+                inertia=[c[key] for key in ("Icxx", "Icyy", "Iczz", "Icxy", "Iczx", "Icyz")],
+                q=q[i],
+                qd=qd[i],
+                drive="torque" if c["aj"] == 1 else "free",
+            )
+        )
     if is_floating(data):
         place, rates = base[:2] if base else ([0.0] * 6, [0.0] * 6)
         set_free(links[0], data, place, rates, draft)
@@ -222,8 +265,12 @@ def _columns(data: Reading, count: int) -> dict[str, list[float]]:
 
 def _check_entry(data: Reading, entry: dict[str, float], number: int, count: int) -> None:
     parent = entry["bt"]
-    rules = {"bt": (parent == int(parent) and 0 <= parent <= count and parent != number, "the number of another link or 0 for ground"),
-             "m": (entry["m"] >= 0, ">= 0"), "r": (entry["r"] in (0, 1), "1 (revolute) or 0 (prismatic)"), "aj": (entry["aj"] in (0, 1), "1 (actuated) or 0")}
+    rules = {
+        "bt": (parent == int(parent) and 0 <= parent <= count and parent != number, "the number of another link or 0 for ground"),
+        "m": (entry["m"] >= 0, ">= 0"),
+        "r": (entry["r"] in (0, 1), "1 (revolute) or 0 (prismatic)"),
+        "aj": (entry["aj"] in (0, 1), "1 (actuated) or 0"),
+    }
     for key, (valid, rule) in rules.items():
         if not valid:
             raise data.error(key, f"entry {number} must be {rule}, got {entry[key]:g}")
@@ -250,7 +297,9 @@ def _start(data: Reading, starts: Reading, count: int, columns: dict[str, list[f
         if "y0" in reading:
             y0 = [float(x) for x in reading.flat("y0")]
             if len(y0) not in (2 * count, 2 * count + 1):
-                raise reading.error("y0", f"must have 2 n + 1 = {2 * count + 1} entries (positions, velocities, actuator energy), got {len(y0)}")
+                raise reading.error(
+                    "y0", f"must have 2 n + 1 = {2 * count + 1} entries (positions, velocities, actuator energy), got {len(y0)}"
+                )
             return y0[:count], y0[count : 2 * count]
     nominal = columns["th"] if "th" in data else data.column("angs", count, 0.0)
     base = "the base starts at the origin, " if is_floating(data) else ""
@@ -270,8 +319,10 @@ def _settings(data: Reading, starts: Reading, draft: Draft) -> None:
         for name in ("incr", "steps"):
             _set_time(draft, "step_size", reading, name, draft.fmu.get("stop_time", math.inf))
     if draft.solver.get("rtol", 0) > 1e-5:
-        draft.doubts.append(f"rtol = {draft.solver['rtol']:g} is ReDySim's own tolerance: the error of a free double pendulum is then 0.2 rad "
-                            "after 3 s; 1e-8 costs little more")
+        draft.doubts.append(
+            f"rtol = {draft.solver['rtol']:g} is ReDySim's own tolerance: the error of a free double pendulum is then 0.2 rad "
+            "after 3 s; 1e-8 costs little more"
+        )
     if "ti" in starts and starts.number("ti") != 0:
         draft.lost.append(f"the start time ti = {starts.number('ti'):g} s: the simulation environment sets it")
 

@@ -40,7 +40,9 @@ def start(data, starts, count: int, call, draft: Draft) -> tuple[list[float], li
             # inverse dynamics integrates only the base
             return y0[:BASE], y0[BASE : 2 * BASE], *_joints_of_the_trajectory(starts, count, call, draft)
         if len(y0) < 2 * half or ("g_prop" not in data and len(y0) > 2 * half + 1):
-            raise reading.error("y0", f"must have 2 (n + 5) + 1 = {2 * half + 1} entries (base, joints, their rates, actuator energy), got {len(y0)}")
+            raise reading.error(
+                "y0", f"must have 2 (n + 5) + 1 = {2 * half + 1} entries (base, joints, their rates, actuator energy), got {len(y0)}"
+            )
         q, qd = y0[:half], y0[half : 2 * half]
         return q[:BASE], qd[:BASE], [0.0, *q[BASE:]], [0.0, *qd[BASE:]]
     return None
@@ -76,7 +78,7 @@ def set_free(base: DraftLink, data, place: list[float], rates: list[float], draf
     else:
         base.joint = "free"
         base.q, base.qd = list(place), [*rates[:3], *_omega(place[3:], rates[3:])]
-    draft.notes.append("The base has no actuators; with drive = \"torque\" its forces and torques are inputs.")
+    draft.notes.append('The base has no actuators; with drive = "torque" its forces and torques are inputs.')
     if "g_prop" in data:
         draft.lost.append("the ground (g_prop): contact is not supported, so the robot falls")
 
@@ -84,5 +86,8 @@ def set_free(base: DraftLink, data, place: list[float], rates: list[float], draf
 def _omega(angles: list[float], rates: list[float]) -> list[float]:
     """Returns the angular velocity in the base's axes from the rates of phi, theta, psi."""
     (_, theta, psi), (d_phi, d_theta, d_psi) = angles, rates
-    return [-math.sin(psi) * math.cos(theta) * d_phi + math.cos(psi) * d_theta, math.sin(theta) * d_phi + d_psi,
-            math.cos(psi) * math.cos(theta) * d_phi + math.sin(psi) * d_theta]
+    return [
+        -math.sin(psi) * math.cos(theta) * d_phi + math.cos(psi) * d_theta,
+        math.sin(theta) * d_phi + d_psi,
+        math.cos(psi) * math.cos(theta) * d_phi + math.sin(psi) * d_theta,
+    ]

@@ -41,8 +41,9 @@ def place_pivots(draft: Draft, data, arguments: Sequence[str]) -> None:
     for point, names in feet.items():
         if len(names) > 1:
             where = ", ".join(f"{x:g}" for x in point)
-            draft.doubts.append(f"{', '.join(names)} share the ground point ({where}): ReDySim's files omit ground pivots; specify them "
-                                f"with {PIVOT}")
+            draft.doubts.append(
+                f"{', '.join(names)} share the ground point ({where}): ReDySim's files omit ground pivots; specify them with {PIVOT}"
+            )
 
 
 def add_loops(draft: Draft, data, arguments: Sequence[str]) -> None:
@@ -59,8 +60,10 @@ def add_loops(draft: Draft, data, arguments: Sequence[str]) -> None:
     if closed and not arguments:
         wanted = len(draft.links) - data.whole("dof") if "dof" in data else 0
         rows = f", {wanted} constraints in total" if wanted > 0 else ""
-        draft.lost.append(f"the loops: ReDySim's input does not define them (type = 1{rows}); specify each with {LOOP}, otherwise the mechanism is an "
-                          "open tree")
+        draft.lost.append(
+            f"the loops: ReDySim's input does not define them (type = 1{rows}); specify each with {LOOP}, otherwise the mechanism is an "
+            "open tree"
+        )
     if arguments:
         # driven joints keep their start values in the assembly of the loops
         for link in draft.links:
@@ -111,14 +114,18 @@ def _loop(draft: Draft, argument: str, poses: dict[str, np.ndarray], number: int
     if directions:
         fields["directions"] = directions
         if abs(float(np.dot(gap, left_out))) > OPEN:
-            draft.doubts.append(f"loop{number}: the two points are {abs(float(np.dot(gap, left_out))):.3g} m apart normal to the plane of the mechanism")
+            draft.doubts.append(
+                f"loop{number}: the two points are {abs(float(np.dot(gap, left_out))):.3g} m apart normal to the plane of the mechanism"
+            )
         gap = gap - left_out * np.dot(gap, left_out)
     else:
         fields["type"] = "spherical"
     size = float(np.linalg.norm(gap))
     if size > OPEN:
-        draft.doubts.append(f"the initial configuration violates loop{number} by {1000 * size:.3g} mm; the FMU corrects it before the first step and "
-                            "keeps the driven joints (hold = true)")
+        draft.doubts.append(
+            f"the initial configuration violates loop{number} by {1000 * size:.3g} mm; the FMU corrects it before the first step and "
+            "keeps the driven joints (hold = true)"
+        )
     return DraftTie(f"loop{number}", fields)
 
 

@@ -30,8 +30,9 @@ def read(path: Path, _options: Namespace | None = None) -> Draft:
     scene = Fields(source, "", data)
     if scene.data.get("format") != FORMAT:
         raise UserError(f"{source}: 'format' must be \"{FORMAT}\", got {json.dumps(scene.data.get('format'))}")
-    draft = Draft(name=legal(scene.text("name", path.stem)), source=path.name, description=scene.text("title", ""),
-                  gravity=scene.vector("gravity", 3))
+    draft = Draft(
+        name=legal(scene.text("name", path.stem)), source=path.name, description=scene.text("title", ""), gravity=scene.vector("gravity", 3)
+    )
     bodies = scene.items("bodies")
     if not bodies:
         raise UserError(f"{source}: 'bodies' is missing or empty")
@@ -63,9 +64,17 @@ def _link(body: Fields, index: int, names: list[str], q: float, qd: float) -> Dr
     mdh.known(*DH_KEYS)
     dh = DhFrame(*(mdh.number(key, 0.0) for key in DH_KEYS))
     parent = body.index("parent", -1, index - 1)
-    link = DraftLink(names[index], GROUND if parent < 0 else names[parent], joint.text("type", among=("revolute", "prismatic")),
-                     dh=dh, mass=body.number("mass", 0.0), com=body.vector("com", 3, [0] * 3),
-                     inertia=body.vector("inertia", 6, [0] * 6), q=q, qd=qd)
+    link = DraftLink(
+        names[index],
+        GROUND if parent < 0 else names[parent],
+        joint.text("type", among=("revolute", "prismatic")),
+        dh=dh,
+        mass=body.number("mass", 0.0),
+        com=body.vector("com", 3, [0] * 3),
+        inertia=body.vector("inertia", 6, [0] * 6),
+        q=q,
+        qd=qd,
+    )
     for key in ("armature", "stiffness", "damping", "rest"):
         setattr(link, key, joint.number(key, 0.0))
     if "placement" in joint.data:
@@ -103,7 +112,9 @@ def _loop(loop: Fields, name: str, names: list[str]) -> DraftTie:
         rows = loop.list("directions")
         if not 1 <= len(rows) <= 3:
             raise loop.error("directions", f"must be 1 to 3 directions, got {len(rows)}")
-        fields["directions"] = [Fields(loop.source, loop.where, {f"directions[{i}]": row}).vector(f"directions[{i}]", 3) for i, row in enumerate(rows)]
+        fields["directions"] = [
+            Fields(loop.source, loop.where, {f"directions[{i}]": row}).vector(f"directions[{i}]", 3) for i, row in enumerate(rows)
+        ]
         return DraftTie(name, fields)
     loop.known("name", "type", "body_a", "body_b", "point_a", "point_b", "axis_a", "axis_b", "perp1_a", "perp2_a")
     if "axis_a" in loop.data:
@@ -161,5 +172,20 @@ def _input(item: Fields, names: list[str]) -> str:
 def _unknown(scene: Fields, draft: Draft) -> None:
     if "trajectory" in scene.data:
         draft.lost.append("the prescribed trajectory: not supported")
-    carried = {"format", "name", "title", "set", "gravity", "bodies", "loops", "forces", "inputs", "initial", "time", "reference", "source", "trajectory"}
+    carried = {
+        "format",
+        "name",
+        "title",
+        "set",
+        "gravity",
+        "bodies",
+        "loops",
+        "forces",
+        "inputs",
+        "initial",
+        "time",
+        "reference",
+        "source",
+        "trajectory",
+    }
     draft.lost += [f"the field '{key}'" for key in scene.data if key not in carried]

@@ -93,4 +93,8 @@ def _text_of(value: object) -> str:
     """Returns the text of a cell; whole numbers have no decimal point, so that they can be names."""
     if value is None:
         return ""
-    return str(int(value)) if isinstance(value, bool) or isinstance(value, float) and value.is_integer() and abs(value) < 1e15 else str(value).strip()
+    return (
+        str(int(value))
+        if isinstance(value, bool) or isinstance(value, float) and value.is_integer() and abs(value) < 1e15
+        else str(value).strip()
+    )

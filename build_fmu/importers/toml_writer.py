@@ -19,7 +19,10 @@ def model_text(draft: Draft, file: str = "") -> str:
     lines = [*_comment(f"Imported from {draft.source}.")]
     if draft.inputs:
         # one line, however long, because it is pasted into a shell
-        lines += [*_comment("Inputs are not part of a model. To run it with the inputs of its source, in the folder of this file:"), f"# {run_command(draft, file or f'{draft.name}.toml')}"]
+        lines += [
+            *_comment("Inputs are not part of a model. To run it with the inputs of its source, in the folder of this file:"),
+            f"# {run_command(draft, file or f'{draft.name}.toml')}",
+        ]
     for note in draft.notes:
         lines += _comment(note)
     for title, sentences in (("Omitted:", draft.lost), ("Check:", draft.doubts)):
@@ -66,8 +69,12 @@ def _link(link: DraftLink, before: str | None) -> Iterator[str]:
     yield "[[link]]"
     yield f"name = {_value(link.name)}"
     moving = link.joint != "fixed"
-    words = {"parent": (link.parent, before or GROUND), "joint": (link.joint, "revolute"), "joint_name": (link.joint_name or link.name, link.name),
-             "drive": (link.drive if moving else "torque", "torque")}
+    words = {
+        "parent": (link.parent, before or GROUND),
+        "joint": (link.joint, "revolute"),
+        "joint_name": (link.joint_name or link.name, link.name),
+        "drive": (link.drive if moving else "torque", "torque"),
+    }
     yield from (f"{key} = {_value(value)}" for key, (value, default) in words.items() if value != default)
     yield from _nonzero({key: getattr(link.dh, key) for key in ("gamma", "b", "alpha", "a", "theta", "d")})
     yield from _nonzero({"mass": link.mass, "com": link.com, "inertia": link.inertia if any(link.inertia[3:]) else link.inertia[:3]})
@@ -108,8 +115,14 @@ def _value(value: object) -> str:
 
 
 def _comment(text: str, bullet: str = "") -> list[str]:
-    wrapped = textwrap.wrap(_printable(text), WIDTH - 2, initial_indent=bullet, subsequent_indent=" " * len(bullet), break_long_words=False,
-                            break_on_hyphens=False)
+    wrapped = textwrap.wrap(
+        _printable(text),
+        WIDTH - 2,
+        initial_indent=bullet,
+        subsequent_indent=" " * len(bullet),
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
     return [f"# {line}".rstrip() for line in wrapped or [""]]
 
 

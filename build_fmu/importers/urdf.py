@@ -18,7 +18,14 @@ from build_fmu.importers.rigid import matrix_of, pose_of, rotation_x, rotation_y
 from build_fmu.importers.toml_writer import number
 from build_fmu.importers.urdf_losses import report_losses, some
 
-KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed", "floating": "free", "planar": "planar"}
+KINDS = {
+    "revolute": "revolute",
+    "continuous": "revolute",
+    "prismatic": "prismatic",
+    "fixed": "fixed",
+    "floating": "free",
+    "planar": "planar",
+}
 WORLD = "world"  # the ground in some simulators, without a <link>
 RESIDUE = 1e-16  # m2: an inertia below this times the mass is a rounding error
 DEGREES = 4 * math.pi  # rad: a limit beyond two turns is probably in degrees
@@ -92,8 +99,10 @@ class Urdf:
             return np.eye(4)
         angles = self.numbers(element, "rpy", 3, "0 0 0")
         if max(map(abs, angles)) > DEGREES:
-            self.like_degrees.append(f"{self.path}:{element.sourceline}: rpy = '{element.attrib['rpy']}' looks like degrees; it was read in rad, "
-                                     "as URDF defines it")
+            self.like_degrees.append(
+                f"{self.path}:{element.sourceline}: rpy = '{element.attrib['rpy']}' looks like degrees; it was read in rad, "
+                "as URDF defines it"
+            )
         for i, angle in enumerate(angles):
             nearest = round(angle / (math.pi / 2)) * (math.pi / 2)
             # deviations in the last digits are rounding errors
@@ -136,14 +145,18 @@ def read(path: Path, options: Namespace) -> Draft:
         draft.lost.append(f"the mass of '{root}', {bodies[root].mass:g} kg: this link is the ground; --floating makes it a floating base")
     _check_reached(urdf, bodies, root)
     _Layout(draft, bodies, options).lay(root)
-    draft.notes.append(f"The ground frame is the frame of '{root}'{' at q = 0' if options.floating else ''}. Link frames are chosen anew (z: joint axis, "
-                       f"x: common normal); the motion is the same. {'A [[frame]]' if options.frames else 'A comment'} gives the pose of the "
-                       "URDF's own frame (m, rad) if it differs.")
+    draft.notes.append(
+        f"The ground frame is the frame of '{root}'{' at q = 0' if options.floating else ''}. Link frames are chosen anew (z: joint axis, "
+        f"x: common normal); the motion is the same. {'A [[frame]]' if options.frames else 'A comment'} gives the pose of the "
+        "URDF's own frame (m, rad) if it differs."
+    )
     report_losses(urdf.root, draft)
     draft.doubts += urdf.like_degrees
     if urdf.near_right:
-        draft.doubts.append(f"{urdf.near_right} angles are within {NEAR_RIGHT:g} rad of a multiple of 90 degrees, such as 1.5708: --snap makes them exact, "
-                            "for shorter numbers and a faster model")
+        draft.doubts.append(
+            f"{urdf.near_right} angles are within {NEAR_RIGHT:g} rad of a multiple of 90 degrees, such as 1.5708: --snap makes them exact, "
+            "for shorter numbers and a faster model"
+        )
     if not any(link.joint != "fixed" for link in draft.links):
         raise UserError(f"'{path}' has no moving joint; --floating makes its root link '{root}' a floating base")
     return draft
@@ -190,7 +203,9 @@ def _joints(urdf: Urdf, bodies: dict[str, Body], draft: Draft, stops: float | No
         parent, child = (_end(urdf, element, tag, bodies) for tag in ("parent", "child"))
         body = bodies[child]
         if body.parent:
-            raise urdf.error(element, f"link '{child}' is the child of two joints, '{body.joint}' and '{name}'; add loops to the model file as [[loop]]")
+            raise urdf.error(
+                element, f"link '{child}' is the child of two joints, '{body.joint}' and '{name}'; add loops to the model file as [[loop]]"
+            )
         body.parent, body.joint, body.kind, body.origin = parent, name, KINDS[kind], urdf.pose(element)
         bodies[parent].children.append(child)
         _motion(urdf, element, body, draft)
@@ -275,7 +290,9 @@ def _check_reached(urdf: Urdf, bodies: dict[str, Body], root: str) -> None:
         waiting += bodies[name].children
     lost = [name for name in bodies if name not in reached]
     if lost:
-        raise UserError(f"{urdf.path}:{bodies[lost[0]].line}: cyclic parent references: {some(lost)} have no path to the root link '{root}'")
+        raise UserError(
+            f"{urdf.path}:{bodies[lost[0]].line}: cyclic parent references: {some(lost)} have no path to the root link '{root}'"
+        )
 
 
 class _Layout:
@@ -356,8 +373,7 @@ class _Layout:
     def _mount(self, body: Body, name: str, parent: str, frame: np.ndarray) -> tuple[str, np.ndarray]:
         mount = self.names.take(f"{name}_mount")
         dh = settle(side_frame(frame[:3, 3]))
-        note = (f"Massless frame: the axis of '{body.joint}' is nearly parallel to the previous one, so their common normal is too far "
-                "away.")
+        note = f"Massless frame: the axis of '{body.joint}' is nearly parallel to the previous one, so their common normal is too far away."
         self.draft.links.append(DraftLink(mount, parent, "fixed", dh=dh, notes=[note]))
         return mount, np.linalg.inv(pose_of(dh)) @ frame
 

@@ -34,8 +34,12 @@ def report_losses(robot: etree._Element, draft: Draft) -> None:
         count = len(robot.findall(tag))
         if count:
             draft.lost.append(f"{count} x <{tag}>{EXTRA.get(tag, '')}")
-    bounds = [joint.get("name", "") for joint in robot.findall("joint") if joint.get("type") != "fixed"
-              and any(_nonzero(limit.get(key)) for limit in joint.findall("limit") for key in ("effort", "velocity"))]
+    bounds = [
+        joint.get("name", "")
+        for joint in robot.findall("joint")
+        if joint.get("type") != "fixed"
+        and any(_nonzero(limit.get(key)) for limit in joint.findall("limit") for key in ("effort", "velocity"))
+    ]
     if bounds:
         draft.lost.append(f"the effort and velocity limits of {some(bounds)}: not supported")
     _unknown(robot, draft)
@@ -63,7 +67,9 @@ def _unknown(robot: etree._Element, draft: Draft) -> None:
                 places.setdefault((element.tag, key), []).append(element.sourceline)
     for (tag, key), at in places.items():
         what = f"'{key}' of <{tag}>"
-        draft.lost.append((f"line {at[0]}: {what}" if len(at) == 1 else f"{len(at)} x {what}, first in line {at[0]}") + did_you_mean(key, ATTRIBUTES[tag]))
+        draft.lost.append(
+            (f"line {at[0]}: {what}" if len(at) == 1 else f"{len(at)} x {what}, first in line {at[0]}") + did_you_mean(key, ATTRIBUTES[tag])
+        )
 
 
 def _read(robot: etree._Element) -> Iterable[etree._Element]:

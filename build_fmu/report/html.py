@@ -20,9 +20,12 @@ def write_html(path: Path, report: Report, picture: Path) -> None:
     title = f"{report.name}: accuracy and CPU time"
     drawn = picture.read_text(encoding="utf-8")
     lines = [*([report.note] if report.note else []), *machine_lines(), f"{len(report.points)} runs in {report.seconds:.0f} s"]
-    parts = [f"<h1>{escape(title)}</h1><p class=small>{escape('; '.join(lines))}</p>",
-             f"<ul class=advice>{''.join(f'<li>{escape(line)}</li>' for line in advice(report))}</ul>",
-             f"<div class=picture>{drawn[drawn.index('<svg'):]}</div>", f"<p class=small>{from_markdown(method(report))}</p><h2>All runs</h2>"]
+    parts = [
+        f"<h1>{escape(title)}</h1><p class=small>{escape('; '.join(lines))}</p>",
+        f"<ul class=advice>{''.join(f'<li>{escape(line)}</li>' for line in advice(report))}</ul>",
+        f"<div class=picture>{drawn[drawn.index('<svg') :]}</div>",
+        f"<p class=small>{from_markdown(method(report))}</p><h2>All runs</h2>",
+    ]
     for step, inputs, points in report.sections:
         head = f"Communication step size {duration(step)}, {inputs}: {sum(p.good for p in points)} runs"
         parts.append(f"<details{' open' if step == report.step else ''}><summary>{head}</summary>{_table(points, report.unit)}</details>")

@@ -72,8 +72,18 @@ def make_report(target: Path, wish: Wish, progress: Callable[[str, int, int], No
         total = len(steps) * len(changing) * len(methods) * len(wish.tolerances)
         points = list(sweep(fmu, where, references, inputs, plan, lambda text, done: progress(text, done, total)))
         given = f"inputs {', '.join(wish.inputs)}" if wish.inputs else "inputs are zero"
-        return Report(fmu.name, where.unit, stop, usual, given, references(usual), points, time.monotonic() - begin,
-                      tolerances=wish.tolerances, busy=busy(load_before, load()))
+        return Report(
+            fmu.name,
+            where.unit,
+            stop,
+            usual,
+            given,
+            references(usual),
+            points,
+            time.monotonic() - begin,
+            tolerances=wish.tolerances,
+            busy=busy(load_before, load()),
+        )
 
 
 def _inputs(fmu: Staged, arguments: Sequence[str]) -> Inputs:
@@ -88,8 +98,9 @@ def _inputs(fmu: Staged, arguments: Sequence[str]) -> Inputs:
     return Inputs(list(signals), lambda t: [signal(t) for signal in signals.values()])
 
 
-def _references(fmu: Staged, model: Description | None, target: Path, wish: Wish, where, inputs: Inputs, stop: float,
-                longest: float) -> Callable[[float], Reference]:
+def _references(
+    fmu: Staged, model: Description | None, target: Path, wish: Wish, where, inputs: Inputs, stop: float, longest: float
+) -> Callable[[float], Reference]:
     """Returns a function of the communication step size: with sampled inputs, each step size has its own motion."""
     table = wish.reference or _named_reference(model, target)
     if table and (not inputs.given or wish.reference):

@@ -30,7 +30,9 @@ class Positions:
         for k in range(len(self.quaternions)):
             part = slice(count + 4 * k, count + 4 * k + 4)
             # q and -q are the same rotation; for small angles the angle is twice the distance
-            near = np.minimum(np.linalg.norm(values[:, part] - truth[:, part], axis=1), np.linalg.norm(values[:, part] + truth[:, part], axis=1))
+            near = np.minimum(
+                np.linalg.norm(values[:, part] - truth[:, part], axis=1), np.linalg.norm(values[:, part] + truth[:, part], axis=1)
+            )
             worst = max(worst, float(2 * near.max(initial=0.0)))
         return worst
 

@@ -81,8 +81,10 @@ def advice(report: Report) -> list[str]:
             line = "no run of this sweep meets the target"
         lines.append(f"for {_power(target)} {report.unit}: {line}")
     if unfinished:
-        lines.append(f"{len(unfinished)} of {len(all_curves)} curves reached the time limit; all of them need about "
-                     f"--seconds {seconds_for_all(all_curves, report.stop):.0f}")
+        lines.append(
+            f"{len(unfinished)} of {len(all_curves)} curves reached the time limit; all of them need about "
+            f"--seconds {seconds_for_all(all_curves, report.stop):.0f}"
+        )
     return lines + [report.busy] * bool(report.busy)
 
 
@@ -108,8 +110,10 @@ def write_csv(path: Path, report: Report) -> None:
         health = p.outcome.health
         message = p.outcome.message.replace('"', "'")
         inputs = "changing" if p.changing else "held"
-        rows.append(f"{p.method},{p.rtol:g},{p.step:.12g},{inputs},{p.outcome.status},{p.error:.6g},{p.us_per_ms:.6g},{p.rhs_per_ms:.6g},"
-                    f"{health.get('solver.steps', '')},{health.get('solver.rejected', '')},\"{message}\"")
+        rows.append(
+            f"{p.method},{p.rtol:g},{p.step:.12g},{inputs},{p.outcome.status},{p.error:.6g},{p.us_per_ms:.6g},{p.rhs_per_ms:.6g},"
+            f'{health.get("solver.steps", "")},{health.get("solver.rejected", "")},"{message}"'
+        )
     whole_file(path, lambda temporary: temporary.write_text("\n".join(rows) + "\n", encoding="utf-8"))
 
 
@@ -120,8 +124,16 @@ def write_page(path: Path, report: Report, picture: str) -> None:
 
 def page_lines(report: Report, picture: str) -> list[str]:
     """Returns the lines of the Markdown page."""
-    lines = [f"# {report.name}: accuracy and CPU time", "", *(f"* {line}" for line in advice(report)), "", method(report), "",
-             f"![work–precision diagram]({picture})", ""]
+    lines = [
+        f"# {report.name}: accuracy and CPU time",
+        "",
+        *(f"* {line}" for line in advice(report)),
+        "",
+        method(report),
+        "",
+        f"![work–precision diagram]({picture})",
+        "",
+    ]
     for step, inputs, points in report.sections:
         lines += [f"## Step size {duration(step)}, {inputs}", "", *_table(points, report.unit), ""]
     lines += [f"* {report.note}"] if report.note else []
@@ -133,10 +145,12 @@ def method(report: Report) -> str:
     """Returns the method of measurement, in Markdown."""
     reference = report.reference
     known = f"uncertainty {reference.uncertainty:.1g} {report.unit}" if reference.uncertainty else "taken as exact"
-    return (f"Duration of the motion: {duration(report.stop)}; {report.inputs}. The error is the maximum over all joints and output rows. "
-            f"Reference: {reference.origin} ({known}). The cost is the CPU time of `fmi2SetReal` and `fmi2DoStep` per millisecond of motion, "
-            "the median of repeated runs in a compiled master. With *changing inputs*, every force or torque changes by 1e-100 at each "
-            "communication step: the motion stays the same, but multistep methods restart.")
+    return (
+        f"Duration of the motion: {duration(report.stop)}; {report.inputs}. The error is the maximum over all joints and output rows. "
+        f"Reference: {reference.origin} ({known}). The cost is the CPU time of `fmi2SetReal` and `fmi2DoStep` per millisecond of motion, "
+        "the median of repeated runs in a compiled master. With *changing inputs*, every force or torque changes by 1e-100 at each "
+        "communication step: the motion stays the same, but multistep methods restart."
+    )
 
 
 def _table(points: Sequence[Point], unit: str) -> list[str]:
@@ -169,9 +183,17 @@ def draw_panel(axes, points: Sequence[Point], report: Report) -> None:
             curve = [p for p in points if p.method == method and p.changing == changing and p.good and p.error > 0]
             if not curve:
                 continue
-            axes.loglog([p.error for p in curve], [p.us_per_ms for p in curve], "--" if changing else "-", color=COLOURS.get(method, "k"),
-                        marker=MARKERS.get(method, "o"), ms=4.5, lw=1.4, mfc="white" if changing else None,
-                        label=f"{method}, {'changing' if changing else 'constant'} inputs")
+            axes.loglog(
+                [p.error for p in curve],
+                [p.us_per_ms for p in curve],
+                "--" if changing else "-",
+                color=COLOURS.get(method, "k"),
+                marker=MARKERS.get(method, "o"),
+                ms=4.5,
+                lw=1.4,
+                mfc="white" if changing else None,
+                label=f"{method}, {'changing' if changing else 'constant'} inputs",
+            )
     from matplotlib.ticker import FuncFormatter, LogLocator
 
     if not axes.xaxis_inverted():

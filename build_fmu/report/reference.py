@@ -77,5 +77,7 @@ def from_tight_runs(fmu: Staged, where: Positions, task: Task, methods: list[str
         if difference < 1e-9:
             return best
     if best is None:
-        raise UserError(f"'{fmu.name}' has no reference: fewer than two methods finish a tight run within {budget:g} s; add a table with --reference")
+        raise UserError(
+            f"'{fmu.name}' has no reference: fewer than two methods finish a tight run within {budget:g} s; add a table with --reference"
+        )
     return best

@@ -108,8 +108,18 @@ def task_for(fmu: Staged, stop: float, step: float, row_every: float, inputs: In
     return Task(step, count, every, {}, names, names_of_inputs, rows)
 
 
-def measure(fmu: Staged, where: Positions, reference: Reference, task: Task, method: str, rtol: float, changing: bool,
-            ratio: float, plan: Plan, budget: float) -> Point:
+def measure(
+    fmu: Staged,
+    where: Positions,
+    reference: Reference,
+    task: Task,
+    method: str,
+    rtol: float,
+    changing: bool,
+    ratio: float,
+    plan: Plan,
+    budget: float,
+) -> Point:
     """Runs one point of the sweep, repeated for the measurement of its CPU time."""
     start = {**task.start, "solver.method": method, "solver.rtol": rtol, "solver.atol": rtol * ratio}
     outcome = drive(fmu, replace(task, start=start, repeats=plan.repeats, spend=plan.spend, budget=budget))
@@ -124,8 +134,14 @@ def measure(fmu: Staged, where: Positions, reference: Reference, task: Task, met
     return Point(method, rtol, task.step, changing, outcome, error, cost, rhs)
 
 
-def sweep(fmu: Staged, where: Positions, references: Callable[[float], Reference], inputs: Inputs, plan: Plan,
-          progress: Callable[[str, int], None] = lambda *_: None) -> Iterator[Point]:
+def sweep(
+    fmu: Staged,
+    where: Positions,
+    references: Callable[[float], Reference],
+    inputs: Inputs,
+    plan: Plan,
+    progress: Callable[[str, int], None] = lambda *_: None,
+) -> Iterator[Point]:
     """Yields the points, loose tolerances first; a curve ends at a failure or at its time limit."""
     begin = time.monotonic()
     longest = max(plan.steps)

@@ -51,7 +51,9 @@ def _choose(model: Description, file: Path, target: float, folder: Path) -> tupl
         held = task_for(fmu, stop, fmu.step, row_every, Inputs(), False, where.names)
         reference = from_tight_runs(fmu, where, held, offered_methods(fmu), TIGHT_SECONDS)
     if reference.uncertainty > target / 3:
-        raise UserError(f"{file}: target_error = {target:g} cannot be verified: two tight runs differ by {reference.uncertainty:.1g} in {stop:g} s")
+        raise UserError(
+            f"{file}: target_error = {target:g} cannot be verified: two tight runs differ by {reference.uncertainty:.1g} in {stop:g} s"
+        )
     before, best = None, (float("inf"), 0.0)
     for number, rtol in enumerate(CANDIDATES):
         candidate = _candidate(file, model.resources, rtol, folder / str(number))
@@ -64,8 +66,10 @@ def _choose(model: Description, file: Path, target: float, folder: Path) -> tupl
         before = candidate if kept else None
     if before:
         return before
-    raise UserError(f"{file}: no rtol down to 1e-12 meets target_error = {target:g} in {stop:g} s; minimum error {best[0]:.1g} "
-                    f"(communication step size {best[1]:g} s)")
+    raise UserError(
+        f"{file}: no rtol down to 1e-12 meets target_error = {target:g} in {stop:g} s; minimum error {best[0]:.1g} "
+        f"(communication step size {best[1]:g} s)"
+    )
 
 
 def tried_steps(fmu: Staged) -> list[float]:

@@ -94,8 +94,15 @@ def stage_model(model: Path, folder: Path, description: Description | None = Non
     (folder / "resources" / "model.toml").write_bytes(model.read_bytes())
     attach(table.resources, model, folder / "resources")
     experiment = table.default_experiment
-    return Staged(table.model_name, native.library(), (folder / "resources").as_uri(), table.guid, {v.name: v for v in table.variables},
-                  experiment["stop_time"], experiment["step_size"])
+    return Staged(
+        table.model_name,
+        native.library(),
+        (folder / "resources").as_uri(),
+        table.guid,
+        {v.name: v for v in table.variables},
+        experiment["stop_time"],
+        experiment["step_size"],
+    )
 
 
 def stage_fmu(fmu: Path, folder: Path) -> Staged:
@@ -112,13 +119,22 @@ def stage_fmu(fmu: Path, folder: Path) -> Staged:
     experiment = description.defaultExperiment
     stop = float(getattr(experiment, "stopTime", None) or 1)
     variables = {v.name: _variable(v) for v in description.modelVariables}
-    return Staged(description.modelName, library, (folder / "resources").as_uri(), description.guid, variables, stop,
-                  float(getattr(experiment, "stepSize", None) or stop / 1000))
+    return Staged(
+        description.modelName,
+        library,
+        (folder / "resources").as_uri(),
+        description.guid,
+        variables,
+        stop,
+        float(getattr(experiment, "stepSize", None) or stop / 1000),
+    )
 
 
 def _variable(v) -> Variable:
     start = float(v.start) if v.type == "Real" and v.start is not None else v.start
-    return Variable(v.name, v.valueReference, v.type, v.causality or "local", v.variability or "continuous", v.initial, start, v.unit, v.displayUnit)
+    return Variable(
+        v.name, v.valueReference, v.type, v.causality or "local", v.variability or "continuous", v.initial, start, v.unit, v.displayUnit
+    )
 
 
 def drive(fmu: Staged, task: Task) -> Outcome:
@@ -137,9 +153,18 @@ def drive(fmu: Staged, task: Task) -> Outcome:
     elif status == "budget":
         message = f"reached t = {answer['reached']:g} s within {task.budget:g} s of CPU time"
     values = np.array([[math.nan if x is None else x for x in row] for row in answer.get("values", [])], dtype=float)
-    return Outcome(status, message, answer.get("reached", 0.0), answer.get("seconds", math.nan),
-                   np.array(answer.get("times", [])), values, dict(zip(health, answer.get("integers", []), strict=False)),
-                   next((text for text in answer.get("texts", []) if text), ""), answer.get("after", ""), log)
+    return Outcome(
+        status,
+        message,
+        answer.get("reached", 0.0),
+        answer.get("seconds", math.nan),
+        np.array(answer.get("times", [])),
+        values,
+        dict(zip(health, answer.get("integers", []), strict=False)),
+        next((text for text in answer.get("texts", []) if text), ""),
+        answer.get("after", ""),
+        log,
+    )
 
 
 def job_lines(fmu: Staged, task: Task) -> list[str]:
@@ -152,8 +177,17 @@ def job_lines(fmu: Staged, task: Task) -> list[str]:
 
 def head_lines(fmu: Staged, task: Task) -> list[str]:
     """Returns the part of a job that describes FMU and run; bench/latency.py uses it, too."""
-    lines = [f"library {fmu.library}", f"resources {fmu.resources}", f"guid {fmu.guid}", f"step {task.step!r}", f"steps {task.steps}",
-             f"every {task.every}", f"hold {task.hold}", f"budget {task.budget!r}", f"patience {PATIENCE!r}"]
+    lines = [
+        f"library {fmu.library}",
+        f"resources {fmu.resources}",
+        f"guid {fmu.guid}",
+        f"step {task.step!r}",
+        f"steps {task.steps}",
+        f"every {task.every}",
+        f"hold {task.hold}",
+        f"budget {task.budget!r}",
+        f"patience {PATIENCE!r}",
+    ]
     for name, value in task.start.items():
         word = "string" if fmu.variables[name].type == "String" else "real"
         lines.append(f"{word} {_reference(fmu, name)} {value if word == 'string' else repr(float(value))}")
@@ -168,8 +202,16 @@ def head_lines(fmu: Staged, task: Task) -> list[str]:
 def ask(program: Path, lines: list[str], budget: float) -> dict[str, Any] | Outcome:
     """Returns the answer of a driver program to a job, or how it failed."""
     try:
-        done = subprocess.run([str(program)], input="\n".join(lines) + "\n", text=True, errors="replace", capture_output=True,
-                              timeout=12 * (budget + PATIENCE), check=False, env={**os.environ, "LC_ALL": "C"})
+        done = subprocess.run(
+            [str(program)],
+            input="\n".join(lines) + "\n",
+            text=True,
+            errors="replace",
+            capture_output=True,
+            timeout=12 * (budget + PATIENCE),
+            check=False,
+            env={**os.environ, "LC_ALL": "C"},
+        )
     except subprocess.TimeoutExpired:
         return Outcome("hang", "the process does not respond")
     except OSError as error:

@@ -86,8 +86,9 @@ def _check(node: ast.AST, text: str) -> None:
                 _check(child, text)
         return
     piece = ast.get_source_segment(text.strip(), node) or type(node).__name__
-    raise UserError(f"'{text}': '{piece}' is not allowed; use t, pi, numbers, + - * / **, comparisons, "
-                    f"'a if b else c' and {', '.join(FUNCTIONS)}")
+    raise UserError(
+        f"'{text}': '{piece}' is not allowed; use t, pi, numbers, + - * / **, comparisons, 'a if b else c' and {', '.join(FUNCTIONS)}"
+    )
 
 
 def _check_name(name: str, text: str) -> None:

@@ -141,8 +141,10 @@ class Course:
         for name, table in self.held.items():
             error = _held_error(table, np.array(self.times))
             if error:
-                lines.append(f"inputs: '{name}' is constant during each step, up to {error:.2g} {units[name]} off its table; "
-                             "`--interpolate all` interpolates it")
+                lines.append(
+                    f"inputs: '{name}' is constant during each step, up to {error:.2g} {units[name]} off its table; "
+                    "`--interpolate all` interpolates it"
+                )
         return lines
 
     def _add(self, name: str, signal: Signal, derivative: int) -> None:
@@ -234,8 +236,10 @@ class Course:
             left += reversed(_divided(now, split, near))
             count += 1
             if count > MOST_PARTS:
-                raise UserError(f"input '{at_fault.names[0]}' changes too fast in the step from t = {begin:g} s: more than {MOST_PARTS} intervals are "
-                                "needed; use a smaller --step or --interpolate none")
+                raise UserError(
+                    f"input '{at_fault.names[0]}' changes too fast in the step from t = {begin:g} s: more than {MOST_PARTS} intervals are "
+                    "needed; use a smaller --step or --interpolate none"
+                )
 
     def _short(self, stretch: Stretch) -> list[Bound]:
         """Returns the bounds of a part too short to be divided; raises UserError if an input is not finite in it."""

@@ -51,7 +51,9 @@ def _planar_base(first: list[dict[str, Any]]) -> str | None:
         return None
     name = first[0]["joint"].removesuffix("[1]")
     axes = [[row[2] for row in link["rotation"]] for link in first]
-    if [link["joint"] for link in first] == [f"{name}[{i}]" for i in (1, 2, 3)] and np.allclose(axes, [[1, 0, 0], [0, 1, 0], [0, 0, 1]], atol=1e-9):
+    if [link["joint"] for link in first] == [f"{name}[{i}]" for i in (1, 2, 3)] and np.allclose(
+        axes, [[1, 0, 0], [0, 1, 0], [0, 0, 1]], atol=1e-9
+    ):
         return name
     return None
 
@@ -60,8 +62,14 @@ def write_layout(folder: Path, model: Description, result: Result) -> list[str]:
     """Writes the files and returns their names; raises UserError if the FMU lacks required outputs."""
     columns = columns_of(model)
     # inverse dynamics: motions are inputs and no joint has a torque input
-    forward = bool(columns.base) or any(name.endswith(".tau") for name in result.inputs) or not any(name.endswith(".q") for name in result.inputs)
-    files = {"timevar.dat": result.time[:, None], "statevar.dat": _state(columns, result, forward), "tor.dat": _torques(columns, model, result)}
+    forward = (
+        bool(columns.base) or any(name.endswith(".tau") for name in result.inputs) or not any(name.endswith(".q") for name in result.inputs)
+    )
+    files = {
+        "timevar.dat": result.time[:, None],
+        "statevar.dat": _state(columns, result, forward),
+        "tor.dat": _torques(columns, model, result),
+    }
     if forward or "energy.work" in result.names:
         files["envar.dat"] = _energies(result)
     if columns.base:
@@ -129,6 +137,6 @@ def _torques(columns: Columns, model: Description, result: Result) -> np.ndarray
 def _column(result: Result, name: str) -> np.ndarray:
     if name not in result.names and name not in result.inputs:
         group = "energy" if name.startswith("energy.") else "acceleration" if name.endswith(".qdd") else ""
-        hint = f": add \"{group}\" to [fmu] outputs in the model file" if group else ""
+        hint = f': add "{group}" to [fmu] outputs in the model file' if group else ""
         raise UserError(f"ReDySim's files require the output '{name}', which this FMU does not have{hint}")
     return result[name]

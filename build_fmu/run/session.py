@@ -117,10 +117,17 @@ class Session:
 
     def write_slopes(self, slopes: dict[str, list[float]]) -> None:
         """Sets the first, second, ... time derivatives of real inputs for the next step."""
-        orders = [(self.variables[name].valueReference, order, value) for name, values in slopes.items() for order, value in enumerate(values, start=1)]
+        orders = [
+            (self.variables[name].valueReference, order, value)
+            for name, values in slopes.items()
+            for order, value in enumerate(values, start=1)
+        ]
         if orders:
             references, numbers, values = zip(*orders, strict=True)
-            self._guarded("when setting derivatives of inputs (--interpolate none avoids them)", lambda: self.instance.setRealInputDerivatives(references, numbers, values))
+            self._guarded(
+                "when setting derivatives of inputs (--interpolate none avoids them)",
+                lambda: self.instance.setRealInputDerivatives(references, numbers, values),
+            )
 
     def read(self, names: Sequence[str]) -> list[float]:
         """Returns the values of numeric variables (SI units)."""

@@ -46,7 +46,12 @@ def final_values(session: Session, result: Result):
     from rich.markup import escape
     from rich.table import Table
 
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), title=f"{escape(session.description.modelName)}, t = {result.time[-1]:g} s", title_justify="left")
+    table = Table(
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        title=f"{escape(session.description.modelName)}, t = {result.time[-1]:g} s",
+        title_justify="left",
+    )
     for head, justify in (("output", "left"), ("start", "right"), ("end", "right"), ("min", "right"), ("max", "right"), ("unit", "left")):
         table.add_column(head, justify=justify, no_wrap=True)
     for i, name in enumerate(result.names):

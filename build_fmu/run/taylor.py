@@ -30,7 +30,7 @@ def add(a: Series, b: Series) -> Series:
     """Returns a + b."""
     if len(a) < len(b):
         a, b = b, a
-    return [(x[0] + y[0], x[1] + y[1]) for x, y in zip(a, b, strict=False)] + a[len(b):]
+    return [(x[0] + y[0], x[1] + y[1]) for x, y in zip(a, b, strict=False)] + a[len(b) :]
 
 
 def negative(a: Series) -> Series:

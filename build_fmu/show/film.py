@@ -53,7 +53,9 @@ def pictures(time: np.ndarray, speed: float, per_second: float) -> np.ndarray:
     span = time[-1] - time[0]
     count = max(2, round(span / speed * per_second) + 1)
     if count > MOST_PICTURES:
-        raise UserError(f"the film would have {count} frames, more than {MOST_PICTURES}: use a higher --speed, a lower --rate or an earlier --stop")
+        raise UserError(
+            f"the film would have {count} frames, more than {MOST_PICTURES}: use a higher --speed, a lower --rate or an earlier --stop"
+        )
     return np.array([int(np.argmin(np.abs(time - t))) for t in np.linspace(time[0], time[-1], count)])
 
 
@@ -103,8 +105,29 @@ def _gif(path: Path, images: Iterator[np.ndarray], per_second: float) -> None:
 def _mp4(program: str, path: Path, images: Iterator[np.ndarray], per_second: float) -> None:
     first = next(images)
     height, width = (first.shape[0] // 2 * 2, first.shape[1] // 2 * 2)  # the encoder requires even sizes
-    command = [program, "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{per_second:g}", "-i", "-",
-               "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(path)]
+    command = [
+        program,
+        "-loglevel",
+        "error",
+        "-y",
+        "-f",
+        "rawvideo",
+        "-pix_fmt",
+        "rgb24",
+        "-s",
+        f"{width}x{height}",
+        "-r",
+        f"{per_second:g}",
+        "-i",
+        "-",
+        "-pix_fmt",
+        "yuv420p",
+        "-movflags",
+        "+faststart",
+        "-f",
+        "mp4",
+        str(path),
+    ]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as run:
         try:
             for image in (first, *images):

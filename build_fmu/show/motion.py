@@ -21,8 +21,10 @@ class Motion:
         """Returns the drawing table at a row of the run."""
         poses = self._poses(row)
         moves = [pose @ np.linalg.inv(start) for pose, start in zip(poses, self.start, strict=True)]
-        links = [{**link, "origin": pose[:3, 3], "rotation": pose[:3, :3], "com": _moved(move, link["com"])}
-                 for link, pose, move in zip(self.drawing["links"], poses, moves, strict=True)]
+        links = [
+            {**link, "origin": pose[:3, 3], "rotation": pose[:3, :3], "com": _moved(move, link["com"])}
+            for link, pose, move in zip(self.drawing["links"], poses, moves, strict=True)
+        ]
         ties = {kind: [self._tie(tie, moves) for tie in self.drawing.get(kind, [])] for kind in ("loops", "springs")}
         return {**self.drawing, "links": links, **ties}
 

@@ -43,7 +43,13 @@ def page(title: str, about: str, run: Run, model: Description | None) -> tuple[s
     }
     # names must not end the script element
     text = json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
-    fields = {"TITLE": escape(title), "ABOUT": escape(about), "STYLE": _file("style.css"), "SCRIPT": "\n".join(map(_file, SCRIPTS)), "DATA": text}
+    fields = {
+        "TITLE": escape(title),
+        "ABOUT": escape(about),
+        "STYLE": _file("style.css"),
+        "SCRIPT": "\n".join(map(_file, SCRIPTS)),
+        "DATA": text,
+    }
     filled = _file("page.html")
     for key, value in fields.items():
         filled = filled.replace(f"@{key}@", value)
@@ -83,9 +89,24 @@ def _panels(columns: dict[str, np.ndarray], units: dict[str, tuple[str, float]])
             continue
         unit, factor = units.get(name, ("", 1.0))
         title = title_of(kind)
-        panel = found.setdefault((kind, unit), {"title": title[:1].upper() + title[1:] if kind in GROUPS else title, "unit": unit, "factor": factor,
-                                                "rest": kind in GROUPS and GROUPS[kind].steady, "joints": len(joints), "curves": []})
+        panel = found.setdefault(
+            (kind, unit),
+            {
+                "title": title[:1].upper() + title[1:] if kind in GROUPS else title,
+                "unit": unit,
+                "factor": factor,
+                "rest": kind in GROUPS and GROUPS[kind].steady,
+                "joints": len(joints),
+                "curves": [],
+            },
+        )
         head = name.rpartition(".")[0]
-        panel["curves"].append({"name": name, "label": label_of(name, kind) or name, "joint": joints.index(head) if head in joints else -1,
-                                "dash": kind == "energy"})
+        panel["curves"].append(
+            {
+                "name": name,
+                "label": label_of(name, kind) or name,
+                "joint": joints.index(head) if head in joints else -1,
+                "dash": kind == "energy",
+            }
+        )
     return [panel for (kind, _), panel in sorted(found.items(), key=lambda item: rank_of(item[0][0]))]

@@ -18,7 +18,9 @@ from build_fmu.show.page import Run
 
 def run_of(session: Session, result: Result) -> Run:
     """Returns outputs, nonzero inputs and units of a simulation."""
-    columns = {name: result[name] for name in result.names} | {name: values for name, values in result.inputs.items() if np.any(values != 0)}
+    columns = {name: result[name] for name in result.names} | {
+        name: values for name, values in result.inputs.items() if np.any(values != 0)
+    }
     units = {}
     for name in columns:
         display = session.display(name)

@@ -99,5 +99,8 @@ def _fast(model: Model, add: Callable[..., None]) -> None:
 def _torques(model: Model) -> dict[str, float]:
     """Returns the torque amplitude of each driven joint: outboard weight times 5 cm, or a tenth of the weight for prismatic joints."""
     masses = variants.outboard_masses(model)
-    return {link.get("joint_name", link["name"]): 9.81 * masses[link["name"]] * (0.1 if link.get("joint") == "prismatic" else 0.05)
-            for link in variants.moving(model) if link.get("drive", "torque") == "torque"}
+    return {
+        link.get("joint_name", link["name"]): 9.81 * masses[link["name"]] * (0.1 if link.get("joint") == "prismatic" else 0.05)
+        for link in variants.moving(model)
+        if link.get("drive", "torque") == "torque"
+    }

@@ -33,11 +33,19 @@ addEventListener("hashchange", show); addEventListener("load", show);
 def write_html(path: Path, verdicts: Sequence[Verdict], seconds: float, taken: float) -> None:
     """Writes the page."""
     models = list(dict.fromkeys(v.model for v in verdicts))
-    parts = [f"<h1>Extreme cases</h1><p class=small>{len(verdicts)} cases of {len(models)} models in {taken:.0f} s. "
-             f"{escape('; '.join(machine_lines()))}</p>",
-             _counts(verdicts), _words(seconds), "<h2>All cases</h2><p>One square per case; pale green: larger energy balance error. "
-             "Hover over a square for details, click it for its row.</p>",
-             _map(verdicts, models), "<h2>Unfinished cases</h2>", _not_finished(verdicts), "<h2>Results by model</h2>", _legend()]
+    parts = [
+        f"<h1>Extreme cases</h1><p class=small>{len(verdicts)} cases of {len(models)} models in {taken:.0f} s. "
+        f"{escape('; '.join(machine_lines()))}</p>",
+        _counts(verdicts),
+        _words(seconds),
+        "<h2>All cases</h2><p>One square per case; pale green: larger energy balance error. "
+        "Hover over a square for details, click it for its row.</p>",
+        _map(verdicts, models),
+        "<h2>Unfinished cases</h2>",
+        _not_finished(verdicts),
+        "<h2>Results by model</h2>",
+        _legend(),
+    ]
     for model in models:
         rows = [v for v in verdicts if v.model == model]
         good = sum(v.kind == "finished" for v in rows)
@@ -54,9 +62,11 @@ def _counts(verdicts: Sequence[Verdict]) -> str:
 def _words(seconds: float) -> str:
     groups = "".join(f"<dt>{escape(group)}</dt><dd>{escape(words)}</dd>" for group, words in GROUPS.items())
     kinds = "".join(f"<dt>{_tag(kind)}</dt><dd>{escape(words)}</dd>" for kind, words in MEANING.items())
-    return (f"<p>Each model is changed as listed below and simulated through its FMU. Each case runs in a separate process with a limit of "
-            f"{seconds:g} s of CPU time ({LONG_SHARE * seconds:g} s for the long run). Motions last up to 2 s.</p>"
-            f"<details><summary>Cases</summary><dl>{groups}</dl></details><details open><summary>Criteria</summary><dl>{kinds}</dl></details>")
+    return (
+        f"<p>Each model is changed as listed below and simulated through its FMU. Each case runs in a separate process with a limit of "
+        f"{seconds:g} s of CPU time ({LONG_SHARE * seconds:g} s for the long run). Motions last up to 2 s.</p>"
+        f"<details><summary>Cases</summary><dl>{groups}</dl></details><details open><summary>Criteria</summary><dl>{kinds}</dl></details>"
+    )
 
 
 def _legend() -> str:

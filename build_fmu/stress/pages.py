@@ -17,21 +17,40 @@ from build_fmu.stress.run import LARGEST_GAP, LONG_SHARE, REST, Verdict
 KINDS = {"finished": "#2a9d57", "doubtful": "#e9a23b", "slow": "#8fa3b0", "refused": "#7a5fb5", "failed": "#d1342f"}
 MEANING = {
     "finished": "all steps returned fmi2OK, all values were finite, the constraint violation of loops was at most "
-                f"{LARGEST_GAP:g} m, and the energy balance error at most 1000 times the relative tolerance (at least 1e-8) per second of motion. "
-                "If only the energy misses its bound, the case is repeated with 1e-4 of the absolute tolerance and an error of rtol per step. "
-                "If it then meets the bound, the motion is small compared with the tolerance, or fast; the note gives the figures. "
-                f"With displacements of at most {REST:g} m or rad the energy is not judged",
+    f"{LARGEST_GAP:g} m, and the energy balance error at most 1000 times the relative tolerance (at least 1e-8) per second of motion. "
+    "If only the energy misses its bound, the case is repeated with 1e-4 of the absolute tolerance and an error of rtol per step. "
+    "If it then meets the bound, the motion is small compared with the tolerance, or fast; the note gives the figures. "
+    f"With displacements of at most {REST:g} m or rad the energy is not judged",
     "doubtful": "constraint violation or energy balance error above these bounds",
     "slow": "CPU time limit reached; the note gives the time reached",
     "refused": "the modified model file or its initial configuration is not accepted",
-    "failed": "a step failed, a value was not finite, or the process hung or crashed"}
-LEGEND = ("*Energy balance*: error over the exchanged energy, the maximum of kinetic energy, change of potential energy and work.",
-          "*Gap*: maximum constraint violation of loops (m, rad). *Error*: maximum distance of a joint from a run of another method at a",
-          "tolerance 1000 times tighter; in chaotic motions it includes the growth of small differences. *Steps*, *right-hand sides*: of the",
-          "solver. *s*: CPU time. The *note* ends with another method that finishes the case, if any.")
+    "failed": "a step failed, a value was not finite, or the process hung or crashed",
+}
+LEGEND = (
+    "*Energy balance*: error over the exchanged energy, the maximum of kinetic energy, change of potential energy and work.",
+    "*Gap*: maximum constraint violation of loops (m, rad). *Error*: maximum distance of a joint from a run of another method at a",
+    "tolerance 1000 times tighter; in chaotic motions it includes the growth of small differences. *Steps*, *right-hand sides*: of the",
+    "solver. *s*: CPU time. The *note* ends with another method that finishes the case, if any.",
+)
 SUMMARY_BEGIN, SUMMARY_END = "<!-- summary -->", "<!-- end of summary -->"
-COLUMNS = ("model", "group", "case", "verdict", "message", "remedy", "method", "reached_s", "energy_balance", "gap", "error", "unit", "steps", "rhs",
-           "seconds", "after_failure")
+COLUMNS = (
+    "model",
+    "group",
+    "case",
+    "verdict",
+    "message",
+    "remedy",
+    "method",
+    "reached_s",
+    "energy_balance",
+    "gap",
+    "error",
+    "unit",
+    "steps",
+    "rhs",
+    "seconds",
+    "after_failure",
+)
 
 
 def write_csv(path: Path, verdicts: Sequence[Verdict]) -> None:
@@ -41,15 +60,45 @@ def write_csv(path: Path, verdicts: Sequence[Verdict]) -> None:
     writer.writerow(COLUMNS)
     for v in verdicts:
         numbers = ["" if math.isnan(x) else f"{x:.4g}" for x in (v.balance, v.gap, v.error)]
-        writer.writerow([v.model, v.case.group, v.case.label, v.kind, v.message, v.remedy, v.method, f"{v.reached:.6g}", *numbers, v.unit, v.steps, v.rhs,
-                         "" if math.isnan(v.seconds) else f"{v.seconds:.4g}", v.after])
+        writer.writerow(
+            [
+                v.model,
+                v.case.group,
+                v.case.label,
+                v.kind,
+                v.message,
+                v.remedy,
+                v.method,
+                f"{v.reached:.6g}",
+                *numbers,
+                v.unit,
+                v.steps,
+                v.rhs,
+                "" if math.isnan(v.seconds) else f"{v.seconds:.4g}",
+                v.after,
+            ]
+        )
     whole_file(path, lambda temporary: temporary.write_text(text.getvalue(), encoding="utf-8"))
 
 
 def write_page(path: Path, verdicts: Sequence[Verdict], picture: str, seconds: float, taken: float) -> None:
     """Writes the Markdown page. `docs/pictures/make_stability.py` copies the summary between the two comments into the docs."""
-    lines = ["# Extreme cases", "", *introduction(seconds), "", SUMMARY_BEGIN, *measured(verdicts, seconds, taken), "", *summary(verdicts), "",
-             *not_finished(verdicts), SUMMARY_END, "", f"![all cases]({picture})", ""]
+    lines = [
+        "# Extreme cases",
+        "",
+        *introduction(seconds),
+        "",
+        SUMMARY_BEGIN,
+        *measured(verdicts, seconds, taken),
+        "",
+        *summary(verdicts),
+        "",
+        *not_finished(verdicts),
+        SUMMARY_END,
+        "",
+        f"![all cases]({picture})",
+        "",
+    ]
     for model in dict.fromkeys(v.model for v in verdicts):
         lines += [f"## {model}", "", *table([v for v in verdicts if v.model == model]), ""]
     whole_file(path, lambda temporary: temporary.write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8"))
@@ -58,15 +107,21 @@ def write_page(path: Path, verdicts: Sequence[Verdict], picture: str, seconds: f
 def measured(verdicts: Sequence[Verdict], seconds: float, taken: float) -> list[str]:
     """Returns number of cases, CPU time, machine and date."""
     models = len({v.model for v in verdicts})
-    lines = [f"{len(verdicts)} cases of {models} model{'s' * (models != 1)}, {seconds:g} s of CPU time per case, "
-             f"{taken:.0f} s wall-clock time in total.", ""]
+    lines = [
+        f"{len(verdicts)} cases of {models} model{'s' * (models != 1)}, {seconds:g} s of CPU time per case, "
+        f"{taken:.0f} s wall-clock time in total.",
+        "",
+    ]
     return [*lines, *(f"* {line}" for line in machine_lines())]
 
 
 def introduction(seconds: float) -> list[str]:
     """Returns the introduction of the page."""
-    lines = ["Each model is changed as listed below and simulated through its FMU. Each case runs in a separate process with a limit of "
-             f"{seconds:g} s of CPU time ({LONG_SHARE * seconds:g} s for the long run). Motions last up to 2 s.", ""]
+    lines = [
+        "Each model is changed as listed below and simulated through its FMU. Each case runs in a separate process with a limit of "
+        f"{seconds:g} s of CPU time ({LONG_SHARE * seconds:g} s for the long run). Motions last up to 2 s.",
+        "",
+    ]
     lines += [f"* **{group}**: {words}" for group, words in GROUPS.items()]
     return [*lines, "", "Criteria:", "", *(f"* *{kind}*: {words}" for kind, words in MEANING.items()), "", *LEGEND]
 
@@ -104,12 +159,17 @@ def not_finished(verdicts: Sequence[Verdict]) -> list[str]:
 
 def table(verdicts: Sequence[Verdict]) -> list[str]:
     """Returns the table of one model's cases."""
-    lines = ["| case | result | energy balance | gap | error | steps | right-hand sides | s | |", "| --- | --- |" + " ---: |" * 6 + " --- |"]
+    lines = [
+        "| case | result | energy balance | gap | error | steps | right-hand sides | s | |",
+        "| --- | --- |" + " ---: |" * 6 + " --- |",
+    ]
     for v in verdicts:
         counts = ["" if n is None else str(n) for n in (v.steps, v.rhs)]
         note = "; ".join(part for part in (_cell(v.message), v.remedy) if part)
-        lines.append(f"| {v.case.group}, {v.case.label} | {v.kind} | {number(v.balance)} | {number(v.gap)} | {number(v.error)} | "
-                     f"{' | '.join(counts)} | {'' if math.isnan(v.seconds) else f'{v.seconds:.2g}'} | {note} |")
+        lines.append(
+            f"| {v.case.group}, {v.case.label} | {v.kind} | {number(v.balance)} | {number(v.gap)} | {number(v.error)} | "
+            f"{' | '.join(counts)} | {'' if math.isnan(v.seconds) else f'{v.seconds:.2g}'} | {note} |"
+        )
     return lines
 
 
@@ -144,7 +204,13 @@ def write_pictures(paths: Sequence[Path], verdicts: Sequence[Verdict]) -> None:
         axes.tick_params(length=0)
         axes.spines[:].set_visible(False)
         named = {"finished": "finished (pale: larger energy balance error)"}
-        axes.legend(handles=[Patch(color=c, label=named.get(k, k)) for k, c in KINDS.items()], loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=5, frameon=False)
+        axes.legend(
+            handles=[Patch(color=c, label=named.get(k, k)) for k, c in KINDS.items()],
+            loc="lower center",
+            bbox_to_anchor=(0.5, 1.0),
+            ncol=5,
+            frameon=False,
+        )
         save(figure, paths)
 
 

@@ -85,9 +85,23 @@ def _run(name: str, fmu: Staged, case: Case, seconds: float, method: str | None)
     error = math.nan
     if kind in ("finished", "doubtful") and where and not case.open_end:
         error = _error(fmu, case, task, outcome, where, rtol, seconds)
-    return Verdict(name, case, kind, message, outcome.method, remedy, outcome.reached, facts["balance"], facts["gap"], error,
-                   where.unit if where else "", outcome.health.get("solver.steps"), outcome.health.get("solver.rhs_evaluations"),
-                   outcome.seconds, outcome.after)
+    return Verdict(
+        name,
+        case,
+        kind,
+        message,
+        outcome.method,
+        remedy,
+        outcome.reached,
+        facts["balance"],
+        facts["gap"],
+        error,
+        where.unit if where else "",
+        outcome.health.get("solver.steps"),
+        outcome.health.get("solver.rhs_evaluations"),
+        outcome.seconds,
+        outcome.after,
+    )
 
 
 def _task(fmu: Staged, case: Case, start: dict[str, Any], budget: float) -> Task:
@@ -150,8 +164,9 @@ def _opens(facts: dict[str, float]) -> bool:
     return facts["gap"] > LARGEST_GAP
 
 
-def _judge_finer(fmu: Staged, case: Case, start: dict[str, Any], first: dict[str, float], seconds: float, rtol: float,
-                 where: Positions | None) -> tuple[str, str] | None:
+def _judge_finer(
+    fmu: Staged, case: Case, start: dict[str, Any], first: dict[str, float], seconds: float, rtol: float, where: Positions | None
+) -> tuple[str, str] | None:
     """Returns "finished" and the reason if a finer absolute tolerance meets the bound: the motion is small."""
     usual = float(start.get("solver.atol", fmu.variables["solver.atol"].start))
     task = _task(fmu, case, {**start, "solver.atol": FINER * usual}, seconds)
@@ -160,8 +175,10 @@ def _judge_finer(fmu: Staged, case: Case, start: dict[str, Any], first: dict[str
     # fast vibrations take many steps, each of which may have an error of rtol
     if _judge(case, outcome, facts, rtol, bound=rtol * outcome.health.get("solver.steps", 0))[0] != "finished":
         return None
-    return "finished", (f"small motion, {first['energy']:.0e} J: the relative energy balance error is {first['balance']:.0e} with an absolute tolerance of "
-                        f"{usual:.0e}, and {facts['balance']:.0e} with {FINER * usual:.0e}")
+    return "finished", (
+        f"small motion, {first['energy']:.0e} J: the relative energy balance error is {first['balance']:.0e} with an absolute tolerance of "
+        f"{usual:.0e}, and {facts['balance']:.0e} with {FINER * usual:.0e}"
+    )
 
 
 def balance_bound(rtol: float, motion: float) -> float:
