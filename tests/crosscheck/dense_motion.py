@@ -15,6 +15,7 @@ import numpy as np
 from tests.crosscheck.dense_loops import Rows
 from tests.crosscheck.dense_scene import GROUND, Scene, cross
 
+CANCELLED = 1e-4  # accelerations that loops cancel count with their rounding: 1e-14 of them is 1e-10 of this share
 SINGULAR = 1e-9  # singular values of the scaled levers below this are rounding
 
 
@@ -293,7 +294,7 @@ def constrained(M, forces: Forces, rows: Rows, free: list[int], prescribed, n) -
     G = upper_solve(L.T, n.eye(len(free))) * d[:, None]
     K, C = abs(G @ (n.eye(len(free)) - Q @ Q.T) @ G.T), abs(upper_solve(R, Q.T @ G.T))
     scale = n.zeros(nv)
-    scale[free] = K @ size + C.T @ terms + size * d * d
+    scale[free] = K @ size + C.T @ terms + size * d * d + CANCELLED * (abs(G @ G.T) @ size)
     multipliers, multiplier_scale = n.zeros(len(rows.J)), n.zeros(len(rows.J))
     multipliers[chosen] = upper_solve(R, z - along)
     multiplier_scale[chosen] = C @ size + abs(upper_solve(R, lower_solve(R.T, n.eye(len(chosen))))) @ terms
