@@ -70,7 +70,8 @@ struct LoopState {
   std::vector<Scalar> diagonal;             // per row of the fronts: of S before other rows are taken out
   bool early = false;                       // whether the last elimination went by fronts
   double rank_tolerance = dynamics_rank_tolerance;
-  Scalar extent = 0;  // m, how far loop points are from the plan's origin: sets the rounding of residuals
+  std::vector<double> residual_size,
+      rate_size;  // per row: of the numbers that the residuals are differences of
 };
 
 // Everything a recursion writes. Sized once for a plan; filled with NaN so that a forgotten pass shows.
@@ -123,6 +124,8 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   loop.lambda.assign(rows, Scalar(0));
   loop.residual.assign(rows, nan);
   loop.rate.assign(rows, nan);
+  loop.residual_size.assign(rows, 0);
+  loop.rate_size.assign(rows, 0);
   loop.passage_u.assign(passages, nan);
   if (plan.fronts.empty()) return;
   const FrontPlan& last = plan.fronts.back();

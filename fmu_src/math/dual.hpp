@@ -80,6 +80,13 @@ struct DualNumber {
 
 using Dual = DualNumber<1>;
 
+// The number without its derivatives.
+inline double value_of(double x) { return x; }
+template <int directions>
+double value_of(const DualNumber<directions>& x) {
+  return x.value;
+}
+
 }  // namespace redysim
 
 template <int directions>

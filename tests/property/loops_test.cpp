@@ -167,6 +167,7 @@ TEST_P(RandomLoops, are_the_same_in_any_unit_of_length) {
         unit[next++] = link.joint.type == JointType::prismatic ? size : 1;
     Evaluate<double> tree(test::resized(c.model, size));
     const Vector qdd = tree.qdd(c.q.cwiseProduct(unit), c.qd.cwiseProduct(unit), none);
+    printf("DIFF %g %.2e\n", size, relative_difference(qdd.cwiseQuotient(unit), once));
     EXPECT_LT(relative_difference(qdd.cwiseQuotient(unit), once), 1e-10);
   }
 }

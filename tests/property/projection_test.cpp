@@ -69,6 +69,35 @@ TEST_P(Projection, closes_near_massless_links_near_singular_poses) {
   }
 }
 
+// Each loop is closed to the rounding of its own lengths and speeds, whatever stands beside it.
+TEST_P(Projection, closes_a_small_loop_beside_a_large_one) {
+  const double size = 1e-5;
+  Model model = test::four_bar_chain(1);
+  for (Link link : test::resized(model, size).links) {
+    link.name = "small_" + link.name;
+    link.joint.name = "small_" + link.joint.name;
+    if (link.parent != ground) link.parent += 3;
+    model.links.push_back(link);
+  }
+  Loop small = test::resized(test::four_bar_chain(1), size).loops[0];
+  small.name = "small";
+  small.link_a += 3;
+  small.link_b += 3;
+  model.loops.push_back(small);
+  const Plan<double> plan(model);
+  System system(plan, true);
+  std::vector<double> y(static_cast<std::size_t>(system.size()), 0.0);
+  for (int k = 0; k < 6; ++k) {
+    y[k] = (k % 3 == 2 ? -1.1 : 1.1) * (1 + 1e-11 * random.between(-1, 1));
+    y[6 + k] = (k % 3 == 2 ? -30 : 30) * (1 + 1e-11 * random.between(-1, 1)) * (k < 3 ? 0.1 : 1);
+  }
+  ASSERT_EQ(system.project(0, y.data(), nullptr), Status::ok);
+  test::Evaluate<double> tree(model);
+  const Vector q = Eigen::Map<Vector>(y.data(), 6), qd = Eigen::Map<Vector>(y.data() + 6, 6);
+  EXPECT_LT(tree.residual(q, qd).tail(2).lpNorm<Eigen::Infinity>(), 1e-14 * size);
+  EXPECT_LT(tree.rate(q, qd).tail(2).lpNorm<Eigen::Infinity>(), 1e-14 * 30 * size);
+}
+
 TEST_P(Projection, leaves_a_closed_state_alone) {
   const Model model = test::four_bar_chain(2);
   const Vector q = test::vector_of(test::four_bar_chain_pose(2, [](int) { return 1.1; }));

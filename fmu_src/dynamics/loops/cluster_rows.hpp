@@ -109,9 +109,6 @@ class ClusterRows {
   }
 
  protected:
-  static double value_of(double x) { return x; }
-  static double value_of(const Dual& x) { return x.value; }
-
   static bool is_rotation(const ConstraintRow<Scalar>& row) {
     return row.kind == ConstraintRow<Scalar>::Kind::rotation;
   }

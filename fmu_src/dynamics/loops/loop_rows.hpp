@@ -1,6 +1,10 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "dynamics/ground_motion.hpp"
+#include "math/dual.hpp"
 
 // Position, velocity and acceleration of the cut joints, row by row (docs/derivations/loops.md).
 //
@@ -118,21 +122,53 @@ void set_loop_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
   }
 }
 
+// Magnitudes of what a loop's residuals are differences of: m, m/s and rad/s.
+struct LoopMagnitudes {
+  double distance, speed, spin;
+};
+
+template <class Scalar>
+LoopMagnitudes loop_magnitudes(const LoopGeometry<Scalar>& g) {
+  const auto size = [](const Vec3<Scalar>& v) { return value_of(v.template lpNorm<Eigen::Infinity>()); };
+  const double arm_a = size(g.point_a.arm), arm_b = size(g.point_b.arm);
+  const double spin_a = size(g.a.omega), spin_b = size(g.b.omega);
+  return {size(g.a.position) + size(g.b.position) + arm_a + arm_b,
+          size(g.a.velocity) + size(g.b.velocity) + spin_a * arm_a + spin_b * arm_b +
+              size(g.root.omega) * size(g.r),
+          spin_a + spin_b};
+}
+
 // Residual and rate alone, for a corrected q or qd: leaves the elimination in the workspace as it is.
 template <class Scalar>
 void set_loop_residuals(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
-  ws.loop.extent = Scalar(0);
   for (const auto& loop : plan.loops) {
     const LoopGeometry<Scalar> geometry = loop_geometry(loop, ws);
+    const LoopMagnitudes magnitudes = loop_magnitudes(geometry);
     for (std::size_t k = 0; k < loop.rows.size(); ++k) {
       const std::size_t row = static_cast<std::size_t>(loop.first_row) + k;
       const RowValues<Scalar> values = row_values(geometry, loop.rows[k]);
       ws.loop.residual[row] = values.residual;
       ws.loop.rate[row] = values.rate;
+      const bool turns = loop.rows[k].kind == ConstraintRow<Scalar>::Kind::rotation;
+      ws.loop.residual_size[row] = turns ? 1 : magnitudes.distance;
+      ws.loop.rate_size[row] = turns ? magnitudes.spin : magnitudes.speed;
     }
-    const Scalar reach = geometry.point_a.position.template lpNorm<Eigen::Infinity>();
-    if (reach > ws.loop.extent) ws.loop.extent = reach;
   }
+}
+
+// Largest constraint violation after set_loop_residuals, each row relative to the numbers that its residual
+// (or rate) is a difference of: 1e-16 is rounding, whatever the size of the mechanism.
+template <class Scalar>
+double relative_violation(const LoopState<Scalar>& loop, bool velocity) {
+  const std::vector<Scalar>& residual = velocity ? loop.rate : loop.residual;
+  const std::vector<double>& size = velocity ? loop.rate_size : loop.residual_size;
+  double worst = 0;
+  for (std::size_t row = 0; row < residual.size(); ++row) {
+    const double share = std::abs(value_of(residual[row])) / std::max(size[row], 1e-300);
+    if (!(share <= worst)) worst = share;
+    if (std::isnan(worst)) break;
+  }
+  return worst;
 }
 
 // Norm of a loop's position residual over its rows (m and rad together).

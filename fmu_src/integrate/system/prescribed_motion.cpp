@@ -7,13 +7,6 @@
 // Prescribed motion between and across the steps of a System.
 
 namespace redysim {
-namespace {
-
-constexpr double violation =
-    1e-8;  // m or rad: residual after projection above which the loop constraints cannot be satisfied
-
-}  // namespace
-
 void System::set_motion(double time, int joint, double q, double qd, double qdd) {
   if (motion_slot_[joint] < 0) return;  // a trajectory moves it
   double* held = held_motion(motion_slot_[joint]);
@@ -54,8 +47,7 @@ bool System::follow_jumps(double time, double* y) {
     respond(time, y, false);
     respond(time, y, true);
   }
-  const bool closed =
-      !plan_.has_loops() || (project(time, y, nullptr) == Status::ok && largest_gap() < violation);
+  const bool closed = !plan_.has_loops() || (project(time, y, nullptr) == Status::ok && !loops_are_violated());
   if (jumps && with_work())
     *layout_.work.of(y) += kinetic_energy(time, y) + potential_energy(time, y) - before;
   if (!jumps || std::all_of(y, y + size(), [](double value) { return std::isfinite(value); })) return closed;

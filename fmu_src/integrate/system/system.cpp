@@ -15,9 +15,6 @@ namespace redysim {
 
 namespace {
 
-// a loop with a residual above these (m or rad, multiple of the rounding of its points) is violated
-constexpr double violation = 1e-8, violation_roundings = 1e6;
-
 constexpr double half_pi = 1.5707963267948966;
 
 // The quaternion of a rotation with the sign nearer to the one it replaces.
@@ -27,16 +24,6 @@ void write_quaternion(const Mat3<double>& rotation, double* quaternion) {
   double same = 0;
   for (int k = 0; k < 4; ++k) same += values[k] * quaternion[k];
   for (int k = 0; k < 4; ++k) quaternion[k] = same < 0 ? -values[k] : values[k];
-}
-
-double largest_of(const double* values, int count) {
-  double size = 0;
-  for (int i = 0; i < count; ++i) size = std::max(size, std::abs(values[i]));
-  return size;
-}
-
-double largest(const std::vector<double>& values) {
-  return largest_of(values.data(), static_cast<int>(values.size()));
 }
 
 }  // namespace
@@ -220,11 +207,8 @@ void System::add_feedback(double time, const Coordinates& at, const std::vector<
   control_->add_feedback(time, phases(), at.q, at.qd, recursion_inputs(), variables, columns);
 }
 
-double System::largest_gap() const { return largest(workspace_.loop.residual); }
-
 bool System::loops_are_violated() const {
-  return plan_.has_loops() &&
-         largest_gap() > std::max(violation, violation_roundings * rounding * workspace_.loop.extent);
+  return plan_.has_loops() && relative_violation(workspace_.loop, false) > violation;
 }
 
 void System::set_residuals(double time, const double* y) {
@@ -239,7 +223,7 @@ Status System::project(double time, double* y, double* error) {
   if (!plan_.has_loops()) return Status::ok;
   workspace_.loop.rank_tolerance = projection_rank_tolerance;
   Status status = project_within_rank(time, y, error);
-  if (status == Status::ok && largest(workspace_.loop.residual) > rank_gap) {
+  if (status == Status::ok && relative_violation(workspace_.loop, false) > rank_violation) {
     // constraints that are nearly dependent everywhere, not only near this position
     workspace_.loop.rank_tolerance = dynamics_rank_tolerance;
     status = project_within_rank(time, y, error);
@@ -253,12 +237,9 @@ Status System::project_within_rank(double time, double* y, double* error) {
   if (accelerations(time, y, qdd_.data()) != Status::ok) return Status::recoverable;
   charts_kept_ = true;
   set_residuals(time, y);
-  const double enough = rounding * workspace_.loop.extent;
-  reduce_residual(workspace_.loop.residual, enough, time, y, false);
-  reduce_residual(workspace_.loop.rate, enough * largest_of(coordinates(time, y).qd, plan_.nv), time, y,
-                  true);
+  for (const bool velocity : {false, true}) reduce_residual(time, y, velocity);
   charts_kept_ = false;
-  if (!std::isfinite(largest(workspace_.loop.residual) + largest(workspace_.loop.rate)))
+  if (!std::isfinite(relative_violation(workspace_.loop, false) + relative_violation(workspace_.loop, true)))
     return Status::recoverable;
   if (error != nullptr) project_error(error);
   return Status::ok;
@@ -289,16 +270,16 @@ void System::add_change(const double* change, double* y, bool velocity) const {
   }
 }
 
-// Newton corrections of q or qd in y until `residual` is a rounding error or stops decreasing.
-void System::reduce_residual(const std::vector<double>& residual, double enough, double time, double* y,
-                             bool velocity) {
-  double size = largest(residual);
-  for (int k = 0; size > enough && k < projection_iterations; ++k) {
+// Newton corrections of q or qd in y until each residual is a rounding error or they stop decreasing.
+void System::reduce_residual(double time, double* y, bool velocity) {
+  const std::vector<double>& residual = velocity ? workspace_.loop.rate : workspace_.loop.residual;
+  double size = relative_violation(workspace_.loop, velocity);
+  for (int k = 0; size > rounding && k < projection_iterations; ++k) {
     const double before = size;
     for (std::size_t row = 0; row < residual.size(); ++row) workspace_.loop.b[row] = -residual[row];
     add_correction(y, velocity);
     set_residuals(time, y);
-    size = largest(residual);
+    size = relative_violation(workspace_.loop, velocity);
     if (!(size < 0.5 * before)) break;
   }
 }

@@ -121,10 +121,10 @@ class System {
   bool has_loops() const { return plan_.has_loops(); }
   Status project(double time, double* y, double* error);
   static constexpr int projection_iterations = 8;
-  static constexpr double rounding = 1e-15;  // of a residual, relative to the loop points' coordinates
-  static constexpr double rank_gap =
-      1e-11;                        // m or rad: a larger residual after projection means too small a rank
-  double largest_gap() const;       // of all rows, m or rad, after the last project or accelerations
+  // Bounds of relative_violation (dynamics/loops/loop_rows.hpp):
+  static constexpr double rounding = 1e-15;
+  static constexpr double rank_violation = 1e-11;  // larger after projection: too small a rank
+  static constexpr double violation = 1e-8;   // a loop is violated
   bool loops_are_violated() const;  // the last project omitted rows that a loop needs
 
   // Accelerations of all joints at (time, y) into qdd (plan().nv): the same solve as the right-hand side.
@@ -166,8 +166,7 @@ class System {
   Status accelerations(double time, const double* y, double* qdd);
   void set_residuals(double time, const double* y);
   Status project_within_rank(double time, double* y, double* error);
-  void reduce_residual(const std::vector<double>& residual, double enough, double time, double* y,
-                       bool velocity);
+  void reduce_residual(double time, double* y, bool velocity);
   void expand_ball(int ball, const double* y);
   Coordinates coordinates_of_all(double time, const double* y);
   Coordinates coordinates_and_inputs(double time, const double* y);

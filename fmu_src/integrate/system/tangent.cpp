@@ -36,12 +36,6 @@ Vec3<double> turn_of(const BallAnglesOf<Dual>& angles) {
   return rate_matrix(values_of(angles)) * change;
 }
 
-double largest_value(const std::vector<Dual>& numbers) {
-  double largest = 0;
-  for (const Dual& number : numbers) largest = std::max(largest, std::abs(number.value));
-  return largest;
-}
-
 void take_values(const double* from, std::size_t count, std::vector<Dual>& to) {
   to.assign(count, Dual(0));
   for (std::size_t i = 0; i < count; ++i) to[i] = Dual(from[i]);
@@ -179,7 +173,7 @@ void Tangent::follow_jumps(System& system, double time, const double* y) {
   }
   if (plan_.has_loops()) {
     project(at, speed, projection_rank_tolerance);
-    if (largest_value(workspace_.loop.residual) > System::rank_gap)
+    if (relative_violation(workspace_.loop, false) > System::rank_violation)
       project(at, speed, dynamics_rank_tolerance);
   }
   take_directions(at, speed);
@@ -226,11 +220,9 @@ Tangent::ResidualSize Tangent::residual_size(const Duals& at, const Duals& speed
   set_velocities(plan_, workspace_, speed.data());
   set_ground_motion(plan_, workspace_, speed.data());
   set_loop_residuals(plan_, workspace_);
-  ResidualSize size{0, 0};
-  for (const Dual& row : velocity ? workspace_.loop.rate : workspace_.loop.residual) {
-    size.value = std::max(size.value, std::abs(row.value));
+  ResidualSize size{relative_violation(workspace_.loop, velocity), 0};
+  for (const Dual& row : velocity ? workspace_.loop.rate : workspace_.loop.residual)
     size.derivative = std::max(size.derivative, std::abs(row.derivative));
-  }
   return size;
 }
 
@@ -240,18 +232,15 @@ void Tangent::reduce(Duals& at, Duals& speed, bool velocity) {
   LoopState<Dual>& loop = workspace_.loop;
   Duals correction(at.size());
   const Duals& residual = velocity ? loop.rate : loop.residual;
-  const double fastest = velocity ? largest_value(speed) : 1;
-  const double largest = System::rank_gap * std::max(1.0, fastest);
   constexpr double infinity = std::numeric_limits<double>::infinity();
   ResidualSize before{infinity, infinity};
   bool values = true;
   for (int k = 0; k < 3 * System::projection_iterations; ++k) {
     const ResidualSize size = residual_size(at, speed, velocity);
-    const double enough = System::rounding * loop.extent.value * fastest;
-    values =
-        values && size.value > enough && size.value < 0.5 * before.value && k < System::projection_iterations;
+    values = values && size.value > System::rounding && size.value < 0.5 * before.value &&
+             k < System::projection_iterations;
     const bool converging = size.derivative != 0 && size.derivative < 0.9 * before.derivative;
-    if (!values && (size.value > largest || !converging)) return;
+    if (!values && (size.value > System::rank_violation || !converging)) return;
     before = {size.value, values ? before.derivative : size.derivative};
     for (std::size_t row = 0; row < residual.size(); ++row)
       loop.b[row] = Dual(values ? -residual[row].value : 0, -residual[row].derivative);

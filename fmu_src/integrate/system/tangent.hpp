@@ -77,7 +77,7 @@ class Tangent {
   void add(const Duals& change, bool velocity, Duals& at, Duals& speed) const;
   void project(Duals& at, Duals& speed, double rank_tolerance);
   struct ResidualSize {
-    double value, derivative;  // the largest of all rows
+    double value, derivative;  // maximum over all rows; the value relative, the derivative not
   };
   ResidualSize residual_size(const Duals& at, const Duals& speed, bool velocity);
   void reduce(Duals& at, Duals& speed, bool velocity);
