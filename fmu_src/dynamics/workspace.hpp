@@ -1,10 +1,12 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <vector>
 
 #include "dynamics/plan.hpp"
+#include "math/dual.hpp"
 #include "math/envelope_cholesky.hpp"
 
 namespace redysim {
@@ -46,16 +48,28 @@ inline constexpr double projection_rank_tolerance = 1e-8;
 // Rows times joints of a cluster up to which the factor may be taken from the levers themselves.
 inline constexpr std::size_t largest_product = 65536;
 
+// The links between a loop's point and the joints that its rows cross, one after the other.
+template <class Scalar>
+struct LinkPath {
+  Vec3<Scalar> end;   // m, from plan.origin
+  double length = 0;  // m
+
+  void go_on_to(const Vec3<Scalar>& joint) {
+    length += std::sqrt(value_of((joint - end).squaredNorm()));
+    end = joint;
+  }
+};
+
 // Scratch of the loop elimination; empty without loops.
 template <class Scalar>
 struct LoopState {
-  std::vector<Force<Scalar>> wrench[2];  // per row and side, at the body reached, in its axes
-  std::vector<Scalar> b;                 // right-hand side of S lambda = b - K a_root
-  std::vector<Force<Scalar>> K;          // per row: wrench on the cluster's root
-  std::vector<Scalar> passage_u;         // per passage (all clusters): S_j^T wrench
-  std::vector<Scalar> scale;             // per row: its S_rr if each lever were as long as it could be
-  std::vector<Vec3<Scalar>> point;       // per row: of its loop on b, m, from plan.origin
-  std::vector<Scalar> least_reach;       // per row: of the square of a lever, m^2
+  std::vector<Force<Scalar>> wrench[2];   // per row and side, at the body reached, in its axes
+  std::vector<Scalar> b;                  // right-hand side of S lambda = b - K a_root
+  std::vector<Force<Scalar>> K;           // per row: wrench on the cluster's root
+  std::vector<Scalar> passage_u;          // per passage (all clusters): S_j^T wrench
+  std::vector<Scalar> scale;              // per row: its S_rr if each lever were as long as it could be
+  std::vector<LinkPath<Scalar>> path[2];  // per row and side: of its wrench so far
+  std::vector<Scalar> least_reach;        // per row: of the square of a lever, m^2
   std::vector<Scalar> length[2];      // per row: largest lever^2 of one side, on turning and sliding joints
   std::vector<Scalar> passage_scale;  // per passage (all clusters): its share in that
   std::vector<Scalar> lambda;
@@ -116,7 +130,7 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   loop.uses_Q.assign(plan.clusters.size(), 0);
   for (auto& side : loop.wrench) side.resize(rows);
   loop.K.resize(rows);
-  loop.point.resize(rows);
+  for (auto& side : loop.path) side.resize(rows);
   loop.b.assign(rows, nan);
   for (auto* measure : {&loop.scale, &loop.least_reach, &loop.length[0], &loop.length[1]})
     measure->assign(rows, nan);

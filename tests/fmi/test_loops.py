@@ -173,6 +173,21 @@ def test_gap_and_energy_through_singular_and_redundant_positions(fmu, model, sto
         assert np.abs(record["balance"]).max() < 1e-7 * max(1, record["kinetic"].max())
 
 
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("rtol", [1e-8, 1e-10])
+def test_slider_crank_passes_its_singular_position_straight(fmu, method, rtol):
+    # crank and rod of one length: the rod turns by twice the crank's angle, or stays folded with the slider at rest, on the other branch
+    with Slave(fmu("slider_crank")) as slave:
+        slave.initialize(start={"solver.rtol": rtol, "solver.atol": 0.01 * rtol, "solver.method": method})
+        for k in range(100):
+            assert slave.step(0.01 * k, 0.01) == OK
+            crank, rod, slider = slave.reals(["crank_joint.q", "rod_joint.q", "slider_joint.q"])
+            assert abs(rod + 2 * crank + pi) < 1e-7
+            assert abs(slider + 2 * sin(crank)) < 1e-7
+        assert slider < -0.5
+        assert abs(slave.get("energy.balance")) < 1e-6
+
+
 def test_four_bar_stays_closed_for_100_s(fmu):
     with Slave(fmu("four_bar")) as slave:
         slave.initialize(start=TIGHT)

@@ -35,7 +35,9 @@ void pass_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t clus
       state.K[passage.row] = Force<Scalar>::zero();
     }
     // sides that have met cancel: what they were before is the measure
-    Scalar levers[] = {turning_lever(ws, i, passage.row, w), w.force.squaredNorm()};
+    LinkPath<Scalar>& path = state.path[passage.side][passage.row];
+    path.go_on_to(ws.ground[i].position);
+    Scalar levers[] = {turning_lever(path, state.least_reach[passage.row], w), w.force.squaredNorm()};
     for (int part = 0; part < 2; ++part) {
       Scalar& longest = state.length[part][passage.row];
       if (passage.merge)

@@ -49,8 +49,12 @@ const int* pass_open_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
       add(w, state.wrench[1][passage.row]);
       state.wrench[1][passage.row] = Force<Scalar>::zero();
     }
-    if (!passage.merge)
-      state.scale[passage.row] += largest_lever(ws, plan.joints[i], i, passage.row, w) * s.D_inverse;
+    if (!passage.merge) {
+      LinkPath<Scalar>& path = state.path[passage.side][passage.row];
+      path.go_on_to(ws.ground[i].position);
+      state.scale[passage.row] +=
+          largest_lever(plan.joints[i], path, state.least_reach[passage.row], w) * s.D_inverse;
+    }
     u[n] = pass_joint(plan.joints[i], s, w, state.b[passage.row]);
     const Scalar scaled = u[n] * s.D_inverse;
     state.diagonal[passage.row] += scaled * u[n];

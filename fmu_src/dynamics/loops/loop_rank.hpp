@@ -9,21 +9,22 @@
 
 namespace redysim {
 
-// The lever that a row's wrench can have at most on a joint, squared: a force at `point` (m, from
-// plan.origin) in any direction, and a moment about any axis.
+// Largest lever of a row's wrench on a joint at the end of `path`, squared: a force there with the links
+// stretched, and a moment about any axis. The arm in this pose is no measure: in a singular pose it may
+// vanish together with the lever.
 template <class Scalar>
-Scalar turning_lever(const Workspace<Scalar>& ws, int i, int row, const Force<Scalar>& w) {
-  const Scalar force = w.force.squaredNorm();
-  const Scalar arm = (ws.loop.point[row] - ws.ground[i].position).squaredNorm();
-  const Scalar turning = w.moment.squaredNorm(), shifted = force * arm;
-  return (turning > shifted ? turning : shifted) + ws.loop.least_reach[row];
+Scalar turning_lever(const LinkPath<Scalar>& path, const Scalar& least_reach, const Force<Scalar>& w) {
+  const Scalar turning = w.moment.squaredNorm(),
+               shifted = w.force.squaredNorm() * (path.length * path.length);
+  return (turning > shifted ? turning : shifted) + least_reach;
 }
 
 template <class Scalar>
-Scalar largest_lever(const Workspace<Scalar>& ws, const JointPlan<Scalar>& joint, int i, int row,
+Scalar largest_lever(const JointPlan<Scalar>& joint, const LinkPath<Scalar>& path, const Scalar& least_reach,
                      const Force<Scalar>& w) {
   const Scalar none(0);
-  return largest_squared(joint, turns(joint) ? turning_lever(ws, i, row, w) : none, w.force.squaredNorm());
+  return largest_squared(joint, turns(joint) ? turning_lever(path, least_reach, w) : none,
+                         w.force.squaredNorm());
 }
 
 // Whether the factor of S may be wrong about the rank: a pivot is in doubt, or one is lost while the joints'
@@ -45,15 +46,16 @@ bool rank_is_in_doubt(const ClusterPlan& cluster, const Workspace<Scalar>& ws, s
 // One row's wrench down one side of its loop: its levers on the cluster's joints and how long they could be.
 template <class Scalar>
 [[gnu::cold]] void add_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws,
-                              const ClusterPlan& cluster, int body, int root, int row, Force<Scalar> w,
-                              Scalar* J, Scalar* reach) {
+                              const ClusterPlan& cluster, int body, int root, int row, LinkPath<Scalar> path,
+                              Force<Scalar> w, Scalar* J, Scalar* reach) {
   using std::sqrt;
   for (std::size_t k = 0; body != root; body = plan.joints[body].parent) {
     const JointPlan<Scalar>& joint = plan.joints[body];
     while (cluster.joints[k] != body) ++k;  // both descend
+    path.go_on_to(ws.ground[body].position);
     if (!joint.prescribed) {
       J[k] += generalized_force(joint, w);
-      reach[k] += sqrt(largest_lever(ws, joint, body, row, w));
+      reach[k] += sqrt(largest_lever(joint, path, ws.loop.least_reach[row], w));
     }
     to_parent(joint, ws.joints[body], w);
   }
@@ -75,8 +77,11 @@ template <class Scalar>
       const std::size_t begin = (loop.first_row - cluster.first_row + r) * columns;
       const RowValues<Scalar> values = row_values(geometry, loop.rows[r]);
       const int row = loop.first_row + static_cast<int>(r);
-      add_levers(plan, ws, cluster, loop.body_a, loop.root, row, values.on_a, J + begin, reach + begin);
-      add_levers(plan, ws, cluster, loop.body_b, loop.root, row, values.on_b, J + begin, reach + begin);
+      const LinkPath<Scalar> start{geometry.point_b.position};
+      add_levers(plan, ws, cluster, loop.body_a, loop.root, row, start, values.on_a, J + begin,
+                 reach + begin);
+      add_levers(plan, ws, cluster, loop.body_b, loop.root, row, start, values.on_b, J + begin,
+                 reach + begin);
       if (loop.rows[r].kind == ConstraintRow<Scalar>::Kind::rotation) continue;
       for (std::size_t c = 0; c < columns; ++c)
         if (reach[begin + c] > longest[c]) longest[c] = reach[begin + c];

@@ -112,7 +112,7 @@ void set_loop_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
       state.residual[row] = values.residual;
       state.rate[row] = values.rate;
       state.b[row] = -values.quadratic;
-      state.point[row] = geometry.point_b.position;
+      state.path[0][row] = state.path[1][row] = {geometry.point_b.position};
       state.least_reach[row] = least_reach(geometry, loop.rows[k]);
       state.wrench[0][row] = values.on_a;
       state.wrench[1][row] = values.on_b;

@@ -53,6 +53,8 @@ class Recorded {
   friend Recorded tanh(const Recorded& a) { return a.called("tanh", std::tanh(a.value_)); }
   friend Recorded exp(const Recorded& a) { return a.called("exp", std::exp(a.value_)); }
 
+  friend double value_of(const Recorded& a) { return a.decided(); }
+
  private:
   double decided() const {
     if (tape_) throw std::domain_error("a branch on the state has no straight line");
