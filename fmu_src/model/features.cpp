@@ -37,7 +37,7 @@ constexpr Feature all_features[] = {
     {"spherical", features::spherical, [](const Model& model) { return !model.balls.empty(); }},
     {"control", features::control,
      [](const Model& model) { return !model.trajectories.empty() || model.controller.law != Law::none; }},
-    {"energies", features::energies, [](const Model& model) { return model.fmu.energy; }},
+    {"energies", features::energies, [](const Model& model) { return model.fmu.shows(OutputGroup::energy); }},
     {"erk", features::erk, [](const Model& model) { return uses_method(model, SolverMethod::erk); }},
     {"adams", features::adams, [](const Model& model) { return uses_method(model, SolverMethod::adams); }},
     {"dirk", features::dirk, [](const Model& model) { return uses_method(model, SolverMethod::dirk); }},

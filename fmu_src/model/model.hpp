@@ -7,6 +7,7 @@
 #include "math/vec3.hpp"
 #include "model/controller.hpp"
 #include "model/joint.hpp"
+#include "model/output_groups.hpp"
 #include "model/trajectory.hpp"
 
 // The multibody system as its user describes it: names, links, loops, forces and settings in SI units
@@ -89,13 +90,10 @@ struct SolverSettings {
   double target_error = 0;  // m or rad: the packager chooses rtol by it; 0: none, or rtol is given
 };
 
-// What the FMU shows of the scene. Group names as in docs/model_file.md.
+// What the FMU shows of the scene.
 struct FmuSettings {
-  bool acceleration = true;                // <joint>.qdd
-  bool energy = true;                      // energy.*
-  bool solver = true;                      // solver.* outputs
-  bool momentum = false;                   // momentum.*
-  bool reference = false;                  // <joint>.q_ref, .qd_ref of controlled joints
+  OutputGroups outputs = OutputGroups::by_default();
+  bool shows(OutputGroup group) const { return outputs.has(group); }
   std::vector<std::string> tunable;        // parameters such as "link3.mass" that a master may change
   double stop_time = 1, step_size = 1e-3;  // default experiment, s
 };

@@ -40,11 +40,13 @@ struct Scene {
     const Plan<double> plan(file.model);
     const VariableTable table(file.model, plan);
     for (const Variable& variable : table.all()) {
-      if (variable.role == Role::method) method = variable.value_reference;
-      if (variable.type != VariableType::real) continue;
-      if (variable.causality == Causality::input) inputs.push_back(variable.value_reference);
-      if (variable.role == Role::tau) forces.push_back(variable.value_reference);
-      if (variable.causality == Causality::output) outputs.push_back(variable.value_reference);
+      if (variable.type() == VariableType::string) method = variable.value_reference;
+      if (variable.type() != VariableType::real) continue;
+      if (variable.causality() == Causality::output) outputs.push_back(variable.value_reference);
+      if (variable.causality() != Causality::input) continue;
+      inputs.push_back(variable.value_reference);
+      if (variable.row->owner == Owner::joint && !variable.is_motion())
+        forces.push_back(variable.value_reference);
     }
   }
   ~Scene() { std::filesystem::remove_all(folder); }

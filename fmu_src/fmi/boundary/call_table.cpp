@@ -41,7 +41,7 @@ constexpr Row rows[] = {
     {Function::set_real_input_derivatives, "fmi2SetRealInputDerivatives", I | M | S},
     {Function::get_real_output_derivatives, "fmi2GetRealOutputDerivatives", S | F | T},
     {Function::do_step, "fmi2DoStep", S},
-    {Function::cancel_step, "fmi2CancelStep", 0},  // needs a step in the background, and there is none
+    {Function::cancel_step, "fmi2CancelStep", 0},  // steps are synchronous
     {Function::get_status, "fmi2GetStatus", S | F | T},
     {Function::get_real_status, "fmi2GetRealStatus", S | F | T},
     {Function::get_integer_status, "fmi2GetIntegerStatus", S | F | T},

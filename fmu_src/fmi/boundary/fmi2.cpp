@@ -55,7 +55,7 @@ void log_exception(const Log& log, const char* function) noexcept {
   }
 }
 
-// Asks the table, makes the call and turns whatever happens into a status and a log line.
+// Checks the call table, makes the call and turns any exception into a status and a log line.
 template <class Call>
 fmi2Status guarded(fmi2Component component, Function function, Call&& call) noexcept {
   if (!component) return fmi2Error;
@@ -88,7 +88,7 @@ std::string find_model_file(const Log& log, const char* location) {
     }
     tried += (tried.empty() ? "'" : ", '") + path + "' " + why;
   }
-  log.error("fmi2Instantiate: no model file can be read: " + tried);
+  log.error("fmi2Instantiate: cannot read a model file: " + tried);
   return {};
 }
 
@@ -99,58 +99,61 @@ bool is_same_guid(const std::string& own, const std::string& given) {
                     [lower](char a, char b) { return lower(a) == lower(b); });
 }
 
-// The standard asks for at least one character that is no white space.
+// The standard requires at least one character that is not white space.
 bool is_a_name(fmi2String text) { return text && text[std::strspn(text, " \t\n\v\f\r")] != '\0'; }
 
-Component* instantiate(const Log& log, fmi2String instance_name, fmi2Type type, fmi2String guid,
-                       fmi2String location, const fmi2CallbackFunctions* functions) {
-  if (!is_a_name(instance_name)) {
-    log.error("fmi2Instantiate: the instance has no name");
-    return nullptr;
-  }
-  if (type != fmi2CoSimulation) {
-    log.error("fmi2Instantiate: this FMU is for co-simulation only");
-    return nullptr;
-  }
-  const std::string path = find_model_file(log, location);
-  if (path.empty()) return nullptr;
-  redysim::ModelFile file = redysim::read_model_file(path);
-  for (const redysim::Diagnostic& warning : file.warnings) log.warning(warning.text());
-  std::string own_guid = redysim::fingerprint(file.source);
-  if (!guid || !is_same_guid(own_guid, guid)) {
-    log.error("fmi2Instantiate: the GUID " + std::string(guid ? guid : "(null)") + " is not that of '" +
-              path + "', " + own_guid + ": description and model file do not belong together");
-    return nullptr;
-  }
+// The first part of a specialised library that does not fit the scene, as a sentence; empty: all fit.
+std::string objection_of_library(const redysim::Model& model, const std::string& guid,
+                                 const std::string& path) {
   if constexpr (redysim::features::straight_line) {
-    if (own_guid != redysim::straight_line_scene) {
-      log.error("fmi2Instantiate: this library was specialised for another scene than '" + path + "'");
-      return nullptr;
-    }
+    if (guid != redysim::straight_line_scene)
+      return "this library was specialised for another scene than '" + path + "'";
   }
-  const std::string missing = redysim::missing_feature(file.model);
-  if (!missing.empty()) {
-    log.error("fmi2Instantiate: this library was specialised for another scene, without " + missing +
-              ", which '" + path + "' uses");
-    return nullptr;
-  }
+  const std::string missing = redysim::missing_feature(model);
+  if (missing.empty()) return {};
+  return "this library was specialised for another scene, without " + missing + ", which '" + path + "' uses";
+}
 
+// In the memory of the environment, if it offers any.
+Component* make_component(const Log& log, redysim::ModelFile&& file, std::string&& guid,
+                          const fmi2CallbackFunctions* functions) {
   const bool has_memory = functions && functions->allocateMemory && functions->freeMemory;
   const fmi2CallbackFreeMemory release = has_memory ? functions->freeMemory : std::free;
   void* memory =
       has_memory ? functions->allocateMemory(1, sizeof(Component)) : std::calloc(1, sizeof(Component));
   if (!memory) throw std::bad_alloc();
   try {
-    return new (memory) Component(log, std::move(file), std::move(own_guid), release);
+    return new (memory) Component(log, std::move(file), std::move(guid), release);
   } catch (...) {
     release(memory);
     throw;
   }
 }
 
+Component* instantiate(const Log& log, fmi2String instance_name, fmi2Type type, fmi2String guid,
+                       fmi2String location, const fmi2CallbackFunctions* functions) {
+  const auto refuse = [&log](const std::string& why) {
+    log.error("fmi2Instantiate: " + why);
+    return nullptr;
+  };
+  if (!is_a_name(instance_name)) return refuse("the instance has no name");
+  if (type != fmi2CoSimulation) return refuse("this FMU is for co-simulation only");
+  const std::string path = find_model_file(log, location);
+  if (path.empty()) return nullptr;
+  redysim::ModelFile file = redysim::read_model_file(path);
+  for (const redysim::Diagnostic& warning : file.warnings) log.warning(warning.text());
+  std::string own_guid = redysim::fingerprint(file.source);
+  if (!guid || !is_same_guid(own_guid, guid))
+    return refuse("the GUID " + std::string(guid ? guid : "(null)") + " differs from that of '" + path +
+                  "', " + own_guid + ": modelDescription.xml belongs to another model file");
+  const std::string objection = objection_of_library(file.model, own_guid, path);
+  if (!objection.empty()) return refuse(objection);
+  return make_component(log, std::move(file), std::move(own_guid), functions);
+}
+
 fmi2Status only_for_pending_steps(Instance& instance, Function function) {
-  return instance.refuse(function,
-                         "this kind of status exists only while a step is pending, and no step ever is");
+  return instance.refuse(
+      function, "this status exists only while a step is pending; steps of this FMU are synchronous");
 }
 
 }  // namespace
@@ -320,7 +323,7 @@ fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status*
   constexpr Function function = Function::get_status;
   return guarded(c, function, [&](Instance& i) {
     if (kind != fmi2DoStepStatus || !value)
-      return i.refuse(function, "only fmi2DoStepStatus is an fmi2Status");
+      return i.refuse(function, "the only status of type fmi2Status is fmi2DoStepStatus");
     *value = i.last_step_status();
     return fmi2OK;
   });
@@ -330,7 +333,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Rea
   constexpr Function function = Function::get_real_status;
   return guarded(c, function, [&](Instance& i) {
     if (kind != fmi2LastSuccessfulTime || !value)
-      return i.refuse(function, "only fmi2LastSuccessfulTime is a Real status");
+      return i.refuse(function, "the only status of type Real is fmi2LastSuccessfulTime");
     *value = i.last_successful_time();
     return fmi2OK;
   });
@@ -339,14 +342,14 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Rea
 fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind, fmi2Integer*) {
   constexpr Function function = Function::get_integer_status;
   return guarded(c, function,
-                 [](Instance& i) { return i.refuse(function, "no kind of status is an Integer"); });
+                 [](Instance& i) { return i.refuse(function, "there is no status of type Integer"); });
 }
 
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean* value) {
   constexpr Function function = Function::get_boolean_status;
   return guarded(c, function, [&](Instance& i) {
     if (kind != fmi2Terminated || !value)
-      return i.refuse(function, "only fmi2Terminated is a Boolean status");
+      return i.refuse(function, "the only status of type Boolean is fmi2Terminated");
     *value = fmi2False;  // the FMU never ends a simulation by itself
     return fmi2OK;
   });

@@ -15,13 +15,13 @@ struct LogCategory {
 // The categories a master can switch, in the order of the XML; the first stands for all others.
 inline constexpr LogCategory log_categories[] = {
     {"logAll", "Every message"},
-    {"logStatusError", "Why a call was refused or a step failed"},
-    {"logStatusWarning", "What is doubtful in the model or in how it is used"},
-    {"logEvents", "What the FMU does: the solver it starts, resets, ends of simulations"},
+    {"logStatusError", "Refused calls and failed steps, with the reason"},
+    {"logStatusWarning", "Doubtful model data and doubtful use of the FMU"},
+    {"logEvents", "Events: start of the solver, reset, end of the simulation"},
 };
 
-// Hands finished text to the environment's logger, if there is one. Errors are on from the start, the
-// rest when the master asks for it.
+// Passes text to the logger of the environment, if there is one. Errors are on by default, the other
+// categories on request.
 class Log {
  public:
   Log(const fmi2CallbackFunctions* functions, const char* instance_name, bool all);

@@ -1,4 +1,4 @@
-// Prints the variable table of a model file as JSON: all that the packager needs to know of a model.
+// Prints a model as JSON: its variables, units, model structure and drawing. The packager needs nothing else.
 
 #include <algorithm>
 #include <cmath>
@@ -29,7 +29,7 @@ namespace {
 
 constexpr int json_format = 1;
 
-// A C identifier, for the standard wants one.
+// The standard requires a C identifier.
 std::string identifier(const std::string& name) {
   std::string result;
   for (char c : name) {
@@ -55,7 +55,7 @@ void write_header(Json& json, const ModelFile& file) {
   json.member("tolerance", model.solver.rtol).member("step_size", model.fmu.step_size).end_object();
 }
 
-// What the packager does with the model beside packing it.
+// Settings of `build-fmu report`.
 void write_report(Json& json, const Model& model) {
   json.key("report").begin_object();
   if (!model.report.reference.empty()) json.member("reference", model.report.reference);
@@ -104,7 +104,7 @@ void write_units(Json& json, const Model& model, const VariableTable& table) {
   std::vector<const Unit*> used;
   json.key("units").begin_array();
   for (const Variable& variable : table.all()) {
-    const Unit* unit = presentation(model, variable).unit;
+    const Unit* unit = presentation(model, variable).quantity.unit;
     bool is_new = unit != nullptr;
     for (const Unit* other : used) is_new = is_new && other != unit;
     if (!is_new) continue;
@@ -135,48 +135,46 @@ const char* text(Variability variability) {
   }
 }
 
-// A prescribed motion starts at the model's start pose, everything else at 0.
-double start_of_input(const Model& model, const Variable& variable) {
-  if (variable.role == Role::motion_q) return model.links[variable.link].joint.q0;
-  if (variable.role == Role::motion_qd) return model.links[variable.link].joint.qd0;
-  return 0;
-}
-
-void write_variable(Json& json, const Model& model, const Variable& variable) {
-  json.begin_object().member("name", variable.name).member("value_reference", variable.value_reference);
-  json.member("type", text(variable.type)).member("causality", text(variable.causality));
-  json.member("variability", text(variable.variability)).key("initial");
-  switch (variable.causality) {
+void write_start(Json& json, Model& model, const Variable& variable, const Words& words) {
+  switch (variable.causality()) {
     case Causality::input:
-      json.null().member("start", start_of_input(model, variable));
+      json.null().member("start", words.start ? words.start(model, variable) : 0);
       break;
     case Causality::output:
       json.value("calculated");
       break;
     case Causality::parameter:
       json.value("exact").key("start");
-      if (variable.type == VariableType::string)
-        json.value(method_name(model.solver.method));
+      if (const double* value = parameter(model, variable))
+        json.value(*value);
       else
-        json.value(parameter(model, variable));
+        json.value(method_name(model.solver.method));  // the only String
   }
+}
+
+void write_variable(Json& json, Model& model, const Variable& variable) {
+  json.begin_object().member("name", variable.name).member("value_reference", variable.value_reference);
+  json.member("type", text(variable.type())).member("causality", text(variable.causality()));
+  json.member("variability", text(variable.variability())).key("initial");
+  write_start(json, model, variable, words_of(variable));
   const Presentation shown = presentation(model, variable);
-  if (shown.unit) json.member("unit", shown.unit->name);
-  if (shown.unit && shown.unit->display_name) json.member("display_unit", shown.unit->display_name);
-  if (shown.quantity) json.member("quantity", shown.quantity);
-  if (std::isfinite(variable.min)) json.member("min", variable.min);
-  if (std::isfinite(variable.max)) json.member("max", variable.max);
+  const Unit* unit = shown.quantity.unit;
+  if (unit) json.member("unit", unit->name);
+  if (unit && unit->display_name) json.member("display_unit", unit->display_name);
+  if (shown.quantity.name) json.member("quantity", shown.quantity.name);
+  if (std::isfinite(variable.min())) json.member("min", variable.min());
+  if (std::isfinite(variable.max())) json.member("max", variable.max());
   json.member("description", shown.description).end_object();
 }
 
-// What `build --specialise` must not leave out.
+// Features that `build --specialise` must keep.
 void write_features(Json& json, const Model& model) {
   json.key("features").begin_array();
   for (const std::string& feature : features_of(model)) json.value(feature);
   json.end_array();
 }
 
-void write_variables(Json& json, const Model& model, const VariableTable& table) {
+void write_variables(Json& json, Model model, const VariableTable& table) {
   json.key("variables").begin_array();
   for (const Variable& variable : table.all()) write_variable(json, model, variable);
   json.end_array();
@@ -214,7 +212,7 @@ void check_movable(const Model& model, const Plan<double>& plan, const std::stri
   if (joint >= 0) throw ModelError(ModelError::Reason::invalid, {at_joint(model, plan, joint, path, "")});
 }
 
-// The model as the FMU will start; what assembly corrects becomes a warning, an impossible loop an error.
+// The model at the start of the FMU. Corrections by the assembly are warnings, impossible loops are errors.
 Model assembled(const ModelFile& file, const std::string& path, const Plan<double>& plan,
                 std::vector<Diagnostic>& warnings) {
   check_movable(file.model, plan, path);
@@ -251,8 +249,8 @@ std::string description(const ModelFile& file, const std::string& path, std::vec
   write_features(json, file.model);
   write_units(json, file.model, table);
   write_variables(json, file.model, table);
-  write_structure(json, "outputs", table, output_dependencies(table, plan));
-  write_structure(json, "initial_unknowns", table, initial_dependencies(table, plan));
+  write_structure(json, "outputs", table, output_dependencies(table, {file.model, plan}));
+  write_structure(json, "initial_unknowns", table, initial_dependencies(table, {file.model, plan}));
   json.key("drawing");
   write_drawing(json, assembled(file, path, plan, warnings));
   json.end_object();

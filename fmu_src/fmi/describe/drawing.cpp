@@ -15,7 +15,7 @@ void write(Json& json, const Vec3<double>& v) {
   json.end_array();
 }
 
-// The links that people know: of a ball's the last one alone, on a spherical joint.
+// The links of the model file: a spherical joint carries the last link of its ball.
 struct Shown {
   std::vector<int> number;           // of a link in the drawing, -1 if it is not in it
   std::vector<const Ball*> ball_of;  // the ball that turns a link, or null
@@ -40,7 +40,7 @@ const char* word_of(JointType type) {
   return std::find_if(std::begin(joint_types), std::end(joint_types), same)->first;
 }
 
-// The turns that a quaternion describes: which link turns, seen from which, and by what at the start.
+// Rotations given by quaternions: the rotating link, its reference link and the initial rotation.
 void write_balls(Json& json, const Model& model, const Shown& shown) {
   json.key("balls").begin_array();
   for (const Ball& ball : model.balls) {

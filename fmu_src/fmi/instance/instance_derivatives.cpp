@@ -2,19 +2,12 @@
 
 #include "fmi/boundary/arrays.hpp"
 #include "fmi/instance/instance.hpp"
+#include "fmi/variables/parameters.hpp"
 #include "model/read/number.hpp"
 
-// Derivatives of inputs by time.
+// Time derivatives of inputs, set by the master, and derivatives of outputs, read by it.
 
 namespace redysim {
-namespace {
-
-// How often a part of a prescribed motion is derived by itself; the derivatives of the three are one chain.
-int motion_order(Role role) {
-  return role == Role::motion_q ? 0 : role == Role::motion_qd ? 1 : role == Role::motion_qdd ? 2 : -1;
-}
-
-}  // namespace
 
 fmi2Status Instance::set_real_input_derivatives(const unsigned* references, std::size_t count,
                                                 const int* orders, const double* values) {
@@ -22,9 +15,9 @@ fmi2Status Instance::set_real_input_derivatives(const unsigned* references, std:
   if (const char* why = objection_to_arrays(count, {references, orders, values}))
     return refuse(function, why);
   for (std::size_t i = 0; i < count; ++i) {
-    const Variable* variable = table_.real(references[i]);
+    const Variable* variable = simulation_.table.real(references[i]);
     if (!variable) return refuse(function, unknown_reference(references[i], "Real"));
-    if (variable->causality != Causality::input)
+    if (variable->causality() != Causality::input)
       return refuse(function, variable->name + " is not an input: its derivatives cannot be set");
     if (orders[i] < 1 || orders[i] > InputLayout::highest_order)
       return refuse(function, variable->name + ": the order must be 1 to " +
@@ -35,31 +28,90 @@ fmi2Status Instance::set_real_input_derivatives(const unsigned* references, std:
                                   shown(values[i]));
   }
   for (std::size_t i = 0; i < count; ++i)
-    set_input_derivative(*table_.real(references[i]), orders[i], values[i]);
+    set_input_derivative(*simulation_.table.real(references[i]), orders[i], values[i]);
   return fmi2OK;
 }
 
-// q' of a prescribed joint is qd and q'' is qdd: what is set last holds.
+// The inputs of a prescribed motion are one chain, q' = qd and q'' = qdd: the value set last applies.
 void Instance::set_input_derivative(const Variable& variable, int order, double value) {
-  const int of_motion = motion_order(variable.role);
-  if (of_motion >= 0 && of_motion + order <= 2) {
-    Variable part = variable;
-    part.role = of_motion + order == 1 ? Role::motion_qd : Role::motion_qdd;
-    set_motion(part, value);
+  System& system = simulation_.system;
+  const int motion = variable.is_motion() ? variable.row->motion_order : -1;
+  if (motion >= 0 && motion + order <= 2) {
+    set_motion(variable.joint, motion + order, value);
     return;
   }
-  const int slope = of_motion >= 0 ? of_motion + order - 2 : order;
-  const int input = of_motion >= 0 ? variable.joint : force_index(variable);
-  if (value == 0 && !system_.has_input_slopes()) return;
-  system_.set_input_slope(time_, input, slope, value);
+  const int slope = motion >= 0 ? motion + order - 2 : order;
+  const int input =
+      motion >= 0 ? variable.joint : variable.group->input(variable.row_index, system, variable);
+  if (value == 0 && !system.has_input_slopes()) return;
+  system.set_input_slope(simulation_.time, input, slope, value);
 }
 
-// An input that moved stays where it is, which is then its value as last set.
-void Instance::end_input_slopes(double time) {
-  if (!system_.has_input_slopes()) return;
-  system_.end_input_slopes(time);
-  for (int i = 0; i < plan_.nv; ++i)
-    if (plan_.joints[i].prescribed) motion_[3 * i + 2] = system_.inputs()[i];
+fmi2Status Instance::get_directional_derivative(const unsigned* unknowns, std::size_t unknown_count,
+                                                const unsigned* knowns, std::size_t known_count,
+                                                const double* directions, double* derivatives) {
+  constexpr Function function = Function::get_directional_derivative;
+  const char* objection = objection_to_arrays(unknown_count, {unknowns, derivatives});
+  if (!objection) objection = objection_to_arrays(known_count, {knowns, directions});
+  if (objection) return refuse(function, objection);
+  const bool in_initialization = life_.state == State::initialization;
+  for (std::size_t i = 0; i < known_count; ++i) {
+    const Variable* variable = simulation_.table.real(knowns[i]);
+    if (!variable) return refuse(function, unknown_reference(knowns[i], "Real"));
+    const std::string why = OutputDerivatives::objection(*variable, directions[i], in_initialization);
+    if (!why.empty()) return refuse(function, why);
+  }
+  std::string why = derivatives_.begin();
+  if (!why.empty()) return refuse(function, why);
+  for (std::size_t i = 0; i < known_count; ++i)
+    derivatives_.set_direction(*simulation_.table.real(knowns[i]), directions[i]);
+  why = derivatives_.follow(in_initialization);
+  if (!why.empty()) return refuse(function, why);
+  return read_derivatives(function, unknowns, unknown_count, derivatives);
+}
+
+fmi2Status Instance::get_real_output_derivatives(const unsigned* references, std::size_t count,
+                                                 const int* orders, double* values) {
+  constexpr Function function = Function::get_real_output_derivatives;
+  if (const char* why = objection_to_arrays(count, {references, orders, values}))
+    return refuse(function, why);
+  bool all_known = true;  // the derivatives are values of other outputs: no dual numbers are needed
+  for (std::size_t i = 0; i < count; ++i) {
+    const Variable* variable = simulation_.table.real(references[i]);
+    if (!variable) return refuse(function, unknown_reference(references[i], "Real"));
+    if (variable->causality() != Causality::output || variable->variability() != Variability::continuous)
+      return refuse(function, variable->name + " is not a continuous output: it has no derivatives");
+    if (orders[i] != 1)
+      return refuse(function, variable->name + ": the order must be 1, got " + std::to_string(orders[i]));
+    all_known = all_known && variable->row->rate_is_next;
+  }
+  if (!all_known) {
+    const std::string why = derivatives_.go_with_time();
+    if (!why.empty()) return refuse(function, why);
+    return read_derivatives(function, references, count, values);
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const Variable& variable = *simulation_.table.real(references[i]);
+    const std::string why = values_.update(variable.row[1].needs);
+    if (!why.empty()) return refuse(function, why);
+    values[i] = values_.read_rate(variable);
+  }
+  return fmi2OK;
+}
+
+fmi2Status Instance::read_derivatives(Function function, const unsigned* references, std::size_t count,
+                                      double* derivatives) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const Variable* variable = simulation_.table.real(references[i]);
+    if (!variable) return refuse(function, unknown_reference(references[i], "Real"));
+    if (variable->causality() != Causality::output)
+      return refuse(function, variable->name + " is not an output: it has no derivatives");
+  }
+  const std::string why = derivatives_.evaluate();
+  if (!why.empty()) return refuse(function, why);
+  for (std::size_t i = 0; i < count; ++i)
+    derivatives[i] = derivatives_.read(*simulation_.table.real(references[i]));
+  return fmi2OK;
 }
 
 }  // namespace redysim

@@ -4,12 +4,55 @@
 
 #include "fmi/variables/variables.hpp"
 
-// The model structure of the XML: which variables an output depends on.
+// The model structure of the XML: which variables an output depends on. Used by `describe` alone.
 
 namespace redysim {
 
+// Sets of coupled joints: those of one tree, and of trees connected by a loop or a spring. Connections to
+// ground do not couple joints.
+class Components {
+ public:
+  explicit Components(const Scene& scene);
+  const Model& model() const { return scene_.model; }
+  const Plan<double>& plan() const { return scene_.plan; }
+  int of(int joint) const { return joint == ground ? ground : leader_[joint]; }
+  int of(const Variable& known) const;  // component that a known acts on; ground: none
+  bool has_loops(int component) const { return has_loop_[component]; }
+
+ private:
+  int leader_of(int joint) const;
+  void join(int a, int b);
+  Scene scene_;
+  std::vector<int> leader_;
+  std::vector<char> has_loop_;  // of leaders
+};
+
+// Whether `unknown` depends on `known`, an input or (in initialization mode) a parameter.
+using Rule = bool (*)(const Variable& unknown, const Variable& known, const Components& components);
+
+// At a communication point the state is fixed: positions and energies depend on jumps of prescribed motions,
+// accelerations also on forces.
+namespace at_point {
+bool jumps(const Variable& unknown, const Variable& known, const Components& components);
+bool all_jumps(const Variable& unknown, const Variable& known, const Components& components);
+bool accelerations(const Variable& unknown, const Variable& known, const Components& components);
+}  // namespace at_point
+
+// In initialization mode outputs depend on start values, inputs and tunable parameters.
+namespace initially {
+bool target(const Variable& unknown, const Variable& known, const Components& components);
+bool position(const Variable& unknown, const Variable& known, const Components& components);
+bool velocity(const Variable& unknown, const Variable& known, const Components& components);
+bool accelerations(const Variable& unknown, const Variable& known, const Components& components);
+bool kinetic(const Variable& unknown, const Variable& known, const Components& components);
+bool potential(const Variable& unknown, const Variable& known, const Components& components);
+bool energies(const Variable& unknown, const Variable& known, const Components& components);
+}  // namespace initially
+
+// Whether an output is a known times a constant factor.
+enum class ConstantFactor { no, unless_assembled, always };
+
 // Knowns by index into VariableTable::all(). `all`: every known, or too many to list; `knowns` is empty then.
-// `constant`: each by a constant factor, not merely somehow.
 struct Dependencies {
   int unknown = 0;
   bool all = false;
@@ -17,10 +60,10 @@ struct Dependencies {
   bool constant = false;
 };
 
-// At a communication point: what an input that changes there changes at once.
-std::vector<Dependencies> output_dependencies(const VariableTable& table, const Plan<double>& plan);
+// At a communication point: direct dependencies on inputs.
+std::vector<Dependencies> output_dependencies(const VariableTable& table, const Scene& scene);
 
 // In initialization mode: on inputs, start values and tunable parameters.
-std::vector<Dependencies> initial_dependencies(const VariableTable& table, const Plan<double>& plan);
+std::vector<Dependencies> initial_dependencies(const VariableTable& table, const Scene& scene);
 
 }  // namespace redysim

@@ -4,23 +4,34 @@
 
 #include "fmi/variables/variables.hpp"
 
-// Where the parameters that the FMU shows live in a model, and which values they take.
+// Access to parameters and their legal values.
 
 namespace redysim {
 
-// What controls the joint of a link, or null.
-const ControlledJoint* controlled_joint(const Model& model, int link);
+// The controller entry of the joint of a link, or null.
+template <class SomeModel>
+auto controlled_joint(SomeModel& model, int link) -> decltype(model.controller.joints.data()) {
+  for (auto& joint : model.controller.joints)
+    if (joint.link == link) return &joint;
+  return nullptr;
+}
 
-// Where a Real parameter lives in a model; null for other variables.
-double* parameter(Model& model, const Variable& variable);
-double parameter(const Model& model, const Variable& variable);
+// The place of a Real parameter in a model; null for other variables.
+inline double* parameter(Model& model, const Variable& variable) {
+  return variable.row->storage == Storage::parameter
+             ? variable.group->place(variable.row_index, model, variable)
+             : nullptr;
+}
 
 // Legal texts of solver.method, and the method's text.
 const char* method_name(SolverMethod method);
 bool parse_method(const char* text, SolverMethod& method);
 std::string method_names();  // 'erk', 'adams' or ...
 
-// Why `value` may not be given to a Real variable, one sentence; empty if it may.
+// "there is no Real variable with value reference 7"
+std::string unknown_reference(unsigned reference, const char* type);
+
+// Why `value` is not legal for a Real variable; empty if it is.
 std::string objection(const Variable& variable, double value);
 
 }  // namespace redysim

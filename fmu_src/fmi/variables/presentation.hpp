@@ -2,26 +2,39 @@
 
 #include <string>
 
+#include "fmi/variables/dependencies.hpp"
+#include "fmi/variables/units.hpp"
 #include "fmi/variables/variables.hpp"
 
-// What a person reads about a variable: unit, quantity and a sentence. Used by `describe` alone.
+// Unit, quantity and description of a variable. Used by `describe` only.
 
 namespace redysim {
 
-// A unit by exponents of the SI base units, and the unit people prefer to see (null: this one).
-struct Unit {
-  const char* name;
-  int kg, m, s, rad;
-  const char* display_name = nullptr;
-  double display_factor = 1;  // display value = factor * value
-};
-
 struct Presentation {
-  const Unit* unit = nullptr;  // null: a pure number
-  const char* quantity = nullptr;
+  Quantity quantity;
   std::string description;
 };
 
+// The part of an entry for the XML. Of two quantities or texts the first is for joints that turn. In a text
+//   %  is the owner, for example joint 'elbow',
+//   $  is the label of the element, & that of its matrix row.
+struct Words {
+  Quantity turning, sliding;
+  const char* turning_text = "";
+  const char* sliding_text = "";
+  const char* const* labels = nullptr;
+  int label_count = 1;
+  void (*adapt)(const Model&, const Variable&, Presentation&) = nullptr;  // for what depends on the model
+
+  double (*start)(const Model&, const Variable&) = nullptr;  // of an input; null: 0
+  Rule at_point = nullptr, at_start = nullptr;               // dependencies of an output; null: none
+  ConstantFactor constant = ConstantFactor::no;
+};
+
 Presentation presentation(const Model& model, const Variable& variable);
+const Words& words_of(const Variable& variable);
+
+inline constexpr const char* axes[] = {"x", "y", "z"};
+inline constexpr const char* quaternion_components[] = {"w", "x", "y", "z"};
 
 }  // namespace redysim

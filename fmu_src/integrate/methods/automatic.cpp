@@ -257,17 +257,15 @@ void Automatic::judge_trial(double cost) {
 }
 
 void Automatic::save(std::vector<unsigned char>& bytes) const {
-  std::vector<unsigned char> inner;
-  current_->save(inner);
-  StateWriter writer(bytes);
+  ByteWriter writer(bytes);
   put(writer, state_header(system_, settings_, SolverMethod::automatic));
   each_part(memory_, [&writer](const auto& part) { writer.put(part); });
   put(writer, before_);
-  writer.put(inner.data(), inner.size());
+  current_->save(bytes);
 }
 
 bool Automatic::restore(const unsigned char* bytes, std::size_t size) {
-  StateReader reader(bytes, size);
+  ByteReader reader(bytes, size);
   if (!matches(reader, state_header(system_, settings_, SolverMethod::automatic))) return false;
   Memory memory;
   Statistics before;

@@ -75,7 +75,7 @@ class Cvode final : public Integrator {
   double& work_of(double* y) const { return *system_.layout().work.of(y); }
   Outcome failed(int flag);
 
-  static bool read(StateReader& reader, const System& system, Saved& saved);
+  static bool read(ByteReader& reader, const System& system, Saved& saved);
   void repeat_steps(const Saved& saved);
 
   System& system_;

@@ -19,7 +19,7 @@ struct Cvode::Saved {
 };
 
 void Cvode::save(std::vector<unsigned char>& bytes) const {
-  StateWriter writer(bytes);
+  ByteWriter writer(bytes);
   put(writer, state_header(system_, settings_, method_));
   writer.put(time_);
   writer.put(y_.data(), y_.size());
@@ -38,7 +38,7 @@ void Cvode::save(std::vector<unsigned char>& bytes) const {
 }
 
 // False: the bytes are not a valid state.
-bool Cvode::read(StateReader& reader, const System& system, Saved& saved) {
+bool Cvode::read(ByteReader& reader, const System& system, Saved& saved) {
   Restart& restart = saved.restart;
   saved.y.resize(static_cast<std::size_t>(system.size()));
   restart.y = saved.y;
@@ -68,7 +68,7 @@ bool Cvode::read(StateReader& reader, const System& system, Saved& saved) {
 }
 
 bool Cvode::restore(const unsigned char* bytes, std::size_t size) {
-  StateReader reader(bytes, size);
+  ByteReader reader(bytes, size);
   Saved saved;
   if (!matches(reader, state_header(system_, settings_, method_)) || !read(reader, system_, saved))
     return false;

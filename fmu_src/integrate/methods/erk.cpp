@@ -84,8 +84,8 @@ class Erk final : public OneStep {
   }
   void use_chosen();
   void forget_choice() override;
-  void put_choice(StateWriter& writer) const override;
-  bool get_choice(StateReader& reader) override;
+  void put_choice(ByteWriter& writer) const override;
+  bool get_choice(ByteReader& reader) override;
 
   Memory lower_, eighth_;  // eighth_: only with a choice
   void* in_use_ = nullptr;
@@ -163,11 +163,11 @@ void Erk::forget_choice() {
   use_chosen();
 }
 
-void Erk::put_choice(StateWriter& writer) const {
+void Erk::put_choice(ByteWriter& writer) const {
   if (choice_) choice_->put(writer);
 }
 
-bool Erk::get_choice(StateReader& reader) {
+bool Erk::get_choice(ByteReader& reader) {
   if (!choice_) return reader.finished();
   if (!choice_->get(reader)) return false;
   use_chosen();

@@ -45,8 +45,8 @@ class Integrator {
   virtual const char* name() const = 0;
   virtual SolverMethod method() const = 0;  // in use; automatic: none
 
-  // All that the continuation depends on, as bytes. The run after `restore`, here or in another process with
-  // the same model, equals the uninterrupted run bit for bit.
+  // Appends all that the continuation depends on, as bytes. The run after `restore`, here or in another
+  // process with the same model, equals the uninterrupted run bit for bit.
   virtual void save(std::vector<unsigned char>& bytes) const = 0;
   virtual bool restore(const unsigned char* bytes, std::size_t size) = 0;  // false: invalid bytes, unchanged
 

@@ -209,7 +209,7 @@ std::string OneStep::reason_of(int flag, const StepBudget& budget) {
 }
 
 void OneStep::save(std::vector<unsigned char>& bytes) const {
-  StateWriter writer(bytes);
+  ByteWriter writer(bytes);
   put(writer, state_header(system_, settings_, method_));
   writer.put(origin_);
   writer.put(since_);
@@ -223,10 +223,10 @@ void OneStep::save(std::vector<unsigned char>& bytes) const {
   put_choice(writer);
 }
 
-bool OneStep::get_choice(StateReader& reader) { return reader.finished(); }
+bool OneStep::get_choice(ByteReader& reader) { return reader.finished(); }
 
 bool OneStep::restore(const unsigned char* bytes, std::size_t size) {
-  StateReader reader(bytes, size);
+  ByteReader reader(bytes, size);
   if (!matches(reader, state_header(system_, settings_, method_))) return false;
   double origin = 0, since = 0, wanted = 0, previous_error = 0;
   unsigned char fresh = 0, slope_known = 0;

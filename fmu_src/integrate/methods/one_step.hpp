@@ -15,8 +15,8 @@
 
 namespace redysim {
 
-class StateReader;
-class StateWriter;
+class ByteReader;
+class ByteWriter;
 class StepBudget;
 
 class OneStep : public Integrator {
@@ -59,8 +59,8 @@ class OneStep : public Integrator {
   virtual void choose_table(double /*remaining*/) {}
   virtual long steps_between_choices() const { return std::numeric_limits<long>::max(); }
   virtual void forget_choice() {}
-  virtual void put_choice(StateWriter&) const {}
-  virtual bool get_choice(StateReader& reader);  // must read to the end; false: unchanged
+  virtual void put_choice(ByteWriter&) const {}
+  virtual bool get_choice(ByteReader& reader);  // must read to the end; false: unchanged
   void set_error_order(int error_order) {
     error_order_ = error_order;
     control_.set_error_order(error_order);

@@ -23,9 +23,9 @@ class Stateless final : public Integrator {
   SolverMethod method() const override { return SolverMethod::automatic; }
   const char* name() const override { return "none: all joints are prescribed"; }
 
-  void save(std::vector<unsigned char>& bytes) const override { StateWriter(bytes).put(time_); }
+  void save(std::vector<unsigned char>& bytes) const override { ByteWriter(bytes).put(time_); }
   bool restore(const unsigned char* bytes, std::size_t size) override {
-    StateReader reader(bytes, size);
+    ByteReader reader(bytes, size);
     double time = 0;
     reader.get(time);
     if (!reader.finished() || !std::isfinite(time)) return false;

@@ -76,11 +76,11 @@ void StepWork::each_part(Self& self, const Visit& visit) {
   for (auto& coefficient : self.coefficients_) visit(coefficient);
 }
 
-void StepWork::put(StateWriter& writer) const {
+void StepWork::put(ByteWriter& writer) const {
   each_part(*this, [&writer](const auto& part) { writer.put(part); });
 }
 
-void StepWork::get(StateReader& reader) {
+void StepWork::get(ByteReader& reader) {
   each_part(*this, [&reader](auto& part) { reader.get(part); });
 }
 

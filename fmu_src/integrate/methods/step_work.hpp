@@ -20,8 +20,8 @@ class StepWork {
   double at(double time, double work) const;  // within the last step; `work`: by the method
   double end() const { return end_; }
 
-  void put(StateWriter& writer) const;
-  void get(StateReader& reader);
+  void put(ByteWriter& writer) const;
+  void get(ByteReader& reader);
 
  private:
   template <class Self, class Visit>

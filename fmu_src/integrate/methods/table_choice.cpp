@@ -66,11 +66,11 @@ void TableChoice::each_part(Self& self, const Visit& visit) {
   visit(self.steps_before_);
 }
 
-void TableChoice::put(StateWriter& writer) const {
+void TableChoice::put(ByteWriter& writer) const {
   each_part(*this, [&writer](const auto& part) { writer.put(part); });
 }
 
-bool TableChoice::get(StateReader& reader) {
+bool TableChoice::get(ByteReader& reader) {
   TableChoice read = *this;
   each_part(read, [&reader](auto& part) { reader.get(part); });
   const bool possible = read.gain_ >= Tuning::smallest_ratio && read.gain_ <= Tuning::largest_ratio &&

@@ -30,8 +30,8 @@ class TableChoice {
 
   double gain() const { return gain_; }  // step of order 8 over that of order 5
 
-  void put(StateWriter& writer) const;
-  bool get(StateReader& reader);  // false: invalid
+  void put(ByteWriter& writer) const;
+  bool get(ByteReader& reader);  // false: invalid
 
  private:
   void learn(const Situation& now);

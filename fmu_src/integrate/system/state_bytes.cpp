@@ -10,7 +10,7 @@ StateHeader state_header(const System& system, const SolverSettings& settings, S
           settings.rtol, settings.atol, settings.max_step};
 }
 
-void put(StateWriter& writer, const StateHeader& header) {
+void put(ByteWriter& writer, const StateHeader& header) {
   writer.put(header.magic);
   writer.put(header.version);
   writer.put(header.method);
@@ -22,9 +22,9 @@ void put(StateWriter& writer, const StateHeader& header) {
   writer.put(header.max_step);
 }
 
-bool matches(StateReader& reader, const StateHeader& expected) {
+bool matches(ByteReader& reader, const StateHeader& expected) {
   std::vector<unsigned char> bytes;
-  StateWriter writer(bytes);
+  ByteWriter writer(bytes);
   put(writer, expected);
   std::vector<unsigned char> read(bytes.size());
   reader.get(read.data(), read.size());
@@ -39,12 +39,12 @@ constexpr double Statistics::*sizes[] = {&Statistics::step_size, &Statistics::er
 
 }  // namespace
 
-void put(StateWriter& writer, const Statistics& statistics) {
+void put(ByteWriter& writer, const Statistics& statistics) {
   for (const auto count : counts) writer.put<std::int64_t>(statistics.*count);
   for (const auto size : sizes) writer.put(statistics.*size);
 }
 
-void get(StateReader& reader, Statistics& statistics) {
+void get(ByteReader& reader, Statistics& statistics) {
   for (const auto count : counts) {
     std::int64_t value = 0;
     reader.get(value);

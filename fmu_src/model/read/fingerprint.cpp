@@ -2,16 +2,17 @@
 
 #include <cstdint>
 
+#include "model/read/hash.hpp"
+
 namespace redysim {
 namespace {
 
 // FNV-1a over the interface version and the bytes, then MurmurHash3's final mix.
 std::uint64_t hash(const std::string& source, std::uint64_t basis) {
-  const auto add = [](std::uint64_t state, unsigned char byte) { return (state ^ byte) * 0x100000001b3u; };
-  std::uint64_t state = basis;
-  for (int shift = 0; shift < 32; shift += 8)
-    state = add(state, static_cast<unsigned char>(interface_version >> shift));
-  for (const char byte : source) state = add(state, static_cast<unsigned char>(byte));
+  unsigned char version[4];
+  for (int i = 0; i < 4; ++i) version[i] = static_cast<unsigned char>(interface_version >> (8 * i));
+  std::uint64_t state = fnv1a(version, sizeof version, basis);
+  state = fnv1a(reinterpret_cast<const unsigned char*>(source.data()), source.size(), state);
   state = (state ^ (state >> 33)) * 0xff51afd7ed558ccdu;
   state = (state ^ (state >> 33)) * 0xc4ceb9fe1a85ec53u;
   return state ^ (state >> 33);
@@ -27,7 +28,7 @@ std::string hex(std::uint64_t number) {
 }  // namespace
 
 std::string fingerprint(const std::string& source) {
-  const std::string digits = hex(hash(source, 0xcbf29ce484222325u)) + hex(hash(source, 0x84222325cbf29ce4u));
+  const std::string digits = hex(hash(source, fnv1a_basis)) + hex(hash(source, 0x84222325cbf29ce4u));
   return "{" + digits.substr(0, 8) + "-" + digits.substr(8, 4) + "-" + digits.substr(12, 4) + "-" +
          digits.substr(16, 4) + "-" + digits.substr(20) + "}";
 }

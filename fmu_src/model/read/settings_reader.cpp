@@ -14,18 +14,19 @@ namespace {
 
 void read_outputs(Section& section, FmuSettings& fmu) {
   if (!section.has("outputs")) return;
-  const std::vector<std::string> groups = {"acceleration", "energy", "solver", "momentum", "reference"};
-  bool* const shown_flags[] = {&fmu.acceleration, &fmu.energy, &fmu.solver, &fmu.momentum, &fmu.reference};
-  for (bool* shown_flag : shown_flags) *shown_flag = false;
-  for (const auto& [group, place] : section.texts("outputs")) {
-    const auto found = std::find(groups.begin(), groups.end(), group);
-    if (found == groups.end())
-      section.error(
-          place, "outputs must be " + one_of(groups) + ", got '" + group + "'" + did_you_mean(group, groups));
-    else if (bool& shown_flag = *shown_flags[found - groups.begin()])
-      section.error(place, "outputs lists '" + group + "' twice");
-    else
-      shown_flag = true;
+  std::vector<std::string> names;
+  for (const OutputGroupRow& row : output_groups) names.push_back(row.name);
+  fmu.outputs = {};
+  for (const auto& [name, place] : section.texts("outputs")) {
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found == names.end()) {
+      section.error(place,
+                    "outputs must be " + one_of(names) + ", got '" + name + "'" + did_you_mean(name, names));
+      continue;
+    }
+    const OutputGroup group = output_groups[found - names.begin()].group;
+    if (fmu.shows(group)) section.error(place, "outputs lists '" + name + "' twice");
+    fmu.outputs.add(group);
   }
 }
 

@@ -19,9 +19,9 @@ TEST(VariableTable, names_and_references_are_unique_in_every_model) {
     for (const Variable& variable : table.all()) {
       EXPECT_TRUE(names.insert(variable.name).second) << file.path() << ": " << variable.name;
       const unsigned reference = variable.value_reference;
-      const Variable* found = variable.type == VariableType::real      ? table.real(reference)
-                              : variable.type == VariableType::integer ? table.integer(reference)
-                                                                       : table.string(reference);
+      const Variable* found = variable.type() == VariableType::real      ? table.real(reference)
+                              : variable.type() == VariableType::integer ? table.integer(reference)
+                                                                         : table.string(reference);
       EXPECT_EQ(found, &variable) << file.path() << ": " << variable.name;
     }
   }

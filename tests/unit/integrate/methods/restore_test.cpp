@@ -128,9 +128,11 @@ TEST_P(Restored, refuses_what_is_not_its_own_and_stays_unchanged) {
   std::vector<unsigned char> foreign;
   Rig("pendulum", solver(GetParam())).integrator->save(foreign);
   EXPECT_FALSE(rig.integrator->restore(foreign.data(), foreign.size()));
+  foreign.clear();
   Rig("double_pendulum", solver(GetParam(), 1e-5)).integrator->save(foreign);
   EXPECT_FALSE(rig.integrator->restore(foreign.data(), foreign.size()));
   const SolverMethod another = GetParam() == SolverMethod::erk ? SolverMethod::bdf : SolverMethod::erk;
+  foreign.clear();
   Rig("double_pendulum", solver(another)).integrator->save(foreign);
   EXPECT_FALSE(rig.integrator->restore(foreign.data(), foreign.size()));
 

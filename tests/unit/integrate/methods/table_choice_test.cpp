@@ -70,17 +70,17 @@ TEST(TableChoice, is_saved_and_restored_and_refuses_nonsense) {
   TableChoice choice(1e-8), other(1e-8);
   factor_of(choice, open_tree(1, 1e-2, 1));
   std::vector<unsigned char> bytes, again;
-  StateWriter writer(bytes);
+  ByteWriter writer(bytes);
   choice.put(writer);
-  StateReader reader(bytes.data(), bytes.size());
+  ByteReader reader(bytes.data(), bytes.size());
   ASSERT_TRUE(other.get(reader));
   EXPECT_TRUE(other.eighth());
   EXPECT_EQ(other.gain(), choice.gain());
-  StateWriter second(again);
+  ByteWriter second(again);
   other.put(second);
   EXPECT_EQ(again, bytes);
   bytes.pop_back();
-  StateReader cut(bytes.data(), bytes.size());
+  ByteReader cut(bytes.data(), bytes.size());
   EXPECT_FALSE(other.get(cut));
 }
 

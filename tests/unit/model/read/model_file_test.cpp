@@ -25,7 +25,8 @@ TEST(model_file, empty_fields_take_the_documented_defaults) {
   EXPECT_EQ(model.solver.method, SolverMethod::erk);
   EXPECT_EQ(model.solver.rtol, 1e-6);
   EXPECT_EQ(model.solver.atol, 1e-8);
-  EXPECT_TRUE(model.fmu.acceleration && model.fmu.energy && model.fmu.solver);
+  EXPECT_TRUE(model.fmu.shows(OutputGroup::acceleration) && model.fmu.shows(OutputGroup::energy) &&
+              model.fmu.shows(OutputGroup::solver));
   EXPECT_TRUE(model.fmu.tunable.empty());
 }
 
@@ -173,9 +174,9 @@ TEST(model_file, settings_are_read) {
   EXPECT_EQ(model.solver.rtol, 1e-4);
   EXPECT_EQ(model.solver.atol, 1e-6);
   EXPECT_EQ(model.solver.max_step, 0.5);
-  EXPECT_FALSE(model.fmu.acceleration);
-  EXPECT_TRUE(model.fmu.energy);
-  EXPECT_FALSE(model.fmu.solver);
+  EXPECT_FALSE(model.fmu.shows(OutputGroup::acceleration));
+  EXPECT_TRUE(model.fmu.shows(OutputGroup::energy));
+  EXPECT_FALSE(model.fmu.shows(OutputGroup::solver));
   EXPECT_EQ(model.fmu.tunable, (Lines{"a.mass", "a.inertia[6]", "a.damping", "gravity[3]"}));
   EXPECT_EQ(model.fmu.stop_time, 3);
   EXPECT_EQ(model.fmu.step_size, 0.25);

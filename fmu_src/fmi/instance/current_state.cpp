@@ -1,0 +1,40 @@
+#include "fmi/instance/current_state.hpp"
+
+#include <algorithm>
+
+#include "integrate/system/start.hpp"
+
+namespace redysim {
+
+CurrentState::CurrentState(Simulation& simulation)
+    : simulation_(simulation), start_(simulation.system.size(), 0.0), following_(start_) {}
+
+const double* CurrentState::start() {
+  if (!start_is_current_) {
+    assembly_ = take_start(simulation_.model, simulation_.system, simulation_.time, start_.data());
+    start_is_current_ = true;
+  }
+  return start_.data();
+}
+
+const double* CurrentState::follow_motion() {
+  if (!following_is_current_) {
+    std::copy_n(simulation_.integrator->state(), following_.size(), following_.begin());
+    can_follow_ = simulation_.system.follow_jumps(simulation_.time, following_.data());
+    following_is_current_ = true;
+  }
+  return following_.data();
+}
+
+void CurrentState::motion_changed() {
+  follows_motion_ = !simulation_.integrator || simulation_.system.size() == 0;
+  following_is_current_ = false;
+  if (simulation_.system.has_loops()) start_changed();
+}
+
+void CurrentState::restored(bool follows_motion) {
+  start_is_current_ = following_is_current_ = false;
+  follows_motion_ = follows_motion;
+}
+
+}  // namespace redysim

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <vector>
+
+#include "dynamics/assembly/assembly.hpp"
+#include "fmi/instance/simulation.hpp"
+
+namespace redysim {
+
+// The state y at the last communication point: the assembled start before the first step, then the state of
+// the integrator. If a prescribed motion has jumped since the last step, y follows the jump in the same way
+// as at the begin of the next step.
+class CurrentState {
+ public:
+  explicit CurrentState(Simulation& simulation);
+
+  const double* y() {
+    if (simulation_.integrator && follows_motion_) return simulation_.integrator->state();
+    return simulation_.integrator ? follow_motion() : start();
+  }
+  const Assembly& assembly() const { return assembly_; }  // of the start
+
+  bool follows_motion() const { return follows_motion_; }  // false: a motion changed since the last step
+  bool can_follow() const { return can_follow_; }          // false: the next step will fail
+
+  void start_changed() { start_is_current_ = false; }
+  void motion_changed();
+  void stepped() { follows_motion_ = true; }
+  void restored(bool follows_motion);
+  void reset() { restored(true); }
+
+ private:
+  const double* start();
+  const double* follow_motion();
+
+  Simulation& simulation_;
+  std::vector<double> start_, following_;
+  Assembly assembly_;
+  bool start_is_current_ = false, following_is_current_ = false;
+  bool follows_motion_ = true, can_follow_ = true;
+};
+
+}  // namespace redysim

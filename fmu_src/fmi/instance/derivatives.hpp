@@ -1,0 +1,56 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "fmi/instance/values.hpp"
+#include "integrate/system/tangent.hpp"
+
+namespace redysim {
+
+// Exact derivatives of outputs at the last communication point: along a direction of the knowns at fixed
+// state, or by time. Functions that return a string return the reason of a failure, empty on success.
+class OutputDerivatives {
+ public:
+  OutputDerivatives(Simulation& simulation, CurrentState& state, Values& values);
+
+  // Along a direction: begin, set_direction of each known, follow, evaluate, read.
+  std::string begin();
+  void set_direction(const Variable& known, double direction);
+  std::string follow(bool in_initialization);
+  // By time: go_with_time, evaluate, read.
+  std::string go_with_time();
+  std::string evaluate();
+  double read(const Variable& output) {
+    const RowGroup& group = *output.group;
+    return group.derivative ? group.derivative(output.row_index, *this, output) : 0;
+  }
+
+  // Why the derivative by a known does not exist; empty if it does.
+  static std::string objection(const Variable& known, double direction, bool in_initialization);
+
+  // --- for rows of variables ---
+
+  const Model& model() const { return simulation_.model; }
+  Values& values() { return values_; }
+  Tangent& tangent() { return *tangent_; }
+  double energy() { return tangent().kinetic_energy().derivative + tangent().potential_energy().derivative; }
+  double work();
+  double balance();
+
+ private:
+  // Derivative of the work: zero, that of the energy (a jump of a prescribed motion), or the power.
+  enum class Work { none, of_energy, by_power };
+
+  Simulation& simulation_;
+  CurrentState& state_;
+  Values& values_;
+  std::unique_ptr<Tangent> tangent_;  // null before the first request
+  bool jumps_ = false;                // the direction changes the position or velocity of a prescribed joint
+  Work work_ = Work::none;
+};
+
+// Derivative of a component of a unit quaternion if the rotation changes by `turn` (in its own axes).
+double quaternion_change(Eigen::Vector4d quaternion, const Vec3<double>& turn, int component);
+
+}  // namespace redysim

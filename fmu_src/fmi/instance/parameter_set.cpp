@@ -1,0 +1,103 @@
+#include "fmi/instance/parameter_set.hpp"
+
+#include <utility>
+
+#include "dynamics/assembly/movability.hpp"
+#include "fmi/variables/parameters.hpp"
+
+namespace redysim {
+namespace {
+
+// No negative principal moment, up to rounding: no negative principal minor.
+bool is_possible_inertia(const std::array<double, 6>& inertia) {
+  const auto& [xx, yy, zz, xy, xz, yz] = inertia;
+  const double scale = xx + yy + zz, slack = 1e-12 * scale * scale;
+  const double minor_x = yy * zz - yz * yz, minor_y = xx * zz - xz * xz, minor_z = xx * yy - xy * xy;
+  const double determinant = xx * minor_x - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
+  return xx >= 0 && yy >= 0 && zz >= 0 && minor_x >= -slack && minor_y >= -slack && minor_z >= -slack &&
+         determinant >= -slack * scale;
+}
+
+}  // namespace
+
+ParameterSet::ParameterSet(Simulation& simulation, CurrentState& state)
+    : simulation_(simulation), state_(state), start_method_(simulation.model.solver.method) {
+  start_values_ = values();
+}
+
+std::vector<double> ParameterSet::values() const {
+  std::vector<double> result;
+  for (const Variable& variable : simulation_.table.all())
+    if (const double* value = parameter(simulation_.model, variable)) result.push_back(*value);
+  return result;
+}
+
+void ParameterSet::exchange(std::vector<double>& values, SolverMethod& method) {
+  auto other = values.begin();
+  for (const Variable& variable : simulation_.table.all())
+    if (double* value = parameter(simulation_.model, variable)) std::swap(*value, *other++);
+  std::swap(simulation_.model.solver.method, method);
+}
+
+void ParameterSet::reset() {
+  std::vector<double> values = start_values_;
+  SolverMethod method = start_method_;
+  exchange(values, method);
+  energy_offset = 0;
+  in_force_ = changed_ = false;
+}
+
+void ParameterSet::set(const Variable& variable) {
+  if (variable.variability() != Variability::tunable) return;
+  in_force_ = false;
+  changed_ = true;
+  inertia_tuned_ = inertia_tuned_ || (variable.row->acts & (acts::mass | acts::armature)) != 0;
+}
+
+std::string ParameterSet::bring_into_force() {
+  if (in_force_) return {};
+  std::string why = impossible();
+  if (why.empty()) {
+    renew_plan();
+    if (simulation_.integrator && inertia_tuned_) why = immovable();
+    inertia_tuned_ = !why.empty();
+  }
+  in_force_ = why.empty();
+  return why;
+}
+
+void ParameterSet::bring_into_force_if_possible() {
+  if (in_force_ || !impossible().empty()) return;
+  renew_plan();
+  in_force_ = true;
+}
+
+void ParameterSet::restored(bool changed) {
+  in_force_ = impossible().empty();
+  changed_ = changed;
+}
+
+void ParameterSet::renew_plan() {
+  const bool balanced = simulation_.integrator && simulation_.system.with_work();
+  const double before = balanced ? simulation_.mechanical_energy(state_.y()) : 0;
+  simulation_.plan.update(simulation_.model);
+  simulation_.system.update_control(simulation_.model);
+  if (balanced) energy_offset += simulation_.mechanical_energy(state_.y()) - before;
+}
+
+std::string ParameterSet::impossible() const {
+  for (const Link& link : simulation_.model.links)
+    if (!is_possible_inertia(link.inertia))
+      return "the inertia of link '" + link.name + "' has a negative principal moment";
+  for (const Link& link : simulation_.model.links)
+    if (!(link.joint.lower < link.joint.upper))
+      return link.joint.name + ".upper must be greater than " + link.joint.name + ".lower";
+  return {};
+}
+
+std::string ParameterSet::immovable() {
+  const int joint = always_singular_joint(simulation_.plan, simulation_.system.workspace());
+  return joint < 0 ? std::string() : singular_sentence(simulation_.model, simulation_.plan, joint, "");
+}
+
+}  // namespace redysim

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "fmi/variables/variables.hpp"
+#include "integrate/methods/integrator.hpp"
+#include "integrate/system/system.hpp"
+#include "model/model.hpp"
+
+namespace redysim {
+
+// Model, equations and integrator of one instance, shared by its parts.
+struct Simulation {
+  explicit Simulation(Model given);
+  std::string failed_joint() const;  // cause of the last failure; empty: unknown
+  double mechanical_energy(const double* y) {
+    return system.kinetic_energy(time, y) + system.potential_energy(time, y);
+  }
+
+  Model model;  // with the current parameters
+  Plan<double> plan;
+  VariableTable table;
+  System system;                           // uses plan; holds the inputs
+  std::unique_ptr<Integrator> integrator;  // from the end of initialization on
+  SolverSettings integrator_settings;      // that it was made with
+  double time = 0;                         // of the last communication point
+};
+
+}  // namespace redysim

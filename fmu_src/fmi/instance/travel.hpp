@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "fmi/instance/simulation.hpp"
+
+namespace redysim {
+
+// Largest displacement of each joint since the start.
+class Travel {
+ public:
+  void begin(const Simulation& simulation);
+  void note(const Simulation& simulation);
+  // A message for each sliding joint whose whole motion is hardly larger than its tolerance. Motions far
+  // below the tolerance may be rounding.
+  std::vector<std::string> unresolved(const Simulation& simulation) const;
+
+ private:
+  struct Range {
+    double start, farthest;
+  };
+  std::vector<Range> ranges_;  // of the joints with one DOF in the state
+};
+
+}  // namespace redysim

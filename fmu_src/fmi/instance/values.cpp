@@ -1,0 +1,70 @@
+#include "fmi/instance/values.hpp"
+
+#include <cmath>
+
+#include "fmi/variables/parameters.hpp"
+#include "model/read/number.hpp"
+
+namespace redysim {
+
+Values::Values(Simulation& simulation, CurrentState& state, ParameterSet& parameters,
+               PrescribedMotion& motion)
+    : simulation_(simulation),
+      state_(state),
+      parameters_(parameters),
+      motion_(motion),
+      accelerations_(static_cast<std::size_t>(simulation.plan.nv)),
+      drive_forces_(accelerations_),
+      ball_accelerations_(simulation.plan.balls.size()) {}
+
+std::string Values::update(Needs needs) {
+  if (are_current(needs)) return {};
+  std::string why = parameters_.bring_into_force();
+  if (!why.empty() || needs == Needs::parameters) return why;
+  if (needs == Needs::accelerations) return update_accelerations();
+  kinetic_energy_ = system().kinetic_energy(simulation_.time, state_.y());
+  potential_energy_ = system().potential_energy(simulation_.time, state_.y());
+  energies_are_current_ = true;
+  return {};
+}
+
+std::string Values::update_accelerations() {
+  const double time = simulation_.time;
+  bool finite = system().accelerations(time, state_.y(), accelerations_.data()) == Status::ok;
+  for (double value : accelerations_) finite = finite && std::isfinite(value);
+  if (!finite) {
+    const std::string joint = simulation_.failed_joint();
+    return "the accelerations at " + shown(time) + " s are not finite" +
+           (joint.empty() ? "" : " (joint '" + joint + "')");
+  }
+  if (has_drive_forces()) system().drive_forces(coordinates(), accelerations_.data(), drive_forces_.data());
+  for (int ball = 0; ball < system().balls(); ++ball)
+    ball_accelerations_[ball] = system().ball_acceleration(ball, accelerations_.data());
+  accelerations_are_current_ = true;
+  return {};
+}
+
+double Values::energy_balance() {
+  if (!simulation_.integrator) return 0;
+  return kinetic_energy_ + potential_energy_ - work() - parameters_.energy_offset;
+}
+
+double Values::read_known(const Variable& variable) {
+  switch (variable.row->storage) {
+    case Storage::none:
+      break;
+    case Storage::parameter:
+      return *parameter(model(), variable);
+    case Storage::input:
+      return system().inputs()[variable.group->input(variable.row_index, system(), variable)];
+    case Storage::motion:
+      return motion_.value(variable.joint, variable.row->motion_order);
+  }
+  return 0;
+}
+
+double Values::read_rate(const Variable& variable) {
+  return variable.group->read(variable.row_index + 1, *this, variable);
+}
+
+}  // namespace redysim

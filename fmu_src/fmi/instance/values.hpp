@@ -1,0 +1,78 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "fmi/instance/parameter_set.hpp"
+#include "fmi/instance/prescribed_motion.hpp"
+#include "math/spatial.hpp"
+
+namespace redysim {
+
+// Quantities at the last communication point, computed on demand.
+class Values {
+ public:
+  Values(Simulation& simulation, CurrentState& state, ParameterSet& parameters, PrescribedMotion& motion);
+
+  void changed() { accelerations_are_current_ = energies_are_current_ = false; }
+  bool are_current(Needs needs) const {
+    switch (needs) {
+      case Needs::nothing:
+        return true;
+      case Needs::parameters:
+        return parameters_.in_force();
+      case Needs::accelerations:
+        return accelerations_are_current_;
+      case Needs::energies:
+        return energies_are_current_;
+    }
+    return false;
+  }
+  // Returns why the values cannot be computed, empty on success.
+  std::string update(Needs needs);
+  // The value, and the time derivative of a row with rate_is_next. What they need is up to date.
+  double read(const Variable& variable) {
+    return variable.row->storage == Storage::none ? variable.group->read(variable.row_index, *this, variable)
+                                                  : read_known(variable);
+  }
+  double read_rate(const Variable& variable);
+
+  // --- for rows of variables; each states what it needs ---
+
+  Model& model() { return simulation_.model; }
+  const Plan<double>& plan() const { return simulation_.plan; }
+  System& system() { return simulation_.system; }
+  const Integrator* integrator() const { return simulation_.integrator.get(); }  // null: no step yet
+  System::Coordinates coordinates() { return simulation_.system.coordinates(simulation_.time, state_.y()); }
+  JointMotion reference(int joint) { return simulation_.system.reference(joint, simulation_.time); }
+  double acceleration(int joint) const { return accelerations_[joint]; }
+  // Force or torque of a drive: the input, the controller's, or that of the prescribed motion.
+  double drive_force(int joint) const {
+    return has_drive_forces() ? drive_forces_[joint] : simulation_.system.recursion_inputs()[joint];
+  }
+  const double* ball_quaternion(int ball) {
+    return simulation_.system.layout().quaternion.of(state_.y(), ball);  // of any length
+  }
+  const double* ball_omega(int ball) { return simulation_.system.layout().omega.of(state_.y(), ball); }
+  const Vec3<double>& ball_acceleration(int ball) const { return ball_accelerations_[ball]; }
+  double kinetic_energy() const { return kinetic_energy_; }
+  double potential_energy() const { return potential_energy_; }
+  double work() { return simulation_.system.work(state_.y()); }
+  double energy_balance();
+
+ private:
+  double read_known(const Variable& variable);
+  bool has_drive_forces() const { return simulation_.plan.has_motion() || simulation_.system.control(); }
+  std::string update_accelerations();
+
+  Simulation& simulation_;
+  CurrentState& state_;
+  ParameterSet& parameters_;
+  PrescribedMotion& motion_;
+  std::vector<double> accelerations_, drive_forces_;  // of all joints
+  std::vector<Vec3<double>> ball_accelerations_;
+  double kinetic_energy_ = 0, potential_energy_ = 0;
+  bool accelerations_are_current_ = false, energies_are_current_ = false;
+};
+
+}  // namespace redysim

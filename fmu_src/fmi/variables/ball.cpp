@@ -1,0 +1,123 @@
+#include "dynamics/ball.hpp"
+
+#include "fmi/instance/derivatives.hpp"
+#include "fmi/instance/values.hpp"
+#include "fmi/variables/entry.hpp"
+
+// Variables of a spherical joint.
+
+namespace redysim {
+namespace {
+
+constexpr const char* angle_axes[] = {"z", "x", "y"};
+
+bool is_driven(const Scene& scene, const Variable& variable) {
+  return scene.model.balls[variable.ball].driven;
+}
+
+double read_quaternion(Values& at, const Variable& v) {
+  return Eigen::Map<const Eigen::Vector4d>(at.ball_quaternion(v.ball)).normalized()[v.element];
+}
+
+// ReDySim's angles of R = Rz(phi) Rx(theta) Ry(psi).
+BallAngles zxy_angles(const double* quaternion) { return angles_in_chart(rotation_of(quaternion), false); }
+
+double read_angle(Values& at, const Variable& v) {
+  const BallAngles angles = zxy_angles(at.ball_quaternion(v.ball));
+  return Vec3<double>(angles.phi, angles.theta, angles.psi)[v.element];
+}
+
+constexpr Entry motion_entries[] = {
+    input(Owner::ball, "tau")
+        .array(3)
+        .there_if(is_driven)
+        .lives_at([](const System& system, const Variable& v) {
+          return system.input_layout().ball_torque[v.ball] + v.element;
+        })
+        .direction([](OutputDerivatives& of, const Variable& v, double direction) {
+          of.tangent().balls[v.ball].torque[v.element] += direction;
+        })
+        .measures(quantity::torque)
+        .says("Drive torque of %, $ in link axes")
+        .labels(axes),
+    output(Owner::ball, "quaternion")
+        .array(4)
+        .reads(read_quaternion)
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return quaternion_change(Eigen::Map<const Eigen::Vector4d>(of.values().ball_quaternion(v.ball)),
+                                   of.tangent().ball(v.ball).turn, v.element);
+        })
+        .depends(at_point::jumps, initially::position)
+        .says("Orientation of %, quaternion component $")
+        .labels(quaternion_components),
+    output(Owner::ball, "omega")
+        .array(3)
+        .reads([](Values& at, const Variable& v) { return at.ball_omega(v.ball)[v.element]; })
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return of.tangent().ball(v.ball).omega[v.element].derivative;
+        })
+        .depends(at_point::jumps, initially::velocity)
+        .constant(ConstantFactor::unless_assembled)
+        .measures(quantity::angular_velocity)
+        .says("Angular velocity of %, $ in link axes")
+        .labels(axes),
+    output(Owner::ball, "alpha")
+        .array(3)
+        .in(OutputGroup::acceleration)
+        .reads([](Values& at, const Variable& v) { return at.ball_acceleration(v.ball)[v.element]; },
+               Needs::accelerations)
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return of.tangent().ball(v.ball).alpha[v.element].derivative;
+        })
+        .depends(at_point::accelerations, initially::accelerations)
+        .measures(quantity::angular_acceleration)
+        .says("Angular acceleration of %, $ in link axes")
+        .labels(axes),
+    output(Owner::ball, "angle")
+        .array(3)
+        .reads(read_angle)
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return angle_rates(zxy_angles(of.values().ball_quaternion(v.ball)),
+                             of.tangent().ball(v.ball).turn)[v.element];
+        })
+        .depends(at_point::jumps, initially::position)
+        .measures(quantity::angle)
+        .says("Angle about $ of %, rotation order z, x, y")
+        .labels(angle_axes),
+};
+
+constexpr Entry start_entries[] = {
+    parameter(Owner::ball, "quaternion0")
+        .fixed()
+        .array(4)
+        .lives_at([](Model& model, const Variable& v) -> double& {
+          return model.balls[v.ball].quaternion[v.element];
+        })
+        .acts_on(acts::position)
+        .direction([](OutputDerivatives& of, const Variable& v, double direction) {
+          of.tangent().balls[v.ball].quaternion[v.element] += direction;
+        })
+        .says("Start orientation of %, quaternion component $")
+        .labels(quaternion_components),
+    parameter(Owner::ball, "omega0")
+        .fixed()
+        .array(3)
+        .lives_at(
+            [](Model& model, const Variable& v) -> double& { return model.balls[v.ball].omega[v.element]; })
+        .acts_on(acts::velocity)
+        .direction([](OutputDerivatives& of, const Variable& v, double direction) {
+          of.tangent().balls[v.ball].omega[v.element] += direction;
+        })
+        .measures(quantity::angular_velocity)
+        .says("Start angular velocity of %, $ in link axes")
+        .labels(axes),
+};
+
+}  // namespace
+
+const RowGroup BallMotionVariables::rows = rows_in<motion_entries>;
+const WordGroup BallMotionVariables::words = words_in<motion_entries>;
+const RowGroup BallStartValues::rows = rows_in<start_entries>;
+const WordGroup BallStartValues::words = words_in<start_entries>;
+
+}  // namespace redysim

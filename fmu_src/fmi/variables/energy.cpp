@@ -1,0 +1,87 @@
+#include "dynamics/momentum.hpp"
+#include "fmi/instance/derivatives.hpp"
+#include "fmi/instance/values.hpp"
+#include "fmi/variables/entry.hpp"
+
+// Energies, work and momentum of all bodies.
+
+namespace redysim {
+namespace {
+
+bool is_integrated(const Scene& scene, const Variable&) { return has_work(scene.model, scene.plan); }
+
+Force<double> read_momentum(Values& at) {
+  const System::Coordinates now = at.coordinates();
+  return momentum(at.plan(), at.system().workspace(), now.q, now.qd);
+}
+
+constexpr Entry entries[] = {
+    output(Owner::model, "energy.kinetic")
+        .in(OutputGroup::energy)
+        .bounds(Bounds::not_negative)
+        .reads([](Values& at, const Variable&) { return at.kinetic_energy(); }, Needs::energies)
+        .derivative(
+            [](OutputDerivatives& of, const Variable&) { return of.tangent().kinetic_energy().derivative; })
+        .depends(at_point::all_jumps, initially::kinetic)
+        .measures(quantity::energy)
+        .says("Kinetic energy of links and armatures"),
+    output(Owner::model, "energy.potential")
+        .in(OutputGroup::energy)
+        .reads([](Values& at, const Variable&) { return at.potential_energy(); }, Needs::energies)
+        .derivative(
+            [](OutputDerivatives& of, const Variable&) { return of.tangent().potential_energy().derivative; })
+        .depends(at_point::all_jumps, initially::potential)
+        .measures(quantity::energy)
+        .says("Potential energy of gravity, springs and stops"),
+    output(Owner::model, "energy.total")
+        .in(OutputGroup::energy)
+        .reads([](Values& at, const Variable&) { return at.kinetic_energy() + at.potential_energy(); },
+               Needs::energies)
+        .derivative([](OutputDerivatives& of, const Variable&) { return of.energy(); })
+        .depends(at_point::all_jumps, initially::energies)
+        .measures(quantity::energy)
+        .says("Sum of kinetic and potential energy"),
+    output(Owner::model, "momentum.linear")
+        .in(OutputGroup::momentum)
+        .array(3)
+        .reads([](Values& at, const Variable& v) { return read_momentum(at).force[v.element]; })
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return of.tangent().momentum().force[v.element].derivative;
+        })
+        .depends(at_point::all_jumps, initially::kinetic)
+        .measures(quantity::momentum)
+        .says("Linear momentum, $ in the ground frame")
+        .labels(axes),
+    output(Owner::model, "momentum.angular")
+        .in(OutputGroup::momentum)
+        .array(3)
+        .reads([](Values& at, const Variable& v) { return read_momentum(at).moment[v.element]; })
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return of.tangent().momentum().moment[v.element].derivative;
+        })
+        .depends(at_point::all_jumps, initially::kinetic)
+        .measures(quantity::angular_momentum)
+        .says("Angular momentum about the ground's origin, $ in the ground frame")
+        .labels(axes),
+    output(Owner::model, "energy.work")
+        .there_if(is_integrated)
+        .reads([](Values& at, const Variable&) { return at.work(); })
+        .derivative([](OutputDerivatives& of, const Variable&) { return of.work(); })
+        .depends(at_point::all_jumps, nullptr)
+        .measures(quantity::energy)
+        .says("Work of drives, ports, dampers and friction since the start"),
+    output(Owner::model, "energy.balance")
+        .there_if(is_integrated)
+        .reads([](Values& at, const Variable&) { return at.energy_balance(); }, Needs::energies)
+        .derivative([](OutputDerivatives& of, const Variable&) { return of.balance(); })
+        .depends(at_point::all_jumps, nullptr)
+        .measures(quantity::energy)
+        .says("Energy balance error: change of total energy minus work (zero in exact arithmetic)"),
+};
+
+}  // namespace
+
+const RowGroup EnergyVariables::rows = rows_in<entries>;
+const WordGroup EnergyVariables::words = words_in<entries>;
+
+}  // namespace redysim

@@ -1,0 +1,266 @@
+#pragma once
+
+#include <array>
+#include <iterator>
+#include <type_traits>
+#include <utility>
+
+#include "fmi/variables/dependencies.hpp"
+#include "fmi/variables/groups.hpp"
+#include "fmi/variables/presentation.hpp"
+#include "fmi/variables/row.hpp"
+
+// Definition of one role of variables: an Entry contains the Row of the running FMU and the Words of the XML.
+// Entries exist at compile time only. `rows_in` and `words_in` split them, so the library in an FMU, which
+// does not refer to the words, contains none of them.
+
+namespace redysim {
+
+struct Entry {
+  Row row;
+  Words words;
+
+  // null: it always exists, is not computed, is not a parameter ...; a derivative that is null is 0
+  bool (*condition)(const Scene&, const Variable&) = nullptr;
+  double (*value)(Values&, const Variable&) = nullptr;
+  double& (*place)(Model&, const Variable&) = nullptr;
+  int (*index)(const System&, const Variable&) = nullptr;
+  void (*set)(OutputDerivatives&, const Variable&, double) = nullptr;
+  double (*rate_of_change)(OutputDerivatives&, const Variable&) = nullptr;
+
+  // --- the running FMU ---
+
+  constexpr Entry array(int rows, int columns = 0) const {
+    Entry e = *this;
+    e.row.rows = static_cast<std::uint8_t>(rows);
+    e.row.columns = static_cast<std::uint8_t>(columns);
+    return e;
+  }
+  constexpr Entry bounds(Bounds bounds, int elements = 255) const {  // of the first elements
+    Entry e = *this;
+    e.row.bounds = bounds;
+    e.row.bounded = static_cast<std::uint8_t>(elements);
+    return e;
+  }
+  constexpr Entry discrete(VariableType type = VariableType::real) const {
+    Entry e = *this;
+    e.row.variability = Variability::discrete;
+    e.row.type = type;
+    return e;
+  }
+  constexpr Entry fixed(VariableType type = VariableType::real) const {
+    Entry e = *this;
+    e.row.variability = Variability::fixed;
+    e.row.type = type;
+    return e;
+  }
+  constexpr Entry adds_to_controller() const {
+    Entry e = *this;
+    e.row.adds_to_controller = true;
+    return e;
+  }
+  // exists if the model file requests the group ...
+  constexpr Entry in(OutputGroup group) const {
+    Entry e = *this;
+    e.row.in_group = true;
+    e.row.group = group;
+    return e;
+  }
+  // ... and if this condition holds
+  constexpr Entry there_if(bool (*holds)(const Scene&, const Variable&)) const {
+    Entry e = *this;
+    e.condition = holds;
+    return e;
+  }
+  constexpr Entry reads(double (*read)(Values&, const Variable&), Needs needs = Needs::nothing) const {
+    Entry e = *this;
+    e.value = read;
+    e.row.needs = needs;
+    return e;
+  }
+  constexpr Entry lives_at(double& (*at)(Model&, const Variable&)) const {
+    Entry e = *this;
+    e.place = at;
+    e.row.storage = Storage::parameter;
+    return e;
+  }
+  constexpr Entry lives_at(int (*at)(const System&, const Variable&)) const {
+    Entry e = acts_on(acts::force);
+    e.index = at;
+    e.row.storage = Storage::input;
+    e.row.has_direction = e.row.is_force = true;
+    return e;
+  }
+  constexpr Entry motion(int order) const {
+    Entry e = *this;
+    e.row.storage = Storage::motion;
+    e.row.motion_order = static_cast<std::uint8_t>(order);
+    return e;
+  }
+  constexpr Entry acts_on(unsigned what) const {
+    Entry e = *this;
+    e.row.acts = static_cast<std::uint16_t>(what);
+    return e;
+  }
+  constexpr Entry direction(void (*set_direction)(OutputDerivatives&, const Variable&, double)) const {
+    Entry e = *this;
+    e.set = set_direction;
+    e.row.has_direction = true;
+    e.row.is_force = false;
+    return e;
+  }
+  constexpr Entry derivative(double (*read)(OutputDerivatives&, const Variable&)) const {
+    Entry e = *this;
+    e.rate_of_change = read;
+    return e;
+  }
+  constexpr Entry rate_is_next() const {
+    Entry e = *this;
+    e.row.rate_is_next = true;
+    return e;
+  }
+
+  // --- the description ---
+
+  constexpr Entry measures(const Quantity& turning, const Quantity& sliding) const {
+    Entry e = *this;
+    e.words.turning = turning;
+    e.words.sliding = sliding;
+    return e;
+  }
+  constexpr Entry measures(const Quantity& quantity) const { return measures(quantity, quantity); }
+  constexpr Entry says(const char* turning, const char* sliding) const {
+    Entry e = *this;
+    e.words.turning_text = turning;
+    e.words.sliding_text = sliding;
+    return e;
+  }
+  constexpr Entry says(const char* text) const { return says(text, text); }
+  template <std::size_t count>
+  constexpr Entry labels(const char* const (&labels)[count]) const {
+    Entry e = *this;
+    e.words.labels = labels;
+    e.words.label_count = static_cast<int>(count);
+    return e;
+  }
+  constexpr Entry adapted(void (*adapt)(const Model&, const Variable&, Presentation&)) const {
+    Entry e = *this;
+    e.words.adapt = adapt;
+    return e;
+  }
+  constexpr Entry starts_at(double (*start)(const Model&, const Variable&)) const {
+    Entry e = *this;
+    e.words.start = start;
+    return e;
+  }
+  constexpr Entry depends(Rule at_point, Rule at_start) const {
+    Entry e = *this;
+    e.words.at_point = at_point;
+    e.words.at_start = at_start;
+    return e;
+  }
+  constexpr Entry constant(ConstantFactor constant) const {
+    Entry e = *this;
+    e.words.constant = constant;
+    return e;
+  }
+};
+
+constexpr Entry output(Owner owner, const char* name) {
+  Entry e;
+  e.row.owner = owner;
+  e.row.name = name;
+  return e;
+}
+
+constexpr Entry input(Owner owner, const char* name) {
+  Entry e = output(owner, name);
+  e.row.causality = Causality::input;
+  return e;
+}
+
+// Exists if the model file lists it as tunable; fixed() parameters always exist.
+constexpr Entry parameter(Owner owner, const char* name) {
+  Entry e = output(owner, name);
+  e.row.causality = Causality::parameter;
+  e.row.variability = Variability::tunable;
+  return e;
+}
+
+template <const auto& entries, class Item, Item Entry::*part>
+struct Column {
+  static constexpr std::size_t count = std::size(entries);
+  static constexpr std::array<Item, count> made() {
+    std::array<Item, count> items{};
+    for (std::size_t i = 0; i < count; ++i) items[i] = entries[i].*part;
+    return items;
+  }
+  static constexpr std::array<Item, count> items = made();
+};
+
+// The functions of all entries of a group, by the index of the row. A call is a chain of comparisons with
+// constants. Tables of function pointers would be relocated when the library is loaded.
+template <const auto& entries>
+struct Functions {
+  template <auto function, std::size_t i = 0, class Result, class... Arguments>
+  static Result call(int row, Result otherwise, Arguments&... arguments) {
+    if constexpr (i < std::size(entries)) {
+      constexpr auto called = entries[i].*function;
+      if (row != static_cast<int>(i)) return call<function, i + 1>(row, otherwise, arguments...);
+      if constexpr (called != nullptr) {
+        using Returned = decltype(called(arguments...));
+        if constexpr (std::is_void_v<Returned>)
+          called(arguments...);
+        else if constexpr (std::is_reference_v<Returned>)
+          return &called(arguments...);
+        else
+          return called(arguments...);
+      }
+    }
+    return otherwise;
+  }
+
+  static bool exists(int row, const Scene& scene, const Variable& variable) {
+    return call<&Entry::condition>(row, true, scene, variable);
+  }
+  static double read(int row, Values& values, const Variable& variable) {
+    return call<&Entry::value>(row, 0.0, values, variable);
+  }
+  static double* place(int row, Model& model, const Variable& variable) {
+    return call<&Entry::place>(row, static_cast<double*>(nullptr), model, variable);
+  }
+  static int input(int row, const System& system, const Variable& variable) {
+    return call<&Entry::index>(row, 0, system, variable);
+  }
+  static void set_direction(int row, OutputDerivatives& derivatives, const Variable& variable,
+                            double direction) {
+    call<&Entry::set>(row, false, derivatives, variable, direction);
+  }
+  static double derivative(int row, OutputDerivatives& derivatives, const Variable& variable) {
+    return call<&Entry::rate_of_change>(row, 0.0, derivatives, variable);
+  }
+};
+
+template <const auto& entries, class Function>
+constexpr bool any_has(Function Entry::*function) {
+  for (const Entry& entry : entries)
+    if (entry.*function != nullptr) return true;
+  return false;
+}
+
+template <const auto& entries>
+inline constexpr RowGroup rows_in{
+    Column<entries, Row, &Entry::row>::items.data(),
+    static_cast<int>(std::size(entries)),
+    any_has<entries>(&Entry::condition) ? Functions<entries>::exists : nullptr,
+    any_has<entries>(&Entry::value) ? Functions<entries>::read : nullptr,
+    any_has<entries>(&Entry::place) ? Functions<entries>::place : nullptr,
+    any_has<entries>(&Entry::index) ? Functions<entries>::input : nullptr,
+    any_has<entries>(&Entry::set) ? Functions<entries>::set_direction : nullptr,
+    any_has<entries>(&Entry::rate_of_change) ? Functions<entries>::derivative : nullptr};
+
+template <const auto& entries>
+inline constexpr WordGroup words_in{Column<entries, Words, &Entry::words>::items.data(),
+                                    static_cast<int>(std::size(entries))};
+
+}  // namespace redysim

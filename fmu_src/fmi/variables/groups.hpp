@@ -1,0 +1,73 @@
+#pragma once
+
+#include <tuple>
+
+#include "fmi/variables/row.hpp"
+
+// Groups of variables, defined in the file of their subject.
+
+namespace redysim {
+
+struct Words;
+
+// The words of a group, in the order of its rows.
+struct WordGroup {
+  const Words* words;
+  int count;
+};
+
+struct JointMotionVariables {  // joint.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
+struct BallMotionVariables {  // ball.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
+struct JointDriveVariables {  // joint.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
+struct FrameVariables {  // frame.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
+struct LoopVariables {  // loop.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
+struct EnergyVariables {  // energy.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
+struct SolverHealth {  // solver.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
+struct JointStartValues {  // joint.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
+struct BallStartValues {  // ball.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
+struct JointParameters {  // joint_parameters.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
+struct LinkParameters {  // link.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
+struct SolverParameters {  // solver.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
+
+// In the order of the XML.
+using Groups = std::tuple<JointMotionVariables, BallMotionVariables, JointDriveVariables, FrameVariables,
+                          LoopVariables, EnergyVariables, SolverHealth, JointStartValues, BallStartValues,
+                          JointParameters, LinkParameters, SolverParameters>;
+
+}  // namespace redysim

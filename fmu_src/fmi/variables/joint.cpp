@@ -1,0 +1,200 @@
+#include "fmi/instance/derivatives.hpp"
+#include "fmi/instance/values.hpp"
+#include "fmi/variables/entry.hpp"
+#include "fmi/variables/parameters.hpp"
+#include "integrate/control/control_tangent.hpp"
+
+// Variables of a joint with one DOF: motion, drive and start. Parameters: joint_parameters.cpp.
+
+namespace redysim {
+namespace {
+
+const Joint& joint_of(const Model& model, const Variable& variable) {
+  return model.links[variable.link].joint;
+}
+
+bool is_controlled(const Scene& scene, const Variable& variable) {
+  return controlled_joint(scene.model, variable.link) != nullptr;
+}
+
+// By inputs, not by a trajectory.
+bool takes_motion(const Scene& scene, const Variable& variable) {
+  if (joint_of(scene.model, variable).drive != Drive::motion) return false;
+  for (const Trajectory& trajectory : scene.model.trajectories)
+    if (trajectory.link == variable.link) return false;
+  return true;
+}
+
+bool takes_force(const Scene& scene, const Variable& variable) {
+  return joint_of(scene.model, variable).drive == Drive::torque &&
+         (!is_controlled(scene, variable) || scene.model.controller.input);
+}
+
+bool shows_position(const Scene& scene, const Variable& variable) { return !takes_motion(scene, variable); }
+
+bool shows_velocity(const Scene& scene, const Variable& variable) {
+  return !takes_motion(scene, variable) && joint_of(scene.model, variable).drive != Drive::locked;
+}
+
+bool shows_force(const Scene& scene, const Variable& variable) {
+  const Drive drive = joint_of(scene.model, variable).drive;
+  return drive == Drive::motion || drive == Drive::locked || is_controlled(scene, variable);
+}
+
+bool starts_with_position(const Scene& scene, const Variable& variable) {
+  return joint_of(scene.model, variable).drive != Drive::motion;
+}
+
+bool starts_with_velocity(const Scene& scene, const Variable& variable) {
+  return starts_with_position(scene, variable) && joint_of(scene.model, variable).drive != Drive::locked;
+}
+
+double read_position(Values& at, const Variable& v) { return at.coordinates().q[v.joint]; }
+double read_velocity(Values& at, const Variable& v) { return at.coordinates().qd[v.joint]; }
+double read_acceleration(Values& at, const Variable& v) { return at.acceleration(v.joint); }
+
+double start_position(const Model& model, const Variable& v) { return joint_of(model, v).q0; }
+double start_velocity(const Model& model, const Variable& v) { return joint_of(model, v).qd0; }
+
+void set_position_direction(OutputDerivatives& of, const Variable& v, double direction) {
+  of.tangent().q[v.joint].derivative += direction;
+}
+void set_velocity_direction(OutputDerivatives& of, const Variable& v, double direction) {
+  of.tangent().qd[v.joint].derivative += direction;
+}
+
+void explain_drive(const Model& model, const Variable& variable, Presentation& shown) {
+  if (controlled_joint(model, variable.link)) shown.description += ", added to the controller's";
+}
+
+void explain_force(const Model& model, const Variable& variable, Presentation& shown) {
+  const Drive drive = joint_of(model, variable).drive;
+  if (drive == Drive::motion) shown.description += " for the prescribed motion";
+  if (drive == Drive::locked) shown.description.replace(0, 5, "Holding").append(" (locked)");
+}
+
+constexpr Entry motion_entries[] = {
+    input(Owner::joint, "tau")
+        .adds_to_controller()
+        .there_if(takes_force)
+        .lives_at([](const System& system, const Variable& v) { return system.input_layout().tau[v.joint]; })
+        .measures(quantity::torque, quantity::force)
+        .says("Drive torque of %", "Drive force of %")
+        .adapted(explain_drive),
+    input(Owner::joint, "q")
+        .there_if(takes_motion)
+        .motion(0)
+        .acts_on(acts::position)
+        .direction(set_position_direction)
+        .starts_at(start_position)
+        .measures(quantity::angle, quantity::position)
+        .says("Prescribed angle of %", "Prescribed displacement of %"),
+    input(Owner::joint, "qd")
+        .there_if(takes_motion)
+        .motion(1)
+        .acts_on(acts::velocity)
+        .direction(set_velocity_direction)
+        .starts_at(start_velocity)
+        .measures(quantity::angular_velocity, quantity::velocity)
+        .says("Prescribed angular velocity of %", "Prescribed velocity of %"),
+    input(Owner::joint, "qdd")
+        .there_if(takes_motion)
+        .motion(2)
+        .acts_on(acts::force)
+        .direction([](OutputDerivatives& of, const Variable& v, double direction) {
+          of.tangent().force[v.joint].derivative += direction;
+        })
+        .measures(quantity::angular_acceleration, quantity::acceleration)
+        .says("Prescribed angular acceleration of %", "Prescribed acceleration of %"),
+    output(Owner::joint, "q")
+        .there_if(shows_position)
+        .reads(read_position)
+        .derivative(
+            [](OutputDerivatives& of, const Variable& v) { return of.tangent().q[v.joint].derivative; })
+        .rate_is_next()
+        .depends(at_point::jumps, initially::position)
+        .constant(ConstantFactor::unless_assembled)
+        .measures(quantity::angle, quantity::position)
+        .says("Angle of %", "Displacement of %"),
+    output(Owner::joint, "qd")
+        .there_if(shows_velocity)
+        .reads(read_velocity)
+        .derivative(
+            [](OutputDerivatives& of, const Variable& v) { return of.tangent().qd[v.joint].derivative; })
+        .rate_is_next()
+        .depends(at_point::jumps, initially::velocity)
+        .constant(ConstantFactor::unless_assembled)
+        .measures(quantity::angular_velocity, quantity::velocity)
+        .says("Angular velocity of %", "Velocity of %"),
+    output(Owner::joint, "qdd")
+        .in(OutputGroup::acceleration)
+        .there_if(shows_velocity)
+        .reads(read_acceleration, Needs::accelerations)
+        .derivative(
+            [](OutputDerivatives& of, const Variable& v) { return of.tangent().qdd[v.joint].derivative; })
+        .depends(at_point::accelerations, initially::accelerations)
+        .measures(quantity::angular_acceleration, quantity::acceleration)
+        .says("Angular acceleration of %", "Acceleration of %"),
+};
+
+constexpr Entry force_entries[] = {
+    output(Owner::joint, "tau")
+        .there_if(shows_force)
+        .reads([](Values& at, const Variable& v) { return at.drive_force(v.joint); }, Needs::accelerations)
+        .derivative(
+            [](OutputDerivatives& of, const Variable& v) { return of.tangent().drive[v.joint].derivative; })
+        .depends(at_point::accelerations, initially::accelerations)
+        .measures(quantity::torque, quantity::force)
+        .says("Drive torque of %", "Drive force of %")
+        .adapted(explain_force),
+    output(Owner::joint, "q_ref")
+        .in(OutputGroup::reference)
+        .there_if(is_controlled)
+        .reads([](Values& at, const Variable& v) { return at.reference(v.joint).q; }, Needs::parameters)
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return of.tangent().control()->reference_q(v.joint).derivative;
+        })
+        .depends(nullptr, initially::target)
+        .constant(ConstantFactor::always)
+        .measures(quantity::angle, quantity::position)
+        .says("Reference angle of %", "Reference displacement of %"),
+    output(Owner::joint, "qd_ref")
+        .in(OutputGroup::reference)
+        .there_if(is_controlled)
+        .reads([](Values& at, const Variable& v) { return at.reference(v.joint).qd; })
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return of.tangent().control()->reference_qd(v.joint).derivative;
+        })
+        .measures(quantity::angular_velocity, quantity::velocity)
+        .says("Reference angular velocity of %", "Reference velocity of %"),
+};
+
+constexpr Entry start_entries[] = {
+    parameter(Owner::joint, "q0")
+        .fixed()
+        .there_if(starts_with_position)
+        .lives_at([](Model& model, const Variable& v) -> double& { return model.links[v.link].joint.q0; })
+        .acts_on(acts::position)
+        .direction(set_position_direction)
+        .measures(quantity::angle, quantity::position)
+        .says("Start angle of %", "Start displacement of %"),
+    parameter(Owner::joint, "qd0")
+        .fixed()
+        .there_if(starts_with_velocity)
+        .lives_at([](Model& model, const Variable& v) -> double& { return model.links[v.link].joint.qd0; })
+        .acts_on(acts::velocity)
+        .direction(set_velocity_direction)
+        .measures(quantity::angular_velocity, quantity::velocity)
+        .says("Start angular velocity of %", "Start velocity of %"),
+};
+
+}  // namespace
+
+const RowGroup JointMotionVariables::rows = rows_in<motion_entries>;
+const WordGroup JointMotionVariables::words = words_in<motion_entries>;
+const RowGroup JointDriveVariables::rows = rows_in<force_entries>;
+const WordGroup JointDriveVariables::words = words_in<force_entries>;
+const RowGroup JointStartValues::rows = rows_in<start_entries>;
+const WordGroup JointStartValues::words = words_in<start_entries>;
+
+}  // namespace redysim

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "dynamics/plan.hpp"
+#include "model/model.hpp"
+
+// One role of variables in the running FMU, for example "<joint>.q" or "<frame>.position[i]". Rows are
+// defined as part of an Entry (entry.hpp) in the file of their subject.
+
+namespace redysim {
+
+class OutputDerivatives;
+class System;
+class Values;
+struct Variable;
+
+enum class VariableType : std::uint8_t { real, integer, string };
+enum class Causality : std::uint8_t { parameter, input, output };
+enum class Variability : std::uint8_t { fixed, tunable, discrete, continuous };
+
+// The owner of a variable; its name is the first part of the name of the variable.
+enum class Owner : std::uint8_t { model, joint, ball, frame, loop, link };
+
+// What must be computed before a value is read.
+enum class Needs : std::uint8_t { nothing, parameters, accelerations, energies };
+
+// Where a value is stored: a parameter in the model, an input in System::inputs(), a prescribed motion as one
+// of its three derivatives.
+enum class Storage : std::uint8_t { none, parameter, input, motion };
+
+enum class Bounds : std::uint8_t { none, not_negative, positive, tolerance };
+
+// What a known acts on. Used for dependencies and for checks after tuning.
+namespace acts {
+inline constexpr unsigned force = 1;
+inline constexpr unsigned position = 2, velocity = 4;  // start values, or a prescribed motion
+inline constexpr unsigned mass = 8, weight = 16, armature = 32;
+inline constexpr unsigned potential = 64, resistance = 128;  // of springs and stops; of dampers and friction
+inline constexpr unsigned gravity = 256;
+inline constexpr unsigned target = 512, gain = 1024;
+}  // namespace acts
+
+struct Scene {
+  const Model& model;
+  const Plan<double>& plan;
+};
+
+struct Row {
+  const char* name = "";
+  Owner owner = Owner::model;
+  VariableType type = VariableType::real;
+  Causality causality = Causality::output;
+  Variability variability = Variability::continuous;
+  std::uint8_t rows = 1, columns = 0;  // array with index "[i]", or "[i,j]" if columns > 0; 1, 0: scalar
+  Bounds bounds = Bounds::none;
+  std::uint8_t bounded = 255;  // the bounds hold for the first elements only
+  bool in_group = false;       // exists if `group` is requested
+  OutputGroup group = OutputGroup::acceleration;
+  Needs needs = Needs::nothing;
+  Storage storage = Storage::none;
+  std::uint8_t motion_order = 0;    // of a prescribed motion: 0 position, 1 velocity, 2 acceleration
+  bool adds_to_controller = false;  // named "<name>_added" if a controller drives the joint
+  bool has_direction = false;       // there are derivatives by it
+  bool is_force = false;            // its direction is that of its entry of Tangent::force
+  bool rate_is_next = false;        // its time derivative is the value of the next row
+  std::uint16_t acts = 0;
+
+  int elements() const { return columns ? rows * columns : rows; }
+  bool is_array() const { return rows > 1 || columns > 0; }
+};
+
+// The rows of a group and their functions, which take the index of the row; null if no row has one.
+struct RowGroup {
+  const Row* rows;
+  int count;
+  bool (*exists)(int row, const Scene&, const Variable&);
+  double (*read)(int row, Values&, const Variable&);
+  double* (*place)(int row, Model&, const Variable&);     // of a parameter; null: not a Real parameter
+  int (*input)(int row, const System&, const Variable&);  // index into System::inputs()
+  void (*set_direction)(int row, OutputDerivatives&, const Variable&, double direction);
+  double (*derivative)(int row, OutputDerivatives&, const Variable&);
+
+  const Row* begin() const { return rows; }
+  const Row* end() const { return rows + count; }
+};
+
+}  // namespace redysim

@@ -1,0 +1,40 @@
+#pragma once
+
+// Optional outputs of the FMU: groups that `[fmu] outputs` requests by name (docs/model_file.md).
+
+namespace redysim {
+
+enum class OutputGroup : unsigned char { acceleration, energy, solver, momentum, reference };
+
+struct OutputGroupRow {
+  const char* name;
+  OutputGroup group;
+  bool by_default;  // where the model file has no list
+};
+
+inline constexpr OutputGroupRow output_groups[] = {
+    {"acceleration", OutputGroup::acceleration, true},
+    {"energy", OutputGroup::energy, true},
+    {"solver", OutputGroup::solver, true},
+    {"momentum", OutputGroup::momentum, false},
+    {"reference", OutputGroup::reference, false},
+};
+
+// A set of groups.
+class OutputGroups {
+ public:
+  static constexpr OutputGroups by_default() {
+    OutputGroups groups;
+    for (const OutputGroupRow& row : output_groups)
+      if (row.by_default) groups.add(row.group);
+    return groups;
+  }
+  constexpr bool has(OutputGroup group) const { return (bits_ & bit(group)) != 0; }
+  constexpr void add(OutputGroup group) { bits_ |= bit(group); }
+
+ private:
+  static constexpr unsigned bit(OutputGroup group) { return 1u << static_cast<unsigned>(group); }
+  unsigned bits_ = 0;
+};
+
+}  // namespace redysim
