@@ -4,7 +4,7 @@
 
 namespace redysim {
 
-enum class OutputGroup : unsigned char { acceleration, energy, solver, momentum, reference };
+enum class OutputGroup : unsigned char { acceleration, energy, solver, momentum, reference, power };
 
 struct OutputGroupRow {
   const char* name;
@@ -18,6 +18,7 @@ inline constexpr OutputGroupRow output_groups[] = {
     {"solver", OutputGroup::solver, true},
     {"momentum", OutputGroup::momentum, false},
     {"reference", OutputGroup::reference, false},
+    {"power", OutputGroup::power, false},
 };
 
 // A set of groups.

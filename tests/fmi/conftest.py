@@ -170,7 +170,7 @@ input = true
 method = "auto"
 
 [fmu]
-outputs = ["acceleration", "energy", "solver", "momentum", "reference"]
+outputs = ["acceleration", "energy", "solver", "momentum", "reference", "power"]
 tunable = ["post.mass", "post.com[3]", "gravity[1]", "arm.mass", "arm.com[1]", "arm.inertia[1]", "arm.inertia[4]", "cross[2].damping",
            TUNABLE]
 """

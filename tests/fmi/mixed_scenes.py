@@ -176,4 +176,4 @@ class Scene:
             for entry in entries:
                 text += f"\n[[{section}]]\n" + "".join(f"{key} = {json.dumps(value)}\n" for key, value in entry.items())
         tunable = ["gravity[2]", "b0.mass", f"{self.links[-1]['name']}.com[1]"]
-        return text + f'\n[fmu]\noutputs = ["acceleration", "energy", "momentum", "solver"]\ntunable = {json.dumps(tunable)}\n'
+        return text + f'\n[fmu]\noutputs = ["acceleration", "energy", "momentum", "power", "solver"]\ntunable = {json.dumps(tunable)}\n'

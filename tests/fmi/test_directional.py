@@ -79,7 +79,7 @@ port = "{port}"
     # what stands on the ground has potential energy only
     text += '[[link]]\nname = "mount"\nparent = "ground"\njoint = "fixed"\nalpha = 0.4\na = 0.3\nmass = 2\ncom = [0.1, 0.2, 0.3]\n'
     tunable += ["mount.mass", *(f"mount.com[{k}]" for k in (1, 2, 3))]
-    outputs = ["acceleration", "energy", "momentum", "solver"]
+    outputs = ["acceleration", "energy", "momentum", "power", "solver"]
     return text + f"\n[fmu]\noutputs = {outputs}\ntunable = {tunable}\n".replace("'", '"')
 
 
@@ -113,7 +113,7 @@ kp = [30, 5]
 kd = 2
 input = true
 [fmu]
-outputs = ["acceleration", "energy", "solver", "reference", "momentum"]
+outputs = ["acceleration", "energy", "solver", "reference", "momentum", "power"]
 tunable = ["arm.kp", "arm.kd", "hand.kd", {"" if feed_forward else '"hand.target", '}"hand.mass", "hand.com[2]", "arm.inertia[3]", "arm.damping", "arm.stiffness",
            "arm.rest", "arm.armature", "hand.friction", "gravity[1]", "gravity[2]"]
 """
@@ -146,7 +146,7 @@ kd = 2
 target = [0.5, -0.5]
 input = true
 [fmu]
-outputs = ["acceleration", "energy", "solver", "momentum"]
+outputs = ["acceleration", "energy", "solver", "momentum", "power"]
 tunable = ["arm.kp", "hand.target", "hand.mass"]
 """
 

@@ -41,6 +41,11 @@ bool shows_force(const Scene& scene, const Variable& variable) {
   return drive == Drive::motion || drive == Drive::locked || is_controlled(scene, variable);
 }
 
+bool has_drive(const Scene& scene, const Variable& variable) {
+  const Drive drive = joint_of(scene.model, variable).drive;
+  return drive == Drive::torque || drive == Drive::motion;
+}
+
 bool starts_with_position(const Scene& scene, const Variable& variable) {
   return joint_of(scene.model, variable).drive != Drive::motion;
 }
@@ -72,6 +77,29 @@ void explain_force(const Model& model, const Variable& variable, Presentation& s
   if (drive == Drive::motion) shown.description += " for the prescribed motion";
   if (drive == Drive::locked) shown.description.replace(0, 5, "Holding").append(" (locked)");
 }
+
+// Whether the drive force is computed from accelerations or state. Otherwise it is an input.
+bool force_follows(const Variable& variable, const Components& components) {
+  return components.plan().joints[variable.joint].prescribed ||
+         controlled_joint(components.model(), variable.link) != nullptr;
+}
+
+bool is_own_force(const Variable& unknown, const Variable& known) {
+  return known.row->storage == Storage::input && known.row->owner == Owner::joint &&
+         known.joint == unknown.joint;
+}
+
+bool power_at_point(const Variable& unknown, const Variable& known, const Components& components) {
+  if (force_follows(unknown, components)) return at_point::accelerations(unknown, known, components);
+  return at_point::jumps(unknown, known, components) || is_own_force(unknown, known);
+}
+
+bool power_at_start(const Variable& unknown, const Variable& known, const Components& components) {
+  if (force_follows(unknown, components)) return initially::accelerations(unknown, known, components);
+  return initially::velocity(unknown, known, components) || is_own_force(unknown, known);
+}
+
+constexpr Unit watt{"W", 1, 2, -3, 0};
 
 constexpr Entry motion_entries[] = {
     input(Owner::joint, "tau")
@@ -167,6 +195,20 @@ constexpr Entry force_entries[] = {
         })
         .measures(quantity::angular_velocity, quantity::velocity)
         .says("Reference angular velocity of %", "Reference velocity of %"),
+    output(Owner::joint, "power")
+        .in(OutputGroup::power)
+        .there_if(has_drive)
+        .reads([](Values& at,
+                  const Variable& v) { return at.drive_force(v.joint) * at.coordinates().qd[v.joint]; },
+               Needs::accelerations)
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          const Tangent& at = of.tangent();
+          return (at.drive[v.joint] * at.qd[v.joint]).derivative;
+        })
+        .depends(power_at_point, power_at_start)
+        .measures({&watt, "Power"})
+        .says("Power of the drive torque of %, friction not included",
+              "Power of the drive force of %, friction not included"),
 };
 
 constexpr Entry start_entries[] = {
