@@ -22,7 +22,15 @@ bool slides(const JointPlan<Scalar>& joint) {
 // The linear part of S.
 template <class Scalar>
 double advance(const JointPlan<Scalar>& joint) {
-  return slides(joint) ? 1 : 0;
+  switch (joint.subspace) {
+    case Subspace::rotation:
+      return 0;
+    case Subspace::translation:
+      return 1;
+    case Subspace::helix:
+      break;
+  }
+  return joint.pitch;
 }
 
 // Angle about z and offset along z at q.
@@ -37,9 +45,11 @@ Scalar joint_offset(const JointPlan<Scalar>& joint, const Scalar& q) {
     case Subspace::rotation:
       return joint.d;
     case Subspace::translation:
+      return joint.d + q;
+    case Subspace::helix:
       break;
   }
-  return joint.d + q;
+  return joint.d + joint.pitch * q;
 }
 
 // S^T w, the generalized force of a wrench.
@@ -49,9 +59,11 @@ Scalar generalized_force(const JointPlan<Scalar>& joint, const Force<Scalar>& w)
     case Subspace::rotation:
       return w.moment.z();
     case Subspace::translation:
+      return w.force.z();
+    case Subspace::helix:
       break;
   }
-  return w.force.z();
+  return w.moment.z() + joint.pitch * w.force.z();
 }
 
 // m += S rate.
@@ -63,6 +75,10 @@ void add_motion(const JointPlan<Scalar>& joint, const Scalar& rate, Motion<Scala
       return;
     case Subspace::translation:
       m.linear.z() += rate;
+      return;
+    case Subspace::helix:
+      m.angular.z() += rate;
+      m.linear.z() += joint.pitch * rate;
       return;
   }
 }
@@ -78,6 +94,10 @@ void add_motion(const JointPlan<Scalar>& joint, const Vec3<Scalar>& along, Vec3<
     case Subspace::translation:
       linear += along;
       return;
+    case Subspace::helix:
+      angular += along;
+      linear += Scalar(joint.pitch) * along;
+      return;
   }
 }
 
@@ -91,6 +111,10 @@ void add_velocity_product(const JointPlan<Scalar>& joint, const Vec3<Scalar>& tu
       return;
     case Subspace::translation:
       a.linear += Scalar(2) * turned;
+      return;
+    case Subspace::helix:
+      a.angular += turned;
+      a.linear += Scalar(2 * joint.pitch) * turned;
       return;
   }
 }
@@ -108,6 +132,10 @@ void set_velocity_product(const JointPlan<Scalar>& joint, const Vec3<Scalar>& om
       a.linear.y() -= Scalar(2) * qd * omega.x();
       a.angular.setZero();
       return;
+    case Subspace::helix:
+      a.angular = {qd * omega.y(), -qd * omega.x(), Scalar(0)};
+      a.linear += Scalar(2 * joint.pitch) * a.angular;
+      return;
   }
 }
 
@@ -118,9 +146,11 @@ REDYSIM_INLINE Lanes<Scalar> inertia_column(const JointPlan<Scalar>& joint, cons
     case Subspace::rotation:
       return permuted<0, 3, 3, 0>(entry);
     case Subspace::translation:
+      return permuted<2, 1, 1, 2>(entry);
+    case Subspace::helix:
       break;
   }
-  return permuted<2, 1, 1, 2>(entry);
+  return permuted<0, 3, 3, 0>(entry) + Scalar(joint.pitch) * permuted<2, 1, 1, 2>(entry);
 }
 
 // S^T A S from the entry zz.
@@ -130,9 +160,11 @@ Scalar axis_inertia(const JointPlan<Scalar>& joint, const Lanes<Scalar>& zz) {
     case Subspace::rotation:
       return zz[0];
     case Subspace::translation:
+      return zz[1];
+    case Subspace::helix:
       break;
   }
-  return zz[1];
+  return zz[0] + joint.pitch * (zz[2] + zz[3] + joint.pitch * zz[1]);
 }
 
 // The largest S^T w there can be, squared, from the squares of a moment and a force (or of any other measures
@@ -143,9 +175,11 @@ Scalar largest_squared(const JointPlan<Scalar>& joint, const Scalar& moment, con
     case Subspace::rotation:
       return moment;
     case Subspace::translation:
+      return force;
+    case Subspace::helix:
       break;
   }
-  return force;
+  return moment + joint.pitch * joint.pitch * force;
 }
 
 }  // namespace redysim

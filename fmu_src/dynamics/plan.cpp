@@ -54,7 +54,10 @@ JointPlan<Scalar> joint_plan(const Joint& joint, const Placement& placement, int
   JointPlan<Scalar> plan;
   plan.parent = parent;
   plan.link = link;
-  plan.subspace = slides(joint) ? Subspace::translation : Subspace::rotation;
+  plan.subspace = !slides(joint) ? Subspace::rotation
+                  : turns(joint) ? Subspace::helix
+                                 : Subspace::translation;
+  plan.pitch = joint.pitch;
   plan.prescribed = joint.drive == Drive::motion || joint.drive == Drive::locked;
   plan.twist = twist_of(dh.alpha);
   if (plan.twist == Twist::none) {

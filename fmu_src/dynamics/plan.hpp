@@ -18,7 +18,7 @@ namespace redysim {
 enum class Twist { none, plus_90, minus_90, general };
 
 // The parts of a joint's motion subspace S that are not zero (dynamics/motion_subspace.hpp).
-enum class Subspace : unsigned char { rotation, translation };
+enum class Subspace : unsigned char { rotation, translation, helix };
 
 // One moving joint and the body it carries. Joints stand parent before child.
 template <class Scalar>
@@ -26,6 +26,7 @@ struct JointPlan {
   int parent = ground;  // joint index of the carrier
   int link = 0;         // index into Model::links
   Subspace subspace = Subspace::rotation;
+  double pitch = 0;         // linear part of S of a helix, m/rad
   bool prescribed = false;  // its acceleration is given, its force follows
   bool of_ball = false;     // chart, z, x or y joint of a spherical joint (dynamics/ball.hpp)
   bool branch = false;      // gamma, b or aside present

@@ -8,11 +8,13 @@ namespace redysim {
 
 // The kinds of joints in a Model. The reader builds joints of several degrees of freedom from them
 // (model/read/compound_joint.hpp).
-enum class JointType { revolute, prismatic, fixed };
+enum class JointType { revolute, prismatic, screw, fixed };
 
 // Their words, in the field `joint` of model files and in drawings.
-inline constexpr std::pair<const char*, JointType> joint_types[] = {
-    {"revolute", JointType::revolute}, {"prismatic", JointType::prismatic}, {"fixed", JointType::fixed}};
+inline constexpr std::pair<const char*, JointType> joint_types[] = {{"revolute", JointType::revolute},
+                                                                    {"prismatic", JointType::prismatic},
+                                                                    {"screw", JointType::screw},
+                                                                    {"fixed", JointType::fixed}};
 
 // How a joint is driven: a torque input, a prescribed motion input (inverse dynamics of that joint),
 // held at its start position, or no actuator at all.
@@ -32,6 +34,7 @@ struct Joint {
   JointType type = JointType::revolute;
   Drive drive = Drive::torque;
   DhParameters dh;
+  double pitch = 0;  // of a screw, m/rad
   double q0 = 0, qd0 = 0;
   bool hold = false;  // loop assembly keeps q0 of this joint
   double damping = 0, stiffness = 0, rest = 0, armature = 0;
@@ -54,6 +57,8 @@ inline MotionSubspace motion_subspace(const Joint& joint) {
       return {1, 0};
     case JointType::prismatic:
       return {0, 1};
+    case JointType::screw:
+      return {1, joint.pitch};
     case JointType::fixed:
       break;
   }

@@ -79,6 +79,93 @@ TEST(BeadOnARod, coriolis_and_centrifugal_force_have_their_closed_form) {
   EXPECT_NEAR(qdd[1], f / 0.5 + r * qd * qd - g * std::sin(q), 1e-13);
 }
 
+// A body on a screw along z, its center of mass at distance r from the axis:
+//   (I + m r^2 + m p^2 + armature) q'' = tau - damping q' + m (r e_turn + p e_z) . gravity
+TEST(Screw, acceleration_has_its_closed_form) {
+  Link nut;
+  nut.joint.type = JointType::screw;
+  nut.joint.pitch = -0.3;
+  nut.joint.damping = 0.4;
+  nut.joint.armature = 0.05;
+  nut.mass = 1.7;
+  const double r = 0.6, p = -0.3, m = 1.7;
+  nut.com = {r, 0, 0.2};
+  nut.inertia = {0.1, 0.2, 0.25, 0.01, 0.02, 0.03};
+  Model model = planar({nut});
+  model.gravity = {2, -3, -g};
+  Evaluate<double> screw(model);
+  const double inertia = 0.25 + m * (r * r + p * p) + 0.05;
+  for (double q = -7; q < 7; q += 0.83) {
+    const double qd = 2 - q, tau = 0.7;
+    const double weight = m * (r * (-2 * std::sin(q) - 3 * std::cos(q)) - p * g);
+    const double expected = (tau - 0.4 * qd + weight) / inertia;
+    EXPECT_NEAR(screw.qdd(Vector{{q}}, Vector{{qd}}, Vector{{tau}})[0], expected,
+                1e-13 * std::abs(expected) + 1e-13);
+    EXPECT_NEAR(screw.tau(Vector{{q}}, Vector{{qd}}, Vector{{expected}})[0], tau, 1e-12);
+  }
+}
+
+// The same vertical, without offset: q'' = (tau - m g p) / (I + m p^2).
+TEST(Screw, falls_on_its_thread) {
+  Link nut;
+  nut.joint.type = JointType::screw;
+  nut.joint.pitch = 0.02;
+  nut.mass = 3;
+  nut.inertia = {0.02, 0.02, 0.01, 0, 0, 0};
+  Model model = planar({nut});
+  model.gravity = {0, 0, -g};
+  const double expected = (0.1 - 3 * g * 0.02) / (0.01 + 3 * 0.02 * 0.02);
+  EXPECT_NEAR(Evaluate<double>(model).qdd(Vector{{4.0}}, Vector{{-9.0}}, Vector{{0.1}})[0], expected, 1e-13);
+}
+
+// A nut on a thread along a turning rod, r = r0 + p q; Ix about the thread, I across:
+//   (I_rod + I + m r^2) theta'' = tau - 2 m r p q' theta' - m g r cos
+//   (Ix + m p^2) q'' = f + m r p theta'^2 - m g p sin
+TEST(ThreadedRod, coriolis_and_centrifugal_force_have_their_closed_form) {
+  Link rod, nut;
+  rod.inertia = {0, 0, 0.2, 0, 0, 0};
+  nut.parent = 0;
+  nut.mass = 0.5;
+  nut.inertia = {0.03, 0.03, 0.01, 0, 0, 0};
+  nut.joint.type = JointType::screw;
+  nut.joint.pitch = 0.15;
+  constexpr double quarter = 1.5707963267948966;
+  const double r0 = 0.3, p = 0.15, m = 0.5;
+  nut.joint.dh = {quarter, 0, quarter, 0, 0, r0};  // z of the nut along x of the rod
+  Evaluate<double> system(planar({rod, nut}));
+  const double angle = 0.4, q = 2.9, rate = 1.7, qd = -6, tau = 0.3, f = 0.2, r = r0 + p * q;
+  const Vector qdd = system.qdd(Vector{{angle, q}}, Vector{{rate, qd}}, Vector{{tau, f}});
+  EXPECT_NEAR(qdd[0],
+              (tau - 2 * m * r * p * qd * rate - m * g * r * std::cos(angle)) / (0.2 + 0.03 + m * r * r),
+              1e-12);
+  EXPECT_NEAR(qdd[1], (f + m * r * p * rate * rate - m * g * p * std::sin(angle)) / (0.01 + m * p * p),
+              1e-12);
+}
+
+// A spindle that turns in a nut, which a guide keeps from turning: x = -p q1 for the carriage,
+//   (I_spindle + m p^2) q1'' = tau + m g p
+TEST(LeadScrew, spindle_acceleration_has_its_closed_form) {
+  Link spindle, carriage;
+  spindle.inertia = {0, 0, 0.004, 0, 0, 0};
+  carriage.parent = 0;
+  carriage.mass = 12;
+  carriage.inertia = {0.1, 0.2, 0.3, 0, 0, 0};
+  carriage.joint.type = JointType::screw;
+  carriage.joint.pitch = 0.0008;
+  Model model = planar({spindle, carriage});
+  model.gravity = {0, 0, -g};
+  Loop guide;
+  guide.type = LoopType::prismatic;
+  guide.link_b = 1;
+  guide.point_a = guide.point_b = {0.2, 0.1, 0};
+  model.loops = {guide};
+  const double p = 0.0008, m = 12, tau = 0.5, expected = (tau + m * g * p) / (0.004 + m * p * p);
+  const Vector qdd =
+      Evaluate<double>(model).qdd(Vector{{11.0, -11.0}}, Vector{{30.0, -30.0}}, Vector{{tau, 0.0}});
+  EXPECT_NEAR(qdd[0], expected, 1e-9 * expected);
+  EXPECT_NEAR(qdd[1], -expected, 1e-9 * expected);
+}
+
 // Flywheel spinning about its own axis on a turntable: moment about the third axis is I qd1 qd2.
 TEST(Gyroscope, reaction_moment_has_its_closed_form) {
   constexpr double quarter = 1.5707963267948966;

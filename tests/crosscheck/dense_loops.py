@@ -82,7 +82,7 @@ class Rows:
                 moved, reach = dof.axis, n.one(1)
             else:
                 arm = (x_a[0] if on_ground and k in on_a else x_b[0]) - dof.point
-                moved, reach = cross(dof.axis, arm), n.norm(arm)
+                moved, reach = cross(dof.axis, arm) + dof.pitch * dof.axis, n.norm(arm) + abs(dof.pitch)
                 if reach <= nothing:
                     continue
             J[k] = (d[0] * moved).sum() * (1 if k in on_b else -1)

@@ -67,7 +67,7 @@ class Dense:
         linear, angular = self.n.zeros(3, len(path)), self.n.zeros(3, len(path))
         for c, k in enumerate(path):
             dof = s.dofs[k]
-            linear[:, c] = cross(dof.axis, x - dof.point) if dof.turns else dof.axis
+            linear[:, c] = cross(dof.axis, x - dof.point) + dof.pitch * dof.axis if dof.turns else dof.axis
             if dof.turns:
                 angular[:, c] = dof.axis
         sizes = np.array([self.n.norm(linear[:, c]) for c in range(len(path))])

@@ -19,6 +19,7 @@ TURN, SLIDE, BALL = "turn", "slide", "ball"
 FREEDOMS = {
     "revolute": [(TURN, 2)],
     "prismatic": [(SLIDE, 2)],
+    "screw": [(TURN, 2)],  # and advances along its axis by the link's pitch
     "fixed": [],
     "universal": [(TURN, 2), (TURN, 1)],
     "cylindrical": [(TURN, 2), (SLIDE, 2)],
@@ -102,6 +103,7 @@ class Dof:
         self.name = f"{joint}[{index + 1}]" if count > 1 and not ball else joint
         self.part = index if ball else None  # of the angular velocity
         self.fields: dict = {}
+        self.pitch = 0  # m/rad
         self.axis = self.point = None
 
     @property
@@ -173,6 +175,7 @@ class Scene:
                 dof = Dof(kind, name, part if kind == BALL else k, len(motions), i, drive)
                 if kind != BALL:
                     dof.fields = self._fields(table, k, len(motions), kind)
+                    dof.pitch = self.numbers.one(table.get("pitch", 0))
                 link.dofs.append(len(self.dofs))
                 self.dofs.append(dof)
         link.path += link.dofs
@@ -216,7 +219,7 @@ class Scene:
         T[axis, 3] = by
         return T
 
-    def _motion(self, kind: str, axis: int, q, qd) -> tuple:
+    def _motion(self, kind: str, axis: int, q, qd, pitch) -> tuple:
         """T, T', T'' of one motion at constant speed."""
         if kind == SLIDE:
             first = self.numbers.zeros(4, 4)
@@ -226,6 +229,7 @@ class Scene:
         spin = self.numbers.zeros(4, 4)
         if kind == TURN:
             spin[:3, :3] = skew(self.numbers.eye(3)[axis] * qd)
+            T[axis, 3], spin[axis, 3] = pitch * q, pitch * qd
         else:
             T[:3, :3] = rotation(q, self.numbers)
             spin[:3, :3] = skew(qd)
@@ -278,7 +282,7 @@ class Scene:
                     q, qd = n.one(state[dof.variable("q")]), n.one(state[dof.variable("qd")])
                     dof.q, dof.qd = q, qd
                     dof.axis, dof.point = pose[0][:3, axis], pose[0][:3, 3]
-                pose = product(pose, self._motion(kind, axis, q, qd))
+                pose = product(pose, self._motion(kind, axis, q, qd, dof.pitch))
                 for part in range(3 if kind == BALL else 0):
                     ball = self.dofs[link.dofs[k + part]]
                     ball.qd, ball.axis, ball.point = qd[part], pose[0][:3, part], pose[0][:3, 3]
@@ -297,7 +301,7 @@ class Scene:
         length = self.numbers.one(0)
         while a != b:
             link = self.links[max(a, b)]
-            slides = [self.dofs[k].q for k in link.dofs if not self.dofs[k].turns]
+            slides = [self.dofs[k].q * (self.dofs[k].pitch if self.dofs[k].turns else 1) for k in link.dofs if self.dofs[k].part is None]
             length += self.numbers.norm(link.frame[:3, 3]) + sum(abs(q) for q in slides)
             a, b = (link.parent, b) if a > b else (a, link.parent)
         return length

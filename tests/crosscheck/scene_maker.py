@@ -97,6 +97,8 @@ class Maker:
         if not massless:
             self._give_inertia(link, joint, size)
         self._give_position(link, joint, size, fields)
+        if joint == "screw":
+            link["pitch"] = self.pick([-1, 1]) * self.between(0.02, 0.5) * size
         link |= fields
         self.links.append(link)
         self.sizes[name] = size
@@ -130,10 +132,8 @@ class Maker:
             else:
                 v = self.rng.normal(size=4)
                 q += self.numbers(v / np.linalg.norm(v))
-        if joint in ("revolute", "prismatic"):
-            link["q"] = q[0]
-        elif joint != "fixed":
-            link["q"] = q
+        if q:
+            link["q"] = q if len(q) > 1 else q[0]
 
     def chain(self, parent: str, size: float, joints: list[str]) -> list[str]:
         names = []

@@ -9,7 +9,7 @@ import numpy as np
 from tests.crosscheck.dense_scene import FREEDOMS
 from tests.crosscheck.scene_maker import ROWS, Maker
 
-ANY = ["revolute"] * 6 + ["prismatic"] * 3 + ["fixed", "universal", "cylindrical", "planar", "spherical", "free"]
+ANY = ["revolute"] * 6 + ["prismatic"] * 3 + ["screw"] * 2 + ["fixed", "universal", "cylindrical", "planar", "spherical", "free"]
 NOT_FREE = [joint for joint in ANY if joint not in ("free", "fixed")]
 
 
@@ -136,7 +136,7 @@ def legs(m: Maker, parent: str, size: float) -> None:
 
 def bearing(m: Maker, parent: str, size: float) -> None:
     """A joint and a loop, or several, that repeat it."""
-    joint = m.pick(["revolute", "revolute", "prismatic", "prismatic", "cylindrical", "spherical", "universal"])
+    joint = m.pick(["revolute", "revolute", "prismatic", "prismatic", "screw", "cylindrical", "spherical", "universal"])
     name = m.add(parent, joint, size)
     for _ in range(m.pick([1, 1, 2])):
         repeat(m, joint, parent, name, size)
@@ -159,7 +159,7 @@ def repeat(m: Maker, joint: str, parent: str, name: str, size: float) -> None:
     elif joint == "prismatic":
         kind = m.pick(["prismatic", "prismatic", "cylindrical"])
         m.close(kind, a, b, along + m.vector(size), axis, slide=m.between(-0.5, 0.5) * size)
-    elif joint == "cylindrical":
+    elif joint in ("cylindrical", "screw"):
         m.close("cylindrical", a, b, along, axis, slide=m.between(-0.5, 0.5) * size)
     elif joint == "spherical":
         m.close(m.pick(["spherical", "point"]), a, b, centre, directions=list(np.eye(3)))

@@ -175,7 +175,7 @@ def give_velocities(m: Maker, dense: Dense) -> None:
         if not link.dofs or table["name"] in locked:
             continue
         values = [float(v[k] / s.unit) if s.dofs[k].turns else float(v[k]) for k in link.dofs]
-        table["qd"] = values[0] if link.joint in ("revolute", "prismatic") else values
+        table["qd"] = values if len(values) > 1 else values[0]
 
 
 def guide(m: Maker, inputs: dict, scene: Scene) -> None:

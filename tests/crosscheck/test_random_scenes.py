@@ -61,6 +61,23 @@ def test_the_dense_formulation_knows_the_door():
         assert motion.rank == 0
 
 
+def test_the_dense_formulation_knows_a_nut_on_a_thread():
+    nut = {
+        "name": "nut",
+        "joint": "screw",
+        "pitch": -0.3,
+        "mass": 1.7,
+        "com": [0.6, 0, 0.2],
+        "inertia": [0.1, 0.2, 0.25],
+        "q": 0.9,
+        "qd": 2,
+    }
+    dense = Dense({"name": "thread", "gravity": [2, -3, -9.81], "link": [nut]})
+    weight = 1.7 * (0.6 * (-2 * math.sin(0.9) - 3 * math.cos(0.9)) + 0.3 * 9.81)
+    qdd = (0.7 + weight) / (0.25 + 1.7 * (0.6**2 + 0.3**2))
+    assert float(dense.solve(dense.scene.start(), {"nut.tau": 0.7}).qdd[0]) == pytest.approx(qdd, rel=1e-14)
+
+
 def test_scenes_hold_everything():
     """A generator that forgets something would make the tests below easy."""
     words = Counter()
@@ -70,7 +87,7 @@ def test_scenes_hold_everything():
         file = tomllib.loads(case.text)
         for table in (table for kind in ("link", "loop", "spring", "frame") for table in file.get(kind, [])):
             words.update(f"{key} = {value}" if key in ("joint", "type", "port", "drive") else key for key, value in table.items())
-    joints = ("revolute", "prismatic", "fixed", "universal", "cylindrical", "planar", "spherical", "free")
+    joints = ("revolute", "prismatic", "screw", "fixed", "universal", "cylindrical", "planar", "spherical", "free")
     loops = ("point", "spherical", "universal", "cylindrical", "revolute", "prismatic", "fixed")
     wanted = {f"joint = {joint}" for joint in joints} | {f"type = {loop}" for loop in loops}
     wanted |= {f"drive = {drive}" for drive in ("motion", "locked", "free")} | {"port = ground", "port = frame"}

@@ -43,6 +43,8 @@ q = 0.2
 qd = 0.3
 [[link]]
 name = "hand"
+joint = "screw"
+pitch = 0.06
 alpha = 0.7
 a = 0.4
 d = 0.1

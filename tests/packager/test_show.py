@@ -44,6 +44,8 @@ mass = 1
 q = 0.1
 [[link]]
 name = "hand"
+joint = "screw"
+pitch = -0.15
 alpha = 1.2
 a = 0.25
 mass = 0.5
@@ -66,6 +68,7 @@ DH = {
     "hand": DhFrame(alpha=1.2, a=0.25),
 }
 JOINTS = {"mast": "revolute", "plate": "fixed", "slide": "prismatic", "hand": "revolute"}
+PITCHES = {"hand": -0.15}
 
 
 needs_library = pytest.mark.usefixtures("built_library")
@@ -207,7 +210,9 @@ def test_the_browser_puts_the_links_where_the_model_has_them(model_file, tmp_pat
     row = table[np.argmin(np.abs(table["time"] - 0.25))]
     pose = np.eye(4)
     for name, dh in DH.items():
-        pose = pose @ pose_of(dh, JOINTS[name], row[f"{name}.q"] if f"{name}.q" in table.dtype.names else 0.0)
+        q = row[f"{name}.q"] if f"{name}.q" in table.dtype.names else 0.0
+        pose = pose @ pose_of(dh, JOINTS[name], q)
+        pose[:3, 3] += pose[:3, 2] * PITCHES.get(name, 0.0) * q
     assert json.loads(attribute(dom, "tips"))[0] == pytest.approx((pose @ [0.1, 0.2, 0.3, 1])[:3], abs=1e-6)
     assert "0.250 of 0.500 s" in dom and dom.count('class="panel"') >= 5
 

@@ -152,7 +152,7 @@ TEST_P(RandomLoops, are_the_same_in_any_unit_of_length) {
   c.model.springs.clear();
   for (Link& link : c.model.links) {
     const double armature = link.joint.armature;
-    link.joint = Joint{link.joint.name, link.joint.type, link.joint.drive, link.joint.dh};
+    link.joint = Joint{link.joint.name, link.joint.type, link.joint.drive, link.joint.dh, link.joint.pitch};
     link.joint.armature = armature;
   }
   c.model.loops.push_back(c.model.loops.front());
@@ -264,7 +264,8 @@ void expect_loop_agreement(Random& random, const Model& tree, const std::vector<
 Model two_arms(Random& random, int base, int links) {
   test::TreeOptions options;
   options.links = base + 2 * links;
-  options.branches = options.fixed = options.prismatic = options.springs = options.massless = false;
+  options.branches = options.fixed = options.prismatic = options.screws = options.springs = options.massless =
+      false;
   Model model = test::random_tree(random, options);
   model.links[base].parent = base - 1;
   model.links[base + links].parent = base - 1;

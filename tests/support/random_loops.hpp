@@ -16,8 +16,20 @@ inline std::vector<Pose> poses_at(const Model& model, const Vector& q) {
   Eigen::Index next = 0;
   for (const Link& link : model.links) {
     DhParameters dh = link.joint.dh;
-    if (link.joint.type == JointType::revolute) dh.theta += q[next++];
-    if (link.joint.type == JointType::prismatic) dh.d += q[next++];
+    switch (link.joint.type) {
+      case JointType::revolute:
+        dh.theta += q[next++];
+        break;
+      case JointType::prismatic:
+        dh.d += q[next++];
+        break;
+      case JointType::screw:
+        dh.d += link.joint.pitch * q[next];
+        dh.theta += q[next++];
+        break;
+      case JointType::fixed:
+        break;
+    }
     const Pose own = pose_of(dh);
     poses.push_back(link.parent == ground ? own : poses[link.parent] * own);
   }
@@ -64,11 +76,12 @@ inline Loop repeated_joint(Random& random, const Model& model, int link) {
   loop.name = "again";
   loop.link_a = model.links[link].parent;
   loop.link_b = link;
-  const bool slides = model.links[link].joint.type == JointType::prismatic;
+  const JointType joint = model.links[link].joint.type;
+  const bool slides = joint == JointType::prismatic, screw = joint == JointType::screw;
   const LoopType turning[] = {LoopType::revolute, LoopType::cylindrical, LoopType::spherical,
                               LoopType::point};
   const LoopType sliding[] = {LoopType::prismatic, LoopType::cylindrical};
-  loop.type = slides ? sliding[random.index(2)] : turning[random.index(4)];
+  loop.type = screw ? LoopType::cylindrical : slides ? sliding[random.index(2)] : turning[random.index(4)];
   loop.point_b = {0, 0, random.chance(0.3) ? 0 : random.between(-1, 1)};
   if (slides) loop.point_b = random.vector(1);
   loop.directions = {Vec3<double>::UnitX(), Vec3<double>::UnitY(), Vec3<double>::UnitZ()};
@@ -95,6 +108,7 @@ inline Model resized(Model model, double size) {
     link.mass *= volume;
     link.com *= size;
     for (double& entry : link.inertia) entry *= volume * area;
+    link.joint.pitch *= size;
     link.joint.armature *= link.joint.type == JointType::prismatic ? volume : volume * area;
   }
   for (Loop& loop : model.loops) {

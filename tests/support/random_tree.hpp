@@ -42,6 +42,7 @@ struct TreeOptions {
   int links = 8;
   bool branches = true;
   bool prismatic = true;
+  bool screws = true;
   bool fixed = true;
   bool right_angles = false;  // alpha only from 0, 90, -90, 180 deg
   bool passive = true;        // springs and dampers in joints, armature
@@ -146,8 +147,14 @@ inline Model random_tree(Random& random, const TreeOptions& options) {
     give_inertia(random, link);
     model.links.push_back(link);
   }
-  // from a source of their own, so that models without them stay as they were
-  Random resistance = random;
+  // each from a source of its own, so that models without them stay as they were
+  Random threads = random, resistance = random;
+  if (options.screws)
+    for (Link& link : model.links) {
+      if (link.joint.type != JointType::revolute || !threads.chance(0.25)) continue;
+      link.joint.type = JointType::screw;
+      link.joint.pitch = threads.between(0.05, 0.5) * (threads.chance(0.5) ? 1 : -1);
+    }
   if (options.resistance)
     for (Link& link : model.links) give_resistance(resistance, link.joint);
   if (options.massless) take_masses(random, model.links);
@@ -165,6 +172,7 @@ inline TreeOptions options_of(unsigned seed) {
   options.right_angles = seed % 3 == 0;
   options.branches = seed % 4 != 1;
   options.prismatic = seed % 5 != 2;
+  options.screws = seed % 3 != 2;
   options.passive = seed % 2 == 0;
   options.resistance = seed % 8 >= 5;
   options.springs = seed % 7 == 0;

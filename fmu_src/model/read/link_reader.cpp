@@ -39,6 +39,18 @@ DhParameters read_dh(Section& section, bool degrees) {
   return dh;
 }
 
+// m/rad, whatever the angle unit.
+double read_pitch(Section& section, JointType type) {
+  const double pitch = section.number("pitch", 1);
+  if (type != JointType::screw) {
+    if (section.has("pitch")) section.error("pitch", "pitch applies to a screw joint only");
+    return 0;
+  }
+  if (!section.has("pitch")) section.error("pitch", "pitch is required for a screw joint");
+  if (pitch == 0) section.error("pitch", "pitch must not be 0; use joint 'revolute'");
+  return pitch;
+}
+
 void warn_without_effect(Section& section) {
   std::vector<std::string> keys = {"hold", "drive"};
   for (const JointParameter& parameter : joint_parameters) keys.push_back(parameter.name);
@@ -67,6 +79,7 @@ Joint read_joint(Section& section, const std::string& link_name, bool degrees,
                                        {"locked", Drive::locked}},
                                       Drive::torque);
   joint.dh = read_dh(section, degrees);
+  joint.pitch = read_pitch(section, joint.type);
   joint.hold = section.flag("hold", false);
   if (compound) return joint;
   read_joint_parameters(section, joint, degrees);

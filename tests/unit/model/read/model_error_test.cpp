@@ -134,9 +134,11 @@ TEST(model_error, a_name_has_one_owner) {
 }
 
 TEST(model_error, wrong_words_list_the_right_ones) {
-  EXPECT_EQ(errors(arm + "joint = 'revolut'\n"),
-            (Lines{"6: link 'a': joint must be 'revolute', 'prismatic', 'fixed', 'universal', 'cylindrical', "
-                   "'planar', 'spherical' or 'free', got 'revolut'; did you mean 'revolute'?"}));
+  EXPECT_EQ(
+      errors(arm + "joint = 'revolut'\n"),
+      (Lines{
+          "6: link 'a': joint must be 'revolute', 'prismatic', 'screw', 'fixed', 'universal', 'cylindrical', "
+          "'planar', 'spherical' or 'free', got 'revolut'; did you mean 'revolute'?"}));
   EXPECT_EQ(errors(arm + "drive = 'position'\n"),
             (Lines{"6: link 'a': drive must be 'torque', 'free', 'motion' or 'locked', got 'position'"}));
   EXPECT_TRUE(errors(arm + "[solver]\nmethod = 'auto'\n").empty());

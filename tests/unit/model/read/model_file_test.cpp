@@ -82,6 +82,21 @@ TEST(model_file, degrees_apply_to_angles_only) {
   EXPECT_EQ(slide.dh.alpha, pi);
 }
 
+TEST(model_file, a_screw_has_an_angle_and_a_pitch_in_metres_per_radian) {
+  const Model model = read("angle_unit = 'deg'\n" + arm + "joint = 'screw'\npitch = -0.01\nq = 180\n");
+  const Joint& joint = model.links.at(0).joint;
+  EXPECT_EQ(joint.type, JointType::screw);
+  EXPECT_EQ(joint.pitch, -0.01);
+  EXPECT_DOUBLE_EQ(joint.q0, pi);
+}
+
+TEST(model_file, pitch_belongs_to_screws) {
+  EXPECT_EQ(errors(arm + "joint = 'screw'\n"), (Lines{"2: link 'a': pitch is required for a screw joint"}));
+  EXPECT_EQ(errors(arm + "joint = 'screw'\npitch = 0\n"),
+            (Lines{"7: link 'a': pitch must not be 0; use joint 'revolute'"}));
+  EXPECT_EQ(errors(arm + "pitch = 0.1\n"), (Lines{"6: link 'a': pitch applies to a screw joint only"}));
+}
+
 TEST(model_file, a_link_without_parent_hangs_on_the_one_listed_before) {
   const Model model = read(arms + "[[link]]\nname = 'c'\nmass = 1\nparent = 'ground'\ninertia = [1, 1, 1]\n");
   EXPECT_EQ(model.links.at(0).parent, ground);
