@@ -9,13 +9,44 @@
 
 namespace redysim {
 
-// Springs, ports and rows of loops. Uses positions and velocities.
+// Root to leaves: velocities, inertias and bias wrenches of the bodies, with the wrenches of springs and
+// ports, and the rows of loops. Uses positions.
 template <class Scalar>
-void add_what_acts(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* qd, const Scalar* inputs) {
+void set_bodies(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* qd, const Scalar* inputs) {
+  set_motion(plan, ws, qd);
+  if (plan.is_plain()) return;
   if (plan.has_poses()) set_ground_motion(plan, ws, qd);
   if (plan.has_springs()) add_spring_wrenches(plan, ws);
   if (plan.has_ports()) add_port_wrenches(plan, ws, InputLayout(plan).port_wrench.of(inputs));
   if (plan.has_loops()) set_loop_rows(plan, ws);
+}
+
+// Leaves to root: every joint, eliminated into the articulated inertia of its parent. Uses positions.
+template <class Scalar>
+void eliminate_joints(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
+                      const Scalar* inputs) {
+  // clusters of loops by fronts where they have any; as a whole where a front may hold dependent rows
+  bool by_fronts = plan.has_fronts(), done = false;
+  while (!done) {
+    set_bodies(plan, ws, qd, inputs);
+    done = plan.is_open() || eliminate_with_loops(plan, ws, q, qd, inputs, by_fronts);
+    by_fronts = false;
+  }
+  if (!plan.is_open()) return;
+  for (int i = static_cast<int>(plan.joints.size()) - 1; i >= 0; --i) eliminate(plan, ws, i, q, qd, inputs);
+}
+
+// Root to leaves: accelerations of the bodies, multipliers and qdd.
+template <class Scalar>
+void accelerate_joints(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* inputs, Scalar* qdd) {
+  const int n = static_cast<int>(plan.joints.size());
+  if (plan.is_open())
+    for (int i = 0; i < n; ++i) accelerate_joint(plan, ws, i, qdd, Scalar(0));
+  else
+    accelerate_with_loops(plan, ws, qdd);
+  if (plan.is_plain() || !plan.has_motion()) return;
+  for (int i = 0; i < n; ++i)
+    if (plan.joints[i].prescribed) qdd[i] = inputs[i];
 }
 
 // qdd (nv, rad/s^2 or m/s^2) from q, qd (nv) and the inputs: tau and port_wrench of InputLayout. Gravity,
@@ -24,24 +55,9 @@ void add_what_acts(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar
 template <class Scalar>
 void forward_dynamics(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
                       const Scalar* inputs, Scalar* qdd) {
-  const int n = static_cast<int>(plan.joints.size());
   set_positions(plan, ws, q);
-  const bool plain = plan.is_plain();
-  // by fronts where they will do, else once more with clusters as a whole
-  for (bool early = plan.has_fronts(), done = false; !done; early = false) {
-    set_motion(plan, ws, qd);
-    if (!plain) add_what_acts(plan, ws, qd, inputs);
-    done = plain || !plan.has_loops() || eliminate_with_loops(plan, ws, q, qd, inputs, early);
-  }
-  if (plain || !plan.has_loops()) {
-    for (int i = n - 1; i >= 0; --i) eliminate(plan, ws, i, q, qd, inputs);
-    for (int i = 0; i < n; ++i) accelerate_joint(plan, ws, i, qdd, Scalar(0));
-  } else {
-    accelerate_with_loops(plan, ws, qdd);
-  }
-  if (plain || !plan.has_motion()) return;
-  for (int i = 0; i < n; ++i)
-    if (plan.joints[i].prescribed) qdd[i] = inputs[i];
+  eliminate_joints(plan, ws, q, qd, inputs);
+  accelerate_joints(plan, ws, inputs, qdd);
 }
 
 }  // namespace redysim

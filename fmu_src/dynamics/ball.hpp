@@ -6,8 +6,9 @@
 
 // A spherical joint inside the recursion: a revolute joint about x at the chart angle beta (0 or 90 deg),
 // then revolute joints about z, x, y at the angles (phi, theta, psi), R = Rx(beta) Rz(phi) Rx(theta) Ry(psi)
-// (ReDySim's order after the chart). The state is a quaternion and the angular velocity in link axes; the
-// chart whose cos(theta) is the larger keeps the angles regular, and the motion does not depend on it.
+// (ReDySim's order after the chart). The state is a quaternion and the angular velocity in link axes. The
+// chart with the larger cos(theta) is used, which keeps the angles regular; the motion does not depend on the
+// chart.
 
 namespace redysim {
 
@@ -76,7 +77,7 @@ Vec3<Scalar> angle_rates(const BallAnglesOf<Scalar>& a, const Vec3<Scalar>& omeg
   return {phi_rate, cp * omega.x() + sp * omega.z(), omega.y() - st * phi_rate};
 }
 
-// E' (phi', theta', psi'): what the angular acceleration has beyond E (phi'', theta'', psi'').
+// E' (phi', theta', psi'): the part of the angular acceleration besides E (phi'', theta'', psi'').
 template <class Scalar>
 Vec3<Scalar> rate_bias(const BallAnglesOf<Scalar>& a, const Vec3<Scalar>& rates) {
   using std::cos;

@@ -5,9 +5,9 @@
 #include "dynamics/joint_transform.hpp"
 #include "math/sin_cos.hpp"
 
-// Root-to-leaves passes that every recursion starts with: joint positions, velocities and velocity
-// products, and the inertia and bias wrench of the single bodies. Accelerations are those of the body's
-// origin (not spatial), so linear velocities are never needed.
+// Root-to-leaves passes at the start of every recursion: joint positions, velocities and velocity products,
+// inertia and bias wrench of the single bodies. Linear accelerations are classical accelerations of the
+// body's origin (not spatial), so linear velocities are not needed.
 
 namespace redysim {
 
@@ -59,7 +59,7 @@ void set_joint_velocity(const JointPlan<Scalar>& joint, JointState<Scalar>& s, V
   linear.z() += joint.a * w.x() * w.z();
   turn_x_into(joint, w);
   turn_x_into(joint, linear);
-  if (joint.shifted) centripetal_z(s.offset);
+  if (joint.has_offset) centripetal_z(s.offset);
   turn_into(w.x(), w.y(), s.cosine, s.sine);
   turn_into(linear.x(), linear.y(), s.cosine, s.sine);
   s.c.linear = linear;

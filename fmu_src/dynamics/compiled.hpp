@@ -4,7 +4,7 @@
 #include "dynamics/workspace.hpp"
 
 // The hot recursions for double, compiled once for any x86-64 and once for processors with AVX2 and FMA
-// (about twice as fast); the loader takes the right one. Elsewhere there is one version.
+// (about twice as fast); the loader selects the version. On other platforms there is one version.
 
 namespace redysim {
 

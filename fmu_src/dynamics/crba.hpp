@@ -15,7 +15,7 @@ void joint_space_inertia(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const 
   for (int i = static_cast<int>(plan.joints.size()) - 1; i >= 0; --i) {
     const JointPlan<Scalar>& joint = plan.joints[i];
     JointState<Scalar>& s = ws.joints[i];
-    // wrench of a unit acceleration of joint i, felt by every joint below it
+    // wrench of a unit acceleration of joint i, transmitted to every joint between it and the ground
     set_pivot(joint, s, Scalar(0));
     Force<Scalar> f = s.U;
     M(i, i) = generalized_force(joint, f) + joint.armature;

@@ -14,7 +14,7 @@ namespace redysim {
 
 namespace {
 
-// Springs, ports and loops with constants as dual numbers; does not allocate the second time.
+// Springs, ports and loops with constants as dual numbers; allocates in the first call only.
 void copy_elements(const Plan<double>& from, Plan<Dual>& to) {
   to.springs.resize(from.springs.size());
   for (std::size_t i = 0; i < from.springs.size(); ++i) {
@@ -83,7 +83,7 @@ struct PassiveChange {
   double force = 0, loss = 0;
 };
 PassiveChange passive_change(const Plan<double>& plan, int joint, double q, double qd, bool velocity) {
-  if (!plan.joints[joint].passive) return {};
+  if (!plan.joints[joint].has_passive_force) return {};
   const Dual position(q, velocity ? 0 : 1), rate(qd, velocity ? 1 : 0);
   return {joint_force(plan, joint, position, rate, Dual(0)).derivative,
           joint_loss(plan, joint, position, rate).derivative};
@@ -114,11 +114,11 @@ Derivatives::Derivatives(const Plan<double>& plan)
   K_.resize(lambda_.size());
 }
 
-// The equations of motion at the point itself, so that each joint's wrench is known.
+// Inverse dynamics at the point of evaluation: accelerations of the bodies and wrenches through the joints.
 void Derivatives::set_point(const Plan<double>& plan, Workspace<double>& ws, const double* q,
                             const double* qd, const double* qdd, const double* ports) {
   std::copy(ws.loop.lambda.begin(), ws.loop.lambda.end(), lambda_.begin());
-  // belongs to the elimination, but the rows start anew from it
+  // belongs to the elimination, but set_loop_rows overwrites it
   std::copy(ws.loop.K.begin(), ws.loop.K.end(), K_.begin());
   set_body_wrenches(plan, ws, q, qd, qdd);
   if (has_elements_) set_ground_motion(plan, ws, qd);
@@ -148,7 +148,7 @@ void Derivatives::set_point(const Plan<double>& plan, Workspace<double>& ws, con
   }
 }
 
-// Twist rates and wrenches of the bodies behind `joint`: (1)-(4) at the joint, (5) behind it.
+// Changes of accelerations and wrenches of the bodies outboard of `joint`: (1)-(4) at the joint, (5) beyond.
 REDYSIM_CLONES void Derivatives::move_subtree(const Plan<double>& plan, const Workspace<double>& ws,
                                               const double* qd, int joint, bool velocity) {
   const Vec3<double> axis = Vec3<double>::UnitZ();
@@ -192,7 +192,7 @@ REDYSIM_CLONES void Derivatives::move_subtree(const Plan<double>& plan, const Wo
   }
 }
 
-// The bodies that springs, ports and loops look at, seen from the ground: (6)-(8).
+// Motions in the ground frame of the bodies with springs, ports and loops: (6)-(8).
 void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<double>& ws, int joint,
                                      bool velocity) {
   const JointPlan<double>& at = plan.joints[joint];
@@ -247,8 +247,8 @@ REDYSIM_CLONES double Derivatives::change_elements(const Plan<double>& plan) {
   return power;
 }
 
-// Row accelerations phi'' = sum of wrench . acceleration + quadratic part, whose change ws.loop.b is to take
-// back, and the wrenches that the held lambda makes.
+// Changes of the row accelerations phi'' = sum of wrench . acceleration + quadratic part, with opposite sign
+// into ws.loop.b, and of the wrenches of constant lambda.
 void Derivatives::change_loops(const Plan<double>& plan, Workspace<double>& ws) {
   set_loop_rows(plan_, workspace_);
   LoopState<Dual>& state = workspace_.loop;
@@ -277,7 +277,7 @@ void Derivatives::change_loops(const Plan<double>& plan, Workspace<double>& ws) 
   }
 }
 
-// Leaves to root: what the joints then lack, turned into the forces that answer it: (9).
+// Leaves to root: changes of the joint forces, with opposite sign: (9).
 REDYSIM_CLONES void Derivatives::collect_forces(const Plan<double>& plan, const Workspace<double>& ws,
                                                 int joint, bool velocity) {
   const Vec3<double> axis = Vec3<double>::UnitZ();

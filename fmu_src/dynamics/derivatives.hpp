@@ -16,20 +16,20 @@ struct JointVariable {
 };
 
 // Exact derivatives of forward_dynamics by positions and velocities. The accelerations solve the equations
-// of motion F(q, qd, qdd, lambda) = 0, inverse dynamics and loop rows together. A variable moves F, at held
-// qdd and lambda, by what its joint does to its subtree (closed form) and to springs, ports and loops (dual
-// numbers); the elimination that forward_dynamics left behind gives the answer of qdd (implicit function
-// theorem, docs/derivations/derivatives.md). So a column costs less than a right-hand side, and the rank of
-// loops is the one that forward_dynamics decided on.
-// Sized once for a plan; owned by implicit methods alone.
+// of motion F(q, qd, qdd, lambda) = 0: inverse dynamics and loop rows. The derivative of F at constant qdd
+// and lambda consists of closed forms for the bodies outboard of the joint, and of dual numbers for springs,
+// ports and loops. The elimination of the last forward_dynamics solves for the derivative of qdd (implicit
+// function theorem, docs/derivations/derivatives.md). A column costs less than a right-hand side, and the
+// rank of the loops is that of forward_dynamics. Sized once for a plan; used by implicit methods only.
 class Derivatives {
  public:
   explicit Derivatives(const Plan<double>& plan);
 
-  // Uses `ws` as forward_dynamics(plan, ws, q, qd, inputs, qdd) has just left it, and overwrites all but its
-  // elimination. `tau`: forces of all drives, prescribed ones as well; `ports`: 6 numbers each. Fills one
-  // column for each variable, nv + 1 apart in `columns`: nv accelerations, then the external power (W) at
-  // held drive forces, without that of ports. `plan` may have changed its parameters, but not its structure.
+  // Requires `ws` of the last forward_dynamics(plan, ws, q, qd, inputs, qdd) and overwrites all but its
+  // elimination. `tau`: forces of all drives, prescribed joints included; `ports`: 6 numbers each. Fills one
+  // column per variable, nv + 1 apart in `columns`: nv accelerations, then the external power (W) at constant
+  // drive forces, without ports.
+  // `plan` may have other parameters than in the constructor, but the same structure.
   void evaluate(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
                 const double* qdd, const double* tau, const double* ports,
                 const std::vector<JointVariable>& variables, double* columns);
@@ -42,7 +42,7 @@ class Derivatives {
     Motion<double> acceleration;        // minus gravity
     Force<double> wrench;               // through its joint
   };
-  // How it changes with the variable.
+  // Its derivative with respect to the variable.
   struct Change {
     bool moved = false;  // in the subtree of the variable's joint
     Vec3<double> omega;
@@ -63,7 +63,7 @@ class Derivatives {
   std::vector<Change> changes_;
   std::vector<double> lambda_, forces_;
   std::vector<Force<double>> K_;
-  // springs, ports and loops alone
+  // springs, ports and loops only
   bool has_elements_;
   Plan<Dual> plan_;
   Workspace<Dual> workspace_;

@@ -19,31 +19,27 @@ Scalar kinetic_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sca
 }
 
 // Potential energy, J, of gravity (zero with all mass at the ground origin), joint springs,
-// stops and spring-dampers at q. Overwrites positions in the workspace.
+// stops and spring-dampers at q. Overwrites positions and composite masses of the workspace.
 template <class Scalar>
 Scalar potential_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd) {
   set_positions(plan, ws, q);
   Scalar energy = -plan.grounded.dot(plan.gravity);
-  // gravity: carry mass and first moment to the ground
-  for (auto& s : ws.joints) {
-    s.p.moment.setZero();
-    s.u = Scalar(0);
-  }
+  // gravity: mass and first moment, leaves to root
+  for (auto& body : ws.composite) body = {Scalar(0), Vec3<Scalar>::Zero()};
   for (std::size_t i = plan.joints.size(); i-- > 0;) {
     const JointPlan<Scalar>& joint = plan.joints[i];
-    JointState<Scalar>& s = ws.joints[i];
-    // p.moment accumulates h = sum m c and u accumulates mass of the subtree
-    const Vec3<Scalar> h = s.p.moment + joint.inertia.h;
-    const Scalar mass = s.u + joint.inertia.mass;
+    CompositeMass<Scalar>& body = ws.composite[i];
+    body.h += joint.inertia.h;
+    body.mass += joint.inertia.mass;
     Mat3<Scalar> rotation;
     Vec3<Scalar> position;
-    joint_pose(joint, s, rotation, position);
-    const Vec3<Scalar> at_parent = rotation * h + mass * position;
+    joint_pose(joint, ws.joints[i], rotation, position);
+    const Vec3<Scalar> at_parent = rotation * body.h + body.mass * position;
     if (joint.parent == ground) {
       energy -= at_parent.dot(plan.gravity);
     } else {
-      ws.joints[joint.parent].p.moment += at_parent;
-      ws.joints[joint.parent].u += mass;
+      ws.composite[joint.parent].h += at_parent;
+      ws.composite[joint.parent].mass += body.mass;
     }
     energy += joint_energy(plan, static_cast<int>(i), q[i]);
   }
@@ -57,14 +53,14 @@ Scalar potential_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const S
 }
 
 // Power of drives, dampers and friction, W: the rate of kinetic plus potential energy. With springs, uses the
-// ground motion in the workspace (as forward_dynamics leaves it).
+// ground motion in the workspace of the last forward_dynamics.
 template <class Scalar>
 Scalar external_power(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const Scalar* q,
                       const Scalar* qd, const Scalar* tau) {
   Scalar power(0);
   for (int i = 0; i < plan.nv; ++i) {
     power += qd[i] * tau[i];
-    if (plan.joints[i].passive) power += joint_loss(plan, i, q[i], qd[i]);
+    if (plan.joints[i].has_passive_force) power += joint_loss(plan, i, q[i], qd[i]);
   }
   if (!plan.has_springs()) return power;
   for (const auto& spring : plan.springs) {

@@ -2,8 +2,8 @@
 
 #include "dynamics/joint_transform.hpp"
 
-// Poses and velocities in the ground frame for the bodies that loops, springs or frames look at, and the
-// wrenches of springs.
+// Poses and velocities in the ground frame of the bodies with loops, springs or frames; wrenches of springs
+// and ports.
 
 namespace redysim {
 
@@ -47,7 +47,7 @@ void set_ground_motion(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sc
       ws.ground[i] = moved(plan.joints[i], ws.joints[i], ground_state(ws, plan.joints[i].parent), qd[i]);
 }
 
-// A point fixed in a body, seen from the ground.
+// Motion of a point fixed in a body, in the ground frame.
 template <class Scalar>
 struct PointMotion {
   Vec3<Scalar> arm, position, velocity;  // arm: from the body's origin, ground axes
@@ -62,7 +62,7 @@ PointMotion<Scalar> point_motion(const GroundState<Scalar>& body, const Vec3<Sca
   return m;
 }
 
-// Adds to the bias wrench of `body` what a force at `arm` (both in ground axes) takes from it.
+// Subtracts a force at `arm` (both in ground axes) from the bias wrench of `body`.
 template <class Scalar>
 void subtract_force(Workspace<Scalar>& ws, int body, const Vec3<Scalar>& arm, const Vec3<Scalar>& force) {
   if (body == ground) return;
@@ -86,7 +86,7 @@ SpringLine<Scalar> spring_line(const SpringPlan<Scalar>& spring, const Workspace
   line.b = point_motion(ground_state(ws, spring.body_b), spring.point_b);
   const Vec3<Scalar> between = line.b.position - line.a.position;
   using std::sqrt;
-  // sqrt of the squared norm plus the smallest number: coinciding points pull nowhere
+  // the smallest normal number avoids 0/0 at coinciding points, where the direction becomes zero
   line.length = sqrt(between.squaredNorm() + Scalar(std::numeric_limits<double>::min()));
   line.direction = between / line.length;
   line.rate = line.direction.dot(line.b.velocity - line.a.velocity);
@@ -122,7 +122,7 @@ void add_port_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sc
   }
 }
 
-// Pose and velocity of any body: climbs to the ground, for outputs. Uses set_positions' joint states.
+// Pose and velocity of any body: recursion to the ground, for outputs. Uses set_positions' joint states.
 template <class Scalar>
 GroundState<Scalar> body_motion(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, int body,
                                 const Scalar* qd) {

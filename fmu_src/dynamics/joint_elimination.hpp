@@ -4,37 +4,39 @@
 
 // One step of the forward-dynamics recursion, in both directions.
 //
-// Legend, DeNOC letters of Fig. 2 of the ReDySim paper: A_ij = to_body, N (p) = z axis of the body, M-hat =
-// A, psi-hat = U, m-hat = 1/D_inverse, phi-hat = u, eta = p, mu = acceleration.
+// Legend, DeNOC letters of Fig. 2 of the ReDySim paper: A_ij = to_body, N (p) = S, M-hat = A,
+// psi-hat = U, m-hat = 1/D_inverse, phi-hat = u, eta = p, mu = acceleration.
 
 namespace redysim {
 
-// U = A S, 1/D and u of one joint.
+// U = A S, 1/D and u of one joint; returns A S.
 template <class Scalar>
-void set_pivot(const JointPlan<Scalar>& joint, JointState<Scalar>& s, const Scalar& force) {
-  const Lanes<Scalar> x = inertia_column(joint, s.A.xz), y = inertia_column(joint, s.A.yz),
-                      z = inertia_column(joint, s.A.zz);
-  s.U = {{x[0], y[0], z[0]}, {x[1], y[1], z[1]}};
+REDYSIM_INLINE InertiaColumn<Scalar> set_pivot(const JointPlan<Scalar>& joint, JointState<Scalar>& s,
+                                               const Scalar& force) {
+  const InertiaColumn<Scalar> column = inertia_column(joint, s.A);
+  s.U = {{column.x[0], column.y[0], column.z[0]}, {column.x[1], column.y[1], column.z[1]}};
   s.D_inverse = Scalar(1) / (axis_inertia(joint, s.A.zz) + joint.armature);
   s.u = force - generalized_force(joint, s.p);
+  return column;
 }
 
-// A prescribed joint yields to nothing: 1/D = 0, and its acceleration belongs to c.
+// A prescribed joint is rigid: 1/D = 0, and its acceleration is part of c.
 template <class Scalar>
 void prescribe(const JointPlan<Scalar>& joint, JointState<Scalar>& s, const Scalar& qdd) {
   s.D_inverse = s.u = Scalar(0);
   add_motion(joint, qdd, s.c);
 }
 
-// Contribution to the parent: A - U U^T / D and p + A_reduced c + U u / D. A free axis transmits only the
-// joint force, about z: it is assigned without rounding, so that bodies without inertia stay so.
+// Articulated inertia and bias wrench transmitted to the parent: A_reduced = A - U U^T / D and
+// p + A_reduced c + U u / D. A free axis transmits only the joint force about z; its entries are set to zero
+// without rounding, so that the inertia of massless bodies stays exactly zero.
 template <class Scalar>
-REDYSIM_INLINE void reduce(const JointPlan<Scalar>& joint, const JointState<Scalar>& s, const Scalar& force,
+REDYSIM_INLINE void reduce(const JointPlan<Scalar>& joint, const JointState<Scalar>& s,
+                           const InertiaColumn<Scalar>& column, const Scalar& force,
                            ArticulatedInertia<Scalar>& A, Force<Scalar>& p) {
   using L = Lanes<Scalar>;
   // of one row: right = [n f f n], left = [n f n f]; the lanes of left * right are n n, f f, n f, f n
-  const L right_x = inertia_column(joint, s.A.xz), right_y = inertia_column(joint, s.A.yz),
-          right_z = inertia_column(joint, s.A.zz);
+  const L &right_x = column.x, &right_y = column.y, &right_z = column.z;
   const L left_x = s.D_inverse * permuted<0, 1, 0, 1>(right_x),
           left_y = s.D_inverse * permuted<0, 1, 0, 1>(right_y),
           left_z = s.D_inverse * permuted<0, 1, 0, 1>(right_z);
@@ -55,28 +57,28 @@ REDYSIM_INLINE void reduce(const JointPlan<Scalar>& joint, const JointState<Scal
   if (joint.axis_free) p.moment.z() = force;
 }
 
-// Leaves to root: one joint, eliminated into its parent's body. Uses tau of the inputs (InputLayout).
+// Leaves to root: one joint, eliminated into the body of its parent.
 template <class Scalar>
 void eliminate(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, const Scalar* q, const Scalar* qd,
                const Scalar* inputs) {
   const JointPlan<Scalar>& joint = plan.joints[i];
   JointState<Scalar>& s = ws.joints[i];
   const Scalar force = joint_force(plan, i, q[i], qd[i], inputs[i]);
-  set_pivot(joint, s, force);
+  const InertiaColumn<Scalar> column = set_pivot(joint, s, force);
   if (joint.prescribed) prescribe(joint, s, inputs[i]);
   if (joint.parent == ground) return;
   JointState<Scalar>& parent = ws.joints[joint.parent];
   ArticulatedInertia<Scalar> A;
   Force<Scalar> p;
-  reduce(joint, s, force, A, p);
+  reduce(joint, s, column, force, A, p);
   to_parent(joint, s, A);
   to_parent(joint, s, p);
   add(parent.A, A);
   add(parent.p, p);
 }
 
-// Root to leaves: acceleration of one joint; `from_loops` is what multipliers add to u. At rest: without
-// gravity and velocity products, the response to u alone.
+// Root to leaves: acceleration of one joint. `from_loops`: contribution of the multipliers to u. At rest:
+// without gravity and velocity products, the response to u alone.
 template <class Scalar>
 void accelerate_joint(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, Scalar* qdd,
                       const Scalar& from_loops, bool at_rest = false) {
@@ -98,7 +100,7 @@ void accelerate_joint(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, Sc
   if (joint.prescribed) s.u = from_loops;
 }
 
-// What the drive of prescribed joint i must give (N m or N) after forward_dynamics at the same q, qd, qdd.
+// Drive force of prescribed joint i (N m or N) after forward_dynamics at the same q, qd, qdd.
 template <class Scalar>
 Scalar prescribed_force(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, int i, const Scalar* q,
                         const Scalar* qd, const Scalar* qdd) {

@@ -4,15 +4,15 @@
 
 #include "dynamics/plan.hpp"
 
-// Forces that act in a joint itself: drive, spring, damper, dry friction and stops; their energy and their
-// loss. Constants and states may be of two scalars, so that derivatives follow from dual states.
+// Forces in a joint: drive, spring, damper, dry friction and stops; their energy and dissipation. Constants
+// and states may have different scalar types, so that derivatives follow from dual states.
 //
 // Friction after Brown and McPhee (2016), smooth in the velocity; s = qd / friction_velocity:
-//   friction tanh(4 s) + (static_friction - friction) s / (s^2 / 4 + 3 / 4)^2       largest at s = 1
-// A stop at depth x > 0 pushes back with k h(x) g(damping x'), where
+//   friction tanh(4 s) + (static_friction - friction) s / (s^2 / 4 + 3 / 4)^2       maximum at s = 1
+// The force of a stop at depth x > 0 is k h(x) g(damping x'), where
 //   h'' = 6 u (1 - u) / width,  u = min(x / width, 1)          a linear spring from x = width on, C2 at 0
 //   g(s) = s + sqrt(1 + s^2)                                     1 + s nearby (Hunt and Crossley 1975),
-// positive everywhere, so that no stop ever pulls.
+// positive everywhere, so that a stop never pulls.
 
 namespace redysim {
 
@@ -23,7 +23,7 @@ Scalar dry_friction(const Resistance<Constant>& joint, const Scalar& qd) {
   return joint.friction * tanh(Scalar(4) * s) + joint.excess * s / (spread * spread);
 }
 
-// The stop that a joint presses: how deep (0 between the stops) and on which side.
+// The stop in contact: depth (0 between the stops) and side.
 template <class Constant, class Scalar>
 struct PressedStop {
   const Resistance<Constant>& joint;
@@ -54,15 +54,15 @@ struct PressedStop {
   }
 };
 
-// Torque or force at joint i, the drive's included.
+// Torque or force in joint i, including the drive.
 template <class Constant, class Scalar>
 Scalar joint_force(const Plan<Constant>& plan, int i, const Scalar& q, const Scalar& qd, const Scalar& tau) {
   const JointPlan<Constant>& joint = plan.joints[i];
-  if (!joint.passive) return tau;
+  if (!joint.has_passive_force) return tau;
   Scalar force = tau - joint.stiffness * (q - joint.rest) - joint.damping * qd;
-  if (!features::friction || !joint.resists) return force;
-  if (joint.rubs) force -= dry_friction(plan.resistances[i], qd);
-  if (joint.stopped) {
+  if (!features::friction || !joint.has_resistance) return force;
+  if (joint.has_friction) force -= dry_friction(plan.resistances[i], qd);
+  if (joint.has_stops) {
     const PressedStop<Constant, Scalar> stop(plan.resistances[i], q);
     force -= stop.side * stop.elastic_force() * stop.growth(qd);
   }
@@ -75,7 +75,7 @@ Scalar joint_energy(const Plan<Constant>& plan, int i, const Scalar& q) {
   const JointPlan<Constant>& joint = plan.joints[i];
   const Scalar stretch = q - joint.rest;
   const Scalar energy = Scalar(0.5) * joint.stiffness * stretch * stretch;
-  if (!features::friction || !joint.stopped) return energy;
+  if (!features::friction || !joint.has_stops) return energy;
   return energy + PressedStop<Constant, Scalar>(plan.resistances[i], q).energy();
 }
 
@@ -84,8 +84,8 @@ template <class Constant, class Scalar>
 Scalar joint_loss(const Plan<Constant>& plan, int i, const Scalar& q, const Scalar& qd) {
   const JointPlan<Constant>& joint = plan.joints[i];
   Scalar force = -(joint.damping * qd);
-  if (features::friction && joint.rubs) force -= dry_friction(plan.resistances[i], qd);
-  if (features::friction && joint.stopped) {
+  if (features::friction && joint.has_friction) force -= dry_friction(plan.resistances[i], qd);
+  if (features::friction && joint.has_stops) {
     const PressedStop<Constant, Scalar> stop(plan.resistances[i], q);
     force -= stop.side * stop.elastic_force() * (stop.growth(qd) - Scalar(1));
   }

@@ -6,7 +6,7 @@
 #include "math/screw.hpp"
 
 // Motions, wrenches and articulated inertias across one joint: up to three elementary screws (branch, x,
-// z), each skipped where the model has none. In DeNOC terms: A_ij and its transpose.
+// z), each omitted if it is the identity. In DeNOC terms: A_ij and its transpose.
 
 namespace redysim {
 
@@ -97,7 +97,7 @@ void to_body(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, Mo
   m.linear.z() -= joint.a * m.angular.y();
   turn_x_into(joint, m.angular);
   turn_x_into(joint, m.linear);
-  if (joint.shifted) shift_z(state.offset);
+  if (joint.has_offset) shift_z(state.offset);
   turn_into(m.angular.x(), m.angular.y(), state.cosine, state.sine);
   turn_into(m.linear.x(), m.linear.y(), state.cosine, state.sine);
 }
@@ -111,7 +111,7 @@ void to_parent(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, 
   };
   turn_back(f.moment.x(), f.moment.y(), state.cosine, state.sine);
   turn_back(f.force.x(), f.force.y(), state.cosine, state.sine);
-  if (joint.shifted) shift_z(state.offset);
+  if (joint.has_offset) shift_z(state.offset);
   turn_x_back(joint, f.moment);
   turn_x_back(joint, f.force);
   f.moment.y() -= joint.a * f.force.z();
@@ -132,7 +132,7 @@ template <class Scalar>
 void to_parent(const JointPlan<Scalar>& joint, const JointState<Scalar>& state,
                ArticulatedInertia<Scalar>& A) {
   turn_z_back(A, state.cosine, state.sine);
-  if (joint.shifted) shift_z_back(A, state.offset);
+  if (joint.has_offset) shift_z_back(A, state.offset);
   turn_x_back(joint, A);
   if (joint.a != Scalar(0)) shift_x_back(A, joint.a);
   if (joint.branch) {

@@ -4,7 +4,7 @@
 #include "dynamics/workspace.hpp"
 
 // The motion subspace S = [angular e_z; linear e_z] of a joint, at the origin and in the axes of its body:
-// all that one kind of joint has of its own. The recursions reach it through these functions alone.
+// the only property in which kinds of joints differ. The recursions use it through these functions only.
 
 namespace redysim {
 
@@ -101,8 +101,8 @@ void add_motion(const JointPlan<Scalar>& joint, const Vec3<Scalar>& along, Vec3<
   }
 }
 
-// Acceleration of the body that qd and an angular velocity of the parent make, where turned = omega x e_z qd:
-// the axis turns, and a sliding body has Coriolis acceleration.
+// Velocity products of qd and the angular velocity of the parent, turned = omega x e_z qd: gyroscopic angular
+// and Coriolis linear acceleration.
 template <class Scalar>
 void add_velocity_product(const JointPlan<Scalar>& joint, const Vec3<Scalar>& turned, Motion<Scalar>& a) {
   switch (joint.subspace) {
@@ -139,18 +139,27 @@ void set_velocity_product(const JointPlan<Scalar>& joint, const Vec3<Scalar>& om
   }
 }
 
-// The lanes of A S (moment, force, force, moment) in the entry of one row and z.
+// A S of an articulated inertia: per row the lanes moment, force, force, moment.
 template <class Scalar>
-REDYSIM_INLINE Lanes<Scalar> inertia_column(const JointPlan<Scalar>& joint, const Lanes<Scalar>& entry) {
+struct InertiaColumn {
+  Lanes<Scalar> x, y, z;
+};
+
+template <class Scalar>
+REDYSIM_INLINE InertiaColumn<Scalar> inertia_column(const JointPlan<Scalar>& joint,
+                                                    const ArticulatedInertia<Scalar>& A) {
   switch (joint.subspace) {
     case Subspace::rotation:
-      return permuted<0, 3, 3, 0>(entry);
+      return {permuted<0, 3, 3, 0>(A.xz), permuted<0, 3, 3, 0>(A.yz), permuted<0, 3, 3, 0>(A.zz)};
     case Subspace::translation:
-      return permuted<2, 1, 1, 2>(entry);
+      return {permuted<2, 1, 1, 2>(A.xz), permuted<2, 1, 1, 2>(A.yz), permuted<2, 1, 1, 2>(A.zz)};
     case Subspace::helix:
       break;
   }
-  return permuted<0, 3, 3, 0>(entry) + Scalar(joint.pitch) * permuted<2, 1, 1, 2>(entry);
+  const auto column = [&joint](const Lanes<Scalar>& entry) {
+    return permuted<0, 3, 3, 0>(entry) + Scalar(joint.pitch) * permuted<2, 1, 1, 2>(entry);
+  };
+  return {column(A.xz), column(A.yz), column(A.zz)};
 }
 
 // S^T A S from the entry zz.

@@ -11,7 +11,7 @@ namespace redysim {
 
 namespace {
 
-// sin and cos of a right angle given in degrees or as a rounded pi/2 are this close to 0 or 1
+// sin and cos of a right angle given in degrees or as a rounded pi/2 deviate from 0 or 1 by at most this
 constexpr double right_angle_rounding = 1e-15;
 
 Twist twist_of(double alpha) {
@@ -27,8 +27,8 @@ struct Placement {
   double aside = 0;
 };
 
-// The common normal of nearly parallel axes can be far away, and an inertia that goes there and back loses
-// the square of that distance in digits. `position` is that of the child in the parent's axes turned by
+// The common normal of nearly parallel axes can be far away. Moving an inertia there and back costs digits in
+// proportion to the square of that distance. `position` is that of the child in the parent's axes turned by
 // gamma.
 Placement placement_of(DhParameters dh, const Vec3<double>& position) {
   constexpr double far = 8;
@@ -70,7 +70,7 @@ JointPlan<Scalar> joint_plan(const Joint& joint, const Placement& placement, int
     }
   }
   plan.branch = dh.gamma != 0 || dh.b != 0 || placement.aside != 0;
-  plan.shifted = dh.d != 0 || slides(joint);
+  plan.has_offset = dh.d != 0 || slides(joint);
   plan.cos_gamma = std::cos(dh.gamma);
   plan.sin_gamma = std::sin(dh.gamma);
   plan.b = dh.b;
@@ -186,10 +186,10 @@ void Plan<Scalar>::take_bodies(const Model& model) {
     joint.damping = given.damping;
     joint.rest = given.rest;
     joint.armature = given.armature;
-    joint.rubs = given.friction != 0 || given.static_friction != 0;
-    joint.stopped = has_stops(given) && given.stop_stiffness != 0;
-    joint.resists = joint.rubs || joint.stopped;
-    joint.passive = given.stiffness != 0 || given.damping != 0 || joint.resists;
+    joint.has_friction = given.friction != 0 || given.static_friction != 0;
+    joint.has_stops = has_stops(given) && given.stop_stiffness != 0;
+    joint.has_resistance = joint.has_friction || joint.has_stops;
+    joint.has_passive_force = given.stiffness != 0 || given.damping != 0 || joint.has_resistance;
     if (!resistances.empty()) resistances[&joint - joints.data()] = resistance_of<Scalar>(given);
     joint.axis_free = joint.subspace == Subspace::rotation && !joint.prescribed && given.armature == 0;
     joint.inertia = RigidInertia<Scalar>();

@@ -9,8 +9,8 @@
 #include "model/features.hpp"
 #include "model/model.hpp"
 
-// What the recursion needs of a model and nothing else: fixed links lumped into their carriers, constant
-// geometry reduced to the operations it takes, loops grouped into clusters that share no joint.
+// The model in the form of the recursions: fixed links merged into their carriers, constant geometry reduced
+// to the necessary operations, loops grouped into clusters that share no joint.
 
 namespace redysim {
 
@@ -20,22 +20,22 @@ enum class Twist { none, plus_90, minus_90, general };
 // The parts of a joint's motion subspace S that are not zero (dynamics/motion_subspace.hpp).
 enum class Subspace : unsigned char { rotation, translation, helix };
 
-// One moving joint and the body it carries. Joints stand parent before child.
+// One moving joint and the body it carries. Parents have smaller indices.
 template <class Scalar>
 struct JointPlan {
   int parent = ground;  // joint index of the carrier
   int link = 0;         // index into Model::links
   Subspace subspace = Subspace::rotation;
-  double pitch = 0;         // linear part of S of a helix, m/rad
-  bool prescribed = false;  // its acceleration is given, its force follows
-  bool of_ball = false;     // chart, z, x or y joint of a spherical joint (dynamics/ball.hpp)
-  bool branch = false;      // gamma, b or aside present
-  bool shifted = false;     // offset along z present
-  bool passive = false;     // stiffness, damping, friction or stops present
-  bool resists = false;     // friction or stops present
-  bool rubs = false;        // friction present
-  bool stopped = false;     // stops present
-  bool axis_free = true;    // rotation without armature: no moment about z gets past the joint
+  double pitch = 0;                // linear part of S of a helix, m/rad
+  bool prescribed = false;         // acceleration given, force unknown
+  bool of_ball = false;            // chart, z, x or y joint of a spherical joint (dynamics/ball.hpp)
+  bool branch = false;             // gamma, b or aside present
+  bool has_offset = false;         // d present, or a translation along z
+  bool has_passive_force = false;  // stiffness, damping, friction or stops present
+  bool has_resistance = false;     // friction or stops present
+  bool has_friction = false;
+  bool has_stops = false;
+  bool axis_free = true;  // rotation without armature: no moment about z is transmitted
   Twist twist = Twist::none;
   // Rz(gamma) T(0, aside, b) Rx(alpha) Tx(a) Rz(theta) Tz(d); aside replaces b and d where axes are nearly
   // parallel
@@ -50,7 +50,7 @@ struct JointPlan {
 // Dry friction and stops of one joint (dynamics/joint_force.hpp).
 template <class Scalar>
 struct Resistance {
-  Scalar friction = 0, excess = 0, per_velocity = 0;  // excess: of the largest over the sliding friction
+  Scalar friction = 0, excess = 0, per_velocity = 0;  // excess: maximum minus sliding friction
   Scalar lower = 0, upper = 0, stiffness = 0, damping = 0, width = 1;
 };
 
@@ -62,7 +62,7 @@ struct SpringPlan {
   Scalar stiffness = 0, damping = 0, rest_length = 0;
 };
 
-// A frame at which other simulations push: moment and force at its origin, in its own axes or the ground's.
+// A frame with force inputs: moment and force at its origin, in its own axes or in ground axes.
 template <class Scalar>
 struct PortPlan {
   int frame = 0;  // index into Model::frames
@@ -77,20 +77,20 @@ struct Plan {
   Plan() = default;
   explicit Plan(const Model& model);
 
-  // Takes over changed parameters (masses, com, inertias, gravity, joint constants) of a model of the
+  // Copies changed parameters (masses, com, inertias, gravity, joint constants) of a model of the
   // same structure; does not allocate.
   void update(const Model& model);
 
   int nq = 0, nv = 0;
   int prescribed_count = 0;
-  bool plain = false;  // nothing but joints driven by forces: no loops, springs, ports
+  bool plain = false;  // no loops, springs, ports or prescribed joints
   Vec3<Scalar> gravity = Vec3<Scalar>::Zero();
   Vec3<Scalar> grounded = Vec3<Scalar>::Zero();  // first moment, kg m, of links fixed to the ground
-  // in the ground, where the first joint stands: positions that loops compare are measured from here, so that
-  // far from the ground's own origin they keep their digits
+  // position of the first joint: positions of loops are relative to this point, so that they keep their
+  // digits far from the origin of the ground frame
   Vec3<Scalar> origin = Vec3<Scalar>::Zero();
   std::vector<JointPlan<Scalar>> joints;
-  std::vector<Resistance<Scalar>> resistances;  // per joint; empty when none can have any
+  std::vector<Resistance<Scalar>> resistances;  // per joint; empty if no joint can have any
   std::vector<SpringPlan<Scalar>> springs;
   std::vector<PortPlan<Scalar>> ports;
   std::vector<int> balls;  // chart joint of each spherical joint; its z, x and y joints follow it
@@ -99,11 +99,12 @@ struct Plan {
   std::vector<EliminationStep> elimination;  // leaves to root; empty for an open tree
   std::vector<FrontPlan> fronts;             // of the clusters that are split
   std::vector<EliminationStep> early;        // the same by fronts; empty without
-  std::vector<char> needs_pose;              // per joint; empty when nothing asks for ground poses
+  std::vector<char> needs_pose;              // per joint; empty if no ground poses are needed
 
-  // What a recursion may skip; known to the compiler where this library was built without it.
+  // Parts that a recursion may omit; constant in a library built without them.
+  bool is_open() const { return is_plain() || !has_loops(); }
   bool has_loops() const { return features::loops && !loops.empty(); }
-  // by double alone: exact derivatives are taken rarely, and the library is small
+  // double only: exact derivatives are rare, and the library stays small
   static constexpr bool may_have_fronts = features::loops && std::is_same_v<Scalar, double>;
   bool has_fronts() const { return may_have_fronts && !fronts.empty(); }
   static constexpr bool is_front(const EliminationStep& step) {
@@ -120,8 +121,8 @@ struct Plan {
     return (features::loops || features::springs || features::ports) && !needs_pose.empty();
   }
 
-  // Where each link of the model went: the joint that carries it (ground for links fixed to it) and its
-  // frame in that joint's body frame.
+  // Per link of the model: the joint that carries it (ground if fixed to it), and its frame in the body frame
+  // of that joint.
   std::vector<int> carrier;
   std::vector<Pose> frame_in_carrier;
 

@@ -4,8 +4,8 @@
 
 namespace redysim {
 
-// Root to leaves: accelerations of the bodies (minus gravity) and the wrench that each alone takes, into
-// ws.joints[i].acceleration and .p.
+// Root to leaves: accelerations of the bodies (minus gravity) and the wrench that accelerates each single
+// body, into ws.joints[i].acceleration and .p.
 template <class Scalar>
 void set_body_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
                        const Scalar* qdd) {
@@ -27,7 +27,7 @@ void set_body_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sc
   }
 }
 
-// Leaves to root: what the joints must give for the wrenches in ws.joints[i].p; sums these up on the way.
+// Leaves to root: joint forces for the wrenches in ws.joints[i].p, which are accumulated towards the root.
 template <class Scalar>
 void collect_joint_forces(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
                           const Scalar* qdd, Scalar* tau) {
@@ -43,7 +43,7 @@ void collect_joint_forces(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
   }
 }
 
-// Inverse dynamics, recursive Newton-Euler (Luh, Walker, Paul 1980; Fig. 2 of the ReDySim paper left): tau
+// Inverse dynamics, recursive Newton-Euler (Luh, Walker, Paul 1980; Fig. 2 of the ReDySim paper, left): tau
 // (nv) that gives qdd at (q, qd) for the open tree, gravity included, springs, dampers and armature counted
 // as part of the plant. Uses q, qd, qdd (nv); fills the workspace's accelerations and wrenches.
 template <class Scalar>

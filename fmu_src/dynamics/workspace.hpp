@@ -11,7 +11,7 @@
 
 namespace redysim {
 
-// What the recursions leave behind for one joint and its body, in body axes unless said otherwise.
+// Results of the recursions for one joint and its body, in body axes unless stated otherwise.
 template <class Scalar>
 struct JointState {
   Scalar cosine, sine;  // of the angle about z
@@ -19,7 +19,7 @@ struct JointState {
   Vec3<Scalar> omega;   // angular velocity of the body
   Motion<Scalar> c;     // acceleration of the body at qdd = 0 beyond its parent's (velocity products)
   ArticulatedInertia<Scalar> A;
-  Force<Scalar> p;              // bias wrench: acceleration 0 needs it
+  Force<Scalar> p;              // bias wrench: required at zero acceleration
   Force<Scalar> U;              // A S (DeNOC: psi-hat)
   Scalar D_inverse;             // 1 / (S^T A S + armature) (DeNOC: 1 / m-hat)
   Scalar u;                     // joint force - S^T p (DeNOC: phi-hat)
@@ -29,8 +29,15 @@ struct JointState {
   Motion<Scalar>& twist() { return acceleration; }
 };
 
-// Pose and velocity along the ground's axes, positions from plan.origin, kept only for bodies that loops,
-// springs or frames look at.
+// Mass (kg) and first moment (kg m) of a body and all that it carries, at its origin and in its axes.
+template <class Scalar>
+struct CompositeMass {
+  Scalar mass;
+  Vec3<Scalar> h;
+};
+
+// Pose and velocity along the ground's axes, positions from plan.origin, only for bodies with loops,
+// springs or frames.
 template <class Scalar>
 struct GroundState {
   Mat3<Scalar> rotation;
@@ -88,12 +95,13 @@ struct LoopState {
       rate_size;  // per row: of the numbers that the residuals are differences of
 };
 
-// Everything a recursion writes. Sized once for a plan; filled with NaN so that a forgotten pass shows.
+// Everything a recursion writes. Sized once for a plan; filled with NaN, so that a missing pass is detected.
 template <class Scalar>
 struct Workspace {
   explicit Workspace(const Plan<Scalar>& plan);
 
   std::vector<JointState<Scalar>> joints;
+  std::vector<CompositeMass<Scalar>> composite;  // per body; potential energy alone
   std::vector<GroundState<Scalar>> ground;
   GroundState<Scalar> base;  // the ground itself, seen from plan.origin
   LoopState<Scalar> loop;
@@ -110,6 +118,7 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   fresh.acceleration = fresh.c;
   fresh.A.xx = fresh.A.yy = fresh.A.zz = fresh.A.xy = fresh.A.xz = fresh.A.yz = Lanes<Scalar>::all(nan);
   joints.assign(plan.joints.size(), fresh);
+  composite.assign(plan.joints.size(), {nan, fresh.omega});
   if (plan.has_poses()) ground.resize(plan.joints.size());
   base.rotation.setIdentity();
   base.position = -plan.origin;

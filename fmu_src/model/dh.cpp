@@ -43,7 +43,7 @@ DhParameters dh_of(const Pose& pose) {
   dh.alpha = std::atan2(sine, R(2, 2));
   if (sine > 1e-12) {
     dh.gamma = std::atan2(R(0, 2), -R(1, 2));
-    // what is left after Rx(-alpha) Rz(-gamma): takes the rounding of gamma along
+    // remainder after Rx(-alpha) Rz(-gamma); it includes the rounding error of gamma
     const Mat3<double> rest = (screw_z(dh.gamma, 0) * screw_x(dh.alpha, 0)).rotation.transpose() * R;
     dh.theta = std::atan2(rest(1, 0), rest(0, 0));
     dh.a = std::cos(dh.gamma) * p.x() + std::sin(dh.gamma) * p.y();

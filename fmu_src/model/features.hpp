@@ -6,9 +6,9 @@
 
 #include "model/model.hpp"
 
-// What this library was built for: everything, or what one scene uses (`build-fmu build --specialise`).
-// CMake's REDYSIM_FEATURES names the parts. Code of an absent part stands behind a condition that is
-// constant, so that the compiler and the linker leave it out.
+// Features of this library: all, or those that one model uses (`build-fmu build --specialise`), as listed in
+// CMake's REDYSIM_FEATURES. Code of an omitted feature depends on a constant condition, so that the compiler
+// and the linker remove it.
 
 namespace redysim {
 namespace features {
@@ -17,7 +17,7 @@ namespace features {
 #define REDYSIM_FEATURES "all"
 #endif
 
-// Whether REDYSIM_FEATURES, parts with a comma after each or "all", holds a part.
+// Whether REDYSIM_FEATURES ("all", or names with a comma after each) contains a feature.
 constexpr bool holds(std::string_view part) {
   std::string_view parts = REDYSIM_FEATURES;
   if (parts == "all") return true;
@@ -31,11 +31,11 @@ constexpr bool holds(std::string_view part) {
 inline constexpr bool loops = holds("loops");
 inline constexpr bool springs = holds("springs");
 inline constexpr bool friction = holds("friction");  // dry friction and stops in joints
-inline constexpr bool ports = holds("ports");        // frames at which forces act
+inline constexpr bool ports = holds("ports");        // frames with force inputs
 inline constexpr bool motion = holds("motion");      // prescribed joints
 inline constexpr bool spherical = holds("spherical");
 inline constexpr bool control = holds("control");    // trajectories and controllers
-inline constexpr bool energies = holds("energies");  // outputs energy.*, and the work that they need
+inline constexpr bool energies = holds("energies");  // outputs energy.* and the work integral
 inline constexpr bool erk = holds("erk");
 inline constexpr bool adams = holds("adams");
 inline constexpr bool dirk = holds("dirk");
@@ -48,16 +48,16 @@ inline constexpr bool straight_line = false;
 
 }  // namespace features
 
-// Whether a joint has friction or stops, or may get some by tuning.
+// Whether a joint has friction or stops, or parameters of them are tunable.
 bool may_resist(const Model& model);
 
-// The parts that a model uses, by the names that REDYSIM_FEATURES takes.
+// The features that a model uses, by their names in REDYSIM_FEATURES.
 std::vector<std::string> features_of(const Model& model);
 
-// The first part that the model uses and this library lacks; empty: it has all.
+// The first feature that the model uses and this library omits; empty: none.
 std::string missing_feature(const Model& model);
 
-// Whether this library holds a method.
+// Whether this library includes a method.
 bool has_method(SolverMethod method);
 
 }  // namespace redysim

@@ -10,14 +10,14 @@ namespace redysim {
 // (model/read/compound_joint.hpp).
 enum class JointType { revolute, prismatic, screw, fixed };
 
-// Their words, in the field `joint` of model files and in drawings.
+// Their names, in the field `joint` of model files and in drawings.
 inline constexpr std::pair<const char*, JointType> joint_types[] = {{"revolute", JointType::revolute},
                                                                     {"prismatic", JointType::prismatic},
                                                                     {"screw", JointType::screw},
                                                                     {"fixed", JointType::fixed}};
 
-// How a joint is driven: a torque input, a prescribed motion input (inverse dynamics of that joint),
-// held at its start position, or no actuator at all.
+// Actuation of a joint: a torque input, a prescribed motion (inverse dynamics of that joint), locked at its
+// start position, or none.
 enum class Drive { torque, motion, locked, free };
 
 // Modified DH after Khalil and Kleinfinger (1986); parent frame to link frame:
@@ -36,11 +36,11 @@ struct Joint {
   DhParameters dh;
   double pitch = 0;  // of a screw, m/rad
   double q0 = 0, qd0 = 0;
-  bool hold = false;  // loop assembly keeps q0 of this joint
+  bool hold = false;  // loop assembly does not change q0
   double damping = 0, stiffness = 0, rest = 0, armature = 0;
-  // N m or N; static: the largest, at friction_velocity (rad/s or m/s); no peak where it is below friction
+  // N m or N; static_friction: maximum, at friction_velocity (rad/s or m/s); no peak if it is below friction
   double friction = 0, static_friction = 0, friction_velocity = 0.01;
-  // stops at lower and upper, s/rad or s/m of damping, full stiffness from stop_width on
+  // stops at lower and upper; damping in s/rad or s/m; full stiffness from a depth of stop_width
   double lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
   double stop_stiffness = 0, stop_damping = 0, stop_width = 0.01;
 };

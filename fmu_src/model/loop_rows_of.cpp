@@ -57,7 +57,7 @@ LoopRows point_rows(const Model& model, const std::vector<Pose>& poses, const Lo
     out.rows.push_back(position_row(static_cast<int>(out.rows.size()), direction));
     out.rows.back().on_ground = true;
   }
-  // three directions span space, two span a plane that a planar scene keeps
+  // three directions span space; two span a plane, which a planar mechanism preserves
   const int meeting = meeting_link(model, loop.link_a, loop.link_b);
   if (meeting == ground || loop.directions.size() == 3) return out;
   const bool plane_kept =
@@ -76,7 +76,7 @@ Mat3<double> joint_frame(const Vec3<double>& axis, const Vec3<double>& x) {
   return frame;
 }
 
-// x as given unless it is parallel to the axis: then any perpendicular does.
+// x as given; if it is parallel to the axis, any perpendicular vector.
 Vec3<double> across(const Vec3<double>& axis, const Vec3<double>& x) {
   return axis.cross(x).norm() > 1e-6 ? x : Vec3<double>(axis.unitOrthogonal());
 }

@@ -16,17 +16,17 @@ struct LoopRow {
 
 struct LoopRows {
   std::vector<LoopRow> rows;
-  std::vector<LoopRow> left_out;  // a planar scene keeps these in all its poses, or breaks them in all
-  // Rows in ground directions that turn with no body: the equations then concern all joints down to
-  // the ground, not only those between the two links.
+  std::vector<LoopRow> left_out;  // redundant in a planar mechanism
+  // Rows in directions fixed to the ground: the equations then depend on all joints down to the ground, not
+  // only on those between the two links.
   bool tied_to_ground = false;
 };
 
-// How many multipliers a cut joint has, whether or not the scene makes some of them redundant.
+// Number of multipliers of a cut joint, redundant ones included.
 int multiplier_count(const Loop& loop);
 
-// The equations of each loop. In a planar scene a revolute cut keeps its two in-plane rows; no motion changes
-// the others.
+// The equations of each loop. In a planar mechanism a revolute cut keeps its two in-plane rows; the others do
+// not depend on the configuration.
 std::vector<LoopRows> loop_rows_of(const Model& model);
 
 }  // namespace redysim

@@ -10,8 +10,8 @@
 #include "model/output_groups.hpp"
 #include "model/trajectory.hpp"
 
-// The multibody system as its user describes it: names, links, loops, forces and settings in SI units
-// and radians, checked, with parents before children, and immutable once read.
+// The multibody system as described in the model file: names, links, loops, forces and settings in SI units
+// and radians, checked, parents before children, immutable after reading.
 // Symbols and conventions: docs/notation.md.
 
 namespace redysim {
@@ -41,7 +41,7 @@ struct Ball {
   std::array<double, 3> omega{};
 };
 
-// `point` closes the given ground-frame directions only; the others name the joint that was cut.
+// `point` constrains the given directions of the ground frame only; the others are named after the cut joint.
 enum class LoopType { point, spherical, revolute, prismatic, cylindrical, universal, fixed };
 
 // A cut joint between link a and link b (or ground). Points in m in the link's frame. `axis` is the cut
@@ -87,10 +87,10 @@ struct SolverSettings {
   double rtol = 1e-6;
   double atol = 1e-8;
   double max_step = 0;      // s; 0: no bound
-  double target_error = 0;  // m or rad: the packager chooses rtol by it; 0: none, or rtol is given
+  double target_error = 0;  // m or rad: the packager selects rtol accordingly; 0: none, or rtol is given
 };
 
-// What the FMU shows of the scene.
+// Output groups and settings of the FMU. Group names as in docs/model_file.md.
 struct FmuSettings {
   OutputGroups outputs = OutputGroups::by_default();
   bool shows(OutputGroup group) const { return outputs.has(group); }
@@ -98,7 +98,7 @@ struct FmuSettings {
   double stop_time = 1, step_size = 1e-3;  // default experiment, s
 };
 
-// What `build-fmu report` measures errors against.
+// Reference solution of `build-fmu report`.
 struct ReportSettings {
   std::string reference;  // a CSV beside the model file; empty: none
 };

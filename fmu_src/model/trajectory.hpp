@@ -5,11 +5,11 @@
 
 namespace redysim {
 
-// A joint's motion as a function of time, in s and rad or m. Before `begin` and after `end` it goes on at the
-// velocity it has there.
+// A joint's motion as a function of time, in s and rad or m. Before `begin` and after `end` it continues at
+// constant velocity.
 struct Trajectory {
-  // q = from + (to - from) (s - sin(2 pi s) / (2 pi)), s = (t - begin) / (end - begin); or polynomials in a
-  // row, each in powers of the time since its own knot.
+  // q = from + (to - from) (s - sin(2 pi s) / (2 pi)), s = (t - begin) / (end - begin); or consecutive
+  // polynomials, each in powers of the time since its own knot.
   enum class Kind { cycloid, polynomials };
   struct Piece {
     double knot = 0;  // s
@@ -21,7 +21,7 @@ struct Trajectory {
   double begin = -std::numeric_limits<double>::infinity();
   double end = std::numeric_limits<double>::infinity();
   double from = 0, to = 0;    // of a cycloid
-  std::vector<Piece> pieces;  // knots ascend
+  std::vector<Piece> pieces;  // with increasing knots
 };
 
 }  // namespace redysim

@@ -18,17 +18,17 @@ void resolve_parents(std::vector<LinkDraft>& drafts) {
   }
 }
 
-// Names along the ring that starts and ends at `first`.
-std::string ring_text(const std::vector<LinkDraft>& drafts, int first) {
+// Names along the cycle that starts and ends at `first`.
+std::string cycle_text(const std::vector<LinkDraft>& drafts, int first) {
   std::string text = drafts[first].link.name;
   for (int i = drafts[first].link.parent; i != first; i = drafts[i].link.parent)
     text += " -> " + drafts[i].link.name;
   return text + " -> " + drafts[first].link.name;
 }
 
-// Reports each ring of parents once, at its first link in the file, and cuts it there.
-void cut_rings(std::vector<LinkDraft>& drafts) {
-  std::vector<int> visit(drafts.size(), -1);  // the walk that came by
+// Reports each cycle of parents once, at its first link in the file, and opens it there.
+void cut_cycles(std::vector<LinkDraft>& drafts) {
+  std::vector<int> visit(drafts.size(), -1);  // start of the walk that visited it
   for (int start = 0; start < static_cast<int>(drafts.size()); ++start) {
     int i = start;
     while (i != ground && visit[i] < 0) {
@@ -38,7 +38,7 @@ void cut_rings(std::vector<LinkDraft>& drafts) {
     if (i == ground || visit[i] != start) continue;
     int first = i;
     for (int k = drafts[i].link.parent; k != i; k = drafts[k].link.parent) first = std::min(first, k);
-    drafts[first].section.error("parent", "cyclic parent references: " + ring_text(drafts, first));
+    drafts[first].section.error("parent", "cyclic parent references: " + cycle_text(drafts, first));
     drafts[first].link.parent = ground;
   }
 }
@@ -68,7 +68,7 @@ std::vector<int> parents_first(const std::vector<LinkDraft>& drafts) {
 
 void arrange_tree(std::vector<LinkDraft>& drafts) {
   resolve_parents(drafts);
-  cut_rings(drafts);
+  cut_cycles(drafts);
   const std::vector<int> order = parents_first(drafts);
   std::vector<int> position(drafts.size());
   for (std::size_t i = 0; i < order.size(); ++i) position[order[i]] = static_cast<int>(i);

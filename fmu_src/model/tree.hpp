@@ -6,8 +6,8 @@
 
 namespace redysim {
 
-// Finds each link's parent and brings parents before children; links whose order is free keep the file's.
-// Unknown parents and rings become findings, and such links hang on ground.
+// Resolves each link's parent and sorts parents before children, otherwise in the order of the file. Unknown
+// parents and cycles are findings; the parent of such a link becomes the ground.
 void arrange_tree(std::vector<LinkDraft>& drafts);
 
 }  // namespace redysim

@@ -22,9 +22,9 @@ Scalar turning_lever(const LinkPath<Scalar>& path, const Scalar& least_reach, co
 template <class Scalar>
 Scalar largest_lever(const JointPlan<Scalar>& joint, const LinkPath<Scalar>& path, const Scalar& least_reach,
                      const Force<Scalar>& w) {
-  const Scalar none(0);
-  return largest_squared(joint, turns(joint) ? turning_lever(path, least_reach, w) : none,
-                         w.force.squaredNorm());
+  const Scalar force = w.force.squaredNorm();
+  if (!turns(joint)) return force;
+  return largest_squared(joint, turning_lever(path, least_reach, w), force);
 }
 
 // Whether the factor of S may be wrong about the rank: a pivot is in doubt, or one is lost while the joints'

@@ -6,13 +6,13 @@
 
 #include "dynamics/straight_line/tape.hpp"
 
-// A scalar that writes down what is done to it: run a recursion once with it and the tape holds the recursion
-// as straight-line code, with constants folded, products by 0 and 1 gone and nothing computed twice. A branch
-// on a recorded value cannot be written down and throws; branches on constants are taken.
+// A scalar that records its operations on a tape. One run of a recursion gives straight-line code with
+// constants folded, without products by 0 and 1 and without common subexpressions. A branch on a recorded
+// value throws; branches on constants are evaluated.
 
 namespace redysim {
 
-// A number on a tape, or a constant that no tape has seen yet.
+// A number on a tape, or a constant that is not on a tape.
 class Recorded {
  public:
   Recorded() = default;
@@ -68,7 +68,7 @@ class Recorded {
     Tape* tape = a.tape_ ? a.tape_ : b.tape_;
     if (!tape) return of_constants;
     const int node = tape->apply(operation, a.node_on(*tape), b.node_on(*tape));
-    // what folds to a constant is one again, so that branches on it can be taken
+    // a folded constant is a constant again, so that branches on it can be evaluated
     if ((*tape)[node].operation == Tape::Operation::constant) return (*tape)[node].value;
     return {*tape, node};
   }

@@ -14,7 +14,7 @@ std::string indexed(const char* name, std::size_t index) {
   return std::string(name) + "[" + std::to_string(index) + "]";
 }
 
-// The plan with what may be tuned as symbols: they keep their place in the plan of doubles.
+// The plan with tunable parameters as symbols, which refer to entries of the plan of doubles.
 class TunablePlan {
  public:
   TunablePlan(Tape& tape, const Model& model) : tape_(tape), plan_(model) {
@@ -68,7 +68,7 @@ class TunablePlan {
       for (const auto& [word, entry] : entries) {
         if (name != owner + "." + word) continue;
         make_symbol(*entry, indexed("joints", i) + "." + word);
-        joint.passive = true;
+        joint.has_passive_force = true;
         if (entry == &joint.armature) joint.axis_free = false;
         return true;
       }
@@ -153,7 +153,7 @@ class Writer {
     if (!needed_[place] || written_[place]) return;
     written_[place] = 1;
     if (given.operation == Operation::constant || given.operation == Operation::symbol) return;
-    // angles come before their turn
+    // angles are already written
     for (int operand : {given.left, given.right})
       if (operand >= 0) write(operand);
     text_ += "  const double v" + std::to_string(node) + " = " + expression(given) + ";\n";

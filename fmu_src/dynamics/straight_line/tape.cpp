@@ -38,49 +38,64 @@ int Tape::apply(Operation operation, int left, int right) {
   return add({operation, 0, {}, left, right}, {operation, left, right, {}});
 }
 
-// What needs no new node, or another operation; -1: neither.
+// A known node with the same value, by the rules of algebra; -1: none.
 int Tape::simplified(Operation operation, int left, int right) {
   const Node a = (*this)[left], b = (*this)[right];
   const bool constants = a.operation == Operation::constant && b.operation == Operation::constant;
-  const auto negated = [this](int node) {
-    const Node& of = (*this)[node];
-    if (of.operation == Operation::negate) return of.left;
-    if (of.operation == Operation::subtract) return apply(Operation::subtract, of.right, of.left);
-    return add({Operation::negate, 0, {}, node, -1}, {Operation::negate, node, -1, {}});
-  };
   switch (operation) {
     case Operation::add:
-      if (constants) return constant(a.value + b.value);
-      if (is_constant(left, 0)) return right;
-      if (is_constant(right, 0)) return left;
-      if (b.operation == Operation::negate) return apply(Operation::subtract, left, b.left);
-      if (a.operation == Operation::negate) return apply(Operation::subtract, right, a.left);
-      break;
+      return constants ? constant(a.value + b.value) : simplified_sum(left, right);
     case Operation::subtract:
-      if (constants) return constant(a.value - b.value);
-      if (left == right) return constant(0);
-      if (is_constant(right, 0)) return left;
-      if (is_constant(left, 0)) return negated(right);
-      if (b.operation == Operation::negate) return apply(Operation::add, left, b.left);
-      break;
+      return constants ? constant(a.value - b.value) : simplified_difference(left, right);
     case Operation::multiply:
-      if (constants) return constant(a.value * b.value);
-      if (is_constant(left, 0) || is_constant(right, 0)) return constant(0);
-      if (is_constant(left, 1)) return right;
-      if (is_constant(right, 1)) return left;
-      if (is_constant(left, -1)) return negated(right);
-      if (is_constant(right, -1)) return negated(left);
-      if (a.operation == Operation::negate) return negated(apply(Operation::multiply, a.left, right));
-      if (b.operation == Operation::negate) return negated(apply(Operation::multiply, left, b.left));
-      break;
+      return constants ? constant(a.value * b.value) : simplified_product(left, right);
     case Operation::divide:
       if (constants) return constant(a.value / b.value);
       if (is_constant(left, 0)) return constant(0);
-      if (is_constant(right, 1)) return left;
-      break;
-    default:
+      return is_constant(right, 1) ? left : -1;
+    case Operation::constant:
+    case Operation::symbol:
+    case Operation::negate:
+    case Operation::function:
       break;
   }
+  return -1;
+}
+
+int Tape::negated(int node) {
+  const Node of = (*this)[node];
+  if (of.operation == Operation::negate) return of.left;
+  if (of.operation == Operation::subtract) return apply(Operation::subtract, of.right, of.left);
+  return add({Operation::negate, 0, {}, node, -1}, {Operation::negate, node, -1, {}});
+}
+
+int Tape::simplified_sum(int left, int right) {
+  const Node a = (*this)[left], b = (*this)[right];
+  if (is_constant(left, 0)) return right;
+  if (is_constant(right, 0)) return left;
+  if (b.operation == Operation::negate) return apply(Operation::subtract, left, b.left);
+  if (a.operation == Operation::negate) return apply(Operation::subtract, right, a.left);
+  return -1;
+}
+
+int Tape::simplified_difference(int left, int right) {
+  const Node b = (*this)[right];
+  if (left == right) return constant(0);
+  if (is_constant(right, 0)) return left;
+  if (is_constant(left, 0)) return negated(right);
+  if (b.operation == Operation::negate) return apply(Operation::add, left, b.left);
+  return -1;
+}
+
+int Tape::simplified_product(int left, int right) {
+  const Node a = (*this)[left], b = (*this)[right];
+  if (is_constant(left, 0) || is_constant(right, 0)) return constant(0);
+  if (is_constant(left, 1)) return right;
+  if (is_constant(right, 1)) return left;
+  if (is_constant(left, -1)) return negated(right);
+  if (is_constant(right, -1)) return negated(left);
+  if (a.operation == Operation::negate) return negated(apply(Operation::multiply, a.left, right));
+  if (b.operation == Operation::negate) return negated(apply(Operation::multiply, left, b.left));
   return -1;
 }
 

@@ -7,9 +7,9 @@
 
 namespace redysim {
 
-// Straight-line code while it is written down (dynamics/straight_line/recorded.hpp): each node is a constant,
-// a symbol or an operation on earlier nodes. Constants are folded, products by 0 and 1 are gone and nothing
-// stands twice.
+// Straight-line code during recording (dynamics/straight_line/recorded.hpp): each node is a constant, a
+// symbol or an operation on earlier nodes. Constants are folded, products by 0 and 1 are removed, and no node
+// occurs twice.
 class Tape {
  public:
   enum class Operation { constant, symbol, add, subtract, multiply, divide, negate, function };
@@ -36,6 +36,10 @@ class Tape {
   using Key = std::tuple<Operation, int, int, std::string>;
   int add(Node node, const Key& key);
   int simplified(Operation operation, int left, int right);
+  int simplified_sum(int left, int right);
+  int simplified_difference(int left, int right);
+  int simplified_product(int left, int right);
+  int negated(int node);
 
   std::vector<Node> nodes_;
   std::map<double, int> constants_;

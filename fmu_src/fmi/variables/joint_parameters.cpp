@@ -28,7 +28,7 @@ void set_passive_direction(OutputDerivatives& of, const Variable& variable, doub
   if (variable.joint < 0) return;
   for (Plan<Dual>* plan : of.tangent().plans()) {
     JointPlan<Dual>& joint = plan->joints[variable.joint];
-    joint.passive = true;
+    joint.has_passive_force = true;
     (joint.*member).derivative += direction;
   }
 }
@@ -49,8 +49,8 @@ void change_resistance(OutputDerivatives& of, const Variable& variable, const Ch
   const Joint& given = of.model().links[variable.link].joint;
   for (Plan<Dual>* plan : of.tangent().plans()) {
     JointPlan<Dual>& joint = plan->joints[variable.joint];
-    joint.passive = joint.resists = joint.rubs = true;
-    joint.stopped = has_stops(given);
+    joint.has_passive_force = joint.has_resistance = joint.has_friction = true;
+    joint.has_stops = has_stops(given);
     change(given, plan->resistances[variable.joint]);
   }
 }

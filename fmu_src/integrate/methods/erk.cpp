@@ -46,7 +46,7 @@ const Table& alone_for(double rtol, const System& system) {
 // nothing.
 bool is_smooth(const Plan<double>& plan) {
   return std::none_of(plan.joints.begin(), plan.joints.end(),
-                      [](const JointPlan<double>& joint) { return joint.rubs || joint.stopped; });
+                      [](const JointPlan<double>& joint) { return joint.has_friction || joint.has_stops; });
 }
 
 struct ErkStepDeleter {

@@ -11,13 +11,13 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-// One freedom: its type and the DH frame's axis it moves about or along (0 x, 1 y, 2 z).
-struct Freedom {
+// One DOF: its type and the DH frame's axis it moves about or along (0 x, 1 y, 2 z).
+struct Dof {
   JointType type;
   int axis;
 };
 
-std::vector<Freedom> freedoms_of(CompoundType type) {
+std::vector<Dof> dofs_of(CompoundType type) {
   constexpr JointType turn = JointType::revolute, slide = JointType::prismatic;
   switch (type) {
     case CompoundType::universal:
@@ -34,7 +34,7 @@ std::vector<Freedom> freedoms_of(CompoundType type) {
   return {};
 }
 
-// The frame whose z is the given axis: a cyclic exchange of axes.
+// The frame whose z is the given axis: a cyclic permutation of the axes.
 Pose z_along(int axis) {
   Pose pose;
   for (int k = 0; k < 3; ++k) pose.rotation.col(k) = Vec3<double>::Unit((k + axis + 1) % 3);
@@ -50,10 +50,10 @@ std::array<double, 4> quaternion_of(double phi, double theta, double psi) {
   return {q.w(), q.x(), q.y(), q.z()};
 }
 
-// q of a ball: a quaternion (4) or the angles phi, theta, psi (3), after its slides.
+// q of a joint with a Ball: its translations, then a quaternion (4) or the angles phi, theta, psi (3).
 void read_ball_position(LinkDraft& draft, double unit) {
   Section& section = draft.section;
-  const std::size_t slides = draft.freedoms.size();
+  const std::size_t slides = draft.dofs.size();
   std::vector<double> given;
   if (!section.numbers("q", given)) return;
   std::array<double, 4> quaternion{};
@@ -75,11 +75,11 @@ void read_ball_position(LinkDraft& draft, double unit) {
     return;
   }
   for (std::size_t k = 0; k < 4; ++k) draft.ball.quaternion[k] = quaternion[k] / std::sqrt(norm);
-  for (std::size_t k = 0; k < slides; ++k) draft.freedoms[k].q0 = given[k];
+  for (std::size_t k = 0; k < slides; ++k) draft.dofs[k].q0 = given[k];
 }
 
 void read_ball_velocity(LinkDraft& draft, double unit) {
-  const std::size_t slides = draft.freedoms.size();
+  const std::size_t slides = draft.dofs.size();
   std::vector<double> given;
   if (!draft.section.numbers("qd", given)) return;
   if (given.size() != slides + 3) {
@@ -87,12 +87,12 @@ void read_ball_velocity(LinkDraft& draft, double unit) {
         "qd", "qd must be " + std::to_string(slides + 3) + " numbers, got " + std::to_string(given.size()));
     return;
   }
-  for (std::size_t k = 0; k < slides; ++k) draft.freedoms[k].qd0 = given[k];
+  for (std::size_t k = 0; k < slides; ++k) draft.dofs[k].qd0 = given[k];
   for (std::size_t k = 0; k < 3; ++k) draft.ball.omega[k] = unit * given[slides + k];
 }
 
-// A massless link that carries one freedom.
-LinkDraft carrier(const LinkDraft& of, const Freedom& freedom, const Pose& frame, int parent,
+// A massless link on a joint with one DOF.
+LinkDraft carrier(const LinkDraft& of, const Dof& dof, const Pose& frame, int parent,
                   const std::string& index) {
   LinkDraft draft{of.link, {}, of.section, {}, {}, {}};
   draft.link.name += index;
@@ -101,7 +101,7 @@ LinkDraft carrier(const LinkDraft& of, const Freedom& freedom, const Pose& frame
   draft.link.com.setZero();
   draft.link.inertia = {};
   draft.link.joint.name += index;
-  draft.link.joint.type = freedom.type;
+  draft.link.joint.type = dof.type;
   draft.link.joint.dh = dh_of(frame);
   return draft;
 }
@@ -113,14 +113,14 @@ bool has_ball(CompoundType type) { return type == CompoundType::spherical || typ
 void read_compound(LinkDraft& draft, bool degrees) {
   Section& section = draft.section;
   const bool ball = has_ball(*draft.compound);
-  std::vector<Freedom> freedoms = freedoms_of(*draft.compound);
-  if (ball) freedoms.resize(freedoms.size() - 4);
-  for (const Freedom& freedom : freedoms) {
-    draft.freedoms.emplace_back();
-    draft.freedoms.back().type = freedom.type;
-    draft.freedoms.back().drive = draft.link.joint.drive;
+  std::vector<Dof> dofs = dofs_of(*draft.compound);
+  if (ball) dofs.resize(dofs.size() - 4);
+  for (const Dof& dof : dofs) {
+    draft.dofs.emplace_back();
+    draft.dofs.back().type = dof.type;
+    draft.dofs.back().drive = draft.link.joint.drive;
   }
-  if (!ball) return read_joint_parameters(section, draft.freedoms, degrees);
+  if (!ball) return read_joint_parameters(section, draft.dofs, degrees);
   const double unit = degrees ? pi / 180 : 1;
   read_ball_position(draft, unit);
   read_ball_velocity(draft, unit);
@@ -143,24 +143,24 @@ std::vector<Ball> expand_compound_joints(std::vector<LinkDraft>& drafts) {
       continue;
     }
     const bool with_ball = has_ball(*draft.compound);
-    const std::vector<Freedom> freedoms = freedoms_of(*draft.compound);
+    const std::vector<Dof> dofs = dofs_of(*draft.compound);
     Pose frame = pose_of(draft.link.joint.dh);  // of the next carrier in the one before
-    const std::size_t ball_at = with_ball ? freedoms.size() - 4 : freedoms.size();
-    for (std::size_t k = 0; k < freedoms.size(); ++k) {
+    const std::size_t ball_at = with_ball ? dofs.size() - 4 : dofs.size();
+    for (std::size_t k = 0; k < dofs.size(); ++k) {
       const bool of_ball = k >= ball_at;
       const std::string index = !of_ball       ? "[" + std::to_string(k + 1) + "]"
                                 : k == ball_at ? "[chart]"
                                                : std::string("[") + "zxy"[k - ball_at - 1] + "]";
-      expanded.push_back(carrier(draft, freedoms[k], frame * z_along(freedoms[k].axis), parent, index));
+      expanded.push_back(carrier(draft, dofs[k], frame * z_along(dofs[k].axis), parent, index));
       parent = static_cast<int>(expanded.size()) - 1;
-      frame = inverse(z_along(freedoms[k].axis));
+      frame = inverse(z_along(dofs[k].axis));
       Joint& joint = expanded.back().link.joint;
       if (of_ball) {
         joint.drive = k == ball_at ? Drive::locked : Drive::free;
         continue;
       }
       for (const JointParameter& parameter : joint_parameters)
-        joint.*parameter.value = draft.freedoms[k].*parameter.value;
+        joint.*parameter.value = draft.dofs[k].*parameter.value;
     }
     if (with_ball) {
       Ball& ball = draft.ball;

@@ -5,10 +5,10 @@
 
 #include "model/read/link_reader.hpp"
 
-// Joints with several DOF, built from revolute and prismatic joints on massless links. The carried link
-// is fixed to the last of them, so its own frame is the DH frame at rest. Spherical parts keep a quaternion
-// as state (Ball); their three joints turn about z, x and y of the link (ReDySim's order), after a fourth
-// that the simulation sets to 0 or 90 deg to stay away from the singular angles.
+// Joints with several DOF, built from revolute and prismatic joints on massless links. The carried link is
+// fixed to the last one, so its own frame is the DH frame at rest. The state of a spherical part is a
+// quaternion (Ball). Its three joints turn about z, x and y of the link (ReDySim's order), after a fourth
+// joint that the simulation sets to 0 or 90 deg to avoid singular angles.
 
 namespace redysim {
 
@@ -23,7 +23,7 @@ inline constexpr std::pair<const char*, CompoundType> compound_types[] = {
 // Whether its last degrees of freedom are a Ball.
 bool has_ball(CompoundType type);
 
-// Reads q, qd and per-freedom parameters of the draft's compound joint into it.
+// Reads q, qd and the parameters of each DOF of the draft's compound joint.
 void read_compound(LinkDraft& draft, bool degrees);
 
 // Replaces compound joints in parent-sorted drafts; returns the balls, by link index.

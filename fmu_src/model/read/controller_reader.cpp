@@ -19,7 +19,7 @@ bool is_driven(const Model& model, std::size_t link, bool inverse) {
   return moves(joint) && (joint.drive == Drive::torque || (inverse && joint.drive == Drive::motion));
 }
 
-// The joints it names, or all with drive torque.
+// The listed joints, or all with drive torque.
 std::vector<ControlledJoint> read_joints(Section& section, const Model& model, bool inverse) {
   std::vector<ControlledJoint> joints;
   const auto add = [&](int link) {
@@ -48,12 +48,10 @@ std::vector<ControlledJoint> read_joints(Section& section, const Model& model, b
   return joints;
 }
 
-// Feed-forward needs the reference of all that moves.
+// Feed-forward requires the reference of every free joint.
 void check_feed_forward(Section& section, const Model& model, const Controller& controller) {
   if (!model.loops.empty()) {
-    section.error("law",
-                  "feed_forward needs a model without loops; computed_torque and gravity_compensation "
-                  "follow loops");
+    section.error("law", "feed_forward does not support loops; use computed_torque or gravity_compensation");
     return;
   }
   for (std::size_t i = 0; i < model.links.size(); ++i) {
@@ -61,8 +59,8 @@ void check_feed_forward(Section& section, const Model& model, const Controller& 
     if (!moves(joint) || joint.drive == Drive::motion || joint.drive == Drive::locked) continue;
     const auto same = [i](const ControlledJoint& other) { return other.link == static_cast<int>(i); };
     if (std::any_of(controller.joints.begin(), controller.joints.end(), same)) continue;
-    section.error("law", "feed_forward needs a reference of every joint, and '" + joint.name +
-                             "' is not controlled; computed_torque does without");
+    section.error("law", "feed_forward requires a reference of every joint, but '" + joint.name +
+                             "' is not controlled; use computed_torque");
     return;
   }
 }
@@ -77,7 +75,7 @@ void read_targets(Section& section, const Model& model, bool degrees, Controller
     used = used || !has_trajectory(model, joint.link);
   }
   if (!used && !controller.joints.empty())
-    section.warn("target", "target has no effect, all controlled joints follow trajectories");
+    section.warn("target", "target has no effect: all controlled joints follow trajectories");
 }
 
 }  // namespace

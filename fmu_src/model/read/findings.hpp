@@ -13,7 +13,7 @@ struct Place {
   int line = 0, column = 0;
 };
 
-// Collects what is wrong with a file, so that one reading reports everything.
+// Collects all errors and warnings of a file.
 class Findings {
  public:
   explicit Findings(std::string file) : file_(std::move(file)) {}

@@ -37,7 +37,7 @@ void check_stops(Section& section, const Joint& joint, const std::string& of) {
   }
   const bool stops = section.has("lower") || section.has("upper");
   if (stops && !section.has("stop_stiffness"))
-    section.error(section.has("lower") ? "lower" : "upper", "stops need stop_stiffness");
+    section.error(section.has("lower") ? "lower" : "upper", "stop_stiffness is required with a stop");
   for (const char* key : {"stop_stiffness", "stop_damping", "stop_width"})
     if (!stops && section.has(key))
       section.warn(key, std::string(key) + " has no effect without lower or upper");
@@ -59,26 +59,26 @@ void read_joint_parameters(Section& section, Joint& joint, bool degrees) {
   check_stops(section, joint, "");
 }
 
-void read_joint_parameters(Section& section, std::vector<Joint>& freedoms, bool degrees) {
-  for (Joint& joint : freedoms) set_defaults(joint);
+void read_joint_parameters(Section& section, std::vector<Joint>& dofs, bool degrees) {
+  for (Joint& joint : dofs) set_defaults(joint);
   for (const JointParameter& parameter : joint_parameters) {
     const std::string name = parameter.name;
     const bool stop = std::isinf(Joint().*parameter.value);
     std::vector<double> given;
     if (!section.numbers(name, given, stop)) continue;
-    if (given.size() != freedoms.size()) {
-      section.error(name, name + " must be " + std::to_string(freedoms.size()) + " numbers, got " +
+    if (given.size() != dofs.size()) {
+      section.error(name, name + " must be " + std::to_string(dofs.size()) + " numbers, got " +
                               std::to_string(given.size()));
       continue;
     }
     for (std::size_t k = 0; k < given.size(); ++k)
       if (section.within(name, given[k], parameter.bound))
-        freedoms[k].*parameter.value = given[k] * unit_of(parameter, freedoms[k], degrees);
+        dofs[k].*parameter.value = given[k] * unit_of(parameter, dofs[k], degrees);
   }
-  for (std::size_t k = 0; k < freedoms.size(); ++k) {
-    const std::string of = " of freedom " + std::to_string(k + 1);
-    check_friction(section, freedoms[k], of);
-    check_stops(section, freedoms[k], of);
+  for (std::size_t k = 0; k < dofs.size(); ++k) {
+    const std::string of = " of DOF " + std::to_string(k + 1);
+    check_friction(section, dofs[k], of);
+    check_stops(section, dofs[k], of);
   }
 }
 

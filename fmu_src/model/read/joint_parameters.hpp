@@ -7,9 +7,9 @@
 
 namespace redysim {
 
-// A number of a joint of one freedom, as the model file calls it.
+// A numeric field of a joint with one DOF.
 struct JointParameter {
-  // What the file's angle unit applies to where the joint turns: positions and velocities alone.
+  // The angle unit of the file applies to positions and velocities of joints that turn.
   enum class Kind { position, velocity, other };
   const char* name;
   double Joint::*value;
@@ -35,11 +35,11 @@ inline constexpr JointParameter joint_parameters[] = {
     {"stop_width", &Joint::stop_width, JointParameter::Kind::position, Bound::positive},
 };
 
-// Reads the parameters of a joint of one freedom, whose type and drive are known, and checks them together;
-// `degrees`: angles are in degrees.
+// Reads and checks the parameters of a joint with one DOF, whose type and drive are known. `degrees`: angles
+// are in degrees.
 void read_joint_parameters(Section& section, Joint& joint, bool degrees);
 
-// The same for several DOF: each field is a list with a number for each; a stop at infinity is omitted.
-void read_joint_parameters(Section& section, std::vector<Joint>& freedoms, bool degrees);
+// The same for several DOF: each field is a list with one number per DOF; an infinite stop is omitted.
+void read_joint_parameters(Section& section, std::vector<Joint>& dofs, bool degrees);
 
 }  // namespace redysim

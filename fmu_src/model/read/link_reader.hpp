@@ -18,8 +18,8 @@ struct LinkDraft {
   std::string parent;  // empty: the link before, or ground for the first
   Section section;
   std::optional<CompoundType> compound;  // the joint, until it is replaced
-  std::vector<Joint> freedoms;  // of a compound joint, but for those of its ball: type and parameters
-  Ball ball;                    // its start values
+  std::vector<Joint> dofs;  // type and parameters of each DOF of a compound joint, without its Ball
+  Ball ball;                // its start values
 };
 
 // All [[link]] tables in file order. `degrees`: the file's angles are in degrees.

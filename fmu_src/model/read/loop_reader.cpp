@@ -108,7 +108,7 @@ Loop read_loop(Section section, const std::string& label, const LinkTable& links
   section.refuse_unknown();
   const std::string rigid = rigid_pair(loop.link_a, loop.link_b, links);
   if (!rigid.empty() && section.has("link_a") && section.has("link_b"))
-    section.error("link_b", rigid + ", so this loop closes nothing");
+    section.error("link_b", rigid + "; this loop has no effect");
   return loop;
 }
 
@@ -122,7 +122,7 @@ SpringDamper read_spring(Section section, const std::string& label, const LinkTa
   section.refuse_unknown();
   const std::string rigid = rigid_pair(spring.link_a, spring.link_b, links);
   if (!rigid.empty() && section.has("link_a") && section.has("link_b"))
-    section.warn("link_b", rigid + ", so this spring moves nothing");
+    section.warn("link_b", rigid + "; this spring has no effect");
   return spring;
 }
 

@@ -62,7 +62,7 @@ std::vector<Outboard> outboards(const std::vector<LinkDraft>& drafts) {
 }
 
 std::string immovable(const Joint& joint, const Outboard& outboard) {
-  const std::string remedy = ": give it mass or inertia, or the joint an armature";
+  const std::string remedy = "; give its link mass or inertia, or the joint an armature";
   const std::string name = "joint '" + joint.name + "' ";
   if (outboard.mass == 0 && (!outboard.inertia || !turns(joint))) return name + "moves no mass" + remedy;
   // S^T M S of a rigid body, against its value where all inertia were about the axis
@@ -71,7 +71,7 @@ std::string immovable(const Joint& joint, const Outboard& outboard) {
   const double most =
       S.angular * S.angular * outboard.at_origin.trace() + S.linear * S.linear * outboard.mass;
   if (outboard.rigid && moved <= 1e-14 * most)
-    return name + "moves no inertia, what it turns lies on its own axis" + remedy;
+    return name + "moves no inertia, because all its mass lies on its own axis" + remedy;
   return {};
 }
 
@@ -86,9 +86,10 @@ void check_inertia(const Link& link, Section& section) {
   if (moments[0] < -1e-12 * scale)
     section.error("inertia", "inertia has a negative principal moment (" + list + ")");
   else if (moments[2] > moments[0] + moments[1] + 1e-9 * scale)
-    section.warn("inertia",
-                 "no body has this inertia: its largest principal moment exceeds the sum of the others (" +
-                     list + ")");
+    section.warn(
+        "inertia",
+        "inertia is not physically possible: its largest principal moment exceeds the sum of the others (" +
+            list + ")");
 }
 
 std::vector<int> rigid_carriers(const std::vector<LinkDraft>& drafts) {
@@ -114,7 +115,7 @@ void check_movable(std::vector<LinkDraft>& drafts, Section& top) {
     const std::string message = immovable(joint, outboard[i]);
     if (!message.empty()) drafts[i].section.error(drafts[i].section.place(), message);
   }
-  if (!movable) top.error("link", "all joints are fixed; a model needs one that moves");
+  if (!movable) top.error("link", "all joints are fixed; at least one joint must move");
 }
 
 }  // namespace redysim

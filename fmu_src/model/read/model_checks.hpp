@@ -6,7 +6,7 @@
 
 namespace redysim {
 
-// Refuses an inertia with a negative principal moment; warns when no mass distribution can have it.
+// Refuses an inertia with a negative principal moment; warns if it is not physically possible.
 void check_inertia(const Link& link, Section& section);
 
 // For each link the link it is rigidly connected to that is nearest to ground (itself under a moving

@@ -41,7 +41,7 @@ void invert(std::vector<LinkDraft>& drafts, Section& top) {
     joint.drive = Drive::motion;
     driven = true;
   }
-  if (!driven) top.warn("inverse", "inverse has no effect, no joint has a drive torque");
+  if (!driven) top.warn("inverse", "inverse has no effect: no joint has drive 'torque'");
 }
 
 LinkTable link_table(const std::vector<LinkDraft>& drafts, bool sound) {

@@ -8,7 +8,7 @@
 namespace redysim {
 namespace {
 
-// Velocities at the knots of the cubic spline with continuous acceleration that rests at both ends.
+// Velocities at the knots of the cubic spline with continuous acceleration, at rest at both ends.
 std::vector<double> spline_velocities(const std::vector<double>& t, const std::vector<double>& q) {
   const std::size_t n = t.size();
   std::vector<double> v(n, 0.0), factor(n, 0.0);
@@ -53,7 +53,7 @@ std::vector<std::string> cells(const std::string& line) {
   return out;
 }
 
-// Where a table's columns stand; -1: nowhere.
+// Column indices of a table; -1: absent.
 struct Columns {
   int time = -1, q = -1, qd = -1, qdd = -1;
 
@@ -84,7 +84,7 @@ bool parse(const std::string& cell, double& value) {
 
 std::string objection(const MotionTable& table) {
   const std::size_t n = table.time.size();
-  if (n < 2) return "a table needs 2 rows or more, got " + std::to_string(n);
+  if (n < 2) return "a table must have at least 2 rows, got " + std::to_string(n);
   const std::pair<const char*, const std::vector<double>*> columns[] = {
       {"time", &table.time}, {"q", &table.q}, {"qd", &table.qd}, {"qdd", &table.qdd}};
   for (const auto& [name, column] : columns) {
@@ -95,26 +95,26 @@ std::string objection(const MotionTable& table) {
     for (double value : *column)
       if (!std::isfinite(value)) return std::string(name) + " must be finite, got " + shown(value);
   }
-  if (table.qd.empty() && !table.qdd.empty()) return "qdd needs qd as well";
+  if (table.qd.empty() && !table.qdd.empty()) return "qdd requires qd";
   for (std::size_t k = 1; k < n; ++k)
     if (!(table.time[k] > table.time[k - 1]))
-      return "time must grow from row to row, got " + shown(table.time[k]) + " after " +
+      return "time must increase from row to row, got " + shown(table.time[k]) + " after " +
              shown(table.time[k - 1]);
   return {};
 }
 
 std::vector<double> quintic(double h, const double (&start)[3], const double (&end)[3]) {
-  // what the start's parabola misses at the end, in units of the length
-  const double miss = end[0] - start[0] - h * (start[1] + 0.5 * h * start[2]);
-  const double rate = h * (end[1] - start[1] - h * start[2]);
-  const double bend = h * h * (end[2] - start[2]);
+  // deviations of position, h velocity and h^2 acceleration at the end from the parabola of the start
+  const double dq = end[0] - start[0] - h * (start[1] + 0.5 * h * start[2]);
+  const double dqd = h * (end[1] - start[1] - h * start[2]);
+  const double dqdd = h * h * (end[2] - start[2]);
   const double h3 = h * h * h;
   return {start[0],
           start[1],
           0.5 * start[2],
-          (10 * miss - 4 * rate + 0.5 * bend) / h3,
-          (-15 * miss + 7 * rate - bend) / (h3 * h),
-          (6 * miss - 3 * rate + 0.5 * bend) / (h3 * h * h)};
+          (10 * dq - 4 * dqd + 0.5 * dqdd) / h3,
+          (-15 * dq + 7 * dqd - dqdd) / (h3 * h),
+          (6 * dq - 3 * dqd + 0.5 * dqdd) / (h3 * h * h)};
 }
 
 std::vector<double> cubic(double h, double q_start, double qd_start, double q_end, double qd_end) {
@@ -154,8 +154,8 @@ std::string read_csv(const std::string& text, const std::string& joint, MotionTa
       continue;
     }
     const Columns columns(names, joint);
-    if (columns.time < 0) return "has no column 'time' in its line of names";
-    if (columns.q < 0) return "has no column '" + joint + ".q' or 'q' in its line of names";
+    if (columns.time < 0) return "has no column 'time' in its header";
+    if (columns.q < 0) return "has no column '" + joint + ".q' or 'q' in its header";
     const std::pair<int, std::vector<double>*> wanted[] = {{columns.time, &table.time},
                                                            {columns.q, &table.q},
                                                            {columns.qd, &table.qd},

@@ -9,7 +9,7 @@ namespace redysim {
 // in `why`: "does not exist".
 std::FILE* open_file(const std::string& path, const char*& why);
 
-// Appends the content of a regular file to `bytes`; returns why that fails, null if it does not.
+// Appends the content of a regular file to `bytes`; returns the reason of a failure, or null.
 const char* read_file(const std::string& path, std::string& bytes);
 
 }  // namespace redysim

@@ -100,7 +100,7 @@ bool Section::read_numbers(const std::string& key, const Value& list, std::vecto
   bool good = true;
   for (const Value& item : list.items) {
     if (item.kind != Value::Kind::number) {
-      error(item.place, key + " must hold numbers, got " + item.kind_name());
+      error(item.place, key + " must contain numbers, got " + item.kind_name());
       good = false;
     } else {
       good = ((infinite && std::isinf(item.number)) || finite(key, item)) && good;
@@ -175,7 +175,7 @@ bool Section::directions(const std::string& key, std::vector<Vec3<double>>& dire
   for (const Value& item : list->items) {
     Vec3<double> vector;
     if (item.kind != Value::Kind::list)
-      error(item.place, key + " must hold lists of 3 numbers, got " + item.kind_name());
+      error(item.place, key + " must contain lists of 3 numbers, got " + item.kind_name());
     else if (read_vector(key, item, vector) && normalise(key, item, vector))
       directions.push_back(vector);
   }
@@ -190,7 +190,7 @@ std::vector<std::pair<std::string, Place>> Section::texts(const std::string& key
     if (item.kind == Value::Kind::text)
       texts.emplace_back(item.text, item.place);
     else
-      error(item.place, key + " must hold strings, got " + item.kind_name());
+      error(item.place, key + " must contain strings, got " + item.kind_name());
   }
   return texts;
 }

@@ -16,9 +16,9 @@ enum class Bound { any, not_negative, positive };
 // True for a name that can stand in an FMI variable name: [A-Za-z_][A-Za-z0-9_]*
 bool is_identifier(const std::string& text);
 
-// One table of the model file with typed, checked access to its fields. What is wrong becomes a finding,
-// "link 'elbow': mass must be >= 0, got -1", and reads as the fallback. Each field asked for becomes known;
-// refuse_unknown() then reports the others. The table must outlive the section.
+// One table of the model file with typed, checked access to its fields. An error is reported as a finding,
+// "link 'elbow': mass must be >= 0, got -1", and the fallback is returned. refuse_unknown() reports the
+// fields that were never requested. The table must outlive the section.
 class Section {
  public:
   Section(const Value& table, std::string label, Findings& findings);
@@ -32,14 +32,14 @@ class Section {
   bool flag(const std::string& key, bool fallback);
   double number(const std::string& key, double fallback, Bound bound = Bound::any);
   bool numbers(const std::string& key, std::vector<double>& numbers,
-               bool infinite = false);                              // false: absent or bad
-  bool within(const std::string& key, double number, Bound bound);  // reports it where it is not
-  // A number for all or a list of `count`; too few or many are a finding, and read as the fallback.
+               bool infinite = false);                              // false: absent or invalid
+  bool within(const std::string& key, double number, Bound bound);  // reports the error
+  // One number for all, or a list of `count`; any other length is a finding and returns the fallback.
   std::vector<double> numbers_each(const std::string& key, std::size_t count, double fallback,
                                    Bound bound = Bound::any);
   Vec3<double> vector(const std::string& key, const Vec3<double>& fallback);
   Vec3<double> direction(const std::string& key, const Vec3<double>& fallback);    // of unit length
-  bool directions(const std::string& key, std::vector<Vec3<double>>& directions);  // false: absent or bad
+  bool directions(const std::string& key, std::vector<Vec3<double>>& directions);  // false: absent or invalid
   std::vector<std::pair<std::string, Place>> texts(const std::string& key);
 
   // The tables under `key`: written [[key]] (many) or [key] (one).

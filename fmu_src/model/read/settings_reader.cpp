@@ -54,7 +54,7 @@ void add_indexed(std::vector<std::string>& names, const std::string& array, int 
 std::vector<std::string> tunable_names(const Model& model) {
   std::vector<std::string> names;
   for (const Link& link : model.links) {
-    // "hand[2]" is a part of a joint with several DOF and has no body, "hand[z]" a part of a quaternion
+    // "hand[2]" is a DOF of a compound joint and has no body; "hand[z]" belongs to a Ball
     const std::size_t bracket = link.name.find('[');
     if (bracket == std::string::npos) {
       names.push_back(link.name + ".mass");
@@ -87,7 +87,7 @@ SolverSettings read_solver(Section& top, Findings& findings) {
   solver.atol = section.number("atol", solver.rtol / 100, Bound::not_negative);
   solver.max_step = section.number("max_step", 0, Bound::not_negative);
   solver.target_error = section.number("target_error", 0, Bound::positive);
-  if (section.has("rtol")) solver.target_error = 0;  // it has been chosen
+  if (section.has("rtol")) solver.target_error = 0;  // rtol is already selected
   section.refuse_unknown();
   return solver;
 }

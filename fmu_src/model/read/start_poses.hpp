@@ -7,8 +7,7 @@
 
 namespace redysim {
 
-// Of a ball's links the last, which the turn carries; before it stand the chart and three angles, all at
-// zero.
+// The last link of a Ball, whose pose includes the quaternion; the four joints before it are at zero.
 int turned_link(const Ball& ball);
 
 // Ground to link frame of each link at the start values.

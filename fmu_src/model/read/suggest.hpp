@@ -5,8 +5,8 @@
 
 namespace redysim {
 
-// "; did you mean 'mass'?" when a candidate is what others call `word`, when `word` is a likely misspelling
-// of it, or its first element ("com" for "com[1]"); else empty.
+// "; did you mean 'mass'?" if `word` is another common name of a candidate, a likely misspelling of it, or
+// its name without index ("com" for "com[1]"); otherwise empty.
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& candidates);
 
 // "'a', 'b' or 'c'"

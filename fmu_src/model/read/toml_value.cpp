@@ -20,19 +20,18 @@ Place place_of(const toml::source_region& region) {
   throw ModelError(ModelError::Reason::syntax, {{name, place.line, place.column, "TOML syntax: " + message}});
 }
 
-// toml++'s sentence, or a plainer one for what people get wrong most.
+// The message of toml++, or a simpler one for the most frequent errors.
 std::string plain(const std::string& sentence) {
   const auto says = [&sentence](const char* words) { return sentence.find(words) != std::string::npos; };
-  if (says("control characters"))
-    return "a string lacks its closing quotation mark before the end of the line";
+  if (says("control characters")) return "a string has no closing quotation mark on its line";
   if (says("invalid utf-8")) return "the file is not UTF-8 text; save it as UTF-8";
   if (says("expected a comment or whitespace, saw ','"))
-    return "nothing may follow a value here, saw ','; numbers are written with a point: 1.5";
+    return "unexpected ',' after a value; write decimal numbers with a point: 1.5";
   if (says("saw ':'")) return "expected '=', saw ':'; a field is written name = value";
   return sentence;
 }
 
-// toml++ walks dotted keys by recursion without a bound: a key of 10^5 dots would overflow the stack.
+// toml++ processes dotted keys by unbounded recursion: a key with 10^5 dots would overflow the stack.
 void refuse_deep_keys(const std::string& text, const std::string& name) {
   constexpr int limit = 100;
   int line = 1, dots = 0;

@@ -50,7 +50,7 @@ void read_polynomial(Section& section, double unit, Trajectory& trajectory) {
   std::vector<double> coefficients;
   if (!section.has("coefficients")) section.error("coefficients", "coefficients is required");
   if (section.numbers("coefficients", coefficients) && coefficients.empty())
-    section.error("coefficients", "coefficients must hold a number or more");
+    section.error("coefficients", "coefficients must contain at least one number");
   for (double& coefficient : coefficients) coefficient *= unit;
   const double start = section.number("start", 0);
   trajectory.pieces = {{start, coefficients}};
@@ -92,12 +92,12 @@ void read_table(Section& section, double unit, const Joint& joint, const std::st
   bool good = true;
   if (section.has("file")) {
     for (const char* key : {"time", "q", "qd", "qdd"})
-      if (section.has(key)) section.error(key, std::string(key) + " and file cannot stand together");
+      if (section.has(key)) section.error(key, std::string(key) + " and file must not both be given");
     good = attach(section, folder, joint.name, files, table);
   } else {
     for (const char* key : {"time", "q"})
       if (!section.has(key)) {
-        section.error(key, std::string(key) + " is required, or file");
+        section.error(key, std::string(key) + " or file is required");
         good = false;
       }
     const std::pair<const char*, std::vector<double>*> columns[] = {
@@ -166,7 +166,7 @@ int JointIndex::find(const std::string& name, const std::string& key, Place plac
   const auto found = std::find(names_.begin(), names_.end(), name);
   if (found != names_.end()) return links_[static_cast<std::size_t>(found - names_.begin())];
   section.error(place,
-                key + " '" + name + "' is not a moving joint of one freedom" + did_you_mean(name, names_));
+                key + " '" + name + "' is not a moving joint with one DOF" + did_you_mean(name, names_));
   return -1;
 }
 
@@ -186,7 +186,7 @@ std::vector<Trajectory> read_trajectories(Section& top, const Model& model, bool
     const std::string& joint = model.links[trajectory.link].joint.name;
     if (std::any_of(trajectories.begin(), trajectories.end(),
                     [&](const Trajectory& other) { return other.link == trajectory.link; }))
-      section.error("joint", "joint '" + joint + "' has a trajectory already");
+      section.error("joint", "joint '" + joint + "' already has a trajectory");
     else
       trajectories.push_back(std::move(trajectory));
   }

@@ -10,7 +10,7 @@
 
 namespace redysim {
 
-// The moving joints of one freedom, by name.
+// The moving joints with one DOF, by name.
 class JointIndex {
  public:
   explicit JointIndex(const Model& model);
@@ -23,12 +23,12 @@ class JointIndex {
   std::vector<int> links_;
 };
 
-// A file that a model file names stands beside it; its bytes, by name.
+// A file in the folder of the model file, to which the model file refers.
 struct AttachedFile {
   std::string name, bytes;
 };
 
-// `folder` is that of the model file, with its final slash, or empty; `files` takes each table that was read.
+// `folder`: of the model file, with its final slash, or empty. `files` receives each table that was read.
 std::vector<Trajectory> read_trajectories(Section& top, const Model& model, bool degrees,
                                           const std::string& folder, std::vector<AttachedFile>& files,
                                           Findings& findings);

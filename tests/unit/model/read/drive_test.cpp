@@ -68,7 +68,7 @@ TEST(inverse, is_true_or_false) {
 
 TEST(inverse, of_a_model_without_torques_warns) {
   EXPECT_EQ(warnings("inverse = true\n" + arm + "drive = 'free'\n"),
-            (Lines{"1: inverse has no effect, no joint has a drive torque"}));
+            (Lines{"1: inverse has no effect: no joint has drive 'torque'"}));
 }
 
 }  // namespace

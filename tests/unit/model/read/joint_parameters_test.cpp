@@ -62,7 +62,7 @@ TEST(joint_parameters, that_contradict_each_other_are_refused) {
             (Lines{"7: link 'a': static_friction must be >= friction, 2, got 1"}));
   EXPECT_EQ(errors(arm + "lower = 1\nupper = 0.5\nstop_stiffness = 1\n"),
             (Lines{"7: link 'a': upper must be greater than lower"}));
-  EXPECT_EQ(errors(arm + "upper = 0.5\n"), (Lines{"6: link 'a': stops need stop_stiffness"}));
+  EXPECT_EQ(errors(arm + "upper = 0.5\n"), (Lines{"6: link 'a': stop_stiffness is required with a stop"}));
 }
 
 TEST(joint_parameters, without_effect_are_warned_about) {
@@ -108,7 +108,7 @@ TEST(joint_parameters, of_several_freedoms_are_checked_each) {
   EXPECT_EQ(errors(planar + "friction = [0, inf, 0]\n"),
             (Lines{"7: link 'a': friction must be finite, got inf"}));
   EXPECT_EQ(errors(planar + "lower = [0, 0, 0]\nupper = [1, -1, 1]\nstop_stiffness = [1, 1, 1]\n"),
-            (Lines{"8: link 'a': upper of freedom 2 must be greater than lower"}));
+            (Lines{"8: link 'a': upper of DOF 2 must be greater than lower"}));
   EXPECT_EQ(errors(arm + "joint = 'spherical'\nfriction = 1\n").size(), 1u);
 }
 

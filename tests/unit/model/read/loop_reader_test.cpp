@@ -33,7 +33,7 @@ TEST(loop, an_unknown_link_is_named) {
 
 TEST(loop, its_two_links_differ) {
   EXPECT_EQ(errors(arms + "[[loop]]\nname = 'l'\ntype = 'spherical'\nlink_a = 'b'\nlink_b = 'b'\n"),
-            (Lines{"14: loop 'l': link_a and link_b are both 'b', so this loop closes nothing"}));
+            (Lines{"14: loop 'l': link_a and link_b are both 'b'; this loop has no effect"}));
 }
 
 TEST(loop, rigidly_connected_links_are_refused) {
@@ -42,11 +42,10 @@ TEST(loop, rigidly_connected_links_are_refused) {
       "[[link]]\nname = 'w'\njoint = 'fixed'\nparent = 'ground'\n[[loop]]\nname = 'l'\ntype = 'spherical'\n";
   EXPECT_EQ(
       errors(arms + tools + "link_a = 't'\nlink_b = 'u'\n"),
-      (Lines{"25: loop 'l': link_a 't' and link_b 'u' are rigidly connected, so this loop closes nothing"}));
+      (Lines{"25: loop 'l': link_a 't' and link_b 'u' are rigidly connected; this loop has no effect"}));
   EXPECT_EQ(
       errors(arms + tools + "link_a = 'w'\nlink_b = 'ground'\n"),
-      (Lines{
-          "25: loop 'l': link_a 'w' and link_b ground are rigidly connected, so this loop closes nothing"}));
+      (Lines{"25: loop 'l': link_a 'w' and link_b ground are rigidly connected; this loop has no effect"}));
   EXPECT_TRUE(errors(arms + tools + "link_a = 'a'\nlink_b = 'u'\n").empty());
 }
 
@@ -67,7 +66,7 @@ TEST(loop, directions_are_one_to_three_and_independent) {
   EXPECT_EQ(errors(loop("point", "directions = [[1, 0, 0], [0, 0, 0]]")),
             (Lines{"15: loop 'l': directions must not be the zero vector"}));
   EXPECT_EQ(errors(loop("point", "directions = [1, 0, 0]")),
-            (Lines(3, "15: loop 'l': directions must hold lists of 3 numbers, got a number")));
+            (Lines(3, "15: loop 'l': directions must contain lists of 3 numbers, got a number")));
 }
 
 TEST(loop, its_axis_is_not_zero) {
@@ -99,7 +98,7 @@ TEST(spring, its_values_are_not_negative) {
 
 TEST(spring, one_that_moves_nothing_warns) {
   EXPECT_EQ(warnings(arms + "[[spring]]\nname = 's'\nlink_a = 'a'\nlink_b = 'a'\n"),
-            (Lines{"13: spring 's': link_a and link_b are both 'a', so this spring moves nothing"}));
+            (Lines{"13: spring 's': link_a and link_b are both 'a'; this spring has no effect"}));
 }
 
 }  // namespace

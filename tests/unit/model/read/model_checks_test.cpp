@@ -16,7 +16,7 @@ std::string chain(const std::vector<std::string>& fields) {
   return text;
 }
 
-const std::string remedy = ": give it mass or inertia, or the joint an armature";
+const std::string remedy = "; give its link mass or inertia, or the joint an armature";
 
 TEST(inertia, a_negative_principal_moment_is_refused) {
   EXPECT_EQ(errors(chain({"mass = 1\ninertia = [1, 1, -1]"})),
@@ -30,10 +30,10 @@ TEST(inertia, a_negative_moment_of_rounding_size_is_accepted) {
 }
 
 TEST(inertia, a_broken_triangle_inequality_warns) {
-  EXPECT_EQ(
-      warnings(chain({"mass = 1\ninertia = [1, 1, 3]"})),
-      (Lines{"5: link 'a': no body has this inertia: its largest principal moment exceeds the sum of the "
-             "others (1, 1, 3)"}));
+  EXPECT_EQ(warnings(chain({"mass = 1\ninertia = [1, 1, 3]"})),
+            (Lines{"5: link 'a': inertia is not physically possible: its largest principal moment exceeds "
+                   "the sum of the "
+                   "others (1, 1, 3)"}));
   EXPECT_TRUE(warnings(chain({"mass = 1\ninertia = [0, 1, 1]"})).empty());
 }
 
@@ -54,8 +54,9 @@ TEST(movable, a_prismatic_joint_needs_mass_and_not_just_inertia) {
 }
 
 TEST(movable, a_point_mass_on_the_revolute_axis_is_refused) {
-  EXPECT_EQ(errors(chain({"mass = 1\ncom = [0, 0, 1]"})),
-            (Lines{"2: link 'a': joint 'a' moves no inertia, what it turns lies on its own axis" + remedy}));
+  EXPECT_EQ(
+      errors(chain({"mass = 1\ncom = [0, 0, 1]"})),
+      (Lines{"2: link 'a': joint 'a' moves no inertia, because all its mass lies on its own axis" + remedy}));
   EXPECT_TRUE(errors(chain({"joint = 'prismatic'\nmass = 1\ncom = [0, 0, 1]"})).empty());
 }
 
@@ -71,7 +72,7 @@ TEST(movable, fixed_links_need_no_mass) {
 
 TEST(movable, a_model_of_fixed_links_is_refused) {
   EXPECT_EQ(errors(chain({"joint = 'fixed'\nmass = 1"})),
-            (Lines{"2: all joints are fixed; a model needs one that moves"}));
+            (Lines{"2: all joints are fixed; at least one joint must move"}));
 }
 
 TEST(movable, an_unused_field_of_a_fixed_joint_warns) {

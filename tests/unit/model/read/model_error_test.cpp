@@ -58,12 +58,12 @@ TEST(model_error, a_syntax_error_has_its_place) {
 TEST(model_error, common_slips_of_syntax_get_plain_words) {
   const std::string syntax = "TOML syntax: ";
   EXPECT_EQ(errors("name = \"m\nx = 1\n"),
-            (Lines{"1: " + syntax + "a string lacks its closing quotation mark before the end of the line"}));
+            (Lines{"1: " + syntax + "a string has no closing quotation mark on its line"}));
   EXPECT_EQ(errors("name = \"m\xe4rz\"\n"),
             (Lines{"1: " + syntax + "the file is not UTF-8 text; save it as UTF-8"}));
-  EXPECT_EQ(errors("x = 1,5\n"),
-            (Lines{"1: " + syntax +
-                   "nothing may follow a value here, saw ','; numbers are written with a point: 1.5"}));
+  EXPECT_EQ(
+      errors("x = 1,5\n"),
+      (Lines{"1: " + syntax + "unexpected ',' after a value; write decimal numbers with a point: 1.5"}));
   EXPECT_EQ(errors("name: m\n"),
             (Lines{"1: " + syntax + "expected '=', saw ':'; a field is written name = value"}));
 }
@@ -96,7 +96,7 @@ TEST(model_error, wrong_types_name_both_types) {
   EXPECT_EQ(errors(arm + "q = true\n"), (Lines{"6: link 'a': q must be a number, got true"}));
   EXPECT_EQ(errors(arm + "com = 3\n"), (Lines{"6: link 'a': com must be 3 numbers, got a number"}));
   EXPECT_EQ(errors(arm + "com = [1, 2]\n"), (Lines{"6: link 'a': com must be 3 numbers, got 2"}));
-  EXPECT_EQ(errors(arm + "com = [1, 2, []]\n"), (Lines{"6: link 'a': com must hold numbers, got a list"}));
+  EXPECT_EQ(errors(arm + "com = [1, 2, []]\n"), (Lines{"6: link 'a': com must contain numbers, got a list"}));
   EXPECT_EQ(errors(arm + "q = 1979-05-27\n"), (Lines{"6: link 'a': q must be a number, got a date or time"}));
   EXPECT_EQ(errors("name = 'm'\nlink = 3\n"), (Lines{"2: link must be written [[link]], once for each"}));
   EXPECT_EQ(errors("name = 'm'\nlink = [3]\n"), (Lines{"2: link must be written [[link]], once for each"}));
@@ -198,7 +198,7 @@ TEST(model_error, settings_have_bounds) {
           "got 'energi'; "
           "did you mean "
           "'energy'?",
-          "7: fmu: outputs lists 'solver' twice", "7: fmu: outputs must hold strings, got a number",
+          "7: fmu: outputs lists 'solver' twice", "7: fmu: outputs must contain strings, got a number",
           "8: fmu: step_size must be > 0, got 0"}));
 }
 

@@ -110,10 +110,10 @@ TEST(motion_table, errors_fall_with_the_order_of_what_is_given) {
 }
 
 TEST(motion_table, a_bad_table_is_refused_with_a_sentence) {
-  EXPECT_EQ(objection({{0}, {1}, {}, {}}), "a table needs 2 rows or more, got 1");
+  EXPECT_EQ(objection({{0}, {1}, {}, {}}), "a table must have at least 2 rows, got 1");
   EXPECT_EQ(objection({{0, 1}, {1}, {}, {}}), "q must be as long as time, 2 numbers, got 1");
-  EXPECT_EQ(objection({{0, 0}, {1, 1}, {}, {}}), "time must grow from row to row, got 0 after 0");
-  EXPECT_EQ(objection({{0, 1}, {1, 1}, {}, {1, 1}}), "qdd needs qd as well");
+  EXPECT_EQ(objection({{0, 0}, {1, 1}, {}, {}}), "time must increase from row to row, got 0 after 0");
+  EXPECT_EQ(objection({{0, 1}, {1, 1}, {}, {1, 1}}), "qdd requires qd");
   EXPECT_EQ(objection({{0, 1}, {1, NAN}, {}, {}}), "q must be finite, got nan");
   EXPECT_EQ(objection({{0, 1}, {1, 1}, {1, 1}, {1, 1}}), "");
 }
@@ -134,8 +134,8 @@ TEST(motion_table, csv_takes_the_joints_own_columns_first) {
 
 TEST(motion_table, a_bad_csv_is_refused_with_its_line) {
   MotionTable table;
-  EXPECT_EQ(read_csv("t,q\n0,1\n", "a", table), "has no column 'time' in its line of names");
-  EXPECT_EQ(read_csv("time,b.q\n0,1\n", "a", table), "has no column 'a.q' or 'q' in its line of names");
+  EXPECT_EQ(read_csv("t,q\n0,1\n", "a", table), "has no column 'time' in its header");
+  EXPECT_EQ(read_csv("time,b.q\n0,1\n", "a", table), "has no column 'a.q' or 'q' in its header");
   EXPECT_EQ(read_csv("time,q\n0,1\n1,x\n", "a", table), "has no number in column 'q' of line 3");
   EXPECT_EQ(read_csv("time,q\n0\n", "a", table), "has no number in column 'q' of line 2");
 }

@@ -52,7 +52,7 @@ TEST(trajectory_reader, refuses_what_it_cannot_use) {
   const auto with = [](const std::string& text) { return errors(moved + "[[trajectory]]\n" + text); };
   EXPECT_EQ(with("type = 'cycloid'\n"), Lines{"8: trajectory 1: joint is required"});
   EXPECT_EQ(with("joint = 'aa'\ntype = 'cycloid'\n"),
-            Lines{"9: trajectory 1: joint 'aa' is not a moving joint of one freedom"});
+            Lines{"9: trajectory 1: joint 'aa' is not a moving joint with one DOF"});
   EXPECT_EQ(with("joint = 'a'\n"), Lines{"8: trajectory 1: type is required"});
   EXPECT_EQ(with("joint = 'a'\ntype = 'cycloid'\nto = 1\n"), Lines{"8: trajectory 1: duration is required"});
   EXPECT_EQ(with("joint = 'a'\ntype = 'cycloid'\nto = 1\nduration = 0\n"),
@@ -61,7 +61,7 @@ TEST(trajectory_reader, refuses_what_it_cannot_use) {
             Lines{"13: trajectory 1: unknown field 'speed'"});
   EXPECT_EQ(with("joint = 'a'\ntype = 'speed'\n"), Lines{"8: trajectory 1: speed is required"});
   EXPECT_EQ(with("joint = 'a'\ntype = 'polynomial'\ncoefficients = []\n"),
-            Lines{"11: trajectory 1: coefficients must hold a number or more"});
+            Lines{"11: trajectory 1: coefficients must contain at least one number"});
   EXPECT_EQ(with("joint = 'a'\ntype = 'table'\ntime = [0, 1]\nq = [0]\n"),
             Lines{"11: trajectory 1: q must be as long as time, 2 numbers, got 1"});
   EXPECT_EQ(with("joint = 'a'\ntype = 'table'\n").size(), 2u);
@@ -72,7 +72,7 @@ TEST(trajectory_reader, refuses_what_it_cannot_use) {
       Lines{"11: trajectory 1: file 'none.csv' does not exist; it must be a file beside the model file"});
   const std::string whole = "joint = 'a'\ntype = 'speed'\nspeed = 1\n";
   EXPECT_EQ(with(whole + "[[trajectory]]\n" + whole),
-            Lines{"13: trajectory 2: joint 'a' has a trajectory already"});
+            Lines{"13: trajectory 2: joint 'a' already has a trajectory"});
 }
 
 TEST(trajectory_reader, warns_of_a_trajectory_that_nothing_follows) {
@@ -109,9 +109,10 @@ TEST(controller_reader, refuses_what_it_cannot_use) {
   EXPECT_EQ(with("law = 'pd'\nkp = [1, -2]\nkd = 1\n"), Lines{"12: controller: kp must be >= 0, got -2"});
   EXPECT_EQ(with("law = 'pd'\nkp = -1\nkd = 1\n"), Lines{"12: controller: kp must be >= 0, got -1"});
   EXPECT_EQ(with("law = 'pd'\njoints = ['a', 'c', 'a']\n" + gains).size(), 2u);
-  EXPECT_EQ(with("law = 'feed_forward'\njoints = ['a']\n" + gains),
-            Lines{"11: controller: feed_forward needs a reference of every joint, and 'b' is not controlled; "
-                  "computed_torque does without"});
+  EXPECT_EQ(
+      with("law = 'feed_forward'\njoints = ['a']\n" + gains),
+      Lines{"11: controller: feed_forward requires a reference of every joint, but 'b' is not controlled; "
+            "use computed_torque"});
   EXPECT_EQ(errors(moved + "[controller]\nlaw = 'pd'\n" + gains),
             Lines{"8: controller: no joint has drive 'torque'"});
   EXPECT_EQ(errors(moved + "[controller]\nlaw = 'pd'\njoints = ['a']\n" + gains),
@@ -122,8 +123,8 @@ TEST(controller_reader, feed_forward_refuses_loops) {
   const std::string loop =
       "[[loop]]\nname = 'pin'\ntype = 'point'\nlink_a = 'a'\nlink_b = 'b'\ndirections = [[1, 0, 0]]\n";
   EXPECT_EQ(errors(test::arms + loop + "[controller]\nlaw = 'feed_forward'\nkp = 1\nkd = 1\n"),
-            Lines{"17: controller: feed_forward needs a model without loops; computed_torque and "
-                  "gravity_compensation follow loops"});
+            Lines{"17: controller: feed_forward does not support loops; use computed_torque or "
+                  "gravity_compensation"});
 }
 
 TEST(controller_reader, the_inverse_model_follows_trajectories_without_a_controller) {
