@@ -301,7 +301,7 @@ def constrained(M, forces: Forces, rows: Rows, free: list[int], prescribed, n) -
     others = [k for k in range(len(rows.J)) if k not in chosen]
     unique = np.zeros(len(rows.J), dtype=bool)
     if chosen:
-        unique[chosen] = (np.abs(follows[others]) < 1e-7).all(axis=0) if others else True
+        unique[chosen] = (np.abs(follows[others]) < 1e-12).all(axis=0) if others else True
     force_scale = forces.size + abs(M) @ abs(qdd) + abs(rows.J.T) @ abs(multipliers)
     return Motion(
         qdd,
