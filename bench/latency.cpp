@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <iostream>
 #include <stdexcept>
 
 #include "allocations.hpp"
@@ -185,22 +184,9 @@ class Bench {
 }  // namespace
 
 int main() {
-  try {
-    const Job job = read_job(std::cin);
-    FmuLibrary fmu;
-    Json json;
-    json.begin_object();
-    {
-      Watchdog watchdog(job.budget + job.patience);
-      const std::string why = fmu.load(job.library);
-      if (!why.empty()) throw std::runtime_error(why);
-      Bench(fmu, job, watchdog, json).all();
-    }
-    json.end_object();
-    std::printf("%s\n", json.text().c_str());
-    return 0;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "latency_driver: %s\n", error.what());
-    return 2;
-  }
+  return serve_job("latency_driver", [](const FmuLibrary& fmu, const Job& job, const std::string& why,
+                                        Watchdog& watchdog, Json& json) {
+    if (!why.empty()) throw std::runtime_error(why);
+    Bench(fmu, job, watchdog, json).all();
+  });
 }

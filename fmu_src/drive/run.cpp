@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <exception>
+#include <iostream>
 
 #include "drive/computing_time.hpp"
 
@@ -247,6 +250,25 @@ void run(const FmuLibrary& fmu, const Job& job, Watchdog& watchdog, Json& json) 
   for (const std::string& line : log.lines()) json.value(std::string_view(line));
   json.end_array();
   if (instance) fmu.free_instance(instance);
+}
+
+int serve_job(const char* program, Answer* answer) {
+  try {
+    const Job job = read_job(std::cin);
+    FmuLibrary fmu;
+    Json json;
+    json.begin_object();
+    {
+      Watchdog watchdog(job.budget + job.patience);
+      answer(fmu, job, fmu.load(job.library), watchdog, json);
+    }
+    json.end_object();
+    std::printf("%s\n", json.text().c_str());
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s: %s\n", program, error.what());
+    return 2;
+  }
 }
 
 }  // namespace redysim::drive
