@@ -98,6 +98,22 @@ TEST_P(Projection, closes_a_small_loop_beside_a_large_one) {
   EXPECT_LT(tree.rate(q, qd).tail(2).lpNorm<Eigen::Infinity>(), 1e-14 * 30 * size);
 }
 
+// Two coaxial joints turn against each other below a link that a loop guides without rotation: all speeds at
+// the loop's ends are rounding, and must not end the corrections of the other loop.
+TEST_P(Projection, closes_a_loop_beside_one_whose_ends_stand_still) {
+  Model model = test::four_bar_chain(1);
+  model.links.push_back(test::rod("out", ground, 0.2, 0.5));
+  model.links.push_back(test::rod("back", 3, 0.2, 0.5));
+  Loop guided;
+  guided.name = "guided";
+  guided.type = LoopType::prismatic;
+  guided.link_b = 4;
+  model.loops.push_back(guided);
+  Vector closed(5);
+  closed << 1.1, 1.1, -1.1, 0.7, -0.7;
+  expect_projection_closes(model, closed, 1e-3, random);
+}
+
 TEST_P(Projection, leaves_a_closed_state_alone) {
   const Model model = test::four_bar_chain(2);
   const Vector q = test::vector_of(test::four_bar_chain_pose(2, [](int) { return 1.1; }));

@@ -122,20 +122,35 @@ void set_loop_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
   }
 }
 
-// Magnitudes of what a loop's residuals are differences of: m, m/s and rad/s.
+// Magnitudes of what a loop's residuals are differences of: m, m/s and rad/s. Those of all its bodies: the
+// motions of joints may cancel at its ends.
 struct LoopMagnitudes {
-  double distance, speed, spin;
+  double distance = 0, speed = 0, spin = 0;
+
+  template <class Scalar>
+  void include(const GroundState<Scalar>& body) {
+    distance = std::max(distance, size(body.position));
+    speed = std::max(speed, size(body.velocity));
+    spin = std::max(spin, size(body.omega));
+  }
+
+  template <class Scalar>
+  static double size(const Vec3<Scalar>& v) {
+    return value_of(v.template lpNorm<Eigen::Infinity>());
+  }
 };
 
 template <class Scalar>
-LoopMagnitudes loop_magnitudes(const LoopGeometry<Scalar>& g) {
-  const auto size = [](const Vec3<Scalar>& v) { return value_of(v.template lpNorm<Eigen::Infinity>()); };
-  const double arm_a = size(g.point_a.arm), arm_b = size(g.point_b.arm);
-  const double spin_a = size(g.a.omega), spin_b = size(g.b.omega);
-  return {size(g.a.position) + size(g.b.position) + arm_a + arm_b,
-          size(g.a.velocity) + size(g.b.velocity) + spin_a * arm_a + spin_b * arm_b +
-              size(g.root.omega) * size(g.r),
-          spin_a + spin_b};
+LoopMagnitudes loop_magnitudes(const Plan<Scalar>& plan, const Workspace<Scalar>& ws,
+                               const LoopPlan<Scalar>& loop, const LoopGeometry<Scalar>& g) {
+  LoopMagnitudes size;
+  size.include(g.root);
+  for (int body : {loop.body_a, loop.body_b})
+    for (; body != loop.root; body = plan.joints[body].parent) size.include(ws.ground[body]);
+  const double arms = size.size(g.point_a.arm) + size.size(g.point_b.arm);
+  size.distance += arms;
+  size.speed += size.spin * arms;
+  return size;
 }
 
 // Residual and rate alone, for a corrected q or qd: leaves the elimination in the workspace as it is.
@@ -143,7 +158,7 @@ template <class Scalar>
 void set_loop_residuals(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
   for (const auto& loop : plan.loops) {
     const LoopGeometry<Scalar> geometry = loop_geometry(loop, ws);
-    const LoopMagnitudes magnitudes = loop_magnitudes(geometry);
+    const LoopMagnitudes magnitudes = loop_magnitudes(plan, ws, loop, geometry);
     for (std::size_t k = 0; k < loop.rows.size(); ++k) {
       const std::size_t row = static_cast<std::size_t>(loop.first_row) + k;
       const RowValues<Scalar> values = row_values(geometry, loop.rows[k]);
