@@ -34,7 +34,7 @@ class LeastNorm {
 // J^T (J J^T + damping^2)^-1 b by Cholesky's factor.
 Eigen::VectorXd damped(const Eigen::MatrixXd& J, const Eigen::VectorXd& b, double damping);
 
-// Raw pointers: the compiler is told to save space where this runs.
+// Raw pointers, because files that call this are optimised for size.
 inline void LeastNorm::rotate(Eigen::MatrixXd& matrix, Eigen::Index p, Eigen::Index q, double c, double s) {
   double *left = matrix.data() + p * matrix.rows(), *right = matrix.data() + q * matrix.rows();
   for (Eigen::Index i = 0; i < matrix.rows(); ++i) {

@@ -34,16 +34,17 @@ void pass_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t clus
       w.moment += state.K[passage.row].moment;
       state.K[passage.row] = Force<Scalar>::zero();
     }
-    // sides that have met cancel: what they were before is the measure
-    LinkPath<Scalar>& path = state.path[passage.side][passage.row];
-    path.go_on_to(ws.ground[i].position);
-    Scalar levers[] = {turning_lever(path, state.least_reach[passage.row], w), w.force.squaredNorm()};
-    for (int part = 0; part < 2; ++part) {
-      Scalar& longest = state.length[part][passage.row];
-      if (passage.merge)
-        levers[part] = longest;
-      else if (levers[part] > longest)
-        longest = levers[part];
+    // the sides of a loop cancel where they have met: their levers before that are the measure
+    Scalar levers[] = {state.length[0][passage.row], state.length[1][passage.row]};
+    if (!passage.merge) {
+      LinkPath<Scalar>& path = state.path[passage.side][passage.row];
+      path.go_on_to(ws.ground[i].position);
+      levers[0] = turning_lever(path, state.least_reach[passage.row], w);
+      levers[1] = w.force.squaredNorm();
+      for (int part = 0; part < 2; ++part) {
+        Scalar& longest = state.length[part][passage.row];
+        if (levers[part] > longest) longest = levers[part];
+      }
     }
     const Scalar share = largest_squared(plan.joints[i], levers[0], levers[1]) * s.D_inverse;
     state.passage_scale[cluster.first_passage + n] = share;

@@ -237,10 +237,9 @@ Status System::project_within_rank(double time, double* y, double* error) {
   if (accelerations(time, y, qdd_.data()) != Status::ok) return Status::recoverable;
   charts_kept_ = true;
   set_residuals(time, y);
-  for (const bool velocity : {false, true}) reduce_residual(time, y, velocity);
+  const double gap = reduce_residual(time, y, false), rate = reduce_residual(time, y, true);
   charts_kept_ = false;
-  if (!std::isfinite(relative_violation(workspace_.loop, false) + relative_violation(workspace_.loop, true)))
-    return Status::recoverable;
+  if (!std::isfinite(gap + rate)) return Status::recoverable;
   if (error != nullptr) project_error(error);
   return Status::ok;
 }
@@ -270,8 +269,9 @@ void System::add_change(const double* change, double* y, bool velocity) const {
   }
 }
 
-// Newton corrections of q or qd in y until each residual is a rounding error or they stop decreasing.
-void System::reduce_residual(double time, double* y, bool velocity) {
+// Newton corrections of q or qd in y until each residual is a rounding error or they stop decreasing. Returns
+// the relative violation that remains.
+double System::reduce_residual(double time, double* y, bool velocity) {
   const std::vector<double>& residual = velocity ? workspace_.loop.rate : workspace_.loop.residual;
   double size = relative_violation(workspace_.loop, velocity);
   for (int k = 0; size > rounding && k < projection_iterations; ++k) {
@@ -282,6 +282,7 @@ void System::reduce_residual(double time, double* y, bool velocity) {
     size = relative_violation(workspace_.loop, velocity);
     if (!(size < 0.5 * before)) break;
   }
+  return size;
 }
 
 // Removes from the error estimate what the projection removes from the state: the part that violates the

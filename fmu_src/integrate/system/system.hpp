@@ -166,7 +166,7 @@ class System {
   Status accelerations(double time, const double* y, double* qdd);
   void set_residuals(double time, const double* y);
   Status project_within_rank(double time, double* y, double* error);
-  void reduce_residual(double time, double* y, bool velocity);
+  double reduce_residual(double time, double* y, bool velocity);
   void expand_ball(int ball, const double* y);
   Coordinates coordinates_of_all(double time, const double* y);
   Coordinates coordinates_and_inputs(double time, const double* y);
