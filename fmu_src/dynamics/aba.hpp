@@ -25,7 +25,7 @@ void set_bodies(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q
 template <class Scalar>
 void eliminate_joints(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
                       const Scalar* inputs) {
-  // clusters of loops by fronts where they have any; as a whole where a front may hold dependent rows
+  // loops are eliminated by fronts first; with whole clusters if a row of a front may be dependent
   bool by_fronts = plan.has_fronts(), done = false;
   while (!done) {
     set_bodies(plan, ws, qd, inputs);
@@ -50,8 +50,8 @@ void accelerate_joints(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sc
 }
 
 // qdd (nv, rad/s^2 or m/s^2) from q, qd (nv) and the inputs: tau and port_wrench of InputLayout. Gravity,
-// springs, dampers and closed loops included. Fills all of the workspace. Non-finite where the tree is not
-// movable.
+// springs, dampers and closed loops included. Fills the whole workspace. The result is not finite if the mass
+// matrix is singular.
 template <class Scalar>
 void forward_dynamics(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
                       const Scalar* inputs, Scalar* qdd) {

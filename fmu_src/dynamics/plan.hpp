@@ -97,9 +97,10 @@ struct Plan {
   std::vector<LoopPlan<Scalar>> loops;
   std::vector<ClusterPlan> clusters;
   std::vector<EliminationStep> elimination;  // leaves to root; empty for an open tree
-  std::vector<FrontPlan> fronts;             // of the clusters that are split
-  std::vector<EliminationStep> early;        // the same by fronts; empty without
-  std::vector<char> needs_pose;              // per joint; empty if no ground poses are needed
+  std::vector<FrontPlan> fronts;
+  std::vector<EliminationStep>
+      elimination_by_fronts;     // with the fronts of the clusters that are split; else empty
+  std::vector<char> needs_pose;  // per joint; empty if no ground poses are needed
 
   // Parts that a recursion may omit; constant in a library built without them.
   bool is_open() const { return is_plain() || !has_loops(); }

@@ -44,55 +44,54 @@ struct GroundState {
   Vec3<Scalar> position, omega, velocity;
 };
 
-// Rank tolerances, relative to the levers that a row could have, squared. At distance s from a singular
-// position the pivot is about s^2 and a gap of 1e-15 (rounding) turns the tangent by 1e-15 / s^2 and
-// falsifies accelerations by 1e-15 / s^3: below s = 3e-5 leaving the row out is the smaller error, and
-// corrections of q and qd must stop earlier, or they steer the motion into another branch.
-// docs/derivations/loops.md has the runs.
-inline constexpr double dynamics_rank_tolerance = 1e-9;
-inline constexpr double projection_rank_tolerance = 1e-8;
+// Pivot tolerances of EnvelopeCholesky, squared sines. At distance s from a singular configuration the
+// relative pivot is about s^2. A residual of 1e-15 (rounding) rotates the tangent by 1e-15 / s^2 and changes
+// accelerations by 1e-15 / s^3: below s = 3e-5 omitting the row is the smaller error. Corrections of q and qd
+// omit it earlier, because they could move the mechanism to another branch (docs/derivations/loops.md).
+inline constexpr double dynamics_pivot_tolerance = 1e-9;
+inline constexpr double projection_pivot_tolerance = 1e-8;
 
-// Rows times joints of a cluster up to which the factor may be taken from the levers themselves.
+// Largest number of rows times joints of a cluster for which the rank may be decided by the levers.
 inline constexpr std::size_t largest_product = 65536;
 
-// The links between a loop's point and the joints that its rows cross, one after the other.
+// The links from the point of a loop to the joints that its rows cross, in the order of the crossings.
 template <class Scalar>
 struct LinkPath {
   Vec3<Scalar> end;   // m, from plan.origin
   double length = 0;  // m
 
-  void go_on_to(const Vec3<Scalar>& joint) {
+  void extend_to(const Vec3<Scalar>& joint) {
     length += std::sqrt(value_of((joint - end).squaredNorm()));
     end = joint;
   }
 };
 
-// Scratch of the loop elimination; empty without loops.
+// Results of the loop elimination; empty without loops.
 template <class Scalar>
 struct LoopState {
-  std::vector<Force<Scalar>> wrench[2];   // per row and side, at the body reached, in its axes
-  std::vector<Scalar> b;                  // right-hand side of S lambda = b - K a_root
-  std::vector<Force<Scalar>> K;           // per row: wrench on the cluster's root
-  std::vector<Scalar> passage_u;          // per passage (all clusters): S_j^T wrench
-  std::vector<Scalar> scale;              // per row: its S_rr if each lever were as long as it could be
-  std::vector<LinkPath<Scalar>> path[2];  // per row and side: of its wrench so far
-  std::vector<Scalar> least_reach;        // per row: of the square of a lever, m^2
-  std::vector<Scalar> length[2];      // per row: largest lever^2 of one side, on turning and sliding joints
-  std::vector<Scalar> passage_scale;  // per passage (all clusters): its share in that
+  std::vector<Force<Scalar>> wrench[2];         // per row and side: transmitted so far, in axes of that body
+  std::vector<Scalar> b;                        // right-hand side of S lambda = b - K a_root
+  std::vector<Force<Scalar>> K;                 // per row: wrench on the root
+  std::vector<Scalar> crossing_u;               // per crossing of the clusters: u_r of (5)
+  std::vector<Scalar> scale;                    // per row: S_rr with the bounds of the levers
+  std::vector<LinkPath<Scalar>> path[2];        // per row and side: of its wrench so far
+  std::vector<Scalar> squared_moment_rounding;  // per row, m^2
+  std::vector<Scalar> squared_bound[2];         // per row: largest of one side, of moment and force
+  std::vector<Scalar> crossing_scale;           // per crossing of the clusters: contribution to scale
   std::vector<Scalar> lambda;
   std::vector<Scalar> residual;             // position residual per row
   std::vector<Scalar> rate;                 // velocity residual per row
-  std::vector<EnvelopeCholesky<Scalar>> S;  // one per cluster
-  std::vector<std::vector<Scalar>> Q;       // per cluster: S = L Q Q^T L^T, rows by joints; of small clusters
-  std::vector<char> uses_Q;                 // per cluster: where S was factored so
-  std::vector<Scalar> reach, longest;       // of one cluster: rows by joints, joints
-  std::vector<Scalar> front_entries;        // matrices of all fronts: S, then [L; C L^-T]
-  std::vector<Scalar> front_u;              // per passage of the fronts
-  std::vector<Scalar> diagonal;             // per row of the fronts: of S before other rows are taken out
-  bool early = false;                       // whether the last elimination went by fronts
-  double rank_tolerance = dynamics_rank_tolerance;
-  std::vector<double> residual_size,
-      rate_size;  // per row: of the numbers that the residuals are differences of
+  std::vector<EnvelopeCholesky<Scalar>> S;  // per cluster
+  std::vector<std::vector<Scalar>> Q;  // per cluster, rows by joints: S = L Q Q^T L^T; empty if too large
+  std::vector<char> uses_Q;            // per cluster: whether S was factored by Q
+  std::vector<Scalar> lever_bound;     // of one cluster, rows by joints
+  std::vector<Scalar> column_unit;     // of one cluster, per joint: largest lever bound
+  std::vector<Scalar> front_entries;   // frontal matrices: S and C, then L and C L^-T
+  std::vector<Scalar> front_u;         // per crossing of the fronts: u_r of (5)
+  std::vector<Scalar> diagonal;        // per row of the fronts: S_rr before other rows are eliminated
+  bool by_fronts = false;              // whether the last elimination used the fronts
+  double pivot_tolerance = dynamics_pivot_tolerance;
+  std::vector<double> residual_size, rate_size;  // per row: magnitude of the terms of residual and rate
 };
 
 // Everything a recursion writes. Sized once for a plan; filled with NaN, so that a missing pass is detected.
@@ -124,35 +123,36 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   base.position = -plan.origin;
   base.omega.setZero();
   base.velocity.setZero();
-  std::size_t rows = 0, passages = 0;
+  std::size_t rows = 0, crossings = 0;
   for (const auto& cluster : plan.clusters) {
     rows += static_cast<std::size_t>(cluster.row_count);
-    passages += cluster.passages.size();
+    crossings += cluster.crossings.size();
     loop.S.emplace_back(cluster.first_coupled);
   }
   for (const auto& cluster : plan.clusters) {
     const std::size_t size = static_cast<std::size_t>(cluster.row_count) * cluster.joints.size();
     loop.Q.emplace_back(size <= largest_product ? size : 0, nan);
-    loop.reach.resize(std::max(loop.reach.size(), loop.Q.back().size()), nan);
-    loop.longest.resize(std::max(loop.longest.size(), cluster.joints.size()), nan);
+    loop.lever_bound.resize(std::max(loop.lever_bound.size(), loop.Q.back().size()), nan);
+    loop.column_unit.resize(std::max(loop.column_unit.size(), cluster.joints.size()), nan);
   }
   loop.uses_Q.assign(plan.clusters.size(), 0);
   for (auto& side : loop.wrench) side.resize(rows);
   loop.K.resize(rows);
   for (auto& side : loop.path) side.resize(rows);
   loop.b.assign(rows, nan);
-  for (auto* measure : {&loop.scale, &loop.least_reach, &loop.length[0], &loop.length[1]})
-    measure->assign(rows, nan);
-  loop.passage_scale.assign(passages, nan);
+  for (auto* per_row :
+       {&loop.scale, &loop.squared_moment_rounding, &loop.squared_bound[0], &loop.squared_bound[1]})
+    per_row->assign(rows, nan);
+  loop.crossing_scale.assign(crossings, nan);
   loop.lambda.assign(rows, Scalar(0));
   loop.residual.assign(rows, nan);
   loop.rate.assign(rows, nan);
   loop.residual_size.assign(rows, 0);
   loop.rate_size.assign(rows, 0);
-  loop.passage_u.assign(passages, nan);
+  loop.crossing_u.assign(crossings, nan);
   if (plan.fronts.empty()) return;
   const FrontPlan& last = plan.fronts.back();
-  loop.front_u.assign(last.first_passage + last.passages.size(), nan);
+  loop.front_u.assign(last.first_crossing + last.crossings.size(), nan);
   loop.front_entries.assign(last.first_entry + (last.rows.size() + last.open.size()) * last.rows.size(), nan);
   loop.diagonal.assign(rows, nan);
 }

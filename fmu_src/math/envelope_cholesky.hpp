@@ -6,18 +6,19 @@
 
 namespace redysim {
 
-// Cholesky factor L L^T = S of a symmetric positive semidefinite matrix stored by rows from its first
-// coupled column to the diagonal (envelope). No fill-in outside the envelope (George and Liu 1981, 4.2).
+// Cholesky factor L L^T = S of a symmetric positive semidefinite matrix. Each row is stored from its first
+// coupled column to the diagonal (envelope); there is no fill-in outside (George and Liu 1981, 4.2).
 //
-// Rank: each row has a scale, the S_kk that it would have if its levers did not cancel. Row k is dependent
-// when its pivot, the part of S_kk that the rows before it do not explain, is at most the rank tolerance
-// times that scale. Its column of L is then zero.
+// Rank: each row has a scale, the value that S_kk would have if its levers did not cancel. The pivot of row k
+// is the part of S_kk that the preceding rows do not explain. The row is dependent if its pivot is at most
+// the pivot tolerance times its scale; its column of L is then zero. The relative pivot is the squared sine
+// of the angle between the row and the preceding ones.
 template <class Scalar>
 class EnvelopeCholesky {
  public:
-  // between these parts of its scale a pivot is doubtful: a dependent row, or one of other inertias
+  // between these relative pivots the rank is uncertain: a dependent row, or inertias of different magnitude
   static constexpr double rounding = 1e-14, small_pivot = 1e-4;
-  static constexpr double lost = 1e-12;  // of a row of B: the remainder has no direction any more
+  static constexpr double lost = 1e-12;  // relative remainder of a row that has no accurate direction
 
   explicit EnvelopeCholesky(std::vector<int> first_column);
 
@@ -28,52 +29,56 @@ class EnvelopeCholesky {
   void set_zero();
   Scalar& entry(int row, int column) { return S_[offset_[row] + column]; }  // first(row) <= column <= row
 
-  // S (lower envelope) -> factor; S is overwritten. `scale`: one a row.
-  void factor(const Scalar* scale, double rank_tolerance);
+  // Overwrites S (lower envelope) by its factor. `scale`: one per row.
+  void factor(const Scalar* scale, double pivot_tolerance);
 
-  // Whether the last factor() met a pivot that is small, yet above rounding.
+  // Whether a pivot of the last factor() was small but above rounding.
   bool doubtful() const { return doubtful_; }
 
-  // Decides anew which rows are dependent, for factor_product(). J: a row of levers a constraint, `columns`
-  // numbers each, overwritten; reach: the lengths that these levers can have, of the same shape. Row k is
-  // dependent when orthogonalization leaves in no column more than `tolerance` of the lengths that took part.
-  // That does not depend on the units of rows and columns.
-  [[gnu::cold]] void find_dependent(Scalar* J, Scalar* reach, int columns, double tolerance);
+  // Determines the dependent rows from the levers alone, for factor_product(). J: one row of levers per
+  // constraint with `columns` entries, overwritten; bound: the largest absolute values that these levers can
+  // have in any configuration, of the same shape, overwritten. A row is dependent if no entry of its
+  // orthogonalized row exceeds `sine_tolerance` times the bounds that contributed to it. The criterion does
+  // not depend on the units of rows and columns.
+  [[gnu::cold]] void find_dependent(Scalar* J, Scalar* bound, int columns, double sine_tolerance);
 
-  // Factor of S = B B^T from the rows of B, without squaring B's condition: Gram-Schmidt, each row twice. B
-  // becomes orthonormal rows Q, B = L Q. The dependent rows are those of find_dependent().
+  // Factor of S = B B^T from the rows of B, without squaring the condition number of B: Gram-Schmidt, each
+  // row twice. B is overwritten by the orthonormal rows Q, B = L Q. The dependent rows are those of
+  // find_dependent().
   [[gnu::cold]] void factor_product(Scalar* B, int columns);
 
-  // x with S x = b: least squares, and of least norm, of rows in units of their scales. x and b may be the
-  // same array.
+  // Solves S x = b in the least-squares sense; x has minimum norm if the rows are measured in units of their
+  // scales. x and b may be the same array.
   void solve(const Scalar* b, Scalar* x);
 
-  // Of all vectors with the same S x the one of least norm in the rows' own units: x of the last solve() ->
-  // that one.
+  // Replaces x of the last solve() by the vector of minimum norm, in the units of the rows, with the same S
+  // x.
   void reduce_norm(Scalar* x) {
     if (rank_ < size()) reduce_norm_of_dependent(x);
   }
 
-  // L^T x of the last solve, without its cancellations: B^T x = Q^T of it.
+  // L^T x of the last solve(), free of cancellation; B^T x = Q^T L^T x.
   const std::vector<Scalar>& along() const { return along_; }
 
  private:
   void forward(const std::vector<Scalar>& L, Scalar* x) const;
   void backward(const std::vector<Scalar>& L, Scalar* x) const;
   [[gnu::noinline, gnu::cold]] void factor_gram(bool weighted);
+  void set_gram(bool weighted);
+  Scalar& gram(bool weighted, int row, int column) { return G_[weighted][offset_[row] + column]; }
   void solve_gram(bool weighted, Scalar* x);
-  Scalar line(int row, const std::vector<Scalar>& x) const;            // of L x
+  Scalar line(int row, const std::vector<Scalar>& x) const;            // one entry of L x
   void add_columns(const Scalar* x, bool weighted, Scalar* to) const;  // L^T x, or L^T W x
   [[gnu::noinline, gnu::cold]] void improve(Scalar* x);
-  // once in the code, for size
+  // not inlined: smaller code
   [[gnu::noinline]] void solve_dependent(const Scalar* b, Scalar* x);
   [[gnu::noinline, gnu::cold]] void reduce_norm_of_dependent(Scalar* x);
 
   std::vector<int> first_;      // first stored column of a row
   std::vector<int> offset_;     // S_[offset_[row] + column]
   std::vector<Scalar> S_;       // S, then L
-  std::vector<Scalar> G_[2];    // factors of L^T L and L^T W L, only for a deficient rank and where used
-  std::vector<Scalar> weight_;  // W: of each row, one over its scale
+  std::vector<Scalar> G_[2];    // factors of L^T L and L^T W L, computed when first needed at deficient rank
+  std::vector<Scalar> weight_;  // W: reciprocal scale of each row
   std::vector<char> skipped_;
   std::vector<Scalar> work_, along_, left_;
   int rank_ = 0;
@@ -82,7 +87,7 @@ class EnvelopeCholesky {
 
 template <class Scalar>
 EnvelopeCholesky<Scalar>::EnvelopeCholesky(std::vector<int> first_column) : first_(std::move(first_column)) {
-  // the Gram matrix L^T L couples columns that meet in a row: keep first_ monotone so that it fits as well
+  // a monotone first_ gives the Gram matrix L^T L, which couples columns with a common row, the same envelope
   for (int row = size() - 2; row >= 0; --row)
     if (first_[row] > first_[row + 1]) first_[row] = first_[row + 1];
   int begin = 0;
@@ -103,7 +108,7 @@ void EnvelopeCholesky<Scalar>::set_zero() {
 }
 
 template <class Scalar>
-void EnvelopeCholesky<Scalar>::factor(const Scalar* scale, double rank_tolerance) {
+void EnvelopeCholesky<Scalar>::factor(const Scalar* scale, double pivot_tolerance) {
   using std::sqrt;
   rank_ = 0;
   doubtful_ = false;
@@ -123,14 +128,14 @@ void EnvelopeCholesky<Scalar>::factor(const Scalar* scale, double rank_tolerance
       pivot -= entry(i, j) * entry(i, j);
     }
     doubtful_ = doubtful_ || (pivot > rounding * scale[i] && pivot < small_pivot * scale[i]);
-    skipped_[i] = !(pivot > rank_tolerance * scale[i]);
+    skipped_[i] = !(pivot > pivot_tolerance * scale[i]);
     entry(i, i) = skipped_[i] ? Scalar(0) : Scalar(sqrt(pivot));
     rank_ += skipped_[i] ? 0 : 1;
   }
 }
 
-// Row i of `rows` less its parts along the rows first..i - 1 that are not skipped, twice; `note`(j, part)
-// hears of each part.
+// Subtracts from row i its components along the rows first..i - 1 that are not skipped, twice for accuracy.
+// Calls note(j, component) for each.
 template <class Scalar, class Note>
 void orthogonalize(Scalar* rows, int columns, int i, int first, const std::vector<char>& skipped, Note note) {
   Scalar* row = rows + static_cast<std::ptrdiff_t>(i) * columns;
@@ -159,21 +164,21 @@ void scale_row(Scalar* row, int columns, const Scalar& factor) {
 }
 
 template <class Scalar>
-void EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* reach, int columns, double tolerance) {
+void EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int columns, double sine_tolerance) {
   using std::abs;
   for (int i = 0; i < size(); ++i) {
     Scalar *row = J + static_cast<std::ptrdiff_t>(i) * columns,
-           *own = reach + static_cast<std::ptrdiff_t>(i) * columns;
+           *own = bound + static_cast<std::ptrdiff_t>(i) * columns;
     const Scalar whole = row_length(own, columns);
     skipped_[i] = true;
     if (!(whole > Scalar(0))) continue;
-    // rows of length one at most
+    // normalizes the row: its entries are at most one
     scale_row(row, columns, Scalar(1) / whole);
     scale_row(own, columns, Scalar(1) / whole);
     std::vector<Scalar>&part_of = work_, &possible = left_;
     const auto most = [&](int j, int k) {
       const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(j) * columns + k;
-      return abs(J[n]) > reach[n] ? Scalar(abs(J[n])) : reach[n];
+      return abs(J[n]) > bound[n] ? Scalar(abs(J[n])) : bound[n];
     };
     for (int j = first_[i]; j < i; ++j) {
       part_of[j] = possible[j] = Scalar(0);
@@ -182,14 +187,15 @@ void EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* reach, int colu
     orthogonalize(J, columns, i, first_[i], skipped_,
                   [&](int j, const Scalar& part) { part_of[j] += abs(part); });
     for (int k = 0; k < columns && skipped_[i]; ++k) {
-      // the lengths that took part, and those of which rounding is left where parts themselves are rounding
+      // bounds that contributed to this entry: with the actual components, and with the largest possible ones
+      // for components that are rounding errors themselves
       Scalar length = own[k], rounded = own[k];
       for (int j = first_[i]; j < i; ++j) {
         if (skipped_[j]) continue;
-        length += part_of[j] * reach[static_cast<std::ptrdiff_t>(j) * columns + k];
+        length += part_of[j] * bound[static_cast<std::ptrdiff_t>(j) * columns + k];
         rounded += possible[j] * most(j, k);
       }
-      skipped_[i] = !(abs(row[k]) > tolerance * length && abs(row[k]) > lost * rounded);
+      skipped_[i] = !(abs(row[k]) > sine_tolerance * length && abs(row[k]) > lost * rounded);
     }
     if (!skipped_[i]) scale_row(row, columns, Scalar(1) / row_length(row, columns));
   }
@@ -213,32 +219,38 @@ void EnvelopeCholesky<Scalar>::factor_product(Scalar* B, int columns) {
   }
 }
 
-// G = L^T W L over the kept columns (W = 1 where not weighted), then its own Cholesky factor in place. Rows
-// of units far apart may leave nothing of a column: what is kept there costs norm, not accuracy.
+// Lower envelope of G = L^T W L; W = 1 if not weighted.
 template <class Scalar>
-void EnvelopeCholesky<Scalar>::factor_gram(bool weighted) {
-  using std::sqrt;
-  constexpr double floor = 1e-15;
-  has_gram_[weighted] = true;
-  std::vector<Scalar>& G = G_[weighted];
-  const auto gram = [&](int row, int column) -> Scalar& { return G[offset_[row] + column]; };
-  for (auto& value : G) value = Scalar(0);
+void EnvelopeCholesky<Scalar>::set_gram(bool weighted) {
+  for (auto& value : G_[weighted]) value = Scalar(0);
   for (int row = 0; row < size(); ++row)
     for (int i = first_[row]; i <= row; ++i) {
       const Scalar part = weighted ? Scalar(weight_[row] * entry(row, i)) : entry(row, i);
       for (int j = first_[row] > first_[i] ? first_[row] : first_[i]; j <= i; ++j)
-        gram(i, j) += part * entry(row, j);
+        gram(weighted, i, j) += part * entry(row, j);
     }
+}
+
+// Cholesky factor of G over the independent rows, in place. If the units of rows differ by many orders of
+// magnitude, a pivot may be lost to rounding; the lower limit of pivots then affects the norm of the
+// solution, not its accuracy.
+template <class Scalar>
+void EnvelopeCholesky<Scalar>::factor_gram(bool weighted) {
+  using std::sqrt;
+  constexpr double smallest_pivot = 1e-15;
+  set_gram(weighted);
+  has_gram_[weighted] = true;
   for (int i = 0; i < size(); ++i) {
     if (skipped_[i]) continue;
-    const Scalar least = floor * gram(i, i);
+    const Scalar least = smallest_pivot * gram(weighted, i, i);
     for (int j = first_[i]; j <= i; ++j) {
       if (skipped_[j]) continue;
-      Scalar sum = gram(i, j);
+      Scalar sum = gram(weighted, i, j);
       const int from = first_[i] > first_[j] ? first_[i] : first_[j];
       for (int k = from; k < j; ++k)
-        if (!skipped_[k]) sum -= gram(i, k) * gram(j, k);
-      gram(i, j) = i == j ? Scalar(sqrt(sum > least ? sum : least)) : Scalar(sum / gram(j, j));
+        if (!skipped_[k]) sum -= gram(weighted, i, k) * gram(weighted, j, k);
+      gram(weighted, i, j) =
+          i == j ? Scalar(sqrt(sum > least ? sum : least)) : Scalar(sum / gram(weighted, j, j));
     }
   }
 }
@@ -301,7 +313,7 @@ void EnvelopeCholesky<Scalar>::solve(const Scalar* b, Scalar* x) {
 
 template <class Scalar>
 void EnvelopeCholesky<Scalar>::solve_dependent(const Scalar* b, Scalar* x) {
-  // c = (L^T W L)^-1 L^T W b, once more for what rounding has left of L c - b
+  // c = (L^T W L)^-1 L^T W b, with one step of iterative refinement
   for (int i = 0; i < size(); ++i) {
     along_[i] = Scalar(0);
     left_[i] = b[i];

@@ -6,12 +6,13 @@
 
 namespace redysim {
 
-// Least-squares, least-norm solutions of J x = b for any rank, by the singular values of J (one-sided Jacobi
-// rotations: Golub and Van Loan 2013, 8.6.3). For small matrices at load time: short code, no speed.
+// Least-squares solutions of minimum norm of J x = b for any rank, from the singular value decomposition of J
+// (one-sided Jacobi rotations: Golub and Van Loan 2013, 8.6.3). For small matrices at load time: compact, not
+// fast.
 class LeastNorm {
  public:
-  // Singular values below `rank_tolerance` times the largest count as zero, as do those below `rounding`.
-  LeastNorm(const Eigen::MatrixXd& J, double rank_tolerance, double rounding = 0);
+  // Singular values up to `relative_tolerance` times the largest, or up to `rounding`, are set to zero.
+  LeastNorm(const Eigen::MatrixXd& J, double relative_tolerance, double rounding = 0);
 
   // Minimises |J x - b|^2 + damping^2 |x|^2.
   Eigen::VectorXd solve(const Eigen::VectorXd& b, double damping = 0) const;
@@ -19,22 +20,25 @@ class LeastNorm {
   // The same for J^T: minimises |J^T y - x|^2.
   Eigen::VectorXd solve_transposed(const Eigen::VectorXd& x) const;
 
-  // Combinations n of rows that vanish, n^T J = 0: orthonormal columns.
+  // Orthonormal basis of the left null space, n^T J = 0, by columns.
   Eigen::MatrixXd left_null_space() const;
 
  private:
   static void rotate(Eigen::MatrixXd& matrix, Eigen::Index p, Eigen::Index q, double c, double s);
+  bool sweep();
+  void move_longest_column_to(Eigen::Index p);
+  bool make_orthogonal(Eigen::Index p, Eigen::Index q);
 
-  // J^T V = U with columns of U orthogonal, their lengths the singular values
+  // J^T V = U, the columns of U orthogonal with the singular values as lengths
   Eigen::MatrixXd U_, V_;
-  Eigen::VectorXd squared_;  // singular values squared; 0: dependent
+  Eigen::VectorXd squared_;  // singular values squared, zero below the tolerances
 };
 
-// Minimises |J x - b|^2 + damping^2 |x|^2 for a damping that is no rounding against J, at less cost:
-// J^T (J J^T + damping^2)^-1 b by Cholesky's factor.
+// Minimises |J x - b|^2 + damping^2 |x|^2 at lower cost, for damping^2 above the rounding errors of J J^T:
+// J^T (J J^T + damping^2)^-1 b by Cholesky factorization.
 Eigen::VectorXd damped(const Eigen::MatrixXd& J, const Eigen::VectorXd& b, double damping);
 
-// Raw pointers, because files that call this are optimised for size.
+// Raw pointers: Eigen's expressions are slow in the files that use this, which are optimised for size.
 inline void LeastNorm::rotate(Eigen::MatrixXd& matrix, Eigen::Index p, Eigen::Index q, double c, double s) {
   double *left = matrix.data() + p * matrix.rows(), *right = matrix.data() + q * matrix.rows();
   for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
@@ -44,40 +48,49 @@ inline void LeastNorm::rotate(Eigen::MatrixXd& matrix, Eigen::Index p, Eigen::In
   }
 }
 
-inline LeastNorm::LeastNorm(const Eigen::MatrixXd& J, double rank_tolerance, double rounding)
-    : U_(J.transpose()), V_(Eigen::MatrixXd::Identity(J.rows(), J.rows())), squared_(J.rows()) {
+// de Rijk 1989: fewer sweeps if each column in turn is the longest of those that remain.
+inline void LeastNorm::move_longest_column_to(Eigen::Index p) {
+  Eigen::Index longest = p;
+  for (Eigen::Index q = p + 1; q < U_.cols(); ++q)
+    if (U_.col(q).squaredNorm() > U_.col(longest).squaredNorm()) longest = q;
+  if (longest == p) return;
+  rotate(U_, p, longest, 0, 1);
+  rotate(V_, p, longest, 0, 1);
+}
+
+// Jacobi rotation that makes columns p and q orthogonal; false if they are.
+inline bool LeastNorm::make_orthogonal(Eigen::Index p, Eigen::Index q) {
   constexpr double orthogonal = 1e-15;
-  constexpr int sweeps = 40;
-  bool rotated = true;
-  for (int sweep = 0; sweep < sweeps && rotated; ++sweep) {
-    rotated = false;
-    for (Eigen::Index p = 0; p < U_.cols(); ++p) {
-      // the longest column first: fewer sweeps (de Rijk 1989)
-      Eigen::Index longest = p;
-      for (Eigen::Index q = p + 1; q < U_.cols(); ++q)
-        if (U_.col(q).squaredNorm() > U_.col(longest).squaredNorm()) longest = q;
-      if (longest != p) {
-        rotate(U_, p, longest, 0, 1);
-        rotate(V_, p, longest, 0, 1);
-      }
-      for (Eigen::Index q = p + 1; q < U_.cols(); ++q) {
-        const double *left = U_.data() + p * U_.rows(), *right = U_.data() + q * U_.rows();
-        double pp = 0, qq = 0, pq = 0;
-        for (Eigen::Index i = 0; i < U_.rows(); ++i) {
-          pp += left[i] * left[i];
-          qq += right[i] * right[i];
-          pq += left[i] * right[i];
-        }
-        if (!(std::abs(pq) > orthogonal * std::sqrt(pp * qq)) || std::abs(pq) < 1e-300) continue;
-        rotated = true;
-        const double zeta = (qq - pp) / (2 * pq);
-        const double t = (zeta < 0 ? -1 : 1) / (std::abs(zeta) + std::hypot(1.0, zeta));
-        const double c = 1 / std::hypot(1.0, t), s = c * t;
-        rotate(U_, p, q, c, s);
-        rotate(V_, p, q, c, s);
-      }
-    }
+  const double *left = U_.data() + p * U_.rows(), *right = U_.data() + q * U_.rows();
+  double pp = 0, qq = 0, pq = 0;
+  for (Eigen::Index i = 0; i < U_.rows(); ++i) {
+    pp += left[i] * left[i];
+    qq += right[i] * right[i];
+    pq += left[i] * right[i];
   }
+  if (!(std::abs(pq) > orthogonal * std::sqrt(pp * qq)) || std::abs(pq) < 1e-300) return false;
+  const double zeta = (qq - pp) / (2 * pq);
+  const double t = (zeta < 0 ? -1 : 1) / (std::abs(zeta) + std::hypot(1.0, zeta));
+  const double c = 1 / std::hypot(1.0, t), s = c * t;
+  rotate(U_, p, q, c, s);
+  rotate(V_, p, q, c, s);
+  return true;
+}
+
+// One sweep over all pairs of columns; false if all were orthogonal.
+inline bool LeastNorm::sweep() {
+  bool rotated = false;
+  for (Eigen::Index p = 0; p < U_.cols(); ++p) {
+    move_longest_column_to(p);
+    for (Eigen::Index q = p + 1; q < U_.cols(); ++q) rotated = make_orthogonal(p, q) || rotated;
+  }
+  return rotated;
+}
+
+inline LeastNorm::LeastNorm(const Eigen::MatrixXd& J, double relative_tolerance, double rounding)
+    : U_(J.transpose()), V_(Eigen::MatrixXd::Identity(J.rows(), J.rows())), squared_(J.rows()) {
+  constexpr int most_sweeps = 40;
+  for (int count = 0; count < most_sweeps && sweep(); ++count) continue;
   double largest = 0;
   for (Eigen::Index k = 0; k < U_.cols(); ++k) {
     double sum = 0;
@@ -85,7 +98,7 @@ inline LeastNorm::LeastNorm(const Eigen::MatrixXd& J, double rank_tolerance, dou
     squared_[k] = sum;
     if (sum > largest) largest = sum;
   }
-  const double smallest = std::max(rank_tolerance * std::sqrt(largest), rounding);
+  const double smallest = std::max(relative_tolerance * std::sqrt(largest), rounding);
   for (double& value : squared_)
     if (value <= smallest * smallest) value = 0;
 }

@@ -37,7 +37,7 @@ bool rank_is_clear(const Matrix& S) {
 double smallest_pivot(Evaluate<double>& tree, const Matrix& S) {
   double smallest = 1;
   for (const ClusterPlan& cluster : tree.plan.clusters)
-    for (int k = 0; k < cluster.row_count && !(tree.ws.loop.early && cluster.split); ++k) {
+    for (int k = 0; k < cluster.row_count && !(tree.ws.loop.by_fronts && cluster.split); ++k) {
       EnvelopeCholesky<double>& factor = tree.ws.loop.S[&cluster - tree.plan.clusters.data()];
       const double pivot = factor.entry(k, k) * factor.entry(k, k);
       const double row = S(cluster.first_row + k, cluster.first_row + k);
@@ -394,13 +394,13 @@ TEST_P(FourBarChain, has_two_independent_rows_a_loop) {
 }
 
 TEST(Cost, of_a_chain_of_four_bars_grows_with_its_length) {
-  const auto passages = [](int count) {
+  const auto crossings = [](int count) {
     std::size_t sum = 0;
     for (const auto& cluster : Plan<double>(test::four_bar_chain(count)).clusters)
-      sum += cluster.passages.size();
+      sum += cluster.crossings.size();
     return sum;
   };
-  EXPECT_EQ(passages(64), 64 * passages(1));
+  EXPECT_EQ(crossings(64), 64 * crossings(1));
 }
 
 TEST(OverlappingLoops, agree_with_a_dense_solve) {
@@ -419,19 +419,19 @@ TEST(OverlappingLoops, agree_with_a_dense_solve) {
 
 TEST(Cost, of_overlapping_loops_grows_with_their_number) {
   struct Cost {
-    std::size_t passages = 0, entries = 0;
+    std::size_t crossings = 0, entries = 0;
   };
   const auto cost = [](int count) {
     Cost sum;
     for (const FrontPlan& front : Plan<double>(test::overlapping_loops(count)).fronts) {
-      sum.passages += front.passages.size();
+      sum.crossings += front.crossings.size();
       sum.entries += (front.rows.size() + front.open.size()) * front.rows.size();
     }
     return sum;
   };
   // the ends of the chain have less
   const Cost ten = cost(10), eleven = cost(11), hundred = cost(100);
-  EXPECT_EQ(hundred.passages, ten.passages + 90 * (eleven.passages - ten.passages));
+  EXPECT_EQ(hundred.crossings, ten.crossings + 90 * (eleven.crossings - ten.crossings));
   EXPECT_EQ(hundred.entries, ten.entries + 90 * (eleven.entries - ten.entries));
 }
 
@@ -440,12 +440,12 @@ TEST(OverlappingLoops, go_by_fronts_while_all_rows_are_independent) {
   Vector q = test::vector_of(test::overlapping_loops_pose(30));
   const Vector zero = Vector::Zero(q.size());
   tree.qdd(q, zero, zero);
-  EXPECT_TRUE(tree.ws.loop.early);
+  EXPECT_TRUE(tree.ws.loop.by_fronts);
   EXPECT_EQ(tree.rank(), 60);
   // stretched out, every bar lies along its links
   q.setZero();
   tree.qdd(q, zero, zero);
-  EXPECT_FALSE(tree.ws.loop.early);
+  EXPECT_FALSE(tree.ws.loop.by_fronts);
   EXPECT_LT(tree.rank(), 60);
 }
 

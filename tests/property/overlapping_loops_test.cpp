@@ -71,7 +71,7 @@ void for_early_cases(Law law) {
     const OverlappingCase c = overlapping_case(random);
     Evaluate<double> tree(c.model);
     const Vector qdd = tree.qdd(c.q, c.qd, c.tau);
-    if (!tree.ws.loop.early) continue;
+    if (!tree.ws.loop.by_fronts) continue;
     ++early;
     EXPECT_GT(tree.plan.fronts.size(), 1u);
     law(random, c, tree, qdd);
@@ -122,7 +122,7 @@ TEST(OverlappingLoopSets, share_a_load_where_a_loop_is_given_twice) {
     twice.loops.push_back(twice.loops.front());
     Evaluate<double> redundant(twice);
     EXPECT_LT(relative_difference(redundant.qdd(c.q, c.qd, c.tau), qdd), 1e-8);
-    EXPECT_FALSE(redundant.ws.loop.early);
+    EXPECT_FALSE(redundant.ws.loop.by_fronts);
     EXPECT_EQ(redundant.rank(), tree.rank());
   });
 }

@@ -14,13 +14,13 @@ namespace redysim {
 namespace {
 
 using Vector = ClusterAssembly::Vector;
-constexpr double closed_already = ClusterAssembly::closed_already,
-                 closed_enough = ClusterAssembly::closed_enough;
+constexpr double rounding_residual = ClusterAssembly::rounding_residual,
+                 accepted_residual = ClusterAssembly::accepted_residual;
 
-constexpr double typed_precision = 1e-9;  // rad or m: below this start values and closed ones are the same
+constexpr double typed_precision = 1e-9;  // rad or m, of start values in a model file
 
-// Numbers in [-1, 1], the same in every run.
-class Scatter {
+// Pseudorandom numbers in [-1, 1], the same in each run.
+class PseudoRandom {
  public:
   double next() {
     state_ = state_ * 6364136223846793005u + 1442695040888963407u;
@@ -31,24 +31,25 @@ class Scatter {
   unsigned long long state_ = 1;
 };
 
-// Where no way leads downhill (a flat pose that must fold, say), starts around the given one: the nearest of
-// the closed poses found at the smallest distance that has any.
-double close_from_around(ClusterAssembly& cluster, Vector& z) {
+// Multi-start for local minima of the residual (for example a flat configuration that must fold): starts at
+// increasing distances from the given one, until some of one distance converge. Of these the nearest solution
+// is used.
+double minimize_from_nearby_starts(ClusterAssembly& cluster, Vector& z) {
   const Vector start = cluster.z_start();
   const int tries = std::clamp(200 / std::max(1, static_cast<int>(start.size())), 2, 8);
-  Vector stuck = z, best;
-  Scatter scatter;
+  Vector best;
+  PseudoRandom random;
   for (double spread : {0.01, 0.1, 0.5, 1.5, 3.0}) {
     for (int k = 0; k < tries; ++k) {
       Vector trial = start;
-      for (Eigen::Index j = 0; j < trial.size(); ++j) trial[j] += spread * scatter.next();
-      if (cluster.close(trial) > closed_enough) continue;
+      for (Eigen::Index j = 0; j < trial.size(); ++j) trial[j] += spread * random.next();
+      if (cluster.minimize_residual(trial) > accepted_residual) continue;
       if (best.size() == 0 || (trial - start).norm() < (best - start).norm()) best = trial;
     }
     if (best.size() > 0) break;
   }
-  z = best.size() > 0 ? best : stuck;
-  return cluster.open(z);
+  if (best.size() > 0) z = best;
+  return cluster.residual_norm(z);
 }
 
 Pose link_pose(const Plan<double>& plan, const Workspace<double>& ws, int link, const double* qd) {
@@ -57,9 +58,10 @@ Pose link_pose(const Plan<double>& plan, const Workspace<double>& ws, int link, 
   return Pose{body.rotation, body.position} * plan.frame_in_carrier[link];
 }
 
-// The equations that a planar scene leaves out hold in all poses or in none: a wrong axis or offset.
-void check_left_out(const Model& model, const Plan<double>& plan, Workspace<double>& ws, const double* q,
-                    Assembly& result) {
+// The constraints that are omitted in planar mechanisms hold in all configurations or in none (wrong axis or
+// offset).
+void check_omitted_rows(const Model& model, const Plan<double>& plan, Workspace<double>& ws, const double* q,
+                        Assembly& result) {
   const std::vector<double> at_rest(plan.joints.size(), 0.0);
   set_positions(plan, ws, q);
   const std::vector<LoopRows> rows = loop_rows_of(model);
@@ -79,7 +81,7 @@ void check_left_out(const Model& model, const Plan<double>& plan, Workspace<doub
       else
         distance = std::hypot(distance, u.dot(x_b - x_a));
     }
-    const double allowed = closed_enough * std::max({1.0, x_a.norm(), x_b.norm()});
+    const double allowed = accepted_residual * std::max({1.0, x_a.norm(), x_b.norm()});
     const double worst = std::max(distance, angle);
     if (worst <= std::max(allowed, result.closed ? 0 : result.gap.size)) continue;
     result.closed = false;
@@ -104,8 +106,8 @@ std::string quantity(const Assembly::Residual& residual) {
   return quantity(residual.size, residual.in_angle);
 }
 
-// "joint2 by -0.262 rad, slider by 10 mm": what changed by more than start values are typed with. A spherical
-// joint changes as a whole.
+// "joint2 by -0.262 rad, slider by 10 mm": changes above the precision of start values. A spherical joint is
+// listed as a whole.
 std::string changes(const Model& model, const Plan<double>& plan, const std::vector<double>& change,
                     const std::vector<double>& ball_change, const char* per) {
   std::string text;
@@ -125,7 +127,7 @@ std::string changes(const Model& model, const Plan<double>& plan, const std::vec
   return text;
 }
 
-// The angle between two positions of a spherical joint, and between its angular velocities the difference.
+// Orientation and angular velocity of a spherical joint.
 struct BallMotion {
   Mat3<double> rotation;
   Vec3<double> omega;
@@ -143,7 +145,7 @@ double angle_between(const Mat3<double>& a, const Mat3<double>& b) {
   return std::atan2(twice_sine.norm(), R.trace() - 1);
 }
 
-// Joint by joint what the corrections are, once they are accepted.
+// Applies the corrections to q and qd and stores them per joint.
 void apply(const Plan<double>& plan, const std::vector<double>& moved, const std::vector<double>& sped,
            double* q, double* qd, Assembly& result) {
   std::vector<BallMotion> before;
@@ -165,16 +167,50 @@ void keep_larger(const Assembly::Residual& found, Assembly::Residual& largest) {
   if (found.size > largest.size) largest = found;
 }
 
-// The velocities of a cluster at its assembled pose.
-void align(ClusterAssembly& cluster, const double* qd, std::vector<double>& sped, Assembly& result) {
+// From the start values to the nearest configuration that satisfies the loops, or else to one of minimum
+// residual. Returns the norm of the residuals.
+double solve_positions(ClusterAssembly& cluster, std::vector<double>& moved) {
+  Vector z = cluster.z_start();
+  double norm = cluster.minimize_residual(z);
+  if (norm > accepted_residual) norm = minimize_from_nearby_starts(cluster, z);
+  if (norm <= accepted_residual) cluster.move_to_nearest(z);
+  norm = cluster.residual_norm(z);
+  for (std::size_t j = 0; j < cluster.free_joints().size(); ++j) {
+    const int joint = cluster.free_joints()[j];
+    moved[joint] = (z[j] - cluster.z_start()[j]) * cluster.unit(joint);
+  }
+  return norm;
+}
+
+// The positions of a cluster.
+void assemble_positions(ClusterAssembly& cluster, const double* q, std::vector<double>& moved,
+                        Assembly& result) {
+  double norm = cluster.start(q);
+  for (int joint : cluster.joints()) result.unit[joint] = cluster.unit(joint);
+  for (int k = 0; k < cluster.loop_count(); ++k) keep_larger(cluster.gap(k), result.gap_before);
+  if (norm > rounding_residual && !cluster.free_joints().empty()) norm = solve_positions(cluster, moved);
+  const bool violated = norm > accepted_residual;
+  for (int k = 0; k < cluster.loop_count(); ++k) {
+    const Assembly::Residual gap = cluster.gap(k);
+    // violated loops take precedence over satisfied ones
+    if (violated == !result.closed ? gap.size <= result.gap.size : !violated) continue;
+    result.closed = !violated;
+    result.gap = gap;
+    if (violated) result.loop = cluster.loop(k).loop;
+  }
+}
+
+// The velocities of a cluster at its assembled configuration.
+void assemble_velocities(ClusterAssembly& cluster, const double* qd, std::vector<double>& sped,
+                         Assembly& result) {
   cluster.set_motion(qd);
   for (int k = 0; k < cluster.loop_count(); ++k) keep_larger(cluster.rate(k), result.rate_before);
-  cluster.align(qd, sped);
+  cluster.correct_velocities(qd, sped);
   std::vector<double> velocity(qd, qd + sped.size());
   for (std::size_t i = 0; i < sped.size(); ++i) velocity[i] += sped[i];
   cluster.set_motion(velocity.data());
   for (int k = 0; k < cluster.loop_count(); ++k) {
-    if (cluster.keeps_closed(k, velocity.data()) ||
+    if (cluster.rates_vanish(k, velocity.data()) ||
         (!result.consistent && cluster.rate(k).size <= result.rate.size))
       continue;
     result.consistent = false;
@@ -194,36 +230,14 @@ Assembly assemble(const Model& model, const Plan<double>& plan, Workspace<double
   set_ground_motion(plan, ws, at_rest.data());
   std::vector<double> moved(plan.joints.size(), 0.0), sped(plan.joints.size(), 0.0);
   result.unit.assign(plan.joints.size(), 1.0);
-  for (const ClusterPlan& plan_of_cluster : plan.clusters) {
-    ClusterAssembly cluster(model, plan, ws, plan_of_cluster);
-    double norm = cluster.start(q);
-    for (int joint : plan_of_cluster.joints) result.unit[joint] = cluster.unit(joint);
-    for (int k = 0; k < cluster.loop_count(); ++k) keep_larger(cluster.gap(k), result.gap_before);
-    Vector z = cluster.z_start();
-    if (norm > closed_already && !cluster.free_joints().empty()) {
-      norm = cluster.close(z);
-      if (norm > closed_enough) norm = close_from_around(cluster, z);
-      if (norm <= closed_enough) cluster.approach(z);
-      norm = cluster.open(z);
-      for (std::size_t j = 0; j < cluster.free_joints().size(); ++j) {
-        const int joint = cluster.free_joints()[j];
-        moved[joint] = (z[j] - cluster.z_start()[j]) * cluster.unit(joint);
-      }
-    }
-    for (int k = 0; k < cluster.loop_count(); ++k) {
-      const Assembly::Residual gap = cluster.gap(k);
-      // a violated loop is worse than a satisfied one
-      const bool open = norm > closed_enough;
-      if (open == !result.closed ? gap.size <= result.gap.size : !open) continue;
-      result.closed = !open;
-      result.gap = gap;
-      if (open) result.loop = cluster.loop(k).loop;
-    }
-    align(cluster, qd, sped, result);
+  for (const ClusterPlan& cluster_plan : plan.clusters) {
+    ClusterAssembly cluster(model, plan, ws, cluster_plan);
+    assemble_positions(cluster, q, moved, result);
+    assemble_velocities(cluster, qd, sped, result);
   }
-  std::vector<double> closed_pose(q, q + plan.joints.size());
-  for (std::size_t i = 0; i < moved.size(); ++i) closed_pose[i] += moved[i];
-  check_left_out(model, plan, ws, closed_pose.data(), result);
+  std::vector<double> assembled(q, q + plan.joints.size());
+  for (std::size_t i = 0; i < moved.size(); ++i) assembled[i] += moved[i];
+  check_omitted_rows(model, plan, ws, assembled.data(), result);
   if (result.closed && result.consistent) apply(plan, moved, sped, q, qd, result);
   return result;
 }

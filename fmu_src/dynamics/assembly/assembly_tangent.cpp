@@ -5,13 +5,14 @@
 #include "dynamics/loops/cluster_rows.hpp"
 #include "math/least_norm.hpp"
 
-// The assembled start solves, in units of the joints, x = q / unit, A = J unit of the free joints,
-//   W (x - x0) + A^T lambda = 0,  phi(x) = 0     and then        W (v - v0) + A^T mu = 0,  A v + rates of
-//   held = 0.
-// W = 1, but for slides it changes with the size s of the start pose: dW = -2 ds/s. Derived along a
-// direction, with P = 1 - A^+ A and held joints (hold, prescribed) going their own way:
-//   P (1 + H) dx = P (dx0 - dW (x - x0) - dA^T lambda of held),  A dx = -J_held dq_held,   H dx = dA^T lambda
-//   along dx dv = P (dv0 - dW (v - v0) - dA^T mu) - A^+ (dJ qd + J_held dqd_held)
+// The assembled start values solve, in units of the joints, x = q / unit, A = J unit of the free joints,
+//   W (x - x0) + A^T lambda = 0,  phi(x) = 0,
+//   W (v - v0) + A^T mu = 0,      A v + (rates due to held joints) = 0
+// with W = 1. The unit of prismatic joints changes with the size s of the start configuration: dW = -2 ds/s.
+// Directional derivative, with P = 1 - A^+ A and given directions of the held joints (hold, prescribed):
+//   P (1 + H) dx = P (dx0 - dW (x - x0) - (dA^T lambda due to held joints)),  A dx = -J_held dq_held
+//   dv = P (dv0 - dW (v - v0) - dA^T mu) - A^+ (dJ qd + J_held dqd_held)
+// where H dx is dA^T lambda along dx.
 
 namespace redysim {
 namespace {
@@ -19,10 +20,10 @@ namespace {
 using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
 
-constexpr double dependent = 1e-8;  // as assemble(...) has it
-constexpr double moved_by_nothing = 1e-12;
-constexpr double agrees = 1e-6;    // the rest that the loops leave of a direction
-constexpr double rounding = 1e-9;  // of directions that the loops let pass
+constexpr double dependent = 1e-8;  // relative singular value of J, as in assemble(...)
+constexpr double not_moved = 1e-12;
+constexpr double agreement = 1e-6;  // relative remainder of a direction that the loops cannot follow
+constexpr double rounding = 1e-9;   // of directions that satisfy the loops
 
 class ClusterDirection {
  public:
@@ -35,7 +36,7 @@ class ClusterDirection {
   }
 
   const char* follow() {
-    Directions change(q_.size(), 0.0), speed(q_.size(), 0.0);  // of held joints, then of all
+    Directions change(q_.size(), 0.0), speed(q_.size(), 0.0);  // of held joints first, then of all
     bool any = false;
     for (int i : rows_.joints()) {
       change[i] = q_[i].derivative;
@@ -45,8 +46,8 @@ class ClusterDirection {
     if (!any) return nullptr;
     const Vector wanted = in_units(change) - weight_change(moved_),
                  wanted_speed = in_units(speed) - weight_change(sped_);
-    put(Vector::Zero(wanted.size()), change);
-    put(Vector::Zero(wanted.size()), speed);
+    set_free(Vector::Zero(wanted.size()), change);
+    set_free(Vector::Zero(wanted.size()), speed);
 
     set_pose(Directions(q_.size(), 0.0));
     A_ = values(rows_.jacobian());
@@ -54,25 +55,26 @@ class ClusterDirection {
     const auto along = [&](const Vector& x) -> Vector { return x - inverse.solve(A_.lazyProduct(x)); };
     if (is_singular(inverse, along)) return "the initial configuration is singular";
 
-    const Vector opened = opened_by(change);
-    Vector dx = along(wanted) - inverse.solve(opened);
-    if (moved_.norm() > moved_by_nothing) {
-      const Vector lambda = -inverse.solve_transposed(moved_), particular = -inverse.solve(opened);
-      put(particular, change);
-      const Vector lacking = along(wanted - particular - turned(change, lambda));
-      dx =
-          particular + along(LeastNorm(curvature(along, lambda), dependent, rows_.rounding()).solve(lacking));
+    const Vector of_held = residual_change(change);
+    Vector dx = along(wanted) - inverse.solve(of_held);
+    if (moved_.norm() > not_moved) {
+      const Vector lambda = -inverse.solve_transposed(moved_), particular = -inverse.solve(of_held);
+      set_free(particular, change);
+      const Vector remaining = along(wanted - particular - constraint_force_change(change, lambda));
+      dx = particular +
+           along(LeastNorm(curvature(along, lambda), dependent, rows_.rounding()).solve(remaining));
     }
-    put(dx, change);
+    set_free(dx, change);
     const double length = dx.norm() + wanted.norm();
-    if (opened_by(change).norm() > agrees * opened.norm() + rounding * length) return overconstrained;
+    if (residual_change(change).norm() > agreement * of_held.norm() + rounding * length)
+      return overconstrained;
 
-    const Vector pushed = turned(change, -inverse.solve_transposed(sped_));
+    const Vector force_change = constraint_force_change(change, -inverse.solve_transposed(sped_));
     const Vector rates = rates_by(change, speed);
-    const Vector dv = along(wanted_speed - pushed) - inverse.solve(rates);
-    put(dv, speed);
+    const Vector dv = along(wanted_speed - force_change) - inverse.solve(rates);
+    set_free(dv, speed);
     if (rates_by(change, speed).norm() >
-        agrees * rates.norm() + rounding * (dv.norm() + wanted_speed.norm() + (1 + pace()) * length))
+        agreement * rates.norm() + rounding * (dv.norm() + wanted_speed.norm() + (1 + speed_norm()) * length))
       return overconstrained;
     for (int i : rows_.joints()) {
       q_[i].derivative = change[i];
@@ -100,24 +102,24 @@ class ClusterDirection {
     for (std::size_t k = 0; k < free_.size(); ++k) x[k] = of[free_[k]] / rows_.unit(free_[k]);
     return x;
   }
-  void put(const Vector& x, Directions& to) const {
+  void set_free(const Vector& x, Directions& to) const {
     for (std::size_t k = 0; k < free_.size(); ++k) to[free_[k]] = x[k] * rows_.unit(free_[k]);
   }
 
-  // The velocity of the start, in units.
-  double pace() const {
+  // Norm of the start velocity in units of the joints.
+  double speed_norm() const {
     double squared = 0;
     for (int i : rows_.joints()) squared += std::pow(qd_[i].value / rows_.unit(i), 2);
     return std::sqrt(squared);
   }
 
-  // The size of the mechanism and how it changes with the start pose.
+  // The size of the mechanism and its derivative along the direction of the start configuration.
   void measure_start(const Assembly& assembly) {
     std::vector<Dual> start = q_;
     for (int i : rows_.joints()) start[i].value -= assembly.moved[i];
     rows_.set_pose(start.data());
     const Dual size = rows_.measure();
-    growth_ = size.derivative / size.value;  // no number where lengths are those of bodies
+    growth_ = size.derivative / size.value;  // NaN if the unit is the size of the bodies
   }
   // dW x
   Vector weight_change(const Vector& x) const {
@@ -134,12 +136,12 @@ class ClusterDirection {
     rows_.set_rows();
   }
   // J change
-  Vector opened_by(const Directions& change) {
+  Vector residual_change(const Directions& change) {
     set_pose(change);
     return derivatives(rows_.residuals());
   }
   // dA^T y along `change`
-  Vector turned(const Directions& change, const Vector& y) {
+  Vector constraint_force_change(const Directions& change, const Vector& y) {
     set_pose(change);
     const auto& J = rows_.jacobian();
     Vector result = Vector::Zero(J.cols());
@@ -163,14 +165,15 @@ class ClusterDirection {
     Directions change(q_.size(), 0.0);
     for (Eigen::Index k = 0; k < n; ++k) {
       const Vector direction = along(Vector::Unit(n, k));
-      put(direction, change);
-      result.col(k) = along(direction + turned(change, lambda)) + Vector::Unit(n, k) - direction;
+      set_free(direction, change);
+      result.col(k) =
+          along(direction + constraint_force_change(change, lambda)) + Vector::Unit(n, k) - direction;
     }
     return result;
   }
 
-  // Whether rows that depend on others here are independent of them nearby, n^T dA P != 0 along the loops:
-  // there branches meet, and the nearest pose has no derivative.
+  // Whether rows that are dependent here are independent nearby, n^T dA P != 0: branches meet, and the
+  // nearest configuration has no derivative.
   template <class Projection>
   bool is_singular(const LeastNorm& inverse, const Projection& along) {
     const Matrix null = inverse.left_null_space();
@@ -178,9 +181,9 @@ class ClusterDirection {
     Vector some(static_cast<Eigen::Index>(free_.size()));
     for (Eigen::Index k = 0; k < some.size(); ++k) some[k] = std::sin(1.0 + static_cast<double>(k));
     Directions change(q_.size(), 0.0);
-    put(along(some), change);
+    set_free(along(some), change);
     for (Eigen::Index k = 0; k < null.cols(); ++k)
-      if (along(turned(change, null.col(k))).norm() > agrees) return true;
+      if (along(constraint_force_change(change, null.col(k))).norm() > agreement) return true;
     return false;
   }
 
@@ -197,7 +200,7 @@ class ClusterDirection {
 
 const char* follow_assembly(const Model& model, const Assembly& assembly, const Plan<Dual>& plan,
                             Workspace<Dual>& ws, std::vector<Dual>& q, std::vector<Dual>& qd) {
-  // the roots of the clusters; their motion moves no row
+  // poses of the clusters' roots; the rows do not depend on them
   std::vector<Dual> pose(q.size()), rest(q.size());
   for (std::size_t i = 0; i < q.size(); ++i) pose[i] = Dual(q[i].value);
   set_positions(plan, ws, pose.data());

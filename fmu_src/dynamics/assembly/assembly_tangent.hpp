@@ -7,9 +7,10 @@
 
 namespace redysim {
 
-// How an assembled start follows its start values: q and qd hold the assembled values, and the directions of
-// the start values become those of the assembled ones. `assembly` is what assemble(...) returned. Overwrites
-// positions and ground poses of the workspace. Allocates. Returns why there is no such direction; null: done.
+// Directional derivative of assembled start values with respect to the given ones. q and qd: assembled values
+// with the directions of the given ones, which are replaced by those of the assembled ones. `assembly`:
+// result of assemble(...). Overwrites positions and ground poses of the workspace. Allocates. Returns the
+// reason if there is no derivative, null otherwise.
 const char* follow_assembly(const Model& model, const Assembly& assembly, const Plan<Dual>& plan,
                             Workspace<Dual>& ws, std::vector<Dual>& q, std::vector<Dual>& qd);
 

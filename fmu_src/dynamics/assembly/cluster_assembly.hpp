@@ -5,41 +5,44 @@
 #include <memory>
 #include <vector>
 
+#include "dynamics/assembly/assembly.hpp"
 #include "dynamics/loops/cluster_rows.hpp"
 #include "math/least_norm.hpp"
 
 namespace redysim {
 
-// Brings one cluster from its start values to the nearest configuration and velocities that its rows allow.
+// Assembly of one cluster: from its start values to the nearest configuration and velocities that satisfy its
+// rows. z: positions of the free joints in their units, phi(z) = 0 the rows, J = d phi / d z.
 class ClusterAssembly : public ClusterRows<double> {
  public:
   using Vector = Eigen::VectorXd;
   using Matrix = Eigen::MatrixXd;
 
-  // All relative to the size of the mechanism, or rad.
-  static constexpr double closed_already = 2e-15;  // rounding: such a pose is left as it is
-  static constexpr double closed_enough = 1e-10;
+  // Norms of residuals, relative to the size of the mechanism, or rad.
+  static constexpr double rounding_residual = 2e-15;  // such a configuration is not corrected
+  static constexpr double accepted_residual = 1e-10;
 
   using ClusterRows::ClusterRows;
 
-  // Takes the initial configuration, measures the mechanism and returns the constraint violation.
+  // Sets the initial configuration and the unit of length; returns the norm of the residuals.
   double start(const double* q) {
     set_pose(q);
     measure();
     z_start_.resize(static_cast<Eigen::Index>(free_.size()));
     for (std::size_t j = 0; j < free_.size(); ++j) z_start_[j] = q[free_[j]] / unit(free_[j]);
-    return open(z_start_);
+    return residual_norm(z_start_);
   }
 
   const Vector& z_start() const { return z_start_; }
 
-  // Levenberg-Marquardt steps, damped by the distance itself: quadratic at regular poses, steady at singular
-  // ones. Returns what stays open.
-  double close(Vector& z) {
-    double norm = open(z);
+  // Minimises the residuals by Levenberg-Marquardt steps with a damping proportional to the residual:
+  // quadratic convergence at regular configurations, robust at singular ones. Returns the norm of the
+  // residuals.
+  double minimize_residual(Vector& z) {
+    double norm = residual_norm(z);
     double damping_factor = 1;
     int idle = 0;
-    for (int k = 0; k < 100 && norm > closed_already && idle < 3; ++k) {
+    for (int k = 0; k < 100 && norm > rounding_residual && idle < 3; ++k) {
       const double before = norm;
       const Matrix J = J_;
       std::unique_ptr<LeastNorm> tangent;
@@ -52,7 +55,7 @@ class ClusterAssembly : public ClusterRows<double> {
         const double length = step.norm();
         if (length > 1) step /= length;
         const Vector trial = z + step;
-        const double there = open(trial);
+        const double there = residual_norm(trial);
         if (there < norm) {
           z = trial;
           norm = there;
@@ -65,31 +68,31 @@ class ClusterAssembly : public ClusterRows<double> {
       idle = norm < (1 - 1e-5) * before ? 0 : idle + 1;
       if (norm == before) break;
     }
-    open(z);
+    residual_norm(z);
     return norm;
   }
 
   // From a configuration that satisfies the loops to the one nearest to the start: Newton steps in the
-  // tangent plane.
-  void approach(Vector& z) {
+  // tangent space.
+  void move_to_nearest(Vector& z) {
     double distance = (z - z_start_).norm(), gradient = 0;
     for (int k = 0; k < 60; ++k) {
-      open(z);
+      residual_norm(z);
       const LeastNorm tangent(J_, dependent, rounding_);
       const Vector away = z_start_ - z;
-      const Vector along = away - tangent.solve(opened_by(away));
+      const Vector along = away - tangent.solve(times_jacobian(away));
       if (along.norm() < near_enough * std::max(1.0, distance) || (gradient > 0 && along.norm() > gradient))
         break;
       const Vector step = newton_step(z, tangent, along, tangent.solve_transposed(away));
-      // near the end distances differ by rounding: there the gradient tells
-      const bool at_the_end = step.norm() < 1e-4;
-      gradient = at_the_end ? along.norm() : 0;
+      // close to the solution distances differ by rounding: the gradient decides
+      const bool converging = step.norm() < 1e-4;
+      gradient = converging ? along.norm() : 0;
       bool nearer = false;
       for (double part = 1; part > 0.01 && !nearer; part *= 0.5) {
         Vector trial = z + part * step;
-        if (close(trial) > closed_enough) continue;
+        if (minimize_residual(trial) > accepted_residual) continue;
         const double there = (trial - z_start_).norm();
-        nearer = at_the_end || there < distance * (1 - 1e-12);
+        nearer = converging || there < distance * (1 - 1e-12);
         if (nearer) {
           z = trial;
           distance = there;
@@ -97,10 +100,10 @@ class ClusterAssembly : public ClusterRows<double> {
       }
       if (!nearer) break;
     }
-    open(z);
+    residual_norm(z);
   }
 
-  // All of the rows, and the fastest joint so far.
+  // Rows at the velocities qd; records the largest velocity so far.
   void set_motion(const double* qd) {
     const GroundState<double> root = ground_state(ws_, cluster_.root);
     fastest_ = std::max({fastest_, root.omega.norm(), root.velocity.norm() / size_});
@@ -108,17 +111,18 @@ class ClusterAssembly : public ClusterRows<double> {
     ClusterRows::set_motion(qd);
   }
 
-  // The nearest velocities on the loops, after set_motion(qd).
-  void align(const double* qd, std::vector<double>& change) {
+  // Change of qd to the nearest velocities that satisfy the loops, after set_motion(qd).
+  void correct_velocities(const double* qd, std::vector<double>& change) {
     Vector step = Vector::Zero(static_cast<Eigen::Index>(free_.size()));
     if (rate_.lpNorm<Eigen::Infinity>() > 0 && !free_.empty())
       step = LeastNorm(J_, dependent, rounding_).solve(-rate_);
-    take_a_branch(qd, step);
+    move_to_branch(qd, step);
     for (std::size_t j = 0; j < free_.size(); ++j) change[free_[j]] = step[j] * unit(free_[j]);
   }
 
-  // Whether the rates of a loop, after set_motion(qd), are rounding against what single joints make of them.
-  bool keeps_closed(int k, const double* qd) const {
+  // Whether the rates of a loop after set_motion(qd) are rounding errors of the contributions of single
+  // joints.
+  bool rates_vanish(int k, const double* qd) const {
     const LoopPlan<double>& at = loop(k);
     const LoopGeometry<double> g = loop_geometry(at, ws_);
     for (std::size_t r = 0; r < at.rows.size(); ++r) {
@@ -131,12 +135,13 @@ class ClusterAssembly : public ClusterRows<double> {
     return true;
   }
 
-  // Residual of a loop of the cluster at the last pose, and at the velocities of the last set_motion.
+  // Residual of loop k of the cluster at the last configuration, and at the velocities of the last
+  // set_motion.
   Assembly::Residual gap(int k) const { return norm_of(phi_, k); }
   Assembly::Residual rate(int k) const { return norm_of(rate_, k); }
 
-  // Residuals at z; returns their norm.
-  double open(const Vector& z) {
+  // Sets the configuration z and its rows; returns the norm of the residuals.
+  double residual_norm(const Vector& z) {
     for (std::size_t j = 0; j < free_.size(); ++j)
       set_joint_position(plan_.joints[free_[j]], z[j] * unit(free_[j]), ws_.joints[free_[j]]);
     set_poses();
@@ -145,15 +150,15 @@ class ClusterAssembly : public ClusterRows<double> {
   }
 
  private:
-  static constexpr double dependent = 1e-8;  // rows of J below this part of the largest pivot
+  static constexpr double dependent = 1e-8;  // relative singular value of J
   static constexpr double rounding_of_rates = 1e-9;
   static constexpr double smallest_damping = 1e-10;
-  static constexpr double coarse_damping = 1e-5;  // its square is no rounding
-  static constexpr double near_enough = 1e-12;    // to the nearest pose
-  static constexpr double on_a_branch = 1e-10;    // bends by less, over the squared speed: rounding
-  static constexpr double closes_again = 1e-13;   // after the search for a branch
+  static constexpr double coarse_damping = 1e-5;    // its square is above rounding errors
+  static constexpr double near_enough = 1e-12;      // to the nearest configuration
+  static constexpr double on_branch = 1e-10;        // n^T J' v relative to the squared velocity: rounding
+  static constexpr double branch_residual = 1e-13;  // after the correction
 
-  // Over the rows of a loop, in m or rad.
+  // Norm over the rows of loop k, in m or rad.
   Assembly::Residual norm_of(const Vector& rows, int k) const {
     double distance = 0, angle = 0;
     for (std::size_t r = 0; r < loop(k).rows.size(); ++r) {
@@ -162,7 +167,7 @@ class ClusterAssembly : public ClusterRows<double> {
     }
     return {std::sqrt(angle + row_size_ * row_size_ * distance), angle > distance};
   }
-  // What the joints of one path can make of a row's rate, each at its best.
+  // Upper bound of the contribution of one path to the rate of a row.
   double largest_rate(int body, Force<double> w, const double* qd) const {
     double sum = 0;
     for (; body != cluster_.root; body = plan_.joints[body].parent) {
@@ -173,28 +178,29 @@ class ClusterAssembly : public ClusterRows<double> {
     return sum;
   }
   // J x
-  Vector opened_by(const Vector& x) const {
+  Vector times_jacobian(const Vector& x) const {
     Vector rates = Vector::Zero(J_.rows());
     for (Eigen::Index k = 0; k < J_.cols(); ++k) rates += x[k] * J_.col(k);
     return rates;
   }
 
-  // Solves P (1 + H) P step = along, H = d(J^T lambda)/dz, by conjugate gradients; where the curvature is not
-  // positive it stops with what it has (Steihaug 1983).
+  // Solves P (1 + H) P step = along, H = d(J^T lambda)/dz, P = 1 - J^+ J, by conjugate gradients; stops at a
+  // direction of negative curvature (Steihaug 1983).
   Vector newton_step(const Vector& z, const LeastNorm& tangent, const Vector& along, const Vector& lambda) {
     constexpr double difference = 1e-5;
     const Matrix J = J_;
-    const auto pull = [&](const Vector& at) -> Vector {
-      open(at);
+    const auto constraint_force = [&](const Vector& at) -> Vector {
+      residual_norm(at);
       return J_.transpose().lazyProduct(lambda);
     };
     Vector step = Vector::Zero(z.size()), rest = along, direction = along;
     for (int k = 0; k < 2 * z.size() && rest.norm() > 1e-3 * std::min(1.0, along.norm()) * along.norm();
          ++k) {
       const Vector aside = difference / direction.norm() * direction;
-      Vector image = direction + (direction.norm() / (2 * difference)) * (pull(z + aside) - pull(z - aside));
+      Vector image = direction + (direction.norm() / (2 * difference)) *
+                                     (constraint_force(z + aside) - constraint_force(z - aside));
       J_ = J;
-      image -= tangent.solve(opened_by(image));
+      image -= tangent.solve(times_jacobian(image));
       const double curvature = direction.dot(image);
       if (!(curvature > 0.01 * direction.squaredNorm())) break;
       const double before = rest.squaredNorm();
@@ -205,70 +211,82 @@ class ClusterAssembly : public ClusterRows<double> {
     return step.norm() > 0 ? step : along;
   }
 
-  // Where rows are dependent, n^T J = 0, a velocity that keeps J v = 0 need not be one of a motion: also
-  // n^T phi'' = n^T (dJ/dt v) = 0 must hold, whatever the accelerations. That is so on the tangents of the
-  // branches that meet in a singular pose, and on no other; motion off them would begin with an impact. Adds
-  // to `step` the way to one of them (Newton, least norm; what phi'' has of v is quadratic, so its derivative
-  // is a difference). Prescribed accelerations would count as well: there nothing is done.
-  void take_a_branch(const double* qd, Vector& step) {
+  // qd + unit x, per joint of the plan.
+  std::vector<double> velocities(const double* qd, const Vector& x) const {
+    std::vector<double> speed(plan_.joints.size(), 0.0);
+    for (int i : joints_) speed[i] = qd[i];
+    for (std::size_t j = 0; j < free_.size(); ++j) speed[free_[j]] += x[j] * unit(free_[j]);
+    return speed;
+  }
+
+  // If rows are dependent, n^T J = 0, J v = 0 is necessary but not sufficient for v to be the velocity of a
+  // motion: the second-order condition n^T phi'' = n^T J' v = 0, which does not depend on accelerations, must
+  // hold as well. It holds on the tangents of the branches that meet in a singular configuration; a motion
+  // with other velocities would start with an impact. Corrects `step` to the nearest tangent by Newton's
+  // method (minimum norm). Not done with prescribed joints, whose accelerations would enter the condition.
+  void move_to_branch(const double* qd, Vector& step) {
     for (int i : joints_)
       if (plan_.joints[i].prescribed) return;
     if (free_.empty()) return;
-    const Matrix null = LeastNorm(jacobian_of_all(), dependent, rounding_).left_null_space();
+    const Matrix null = LeastNorm(jacobian_with_held_joints(), dependent, rounding_).left_null_space();
     if (null.cols() == 0) return;
-    std::vector<double> speed(plan_.joints.size(), 0.0);
-    const auto at = [&](const Vector& x) -> double* {
-      for (int i : joints_) speed[i] = qd[i];
-      for (std::size_t j = 0; j < free_.size(); ++j) speed[free_[j]] += x[j] * unit(free_[j]);
-      return speed.data();
-    };
     Vector x = step;
-    const double size = squared(at(x));
-    if (bend(null, at(x)).norm() <= on_a_branch * size) return;
-    const auto rows = J_.rows(), bends = null.cols(), n = J_.cols();
-    Matrix K(rows + bends, n);
-    Vector open(rows + bends);
+    const std::vector<double> start = velocities(qd, x);
+    const double size = squared_norm(start);
+    if (null_accelerations(null, start).norm() <= on_branch * size) return;
     for (int k = 0; k < 50; ++k) {
-      set_motion(at(x));
-      const Vector bent = bend(null, at(x));
-      const double length = std::sqrt(squared(at(x)));
-      open << rate_, bent;
+      const std::vector<double> speed = velocities(qd, x);
+      set_motion(speed.data());
+      const Vector second_order = null_accelerations(null, speed);
+      const double length = std::sqrt(squared_norm(speed));
       if (length == 0) return;
-      if (rate_.norm() <= closes_again * length && bent.norm() <= closes_again * length * length) {
+      if (rate_.norm() <= branch_residual * length &&
+          second_order.norm() <= branch_residual * length * length) {
         step = x;
         return;
       }
-      K.topRows(rows) = J_;
-      for (Eigen::Index j = 0; j < n; ++j) {
-        const Vector along = length * Vector::Unit(n, j);
-        K.col(j).tail(bends) = (bend(null, at(x + along)) - bend(null, at(x - along))) / (2 * length);
-      }
-      // rows of one size: speeds, and bends over the speed
-      K.bottomRows(bends) /= length;
-      open.tail(bends) /= length;
-      x -= LeastNorm(K, dependent, rounding_).solve(open);
+      x -= branch_step(null, qd, x, second_order, length);
     }
   }
 
-  // n^T dJ/dt v, per column of `null`.
-  Vector bend(const Matrix& null, const double* qd) {
-    set_motion(qd);
-    set_accelerations(qd);
-    Vector bent = Vector::Zero(null.cols());
+  // Newton step of J v = 0, n^T J' v = 0. The second condition is quadratic in v, so central differences give
+  // its exact derivative. It is divided by the speed `length`: all rows have one unit.
+  Vector branch_step(const Matrix& null, const double* qd, const Vector& x, const Vector& second_order,
+                     double length) {
+    const auto rows = J_.rows(), n = J_.cols();
+    Matrix K(rows + null.cols(), n);
+    Vector residual(K.rows());
+    residual << rate_, second_order / length;
+    K.topRows(rows) = J_;
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const Vector along = length * Vector::Unit(n, j);
+      K.col(j).tail(null.cols()) = (null_accelerations(null, velocities(qd, x + along)) -
+                                    null_accelerations(null, velocities(qd, x - along))) /
+                                   (2 * length);
+    }
+    K.bottomRows(null.cols()) /= length;
+    return LeastNorm(K, dependent, rounding_).solve(residual);
+  }
+
+  // n^T J' v per column n of `null`.
+  Vector null_accelerations(const Matrix& null, const std::vector<double>& qd) {
+    set_motion(qd.data());
+    set_accelerations(qd.data());
+    Vector sum = Vector::Zero(null.cols());
     for (int k = 0; k < cluster_.loop_count; ++k) {
       const LoopGeometry<double> g = loop_geometry(loop(k), ws_);
       for (std::size_t r = 0; r < loop(k).rows.size(); ++r) {
         const RowValues<double> values = row_values(g, loop(k).rows[r]);
-        const double second = values.quadratic + served(values.on_a, g.a, loop(k).body_a) +
-                              served(values.on_b, g.b, loop(k).body_b);
+        const double acceleration = values.quadratic + row_acceleration(values.on_a, g.a, loop(k).body_a) +
+                                    row_acceleration(values.on_b, g.b, loop(k).body_b);
         for (Eigen::Index n = 0; n < null.cols(); ++n)
-          bent[n] += null(local_row(k, r), n) * second / row_unit(loop(k).rows[r]);
+          sum[n] += null(local_row(k, r), n) * acceleration / row_unit(loop(k).rows[r]);
       }
     }
-    return bent;
+    return sum;
   }
 
-  // Accelerations of the bodies while no joint accelerates; the cluster's root has none. Uses set_motion.
+  // Accelerations of the bodies at qdd = 0; that of the cluster's root is zero. Uses set_motion.
   void set_accelerations(const double* qd) {
     acceleration_.resize(plan_.joints.size());
     for (int i : joints_) {
@@ -285,21 +303,22 @@ class ClusterAssembly : public ClusterRows<double> {
     }
   }
 
-  // What a body's acceleration adds to that of a row that pulls on it.
-  double served(const Force<double>& on_body, const GroundState<double>& at, int body) const {
+  // The part of phi'' due to the acceleration of one body: the wrench of the row on it times the
+  // acceleration.
+  double row_acceleration(const Force<double>& on_body, const GroundState<double>& at, int body) const {
     if (body == cluster_.root) return 0;
     return on_body.moment.dot(at.rotation.transpose() * acceleration_[body].angular) +
            on_body.force.dot(at.rotation.transpose() * acceleration_[body].linear);
   }
 
-  double squared(const double* qd) const {
+  double squared_norm(const std::vector<double>& qd) const {
     double sum = 0;
     for (int i : joints_) sum += qd[i] * qd[i] / (unit(i) * unit(i));
     return sum;
   }
 
-  // J with the columns of held joints as well: they may accelerate.
-  Matrix jacobian_of_all() {
+  // J with the columns of held joints, which may accelerate.
+  Matrix jacobian_with_held_joints() {
     const std::vector<int> free = free_, column = column_;
     const Matrix J = J_;
     free_ = joints_;
@@ -314,7 +333,7 @@ class ClusterAssembly : public ClusterRows<double> {
   }
 
   Vector z_start_;
-  double fastest_ = 1;                        // joint so far, rad/s or sizes/s
+  double fastest_ = 1;                        // largest velocity so far, rad/s or sizes/s
   std::vector<Motion<double>> acceleration_;  // along the ground's axes
 };
 

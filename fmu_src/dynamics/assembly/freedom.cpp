@@ -9,7 +9,7 @@
 namespace redysim {
 namespace {
 
-// Rank of the loops' rows over the joints that are not prescribed: that of J M^-1 J^T for any M > 0.
+// Rank of the loop rows with respect to the joints that are not prescribed, that of J M^-1 J^T for any M > 0.
 int rank_of_loops(const Model& model, const double* q) {
   const Plan<double> plan(model);
   Workspace<double> ws(plan);
@@ -29,7 +29,7 @@ Freedom freedom(const Model& model, const double* q) {
   Model any = model;
   Freedom result;
   int joints = 0;
-  // the chart of a spherical joint is no freedom: as good as fixed
+  // the chart joint of a spherical joint is not a degree of freedom
   std::vector<char> moving;
   for (const Link& link : any.links) moving.push_back(moves(link.joint));
   for (const Ball& ball : any.balls) moving[ball.chart_link] = false;
@@ -38,7 +38,7 @@ Freedom freedom(const Model& model, const double* q) {
     if (!moving[i]) continue;
     ++joints;
     if (link.joint.drive == Drive::motion || link.joint.drive == Drive::locked) ++result.motions;
-    // every joint moves something, so that the rank is that of the rows alone
+    // M > 0: the rank is that of the rows alone
     link.joint.armature = 1;
   }
   result.left = joints - result.motions - rank_of_loops(any, q);

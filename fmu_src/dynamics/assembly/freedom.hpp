@@ -6,16 +6,16 @@
 
 namespace redysim {
 
-// How prescribed motions and closed loops share the freedom of a system at one pose:
+// Degrees of freedom of a system with prescribed motions and closed loops in one configuration:
 // motions - surplus + left = system.
 struct Freedom {
   int motions = 0;  // prescribed joints
-  int system = 0;   // degrees of freedom that the loops leave, were every joint free
-  int left = 0;     // of these not prescribed: they are integrated
-  int surplus = 0;  // motions that follow from the others: they have to agree with the loops
+  int system = 0;   // degrees of freedom with all joints free
+  int left = 0;     // of these not prescribed, integrated
+  int surplus = 0;  // motions determined by the others, which must be consistent with the loops
 };
 
-// q: per moving joint of the model's plan. By ranks, so a singular pose shows its own freedom. Allocates.
+// From ranks at q (per joint of the plan), so singular configurations have their own result. Allocates.
 Freedom freedom(const Model& model, const double* q);
 
 // "1 motion for 1 degree of freedom: fully driven", "1 motion for 3 degrees of freedom: 2 are not prescribed

@@ -13,11 +13,11 @@ namespace redysim {
 
 namespace {
 
-// What grouping needs to know of one loop: its ends and where they meet, as joint indices.
+// The path of one loop by joint indices.
 struct LoopPath {
   int loop = 0;
   int body_a = ground, body_b = ground;
-  int meeting = ground;                 // last common body, or ground for rows tied to ground directions
+  int meeting = ground;                 // last common body; ground for rows with ground directions
   std::vector<int> joints_a, joints_b;  // from each end up to (not including) the meeting body
 };
 
@@ -25,21 +25,21 @@ class ClusterBuilder {
  public:
   ClusterBuilder(const Model& model, const std::vector<int>& parents, const std::vector<int>& carrier,
                  const std::vector<LoopRows>& rows)
-      : parents_(parents), cluster_of_joint_(parents.size()) {
+      : parents_(parents) {
     for (std::size_t k = 0; k < model.loops.size(); ++k) paths_.push_back(path_of(model, carrier, rows, k));
     group();
   }
 
-  // Loop indices of each cluster, its root and joints (descending).
+  // One cluster.
   struct Group {
     int root = ground;
-    std::vector<int> joints;
-    std::vector<int> paths;  // ordered so that coupled loops stand close together
+    std::vector<int> joints;  // descending
+    std::vector<int> paths;   // of its loops, ordered for a narrow envelope of S
   };
   const std::vector<Group>& groups() const { return groups_; }
   const LoopPath& path(int index) const { return paths_[index]; }
 
-  // The part of a loop's way to its cluster's root that both sides share.
+  // The joints between the meeting body of a loop and the root of its cluster.
   std::vector<int> shared_joints(const LoopPath& path, int root) const {
     std::vector<int> joints;
     for (int body = path.meeting; body != root; body = parents_[body]) joints.push_back(body);
@@ -63,12 +63,12 @@ class ClusterBuilder {
     path.loop = static_cast<int>(k);
     path.body_a = loop.link_a == ground ? ground : carrier[loop.link_a];
     path.body_b = loop.link_b == ground ? ground : carrier[loop.link_b];
-    // parents have smaller indices: climb from the larger until both meet
+    // parents have smaller indices: move the larger of both to its parent until they are equal
     int a = path.body_a, b = path.body_b;
     while (a != b) {
-      int& climber = a > b ? a : b;
-      (a > b ? path.joints_a : path.joints_b).push_back(climber);
-      climber = parents_[climber];
+      int& outboard = a > b ? a : b;
+      (a > b ? path.joints_a : path.joints_b).push_back(outboard);
+      outboard = parents_[outboard];
     }
     path.meeting = a;
     if (rows[k].tied_to_ground)
@@ -79,7 +79,7 @@ class ClusterBuilder {
     return path;
   }
 
-  // Loops that share a joint belong together (union-find over joints).
+  // Loops that share a joint form a cluster (union-find over joints).
   void group() {
     std::vector<int> leader(parents_.size());
     std::iota(leader.begin(), leader.end(), 0);
@@ -157,19 +157,17 @@ class ClusterBuilder {
   }
 
   std::vector<int> parents_;
-  std::vector<int> cluster_of_joint_;
   std::vector<LoopPath> paths_;
   std::vector<Group> groups_;
 };
 
-// Rows of a loop with points and axes moved from link frames to their carriers' body frames.
+// Rows of a loop with points and axes transformed from link frames to the body frames of their carriers.
 template <class Scalar>
 LoopPlan<Scalar> loop_plan(const Model& model, const Plan<Scalar>& plan, const LoopPath& path,
                            const LoopRows& rows) {
   const Loop& loop = model.loops[path.loop];
   const Pose in_a = loop.link_a == ground ? Pose() : plan.frame_in_carrier[loop.link_a];
   const Pose in_b = loop.link_b == ground ? Pose() : plan.frame_in_carrier[loop.link_b];
-  // a link fixed to the ground has its carrier frame in the ground
   LoopPlan<Scalar> out;
   out.loop = path.loop;
   out.body_a = path.body_a;
@@ -191,32 +189,35 @@ LoopPlan<Scalar> loop_plan(const Model& model, const Plan<Scalar>& plan, const L
   return out;
 }
 
-void add_passages(ClusterPlan& cluster, const ClusterBuilder& builder, const std::vector<int>& paths,
-                  const std::vector<int>& first_rows, const std::vector<int>& row_counts) {
+// The loops of the cluster are plan.loops from cluster.first_loop on, in the order of `paths`.
+template <class Scalar>
+void add_crossings(const Plan<Scalar>& plan, const ClusterBuilder& builder, const std::vector<int>& paths,
+                   ClusterPlan& cluster) {
   auto contains = [](const std::vector<int>& list, int joint) {
     return std::count(list.begin(), list.end(), joint) > 0;
   };
   for (int joint : cluster.joints) {
-    cluster.passage_begin.push_back(static_cast<int>(cluster.passages.size()));
+    cluster.crossing_begin.push_back(static_cast<int>(cluster.crossings.size()));
     for (std::size_t k = 0; k < paths.size(); ++k) {
       const LoopPath& path = builder.path(paths[k]);
       const bool on_a = contains(path.joints_a, joint), on_b = contains(path.joints_b, joint);
       const bool shared = contains(builder.shared_joints(path, cluster.root), joint) || (on_a && on_b);
       if (!on_a && !on_b && !shared) continue;
-      for (int row = first_rows[k]; row < first_rows[k] + row_counts[k]; ++row)
-        cluster.passages.push_back({row, shared || on_a ? 0 : 1, shared, joint == path.meeting});
+      const LoopPlan<Scalar>& loop = plan.loops[cluster.first_loop + k];
+      for (int row = loop.first_row; row < loop.first_row + static_cast<int>(loop.rows.size()); ++row)
+        cluster.crossings.push_back({row, shared || on_a ? 0 : 1, shared, joint == path.meeting});
     }
   }
-  cluster.passage_begin.push_back(static_cast<int>(cluster.passages.size()));
+  cluster.crossing_begin.push_back(static_cast<int>(cluster.crossings.size()));
 }
 
-// Rows couple within a loop, and with every loop that passes a common joint.
-void add_envelope(ClusterPlan& cluster) {
+// Rows are coupled within a loop and with each loop that crosses a common joint.
+void set_envelope(ClusterPlan& cluster) {
   cluster.first_coupled.resize(static_cast<std::size_t>(cluster.row_count));
   std::iota(cluster.first_coupled.begin(), cluster.first_coupled.end(), 0);
-  for (std::size_t k = 0; k + 1 < cluster.passage_begin.size(); ++k) {
-    const auto begin = cluster.passages.begin() + cluster.passage_begin[k];
-    const auto end = cluster.passages.begin() + cluster.passage_begin[k + 1];
+  for (std::size_t k = 0; k + 1 < cluster.crossing_begin.size(); ++k) {
+    const auto begin = cluster.crossings.begin() + cluster.crossing_begin[k];
+    const auto end = cluster.crossings.begin() + cluster.crossing_begin[k + 1];
     int lowest = cluster.row_count;
     for (auto p = begin; p != end; ++p) lowest = std::min(lowest, p->row - cluster.first_row);
     for (auto p = begin; p != end; ++p) {
@@ -226,7 +227,7 @@ void add_envelope(ClusterPlan& cluster) {
   }
 }
 
-// A cluster is one node, as is a joint outside of all.
+// Per joint the step that eliminates it: its cluster, or itself outside all clusters.
 template <class Scalar>
 std::vector<EliminationStep> steps_of_joints(const Plan<Scalar>& plan) {
   std::vector<EliminationStep> step_of;
@@ -238,7 +239,7 @@ std::vector<EliminationStep> steps_of_joints(const Plan<Scalar>& plan) {
   return step_of;
 }
 
-// Roots of a node's joints: parents of single ones.
+// The body into which a step eliminates its joints.
 template <class Scalar>
 int root_of(const Plan<Scalar>& plan, const EliminationStep& step) {
   if (step.kind == EliminationStep::Kind::cluster) return plan.clusters[step.index].root;
@@ -246,17 +247,17 @@ int root_of(const Plan<Scalar>& plan, const EliminationStep& step) {
   return plan.joints[step.index].parent;
 }
 
-// Leaves to root over the tree in which joints of one step are one node.
+// Order of the steps from the leaves to the root, over the tree in which each step is one node.
 template <class Scalar>
 std::vector<EliminationStep> elimination_order(const Plan<Scalar>& plan,
                                                const std::vector<EliminationStep>& step_of) {
   using Kind = EliminationStep::Kind;
   const int n = static_cast<int>(plan.joints.size());
-  // nodes above a joint; parents come first in memory, a node counts as deep as its root + 1
+  // depth of a step: that of its root plus 1; parents have smaller indices
   std::vector<int> depth(plan.joints.size());
   for (int i = 0; i < n; ++i) {
-    const int above = root_of(plan, step_of[i]);
-    depth[i] = above == ground ? 0 : depth[above] + 1;
+    const int root = root_of(plan, step_of[i]);
+    depth[i] = root == ground ? 0 : depth[root] + 1;
   }
   struct Node {
     int depth;
@@ -265,10 +266,10 @@ std::vector<EliminationStep> elimination_order(const Plan<Scalar>& plan,
   std::vector<Node> nodes;
   for (int i = n - 1; i >= 0; --i) {
     const EliminationStep& step = step_of[i];
-    const bool last = step.kind == Kind::joint ||
+    const bool leaf = step.kind == Kind::joint ||
                       (step.kind == Kind::cluster ? plan.clusters[step.index].joints.front()
                                                   : plan.fronts[step.index].joints.front()) == i;
-    if (last) nodes.push_back({depth[i], step});
+    if (leaf) nodes.push_back({depth[i], step});
   }
   std::stable_sort(nodes.begin(), nodes.end(),
                    [](const Node& x, const Node& y) { return x.depth > y.depth; });
@@ -282,6 +283,58 @@ void mark_pose(Plan<Scalar>& plan, int body) {
   for (; body != ground; body = plan.joints[body].parent) plan.needs_pose[body] = 1;
 }
 
+template <class Scalar>
+void mark_poses_of_springs_and_ports(Plan<Scalar>& plan) {
+  for (const auto& spring : plan.springs) {
+    mark_pose(plan, spring.body_a);
+    mark_pose(plan, spring.body_b);
+  }
+  for (const auto& port : plan.ports)
+    if (port.in_ground_axes) mark_pose(plan, port.body);
+}
+
+// Adds one cluster with its loops to the plan.
+template <class Scalar>
+void add_cluster(const Model& model, const std::vector<LoopRows>& rows, const ClusterBuilder& builder,
+                 const ClusterBuilder::Group& group, Plan<Scalar>& plan) {
+  ClusterPlan cluster;
+  cluster.root = group.root;
+  cluster.joints = group.joints;
+  cluster.first_loop = static_cast<int>(plan.loops.size());
+  cluster.loop_count = static_cast<int>(group.paths.size());
+  if (!plan.clusters.empty()) {
+    const ClusterPlan& last = plan.clusters.back();
+    cluster.first_row = last.first_row + last.row_count;
+    cluster.first_crossing = last.first_crossing + static_cast<int>(last.crossings.size());
+  }
+  for (int index : group.paths) {
+    const LoopPath& path = builder.path(index);
+    LoopPlan<Scalar> loop = loop_plan(model, plan, path, rows[path.loop]);
+    loop.root = path.meeting;
+    loop.first_row = cluster.first_row + cluster.row_count;
+    cluster.row_count += static_cast<int>(loop.rows.size());
+    mark_pose(plan, loop.body_a);
+    mark_pose(plan, loop.body_b);
+    plan.loops.push_back(loop);
+  }
+  add_crossings(plan, builder, group.paths, cluster);
+  set_envelope(cluster);
+  plan.clusters.push_back(cluster);
+}
+
+// Fronts, and the orders of elimination with and without them.
+template <class Scalar>
+void set_elimination(Plan<Scalar>& plan) {
+  std::vector<EliminationStep> step_of = steps_of_joints(plan);
+  plan.elimination = elimination_order(plan, step_of);
+  if constexpr (Plan<Scalar>::may_have_fronts) build_fronts(plan);
+  if (!plan.has_fronts()) return;
+  for (std::size_t f = 0; f < plan.fronts.size(); ++f)
+    for (int joint : plan.fronts[f].joints)
+      step_of[joint] = {EliminationStep::Kind::front, static_cast<int>(f)};
+  plan.elimination_by_fronts = elimination_order(plan, step_of);
+}
+
 }  // namespace
 
 template <class Scalar>
@@ -290,54 +343,14 @@ void build_clusters(const Model& model, Plan<Scalar>& plan) {
   for (const auto& port : plan.ports) ground_axes = ground_axes || port.in_ground_axes;
   if (model.loops.empty() && model.springs.empty() && !ground_axes) return;
   plan.needs_pose.assign(plan.joints.size(), 0);
-  for (const auto& spring : plan.springs) {
-    mark_pose(plan, spring.body_a);
-    mark_pose(plan, spring.body_b);
-  }
-  for (const auto& port : plan.ports)
-    if (port.in_ground_axes) mark_pose(plan, port.body);
+  mark_poses_of_springs_and_ports(plan);
   if (!features::loops || model.loops.empty()) return;
-
   std::vector<int> parents;
   for (const auto& joint : plan.joints) parents.push_back(joint.parent);
   const std::vector<LoopRows> rows = loop_rows_of(model);
   const ClusterBuilder builder(model, parents, plan.carrier, rows);
-  int next_row = 0, next_passage = 0;
-  for (const auto& group : builder.groups()) {
-    ClusterPlan cluster;
-    cluster.root = group.root;
-    cluster.joints = group.joints;
-    cluster.first_loop = static_cast<int>(plan.loops.size());
-    cluster.loop_count = static_cast<int>(group.paths.size());
-    cluster.first_row = next_row;
-    cluster.first_passage = next_passage;
-    std::vector<int> first_rows, row_counts;
-    for (int index : group.paths) {
-      const LoopPath& path = builder.path(index);
-      LoopPlan<Scalar> loop = loop_plan(model, plan, path, rows[path.loop]);
-      loop.root = path.meeting;
-      loop.first_row = next_row;
-      next_row += static_cast<int>(loop.rows.size());
-      first_rows.push_back(loop.first_row);
-      row_counts.push_back(static_cast<int>(loop.rows.size()));
-      mark_pose(plan, loop.body_a);
-      mark_pose(plan, loop.body_b);
-      plan.loops.push_back(loop);
-    }
-    cluster.row_count = next_row - cluster.first_row;
-    add_passages(cluster, builder, group.paths, first_rows, row_counts);
-    next_passage += static_cast<int>(cluster.passages.size());
-    add_envelope(cluster);
-    plan.clusters.push_back(cluster);
-  }
-  std::vector<EliminationStep> step_of = steps_of_joints(plan);
-  plan.elimination = elimination_order(plan, step_of);
-  if constexpr (Plan<Scalar>::may_have_fronts) build_fronts(plan);
-  if (!plan.has_fronts()) return;
-  for (std::size_t f = 0; f < plan.fronts.size(); ++f)
-    for (int joint : plan.fronts[f].joints)
-      step_of[joint] = {EliminationStep::Kind::front, static_cast<int>(f)};
-  plan.early = elimination_order(plan, step_of);
+  for (const auto& group : builder.groups()) add_cluster(model, rows, builder, group, plan);
+  set_elimination(plan);
 }
 
 template void build_clusters<double>(const Model&, Plan<double>&);

@@ -5,13 +5,13 @@
 #include "math/vec3.hpp"
 #include "model/model.hpp"
 
-// Closed loops prepared for the recursion. Loops that share a joint form a cluster; each cluster is
-// eliminated as soon as the recursion reaches its root body, so independent loops along a tree stay
-// independent, and inside a cluster two rows couple only where their paths share a joint.
+// Closed loops prepared for the recursion. Loops that share a joint form a cluster. A cluster is eliminated
+// when the recursion arrives at its root body, so clusters are independent of each other. Within a cluster
+// two rows are coupled only if their paths share a joint.
 
 namespace redysim {
 
-// One scalar constraint. A position row closes direction . (x_b - x_a), a rotation row u_a . v_b.
+// One scalar constraint phi = 0. Position row: phi = direction . (x_b - x_a); rotation row: phi = u_a . v_b.
 template <class Scalar>
 struct ConstraintRow {
   enum class Kind { position_on_a, position_on_root, rotation };
@@ -25,51 +25,52 @@ template <class Scalar>
 struct LoopPlan {
   int loop = 0;  // index into Model::loops
   int body_a = ground, body_b = ground;
-  int root = ground;              // where its paths meet; the ground for rows tied to ground directions
+  int root = ground;              // where its two sides meet; the ground for rows with ground directions
   Vec3<Scalar> point_a, point_b;  // body frames
-  int first_row = 0;              // in the row numbering of the whole plan
+  int first_row = 0;              // global index
   std::vector<ConstraintRow<Scalar>> rows;
 };
 
-// One row's wrench on one side of its loop, passing one joint on the way to the cluster's root.
-struct RowPassage {
-  int row = 0;         // global row
+// The transmission of one row's wrench over one joint, on the way from a side of its loop to the cluster's
+// root.
+struct RowCrossing {
+  int row = 0;         // global index
   int side = 0;        // 0: a, 1: b
-  bool merge = false;  // both sides meet at this joint's body, or have met, and go on as side 0
+  bool merge = false;  // the two sides have met at or before this joint's body; their sum is side 0
   bool root = false;   // this joint's body is the root of the loop
 };
 
-// Loops and rows of a cluster are consecutive in the plan's numbering.
+// Loops and rows of a cluster have consecutive global indices.
 struct ClusterPlan {
-  int root = ground;  // the body all paths of the cluster meet at
+  int root = ground;  // the body at which all its paths end
   int first_loop = 0, loop_count = 0;
   int first_row = 0, row_count = 0;
-  bool split = false;              // into fronts, which serve while no row depends on others
-  int first_passage = 0;           // in the numbering of all clusters' passages
-  std::vector<int> joints;         // of the cluster, descending
-  std::vector<int> first_coupled;  // envelope of S: per local row the first local row it couples to
-  std::vector<int> passage_begin;  // per cluster joint (+1): its passages
-  std::vector<RowPassage> passages;
+  bool split = false;               // into fronts, which are used while all rows are independent
+  int first_crossing = 0;           // index among the crossings of all clusters
+  std::vector<int> joints;          // of the cluster, descending
+  std::vector<int> first_coupled;   // envelope of S: per local row the first local row that it is coupled to
+  std::vector<int> crossing_begin;  // per joint (+1): its first crossing
+  std::vector<RowCrossing> crossings;
 };
 
-// The loops of a cluster that meet at one body, eliminated there though loops that meet further up cross
-// their joints: those rows are still open and take part in the elimination as right-hand sides. The matrix
-// has one row for each eliminated and then each open row, one column for each eliminated one.
+// The loops of a cluster that meet at one body, eliminated there by a dense frontal matrix (Duff and Reid
+// 1983). Rows of loops that meet closer to the root are still open: they take part as right-hand sides. The
+// matrix has one line for each eliminated and then each open row, and one column for each eliminated row.
 struct FrontPlan {
   int root = ground;
-  std::vector<int> rows;          // eliminated here, in the numbering of the whole plan
-  std::vector<int> open;          // rows still open that couple to them
-  std::vector<int> open_side;     // of each: the side of its loop that stands on the root
-  std::vector<int> open_entries;  // of each pair of them, the later with all up to itself: its matrix entry
-  std::vector<int> joints;  // of the cluster below the root, as far as not eliminated before; descending
-  std::vector<int> passage_begin;  // per joint (+1): its passages, of any loop of the cluster
-  std::vector<RowPassage> passages;
-  std::vector<int> entries;  // of each pair of passages of one joint, likewise
-  int first_passage = 0;     // in the numbering of all fronts' passages
-  int first_entry = 0;       // of the matrix, among the entries of all fronts
+  std::vector<int> rows;               // eliminated here, global indices
+  std::vector<int> open;               // open rows that are coupled to them, global indices
+  std::vector<int> open_side;          // per open row: the side of its loop at the root
+  std::vector<int> open_entries;       // matrix entry of each pair (n, m <= n) of open rows, all fronts
+  std::vector<int> joints;             // below the root and not eliminated by a deeper front, descending
+  std::vector<int> crossing_begin;     // per joint (+1): its first crossing
+  std::vector<RowCrossing> crossings;  // of all open loops of the cluster
+  std::vector<int> entries;            // matrix entry of each pair (n, m <= n) of crossings of one joint
+  int first_crossing = 0;              // index among the crossings of all fronts
+  int first_entry = 0;                 // of the matrix, among the entries of all fronts
 };
 
-// One step of the leaves-to-root pass: a joint outside all loops, a whole cluster, or a front of one.
+// One step of the leaves-to-root pass: a joint outside all loops, a whole cluster, or one of its fronts.
 struct EliminationStep {
   enum class Kind { joint, cluster, front };
   Kind kind = Kind::joint;

@@ -5,15 +5,14 @@
 #include <limits>
 #include <vector>
 
-#include "dynamics/assembly/assembly.hpp"
 #include "dynamics/bias.hpp"
 #include "dynamics/loops/loop_rows.hpp"
 #include "math/dual.hpp"
 
 namespace redysim {
 
-// The rows of one cluster of loops at one pose: residuals, their derivatives by the joints that may move, and
-// their rates; rows of points and slides are counted in the size of the mechanism. Uses the pose of the
+// The rows of one cluster at one configuration: residuals phi, their Jacobian J with respect to the free
+// joints, and rates. Lengths are measured in units of the size of the mechanism. Uses the pose of the
 // cluster's root in the workspace.
 template <class Scalar>
 class ClusterRows {
@@ -23,7 +22,7 @@ class ClusterRows {
   ClusterRows(const Model& model, const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ClusterPlan& cluster)
       : plan_(plan), ws_(ws), cluster_(cluster) {
     column_.assign(plan.joints.size(), -1);
-    // descending in the plan: turn round, parents first
+    // cluster.joints are descending
     for (auto joint = cluster.joints.rbegin(); joint != cluster.joints.rend(); ++joint) {
       joints_.push_back(*joint);
       if (model.links[plan.joints[*joint].link].joint.hold || plan.joints[*joint].prescribed) continue;
@@ -52,20 +51,20 @@ class ClusterRows {
     set_poses();
   }
 
-  // How far the pose extends from the root, the root mean square of its points: unlike the largest distance,
-  // it is smooth where points meet. Where all axes meet in one point, lengths are those of the bodies, and
-  // there is no derivative. Sizes count in it from here on.
+  // Sets the unit of length: the root mean square distance of the cluster's points from its root, which
+  // unlike the largest distance is a smooth function of q. If all points coincide, it is the size of the
+  // bodies, without a derivative (NaN).
   Scalar measure() {
     using std::sqrt;
     const Vec3<Scalar> root =
         cluster_.root == ground ? Vec3<Scalar>(Vec3<Scalar>::Zero()) : ws_.ground[cluster_.root].position;
     Scalar squared(0);
-    const auto reach = [&](const Vec3<Scalar>& point) { squared += (point - root).squaredNorm(); };
-    for (int i : joints_) reach(ws_.ground[i].position);
+    const auto include = [&](const Vec3<Scalar>& point) { squared += (point - root).squaredNorm(); };
+    for (int i : joints_) include(ws_.ground[i].position);
     for (int k = 0; k < cluster_.loop_count; ++k) {
       const LoopGeometry<Scalar> g = loop_geometry(loop(k), ws_);
-      reach(g.point_a.position);
-      reach(g.point_b.position);
+      include(g.point_a.position);
+      include(g.point_b.position);
     }
     const double points = static_cast<double>(joints_.size()) + 2.0 * cluster_.loop_count;
     const double extent = body_extent();
@@ -89,8 +88,8 @@ class ClusterRows {
     set_rows();
   }
 
-  // All of the rows, at the poses and velocities of the bodies: the wrenches of the rows, taken down both
-  // paths, are J_rj = S_j . w.
+  // Residuals, rates and Jacobian at the poses and velocities of the bodies: J_rj = S_j . w, w the wrench of
+  // the row transmitted along both paths.
   void set_rows() {
     J_.setZero();
     for (int k = 0; k < cluster_.loop_count; ++k) {
@@ -146,10 +145,10 @@ class ClusterRows {
   Workspace<Scalar>& ws_;
   const ClusterPlan& cluster_;
   std::vector<int> joints_, free_;  // of the plan, parents first
-  std::vector<int> column_;         // per joint of the plan: its unknown, or -1
+  std::vector<int> column_;         // per joint of the plan: its column of J, or -1
   double size_ = 0;                 // m
-  double row_size_ = 0;             // a power of two near it: adds no rounding
-  double rounding_ = 0;             // of J_, whose entries can be as large as one
+  double row_size_ = 0;             // a power of two near size_: division without rounding
+  double rounding_ = 0;             // of J_, whose entries are at most about 1
   Rows phi_, rate_;
   Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> J_;
 };

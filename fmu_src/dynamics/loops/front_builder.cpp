@@ -6,8 +6,8 @@ namespace redysim {
 
 namespace {
 
-// One loop of a cluster by joint and row numbers.
-struct LoopWay {
+// One loop of a cluster by joint and row indices.
+struct FrontLoop {
   int root = ground;
   int first_row = 0, row_count = 0;
   std::vector<int> joints_a, joints_b;  // from each end up to (not including) the root
@@ -17,16 +17,16 @@ struct LoopWay {
   bool crosses(int joint) const { return on_a(joint) || on_b(joint); }
 };
 
-LoopWay way_of(const Plan<double>& plan, const LoopPlan<double>& loop) {
-  LoopWay way;
-  way.root = loop.root;
-  way.first_row = loop.first_row;
-  way.row_count = static_cast<int>(loop.rows.size());
+FrontLoop front_loop(const Plan<double>& plan, const LoopPlan<double>& loop) {
+  FrontLoop path;
+  path.root = loop.root;
+  path.first_row = loop.first_row;
+  path.row_count = static_cast<int>(loop.rows.size());
   for (int body = loop.body_a; body != loop.root; body = plan.joints[body].parent)
-    way.joints_a.push_back(body);
+    path.joints_a.push_back(body);
   for (int body = loop.body_b; body != loop.root; body = plan.joints[body].parent)
-    way.joints_b.push_back(body);
-  return way;
+    path.joints_b.push_back(body);
+  return path;
 }
 
 // The fronts of one cluster, deepest first.
@@ -35,42 +35,42 @@ class FrontBuilder {
   FrontBuilder(const Plan<double>& plan, const ClusterPlan& cluster)
       : joints_(cluster.joints), first_row_(cluster.first_row), front_of_row_(cluster.row_count) {
     for (int k = 0; k < cluster.loop_count; ++k)
-      ways_.push_back(way_of(plan, plan.loops[cluster.first_loop + k]));
+      loops_.push_back(front_loop(plan, plan.loops[cluster.first_loop + k]));
     make_fronts();
     std::vector<int> parents;
     for (const auto& joint : plan.joints) parents.push_back(joint.parent);
-    share_joints(parents);
+    assign_joints(parents);
     find_open_rows();
   }
 
   std::vector<FrontPlan>& fronts() { return fronts_; }
 
-  // Numbers passages and matrix entries, the first ones as given; takes both on.
-  void number(int& next_passage, int& next_entry) {
+  // Assigns the indices of crossings and matrix entries from the given ones on, and advances these.
+  void set_indices(int& next_crossing, int& next_entry) {
     for (FrontPlan& front : fronts_) {
-      front.first_passage = next_passage;
+      front.first_crossing = next_crossing;
       front.first_entry = next_entry;
-      next_passage += static_cast<int>(front.passages.size());
+      next_crossing += static_cast<int>(front.crossings.size());
       next_entry += static_cast<int>((front.rows.size() + front.open.size()) * front.rows.size());
     }
     for (FrontPlan& front : fronts_) {
       std::vector<int> rows;
       for (std::size_t k = 0; k < front.joints.size(); ++k) {
         rows.clear();
-        for (int n = front.passage_begin[k]; n < front.passage_begin[k + 1]; ++n)
-          rows.push_back(front.passages[n].row);
-        add_pairs(rows, front.entries);
+        for (int n = front.crossing_begin[k]; n < front.crossing_begin[k + 1]; ++n)
+          rows.push_back(front.crossings[n].row);
+        add_entries(rows, front.entries);
       }
-      add_pairs(front.open, front.open_entries);
+      add_entries(front.open, front.open_entries);
     }
   }
 
-  // Multiplications of one elimination, about.
+  // Approximate number of multiplications of one elimination.
   double work() const {
     double sum = 0;
     for (const FrontPlan& front : fronts_) {
       for (std::size_t k = 0; k < front.joints.size(); ++k)
-        sum += passing(front.passage_begin[k + 1] - front.passage_begin[k]);
+        sum += crossing_work(front.crossing_begin[k + 1] - front.crossing_begin[k]);
       const double rows = static_cast<double>(front.rows.size()),
                    open = static_cast<double>(front.open.size());
       sum += rows * rows * (rows / 6 + open / 2) + rows * open * open / 2 + 12 * rows * (rows + open);
@@ -78,11 +78,11 @@ class FrontBuilder {
     return sum;
   }
 
-  // The same of the cluster as a whole.
+  // The same for the cluster as a whole.
   static double work(const ClusterPlan& cluster) {
     double sum = 0;
-    for (std::size_t k = 0; k + 1 < cluster.passage_begin.size(); ++k)
-      sum += passing(cluster.passage_begin[k + 1] - cluster.passage_begin[k]);
+    for (std::size_t k = 0; k + 1 < cluster.crossing_begin.size(); ++k)
+      sum += crossing_work(cluster.crossing_begin[k + 1] - cluster.crossing_begin[k]);
     int first = cluster.row_count;
     for (int row = cluster.row_count - 1; row >= 0; --row) {
       first = std::min(first, cluster.first_coupled[row]);
@@ -93,23 +93,23 @@ class FrontBuilder {
   }
 
  private:
-  static double passing(int rows) { return rows * (60.0 + 0.5 * rows); }
+  static double crossing_work(int rows) { return rows * (60.0 + 0.5 * rows); }
 
-  // One for each body at which loops meet. On one path to the ground, and no others couple, a deeper body has
-  // the larger index.
+  // One front per body at which loops meet. Coupled fronts lie on one path to the ground, on which a deeper
+  // body has the larger index.
   void make_fronts() {
     std::vector<int> roots;
-    for (const LoopWay& way : ways_) roots.push_back(way.root);
+    for (const FrontLoop& loop : loops_) roots.push_back(loop.root);
     std::sort(roots.begin(), roots.end(), std::greater<int>());
     roots.erase(std::unique(roots.begin(), roots.end()), roots.end());
     for (int root : roots) {
       FrontPlan front;
       front.root = root;
-      for (const LoopWay& way : ways_)
-        if (way.root == root)
-          for (int row = 0; row < way.row_count; ++row) {
-            front.rows.push_back(way.first_row + row);
-            front_of_row_[way.first_row + row - first_row_] = fronts_.size();
+      for (const FrontLoop& loop : loops_)
+        if (loop.root == root)
+          for (int row = 0; row < loop.row_count; ++row) {
+            front.rows.push_back(loop.first_row + row);
+            front_of_row_[loop.first_row + row - first_row_] = fronts_.size();
           }
       fronts_.push_back(std::move(front));
     }
@@ -120,48 +120,48 @@ class FrontBuilder {
     return static_cast<int>(std::find_if(fronts_.begin(), fronts_.end(), here) - fronts_.begin());
   }
 
-  // Each joint goes to the deepest front that crosses it or a joint above it, with the passages of all loops
-  // still open there.
-  void share_joints(const std::vector<int>& parents) {
+  // Assigns each joint to the deepest front with a loop that crosses it or an inboard joint, with the
+  // crossings of all loops that are still open there.
+  void assign_joints(const std::vector<int>& parents) {
     std::vector<int> deepest(parents.size(), ground);  // root of the front
     for (auto joint = joints_.rbegin(); joint != joints_.rend(); ++joint) {
       if (parents[*joint] != ground) deepest[*joint] = deepest[parents[*joint]];
-      for (const LoopWay& way : ways_)
-        if (way.crosses(*joint)) deepest[*joint] = std::max(deepest[*joint], way.root);
+      for (const FrontLoop& loop : loops_)
+        if (loop.crosses(*joint)) deepest[*joint] = std::max(deepest[*joint], loop.root);
     }
     for (int joint : joints_) {
       FrontPlan& front = fronts_[front_at(deepest[joint])];
       front.joints.push_back(joint);
-      front.passage_begin.push_back(static_cast<int>(front.passages.size()));
-      for (const LoopWay& way : ways_) {
-        if (!way.crosses(joint)) continue;
-        const bool shared = way.on_a(joint) && way.on_b(joint);
-        for (int row = 0; row < way.row_count; ++row)
-          front.passages.push_back({way.first_row + row, way.on_a(joint) ? 0 : 1, shared, false});
+      front.crossing_begin.push_back(static_cast<int>(front.crossings.size()));
+      for (const FrontLoop& loop : loops_) {
+        if (!loop.crosses(joint)) continue;
+        const bool shared = loop.on_a(joint) && loop.on_b(joint);
+        for (int row = 0; row < loop.row_count; ++row)
+          front.crossings.push_back({loop.first_row + row, loop.on_a(joint) ? 0 : 1, shared, false});
       }
     }
-    for (FrontPlan& front : fronts_) front.passage_begin.push_back(static_cast<int>(front.passages.size()));
+    for (FrontPlan& front : fronts_) front.crossing_begin.push_back(static_cast<int>(front.crossings.size()));
   }
 
-  // Rows couple where they cross one joint. What two open rows get by the elimination of others is no new
-  // coupling: both cross the joint of the root.
+  // Rows are coupled if they cross a common joint. The elimination of other rows adds no coupling between two
+  // open rows, because both cross the joint of the root.
   void find_open_rows() {
     for (FrontPlan& front : fronts_) {
-      for (const LoopWay& way : ways_) {
-        if (way.root >= front.root || !way.crosses(front.root)) continue;
-        const bool coupled = std::any_of(ways_.begin(), ways_.end(), [&](const LoopWay& other) {
-          return other.root == front.root && meet(way, other);
+      for (const FrontLoop& loop : loops_) {
+        if (loop.root >= front.root || !loop.crosses(front.root)) continue;
+        const bool has_coupling = std::any_of(loops_.begin(), loops_.end(), [&](const FrontLoop& other) {
+          return other.root == front.root && coupled(loop, other);
         });
-        if (!coupled) continue;
-        for (int row = 0; row < way.row_count; ++row) {
-          front.open.push_back(way.first_row + row);
-          front.open_side.push_back(way.on_a(front.root) ? 0 : 1);
+        if (!has_coupling) continue;
+        for (int row = 0; row < loop.row_count; ++row) {
+          front.open.push_back(loop.first_row + row);
+          front.open_side.push_back(loop.on_a(front.root) ? 0 : 1);
         }
       }
     }
   }
 
-  static bool meet(const LoopWay& one, const LoopWay& other) {
+  static bool coupled(const FrontLoop& one, const FrontLoop& other) {
     const auto crossed = [&other](int joint) { return other.crosses(joint); };
     return std::any_of(one.joints_a.begin(), one.joints_a.end(), crossed) ||
            std::any_of(one.joints_b.begin(), one.joints_b.end(), crossed);
@@ -169,20 +169,20 @@ class FrontBuilder {
 
   const FrontPlan& front_of(int row) const { return fronts_[front_of_row_[row - first_row_]]; }
 
-  // Where S of each row and those up to it is kept: in the matrix of the front that eliminates one of them
+  // Index of S_rs for each pair of rows (n, m <= n), in the matrix of the front that eliminates one of them
   // first.
-  void add_pairs(const std::vector<int>& rows, std::vector<int>& entries) const {
+  void add_entries(const std::vector<int>& rows, std::vector<int>& entries) const {
     for (std::size_t n = 0; n < rows.size(); ++n)
       for (std::size_t m = 0; m <= n; ++m) {
         const FrontPlan &one = front_of(rows[n]), &other = front_of(rows[m]);
         const FrontPlan& front = one.root > other.root ? one : other;
-        const int i = place(front, rows[n]), j = place(front, rows[m]);
+        const int i = line_of(front, rows[n]), j = line_of(front, rows[m]);
         entries.push_back(front.first_entry + std::max(i, j) * static_cast<int>(front.rows.size()) +
                           std::min(i, j));
       }
   }
 
-  static int place(const FrontPlan& front, int row) {
+  static int line_of(const FrontPlan& front, int row) {
     const auto at = std::find(front.rows.begin(), front.rows.end(), row);
     if (at != front.rows.end()) return static_cast<int>(at - front.rows.begin());
     const auto open = std::find(front.open.begin(), front.open.end(), row);
@@ -192,20 +192,20 @@ class FrontBuilder {
   std::vector<int> joints_;
   int first_row_;
   std::vector<std::size_t> front_of_row_;
-  std::vector<LoopWay> ways_;
+  std::vector<FrontLoop> loops_;
   std::vector<FrontPlan> fronts_;
 };
 
 }  // namespace
 
 void build_fronts(Plan<double>& plan) {
-  int next_passage = 0, next_entry = 0;
+  int next_crossing = 0, next_entry = 0;
   for (ClusterPlan& cluster : plan.clusters) {
     const auto prescribed = [&plan](int joint) { return plan.joints[joint].prescribed; };
     if (std::any_of(cluster.joints.begin(), cluster.joints.end(), prescribed)) continue;
     FrontBuilder builder(plan, cluster);
     if (builder.fronts().size() < 2 || builder.work() >= FrontBuilder::work(cluster)) continue;
-    builder.number(next_passage, next_entry);
+    builder.set_indices(next_crossing, next_entry);
     cluster.split = true;
     for (FrontPlan& front : builder.fronts()) plan.fronts.push_back(std::move(front));
   }

@@ -4,9 +4,9 @@
 
 namespace redysim {
 
-// Splits clusters whose loops meet at several bodies into fronts where that is less work, and writes
-// Plan::fronts. Uses Plan::joints, loops and clusters. Clusters with prescribed joints stay whole: there a
-// row may be moved by nothing, which takes all of its levers to see.
+// Splits clusters whose loops meet at several bodies into fronts if this needs fewer operations, and fills
+// Plan::fronts. Uses Plan::joints, loops and clusters. Clusters with prescribed joints are not split: a row
+// may cross prescribed joints only, and to detect this all of its levers are necessary.
 void build_fronts(Plan<double>& plan);
 
 }  // namespace redysim

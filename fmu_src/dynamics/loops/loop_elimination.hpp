@@ -6,62 +6,66 @@
 #include "dynamics/loops/loop_rank.hpp"
 #include "dynamics/loops/loop_rows.hpp"
 
-// Closed loops in the recursion. A multiplier's wrench travels from both ends of its loop to the
-// cluster's root; at each joint passed it adds to the constraint-space inertia S, and at the root
+// Closed loops in the recursion (Popov-Vereshchagin with early elimination of constraints,
+// docs/derivations/loops.md). The wrench of a multiplier is transmitted from both ends of its loop to the
+// cluster's root. Each joint that it crosses contributes to the inverse constraint-space inertia S. At the
+// root
 //   S lambda = b - K a_root
-// is factored once and folded into the root's articulated inertia, so the bodies below the root cost the
-// tree above nothing more (Popov-Vereshchagin with early elimination; derivation: docs/derivations/loops.md).
+// is eliminated into the articulated inertia and bias of the root, which is then an ordinary body for its
+// parent.
 
 namespace redysim {
 
-// All rows over one joint of the cluster.
+// Eliminates joint k of the cluster from all rows that cross it (5).
 template <class Scalar>
-void pass_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t cluster_index, std::size_t k) {
+void eliminate_from_cluster_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t cluster_index,
+                                 std::size_t k) {
   const ClusterPlan& cluster = plan.clusters[cluster_index];
   const int i = cluster.joints[k];
   const JointState<Scalar>& s = ws.joints[i];
   LoopState<Scalar>& state = ws.loop;
   EnvelopeCholesky<Scalar>& S = state.S[cluster_index];
-  const int begin = cluster.passage_begin[k], end = cluster.passage_begin[k + 1];
+  const int begin = cluster.crossing_begin[k], end = cluster.crossing_begin[k + 1];
   for (int n = begin; n < end; ++n) {
-    const RowPassage& passage = cluster.passages[n];
-    Force<Scalar>& w = state.wrench[passage.side][passage.row];
-    if (passage.merge) {
-      add(w, state.wrench[1][passage.row]);
-      state.wrench[1][passage.row] = Force<Scalar>::zero();
+    const RowCrossing& crossing = cluster.crossings[n];
+    Force<Scalar>& w = state.wrench[crossing.side][crossing.row];
+    if (crossing.merge) {
+      add(w, state.wrench[1][crossing.row]);
+      state.wrench[1][crossing.row] = Force<Scalar>::zero();
     }
-    if (passage.root) {
-      w.moment += state.K[passage.row].moment;
-      state.K[passage.row] = Force<Scalar>::zero();
+    if (crossing.root) {
+      w.moment += state.K[crossing.row].moment;
+      state.K[crossing.row] = Force<Scalar>::zero();
     }
-    // the sides of a loop cancel where they have met: their levers before that are the measure
-    Scalar levers[] = {state.length[0][passage.row], state.length[1][passage.row]};
-    if (!passage.merge) {
-      LinkPath<Scalar>& path = state.path[passage.side][passage.row];
-      path.go_on_to(ws.ground[i].position);
-      levers[0] = turning_lever(path, state.least_reach[passage.row], w);
-      levers[1] = w.force.squaredNorm();
+    // where the sides of a loop have met, their wrenches cancel: the largest bounds before that are used
+    Scalar squared[] = {state.squared_bound[0][crossing.row], state.squared_bound[1][crossing.row]};
+    if (!crossing.merge) {
+      LinkPath<Scalar>& path = state.path[crossing.side][crossing.row];
+      path.extend_to(ws.ground[i].position);
+      squared[0] = squared_moment_bound(path, state.squared_moment_rounding[crossing.row], w);
+      squared[1] = w.force.squaredNorm();
       for (int part = 0; part < 2; ++part) {
-        Scalar& longest = state.length[part][passage.row];
-        if (levers[part] > longest) longest = levers[part];
+        Scalar& largest = state.squared_bound[part][crossing.row];
+        if (squared[part] > largest) largest = squared[part];
       }
     }
-    const Scalar share = largest_squared(plan.joints[i], levers[0], levers[1]) * s.D_inverse;
-    state.passage_scale[cluster.first_passage + n] = share;
-    state.scale[passage.row] += share;
-    const Scalar u_row = pass_joint(plan.joints[i], s, w, state.b[passage.row]);
-    state.passage_u[cluster.first_passage + n] = u_row;
+    const Scalar share = largest_squared(plan.joints[i], squared[0], squared[1]) * s.D_inverse;
+    state.crossing_scale[cluster.first_crossing + n] = share;
+    state.scale[crossing.row] += share;
+    const Scalar u_row = eliminate_from_row(plan.joints[i], s, w, state.b[crossing.row]);
+    state.crossing_u[cluster.first_crossing + n] = u_row;
     for (int m = begin; m <= n; ++m) {
-      const int other = cluster.passages[m].row - cluster.first_row, row = passage.row - cluster.first_row;
-      const Scalar term = u_row * state.passage_u[cluster.first_passage + m] * s.D_inverse;
+      const int other = cluster.crossings[m].row - cluster.first_row, row = crossing.row - cluster.first_row;
+      const Scalar term = u_row * state.crossing_u[cluster.first_crossing + m] * s.D_inverse;
       S.entry(row > other ? row : other, row > other ? other : row) += term;
     }
   }
 }
 
-// K at the root, then A_root += K^T S^+ K and p_root -= K^T S^+ b; on the ground b -= K a_ground.
+// Eliminates the cluster's rows at its root: A_root += K^T S^+ K, p_root -= K^T S^+ b; for the ground
+// b -= K a_ground.
 template <class Scalar>
-void fold_into_root(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t cluster_index) {
+void eliminate_cluster_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t cluster_index) {
   const ClusterPlan& cluster = plan.clusters[cluster_index];
   LoopState<Scalar>& state = ws.loop;
   const int first = cluster.first_row, count = cluster.row_count;
@@ -71,24 +75,24 @@ void fold_into_root(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t
     if (cluster.root == ground) state.b[row] += state.K[row].force.dot(plan.gravity);
   }
   EnvelopeCholesky<Scalar>& S = state.S[cluster_index];
-  S.factor(&state.scale[first], state.rank_tolerance);
+  S.factor(&state.scale[first], state.pivot_tolerance);
   state.uses_Q[cluster_index] = false;
-  if (!state.Q[cluster_index].empty() && rank_is_in_doubt(cluster, ws, cluster_index))
+  if (!state.Q[cluster_index].empty() && rank_is_uncertain(cluster, ws, cluster_index))
     factor_by_levers(plan, ws, cluster_index);
   if (cluster.root == ground) return;
   JointState<Scalar>& root = ws.joints[cluster.root];
   std::vector<Scalar>& x = state.lambda;
-  Eigen::Matrix<Scalar, 6, 6> fold;
+  Eigen::Matrix<Scalar, 6, 6> added;
   for (int column = 0; column < 6; ++column) {
     for (int k = 0; k < count; ++k) x[first + k] = component(state.K[first + k], column);
     S.solve(&x[first], &x[first]);
     for (int line = 0; line <= column; ++line) {
       Scalar sum(0);
       for (int k = 0; k < count; ++k) sum += component(state.K[first + k], line) * x[first + k];
-      fold(line, column) = sum;
+      added(line, column) = sum;
     }
   }
-  add_upper(root.A, fold);
+  add_upper(root.A, added);
   S.solve(&state.b[first], &x[first]);
   for (int k = 0; k < count; ++k) {
     root.p.moment -= state.K[first + k].moment * x[first + k];
@@ -96,7 +100,7 @@ void fold_into_root(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t
   }
 }
 
-// The joints of one step, leaves first.
+// The joints of one step, descending.
 struct StepJoints {
   const int* first;
   std::size_t count;
@@ -110,37 +114,67 @@ StepJoints joints_of(const Plan<Scalar>& plan, const EliminationStep& step) {
   return {joints.data(), joints.size()};
 }
 
-// Leaves to root over joints, clusters and, by the early way, fronts. Uses positions, velocities, bias and
-// loop rows. False if a row of a front may depend on others: the recursion then restarts, cluster by cluster.
+template <class Scalar>
+const std::vector<EliminationStep>& elimination_steps(const Plan<Scalar>& plan,
+                                                      const LoopState<Scalar>& state) {
+  return plan.may_have_fronts && state.by_fronts ? plan.elimination_by_fronts : plan.elimination;
+}
+
+// Whether cluster c is eliminated by its fronts.
+template <class Scalar>
+bool is_by_fronts(const Plan<Scalar>& plan, const LoopState<Scalar>& state, std::size_t c) {
+  return plan.may_have_fronts && state.by_fronts && plan.clusters[c].split;
+}
+
+// Sets to zero the sums over joints: S, its diagonal and the scales of the rows.
+template <class Scalar>
+void start_elimination(const Plan<Scalar>& plan, LoopState<Scalar>& state) {
+  for (std::size_t c = 0; c < plan.clusters.size(); ++c)
+    if (!is_by_fronts(plan, state, c)) state.S[c].set_zero();
+  for (auto* sum : {&state.scale, &state.squared_bound[0], &state.squared_bound[1]})
+    std::fill(sum->begin(), sum->end(), Scalar(0));
+  if (plan.may_have_fronts && state.by_fronts) start_fronts(state);
+}
+
+// Eliminates joint k of a step from the rows that cross it. `entry`: of the step's front, for joint k;
+// advanced.
+template <class Scalar>
+void eliminate_from_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const EliminationStep& step,
+                         std::size_t k, const int*& entry) {
+  const std::size_t index = static_cast<std::size_t>(step.index);
+  if (step.kind == EliminationStep::Kind::cluster) eliminate_from_cluster_rows(plan, ws, index, k);
+  if (plan.is_front(step)) entry = eliminate_from_front_rows(plan, ws, plan.fronts[index], k, entry);
+}
+
+// Eliminates the rows of a step at its root; false if a row of a front may depend on others.
+template <class Scalar>
+bool eliminate_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const EliminationStep& step) {
+  const std::size_t index = static_cast<std::size_t>(step.index);
+  if (step.kind == EliminationStep::Kind::cluster) eliminate_cluster_rows(plan, ws, index);
+  return !plan.is_front(step) || eliminate_front_rows(plan, ws, plan.fronts[index]);
+}
+
+// Leaves to root: joints, and the rows of clusters or fronts. Uses positions, velocities, bias wrenches and
+// loop rows. False if a row of a front may depend on others: the recursion is then repeated with whole
+// clusters.
 template <class Scalar>
 bool eliminate_with_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
-                          const Scalar* tau, bool early) {
-  using Kind = EliminationStep::Kind;
-  LoopState<Scalar>& state = ws.loop;
-  early = early && plan.may_have_fronts;
-  state.early = early;
-  for (std::size_t c = 0; c < plan.clusters.size(); ++c)
-    if (!(early && plan.clusters[c].split)) state.S[c].set_zero();
-  for (auto* measure : {&state.scale, &state.length[0], &state.length[1]})
-    std::fill(measure->begin(), measure->end(), Scalar(0));
-  if (early) start_fronts(state);
-  for (const EliminationStep& step : early ? plan.early : plan.elimination) {
+                          const Scalar* tau, bool by_fronts) {
+  ws.loop.by_fronts = by_fronts && plan.may_have_fronts;
+  start_elimination(plan, ws.loop);
+  for (const EliminationStep& step : elimination_steps(plan, ws.loop)) {
     const StepJoints joints = joints_of(plan, step);
-    const std::size_t index = static_cast<std::size_t>(step.index);
-    const bool front = plan.is_front(step);
-    const int* entry = front ? plan.fronts[index].entries.data() : nullptr;
+    const int* entry = plan.is_front(step) ? plan.fronts[step.index].entries.data() : nullptr;
     for (std::size_t k = 0; k < joints.count; ++k) {
       eliminate(plan, ws, joints.first[k], q, qd, tau);
-      if (step.kind == Kind::cluster) pass_rows(plan, ws, index, k);
-      if (front) entry = pass_open_rows(plan, ws, plan.fronts[index], k, entry);
+      eliminate_from_rows(plan, ws, step, k, entry);
     }
-    if (step.kind == Kind::cluster) fold_into_root(plan, ws, index);
-    if (front && !fold_front(plan, ws, plan.fronts[index])) return false;
+    if (!eliminate_rows(plan, ws, step)) return false;
   }
   return true;
 }
 
-// Multipliers of one cluster, as its root's acceleration is known.
+// Multipliers of one cluster from the acceleration of its root.
 template <class Scalar>
 void set_multipliers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t c) {
   LoopState<Scalar>& state = ws.loop;
@@ -154,13 +188,12 @@ void set_multipliers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_
   state.S[c].reduce_norm(&state.lambda[first]);
 }
 
-// Root to leaves, the way that the elimination took: multipliers, then the joints that they act on.
+// Root to leaves, in the reverse order of the elimination: multipliers, then the joints on which they act.
 template <class Scalar>
 void accelerate_with_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, Scalar* qdd,
                            bool at_rest = false) {
   using Kind = EliminationStep::Kind;
-  const std::vector<EliminationStep>& steps =
-      plan.has_fronts() && ws.loop.early ? plan.early : plan.elimination;
+  const std::vector<EliminationStep>& steps = elimination_steps(plan, ws.loop);
   for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
     const StepJoints joints = joints_of(plan, *step);
     const std::size_t index = static_cast<std::size_t>(step->index);
@@ -168,21 +201,20 @@ void accelerate_with_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, Scal
     const bool front = plan.is_front(*step);
     if (front) set_multipliers(ws, plan.fronts[index]);
     for (std::size_t k = joints.count; k-- > 0;) {
-      const Scalar sum = step->kind == Kind::joint ? Scalar(0)
-                         : front                   ? from_loops(ws, plan.fronts[index], k)
-                                                   : from_loops(plan, ws, index, k);
-      accelerate_joint(plan, ws, joints.first[k], qdd, sum, at_rest);
+      const Scalar force = step->kind == Kind::joint ? Scalar(0)
+                           : front                   ? from_loops(ws, plan.fronts[index], k)
+                                                     : from_loops(plan, ws, index, k);
+      accelerate_joint(plan, ws, joints.first[k], qdd, force, at_rest);
     }
   }
 }
 
-// Independent rows of all loops, as the last elimination found them.
+// Number of independent rows of all loops in the last elimination.
 template <class Scalar>
 int loop_rank(const Plan<Scalar>& plan, const Workspace<Scalar>& ws) {
   int rank = 0;
   for (std::size_t c = 0; c < plan.clusters.size(); ++c)
-    rank += plan.has_fronts() && ws.loop.early && plan.clusters[c].split ? plan.clusters[c].row_count
-                                                                         : ws.loop.S[c].rank();
+    rank += is_by_fronts(plan, ws.loop, c) ? plan.clusters[c].row_count : ws.loop.S[c].rank();
   return rank;
 }
 

@@ -6,19 +6,22 @@
 #include "dynamics/joint_elimination.hpp"
 #include "dynamics/loops/loop_rank.hpp"
 
-// Fronts: loops eliminated at the body where they meet, while others that cross their joints stay open. In
+// Multifrontal elimination (docs/derivations/loops.md). A front eliminates the loops that meet at one body;
+// rows of other loops that cross the same joints stay open. In
 //   S lambda + C^T lambda_open = b - K a_root,    C lambda + S_open lambda_open = b_open - K_open a_root
-// the first line goes into the second and into the root, with S = L L^T:
+// the first equation is eliminated from the second and from the root, with S = L L^T:
 //   C <- C L^-T,  K <- L^-1 K,  b <- L^-1 b,  S_open -= C C^T,  K_open -= C K,  b_open -= C b          (6)
 //   A_root += K^T K,  p_root -= K^T b
-// Only where every row is independent beyond doubt: nothing is left out, so the multipliers are unique.
+// Used only while all rows are clearly independent; the multipliers are then unique.
 
 namespace redysim {
 
-// One passage of a row's wrench w over joint i, with u_r = S_i^T w:
+// Eliminates the acceleration of joint i from a row and transmits the row's wrench w over the joint, with
+// u_r = S_i^T w, which is returned:
 //   b -= (w - U u_r / D) . c + u_r u / D,   w <- X^T (w - U u_r / D),   S_rs += u_r u_s / D           (5)
 template <class Scalar>
-Scalar pass_joint(const JointPlan<Scalar>& joint, const JointState<Scalar>& s, Force<Scalar>& w, Scalar& b) {
+Scalar eliminate_from_row(const JointPlan<Scalar>& joint, const JointState<Scalar>& s, Force<Scalar>& w,
+                          Scalar& b) {
   const Scalar u_row = generalized_force(joint, w);
   const Scalar scaled = u_row * s.D_inverse;
   w.moment -= s.U.moment * scaled;
@@ -34,36 +37,38 @@ void start_fronts(LoopState<Scalar>& state) {
   std::fill(state.diagonal.begin(), state.diagonal.end(), Scalar(0));
 }
 
-// All open rows over joint k of the front.
+// Eliminates joint k of the front from all rows that cross it. `entry` points into front.entries; returns its
+// position for the next joint.
 template <class Scalar>
-const int* pass_open_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const FrontPlan& front,
-                          std::size_t k, const int* entry) {
-  const int i = front.joints[k], begin = front.passage_begin[k], end = front.passage_begin[k + 1];
+const int* eliminate_from_front_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const FrontPlan& front,
+                                     std::size_t k, const int* entry) {
+  const int i = front.joints[k], begin = front.crossing_begin[k], end = front.crossing_begin[k + 1];
   const JointState<Scalar>& s = ws.joints[i];
   LoopState<Scalar>& state = ws.loop;
-  Scalar* u = state.front_u.data() + front.first_passage;
+  Scalar* u = state.front_u.data() + front.first_crossing;
   for (int n = begin; n < end; ++n) {
-    const RowPassage& passage = front.passages[n];
-    Force<Scalar>& w = state.wrench[passage.side][passage.row];
-    if (passage.merge) {
-      add(w, state.wrench[1][passage.row]);
-      state.wrench[1][passage.row] = Force<Scalar>::zero();
+    const RowCrossing& crossing = front.crossings[n];
+    Force<Scalar>& w = state.wrench[crossing.side][crossing.row];
+    if (crossing.merge) {
+      add(w, state.wrench[1][crossing.row]);
+      state.wrench[1][crossing.row] = Force<Scalar>::zero();
     }
-    if (!passage.merge) {
-      LinkPath<Scalar>& path = state.path[passage.side][passage.row];
-      path.go_on_to(ws.ground[i].position);
-      state.scale[passage.row] +=
-          largest_lever(plan.joints[i], path, state.least_reach[passage.row], w) * s.D_inverse;
+    if (!crossing.merge) {
+      LinkPath<Scalar>& path = state.path[crossing.side][crossing.row];
+      path.extend_to(ws.ground[i].position);
+      state.scale[crossing.row] +=
+          squared_lever_bound(plan.joints[i], path, state.squared_moment_rounding[crossing.row], w) *
+          s.D_inverse;
     }
-    u[n] = pass_joint(plan.joints[i], s, w, state.b[passage.row]);
+    u[n] = eliminate_from_row(plan.joints[i], s, w, state.b[crossing.row]);
     const Scalar scaled = u[n] * s.D_inverse;
-    state.diagonal[passage.row] += scaled * u[n];
+    state.diagonal[crossing.row] += scaled * u[n];
     for (int m = begin; m <= n; ++m) state.front_entries[*entry++] += scaled * u[m];
   }
   return entry;
 }
 
-// S -> L, C -> C L^-T. A pivot lost to rounding makes them no numbers.
+// S <- L, C <- C L^-T. A pivot that rounding makes negative gives NaN.
 template <class Scalar>
 void factor_front(const FrontPlan& front, Scalar* matrix) {
   using std::sqrt;
@@ -79,26 +84,25 @@ void factor_front(const FrontPlan& front, Scalar* matrix) {
   }
 }
 
-// Whether all rows of the front are independent, each beyond doubt. A row depends on others where its pivot
-// is small against its own diagonal of S as it would be without the rows eliminated before: where those
-// explain a row, it has nothing but rounding left. It fades where that diagonal does, against the levers it
-// could have.
+// Whether all rows of the front are clearly independent. A row may depend on others if its pivot is small
+// compared with its diagonal of S before the elimination of other rows: a row that these explain leaves only
+// rounding. A row vanishes by itself if that diagonal is small compared with the row's scale.
 template <class Scalar>
 bool independent(const FrontPlan& front, const LoopState<Scalar>& state, const Scalar* matrix) {
-  constexpr double faded = 1e-8;
+  constexpr double vanishing = 1e-8;
   const std::size_t count = front.rows.size();
   for (std::size_t k = 0; k < count; ++k) {
     const Scalar& length = matrix[k * count + k];
     const Scalar& diagonal = state.diagonal[front.rows[k]];
     if (!(length * length > EnvelopeCholesky<Scalar>::small_pivot * diagonal)) return false;
-    if (!(diagonal > faded * state.scale[front.rows[k]])) return false;
+    if (!(diagonal > vanishing * state.scale[front.rows[k]])) return false;
   }
   return true;
 }
 
 // b <- L^-1 b, b_open -= C b.
 template <class Scalar>
-void pass_sides(const FrontPlan& front, LoopState<Scalar>& state) {
+void substitute_right_hand_sides(const FrontPlan& front, LoopState<Scalar>& state) {
   const std::size_t count = front.rows.size();
   const Scalar* row = &state.front_entries[front.first_entry];
   for (std::size_t i = 0; i < count; ++i, row += count) {
@@ -114,8 +118,8 @@ void pass_sides(const FrontPlan& front, LoopState<Scalar>& state) {
 
 // K <- L^-1 K, K_open -= C K.
 template <class Scalar>
-void pass_wrenches(const FrontPlan& front, LoopState<Scalar>& state) {
-  const auto take = [&](Force<Scalar>& from, const Scalar& part, const Force<Scalar>& of) {
+void substitute_wrenches(const FrontPlan& front, LoopState<Scalar>& state) {
+  const auto subtract = [&](Force<Scalar>& from, const Scalar& part, const Force<Scalar>& of) {
     from.moment -= part * of.moment;
     from.force -= part * of.force;
   };
@@ -123,18 +127,18 @@ void pass_wrenches(const FrontPlan& front, LoopState<Scalar>& state) {
   const Scalar* row = &state.front_entries[front.first_entry];
   for (std::size_t i = 0; i < count; ++i, row += count) {
     Force<Scalar>& K = state.K[front.rows[i]];
-    for (std::size_t j = 0; j < i; ++j) take(K, row[j], state.K[front.rows[j]]);
+    for (std::size_t j = 0; j < i; ++j) subtract(K, row[j], state.K[front.rows[j]]);
     K.moment /= row[i];
     K.force /= row[i];
   }
   for (std::size_t n = 0; n < front.open.size(); ++n, row += count)
     for (std::size_t j = 0; j < count; ++j)
-      take(state.wrench[front.open_side[n]][front.open[n]], row[j], state.K[front.rows[j]]);
+      subtract(state.wrench[front.open_side[n]][front.open[n]], row[j], state.K[front.rows[j]]);
 }
 
 // S_open -= C C^T.
 template <class Scalar>
-void pass_couplings(const FrontPlan& front, LoopState<Scalar>& state) {
+void update_couplings(const FrontPlan& front, LoopState<Scalar>& state) {
   const std::size_t count = front.rows.size();
   const Scalar* C = &state.front_entries[front.first_entry] + count * count;
   const int* entry = front.open_entries.data();
@@ -146,29 +150,29 @@ void pass_couplings(const FrontPlan& front, LoopState<Scalar>& state) {
 
 // A_root += K^T K.
 template <class Scalar>
-void stiffen_root(const FrontPlan& front, const LoopState<Scalar>& state, ArticulatedInertia<Scalar>& A) {
-  Eigen::Matrix<Scalar, 6, 6> fold;
+void add_root_inertia(const FrontPlan& front, const LoopState<Scalar>& state, ArticulatedInertia<Scalar>& A) {
+  Eigen::Matrix<Scalar, 6, 6> added;
   for (int column = 0; column < 6; ++column)
     for (int line = 0; line <= column; ++line) {
       Scalar sum(0);
       for (int row : front.rows) sum += component(state.K[row], line) * component(state.K[row], column);
-      fold(line, column) = sum;
+      added(line, column) = sum;
     }
-  add_upper(A, fold);
+  add_upper(A, added);
 }
 
 // p_root -= K^T b.
 template <class Scalar>
-void push_root(const FrontPlan& front, const LoopState<Scalar>& state, Force<Scalar>& p) {
+void add_root_bias(const FrontPlan& front, const LoopState<Scalar>& state, Force<Scalar>& p) {
   for (int row : front.rows) {
     p.moment -= state.K[row].moment * state.b[row];
     p.force -= state.K[row].force * state.b[row];
   }
 }
 
-// Elimination at the front's root; false where rows may depend on others.
+// Eliminates the front's rows at its root; false if rows may depend on others.
 template <class Scalar>
-bool fold_front(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const FrontPlan& front) {
+bool eliminate_front_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const FrontPlan& front) {
   LoopState<Scalar>& state = ws.loop;
   Scalar* matrix = &state.front_entries[front.first_entry];
   factor_front(front, matrix);
@@ -178,16 +182,16 @@ bool fold_front(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const FrontPlan
     add(state.K[row], state.wrench[1][row]);
     if (front.root == ground) state.b[row] += state.K[row].force.dot(plan.gravity);
   }
-  pass_sides(front, state);
+  substitute_right_hand_sides(front, state);
   if (front.root == ground) return true;
-  pass_wrenches(front, state);
-  pass_couplings(front, state);
-  stiffen_root(front, state, ws.joints[front.root].A);
-  push_root(front, state, ws.joints[front.root].p);
+  substitute_wrenches(front, state);
+  update_couplings(front, state);
+  add_root_inertia(front, state, ws.joints[front.root].A);
+  add_root_bias(front, state, ws.joints[front.root].p);
   return true;
 }
 
-// Multipliers from those that were open and the root's acceleration.
+// Multipliers of the front's rows from those of the open rows and the acceleration of the root.
 template <class Scalar>
 void set_multipliers(Workspace<Scalar>& ws, const FrontPlan& front) {
   LoopState<Scalar>& state = ws.loop;
@@ -207,12 +211,12 @@ void set_multipliers(Workspace<Scalar>& ws, const FrontPlan& front) {
   }
 }
 
-// What they add to joint k of the front.
+// Force of the multipliers on joint k of the front.
 template <class Scalar>
 Scalar from_loops(const Workspace<Scalar>& ws, const FrontPlan& front, std::size_t k) {
   Scalar sum(0);
-  for (int n = front.passage_begin[k]; n < front.passage_begin[k + 1]; ++n)
-    sum += ws.loop.front_u[front.first_passage + n] * ws.loop.lambda[front.passages[n].row];
+  for (int n = front.crossing_begin[k]; n < front.crossing_begin[k + 1]; ++n)
+    sum += ws.loop.front_u[front.first_crossing + n] * ws.loop.lambda[front.crossings[n].row];
   return sum;
 }
 

@@ -5,71 +5,75 @@
 
 #include "dynamics/loops/loop_rows.hpp"
 
-// Which rows of a cluster count as constraints, after all of them have passed its joints.
+// Rank decision: which rows of a cluster are independent constraints (docs/derivations/loops.md).
 
 namespace redysim {
 
-// Largest lever of a row's wrench on a joint at the end of `path`, squared: a force there with the links
-// stretched, and a moment about any axis. The arm in this pose is no measure: in a singular pose it may
-// vanish together with the lever.
+// Squared upper bound of the moment of a row's wrench about an axis at the end of `path`: the moment about
+// the best axis, or the force with the links stretched. The arm in the current configuration is not used: in
+// a singular configuration it may vanish together with the lever.
 template <class Scalar>
-Scalar turning_lever(const LinkPath<Scalar>& path, const Scalar& least_reach, const Force<Scalar>& w) {
-  const Scalar turning = w.moment.squaredNorm(),
-               shifted = w.force.squaredNorm() * (path.length * path.length);
-  return (turning > shifted ? turning : shifted) + least_reach;
+Scalar squared_moment_bound(const LinkPath<Scalar>& path, const Scalar& squared_rounding,
+                            const Force<Scalar>& w) {
+  const Scalar moment = w.moment.squaredNorm(),
+               stretched = w.force.squaredNorm() * (path.length * path.length);
+  return (moment > stretched ? moment : stretched) + squared_rounding;
 }
 
+// Squared upper bound of the lever, the generalized force of the wrench on `joint`.
 template <class Scalar>
-Scalar largest_lever(const JointPlan<Scalar>& joint, const LinkPath<Scalar>& path, const Scalar& least_reach,
-                     const Force<Scalar>& w) {
+Scalar squared_lever_bound(const JointPlan<Scalar>& joint, const LinkPath<Scalar>& path,
+                           const Scalar& squared_rounding, const Force<Scalar>& w) {
   const Scalar force = w.force.squaredNorm();
   if (!turns(joint)) return force;
-  return largest_squared(joint, turning_lever(path, least_reach, w), force);
+  return largest_squared(joint, squared_moment_bound(path, squared_rounding, w), force);
 }
 
-// Whether the factor of S may be wrong about the rank: a pivot is in doubt, or one is lost while the joints'
-// shares in a row are so far apart that rounding of the largest hides the smallest.
+// Whether the rank of the factor of S is uncertain: a pivot is doubtful, or a row was found dependent
+// although the contributions of the joints to its scale differ so much that rounding of the largest may hide
+// the smallest.
 template <class Scalar>
-bool rank_is_in_doubt(const ClusterPlan& cluster, const Workspace<Scalar>& ws, std::size_t cluster_index) {
-  constexpr double far_apart = 1e-5, nothing = 1e-20;
+bool rank_is_uncertain(const ClusterPlan& cluster, const Workspace<Scalar>& ws, std::size_t cluster_index) {
+  constexpr double far_apart = 1e-5, negligible = 1e-20;
   const LoopState<Scalar>& state = ws.loop;
   const EnvelopeCholesky<Scalar>& S = state.S[cluster_index];
   if (S.doubtful() || S.rank() == S.size()) return S.doubtful();
-  for (std::size_t n = 0; n < cluster.passages.size(); ++n) {
-    const Scalar &share = state.passage_scale[cluster.first_passage + n],
-                 &scale = state.scale[cluster.passages[n].row];
-    if (share < far_apart * scale && share > nothing * scale) return true;
+  for (std::size_t n = 0; n < cluster.crossings.size(); ++n) {
+    const Scalar &share = state.crossing_scale[cluster.first_crossing + n],
+                 &scale = state.scale[cluster.crossings[n].row];
+    if (share < far_apart * scale && share > negligible * scale) return true;
   }
   return false;
 }
 
-// One row's wrench down one side of its loop: its levers on the cluster's joints and how long they could be.
+// Adds the levers of one row on the joints of one side of its loop, and their bounds.
 template <class Scalar>
 [[gnu::cold]] void add_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws,
                               const ClusterPlan& cluster, int body, int root, int row, LinkPath<Scalar> path,
-                              Force<Scalar> w, Scalar* J, Scalar* reach) {
+                              Force<Scalar> w, Scalar* J, Scalar* bound) {
   using std::sqrt;
   for (std::size_t k = 0; body != root; body = plan.joints[body].parent) {
     const JointPlan<Scalar>& joint = plan.joints[body];
     while (cluster.joints[k] != body) ++k;  // both descend
-    path.go_on_to(ws.ground[body].position);
+    path.extend_to(ws.ground[body].position);
     if (!joint.prescribed) {
       J[k] += generalized_force(joint, w);
-      reach[k] += sqrt(largest_lever(joint, path, ws.loop.least_reach[row], w));
+      bound[k] += sqrt(squared_lever_bound(joint, path, ws.loop.squared_moment_rounding[row], w));
     }
     to_parent(joint, ws.joints[body], w);
   }
 }
 
-// Levers of all rows of a cluster by geometry alone, each column in units of the longest one of a distance.
+// Levers J of all rows of a cluster and their bounds, from the geometry alone. Each column is divided by its
+// largest bound among position rows.
 template <class Scalar>
 [[gnu::cold]] void set_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ClusterPlan& cluster,
-                              Scalar* J, Scalar* reach) {
+                              Scalar* J, Scalar* bound) {
   const std::size_t columns = cluster.joints.size(), rows = static_cast<std::size_t>(cluster.row_count);
   std::fill(J, J + rows * columns, Scalar(0));
-  std::fill(reach, reach + rows * columns, Scalar(0));
-  std::vector<Scalar>& longest = ws.loop.longest;
-  std::fill(longest.begin(), longest.begin() + static_cast<std::ptrdiff_t>(columns), Scalar(0));
+  std::fill(bound, bound + rows * columns, Scalar(0));
+  std::vector<Scalar>& unit = ws.loop.column_unit;
+  std::fill(unit.begin(), unit.begin() + static_cast<std::ptrdiff_t>(columns), Scalar(0));
   for (int k = 0; k < cluster.loop_count; ++k) {
     const LoopPlan<Scalar>& loop = plan.loops[cluster.first_loop + k];
     const LoopGeometry<Scalar> geometry = loop_geometry(loop, ws);
@@ -79,23 +83,23 @@ template <class Scalar>
       const int row = loop.first_row + static_cast<int>(r);
       const LinkPath<Scalar> start{geometry.point_b.position};
       add_levers(plan, ws, cluster, loop.body_a, loop.root, row, start, values.on_a, J + begin,
-                 reach + begin);
+                 bound + begin);
       add_levers(plan, ws, cluster, loop.body_b, loop.root, row, start, values.on_b, J + begin,
-                 reach + begin);
+                 bound + begin);
       if (loop.rows[r].kind == ConstraintRow<Scalar>::Kind::rotation) continue;
       for (std::size_t c = 0; c < columns; ++c)
-        if (reach[begin + c] > longest[c]) longest[c] = reach[begin + c];
+        if (bound[begin + c] > unit[c]) unit[c] = bound[begin + c];
     }
   }
   for (std::size_t n = 0; n < rows * columns; ++n) {
-    if (!(longest[n % columns] > Scalar(0))) continue;
-    J[n] /= longest[n % columns];
-    reach[n] /= longest[n % columns];
+    if (!(unit[n % columns] > Scalar(0))) continue;
+    J[n] /= unit[n % columns];
+    bound[n] /= unit[n % columns];
   }
 }
 
-// B with S = B B^T, B_rj = u_r / sqrt(D_j). Where one joint's D is next to nothing, S has lost the digits of
-// all others; B has not.
+// B with S = B B^T, B_rj = u_r / sqrt(D_j). If one D_j is very small, S has lost the digits of the other
+// joints; B has not.
 template <class Scalar>
 [[gnu::cold]] void set_weighted_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws,
                                        const ClusterPlan& cluster, std::vector<Scalar>& B) {
@@ -105,15 +109,15 @@ template <class Scalar>
   for (std::size_t k = 0; k < columns; ++k) {
     if (plan.joints[cluster.joints[k]].prescribed) continue;
     const Scalar root = sqrt(ws.joints[cluster.joints[k]].D_inverse);
-    for (int n = cluster.passage_begin[k]; n < cluster.passage_begin[k + 1]; ++n) {
-      const std::size_t row = static_cast<std::size_t>(cluster.passages[n].row - cluster.first_row);
-      B[row * columns + k] += ws.loop.passage_u[cluster.first_passage + n] * root;
+    for (int n = cluster.crossing_begin[k]; n < cluster.crossing_begin[k + 1]; ++n) {
+      const std::size_t row = static_cast<std::size_t>(cluster.crossings[n].row - cluster.first_row);
+      B[row * columns + k] += ws.loop.crossing_u[cluster.first_crossing + n] * root;
     }
   }
 }
 
-// What the multipliers add to joint k of the cluster: sum of u lambda, or from Q, where that sum would
-// cancel.
+// Force of the multipliers on joint k of the cluster: the sum of u lambda, or from Q where that sum would
+// suffer from cancellation.
 template <class Scalar>
 Scalar from_loops(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, std::size_t cluster_index,
                   std::size_t k) {
@@ -128,14 +132,14 @@ Scalar from_loops(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, std::si
       sum += Q[row * cluster.joints.size() + k] * along[row];
     return sum / sqrt(ws.joints[i].D_inverse);
   }
-  for (int n = cluster.passage_begin[k]; n < cluster.passage_begin[k + 1]; ++n)
-    sum += state.passage_u[cluster.first_passage + n] * state.lambda[cluster.passages[n].row];
+  for (int n = cluster.crossing_begin[k]; n < cluster.crossing_begin[k + 1]; ++n)
+    sum += state.crossing_u[cluster.first_crossing + n] * state.lambda[cluster.crossings[n].row];
   return sum;
 }
 
-// Rank is a matter of levers, not of masses: on a link of next to no mass one row's diagonal of S exceeds the
-// others' without end. Where pivots leave that open, the levers themselves decide. Rare: written once, for
-// size.
+// Factors S with the rank of the levers. Linear dependence of rows is a property of the levers, not of the
+// masses: a nearly massless link makes the diagonal of S of a row arbitrarily large. Rarely called; not
+// inlined, for size.
 template <class Scalar>
 [[gnu::noinline, gnu::cold]] void factor_by_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws,
                                                    std::size_t cluster_index) {
@@ -144,9 +148,9 @@ template <class Scalar>
   EnvelopeCholesky<Scalar>& S = state.S[cluster_index];
   std::vector<Scalar>& B = state.Q[cluster_index];
   const int columns = static_cast<int>(cluster.joints.size());
-  // B holds the levers first
-  set_levers(plan, ws, cluster, B.data(), state.reach.data());
-  S.find_dependent(B.data(), state.reach.data(), columns, std::sqrt(state.rank_tolerance));
+  // the storage of B holds the levers J first
+  set_levers(plan, ws, cluster, B.data(), state.lever_bound.data());
+  S.find_dependent(B.data(), state.lever_bound.data(), columns, std::sqrt(state.pivot_tolerance));
   set_weighted_levers(plan, ws, cluster, B);
   S.factor_product(B.data(), columns);
   state.uses_Q[cluster_index] = true;

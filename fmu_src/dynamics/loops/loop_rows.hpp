@@ -39,8 +39,8 @@ LoopGeometry<Scalar> loop_geometry(const LoopPlan<Scalar>& loop, const Workspace
   return g;
 }
 
-// One row at the current state: residual, rate, the part of phi'' that no acceleration multiplies, and
-// the wrenches in body axes at the bodies' origins (`carrier_moment`: on the root, in its axes).
+// One row at the current state: residual, rate, the part of phi'' quadratic in velocities, and the wrenches
+// in body axes at the origins of the bodies (`carrier_moment`: on the root, in its axes).
 template <class Scalar>
 struct RowValues {
   Scalar residual, rate, quadratic;
@@ -61,7 +61,7 @@ RowValues<Scalar> position_row(const LoopGeometry<Scalar>& g, const ConstraintRo
                                    g.a.omega.cross(g.a.omega.cross(g.point_a.arm)) -
                                    omega_c.cross(omega_c.cross(g.r)) - Scalar(2) * omega_c.cross(slip);
   values.quadratic = d.dot(centripetal);
-  // a direction carried by a makes the force act on a at x_b
+  // if a is the carrier, the force on a acts at x_b
   const Vec3<Scalar> arm_a = on_a ? Vec3<Scalar>(g.point_a.arm + g.r) : g.point_a.arm;
   values.on_b = {g.b.rotation.transpose() * g.point_b.arm.cross(d), g.b.rotation.transpose() * d};
   values.on_a = {g.a.rotation.transpose() * d.cross(arm_a), -(g.a.rotation.transpose() * d)};
@@ -89,18 +89,19 @@ RowValues<Scalar> row_values(const LoopGeometry<Scalar>& g, const ConstraintRow<
   return row.kind == ConstraintRow<Scalar>::Kind::rotation ? rotation_row(g, row) : position_row(g, row);
 }
 
-// Levers of a position row are as good as zero where they are the rounding of the positions that they come
-// from: what counts for the least length of one, m^2.
+// Square of the smallest moment of a position row that is not rounding of the positions from which it is
+// computed, m^2.
 template <class Scalar>
-Scalar least_reach(const LoopGeometry<Scalar>& g, const ConstraintRow<Scalar>& row) {
-  constexpr double part = 1e-9;
+Scalar squared_moment_rounding(const LoopGeometry<Scalar>& g, const ConstraintRow<Scalar>& row) {
+  constexpr double relative = 1e-9;
   if (row.kind == ConstraintRow<Scalar>::Kind::rotation) return Scalar(0);
-  return part * part *
+  return relative * relative *
          (g.a.position.squaredNorm() + g.b.position.squaredNorm() + g.point_a.arm.squaredNorm() +
           g.point_b.arm.squaredNorm());
 }
 
-// Fills residual, rate, the rows' wrenches and b = -phi''(no acceleration) for all loops. Uses ws.ground.
+// Fills residual, rate, wrenches and b = -phi'' at zero accelerations for the rows of all loops. Uses
+// ws.ground.
 template <class Scalar>
 void set_loop_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
   LoopState<Scalar>& state = ws.loop;
@@ -113,7 +114,7 @@ void set_loop_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
       state.rate[row] = values.rate;
       state.b[row] = -values.quadratic;
       state.path[0][row] = state.path[1][row] = {geometry.point_b.position};
-      state.least_reach[row] = least_reach(geometry, loop.rows[k]);
+      state.squared_moment_rounding[row] = squared_moment_rounding(geometry, loop.rows[k]);
       state.wrench[0][row] = values.on_a;
       state.wrench[1][row] = values.on_b;
       state.K[row].moment = values.carrier_moment;
@@ -122,8 +123,8 @@ void set_loop_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
   }
 }
 
-// Magnitudes of what a loop's residuals are differences of: m, m/s and rad/s. Those of all its bodies: the
-// motions of joints may cancel at its ends.
+// Magnitudes of the terms of a loop's residuals: m, m/s and rad/s. Over all its bodies, because the motions
+// of the joints may cancel at its ends.
 struct LoopMagnitudes {
   double distance = 0, speed = 0, spin = 0;
 
@@ -153,7 +154,7 @@ LoopMagnitudes loop_magnitudes(const Plan<Scalar>& plan, const Workspace<Scalar>
   return size;
 }
 
-// Residual and rate alone, for a corrected q or qd: leaves the elimination in the workspace as it is.
+// Residual and rate alone, after a correction of q or qd; does not change the elimination in the workspace.
 template <class Scalar>
 void set_loop_residuals(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
   for (const auto& loop : plan.loops) {
@@ -171,22 +172,22 @@ void set_loop_residuals(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
   }
 }
 
-// Largest constraint violation after set_loop_residuals, each row relative to the numbers that its residual
-// (or rate) is a difference of: 1e-16 is rounding, whatever the size of the mechanism.
+// Largest constraint violation after set_loop_residuals. Each row is relative to the magnitude of the terms
+// of its residual (or rate): 1e-16 is rounding for any size of the mechanism.
 template <class Scalar>
 double relative_violation(const LoopState<Scalar>& loop, bool velocity) {
   const std::vector<Scalar>& residual = velocity ? loop.rate : loop.residual;
   const std::vector<double>& size = velocity ? loop.rate_size : loop.residual_size;
   double worst = 0;
   for (std::size_t row = 0; row < residual.size(); ++row) {
-    const double share = std::abs(value_of(residual[row])) / std::max(size[row], 1e-300);
-    if (!(share <= worst)) worst = share;
+    const double relative = std::abs(value_of(residual[row])) / std::max(size[row], 1e-300);
+    if (!(relative <= worst)) worst = relative;
     if (std::isnan(worst)) break;
   }
   return worst;
 }
 
-// Norm of a loop's position residual over its rows (m and rad together).
+// Norm of a loop's position residual over its rows (m and rad combined).
 template <class Scalar>
 Scalar loop_gap(const LoopPlan<Scalar>& loop, const Workspace<Scalar>& ws) {
   using std::sqrt;

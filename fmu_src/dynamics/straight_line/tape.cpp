@@ -5,7 +5,7 @@
 namespace redysim {
 
 int Tape::constant(double value) {
-  if (value == 0) value = 0;  // one zero is enough
+  if (value == 0) value = 0;  // -0 and 0 share one node
   const auto [place, fresh] = constants_.try_emplace(value, size());
   if (fresh) nodes_.push_back({Operation::constant, value, {}, -1, -1});
   return place->second;
@@ -38,21 +38,40 @@ int Tape::apply(Operation operation, int left, int right) {
   return add({operation, 0, {}, left, right}, {operation, left, right, {}});
 }
 
-// A known node with the same value, by the rules of algebra; -1: none.
+// A node with the same value that needs no new operation; -1: none.
 int Tape::simplified(Operation operation, int left, int right) {
   const Node a = (*this)[left], b = (*this)[right];
-  const bool constants = a.operation == Operation::constant && b.operation == Operation::constant;
+  if (a.operation == Operation::constant && b.operation == Operation::constant)
+    return folded(operation, a.value, b.value);
   switch (operation) {
     case Operation::add:
-      return constants ? constant(a.value + b.value) : simplified_sum(left, right);
+      return simplified_sum(left, right);
     case Operation::subtract:
-      return constants ? constant(a.value - b.value) : simplified_difference(left, right);
+      return simplified_difference(left, right);
     case Operation::multiply:
-      return constants ? constant(a.value * b.value) : simplified_product(left, right);
+      return simplified_product(left, right);
     case Operation::divide:
-      if (constants) return constant(a.value / b.value);
       if (is_constant(left, 0)) return constant(0);
       return is_constant(right, 1) ? left : -1;
+    case Operation::constant:
+    case Operation::symbol:
+    case Operation::negate:
+    case Operation::function:
+      break;
+  }
+  return -1;
+}
+
+int Tape::folded(Operation operation, double left, double right) {
+  switch (operation) {
+    case Operation::add:
+      return constant(left + right);
+    case Operation::subtract:
+      return constant(left - right);
+    case Operation::multiply:
+      return constant(left * right);
+    case Operation::divide:
+      return constant(left / right);
     case Operation::constant:
     case Operation::symbol:
     case Operation::negate:

@@ -21,7 +21,7 @@ class Tape {
   };
 
   int constant(double value);
-  int symbol(const std::string& name);  // anything that has a value when the code runs
+  int symbol(const std::string& name);  // a value known only when the code runs
   int apply(Operation operation, int left, int right);
   int function(const std::string& name, int argument);  // sin, cos, ...
 
@@ -29,13 +29,14 @@ class Tape {
   int size() const { return static_cast<int>(nodes_.size()); }
   bool is_constant(int node, double value) const;
 
-  // Which nodes `results` need.
+  // Per node: whether `results` depend on it.
   std::vector<char> needed_by(const std::vector<int>& results) const;
 
  private:
   using Key = std::tuple<Operation, int, int, std::string>;
   int add(Node node, const Key& key);
   int simplified(Operation operation, int left, int right);
+  int folded(Operation operation, double left, double right);
   int simplified_sum(int left, int right);
   int simplified_difference(int left, int right);
   int simplified_product(int left, int right);

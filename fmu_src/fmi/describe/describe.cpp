@@ -219,7 +219,7 @@ Model assembled(const ModelFile& file, const std::string& path, const Plan<doubl
   System system(plan, false, &file.model);
   std::vector<double> y(static_cast<std::size_t>(system.size()));
   begin_motions(file.model, system, 0);
-  const Assembly assembly = take_start(file.model, system, 0, y.data());
+  const Assembly assembly = assemble_start(file.model, system, 0, y.data());
   if (plan.has_loops()) {
     const Loop& loop = file.model.loops[static_cast<std::size_t>(std::max(assembly.loop, 0))];
     const std::string why = failure(file.model, assembly);

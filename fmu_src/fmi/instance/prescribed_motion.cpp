@@ -10,10 +10,10 @@ PrescribedMotion::PrescribedMotion(Simulation& simulation)
     : simulation_(simulation),
       values_(3 * static_cast<std::size_t>(simulation.plan.nv)),
       was_set_(values_.size()) {
-  take_start();
+  reset_to_start();
 }
 
-void PrescribedMotion::take_start() {
+void PrescribedMotion::reset_to_start() {
   const Plan<double>& plan = simulation_.plan;
   for (int i = 0; i < plan.nv; ++i)
     if (plan.joints[i].prescribed) {
@@ -24,7 +24,7 @@ void PrescribedMotion::take_start() {
 }
 
 void PrescribedMotion::reset() {
-  take_start();
+  reset_to_start();
   std::fill(was_set_.begin(), was_set_.end(), 0);
   reported_ = false;
 }

@@ -33,7 +33,7 @@ class PrescribedMotion {
   void restore(Saved&& saved);
 
  private:
-  void take_start();
+  void reset_to_start();
 
   Simulation& simulation_;
   std::vector<double> values_;          // 3 per joint

@@ -20,7 +20,7 @@ void begin_motions(const Model& model, System& system, double time) {
   }
 }
 
-void take_start_values(const Model& model, const System& system, double* y) {
+void set_start_values(const Model& model, const System& system, double* y) {
   const Plan<double>& plan = system.plan();
   const StateLayout& layout = system.layout();
   for (int i = 0; i < system.simple(); ++i) {
@@ -36,9 +36,9 @@ void take_start_values(const Model& model, const System& system, double* y) {
   if (system.with_work()) *layout.work.of(y) = 0;
 }
 
-Assembly take_start(const Model& model, System& system, double time, double* y) {
+Assembly assemble_start(const Model& model, System& system, double time, double* y) {
   const Plan<double>& plan = system.plan();
-  take_start_values(model, system, y);
+  set_start_values(model, system, y);
   if (!system.has_loops()) return {};
   const System::Coordinates at = system.coordinates(time, y);
   std::vector<double> q(at.q, at.q + plan.nv), qd(at.qd, at.qd + plan.nv);

@@ -17,11 +17,11 @@ std::array<double, 3> start_motion(const Joint& joint);
 void begin_motions(const Model& model, System& system, double time);
 
 // Fills y (system.size()) with the start values of `model` as they are given.
-void take_start_values(const Model& model, const System& system, double* y);
+void set_start_values(const Model& model, const System& system, double* y);
 
 // The same, with assembled loops (dynamics/assembly/assembly.hpp); if assembly fails, y is as given.
 // Allocates.
-Assembly take_start(const Model& model, System& system, double time, double* y);
+Assembly assemble_start(const Model& model, System& system, double time, double* y);
 
 // The loop that the prescribed accelerations violate at (time, y), if any. Allocates.
 Tangent::Misfit misfit_of_accelerations(const Model& model, System& system, double time, const double* y);

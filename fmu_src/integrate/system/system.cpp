@@ -221,14 +221,14 @@ void System::set_residuals(double time, const double* y) {
 
 Status System::project(double time, double* y, double* error) {
   if (!plan_.has_loops()) return Status::ok;
-  workspace_.loop.rank_tolerance = projection_rank_tolerance;
+  workspace_.loop.pivot_tolerance = projection_pivot_tolerance;
   Status status = project_within_rank(time, y, error);
   if (status == Status::ok && relative_violation(workspace_.loop, false) > rank_violation) {
     // constraints that are nearly dependent everywhere, not only near this position
-    workspace_.loop.rank_tolerance = dynamics_rank_tolerance;
+    workspace_.loop.pivot_tolerance = dynamics_pivot_tolerance;
     status = project_within_rank(time, y, error);
   }
-  workspace_.loop.rank_tolerance = dynamics_rank_tolerance;
+  workspace_.loop.pivot_tolerance = dynamics_pivot_tolerance;
   return status;
 }
 

@@ -36,7 +36,7 @@ Vec3<double> turn_of(const BallAnglesOf<Dual>& angles) {
   return rate_matrix(values_of(angles)) * change;
 }
 
-void take_values(const double* from, std::size_t count, std::vector<Dual>& to) {
+void set_values(const double* from, std::size_t count, std::vector<Dual>& to) {
   to.assign(count, Dual(0));
   for (std::size_t i = 0; i < count; ++i) to[i] = Dual(from[i]);
 }
@@ -68,10 +68,10 @@ void Tangent::go_to(const Model& model, System& system, double time, const doubl
   std::vector<double> unused(n);
   system.accelerations(time, y, unused.data());
   const System::Coordinates at = system.coordinates(time, y);
-  take_values(at.q, n, q);
-  take_values(at.qd, n, qd);
+  set_values(at.q, n, q);
+  set_values(at.qd, n, qd);
   inputs_ = system.input_layout();
-  take_values(system.recursion_inputs(), static_cast<std::size_t>(inputs_.force_size()), force);
+  set_values(system.recursion_inputs(), static_cast<std::size_t>(inputs_.force_size()), force);
   for (std::size_t k = 0; k < balls.size(); ++k) {
     const int ball = static_cast<int>(k);
     balls[k] = {};
@@ -131,7 +131,7 @@ void Tangent::put_ball(int ball, const BallAngles& angles, const Vec3<double>& t
 }
 
 // Directions of coordinates, in any charts, become those of q, qd and balls.
-void Tangent::take_directions(const Duals& at, const Duals& speed) {
+void Tangent::set_directions(const Duals& at, const Duals& speed) {
   for (std::size_t i = 0; i < q.size(); ++i) {
     if (plan_.joints[i].of_ball) continue;
     q[i].derivative = at[i].derivative;
@@ -172,11 +172,11 @@ void Tangent::follow_jumps(System& system, double time, const double* y) {
     renew_charts(at, speed);
   }
   if (plan_.has_loops()) {
-    project(at, speed, projection_rank_tolerance);
+    project(at, speed, projection_pivot_tolerance);
     if (relative_violation(workspace_.loop, false) > System::rank_violation)
-      project(at, speed, dynamics_rank_tolerance);
+      project(at, speed, dynamics_pivot_tolerance);
   }
-  take_directions(at, speed);
+  set_directions(at, speed);
 }
 
 // Effect of a jump of prescribed joints on the others: positions and velocities depend on jumps as
@@ -204,12 +204,12 @@ void Tangent::add(const Duals& change, bool velocity, Duals& at, Duals& speed) c
   }
 }
 
-void Tangent::project(Duals& at, Duals& speed, double rank_tolerance) {
+void Tangent::project(Duals& at, Duals& speed, double pivot_tolerance) {
   renew_charts(at, speed);
   Duals unused(at.size());
-  workspace_.loop.rank_tolerance = rank_tolerance;
+  workspace_.loop.pivot_tolerance = pivot_tolerance;
   forward_dynamics(plan_, workspace_, at.data(), speed.data(), force.data(), unused.data());
-  workspace_.loop.rank_tolerance = dynamics_rank_tolerance;
+  workspace_.loop.pivot_tolerance = dynamics_pivot_tolerance;
   reduce(at, speed, false);
   reduce(at, speed, true);
 }
@@ -265,7 +265,7 @@ const char* Tangent::follow_assembly(const Model& model, const Assembly& assembl
     }
   }
   if (const char* why = redysim::follow_assembly(model, assembly, plan_, workspace_, at, speed)) return why;
-  take_directions(at, speed);
+  set_directions(at, speed);
   return nullptr;
 }
 

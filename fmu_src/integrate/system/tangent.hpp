@@ -71,11 +71,11 @@ class Tangent {
   Vec3<Dual> omega_in(const Duals& at, const Duals& speed, int ball) const;
   void put_ball(int ball, const BallAngles& angles, const Vec3<double>& turn, const Vec3<Dual>& omega,
                 Duals& at, Duals& speed) const;
-  void take_directions(const Duals& at, const Duals& speed);
+  void set_directions(const Duals& at, const Duals& speed);
   void renew_charts(Duals& at, Duals& speed) const;
   Duals answer_to(const Duals& jump, const Duals& at);
   void add(const Duals& change, bool velocity, Duals& at, Duals& speed) const;
-  void project(Duals& at, Duals& speed, double rank_tolerance);
+  void project(Duals& at, Duals& speed, double pivot_tolerance);
   struct ResidualSize {
     double value, derivative;  // maximum over all rows; the value relative, the derivative not
   };

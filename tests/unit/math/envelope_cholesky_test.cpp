@@ -33,7 +33,7 @@ struct Banded {
   }
 };
 
-constexpr double rank_tolerance = 1e-12;
+constexpr double pivot_tolerance = 1e-12;
 
 // The scale of each row is its own diagonal.
 EnvelopeCholesky<double> factored(const std::vector<int>& first, const Matrix& S) {
@@ -42,7 +42,7 @@ EnvelopeCholesky<double> factored(const std::vector<int>& first, const Matrix& S
   for (int i = 0; i < S.rows(); ++i)
     for (int j = first[i]; j <= i; ++j) out.entry(i, j) = S(i, j);
   const Vector scale = S.diagonal();
-  out.factor(scale.data(), rank_tolerance);
+  out.factor(scale.data(), pivot_tolerance);
   return out;
 }
 
@@ -116,7 +116,7 @@ TEST(EnvelopeCholesky, a_row_far_below_its_scale_is_dependent) {
   S.entry(0, 0) = 1;
   S.entry(1, 1) = 1e-17;
   const double scale[] = {1, 1};
-  S.factor(scale, rank_tolerance);
+  S.factor(scale, pivot_tolerance);
   EXPECT_EQ(S.rank(), 1);
 }
 
@@ -132,8 +132,8 @@ TEST(EnvelopeCholesky, takes_levers_where_inertias_leave_the_rank_in_doubt) {
   S.factor(scale, 1e-9);
   EXPECT_TRUE(S.doubtful());
   EXPECT_EQ(S.rank(), 1);
-  double J[] = {c, 1, 0, s, 0, 1}, reach[] = {1, 1, 1, 1, 1, 1}, B[] = {light * c, 1, 0, light * s, 0, 1};
-  S.find_dependent(J, reach, 3, 3e-5);
+  double J[] = {c, 1, 0, s, 0, 1}, bound[] = {1, 1, 1, 1, 1, 1}, B[] = {light * c, 1, 0, light * s, 0, 1};
+  S.find_dependent(J, bound, 3, 3e-5);
   S.factor_product(B, 3);
   EXPECT_EQ(S.rank(), 2);
   // along (s, -c) S is 1
@@ -148,8 +148,8 @@ TEST(EnvelopeCholesky, takes_levers_where_inertias_leave_the_rank_in_doubt) {
 TEST(EnvelopeCholesky, judges_each_lever_by_its_own_length) {
   EnvelopeCholesky<double> S({0, 0, 0});
   double J[] = {1e3, 1e-3, 0, 1e3, -1e-3, 0, 1e-16, 0, 1e-17},
-         reach[] = {1e3, 1e-3, 0, 1e3, 1e-3, 0, 1, 0, 1};
-  S.find_dependent(J, reach, 3, 3e-5);
+         bound[] = {1e3, 1e-3, 0, 1e3, 1e-3, 0, 1, 0, 1};
+  S.find_dependent(J, bound, 3, 3e-5);
   EXPECT_FALSE(S.dependent(0));
   EXPECT_FALSE(S.dependent(1));
   EXPECT_TRUE(S.dependent(2));
@@ -158,8 +158,8 @@ TEST(EnvelopeCholesky, judges_each_lever_by_its_own_length) {
 // Rounding of a row whose levers all cancel is no lever on a joint that it does not cross.
 TEST(EnvelopeCholesky, takes_no_rounding_for_a_lever) {
   EnvelopeCholesky<double> S({0, 0});
-  double J[] = {0.6, 0, 0.8, 1e-17, 2e-17, 0}, reach[] = {1, 1, 1, 1, 1, 0};
-  S.find_dependent(J, reach, 3, 3e-5);
+  double J[] = {0.6, 0, 0.8, 1e-17, 2e-17, 0}, bound[] = {1, 1, 1, 1, 1, 0};
+  S.find_dependent(J, bound, 3, 3e-5);
   EXPECT_TRUE(S.dependent(1));
 }
 
@@ -168,8 +168,8 @@ TEST(EnvelopeCholesky, takes_no_rounding_for_a_lever) {
 TEST(EnvelopeCholesky, a_product_keeps_the_digits_that_its_square_has_lost) {
   const double heavy = 1e8, c = 0.6, s = 0.8;
   EnvelopeCholesky<double> product({0, 0});
-  double J[] = {1, 0, 0, 1}, reach[] = {1, 1, 1, 1};
-  product.find_dependent(J, reach, 2, 3e-5);
+  double J[] = {1, 0, 0, 1}, bound[] = {1, 1, 1, 1};
+  product.find_dependent(J, bound, 2, 3e-5);
   double B[] = {heavy * c, 1, 0, heavy * s, 0, 1};
   product.factor_product(B, 3);
   EXPECT_EQ(product.rank(), 2);
@@ -200,7 +200,7 @@ TEST(EnvelopeCholesky, factor_and_solve_do_not_allocate) {
   double x[12] = {1};
   const Vector scale = Vector::Ones(12);
   const long before = test::allocations;
-  S.factor(scale.data(), rank_tolerance);
+  S.factor(scale.data(), pivot_tolerance);
   S.solve(x, x);
   S.reduce_norm(x);
   EXPECT_EQ(test::allocations, before);
