@@ -86,15 +86,17 @@ JointPlan<Scalar> joint_plan(const Joint& joint, const Placement& placement, int
 }
 
 // Inertia of one link about `frame`'s origin and axes, where `frame` is the link's frame in its carrier.
-RigidInertia<double> inertia_in(const Pose& frame, const Link& link) {
-  Mat3<double> about_com;
+template <class Scalar>
+RigidInertia<Scalar> inertia_in(const Pose& frame, const LinkParameters<Scalar>& link) {
+  const Mat3<Scalar> rotation = frame.rotation.cast<Scalar>();
+  Mat3<Scalar> about_com;
   const auto& I = link.inertia;
   about_com << I[0], I[3], I[4], I[3], I[1], I[5], I[4], I[5], I[2];
-  const Vec3<double> c = frame.rotation * link.com + frame.position;
-  const Mat3<double> about_origin =
-      frame.rotation * about_com * frame.rotation.transpose() +
-      link.mass * (c.squaredNorm() * Mat3<double>::Identity() - c * c.transpose());
-  RigidInertia<double> body;
+  const Vec3<Scalar> c = rotation * link.com + frame.position.cast<Scalar>();
+  const Mat3<Scalar> about_origin =
+      rotation * about_com * rotation.transpose() +
+      link.mass * (c.squaredNorm() * Mat3<Scalar>::Identity() - c * c.transpose());
+  RigidInertia<Scalar> body;
   body.mass = link.mass;
   body.h = link.mass * c;
   body.inertia = {about_origin(0, 0), about_origin(1, 1), about_origin(2, 2),
@@ -103,11 +105,11 @@ RigidInertia<double> inertia_in(const Pose& frame, const Link& link) {
 }
 
 template <class Scalar>
-Resistance<Scalar> resistance_of(const Joint& joint) {
+Resistance<Scalar> resistance_of(const JointParameters<Scalar>& joint) {
   Resistance<Scalar> plan;
   plan.friction = joint.friction;
-  plan.excess = std::max(joint.static_friction - joint.friction, 0.0);
-  plan.per_velocity = 1 / joint.friction_velocity;
+  plan.excess = std::max(Scalar(0), joint.static_friction - joint.friction);
+  plan.per_velocity = Scalar(1) / joint.friction_velocity;
   plan.lower = joint.lower;
   plan.upper = joint.upper;
   plan.stiffness = joint.stop_stiffness;
@@ -116,33 +118,17 @@ Resistance<Scalar> resistance_of(const Joint& joint) {
   return plan;
 }
 
-template <class Scalar>
-void add_body(RigidInertia<Scalar>& to, const RigidInertia<double>& body) {
-  to.mass += body.mass;
-  to.h += body.h.cast<Scalar>();
-  add(to.inertia,
-      {body.inertia.xx, body.inertia.yy, body.inertia.zz, body.inertia.xy, body.inertia.xz, body.inertia.yz});
-}
-
 }  // namespace
 
 template <class Scalar>
-Plan<Scalar>::Plan(const Model& model) {
+Plan<Scalar>::Plan(const Model& model, const Parameters<Scalar>& parameters) {
   take_joints(model);
-  take_bodies(model);
-  springs.resize(model.springs.size());
+  if (may_resist(model)) resistances.resize(joints.size());
+  update(parameters);
   take_springs(model);
   take_ports(model);
   build_clusters(model, *this);
-  gravity = model.gravity.cast<Scalar>();
   plain = loops.empty() && springs.empty() && ports.empty() && prescribed_count == 0;
-}
-
-template <class Scalar>
-void Plan<Scalar>::update(const Model& model) {
-  take_bodies(model);
-  take_springs(model);
-  gravity = model.gravity.cast<Scalar>();
 }
 
 template <class Scalar>
@@ -178,29 +164,33 @@ void Plan<Scalar>::take_joints(const Model& model) {
 }
 
 template <class Scalar>
-void Plan<Scalar>::take_bodies(const Model& model) {
-  if (resistances.empty() && may_resist(model)) resistances.resize(joints.size());
+void Plan<Scalar>::update(const Parameters<Scalar>& parameters) {
+  gravity = parameters.gravity;
   for (auto& joint : joints) {
-    const Joint& given = model.links[joint.link].joint;
+    const JointParameters<Scalar>& given = parameters.joints[joint.link];
     joint.stiffness = given.stiffness;
     joint.damping = given.damping;
     joint.rest = given.rest;
     joint.armature = given.armature;
-    joint.has_friction = given.friction != 0 || given.static_friction != 0;
-    joint.has_stops = has_stops(given) && given.stop_stiffness != 0;
+    joint.has_friction = !is_zero(given.friction) || !is_zero(given.static_friction);
+    joint.has_stops = has_stops(given) && !is_zero(given.stop_stiffness);
     joint.has_resistance = joint.has_friction || joint.has_stops;
-    joint.has_passive_force = given.stiffness != 0 || given.damping != 0 || joint.has_resistance;
-    if (!resistances.empty()) resistances[&joint - joints.data()] = resistance_of<Scalar>(given);
-    joint.axis_free = joint.subspace == Subspace::rotation && !joint.prescribed && given.armature == 0;
+    joint.has_passive_force = !is_zero(given.stiffness) || !is_zero(given.damping) || joint.has_resistance;
+    if (!resistances.empty()) resistances[&joint - joints.data()] = resistance_of(given);
+    joint.axis_free = joint.subspace == Subspace::rotation && !joint.prescribed && is_zero(given.armature);
     joint.inertia = RigidInertia<Scalar>();
   }
   grounded.setZero();
-  for (std::size_t i = 0; i < model.links.size(); ++i) {
-    const RigidInertia<double> body = inertia_in(frame_in_carrier[i], model.links[i]);
-    if (carrier[i] == ground)
-      grounded += body.h.template cast<Scalar>();
-    else
-      add_body(joints[carrier[i]].inertia, body);
+  for (std::size_t i = 0; i < carrier.size(); ++i) {
+    const RigidInertia<Scalar> body = inertia_in(frame_in_carrier[i], parameters.links[i]);
+    if (carrier[i] == ground) {
+      grounded += body.h;
+      continue;
+    }
+    RigidInertia<Scalar>& sum = joints[carrier[i]].inertia;
+    sum.mass += body.mass;
+    sum.h += body.h;
+    add(sum.inertia, body.inertia);
   }
   for (auto& joint : joints) joint.rigid = articulated(joint.inertia);
 }
@@ -210,9 +200,8 @@ void Plan<Scalar>::take_springs(const Model& model) {
   auto on_carrier = [this](int link, const Vec3<double>& point) -> Vec3<double> {
     return link == ground ? point : frame_in_carrier[link].rotation * point + frame_in_carrier[link].position;
   };
-  for (std::size_t i = 0; i < springs.size(); ++i) {
-    const SpringDamper& given = model.springs[i];
-    SpringPlan<Scalar>& spring = springs[i];
+  for (const SpringDamper& given : model.springs) {
+    SpringPlan<Scalar>& spring = springs.emplace_back();
     spring.body_a = given.link_a == ground ? ground : carrier[given.link_a];
     spring.body_b = given.link_b == ground ? ground : carrier[given.link_b];
     spring.point_a = on_carrier(given.link_a, given.point_a).template cast<Scalar>();

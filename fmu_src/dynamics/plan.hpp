@@ -7,7 +7,7 @@
 #include "math/spatial.hpp"
 #include "model/dh.hpp"
 #include "model/features.hpp"
-#include "model/model.hpp"
+#include "model/parameters.hpp"
 
 // The model in the form of the recursions: fixed links merged into their carriers, constant geometry reduced
 // to the necessary operations, loops grouped into clusters that share no joint.
@@ -75,11 +75,11 @@ struct PortPlan {
 template <class Scalar>
 struct Plan {
   Plan() = default;
-  explicit Plan(const Model& model);
+  Plan(const Model& model, const Parameters<Scalar>& parameters);
+  explicit Plan(const Model& model) : Plan(model, parameters_of(model).cast<Scalar>()) {}
 
-  // Copies changed parameters (masses, com, inertias, gravity, joint constants) of a model of the
-  // same structure; does not allocate.
-  void update(const Model& model);
+  // Takes changed parameters; does not allocate. Friction and stops: only where may_resist(model) holds.
+  void update(const Parameters<Scalar>& parameters);
 
   int nq = 0, nv = 0;
   int prescribed_count = 0;
@@ -129,7 +129,6 @@ struct Plan {
 
  private:
   void take_joints(const Model& model);
-  void take_bodies(const Model& model);
   void take_springs(const Model& model);
   void take_ports(const Model& model);
 };

@@ -80,6 +80,13 @@ struct DualNumber {
 
 using Dual = DualNumber<1>;
 
+// Whether a number is 0 in every direction.
+template <class Scalar>
+bool is_zero(const Scalar& x) {
+  return x == Scalar(0);
+}
+inline bool is_zero(const Dual& x) { return x.value == 0 && x.derivative == 0; }
+
 // The number without its derivatives.
 inline double value_of(double x) { return x; }
 template <int directions>

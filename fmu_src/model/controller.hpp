@@ -11,11 +11,18 @@ namespace redysim {
 //   computed_torque       the tau at which qdd = qdd_reference + kd e' + kp e
 enum class Law { none, pd, gravity_compensation, feed_forward, computed_torque };
 
-struct ControlledJoint {
+template <class Scalar>
+struct ControlledJointOf {
   int link = 0;           // whose joint it is
-  double kp = 0, kd = 0;  // N m/rad and N m s/rad (N/m, N s/m); computed torque: 1/s^2 and 1/s
-  double target = 0;      // rad or m; where there is no trajectory
+  Scalar kp = 0, kd = 0;  // N m/rad and N m s/rad (N/m, N s/m); computed torque: 1/s^2 and 1/s
+  Scalar target = 0;      // rad or m; where there is no trajectory
+
+  template <class Other>
+  ControlledJointOf<Other> cast() const {
+    return {link, kp, kd, target};
+  }
 };
+using ControlledJoint = ControlledJointOf<double>;
 
 struct Controller {
   Law law = Law::none;

@@ -26,23 +26,34 @@ struct DhParameters {
   double gamma = 0, b = 0, alpha = 0, a = 0, theta = 0, d = 0;
 };
 
-// The joint that carries its link; its axis is z of the link frame. tau_passive = -stiffness (q - rest)
-// - damping qd - friction and stops, whose laws are in dynamics/joint_force.hpp; armature adds to the mass
-// matrix diagonal.
-struct Joint {
+// The numbers of a joint that a master may set. tau_passive = -stiffness (q - rest) - damping qd - friction
+// and stops, whose laws are in dynamics/joint_force.hpp; armature adds to the mass matrix diagonal.
+template <class Scalar>
+struct JointParameters {
+  Scalar q0 = 0, qd0 = 0;
+  Scalar damping = 0, stiffness = 0, rest = 0, armature = 0;
+  // N m or N; static_friction: maximum, at friction_velocity (rad/s or m/s); no peak if it is below friction
+  Scalar friction = 0, static_friction = 0, friction_velocity = 0.01;
+  // stops at lower and upper; damping in s/rad or s/m; full stiffness from a depth of stop_width
+  Scalar lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
+  Scalar stop_stiffness = 0, stop_damping = 0, stop_width = 0.01;
+
+  template <class Other>
+  JointParameters<Other> cast() const {
+    const auto to = [](const auto&... numbers) { return JointParameters<Other>{numbers...}; };
+    return to(q0, qd0, damping, stiffness, rest, armature, friction, static_friction, friction_velocity,
+              lower, upper, stop_stiffness, stop_damping, stop_width);
+  }
+};
+
+// The joint that carries its link; its axis is z of the link frame.
+struct Joint : JointParameters<double> {
   std::string name;
   JointType type = JointType::revolute;
   Drive drive = Drive::torque;
   DhParameters dh;
-  double pitch = 0;  // of a screw, m/rad
-  double q0 = 0, qd0 = 0;
+  double pitch = 0;   // of a screw, m/rad
   bool hold = false;  // loop assembly does not change q0
-  double damping = 0, stiffness = 0, rest = 0, armature = 0;
-  // N m or N; static_friction: maximum, at friction_velocity (rad/s or m/s); no peak if it is below friction
-  double friction = 0, static_friction = 0, friction_velocity = 0.01;
-  // stops at lower and upper; damping in s/rad or s/m; full stiffness from a depth of stop_width
-  double lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
-  double stop_stiffness = 0, stop_damping = 0, stop_width = 0.01;
 };
 
 // S = [angular e_z; linear e_z] in link axes: the twist of the link relative to its parent is S qd. q adds
@@ -78,7 +89,8 @@ inline DhParameters displaced(const Joint& joint, double q) {
   return dh;
 }
 
-inline bool has_stops(const Joint& joint) {
+template <class Scalar>
+bool has_stops(const JointParameters<Scalar>& joint) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   return joint.lower > -infinity || joint.upper < infinity;
 }

@@ -20,25 +20,46 @@ inline constexpr int ground = -1;  // index of the fixed base wherever a link in
 
 // A rigid body: mass in kg, com in m in the link frame, inertia in kg m^2 about the com in link axes
 // as (Ixx, Iyy, Izz, Ixy, Ixz, Iyz), products with the sign of the matrix entry.
-struct Link {
+template <class Scalar>
+struct LinkParameters {
+  Scalar mass = 0;
+  Vec3<Scalar> com = Vec3<Scalar>::Zero();
+  std::array<Scalar, 6> inertia{};
+
+  template <class Other>
+  LinkParameters<Other> cast() const {
+    const auto& I = inertia;
+    return {mass, com.template cast<Other>(), {I[0], I[1], I[2], I[3], I[4], I[5]}};
+  }
+};
+
+struct Link : LinkParameters<double> {
   std::string name;
   int parent = ground;
   Joint joint;
-  double mass = 0;
-  Vec3<double> com = Vec3<double>::Zero();
-  std::array<double, 6> inertia{};
   int line = 0, column = 0;  // in the model file; 0: not from a file
 };
 
+// The state of a spherical joint: unit quaternion (w, x, y, z; link axes in the joint's DH frame) and angular
+// velocity in link axes, rad/s.
+template <class Scalar>
+struct BallStart {
+  std::array<Scalar, 4> quaternion{1, 0, 0, 0};
+  std::array<Scalar, 3> omega{};
+
+  template <class Other>
+  BallStart<Other> cast() const {
+    const auto& p = quaternion;
+    return {{p[0], p[1], p[2], p[3]}, {omega[0], omega[1], omega[2]}};
+  }
+};
+
 // A spherical joint as the reader builds it: four revolute joints on consecutive links, `chart` (0 or 90 deg
-// about x, set by the simulation), then z, x, y. Its state is a unit quaternion (w, x, y, z; link axes in the
-// joint's DH frame) and the angular velocity in link axes, rad/s.
-struct Ball {
+// about x, set by the simulation), then z, x, y.
+struct Ball : BallStart<double> {
   std::string name;  // of the joint
   int chart_link = 0;
   bool driven = true;  // takes a torque, in link axes
-  std::array<double, 4> quaternion{1, 0, 0, 0};
-  std::array<double, 3> omega{};
 };
 
 // `point` constrains the given directions of the ground frame only; the others are named after the cut joint.

@@ -14,7 +14,7 @@ struct Moved {
 };
 
 // The links that a joint moves.
-Moved moved_by(const Model& model, int first) {
+Moved moved_by(const Model& model, const Parameters<double>& parameters, int first) {
   Moved moved;
   std::vector<bool> carried(model.links.size(), false);
   for (std::size_t i = static_cast<std::size_t>(first); i < model.links.size(); ++i) {
@@ -25,20 +25,21 @@ Moved moved_by(const Model& model, int first) {
     carried[i] = true;
     // where the link sits on its carrier
     if (!own) moved.size = std::max({moved.size, std::fabs(dh.a), std::fabs(dh.b), std::fabs(dh.d)});
-    if (!(link.mass > 0)) continue;
-    moved.mass += link.mass;
-    const double radius = std::sqrt((link.inertia[0] + link.inertia[1] + link.inertia[2]) / (2 * link.mass));
-    moved.size = std::max({moved.size, link.com.norm(), radius});
+    const auto& [mass, com, inertia] = parameters.links[i];
+    if (!(mass > 0)) continue;
+    moved.mass += mass;
+    const double radius = std::sqrt((inertia[0] + inertia[1] + inertia[2]) / (2 * mass));
+    moved.size = std::max({moved.size, com.norm(), radius});
   }
   return moved;
 }
 
 }  // namespace
 
-double motion_scale(const Model& model, int link) {
-  const Joint& joint = model.links[static_cast<std::size_t>(link)].joint;
-  if (turns(joint)) return 1;
-  const Moved moved = moved_by(model, link);
+double motion_scale(const Model& model, const Parameters<double>& parameters, int link) {
+  if (turns(model.links[static_cast<std::size_t>(link)].joint)) return 1;
+  const JointParameters<double>& joint = parameters.joints[static_cast<std::size_t>(link)];
+  const Moved moved = moved_by(model, parameters, link);
   double scale = 0;
   // what it starts with against its spring, the way between its stops, the size of what it moves
   if (joint.stiffness > 0)

@@ -152,7 +152,8 @@ TEST_P(RandomLoops, are_the_same_in_any_unit_of_length) {
   c.model.springs.clear();
   for (Link& link : c.model.links) {
     const double armature = link.joint.armature;
-    link.joint = Joint{link.joint.name, link.joint.type, link.joint.drive, link.joint.dh, link.joint.pitch};
+    link.joint =
+        Joint{{}, link.joint.name, link.joint.type, link.joint.drive, link.joint.dh, link.joint.pitch};
     link.joint.armature = armature;
   }
   c.model.loops.push_back(c.model.loops.front());

@@ -135,7 +135,8 @@ const char* text(Variability variability) {
   }
 }
 
-void write_start(Json& json, Model& model, const Variable& variable, const Words& words) {
+void write_start(Json& json, const Model& model, Parameters<double>& parameters, const Variable& variable) {
+  const Words& words = words_of(variable);
   switch (variable.causality()) {
     case Causality::input:
       json.null().member("start", words.start ? words.start(model, variable) : 0);
@@ -145,18 +146,19 @@ void write_start(Json& json, Model& model, const Variable& variable, const Words
       break;
     case Causality::parameter:
       json.value("exact").key("start");
-      if (const double* value = parameter(model, variable))
+      if (const double* value = parameter(parameters, variable))
         json.value(*value);
       else
         json.value(method_name(model.solver.method));  // the only String
   }
 }
 
-void write_variable(Json& json, Model& model, const Variable& variable) {
+void write_variable(Json& json, const Model& model, Parameters<double>& parameters,
+                    const Variable& variable) {
   json.begin_object().member("name", variable.name).member("value_reference", variable.value_reference);
   json.member("type", text(variable.type())).member("causality", text(variable.causality()));
   json.member("variability", text(variable.variability())).key("initial");
-  write_start(json, model, variable, words_of(variable));
+  write_start(json, model, parameters, variable);
   const Presentation shown = presentation(model, variable);
   const Unit* unit = shown.quantity.unit;
   if (unit) json.member("unit", unit->name);
@@ -174,9 +176,10 @@ void write_features(Json& json, const Model& model) {
   json.end_array();
 }
 
-void write_variables(Json& json, Model model, const VariableTable& table) {
+void write_variables(Json& json, const Model& model, const VariableTable& table) {
+  Parameters<double> parameters = parameters_of(model);
   json.key("variables").begin_array();
-  for (const Variable& variable : table.all()) write_variable(json, model, variable);
+  for (const Variable& variable : table.all()) write_variable(json, model, parameters, variable);
   json.end_array();
 }
 
@@ -219,7 +222,7 @@ Model assembled(const ModelFile& file, const std::string& path, const Plan<doubl
   System system(plan, false, &file.model);
   std::vector<double> y(static_cast<std::size_t>(system.size()));
   begin_motions(file.model, system, 0);
-  const Assembly assembly = assemble_start(file.model, system, 0, y.data());
+  const Assembly assembly = assemble_start(file.model, parameters_of(file.model), system, 0, y.data());
   if (plan.has_loops()) {
     const Loop& loop = file.model.loops[static_cast<std::size_t>(std::max(assembly.loop, 0))];
     const std::string why = failure(file.model, assembly);

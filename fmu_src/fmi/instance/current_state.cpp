@@ -11,7 +11,8 @@ CurrentState::CurrentState(Simulation& simulation)
 
 const double* CurrentState::start() {
   if (!start_is_current_) {
-    assembly_ = assemble_start(simulation_.model, simulation_.system, simulation_.time, start_.data());
+    assembly_ = assemble_start(simulation_.model, simulation_.parameters, simulation_.system,
+                               simulation_.time, start_.data());
     start_is_current_ = true;
   }
   return start_.data();

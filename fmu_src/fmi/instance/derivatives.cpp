@@ -25,21 +25,33 @@ std::string OutputDerivatives::begin() {
   std::string why = values_.update(Needs::accelerations);
   if (!why.empty()) return why;
   if (!tangent_) tangent_ = std::make_unique<Tangent>(simulation_.model, simulation_.system);
-  tangent_->go_to(simulation_.model, simulation_.system, simulation_.time, state_.y());
+  tangent_->go_to(simulation_.parameters, simulation_.system, simulation_.time, state_.y());
   jumps_ = false;
   return {};
 }
 
 void OutputDerivatives::set_direction(const Variable& known, double direction) {
-  const int row = known.row_index;
-  if (known.row->is_force)
-    tangent_->force[known.group->input(row, simulation_.system, known)].derivative += direction;
-  else
-    known.group->set_direction(row, *this, known, direction);
+  Tangent& at = *tangent_;
+  const auto add = [direction](Dual& number) { number.derivative += direction; };
+  switch (known.row->storage) {
+    case Storage::none:
+      break;
+    case Storage::parameter:
+      add(*known.group->dual_place(known.row_index, at.parameters, known));
+      break;
+    case Storage::input:
+      add(at.force[known.group->input(known.row_index, simulation_.system, known)]);
+      break;
+    case Storage::motion:
+      std::vector<Dual>* const of_order[] = {&at.q, &at.qd, &at.force};
+      add((*of_order[known.row->motion_order])[known.joint]);
+      break;
+  }
   jumps_ = jumps_ || (known.row->acts & (acts::position | acts::velocity)) != 0;
 }
 
 std::string OutputDerivatives::follow(bool in_initialization) {
+  tangent_->apply_parameters();
   if (in_initialization) {
     const char* why = simulation_.system.has_loops()
                           ? tangent_->follow_assembly(simulation_.model, state_.assembly())

@@ -53,9 +53,9 @@ fmi2Status Instance::enter_initialization_mode() {
 
 fmi2Status Instance::exit_initialization_mode() {
   constexpr Function function = Function::exit_initialization_mode;
-  for (const Ball& ball : simulation_.model.balls)
-    if (!(Eigen::Map<const Eigen::Vector4d>(ball.quaternion.data()).norm() > 1e-6))
-      return refuse(function, ball.name + ".quaternion0 must not be zero");
+  for (std::size_t k = 0; k < simulation_.model.balls.size(); ++k)
+    if (!(Eigen::Map<const Eigen::Vector4d>(simulation_.parameters.balls[k].quaternion.data()).norm() > 1e-6))
+      return refuse(function, simulation_.model.balls[k].name + ".quaternion0 must not be zero");
   // a singular mass matrix is reported here, not in the first step
   std::string why = values_.update(Needs::parameters);
   if (why.empty()) why = parameters_.immovable();
@@ -95,9 +95,9 @@ std::string Instance::immovable_at_start() {
 
 std::string Instance::start_integrator() {
   System& system = simulation_.system;
-  const SolverSettings settings = life_.effective(simulation_.model.solver);
+  const SolverSettings settings = life_.effective(simulation_.parameters.solver);
   simulation_.integrator_settings = settings;
-  system.set_scales(simulation_.model);
+  system.set_scales(simulation_.model, simulation_.parameters);
   std::unique_ptr<Integrator> integrator = make_integrator(system, settings);
   Outcome outcome = integrator->start(life_.start_time, state_.y());
   if (!outcome.ok) return std::move(outcome.message);

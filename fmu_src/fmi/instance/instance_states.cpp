@@ -27,7 +27,7 @@ void Instance::save(Bytes& bytes) {
   now.energy_offset = parameters_.energy_offset;
   now.parameters_changed = parameters_.changed();
   now.follows_motion = state_.follows_motion();
-  now.method = simulation_.model.solver.method;
+  now.method = simulation_.parameters.solver.method;
   now.parameters = parameters_.values();
   now.inputs = system.inputs();
   now.applied_inputs = applied_inputs_;
@@ -67,15 +67,15 @@ bool Instance::restore_integrator(Snapshot& saved) {
     parameters_.exchange(saved.parameters, saved.method);
     system.scales().swap(saved.scales);
     // an integrator that repeats steps needs the saved plant
-    simulation_.plan.update(simulation_.model);
-    system.update_control(simulation_.model);
+    simulation_.plan.update(simulation_.parameters);
+    system.update_control(simulation_.parameters);
   };
   exchange();
   if (!saved.is_running()) {
     simulation_.integrator.reset();
     return true;
   }
-  const SolverSettings settings = saved.life.effective(simulation_.model.solver);
+  const SolverSettings settings = saved.life.effective(simulation_.parameters.solver);
   std::unique_ptr<Integrator> fresh;
   if (!simulation_.integrator || !same(settings, simulation_.integrator_settings))
     fresh = make_integrator(system, settings);

@@ -51,7 +51,7 @@ fmi2Status Instance::get_string(const unsigned* references, std::size_t count, f
   for (std::size_t i = 0; i < count; ++i) {
     if (!simulation_.table.string(references[i]))
       return refuse(function, unknown_reference(references[i], "String"));
-    values[i] = method_name(simulation_.model.solver.method);  // the only String
+    values[i] = method_name(simulation_.parameters.solver.method);  // the only String
   }
   return fmi2OK;
 }
@@ -87,7 +87,7 @@ void Instance::set_value(const Variable& variable, double value) {
   System& system = simulation_.system;
   double& place = row.storage == Storage::input
                       ? system.inputs()[variable.group->input(variable.row_index, system, variable)]
-                      : *parameter(simulation_.model, variable);
+                      : *parameter(simulation_.parameters, variable);
   if (place == value) return;
   place = value;
   values_.changed();
@@ -115,7 +115,7 @@ fmi2Status Instance::set_integer(const unsigned* references, std::size_t count) 
 fmi2Status Instance::set_string(const unsigned* references, std::size_t count, const fmi2String* values) {
   constexpr Function function = Function::set_string;
   if (const char* why = objection_to_arrays(count, {references, values})) return refuse(function, why);
-  SolverMethod method = simulation_.model.solver.method;
+  SolverMethod method = simulation_.parameters.solver.method;
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = simulation_.table.string(references[i]);
     if (!variable) return refuse(function, unknown_reference(references[i], "String"));
@@ -128,7 +128,7 @@ fmi2Status Instance::set_string(const unsigned* references, std::size_t count, c
   if (!has_method(method))
     return refuse(function, "this library was specialised for its scene and does not include the method " +
                                 std::string(method_name(method)));
-  simulation_.model.solver.method = method;
+  simulation_.parameters.solver.method = method;
   return fmi2OK;
 }
 

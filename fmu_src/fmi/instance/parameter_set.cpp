@@ -20,29 +20,22 @@ bool is_possible_inertia(const std::array<double, 6>& inertia) {
 
 }  // namespace
 
-ParameterSet::ParameterSet(Simulation& simulation, CurrentState& state)
-    : simulation_(simulation), state_(state), start_method_(simulation.model.solver.method) {
-  start_values_ = values();
-}
-
 std::vector<double> ParameterSet::values() const {
   std::vector<double> result;
   for (const Variable& variable : simulation_.table.all())
-    if (const double* value = parameter(simulation_.model, variable)) result.push_back(*value);
+    if (const double* value = parameter(simulation_.parameters, variable)) result.push_back(*value);
   return result;
 }
 
 void ParameterSet::exchange(std::vector<double>& values, SolverMethod& method) {
   auto other = values.begin();
   for (const Variable& variable : simulation_.table.all())
-    if (double* value = parameter(simulation_.model, variable)) std::swap(*value, *other++);
-  std::swap(simulation_.model.solver.method, method);
+    if (double* value = parameter(simulation_.parameters, variable)) std::swap(*value, *other++);
+  std::swap(simulation_.parameters.solver.method, method);
 }
 
 void ParameterSet::reset() {
-  std::vector<double> values = start_values_;
-  SolverMethod method = start_method_;
-  exchange(values, method);
+  simulation_.parameters = parameters_of(simulation_.model);
   energy_offset = 0;
   in_force_ = changed_ = false;
 }
@@ -80,18 +73,20 @@ void ParameterSet::restored(bool changed) {
 void ParameterSet::renew_plan() {
   const bool balanced = simulation_.integrator && simulation_.system.with_work();
   const double before = balanced ? simulation_.mechanical_energy(state_.y()) : 0;
-  simulation_.plan.update(simulation_.model);
-  simulation_.system.update_control(simulation_.model);
+  simulation_.plan.update(simulation_.parameters);
+  simulation_.system.update_control(simulation_.parameters);
   if (balanced) energy_offset += simulation_.mechanical_energy(state_.y()) - before;
 }
 
 std::string ParameterSet::impossible() const {
-  for (const Link& link : simulation_.model.links)
-    if (!is_possible_inertia(link.inertia))
+  for (std::size_t i = 0; i < simulation_.model.links.size(); ++i) {
+    const Link& link = simulation_.model.links[i];
+    const JointParameters<double>& joint = simulation_.parameters.joints[i];
+    if (!is_possible_inertia(simulation_.parameters.links[i].inertia))
       return "the inertia of link '" + link.name + "' has a negative principal moment";
-  for (const Link& link : simulation_.model.links)
-    if (!(link.joint.lower < link.joint.upper))
+    if (!(joint.lower < joint.upper))
       return link.joint.name + ".upper must be greater than " + link.joint.name + ".lower";
+  }
   return {};
 }
 

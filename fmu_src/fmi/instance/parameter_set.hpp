@@ -7,17 +7,18 @@
 
 namespace redysim {
 
-// The parameters of the model as the master has set them, and whether the plan contains them.
+// The parameters as the master has set them, and whether the plan contains them.
 class ParameterSet {
  public:
-  ParameterSet(Simulation& simulation, CurrentState& state);
+  ParameterSet(Simulation& simulation, CurrentState& state)
+      : simulation_(simulation), state_(state), size_(values().size()) {}
 
   void reset();  // to the values of the model file
-  std::size_t size() const { return start_values_.size(); }
-  std::vector<double> values() const;
-  void exchange(std::vector<double>& values, SolverMethod& method);  // with those of the model
+  std::size_t size() const { return size_; }
+  std::vector<double> values() const;  // of the Real parameters, in table order
+  void exchange(std::vector<double>& values, SolverMethod& method);
 
-  // Notes that a value of the model was set.
+  // Notes that a value was set.
   void set(const Variable& variable);
   bool changed() const { return changed_; }  // since the last step
   void stepped() { changed_ = false; }
@@ -39,8 +40,7 @@ class ParameterSet {
 
   Simulation& simulation_;
   CurrentState& state_;
-  std::vector<double> start_values_;  // of the Real parameters, in table order
-  SolverMethod start_method_;
+  const std::size_t size_;
   bool in_force_ = true, changed_ = false;
   bool inertia_tuned_ = false;  // since the plan was current
 };

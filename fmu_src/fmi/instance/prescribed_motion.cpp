@@ -17,7 +17,9 @@ void PrescribedMotion::reset_to_start() {
   const Plan<double>& plan = simulation_.plan;
   for (int i = 0; i < plan.nv; ++i)
     if (plan.joints[i].prescribed) {
-      const auto start = start_motion(simulation_.model.links[plan.joints[i].link].joint);
+      const int link = plan.joints[i].link;
+      const auto start =
+          start_motion(simulation_.model.links[link].joint, simulation_.parameters.joints[link]);
       std::copy(start.begin(), start.end(), &values_[3 * i]);
     }
   begin();

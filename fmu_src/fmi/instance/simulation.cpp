@@ -5,7 +5,11 @@
 namespace redysim {
 
 Simulation::Simulation(Model given)
-    : model(std::move(given)), plan(model), table(model, plan), system(plan, has_work(model, plan), &model) {}
+    : model(std::move(given)),
+      parameters(parameters_of(model)),
+      plan(model, parameters),
+      table(model, plan),
+      system(plan, has_work(model, plan), &model) {}
 
 std::string Simulation::failed_joint() const {
   const int joint = system.failed_joint();

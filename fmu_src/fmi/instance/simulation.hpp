@@ -18,7 +18,8 @@ struct Simulation {
     return system.kinetic_energy(time, y) + system.potential_energy(time, y);
   }
 
-  Model model;  // with the current parameters
+  const Model model;
+  Parameters<double> parameters;  // the current ones
   Plan<double> plan;
   VariableTable table;
   System system;                           // uses plan; holds the inputs

@@ -54,7 +54,7 @@ double Values::read_known(const Variable& variable) {
     case Storage::none:
       break;
     case Storage::parameter:
-      return *parameter(model(), variable);
+      return *parameter(simulation_.parameters, variable);
     case Storage::input:
       return system().inputs()[variable.group->input(variable.row_index, system(), variable)];
     case Storage::motion:

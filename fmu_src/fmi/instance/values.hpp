@@ -39,7 +39,7 @@ class Values {
 
   // --- for rows of variables; each states what it needs ---
 
-  Model& model() { return simulation_.model; }
+  const Model& model() const { return simulation_.model; }
   const Plan<double>& plan() const { return simulation_.plan; }
   System& system() { return simulation_.system; }
   const Integrator* integrator() const { return simulation_.integrator.get(); }  // null: no step yet

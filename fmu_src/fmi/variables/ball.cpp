@@ -34,9 +34,6 @@ constexpr Entry motion_entries[] = {
         .lives_at([](const System& system, const Variable& v) {
           return system.input_layout().ball_torque[v.ball] + v.element;
         })
-        .direction([](OutputDerivatives& of, const Variable& v, double direction) {
-          of.tangent().balls[v.ball].torque[v.element] += direction;
-        })
         .measures(quantity::torque)
         .says("Drive torque of %, $ in link axes")
         .labels(axes),
@@ -90,24 +87,15 @@ constexpr Entry start_entries[] = {
     parameter(Owner::ball, "quaternion0")
         .fixed()
         .array(4)
-        .lives_at([](Model& model, const Variable& v) -> double& {
-          return model.balls[v.ball].quaternion[v.element];
-        })
+        .sets([](auto& at, const Variable& v) -> auto& { return at.balls[v.ball].quaternion[v.element]; })
         .acts_on(acts::position)
-        .direction([](OutputDerivatives& of, const Variable& v, double direction) {
-          of.tangent().balls[v.ball].quaternion[v.element] += direction;
-        })
         .says("Start orientation of %, quaternion component $")
         .labels(quaternion_components),
     parameter(Owner::ball, "omega0")
         .fixed()
         .array(3)
-        .lives_at(
-            [](Model& model, const Variable& v) -> double& { return model.balls[v.ball].omega[v.element]; })
+        .sets([](auto& at, const Variable& v) -> auto& { return at.balls[v.ball].omega[v.element]; })
         .acts_on(acts::velocity)
-        .direction([](OutputDerivatives& of, const Variable& v, double direction) {
-          of.tangent().balls[v.ball].omega[v.element] += direction;
-        })
         .measures(quantity::angular_velocity)
         .says("Start angular velocity of %, $ in link axes")
         .labels(axes),

@@ -23,9 +23,9 @@ struct Entry {
   // null: it always exists, is not computed, is not a parameter ...; a derivative that is null is 0
   bool (*condition)(const Scene&, const Variable&) = nullptr;
   double (*value)(Values&, const Variable&) = nullptr;
-  double& (*place)(Model&, const Variable&) = nullptr;
+  double& (*place)(Parameters<double>&, const Variable&) = nullptr;
+  Dual& (*dual_place)(Parameters<Dual>&, const Variable&) = nullptr;
   int (*index)(const System&, const Variable&) = nullptr;
-  void (*set)(OutputDerivatives&, const Variable&, double) = nullptr;
   double (*rate_of_change)(OutputDerivatives&, const Variable&) = nullptr;
 
   // --- the running FMU ---
@@ -78,35 +78,35 @@ struct Entry {
     e.row.needs = needs;
     return e;
   }
-  constexpr Entry lives_at(double& (*at)(Model&, const Variable&)) const {
+  // The member of Parameters<Scalar>. There are derivatives by it if it is one on dual numbers, too.
+  template <class Member>
+  constexpr Entry sets(Member member) const {
     Entry e = *this;
-    e.place = at;
+    e.place = member;
     e.row.storage = Storage::parameter;
+    if constexpr (std::is_convertible_v<Member, decltype(dual_place)>) {
+      e.dual_place = member;
+      e.row.has_direction = true;
+    }
     return e;
   }
   constexpr Entry lives_at(int (*at)(const System&, const Variable&)) const {
     Entry e = acts_on(acts::force);
     e.index = at;
     e.row.storage = Storage::input;
-    e.row.has_direction = e.row.is_force = true;
+    e.row.has_direction = true;
     return e;
   }
   constexpr Entry motion(int order) const {
     Entry e = *this;
     e.row.storage = Storage::motion;
     e.row.motion_order = static_cast<std::uint8_t>(order);
+    e.row.has_direction = true;
     return e;
   }
   constexpr Entry acts_on(unsigned what) const {
     Entry e = *this;
     e.row.acts = static_cast<std::uint16_t>(what);
-    return e;
-  }
-  constexpr Entry direction(void (*set_direction)(OutputDerivatives&, const Variable&, double)) const {
-    Entry e = *this;
-    e.set = set_direction;
-    e.row.has_direction = true;
-    e.row.is_force = false;
     return e;
   }
   constexpr Entry derivative(double (*read)(OutputDerivatives&, const Variable&)) const {
@@ -226,15 +226,14 @@ struct Functions {
   static double read(int row, Values& values, const Variable& variable) {
     return call<&Entry::value>(row, 0.0, values, variable);
   }
-  static double* place(int row, Model& model, const Variable& variable) {
-    return call<&Entry::place>(row, static_cast<double*>(nullptr), model, variable);
+  static double* place(int row, Parameters<double>& parameters, const Variable& variable) {
+    return call<&Entry::place>(row, static_cast<double*>(nullptr), parameters, variable);
+  }
+  static Dual* dual_place(int row, Parameters<Dual>& parameters, const Variable& variable) {
+    return call<&Entry::dual_place>(row, static_cast<Dual*>(nullptr), parameters, variable);
   }
   static int input(int row, const System& system, const Variable& variable) {
     return call<&Entry::index>(row, 0, system, variable);
-  }
-  static void set_direction(int row, OutputDerivatives& derivatives, const Variable& variable,
-                            double direction) {
-    call<&Entry::set>(row, false, derivatives, variable, direction);
   }
   static double derivative(int row, OutputDerivatives& derivatives, const Variable& variable) {
     return call<&Entry::rate_of_change>(row, 0.0, derivatives, variable);
@@ -255,8 +254,8 @@ inline constexpr RowGroup rows_in{
     any_has<entries>(&Entry::condition) ? Functions<entries>::exists : nullptr,
     any_has<entries>(&Entry::value) ? Functions<entries>::read : nullptr,
     any_has<entries>(&Entry::place) ? Functions<entries>::place : nullptr,
+    any_has<entries>(&Entry::dual_place) ? Functions<entries>::dual_place : nullptr,
     any_has<entries>(&Entry::index) ? Functions<entries>::input : nullptr,
-    any_has<entries>(&Entry::set) ? Functions<entries>::set_direction : nullptr,
     any_has<entries>(&Entry::rate_of_change) ? Functions<entries>::derivative : nullptr};
 
 template <const auto& entries>

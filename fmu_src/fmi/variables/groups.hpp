@@ -52,11 +52,11 @@ struct BallStartValues {  // ball.cpp
   static const RowGroup rows;
   static const WordGroup words;
 };
-struct JointParameters {  // joint_parameters.cpp
+struct JointParameterVariables {  // joint_parameters.cpp
   static const RowGroup rows;
   static const WordGroup words;
 };
-struct LinkParameters {  // link.cpp
+struct LinkParameterVariables {  // link.cpp
   static const RowGroup rows;
   static const WordGroup words;
 };
@@ -68,6 +68,6 @@ struct SolverParameters {  // solver.cpp
 // In the order of the XML.
 using Groups = std::tuple<JointMotionVariables, BallMotionVariables, JointDriveVariables, FrameVariables,
                           LoopVariables, EnergyVariables, SolverHealth, JointStartValues, BallStartValues,
-                          JointParameters, LinkParameters, SolverParameters>;
+                          JointParameterVariables, LinkParameterVariables, SolverParameters>;
 
 }  // namespace redysim

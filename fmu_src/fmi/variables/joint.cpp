@@ -13,10 +13,6 @@ const Joint& joint_of(const Model& model, const Variable& variable) {
   return model.links[variable.link].joint;
 }
 
-bool is_controlled(const Scene& scene, const Variable& variable) {
-  return controlled_joint(scene.model, variable.link) != nullptr;
-}
-
 // By inputs, not by a trajectory.
 bool takes_motion(const Scene& scene, const Variable& variable) {
   if (joint_of(scene.model, variable).drive != Drive::motion) return false;
@@ -61,15 +57,9 @@ double read_acceleration(Values& at, const Variable& v) { return at.acceleration
 double start_position(const Model& model, const Variable& v) { return joint_of(model, v).q0; }
 double start_velocity(const Model& model, const Variable& v) { return joint_of(model, v).qd0; }
 
-void set_position_direction(OutputDerivatives& of, const Variable& v, double direction) {
-  of.tangent().q[v.joint].derivative += direction;
-}
-void set_velocity_direction(OutputDerivatives& of, const Variable& v, double direction) {
-  of.tangent().qd[v.joint].derivative += direction;
-}
-
 void explain_drive(const Model& model, const Variable& variable, Presentation& shown) {
-  if (controlled_joint(model, variable.link)) shown.description += ", added to the controller's";
+  if (controlled_joint(model.controller.joints, variable.link))
+    shown.description += ", added to the controller's";
 }
 
 void explain_force(const Model& model, const Variable& variable, Presentation& shown) {
@@ -81,7 +71,7 @@ void explain_force(const Model& model, const Variable& variable, Presentation& s
 // Whether the drive force is computed from accelerations or state. Otherwise it is an input.
 bool force_follows(const Variable& variable, const Components& components) {
   return components.plan().joints[variable.joint].prescribed ||
-         controlled_joint(components.model(), variable.link) != nullptr;
+         controlled_joint(components.model().controller.joints, variable.link) != nullptr;
 }
 
 bool is_own_force(const Variable& unknown, const Variable& known) {
@@ -113,7 +103,6 @@ constexpr Entry motion_entries[] = {
         .there_if(takes_motion)
         .motion(0)
         .acts_on(acts::position)
-        .direction(set_position_direction)
         .starts_at(start_position)
         .measures(quantity::angle, quantity::position)
         .says("Prescribed angle of %", "Prescribed displacement of %"),
@@ -121,7 +110,6 @@ constexpr Entry motion_entries[] = {
         .there_if(takes_motion)
         .motion(1)
         .acts_on(acts::velocity)
-        .direction(set_velocity_direction)
         .starts_at(start_velocity)
         .measures(quantity::angular_velocity, quantity::velocity)
         .says("Prescribed angular velocity of %", "Prescribed velocity of %"),
@@ -129,9 +117,6 @@ constexpr Entry motion_entries[] = {
         .there_if(takes_motion)
         .motion(2)
         .acts_on(acts::force)
-        .direction([](OutputDerivatives& of, const Variable& v, double direction) {
-          of.tangent().force[v.joint].derivative += direction;
-        })
         .measures(quantity::angular_acceleration, quantity::acceleration)
         .says("Prescribed angular acceleration of %", "Prescribed acceleration of %"),
     output(Owner::joint, "q")
@@ -215,17 +200,15 @@ constexpr Entry start_entries[] = {
     parameter(Owner::joint, "q0")
         .fixed()
         .there_if(starts_with_position)
-        .lives_at([](Model& model, const Variable& v) -> double& { return model.links[v.link].joint.q0; })
+        .sets([](auto& at, const Variable& v) -> auto& { return at.joints[v.link].q0; })
         .acts_on(acts::position)
-        .direction(set_position_direction)
         .measures(quantity::angle, quantity::position)
         .says("Start angle of %", "Start displacement of %"),
     parameter(Owner::joint, "qd0")
         .fixed()
         .there_if(starts_with_velocity)
-        .lives_at([](Model& model, const Variable& v) -> double& { return model.links[v.link].joint.qd0; })
+        .sets([](auto& at, const Variable& v) -> auto& { return at.joints[v.link].qd0; })
         .acts_on(acts::velocity)
-        .direction(set_velocity_direction)
         .measures(quantity::angular_velocity, quantity::velocity)
         .says("Start angular velocity of %", "Start velocity of %"),
 };

@@ -8,18 +8,22 @@
 
 namespace redysim {
 
-// The controller entry of the joint of a link, or null.
-template <class SomeModel>
-auto controlled_joint(SomeModel& model, int link) -> decltype(model.controller.joints.data()) {
-  for (auto& joint : model.controller.joints)
+// The entry of a link's joint among the controlled ones, or null.
+template <class ControlledJoints>
+auto controlled_joint(ControlledJoints& joints, int link) -> decltype(joints.data()) {
+  for (auto& joint : joints)
     if (joint.link == link) return &joint;
   return nullptr;
 }
 
-// The place of a Real parameter in a model; null for other variables.
-inline double* parameter(Model& model, const Variable& variable) {
+inline bool is_controlled(const Scene& scene, const Variable& variable) {
+  return controlled_joint(scene.model.controller.joints, variable.link) != nullptr;
+}
+
+// The place of a Real parameter; null for other variables.
+inline double* parameter(Parameters<double>& parameters, const Variable& variable) {
   return variable.row->storage == Storage::parameter
-             ? variable.group->place(variable.row_index, model, variable)
+             ? variable.group->place(variable.row_index, parameters, variable)
              : nullptr;
 }
 

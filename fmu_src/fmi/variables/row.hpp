@@ -4,7 +4,8 @@
 #include <cstdint>
 
 #include "dynamics/plan.hpp"
-#include "model/model.hpp"
+#include "math/dual.hpp"
+#include "model/parameters.hpp"
 
 // One role of variables in the running FMU, for example "<joint>.q" or "<frame>.position[i]". Rows are
 // defined as part of an Entry (entry.hpp) in the file of their subject.
@@ -26,8 +27,8 @@ enum class Owner : std::uint8_t { model, joint, ball, frame, loop, link };
 // What must be computed before a value is read.
 enum class Needs : std::uint8_t { nothing, parameters, accelerations, energies };
 
-// Where a value is stored: a parameter in the model, an input in System::inputs(), a prescribed motion as one
-// of its three derivatives.
+// Where a value is stored: a parameter in Parameters, an input in System::inputs(), a prescribed motion as
+// one of its three derivatives.
 enum class Storage : std::uint8_t { none, parameter, input, motion };
 
 enum class Bounds : std::uint8_t { none, not_negative, positive, tolerance };
@@ -63,7 +64,6 @@ struct Row {
   std::uint8_t motion_order = 0;    // of a prescribed motion: 0 position, 1 velocity, 2 acceleration
   bool adds_to_controller = false;  // named "<name>_added" if a controller drives the joint
   bool has_direction = false;       // there are derivatives by it
-  bool is_force = false;            // its direction is that of its entry of Tangent::force
   bool rate_is_next = false;        // its time derivative is the value of the next row
   std::uint16_t acts = 0;
 
@@ -77,9 +77,10 @@ struct RowGroup {
   int count;
   bool (*exists)(int row, const Scene&, const Variable&);
   double (*read)(int row, Values&, const Variable&);
-  double* (*place)(int row, Model&, const Variable&);     // of a parameter; null: not a Real parameter
+  // of a parameter; null: not a Real parameter, or without derivatives
+  double* (*place)(int row, Parameters<double>&, const Variable&);
+  Dual* (*dual_place)(int row, Parameters<Dual>&, const Variable&);
   int (*input)(int row, const System&, const Variable&);  // index into System::inputs()
-  void (*set_direction)(int row, OutputDerivatives&, const Variable&, double direction);
   double (*derivative)(int row, OutputDerivatives&, const Variable&);
 
   const Row* begin() const { return rows; }

@@ -34,8 +34,8 @@ double read_method(Values& at, const Variable&) {
 }
 
 template <double SolverSettings::*member>
-double& of_solver(Model& model, const Variable&) {
-  return model.solver.*member;
+double& of_solver(Parameters<double>& parameters, const Variable&) {
+  return parameters.solver.*member;
 }
 
 constexpr Entry health_entries[] = {
@@ -81,17 +81,17 @@ constexpr Entry setting_entries[] = {
     parameter(Owner::model, "solver.rtol")
         .fixed()
         .bounds(Bounds::tolerance)
-        .lives_at(of_solver<&SolverSettings::rtol>)
+        .sets(of_solver<&SolverSettings::rtol>)
         .says("Relative tolerance of the solver"),
     parameter(Owner::model, "solver.atol")
         .fixed()
         .bounds(Bounds::not_negative)
-        .lives_at(of_solver<&SolverSettings::atol>)
+        .sets(of_solver<&SolverSettings::atol>)
         .says("Absolute tolerance of the solver, in units of each state"),
     parameter(Owner::model, "solver.max_step")
         .fixed()
         .bounds(Bounds::not_negative)
-        .lives_at(of_solver<&SolverSettings::max_step>)
+        .sets(of_solver<&SolverSettings::max_step>)
         .measures(quantity::duration)
         .says("Maximum internal step size (0: unlimited)"),
 };

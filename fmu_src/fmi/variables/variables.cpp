@@ -99,7 +99,7 @@ std::string index_of(const Row& row, int element) {
 }
 
 std::string name_of(const Model& model, const Row& row, const Variable& variable) {
-  const bool added = row.adds_to_controller && controlled_joint(model, variable.link);
+  const bool added = row.adds_to_controller && controlled_joint(model.controller.joints, variable.link);
   return owner_name(model, row, variable) + row.name + (added ? "_added" : "") +
          index_of(row, variable.element);
 }

@@ -32,9 +32,9 @@ Control::Control(const Model& model, const Plan<double>& plan)
 
 Control::~Control() = default;
 
-void Control::update(const Model& model) {
-  gains_ = model.controller.joints;
-  if (internal_model_) internal_model_->plan.update(model);
+void Control::update(const Parameters<double>& parameters) {
+  gains_ = parameters.controlled;
+  if (internal_model_) internal_model_->plan.update(parameters);
 }
 
 bool Control::enter(double time, double* phases) const {

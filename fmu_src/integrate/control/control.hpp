@@ -7,7 +7,7 @@
 #include "dynamics/plan.hpp"
 #include "dynamics/workspace.hpp"
 #include "integrate/system/reference.hpp"
-#include "model/model.hpp"
+#include "model/parameters.hpp"
 
 namespace redysim {
 
@@ -23,7 +23,7 @@ class Control {
   ~Control();
 
   // Updates gains, targets and the parameters of the controller's own model.
-  void update(const Model& model);
+  void update(const Parameters<double>& parameters);
 
   // Phases, one number a trajectory. `enter` sets those at `time` and returns whether one changed.
   std::size_t phase_count() const { return trajectories_.size(); }

@@ -16,26 +16,21 @@ ControlTangent::ControlTangent(const Model& model, const Control& control)
 
 ControlTangent::~ControlTangent() = default;
 
-void ControlTangent::go_to(const Model& model, System& system, double time) {
+void ControlTangent::go_to(System& system, double time) {
   for (std::size_t k = 0; k < joints_.size(); ++k) {
-    const ControlledJoint& given = model.controller.joints[k];
-    gains_[k] = {Dual(given.kp), Dual(given.kd), Dual(given.target)};
     const JointMotion motion = system.reference(joints_[k], time);
     references_[k] = {Dual(motion.q), Dual(motion.qd), Dual(motion.qdd)};
   }
-  if (internal_model_) internal_model_->plan.update(model);
+}
+
+void ControlTangent::update(const Parameters<Dual>& parameters) {
+  gains_ = parameters.controlled;
+  if (internal_model_) internal_model_->plan.update(parameters);
 }
 
 std::size_t ControlTangent::place(int joint) const {
   return static_cast<std::size_t>(std::find(joints_.begin(), joints_.end(), joint) - joints_.begin());
 }
-
-ControlTangent::Gains* ControlTangent::gains(int joint) {
-  const std::size_t k = place(joint);
-  return k < joints_.size() ? &gains_[k] : nullptr;
-}
-
-Plan<Dual>* ControlTangent::plan() { return internal_model_ ? &internal_model_->plan : nullptr; }
 
 ControlTangent::Reference ControlTangent::reference(std::size_t k) const {
   Reference wanted = references_[k];

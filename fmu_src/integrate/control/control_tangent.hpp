@@ -15,14 +15,8 @@ class ControlTangent {
   ControlTangent(const Model& model, const Control& control);
   ~ControlTangent();
 
-  // Moves to `time` with direction 0 and the parameters of `model`. The caller then sets the directions of
-  // parameters.
-  void go_to(const Model& model, System& system, double time);
-  struct Gains {
-    Dual kp, kd, target;
-  };
-  Gains* gains(int joint);  // null: not controlled
-  Plan<Dual>* plan();       // of the controller's own model; null: it has none
+  void go_to(System& system, double time);  // with direction 0
+  void update(const Parameters<Dual>& parameters);
 
   // Sets the direction of time: that of references and of accelerations along trajectories.
   void go_with_time(System& system, double time, std::vector<Dual>& force);
@@ -46,7 +40,7 @@ class ControlTangent {
   const std::vector<int> joints_;     // the controlled ones
   std::vector<char> follows_;         // per controlled joint: a trajectory
   std::vector<int> on_trajectories_;  // joints that trajectories prescribe
-  std::vector<Gains> gains_;
+  std::vector<ControlledJointOf<Dual>> gains_;
   std::vector<Reference> references_;
   std::unique_ptr<InternalModel<Dual>> internal_model_;
 };

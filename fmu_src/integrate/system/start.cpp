@@ -6,8 +6,8 @@
 
 namespace redysim {
 
-std::array<double, 3> start_motion(const Joint& joint) {
-  return {joint.q0, joint.drive == Drive::motion ? joint.qd0 : 0, 0};
+std::array<double, 3> start_motion(const Joint& joint, const JointParameters<double>& start) {
+  return {start.q0, joint.drive == Drive::motion ? start.qd0 : 0, 0};
 }
 
 void begin_motions(const Model& model, System& system, double time) {
@@ -15,30 +15,32 @@ void begin_motions(const Model& model, System& system, double time) {
   system.enter_phases(time);
   for (int i = 0; i < plan.nv; ++i) {
     if (!plan.joints[i].prescribed) continue;
-    const auto [q, qd, qdd] = start_motion(model.links[plan.joints[i].link].joint);
+    const Joint& joint = model.links[plan.joints[i].link].joint;
+    const auto [q, qd, qdd] = start_motion(joint, joint);
     system.set_motion(time, i, q, qd, qdd);
   }
 }
 
-void set_start_values(const Model& model, const System& system, double* y) {
+void set_start_values(const Parameters<double>& parameters, const System& system, double* y) {
   const Plan<double>& plan = system.plan();
   const StateLayout& layout = system.layout();
   for (int i = 0; i < system.simple(); ++i) {
-    const Joint& joint = model.links[plan.joints[system.joint_of(i)].link].joint;
+    const JointParameters<double>& joint = parameters.joints[plan.joints[system.joint_of(i)].link];
     y[i] = joint.q0;
     y[layout.qd[i]] = joint.qd0;
   }
   for (int ball = 0; ball < system.balls(); ++ball) {
-    const Ball& start = model.balls[ball];
+    const BallStart<double>& start = parameters.balls[ball];
     std::copy_n(start.quaternion.begin(), 4, layout.quaternion.of(y, ball));
     std::copy_n(start.omega.begin(), 3, layout.omega.of(y, ball));
   }
   if (system.with_work()) *layout.work.of(y) = 0;
 }
 
-Assembly assemble_start(const Model& model, System& system, double time, double* y) {
+Assembly assemble_start(const Model& model, const Parameters<double>& parameters, System& system, double time,
+                        double* y) {
   const Plan<double>& plan = system.plan();
-  set_start_values(model, system, y);
+  set_start_values(parameters, system, y);
   if (!system.has_loops()) return {};
   const System::Coordinates at = system.coordinates(time, y);
   std::vector<double> q(at.q, at.q + plan.nv), qd(at.qd, at.qd + plan.nv);
@@ -52,7 +54,7 @@ Tangent::Misfit misfit_of_accelerations(const Model& model, System& system, doub
   if (!plan.has_loops() || plan.prescribed_count == static_cast<int>(plan.balls.size())) return {};
   if (freedom(model, system.coordinates(time, y).q).surplus == 0) return {};
   Tangent tangent(model, system);
-  tangent.go_to(model, system, time, y);
+  tangent.go_to(parameters_of(model), system, time, y);
   tangent.go_with_time(system, time, y);
   return tangent.loop_misfit();
 }

@@ -11,17 +11,19 @@
 namespace redysim {
 
 // q, qd and qdd of a prescribed joint before a master sets them.
-std::array<double, 3> start_motion(const Joint& joint);
+std::array<double, 3> start_motion(const Joint& joint, const JointParameters<double>& start);
 
-// From `time` on prescribed joints move by start_motion(...), those with a trajectory along it.
+// From `time` on prescribed joints move by start_motion(...) of the model file, those with a trajectory along
+// it.
 void begin_motions(const Model& model, System& system, double time);
 
-// Fills y (system.size()) with the start values of `model` as they are given.
-void set_start_values(const Model& model, const System& system, double* y);
+// Fills y (system.size()) with the start values as they are given.
+void set_start_values(const Parameters<double>& parameters, const System& system, double* y);
 
 // The same, with assembled loops (dynamics/assembly/assembly.hpp); if assembly fails, y is as given.
 // Allocates.
-Assembly assemble_start(const Model& model, System& system, double time, double* y);
+Assembly assemble_start(const Model& model, const Parameters<double>& parameters, System& system, double time,
+                        double* y);
 
 // The loop that the prescribed accelerations violate at (time, y), if any. Allocates.
 Tangent::Misfit misfit_of_accelerations(const Model& model, System& system, double time, const double* y);

@@ -41,7 +41,7 @@ System::System(const Plan<double>& plan, bool with_work, const Model* model)
     control_ = std::make_unique<Control>(*model, plan);
   set_layouts(with_work);
   scales_.assign(integrated_.size(), 1.0);
-  if (model) set_scales(*model);
+  if (model) set_scales(*model, parameters_of(*model));
   angles_.resize(plan.balls.size());
   inputs_.assign(base_size(), 0.0);
   if (input_layout_.held_motion.count > 0) {
@@ -67,8 +67,9 @@ void System::set_layouts(bool with_work) {
   input_layout_ = InputLayout(plan_, held_motions, control_ ? static_cast<int>(control_->phase_count()) : 0);
 }
 
-void System::set_scales(const Model& model) {
-  for (int k = 0; k < simple(); ++k) scales_[k] = motion_scale(model, plan_.joints[joint_of(k)].link);
+void System::set_scales(const Model& model, const Parameters<double>& parameters) {
+  for (int k = 0; k < simple(); ++k)
+    scales_[k] = motion_scale(model, parameters, plan_.joints[joint_of(k)].link);
 }
 
 System::Coordinates System::coordinates(double time, const double* y) {

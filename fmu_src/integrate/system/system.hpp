@@ -40,7 +40,7 @@ class System {
   }  // into plan().joints; < simple()
 
   // Scale of each joint's motion, m or 1 (rad), for absolute tolerances; of length simple().
-  void set_scales(const Model& model);
+  void set_scales(const Model& model, const Parameters<double>& parameters);
   std::vector<double>& scales() { return scales_; }
   const std::vector<double>& scales() const { return scales_; }
 
@@ -85,8 +85,8 @@ class System {
   // Trajectories and the controller; null if the model has none. `enter_phases` sets the phases of the
   // trajectories at the start of a step and returns whether the right-hand side changed.
   const Control* control() const { return features::control ? control_.get() : nullptr; }
-  void update_control(const Model& model) {
-    if (control()) control_->update(model);
+  void update_control(const Parameters<double>& parameters) {
+    if (control()) control_->update(parameters);
   }
   bool enter_phases(double time) { return control() && control_->enter(time, phases()); }
   double next_breakpoint(double time) const;  // s, where a step has to end; infinity: none

@@ -47,7 +47,6 @@ Tangent::Tangent(const Model& model, const System& system)
     : balls(static_cast<std::size_t>(system.balls())), plan_(model), workspace_(plan_) {
   angles_.resize(balls.size());
   ball_omega_.resize(balls.size());
-  ball_torque_.resize(balls.size());
   ball_turn_.resize(balls.size());
   ball_quaternion_.resize(balls.size());
   moved_.resize(balls.size());
@@ -55,14 +54,9 @@ Tangent::Tangent(const Model& model, const System& system)
     control_ = std::make_unique<ControlTangent>(model, *system.control());
 }
 
-std::vector<Plan<Dual>*> Tangent::plans() {
-  if (control() && control()->plan()) return {&plan_, control()->plan()};
-  return {&plan_};
-}
-
-void Tangent::go_to(const Model& model, System& system, double time, const double* y) {
+void Tangent::go_to(const Parameters<double>& given, System& system, double time, const double* y) {
   const std::size_t n = static_cast<std::size_t>(plan_.nv);
-  plan_.update(model);
+  parameters = given.cast<Dual>();
   qdd.assign(n, Dual(0));
   drive = qdd;
   std::vector<double> unused(n);
@@ -78,34 +72,23 @@ void Tangent::go_to(const Model& model, System& system, double time, const doubl
     angles_[k] = system.angles_of_ball(ball);
     ball_quaternion_[k] = Eigen::Map<const Eigen::Vector4d>(system.layout().quaternion.of(y, ball));
     ball_omega_[k] = Vec3<double>(system.layout().omega.of(y, ball));
-    ball_torque_[k] = Vec3<double>(system.recursion_ball_torque(ball));
   }
   with_time_ = false;
-  if (control()) control()->go_to(model, system, time);
+  if (control()) control()->go_to(system, time);
 }
 
-// The inertia of a link about its own center of mass, in the frame of the body that carries it.
-void Tangent::change_mass(int body, const Pose& frame, const Vec3<double>& com, double mass, double d_mass,
-                          const Vec3<double>& d_com, const Mat3<double>& d_inertia) {
-  const Vec3<double> c = frame.rotation * com + frame.position, dc = frame.rotation * d_com;
-  const Mat3<double> unit = Mat3<double>::Identity();
-  const Mat3<double> about_origin = frame.rotation * d_inertia * frame.rotation.transpose() +
-                                    d_mass * (c.squaredNorm() * unit - c * c.transpose()) +
-                                    mass * (2 * c.dot(dc) * unit - dc * c.transpose() - c * dc.transpose());
-  constexpr int rows[] = {0, 1, 2, 0, 0, 1}, columns[] = {0, 1, 2, 1, 2, 2};
-  for (Plan<Dual>* plan : plans()) {
-    if (body == ground) {
-      for (int k = 0; k < 3; ++k) plan->grounded[k].derivative += d_mass * c[k] + mass * dc[k];
-      continue;
-    }
-    JointPlan<Dual>& joint = plan->joints[body];
-    RigidInertia<Dual>& to = joint.inertia;
-    to.mass.derivative += d_mass;
-    for (int k = 0; k < 3; ++k) to.h[k].derivative += d_mass * c[k] + mass * dc[k];
-    Dual* const entries[] = {&to.inertia.xx, &to.inertia.yy, &to.inertia.zz,
-                             &to.inertia.xy, &to.inertia.xz, &to.inertia.yz};
-    for (int k = 0; k < 6; ++k) entries[k]->derivative += about_origin(rows[k], columns[k]);
-    joint.rigid = articulated(to);
+void Tangent::apply_parameters() {
+  plan_.update(parameters);
+  if (control()) control()->update(parameters);
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    const JointParameters<Dual>& start = parameters.joints[plan_.joints[i].link];
+    q[i].derivative += start.q0.derivative;
+    qd[i].derivative += start.qd0.derivative;
+  }
+  for (std::size_t k = 0; k < balls.size(); ++k) {
+    const auto& [quaternion, omega] = parameters.balls[k];
+    for (int i = 0; i < 4; ++i) balls[k].quaternion[i] += quaternion[i].derivative;
+    for (int i = 0; i < 3; ++i) balls[k].omega[i] += omega[i].derivative;
   }
 }
 
@@ -254,11 +237,11 @@ const char* Tangent::follow_assembly(const Model& model, const Assembly& assembl
   // in the charts of the assembly
   Duals at = q, speed = qd;
   for (std::size_t k = 0; k < balls.size(); ++k) {
-    const Ball& start = model.balls[k];
-    const Eigen::Map<const Eigen::Vector4d> quaternion(start.quaternion.data());
-    put_ball(static_cast<int>(k), ball_angles(rotation_of(start.quaternion.data())),
-             turn_of(quaternion, balls[k].quaternion), with(Vec3<double>(start.omega.data()), balls[k].omega),
-             at, speed);
+    const BallStart<Dual>& start = parameters.balls[k];
+    Eigen::Vector4d quaternion;
+    for (int i = 0; i < 4; ++i) quaternion[i] = start.quaternion[i].value;
+    put_ball(static_cast<int>(k), ball_angles(rotation_of(quaternion.data())),
+             turn_of(quaternion, balls[k].quaternion), Vec3<Dual>(start.omega.data()), at, speed);
     for (int i = plan_.balls[k] + 1; i < plan_.balls[k] + 4; ++i) {
       at[i].value += assembly.moved[i];
       speed[i].value += assembly.sped[i];
@@ -270,6 +253,7 @@ const char* Tangent::follow_assembly(const Model& model, const Assembly& assembl
 }
 
 void Tangent::go_with_time(System& system, double time, const double* y) {
+  apply_parameters();
   std::vector<double> accelerations(static_cast<std::size_t>(plan_.nv));
   system.accelerations(time, y, accelerations.data());
   for (std::size_t i = 0; i < q.size(); ++i) {
@@ -278,9 +262,6 @@ void Tangent::go_with_time(System& system, double time, const double* y) {
   }
   for (std::size_t i = 0; i < force.size(); ++i)
     force[i].derivative = system.input_slope(static_cast<int>(i));
-  for (std::size_t k = 0; k < balls.size(); ++k)
-    for (int i = 0; i < 3; ++i)
-      balls[k].torque[i] = force[inputs_.ball_torque[static_cast<int>(k)] + i].derivative;
   with_time_ = true;
   if (control()) control()->go_with_time(system, time, force);
 }
@@ -329,7 +310,8 @@ void Tangent::set_balls() {
     ball_turn_[k] = rate_matrix(a) * change;
     moved_[k] = {a.turned, Dual(a.phi, change[0]), Dual(a.theta, change[1]), Dual(a.psi, change[2])};
     const Vec3<Dual> rates = angle_rates(moved_[k], with(ball_omega_[k], balls[k].omega));
-    const Vec3<Dual> forces = rate_matrix(moved_[k]).transpose() * with(ball_torque_[k], balls[k].torque);
+    const Vec3<Dual> torque(inputs_.ball_torque.of(force.data(), static_cast<int>(k)));
+    const Vec3<Dual> forces = rate_matrix(moved_[k]).transpose() * torque;
     for (int i = 0; i < 3; ++i) {
       if (!with_time_) qd[first + i].derivative += rates[i].derivative;
       force[first + i] = forces[i];

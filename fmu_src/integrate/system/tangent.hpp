@@ -16,21 +16,21 @@ class Tangent {
  public:
   Tangent(const Model& model, const System& system);
 
-  // Moves to (time, y) with direction 0 and the parameters of `model`. The caller then sets the directions of
-  // the independent variables: q, qd (joints with one degree of freedom), force, balls, the parameters in
-  // plans() and control().
-  void go_to(const Model& model, System& system, double time, const double* y);
+  // Moves to (time, y) with these parameters and direction 0. The caller then sets the directions of the
+  // independent variables, q, qd (joints with one degree of freedom), force, balls and parameters, and calls
+  // apply_parameters or go_with_time.
+  void go_to(const Parameters<double>& given, System& system, double time, const double* y);
 
-  // Quaternion (any length), angular velocity and torque of a spherical joint: directions.
+  // Quaternion (any length) and angular velocity of a spherical joint: directions.
   struct BallChange {
-    double quaternion[4] = {}, omega[3] = {}, torque[3] = {};
+    double quaternion[4] = {}, omega[3] = {};
   };
   std::vector<Dual> q, qd, force;  // of all joints; force: as System::recursion_inputs()
   std::vector<BallChange> balls;
-  std::vector<Plan<Dual>*> plans();  // that hold the directions of parameters: the plant's, the controller's
+  Parameters<Dual> parameters;
   ControlTangent* control() { return features::control ? control_.get() : nullptr; }  // null: none
-  void change_mass(int body, const Pose& frame, const Vec3<double>& com, double mass, double d_mass,
-                   const Vec3<double>& d_com, const Mat3<double>& d_inertia);
+  // The plan, the controller, and q, qd and balls, whose start values are parameters, take their directions.
+  void apply_parameters();
 
   // Completes the directions of q and qd from those of the prescribed joints, as System::follow_jumps does
   // from (time, y), the state before the jump; loop constraints remain satisfied.
@@ -85,7 +85,7 @@ class Tangent {
   Plan<Dual> plan_;
   Workspace<Dual> workspace_;
   std::vector<BallAngles> angles_;
-  std::vector<Vec3<double>> ball_omega_, ball_torque_, ball_turn_;
+  std::vector<Vec3<double>> ball_omega_, ball_turn_;
   std::vector<Eigen::Vector4d> ball_quaternion_;
   std::vector<BallAnglesOf<Dual>> moved_;
   InputLayout inputs_;

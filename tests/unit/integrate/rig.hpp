@@ -46,7 +46,7 @@ struct Rig {
 
   std::vector<double> start_state() const {
     std::vector<double> y(static_cast<std::size_t>(system.size()), 0.0);
-    set_start_values(model, system, y.data());
+    set_start_values(parameters_of(model), system, y.data());
     return y;
   }
   std::vector<double> state() const { return {integrator->state(), integrator->state() + system.size()}; }

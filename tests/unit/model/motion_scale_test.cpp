@@ -14,8 +14,9 @@ Model slide(const std::string& fields, const std::string& more = "") {
       .model;
 }
 
+double scale_of(const Model& model, int link) { return motion_scale(model, parameters_of(model), link); }
 double scale_of(const std::string& fields, const std::string& more = "mass = 1\n") {
-  return motion_scale(slide(fields, more), 0);
+  return scale_of(slide(fields, more), 0);
 }
 
 TEST(MotionScale, of_a_slide_is_the_size_of_what_it_moves) {
@@ -45,10 +46,9 @@ TEST(MotionScale, of_a_slide_on_a_spring_is_what_it_starts_with) {
 }
 
 TEST(MotionScale, of_an_angle_is_one) {
-  EXPECT_EQ(motion_scale(slide("mass = 1\ncom = [1e-9, 0, 0]\n",
-                               "mass = 1\nlower = 0\nupper = 1e-9\nstop_stiffness = 1\n"),
-                         1),
-            1);
+  const Model model =
+      slide("mass = 1\ncom = [1e-9, 0, 0]\n", "mass = 1\nlower = 0\nupper = 1e-9\nstop_stiffness = 1\n");
+  EXPECT_EQ(scale_of(model, 1), 1);
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ struct Cart {
     model.links[0].joint.damping = damping;
     return model;
   }
-  void set_damping(double damping) { plan.update(with_damping(damping)); }
+  void set_damping(double damping) { plan.update(parameters_of(with_damping(damping))); }
   std::vector<double> state() const { return {integrator->state(), integrator->state() + system.size()}; }
 };
 
@@ -84,11 +84,12 @@ TEST(Automatic, neither_steps_nor_switches_allocate) {
   ASSERT_EQ(rig.system.project(0, y.data(), nullptr), Status::ok);
   rig.integrator->start(0, y.data());
   bool ok = true, used[5] = {};
+  Parameters<double> parameters = parameters_of(rig.model);
   const long before = test::allocations;
   for (int k = 1; k <= 400; ++k) {
     if (k % 100 == 1) {
-      for (Link& link : rig.model.links) link.joint.damping = k / 100 % 2 == 1 ? 1e5 : 0.1;
-      rig.plan.update(rig.model);
+      for (auto& joint : parameters.joints) joint.damping = k / 100 % 2 == 1 ? 1e5 : 0.1;
+      rig.plan.update(parameters);
     }
     const bool changes = k % 100 == 1 || k > 200;
     rig.system.tau(0) = k > 200 ? k % 2 : 0;
