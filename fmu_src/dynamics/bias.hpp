@@ -33,7 +33,7 @@ void set_positions(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar
   }
 }
 
-// omega of the body and c: acceleration of its frame when qdd and the parent's acceleration are zero.
+// omega of the body, and c: acceleration of its frame at qdd = 0 and zero acceleration of the parent.
 template <class Scalar>
 void set_joint_velocity(const JointPlan<Scalar>& joint, JointState<Scalar>& s, Vec3<Scalar> w,
                         const Scalar& qd) {
@@ -86,7 +86,7 @@ void set_velocities(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scala
   }
 }
 
-// Velocities of the bodies, without those of their frames at qdd = 0: for energy and momentum. Positions too.
+// Positions, and velocities (twists) of the bodies without velocity products: for energy and momentum.
 template <class Scalar>
 void set_twists(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd) {
   set_positions(plan, ws, q);
@@ -100,7 +100,7 @@ void set_twists(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q
   }
 }
 
-// Bias wrench of one free body at acceleration 0: gyroscopic moment and centripetal force.
+// Bias wrench of a single body at zero acceleration: gyroscopic moment and centripetal force.
 template <class Scalar>
 Force<Scalar> body_bias(const RigidInertia<Scalar>& body, const Vec3<Scalar>& omega) {
   return {omega.cross(body.inertia * omega), omega * omega.dot(body.h) - body.h * omega.squaredNorm()};

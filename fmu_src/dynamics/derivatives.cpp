@@ -71,14 +71,14 @@ Force<double> change_of(const Force<Dual>& f) {
   return {part(f.moment), part(f.force)};
 }
 
-// How the bias wrench changes with the angular velocity.
+// Derivative of the bias wrench along a change of the angular velocity.
 Force<double> bias_change(const RigidInertia<double>& body, const Vec3<double>& omega,
                           const Vec3<double>& change) {
   return {change.cross(body.inertia * omega) + omega.cross(body.inertia * change),
           change * omega.dot(body.h) + omega * change.dot(body.h) - 2 * omega.dot(change) * body.h};
 }
 
-// How the force and the loss in a joint change with its position or velocity.
+// Derivatives of passive force and power in a joint with respect to its position or velocity.
 struct PassiveChange {
   double force = 0, loss = 0;
 };
@@ -90,13 +90,14 @@ PassiveChange passive_change(const Plan<double>& plan, int joint, double q, doub
 }
 
 #ifdef REDYSIM_AVX2
-REDYSIM_AVX2 void answer(const Plan<double>& plan, Workspace<double>& ws, const double* forces, double* qdd) {
+REDYSIM_AVX2 void solve_accelerations(const Plan<double>& plan, Workspace<double>& ws, const double* forces,
+                                      double* qdd) {
   respond(plan, ws, forces, qdd);
 }
 #endif
 
-REDYSIM_PLAIN void answer(const Plan<double>& plan, Workspace<double>& ws, const double* forces,
-                          double* qdd) {
+REDYSIM_PLAIN void solve_accelerations(const Plan<double>& plan, Workspace<double>& ws, const double* forces,
+                                       double* qdd) {
   respond(plan, ws, forces, qdd);
 }
 
@@ -118,7 +119,7 @@ Derivatives::Derivatives(const Plan<double>& plan)
 void Derivatives::set_point(const Plan<double>& plan, Workspace<double>& ws, const double* q,
                             const double* qd, const double* qdd, const double* ports) {
   std::copy(ws.loop.lambda.begin(), ws.loop.lambda.end(), lambda_.begin());
-  // belongs to the elimination, but set_loop_rows overwrites it
+  // part of the elimination, overwritten by set_loop_rows
   std::copy(ws.loop.K.begin(), ws.loop.K.end(), K_.begin());
   set_body_wrenches(plan, ws, q, qd, qdd);
   if (has_elements_) set_ground_motion(plan, ws, qd);
@@ -148,7 +149,8 @@ void Derivatives::set_point(const Plan<double>& plan, Workspace<double>& ws, con
   }
 }
 
-// Changes of accelerations and wrenches of the bodies outboard of `joint`: (1)-(4) at the joint, (5) beyond.
+// Derivatives of accelerations and wrenches of the bodies outboard of `joint`: (1)-(4) at the joint, (5)
+// beyond.
 REDYSIM_CLONES void Derivatives::move_subtree(const Plan<double>& plan, const Workspace<double>& ws,
                                               const double* qd, int joint, bool velocity) {
   const Vec3<double> axis = Vec3<double>::UnitZ();
@@ -192,7 +194,7 @@ REDYSIM_CLONES void Derivatives::move_subtree(const Plan<double>& plan, const Wo
   }
 }
 
-// Motions in the ground frame of the bodies with springs, ports and loops: (6)-(8).
+// Derivatives of the ground-frame motions of bodies with springs, ports and loops: (6)-(8).
 void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<double>& ws, int joint,
                                      bool velocity) {
   const JointPlan<double>& at = plan.joints[joint];
@@ -232,7 +234,7 @@ void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<d
   }
 }
 
-// Wrenches of springs, ports and loops; returns the change of the springs' power.
+// Derivatives of the wrenches of springs and ports; returns that of the power of the springs.
 REDYSIM_CLONES double Derivatives::change_elements(const Plan<double>& plan) {
   for (auto& s : workspace_.joints) s.p = Force<Dual>::zero();
   add_spring_wrenches(plan_, workspace_);
@@ -247,8 +249,8 @@ REDYSIM_CLONES double Derivatives::change_elements(const Plan<double>& plan) {
   return power;
 }
 
-// Changes of the row accelerations phi'' = sum of wrench . acceleration + quadratic part, with opposite sign
-// into ws.loop.b, and of the wrenches of constant lambda.
+// Derivatives of the row accelerations phi'' = sum of wrench . acceleration + quadratic part, with opposite
+// sign, into ws.loop.b, and of the wrenches at constant lambda.
 void Derivatives::change_loops(const Plan<double>& plan, Workspace<double>& ws) {
   set_loop_rows(plan_, workspace_);
   LoopState<Dual>& state = workspace_.loop;
@@ -277,7 +279,7 @@ void Derivatives::change_loops(const Plan<double>& plan, Workspace<double>& ws) 
   }
 }
 
-// Leaves to root: changes of the joint forces, with opposite sign: (9).
+// Leaves to root: derivatives of the joint forces, with opposite sign: (9).
 REDYSIM_CLONES void Derivatives::collect_forces(const Plan<double>& plan, const Workspace<double>& ws,
                                                 int joint, bool velocity) {
   const Vec3<double> axis = Vec3<double>::UnitZ();
@@ -326,7 +328,7 @@ void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, cons
       collect_forces(plan, ws, joint, velocity);
       forces_[joint] += passive.force;
     }
-    answer(plan, ws, forces_.data(), column);
+    solve_accelerations(plan, ws, forces_.data(), column);
   }
 }
 

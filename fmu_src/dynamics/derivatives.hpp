@@ -8,7 +8,7 @@
 
 namespace redysim {
 
-// What accelerations are differentiated by.
+// A variable of differentiation.
 struct JointVariable {
   enum class Kind { position, velocity, force };
   Kind kind;

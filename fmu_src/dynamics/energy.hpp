@@ -4,7 +4,7 @@
 
 namespace redysim {
 
-// Kinetic energy, J, at (q, qd), with that of the armatures. Overwrites positions and twists of the
+// Kinetic energy, J, at (q, qd), including the armatures. Overwrites positions and twists of the
 // workspace.
 template <class Scalar>
 Scalar kinetic_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd) {

@@ -86,7 +86,7 @@ SpringLine<Scalar> spring_line(const SpringPlan<Scalar>& spring, const Workspace
   line.b = point_motion(ground_state(ws, spring.body_b), spring.point_b);
   const Vec3<Scalar> between = line.b.position - line.a.position;
   using std::sqrt;
-  // the smallest normal number avoids 0/0 at coinciding points, where the direction becomes zero
+  // the smallest normal number avoids 0/0 at coincident points, where the direction is set to zero
   line.length = sqrt(between.squaredNorm() + Scalar(std::numeric_limits<double>::min()));
   line.direction = between / line.length;
   line.rate = line.direction.dot(line.b.velocity - line.a.velocity);

@@ -28,8 +28,8 @@ void prescribe(const JointPlan<Scalar>& joint, JointState<Scalar>& s, const Scal
 }
 
 // Articulated inertia and bias wrench transmitted to the parent: A_reduced = A - U U^T / D and
-// p + A_reduced c + U u / D. A free axis transmits only the joint force about z; its entries are set to zero
-// without rounding, so that the inertia of massless bodies stays exactly zero.
+// p + A_reduced c + U u / D. A rotation without armature transmits only the joint force about z; the entries
+// of A for its axis are set to exactly zero, so that the inertia of massless bodies remains zero.
 template <class Scalar>
 REDYSIM_INLINE void reduce(const JointPlan<Scalar>& joint, const JointState<Scalar>& s,
                            const InertiaColumn<Scalar>& column, const Scalar& force,

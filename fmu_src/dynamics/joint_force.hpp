@@ -11,8 +11,8 @@
 //   friction tanh(4 s) + (static_friction - friction) s / (s^2 / 4 + 3 / 4)^2       maximum at s = 1
 // The force of a stop at depth x > 0 is k h(x) g(damping x'), where
 //   h'' = 6 u (1 - u) / width,  u = min(x / width, 1)          a linear spring from x = width on, C2 at 0
-//   g(s) = s + sqrt(1 + s^2)                                     1 + s nearby (Hunt and Crossley 1975),
-// positive everywhere, so that a stop never pulls.
+//   g(s) = s + sqrt(1 + s^2)                                     1 + s for small s (Hunt and Crossley 1975)
+// g is positive everywhere: a stop never pulls.
 
 namespace redysim {
 

@@ -5,7 +5,7 @@
 namespace redysim {
 
 // Linear momentum (kg m/s) and angular momentum about the ground's origin (kg m^2/s) of all bodies, ground
-// axes: force and moment of a Force stand for them. Uses q, qd (plan.nv); overwrites positions, p and twists.
+// axes, as force and moment of a Force. Uses q, qd (plan.nv); overwrites positions, p and twists.
 template <class Scalar>
 Force<Scalar> momentum(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd) {
   set_twists(plan, ws, q, qd);

@@ -4,7 +4,7 @@
 #include "dynamics/workspace.hpp"
 
 // The motion subspace S = [angular e_z; linear e_z] of a joint, at the origin and in the axes of its body:
-// the only property in which kinds of joints differ. The recursions use it through these functions only.
+// the only property in which the joint types differ. The recursions access it through these functions only.
 
 namespace redysim {
 
@@ -119,7 +119,7 @@ void add_velocity_product(const JointPlan<Scalar>& joint, const Vec3<Scalar>& tu
   }
 }
 
-// The same from omega in body axes, as the only angular part of a.
+// The same from omega in body axes; sets the angular part of a, which has no other terms.
 template <class Scalar>
 void set_velocity_product(const JointPlan<Scalar>& joint, const Vec3<Scalar>& omega, const Scalar& qd,
                           Motion<Scalar>& a) {
@@ -176,8 +176,8 @@ Scalar axis_inertia(const JointPlan<Scalar>& joint, const Lanes<Scalar>& zz) {
   return zz[0] + joint.pitch * (zz[2] + zz[3] + joint.pitch * zz[1]);
 }
 
-// The largest S^T w there can be, squared, from the squares of a moment and a force (or of any other measures
-// of the angular and the linear part).
+// Squared upper bound of S^T w from the squared norms of moment and force (or from other squared measures of
+// the angular and the linear part).
 template <class Scalar>
 Scalar largest_squared(const JointPlan<Scalar>& joint, const Scalar& moment, const Scalar& force) {
   switch (joint.subspace) {

@@ -43,9 +43,9 @@ void collect_joint_forces(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
   }
 }
 
-// Inverse dynamics, recursive Newton-Euler (Luh, Walker, Paul 1980; Fig. 2 of the ReDySim paper, left): tau
-// (nv) that gives qdd at (q, qd) for the open tree, gravity included, springs, dampers and armature counted
-// as part of the plant. Uses q, qd, qdd (nv); fills the workspace's accelerations and wrenches.
+// Inverse dynamics, recursive Newton-Euler (Luh, Walker, Paul 1980; Fig. 2 of the ReDySim paper, left): drive
+// forces tau (nv) for qdd at (q, qd) of the open tree, with gravity, springs, dampers, friction, stops and
+// armatures. Uses q, qd, qdd (nv); fills the workspace's accelerations and wrenches.
 template <class Scalar>
 void inverse_dynamics(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
                       const Scalar* qdd, Scalar* tau) {

@@ -25,11 +25,11 @@ struct JointState {
   Scalar u;                     // joint force - S^T p (DeNOC: phi-hat)
   Motion<Scalar> acceleration;  // of the origin, minus gravity
 
-  // Passes without accelerations keep the body's velocity in the same place.
+  // Passes that do not use accelerations store the velocity of the body here.
   Motion<Scalar>& twist() { return acceleration; }
 };
 
-// Mass (kg) and first moment (kg m) of a body and all that it carries, at its origin and in its axes.
+// Mass (kg) and first moment (kg m) of a body and all outboard bodies, at its origin and in its axes.
 template <class Scalar>
 struct CompositeMass {
   Scalar mass;
@@ -94,7 +94,8 @@ struct LoopState {
   std::vector<double> residual_size, rate_size;  // per row: magnitude of the terms of residual and rate
 };
 
-// Everything a recursion writes. Sized once for a plan; filled with NaN, so that a missing pass is detected.
+// All results of the recursions. Sized once for a plan; initialised with NaN, so that a missing pass is
+// detected.
 template <class Scalar>
 struct Workspace {
   explicit Workspace(const Plan<Scalar>& plan);

@@ -4,15 +4,15 @@
 #include <cmath>
 #include <limits>
 
-// Dual numbers a + b eps, eps^2 = 0: one evaluation carries exact directional derivatives, as many as there
-// are directions (a power of two; the compiler keeps them in vector registers). Comparisons look at the
-// value alone, so a branch on the model takes the same way as with double.
+// Dual numbers a + b eps, eps^2 = 0: one evaluation gives the value and its exact derivatives along one or
+// more directions (a power of two, which the compiler keeps in vector registers). Comparisons use the value
+// only, so branches are the same as with double.
 
 namespace redysim {
 
 template <int directions>
 struct DirectionsOf {
-  // aligned as its numbers are, so that any container will do
+  // aligned as a single number, as required by std containers
   typedef double Type __attribute__((vector_size(directions * sizeof(double)), aligned(alignof(double))));
 };
 template <>
@@ -87,7 +87,7 @@ bool is_zero(const Scalar& x) {
 }
 inline bool is_zero(const Dual& x) { return x.value == 0 && x.derivative == 0; }
 
-// The number without its derivatives.
+// The value without derivatives.
 inline double value_of(double x) { return x; }
 template <int directions>
 double value_of(const DualNumber<directions>& x) {

@@ -1,7 +1,7 @@
 #pragma once
 
-// Four numbers that are worked on together. For double they are one AVX2 register (or two of SSE2) and an
-// operator is one instruction; any other scalar takes them one by one.
+// Four numbers processed together. For double they are one AVX2 register (or two of SSE2) and an operator is
+// one instruction; other scalars are processed one by one.
 
 #if defined(__GNUC__)
 #define REDYSIM_INLINE [[gnu::always_inline]] inline
@@ -49,7 +49,7 @@ Lanes<Scalar> kept(const Lanes<Scalar>& a) {
   return {{keep_0 ? a[0] : zero, keep_1 ? a[1] : zero, keep_2 ? a[2] : zero, keep_3 ? a[3] : zero}};
 }
 
-// In one piece: where the compiler copies in parts, the next load of the whole waits for them.
+// One store for all four: a load of all four after partial stores would stall.
 template <class Scalar>
 void assign(Lanes<Scalar>& to, const Lanes<Scalar>& a) {
   to = a;

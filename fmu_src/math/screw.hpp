@@ -4,14 +4,15 @@
 
 #include "math/spatial.hpp"
 
-// The two elementary displacements of modified DH: a screw about z (angle, offset d) and a screw about x
-// (angle, offset a). Each changes only what it must: an axis' own component stays, and a shift along an
-// axis touches two rows. Forward maps a motion into the displaced frame; back maps a wrench or an
-// articulated inertia from the displaced frame to the frame before (Featherstone 2008, 2.8 and 7.4).
+// The two elementary displacements of modified DH parameters: a screw about z (angle, offset d) and a screw
+// about x (angle, offset a). Only components that change are computed: a rotation preserves the component
+// along its axis, and a shift along an axis changes two rows. `into` transforms motions to the displaced
+// frame; `back` transforms wrenches and articulated inertias from the displaced frame (Featherstone 2008, 2.8
+// and 7.4).
 
 namespace redysim {
 
-// (x, y) -> R(-angle) (x, y): components in the frame turned by the angle.
+// (x, y) -> R(-angle) (x, y): components in the rotated frame.
 template <class Scalar>
 void turn_into(Scalar& x, Scalar& y, const Scalar& cosine, const Scalar& sine) {
   const Scalar old_x = x;
@@ -19,7 +20,7 @@ void turn_into(Scalar& x, Scalar& y, const Scalar& cosine, const Scalar& sine) {
   y = cosine * y - sine * old_x;
 }
 
-// (x, y) -> R(angle) (x, y): components in the frame before the turn.
+// (x, y) -> R(angle) (x, y): components in the frame before the rotation.
 template <class Value, class Scalar>
 REDYSIM_INLINE void turn_back(Value& x, Value& y, const Scalar& cosine, const Scalar& sine) {
   const Value old_x = x;
@@ -27,7 +28,7 @@ REDYSIM_INLINE void turn_back(Value& x, Value& y, const Scalar& cosine, const Sc
   y = sine * old_x + cosine * y;
 }
 
-// Entries in the plane of axes a, b of E -> R E R^T; one product u serves the double angle.
+// E -> R E R^T for the entries in the plane of axes a, b; u is a common term of the double angle.
 template <class Scalar>
 REDYSIM_INLINE void turn_plane_back(Lanes<Scalar>& aa, Lanes<Scalar>& bb, Lanes<Scalar>& ab,
                                     const Scalar& cosine, const Scalar& sine) {

@@ -28,7 +28,8 @@ SinCos<Scalar> sin_cos(const Lanes<Scalar>& angle) {
 }
 
 #if defined(__GNUC__)
-// Larger angles, for which the reduction below is too coarse, infinity and nan go to the library.
+// For larger angles the reduction below is not accurate enough; these, infinity and NaN use the standard
+// library.
 inline constexpr double largest_reduced_angle = 1e5;
 
 // Within one unit in the last place of 1, and of the result except next to a zero far from the origin:
@@ -42,7 +43,7 @@ REDYSIM_INLINE SinCos<double> sin_cos(const Lanes<double>& angle) {
   if (!(size[0] + size[1] + size[2] + size[3] < largest_reduced_angle * largest_reduced_angle))
     return sin_cos_one_by_one(angle);
 
-  // x = k pi/2 + r + tail; adding 1.5 * 2^52 rounds to an integer, which stays in the low bits
+  // x = k pi/2 + r + tail; adding 1.5 * 2^52 rounds to an integer in the low bits
   constexpr double to_integer = 6755399441055744.0, two_over_pi = 6.36619772367581382433e-01;
   constexpr double half_pi_head = 1.57079632673412561417e+00;  // 33 bits: its product with k is exact
   constexpr double half_pi_rest = 6.07710050650619224932e-11;
@@ -66,7 +67,7 @@ REDYSIM_INLINE SinCos<double> sin_cos(const Lanes<double>& angle) {
   const Register half = 0.5 * z, one_less = 1.0 - half;
   const Register cosine = one_less + (((1.0 - one_less) - half) + (z * z * c - r * tail));
 
-  // the quarter k mod 4: odd ones swap, the upper bit of k (of k + 1) is the sign of the sine (cosine)
+  // quadrant k mod 4: odd quadrants swap sine and cosine; bit 1 of k (k + 1) is the sign of the sine (cosine)
   const Bits quarter = reinterpret_cast<Bits>(shifted), odd = -(quarter & 1), sign = Bits{} + INT64_MIN;
   const Bits swap = (reinterpret_cast<Bits>(sine) ^ reinterpret_cast<Bits>(cosine)) & odd;
   const Bits sine_signs = (quarter << 62) & sign, cosine_signs = ((quarter + 1) << 62) & sign;

@@ -3,7 +3,7 @@
 #include "math/lanes.hpp"
 #include "math/vec3.hpp"
 
-// Spatial vectors and inertias, angular part first, all at one frame's origin and in its axes.
+// Spatial vectors and inertias, angular part first, at the origin and in the axes of one frame.
 
 namespace redysim {
 
@@ -21,7 +21,7 @@ struct Force {
   static Force zero() { return {Vec3<Scalar>::Zero(), Vec3<Scalar>::Zero()}; }
 };
 
-// Symmetric 3x3 matrix by its six entries.
+// Symmetric 3 x 3 matrix.
 template <class Scalar>
 struct Symmetric3 {
   Scalar xx, yy, zz, xy, xz, yz;
@@ -32,7 +32,7 @@ struct Symmetric3 {
   }
 };
 
-// A rigid body at its frame's origin: mass (kg), first moment h = m c (kg m), inertia about the origin.
+// Rigid body: mass (kg), first moment h = m c (kg m), inertia about the origin of its frame (kg m^2).
 template <class Scalar>
 struct RigidInertia {
   Scalar mass = 0;
@@ -40,7 +40,8 @@ struct RigidInertia {
   Symmetric3<Scalar> inertia{Scalar(0), Scalar(0), Scalar(0), Scalar(0), Scalar(0), Scalar(0)};
 };
 
-// [moment; force] = [I H; H^T M] [angular; linear], symmetric, entry by entry: lanes I_rc, M_rc, H_rc, H_cr.
+// [moment; force] = [I H; H^T M] [angular; linear], symmetric; the lanes of entry rc are I_rc, M_rc, H_rc,
+// H_cr.
 template <class Scalar>
 struct ArticulatedInertia {
   Lanes<Scalar> xx, yy, zz, xy, xz, yz;
@@ -63,7 +64,7 @@ Force<Scalar> operator*(const RigidInertia<Scalar>& body, const Motion<Scalar>& 
   return {body.inertia * m.angular + body.h.cross(m.linear), body.mass * m.linear - body.h.cross(m.angular)};
 }
 
-// Column c of a motion beside an entry rc: its products with the lanes add up to moment and force.
+// Component c of a motion, arranged for the product with entry rc: pairs of lanes sum to moment and force.
 template <class Scalar>
 REDYSIM_INLINE Lanes<Scalar> beside(const Motion<Scalar>& m, int axis) {
   return around(m.angular[axis], m.linear[axis]);

@@ -5,7 +5,7 @@
 
 namespace redysim {
 
-// Fixed-size vectors and matrices come from Eigen; only the structured spatial types are ours.
+// Fixed-size vectors and matrices are Eigen's; the structured spatial types are in spatial.hpp.
 template <class Scalar>
 using Vec3 = Eigen::Matrix<Scalar, 3, 1>;
 template <class Scalar>

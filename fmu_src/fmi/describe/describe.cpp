@@ -235,8 +235,8 @@ Model assembled(const ModelFile& file, const std::string& path, const Plan<doubl
       warnings.push_back({path, at.line, at.column, misfit(file.model, found.loop, found.acceleration)});
     }
   }
-  const int still = singular_joint(plan, system.workspace(), system.coordinates(0, y.data()).q);
-  if (still >= 0) warnings.push_back(at_joint(file.model, plan, still, path, " at the start pose"));
+  const int singular = singular_joint(plan, system.workspace(), system.coordinates(0, y.data()).q);
+  if (singular >= 0) warnings.push_back(at_joint(file.model, plan, singular, path, " at the start pose"));
   return at_start(file.model, system, 0, y.data());
 }
 
