@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "dynamics/loops/cluster_builder.hpp"
-#include "dynamics/straight_line/recorded.hpp"
 #include "math/dual.hpp"
+#include "math/recorded.hpp"
 
 namespace redysim {
 

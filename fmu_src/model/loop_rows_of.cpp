@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "model/read/start_poses.hpp"
+#include "model/start_poses.hpp"
 
 namespace redysim {
 

@@ -5,8 +5,8 @@
 #include <numeric>
 
 #include "dynamics/loops/front_builder.hpp"
-#include "dynamics/straight_line/recorded.hpp"
 #include "math/dual.hpp"
+#include "math/recorded.hpp"
 #include "model/loop_rows_of.hpp"
 
 namespace redysim {

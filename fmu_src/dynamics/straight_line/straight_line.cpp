@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "dynamics/aba.hpp"
-#include "dynamics/straight_line/recorded.hpp"
+#include "math/recorded.hpp"
 
 namespace redysim {
 namespace {
@@ -14,7 +14,7 @@ std::string indexed(const char* name, std::size_t index) {
   return std::string(name) + "[" + std::to_string(index) + "]";
 }
 
-// The plan with tunable parameters as symbols, which refer to entries of the plan of doubles.
+// The plan with tunable parameters as symbols for entries of the plan of doubles.
 class TunablePlan {
  public:
   TunablePlan(Tape& tape, const Model& model) : tape_(tape), plan_(model) {
@@ -96,7 +96,7 @@ std::string number(double value) {
   return result;
 }
 
-// Writes the needed nodes of one tape as statements.
+// Writes the required nodes of one tape as statements.
 class Writer {
  public:
   explicit Writer(const StraightLine& line) : tape_(line.tape), needed_(tape_.needed_by(line.qdd)) {

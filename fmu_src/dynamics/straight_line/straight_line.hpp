@@ -3,12 +3,12 @@
 #include <string>
 
 #include "dynamics/plan.hpp"
-#include "dynamics/straight_line/tape.hpp"
+#include "math/tape.hpp"
 
 namespace redysim {
 
-// Forward dynamics of one model on a tape, from the symbols q[i], qd[i], tau[i] and, for what the model lists
-// as tunable, entries of `plan`.
+// Forward dynamics of one model on a tape, from the symbols q[i], qd[i], tau[i] and, for tunable parameters,
+// entries of `plan`.
 struct StraightLine {
   Tape tape;
   std::vector<int> qdd;  // nodes
@@ -18,18 +18,18 @@ struct StraightLine {
 // for other models.
 StraightLine straight_line(const Model& model);
 
-// Operations that `line` takes.
+// Number of operations of `line`.
 int operations(const StraightLine& line);
 
 // Above this number of operations the vectorised recursion is faster than the straight line
 // (measured: 1.3 to 2.1 times as fast up to 1500 operations, 1.1 at 2000, 0.8 at 4700).
 inline constexpr int longest_line = 2000;
 
-// The C++ file that defines the two below for one model; `scene` is the fingerprint of its file.
+// The C++ file that defines the two symbols below for one model; `scene` is the fingerprint of its file.
 std::string straight_line_source(const StraightLine& line, const std::string& scene);
 
-// Only in a library that is built with such a file (CMake's REDYSIM_STRAIGHT_LINE):
-// qdd from q, qd, tau (all plan.nv), as forward_dynamics, of the scene with this fingerprint.
+// Only in a library built with such a file (CMake variable REDYSIM_STRAIGHT_LINE): forward_dynamics of the
+// scene with this fingerprint, qdd from q, qd, tau (plan.nv each).
 void straight_line_forward_dynamics(const Plan<double>& plan, const double* q, const double* qd,
                                     const double* tau, double* qdd);
 extern const char straight_line_scene[];

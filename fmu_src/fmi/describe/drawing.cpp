@@ -4,7 +4,7 @@
 #include <iterator>
 #include <vector>
 
-#include "model/read/start_poses.hpp"
+#include "model/start_poses.hpp"
 
 namespace redysim {
 namespace {

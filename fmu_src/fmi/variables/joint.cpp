@@ -2,7 +2,7 @@
 #include "fmi/instance/values.hpp"
 #include "fmi/variables/entry.hpp"
 #include "fmi/variables/parameters.hpp"
-#include "integrate/control/control_tangent.hpp"
+#include "integrate/system/control_tangent.hpp"
 
 // Variables of a joint with one DOF: motion, drive and start. Parameters: joint_parameters.cpp.
 

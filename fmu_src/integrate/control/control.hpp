@@ -6,7 +6,7 @@
 #include "dynamics/derivatives.hpp"
 #include "dynamics/plan.hpp"
 #include "dynamics/workspace.hpp"
-#include "integrate/system/reference.hpp"
+#include "integrate/control/reference.hpp"
 #include "model/parameters.hpp"
 
 namespace redysim {

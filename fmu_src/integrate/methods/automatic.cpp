@@ -3,10 +3,10 @@
 #include <cmath>
 
 #include "integrate/methods/one_step.hpp"
+#include "integrate/methods/state_bytes.hpp"
 #include "integrate/methods/step_budget.hpp"
 #include "integrate/methods/tuning.hpp"
 #include "integrate/system/spectral_radius.hpp"
-#include "integrate/system/state_bytes.hpp"
 
 // Chooses among the four methods during the run (docs/solvers.md, constants in tuning.hpp).
 //

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "integrate/methods/state_bytes.hpp"
 #include "integrate/methods/step_budget.hpp"
-#include "integrate/system/state_bytes.hpp"
 
 namespace redysim {
 

@@ -1,5 +1,5 @@
 #include "integrate/methods/methods.hpp"
-#include "integrate/system/state_bytes.hpp"
+#include "integrate/methods/state_bytes.hpp"
 
 // All joints are prescribed: there is nothing to integrate, and only the time advances.
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "integrate/system/state_bytes.hpp"
+#include "integrate/methods/state_bytes.hpp"
 
 namespace redysim {
 

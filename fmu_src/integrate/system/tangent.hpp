@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "dynamics/assembly/assembly.hpp"
-#include "integrate/control/control_tangent.hpp"
+#include "integrate/system/control_tangent.hpp"
 #include "integrate/system/system.hpp"
 #include "math/dual.hpp"
 #include "math/spatial.hpp"

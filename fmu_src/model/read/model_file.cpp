@@ -9,7 +9,7 @@
 #include "model/read/open_file.hpp"
 #include "model/read/settings_reader.hpp"
 #include "model/read/trajectory_reader.hpp"
-#include "model/tree.hpp"
+#include "model/read/tree.hpp"
 
 namespace redysim {
 namespace {

@@ -1,4 +1,4 @@
-#include "dynamics/straight_line/tape.hpp"
+#include "math/tape.hpp"
 
 #include <algorithm>
 

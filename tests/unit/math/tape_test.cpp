@@ -1,10 +1,10 @@
-#include "dynamics/straight_line/tape.hpp"
+#include "math/tape.hpp"
 
 #include <gtest/gtest.h>
 
 #include <stdexcept>
 
-#include "dynamics/straight_line/recorded.hpp"
+#include "math/recorded.hpp"
 
 namespace redysim {
 namespace {

@@ -7,7 +7,7 @@
 
 namespace redysim {
 
-// Straight-line code during recording (dynamics/straight_line/recorded.hpp): each node is a constant, a
+// Straight-line code during recording (math/recorded.hpp): each node is a constant, a
 // symbol or an operation on earlier nodes. Constants are folded, products by 0 and 1 are removed, and no node
 // occurs twice.
 class Tape {

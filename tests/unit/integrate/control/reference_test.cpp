@@ -1,4 +1,4 @@
-#include "integrate/system/reference.hpp"
+#include "integrate/control/reference.hpp"
 
 #include <gtest/gtest.h>
 

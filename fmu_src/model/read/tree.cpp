@@ -1,4 +1,4 @@
-#include "model/tree.hpp"
+#include "model/read/tree.hpp"
 
 #include <algorithm>
 #include <functional>

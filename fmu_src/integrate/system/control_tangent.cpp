@@ -1,4 +1,4 @@
-#include "integrate/control/control_tangent.hpp"
+#include "integrate/system/control_tangent.hpp"
 
 #include <algorithm>
 

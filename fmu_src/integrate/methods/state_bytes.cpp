@@ -1,4 +1,4 @@
-#include "integrate/system/state_bytes.hpp"
+#include "integrate/methods/state_bytes.hpp"
 
 namespace redysim {
 

@@ -4,15 +4,15 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "dynamics/straight_line/tape.hpp"
+#include "math/tape.hpp"
 
-// A scalar that records its operations on a tape. One run of a recursion gives straight-line code with
-// constants folded, without products by 0 and 1 and without common subexpressions. A branch on a recorded
-// value throws; branches on constants are evaluated.
+// A scalar that records its operations on a tape. One run of a recursion gives straight-line code with folded
+// constants, without products by 0 and 1 and without common subexpressions. A branch on a recorded value
+// throws; branches on constants are evaluated.
 
 namespace redysim {
 
-// A number on a tape, or a constant that is not on a tape.
+// A node of a tape, or a constant outside any tape.
 class Recorded {
  public:
   Recorded() = default;

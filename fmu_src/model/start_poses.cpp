@@ -1,4 +1,4 @@
-#include "model/read/start_poses.hpp"
+#include "model/start_poses.hpp"
 
 namespace redysim {
 namespace {
