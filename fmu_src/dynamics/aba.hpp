@@ -3,9 +3,9 @@
 #include "dynamics/input_layout.hpp"
 #include "dynamics/loops/loop_elimination.hpp"
 
-// Forward dynamics: the O(n) recursion that eliminates one joint after the other from the leaves (DeNOC:
-// Saha 1997, reverse Gaussian elimination; the same as Featherstone 2008, Table 7.1), with closed loops
-// eliminated on the way.
+// Forward dynamics: the O(n) recursion that eliminates the joints one by one from the leaves to the root
+// (DeNOC: Saha 1997, reverse Gaussian elimination; the same as Featherstone 2008, Table 7.1), with closed
+// loops eliminated on the way.
 
 namespace redysim {
 

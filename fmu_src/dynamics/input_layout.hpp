@@ -4,7 +4,7 @@
 
 namespace redysim {
 
-// Entries of `Width` numbers each, one after the other from `begin` on. Indices of an array.
+// Indices in an array of consecutive entries of `Width` numbers each, from `begin` on.
 template <int Width>
 struct Span {
   int begin = 0, count = 0;
@@ -21,7 +21,7 @@ struct Span {
   }
 };
 
-// Positions of the inputs of a right-hand side. forward_dynamics takes the first `recursion_size()` numbers.
+// Indices of the inputs of a right-hand side. forward_dynamics uses the first `recursion_size()` numbers.
 struct InputLayout {
   Span<1> tau;          // per joint: torque or force of its drive, N m or N; of a prescribed joint its qdd
   Span<6> port_wrench;  // per port: moment and force, N m and N
@@ -45,8 +45,8 @@ struct InputLayout {
   int force_size() const { return ball_torque.end(); }  // of those that may have time derivatives
   int size() const { return phase.end(); }
 
-  // Time derivatives of the forces follow all other inputs, only while they are used: the time at which they
-  // hold, then the first derivatives of all forces, the second and the third.
+  // While time derivatives of the forces are used, they follow all other inputs: their time, then the first,
+  // the second and the third derivatives of all forces.
   static constexpr int highest_order = 3;
   int slope_time() const { return size(); }
   int slope(int order, int force) const { return size() + 1 + (order - 1) * force_size() + force; }

@@ -32,7 +32,7 @@ SinCos<Scalar> sin_cos(const Lanes<Scalar>& angle) {
 // library.
 inline constexpr double largest_reduced_angle = 1e5;
 
-// Within one unit in the last place of 1, and of the result except next to a zero far from the origin:
+// Error at most one unit in the last place of 1, and of the result except near zeros far from the origin:
 // reduction to |r| <= pi/4 with pi/2 in two parts (Cody and Waite 1980), then the minimax polynomials of
 // FreeBSD's msun (Sun Microsystems 1993), which take the rounding of r as `tail`.
 template <>

@@ -79,14 +79,14 @@ class Rows:
                     J[k], lever[k] = (d[0] * cross(dof.axis, r[0])).sum(), n.norm(r[0])
                 continue
             if not dof.turns:
-                moved, reach = dof.axis, n.one(1)
+                moved, bound = dof.axis, n.one(1)
             else:
                 arm = (x_a[0] if on_ground and k in on_a else x_b[0]) - dof.point
-                moved, reach = cross(dof.axis, arm) + dof.pitch * dof.axis, n.norm(arm) + abs(dof.pitch)
-                if reach <= nothing:
+                moved, bound = cross(dof.axis, arm) + dof.pitch * dof.axis, n.norm(arm) + abs(dof.pitch)
+                if bound <= nothing:
                     continue
             J[k] = (d[0] * moved).sum() * (1 if k in on_b else -1)
-            lever[k] = reach
+            lever[k] = bound
         self._J.append(J)
         self._lever.append(lever)
         self._phi.append((d[0] * r[0]).sum())

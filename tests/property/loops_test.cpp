@@ -32,7 +32,7 @@ bool rank_is_clear(const Matrix& S) {
 }
 
 // Smallest part of a kept row that the rows before it do not explain. The factor is made without exchanging
-// rows, so an almost dependent row early on blurs the rank of the later ones: accelerations stand that, the
+// rows, so an almost dependent early row blurs the rank of the later ones: accelerations tolerate this, the
 // distribution of the multipliers does not.
 double smallest_pivot(Evaluate<double>& tree, const Matrix& S) {
   double smallest = 1;

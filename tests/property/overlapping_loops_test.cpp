@@ -61,10 +61,10 @@ Vector dense_answer(const test::DenseSolution& dense, const Vector& force, const
   return A.fullPivLu().solve(right);
 }
 
-// Runs `law` on the random cases that go by fronts.
+// Runs `law` on the random cases that are eliminated by fronts.
 template <class Law>
-void for_early_cases(Law law) {
-  unsigned early = 0;
+void for_cases_by_fronts(Law law) {
+  unsigned cases = 0;
   for (unsigned seed = 0; seed < seeds; ++seed) {
     SCOPED_TRACE(seed);
     Random random(seed);
@@ -72,15 +72,15 @@ void for_early_cases(Law law) {
     Evaluate<double> tree(c.model);
     const Vector qdd = tree.qdd(c.q, c.qd, c.tau);
     if (!tree.ws.loop.by_fronts) continue;
-    ++early;
+    ++cases;
     EXPECT_GT(tree.plan.fronts.size(), 1u);
     law(random, c, tree, qdd);
   }
-  EXPECT_GE(early, most);
+  EXPECT_GE(cases, most);
 }
 
 TEST(OverlappingLoopSets, accelerate_as_in_a_dense_solve) {
-  for_early_cases([](Random&, const OverlappingCase& c, Evaluate<double>& tree, const Vector& qdd) {
+  for_cases_by_fronts([](Random&, const OverlappingCase& c, Evaluate<double>& tree, const Vector& qdd) {
     const test::DenseSolution dense = test::dense_solution(c.model, c.q, c.qd, c.tau);
     const Vector answer = dense_answer(dense, c.tau - dense.bias, -dense.quadratic);
     EXPECT_EQ(tree.rank(), dense.rank);
@@ -90,20 +90,21 @@ TEST(OverlappingLoopSets, accelerate_as_in_a_dense_solve) {
 }
 
 TEST(OverlappingLoopSets, answer_pushes_and_residuals_as_in_a_dense_solve) {
-  for_early_cases([](Random& random, const OverlappingCase& c, Evaluate<double>& tree, const Vector& qdd) {
-    const test::DenseSolution dense = test::dense_solution(c.model, c.q, c.qd, c.tau);
-    const Vector force = test::vector_of(random.numbers(tree.nv(), 1));
-    const Vector rows = test::vector_of(random.numbers(static_cast<int>(dense.J.rows()), 1));
-    tree.qdd(c.q, c.qd, c.tau);
-    for (Eigen::Index row = 0; row < rows.size(); ++row) tree.ws.loop.b[row] = rows[row];
-    Vector found(qdd.size());
-    respond(tree.plan, tree.ws, force.data(), found.data());
-    EXPECT_LT(relative_difference(found, dense_answer(dense, force, rows).head(qdd.size())), 1e-9);
-  });
+  for_cases_by_fronts(
+      [](Random& random, const OverlappingCase& c, Evaluate<double>& tree, const Vector& qdd) {
+        const test::DenseSolution dense = test::dense_solution(c.model, c.q, c.qd, c.tau);
+        const Vector force = test::vector_of(random.numbers(tree.nv(), 1));
+        const Vector rows = test::vector_of(random.numbers(static_cast<int>(dense.J.rows()), 1));
+        tree.qdd(c.q, c.qd, c.tau);
+        for (Eigen::Index row = 0; row < rows.size(); ++row) tree.ws.loop.b[row] = rows[row];
+        Vector found(qdd.size());
+        respond(tree.plan, tree.ws, force.data(), found.data());
+        EXPECT_LT(relative_difference(found, dense_answer(dense, force, rows).head(qdd.size())), 1e-9);
+      });
 }
 
 TEST(OverlappingLoopSets, answer_a_change_of_forces_in_dual_numbers) {
-  for_early_cases([](Random& random, const OverlappingCase& c, Evaluate<double>&, const Vector& qdd) {
+  for_cases_by_fronts([](Random& random, const OverlappingCase& c, Evaluate<double>&, const Vector& qdd) {
     const test::DenseSolution dense = test::dense_solution(c.model, c.q, c.qd, c.tau);
     const Vector change = test::vector_of(random.numbers(static_cast<int>(qdd.size()), 1));
     const Vector zero = Vector::Zero(qdd.size());
@@ -117,7 +118,7 @@ TEST(OverlappingLoopSets, answer_a_change_of_forces_in_dual_numbers) {
 
 // A loop given twice leaves the rank open: the set is then solved as a whole, by least norm.
 TEST(OverlappingLoopSets, share_a_load_where_a_loop_is_given_twice) {
-  for_early_cases([](Random&, const OverlappingCase& c, Evaluate<double>& tree, const Vector& qdd) {
+  for_cases_by_fronts([](Random&, const OverlappingCase& c, Evaluate<double>& tree, const Vector& qdd) {
     Model twice = c.model;
     twice.loops.push_back(twice.loops.front());
     Evaluate<double> redundant(twice);
