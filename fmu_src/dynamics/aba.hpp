@@ -1,5 +1,6 @@
 #pragma once
 
+#include "dynamics/contact/contact_force.hpp"
 #include "dynamics/input_layout.hpp"
 #include "dynamics/loops/loop_elimination.hpp"
 
@@ -17,6 +18,8 @@ void set_bodies(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q
   if (plan.is_plain()) return;
   if (plan.has_poses()) set_ground_motion(plan, ws, qd);
   if (plan.has_springs()) add_spring_wrenches(plan, ws);
+  if constexpr (Plan<Scalar>::may_have_contacts)
+    if (plan.has_contacts()) add_contact_wrenches(plan, ws);
   if (plan.has_ports()) add_port_wrenches(plan, ws, InputLayout(plan).port_wrench.of(inputs));
   if (plan.has_loops()) set_loop_rows(plan, ws);
 }

@@ -14,7 +14,7 @@ namespace redysim {
 
 namespace {
 
-// Springs, ports and loops with constants as dual numbers; allocates in the first call only.
+// Springs, contacts, ports and loops with constants as dual numbers; allocates in the first call only.
 void copy_elements(const Plan<double>& from, Plan<Dual>& to) {
   to.springs.resize(from.springs.size());
   for (std::size_t i = 0; i < from.springs.size(); ++i) {
@@ -22,6 +22,13 @@ void copy_elements(const Plan<double>& from, Plan<Dual>& to) {
     to.springs[i] = {
         spring.body_a,    spring.body_b,  spring.point_a.cast<Dual>(), spring.point_b.cast<Dual>(),
         spring.stiffness, spring.damping, spring.rest_length};
+  }
+  if constexpr (Plan<Dual>::may_have_contacts) {
+    if (to.contact_pairs.empty())
+      for (const auto& pair : from.contact_pairs) to.contact_pairs.push_back(with_constants_of<Dual>(pair));
+    to.contact_laws.resize(from.contact_laws.size());
+    for (std::size_t i = 0; i < from.contact_laws.size(); ++i)
+      to.contact_laws[i] = with_constants_of<Dual>(from.contact_laws[i]);
   }
   to.ports.resize(from.ports.size());
   for (std::size_t i = 0; i < from.ports.size(); ++i) {
@@ -124,6 +131,7 @@ void Derivatives::set_point(const Plan<double>& plan, Workspace<double>& ws, con
   set_body_wrenches(plan, ws, q, qd, qdd);
   if (has_elements_) set_ground_motion(plan, ws, qd);
   add_spring_wrenches(plan, ws);
+  if constexpr (Plan<double>::may_have_contacts) add_contact_wrenches(plan, ws);
   add_port_wrenches(plan, ws, ports);
   if (plan.has_loops()) set_loop_rows(plan, ws);
   for (const auto& loop : plan.loops)
@@ -234,10 +242,12 @@ void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<d
   }
 }
 
-// Derivatives of the wrenches of springs and ports; returns that of the power of the springs.
+// Derivatives of the wrenches of springs, contacts and ports; returns that of the power of springs and
+// contacts.
 REDYSIM_CLONES double Derivatives::change_elements(const Plan<double>& plan) {
   for (auto& s : workspace_.joints) s.p = Force<Dual>::zero();
   add_spring_wrenches(plan_, workspace_);
+  if constexpr (Plan<Dual>::may_have_contacts) add_contact_wrenches(plan_, workspace_);
   add_port_wrenches(plan_, workspace_, port_wrenches_.data());
   for (std::size_t i = 0; i < plan.joints.size(); ++i)
     add(changes_[i].wrench, change_of(workspace_.joints[i].p));
@@ -246,6 +256,7 @@ REDYSIM_CLONES double Derivatives::change_elements(const Plan<double>& plan) {
     const Dual rate = spring_line(spring, workspace_).rate;
     power -= (spring.damping * rate * rate).derivative;
   }
+  if constexpr (Plan<Dual>::may_have_contacts) power += contact_power(plan_, workspace_).derivative;
   return power;
 }
 

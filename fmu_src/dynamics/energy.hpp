@@ -1,6 +1,7 @@
 #pragma once
 
 #include "dynamics/bias.hpp"
+#include "dynamics/contact/contact_force.hpp"
 
 namespace redysim {
 
@@ -19,7 +20,7 @@ Scalar kinetic_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sca
 }
 
 // Potential energy, J, of gravity (zero with all mass at the ground origin), joint springs,
-// stops and spring-dampers at q. Overwrites positions and composite masses of the workspace.
+// stops, spring-dampers and contacts at q. Overwrites positions and composite masses of the workspace.
 template <class Scalar>
 Scalar potential_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd) {
   set_positions(plan, ws, q);
@@ -43,16 +44,18 @@ Scalar potential_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const S
     }
     energy += joint_energy(plan, static_cast<int>(i), q[i]);
   }
-  if (!plan.has_springs()) return energy;
+  if (!plan.has_springs() && !plan.has_contacts()) return energy;
   set_ground_motion(plan, ws, qd);
   for (const auto& spring : plan.springs) {
     const Scalar stretch = spring_line(spring, ws).length - spring.rest_length;
     energy += Scalar(0.5) * spring.stiffness * stretch * stretch;
   }
+  if constexpr (Plan<Scalar>::may_have_contacts)
+    if (plan.has_contacts()) energy += contact_energy(plan, ws);
   return energy;
 }
 
-// Power of drives, dampers and friction, W: the rate of kinetic plus potential energy. With springs, uses the
+// Power of drives, dampers, friction and contacts, W: the rate of kinetic plus potential energy. Uses the
 // ground motion in the workspace of the last forward_dynamics.
 template <class Scalar>
 Scalar external_power(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const Scalar* q,
@@ -62,11 +65,13 @@ Scalar external_power(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, con
     power += qd[i] * tau[i];
     if (plan.joints[i].has_passive_force) power += joint_loss(plan, i, q[i], qd[i]);
   }
-  if (!plan.has_springs()) return power;
-  for (const auto& spring : plan.springs) {
+  for (std::size_t i = 0; plan.has_springs() && i < plan.springs.size(); ++i) {
+    const SpringPlan<Scalar>& spring = plan.springs[i];
     const Scalar rate = spring_line(spring, ws).rate;
     power -= spring.damping * rate * rate;
   }
+  if constexpr (Plan<Scalar>::may_have_contacts)
+    if (plan.has_contacts()) power += contact_power(plan, ws);
   return power;
 }
 

@@ -3,16 +3,14 @@
 #include <cmath>
 
 #include "dynamics/plan.hpp"
+#include "dynamics/smooth_onset.hpp"
 
 // Forces in a joint: drive, spring, damper, dry friction and stops; their energy and dissipation. Constants
 // and states may have different scalar types, so that derivatives follow from dual states.
 //
 // Friction after Brown and McPhee (2016), smooth in the velocity; s = qd / friction_velocity:
 //   friction tanh(4 s) + (static_friction - friction) s / (s^2 / 4 + 3 / 4)^2       maximum at s = 1
-// The force of a stop at depth x > 0 is k h(x) g(damping x'), where
-//   h'' = 6 u (1 - u) / width,  u = min(x / width, 1)          a linear spring from x = width on, C2 at 0
-//   g(s) = s + sqrt(1 + s^2)                                     1 + s for small s (Hunt and Crossley 1975)
-// g is positive everywhere: a stop never pulls.
+// Force of a stop: dynamics/smooth_onset.hpp.
 
 namespace redysim {
 
@@ -37,21 +35,12 @@ struct PressedStop {
       side = Scalar(1);
     }
   }
-  Scalar softened() const { return depth < Scalar(joint.width) ? depth / joint.width : Scalar(1); }
-  Scalar elastic_force() const {
-    const Scalar u = softened(), behind = depth - joint.width * u;
-    return joint.stiffness * (joint.width * u * u * u * (Scalar(1) - Scalar(0.5) * u) + behind);
-  }
-  Scalar energy() const {
-    const Scalar u = softened(), behind = depth - joint.width * u;
-    const Scalar soft = joint.width * joint.width * u * u * u * u * (Scalar(0.25) - Scalar(0.1) * u);
-    return joint.stiffness * (soft + Scalar(0.5) * behind * (joint.width + behind));
-  }
-  Scalar growth(const Scalar& qd) const {
-    using std::sqrt;
-    const Scalar s = joint.damping * side * qd;
-    return s + sqrt(Scalar(1) + s * s);
-  }
+  Scalar elastic_force() const { return joint.stiffness * onset().force(); }
+  Scalar energy() const { return joint.stiffness * onset().energy(); }
+  Scalar growth(const Scalar& qd) const { return impact_growth(Scalar(joint.damping * side * qd)); }
+
+ private:
+  SmoothOnset<Scalar> onset() const { return {depth, Scalar(joint.width)}; }
 };
 
 // Torque or force in joint i, including the drive.

@@ -126,9 +126,10 @@ Plan<Scalar>::Plan(const Model& model, const Parameters<Scalar>& parameters) {
   if (may_resist(model)) resistances.resize(joints.size());
   update(parameters);
   take_springs(model);
+  take_contacts(model);
   take_ports(model);
   build_clusters(model, *this);
-  plain = loops.empty() && springs.empty() && ports.empty() && prescribed_count == 0;
+  plain = loops.empty() && springs.empty() && contact_pairs.empty() && ports.empty() && prescribed_count == 0;
 }
 
 template <class Scalar>
@@ -209,6 +210,26 @@ void Plan<Scalar>::take_springs(const Model& model) {
     spring.stiffness = given.stiffness;
     spring.damping = given.damping;
     spring.rest_length = given.rest_length;
+  }
+}
+
+template <class Scalar>
+void Plan<Scalar>::take_contacts(const Model& model) {
+  if constexpr (may_have_contacts) {
+    const auto body_of = [this](int link) { return link == ground ? ground : carrier[link]; };
+    const auto frame_of = [this](int link) { return link == ground ? Pose() : frame_in_carrier[link]; };
+    for (const Contact& contact : model.contacts) {
+      for (const auto& [points, surface] : shape_pairs(contact)) {
+        ContactPair<double> pair =
+            contact_pair(*points, frame_of(points->link), *surface, frame_of(surface->link));
+        pair.contact = static_cast<int>(contact_laws.size());
+        pair.ball_body = body_of(points->link);
+        pair.surface_body = body_of(surface->link);
+        pair.balls_on_b = points == &contact.b;
+        contact_pairs.push_back(with_constants_of<Scalar>(pair));
+      }
+      contact_laws.push_back(contact_law<Scalar>(contact));
+    }
   }
 }
 

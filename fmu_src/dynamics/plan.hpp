@@ -3,6 +3,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "dynamics/contact/contact_plan.hpp"
 #include "dynamics/loops/cluster_plan.hpp"
 #include "math/spatial.hpp"
 #include "model/dh.hpp"
@@ -83,7 +84,7 @@ struct Plan {
 
   int nq = 0, nv = 0;
   int prescribed_count = 0;
-  bool plain = false;  // no loops, springs, ports or prescribed joints
+  bool plain = false;  // no loops, springs, contacts, ports or prescribed joints
   Vec3<Scalar> gravity = Vec3<Scalar>::Zero();
   Vec3<Scalar> grounded = Vec3<Scalar>::Zero();  // first moment, kg m, of links fixed to the ground
   // position of the first joint: positions of loops are relative to this point, so that they keep their
@@ -92,6 +93,8 @@ struct Plan {
   std::vector<JointPlan<Scalar>> joints;
   std::vector<Resistance<Scalar>> resistances;  // per joint; empty if no joint can have any
   std::vector<SpringPlan<Scalar>> springs;
+  std::vector<ContactPair<Scalar>> contact_pairs;
+  std::vector<ContactLaw<Scalar>> contact_laws;  // of Model::contacts
   std::vector<PortPlan<Scalar>> ports;
   std::vector<int> balls;  // chart joint of each spherical joint; its z, x and y joints follow it
   std::vector<LoopPlan<Scalar>> loops;
@@ -112,14 +115,20 @@ struct Plan {
     return may_have_fronts && step.kind == EliminationStep::Kind::front;
   }
   bool has_springs() const { return features::springs && !springs.empty(); }
+  // not in a straight line
+  static constexpr bool may_have_contacts =
+      features::contact && (std::is_same_v<Scalar, double> || std::is_same_v<Scalar, Dual>);
+  bool has_contacts() const { return may_have_contacts && !contact_pairs.empty(); }
   bool has_ports() const { return features::ports && !ports.empty(); }
   bool has_motion() const { return features::motion && prescribed_count > 0; }
   bool has_balls() const { return features::spherical && !balls.empty(); }
   bool is_plain() const {
-    return plain || !(features::loops || features::springs || features::ports || features::motion);
+    return plain || !(features::loops || features::springs || features::contact || features::ports ||
+                      features::motion);
   }
   bool has_poses() const {
-    return (features::loops || features::springs || features::ports) && !needs_pose.empty();
+    return (features::loops || features::springs || features::contact || features::ports) &&
+           !needs_pose.empty();
   }
 
   // Per link of the model: the joint that carries it (ground if fixed to it), and its frame in the body frame
@@ -130,6 +139,7 @@ struct Plan {
  private:
   void take_joints(const Model& model);
   void take_springs(const Model& model);
+  void take_contacts(const Model& model);
   void take_ports(const Model& model);
 };
 

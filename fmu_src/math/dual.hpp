@@ -72,6 +72,9 @@ struct DualNumber {
     const double t = std::tanh(a.value);
     return {t, (1 - t * t) * a.derivative};
   }
+  friend DualNumber atan(const DualNumber& a) {
+    return {std::atan(a.value), a.derivative / (1 + a.value * a.value)};
+  }
   friend DualNumber exp(const DualNumber& a) {
     const double e = std::exp(a.value);
     return {e, e * a.derivative};

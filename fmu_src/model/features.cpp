@@ -19,6 +19,7 @@ bool uses_method(const Model& model, SolverMethod method) {
 constexpr Feature all_features[] = {
     {"loops", features::loops, [](const Model& model) { return !model.loops.empty(); }},
     {"springs", features::springs, [](const Model& model) { return !model.springs.empty(); }},
+    {"contact", features::contact, [](const Model& model) { return !model.contacts.empty(); }},
     {"friction", features::friction, may_resist},
     {"ports", features::ports,
      [](const Model& model) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "math/vec3.hpp"
+#include "model/contact.hpp"
 #include "model/controller.hpp"
 #include "model/joint.hpp"
 #include "model/output_groups.hpp"
@@ -131,6 +132,7 @@ struct Model {
   std::vector<Link> links;               // parent index < own index
   std::vector<Loop> loops;
   std::vector<SpringDamper> springs;
+  std::vector<Contact> contacts;
   std::vector<Frame> frames;
   std::vector<Ball> balls;
   std::vector<Trajectory> trajectories;

@@ -284,10 +284,14 @@ void mark_pose(Plan<Scalar>& plan, int body) {
 }
 
 template <class Scalar>
-void mark_poses_of_springs_and_ports(Plan<Scalar>& plan) {
+void mark_poses_of_springs_contacts_and_ports(Plan<Scalar>& plan) {
   for (const auto& spring : plan.springs) {
     mark_pose(plan, spring.body_a);
     mark_pose(plan, spring.body_b);
+  }
+  for (const auto& pair : plan.contact_pairs) {
+    mark_pose(plan, pair.ball_body);
+    mark_pose(plan, pair.surface_body);
   }
   for (const auto& port : plan.ports)
     if (port.in_ground_axes) mark_pose(plan, port.body);
@@ -341,9 +345,9 @@ template <class Scalar>
 void build_clusters(const Model& model, Plan<Scalar>& plan) {
   bool ground_axes = false;
   for (const auto& port : plan.ports) ground_axes = ground_axes || port.in_ground_axes;
-  if (model.loops.empty() && model.springs.empty() && !ground_axes) return;
+  if (model.loops.empty() && model.springs.empty() && plan.contact_pairs.empty() && !ground_axes) return;
   plan.needs_pose.assign(plan.joints.size(), 0);
-  mark_poses_of_springs_and_ports(plan);
+  mark_poses_of_springs_contacts_and_ports(plan);
   if (!features::loops || model.loops.empty()) return;
   std::vector<int> parents;
   for (const auto& joint : plan.joints) parents.push_back(joint.parent);

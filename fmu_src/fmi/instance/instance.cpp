@@ -73,6 +73,7 @@ fmi2Status Instance::exit_initialization_mode() {
     log_.event("start at " + shown(life_.start_time) + " s, solver " + simulation_.integrator->name() +
                ", rtol " + shown(simulation_.integrator_settings.rtol));
   report_drives();
+  report_contacts();
   return fmi2OK;
 }
 
@@ -190,6 +191,23 @@ void Instance::report_drives() {
   const Tangent::Misfit misfits =
       misfit_of_accelerations(simulation_.model, simulation_.system, simulation_.time, state_.y());
   if (misfits.loop >= 0) log_.warning(misfit(simulation_.model, misfits.loop, misfits.acceleration));
+}
+
+// Warns of contacts that start deep in each other: their force would hurl the bodies apart.
+void Instance::report_contacts() {
+  constexpr double hurled = 1000;  // m/s^2, of the whole mass
+  const Plan<double>& plan = simulation_.plan;
+  if (!plan.has_contacts() || !log_.warnings()) return;
+  double mass = 0;
+  for (const JointPlan<double>& joint : plan.joints) mass += joint.inertia.mass;
+  for (std::size_t k = 0; k < simulation_.model.contacts.size(); ++k) {
+    const Contact& contact = simulation_.model.contacts[k];
+    const ContactResult<double> at =
+        contact_result(plan, simulation_.system.workspace(), static_cast<int>(k), contact.a.link);
+    if (at.force.norm() > hurled * mass)
+      log_.warning("contact '" + contact.name + "' starts " + rounded(at.depth) + " m deep, with a force of " +
+                   rounded(at.force.norm()) + " N: move the start pose, or set stiffness to the depth expected");
+  }
 }
 
 void Instance::report_unset_motion() {

@@ -70,6 +70,7 @@ class Instance {
   std::string immovable_at_start();
   std::string start_integrator();
   void report_drives();
+  void report_contacts();
   void report_unset_motion();
   std::string failed_step(const Outcome& outcome);
   void end_input_slopes(double time);

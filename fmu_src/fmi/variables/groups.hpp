@@ -36,6 +36,10 @@ struct LoopVariables {  // loop.cpp
   static const RowGroup rows;
   static const WordGroup words;
 };
+struct ContactVariables {  // contact.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
 struct EnergyVariables {  // energy.cpp
   static const RowGroup rows;
   static const WordGroup words;
@@ -67,7 +71,7 @@ struct SolverParameters {  // solver.cpp
 
 // In the order of the XML.
 using Groups = std::tuple<JointMotionVariables, BallMotionVariables, JointDriveVariables, FrameVariables,
-                          LoopVariables, EnergyVariables, SolverHealth, JointStartValues, BallStartValues,
-                          JointParameterVariables, LinkParameterVariables, SolverParameters>;
+                          LoopVariables, ContactVariables, EnergyVariables, SolverHealth, JointStartValues,
+                          BallStartValues, JointParameterVariables, LinkParameterVariables, SolverParameters>;
 
 }  // namespace redysim

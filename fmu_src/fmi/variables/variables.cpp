@@ -22,8 +22,11 @@ auto all_groups() { return all_groups(static_cast<const Groups*>(nullptr)); }
 
 bool is_tunable(const Row& row) { return row.variability == Variability::tunable; }
 
-// In the XML the variables of one frame or loop are adjacent; of joints, one variable of all joints is.
-bool by_owner(Owner owner) { return owner == Owner::frame || owner == Owner::loop; }
+// In the XML the variables of one frame, loop or contact are adjacent; of joints, one variable of all joints
+// is.
+bool by_owner(Owner owner) {
+  return owner == Owner::frame || owner == Owner::loop || owner == Owner::contact;
+}
 
 std::vector<Variable> owners(const Scene& scene, Owner kind) {
   const auto& [model, plan] = scene;
@@ -64,6 +67,15 @@ std::vector<Variable> owners(const Scene& scene, Owner kind) {
         found.push_back(owner);
       }
       break;
+    case Owner::contact:
+      for (std::size_t k = 0; k < model.contacts.size(); ++k) {
+        const auto body = [&](int link) { return link == ground ? ground : plan.carrier[link]; };
+        owner.contact = static_cast<int>(k);
+        const int a = body(model.contacts[k].a.link);
+        owner.joint = a == ground ? body(model.contacts[k].b.link) : a;
+        found.push_back(owner);
+      }
+      break;
     case Owner::link:  // has tunable parameters only
       break;
     case Owner::model:
@@ -84,6 +96,8 @@ std::string owner_name(const Model& model, const Row& row, const Variable& varia
       return model.frames[variable.frame].name + ".";
     case Owner::loop:
       return model.loops[variable.loop].name + ".";
+    case Owner::contact:
+      return model.contacts[variable.contact].name + ".";
     case Owner::link:
       return model.links[variable.link].name + ".";
   }

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "integrate/methods/step_budget.hpp"
 #include "integrate/methods/step_control.hpp"
@@ -133,7 +134,21 @@ Outcome Cvode::restart_between_steps() {
   return {};
 }
 
+// A step that would pass a contact unseen ends there.
+void Cvode::stop_at_contacts() {
+  if (!system_.plan().has_contacts()) return;
+  double step = 0;
+  if (steps_taken_ == 0)
+    step = restart_.first_step;
+  else
+    CVodeGetCurrentStep(memory_.get(), &step);
+  const double touch = system_.step_to_touch(absolute(ahead_time_), data(ahead_), step);
+  const double never = std::numeric_limits<double>::max();
+  CVodeSetStopTime(memory_.get(), touch < step ? ahead_time_ + touch : never);
+}
+
 int Cvode::take_step() {
+  stop_at_contacts();
   // CVODE takes only the direction from the end time
   const int flag =
       CVode(memory_.get(), ahead_time_ + 1 + ahead_time_, ahead_.get(), &ahead_time_, CV_ONE_STEP);

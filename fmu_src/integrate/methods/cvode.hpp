@@ -66,6 +66,7 @@ class Cvode final : public Integrator {
   void reset_cvode();
   Outcome restart_between_steps();
   Outcome step_past(double& end);
+  void stop_at_contacts();
   int take_step();
   Outcome interpolate(double end);
   void count_step();

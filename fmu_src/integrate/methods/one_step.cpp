@@ -32,7 +32,7 @@ int OneStep::weights(N_Vector y, N_Vector weights, void* self) {
   return 0;
 }
 
-int OneStep::adapt(N_Vector, double t, double h, double, double, double error, double, double, int, int,
+int OneStep::adapt(N_Vector y, double t, double h, double, double, double error, double, double, int, int,
                    double* next, void* self_pointer) {
   OneStep& self = *static_cast<OneStep*>(self_pointer);
   // a step that Newton's iteration could not solve limits the next ones
@@ -48,7 +48,7 @@ int OneStep::adapt(N_Vector, double t, double h, double, double, double error, d
     self.statistics_.step_size = h;
     self.statistics_.error_estimate = error;
     const double remaining = self.end_ - t;
-    *next = remaining > 0 ? self.control_.step_for(remaining) / sundials_safety : h;
+    *next = remaining > 0 ? self.step_from(t, data(y)) / sundials_safety : h;
     return 0;
   }
   // a slope that failed at the start of the step fails for every step size
@@ -96,11 +96,15 @@ bool OneStep::first_step_from_here() {
   return true;
 }
 
+double OneStep::step_from(double since, const double* y) {
+  return system_.step_to_touch(absolute(since), y, control_.step_for(end_ - since));
+}
+
 int OneStep::attempt() {
   skip_slope_ = stage_failed_ = step_at_floor_ = projection_failed_ = false;
   unsolved_before_ = unsolved();
   std::copy(y_.begin(), y_.end(), data(start_));
-  const int flag = run(control_.step_for(end_ - since_));
+  const int flag = run(step_from(since_, y_.data()));
   // inner steps may violate a loop slightly near a singular position, the last one must not
   if (flag < 0 || !system_.loops_are_violated()) return flag;
   projection_failed_ = true;

@@ -108,6 +108,8 @@ class OneStep : public Integrator {
 
   bool first_step_from_here();
   Outcome run_to_end(bool may_choose);
+  // Step size of the next attempt: no step passes a contact unseen.
+  double step_from(double since, const double* y);
   int attempt();
   int attempt_until_closed();
   RunEnd end_of_run(int flag, long taken, StepBudget& budget) const;

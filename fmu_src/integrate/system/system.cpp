@@ -39,6 +39,7 @@ System::System(const Plan<double>& plan, bool with_work, const Model* model)
       scratch_(q_) {
   if (features::control && model && (!model->trajectories.empty() || model->controller.law != Law::none))
     control_ = std::make_unique<Control>(*model, plan);
+  if (plan.has_contacts()) contact_search_ = std::make_unique<ContactSearch>(plan);
   set_layouts(with_work);
   scales_.assign(integrated_.size(), 1.0);
   if (model) set_scales(*model, parameters_of(*model));
@@ -301,6 +302,12 @@ void System::project_error(double* error) {
     correct_loops(plan_, workspace_, scratch_.data());
     for (int k = 0; k < simple(); ++k) part[k] += scratch_[integrated_[k]];
   }
+}
+
+double System::step_to_touch(double time, const double* y, double h) {
+  if (!contact_search_ || accelerations(time, y, qdd_.data()) != Status::ok) return h;
+  const Coordinates at = coordinates(time, y);
+  return contact_search_->step_to_touch(plan_, workspace_, at.q, at.qd, qdd_.data(), h);
 }
 
 double System::energy(const double* q, const double* qd) {

@@ -7,6 +7,7 @@
 #include "dynamics/plan.hpp"
 #include "dynamics/workspace.hpp"
 #include "integrate/control/control.hpp"
+#include "integrate/system/contact_search.hpp"
 #include "integrate/system/state_layout.hpp"
 #include "model/features.hpp"
 
@@ -130,6 +131,9 @@ class System {
   // Accelerations of all joints at (time, y) into qdd (plan().nv): the same solve as the right-hand side.
   Status accelerations(double time, const double* y, double* qdd);
 
+  // The part of a step of `h` s from (time, y) until the first contact point touches (contact_search.hpp).
+  double step_to_touch(double time, const double* y, double h);
+
   // The angles of a spherical joint in the recursion, after `coordinates`.
   const BallAngles& angles_of_ball(int ball) const { return angles_[ball]; }
 
@@ -193,6 +197,7 @@ class System {
   std::vector<int> motion_slot_;  // per joint: its place among those with a held motion, or -1
   std::vector<double> scales_;
   std::unique_ptr<Control> control_;
+  std::unique_ptr<ContactSearch> contact_search_;  // null: no contacts
   std::vector<double> inputs_;
   std::vector<double> scratch_inputs_, unmoved_;
   std::vector<double> q_, qd_;            // all joints

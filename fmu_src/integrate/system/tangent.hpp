@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "dynamics/assembly/assembly.hpp"
+#include "dynamics/contact/contact_force.hpp"
 #include "integrate/system/control_tangent.hpp"
 #include "integrate/system/system.hpp"
 #include "math/dual.hpp"
@@ -58,6 +59,10 @@ class Tangent {
   Dual kinetic_energy(), potential_energy();
   Force<Dual> momentum();
   GroundState<Dual> body(int index);
+  // Sum over the points of a contact, after evaluate().
+  ContactResult<Dual> contact(int index, int link_a) const {
+    return contact_result(plan_, workspace_, index, link_a);
+  }
   struct BallMotion {
     Vec3<Dual> omega, alpha;
     Vec3<double> turn;  // of the link, in its axes

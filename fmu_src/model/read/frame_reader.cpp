@@ -7,14 +7,6 @@
 namespace redysim {
 namespace {
 
-// Fixed-axis roll, pitch, yaw (URDF's rpy): R = Rz(yaw) Ry(pitch) Rx(roll).
-Mat3<double> rotation_of(const Vec3<double>& rpy) {
-  using Eigen::AngleAxisd;
-  return (AngleAxisd(rpy.z(), Vec3<double>::UnitZ()) * AngleAxisd(rpy.y(), Vec3<double>::UnitY()) *
-          AngleAxisd(rpy.x(), Vec3<double>::UnitX()))
-      .toRotationMatrix();
-}
-
 void read_frame_outputs(Section& section, Frame& frame) {
   if (!section.has("outputs")) return;
   const std::vector<std::string> groups = {"pose", "rotation", "velocity"};
@@ -41,8 +33,7 @@ Frame read_frame(Section section, const std::string& label, const LinkTable& lin
     frame.link = 0;
   }
   frame.position = section.vector("position", frame.position);
-  const double unit = degrees ? 3.14159265358979323846 / 180 : 1;
-  frame.rotation = rotation_of(unit * section.vector("rpy", Vec3<double>::Zero()));
+  frame.rotation = section.rotation("rpy", degrees);
   read_frame_outputs(section, frame);
   frame.port = section.choice<Frame::Port>(
       "port",

@@ -21,15 +21,6 @@ void read_ends(Connection& connection, Section& section, const LinkTable& links)
   connection.point_b = section.vector("point_b", connection.point_b);
 }
 
-// Why nothing can move between the two ends; empty when something can.
-std::string rigid_pair(int a, int b, const LinkTable& links) {
-  const auto name = [&](int link) { return link == ground ? "ground" : "'" + links.names[link] + "'"; };
-  const auto carrier = [&](int link) { return link == ground ? ground : links.carriers[link]; };
-  if (a == b) return "link_a and link_b are both " + name(a);
-  if (links.carriers.empty() || carrier(a) != carrier(b)) return {};
-  return "link_a " + name(a) + " and link_b " + name(b) + " are rigidly connected";
-}
-
 bool uses_axis(LoopType type) { return type != LoopType::point && type != LoopType::spherical; }
 bool uses_x(LoopType type) { return type == LoopType::prismatic || type == LoopType::fixed; }
 

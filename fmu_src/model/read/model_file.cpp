@@ -1,6 +1,7 @@
 #include "model/read/model_file.hpp"
 
 #include "model/read/compound_joint.hpp"
+#include "model/read/contact_reader.hpp"
 #include "model/read/controller_reader.hpp"
 #include "model/read/frame_reader.hpp"
 #include "model/read/link_reader.hpp"
@@ -84,6 +85,7 @@ Model read_model(Section& top, const std::string& folder, std::vector<AttachedFi
 
   model.loops = read_loops(top, links, names, findings);
   model.springs = read_springs(top, links, names, findings);
+  model.contacts = read_contacts(top, links, degrees, names, folder, files, findings);
   model.frames = read_frames(top, links, degrees, names, findings);
   model.solver = read_solver(top, findings);
   read_guidance(top, model, degrees, inverse, folder, files, findings);

@@ -3,26 +3,12 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "math/cubic_spline.hpp"
+#include "model/read/csv.hpp"
 #include "model/read/number.hpp"
 
 namespace redysim {
 namespace {
-
-// Velocities at the knots of the cubic spline with continuous acceleration, at rest at both ends.
-std::vector<double> spline_velocities(const std::vector<double>& t, const std::vector<double>& q) {
-  const std::size_t n = t.size();
-  std::vector<double> v(n, 0.0), factor(n, 0.0);
-  // v[k-1] / h0 + 2 (1/h0 + 1/h1) v[k] + v[k+1] / h1 = 3 (dq0 / h0^2 + dq1 / h1^2), by elimination
-  for (std::size_t k = 1; k + 1 < n; ++k) {
-    const double h0 = t[k] - t[k - 1], h1 = t[k + 1] - t[k];
-    const double right = 3 * ((q[k] - q[k - 1]) / (h0 * h0) + (q[k + 1] - q[k]) / (h1 * h1));
-    const double pivot = 2 * (1 / h0 + 1 / h1) - factor[k - 1] / h0;
-    factor[k] = 1 / (h1 * pivot);
-    v[k] = (right - v[k - 1] / h0) / pivot;
-  }
-  for (std::size_t k = n - 1; k-- > 1;) v[k] -= factor[k] * v[k + 1];
-  return v;
-}
 
 // At each knot the mean acceleration of the cubics (q and qd at both ends) before and after it.
 std::vector<double> mean_accelerations(const MotionTable& table) {
@@ -36,21 +22,6 @@ std::vector<double> mean_accelerations(const MotionTable& table) {
   }
   for (std::size_t k = 1; k + 1 < n; ++k) sum[k] *= 0.5;
   return sum;
-}
-
-std::vector<std::string> cells(const std::string& line) {
-  std::vector<std::string> out(1);
-  bool quoted = false;
-  for (char c : line) {
-    if (c == '"')
-      quoted = !quoted;
-    else if (c == ',' && !quoted)
-      out.emplace_back();
-    else if (c != '\r' && !(out.back().empty() && (c == ' ' || c == '\t')))
-      out.back() += c;
-  }
-  for (std::string& cell : out) cell.erase(cell.find_last_not_of(" \t") + 1);
-  return out;
 }
 
 // Column indices of a table; -1: absent.
@@ -73,12 +44,6 @@ struct Columns {
     qdd = of_joint("qdd");
   }
 };
-
-bool parse(const std::string& cell, double& value) {
-  char* end = nullptr;
-  value = std::strtod(cell.c_str(), &end);
-  return !cell.empty() && *end == '\0';
-}
 
 }  // namespace
 
@@ -124,7 +89,7 @@ std::vector<double> cubic(double h, double q_start, double qd_start, double q_en
 
 std::vector<Trajectory::Piece> interpolate(const MotionTable& table) {
   const std::vector<double>&t = table.time, &q = table.q;
-  const std::vector<double> qd = table.qd.empty() ? spline_velocities(t, q) : table.qd;
+  const std::vector<double> qd = table.qd.empty() ? spline_slopes(t, q) : table.qd;
   const std::vector<double> qdd = table.qd.empty()    ? std::vector<double>()
                                   : table.qdd.empty() ? mean_accelerations(table)
                                                       : table.qdd;
@@ -144,7 +109,7 @@ std::string read_csv(const std::string& text, const std::string& joint, MotionTa
   std::size_t line_number = 0;
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
-    const std::vector<std::string> row = cells(text.substr(at, end - at));
+    const std::vector<std::string> row = csv_cells(text.substr(at, end - at));
     at = end + 1;
     ++line_number;
     if (row.size() == 1 && row[0].empty()) continue;
@@ -163,7 +128,7 @@ std::string read_csv(const std::string& text, const std::string& joint, MotionTa
     for (const auto& [column, values] : wanted) {
       if (column < 0) continue;
       double value = 0;
-      if (static_cast<std::size_t>(column) >= row.size() || !parse(row[column], value))
+      if (static_cast<std::size_t>(column) >= row.size() || !csv_number(row[column], value))
         return "has no number in column '" + names[column] + "' of line " + std::to_string(line_number);
       values->push_back(value);
     }

@@ -169,17 +169,34 @@ Vec3<double> Section::direction(const std::string& key, const Vec3<double>& fall
   return list && read_vector(key, *list, vector) && normalise(key, *list, vector) ? vector : fallback;
 }
 
+Mat3<double> Section::rotation(const std::string& key, bool degrees) {
+  using Eigen::AngleAxisd;
+  const Vec3<double> rpy = (degrees ? 3.14159265358979323846 / 180 : 1) * vector(key, Vec3<double>::Zero());
+  return (AngleAxisd(rpy.z(), Vec3<double>::UnitZ()) * AngleAxisd(rpy.y(), Vec3<double>::UnitY()) *
+          AngleAxisd(rpy.x(), Vec3<double>::UnitX()))
+      .toRotationMatrix();
+}
+
 bool Section::directions(const std::string& key, std::vector<Vec3<double>>& directions) {
-  const Value* list = ask(key, Value::Kind::list, "a list of directions such as [[1, 0, 0], [0, 1, 0]]");
+  return read_list(key, "directions such as [[1, 0, 0], [0, 1, 0]]", true, directions);
+}
+
+bool Section::points(const std::string& key, std::vector<Vec3<double>>& points) {
+  return read_list(key, "points such as [[0.1, 0, 0], [-0.1, 0, 0]]", false, points);
+}
+
+bool Section::read_list(const std::string& key, const char* what, bool of_unit_length,
+                        std::vector<Vec3<double>>& vectors) {
+  const Value* list = ask(key, Value::Kind::list, (std::string("a list of ") + what).c_str());
   if (!list) return false;
   for (const Value& item : list->items) {
     Vec3<double> vector;
     if (item.kind != Value::Kind::list)
       error(item.place, key + " must contain lists of 3 numbers, got " + item.kind_name());
-    else if (read_vector(key, item, vector) && normalise(key, item, vector))
-      directions.push_back(vector);
+    else if (read_vector(key, item, vector) && (!of_unit_length || normalise(key, item, vector)))
+      vectors.push_back(vector);
   }
-  return directions.size() == list->items.size();
+  return vectors.size() == list->items.size();
 }
 
 std::vector<std::pair<std::string, Place>> Section::texts(const std::string& key) {

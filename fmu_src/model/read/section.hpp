@@ -38,8 +38,11 @@ class Section {
   std::vector<double> numbers_each(const std::string& key, std::size_t count, double fallback,
                                    Bound bound = Bound::any);
   Vec3<double> vector(const std::string& key, const Vec3<double>& fallback);
-  Vec3<double> direction(const std::string& key, const Vec3<double>& fallback);    // of unit length
+  Vec3<double> direction(const std::string& key, const Vec3<double>& fallback);  // of unit length
+  // Fixed-axis roll, pitch, yaw (URDF's rpy): R = Rz(yaw) Ry(pitch) Rx(roll).
+  Mat3<double> rotation(const std::string& key, bool degrees);
   bool directions(const std::string& key, std::vector<Vec3<double>>& directions);  // false: absent or invalid
+  bool points(const std::string& key, std::vector<Vec3<double>>& points);          // likewise, m
   std::vector<std::pair<std::string, Place>> texts(const std::string& key);
 
   // The tables under `key`: written [[key]] (many) or [key] (one).
@@ -68,6 +71,8 @@ class Section {
   bool read_numbers(const std::string& key, const Value& list, std::vector<double>& numbers,
                     bool infinite = false);
   bool read_vector(const std::string& key, const Value& list, Vec3<double>& vector);
+  bool read_list(const std::string& key, const char* what, bool of_unit_length,
+                 std::vector<Vec3<double>>& vectors);
   bool normalise(const std::string& key, const Value& list, Vec3<double>& vector);
   int chosen_word(const std::string& key, const std::vector<std::string>& words,
                   const std::vector<std::string>& later);

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "model/read/motion_table.hpp"
-#include "model/read/open_file.hpp"
 #include "model/read/suggest.hpp"
 
 namespace redysim {
@@ -59,30 +58,13 @@ void read_polynomial(Section& section, double unit, Trajectory& trajectory) {
   trajectory.end = start + section.number("duration", 1, Bound::positive);
 }
 
-bool is_file_name(const std::string& name) {
-  return !name.empty() && name[0] != '.' && name.find_first_of("/\\:") == std::string::npos &&
-         name != "model.toml";
-}
-
-// The table in a file beside the model file; each file is read once.
-bool attach(Section& section, const std::string& folder, const std::string& joint,
-            std::vector<AttachedFile>& files, MotionTable& table) {
-  const std::string name = section.text("file");
-  if (!is_file_name(name)) {
-    section.error("file", "file '" + name + "' must be the name of a file in the model file's folder");
-    return false;
-  }
-  auto file = std::find_if(files.begin(), files.end(), [&name](const auto& f) { return f.name == name; });
-  if (file == files.end()) {
-    AttachedFile read{name, {}};
-    if (const char* why = read_file(folder + name, read.bytes)) {
-      section.error("file", "file '" + name + "' " + why + "; it must be a file beside the model file");
-      return false;
-    }
-    file = files.insert(files.end(), std::move(read));
-  }
+// The table in a file beside the model file.
+bool attach_table(Section& section, const std::string& folder, const std::string& joint,
+                  std::vector<AttachedFile>& files, MotionTable& table) {
+  const AttachedFile* file = attach(section, folder, files);
+  if (!file) return false;
   const std::string why = read_csv(file->bytes, joint, table);
-  if (!why.empty()) section.error("file", "file '" + name + "' " + why);
+  if (!why.empty()) section.error("file", "file '" + file->name + "' " + why);
   return why.empty();
 }
 
@@ -93,7 +75,7 @@ void read_table(Section& section, double unit, const Joint& joint, const std::st
   if (section.has("file")) {
     for (const char* key : {"time", "q", "qd", "qdd"})
       if (section.has(key)) section.error(key, std::string(key) + " and file must not both be given");
-    good = attach(section, folder, joint.name, files, table);
+    good = attach_table(section, folder, joint.name, files, table);
   } else {
     for (const char* key : {"time", "q"})
       if (!section.has(key)) {

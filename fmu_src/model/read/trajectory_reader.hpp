@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "model/model.hpp"
+#include "model/read/attached_file.hpp"
 #include "model/read/names.hpp"
 
 // [[trajectory]] tables.
@@ -21,11 +22,6 @@ class JointIndex {
  private:
   std::vector<std::string> names_;
   std::vector<int> links_;
-};
-
-// A file in the folder of the model file, to which the model file refers.
-struct AttachedFile {
-  std::string name, bytes;
 };
 
 // `folder`: of the model file, with its final slash, or empty. `files` receives each table that was read.

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <limits>
+
+#include "dynamics/plan.hpp"
+#include "dynamics/workspace.hpp"
+
+// Forces of contacts, their energy and power: docs/contact.md. All functions use the ground motion in the
+// workspace. Instantiated for double and Dual.
+
+namespace redysim {
+
+// Adds the wrenches of all contact points to the bias wrenches of the bodies.
+template <class Scalar>
+void add_contact_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws);
+
+// Energy stored in all contacts, J.
+template <class Scalar>
+Scalar contact_energy(const Plan<Scalar>& plan, const Workspace<Scalar>& ws);
+
+// Power of all contacts that is not stored, W.
+template <class Scalar>
+Scalar contact_power(const Plan<Scalar>& plan, const Workspace<Scalar>& ws);
+
+// Distance of a contact point from the surface, m, and its rate, m/s.
+struct ContactDistance {
+  double value, rate;
+};
+
+// Of all contact points, in the order of the plan's pairs and their balls.
+void contact_distances(const Plan<double>& plan, const Workspace<double>& ws, ContactDistance* distances);
+
+// Sum over the points of one contact: force and moment on link a, about the origin of its frame, in ground
+// axes. Depth (negative: distance), place and slip velocity of the deepest point.
+template <class Scalar>
+struct ContactResult {
+  Vec3<Scalar> force = Vec3<Scalar>::Zero(), moment = Vec3<Scalar>::Zero();
+  Scalar depth = Scalar(-std::numeric_limits<double>::max()), slip = 0;
+  Vec3<Scalar> point = Vec3<Scalar>::Zero();
+};
+
+template <class Scalar>
+ContactResult<Scalar> contact_result(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, int contact,
+                                     int link_a);
+
+}  // namespace redysim

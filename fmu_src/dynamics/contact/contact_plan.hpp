@@ -1,0 +1,102 @@
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "math/vec3.hpp"
+#include "model/contact.hpp"
+
+// Contacts in the form of the recursions: balls on one body against a surface on another.
+
+namespace redysim {
+
+template <class Scalar>
+struct Surface {
+  ShapeKind kind = ShapeKind::plane;
+  Mat3<Scalar> rotation;  // of its frame in the body
+  Vec3<Scalar> position;
+  Vec3<Scalar> half_size;
+  Scalar radius = 0, half_length = 0;
+  const BicubicSpline* heights = nullptr;
+};
+
+template <class Scalar>
+struct ContactPair {
+  int contact = 0;  // index into Model::contacts
+  int ball_body = -1, surface_body = -1;
+  bool balls_on_b = false;          // of the contact's links
+  std::vector<Vec3<Scalar>> balls;  // centers, in the body
+  Scalar radius = 0;
+  // of a disk: the ball is the nearest part of its rim, at `ring` from the center
+  bool is_disk = false;
+  Vec3<Scalar> axis;
+  Scalar ring = 0;
+  // a sphere that contains all of this
+  Vec3<Scalar> middle;
+  Scalar extent = 0;
+  Surface<Scalar> surface;
+};
+
+template <class Scalar>
+struct ContactLaw {
+  bool redysim = false;
+  Scalar stiffness = 0, damping = 0, width = 1;
+  Scalar friction = 0, excess = 0, per_velocity = 0;  // excess: maximum minus sliding friction
+  Scalar rolling = 0, torsion = 0, per_spin = 0;
+  Scalar v_max = 0, Ch = 0;
+};
+
+ContactPair<double> contact_pair(const Shape& points, const Pose& points_in_body, const Shape& surface,
+                                 const Pose& surface_in_body);
+
+template <class Scalar>
+ContactLaw<Scalar> contact_law(const Contact& contact) {
+  const ContactParameters& given = contact.parameters;
+  ContactLaw<Scalar> law;
+  law.redysim = contact.law == Contact::Law::redysim;
+  law.stiffness = given.stiffness;
+  law.damping = given.damping;
+  law.width = given.width;
+  law.friction = given.friction;
+  law.excess = std::max(given.static_friction - given.friction, 0.0);
+  law.per_velocity = 1 / given.friction_velocity;
+  law.rolling = given.rolling;
+  law.torsion = given.torsion;
+  law.per_spin = 1 / given.spin_velocity;
+  law.v_max = given.v_max;
+  law.Ch = given.Ch;
+  return law;
+}
+
+// The same with constants of another type.
+template <class To>
+ContactLaw<To> with_constants_of(const ContactLaw<double>& from) {
+  return {from.redysim,      from.stiffness, from.damping, from.width,    from.friction, from.excess,
+          from.per_velocity, from.rolling,   from.torsion, from.per_spin, from.v_max,    from.Ch};
+}
+
+template <class To>
+ContactPair<To> with_constants_of(const ContactPair<double>& from) {
+  ContactPair<To> to;
+  to.contact = from.contact;
+  to.ball_body = from.ball_body;
+  to.surface_body = from.surface_body;
+  to.balls_on_b = from.balls_on_b;
+  for (const Vec3<double>& ball : from.balls) to.balls.push_back(ball.cast<To>());
+  to.radius = from.radius;
+  to.is_disk = from.is_disk;
+  to.axis = from.axis.cast<To>();
+  to.ring = from.ring;
+  to.middle = from.middle.cast<To>();
+  to.extent = from.extent;
+  to.surface = {from.surface.kind,
+                from.surface.rotation.cast<To>(),
+                from.surface.position.cast<To>(),
+                from.surface.half_size.cast<To>(),
+                from.surface.radius,
+                from.surface.half_length,
+                from.surface.heights};
+  return to;
+}
+
+}  // namespace redysim

@@ -1,0 +1,113 @@
+#pragma once
+
+#include <limits>
+
+#include "dynamics/contact/contact_plan.hpp"
+
+// Depth of points below the surfaces of contacts; everything in the frame of the surface.
+
+namespace redysim {
+
+// `depth` (negative: distance), outward `normal` of unit length and the gradient of the depth. The gradient
+// is -normal where the depth is a distance, which it is not on height maps: (z - p_z) n_z.
+template <class Scalar>
+struct SurfaceDepth {
+  Scalar depth;
+  Vec3<Scalar> normal, gradient;
+};
+
+template <class Scalar>
+Scalar safe_norm(const Vec3<Scalar>& v) {
+  using std::sqrt;
+  // the smallest normal number avoids 0/0: the direction of a zero vector is zero
+  return sqrt(v.squaredNorm() + Scalar(std::numeric_limits<double>::min()));
+}
+
+template <class Scalar>
+SurfaceDepth<Scalar> depth_below(const Scalar& radius, const Vec3<Scalar>& from_center) {
+  const Scalar distance = safe_norm(from_center);
+  const Vec3<Scalar> normal = from_center / distance;
+  return {radius - distance, normal, -normal};
+}
+
+template <class Scalar>
+SurfaceDepth<Scalar> depth_in_heights(const BicubicSpline& heights, const Vec3<Scalar>& p) {
+  using std::sqrt;
+  const auto at = heights.at(Scalar(p.x()), Scalar(p.y()));
+  const Scalar n_z = Scalar(1) / sqrt(Scalar(1) + at.zx * at.zx + at.zy * at.zy), above = at.z - p.z();
+  const Scalar curved = n_z * n_z * n_z * above;
+  SurfaceDepth<Scalar> out;
+  out.depth = above * n_z;
+  out.normal = Vec3<Scalar>(-at.zx * n_z, -at.zy * n_z, n_z);
+  out.gradient = -out.normal;
+  out.gradient.x() -= curved * (at.zx * at.zxx + at.zy * at.zxy);
+  out.gradient.y() -= curved * (at.zx * at.zxy + at.zy * at.zyy);
+  out.gradient.z() = -n_z;
+  return out;
+}
+
+// Outside a box the nearest point of it, inside the nearest face.
+template <class Scalar>
+SurfaceDepth<Scalar> depth_in_box(const Vec3<Scalar>& half_size, const Vec3<Scalar>& p) {
+  Vec3<Scalar> outside = Vec3<Scalar>::Zero(), normal = Vec3<Scalar>::Zero();
+  Scalar least = Scalar(std::numeric_limits<double>::max());
+  bool inside = true;
+  int face = 0;
+  for (int k = 0; k < 3; ++k) {
+    const Scalar side = p[k] < Scalar(0) ? Scalar(-1) : Scalar(1), depth = half_size[k] - side * p[k];
+    if (depth < Scalar(0)) {
+      inside = false;
+      outside[k] = -side * depth;
+    }
+    if (depth < least) {
+      least = depth;
+      face = k;
+    }
+  }
+  if (!inside) return depth_below(Scalar(0), outside);
+  normal[face] = p[face] < Scalar(0) ? Scalar(-1) : Scalar(1);
+  return {least, normal, -normal};
+}
+
+template <class Scalar>
+SurfaceDepth<Scalar> surface_depth(const Surface<Scalar>& surface, const Vec3<Scalar>& p) {
+  switch (surface.kind) {
+    case ShapeKind::heightmap:
+      return depth_in_heights(*surface.heights, p);
+    case ShapeKind::capsule: {
+      const Scalar& half = surface.half_length;
+      const Scalar along = p.z() < -half ? Scalar(-half) : p.z() > half ? half : Scalar(p.z());
+      return depth_below(surface.radius, Vec3<Scalar>(p.x(), p.y(), p.z() - along));
+    }
+    case ShapeKind::box:
+      return depth_in_box(surface.half_size, p);
+    case ShapeKind::sphere:
+      return depth_below(surface.radius, p);
+    default: {
+      const Vec3<Scalar> up = Vec3<Scalar>::UnitZ();
+      return {-p.z(), up, -up};
+    }
+  }
+}
+
+// Whether no point within `extent` of p can be below the surface.
+template <class Scalar>
+bool is_clear(const Surface<Scalar>& surface, const Vec3<Scalar>& p, const Scalar& extent) {
+  const auto beyond = [&](int k, const Scalar& half) {
+    return p[k] > half + extent || p[k] < -half - extent;
+  };
+  const Scalar& radius = surface.radius;
+  switch (surface.kind) {
+    case ShapeKind::plane:
+      return p.z() > extent;
+    case ShapeKind::heightmap:
+      return p.z() > Scalar(surface.heights->highest()) + extent;
+    case ShapeKind::box:
+      return beyond(0, surface.half_size.x()) || beyond(1, surface.half_size.y()) ||
+             beyond(2, surface.half_size.z());
+    default:
+      return beyond(0, radius) || beyond(1, radius) || beyond(2, surface.half_length + radius);
+  }
+}
+
+}  // namespace redysim

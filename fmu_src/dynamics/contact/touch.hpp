@@ -1,0 +1,110 @@
+#pragma once
+
+#include "dynamics/contact/surface_depth.hpp"
+#include "dynamics/ground_motion.hpp"
+
+// Kinematics of contact points: docs/contact.md.
+
+namespace redysim {
+
+// Motion of the balls' body relative to the surface's, in the axes of the surface.
+template <class Scalar>
+struct RelativeMotion {
+  Mat3<Scalar> axes;    // of the surface in ground axes
+  Vec3<Scalar> origin;  // of the surface's frame in the ground frame
+  Mat3<Scalar> rotation;
+  Vec3<Scalar> position, velocity, omega;  // of the body's origin, m and m/s, and rad/s
+
+  Vec3<Scalar> point(const Vec3<Scalar>& in_body) const { return position + rotation * in_body; }
+  Vec3<Scalar> velocity_at(const Vec3<Scalar>& place) const {
+    return velocity + omega.cross(Vec3<Scalar>(place - position));
+  }
+};
+
+template <class Scalar>
+[[gnu::noinline]] RelativeMotion<Scalar> relative_motion(const Surface<Scalar>& surface,
+                                                         const GroundState<Scalar>& balls,
+                                                         const GroundState<Scalar>& carrier) {
+  RelativeMotion<Scalar> m;
+  m.axes = carrier.rotation * surface.rotation;
+  m.origin = carrier.position + carrier.rotation * surface.position;
+  const auto into = m.axes.transpose();
+  m.rotation = into * balls.rotation;
+  m.position = into * Vec3<Scalar>(balls.position - m.origin);
+  const Vec3<Scalar> arm = balls.position - carrier.position;
+  m.velocity = into * Vec3<Scalar>(balls.velocity - carrier.velocity - carrier.omega.cross(arm));
+  m.omega = into * Vec3<Scalar>(balls.omega - carrier.omega);
+  return m;
+}
+
+// One contact point in the frame of the surface. `position` is half way between both surfaces, `slip` and
+// `spin` are the relative motion of the bodies there; `rate` = -normal . velocity. `growth` is the time
+// derivative of the depth, from which `rate` differs on curved ground.
+template <class Scalar>
+struct Touch {
+  Scalar depth, rate, growth;
+  Vec3<Scalar> normal, position, slip, spin;
+};
+
+// Rate of the unit normal of a surface below p, which moves with `velocity`.
+template <class Scalar>
+Vec3<Scalar> normal_rate(const Surface<Scalar>& surface, const Vec3<Scalar>& p, const Vec3<Scalar>& normal,
+                         const Vec3<Scalar>& velocity) {
+  if (surface.kind != ShapeKind::heightmap) return Vec3<Scalar>::Zero();
+  const auto at = surface.heights->at(Scalar(p.x()), Scalar(p.y()));
+  const Vec3<Scalar> steepening(-(at.zxx * velocity.x() + at.zxy * velocity.y()),
+                                -(at.zxy * velocity.x() + at.zyy * velocity.y()), Scalar(0));
+  return normal.z() * Vec3<Scalar>(steepening - normal * normal.dot(steepening));
+}
+
+// The center of a disk and its rate become those of the rim's cross section that is lowest along the normal
+// under the center.
+template <class Scalar>
+void move_to_rim(const ContactPair<Scalar>& pair, const RelativeMotion<Scalar>& motion, Vec3<Scalar>& center,
+                 Vec3<Scalar>& rate) {
+  const Vec3<Scalar> normal = surface_depth(pair.surface, center).normal;
+  const Vec3<Scalar> turning = normal_rate(pair.surface, center, normal, rate);
+  const Vec3<Scalar> axis = motion.rotation * pair.axis, axis_rate = motion.omega.cross(axis);
+  const Scalar tilt = normal.dot(axis);
+  const Vec3<Scalar> up = normal - tilt * axis;
+  const Vec3<Scalar> up_rate =
+      turning - (turning.dot(axis) + normal.dot(axis_rate)) * axis - tilt * axis_rate;
+  const Scalar size = safe_norm(up);
+  const Vec3<Scalar> direction = up / size;
+  center -= pair.ring * direction;
+  rate -= (pair.ring / size) * Vec3<Scalar>(up_rate - direction * direction.dot(up_rate));
+}
+
+// Called for a few points: once in the code, for size.
+template <class Scalar>
+[[gnu::noinline]] Touch<Scalar> touch_of(const ContactPair<Scalar>& pair,
+                                         const RelativeMotion<Scalar>& motion, const Vec3<Scalar>& ball) {
+  Vec3<Scalar> center = motion.point(ball), rate = motion.velocity_at(center);
+  if (pair.is_disk) move_to_rim(pair, motion, center, rate);
+  const SurfaceDepth<Scalar> surface = surface_depth(pair.surface, center);
+  Touch<Scalar> touch;
+  touch.depth = surface.depth + pair.radius;
+  touch.normal = surface.normal;
+  touch.position = center + Scalar(0.5) * (surface.depth - pair.radius) * surface.normal;
+  const Vec3<Scalar> velocity = motion.velocity_at(touch.position);
+  touch.rate = -surface.normal.dot(velocity);
+  touch.growth = surface.gradient.dot(rate);
+  touch.slip = velocity + surface.normal * touch.rate;
+  touch.spin = motion.omega;
+  return touch;
+}
+
+// Calls visit(touch, motion) for the balls of a pair, unless all of them are clear of the surface.
+template <class Scalar, class Visit>
+void visit_touches(const ContactPair<Scalar>& pair, const GroundState<Scalar>& balls,
+                   const GroundState<Scalar>& carrier, bool even_if_clear, Visit visit) {
+  const Vec3<Scalar> place = carrier.rotation.transpose() *
+                             Vec3<Scalar>(balls.position + balls.rotation * pair.middle - carrier.position);
+  const Vec3<Scalar> in_surface =
+      pair.surface.rotation.transpose() * Vec3<Scalar>(place - pair.surface.position);
+  if (!even_if_clear && is_clear(pair.surface, in_surface, pair.extent)) return;
+  const RelativeMotion<Scalar> motion = relative_motion(pair.surface, balls, carrier);
+  for (const Vec3<Scalar>& ball : pair.balls) visit(touch_of(pair, motion, ball), motion);
+}
+
+}  // namespace redysim

@@ -1,0 +1,83 @@
+#include "dynamics/contact/contact_force.hpp"
+#include "fmi/instance/derivatives.hpp"
+#include "fmi/instance/values.hpp"
+#include "fmi/variables/entry.hpp"
+
+// Variables of a contact: resultant on link a, and its deepest point.
+
+namespace redysim {
+namespace {
+
+template <bool Contact::*shown>
+bool shows(const Scene& scene, const Variable& v) {
+  return scene.model.contacts[v.contact].*shown;
+}
+
+ContactResult<double> result(Values& at, const Variable& v) {
+  return contact_result(at.plan(), at.system().workspace(), v.contact, at.model().contacts[v.contact].a.link);
+}
+
+ContactResult<Dual> change(OutputDerivatives& of, const Variable& v) {
+  return of.tangent().contact(v.contact, of.model().contacts[v.contact].a.link);
+}
+
+template <Vec3<double> ContactResult<double>::*part>
+double read_vector(Values& at, const Variable& v) {
+  return (result(at, v).*part)[v.element];
+}
+
+template <Vec3<Dual> ContactResult<Dual>::*part>
+double vector_derivative(OutputDerivatives& of, const Variable& v) {
+  return (change(of, v).*part)[v.element].derivative;
+}
+
+constexpr Entry entries[] = {
+    output(Owner::contact, "force")
+        .array(3)
+        .there_if(shows<&Contact::shows_force>)
+        .reads(read_vector<&ContactResult<double>::force>, Needs::accelerations)
+        .derivative(vector_derivative<&ContactResult<Dual>::force>)
+        .depends(at_point::jumps, initially::accelerations)
+        .measures(quantity::force)
+        .says("Force of % on its link_a, $ in the ground frame")
+        .labels(axes),
+    output(Owner::contact, "torque")
+        .array(3)
+        .there_if(shows<&Contact::shows_torque>)
+        .reads(read_vector<&ContactResult<double>::moment>, Needs::accelerations)
+        .derivative(vector_derivative<&ContactResult<Dual>::moment>)
+        .depends(at_point::jumps, initially::accelerations)
+        .measures(quantity::torque)
+        .says("Torque of % on its link_a about the origin of the link's frame, $ in the ground frame")
+        .labels(axes),
+    output(Owner::contact, "depth")
+        .there_if(shows<&Contact::shows_depth>)
+        .reads([](Values& at, const Variable& v) { return result(at, v).depth; }, Needs::accelerations)
+        .derivative([](OutputDerivatives& of, const Variable& v) { return change(of, v).depth.derivative; })
+        .depends(at_point::jumps, initially::accelerations)
+        .measures(quantity::length)
+        .says("Largest penetration depth of %; negative: distance"),
+    output(Owner::contact, "point")
+        .array(3)
+        .there_if(shows<&Contact::shows_point>)
+        .reads(read_vector<&ContactResult<double>::point>, Needs::accelerations)
+        .derivative(vector_derivative<&ContactResult<Dual>::point>)
+        .depends(at_point::jumps, initially::accelerations)
+        .measures(quantity::position)
+        .says("Deepest contact point of %, $ in the ground frame")
+        .labels(axes),
+    output(Owner::contact, "slip")
+        .there_if(shows<&Contact::shows_slip>)
+        .reads([](Values& at, const Variable& v) { return result(at, v).slip; }, Needs::accelerations)
+        .derivative([](OutputDerivatives& of, const Variable& v) { return change(of, v).slip.derivative; })
+        .depends(at_point::jumps, initially::accelerations)
+        .measures(quantity::velocity)
+        .says("Slip velocity at the deepest contact point of %"),
+};
+
+}  // namespace
+
+const RowGroup ContactVariables::rows = rows_in<entries>;
+const WordGroup ContactVariables::words = words_in<entries>;
+
+}  // namespace redysim

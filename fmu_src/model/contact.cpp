@@ -1,0 +1,62 @@
+#include "model/contact.hpp"
+
+namespace redysim {
+namespace {
+
+bool is_terrain(const Shape& shape) {
+  return shape.kind == ShapeKind::plane || shape.kind == ShapeKind::heightmap;
+}
+
+bool is_solid(const Shape& shape) {
+  return shape.kind == ShapeKind::sphere || shape.kind == ShapeKind::capsule || shape.kind == ShapeKind::box;
+}
+
+}  // namespace
+
+std::vector<ShapePair> shape_pairs(const Contact& contact) {
+  const Shape &a = contact.a, &b = contact.b;
+  if (is_terrain(a) && is_terrain(b)) return {};
+  if (is_terrain(b)) return {{&a, &b}};
+  if (is_terrain(a)) return {{&b, &a}};
+  if (a.kind == ShapeKind::sphere && is_solid(b)) return {{&a, &b}};
+  if (b.kind == ShapeKind::sphere && is_solid(a)) return {{&b, &a}};
+  if (a.kind == ShapeKind::box && b.kind == ShapeKind::box) return {{&a, &b}, {&b, &a}};
+  return {};
+}
+
+std::vector<Vec3<double>> ball_centers(const Shape& shape) {
+  const Vec3<double>& half = shape.half_size;
+  std::vector<Vec3<double>> centers;
+  switch (shape.kind) {
+    case ShapeKind::points:
+      return shape.points;
+    case ShapeKind::capsule:
+      return {{0, 0, -shape.half_length}, {0, 0, shape.half_length}};
+    case ShapeKind::box:
+      for (int corner = 0; corner < 8; ++corner)
+        centers.emplace_back(corner & 1 ? half.x() : -half.x(), corner & 2 ? half.y() : -half.y(),
+                             corner & 4 ? half.z() : -half.z());
+      return centers;
+    case ShapeKind::sphere:
+    case ShapeKind::disk:
+      return {Vec3<double>::Zero()};
+    case ShapeKind::plane:
+    case ShapeKind::heightmap:
+      break;
+  }
+  return {};
+}
+
+double ball_radius(const Shape& shape) {
+  switch (shape.kind) {
+    case ShapeKind::sphere:
+    case ShapeKind::capsule:
+      return shape.radius;
+    case ShapeKind::disk:
+      return shape.tube;
+    default:
+      return 0;
+  }
+}
+
+}  // namespace redysim

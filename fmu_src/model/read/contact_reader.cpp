@@ -1,0 +1,279 @@
+#include "model/read/contact_reader.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "model/model.hpp"
+#include "model/read/csv.hpp"
+#include "model/read/suggest.hpp"
+
+namespace redysim {
+namespace {
+
+const char* name_of(ShapeKind kind) {
+  switch (kind) {
+    case ShapeKind::points:
+      return "points";
+    case ShapeKind::sphere:
+      return "sphere";
+    case ShapeKind::capsule:
+      return "capsule";
+    case ShapeKind::box:
+      return "box";
+    case ShapeKind::disk:
+      return "disk";
+    case ShapeKind::plane:
+      return "plane";
+    case ShapeKind::heightmap:
+      return "heightmap";
+  }
+  return "";
+}
+
+// Heights in m: one line a row of the grid. Returns the error, or an empty string.
+std::string read_heights(const std::string& text, double spacing, std::shared_ptr<const BicubicSpline>& to) {
+  std::vector<double> heights;
+  std::size_t rows = 0, columns = 0, line_number = 0;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    const std::string line = text.substr(at, end - at);
+    at = end + 1;
+    ++line_number;
+    if (line.find_first_not_of(" \t\r") == line.npos || line[line.find_first_not_of(" \t")] == '#') continue;
+    const std::vector<std::string> cells = csv_cells(line);
+    const std::string where = "line " + std::to_string(line_number);
+    if (rows == 0) columns = cells.size();
+    if (cells.size() != columns)
+      return where + " has " + std::to_string(cells.size()) + " heights, the first row has " +
+             std::to_string(columns);
+    for (std::size_t k = 0; k < cells.size(); ++k) {
+      double height = 0;
+      if (!csv_number(cells[k], height) || !std::isfinite(height))
+        return where + ", column " + std::to_string(k + 1) + ": '" + cells[k] +
+               "' is no finite number; a height map needs a height at each grid point";
+      heights.push_back(height);
+    }
+    ++rows;
+  }
+  if (rows < 2 || columns < 2)
+    return "must have at least 2 rows and 2 columns of heights, got " + std::to_string(rows) + " x " +
+           std::to_string(columns);
+  to = std::make_shared<BicubicSpline>(static_cast<int>(rows), static_cast<int>(columns), spacing,
+                                       std::move(heights));
+  return {};
+}
+
+// The rotation that takes the z axis to `z` the shortest way: a level plane keeps the axes of its link. Of a
+// z below the horizon the opposite one, turned over.
+Mat3<double> frame_along(const Vec3<double>& z) {
+  const bool below = z.z() < 0;
+  const Vec3<double> up = below ? Vec3<double>(-z) : z;
+  const double x = up.x(), y = up.y(), part = 1 / (1 + up.z());
+  Mat3<double> frame;
+  frame << 1 - x * x * part, -x * y * part, x, -x * y * part, 1 - y * y * part, y, -x, -y, up.z();
+  if (below) frame.rightCols<2>() *= -1;
+  return frame;
+}
+
+// Reads one shape, whose fields end in `side`, "_a" or "_b".
+class ShapeReader {
+ public:
+  ShapeReader(Section& section, const char* side, bool degrees)
+      : section_(section), side_(side), degrees_(degrees) {}
+
+  Shape read(int link, ShapeKind fallback, const std::string& folder, std::vector<AttachedFile>& files) {
+    Shape shape;
+    shape.link = link;
+    shape.kind = section_.choice<ShapeKind>(key("shape"),
+                                            {{"points", ShapeKind::points},
+                                             {"sphere", ShapeKind::sphere},
+                                             {"capsule", ShapeKind::capsule},
+                                             {"box", ShapeKind::box},
+                                             {"disk", ShapeKind::disk},
+                                             {"plane", ShapeKind::plane},
+                                             {"heightmap", ShapeKind::heightmap}},
+                                            fallback);
+    kind_ = name_of(shape.kind);
+    if (shape.kind == ShapeKind::points)
+      read_points(shape);
+    else
+      shape.frame.position = section_.vector(key("point"), Vec3<double>::Zero());
+    switch (shape.kind) {
+      case ShapeKind::points:
+        break;
+      case ShapeKind::sphere:
+        shape.radius = size("radius");
+        break;
+      case ShapeKind::capsule:
+        read_capsule(shape);
+        break;
+      case ShapeKind::box:
+        read_box(shape);
+        break;
+      case ShapeKind::disk:
+        read_disk(shape);
+        break;
+      case ShapeKind::plane:
+        shape.frame.rotation = frame_along(section_.direction(key("normal"), Vec3<double>::UnitZ()));
+        break;
+      case ShapeKind::heightmap:
+        read_height_map(shape, folder, files);
+        break;
+    }
+    return shape;
+  }
+
+ private:
+  std::string key(const char* field) const { return field + side_; }
+
+  bool required(const std::string& name) {
+    if (section_.has(name)) return true;
+    section_.error(name, name + " is required for shape '" + kind_ + "'");
+    return false;
+  }
+
+  double size(const char* field) {
+    required(key(field));
+    return section_.number(key(field), 1, Bound::positive);
+  }
+
+  void read_points(Shape& shape) {
+    if (!required(key("points")) || !section_.points(key("points"), shape.points)) return;
+    if (shape.points.empty()) section_.error(key("points"), key("points") + " must not be empty");
+  }
+
+  void read_capsule(Shape& shape) {
+    shape.radius = size("radius");
+    required(key("point") + "2");
+    const Vec3<double> other = section_.vector(key("point") + "2", Vec3<double>::UnitZ());
+    const Vec3<double> along = other - shape.frame.position;
+    if (!(along.norm() > 0)) {
+      section_.error(key("point") + "2", key("point") + "2 and " + key("point") +
+                                             " must differ; a capsule of length zero is a sphere");
+      return;
+    }
+    shape.frame.rotation = frame_along(along.normalized());
+    shape.frame.position += 0.5 * along;
+    shape.half_length = 0.5 * along.norm();
+  }
+
+  void read_box(Shape& shape) {
+    required(key("size"));
+    shape.half_size = 0.5 * section_.vector(key("size"), Vec3<double>::Ones());
+    if (!(shape.half_size.minCoeff() > 0))
+      section_.error(key("size"), key("size") + " must be three lengths > 0");
+    shape.frame.rotation = section_.rotation(key("rpy"), degrees_);
+  }
+
+  void read_disk(Shape& shape) {
+    shape.radius = size("radius");
+    shape.tube = section_.number(key("tube"), 0, Bound::not_negative);
+    if (!(shape.tube < shape.radius))
+      section_.error(key("tube"), key("tube") + " must be smaller than " + key("radius"));
+    shape.frame.rotation = frame_along(section_.direction(key("axis"), Vec3<double>::UnitZ()));
+  }
+
+  void read_height_map(Shape& shape, const std::string& folder, std::vector<AttachedFile>& files) {
+    const bool complete = required("file") && required("spacing");
+    const double spacing = section_.number("spacing", 1, Bound::positive);
+    const AttachedFile* file = complete ? attach(section_, folder, files) : nullptr;
+    if (file) {
+      const std::string why = read_heights(file->bytes, spacing, shape.heights);
+      if (!why.empty()) section_.error("file", "file '" + file->name + "' " + why);
+    }
+    if (!shape.heights)
+      shape.heights = std::make_shared<BicubicSpline>(2, 2, 1.0, std::vector<double>(4, 0.0));
+  }
+
+  Section& section_;
+  std::string side_, kind_;
+  bool degrees_;
+};
+
+void read_smooth_law(Section& section, ContactParameters& law) {
+  if (!section.has("stiffness")) section.error("stiffness", "stiffness is required, N/m");
+  law.stiffness = section.number("stiffness", 1, Bound::positive);
+  law.damping = section.number("damping", 0, Bound::not_negative);
+  law.width = section.number("width", law.width, Bound::positive);
+  law.friction = section.number("friction", 0, Bound::not_negative);
+  law.static_friction = section.number("static_friction", law.friction, Bound::not_negative);
+  if (law.static_friction < law.friction)
+    section.warn("static_friction", "static_friction is smaller than friction and has no effect");
+  law.friction_velocity = section.number("friction_velocity", law.friction_velocity, Bound::positive);
+  law.rolling = section.number("rolling", 0, Bound::not_negative);
+  law.torsion = section.number("torsion", 0, Bound::not_negative);
+  law.spin_velocity = section.number("spin_velocity", law.spin_velocity, Bound::positive);
+}
+
+void read_redysim_law(Section& section, const Contact& contact, ContactParameters& law) {
+  const std::pair<const char*, double*> fields[] = {{"K", &law.stiffness},
+                                                    {"Cv", &law.damping},
+                                                    {"v_max", &law.v_max},
+                                                    {"mu", &law.friction},
+                                                    {"Ch", &law.Ch}};
+  for (const auto& [key, value] : fields) {
+    if (!section.has(key)) section.error(key, std::string(key) + " is required for law 'redysim'");
+    *value = section.number(key, 1, value == &law.friction ? Bound::not_negative : Bound::positive);
+  }
+  if (contact.a.kind != ShapeKind::points || contact.b.kind != ShapeKind::plane)
+    section.error("law", "law 'redysim' is for shape_a 'points' and shape_b 'plane' only");
+}
+
+void read_outputs(Section& section, Contact& contact) {
+  const std::vector<std::string> groups = {"force", "torque", "depth", "point", "slip"};
+  bool* const flags[] = {&contact.shows_force, &contact.shows_torque, &contact.shows_depth,
+                         &contact.shows_point, &contact.shows_slip};
+  for (const auto& [group, place] : section.texts("outputs")) {
+    const auto found = std::find(groups.begin(), groups.end(), group);
+    if (found == groups.end())
+      section.error(
+          place, "outputs must be " + one_of(groups) + ", got '" + group + "'" + did_you_mean(group, groups));
+    else
+      *flags[found - groups.begin()] = true;
+  }
+}
+
+Contact read_contact(Section section, const std::string& label, const LinkTable& links, bool degrees,
+                     Names& names, const std::string& folder, std::vector<AttachedFile>& files) {
+  Contact contact;
+  contact.name = names.take(section, label);
+  contact.line = section.place().line;
+  contact.column = section.place().column;
+  if (!section.has("link_a")) section.error("link_a", "link_a is required (a link's name or \"ground\")");
+  if (!section.has("shape_a")) section.error("shape_a", "shape_a is required");
+  const int link_a = links.index.find(section.text("link_a", "ground"), "link_a", section, ground);
+  const int link_b = links.index.find(section.text("link_b", "ground"), "link_b", section, ground);
+  contact.a = ShapeReader(section, "_a", degrees).read(link_a, ShapeKind::sphere, folder, files);
+  contact.b = ShapeReader(section, "_b", degrees).read(link_b, ShapeKind::plane, folder, files);
+  contact.law = section.choice<Contact::Law>(
+      "law", {{"smooth", Contact::Law::smooth}, {"redysim", Contact::Law::redysim}}, Contact::Law::smooth);
+  if (contact.law == Contact::Law::redysim)
+    read_redysim_law(section, contact, contact.parameters);
+  else
+    read_smooth_law(section, contact.parameters);
+  read_outputs(section, contact);
+  section.refuse_unknown();
+  if (shape_pairs(contact).empty())
+    section.error("shape_a", std::string("a contact between '") + name_of(contact.a.kind) + "' and '" +
+                                 name_of(contact.b.kind) + "' is not supported (docs/contact.md)");
+  const std::string rigid = rigid_pair(link_a, link_b, links);
+  if (!rigid.empty() && section.has("link_a"))
+    section.error(section.has("link_b") ? "link_b" : "link_a", rigid + "; this contact has no effect");
+  return contact;
+}
+
+}  // namespace
+
+std::vector<Contact> read_contacts(Section& top, const LinkTable& links, bool degrees, Names& names,
+                                   const std::string& folder, std::vector<AttachedFile>& files,
+                                   Findings& findings) {
+  std::vector<Contact> contacts;
+  for (const Value* table : top.tables("contact")) {
+    const std::string label = label_of("contact", contacts.size() + 1, *table);
+    contacts.push_back(
+        read_contact(Section(*table, label, findings), label, links, degrees, names, folder, files));
+  }
+  return contacts;
+}
+
+}  // namespace redysim

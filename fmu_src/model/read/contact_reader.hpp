@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "model/contact.hpp"
+#include "model/read/attached_file.hpp"
+#include "model/read/link_table.hpp"
+
+namespace redysim {
+
+// Reads all [[contact]] tables and the height maps that they name. Every error becomes a finding. `folder`
+// and `files`: attached_file.hpp.
+std::vector<Contact> read_contacts(Section& top, const LinkTable& links, bool degrees, Names& names,
+                                   const std::string& folder, std::vector<AttachedFile>& files,
+                                   Findings& findings);
+
+}  // namespace redysim
