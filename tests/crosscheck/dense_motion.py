@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from tests.crosscheck import dense_contact
 from tests.crosscheck.dense_loops import Rows
 from tests.crosscheck.dense_scene import GROUND, Scene, cross
 
@@ -185,6 +186,7 @@ class Dense:
         M = self._bodies(forces)
         self._joints(forces, M, inputs)
         self._springs(forces)
+        dense_contact.add(self, forces)
         self._ports(forces, inputs)
         rows = Rows(s)
         motion = constrained(

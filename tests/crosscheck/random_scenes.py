@@ -23,6 +23,7 @@ import numpy as np
 
 from tests.crosscheck.dense_motion import Dense, Motion
 from tests.crosscheck.dense_scene import mpmath
+from tests.crosscheck.scene_contacts import give_contacts
 from tests.crosscheck.scene_fmu import Library, Refused
 from tests.crosscheck.scene_maker import Maker
 from tests.crosscheck.scene_parts import CLASSES, PARTS
@@ -41,7 +42,7 @@ SMALLEST = 1e-6  # m
 def toml(file: dict) -> str:
     """The model file of a scene."""
     show = lambda v: "true" if v is True else json.dumps(v).replace("Infinity", "inf")
-    kinds = ("link", "loop", "spring", "frame", "trajectory")
+    kinds = ("link", "loop", "spring", "contact", "frame", "trajectory")
     lines = [f"{key} = {show(value)}" for key, value in file.items() if key not in kinds]
     for kind in kinds:
         for table in file.get(kind, []):
@@ -88,6 +89,7 @@ def attempt_to_draw(rng, only: str, scale: float | None) -> Case | None:
         return None
     give_passive(m)
     give_springs(m)
+    give_contacts(m)
     give_frames(m)
     dense = Dense(m.file)
     before = dense.solve(dense.scene.start(), {})
@@ -233,6 +235,13 @@ class Check:
             size = 1 + max(float(rows.length[r]) for r in inside)
             self("gap", loop + ".gap", self.values[loop + ".gap"], gap, 1e-3 * size)
 
+    def contacts(self, dense: Dense) -> None:
+        for name, (force, about) in dense.contacts.items():
+            for what, wanted in (("force", force), ("torque", about)):
+                scale = dense.contact_scale[name][what]
+                for k in range(3):
+                    self("contact", f"{name}.{what}[{k + 1}]", self.values[f"{name}.{what}[{k + 1}]"], wanted[k], scale)
+
     def frames(self, scene) -> None:
         for frame in scene.file.get("frame", []):
             link = scene.index[frame["link"]]
@@ -264,6 +273,7 @@ def compare(case: Case, values: dict, exact: bool = False) -> tuple[list[Finding
     check("energy", "energy.potential", values["energy.potential"], motion.potential, motion.energy_scale)
     check.gaps(motion.rows)
     check.frames(dense.scene)
+    check.contacts(dense)
     return found, motion, dense
 
 
@@ -310,7 +320,7 @@ def run(case: Case, library: Library, exact: bool = False) -> tuple[str, list]:
     kinds = {f.what for f in found}
     first = next(
         k
-        for k in ("start moved", "rate", "qdd", "tau", "balance", "lambda", "lambda without bound", "energy", "frame", "gap")
+        for k in ("start moved", "rate", "qdd", "tau", "balance", "lambda", "lambda without bound", "energy", "frame", "contact", "gap")
         if k in kinds
     )
     if kinds <= {"qdd", "balance", "tau", "lambda"}:

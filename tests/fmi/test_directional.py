@@ -151,7 +151,55 @@ tunable = ["arm.kp", "hand.target", "hand.mass"]
 """
 
 
+def touching(kind: str) -> str:
+    """A floating base with an arm, pressed on the ground and on a ball."""
+    b = (
+        'shape_b = "heightmap"\nfile = "ground.csv"\nspacing = 0.5\npoint_b = [-1, -1, -0.1]'
+        if kind == "map"
+        else "normal_b = [0.1, -0.2, 1]"
+    )
+    foot = (
+        'shape_a = "disk"\naxis_a = [0.3, 1, 0.1]\nradius_a = 0.2\ntube_a = 0.05'
+        if kind == "wheel"
+        else 'shape_a = "box"\nsize_a = [0.4, 0.3, 0.3]'
+    )
+    law = "stiffness = 300\nwidth = 0.05\ndamping = 0.4\nfriction = 0.6\nstatic_friction = 0.8\nfriction_velocity = 0.5\nrolling = 0.02\ntorsion = 0.03"
+    return f"""
+name = "touching"
+link = [
+  {{name = "base", joint = "free", mass = 3, inertia = [0.3, 0.4, 0.5], q = [0.1, 0.2, 0.02, 0.3, 0.2, -0.4], qd = [0.1, 0, 0.2, 0.3, -0.2, 0.1]}},
+  {{name = "arm", mass = 1, com = [0.3, 0, 0.1], inertia = [0.1, 0.2, 0.3], a = 0.5, alpha = 1, q = 0.2, qd = 0.3}},
+]
+[[contact]]
+name = "foot"
+link_a = "base"
+{foot}
+{b}
+{law}
+outputs = ["force", "torque", "depth", "point", "slip"]
+[[contact]]
+name = "hand"
+link_a = "arm"
+shape_a = "capsule"
+point_a = [0.1, 0, 0]
+point_a2 = [0.4, 0, 0.1]
+radius_a = 0.1
+link_b = "base"
+shape_b = "sphere"
+point_b = [0.5, 0.1, 0]
+radius_b = 0.3
+{law}
+outputs = ["force", "torque", "depth", "point", "slip"]
+[fmu]
+outputs = ["acceleration", "energy", "solver", "momentum", "power"]
+tunable = ["base.mass", "arm.com[1]", "gravity[2]", "arm.damping"]
+"""
+
+
+TOUCHING = [f"touching {kind}" for kind in ("box", "wheel", "map")]
+
 MADE = {
+    "touching": touching,
     "random": lambda seed: random_tree(int(seed)),
     "mixed": lambda seed: Scene(int(seed)).toml(),
     "opened": lambda seed: Scene(int(seed), open_by=0.05).toml(),
@@ -173,6 +221,7 @@ def model(fmu, fmu_file, tmp_path_factory):
             folder = tmp_path_factory.mktemp("made")
             maker, what = name.split()
             (folder / "made.toml").write_text(MADE[maker](what))
+            (folder / "ground.csv").write_text("0,0.1,0,0.05,0\n0.1,0,0.2,0,0\n0,0.1,0,0.1,0\n0.05,0,0.1,0,0\n")
             built[name] = Unpacked(build_fmu(folder / "made.toml", folder / "made.fmu"), folder / "unpacked")
         return built[name]
 
@@ -234,6 +283,7 @@ START = (".q0", ".qd0", ".q", ".qd", *(f".{name}0[{k}]" for name in ("quaternion
 NAMES = [
     *MODELS,
     *MIXED,
+    *TOUCHING,
     *(f"random {seed}" for seed in range(4)),
     *(f"controlled {law}" for law in LAWS),
     *(f"controlled_{kind} {law}" for kind in ("loop", "base") for law in LAWS if law != "feed_forward"),

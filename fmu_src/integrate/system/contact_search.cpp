@@ -9,30 +9,34 @@
 namespace redysim {
 namespace {
 
-constexpr double largest_turn = 0.5;  // rad, of a joint in a segment
-constexpr int most_segments = 32;
+constexpr double largest_turn = 0.5;        // rad, of a joint in a segment
+constexpr double shortest = 1e-9;           // part of a step
 constexpr double redysim_threshold = 1e-5;  // m
 
-// The first root in (0, 1) of the cubic Hermite polynomial of f0 > 0, f1 and their slopes; 1: none.
-double first_root(double f0, double slope0, double f1, double slope1) {
-  constexpr int samples = 8;
-  const auto value = [&](double u) {
+// A distance at both ends of a segment of length 1.
+struct Course {
+  double start, start_rate, end, end_rate;
+
+  double at(double u) const {  // cubic Hermite polynomial
     const double w = 1 - u;
-    return w * w * (f0 * (1 + 2 * u) + slope0 * u) + u * u * (f1 * (1 + 2 * w) - slope1 * w);
-  };
-  double low = 0, high = 1;
-  for (int k = 1; k <= samples; ++k) {
-    high = static_cast<double>(k) / samples;
-    if (value(high) < 0) break;
-    low = high;
+    return w * w * (start * (1 + 2 * u) + start_rate * u) + u * u * (end * (1 + 2 * w) - end_rate * w);
   }
-  if (low == 1) return 1;
-  for (int k = 0; k < 30; ++k) {
-    const double middle = 0.5 * (low + high);
-    (value(middle) < 0 ? high : low) = middle;
+  // Where start > 0 becomes end < 0.
+  double root() const {
+    double low = 0, high = 1;
+    for (int k = 0; k < 40; ++k) {
+      const double middle = 0.5 * (low + high);
+      (at(middle) < 0 ? high : low) = middle;
+    }
+    return high;
   }
-  return high;
-}
+  // Whether it may be negative in between: distances from convex bodies are above their tangents.
+  bool may_touch() const {
+    if (!(start_rate < 0 && end_rate > 0)) return false;
+    const double meeting = (end - start - end_rate) / (start_rate - end_rate);
+    return start + start_rate * meeting < 0;
+  }
+};
 
 }  // namespace
 
@@ -64,21 +68,38 @@ double ContactSearch::step_to_touch(const Plan<double>& plan, Workspace<double>&
   double turn = 0;
   for (std::size_t i = 0; i < start_q_.size(); ++i)
     if (turns(plan.joints[i])) turn = std::max(turn, h * (std::abs(qd[i]) + 0.5 * h * std::abs(qdd[i])));
-  const int segments = static_cast<int>(std::clamp(std::ceil(turn / largest_turn), 1.0, 1.0 * most_segments));
+  const double longest = h / std::max(turn / largest_turn, 1.0);
   predict(plan, ws, qdd, 0, before_);
-  for (int segment = 0; segment < segments; ++segment) {
-    const double begin = h * segment / segments, length = h / segments;
+  double begin = 0, length = longest;
+  while (begin < h) {
+    length = std::min(length, h - begin);
     predict(plan, ws, qdd, begin + length, after_);
-    double part = 1;
-    for (std::size_t k = 0; k < before_.size(); ++k) {
-      if (!(before_[k].value > 0)) continue;
-      part = std::min(part, first_root(before_[k].value + pressed_[k], length * before_[k].rate,
-                                       after_[k].value + pressed_[k], length * after_[k].rate));
+    const double part = part_to_touch(length, length > shortest * h);
+    if (part < 0) {
+      length *= 0.5;
+      continue;
     }
     if (part < 1) return begin + part * length;
+    begin += length;
+    length = std::min(2 * length, longest);
     before_.swap(after_);
   }
   return h;
+}
+
+// Of a segment between before_ and after_; 1: nothing touches, -1: it has to be shorter to tell.
+double ContactSearch::part_to_touch(double length, bool may_be_shorter) const {
+  double part = 1;
+  for (std::size_t k = 0; k < before_.size(); ++k) {
+    if (!(before_[k].value > 0)) continue;
+    const Course course{before_[k].value + pressed_[k], length * before_[k].rate,
+                        after_[k].value + pressed_[k], length * after_[k].rate};
+    if (course.end < 0)
+      part = std::min(part, course.root());
+    else if (course.may_touch())
+      return may_be_shorter ? -1 : part;
+  }
+  return part;
 }
 
 }  // namespace redysim

@@ -9,8 +9,9 @@ namespace redysim {
 // Finds when contact points first touch on a predicted motion, so that no step passes a contact unseen.
 //
 // Joints are predicted by Taylor polynomials of order 2, poses and distances of all contact points by their
-// exact kinematics at the ends of segments in which no joint turns more than half a radian; in between a
-// distance is the cubic Hermite polynomial. Works without allocation after construction.
+// exact kinematics at the ends of segments in which no joint turns more than half a radian. A segment is
+// halved where the tangents of a distance at both ends do not exclude a touch (conservative advancement).
+// Works without allocation after construction.
 class ContactSearch {
  public:
   explicit ContactSearch(const Plan<double>& plan);
@@ -23,6 +24,8 @@ class ContactSearch {
  private:
   void predict(const Plan<double>& plan, Workspace<double>& ws, const double* qdd, double after,
                std::vector<ContactDistance>& distances);
+
+  double part_to_touch(double length, bool may_be_shorter) const;
 
   std::vector<double> start_q_, start_qd_, q_, qd_;
   std::vector<ContactDistance> before_, after_;  // of all contact points

@@ -1,0 +1,327 @@
+"""Contact through the FMU: closed forms, laws of energy, steps that meet a contact, refusals."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from tests.fmi.conftest import ROOT, build_fmu
+from tests.fmi.raw import OK, Slave, Unpacked
+
+METHODS = ("erk", "adams", "dirk", "bdf", "auto")
+G = 9.81
+
+DROP = """
+name = "drop"
+gravity = [0, 0, {gravity}]
+[[link]]
+name = "mass"
+joint = "prismatic"
+mass = 1
+q = {q}
+qd = {qd}
+drive = "free"
+[[contact]]
+name = "floor"
+link_a = "mass"
+{shape}
+stiffness = 1e5
+width = {width}
+damping = {damping}
+outputs = ["force", "depth", "point", "slip", "torque"]
+[solver]
+method = "{method}"
+rtol = {rtol}
+atol = {atol}
+"""
+
+BODY = """
+name = "body"
+gravity = [{g_x}, 0, {g_z}]
+[[link]]
+name = "body"
+joint = "free"
+mass = 2
+inertia = {inertia}
+q = {q}
+qd = {qd}
+drive = "free"
+[[contact]]
+name = "floor"
+link_a = "body"
+{shape}
+{law}
+outputs = ["force", "depth", "point", "slip", "torque"]
+[[frame]]
+name = "center"
+link = "body"
+port = "ground"
+outputs = ["pose", "velocity"]
+[solver]
+method = "{method}"
+rtol = {rtol}
+atol = {atol}
+"""
+
+POINT = 'shape_a = "points"\npoints_a = [[0, 0, 0]]'
+SPHERE = 'shape_a = "sphere"\nradius_a = 0.1'
+
+
+def drop(**values) -> str:
+    fields = {"gravity": -G, "q": 0.5, "qd": 0, "shape": POINT, "width": 1e-4, "damping": 0, "method": "erk", "rtol": 1e-12, "atol": 1e-14}
+    return DROP.format(**{**fields, **values})
+
+
+def body(**values) -> str:
+    fields = {
+        "g_x": 0,
+        "g_z": -G,
+        "inertia": [0.008, 0.008, 0.008],
+        "q": [0, 0, 0.5, 1, 0, 0, 0],
+        "qd": [0, 0, 0, 0, 0, 0],
+        "shape": SPHERE,
+        "law": "stiffness = 1e5",
+        "method": "auto",
+        "rtol": 1e-8,
+        "atol": 1e-10,
+    }
+    return BODY.format(**{**fields, **values})
+
+
+@pytest.fixture
+def slave(tmp_path):
+    """Returns a function: text of a model and files beside it -> an initialised instance."""
+    made = []
+
+    def make(text: str, **files: str) -> Slave:
+        folder = tmp_path / str(len(made))
+        folder.mkdir()
+        (folder / "model.toml").write_text(text)
+        for name, content in files.items():
+            (folder / f"{name}.csv").write_text(content)
+        made.append(Slave(Unpacked(build_fmu(folder / "model.toml", folder / "model.fmu"), folder / "unpacked"), logging=True))
+        made[-1].initialize()
+        return made[-1]
+
+    yield make
+    for one in made:
+        one.free()
+
+
+def refused(tmp_path, text: str) -> str:
+    (tmp_path / "model.toml").write_text(text)
+    run = subprocess.run(
+        [sys.executable, "-m", "build_fmu", "check", str(tmp_path / "model.toml")], cwd=ROOT, capture_output=True, text=True
+    )
+    assert run.returncode == 1
+    return run.stdout + run.stderr
+
+
+# --- closed forms ---
+
+
+@pytest.mark.parametrize(("width", "height"), [(1e-4, 0.485558969824437), (1e-9, 0.485507947197677)])
+@pytest.mark.parametrize("method", METHODS)
+def test_an_elastic_bounce_in_one_step(slave, method, width, height):
+    one = slave(drop(width=width, method=method))
+    assert one.step(0, 2.0) == OK
+    assert one.get("mass.q") == pytest.approx(height, abs=1e-9)
+
+
+@pytest.mark.parametrize("width", [1e-4, 1e-2])
+def test_the_restitution_of_a_lossy_bounce(slave, width):
+    """(1 + b^2)^1.5 + b^3 = (1 + a^2)^1.5 - a^3 with a = 0.2, b = a e: e = 0.882557480734 for any stiffness and width."""
+    one = slave(drop(gravity=0, q=0.1, qd=-1, damping=0.2, width=width))
+    assert one.step(0, 0.5) == OK
+    assert one.get("mass.qd") == pytest.approx(0.882557480734, abs=1e-9)
+    assert abs(one.get("energy.balance")) < 1e-9
+
+
+def test_a_sphere_slides_then_rolls(slave):
+    k, weight, width = 1e5, 2 * G, 1e-4
+    depth = weight / k + width / 2
+    law = f"stiffness = {k}\nwidth = {width}\nfriction = 0.3\nfriction_velocity = 1e-2"
+    one = slave(body(q=[0, 0, 0.1 - depth, 1, 0, 0, 0], qd=[3, 0, 0, 0, 0, 0], law=law, rtol=1e-10, atol=1e-12))
+    assert one.step(0, 2.0) == OK
+    arm = 0.1 - depth / 2
+    mu = lambda slip: 0.3 * math.tanh(4 * slip / 1e-2)
+    slope = lambda _, y: [-mu(y[0]) * G * (1 + arm**2 / (0.4 * 0.1**2)), -mu(y[0]) * G, y[1]]
+    truth = solve_ivp(slope, (0, 2), [3, 3, 0], rtol=1e-12, atol=1e-14, method="DOP853").y[:, -1]
+    assert one.get("center.position[1]") == pytest.approx(truth[2], abs=1e-8)
+    assert one.get("center.velocity[1]") == pytest.approx(truth[1], abs=1e-8)
+    assert abs(one.get("floor.slip")) < 1e-8
+
+
+@pytest.mark.parametrize("part", [0.5, 0.9])
+def test_a_block_on_an_incline_creeps(slave, part):
+    """Below the angle of friction: v = friction_velocity artanh(part) / 4."""
+    mu, v = 0.4, 1e-3
+    angle = math.atan(part * mu)
+    box = 'shape_a = "box"\nsize_a = [0.2, 0.2, 0.1]'
+    law = f"stiffness = 1e6\ndamping = 2\nfriction = {mu}\nfriction_velocity = {v}"
+    one = slave(body(g_x=G * math.sin(angle), g_z=-G * math.cos(angle), q=[0, 0, 0.05, 1, 0, 0, 0], shape=box, law=law, method="bdf"))
+    assert one.step(0, 2.0) == OK
+    assert one.get("center.velocity[1]") == pytest.approx(v * math.atanh(part) / 4, abs=1e-9)
+
+
+def test_rolling_resistance_stops_a_sphere(slave):
+    law = "stiffness = 1e5\nfriction = 0.5\nfriction_velocity = 1e-2\nrolling = 0.001\nspin_velocity = 0.1\ntorsion = 0.002"
+    one = slave(body(q=[0, 0, 0.0998, 1, 0, 0, 0], qd=[1, 0, 0, 0, 10, 5], law=law))
+    assert one.step(0, 0.5) == OK
+    # rolling: 7/5 m a = -N rolling / r; pivoting: I alpha = -N torsion
+    assert one.get("center.velocity[1]") == pytest.approx(1 - 0.5 * 5 / 7 * G * 0.001 / 0.1, abs=2e-3)
+    assert one.get("center.angular_velocity[3]") == pytest.approx(5 - 0.5 * 2 * G * 0.002 / 0.008, abs=2e-2)
+
+
+# --- all shapes ---
+
+HEIGHTS = "\n".join(",".join(f"{0.03 * math.sin(0.9 * i) * math.cos(0.7 * j):.17g}" for i in range(12)) for j in range(12))
+MAP = 'shape_b = "heightmap"\nfile = "ground.csv"\nspacing = 0.2\npoint_b = [-1, -1, 0]'
+SHAPES = {
+    "points": 'shape_a = "points"\npoints_a = [[0.1, 0, 0], [-0.1, 0.05, 0], [0, -0.1, 0.02]]',
+    "sphere": SPHERE,
+    "capsule": 'shape_a = "capsule"\nradius_a = 0.05\npoint_a = [-0.1, 0, 0]\npoint_a2 = [0.1, 0.02, 0]',
+    "box": 'shape_a = "box"\nsize_a = [0.2, 0.15, 0.1]\nrpy_a = [0.1, 0.2, 0.3]',
+    "disk": 'shape_a = "disk"\nradius_a = 0.1\ntube_a = 0.02\naxis_a = [0, 1, 0.2]',
+    "on sphere": SPHERE + '\nshape_b = "sphere"\npoint_b = [0, 0, -1]\nradius_b = 1',
+    "on capsule": SPHERE + '\nshape_b = "capsule"\npoint_b = [-1, 0, -0.2]\npoint_b2 = [1, 0.1, -0.2]\nradius_b = 0.2',
+    "on box": SPHERE + '\nshape_b = "box"\npoint_b = [0, 0, -0.1]\nsize_b = [2, 2, 0.2]',
+    "box on box": 'shape_a = "box"\nsize_a = [0.2, 0.15, 0.1]\nshape_b = "box"\npoint_b = [0, 0, -0.1]\nsize_b = [2, 2, 0.2]',
+    "sphere on map": SPHERE + "\n" + MAP,
+    "disk on map": 'shape_a = "disk"\nradius_a = 0.1\ntube_a = 0.02\naxis_a = [0, 1, 0.2]\n' + MAP,
+}
+LAW = "stiffness = 2e4\nwidth = 1e-3\ndamping = 1\nfriction = 0.5\nstatic_friction = 0.7\nfriction_velocity = 0.05\nrolling = 1e-3\ntorsion = 1e-3"
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_energy_is_balanced(slave, shape):
+    one = slave(body(shape=SHAPES[shape], law=LAW, q=[0, 0, 0.3, 0.9, 0.1, 0.3, 0.3], qd=[0.3, -0.2, 0, 1, 2, -1]), ground=HEIGHTS)
+    touched = 0.0
+    for k in range(100):
+        assert one.step(k * 0.01, 0.01) == OK, one.errors
+        touched = max(touched, one.get("floor.force[3]"))
+    assert touched > 10
+    assert abs(one.get("energy.balance")) < 100 * 1e-8 * (one.get("energy.kinetic") + 2 * G)
+
+
+def test_the_resultant_acts_on_the_body(slave):
+    """Force and torque about the origin of link_a are the rates of its momentum."""
+    one = slave(
+        body(shape=SHAPES["box"], law=LAW, q=[0.2, 0.1, 0.05, 0.9, 0.1, 0.3, 0.3], qd=[0.3, -0.2, 0, 1, 2, -1], inertia=[0.01, 0.02, 0.03])
+    )
+    force = np.array([one.get(f"floor.force[{k}]") for k in (1, 2, 3)])
+    acceleration = np.array([one.get(f"body[{k}].qdd") for k in (1, 2, 3)])
+    assert force == pytest.approx(2 * (acceleration + [0, 0, G]), rel=1e-12)
+    assert np.linalg.norm(force) > 1
+
+
+# --- steps ---
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("step", [0.5, 1.0])
+def test_no_step_passes_a_thin_wall(slave, method, step):
+    """A point at 20 m/s meets a sphere of 2 mm: free flight would take one step across it."""
+    text = drop(gravity=0, q=5, qd=-20, method=method, rtol=1e-6, atol=1e-8)
+    text = text.replace(POINT, 'shape_a = "sphere"\nradius_a = 1e-3\nshape_b = "sphere"\nradius_b = 1e-3').replace("1e5", "1e9")
+    one = slave(text)
+    assert one.step(0, step) == OK
+    assert one.get("mass.qd") == pytest.approx(20, rel=1e-3)
+
+
+def test_free_flight_keeps_long_steps(slave):
+    one = slave(drop(q=100, rtol=1e-6, atol=1e-8))
+    assert one.step(0, 4.0) == OK
+    assert one.get("solver.steps") < 20
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_restored_state_continues_bit_for_bit(slave, method):
+    one = slave(
+        body(shape=SHAPES["box"], law=LAW, q=[0, 0, 0.1, 0.9, 0.1, 0.3, 0.3], qd=[0.3, -0.2, 0, 1, 2, -1], method=method, rtol=1e-6)
+    )
+    names = one.fmu.named("output")
+    one.run(0.1, 0.01)
+    state = one.save()
+    one.run(0.2, 0.01, start=0.1)
+    first = one.reals(names)
+    assert one.call("SetFMUstate", state) == OK
+    one.run(0.2, 0.01, start=0.1)
+    assert one.reals(names) == first
+
+
+# --- the law of ReDySim ---
+
+
+def test_the_law_of_redysim(slave):
+    """One point on its way in and out: K p - C v, C a cubic on the way out, friction by axis."""
+    K, Cv, v_max, mu, Ch = 2000, 2742.26, 4.5, 0.7, 1000
+    text = body(shape=POINT, law=f'law = "redysim"\nK = {K}\nCv = {Cv}\nv_max = {v_max}\nmu = {mu}\nCh = {Ch}')
+    for depth, rise in ((0.01, -0.3), (0.01, 0.02), (0.9e-5, -1)):
+        one = slave(text.replace("q = [0, 0, 0.5,", f"q = [0, 0, {-depth},").replace("qd = [0, 0, 0,", f"qd = [0.2, -0.1, {rise},"))
+        u = depth / (1.2 * v_max * Cv / K)
+        C = Cv * (u * u * (3 - 2 * u) if rise > 0 else 1)
+        normal = (K * depth - C * rise) if depth >= 1e-5 else 0
+        c = 2 / math.pi * mu * abs(normal)
+        expected = [-c * math.atan(Ch * 0.2 / c) if c else 0, c * math.atan(Ch * 0.1 / c) if c else 0, normal]
+        assert [one.get(f"floor.force[{k}]") for k in (1, 2, 3)] == pytest.approx(expected, rel=1e-12, abs=1e-12)
+
+
+# --- refusals and warnings ---
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("stiffness = 1e5", "", "stiffness is required"),
+        ("stiffness = 1e5", "stiffness = -1", "stiffness must be > 0, got -1"),
+        ("radius_a = 0.1", "radius_a = 0", "radius_a must be > 0, got 0"),
+        ("radius_a = 0.1", "", "radius_a is required for shape 'sphere'"),
+        ('"sphere"', '"spere"', "did you mean 'sphere'?"),
+        ('link_a = "body"', 'link_a = "body"\nlink_b = "body"', "link_a and link_b are both 'body'"),
+        (SPHERE, 'shape_a = "points"\npoints_a = []', "points_a must not be empty"),
+        (SPHERE, 'shape_a = "capsule"\nradius_a = 1\npoint_a2 = [0, 0, 0]', "a capsule of length zero is a sphere"),
+        (SPHERE, 'shape_a = "box"\nsize_a = [1, 0, 1]', "size_a must be three lengths > 0"),
+        (SPHERE, 'shape_a = "disk"\nradius_a = 0.1\ntube_a = 0.2', "tube_a must be smaller than radius_a"),
+        (SPHERE, SHAPES["capsule"] + '\nshape_b = "box"\nsize_b = [1, 1, 1]', "between 'capsule' and 'box' is not supported"),
+        (SPHERE, SPHERE + '\nlaw = "redysim"\nK = 1\nCv = 1\nv_max = 1\nmu = 1\nCh = 1', "for shape_a 'points' and shape_b 'plane' only"),
+        ('"force", "depth"', '"force", "dept"', "did you mean 'depth'?"),
+    ],
+)
+def test_bad_input_is_refused_in_one_sentence(tmp_path, old, new, sentence):
+    text = body()
+    assert old in text
+    message = refused(tmp_path, text.replace(old, new))
+    assert sentence in message and "model.toml:" in message and "contact 'floor'" in message
+
+
+@pytest.mark.parametrize(
+    ("heights", "sentence"),
+    [
+        ("1,2,3\n1,,3\n", "line 2, column 2: '' is no finite number"),
+        ("1,2,3\n1,2\n", "line 2 has 2 heights, the first row has 3"),
+        ("1,2,3\n", "at least 2 rows and 2 columns"),
+    ],
+)
+def test_height_maps_with_holes_are_refused(tmp_path, heights, sentence):
+    (tmp_path / "ground.csv").write_text(heights)
+    assert sentence in refused(tmp_path, body(shape=SPHERE + "\n" + MAP))
+
+
+def test_a_rigid_neighbour_is_refused(tmp_path):
+    text = (
+        body()
+        .replace("[[contact]]", '[[link]]\nname = "cap"\njoint = "fixed"\nmass = 1\n[[contact]]')
+        .replace('link_a = "body"\n', 'link_a = "body"\nlink_b = "cap"\n', 1)
+    )
+    assert "are rigidly connected; this contact has no effect" in refused(tmp_path, text)
+
+
+def test_a_deep_start_is_warned(slave):
+    one = slave(body(q=[0, 0, -0.2, 1, 0, 0, 0]))
+    assert any("contact 'floor' starts 0.3 m deep, with a force of 3e+04 N" in text for _, _, text in one.messages)
