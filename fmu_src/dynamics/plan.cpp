@@ -124,6 +124,9 @@ template <class Scalar>
 Plan<Scalar>::Plan(const Model& model, const Parameters<Scalar>& parameters) {
   take_joints(model);
   if (may_resist(model)) resistances.resize(joints.size());
+  if (may_have_contacts)
+    for (const Contact& contact : model.contacts)
+      contact_laws.emplace_back().redysim = contact.law == Contact::Law::redysim;
   update(parameters);
   take_springs(model);
   take_contacts(model);
@@ -194,6 +197,8 @@ void Plan<Scalar>::update(const Parameters<Scalar>& parameters) {
     add(sum.inertia, body.inertia);
   }
   for (auto& joint : joints) joint.rigid = articulated(joint.inertia);
+  for (std::size_t k = 0; k < contact_laws.size(); ++k)
+    contact_laws[k] = contact_law(contact_laws[k].redysim, parameters.contacts[k]);
 }
 
 template <class Scalar>
@@ -218,17 +223,17 @@ void Plan<Scalar>::take_contacts(const Model& model) {
   if constexpr (may_have_contacts) {
     const auto body_of = [this](int link) { return link == ground ? ground : carrier[link]; };
     const auto frame_of = [this](int link) { return link == ground ? Pose() : frame_in_carrier[link]; };
-    for (const Contact& contact : model.contacts) {
+    for (std::size_t k = 0; k < model.contacts.size(); ++k) {
+      const Contact& contact = model.contacts[k];
       for (const auto& [points, surface] : shape_pairs(contact)) {
         ContactPair<double> pair =
             contact_pair(*points, frame_of(points->link), *surface, frame_of(surface->link));
-        pair.contact = static_cast<int>(contact_laws.size());
+        pair.contact = static_cast<int>(k);
         pair.ball_body = body_of(points->link);
         pair.surface_body = body_of(surface->link);
         pair.balls_on_b = points == &contact.b;
         contact_pairs.push_back(with_constants_of<Scalar>(pair));
       }
-      contact_laws.push_back(contact_law<Scalar>(contact));
     }
   }
 }

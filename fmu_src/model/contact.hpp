@@ -27,25 +27,32 @@ struct Shape {
   std::shared_ptr<const BicubicSpline> heights;
 };
 
+template <class Scalar>
 struct ContactParameters {
-  double stiffness = 0;             // N/m; ReDySim's K
-  double damping = 0;               // s/m; ReDySim's Cv, N s/m
-  double width = 1e-4;              // m
-  double friction = 0;              // -; ReDySim's mu
-  double static_friction = 0;       // -
-  double friction_velocity = 1e-3;  // m/s
-  double rolling = 0, torsion = 0;  // m
-  double spin_velocity = 1;         // rad/s
-  double v_max = 0, Ch = 0;         // of ReDySim's law, m/s and N s/m
+  Scalar stiffness = 0;             // N/m; ReDySim's K
+  Scalar damping = 0;               // s/m; ReDySim's Cv, N s/m
+  Scalar width = 1e-4;              // m
+  Scalar friction = 0;              // -; ReDySim's mu
+  Scalar static_friction = 0;       // -
+  Scalar friction_velocity = 1e-3;  // m/s
+  Scalar rolling = 0, torsion = 0;  // m
+  Scalar spin_velocity = 1;         // rad/s
+  Scalar v_max = 0, Ch = 0;         // of ReDySim's law, m/s and N s/m
+
+  template <class Other>
+  ContactParameters<Other> cast() const {
+    const auto to = [](const auto&... numbers) { return ContactParameters<Other>{numbers...}; };
+    return to(stiffness, damping, width, friction, static_friction, friction_velocity, rolling, torsion,
+              spin_velocity, v_max, Ch);
+  }
 };
 
-struct Contact {
+struct Contact : ContactParameters<double> {
   enum class Law { smooth, redysim };
 
   std::string name;
   Shape a, b;
   Law law = Law::smooth;
-  ContactParameters parameters;
   bool shows_force = false, shows_torque = false, shows_depth = false, shows_point = false,
        shows_slip = false;
   int line = 0, column = 0;  // in the model file; 0: not from a file

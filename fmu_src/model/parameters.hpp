@@ -24,6 +24,7 @@ struct Parameters {
   std::vector<JointParameters<Scalar>> joints;  // per link
   std::vector<ControlledJointOf<Scalar>> controlled;
   std::vector<BallStart<Scalar>> balls;
+  std::vector<ContactParameters<Scalar>> contacts;
   SolverSettings solver;
 
   template <class Other>
@@ -31,8 +32,13 @@ struct Parameters {
     if constexpr (std::is_same_v<Other, Scalar>)
       return *this;
     else
-      return {gravity.template cast<Other>(), cast_each<Other>(links), cast_each<Other>(joints),
-              cast_each<Other>(controlled),   cast_each<Other>(balls), solver};
+      return {gravity.template cast<Other>(),
+              cast_each<Other>(links),
+              cast_each<Other>(joints),
+              cast_each<Other>(controlled),
+              cast_each<Other>(balls),
+              cast_each<Other>(contacts),
+              solver};
   }
 };
 

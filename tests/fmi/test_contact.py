@@ -128,7 +128,7 @@ def refused(tmp_path, text: str) -> str:
 @pytest.mark.parametrize(("width", "height"), [(1e-4, 0.485558969824437), (1e-9, 0.485507947197677)])
 @pytest.mark.parametrize("method", METHODS)
 def test_an_elastic_bounce_in_one_step(slave, method, width, height):
-    one = slave(drop(width=width, method=method))
+    one = slave(drop(width=width, method=method, rtol=1e-13, atol=1e-15))
     assert one.step(0, 2.0) == OK
     assert one.get("mass.q") == pytest.approx(height, abs=1e-9)
 
@@ -324,4 +324,4 @@ def test_a_rigid_neighbour_is_refused(tmp_path):
 
 def test_a_deep_start_is_warned(slave):
     one = slave(body(q=[0, 0, -0.2, 1, 0, 0, 0]))
-    assert any("contact 'floor' starts 0.3 m deep, with a force of 3e+04 N" in text for _, _, text in one.messages)
+    assert any("contact 'floor' starts 0.3 m deep, with a force of 29995 N" in text for _, _, text in one.messages)

@@ -192,7 +192,7 @@ radius_b = 0.3
 outputs = ["force", "torque", "depth", "point", "slip"]
 [fmu]
 outputs = ["acceleration", "energy", "solver", "momentum", "power"]
-tunable = ["base.mass", "arm.com[1]", "gravity[2]", "arm.damping"]
+tunable = ["base.mass", "arm.com[1]", "gravity[2]", "foot.stiffness", "foot.damping", "foot.friction", "hand.static_friction", "hand.friction_velocity"]
 """
 
 

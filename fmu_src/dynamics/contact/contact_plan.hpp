@@ -50,19 +50,18 @@ ContactPair<double> contact_pair(const Shape& points, const Pose& points_in_body
                                  const Pose& surface_in_body);
 
 template <class Scalar>
-ContactLaw<Scalar> contact_law(const Contact& contact) {
-  const ContactParameters& given = contact.parameters;
+ContactLaw<Scalar> contact_law(bool redysim, const ContactParameters<Scalar>& given) {
   ContactLaw<Scalar> law;
-  law.redysim = contact.law == Contact::Law::redysim;
+  law.redysim = redysim;
   law.stiffness = given.stiffness;
   law.damping = given.damping;
   law.width = given.width;
   law.friction = given.friction;
-  law.excess = std::max(given.static_friction - given.friction, 0.0);
-  law.per_velocity = 1 / given.friction_velocity;
+  law.excess = std::max(Scalar(0), given.static_friction - given.friction);
+  law.per_velocity = Scalar(1) / given.friction_velocity;
   law.rolling = given.rolling;
   law.torsion = given.torsion;
-  law.per_spin = 1 / given.spin_velocity;
+  law.per_spin = Scalar(1) / given.spin_velocity;
   law.v_max = given.v_max;
   law.Ch = given.Ch;
   return law;

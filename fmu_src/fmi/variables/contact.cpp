@@ -3,7 +3,7 @@
 #include "fmi/instance/values.hpp"
 #include "fmi/variables/entry.hpp"
 
-// Variables of a contact: resultant on link a, and its deepest point.
+// Variables of a contact: resultant on link a, its deepest point, and tunable parameters.
 
 namespace redysim {
 namespace {
@@ -75,9 +75,50 @@ constexpr Entry entries[] = {
         .says("Slip velocity at the deepest contact point of %"),
 };
 
+bool is_smooth(const Scene& scene, const Variable& v) {
+  return scene.model.contacts[v.contact].law == Contact::Law::smooth;
+}
+
+constexpr Entry parameter_entries[] = {
+    parameter(Owner::contact, "stiffness")
+        .bounds(Bounds::positive)
+        .sets([](auto& at, const Variable& v) -> auto& { return at.contacts[v.contact].stiffness; })
+        .acts_on(acts::potential)
+        .measures(quantity::linear_stiffness)
+        .says("Stiffness of each point of %"),
+    parameter(Owner::contact, "damping")
+        .there_if(is_smooth)
+        .bounds(Bounds::not_negative)
+        .sets([](auto& at, const Variable& v) -> auto& { return at.contacts[v.contact].damping; })
+        .acts_on(acts::resistance)
+        .measures({&units::second_per_metre, nullptr})
+        .says("Damping of %, relative increase of its force per depth rate"),
+    parameter(Owner::contact, "friction")
+        .bounds(Bounds::not_negative)
+        .sets([](auto& at, const Variable& v) -> auto& { return at.contacts[v.contact].friction; })
+        .acts_on(acts::resistance)
+        .says("Coefficient of sliding friction of %"),
+    parameter(Owner::contact, "static_friction")
+        .there_if(is_smooth)
+        .bounds(Bounds::not_negative)
+        .sets([](auto& at, const Variable& v) -> auto& { return at.contacts[v.contact].static_friction; })
+        .acts_on(acts::resistance)
+        .says("Maximum coefficient of friction of %"),
+    parameter(Owner::contact, "friction_velocity")
+        .there_if(is_smooth)
+        .bounds(Bounds::positive)
+        .sets([](auto& at, const Variable& v) -> auto& { return at.contacts[v.contact].friction_velocity; })
+        .acts_on(acts::resistance)
+        .measures(quantity::velocity)
+        .says("Slip velocity of maximum friction of %"),
+};
+
 }  // namespace
 
 const RowGroup ContactVariables::rows = rows_in<entries>;
 const WordGroup ContactVariables::words = words_in<entries>;
+
+const RowGroup ContactParameterVariables::rows = rows_in<parameter_entries>;
+const WordGroup ContactParameterVariables::words = words_in<parameter_entries>;
 
 }  // namespace redysim

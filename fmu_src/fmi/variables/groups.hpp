@@ -40,6 +40,10 @@ struct ContactVariables {  // contact.cpp
   static const RowGroup rows;
   static const WordGroup words;
 };
+struct ContactParameterVariables {  // contact.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
 struct EnergyVariables {  // energy.cpp
   static const RowGroup rows;
   static const WordGroup words;
@@ -70,8 +74,9 @@ struct SolverParameters {  // solver.cpp
 };
 
 // In the order of the XML.
-using Groups = std::tuple<JointMotionVariables, BallMotionVariables, JointDriveVariables, FrameVariables,
-                          LoopVariables, ContactVariables, EnergyVariables, SolverHealth, JointStartValues,
-                          BallStartValues, JointParameterVariables, LinkParameterVariables, SolverParameters>;
+using Groups =
+    std::tuple<JointMotionVariables, BallMotionVariables, JointDriveVariables, FrameVariables, LoopVariables,
+               ContactVariables, EnergyVariables, SolverHealth, JointStartValues, BallStartValues,
+               JointParameterVariables, LinkParameterVariables, ContactParameterVariables, SolverParameters>;
 
 }  // namespace redysim

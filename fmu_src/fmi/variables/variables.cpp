@@ -28,6 +28,13 @@ bool by_owner(Owner owner) {
   return owner == Owner::frame || owner == Owner::loop || owner == Owner::contact;
 }
 
+// The joint of one of the bodies of a contact.
+int joint_at(const Scene& scene, const Contact& contact) {
+  const auto carrier = [&](int link) { return link == ground ? ground : scene.plan.carrier[link]; };
+  const int a = carrier(contact.a.link);
+  return a == ground ? carrier(contact.b.link) : a;
+}
+
 std::vector<Variable> owners(const Scene& scene, Owner kind) {
   const auto& [model, plan] = scene;
   std::vector<Variable> found;
@@ -69,10 +76,8 @@ std::vector<Variable> owners(const Scene& scene, Owner kind) {
       break;
     case Owner::contact:
       for (std::size_t k = 0; k < model.contacts.size(); ++k) {
-        const auto body = [&](int link) { return link == ground ? ground : plan.carrier[link]; };
         owner.contact = static_cast<int>(k);
-        const int a = body(model.contacts[k].a.link);
-        owner.joint = a == ground ? body(model.contacts[k].b.link) : a;
+        owner.joint = joint_at(scene, model.contacts[k]);
         found.push_back(owner);
       }
       break;
@@ -122,28 +127,32 @@ std::string name_of(const Model& model, const Row& row, const Variable& variable
 struct Tunable {
   const RowGroup* group = nullptr;
   const Row* row = nullptr;  // null: there is no such parameter
-  int link = ground;
-  int element = -1;  // -1: all
+  int owner = ground;        // link or contact
+  int element = -1;          // -1: all
 };
 
-// Links by their own names and those of their joints.
-struct LinkNames {
-  explicit LinkNames(const Model& model) {
+// Links by their own names and those of their joints, and contacts.
+struct OwnerNames {
+  explicit OwnerNames(const Model& model) {
+    for (std::size_t i = 0; i < model.contacts.size(); ++i)
+      contacts[model.contacts[i].name] = static_cast<int>(i);
     for (std::size_t i = 0; i < model.links.size(); ++i) {
       links[model.links[i].name] = static_cast<int>(i);
       joints[model.links[i].joint.name] = static_cast<int>(i);
     }
   }
   int find(Owner owner, const std::string& name) const {
-    const std::map<std::string, int>& named = owner == Owner::joint ? joints : links;
+    const std::map<std::string, int>& named = owner == Owner::joint     ? joints
+                                              : owner == Owner::contact ? contacts
+                                                                        : links;
     const auto found = named.find(name);
     return found == named.end() ? ground : found->second;
   }
-  std::map<std::string, int> links, joints;
+  std::map<std::string, int> links, joints, contacts;
 };
 
 // The row of "elbow.damping" or "gravity".
-void find_parameter(const Scene& scene, const LinkNames& names, const std::string& name, Tunable& result) {
+void find_parameter(const Scene& scene, const OwnerNames& names, const std::string& name, Tunable& result) {
   const std::size_t dot = name.rfind('.');
   const std::string owner = dot == name.npos ? "" : name.substr(0, dot);
   const std::string field = dot == name.npos ? name : name.substr(dot + 1);
@@ -151,17 +160,18 @@ void find_parameter(const Scene& scene, const LinkNames& names, const std::strin
     for (const Row& row : *group) {
       if (!is_tunable(row) || row.name != field || (row.owner == Owner::model) != owner.empty()) continue;
       Variable variable;
-      variable.link = names.find(row.owner, owner);
-      if (row.owner != Owner::model && variable.link == ground) continue;
+      const int found = names.find(row.owner, owner);
+      if (row.owner != Owner::model && found == ground) continue;
+      (row.owner == Owner::contact ? variable.contact : variable.link) = found;
       const int index = static_cast<int>(&row - group->rows);
       if (group->exists && !group->exists(index, scene, variable)) continue;
       result.group = group;
       result.row = &row;
-      result.link = variable.link;
+      result.owner = found;
     }
 }
 
-Tunable parse_tunable(const Scene& scene, const LinkNames& names, const std::string& text) {
+Tunable parse_tunable(const Scene& scene, const OwnerNames& names, const std::string& text) {
   Tunable result;
   std::string name = text;
   // the element in brackets at the end counts from 1
@@ -239,7 +249,7 @@ void VariableTable::add(const Scene& scene, const RowGroup& group, const Row& ro
 // In the order of the model file.
 void VariableTable::add_tunable(const Scene& scene) {
   const auto& [model, plan] = scene;
-  const LinkNames names(model);
+  const OwnerNames names(model);
   std::vector<int> joint_of(model.links.size(), -1);
   for (std::size_t i = 0; i < plan.joints.size(); ++i) joint_of[plan.joints[i].link] = static_cast<int>(i);
   std::set<std::string> added;  // a list may name "arm.com" and "arm.com[1]"
@@ -250,8 +260,9 @@ void VariableTable::add_tunable(const Scene& scene) {
                        {{model.name, 0, 0, "tunable '" + name + "': the model has no such parameter"}});
     const Row& row = *tunable.row;
     Variable variable;
-    variable.link = tunable.link;
-    if (row.owner == Owner::joint) variable.joint = joint_of[tunable.link];
+    (row.owner == Owner::contact ? variable.contact : variable.link) = tunable.owner;
+    if (row.owner == Owner::joint) variable.joint = joint_of[tunable.owner];
+    if (row.owner == Owner::contact) variable.joint = joint_at(scene, model.contacts[tunable.owner]);
     for (int element = 0; element < row.elements(); ++element) {
       if (tunable.element >= 0 && element != tunable.element) continue;
       variable.element = element;

@@ -101,6 +101,7 @@ void Dirk::build() {
   ARKStepSetErrorBias(ark, 1.0);
   ARKStepSetSafetyFactor(ark, sundials_safety);
   ARKStepSetFixedStepBounds(ark, 1.0, 1.0);
+  ARKStepSetMinReduction(ark, shortest_to_touch);
   ARKStepSetMaxErrTestFails(ark, 100);  // StepControl stops before
   if (settings_.max_step > 0) ARKStepSetMaxStep(ark, settings_.max_step);
 

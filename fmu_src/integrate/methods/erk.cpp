@@ -123,6 +123,7 @@ Erk::Memory Erk::made(const Table& table) {
   ERKStepSetErrorBias(erk, 1.0);
   ERKStepSetSafetyFactor(erk, sundials_safety);
   ERKStepSetFixedStepBounds(erk, 1.0, 1.0);
+  ERKStepSetMinReduction(erk, shortest_to_touch);
   ERKStepSetMaxErrTestFails(erk, 100);  // StepControl stops before
   if (settings_.max_step > 0) ERKStepSetMaxStep(erk, settings_.max_step);
   // ERKStep takes c = 1 in the last stage for "first same as last", which 8(7) is not, unless a step is

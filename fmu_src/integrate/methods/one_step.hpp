@@ -74,7 +74,8 @@ class OneStep : public Integrator {
   static int adapt(N_Vector y, double t, double h, double, double, double error, double, double, int, int,
                    double* next, void* self);
   static int complete_step(double time, N_Vector y, void* self);
-  static constexpr double sundials_safety = 0.96;  // ARKODE multiplies what `adapt` proposes
+  static constexpr double shortest_to_touch = 1e-12;  // of the last step: one that ends at a contact
+  static constexpr double sundials_safety = 0.96;     // ARKODE multiplies what `adapt` proposes
 
   System& system_;
   SolverSettings settings_;

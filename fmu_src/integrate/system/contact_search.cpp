@@ -11,6 +11,9 @@ namespace {
 
 constexpr double largest_turn = 0.5;        // rad, of a joint in a segment
 constexpr double shortest = 1e-9;           // part of a step
+constexpr double accurate = 0.9;            // part of a segment after which its cubic is accurate
+constexpr double slightly = 0.01;           // of the width: next to no force
+constexpr double deepening = 2;             // of the depth or the width in a step that presses
 constexpr double redysim_threshold = 1e-5;  // m
 
 // A distance at both ends of a segment of length 1.
@@ -44,10 +47,12 @@ ContactSearch::ContactSearch(const Plan<double>& plan)
     : start_q_(static_cast<std::size_t>(plan.nv)), start_qd_(start_q_), q_(start_q_), qd_(start_q_) {
   for (const ContactPair<double>& pair : plan.contact_pairs) {
     const ContactLaw<double>& law = plan.contact_laws[static_cast<std::size_t>(pair.contact)];
-    pressed_.insert(pressed_.end(), pair.balls.size(), law.redysim ? redysim_threshold : law.width);
+    pressed_.insert(pressed_.end(), pair.balls.size(),
+                    law.redysim ? redysim_threshold : slightly * law.width);
   }
   before_.resize(pressed_.size());
   after_.resize(pressed_.size());
+  touching_.resize(pressed_.size());
 }
 
 void ContactSearch::predict(const Plan<double>& plan, Workspace<double>& ws, const double* qdd, double after,
@@ -61,22 +66,37 @@ void ContactSearch::predict(const Plan<double>& plan, Workspace<double>& ws, con
   contact_distances(plan, ws, distances.data());
 }
 
+// Notes which points touch before_, and returns the step that does not press any of them much deeper.
+double ContactSearch::note_touching(double h) {
+  double longest = h;
+  for (std::size_t k = 0; k < before_.size(); ++k) {
+    touching_[k] = !(before_[k].value > 0);
+    if (touching_[k] && before_[k].rate < 0)
+      longest = std::min(longest,
+                         deepening * std::max(-before_[k].value, pressed_[k] / slightly) / -before_[k].rate);
+  }
+  return longest;
+}
+
 double ContactSearch::step_to_touch(const Plan<double>& plan, Workspace<double>& ws, const double* q,
                                     const double* qd, const double* qdd, double h) {
   std::copy_n(q, start_q_.size(), start_q_.begin());
   std::copy_n(qd, start_qd_.size(), start_qd_.begin());
+  predict(plan, ws, qdd, 0, before_);
+  h = note_touching(h);
   double turn = 0;
   for (std::size_t i = 0; i < start_q_.size(); ++i)
-    if (turns(plan.joints[i])) turn = std::max(turn, h * (std::abs(qd[i]) + 0.5 * h * std::abs(qdd[i])));
+    if (turns(plan.joints[i]))
+      turn = std::max(turn, h * (std::abs(start_qd_[i]) + 0.5 * h * std::abs(qdd[i])));
   const double longest = h / std::max(turn / largest_turn, 1.0);
-  predict(plan, ws, qdd, 0, before_);
   double begin = 0, length = longest;
   while (begin < h) {
     length = std::min(length, h - begin);
     predict(plan, ws, qdd, begin + length, after_);
-    const double part = part_to_touch(length, length > shortest * h);
-    if (part < 0) {
-      length *= 0.5;
+    const bool may_be_shorter = length > shortest * h;
+    const double part = part_to_touch(length, may_be_shorter);
+    if (part < (may_be_shorter ? accurate : 0)) {
+      length *= part < 0 ? 0.5 : part;
       continue;
     }
     if (part < 1) return begin + part * length;
@@ -91,7 +111,7 @@ double ContactSearch::step_to_touch(const Plan<double>& plan, Workspace<double>&
 double ContactSearch::part_to_touch(double length, bool may_be_shorter) const {
   double part = 1;
   for (std::size_t k = 0; k < before_.size(); ++k) {
-    if (!(before_[k].value > 0)) continue;
+    if (touching_[k]) continue;
     const Course course{before_[k].value + pressed_[k], length * before_[k].rate,
                         after_[k].value + pressed_[k], length * after_[k].rate};
     if (course.end < 0)

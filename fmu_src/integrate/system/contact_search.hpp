@@ -17,7 +17,8 @@ class ContactSearch {
   explicit ContactSearch(const Plan<double>& plan);
 
   // Of the step `h` (s) from q, qd, qdd (plan.nv): the part until the first contact point that does not touch
-  // now is pressed by the width of its law; `h` if there is none. Overwrites poses in the workspace.
+  // now is pressed by a hundredth of the width of its law, and so that no touching point is pressed much
+  // deeper; `h` if there is none. Overwrites poses in the workspace.
   double step_to_touch(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
                        const double* qdd, double h);
 
@@ -25,11 +26,13 @@ class ContactSearch {
   void predict(const Plan<double>& plan, Workspace<double>& ws, const double* qdd, double after,
                std::vector<ContactDistance>& distances);
 
+  double note_touching(double h);
   double part_to_touch(double length, bool may_be_shorter) const;
 
   std::vector<double> start_q_, start_qd_, q_, qd_;
   std::vector<ContactDistance> before_, after_;  // of all contact points
   std::vector<double> pressed_;                  // depth at which a step may end, m
+  std::vector<char> touching_;                   // at the start of the step
 };
 
 }  // namespace redysim

@@ -190,7 +190,7 @@ class ShapeReader {
   bool degrees_;
 };
 
-void read_smooth_law(Section& section, ContactParameters& law) {
+void read_smooth_law(Section& section, ContactParameters<double>& law) {
   if (!section.has("stiffness")) section.error("stiffness", "stiffness is required, N/m");
   law.stiffness = section.number("stiffness", 1, Bound::positive);
   law.damping = section.number("damping", 0, Bound::not_negative);
@@ -205,7 +205,7 @@ void read_smooth_law(Section& section, ContactParameters& law) {
   law.spin_velocity = section.number("spin_velocity", law.spin_velocity, Bound::positive);
 }
 
-void read_redysim_law(Section& section, const Contact& contact, ContactParameters& law) {
+void read_redysim_law(Section& section, const Contact& contact, ContactParameters<double>& law) {
   const std::pair<const char*, double*> fields[] = {{"K", &law.stiffness},
                                                     {"Cv", &law.damping},
                                                     {"v_max", &law.v_max},
@@ -248,9 +248,9 @@ Contact read_contact(Section section, const std::string& label, const LinkTable&
   contact.law = section.choice<Contact::Law>(
       "law", {{"smooth", Contact::Law::smooth}, {"redysim", Contact::Law::redysim}}, Contact::Law::smooth);
   if (contact.law == Contact::Law::redysim)
-    read_redysim_law(section, contact, contact.parameters);
+    read_redysim_law(section, contact, contact);
   else
-    read_smooth_law(section, contact.parameters);
+    read_smooth_law(section, contact);
   read_outputs(section, contact);
   section.refuse_unknown();
   if (shape_pairs(contact).empty())
