@@ -71,6 +71,13 @@ std::vector<std::string> tunable_names(const Model& model) {
   for (const ControlledJoint& controlled : model.controller.joints)
     for (const char* parameter : {".kp", ".kd", ".target"})
       names.push_back(model.links[controlled.link].joint.name + parameter);
+  for (const Contact& contact : model.contacts) {
+    names.push_back(contact.name + ".stiffness");
+    names.push_back(contact.name + ".friction");
+    if (contact.law == Contact::Law::redysim) continue;
+    for (const char* parameter : {".damping", ".static_friction", ".friction_velocity"})
+      names.push_back(contact.name + parameter);
+  }
   add_indexed(names, "gravity", 3);
   return names;
 }
