@@ -19,7 +19,7 @@ ROOMS = ("math", "model", "dynamics", "integrate", "fmi")
 # include each other
 LEVELS = {
     "model": (("",), ("read",)),
-    "dynamics": (("", "loops"), ("assembly",), ("straight_line",)),
+    "dynamics": (("", "contact", "loops"), ("assembly",), ("straight_line",)),
     "integrate": (("control",), ("system",), ("methods",)),
     "fmi": (("platform",), ("boundary",), ("instance", "variables"), ("describe", "boundary/fmi2.cpp")),
 }

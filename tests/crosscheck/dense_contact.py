@@ -154,8 +154,8 @@ def add(dense, scene_forces) -> None:
             sizes["force"] += s.numbers.norm(force) + rounding * arm
             sizes["torque"] += (s.numbers.norm(force) + rounding * arm) * arm + s.numbers.norm(moment)
             dense.potential += energy
-            dense._push(scene_forces, ball_side.link, place, force, moment)
-            dense._push(scene_forces, surface.link, place, -force, -moment)
+            dense._push(scene_forces, ball_side.link, place, force, moment, rounding * arm)
+            dense._push(scene_forces, surface.link, place, -force, -moment, rounding * arm)
             sign = 1 if ball_side.link == a else -1
             total = total + sign * force
             about = about + sign * (moment + cross(place - origin, force))

@@ -137,13 +137,13 @@ class Dense:
         s = f["stop_damping"] * side * dof.qd
         return -side * k * depth * (s + n.sqrt(1 + s * s))
 
-    def _push(self, forces: Forces, link: int, x, force, moment=None) -> None:
+    def _push(self, forces: Forces, link: int, x, force, moment=None, rounding=0) -> None:
         if link == GROUND:
             return
         path, linear, angular, sizes, turns = self._jacobian(link, x)
         if not path:
             return
-        forces.add(path, linear, force, self.n.norm(force), sizes)
+        forces.add(path, linear, force, self.n.norm(force) + rounding, sizes)
         if moment is not None:
             forces.add(path, angular, moment, self.n.norm(moment), turns)
 

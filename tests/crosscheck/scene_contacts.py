@@ -86,6 +86,10 @@ def give_contacts(m: Maker) -> None:
         one, other = Side(scene, contact, "a"), Side(scene, contact, "b")
         center, radius = one.balls(other)[0]
         depth, normal = other.below(center)
+        # on a lever of many body lengths rounding of a force is large against the body's own forces
+        arms = [float(np.linalg.norm((center - scene.point(side.link, [0, 0, 0])[0]).astype(float))) for side in (one, other)]
+        if (b != "ground" and max(arms) > 10 * size) or max(arms) > 1e3 * size:
+            continue
         shift(m, second, b, normal * (m.between(0.1, 2) * width - depth - radius))
         lay(m, contact, "b", b, second)
         if m.chance(0.3):

@@ -205,8 +205,9 @@ void Instance::report_contacts() {
     const ContactResult<double> at =
         contact_result(plan, simulation_.system.workspace(), static_cast<int>(k), contact.a.link);
     if (at.force.norm() > hurled * mass)
-      log_.warning("contact '" + contact.name + "' starts " + rounded(at.depth) + " m deep, with a force of " +
-                   rounded(at.force.norm()) + " N: move the start pose, or set stiffness to the depth expected");
+      log_.warning("contact '" + contact.name + "' starts " + rounded(at.depth) +
+                   " m deep, with a force of " + rounded(at.force.norm()) +
+                   " N: move the start pose, or set stiffness to the depth expected");
   }
 }
 

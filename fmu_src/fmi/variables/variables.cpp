@@ -28,6 +28,12 @@ bool by_owner(Owner owner) {
   return owner == Owner::frame || owner == Owner::loop || owner == Owner::contact;
 }
 
+int plan_loop_of(const Plan<double>& plan, int loop) {
+  std::size_t k = 0;
+  while (plan.loops[k].loop != loop) ++k;
+  return static_cast<int>(k);
+}
+
 // The joint of one of the bodies of a contact.
 int joint_at(const Scene& scene, const Contact& contact) {
   const auto carrier = [&](int link) { return link == ground ? ground : scene.plan.carrier[link]; };
@@ -66,11 +72,10 @@ std::vector<Variable> owners(const Scene& scene, Owner kind) {
       break;
     case Owner::loop:
       for (std::size_t index = 0; index < model.loops.size(); ++index) {
-        std::size_t k = 0;
-        while (plan.loops[k].loop != static_cast<int>(index)) ++k;
         owner.loop = static_cast<int>(index);
-        owner.plan_loop = static_cast<int>(k);
-        owner.joint = plan.loops[k].body_a == ground ? plan.loops[k].body_b : plan.loops[k].body_a;
+        owner.plan_loop = plan_loop_of(plan, owner.loop);
+        const LoopPlan<double>& loop = plan.loops[static_cast<std::size_t>(owner.plan_loop)];
+        owner.joint = loop.body_a == ground ? loop.body_b : loop.body_a;
         found.push_back(owner);
       }
       break;
