@@ -147,7 +147,7 @@ def add(dense, scene_forces) -> None:
         a = s.index[contact["link_a"]]
         origin = s.point(a, [0, 0, 0])[0]
         total, about = s.numbers.array([0, 0, 0]), s.numbers.array([0, 0, 0])
-        rounding = 1e-5 * s.numbers.one(contact["stiffness"])  # of depths, which are differences of positions
+        rounding = 3e-5 * s.numbers.one(contact["stiffness"])  # of depths, which are differences of positions
         sizes = {"force": s.numbers.one(0), "torque": s.numbers.one(0)}
         for ball_side, surface, place, force, moment, energy in forces(s, contact):
             arm = s.numbers.norm(place) + s.numbers.norm(place - origin)
