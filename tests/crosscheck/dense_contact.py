@@ -106,7 +106,7 @@ def onset(x, w) -> tuple:
 
 
 def forces(scene, contact: dict):
-    """Yields for each pressed point: link with the ball, link with the surface, place, force and moment on the first, stored energy."""
+    """Yields for each pressed point: link with the ball, link with the surface, place, force and moment on the first, stored energy, rounding of the force."""
     n = scene.numbers
     get = lambda key, default=0: n.one(contact.get(key, default))
     for ball_side, surface in pairs(Side(scene, contact, "a"), Side(scene, contact, "b")):
@@ -136,7 +136,10 @@ def forces(scene, contact: dict):
             moment = -f * get("torsion") * n.tanh(4 * pivoting / unit) * normal
             if turning > 0:
                 moment = moment - f * get("rolling") * n.tanh(4 * turning / unit) * rolling / turning
-            yield ball_side, surface, place, force, moment, get("stiffness") * energy
+            # depths are differences of positions, slips those of velocities
+            speed = n.norm(ball_side.velocity(place)) + n.norm(surface.velocity(place))
+            lost = get("stiffness") * n.norm(place) + f * 4 * high * speed / get("friction_velocity", 1e-3)
+            yield ball_side, surface, place, force, moment, get("stiffness") * energy, 3e-5 * lost
 
 
 def add(dense, scene_forces) -> None:
@@ -147,15 +150,14 @@ def add(dense, scene_forces) -> None:
         a = s.index[contact["link_a"]]
         origin = s.point(a, [0, 0, 0])[0]
         total, about = s.numbers.array([0, 0, 0]), s.numbers.array([0, 0, 0])
-        rounding = 3e-5 * s.numbers.one(contact["stiffness"])  # of depths, which are differences of positions
         sizes = {"force": s.numbers.one(0), "torque": s.numbers.one(0)}
-        for ball_side, surface, place, force, moment, energy in forces(s, contact):
+        for ball_side, surface, place, force, moment, energy, rounding in forces(s, contact):
             arm = s.numbers.norm(place) + s.numbers.norm(place - origin)
-            sizes["force"] += s.numbers.norm(force) + rounding * arm
-            sizes["torque"] += (s.numbers.norm(force) + rounding * arm) * arm + s.numbers.norm(moment)
+            sizes["force"] += s.numbers.norm(force) + rounding
+            sizes["torque"] += (s.numbers.norm(force) + rounding) * arm + s.numbers.norm(moment)
             dense.potential += energy
-            dense._push(scene_forces, ball_side.link, place, force, moment, rounding * arm)
-            dense._push(scene_forces, surface.link, place, -force, -moment, rounding * arm)
+            dense._push(scene_forces, ball_side.link, place, force, moment, rounding)
+            dense._push(scene_forces, surface.link, place, -force, -moment, rounding)
             sign = 1 if ball_side.link == a else -1
             total = total + sign * force
             about = about + sign * (moment + cross(place - origin, force))
