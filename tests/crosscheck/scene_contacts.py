@@ -54,6 +54,14 @@ def shift(m: Maker, fields: dict, link: str, by) -> None:
 
 
 def give_contacts(m: Maker) -> None:
+    """Draws from a generator of its own: what else a scene holds does not depend on its contacts."""
+    rng = m.rng
+    m.rng = np.random.default_rng(rng.bit_generator.seed_seq.spawn(1)[0])
+    add_contacts(m)
+    m.rng = rng
+
+
+def add_contacts(m: Maker) -> None:
     weight = loads(m)
     for k in range(m.pick([0, 0, 0, 1, 1, 2])):
         a = m.pick([link["name"] for link in m.links])

@@ -303,7 +303,7 @@ def test_bad_input_is_refused_in_one_sentence(tmp_path, old, new, sentence):
 @pytest.mark.parametrize(
     ("heights", "sentence"),
     [
-        ("1,2,3\n1,,3\n", "line 2, column 2: '' is no finite number"),
+        ("1,2,3\n1,,3\n", "line 2, column 2: '' is not a finite number"),
         ("1,2,3\n1,2\n", "line 2 has 2 heights, the first row has 3"),
         ("1,2,3\n", "at least 2 rows and 2 columns"),
     ],

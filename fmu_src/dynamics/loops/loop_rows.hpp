@@ -145,7 +145,8 @@ template <class Scalar>
 LoopMagnitudes loop_magnitudes(const Plan<Scalar>& plan, const Workspace<Scalar>& ws,
                                const LoopPlan<Scalar>& loop, const LoopGeometry<Scalar>& g) {
   LoopMagnitudes size;
-  size.include(g.root);
+  if (loop.root != ground)
+    size.include(g.root);  // the ground's position is that of its origin, seen from the plan's
   for (int body : {loop.body_a, loop.body_b})
     for (; body != loop.root; body = plan.joints[body].parent) size.include(ws.ground[body]);
   const double arms = size.size(g.point_a.arm) + size.size(g.point_b.arm);

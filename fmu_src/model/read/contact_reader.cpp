@@ -50,7 +50,7 @@ std::string read_heights(const std::string& text, double spacing, std::shared_pt
       double height = 0;
       if (!csv_number(cells[k], height) || !std::isfinite(height))
         return where + ", column " + std::to_string(k + 1) + ": '" + cells[k] +
-               "' is no finite number; a height map needs a height at each grid point";
+               "' is not a finite number; a height map needs a height at each grid point";
       heights.push_back(height);
     }
     ++rows;
