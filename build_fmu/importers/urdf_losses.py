@@ -29,7 +29,7 @@ def report_losses(robot: etree._Element, draft: Draft) -> None:
     """Fills draft.lost and draft.doubts."""
     shapes = sum(1 for _ in robot.iter("visual")) + sum(1 for _ in robot.iter("collision"))
     if shapes:
-        draft.lost.append(f"{shapes} shapes (<visual>, <collision>): geometry and contact are not supported")
+        draft.lost.append(f"{shapes} shapes (<visual>, <collision>): geometry is not supported; [[contact]] takes simple shapes")
     for tag in ("transmission", "gazebo", "sensor", "ros2_control"):
         count = len(robot.findall(tag))
         if count:
