@@ -82,7 +82,7 @@ double ContactSearch::step_to_touch(const Plan<double>& plan, Workspace<double>&
                                     const double* qd, const double* qdd, double h) {
   std::copy_n(q, start_q_.size(), start_q_.begin());
   std::copy_n(qd, start_qd_.size(), start_qd_.begin());
-  predict(plan, ws, qdd, 0, before_);
+  contact_distances(plan, ws, before_.data());
   h = note_touching(h);
   double turn = 0;
   for (std::size_t i = 0; i < start_q_.size(); ++i)

@@ -18,7 +18,7 @@ class ContactSearch {
 
   // Of the step `h` (s) from q, qd, qdd (plan.nv): the part until the first contact point that does not touch
   // now is pressed by a hundredth of the width of its law, and so that no touching point is pressed much
-  // deeper; `h` if there is none. Overwrites poses in the workspace.
+  // deeper; `h` if there is none. Uses the ground motion at q and qd in the workspace, and overwrites it.
   double step_to_touch(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
                        const double* qdd, double h);
 
