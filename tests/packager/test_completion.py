@@ -28,7 +28,7 @@ def test_the_shell_reads_it(shell, capsys):
 def completed(line, folder, capsys):
     """Returns what bash offers at the end of the line."""
     program = folder / "build-fmu"
-    program.write_text(f'#!/bin/sh\nexec {sys.executable} -m build_fmu "$@"\n')
+    program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m build_fmu "$@"\n')
     program.chmod(0o755)
     main(["completion", "bash"])
     words = " ".join(f"'{word}'" for word in line.split(" "))

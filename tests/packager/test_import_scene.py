@@ -76,7 +76,7 @@ def test_sine_and_square_inputs_become_expressions(tmp_path, scene):
 def pasted(model, folder):
     """Runs the command on top of a model file by a shell in the file's folder and returns its record."""
     (line,) = (line for line in model.read_text().splitlines() if line.startswith("# build-fmu "))
-    (folder / "build-fmu").write_text(f'#!/bin/sh\nexec {sys.executable} -m build_fmu "$@"\n')
+    (folder / "build-fmu").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m build_fmu "$@"\n')
     (folder / "build-fmu").chmod(0o755)
     environment = {**os.environ, "PYTHONPATH": str(SCENES.parents[1]), "PATH": f"{folder}:{os.environ['PATH']}"}
     subprocess.run(
