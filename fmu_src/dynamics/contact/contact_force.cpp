@@ -47,11 +47,11 @@ template <class Scalar>
 ContactForce<Scalar> redysim_contact(const ContactLaw<Scalar>& law, const Touch<Scalar>& touch) {
   using std::abs;
   using std::atan;
-  constexpr double least_depth = 1e-5, pi = 3.14159265358979323846;
+  constexpr double pi = 3.14159265358979323846;
   ContactForce<Scalar> out;
   out.force.setZero();
   out.couple.setZero();
-  if (touch.depth < Scalar(least_depth)) return out;
+  if (touch.depth < Scalar(redysim_least_depth)) return out;
   Scalar damping = law.damping;
   const Scalar full = Scalar(1.2) * law.v_max * law.damping / law.stiffness;
   if (touch.rate < Scalar(0) && touch.depth < full) {

@@ -46,6 +46,9 @@ struct ContactLaw {
   Scalar v_max = 0, Ch = 0;
 };
 
+// Penetration from which ReDySim's law acts, m.
+inline constexpr double redysim_least_depth = 1e-5;
+
 ContactPair<double> contact_pair(const Shape& points, const Pose& points_in_body, const Shape& surface,
                                  const Pose& surface_in_body);
 

@@ -9,12 +9,11 @@
 namespace redysim {
 namespace {
 
-constexpr double largest_turn = 0.5;        // rad, of a joint in a segment
-constexpr double shortest = 1e-9;           // part of a step
-constexpr double accurate = 0.9;            // part of a segment after which its cubic is accurate
-constexpr double slightly = 0.01;           // of the width: next to no force
-constexpr double deepening = 2;             // of the depth or the width in a step that presses
-constexpr double redysim_threshold = 1e-5;  // m
+constexpr double largest_turn = 0.5;  // rad, of a joint in a segment
+constexpr double shortest = 1e-9;     // part of a step
+constexpr double accurate = 0.9;      // part of a segment after which its cubic is accurate
+constexpr double slightly = 0.01;     // of the width: next to no force
+constexpr double deepening = 2;       // of the depth or the width in a step that presses
 
 // A distance at both ends of a segment of length 1.
 struct Course {
@@ -48,7 +47,7 @@ ContactSearch::ContactSearch(const Plan<double>& plan)
   for (const ContactPair<double>& pair : plan.contact_pairs) {
     const ContactLaw<double>& law = plan.contact_laws[static_cast<std::size_t>(pair.contact)];
     pressed_.insert(pressed_.end(), pair.balls.size(),
-                    law.redysim ? redysim_threshold : slightly * law.width);
+                    law.redysim ? redysim_least_depth : slightly * law.width);
   }
   before_.resize(pressed_.size());
   after_.resize(pressed_.size());

@@ -10,23 +10,19 @@
 namespace redysim {
 namespace {
 
+using ShapeNames = std::vector<std::pair<const char*, ShapeKind>>;
+
+const ShapeNames& shape_names() {
+  static const ShapeNames names = {{"points", ShapeKind::points},      {"sphere", ShapeKind::sphere},
+                                   {"capsule", ShapeKind::capsule},    {"box", ShapeKind::box},
+                                   {"disk", ShapeKind::disk},          {"plane", ShapeKind::plane},
+                                   {"heightmap", ShapeKind::heightmap}};
+  return names;
+}
+
 const char* name_of(ShapeKind kind) {
-  switch (kind) {
-    case ShapeKind::points:
-      return "points";
-    case ShapeKind::sphere:
-      return "sphere";
-    case ShapeKind::capsule:
-      return "capsule";
-    case ShapeKind::box:
-      return "box";
-    case ShapeKind::disk:
-      return "disk";
-    case ShapeKind::plane:
-      return "plane";
-    case ShapeKind::heightmap:
-      return "heightmap";
-  }
+  for (const auto& [name, named] : shape_names())
+    if (named == kind) return name;
   return "";
 }
 
@@ -84,15 +80,7 @@ class ShapeReader {
   Shape read(int link, ShapeKind fallback, const std::string& folder, std::vector<AttachedFile>& files) {
     Shape shape;
     shape.link = link;
-    shape.kind = section_.choice<ShapeKind>(key("shape"),
-                                            {{"points", ShapeKind::points},
-                                             {"sphere", ShapeKind::sphere},
-                                             {"capsule", ShapeKind::capsule},
-                                             {"box", ShapeKind::box},
-                                             {"disk", ShapeKind::disk},
-                                             {"plane", ShapeKind::plane},
-                                             {"heightmap", ShapeKind::heightmap}},
-                                            fallback);
+    shape.kind = section_.choice<ShapeKind>(key("shape"), shape_names(), fallback);
     kind_ = name_of(shape.kind);
     if (shape.kind == ShapeKind::points)
       read_points(shape);
