@@ -56,7 +56,7 @@ class DraftLink:
 
 @dataclass
 class DraftTie:
-    """A loop, spring or frame, with the field names of the model file."""
+    """A loop, spring, contact or frame, with the field names of the model file."""
 
     name: str
     fields: dict[str, object] = field(default_factory=dict)
@@ -73,6 +73,7 @@ class Draft:
     links: list[DraftLink] = field(default_factory=list)
     loops: list[DraftTie] = field(default_factory=list)
     springs: list[DraftTie] = field(default_factory=list)
+    contacts: list[DraftTie] = field(default_factory=list)
     frames: list[DraftTie] = field(default_factory=list)
     solver: dict[str, object] = field(default_factory=dict)
     fmu: dict[str, object] = field(default_factory=dict)

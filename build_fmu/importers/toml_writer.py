@@ -38,7 +38,8 @@ def model_text(draft: Draft, file: str = "") -> str:
     for link in draft.links:
         lines += ["", *_link(link, before)]
         before = link.name
-    for kind, ties in (("loop", draft.loops), ("spring", draft.springs), ("frame", draft.frames)):
+    kinds = (("loop", draft.loops), ("spring", draft.springs), ("contact", draft.contacts), ("frame", draft.frames))
+    for kind, ties in kinds:
         for tie in ties:
             lines += ["", *_tie(kind, tie)]
     for fragment in draft.fragments:
