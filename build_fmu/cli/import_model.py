@@ -41,6 +41,18 @@ def add(commands) -> None:
     )
     command.add_argument("--snap", action="store_true", help="URDF: round angles such as 1.5708 to exact multiples of 90 degrees")
     command.add_argument("--frames", action="store_true", help="URDF: add the link frames as [[frame]] tables, which have outputs")
+    command.add_argument(
+        "--contact",
+        choices=("ground", "all"),
+        help="URDF: convert <collision> shapes to contacts with the ground plane z = 0: those of the feet (ground), or all",
+    )
+    command.add_argument(
+        "--pose",
+        action="append",
+        default=[],
+        metavar="JOINT=VALUE",
+        help="URDF: start position (rad, m), with * as wildcard, for example '*_knee=-1.2'; once per joint or pattern",
+    )
     command.add_argument("--floating", action="store_true", help="URDF: use a floating base instead of a fixed one")
     command.add_argument(
         "--stops", type=float, metavar="STIFFNESS", help="URDF, DH table: convert joint limits to stops of this stiffness (N m/rad, N/m)"

@@ -46,6 +46,18 @@ def pose_of(dh: DhFrame, joint: str = "fixed", q: float = 0.0) -> np.ndarray:
     return first @ transform(rotation_x(dh.alpha)) @ transform(None, (dh.a, 0, 0)) @ transform(rotation_z(theta), (0, 0, d))
 
 
+def position_and_angles(own: np.ndarray) -> tuple[list[float], list[float]]:
+    """Returns position (m) and roll, pitch, yaw (rad) of a frame, rounded to 13 decimals."""
+    r = own[:3, :3]
+    cosine = math.hypot(r[0, 0], r[1, 0])
+    pitch = math.atan2(-r[2, 0], cosine)
+    yaw = math.atan2(r[1, 0], r[0, 0]) if cosine > 1e-14 else math.atan2(-r[0, 1], r[1, 1])
+    # roll is computed after removing yaw, whose rounding error is large near a pitch of 90 degrees
+    c, s = math.cos(yaw), math.sin(yaw)
+    roll = math.atan2(s * r[0, 2] - c * r[1, 2], c * r[1, 1] - s * r[0, 1])
+    return [round(float(x), 13) for x in own[:3, 3]], [round(x, 13) for x in (roll, pitch, yaw)]
+
+
 def matrix_of(inertia: Sequence[float]) -> np.ndarray:
     """Returns the 3x3 tensor of [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]."""
     xx, yy, zz, xy, xz, yz = inertia

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from argparse import Namespace
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +16,10 @@ from build_fmu.errors import UserError, did_you_mean
 from build_fmu.importers.draft import GROUND, Draft, DraftLink, DraftTie, Names, legal
 from build_fmu.importers.fields import read_text
 from build_fmu.importers.layout import far, joint_frame, place, settle, side_frame
-from build_fmu.importers.rigid import matrix_of, pose_of, rotation_x, rotation_y, rotation_z, six_of, transform
+from build_fmu.importers.rigid import matrix_of, pose_of, position_and_angles, rotation_x, rotation_y, rotation_z, six_of, transform
 from build_fmu.importers.toml_writer import number
-from build_fmu.importers.urdf_losses import report_losses, some
+from build_fmu.importers.urdf_contacts import add_contacts
+from build_fmu.importers.urdf_losses import report_limits, report_losses, some
 
 KINDS = {
     "revolute": "revolute",
@@ -48,6 +51,7 @@ class Body:
     axis: np.ndarray = field(default_factory=lambda: np.array([1.0, 0, 0]))
     damping: float = 0.0
     friction: float = 0.0
+    q: float = 0.0
     limits: tuple[float, float] | None = None
     children: list[str] = field(default_factory=list)
 
@@ -137,20 +141,25 @@ def read(path: Path, options: Namespace) -> Draft:
     urdf = Urdf(path, options.snap)
     bodies = _bodies(urdf)
     draft = Draft(name=legal(urdf.root.attrib.get("name") or path.stem), source=path.name)
-    _joints(urdf, bodies, draft, options.stops)
+    _joints(urdf, bodies, draft)
+    _pose(bodies, options.pose)
+    report_limits([body for body in bodies.values() if body.limits], draft, options.stops)
     root = _root(urdf, bodies)
     if options.floating:
         bodies[root].kind = "free"
     elif bodies[root].mass or np.any(bodies[root].inertia):
         draft.lost.append(f"the mass of '{root}', {bodies[root].mass:g} kg: this link is the ground; --floating makes it a floating base")
     _check_reached(urdf, bodies, root)
-    _Layout(draft, bodies, options).lay(root)
+    layout = _Layout(draft, bodies, options)
+    layout.lay(root)
+    if options.contact:
+        add_contacts(urdf, layout, feet_only=options.contact == "ground")
     draft.notes.append(
         f"The ground frame is the frame of '{root}'{' at q = 0' if options.floating else ''}. Link frames are chosen anew (z: joint axis, "
         f"x: common normal); the motion is the same. {'A [[frame]]' if options.frames else 'A comment'} gives the pose of the "
         "URDF's own frame (m, rad) if it differs."
     )
-    report_losses(urdf.root, draft)
+    report_losses(urdf.root, draft, bool(options.contact))
     draft.doubts += urdf.like_degrees
     if urdf.near_right:
         draft.doubts.append(
@@ -190,7 +199,7 @@ def _inertial(urdf: Urdf, inertial: etree._Element, body: Body) -> None:
     body.com = pose[:3, 3]
 
 
-def _joints(urdf: Urdf, bodies: dict[str, Body], draft: Draft, stops: float | None) -> None:
+def _joints(urdf: Urdf, bodies: dict[str, Body], draft: Draft) -> None:
     seen = set()
     for element in urdf.root.findall("joint"):
         name, kind = urdf.text(element, "name"), urdf.text(element, "type")
@@ -212,12 +221,24 @@ def _joints(urdf: Urdf, bodies: dict[str, Body], draft: Draft, stops: float | No
     mimics = [element.get("name") for element in urdf.root.findall("joint") if element.find("mimic") is not None]
     if mimics:
         draft.lost.append(f"the coupling <mimic> of {some(mimics)} (each joint moves independently)")
-    limited = [body for body in bodies.values() if body.limits]
-    outside = [f"{body.joint} ({body.limits[0]:g} to {body.limits[1]:g})" for body in limited if not body.limits[0] <= 0 <= body.limits[1]]
-    if outside:
-        draft.doubts.append(f"the start position 0 is outside the limits of {some(outside)}: set q in the model file")
-    if limited and stops is None:
-        draft.lost.append(f"the limits of {some([body.joint for body in limited])}: --stops STIFFNESS converts them to stops")
+
+
+def _pose(bodies: dict[str, Body], asked: Sequence[str]) -> None:
+    """Sets the start positions of JOINT=VALUE, where JOINT may contain the wildcards * and ?."""
+    moving = {body.joint: body for body in bodies.values() if body.kind in ("revolute", "prismatic")}
+    for text in asked:
+        pattern, _, value = text.partition("=")
+        found = [body for name, body in moving.items() if fnmatchcase(name, pattern)]
+        if not found:
+            raise UserError(f"--pose: no revolute or prismatic joint is called '{pattern}'{did_you_mean(pattern, moving)}")
+        try:
+            q = float(value)
+        except ValueError:
+            q = math.nan
+        if not math.isfinite(q):
+            raise UserError(f"--pose: '{text}' must be JOINT=VALUE with a number in rad or m")
+        for body in found:
+            body.q = q
 
 
 def _end(urdf: Urdf, joint: etree._Element, tag: str, bodies: dict[str, Body]) -> str:
@@ -302,6 +323,8 @@ class _Layout:
         self.draft, self.bodies, self.names = draft, bodies, Names()
         self.frames, self.stops = options.frames, options.stops
         self.depth = self._depths()
+        self.called: dict[str, str] = {}  # names in the model
+        self.own: dict[str, np.ndarray] = {}  # the URDF's frame relative to ours
         self.size = max(float(np.linalg.norm(body.origin[:3, 3])) for body in bodies.values()) or 1.0
 
     def lay(self, root: str) -> None:
@@ -311,8 +334,8 @@ class _Layout:
             name = waiting.pop()
             order.append(name)
             waiting += reversed(self.bodies[name].children)
-        called = {name: self.names.take(name) for name in order[1:]} | {root: GROUND}
-        frames = {root: np.eye(4)}  # the URDF's frame relative to ours
+        called = self.called = {name: self.names.take(name) for name in order[1:]} | {root: GROUND}
+        frames = self.own = {root: np.eye(4)}
         if self.bodies[root].kind != "fixed":
             called[root] = self.names.take(root)
             frames[root] = self._link(self.bodies[root], called[root], GROUND, np.eye(4))
@@ -323,7 +346,7 @@ class _Layout:
 
     def _link(self, body: Body, name: str, parent: str, frame: np.ndarray) -> np.ndarray:
         """Adds one link. `frame` is its URDF frame relative to the parent's; returns it relative to the link's own."""
-        link = DraftLink(name, parent, body.kind, mass=body.mass)
+        link = DraftLink(name, parent, body.kind, mass=body.mass, q=body.q)
         several = 3 if body.kind == "planar" else 0
         link.damping, link.friction = ([x] * several if several and x else x for x in (body.damping, body.friction))
         if body.limits and self.stops is not None:
@@ -343,7 +366,7 @@ class _Layout:
         link.com = [0.0 if abs(x) < 1e-16 else float(x) for x in turn @ body.com + own[:3, 3]] if body.mass else [0.0] * 3
         link.inertia = six_of(turn @ body.inertia @ turn.T)
         if float(np.abs(own - np.eye(4)).max()) > 1e-12:
-            position, rpy = _place(own)
+            position, rpy = position_and_angles(own)
             if self.frames:
                 self.draft.frames.append(DraftTie(self.names.take(f"{name}_frame"), {"link": name, "position": position, "rpy": rpy}))
             else:
@@ -391,15 +414,3 @@ class _Layout:
         for name in reversed(order):
             depth[name] = 1 + max((depth[c] for c in self.bodies[name].children), default=0)
         return depth
-
-
-def _place(own: np.ndarray) -> tuple[list[float], list[float]]:
-    """Returns position (m) and roll, pitch, yaw (rad) of a frame, rounded to 13 decimals."""
-    r = own[:3, :3]
-    cosine = math.hypot(r[0, 0], r[1, 0])
-    pitch = math.atan2(-r[2, 0], cosine)
-    yaw = math.atan2(r[1, 0], r[0, 0]) if cosine > 1e-14 else math.atan2(-r[0, 1], r[1, 1])
-    # roll is computed after removing yaw, whose rounding error is large near a pitch of 90 degrees
-    c, s = math.cos(yaw), math.sin(yaw)
-    roll = math.atan2(s * r[0, 2] - c * r[1, 2], c * r[1, 1] - s * r[0, 1])
-    return [round(float(x), 13) for x in own[:3, 3]], [round(x, 13) for x in (roll, pitch, yaw)]

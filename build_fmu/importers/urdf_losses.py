@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from lxml import etree
 
@@ -16,20 +16,24 @@ CHILDREN = {
     "link": ("inertial", "visual", "collision"),
     "joint": ("origin", "parent", "child", "axis", "dynamics", "limit", "mimic"),
     "inertial": ("origin", "mass", "inertia"),
+    "collision": ("origin", "geometry", "material", "verbose"),
 }
 ATTRIBUTES = {
     "joint": ("name", "type"), "origin": ("xyz", "rpy"), "parent": ("link",), "child": ("link",), "axis": ("xyz",), "mass": ("value",),
     "dynamics": ("damping", "friction"), "limit": ("lower", "upper", "effort", "velocity"),
-    "inertia": ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"),
+    "inertia": ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), "sphere": ("radius",), "capsule": ("radius", "length"),
+    "cylinder": ("radius", "length"), "box": ("size",),
 }  # fmt: skip
 EXTRA = {"transmission": "; enter the inertia of drives as armature"}
 
 
-def report_losses(robot: etree._Element, draft: Draft) -> None:
-    """Fills draft.lost and draft.doubts."""
-    shapes = sum(1 for _ in robot.iter("visual")) + sum(1 for _ in robot.iter("collision"))
-    if shapes:
-        draft.lost.append(f"{shapes} shapes (<visual>, <collision>): geometry is not supported; [[contact]] takes simple shapes")
+def report_losses(robot: etree._Element, draft: Draft, contact: bool = False) -> None:
+    """Fills draft.lost and draft.doubts. With `contact` the <collision> shapes are reported elsewhere."""
+    visual, collision = (sum(1 for _ in robot.iter(tag)) for tag in ("visual", "collision"))
+    if visual:
+        draft.lost.append(f"{visual} <visual> shapes")
+    if collision and not contact:
+        draft.lost.append(f"{collision} <collision> shapes: --contact ground converts those of the feet, --contact all converts all")
     for tag in ("transmission", "gazebo", "sensor", "ros2_control"):
         count = len(robot.findall(tag))
         if count:
@@ -42,26 +46,36 @@ def report_losses(robot: etree._Element, draft: Draft) -> None:
     ]
     if bounds:
         draft.lost.append(f"the effort and velocity limits of {some(bounds)}: not supported")
-    _unknown(robot, draft)
+    _unknown(robot, draft, contact)
     _masses(robot, draft)
 
 
-def _unknown(robot: etree._Element, draft: Draft) -> None:
+def report_limits(limited: Sequence, draft: Draft, stops: float | None) -> None:
+    """Reports start positions outside the limits of their joints, and limits that are not converted to stops."""
+    outside = [f"{b.joint} ({b.limits[0]:g} to {b.limits[1]:g})" for b in limited if not b.limits[0] <= b.q <= b.limits[1]]
+    if outside:
+        draft.doubts.append(f"the start position is outside the limits of {some(outside)}: set it with --pose JOINT=VALUE")
+    if limited and stops is None:
+        draft.lost.append(f"the limits of {some([body.joint for body in limited])}: --stops STIFFNESS converts them to stops")
+
+
+def _unknown(robot: etree._Element, draft: Draft, contact: bool) -> None:
     """Lists unknown elements and attributes, and duplicate elements."""
     tags, first = Counter(), {}
-    for parent in [robot, *robot.findall("link"), *robot.findall("joint"), *robot.findall("link/inertial")]:
+    collisions = robot.findall("link/collision") if contact else []
+    for parent in [robot, *robot.findall("link"), *robot.findall("joint"), *robot.findall("link/inertial"), *collisions]:
         seen = set()
         for child in parent:
             if child.tag not in CHILDREN[parent.tag]:
                 tags[parent.tag, child.tag] += 1
                 first.setdefault((parent.tag, child.tag), child.sourceline)
-            elif parent.tag != "robot" and child.tag in seen and child.tag not in ("visual", "collision"):
+            elif parent.tag != "robot" and child.tag in seen and child.tag not in ("visual", "collision", "geometry"):
                 draft.lost.append(f"line {child.sourceline}: duplicate <{child.tag}> in <{parent.tag}>: the first one is used")
             seen.add(child.tag)
     for (parent, tag), count in tags.items():
         draft.lost.append(f"{count} x <{tag}> in <{parent}>, first in line {first[parent, tag]}{did_you_mean(tag, CHILDREN[parent])}")
     places: dict[tuple[str, str], list[int]] = {}
-    for element in _read(robot):
+    for element in _read(robot, collisions):
         for key in element.attrib:
             if key not in ATTRIBUTES[element.tag]:
                 places.setdefault((element.tag, key), []).append(element.sourceline)
@@ -72,12 +86,14 @@ def _unknown(robot: etree._Element, draft: Draft) -> None:
         )
 
 
-def _read(robot: etree._Element) -> Iterable[etree._Element]:
+def _read(robot: etree._Element, collisions: list[etree._Element]) -> Iterable[etree._Element]:
     for joint in robot.findall("joint"):
         yield joint
         yield from (child for child in joint if child.tag in ATTRIBUTES)
     for inertial in robot.findall("link/inertial"):
         yield from (child for child in inertial if child.tag in ATTRIBUTES)
+    for collision in collisions:
+        yield from (child for child in collision.iter() if child.tag in ATTRIBUTES)
 
 
 def _masses(robot: etree._Element, draft: Draft) -> None:

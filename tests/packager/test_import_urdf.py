@@ -11,7 +11,7 @@ from build_fmu.errors import UserError
 from build_fmu.importers import urdf
 from build_fmu.importers.draft import DhFrame
 from build_fmu.importers.layout import settle
-from build_fmu.importers.rigid import pose_of, rotation_x, rotation_y, rotation_z, transform
+from build_fmu.importers.rigid import pose_of, position_and_angles, rotation_x, rotation_y, rotation_z, transform
 from build_fmu.importers.toml_writer import model_text
 
 ARM = """<?xml version="1.0" encoding="UTF-8"?>
@@ -36,10 +36,10 @@ ARM = """<?xml version="1.0" encoding="UTF-8"?>
 """
 
 
-def imported(tmp_path, text, snap=False, frames=False, stops=None, floating=False):
+def imported(tmp_path, text, snap=False, frames=False, stops=None, floating=False, contact=None, pose=()):
     path = tmp_path / "arm.urdf"
     path.write_text(text, encoding="utf-8")
-    return urdf.read(path, argparse.Namespace(snap=snap, frames=frames, stops=stops, floating=floating))
+    return urdf.read(path, argparse.Namespace(snap=snap, frames=frames, stops=stops, floating=floating, contact=contact, pose=pose))
 
 
 def test_an_unknown_attribute_is_told_once(tmp_path):
@@ -76,7 +76,7 @@ def test_names_frames_and_losses(tmp_path):
         "<mimic>",
         "of upper_arm",
         "the limits of shoulder: --stops",
-        "1 shapes",
+        "1 <visual> shapes",
         "1 x <transmission>",
         "outside the limits of shoulder (0.5 to 1)",
         "'upper arm' is renamed to 'upper_arm'",
@@ -137,7 +137,7 @@ def test_angles_of_a_frame_next_to_the_singular_pitch():
     for away in (0, 1e-16, 1e-12, 1e-8, 2e-6, 0.3):
         for sign in (1, -1):
             own = transform(rotation_z(0.7) @ rotation_y(sign * (math.pi / 2 - away)) @ rotation_x(-1.1), (1, 2, 3))
-            position, (roll, pitch, yaw) = urdf._place(own)
+            position, (roll, pitch, yaw) = position_and_angles(own)
             assert position == [1, 2, 3]
             assert np.abs(rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll) - own[:3, :3]).max() < 3e-13
 

@@ -76,7 +76,7 @@ def passive(link, q, qd):
 
 def compare(path, folder, states=3):
     """Returns the largest relative error of the accelerations and the largest error of a centre of mass (m)."""
-    draft = urdf.read(path, argparse.Namespace(snap=False, frames=False, stops=50.0, floating=False))
+    draft = urdf.read(path, argparse.Namespace(snap=False, frames=False, stops=50.0, floating=False, contact=None, pose=[]))
     moving = [link for link in draft.links if link.joint != "fixed"]
     names = {urdf.legal(element.get("name")): element.get("name") for element in ET.parse(path).getroot().findall("joint")}
     joints = [names.get(link.joint_name) or names[link.joint_name.removesuffix("_joint")] for link in moving]
@@ -195,7 +195,7 @@ def rebuilt(draft):
 def test_nearly_parallel_axes_keep_every_digit(seed, tmp_path):
     path = tmp_path / "random.urdf"
     path.write_text(random_urdf(seed, [0, 1e-14, 1e-10, 1e-7, 1e-5, 1e-3]), encoding="utf-8")
-    draft = urdf.read(path, argparse.Namespace(snap=False, frames=False, stops=None, floating=False))
+    draft = urdf.read(path, argparse.Namespace(snap=False, frames=False, stops=None, floating=False, contact=None, pose=[]))
     moving = [link.joint_name for link in draft.links if link.joint != "fixed"]
     q, qd, tau = np.random.default_rng(seed).uniform(-2, 2, (3, len(moving)))
     accelerations = []
@@ -229,7 +229,7 @@ def test_a_floating_tree_moves_as_pinocchio_says(seed, tmp_path):
         '<child link="plate"/><axis xyz="0 0 1"/></joint>'
     )
     path.write_text(text.replace("</robot>", plate + "</robot>"), encoding="utf-8")
-    draft = urdf.read(path, argparse.Namespace(snap=False, frames=False, stops=None, floating=True))
+    draft = urdf.read(path, argparse.Namespace(snap=False, frames=False, stops=None, floating=True, contact=None, pose=[]))
     model = pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer())
     data, file, fmu = model.createData(), tmp_path / "robot.toml", tmp_path / "robot.fmu"
     model.armature[:] = model.damping[:] = 0

@@ -1,0 +1,173 @@
+"""Converts <collision> shapes of a URDF to contacts with the ground plane z = 0 and places a floating base on it."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from lxml import etree
+
+from build_fmu.errors import UserError
+from build_fmu.importers.draft import GROUND, Draft, DraftLink, DraftTie
+from build_fmu.importers.rigid import pose_of, position_and_angles
+from build_fmu.importers.urdf_losses import some
+
+STATIC_DEPTH = 1e-3  # m, of the points that carry the weight
+WIDTH = 1e-4  # m, the default of the model file
+LAW = {"damping": 2.0, "friction": 0.8, "friction_velocity": 1e-3}  # s/m, -, m/s
+FEET = 0.02  # shapes within this fraction of the height of all shapes are feet
+RIM_POINTS = 8  # on each rim of a cylinder that stands upright
+SHAPES = {"sphere": ("radius",), "capsule": ("radius", "length"), "cylinder": ("radius", "length"), "box": ("size",)}
+
+
+@dataclass
+class Solid:
+    """A <collision> shape. `pose`: its frame relative to the link of the model; `size`: edges, or radius and length (m)."""
+
+    kind: str
+    link: str
+    pose: np.ndarray
+    size: list[float]
+
+
+def add_contacts(urdf, layout, feet_only: bool) -> None:
+    """Fills the contacts of layout.draft, lifts a floating base to the ground, and reports parameters and omitted shapes."""
+    omitted, draft = Counter(), layout.draft
+    solids = [solid for link in urdf.root.findall("link") for solid in _solids(urdf, link, layout, omitted)]
+    if not solids:
+        found = "".join(f"; {count} {what} are not supported" for what, count in omitted.items())
+        raise UserError(f"--contact: '{urdf.path}' has no <collision> of {', '.join(SHAPES)}{found}; write [[contact]] by hand")
+    poses, still = _start_poses(draft.links), _fixed_to_ground(draft.links)
+    omitted["shapes of links that are fixed to the ground"] += sum(solid.link in still for solid in solids)
+    moving = [solid for solid in solids if solid.link not in still]
+    heights = [_heights(solid, poses[solid.link]) for solid in moving]
+    lowest, highest = min(map(min, heights), default=0.0), max(map(max, heights), default=0.0)
+    near = lowest + FEET * (highest - lowest) + 1e-9
+    chosen = [solid for solid, at in zip(moving, heights, strict=True) if not feet_only or min(at) <= near]
+    omitted["shapes above the feet; --contact all includes them"] += len(moving) - len(chosen)
+    draft.lost += [f"contact of {count} {what}" for what, count in omitted.items() if count]
+    draft.lost.append("contact between links of the robot")
+    if not chosen:
+        return
+    points = sum(height <= near for at in heights for height in at)
+    mass = sum(link.mass for link in draft.links if link.name not in still)
+    stiffness = float(f"{max(9.81 * mass, 1e-3) / (points * (STATIC_DEPTH - WIDTH / 2)):.2g}")
+    for solid in chosen:
+        for shape in _shapes(solid, poses[solid.link]):
+            fields = {"link_a": solid.link, **shape, "stiffness": stiffness, **LAW, "outputs": ["force", "depth", "point"]}
+            draft.contacts.append(DraftTie(layout.names.take(f"{solid.link}_contact"), fields))
+    draft.solver["method"] = "auto"
+    _report(draft, chosen, poses, f"stiffness {stiffness:g} N/m ({mass:.4g} kg on {points} points: depth {1000 * STATIC_DEPTH:g} mm)")
+    if feet_only and any(what.startswith("<mesh>") for what in omitted):
+        draft.doubts.append("meshes are ignored, but the feet may be among them: check the contacts, or add [[contact]] by hand")
+    _lift(draft, poses, lowest)
+
+
+def _solids(urdf, link: etree._Element, layout, omitted: Counter) -> list[Solid]:
+    """Returns the supported shapes of a <link>; counts the others."""
+    solids, name = [], link.attrib["name"]
+    for collision in link.findall("collision"):
+        pose = layout.own[name] @ urdf.pose(collision)
+        for shape in collision.iterfind("geometry/*"):
+            if shape.tag not in SHAPES:
+                omitted[f"<{shape.tag}> shapes"] += 1
+                continue
+            size = urdf.numbers(shape, "size", 3, "") if shape.tag == "box" else [urdf.amount(shape, key, "") for key in SHAPES[shape.tag]]
+            if min(size) <= 0:
+                raise urdf.error(shape, f"the size of <{shape.tag}> in link '{name}' must be > 0, got {min(size):g}")
+            solids.append(Solid(shape.tag, layout.called[name], pose, size))
+    return solids
+
+
+def _start_poses(links: list[DraftLink]) -> dict[str, np.ndarray]:
+    """Returns the poses of all links in the ground frame in the initial configuration."""
+    poses = {GROUND: np.eye(4)}
+    for link in links:
+        # joints with several DOF start at 0
+        q = 0.0 if isinstance(link.q, list) else link.q
+        poses[link.name] = poses[link.parent] @ pose_of(link.dh, link.joint, q)
+    return poses
+
+
+def _fixed_to_ground(links: list[DraftLink]) -> set[str]:
+    still = {GROUND}
+    for link in links:
+        if link.joint == "fixed" and link.parent in still:
+            still.add(link.name)
+    return still
+
+
+def _shapes(solid: Solid, pose: np.ndarray) -> list[dict[str, object]]:
+    """Returns the shape fields of the contacts of a solid whose link has this initial pose."""
+    position, angles = position_and_angles(solid.pose)
+    if solid.kind == "sphere":
+        return [{"shape_a": "sphere", "point_a": position, "radius_a": solid.size[0]}]
+    if solid.kind == "box":
+        return [{"shape_a": "box", "point_a": position, "size_a": solid.size, **({"rpy_a": angles} if any(angles) else {})}]
+    radius, half = solid.size[0], solid.size[1] / 2
+    ends = [_at(solid.pose, (0, 0, z)) for z in (-half, half)]
+    if solid.kind == "capsule":
+        return [{"shape_a": "capsule", "point_a": ends[0], "point_a2": ends[1], "radius_a": radius}]
+    if _is_upright(solid, pose):
+        turns = [2 * math.pi * k / RIM_POINTS for k in range(RIM_POINTS)]
+        rims = [_at(solid.pose, (radius * math.cos(t), radius * math.sin(t), z)) for z in (-half, half) for t in turns]
+        return [{"shape_a": "points", "points_a": rims}]
+    axis = [round(float(x), 13) for x in solid.pose[:3, 2]]
+    return [{"shape_a": "disk", "point_a": end, "axis_a": axis, "radius_a": radius} for end in ends]
+
+
+def _is_upright(solid: Solid, pose: np.ndarray) -> bool:
+    return solid.kind == "cylinder" and abs((pose @ solid.pose)[2, 2]) > math.sqrt(0.5)
+
+
+def _heights(solid: Solid, pose: np.ndarray) -> list[float]:
+    """Returns the heights of the contact points above the horizontal plane through the ground's origin."""
+    world = pose @ solid.pose
+    if solid.kind == "sphere":
+        return [world[2, 3] - solid.size[0]]
+    if solid.kind == "box":
+        half = np.array(solid.size) / 2
+        return [_at(world, half * signs)[2] for signs in np.ndindex(2, 2, 2) for signs in [2 * np.array(signs) - 1]]
+    radius, half = solid.size[0], solid.size[1] / 2
+    if solid.kind == "capsule":
+        return [_at(world, (0, 0, z))[2] - radius for z in (-half, half)]
+    if _is_upright(solid, pose):
+        return [_at(pose, point)[2] for point in _shapes(solid, pose)[0]["points_a"]]
+    slope = math.sqrt(max(0.0, 1 - world[2, 2] ** 2))
+    return [_at(world, (0, 0, z))[2] - radius * slope for z in (-half, half)]
+
+
+def _at(pose: np.ndarray, point: Iterable[float]) -> list[float]:
+    return [round(float(x), 13) for x in pose[:3, :3] @ np.asarray(point, float) + pose[:3, 3]]
+
+
+def _report(draft: Draft, chosen: list[Solid], poses: dict[str, np.ndarray], stiffness: str) -> None:
+    kinds = Counter(solid.kind for solid in chosen)
+    counts = ", ".join(f"{count} x <{kind}>" for kind, count in kinds.items())
+    law = f"damping {LAW['damping']:g} s/m, friction {LAW['friction']:g}, friction_velocity {LAW['friction_velocity']:g} m/s"
+    links = some(list(dict.fromkeys(solid.link for solid in chosen)))
+    draft.doubts.append(f"contact of {counts} ({links}) with the plane z = 0: {stiffness}; {law} are assumed")
+    for upright, words in (
+        (True, f"{2 * RIM_POINTS} points on the rims, because it stands upright; it does not roll smoothly"),
+        (False, "two disks (its rims), because it lies; contact is not smooth if it stands upright"),
+    ):
+        found = [s.link for s in chosen if s.kind == "cylinder" and _is_upright(s, poses[s.link]) == upright]
+        if found:
+            draft.doubts.append(f"<cylinder> of {some(found)}: each is {words}")
+
+
+def _lift(draft: Draft, poses: dict[str, np.ndarray], lowest: float) -> None:
+    """Moves a floating base such that the lowest contact point touches the ground; otherwise reports the distance."""
+    bases = [link for link in draft.links if link.joint == "free" and link.parent == GROUND]
+    if len(bases) == 1:
+        # the translations are along the axes of the joint frame
+        shift = poses[bases[0].name][:3, :3].T @ [0, 0, -lowest]
+        bases[0].q = [*(round(float(x), 13) for x in shift), 1.0, 0.0, 0.0, 0.0]
+        bases[0].drive = "free"
+        draft.notes.append(f"Initial height of '{bases[0].name}': the lowest contact point touches the ground plane.")
+    elif abs(lowest) > 1e-9:
+        side = "above" if lowest > 0 else "below"
+        draft.doubts.append(f"the lowest contact point starts {abs(lowest):.4g} m {side} the ground plane; the base is not floating")

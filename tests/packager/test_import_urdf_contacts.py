@@ -1,0 +1,196 @@
+"""Contacts from the <collision> shapes of a URDF: places in the ground frame, parameters, start height, and what is reported."""
+
+import argparse
+import math
+
+import numpy as np
+import pytest
+
+from build_fmu.cli import main
+from build_fmu.errors import UserError
+from build_fmu.importers import urdf
+from build_fmu.importers.rigid import pose_of, rotation_x, rotation_y, rotation_z, transform
+from build_fmu.run.session import Session
+from build_fmu.run.simulate import Settings, simulate
+
+INERTIAL = '<inertial><mass value="{}"/><inertia ixx="0.01" iyy="0.01" izz="0.01"/></inertial>'
+
+
+def link(name, shape="", mass=1.0, xyz="0 0 0", rpy="0 0 0"):
+    collision = f'<collision><origin xyz="{xyz}" rpy="{rpy}"/><geometry>{shape}</geometry></collision>' if shape else ""
+    return f'<link name="{name}">{INERTIAL.format(mass)}{collision}</link>'
+
+
+def joint(name, parent, child, xyz="0 0 0", rpy="0 0 0", axis="0 1 0", kind="continuous"):
+    ends = f'<parent link="{parent}"/><child link="{child}"/>'
+    return f'<joint name="{name}" type="{kind}">{ends}<origin xyz="{xyz}" rpy="{rpy}"/><axis xyz="{axis}"/></joint>'
+
+
+# two legs below a trunk: hip, knee, and a foot at the end of the shank
+TWO_LEGS = link("trunk", '<box size="0.4 0.2 0.1"/>', 2.0) + "".join(
+    link(f"{side}_thigh", '<cylinder radius="0.02" length="0.2"/>', 0.5, "0 0 -0.1")
+    + link(f"{side}_foot", '<sphere radius="0.03"/>', 0.25, "0.01 0 -0.2")
+    + joint(f"{side}_hip", "trunk", f"{side}_thigh", f"{x} 0 -0.05", axis="0 1 0")
+    + joint(f"{side}_knee", f"{side}_thigh", f"{side}_foot", "0 0 -0.2", axis="0 1 0")
+    for side, x in (("left", 0.15), ("right", -0.15))
+)
+
+
+def imported(tmp_path, content, contact="ground", pose=(), floating=True):
+    path = tmp_path / "dog.urdf"
+    path.write_text(f'<robot name="dog">{content}</robot>', encoding="utf-8")
+    options = {"snap": False, "frames": False, "stops": None, "floating": floating, "contact": contact, "pose": list(pose)}
+    return urdf.read(path, argparse.Namespace(**options))
+
+
+def poses_of(draft):
+    poses = {"ground": np.eye(4)}
+    for body in draft.links:
+        free = body.joint == "free"
+        poses[body.name] = poses[body.parent] @ pose_of(body.dh, body.joint, 0.0 if free else body.q)
+        if free and body.q:
+            poses[body.name] = poses[body.name] @ transform(None, body.q[:3])
+    return poses
+
+
+def in_ground(draft, contact, key):
+    pose = poses_of(draft)[contact.fields["link_a"]]
+    return pose[:3, :3] @ contact.fields[key] + pose[:3, 3]
+
+
+def test_feet_touch_the_ground_in_the_start_pose(tmp_path):
+    draft = imported(tmp_path, TWO_LEGS, pose=["*_hip=0.5", "*_knee=-0.9"])
+    assert [contact.name for contact in draft.contacts] == ["left_foot_contact", "right_foot_contact"]
+    for contact, x in zip(draft.contacts, (0.15, -0.15), strict=True):
+        assert contact.fields["shape_a"] == "sphere" and contact.fields["radius_a"] == 0.03
+        # rotations about y: the thigh by 0.5, the shank by 0.5 - 0.9
+        knee = rotation_y(0.5) @ [0, 0, -0.2]
+        place = np.array([x, 0, -0.05]) + knee + rotation_y(-0.4) @ [0.01, 0, -0.2]
+        assert in_ground(draft, contact, "point_a") == pytest.approx([place[0], 0, 0.03], abs=1e-12)
+        assert draft.links[0].q[2] == pytest.approx(0.03 - place[2], abs=1e-12)
+    assert draft.links[0].drive == "free" and draft.solver == {"method": "auto"}
+    weight = 9.81 * (2 + 2 * 0.75)
+    assert draft.contacts[0].fields["stiffness"] == pytest.approx(weight / (2 * 0.95e-3), rel=0.05)
+    said = " | ".join(draft.lost + draft.doubts)
+    for part in (
+        "contact of 3 shapes above the feet; --contact all includes them",
+        "contact between links of the robot",
+        "contact of 2 x <sphere> (left_foot, right_foot) with the plane z = 0: stiffness 18000 N/m (3.5 kg on 2 points: depth 1 mm)",
+        "damping 2 s/m, friction 0.8, friction_velocity 0.001 m/s are assumed",
+    ):
+        assert part in said, said
+
+
+def test_all_shapes(tmp_path):
+    draft = imported(tmp_path, TWO_LEGS, contact="all")
+    kinds = sorted(contact.fields["shape_a"] for contact in draft.contacts)
+    assert kinds == ["box", "points", "points", "sphere", "sphere"]
+    said = " | ".join(draft.lost + draft.doubts)
+    assert "shapes above" not in said
+    assert "<cylinder> of left_thigh, right_thigh: each is 16 points on the rims, because it stands upright" in said
+    # straight legs: hip at -0.05, knee and foot 0.2 m below each other, radius 0.03
+    assert draft.links[0].q[2] == pytest.approx(0.48, abs=1e-12)
+    rims = next(contact for contact in draft.contacts if contact.fields["shape_a"] == "points")
+    pose = poses_of(draft)[rims.fields["link_a"]]
+    heights = sorted({round((pose[:3, :3] @ point + pose[:3, 3])[2], 9) for point in rims.fields["points_a"]})
+    assert heights == [0.23, 0.43] and len(rims.fields["points_a"]) == 16
+
+
+def test_places_of_all_kinds_of_shapes(tmp_path):
+    """A body at a general pose: each shape lies where the URDF has it, also relative to the frame of the model."""
+    at, turn = np.array([0.1, -0.2, 0.3]), rotation_z(0.4) @ rotation_y(-0.3) @ rotation_x(0.2)
+    origin = {"xyz": "0.1 -0.2 0.3", "rpy": "0.2 -0.3 0.4"}
+    shapes = {
+        "sphere": '<sphere radius="0.05"/>',
+        "box": '<box size="0.2 0.3 0.4"/>',
+        "capsule": '<capsule radius="0.05" length="0.4"/>',
+        "wheel": '<cylinder radius="0.2" length="0.1"/>',
+    }
+    chain = link("trunk", mass=3) + "".join(
+        link(name, shape, 1.0, origin["xyz"], "1.3 -0.3 0.4" if name == "wheel" else origin["rpy"])
+        + joint(f"{name}_joint", "trunk", name, "0.5 0 0", "0.1 0.2 0.3", axis="0.6 0 0.8")
+        for name, shape in shapes.items()
+    )
+    draft = imported(tmp_path, chain, contact="all")
+    lift = draft.links[0].q[2]
+    carrier_turn = rotation_z(0.3) @ rotation_y(0.2) @ rotation_x(0.1)
+    center = np.array([0.5, 0, lift]) + carrier_turn @ at
+    of = {name: [contact for contact in draft.contacts if contact.fields["link_a"] == name] for name in shapes}
+    assert in_ground(draft, of["sphere"][0], "point_a") == pytest.approx(center, abs=1e-12)
+    assert in_ground(draft, of["box"][0], "point_a") == pytest.approx(center, abs=1e-12)
+    roll, pitch, yaw = of["box"][0].fields["rpy_a"]
+    found = poses_of(draft)["box"][:3, :3] @ rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll)
+    assert np.allclose(found, carrier_turn @ turn, atol=1e-11)
+    axis = carrier_turn @ turn[:, 2]
+    for key, side in (("point_a", -1), ("point_a2", 1)):
+        assert in_ground(draft, of["capsule"][0], key) == pytest.approx(center + side * 0.2 * axis, abs=1e-11)
+    axis = carrier_turn @ (rotation_z(0.4) @ rotation_y(-0.3) @ rotation_x(1.3))[:, 2]
+    for disk, side in zip(of["wheel"], (-1, 1), strict=True):
+        assert disk.fields["shape_a"] == "disk" and disk.fields["radius_a"] == 0.2
+        assert in_ground(draft, disk, "point_a") == pytest.approx(center + side * 0.05 * axis, abs=1e-11)
+        assert poses_of(draft)["wheel"][:3, :3] @ disk.fields["axis_a"] == pytest.approx(axis, abs=1e-11)
+    assert any("<cylinder> of wheel: each is two disks" in said for said in draft.doubts)
+
+
+def test_what_is_not_converted(tmp_path):
+    base = link("base", '<box size="1 1 0.1"/>')
+    arm = link("arm", '<sphere radius="0.1" colour="red"/>') + link("tool", '<mesh filename="a.stl"/>')
+    content = base + arm + joint("j", "base", "arm", "0 0 0.4") + joint("k", "arm", "tool")
+    draft = imported(tmp_path, content, floating=False)
+    said = " | ".join(draft.lost + draft.doubts)
+    for part in (
+        "contact of 1 <mesh> shapes",
+        "contact of 1 shapes of links that are fixed to the ground",
+        "meshes are ignored, but the feet may be among them",
+        "the lowest contact point starts 0.3 m above the ground plane; the base is not floating",
+        "'colour' of <sphere>",
+    ):
+        assert part in said, said
+    assert [contact.name for contact in draft.contacts] == ["arm_contact"]
+    without = imported(tmp_path, content, contact=None, floating=False)
+    assert not without.contacts and not without.solver
+    assert any("3 <collision> shapes: --contact ground converts" in line for line in without.lost)
+
+
+@pytest.mark.parametrize(
+    ("content", "pose", "sentence"),
+    [
+        (
+            TWO_LEGS.replace("<sphere", "<mesh").replace("<box", "<mesh").replace("<cylinder", "<mesh"),
+            [],
+            "5 <mesh> shapes are not supported",
+        ),
+        (TWO_LEGS.replace('radius="0.03"', 'radius="0"', 1), [], "the size of <sphere> in link 'left_foot' must be > 0, got 0"),
+        (TWO_LEGS.replace('size="0.4 0.2 0.1"', 'size="0.4 0.2"'), [], "'size' of <box> must be 3 numbers, got '0.4 0.2'"),
+        (TWO_LEGS, ["left_hop=1"], "no revolute or prismatic joint is called 'left_hop'; did you mean 'left_hip'?"),
+        (TWO_LEGS, ["left_hip=high"], "'left_hip=high' must be JOINT=VALUE with a number in rad or m"),
+        (TWO_LEGS, ["left_hip"], "'left_hip' must be JOINT=VALUE"),
+    ],
+)
+def test_mistakes(tmp_path, content, pose, sentence):
+    with pytest.raises(UserError) as error:
+        imported(tmp_path, content, pose=pose)
+    assert sentence in str(error.value) and "\n" not in str(error.value)
+
+
+def test_the_pose_is_compared_with_the_limits(tmp_path):
+    limited = TWO_LEGS.replace('<axis xyz="0 1 0"/></joint>', '<axis xyz="0 1 0"/><limit lower="0.2" upper="1"/></joint>', 1)
+    limited = limited.replace('type="continuous"', 'type="revolute"', 1)
+    said = "outside the limits of left_hip (0.2 to 1): set it with --pose JOINT=VALUE"
+    assert any(said in doubt for doubt in imported(tmp_path, limited).doubts)
+    assert not any(said in doubt for doubt in imported(tmp_path, limited, pose=["left_hip=0.5"]).doubts)
+
+
+@pytest.mark.usefixtures("built_library")
+def test_a_dropped_ball_rests_one_millimetre_deep(tmp_path):
+    ball = link("ball", '<sphere radius="0.1"/>', 0.7)
+    (tmp_path / "ball.urdf").write_text(f'<robot name="ball">{ball}</robot>', encoding="utf-8")
+    assert main(["import", str(tmp_path / "ball.urdf"), "--floating", "--contact", "ground", "-o", str(tmp_path / "ball.toml")]) == 0
+    assert main(["build", "--no-show", str(tmp_path / "ball.toml"), "-o", str(tmp_path / "ball.fmu")]) == 0
+    with Session(tmp_path / "ball.fmu") as session:
+        result = simulate(session, Settings(3, 0.01, 1e-8, ["ball[3].q0=0.3"]))
+    assert result["ball_contact.depth"][0] == pytest.approx(-0.2, abs=1e-12)
+    # the stiffness has two digits
+    assert result["ball_contact.depth"][-1] == pytest.approx(1e-3, rel=0.05)
+    assert result["ball_contact.force[3]"][-1] == pytest.approx(0.7 * 9.81, rel=1e-3)
+    assert math.isclose(result["ball[3].q"][-1], 0.1 - result["ball_contact.depth"][-1], abs_tol=1e-9)
