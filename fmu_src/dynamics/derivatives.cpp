@@ -256,7 +256,7 @@ REDYSIM_CLONES double Derivatives::change_elements(const Plan<double>& plan) {
     const Dual rate = spring_line(spring, workspace_).rate;
     power -= (spring.damping * rate * rate).derivative;
   }
-  if constexpr (Plan<Dual>::may_have_contacts) power += contact_power(plan_, workspace_).derivative;
+  if constexpr (Plan<Dual>::may_have_contacts) power += workspace_.contact_power.derivative;
   return power;
 }
 

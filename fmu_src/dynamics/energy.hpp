@@ -56,7 +56,7 @@ Scalar potential_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const S
 }
 
 // Power of drives, dampers, friction and contacts, W: the rate of kinetic plus potential energy. Uses the
-// ground motion in the workspace of the last forward_dynamics.
+// ground motion and the power of contacts in the workspace of the last forward_dynamics.
 template <class Scalar>
 Scalar external_power(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const Scalar* q,
                       const Scalar* qd, const Scalar* tau) {
@@ -71,7 +71,7 @@ Scalar external_power(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, con
     power -= spring.damping * rate * rate;
   }
   if constexpr (Plan<Scalar>::may_have_contacts)
-    if (plan.has_contacts()) power += contact_power(plan, ws);
+    if (plan.has_contacts()) power += ws.contact_power;
   return power;
 }
 

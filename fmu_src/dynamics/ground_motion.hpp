@@ -18,7 +18,7 @@ GroundState<Scalar> ground_at_rest() {
 }
 
 template <class Scalar>
-GroundState<Scalar> ground_state(const Workspace<Scalar>& ws, int body) {
+const GroundState<Scalar>& ground_state(const Workspace<Scalar>& ws, int body) {
   return body == ground ? ws.base : ws.ground[body];
 }
 

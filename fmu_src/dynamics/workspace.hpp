@@ -104,6 +104,7 @@ struct Workspace {
   std::vector<CompositeMass<Scalar>> composite;  // per body; potential energy alone
   std::vector<GroundState<Scalar>> ground;
   GroundState<Scalar> base;  // the ground itself, seen from plan.origin
+  Scalar contact_power;      // W, of all contacts: what is not stored
   LoopState<Scalar> loop;
 };
 
@@ -124,6 +125,7 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   base.position = -plan.origin;
   base.omega.setZero();
   base.velocity.setZero();
+  contact_power = nan;
   std::size_t rows = 0, crossings = 0;
   for (const auto& cluster : plan.clusters) {
     rows += static_cast<std::size_t>(cluster.row_count);

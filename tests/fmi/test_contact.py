@@ -240,6 +240,59 @@ def test_free_flight_keeps_long_steps(slave):
     assert one.get("solver.steps") < 20
 
 
+SPINNER = """
+name = "spinner"
+gravity = [0, 0, 0]
+[[link]]
+name = "slide"
+joint = "prismatic"
+alpha = 1.5707963267948966
+mass = 1000
+qd = 0.1
+q = 1.9
+drive = "free"
+[[link]]
+name = "arm"
+parent = "slide"
+joint = "revolute"
+alpha = -1.5707963267948966
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+qd = 50
+drive = "free"
+[[contact]]
+name = "tip"
+link_a = "arm"
+shape_a = "sphere"
+point_a = [1, 0, 0]
+radius_a = 0.01
+shape_b = "sphere"
+point_b = [0, {place}, 0]
+radius_b = 1e-3
+stiffness = 1e8
+[solver]
+method = "{method}"
+"""
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_spinning_arm_meets_what_comes_slowly_within_its_reach(slave, method):
+    """The tip passes at 50 m/s, many turns per step before; the slide brings the sphere of 2 mm nearer for 2 s."""
+    one = slave(SPINNER.format(place=-3, method=method))
+    assert one.step(0, 2.5) == OK
+    assert abs(one.get("arm.qd") - 50) > 1
+
+
+def test_a_contact_out_of_reach_takes_no_evaluations(slave):
+    near, far = (
+        slave(SPINNER.format(place=place, method="erk").replace("radius_b = 1e-3", radius))
+        for place, radius in ((-30, "radius_b = 1e-3"), (-1e6, "radius_b = 1"))
+    )
+    for one in (near, far):
+        assert one.step(0, 2.5) == OK
+    assert near.get("solver.rhs_evaluations") == far.get("solver.rhs_evaluations")
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_a_restored_state_continues_bit_for_bit(slave, method):
     one = slave(

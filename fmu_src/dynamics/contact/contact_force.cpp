@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "dynamics/contact/separation.hpp"
 #include "dynamics/contact/touch.hpp"
 #include "dynamics/smooth_onset.hpp"
 
@@ -82,8 +83,8 @@ Scalar stored_energy(const ContactLaw<Scalar>& law, const Touch<Scalar>& touch) 
 
 // Power of a contact point that is not stored, W.
 template <class Scalar>
-Scalar contact_loss(const ContactLaw<Scalar>& law, const Touch<Scalar>& touch) {
-  const ContactForce<Scalar> out = contact_force(law, touch);
+Scalar contact_loss(const ContactLaw<Scalar>& law, const Touch<Scalar>& touch,
+                    const ContactForce<Scalar>& out) {
   const Vec3<Scalar> velocity = touch.slip - touch.normal * touch.rate;
   const Scalar power = out.force.dot(velocity) + out.couple.dot(touch.spin);
   if (law.redysim) return power;
@@ -113,45 +114,41 @@ void act_on(Workspace<Scalar>& ws, int body, const PointWrench<Scalar>& at, doub
   ws.joints[body].p.force -= Scalar(sign) * Vec3<Scalar>(into_body * at.force);
 }
 
-// Calls visit(law, touch, motion, pair) for each contact point that is pressed.
+// Calls visit(law, touch, motion) for each contact point of a pair that is pressed.
 template <class Scalar, class Visit>
-void visit_pressed(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, Visit visit) {
-  for (const ContactPair<Scalar>& pair : plan.contact_pairs)
-    visit_touches(pair, ground_state(ws, pair.ball_body), ground_state(ws, pair.surface_body), false,
-                  [&](const Touch<Scalar>& touch, const RelativeMotion<Scalar>& motion) {
-                    if (touch.depth > Scalar(0)) visit(plan.contact_laws[pair.contact], touch, motion, pair);
-                  });
+void visit_pressed(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const ContactPair<Scalar>& pair,
+                   Visit visit) {
+  if (separation(pair, ws) > Scalar(0)) return;
+  visit_touches(pair, ws, [&](const Touch<Scalar>& touch, const RelativeMotion<Scalar>& motion) {
+    if (touch.depth > Scalar(0)) visit(plan.contact_laws[pair.contact], touch, motion);
+  });
 }
 
 }  // namespace
 
 template <class Scalar>
 void add_contact_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
-  visit_pressed(plan, ws,
-                [&](const ContactLaw<Scalar>& law, const Touch<Scalar>& touch,
-                    const RelativeMotion<Scalar>& motion, const ContactPair<Scalar>& pair) {
-                  const auto wrench = in_ground_frame(contact_force(law, touch), touch, motion);
-                  act_on(ws, pair.ball_body, wrench, 1);
-                  act_on(ws, pair.surface_body, wrench, -1);
-                });
+  ws.contact_power = Scalar(0);
+  for (const ContactPair<Scalar>& pair : plan.contact_pairs)
+    visit_pressed(
+        plan, ws, pair,
+        [&](const ContactLaw<Scalar>& law, const Touch<Scalar>& touch, const RelativeMotion<Scalar>& motion) {
+          const ContactForce<Scalar> force = contact_force(law, touch);
+          const auto wrench = in_ground_frame(force, touch, motion);
+          act_on(ws, pair.ball_body, wrench, 1);
+          act_on(ws, pair.surface_body, wrench, -1);
+          ws.contact_power += contact_loss(law, touch, force);
+        });
 }
 
 template <class Scalar>
 Scalar contact_energy(const Plan<Scalar>& plan, const Workspace<Scalar>& ws) {
   Scalar energy(0);
-  visit_pressed(plan, ws,
-                [&](const ContactLaw<Scalar>& law, const Touch<Scalar>& touch, const RelativeMotion<Scalar>&,
-                    const ContactPair<Scalar>&) { energy += stored_energy(law, touch); });
+  for (const ContactPair<Scalar>& pair : plan.contact_pairs)
+    visit_pressed(plan, ws, pair,
+                  [&](const ContactLaw<Scalar>& law, const Touch<Scalar>& touch,
+                      const RelativeMotion<Scalar>&) { energy += stored_energy(law, touch); });
   return energy;
-}
-
-template <class Scalar>
-Scalar contact_power(const Plan<Scalar>& plan, const Workspace<Scalar>& ws) {
-  Scalar power(0);
-  visit_pressed(plan, ws,
-                [&](const ContactLaw<Scalar>& law, const Touch<Scalar>& touch, const RelativeMotion<Scalar>&,
-                    const ContactPair<Scalar>&) { power += contact_loss(law, touch); });
-  return power;
 }
 
 template <class Scalar>
@@ -167,38 +164,33 @@ ContactResult<Scalar> contact_result(const Plan<Scalar>& plan, const Workspace<S
     if (pair.contact != contact) continue;
     const ContactLaw<Scalar>& law = plan.contact_laws[contact];
     const Scalar sign(pair.balls_on_b ? -1 : 1);
-    visit_touches(pair, ground_state(ws, pair.ball_body), ground_state(ws, pair.surface_body), true,
-                  [&](const Touch<Scalar>& touch, const RelativeMotion<Scalar>& motion) {
-                    ContactForce<Scalar> force{Vec3<Scalar>::Zero(), Vec3<Scalar>::Zero()};
-                    if (touch.depth > Scalar(0)) force = contact_force(law, touch);
-                    const PointWrench<Scalar> at = in_ground_frame(force, touch, motion);
-                    result.force += sign * at.force;
-                    result.moment +=
-                        sign * Vec3<Scalar>(at.couple + Vec3<Scalar>(at.point - about).cross(at.force));
-                    if (!(touch.depth > result.depth)) return;
-                    result.depth = touch.depth;
-                    result.point = at.point + plan.origin;
-                    result.slip = safe_norm(touch.slip);
-                  });
+    visit_touches(pair, ws, [&](const Touch<Scalar>& touch, const RelativeMotion<Scalar>& motion) {
+      ContactForce<Scalar> force{Vec3<Scalar>::Zero(), Vec3<Scalar>::Zero()};
+      if (touch.depth > Scalar(0)) force = contact_force(law, touch);
+      const PointWrench<Scalar> at = in_ground_frame(force, touch, motion);
+      result.force += sign * at.force;
+      result.moment += sign * Vec3<Scalar>(at.couple + Vec3<Scalar>(at.point - about).cross(at.force));
+      if (!(touch.depth > result.depth)) return;
+      result.depth = touch.depth;
+      result.point = at.point + plan.origin;
+      result.slip = safe_norm(touch.slip);
+    });
   }
   return result;
 }
 
-void contact_distances(const Plan<double>& plan, const Workspace<double>& ws, ContactDistance* distances) {
-  for (const ContactPair<double>& pair : plan.contact_pairs)
-    visit_touches(pair, ground_state(ws, pair.ball_body), ground_state(ws, pair.surface_body), true,
-                  [&](const Touch<double>& touch, const RelativeMotion<double>&) {
-                    *distances++ = {-touch.depth, -touch.growth};
-                  });
+void contact_distances(const ContactPair<double>& pair, const Workspace<double>& ws,
+                       ContactDistance* distances) {
+  visit_touches(pair, ws, [&](const Touch<double>& touch, const RelativeMotion<double>&) {
+    *distances++ = {-touch.depth, -touch.growth};
+  });
 }
 
 template void add_contact_wrenches(const Plan<double>&, Workspace<double>&);
 template double contact_energy(const Plan<double>&, const Workspace<double>&);
-template double contact_power(const Plan<double>&, const Workspace<double>&);
 template ContactResult<double> contact_result(const Plan<double>&, const Workspace<double>&, int, int);
 template void add_contact_wrenches(const Plan<Dual>&, Workspace<Dual>&);
 template Dual contact_energy(const Plan<Dual>&, const Workspace<Dual>&);
-template Dual contact_power(const Plan<Dual>&, const Workspace<Dual>&);
 template ContactResult<Dual> contact_result(const Plan<Dual>&, const Workspace<Dual>&, int, int);
 
 }  // namespace redysim

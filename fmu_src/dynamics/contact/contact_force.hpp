@@ -10,7 +10,7 @@
 
 namespace redysim {
 
-// Adds the wrenches of all contact points to the bias wrenches of the bodies.
+// Adds the wrenches of all contact points to the bias wrenches of the bodies, and sets ws.contact_power.
 template <class Scalar>
 void add_contact_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws);
 
@@ -18,17 +18,14 @@ void add_contact_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws);
 template <class Scalar>
 Scalar contact_energy(const Plan<Scalar>& plan, const Workspace<Scalar>& ws);
 
-// Power of all contacts that is not stored, W.
-template <class Scalar>
-Scalar contact_power(const Plan<Scalar>& plan, const Workspace<Scalar>& ws);
-
 // Distance of a contact point from the surface, m, and its rate, m/s.
 struct ContactDistance {
   double value, rate;
 };
 
-// Of all contact points, in the order of the plan's pairs and their balls.
-void contact_distances(const Plan<double>& plan, const Workspace<double>& ws, ContactDistance* distances);
+// Of the contact points of a pair.
+void contact_distances(const ContactPair<double>& pair, const Workspace<double>& ws,
+                       ContactDistance* distances);
 
 // Sum over the points of one contact: force and moment on link a, about the origin of its frame, in ground
 // axes. Depth (negative: distance), place and slip velocity of the deepest point.

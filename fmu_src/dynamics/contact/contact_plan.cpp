@@ -4,6 +4,26 @@
 
 namespace redysim {
 
+namespace {
+
+Surface<double> surface_plan(const Shape& shape, const Pose& frame) {
+  Surface<double> surface;
+  surface.kind = shape.kind;
+  surface.rotation = frame.rotation;
+  surface.position = frame.position;
+  surface.half_size = shape.half_size;
+  surface.radius = shape.radius;
+  surface.half_length = shape.half_length;
+  surface.heights = shape.heights.get();
+  surface.bound = surface.half_size + Vec3<double>::Constant(surface.radius);
+  surface.bound.z() += surface.half_length;
+  surface.level = surface.rotation.col(2).dot(surface.position);
+  if (surface.heights) surface.level += surface.heights->highest();
+  return surface;
+}
+
+}  // namespace
+
 ContactPair<double> contact_pair(const Shape& points, const Pose& points_in_body, const Shape& surface,
                                  const Pose& surface_in_body) {
   ContactPair<double> pair;
@@ -14,6 +34,7 @@ ContactPair<double> contact_pair(const Shape& points, const Pose& points_in_body
     pair.middle += pair.balls.back();
   }
   pair.middle /= static_cast<double>(pair.balls.size());
+  pair.middle_arm = pair.middle.norm();
   pair.radius = ball_radius(points);
   pair.is_disk = points.kind == ShapeKind::disk;
   pair.axis = balls.rotation.col(2);
@@ -21,9 +42,7 @@ ContactPair<double> contact_pair(const Shape& points, const Pose& points_in_body
   for (const Vec3<double>& ball : pair.balls)
     pair.extent = std::max(pair.extent, (ball - pair.middle).norm());
   pair.extent += pair.radius + pair.ring;
-  const Pose frame = surface_in_body * surface.frame;
-  pair.surface = {surface.kind,   frame.rotation,      frame.position,       surface.half_size,
-                  surface.radius, surface.half_length, surface.heights.get()};
+  pair.surface = surface_plan(surface, surface_in_body * surface.frame);
   return pair;
 }
 

@@ -18,6 +18,10 @@ struct Surface {
   Vec3<Scalar> half_size;
   Scalar radius = 0, half_length = 0;
   const BicubicSpline* heights = nullptr;
+  Vec3<Scalar> bound;  // of a finite one: half the edges of a box in its axes that contains it
+  Scalar level = 0;    // of another: nothing of it is higher along the normal from the body's origin
+
+  bool is_finite() const { return kind != ShapeKind::plane && kind != ShapeKind::heightmap; }
 };
 
 template <class Scalar>
@@ -31,9 +35,9 @@ struct ContactPair {
   bool is_disk = false;
   Vec3<Scalar> axis;
   Scalar ring = 0;
-  // a sphere that contains all of this
+  // a sphere that contains all of this; the distance of its center from the body's origin
   Vec3<Scalar> middle;
-  Scalar extent = 0;
+  Scalar extent = 0, middle_arm = 0;
   Surface<Scalar> surface;
 };
 
@@ -91,13 +95,16 @@ ContactPair<To> with_constants_of(const ContactPair<double>& from) {
   to.ring = from.ring;
   to.middle = from.middle.cast<To>();
   to.extent = from.extent;
+  to.middle_arm = from.middle_arm;
   to.surface = {from.surface.kind,
                 from.surface.rotation.cast<To>(),
                 from.surface.position.cast<To>(),
                 from.surface.half_size.cast<To>(),
                 from.surface.radius,
                 from.surface.half_length,
-                from.surface.heights};
+                from.surface.heights,
+                from.surface.bound.cast<To>(),
+                from.surface.level};
   return to;
 }
 

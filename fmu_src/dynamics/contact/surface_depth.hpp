@@ -90,24 +90,4 @@ SurfaceDepth<Scalar> surface_depth(const Surface<Scalar>& surface, const Vec3<Sc
   }
 }
 
-// Whether no point within `extent` of p can be below the surface.
-template <class Scalar>
-bool is_clear(const Surface<Scalar>& surface, const Vec3<Scalar>& p, const Scalar& extent) {
-  const auto beyond = [&](int k, const Scalar& half) {
-    return p[k] > half + extent || p[k] < -half - extent;
-  };
-  const Scalar& radius = surface.radius;
-  switch (surface.kind) {
-    case ShapeKind::plane:
-      return p.z() > extent;
-    case ShapeKind::heightmap:
-      return p.z() > Scalar(surface.heights->highest()) + extent;
-    case ShapeKind::box:
-      return beyond(0, surface.half_size.x()) || beyond(1, surface.half_size.y()) ||
-             beyond(2, surface.half_size.z());
-    default:
-      return beyond(0, radius) || beyond(1, radius) || beyond(2, surface.half_length + radius);
-  }
-}
-
 }  // namespace redysim

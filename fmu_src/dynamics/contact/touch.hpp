@@ -94,16 +94,11 @@ template <class Scalar>
   return touch;
 }
 
-// Calls visit(touch, motion) for the balls of a pair, unless all of them are clear of the surface.
+// Calls visit(touch, motion) for the balls of a pair.
 template <class Scalar, class Visit>
-void visit_touches(const ContactPair<Scalar>& pair, const GroundState<Scalar>& balls,
-                   const GroundState<Scalar>& carrier, bool even_if_clear, Visit visit) {
-  const Vec3<Scalar> place = carrier.rotation.transpose() *
-                             Vec3<Scalar>(balls.position + balls.rotation * pair.middle - carrier.position);
-  const Vec3<Scalar> in_surface =
-      pair.surface.rotation.transpose() * Vec3<Scalar>(place - pair.surface.position);
-  if (!even_if_clear && is_clear(pair.surface, in_surface, pair.extent)) return;
-  const RelativeMotion<Scalar> motion = relative_motion(pair.surface, balls, carrier);
+void visit_touches(const ContactPair<Scalar>& pair, const Workspace<Scalar>& ws, Visit visit) {
+  const RelativeMotion<Scalar> motion =
+      relative_motion(pair.surface, ground_state(ws, pair.ball_body), ground_state(ws, pair.surface_body));
   for (const Vec3<Scalar>& ball : pair.balls) visit(touch_of(pair, motion, ball), motion);
 }
 

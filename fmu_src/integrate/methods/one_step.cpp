@@ -103,6 +103,11 @@ double OneStep::step_from(double since, const double* y) {
 int OneStep::attempt() {
   skip_slope_ = stage_failed_ = step_at_floor_ = projection_failed_ = false;
   unsolved_before_ = unsolved();
+  // the search for contacts needs it before the first stage
+  if (!slope_known_ && system_.plan().has_contacts()) {
+    ++statistics_.evaluations;
+    slope_known_ = system_.right_hand_side(time(), y_.data(), slope_.data()) == Status::ok;
+  }
   std::copy(y_.begin(), y_.end(), data(start_));
   const int flag = run(step_from(since_, y_.data()));
   // inner steps may violate a loop slightly near a singular position, the last one must not

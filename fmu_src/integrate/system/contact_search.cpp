@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "dynamics/bias.hpp"
+#include "dynamics/contact/separation.hpp"
 #include "dynamics/motion_subspace.hpp"
 
 namespace redysim {
@@ -43,37 +45,102 @@ struct Course {
 }  // namespace
 
 ContactSearch::ContactSearch(const Plan<double>& plan)
-    : start_q_(static_cast<std::size_t>(plan.nv)), start_qd_(start_q_), q_(start_q_), qd_(start_q_) {
+    : start_q_(static_cast<std::size_t>(plan.nv)),
+      start_qd_(start_q_),
+      q_(start_q_),
+      qd_(start_q_),
+      reference_q_(start_q_.size(), std::numeric_limits<double>::quiet_NaN()),
+      arms_(plan.joints.size()),
+      reference_pairs_(plan.contact_pairs.size()),
+      displacements_(plan.joints.size()) {
   for (const ContactPair<double>& pair : plan.contact_pairs) {
     const ContactLaw<double>& law = plan.contact_laws[static_cast<std::size_t>(pair.contact)];
     pressed_.insert(pressed_.end(), pair.balls.size(),
                     law.redysim ? redysim_least_depth : slightly * law.width);
   }
+  near_.reserve(plan.contact_pairs.size());
+  waiting_.reserve(pressed_.size());
   before_.resize(pressed_.size());
   after_.resize(pressed_.size());
-  touching_.resize(pressed_.size());
 }
 
-void ContactSearch::predict(const Plan<double>& plan, Workspace<double>& ws, const double* qdd, double after,
-                            std::vector<ContactDistance>& distances) {
+// Ground motion `after` the start.
+void ContactSearch::predict(const Plan<double>& plan, Workspace<double>& ws, const double* qdd,
+                            double after) {
   for (std::size_t i = 0; i < q_.size(); ++i) {
     q_[i] = start_q_[i] + after * (start_qd_[i] + 0.5 * after * qdd[i]);
     qd_[i] = start_qd_[i] + after * qdd[i];
   }
   set_positions(plan, ws, q_.data());
   set_ground_motion(plan, ws, qd_.data());
-  contact_distances(plan, ws, distances.data());
 }
 
-// Notes which points touch before_, and returns the step that does not press any of them much deeper.
-double ContactSearch::note_touching(double h) {
-  double longest = h;
-  for (std::size_t k = 0; k < before_.size(); ++k) {
-    touching_[k] = !(before_[k].value > 0);
-    if (touching_[k] && before_[k].rate < 0)
-      longest = std::min(longest,
-                         deepening * std::max(-before_[k].value, pressed_[k] / slightly) / -before_[k].rate);
+// Uses the ground poses at the start.
+void ContactSearch::set_reference(const Plan<double>& plan, const Workspace<double>& ws) {
+  reference_q_ = start_q_;
+  for (std::size_t i = 0; i < arms_.size(); ++i)
+    if (plan.needs_pose[i])
+      arms_[i] = (ws.ground[i].position - ground_state(ws, plan.joints[i].parent).position).norm();
+  for (std::size_t k = 0; k < reference_pairs_.size(); ++k) {
+    const ContactPair<double>& pair = plan.contact_pairs[k];
+    const GroundState<double>& body = ground_state(ws, pair.ball_body);
+    const Vec3<double> middle = body.position + body.rotation * pair.middle;
+    const Vec3<double>& carrier = ground_state(ws, pair.surface_body).position;
+    reference_pairs_[k] = {separation(pair, ws), (middle - carrier).norm()};
   }
+}
+
+// Whether there are any in a step of `h` s from the start.
+bool ContactSearch::find_near_pairs(const Plan<double>& plan, const double* qdd, double h) {
+  for (std::size_t i = 0; i < displacements_.size(); ++i) {
+    if (!plan.needs_pose[i]) continue;
+    const JointPlan<double>& joint = plan.joints[i];
+    const double change =
+        std::abs(start_q_[i] - reference_q_[i]) + h * (std::abs(start_qd_[i]) + 0.5 * h * std::abs(qdd[i]));
+    const Displacement parent = displacement_of(joint.parent);
+    displacements_[i] = {parent.of_point(arms_[i]) + std::abs(advance(joint)) * change,
+                         parent.turned + (turns(joint) ? change : 0)};
+  }
+  near_.clear();
+  std::size_t first_point = 0;
+  for (std::size_t k = 0; k < reference_pairs_.size(); ++k) {
+    const ContactPair<double>& pair = plan.contact_pairs[k];
+    const ReferencePair& at = reference_pairs_[k];
+    const Displacement body = displacement_of(pair.ball_body), carrier = displacement_of(pair.surface_body);
+    const double moved = body.of_point(pair.middle_arm) + carrier.of_point(at.carrier_arm);
+    if (!(at.separation > moved))
+      near_.push_back(
+          {&pair, first_point, moved + std::min(body.turned + carrier.turned, 2.0) * pair.extent});
+    first_point += pair.balls.size();
+  }
+  return !near_.empty();
+}
+
+void ContactSearch::set_distances(const Workspace<double>& ws, std::vector<ContactDistance>& distances) {
+  for (const NearPair& near : near_) contact_distances(*near.pair, ws, &distances[near.first_point]);
+}
+
+// Keeps the pairs with points that may begin to touch. Returns the step that presses none of those that touch
+// much deeper.
+double ContactSearch::find_waiting_points(double h) {
+  double longest = h;
+  waiting_.clear();
+  const auto has_none_waiting = [&](const NearPair& near) {
+    const std::size_t waiting_before = waiting_.size();
+    // the depth in a height map may change more than the point moves
+    const bool bounded = near.pair->surface.kind != ShapeKind::heightmap;
+    for (std::size_t k = near.first_point; k < near.first_point + near.pair->balls.size(); ++k) {
+      const ContactDistance& at = before_[k];
+      if (at.value > 0) {
+        if (!bounded || !(at.value > near.moved)) waiting_.push_back(k);
+      } else if (at.rate < 0) {
+        const double deepest = deepening * std::max(-at.value, pressed_[k] / slightly);
+        longest = std::min(longest, deepest / -at.rate);
+      }
+    }
+    return waiting_.size() == waiting_before;
+  };
+  near_.erase(std::remove_if(near_.begin(), near_.end(), has_none_waiting), near_.end());
   return longest;
 }
 
@@ -81,8 +148,16 @@ double ContactSearch::step_to_touch(const Plan<double>& plan, Workspace<double>&
                                     const double* qd, const double* qdd, double h) {
   std::copy_n(q, start_q_.size(), start_q_.begin());
   std::copy_n(qd, start_qd_.size(), start_qd_.begin());
-  contact_distances(plan, ws, before_.data());
-  h = note_touching(h);
+  if (!find_near_pairs(plan, qdd, h)) return h;
+  predict(plan, ws, qdd, 0);
+  set_reference(plan, ws);
+  if (!find_near_pairs(plan, qdd, h)) return h;
+  set_distances(ws, before_);
+  h = find_waiting_points(h);
+  return waiting_.empty() ? h : search(plan, ws, qdd, h);
+}
+
+double ContactSearch::search(const Plan<double>& plan, Workspace<double>& ws, const double* qdd, double h) {
   double turn = 0;
   for (std::size_t i = 0; i < start_q_.size(); ++i)
     if (turns(plan.joints[i]))
@@ -91,7 +166,8 @@ double ContactSearch::step_to_touch(const Plan<double>& plan, Workspace<double>&
   double begin = 0, length = longest;
   while (begin < h) {
     length = std::min(length, h - begin);
-    predict(plan, ws, qdd, begin + length, after_);
+    predict(plan, ws, qdd, begin + length);
+    set_distances(ws, after_);
     const bool may_be_shorter = length > shortest * h;
     const double part = part_to_touch(length, may_be_shorter);
     if (part < (may_be_shorter ? accurate : 0)) {
@@ -109,8 +185,7 @@ double ContactSearch::step_to_touch(const Plan<double>& plan, Workspace<double>&
 // Of a segment between before_ and after_; 1: nothing touches, -1: it has to be shorter to tell.
 double ContactSearch::part_to_touch(double length, bool may_be_shorter) const {
   double part = 1;
-  for (std::size_t k = 0; k < before_.size(); ++k) {
-    if (touching_[k]) continue;
+  for (const std::size_t k : waiting_) {
     const Course course{before_[k].value + pressed_[k], length * before_[k].rate,
                         after_[k].value + pressed_[k], length * after_[k].rate};
     if (course.end < 0)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "dynamics/contact/contact_force.hpp"
@@ -8,31 +9,56 @@ namespace redysim {
 
 // Finds when contact points first touch on a predicted motion, so that no step passes a contact unseen.
 //
-// Joints are predicted by Taylor polynomials of order 2, poses and distances of all contact points by their
-// exact kinematics at the ends of segments in which no joint turns more than half a radian. A segment is
-// halved where the tangents of a distance at both ends do not exclude a touch (conservative advancement).
-// Works without allocation after construction.
+// Joints are predicted by Taylor polynomials of order 2. The change of the joints since a reference bounds
+// the displacement of the bodies, which excludes contact points that are further away. For the others, poses
+// and distances are computed at the ends of segments in which no joint turns more than half a radian. A
+// segment is halved where the tangents of a distance at both ends do not exclude a touch (conservative
+// advancement). Works without allocation after construction.
 class ContactSearch {
  public:
   explicit ContactSearch(const Plan<double>& plan);
 
-  // Of the step `h` (s) from q, qd, qdd (plan.nv): the part until the first contact point that does not touch
-  // now is pressed by a hundredth of the width of its law, and so that no touching point is pressed much
-  // deeper; `h` if there is none. Uses the ground motion at q and qd in the workspace, and overwrites it.
+  // Of the step `h` (s) from q, qd with the accelerations qdd (plan.nv): the part until the first contact
+  // point that does not touch now is pressed by a hundredth of the width of its law, and so that no touching
+  // point is pressed much deeper; `h` if there is none. Overwrites the ground motion in the workspace.
   double step_to_touch(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
                        const double* qdd, double h);
 
  private:
-  void predict(const Plan<double>& plan, Workspace<double>& ws, const double* qdd, double after,
-               std::vector<ContactDistance>& distances);
+  // Bounds of the displacement of a body's origin and of its rotation since the reference, m and rad.
+  struct Displacement {
+    double moved, turned;
+    double of_point(double arm) const { return moved + std::min(turned, 2.0) * arm; }
+  };
+  // A pair at the reference: its separation, and the lever of the points about the carrier of the surface, m.
+  struct ReferencePair {
+    double separation, carrier_arm;
+  };
+  struct NearPair {
+    const ContactPair<double>* pair;
+    std::size_t first_point;
+    double moved;  // bound of the displacement of its points relative to its surface, m
+  };
 
-  double note_touching(double h);
+  void predict(const Plan<double>& plan, Workspace<double>& ws, const double* qdd, double after);
+  void set_reference(const Plan<double>& plan, const Workspace<double>& ws);
+  bool find_near_pairs(const Plan<double>& plan, const double* qdd, double h);
+  Displacement displacement_of(int body) const {
+    return body == ground ? Displacement{0, 0} : displacements_[static_cast<std::size_t>(body)];
+  }
+  void set_distances(const Workspace<double>& ws, std::vector<ContactDistance>& distances);
+  double find_waiting_points(double h);
+  double search(const Plan<double>& plan, Workspace<double>& ws, const double* qdd, double h);
   double part_to_touch(double length, bool may_be_shorter) const;
 
   std::vector<double> start_q_, start_qd_, q_, qd_;
+  std::vector<double> reference_q_, arms_;  // arms_: per body, of its origin about its parent's, m
+  std::vector<ReferencePair> reference_pairs_;
+  std::vector<Displacement> displacements_;      // per body
+  std::vector<NearPair> near_;                   // those that may touch in the step
+  std::vector<std::size_t> waiting_;             // their points that may begin to touch
   std::vector<ContactDistance> before_, after_;  // of all contact points
   std::vector<double> pressed_;                  // depth at which a step may end, m
-  std::vector<char> touching_;                   // at the start of the step
 };
 
 }  // namespace redysim

@@ -76,9 +76,9 @@ void System::respond(double time, double* y, bool velocity) {
   compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, inputs.data(), scratch_.data());
   for (int i = 0; i < plan_.nv; ++i)
     if (motion_slot_[i] >= 0) inputs[input_layout_.tau[i]] += jump(i, velocity);
-  compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, inputs.data(), qdd_.data());
-  for (int i = 0; i < plan_.nv; ++i) qdd_[i] -= scratch_[i];
-  add_change(qdd_.data(), y, velocity);
+  compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, inputs.data(), drive_.data());
+  for (int i = 0; i < plan_.nv; ++i) drive_[i] -= scratch_[i];
+  add_change(drive_.data(), y, velocity);
 }
 
 }  // namespace redysim

@@ -166,8 +166,12 @@ Status System::right_hand_side(double time, const double* y, double* ydot) {
   double* qdd = some ? qdd_.data() : layout_.qd.of(ydot);
   const Status status = accelerations<false>(time, y, qdd);
   for (int k = 0; k < layout_.q.count; ++k) ydot[k] = y[layout_.qd[k]];
-  if (some) slope_of_integrated(y, qdd, ydot);
+  if (some)
+    slope_of_integrated(y, qdd, ydot);
+  else if (contact_search_)
+    std::copy_n(qdd, plan_.nv, qdd_.data());
   if (with_work()) *layout_.work.of(ydot) = power(coordinates(time, y), qdd);
+  qdd_time_ = status == Status::ok ? time : std::numeric_limits<double>::quiet_NaN();
   return status;
 }
 
@@ -291,11 +295,11 @@ double System::reduce_residual(double time, double* y, bool velocity) {
 // constraints (of the joints with one degree of freedom).
 void System::project_error(double* error) {
   for (double* part : {layout_.q.of(error), layout_.qd.of(error)}) {
-    std::fill(qdd_.begin(), qdd_.end(), 0.0);
-    for (int k = 0; k < simple(); ++k) qdd_[integrated_[k]] = part[k];
+    std::fill(drive_.begin(), drive_.end(), 0.0);
+    for (int k = 0; k < simple(); ++k) drive_[integrated_[k]] = part[k];
     // the rates of the rows are linear in the velocity: insert the error
-    set_velocities(plan_, workspace_, qdd_.data());
-    set_ground_motion(plan_, workspace_, qdd_.data());
+    set_velocities(plan_, workspace_, drive_.data());
+    set_ground_motion(plan_, workspace_, drive_.data());
     set_loop_residuals(plan_, workspace_);
     for (std::size_t row = 0; row < workspace_.loop.b.size(); ++row)
       workspace_.loop.b[row] = -workspace_.loop.rate[row];
@@ -305,7 +309,9 @@ void System::project_error(double* error) {
 }
 
 double System::step_to_touch(double time, const double* y, double h) {
-  if (!contact_search_ || accelerations(time, y, qdd_.data()) != Status::ok) return h;
+  if (!contact_search_) return h;
+  // those of the last stage of a step, or of its last iteration, are accurate enough for the next one
+  if (time != qdd_time_ && accelerations(time, y, qdd_.data()) != Status::ok) return h;
   const Coordinates at = coordinates(time, y);
   return contact_search_->step_to_touch(plan_, workspace_, at.q, at.qd, qdd_.data(), h);
 }

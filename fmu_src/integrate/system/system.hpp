@@ -200,11 +200,12 @@ class System {
   std::unique_ptr<ContactSearch> contact_search_;  // null: no contacts
   std::vector<double> inputs_;
   std::vector<double> scratch_inputs_, unmoved_;
-  std::vector<double> q_, qd_;            // all joints
-  std::vector<BallAngles> angles_;        // of the spherical joints, as in q_
-  bool charts_kept_ = false;              // during the corrections of a projection
-  std::vector<double> recursion_inputs_;  // empty: those of inputs_
-  std::vector<double> qdd_, drive_;       // all joints, of the last accelerations
+  std::vector<double> q_, qd_;                                  // all joints
+  std::vector<BallAngles> angles_;                              // of the spherical joints, as in q_
+  bool charts_kept_ = false;                                    // during the corrections of a projection
+  std::vector<double> recursion_inputs_;                        // empty: those of inputs_
+  std::vector<double> qdd_, drive_;                             // all joints, of the last accelerations
+  double qdd_time_ = std::numeric_limits<double>::quiet_NaN();  // of the last right_hand_side
   Workspace<double> workspace_;
   std::vector<double> scratch_;  // plan().nv
   int failed_joint_ = -1;
