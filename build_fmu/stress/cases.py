@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from build_fmu.stress import variants
@@ -15,11 +16,13 @@ from build_fmu.stress.variants import Model
 LONG = 1e4  # s
 SWITCH = 5e-4  # s between two switches: a square wave of 1 kHz
 STIFF_HORIZON = 0.2  # s
+AT_REST = 1e3  # s
+POINTS = 100
 
 
 @dataclass(frozen=True)
 class Case:
-    """One case: the changed model, times in s. `open_end`: the case may end at its CPU time limit."""
+    """One case: the changed model, times in s. `open_end`: the case may end at its CPU time limit. `files`: tables beside the model."""
 
     group: str
     label: str
@@ -30,6 +33,7 @@ class Case:
     torques: dict[str, float] = field(default_factory=dict)
     stiff: bool = False
     open_end: bool = False
+    files: tuple[Path, ...] = ()
 
 
 GROUPS = {
@@ -44,7 +48,13 @@ GROUPS = {
     "switching torques": "all torques change their sign at 1 kHz",
     "long run": "10 000 s, or until the CPU time limit",
     "singular start": "all joints at 0, or all at 180 degrees",
+    "contact stiffness": "every contact at 1e3 to 1e10 N/m",
+    "contact friction": "every contact at a coefficient of 0 to 2",
+    "drop": "the ground of the contacts is 10 m lower",
+    "many contacts": f"each contact divided into equal ones, {POINTS} or more in total",
+    "contact at rest": f"{AT_REST:g} s, with damping and rolling resistance in every contact",
 }
+OF_CONTACT = ("contact stiffness", "contact friction", "drop", "many contacts", "contact at rest")
 
 
 def catalogue(model: Model, stop: float, step: float) -> list[Case]:
@@ -83,7 +93,19 @@ def catalogue(model: Model, stop: float, step: float) -> list[Case]:
     add("long run", f"{LONG:g} s", stop=LONG, step=0.1, open_end=True)
     for angle, name in ((0.0, "0"), (math.pi, "180 degrees")):
         add("singular start", f"all at {name}", partial(variants.start_at, angle=angle))
+    if model.get("contact"):
+        _contacts(add)
     return cases
+
+
+def _contacts(add: Callable[..., None]) -> None:
+    for stiffness in (1e3, 1e5, 1e7, 1e9, 1e10):
+        add("contact stiffness", f"{stiffness:.0e} N/m", partial(variants.contact_stiffness, stiffness=stiffness), stiff=True)
+    for friction in (0.0, 0.5, 1.0, 2.0):
+        add("contact friction", f"{friction:g}", partial(variants.contact_friction, friction=friction), stiff=True)
+    add("drop", "10 m", partial(variants.drop, height=10.0), stop=3.0)
+    add("many contacts", f"{POINTS}", partial(variants.split_contacts, least=POINTS))
+    add("contact at rest", f"{AT_REST:g} s", variants.come_to_rest, stop=AT_REST, step=0.1)
 
 
 def _fast(model: Model, add: Callable[..., None]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import replace
 from pathlib import Path
 
 from build_fmu.errors import UserError
@@ -22,9 +23,10 @@ def work_of(files: Sequence[Path], words: Sequence[str]) -> Work:
         raise UserError(f"no group of cases matches '{words[0]}'; available: {', '.join(GROUPS)}")
     found = []
     for file in files:
-        experiment = describe(file).default_experiment
+        table = describe(file)
+        experiment, tables = table.default_experiment, tuple(file.parent / name for name in table.resources)
         cases = catalogue(tomllib.loads(file.read_text(encoding="utf-8-sig")), experiment["stop_time"], experiment["step_size"])
-        found += [(file.stem, case) for case in cases if case.group in wanted]
+        found += [(file.stem, replace(case, files=tables)) for case in cases if case.group in wanted]
     return found
 
 

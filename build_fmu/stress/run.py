@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shutil
 import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -58,6 +59,8 @@ def run_case(name: str, case: Case, seconds: float, method: str | None) -> Verdi
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "model.toml"
         file.write_text(tomlkit.dumps(case.model), encoding="utf-8")
+        for table in case.files:
+            shutil.copyfile(table, Path(folder) / table.name)
         try:
             fmu = stage_model(file, Path(folder) / "staged", describe(file))
         except UserError as error:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 Model = dict[str, Any]
@@ -85,8 +85,65 @@ def far_away(model: Model, distance: float) -> None:
     for tie in [*model.get("loop", []), *model.get("spring", [])]:
         for side in ("a", "b"):
             if tie.get(f"link_{side}") == "ground":
-                point = [float(x) for x in tie.get(f"point_{side}", [0, 0, 0])]
-                tie[f"point_{side}"] = [point[0], point[1], point[2] + distance]
+                tie[f"point_{side}"] = _moved(tie.get(f"point_{side}", [0, 0, 0]), [0, 0, distance])
+    _move_surfaces(model, [0, 0, distance])
+
+
+def _moved(point: Sequence[float], by: Sequence[float]) -> list[float]:
+    return [float(x) + d for x, d in zip(point, by, strict=True)]
+
+
+def _move_surfaces(model: Model, by: Sequence[float]) -> None:
+    """Moves the shapes of all contacts that are fixed to the ground."""
+    for contact in model.get("contact", []):
+        for side, link in (("a", contact.get("link_a")), ("b", contact.get("link_b", "ground"))):
+            if link == "ground":
+                contact[f"point_{side}"] = _moved(contact.get(f"point_{side}", [0, 0, 0]), by)
+                if f"point_{side}2" in contact:
+                    contact[f"point_{side}2"] = _moved(contact[f"point_{side}2"], by)
+                if f"points_{side}" in contact:
+                    contact[f"points_{side}"] = [_moved(point, by) for point in contact[f"points_{side}"]]
+
+
+def drop(model: Model, height: float) -> None:
+    """Lowers the ground of all contacts by `height` (m) along gravity."""
+    gravity = [float(x) for x in model.get("gravity", [0, 0, -9.81])]
+    size = math.hypot(*gravity)
+    if size > 0:
+        _move_surfaces(model, [height * g / size for g in gravity])
+
+
+def contact_stiffness(model: Model, stiffness: float) -> None:
+    """Sets the stiffness of every contact (N/m)."""
+    for contact in model["contact"]:
+        contact["K" if contact.get("law") == "redysim" else "stiffness"] = stiffness
+
+
+def contact_friction(model: Model, friction: float) -> None:
+    """Sets the coefficients of friction of every contact."""
+    for contact in model["contact"]:
+        contact.pop("static_friction", None)
+        contact["mu" if contact.get("law") == "redysim" else "friction"] = friction
+
+
+def come_to_rest(model: Model) -> None:
+    """Adds losses to every contact, so that bodies on the ground come to rest."""
+    for contact in model["contact"]:
+        if contact.get("law") != "redysim":
+            contact["damping"] = max(10.0, float(contact.get("damping", 0)))
+            contact["rolling"] = max(0.01, float(contact.get("rolling", 0)))
+
+
+def split_contacts(model: Model, least: int) -> None:
+    """Replaces each contact by equal ones that share its force, `least` in total: the motion remains the same."""
+    contacts = model["contact"]
+    share = math.ceil(least / len(contacts))
+    for contact in list(contacts):
+        for name in ("stiffness", "K", "Cv", "Ch"):
+            if name in contact:
+                contact[name] = float(contact[name]) / share
+        for k in range(1, share):
+            contacts.append({**contact, "name": f"{contact['name']}_{k}", "outputs": []})
 
 
 def fast(model: Model, link: dict[str, Any], speed: float) -> None:

@@ -12,6 +12,7 @@ from dataclasses import replace
 import pytest
 
 from build_fmu.stress.cases import Case, catalogue
+from build_fmu.stress.pool import work_of
 from build_fmu.stress.run import run_case
 from tests.fmi.conftest import ROOT
 
@@ -66,6 +67,40 @@ def test_time_is_up(fmu_file):
     case = replace(cases("pendulum")["tolerance, rtol 1e-03"], stop=1e5, step=1e-5)
     verdict = run_case("pendulum", case, 0.2, "erk")
     assert verdict.kind == "slow" and 0 < verdict.reached < 1e5
+
+
+LANDING = """
+name = "landing"
+[[link]]
+name = "ball"
+joint = "free"
+drive = "free"
+mass = 1
+inertia = [0.004, 0.004, 0.004]
+q = [0, 0, 0.15, 0, 0, 0]
+[[contact]]
+name = "hills"
+link_a = "ball"
+shape_a = "sphere"
+radius_a = 0.1
+shape_b = "heightmap"
+file = "hills.csv"
+spacing = 0.2
+point_b = [-0.2, -0.2, 0]
+stiffness = 1e4
+[fmu]
+stop_time = 0.3
+step_size = 0.01
+"""
+
+
+def test_a_model_with_a_table_beside_it_lands_on_a_hundred_contacts(fmu_file, tmp_path):
+    (tmp_path / "hills.csv").write_text("0, 0, 0\n0, 0.01, 0\n0, 0, 0.02\n")
+    (tmp_path / "landing.toml").write_text(LANDING)
+    ((name, case),) = work_of([tmp_path / "landing.toml"], ["many"])
+    assert len(case.model["contact"]) == 100
+    verdict = run_case(name, case, 30, None)
+    assert verdict.kind == "finished" and verdict.balance < 1e-4 and verdict.error < 1e-5
 
 
 def test_the_command_leaves_a_page(fmu_file, tmp_path):

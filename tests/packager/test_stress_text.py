@@ -10,7 +10,7 @@ from lxml import html
 
 from build_fmu.run.driver import Outcome
 from build_fmu.stress import variants
-from build_fmu.stress.cases import GROUPS, Case, catalogue
+from build_fmu.stress.cases import GROUPS, OF_CONTACT, Case, catalogue
 from build_fmu.stress.html import write_html
 from build_fmu.stress.pages import (
     not_finished,
@@ -33,7 +33,7 @@ def test_every_model_has_every_group(path):
     model = read(path)
     cases = catalogue(model, 1.0, 0.01)
     missing = set(GROUPS) - {case.group for case in cases}
-    assert missing <= {"switching torques"} and len(cases) >= 30
+    assert missing <= {"switching torques", *(() if "contact" in model else OF_CONTACT)} and len(cases) >= 30
     # the model itself is left alone
     assert model == read(path)
 
@@ -91,6 +91,58 @@ def test_springs_rest_at_the_start_and_angles_have_the_files_unit(crane):
     assert [link["q"] for link in crane["link"]] == [180, 180, 0]
     variants.fast(crane, crane["link"][0], math.pi)
     assert crane["link"][0]["qd"] == 180
+
+
+BALL = """
+gravity = [0, -5, 0]
+[[link]]
+name = "ball"
+joint = "free"
+mass = 1
+[[contact]]
+name = "floor"
+link_a = "ball"
+shape_a = "sphere"
+radius_a = 0.1
+stiffness = 1e4
+friction = 0.3
+static_friction = 0.5
+outputs = ["force"]
+[[contact]]
+name = "rod"
+link_a = "ground"
+shape_a = "capsule"
+point_a = [0, 0, 1]
+point_a2 = [0, 0, 2]
+radius_a = 0.1
+link_b = "ball"
+shape_b = "sphere"
+radius_b = 0.1
+stiffness = 1e4
+"""
+
+
+@pytest.fixture
+def ball():
+    return tomllib.loads(BALL)
+
+
+def test_the_surfaces_of_the_ground_move_and_those_of_links_do_not(ball):
+    variants.drop(ball, 10)
+    floor, rod = ball["contact"]
+    assert floor["point_b"] == [0, -10, 0] and "point_a" not in floor
+    assert (rod["point_a"], rod["point_a2"]) == ([0, -10, 1], [0, -10, 2]) and "point_b" not in rod
+    variants.far_away(ball, 1000)
+    assert floor["point_b"] == [0, -10, 1000] and rod["point_a2"] == [0, -10, 1002] and ball["link"][0]["b"] == 1000
+
+
+def test_divided_contacts_share_the_force(ball):
+    variants.split_contacts(ball, 100)
+    contacts = ball["contact"]
+    assert len(contacts) == len({contact["name"] for contact in contacts}) == 100
+    assert sum(contact["stiffness"] for contact in contacts) == pytest.approx(2e4)
+    variants.contact_friction(ball, 2.0)
+    assert {(contact["friction"], "static_friction" in contact) for contact in contacts} == {(2.0, False)}
 
 
 CASE = Case("tolerance", "rtol 1e-03", {}, 1.0, 0.01)
