@@ -15,9 +15,8 @@ COLOURS = {"ReDySim-FMU": "#c1121f", "Pinocchio": "#1d4e89", "MuJoCo": "#2a9d5c"
 STYLES = (("-", "o"), ("--", "s"), (":", "^"), ("-.", "D"), ("--", "v"))
 
 
-def draw(scene, points, folder: Path) -> None:
+def plot(axes, scene, points, quantity: str) -> None:
     """Draws a work-precision diagram: error to the left is smaller, time upwards is longer."""
-    figure, axes = plt.subplots(figsize=(8, 5.2), layout="constrained")
     used: dict[str, int] = {}
     for curve in dict.fromkeys(point.curve for point in points):
         mine = [point for point in points if point.curve == curve and point.error > 0]
@@ -36,15 +35,24 @@ def draw(scene, points, folder: Path) -> None:
             zorder=3 if ours else 2,
         )
     axes.set_xlim(1e-12, 1)
-    axes.set_xlabel("maximum error of a joint position, rad")
+    axes.set_xlabel(quantity)
     axes.set_ylabel("CPU time, ms per simulated second")
     axes.set_title(scene.title)
     axes.grid(True, which="major", alpha=0.3)
-    axes.legend(fontsize=7.5, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+
+
+def write(figure, folder: Path, name: str) -> None:
     for ending in ("svg", "png"):
         # no date in the file, so that equal figures give equal bytes
-        figure.savefig(folder / f"peers_{scene.name}.{ending}", dpi=110, metadata={"Date": None} if ending == "svg" else {"Software": None})
+        figure.savefig(folder / f"{name}.{ending}", dpi=110, metadata={"Date": None} if ending == "svg" else {"Software": None})
     plt.close(figure)
+
+
+def draw(scene, points, folder: Path) -> None:
+    figure, axes = plt.subplots(figsize=(8, 5.2), layout="constrained")
+    plot(axes, scene, points, "maximum error of a joint position, rad")
+    axes.legend(fontsize=7.5, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    write(figure, folder, f"peers_{scene.name}")
 
 
 def cheapest(points, peer: str, target: float):

@@ -45,13 +45,13 @@ class Point:
         return statistics.median(self.seconds)
 
 
-def error_of(scene: Scene, rows: np.ndarray) -> float:
+def error_of(scene: Scene, rows: np.ndarray, _curve: Curve | None = None) -> float:
     """Maximum position error; missing rows are NaN."""
     difference = np.abs(rows - np.array(scene.reference))
     return float(np.nanmax(difference)) if np.isfinite(difference).any() else float("inf")
 
 
-def first_round(scene: Scene, curve: Curve, worker, failures: list[str], longest: float) -> list[Point]:
+def first_round(scene, curve: Curve, worker, failures: list[str], longest: float, judge) -> list[Point]:
     """Runs a curve from coarse to fine until its runs take too long or no longer improve."""
     points, worse = [], 0
     for value in curve.values:
@@ -59,7 +59,7 @@ def first_round(scene: Scene, curve: Curve, worker, failures: list[str], longest
         if answer.rows is None:
             failures.append(f"{curve.label}, {value:g}: {answer.failure}")
             continue
-        error = error_of(scene, answer.rows)
+        error = judge(scene, answer.rows, curve)
         if np.isfinite(error) and error < 10:
             best = min((p.error for p in points), default=1.0)
             worse = worse + 1 if best < ROUNDING and error > 0.7 * best else 0
@@ -69,16 +69,18 @@ def first_round(scene: Scene, curve: Curve, worker, failures: list[str], longest
     return points
 
 
-def compare(scene: Scene, peers: Peers, absent: dict[str, str], rounds: int, longest: float, seed: int) -> tuple[list[Point], list[str]]:
+def compare(
+    scene, peers: Peers, chosen: list[Curve], rounds: int, longest: float, seed: int, judge=error_of
+) -> tuple[list[Point], list[str]]:
+    """Runs the chosen curves; `judge` returns the error of a result."""
     failures: list[str] = []
     points: list[Point] = []
-    chosen = [curve for curve in curves(scene) if curve.peer not in absent]
     workers = {peer: peers.start(peer, scene) for peer in {curve.peer for curve in chosen}}
     try:
         for curve in chosen:
             print(f"  {curve.label}", flush=True)
             try:
-                points += first_round(scene, curve, workers[curve.peer], failures, longest)
+                points += first_round(scene, curve, workers[curve.peer], failures, longest, judge)
             except Gone:
                 failures.append(f"{curve.label}: its process ended, see {workers[curve.peer].log.name}")
                 workers[curve.peer] = peers.start(curve.peer, scene)
@@ -119,7 +121,8 @@ def main() -> None:
         if not re.search(options.filter, scene.name):
             continue
         print(f"{scene.name}: {scene.title}", flush=True)
-        points, failures = compare(scene, peers, absent, options.rounds, options.longest, options.seed)
+        chosen = [curve for curve in curves(scene) if curve.peer not in absent]
+        points, failures = compare(scene, peers, chosen, options.rounds, options.longest, options.seed)
         for point in points:
             records.append([scene.name, point.curve.label, f"{point.value:g}", f"{point.error:.4g}", f"{point.median / scene.end:.6g}"])
         draw(scene, points, options.output)
