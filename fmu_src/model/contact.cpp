@@ -1,5 +1,8 @@
 #include "model/contact.hpp"
 
+#include <algorithm>
+#include <iterator>
+
 namespace redysim {
 namespace {
 
@@ -12,6 +15,11 @@ bool is_solid(const Shape& shape) {
 }
 
 }  // namespace
+
+const char* word_of(ShapeKind kind) {
+  const auto same = [kind](const auto& entry) { return entry.second == kind; };
+  return std::find_if(std::begin(shape_kinds), std::end(shape_kinds), same)->first;
+}
 
 std::vector<ShapePair> shape_pairs(const Contact& contact) {
   const Shape &a = contact.a, &b = contact.b;

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "math/bicubic_spline.hpp"
@@ -12,6 +13,15 @@
 namespace redysim {
 
 enum class ShapeKind { points, sphere, capsule, box, disk, plane, heightmap };
+
+// With the words of the model file.
+inline constexpr std::pair<const char*, ShapeKind> shape_kinds[] = {
+    {"points", ShapeKind::points},      {"sphere", ShapeKind::sphere},
+    {"capsule", ShapeKind::capsule},    {"box", ShapeKind::box},
+    {"disk", ShapeKind::disk},          {"plane", ShapeKind::plane},
+    {"heightmap", ShapeKind::heightmap}};
+
+const char* word_of(ShapeKind kind);
 
 // `frame` is in the frame of the link: of a plane its z axis is the normal, of a height map its axes are
 // those of the grid, of a capsule the z axis joins the centers of both ends, of a disk it is the axis.

@@ -71,6 +71,59 @@ void write_ties(Json& json, const char* key, const std::vector<Tie>& ties, const
   json.end_array();
 }
 
+void write(Json& json, const char* key, const Mat3<double>& rotation) {
+  json.key(key).begin_array();
+  for (int row = 0; row < 3; ++row) write(json, rotation.row(row).transpose());
+  json.end_array();
+}
+
+constexpr int most_grid_lines = 60;  // of a height map in a drawing
+
+// Every k-th height; `grid` is the distance of those.
+void write_heights(Json& json, const BicubicSpline& map) {
+  const int step = 1 + (std::max(map.rows(), map.columns()) - 1) / most_grid_lines;
+  json.member("grid", step * map.spacing()).key("heights").begin_array();
+  for (int row = 0; row < map.rows(); row += step) {
+    json.begin_array();
+    for (int column = 0; column < map.columns(); column += step) json.value(map.height(row, column));
+    json.end_array();
+  }
+  json.end_array();
+}
+
+// A shape: the pose of its frame at the start, and its sizes.
+void write_shape(Json& json, const char* side, const Shape& shape, const Model& model,
+                 const std::vector<Pose>& poses) {
+  const bool on_ground = shape.link == ground;
+  const Pose carrier = on_ground ? Pose{} : poses[shape.link];
+  json.key(side).begin_object().member("kind", word_of(shape.kind));
+  json.member("link", on_ground ? "ground" : model.links[shape.link].name.c_str());
+  write(json.key("origin"), carrier.rotation * shape.frame.position + carrier.position);
+  write(json, "rotation", carrier.rotation * shape.frame.rotation);
+  if (shape.radius > 0) json.member("radius", shape.radius);
+  if (shape.kind == ShapeKind::capsule) json.member("half_length", shape.half_length);
+  if (shape.kind == ShapeKind::disk) json.member("tube", shape.tube);
+  if (shape.kind == ShapeKind::box) write(json.key("half_size"), shape.half_size);
+  if (shape.kind == ShapeKind::points) {
+    json.key("points").begin_array();
+    for (const Vec3<double>& point : shape.points) write(json, point);
+    json.end_array();
+  }
+  if (shape.kind == ShapeKind::heightmap) write_heights(json, *shape.heights);
+  json.end_object();
+}
+
+void write_contacts(Json& json, const Model& model, const std::vector<Pose>& poses) {
+  json.key("contacts").begin_array();
+  for (const Contact& contact : model.contacts) {
+    json.begin_object().member("name", contact.name);
+    write_shape(json, "a", contact.a, model, poses);
+    write_shape(json, "b", contact.b, model, poses);
+    json.end_object();
+  }
+  json.end_array();
+}
+
 }  // namespace
 
 void write_drawing(Json& json, const Model& model) {
@@ -91,9 +144,7 @@ void write_drawing(Json& json, const Model& model) {
     const MotionSubspace S = motion_subspace(link.joint);
     json.member("turn", S.angular).member("slide", S.linear);
     write(json.key("origin"), pose.position);
-    json.key("rotation").begin_array();
-    for (int row = 0; row < 3; ++row) write(json, pose.rotation.row(row).transpose());
-    json.end_array();
+    write(json, "rotation", pose.rotation);
     write(json.key("com"), pose.rotation * link.com + pose.position);
     json.member("mass", link.mass).end_object();
   }
@@ -101,6 +152,7 @@ void write_drawing(Json& json, const Model& model) {
   write_balls(json, model, shown);
   write_ties(json, "loops", model.loops, model, poses);
   write_ties(json, "springs", model.springs, model, poses);
+  if (!model.contacts.empty()) write_contacts(json, model, poses);
   json.end_object();
 }
 

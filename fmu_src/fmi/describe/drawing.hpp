@@ -5,7 +5,8 @@
 
 namespace redysim {
 
-// Writes gravity, and where links, loops and springs stand at the start pose, in the ground frame, SI.
+// Writes gravity, and where links, loops, springs and contact shapes stand at the start pose, in the ground
+// frame, SI.
 void write_drawing(Json& json, const Model& model);
 
 }  // namespace redysim

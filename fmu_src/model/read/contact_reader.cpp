@@ -1,6 +1,7 @@
 #include "model/read/contact_reader.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "model/model.hpp"
@@ -9,22 +10,6 @@
 
 namespace redysim {
 namespace {
-
-using ShapeNames = std::vector<std::pair<const char*, ShapeKind>>;
-
-const ShapeNames& shape_names() {
-  static const ShapeNames names = {{"points", ShapeKind::points},      {"sphere", ShapeKind::sphere},
-                                   {"capsule", ShapeKind::capsule},    {"box", ShapeKind::box},
-                                   {"disk", ShapeKind::disk},          {"plane", ShapeKind::plane},
-                                   {"heightmap", ShapeKind::heightmap}};
-  return names;
-}
-
-const char* name_of(ShapeKind kind) {
-  for (const auto& [name, named] : shape_names())
-    if (named == kind) return name;
-  return "";
-}
 
 // Heights in m: one line a row of the grid. Returns the error, or an empty string.
 std::string read_heights(const std::string& text, double spacing, std::shared_ptr<const BicubicSpline>& to) {
@@ -80,8 +65,9 @@ class ShapeReader {
   Shape read(int link, ShapeKind fallback, const std::string& folder, std::vector<AttachedFile>& files) {
     Shape shape;
     shape.link = link;
-    shape.kind = section_.choice<ShapeKind>(key("shape"), shape_names(), fallback);
-    kind_ = name_of(shape.kind);
+    shape.kind =
+        section_.choice<ShapeKind>(key("shape"), {std::begin(shape_kinds), std::end(shape_kinds)}, fallback);
+    kind_ = word_of(shape.kind);
     if (shape.kind == ShapeKind::points)
       read_points(shape);
     else
@@ -242,8 +228,8 @@ Contact read_contact(Section section, const std::string& label, const LinkTable&
   read_outputs(section, contact);
   section.refuse_unknown();
   if (shape_pairs(contact).empty())
-    section.error("shape_a", std::string("a contact between '") + name_of(contact.a.kind) + "' and '" +
-                                 name_of(contact.b.kind) + "' is not supported (docs/contact.md)");
+    section.error("shape_a", std::string("a contact between '") + word_of(contact.a.kind) + "' and '" +
+                                 word_of(contact.b.kind) + "' is not supported (docs/contact.md)");
   const std::string rigid = rigid_pair(link_a, link_b, links);
   if (!rigid.empty() && section.has("link_a"))
     section.error(section.has("link_b") ? "link_b" : "link_a", rigid + "; this contact has no effect");
