@@ -11,16 +11,18 @@ from typing import Any
 
 import numpy as np
 
+from build_fmu.draw.contacts import TERRAINS, outlines, points_of, terrain
 from build_fmu.draw.figure import INK, METADATA, new_figure
 from build_fmu.model.planar import joint_counts, planar_axes
 
 PLAIN_TEXT = {"text.parse_math": False}  # names may contain dollar signs
-GROUND, COM, LOOP, SPRING = "#7d8792", "#c0392b", "#8e44ad", "#2e8b57"
+GROUND, COM, LOOP, SPRING, FORCE = "#7d8792", "#c0392b", "#8e44ad", "#2e8b57", "#d7263d"
 AXIS_COLOURS = ("#d1495b", "#3a9d5d", "#2f6fb5")
 ELEVATION, AZIMUTH = 22, -58  # degrees, view of a spatial mechanism
 VIEW = np.array([f(np.radians(AZIMUTH)) * np.cos(np.radians(ELEVATION)) for f in (np.cos, np.sin)] + [np.sin(np.radians(ELEVATION))])
 NAMES_END = (0.9, 0.68)  # fractions of the width of a planar and a spatial picture: names of points further right are placed to their left
 NAMED_LINKS = 12  # no names for more links, because they would overlap
+ARROW = 0.2  # length of a force arrow, as a fraction of the picture
 SHAPED_LINKS = 40  # more links are drawn as thin lines without joints and centers of mass
 
 
@@ -48,6 +50,7 @@ def mechanism(figure, drawing: dict[str, Any], title: str, caption: str, bounds:
         _loop(scene, drawing["links"], loop)
     for spring in drawing.get("springs", []):
         scene.line(_zigzag(spring["point_a"], spring["point_b"], scene), color=SPRING, lw=1.4)
+    _contacts(scene, drawing, bounds)
     scene.finish(title, caption, bounds)
 
 
@@ -210,6 +213,31 @@ def _loop(scene: _Scene, links: list[dict[str, Any]], loop: dict[str, Any]) -> N
     scene.mark(loop["point_a"], marker="o", ms=11, mfc="none", mec=LOOP, mew=1.8, zorder=15)
 
 
+def _contacts(scene: _Scene, drawing: dict[str, Any], bounds: np.ndarray | None) -> None:
+    """Draws contact shapes in the colours of their links, planes and height maps, and the forces of a film."""
+    links, numbers = drawing["links"], {link["name"]: i for i, link in enumerate(drawing["links"])}
+    contacts = drawing.get("contacts", [])
+    shapes = [shape for contact in contacts for shape in (contact["a"], contact["b"])]
+    for shape in (shape for shape in shapes if shape["kind"] not in TERRAINS):
+        colour = _colour(links, numbers[shape["link"]]) if shape["link"] in numbers else GROUND
+        for line in outlines(shape):
+            scene.line(line, color=colour, lw=1.1, alpha=0.8, zorder=7)
+        for point in points_of(shape) if shape["kind"] == "points" else ():
+            scene.mark(point, marker=".", ms=5, mfc=colour, mec=colour, zorder=7)
+    seen = np.array(scene.points) if bounds is None else np.asarray(bounds)
+    drawn = []
+    for shape in (shape for shape in shapes if shape["kind"] in TERRAINS):
+        if shape not in drawn:
+            drawn.append(shape)
+            for line in terrain(shape, seen.min(axis=0), seen.max(axis=0)):
+                scene.line(line, color=GROUND, lw=0.6, alpha=0.5, zorder=2)
+    for contact in contacts:
+        if "arrow" in contact:
+            start, share = contact["arrow"]
+            scene.line([start, start + share * ARROW * np.ptp(seen, axis=0).max()], color=FORCE, lw=2.0, zorder=17)
+            scene.mark(start, marker="o", ms=4, mfc=FORCE, mec="white", mew=0.5, zorder=18)
+
+
 def _ground(scene: _Scene) -> None:
     """Draws the ground frame as three coloured lines."""
     scene.mark(np.zeros(3), marker="D", ms=9, mfc=GROUND, mec="white", zorder=8)
@@ -240,6 +268,7 @@ def _ticks(share: float):
 
 def _size(drawing: dict[str, Any]) -> float:
     points = [np.zeros(3)] + [np.asarray(link[key], float) for link in drawing["links"] for key in ("origin", "com")]
+    points += [point for contact in drawing.get("contacts", []) for side in "ab" for point in points_of(contact[side])]
     return float(max(np.ptp(np.array(points), axis=0).max(), 1e-6))
 
 

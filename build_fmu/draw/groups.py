@@ -25,11 +25,16 @@ GROUPS = {
     "energy": Group("energy", "$E$", steady=True),
     "balance": Group("energy balance error", r"$\Delta E$"),
     "gap": Group("constraint violation of loops", "gap"),
+    "force": Group("force", "$F$"),
+    "depth": Group("penetration depth of contacts", "depth"),
+    "slip": Group("slip velocity of contacts", "slip"),
     "position": Group("frame position", "position", drawn=False),
     "velocity": Group("frame velocity", "velocity", drawn=False),
     "quaternion": Group("quaternion (w, x, y, z)", "quaternion", drawn=False),
     "qdd": Group("joint acceleration", r"$\ddot{q}$", drawn=False, steady=True),
     "alpha": Group("angular acceleration in link axes", r"$\alpha$", drawn=False),
+    "torque": Group("torque", "$T$", drawn=False),
+    "point": Group("contact point", "point", drawn=False),
     "lambda": Group("loop multipliers", r"$\lambda$", drawn=False),
 }
 OF_THE_MODEL = ("energy", "balance")  # one curve per variable of the model, not per joint, loop or frame

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from build_fmu.draw.contacts import points_of
 from build_fmu.draw.drawing import PLAIN_TEXT, mechanism
 from build_fmu.draw.figure import new_figure
 from build_fmu.errors import UserError
@@ -89,6 +90,8 @@ def _points(drawing: dict) -> list[np.ndarray]:
         points += [np.asarray(link["origin"], float), np.asarray(link["com"] if link["mass"] > 0 else link["origin"], float)]
     for tie in (*drawing["loops"], *drawing["springs"]):
         points += [np.asarray(tie["point_a"], float), np.asarray(tie["point_b"], float)]
+    for contact in drawing["contacts"]:
+        points += points_of(contact["a"]) + points_of(contact["b"])
     return points
 
 

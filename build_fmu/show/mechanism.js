@@ -43,6 +43,11 @@ const links = run.drawing.links.map((link) => ({ ...link, start: { R: link.rotat
 for (const ball of run.drawing.balls || []) {
   links[ball.link].ball = { base: ball.base, columns: ball.columns.map((name) => columns.get(name)), start: matrixOf(ball.quaternion) };
 }
+// the translations of a floating base, and its rotation: no rods or joints are drawn
+for (const link of links) {
+  const slides = [1, 2, 3].map((k) => links.find((other) => other.name === `${link.name}[${k}]` && other.slide));
+  if (link.type === "spherical" && slides.every(Boolean)) for (const part of [link, ...slides]) part.floats = true;
+}
 function matrixOf(quaternion) {
   const size = Math.hypot(...quaternion) || 1, [w, x, y, z] = quaternion.map((part) => part / size);
   return [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y), 2 * (x * y + w * z), 1 - 2 * (x * x + z * z),
@@ -79,6 +84,32 @@ const ties = ["loops", "springs"].flatMap((kind) => (run.drawing[kind] || []).ma
   });
   return { kind, name: tie.name, ends };
 }));
+// contact shapes: their frames relative to their links, and the columns of the force on the first link
+function isTerrain(shape) {
+  return shape.kind === "plane" || shape.kind === "heightmap";
+}
+const contacts = (run.drawing.contacts || []).map((contact) => {
+  const shapes = [contact.a, contact.b].map((shape) => {
+    const link = carrier(shape.link), start = link < 0 ? IDENTITY : links[link].start;
+    return { ...shape, link, R: times(transposed(start.R), shape.rotation.flat()), p: seen(start, shape.origin) };
+  });
+  const vector = (group) => [1, 2, 3].map((k) => columns.get(`${contact.name}.${group}[${k}]`));
+  const [force, point] = [vector("force"), vector("point")].map((parts) => (parts.every(Boolean) ? parts : null));
+  return { name: contact.name, shapes, force, point };
+});
+// a plane or height map of several contacts is drawn once
+const terrains = [...new Map(contacts.flatMap((contact) => contact.shapes).filter(isTerrain).map((shape) => [JSON.stringify(shape), shape])).values()];
+function shapePose(shape, poses) {
+  const base = shape.link < 0 ? IDENTITY : poses[shape.link];
+  return { R: times(base.R, shape.R), p: place(base, shape.p) };
+}
+// points around a shape, in its frame
+function hull({ kind, points, half_size: box, radius: r, half_length: half = 0 }) {
+  if (isTerrain({ kind })) return [];
+  if (kind === "points") return points;
+  const [x, y, z] = kind === "box" ? box : [r, r, half + r];
+  return [-1, 1].flatMap((i) => [-1, 1].flatMap((j) => [-1, 1].map((k) => [i * x, j * y, k * z])));
+}
 
 function posesAt(row) {
   const poses = [];
@@ -135,5 +166,9 @@ if (links.length) {
       if (links[i].mass > 0) include(place(pose, links[i].centre));
     });
     ties.forEach((tie) => tie.ends.forEach((end) => include(endOf(end, poses), true)));
+    for (const shape of contacts.flatMap((contact) => contact.shapes)) {
+      const pose = shapePose(shape, poses);
+      hull(shape).forEach((point) => include(place(pose, point)));
+    }
   }
 }

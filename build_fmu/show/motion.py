@@ -16,6 +16,9 @@ class Motion:
         self.balls = {ball["link"]: ball for ball in drawing.get("balls", []) if f"{ball['name']}.quaternion[4]" in columns}
         names = [link["name"] for link in drawing["links"]]
         self.carriers = {name: i for i, name in enumerate(names)}
+        self.forces = {contact["name"]: self._columns(contact["name"]) for contact in drawing.get("contacts", [])}
+        acting = [size for force, _ in filter(None, self.forces.values()) for size in np.linalg.norm(force, axis=0) if size > 0]
+        self.strong = float(np.percentile(acting, 90)) if acting else 0.0  # N, of an arrow of full length
 
     def at(self, row: int) -> dict[str, Any]:
         """Returns the drawing table at a row of the run."""
@@ -26,7 +29,8 @@ class Motion:
             for link, pose, move in zip(self.drawing["links"], poses, moves, strict=True)
         ]
         ties = {kind: [self._tie(tie, moves) for tie in self.drawing.get(kind, [])] for kind in ("loops", "springs")}
-        return {**self.drawing, "links": links, **ties}
+        contacts = [self._contact(contact, moves, row) for contact in self.drawing.get("contacts", [])]
+        return {**self.drawing, "links": links, **ties, "contacts": contacts}
 
     def _poses(self, row: int) -> list[np.ndarray]:
         poses: list[np.ndarray] = []
@@ -52,6 +56,29 @@ class Motion:
             link, point = self.carriers.get(tie[f"link_{side}"]), tie[f"point_{side}"]
             points[f"point_{side}"] = point if link is None else _moved(moves[link], point)
         return {**tie, **points}
+
+    def _columns(self, contact: str) -> tuple[np.ndarray, np.ndarray] | None:
+        """Returns force and point over time (3 rows each), or None if the contact has no such outputs."""
+        names = [[f"{contact}.{group}[{k}]" for k in (1, 2, 3)] for group in ("force", "point")]
+        if not all(name in self.columns for group in names for name in group):
+            return None
+        force, point = (np.array([self.columns[name] for name in group]) for group in names)
+        return force, point
+
+    def _contact(self, contact: dict[str, Any], moves: list[np.ndarray], row: int) -> dict[str, Any]:
+        moved = dict(contact)
+        for side in ("a", "b"):
+            link, shape = self.carriers.get(contact[side]["link"]), contact[side]
+            if link is not None:
+                rotation = moves[link][:3, :3] @ np.asarray(shape["rotation"], float)
+                moved[side] = {**shape, "origin": _moved(moves[link], shape["origin"]), "rotation": rotation}
+        if self.forces[contact["name"]] is not None:
+            force, point = (values[:, row] for values in self.forces[contact["name"]])
+            if np.any(force != 0):
+                # in multiples of the strongest tenth, at most twice as long
+                share = force / self.strong
+                moved["arrow"] = point, share * min(1.0, 2.0 / float(np.linalg.norm(share)))
+        return moved
 
 
 def _pose(rotation, origin) -> np.ndarray:

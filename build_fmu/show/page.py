@@ -14,7 +14,7 @@ import numpy as np
 from build_fmu.draw.groups import GROUPS, group_of, label_of, rank_of, title_of
 from build_fmu.model.describe import Description
 
-SCRIPTS = ("data.js", "mechanism.js", "view.js", "paint.js", "plots.js", "player.js")
+SCRIPTS = ("data.js", "mechanism.js", "view.js", "contacts.js", "paint.js", "plots.js", "player.js")
 MOST_VALUES = 60_000  # in the page; of longer results every k-th row is kept
 HIDDEN = ("solver",)
 

@@ -1,4 +1,4 @@
-// Paints a frame of the view: floor, shadow, links, joints, centres of mass, loops, springs, names, traces.
+// Paints a frame of the view: floor, shadow, links, joints, centres of mass, loops, springs, contacts, names, traces.
 const totalMass = links.reduce((sum, link) => sum + link.mass, 0) || 1;
 const tick = (x) => document.getElementById(x).checked;
 
@@ -7,19 +7,34 @@ function niceStep(x) {
   return [1, 2, 5, 10].map((k) => k * power).find((step) => step >= x * 0.999);
 }
 
-// the floor is below a spatial mechanism, or behind a planar one
-const floorNormal = normal || up;
+// the floor is below a spatial mechanism, or behind a planar one; a contact with the ground replaces the one below
 const lowest = reached.reduce((least, point) => Math.min(least, dot(point, up)), 0);
-const floorHeight = normal ? dot(middle, normal) - 3 * thick : lowest - (lowest < -1e-9 ? 2 * thick : 0);
-const floorU = right, floorV = cross(floorNormal, right);
+const grounds = terrains.filter((shape) => shape.link < 0);
+const level = grounds.find((shape) => shape.kind === "plane" && dot(axisOf(shape), up) > 0.5);
+const floorNormal = normal || (level ? axisOf(level) : up);
+const floorHeight = normal ? dot(middle, normal) - 3 * thick : level ? dot(level.p, floorNormal) : lowest - (lowest < -1e-9 ? 2 * thick : 0);
+const hasFloor = normal || level || !grounds.length;
 const floorStep = niceStep(radius / 5);
+function axisOf({ R }) {
+  return [R[2], R[5], R[8]];
+}
 function onFloor(point) {
   return plus(point, floorNormal, floorHeight - dot(point, floorNormal));
 }
 
-function paintFloor() {
-  const centre = onFloor(middle), cu = dot(centre, floorU), cv = dot(centre, floorV), reach = 2.2 * radius;
-  const base = scaled(floorNormal, floorHeight);
+function paintFloor(poses) {
+  if (hasFloor) paintGrid(floorNormal, floorHeight);
+  for (const shape of terrains)
+    if (shape.kind === "plane" && (normal || shape !== level)) {
+      const pose = shapePose(shape, poses), facing = axisOf(pose);
+      paintGrid(facing, dot(pose.p, facing));
+    }
+}
+// A grid on the plane with this unit normal and distance from the origin, around the middle of the motion.
+function paintGrid(facing, height) {
+  const across = without(right, facing), floorU = long(across) > 0.1 ? unit(across) : unit(without(up, facing)), floorV = cross(facing, floorU);
+  const cu = dot(middle, floorU), cv = dot(middle, floorV), reach = 2.2 * radius;
+  const base = scaled(facing, height);
   const at = (u, v) => project(plus(plus(base, floorU, u), floorV, v));
   pen.lineWidth = 1;
   const first = (x) => Math.ceil((x - reach) / floorStep), last = (x) => Math.floor((x + reach) / floorStep);
@@ -76,19 +91,22 @@ function paintShadow(poses) {
   pen.globalAlpha = 1;
 }
 
+// the contact shape at the end of an end link, which extends to it
+const footOf = links.map((link, i) => tips.includes(i) && !link.floats && solids.find((shape) => shape.link === i && long(shape.p) > 1e-9));
 // the rods of the links: [from, to, colour, width]
 function bonesOf(poses) {
   const rods = [];
   links.forEach((link, i) => {
     const base = link.parent < 0 ? [0, 0, 0] : poses[link.parent].p;
     const colour = link.parent < 0 ? css("--metal") : links[link.parent].colour;
-    if (long(plus(poses[i].p, base, -1)) > 1e-9) rods.push([base, poses[i].p, colour, link.parent < 0 ? 0.55 : 1]);
+    if (!link.floats && long(plus(poses[i].p, base, -1)) > 1e-9) rods.push([base, poses[i].p, colour, link.parent < 0 ? 0.55 : 1]);
     const isTip = tips.includes(i), centre = place(poses[i], link.centre);
     if (link.mass > 0 && long(link.centre) > 1e-9) {
-      const held = ties.some((tie) => tie.kind === "loops" && tie.ends.some((end) => end.link === i));
+      const held = footOf[i] || ties.some((tie) => tie.kind === "loops" && tie.ends.some((end) => end.link === i));
       rods.push([poses[i].p, centre, link.colour, isTip && !held ? 1 : 0.35]);
     }
   });
+  footOf.forEach((shape, i) => shape && rods.push([poses[i].p, shapePose(shape, poses).p, links[i].colour, 1]));
   for (const tie of ties)
     for (const end of tie.ends)
       if (end.link >= 0 && tie.kind === "loops") rods.push([poses[end.link].p, endOf(end, poses), links[end.link].colour, 1]);
@@ -99,6 +117,8 @@ function paintLinks(poses) {
   for (const [a, b, colour, width] of bonesOf(poses)) tube(a, b, width * thick, width * thick * (width === 1 ? 0.82 : 1), colour);
   links.forEach((link, i) => {
     const { R, p } = poses[i], axis = [R[2], R[5], R[8]];
+    if (link.mass > 0 && links.length <= 60) massCentre(place(poses[i], link.centre), thick * (0.55 + 0.75 * Math.cbrt(link.mass / totalMass)));
+    if (link.floats) return;
     if (link.type === "spherical") ball(p, 1.6 * thick, link.colour);
     if (link.parent < 0 && link.type !== "fixed") tube(plus(p, axis, -1.15 * thick), plus(p, axis, 1.15 * thick), 1.75 * thick, 1.75 * thick, css("--metal"));
     if (link.turn) tube(plus(p, axis, -1.7 * thick), plus(p, axis, 1.7 * thick), 1.28 * thick, 1.28 * thick, link.colour);
@@ -108,7 +128,6 @@ function paintLinks(poses) {
     }
     // two bright studs at the ends of a joint axis
     if (link.turn) tube(plus(p, axis, -2 * thick), plus(p, axis, 2 * thick), 0.5 * thick, 0.5 * thick, "#dfe6ec");
-    if (link.mass > 0 && links.length <= 60) massCentre(place(poses[i], link.centre), thick * (0.55 + 0.75 * Math.cbrt(link.mass / totalMass)));
   });
   for (const tie of ties) {
     const [a, b] = tie.ends.map((end) => endOf(end, poses));
@@ -140,6 +159,7 @@ function label(point, text, colour, shift = 9) {
 function paintNames(poses) {
   const spots = [];
   links.forEach((link, i) => {
+    if (link.floats && link.slide) return;
     const q = project(poses[i].p);
     const spot = spots.find((other) => Math.hypot(other.q[0] - q[0], other.q[1] - q[1]) < 18);
     // joints with several DOF, hand[1] and hand[2], have the name of their link
@@ -191,13 +211,14 @@ function paint(t) {
   pen.lineCap = pen.lineJoin = "round";
   if (atHome) fit(width, height);
   aim(width, height);
-  const poses = posesAt(rowAt(t));
+  const row = rowAt(t), poses = posesAt(row);
   parts = [];
   labels = [];
-  paintFloor();
-  paintShadow(poses);
+  paintFloor(poses);
+  if (hasFloor) paintShadow(poses);
   if (tick("trace")) paintTraces(t);
   paintLinks(poses);
+  if (tick("contacts")) paintContacts(poses, row);
   paintAxes(IDENTITY, 0.2 * radius, 2);
   if (tick("frames")) poses.forEach((pose) => paintAxes(pose, 5 * thick, 2));
   if (tick("names")) paintNames(poses);
@@ -206,6 +227,9 @@ function paint(t) {
   paintLabels();
   // what a test reads: where the ends of the mechanism are
   document.documentElement.dataset.tips = JSON.stringify(tips.map((i) => tipOf(i, poses)));
+  document.documentElement.dataset.shapes = JSON.stringify(contacts.map(({ shapes }) => shapePose(shapes[0], poses).p));
+  document.documentElement.dataset.forces = JSON.stringify(forcesAt(row));
+  document.documentElement.dataset.floor = JSON.stringify(hasFloor ? [...floorNormal, floorHeight] : []);
   document.documentElement.dataset.up = JSON.stringify(up);
   document.documentElement.dataset.faces = parts.length;
 }

@@ -3,7 +3,9 @@ const canvas = document.getElementById("view");
 const pen = canvas.getContext("2d");
 const middle = [0, 1, 2].map((k) => (low[k] + high[k]) / 2);
 const radius = Math.max(1e-9, long(plus(high, low, -1)) / 2);
-const bones = links.map((link) => long(link.p)).filter((x) => x > 1e-9).sort((a, b) => a - b);
+const lengths = links.filter((link) => !link.floats).map((link) => long(link.p)).filter((x) => x > 1e-9);
+const sizes = contacts.flatMap((contact) => contact.shapes.map((shape) => 2 * Math.max(0, ...hull(shape).map(long)))).filter((x) => x > 1e-9);
+const bones = (lengths.length ? lengths : sizes).sort((a, b) => a - b);
 const thick = Math.min(0.036 * radius, 0.16 * (bones[bones.length >> 1] || radius));
 const sides = links.length > 60 ? 6 : links.length > 20 ? 8 : 14;
 const LIGHT = unit([-0.45, 0.75, 0.6]); // from the camera: left, up, near
@@ -62,7 +64,7 @@ function project(point) {
 }
 
 let parts = []; // [depth, draw] of the visible parts
-function face(points, colour, facing, both = false) {
+function face(points, colour, facing, both = false, opacity = 1) {
   const flat = points.map(project);
   if (flat.some((q) => q[2] < 0.02 * radius)) return;
   let area = 0, depth = 0;
@@ -80,8 +82,10 @@ function face(points, colour, facing, both = false) {
     pen.closePath();
     pen.fillStyle = pen.strokeStyle = shaded(colour, shade);
     pen.lineWidth = 0.7; // covers gaps between faces
+    pen.globalAlpha = opacity;
     pen.fill();
-    pen.stroke();
+    if (opacity === 1) pen.stroke();
+    pen.globalAlpha = 1;
   }]);
 }
 function turnedToCamera(v) {
@@ -123,7 +127,7 @@ function tube(a, b, ra, rb, colour, caps = true) {
     face(ring.map((_, i) => at(0, sides - 1 - i, ra)), colour, scaled(w, -1));
   }
 }
-function box(centre, R, half, colour) {
+function box(centre, R, half, colour, opacity = 1) {
   for (let axis = 0; axis < 3; axis++)
     for (const side of [-1, 1]) {
       const [i, j] = [(axis + 1) % 3, (axis + 2) % 3];
@@ -135,7 +139,7 @@ function box(centre, R, half, colour) {
         return plus(centre, turned(R, v));
       };
       const around = [corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)];
-      face(side > 0 ? around : around.reverse(), colour, [R[axis] * side, R[3 + axis] * side, R[6 + axis] * side]);
+      face(side > 0 ? around : around.reverse(), colour, [R[axis] * side, R[3 + axis] * side, R[6 + axis] * side], false, opacity);
     }
 }
 function ball(centre, r, colour) {
