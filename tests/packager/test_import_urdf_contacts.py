@@ -2,6 +2,7 @@
 
 import argparse
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from build_fmu.importers.rigid import pose_of, rotation_x, rotation_y, rotation_
 from build_fmu.run.session import Session
 from build_fmu.run.simulate import Settings, simulate
 
+ROOT = Path(__file__).parents[2]
 INERTIAL = '<inertial><mass value="{}"/><inertia ixx="0.01" iyy="0.01" izz="0.01"/></inertial>'
 
 
@@ -194,3 +196,18 @@ def test_a_dropped_ball_rests_one_millimetre_deep(tmp_path):
     assert result["ball_contact.depth"][-1] == pytest.approx(1e-3, rel=0.05)
     assert result["ball_contact.force[3]"][-1] == pytest.approx(0.7 * 9.81, rel=1e-3)
     assert math.isclose(result["ball[3].q"][-1], 0.1 - result["ball_contact.depth"][-1], abs_tol=1e-9)
+
+
+@pytest.mark.usefixtures("built_library")
+def test_the_dog_of_the_tutorial_lands_and_stands(tmp_path):
+    model = tmp_path / "dog.toml"
+    words = ["--floating", "--contact", "ground", "--pose", "*_hip=0.7", "--pose", "*_knee=-1.4", "-o", str(model)]
+    assert main(["import", str(ROOT / "examples" / "dog.urdf"), *words]) == 0
+    model.write_text(model.read_text() + '\n[controller]\nlaw = "pd"\nkp = 80\nkd = 2\n')
+    assert main(["build", "--no-show", str(model), "-o", str(tmp_path / "dog.fmu")]) == 0
+    with Session(tmp_path / "dog.fmu") as session:
+        result = simulate(session, Settings(4, 0.01, None, ["trunk[3].q0=0.5"]))
+    feet = [f"{leg}_shank_contact" for leg in ("fl", "fr", "hl", "hr")]
+    assert all(result[f"{foot}.depth"][0] < -0.1 and result[f"{foot}.force[3]"][-1] > 10 for foot in feet)
+    assert sum(result[f"{foot}.force[3]"][-1] for foot in feet) == pytest.approx(10 * 9.81, rel=1e-2)
+    assert 0.3 < result["trunk[3].q"][-1] < 0.33 and abs(result["trunk[3].qd"][-1]) < 1e-3

@@ -32,6 +32,7 @@ def test_every_command_of_the_page(tmp_path):
     for name in ("pendulum.urdf", "panda.urdf"):
         (tmp_path / name).write_text(block("xml"))
     (tmp_path / "arm.csv").write_text(block("text"))
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
     (tmp_path / "MyRobot").mkdir()
     (tmp_path / "MyRobot" / "inputs.m").write_text(INPUTS)
     commands = "\n".join(re.findall(r"```sh\n(.*?)```", TEXT, re.DOTALL))
@@ -50,6 +51,8 @@ def test_every_command_of_the_page(tmp_path):
         "my_robot.html",
         "arm.png",
         "arm.gif",
+        "ball.html",
+        "dog.html",
         "arm.fmu",
         "arm_inverse.fmu",
         "run/statevar.dat",
