@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""Measures every figure of docs/performance.md, docs/stability_peers.md and docs/specialise.md; scripts/bench.sh builds what it needs.
+"""Measures every figure of docs/performance.md, docs/stability_peers.md, docs/contact.md and docs/specialise.md.
+
+scripts/bench.sh builds what it needs.
 
     python bench/all.py              about half an hour on two processors; figures, plots and pages in out/bench
     python bench/all.py --quick      a few minutes, approximate figures: tests that everything runs
@@ -66,6 +68,7 @@ def stages(folder: Path) -> list[Stage]:
             7,
         ),
         Stage("extreme", "extreme cases, with other simulators", ("peers/extreme.py", *out), ("--limit", "5"), "", 12, 3),
+        Stage("contact", "contact, with other simulators", ("contact.py", *out), ("-r", "1", "--longest", "0.05"), "", 12, 4),
         Stage("picture", "work-precision diagram of the KUKA KR5", ("accuracy_picture.py", *out), ("--quick",), "", 6, 1),
     ]
 

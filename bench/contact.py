@@ -5,8 +5,9 @@
     python bench/contact.py -f bounce -r 3            selected scenes, three rounds
 
 Each simulator is compared with the exact solution of its own contact law (peers/contact_scenes.py). Times as in
-peers/work_precision.py. Writes contact_scenes.svg and .png (curves), contact.csv and contact_figures.md (tables). Needs the program
-fmu_runner (scripts/bench.sh builds it) and the simulators of scripts/peers.sh.
+peers/work_precision.py. Writes contact_scenes.svg and .png (curves, without runs that a faster one of the same method beats),
+contact.csv (all runs) and contact_figures.md (tables). Needs the program fmu_runner (scripts/bench.sh builds it) and the simulators of
+scripts/peers.sh.
 """
 
 from __future__ import annotations
@@ -19,13 +20,15 @@ import subprocess
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent / "peers"))
+sys.path[:0] = [str(Path(__file__).resolve().parent / "peers"), str(Path(__file__).resolve().parent.parent)]
 from contact_scenes import ContactScene, scenes, write
 from peers import CUTS, TOLERANCES, Curve, Peers
 from scenes import ROOT
-from summary import plot, plt, table
+from summary import front, plot, plt, table
 from summary import write as write_figure
 from work_precision import compare
+
+from build_fmu.report.machine import processor
 
 STEPS = tuple(100 * cuts for cuts in CUTS)
 PEERS = {"Drake": "pydrake", "MuJoCo": "mujoco", "Exudyn": "exudyn"}
@@ -68,7 +71,9 @@ def draw(results, folder: Path) -> None:
     figure, panels = plt.subplots(2, 2, figsize=(11, 8.4), layout="constrained")
     legend = {}
     for axes, (scene, points) in zip(panels.flat, results, strict=False):
-        plot(axes, scene, points, "position error, m")
+        curves = dict.fromkeys(point.curve for point in points)
+        best = [point for curve in curves for point in front([point for point in points if point.curve == curve])]
+        plot(axes, scene, best, "position error, m")
         handles, labels = axes.get_legend_handles_labels()
         legend |= dict(zip(labels, handles, strict=True))
     figure.legend(legend.values(), legend.keys(), loc="outside lower center", ncol=5, frameon=False, fontsize=9)
@@ -111,7 +116,7 @@ def main() -> None:
         writer.writerow(["scene", "method", "tolerance or steps", "error, m", "CPU time in s per simulated second"])
         writer.writerows(records)
     versions = ", ".join(f"{peer} {version}" for peer, version in peers.versions().items() if peer in PEERS and peer not in absent)
-    head = f"{versions}; medians of {options.rounds} rounds, load average {min(loads):.1f} to {max(loads):.1f}.\n\n"
+    head = f"{processor()}; {versions}; medians of {options.rounds} rounds, load average {min(loads):.1f} to {max(loads):.1f}.\n\n"
     (options.output / "contact_figures.md").write_text(head + "\n".join(table(scene, points) for scene, points in results))
     print(f"wrote contact_scenes.svg, contact_figures.md and contact.csv to {options.output}")
 

@@ -19,9 +19,9 @@ from pathlib import Path
 import tables
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGES = ("performance.md", "stability_peers.md", "specialise.md")
+PAGES = ("performance.md", "stability_peers.md", "specialise.md", "contact.md")
 LINES = ("core.txt", "do_step.txt", "latency.txt", "accuracy.txt", "parts.txt", "straight_line.txt", "peers.txt")
-PICTURES = ("peers_*.svg", "peers_*.png", "accuracy.png")
+PICTURES = ("peers_*.svg", "peers_*.png", "contact_scenes.*", "accuracy.png")
 
 
 def machine(folder: Path) -> str:
@@ -66,6 +66,7 @@ def blocks(folder: Path) -> dict[str, str]:
         "losses": ("losses.md", str),
         "straight_line": ("straight_line.txt", tables.straight_lines),
         "extreme": ("extreme.md", str),
+        "contact": ("contact_figures.md", str),
         "targets": ("figures.txt", tables.targets),
     }
     found = {}

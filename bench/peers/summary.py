@@ -10,21 +10,28 @@ matplotlib.use("Agg")
 matplotlib.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "redysim"})
 import matplotlib.pyplot as plt
 
+SMALLEST = 1e-12  # rad or m: below, the result is limited by the reference and by rounding
 TARGETS = (1e-2, 1e-3, 1e-6, 1e-9)
 COLOURS = {"ReDySim-FMU": "#c1121f", "Pinocchio": "#1d4e89", "MuJoCo": "#2a9d5c", "Drake": "#8a5a00", "Exudyn": "#7b3fa0"}
 STYLES = (("-", "o"), ("--", "s"), (":", "^"), ("-.", "D"), ("--", "v"))
+OURS = {"erk": 0, "dirk": 1, "bdf": 3, "adams": 4, "auto": 2}
+
+
+def front(points) -> list:
+    """The runs of a curve that no faster one beats, by error."""
+    return sorted((p for p in points if not any(o.median < p.median and o.error <= p.error for o in points)), key=lambda p: p.error)
 
 
 def plot(axes, scene, points, quantity: str) -> None:
-    """Draws a work-precision diagram: error to the left is smaller, time upwards is longer."""
+    """Draws a work-precision diagram: error to the left is smaller, time upwards is longer. Errors below SMALLEST are drawn there."""
     used: dict[str, int] = {}
     for curve in dict.fromkeys(point.curve for point in points):
         mine = [point for point in points if point.curve == curve and point.error > 0]
-        line, marker = STYLES[used.get(curve.peer, 0) % len(STYLES)]
-        used[curve.peer] = used.get(curve.peer, 0) + 1
         ours = curve.peer == "ReDySim-FMU"
+        line, marker = STYLES[OURS[curve.method] if ours else used.get(curve.peer, 0) % len(STYLES)]
+        used[curve.peer] = used.get(curve.peer, 0) + 1
         axes.loglog(
-            [point.error for point in mine],
+            [max(point.error, SMALLEST) for point in mine],
             [1e3 * point.median / scene.end for point in mine],
             linestyle=line,
             marker=marker,
@@ -34,7 +41,7 @@ def plot(axes, scene, points, quantity: str) -> None:
             label=curve.label,
             zorder=3 if ours else 2,
         )
-    axes.set_xlim(1e-12, 1)
+    axes.set_xlim(SMALLEST / 2, 1)
     axes.set_xlabel(quantity)
     axes.set_ylabel("CPU time, ms per simulated second")
     axes.set_title(scene.title)

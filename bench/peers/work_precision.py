@@ -26,11 +26,10 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from peers import Curve, Peers, curves
 from scenes import ROOT, Scene, all_scenes
-from summary import draw, lines, losses, table
+from summary import SMALLEST, draw, lines, losses, table
 from worker import Gone
 
 ROUNDING = 1e-7  # rad: below, a finer run without improvement ends the curve
-SMALLEST = 1e-12  # rad: below, the result is limited by the reference and by rounding
 
 
 @dataclass
