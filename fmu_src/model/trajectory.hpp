@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <limits>
 #include <vector>
 
@@ -22,6 +23,8 @@ struct Trajectory {
   double end = std::numeric_limits<double>::infinity();
   double from = 0, to = 0;    // of a cycloid
   std::vector<Piece> pieces;  // with increasing knots
+  // Indices of the pieces, without the first, at whose knot the acceleration jumps; increasing.
+  std::vector<std::size_t> jumps;
 };
 
 }  // namespace redysim

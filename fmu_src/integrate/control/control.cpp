@@ -42,7 +42,7 @@ bool Control::enter(double time, double* phases) const {
   const double slack = 1e-12 * std::max(1.0, std::abs(time));
   bool changed = false;
   for (std::size_t k = 0; k < trajectories_.size(); ++k) {
-    const auto phase = static_cast<double>(phase_at(trajectories_[k], time + slack));
+    const double phase = phase_at(trajectories_[k], time + slack);
     changed = changed || phase != phases[k];
     phases[k] = phase;
   }
@@ -54,9 +54,8 @@ double Control::next_breakpoint(double time, const double* phases) const {
   const double passed = time + 1e-12 * std::max(1.0, std::abs(time));
   double next = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < trajectories_.size(); ++k) {
-    const Phase phase = static_cast<Phase>(static_cast<int>(phases[k]));
-    next = std::min(next, end_of(trajectories_[k], phase));
-    if (phase == Phase::inside) next = std::min(next, next_knot(trajectories_[k], passed));
+    const int phase = static_cast<int>(phases[k]);
+    next = std::min({next, end_of(trajectories_[k], phase), next_knot(trajectories_[k], phase, passed)});
   }
   return next;
 }
@@ -69,8 +68,7 @@ void Control::set_motions(double time, const double* phases, double* q, double* 
   for (std::size_t i = 0; i < trajectory_of_.size(); ++i) {
     if (!prescribes(static_cast<int>(i))) continue;
     const int k = trajectory_of_[i];
-    const JointMotion motion =
-        motion_at(trajectories_[k], static_cast<Phase>(static_cast<int>(phases[k])), time);
+    const JointMotion motion = motion_at(trajectories_[k], static_cast<int>(phases[k]), time);
     q[i] = motion.q;
     qd[i] = motion.qd;
   }
@@ -78,21 +76,21 @@ void Control::set_motions(double time, const double* phases, double* q, double* 
 
 JointMotion Control::reference(int joint, double time, const double* phases) const {
   const int k = trajectory_of_[joint];
-  if (k >= 0) return motion_at(trajectories_[k], static_cast<Phase>(static_cast<int>(phases[k])), time);
+  if (k >= 0) return motion_at(trajectories_[k], static_cast<int>(phases[k]), time);
   const auto place = std::find(joints_.begin(), joints_.end(), joint) - joints_.begin();
   return {gains_[static_cast<std::size_t>(place)].target, 0, 0};
 }
 
 double Control::jerk(int joint, double time, const double* phases) const {
   const int k = trajectory_of_[joint];
-  return k < 0 ? 0 : jerk_at(trajectories_[k], static_cast<Phase>(static_cast<int>(phases[k])), time);
+  return k < 0 ? 0 : jerk_at(trajectories_[k], static_cast<int>(phases[k]), time);
 }
 
 void Control::apply(double time, const double* phases, const double* q, const double* qd, double* inputs) {
   for (std::size_t i = 0; i < trajectory_of_.size(); ++i)
     if (prescribes(static_cast<int>(i))) {
       const int k = trajectory_of_[i];
-      inputs[i] = motion_at(trajectories_[k], static_cast<Phase>(static_cast<int>(phases[k])), time).qdd;
+      inputs[i] = motion_at(trajectories_[k], static_cast<int>(phases[k]), time).qdd;
     }
   if (internal_model_) model_torques(time, phases, q, qd, inputs, internal_model_->torques.data());
   for (std::size_t k = 0; k < joints_.size(); ++k) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace redysim {
 namespace {
@@ -31,53 +32,76 @@ JointMotion polynomial(const Trajectory::Piece& piece, double time) {
   return motion;
 }
 
-// The piece after the one that holds a time.
-std::vector<Trajectory::Piece>::const_iterator next_piece(const Trajectory& trajectory, double time) {
-  return std::upper_bound(trajectory.pieces.begin() + 1, trajectory.pieces.end(), time,
+using Pieces = std::vector<Trajectory::Piece>::const_iterator;
+
+int last_phase(const Trajectory& trajectory) { return static_cast<int>(trajectory.jumps.size()) + 2; }
+
+bool is_inside(const Trajectory& trajectory, int phase) {
+  return phase > 0 && phase < last_phase(trajectory);
+}
+
+// The piece after the one that holds a time, among those of a phase inside the interval; `end`: none.
+Pieces next_piece(const Trajectory& trajectory, int phase, double time, Pieces& end) {
+  const auto place = static_cast<std::size_t>(phase - 1);
+  const auto begin = trajectory.pieces.begin();
+  const Pieces first = begin + static_cast<std::ptrdiff_t>(place == 0 ? 0 : trajectory.jumps[place - 1]);
+  end = place == trajectory.jumps.size() ? trajectory.pieces.end()
+                                         : begin + static_cast<std::ptrdiff_t>(trajectory.jumps[place]);
+  return std::upper_bound(first + 1, end, time,
                           [](double t, const Trajectory::Piece& piece) { return t < piece.knot; });
 }
 
-// The function inside the interval, continued beyond its ends.
-JointMotion inside(const Trajectory& trajectory, double time) {
+const Trajectory::Piece& piece_at(const Trajectory& trajectory, int phase, double time) {
+  Pieces end;
+  return *(next_piece(trajectory, phase, time, end) - 1);
+}
+
+// The function of a phase inside the interval, continued beyond its ends.
+JointMotion inside(const Trajectory& trajectory, int phase, double time) {
   if (trajectory.kind == Trajectory::Kind::cycloid) return cycloid(trajectory, time);
-  return polynomial(*(next_piece(trajectory, time) - 1), time);
+  return polynomial(piece_at(trajectory, phase, time), time);
 }
 
 }  // namespace
 
-Phase phase_at(const Trajectory& trajectory, double time) {
-  return time < trajectory.begin ? Phase::before : time < trajectory.end ? Phase::inside : Phase::after;
+int phase_at(const Trajectory& trajectory, double time) {
+  int phase = 0;
+  while (time >= end_of(trajectory, phase)) ++phase;
+  return phase;
 }
 
-double end_of(const Trajectory& trajectory, Phase phase) {
-  return phase == Phase::before   ? trajectory.begin
-         : phase == Phase::inside ? trajectory.end
-                                  : std::numeric_limits<double>::infinity();
+double end_of(const Trajectory& trajectory, int phase) {
+  if (phase == 0) return trajectory.begin;
+  if (phase == last_phase(trajectory)) return std::numeric_limits<double>::infinity();
+  const auto place = static_cast<std::size_t>(phase - 1);
+  return place == trajectory.jumps.size() ? trajectory.end : trajectory.pieces[trajectory.jumps[place]].knot;
 }
 
-double next_knot(const Trajectory& trajectory, double time) {
-  if (trajectory.pieces.empty()) return std::numeric_limits<double>::infinity();
-  const auto next = next_piece(trajectory, time);
-  return next == trajectory.pieces.end() ? std::numeric_limits<double>::infinity() : next->knot;
+double next_knot(const Trajectory& trajectory, int phase, double time) {
+  if (trajectory.pieces.empty() || !is_inside(trajectory, phase))
+    return std::numeric_limits<double>::infinity();
+  Pieces end;
+  const Pieces next = next_piece(trajectory, phase, time, end);
+  return next == end ? std::numeric_limits<double>::infinity() : next->knot;
 }
 
-JointMotion motion_at(const Trajectory& trajectory, Phase phase, double time) {
-  if (phase == Phase::inside) return inside(trajectory, time);
-  const double end_point = phase == Phase::before ? trajectory.begin : trajectory.end;
-  JointMotion motion = inside(trajectory, end_point);
+JointMotion motion_at(const Trajectory& trajectory, int phase, double time) {
+  if (is_inside(trajectory, phase)) return inside(trajectory, phase, time);
+  const double end_point = phase == 0 ? trajectory.begin : trajectory.end;
+  JointMotion motion = inside(trajectory, phase == 0 ? 1 : phase - 1, end_point);
   motion.q += motion.qd * (time - end_point);
   motion.qdd = 0;
   return motion;
 }
 
-double jerk_at(const Trajectory& trajectory, Phase phase, double time) {
-  if (phase != Phase::inside) return 0;
+double jerk_at(const Trajectory& trajectory, int phase, double time) {
+  if (!is_inside(trajectory, phase)) return 0;
   if (trajectory.kind == Trajectory::Kind::cycloid) {
     const double length = trajectory.end - trajectory.begin, frequency = two_pi / length;
     return (trajectory.to - trajectory.from) / length * frequency * frequency *
            std::cos(frequency * (time - trajectory.begin));
   }
-  const Trajectory::Piece& piece = *(next_piece(trajectory, time) - 1);
+  const Trajectory::Piece& piece = piece_at(trajectory, phase, time);
   double jerk = 0;
   for (std::size_t k = piece.coefficients.size(); k-- > 3;)
     jerk = jerk * (time - piece.knot) + static_cast<double>(k * (k - 1) * (k - 2)) * piece.coefficients[k];

@@ -1,5 +1,6 @@
 #include "model/read/motion_table.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -10,17 +11,27 @@
 namespace redysim {
 namespace {
 
-// At each knot the mean acceleration of the cubics (q and qd at both ends) before and after it.
+constexpr double rounding = 1e-12;  // of the largest value of a column
+
+// Whether row k has the time of the row before: the acceleration jumps between them.
+bool is_jump(const MotionTable& table, std::size_t k) {
+  return k > 0 && k < table.time.size() && table.time[k] == table.time[k - 1];
+}
+
+// At each knot the mean acceleration of the cubics (q and qd at both ends) before and after it; at a jump
+// that of its own side.
 std::vector<double> mean_accelerations(const MotionTable& table) {
   const std::size_t n = table.time.size();
   std::vector<double> sum(n, 0.0);
   for (std::size_t k = 0; k + 1 < n; ++k) {
+    if (is_jump(table, k + 1)) continue;
     const double h = table.time[k + 1] - table.time[k];
     const double slope = 6 * (table.q[k + 1] - table.q[k]) / (h * h);
     sum[k] += slope - (4 * table.qd[k] + 2 * table.qd[k + 1]) / h;
     sum[k + 1] += (2 * table.qd[k] + 4 * table.qd[k + 1]) / h - slope;
   }
-  for (std::size_t k = 1; k + 1 < n; ++k) sum[k] *= 0.5;
+  for (std::size_t k = 1; k + 1 < n; ++k)
+    if (!is_jump(table, k) && !is_jump(table, k + 1)) sum[k] *= 0.5;
   return sum;
 }
 
@@ -45,6 +56,27 @@ struct Columns {
   }
 };
 
+// The error of the two rows k - 1 and k of one time.
+std::string jump_objection(const MotionTable& table, std::size_t k) {
+  const std::string at = "at time " + shown(table.time[k]);
+  if (is_jump(table, k - 1))
+    return "a table must have at most two rows " + at + "; the acceleration jumps there";
+  if (k == 1 || k + 1 == table.time.size())
+    return "a table must have one row " + at + ", its " + (k == 1 ? "start" : "end") +
+           "; the acceleration may jump there anyway";
+  if (table.qd.empty()) return "two rows " + at + " require qd";
+  const std::pair<const char*, const std::vector<double>*> columns[] = {{"q", &table.q}, {"qd", &table.qd}};
+  for (const auto& [name, column] : columns) {
+    const double one = (*column)[k - 1], other = (*column)[k];
+    double largest = 0;
+    for (double value : *column) largest = std::max(largest, std::abs(value));
+    if (!(std::abs(other - one) <= rounding * largest))
+      return "two rows " + at + " must have the same " + name + ", got " + shown(one) + " and " +
+             shown(other) + "; only the acceleration may jump";
+  }
+  return {};
+}
+
 }  // namespace
 
 std::string objection(const MotionTable& table) {
@@ -61,10 +93,13 @@ std::string objection(const MotionTable& table) {
       if (!std::isfinite(value)) return std::string(name) + " must be finite, got " + shown(value);
   }
   if (table.qd.empty() && !table.qdd.empty()) return "qdd requires qd";
-  for (std::size_t k = 1; k < n; ++k)
-    if (!(table.time[k] > table.time[k - 1]))
+  for (std::size_t k = 1; k < n; ++k) {
+    if (!(table.time[k] >= table.time[k - 1]))
       return "time must increase from row to row, got " + shown(table.time[k]) + " after " +
              shown(table.time[k - 1]);
+    const std::string why = is_jump(table, k) ? jump_objection(table, k) : "";
+    if (!why.empty()) return why;
+  }
   return {};
 }
 
@@ -87,21 +122,26 @@ std::vector<double> cubic(double h, double q_start, double qd_start, double q_en
   return {q_start, qd_start, (3 * miss - rate) / (h * h), (rate - 2 * miss) / (h * h * h)};
 }
 
-std::vector<Trajectory::Piece> interpolate(const MotionTable& table) {
+void interpolate(const MotionTable& table, Trajectory& trajectory) {
   const std::vector<double>&t = table.time, &q = table.q;
   const std::vector<double> qd = table.qd.empty() ? spline_slopes(t, q) : table.qd;
   const std::vector<double> qdd = table.qd.empty()    ? std::vector<double>()
                                   : table.qdd.empty() ? mean_accelerations(table)
                                                       : table.qdd;
-  std::vector<Trajectory::Piece> pieces;
+  trajectory.begin = t.front();
+  trajectory.end = t.back();
+  std::vector<Trajectory::Piece>& pieces = trajectory.pieces;
   for (std::size_t k = 0; k + 1 < t.size(); ++k) {
+    if (is_jump(table, k + 1)) {
+      trajectory.jumps.push_back(pieces.size());
+      continue;
+    }
     const double h = t[k + 1] - t[k];
     if (qdd.empty())
       pieces.push_back({t[k], cubic(h, q[k], qd[k], q[k + 1], qd[k + 1])});
     else
       pieces.push_back({t[k], quintic(h, {q[k], qd[k], qdd[k]}, {q[k + 1], qd[k + 1], qdd[k + 1]})});
   }
-  return pieces;
 }
 
 std::string read_csv(const std::string& text, const std::string& joint, MotionTable& table) {

@@ -5,7 +5,8 @@
 
 #include "model/trajectory.hpp"
 
-// Interpolation of a tabulated motion by polynomials with continuous acceleration.
+// Interpolation of a tabulated motion by polynomials with continuous acceleration, except at times with two
+// rows: there it jumps.
 
 namespace redysim {
 
@@ -16,9 +17,10 @@ struct MotionTable {
 // The error of a table, one sentence; empty if it is valid.
 std::string objection(const MotionTable& table);
 
-// q alone: the cubic spline that starts and ends at rest. q and qd: quintics through them, whose acceleration
-// at a knot is the mean of the accelerations of the two adjacent cubics. q, qd, qdd: quintics through them.
-std::vector<Trajectory::Piece> interpolate(const MotionTable& table);
+// Sets the interval, pieces and jumps. q alone: the cubic spline that starts and ends at rest. q and qd:
+// quintics through them, whose acceleration at a knot is the mean of the accelerations of the two adjacent
+// cubics. q, qd, qdd: quintics through them.
+void interpolate(const MotionTable& table, Trajectory& trajectory);
 
 // The quintic in powers of t with these values, velocities and accelerations at t = 0 and t = length.
 std::vector<double> quintic(double length, const double (&start)[3], const double (&end)[3]);

@@ -96,9 +96,7 @@ void read_table(Section& section, double unit, const Joint& joint, const std::st
   }
   for (std::vector<double>* column : {&table.q, &table.qd, &table.qdd})
     for (double& value : *column) value *= unit;
-  trajectory.begin = table.time.front();
-  trajectory.end = table.time.back();
-  trajectory.pieces = interpolate(table);
+  interpolate(table, trajectory);
 }
 
 Trajectory read_trajectory(Section section, const Model& model, const JointIndex& joints, bool degrees,

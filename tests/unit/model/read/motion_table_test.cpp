@@ -52,6 +52,12 @@ double error(const std::vector<Trajectory::Piece>& pieces, int order) {
   return largest;
 }
 
+std::vector<Trajectory::Piece> pieces_of(const MotionTable& table) {
+  Trajectory trajectory;
+  interpolate(table, trajectory);
+  return trajectory.pieces;
+}
+
 TEST(motion_table, quintic_meets_its_ends) {
   const std::vector<double> c = quintic(0.7, {1, -2, 3}, {-4, 5, -6});
   for (int order = 0; order < 3; ++order) {
@@ -70,7 +76,7 @@ TEST(motion_table, positions_alone_make_a_smooth_spline_at_rest_at_its_ends) {
   MotionTable table;
   table.time = {0, 0.3, 1, 1.2, 2};
   table.q = {1, -1, 0.5, 2, 2};
-  const auto pieces = interpolate(table);
+  const auto pieces = pieces_of(table);
   for (int order = 0; order < 3; ++order) EXPECT_LT(jump(pieces, order), 1e-11) << order;
   for (std::size_t k = 0; k < pieces.size(); ++k) EXPECT_EQ(pieces[k].coefficients[0], table.q[k]);
   EXPECT_EQ(pieces.front().coefficients[1], 0);
@@ -82,7 +88,7 @@ TEST(motion_table, a_spline_of_two_points_is_the_cubic_between_rests) {
   MotionTable table;
   table.time = {1, 3};
   table.q = {0, 4};
-  const auto pieces = interpolate(table);
+  const auto pieces = pieces_of(table);
   ASSERT_EQ(pieces.size(), 1u);
   EXPECT_EQ(pieces[0].coefficients, cubic(2, 0, 0, 4, 0));
 }
@@ -90,7 +96,7 @@ TEST(motion_table, a_spline_of_two_points_is_the_cubic_between_rests) {
 TEST(motion_table, velocities_are_met_and_the_acceleration_is_continuous) {
   MotionTable table = sine(9);
   table.qdd.clear();
-  const auto pieces = interpolate(table);
+  const auto pieces = pieces_of(table);
   for (int order = 0; order < 3; ++order) EXPECT_LT(jump(pieces, order), 1e-11) << order;
   for (std::size_t k = 0; k < pieces.size(); ++k) EXPECT_EQ(pieces[k].coefficients[1], table.qd[k]);
 }
@@ -103,19 +109,57 @@ TEST(motion_table, errors_fall_with_the_order_of_what_is_given) {
       fine.qdd.clear();
     }
     // position errors: of the sixth order with accelerations, of the fourth without
-    const double ratio = error(interpolate(coarse), 0) / error(interpolate(fine), 0);
+    const double ratio = error(pieces_of(coarse), 0) / error(pieces_of(fine), 0);
     EXPECT_GT(ratio, accelerations ? 40 : 10);
-    EXPECT_LT(error(interpolate(fine), 2), accelerations ? 1e-6 : 1e-2);
+    EXPECT_LT(error(pieces_of(fine), 2), accelerations ? 1e-6 : 1e-2);
   }
 }
 
 TEST(motion_table, a_bad_table_is_refused_with_a_sentence) {
   EXPECT_EQ(objection({{0}, {1}, {}, {}}), "a table must have at least 2 rows, got 1");
   EXPECT_EQ(objection({{0, 1}, {1}, {}, {}}), "q must be as long as time, 2 numbers, got 1");
-  EXPECT_EQ(objection({{0, 0}, {1, 1}, {}, {}}), "time must increase from row to row, got 0 after 0");
+  EXPECT_EQ(objection({{0, -1}, {1, 1}, {}, {}}), "time must increase from row to row, got -1 after 0");
   EXPECT_EQ(objection({{0, 1}, {1, 1}, {}, {1, 1}}), "qdd requires qd");
   EXPECT_EQ(objection({{0, 1}, {1, NAN}, {}, {}}), "q must be finite, got nan");
   EXPECT_EQ(objection({{0, 1}, {1, 1}, {1, 1}, {1, 1}}), "");
+}
+
+TEST(motion_table, at_two_rows_each_side_has_its_own_cubics) {
+  MotionTable table = sine(9), left = table, right = table;
+  for (std::vector<double>* column : {&left.time, &left.q, &left.qd}) column->resize(5);
+  for (std::vector<double>* column : {&right.time, &right.q, &right.qd})
+    column->erase(column->begin(), column->begin() + 4);
+  for (std::vector<double>* column : {&table.time, &table.q, &table.qd})
+    column->insert(column->begin() + 4, (*column)[4]);
+  for (MotionTable* one : {&table, &left, &right}) one->qdd.clear();
+  Trajectory whole;
+  interpolate(table, whole);
+  EXPECT_EQ(whole.jumps, std::vector<std::size_t>{4});
+  EXPECT_EQ(whole.begin, table.time.front());
+  EXPECT_EQ(whole.end, table.time.back());
+  std::vector<Trajectory::Piece> parts = pieces_of(left);
+  for (const Trajectory::Piece& piece : pieces_of(right)) parts.push_back(piece);
+  ASSERT_EQ(whole.pieces.size(), parts.size());
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    EXPECT_EQ(whole.pieces[k].knot, parts[k].knot);
+    EXPECT_EQ(whole.pieces[k].coefficients, parts[k].coefficients);
+  }
+}
+
+TEST(motion_table, two_rows_of_one_time_that_contradict_are_refused) {
+  EXPECT_EQ(objection({{0, 1, 1, 2}, {0, 3, 3, 4}, {0, 1, 1, 0}, {}}), "");
+  EXPECT_EQ(objection({{0, 1, 1, 2}, {0, 3, 3 + 2e-12, 4}, {0, 1, 1, 0}, {1, 2, 3, 4}}), "");  // rounding
+  EXPECT_EQ(objection({{0, 1, 1, 2}, {0, 3, 3.5, 4}, {0, 1, 1, 0}, {}}),
+            "two rows at time 1 must have the same q, got 3 and 3.5; only the acceleration may jump");
+  EXPECT_EQ(objection({{0, 1, 1, 2}, {0, 3, 3, 4}, {0, 1, -1, 0}, {}}),
+            "two rows at time 1 must have the same qd, got 1 and -1; only the acceleration may jump");
+  EXPECT_EQ(objection({{0, 1, 1, 2}, {0, 3, 3, 4}, {}, {}}), "two rows at time 1 require qd");
+  EXPECT_EQ(objection({{0, 1, 1, 1, 2}, {0, 3, 3, 3, 4}, {0, 1, 1, 1, 0}, {}}),
+            "a table must have at most two rows at time 1; the acceleration jumps there");
+  EXPECT_EQ(objection({{1, 1, 2}, {3, 3, 4}, {1, 1, 0}, {}}),
+            "a table must have one row at time 1, its start; the acceleration may jump there anyway");
+  EXPECT_EQ(objection({{0, 1, 1}, {3, 4, 4}, {1, 0, 0}, {}}),
+            "a table must have one row at time 1, its end; the acceleration may jump there anyway");
 }
 
 TEST(motion_table, csv_takes_the_joints_own_columns_first) {
