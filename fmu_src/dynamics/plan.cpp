@@ -229,6 +229,8 @@ void Plan<Scalar>::take_contacts(const Model& model) {
         ContactPair<double> pair =
             contact_pair(*points, frame_of(points->link), *surface, frame_of(surface->link));
         pair.contact = static_cast<int>(k);
+        // ReDySim's forces act at the points themselves
+        if (contact.law == Contact::Law::redysim) pair.half_way = 0;
         pair.ball_body = body_of(points->link);
         pair.surface_body = body_of(surface->link);
         pair.balls_on_b = points == &contact.b;

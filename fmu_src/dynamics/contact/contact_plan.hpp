@@ -31,6 +31,7 @@ struct ContactPair {
   bool balls_on_b = false;          // of the contact's links
   std::vector<Vec3<Scalar>> balls;  // centers, in the body
   Scalar radius = 0;
+  double half_way = 0.5;  // where between the two surfaces forces act; 0: at the center of a ball
   // of a disk: the ball is the nearest part of its rim, at `ring` from the center
   bool is_disk = false;
   Vec3<Scalar> axis;
@@ -90,6 +91,7 @@ ContactPair<To> with_constants_of(const ContactPair<double>& from) {
   to.balls_on_b = from.balls_on_b;
   for (const Vec3<double>& ball : from.balls) to.balls.push_back(ball.cast<To>());
   to.radius = from.radius;
+  to.half_way = from.half_way;
   to.is_disk = from.is_disk;
   to.axis = from.axis.cast<To>();
   to.ring = from.ring;

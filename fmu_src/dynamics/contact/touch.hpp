@@ -37,7 +37,8 @@ template <class Scalar>
   return m;
 }
 
-// One contact point in the frame of the surface. `position` is half way between both surfaces, `slip` and
+// One contact point in the frame of the surface. `position` is half way between both surfaces (of
+// ReDySim's law the point itself), `slip` and
 // `spin` are the relative motion of the bodies there; `rate` = -normal . velocity. `growth` is the time
 // derivative of the depth, from which `rate` differs on curved ground.
 template <class Scalar>
@@ -85,7 +86,7 @@ template <class Scalar>
   Touch<Scalar> touch;
   touch.depth = surface.depth + pair.radius;
   touch.normal = surface.normal;
-  touch.position = center + Scalar(0.5) * (surface.depth - pair.radius) * surface.normal;
+  touch.position = center + Scalar(pair.half_way) * (surface.depth - pair.radius) * surface.normal;
   const Vec3<Scalar> velocity = motion.velocity_at(touch.position);
   touch.rate = -surface.normal.dot(velocity);
   touch.growth = surface.gradient.dot(rate);
