@@ -36,6 +36,7 @@ class OutputDerivatives {
   Tangent& tangent() { return *tangent_; }
   double energy() { return tangent().kinetic_energy().derivative + tangent().potential_energy().derivative; }
   double work();
+  double contact_work() { return work_ == Work::by_power ? tangent().contact_power().value : 0; }
   double balance();
 
  private:

@@ -58,6 +58,7 @@ class Values {
   double kinetic_energy() const { return kinetic_energy_; }
   double potential_energy() const { return potential_energy_; }
   double work() { return simulation_.system.work(state_.y()); }
+  double contact_work() { return simulation_.system.contact_work(state_.y()); }
   double energy_balance();
 
  private:

@@ -10,6 +10,10 @@ namespace {
 
 bool is_integrated(const Scene& scene, const Variable&) { return has_work(scene.model, scene.plan); }
 
+bool has_contact_work(const Scene& scene, const Variable&) {
+  return scene.plan.has_contacts() && has_work(scene.model, scene.plan);
+}
+
 Force<double> read_momentum(Values& at) {
   const System::Coordinates now = at.coordinates();
   return momentum(at.plan(), at.system().workspace(), now.q, now.qd);
@@ -70,6 +74,13 @@ constexpr Entry entries[] = {
         .depends(at_point::all_jumps, nullptr)
         .measures(quantity::energy)
         .says("Work of drives, ports, dampers and friction since the start"),
+    output(Owner::model, "energy.contact")
+        .there_if(has_contact_work)
+        .reads([](Values& at, const Variable&) { return at.contact_work(); })
+        .derivative([](OutputDerivatives& of, const Variable&) { return of.contact_work(); })
+        .depends(nullptr, nullptr)
+        .measures(quantity::energy)
+        .says("Work of contact forces since the start, without the energy stored in contacts"),
     output(Owner::model, "energy.balance")
         .there_if(is_integrated)
         .reads([](Values& at, const Variable&) { return at.energy_balance(); }, Needs::energies)

@@ -34,7 +34,7 @@ void set_start_values(const Parameters<double>& parameters, const System& system
     std::copy_n(start.quaternion.begin(), 4, layout.quaternion.of(y, ball));
     std::copy_n(start.omega.begin(), 3, layout.omega.of(y, ball));
   }
-  if (system.with_work()) *layout.work.of(y) = 0;
+  std::fill_n(layout.work.of(y), layout.work.count, 0.0);
 }
 
 Assembly assemble_start(const Model& model, const Parameters<double>& parameters, System& system, double time,

@@ -11,15 +11,15 @@ struct StateLayout {
   Span<4> quaternion;  // per spherical joint: w, x, y, z
   Span<1> qd;          // rad/s or m/s
   Span<3> omega;       // per spherical joint: rad/s, link axes
-  Span<1> work;        // J, when asked for
+  Span<1> work;        // J, when asked for; then that of contacts alone, where there are any
 
   StateLayout() = default;
-  StateLayout(int joints, int balls, bool with_work)
+  StateLayout(int joints, int balls, int works)
       : q{0, joints},
         quaternion{q.end(), balls},
         qd{quaternion.end(), joints},
         omega{qd.end(), balls},
-        work{omega.end(), with_work ? 1 : 0} {}
+        work{omega.end(), works} {}
 
   int nq() const { return qd.begin; }                // positions
   int nv() const { return omega.end() - qd.begin; }  // velocities

@@ -64,7 +64,9 @@ void System::set_layouts(bool with_work) {
       motion_slot_[i] = held_motions++;
   }
   layout_ = StateLayout(static_cast<int>(integrated_.size()), static_cast<int>(plan_.balls.size()),
-                        features::energies && with_work);
+                        !features::energies || !with_work ? 0
+                        : plan_.has_contacts()            ? 2
+                                                          : 1);
   input_layout_ = InputLayout(plan_, held_motions, control_ ? static_cast<int>(control_->phase_count()) : 0);
 }
 
@@ -171,6 +173,7 @@ Status System::right_hand_side(double time, const double* y, double* ydot) {
   else if (contact_search_)
     std::copy_n(qdd, plan_.nv, qdd_.data());
   if (with_work()) *layout_.work.of(ydot) = power(coordinates(time, y), qdd);
+  if (layout_.work.count > 1) layout_.work.of(ydot)[1] = workspace_.contact_power;
   qdd_time_ = status == Status::ok ? time : std::numeric_limits<double>::quiet_NaN();
   return status;
 }

@@ -151,6 +151,7 @@ class System {
   double kinetic_energy(double time, const double* y);
   double potential_energy(double time, const double* y);
   double work(const double* y) const { return with_work() ? *layout_.work.of(y) : 0.0; }
+  double contact_work(const double* y) const { return layout_.work.count > 1 ? layout_.work.of(y)[1] : 0.0; }
 
   // The joint that caused a failure of an evaluation or a method: index into plan().joints, or -1.
   int failed_joint() const { return failed_joint_; }

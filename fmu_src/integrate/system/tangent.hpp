@@ -54,7 +54,8 @@ class Tangent {
   // Evaluates the quantities below and their directions; false: not finite.
   bool evaluate();
   std::vector<Dual> qdd, drive;
-  Dual power;                     // of drives, dampers and ports
+  Dual power;  // of drives, dampers, ports and contacts
+  Dual contact_power() const { return workspace_.contact_power; }
   std::vector<Dual> multipliers;  // per loop row
   Dual kinetic_energy(), potential_energy();
   Force<Dual> momentum();
