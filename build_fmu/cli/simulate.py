@@ -52,7 +52,7 @@ def run(options: argparse.Namespace) -> int:
     """Simulates the target and writes the requested files."""
     from build_fmu.draw.plots import FORMATS, plot
     from build_fmu.model.resources import model_in
-    from build_fmu.run.redysim_layout import columns_of, write_layout
+    from build_fmu.run.redysim_layout import columns_of, energy_errors, write_layout
     from build_fmu.run.session import Session
     from build_fmu.run.simulate import Settings, select_outputs, simulate
     from build_fmu.run.tables import final_values, keep_other_files, write_csv
@@ -82,6 +82,8 @@ def run(options: argparse.Namespace) -> int:
         if model:
             written = write_layout(options.redysim_layout, model, result)
             print(f"{options.redysim_layout}  {len(result.time)} rows in {', '.join(written)}")
+            if errors := energy_errors(result):
+                print(errors)
         result = result.only(chosen)
         if options.csv:
             write_csv(options.csv, result)

@@ -17,6 +17,7 @@ from build_fmu.errors import UserError, did_you_mean
 from build_fmu.importers import matlab_file, matlab_reader
 from build_fmu.importers.draft import GROUND, DhFrame, Draft, DraftLink, legal
 from build_fmu.importers.matlab_expression import Values
+from build_fmu.importers.redysim_ground import add_ground
 from build_fmu.importers.redysim_floating import is_floating, joint_column, set_free, start
 from build_fmu.importers.redysim_loops import add_loops, place_pivots
 
@@ -75,6 +76,7 @@ def read(path: Path, options: Namespace) -> Draft:
     _warn_of_namesakes(data, draft)
     place_pivots(draft, data, options.pivot)
     add_loops(draft, data, options.loop)
+    add_ground(draft, data)
     _settings(data, starts, draft)
     _losses(folder, data, draft)
     return draft

@@ -79,8 +79,6 @@ def set_free(base: DraftLink, data, place: list[float], rates: list[float], draf
         base.joint = "free"
         base.q, base.qd = list(place), [*rates[:3], *_omega(place[3:], rates[3:])]
     draft.notes.append('The base has no actuators; with drive = "torque" its forces and torques are inputs.')
-    if "g_prop" in data:
-        draft.lost.append('the ground (g_prop): add [[contact]] with law = "redysim" at the feet, otherwise the robot falls')
 
 
 def _omega(angles: list[float], rates: list[float]) -> list[float]:

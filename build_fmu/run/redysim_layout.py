@@ -1,7 +1,7 @@
 """Writes results in ReDySim's files: timevar.dat, statevar.dat, envar.dat, tor.dat and, for a floating base, base.dat and mtvar.dat.
 
-Columns without header, C format %e, SI units. ReDySim's actuator energy is `-energy.work`, so its total energy is
-constant.
+Columns without header, C format %e, SI units. ReDySim's actuator energy is minus the work of drives, its ground energy minus that of
+contacts, so its total energy is constant.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from build_fmu.files import whole_file
 from build_fmu.model.describe import Description
 from build_fmu.model.planar import planar_axes
 from build_fmu.run.simulate import Result
+
+CONTACT_WORK = "energy.contact"
 
 
 @dataclass(frozen=True)
@@ -87,7 +89,8 @@ def _state(columns: Columns, result: Result, forward: bool) -> np.ndarray:
     if not forward:
         return np.column_stack([*q, *qd, *(_column(result, f"{name}.qdd") for name in columns.joints)])
     places, rates = _base(columns, result)
-    return np.column_stack([*places, *q, *rates, *qd, -_column(result, "energy.work")])
+    actuator, ground = _lost_energies(result)
+    return np.column_stack([*places, *q, *rates, *qd, *ground, actuator])
 
 
 def _base(columns: Columns, result: Result) -> tuple[list[np.ndarray], list[np.ndarray]]:
@@ -111,8 +114,28 @@ def _base(columns: Columns, result: Result) -> tuple[list[np.ndarray], list[np.n
 
 def _energies(result: Result) -> np.ndarray:
     potential, kinetic = _column(result, "energy.potential"), _column(result, "energy.kinetic")
-    actuator = -_column(result, "energy.work")
-    return np.column_stack([potential, kinetic, actuator, potential + kinetic + actuator])
+    actuator, ground = _lost_energies(result)
+    return np.column_stack([potential, kinetic, actuator, sum([potential, kinetic, actuator, *ground]), *ground])
+
+
+def _lost_energies(result: Result) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Returns the energies taken by actuators and, if the model has contacts, by the ground."""
+    work = _column(result, "energy.work")
+    if CONTACT_WORK not in result.names:
+        return -work, []
+    ground = -result[CONTACT_WORK]
+    return -work - ground, [ground]
+
+
+def energy_errors(result: Result) -> str:
+    """Returns a sentence with the errors that ReDySim's `energy` of legged robots prints; empty without contacts."""
+    if CONTACT_WORK not in result.names:
+        return ""
+    total = _energies(result)[:, 3]
+    if not total[0]:
+        return ""
+    accumulated, largest = (100 * float(error) / total[0] for error in (np.sum(total - total[0]), np.abs(total - total[0]).max()))
+    return f"energy error: accumulated {accumulated:.3g} %, maximum {largest:.3g} % of the initial total energy"
 
 
 def _torques(columns: Columns, model: Description, result: Result) -> np.ndarray:
