@@ -3,7 +3,7 @@
 The hip moves like a linear inverted pendulum of height `height`, from `start` to `-start` behind and before the supporting foot in each
 step. The other foot swings from `-stride` to `stride` and is lifted by `lift`. Thigh and shank follow by inverse kinematics; the sole of a
 foot stays level. Legs "1" stand in odd steps, legs "2" in even ones. At the end of a step the accelerations jump: two rows at one time.
-Parameters: ReDySim's examples.
+Parameters: ReDySim's examples, except those of redysim_biped, whose gait is not published.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ class Gait:
 GAITS = {
     "redysim_hexapod": Gait(0.5, 4, 0.55, -0.2, 0.4, 0.08, 0.3, 0.3, 50, hip=-math.pi / 2),
     "redysim_quadruped": Gait(1.0, 2, 0.5, -0.15, 0.3, 0.09, 0.3, 0.3, 50),
+    "redysim_biped": Gait(0.5, 4, 0.96, -0.15, 0.3, 0.1, 0.5, 0.5, 50, foot=True),
     "redysim_small_biped": Gait(1.1, 6, 0.13, -0.03, 0.06, 0.03, 0.108, 0.1, 50, foot=True),
 }
 
