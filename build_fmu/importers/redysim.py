@@ -17,8 +17,8 @@ from build_fmu.errors import UserError, did_you_mean
 from build_fmu.importers import matlab_file, matlab_reader
 from build_fmu.importers.draft import GROUND, DhFrame, Draft, DraftLink, legal
 from build_fmu.importers.matlab_expression import Values
-from build_fmu.importers.redysim_ground import add_ground
 from build_fmu.importers.redysim_floating import is_floating, joint_column, set_free, start
+from build_fmu.importers.redysim_ground import add_ground
 from build_fmu.importers.redysim_loops import add_loops, place_pivots
 
 NEEDED = ("alp", "a", "b", "bt", "dx", "dy", "dz", "m", "Icxx", "Icyy", "Iczz")

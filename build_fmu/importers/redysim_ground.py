@@ -35,7 +35,9 @@ def add_ground(draft: Draft, data) -> None:
         draft.lost.append("the ground (g_prop): the robot has no links besides its base")
         return
     shown = "; ".join(f"{draft.links[i].name} at x = {', '.join(f'{p[0]:g}' for p in _points(tips[i], lengths[i]))} m" for i in feet)
-    draft.notes.append(f"Feet (links without children) that touch the ground (g_prop): {shown}. ReDySim also tests the ends of the other links.")
+    draft.doubts.append(
+        f"only feet, the links without children, touch the ground (g_prop): {shown}; ReDySim also tests the ends of the other links"
+    )
 
 
 def _points(tip: float, length: float) -> list[list[float]]:

@@ -283,12 +283,6 @@ def test_a_four_bar_on_a_satellite(tmp_path, capsys):
     assert main(["simulate", str(model), "--stop", "0.1"]) == 0
 
 
-def test_a_legged_robot_loses_its_ground(tmp_path):
-    text = SATELLITE.replace("nq = 0;", "nq = 1; g_prop = [2000 1 4.5 0.7 1000 2 1 3];").replace("g = [0; 0; 0]", "g = [0; -9.81; 0]")
-    draft = imported(write(tmp_path / "s", inputs=text))
-    assert draft.links[0].joint == "free" and "the ground (g_prop)" in said(draft)
-
-
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [

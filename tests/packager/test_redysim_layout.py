@@ -6,6 +6,8 @@ from math import cos, pi, sin
 import numpy as np
 import pytest
 
+from build_fmu.run.redysim_layout import energy_errors
+from build_fmu.run.simulate import Result
 from tests.packager.test_real_fmu import ROOT, pytestmark, run  # noqa: F401  skips where nothing is built
 
 MODELS = ROOT / "models"
@@ -101,6 +103,29 @@ def test_planar_floating_base(tmp_path):
     assert state.shape[1] == 21 and not state[:, [2, 4, 5]].any()
     assert near(state[:, [0, 1, 3]].T, [table[f"base[{i}].q"] for i in (1, 2, 3)]) and near(state[:, 6], table["joint1.q"])
     assert np.ptp(files["envar.dat"][:, 3]) < 1e-6
+
+
+def test_a_walking_robot_has_a_ground(tmp_path):
+    """The start of the quadruped's first step."""
+    done = run("simulate", MODELS / "redysim_quadruped.toml", "--stop", 0.1, "--redysim-layout", "run", "--csv", "run.csv", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    files = {path.name: np.loadtxt(path, ndmin=2) for path in (tmp_path / "run").iterdir()}
+    potential, kinetic, actuator, total, ground = files["envar.dat"].T
+    assert near(total, potential + kinetic + actuator + ground) and np.ptp(total) < 1e-4
+    state = files["statevar.dat"]
+    # base 6, joints 12, their rates, ground and actuator energy
+    assert state.shape[1] == 38 and near(state[:, 36], ground) and near(state[:, 37], actuator)
+    assert ground[0] == actuator[0] == 0 and np.abs(ground).max() > 0.1
+    assert "energy error: accumulated" in done.stdout
+
+
+def test_errors_of_the_total_energy_are_those_of_redysim():
+    """Total 10, 10.1, 9.8 J: deviations 0, 0.1 and -0.2 J."""
+    names = ["energy.potential", "energy.kinetic", "energy.work", "energy.contact"]
+    values = np.array([[7, 3, 0, 0], [6, 4, -0.1, -0.3], [5, 5, 0.2, -0.1]], float)
+    result = Result(np.arange(3.0), names, values)
+    assert energy_errors(result) == "energy error: accumulated -1 %, maximum 2 % of the initial total energy"
+    assert energy_errors(result.only(names[:3])) == ""
 
 
 def test_a_spherical_joint_has_no_layout(tmp_path):
