@@ -125,6 +125,16 @@ LOOPS = "the reference program does not project loops"
 TORN = "ReDySim does not project loops; its tolerance is 1e-4"
 ROUNDED = "the start pose is given with few digits; here it satisfies the loops"
 
+TOLERANCE = "ReDySim's tolerance 1e-4"
+FLIGHT = tuple(f"base[{i}].q" for i in (1, 2, 3))
+TURNS = tuple(f"base.angle[{i}]" for i in (1, 2, 3))
+ENERGIES = ("energy.potential", "energy.kinetic")
+
+
+def walk(what: str, names: tuple[str, ...], rows: dict[float, tuple[float, ...]], digits: int) -> tuple[Known, ...]:
+    return tuple(Known(what, names, values, time, digits, REDYSIM, why=TOLERANCE) for time, values in rows.items())
+
+
 CASES = (
     Case(
         "E1 gripper",
@@ -324,6 +334,52 @@ CASES = (
         (
             Known("accelerations", joints(6, "qdd"), (-414.6194, 525.7163, -140.8653, 37.74473, -10.11367, 2.709950), 0.0, 7),
             Known("positions", joints(20, "q"), CHAIN, 0.2, 9),
+        ),
+    ),
+    Case(
+        "E16 quadruped",
+        "walks under computed torque",
+        "redysim_quadruped",
+        0.01,
+        walk("base", FLIGHT, {1.0: (-3.428332e-6, 0.4984817, 0.1396685), 2.0: (-3.496007e-4, 0.4983759, 0.4272040)}, 4)
+        + walk("angles of the base", TURNS, {2.0: (3.371627e-4, 4.247223e-4, -6.052335e-5)}, 1)
+        + walk("energies", ENERGIES, {1.0: (39.05701, 1.495753), 2.0: (39.04637, 1.494089)}, 5),
+    ),
+    Case(
+        "E17 hexapod",
+        "walks along its gait",
+        "redysim_hexapod",
+        0.01,
+        walk(
+            "base",
+            FLIGHT[:2],
+            {0.5: (0.1897532, 0.5495632), 1.0: (0.5678278, 0.5495941), 1.5: (0.9468271, 0.5495924), 2.0: (1.325768, 0.5495919)},
+            5,
+        )
+        + walk("energies", ENERGIES, {2.0: (43.10939, 3.422104)}, 6)
+        + (
+            Known("base", FLIGHT, (1.32577061, 0.549591922, -1.31207169e-3), 2.0, 7, why="its tolerance 1e-7"),
+            Known("angles of the base", TURNS, (1.06814765e-4, -2.72993370e-4, -1.32366122e-4), 2.0, 4, why="its tolerance 1e-7"),
+            Known("energies", ENERGIES, (43.10939506, 3.42208913), 2.0, 7, why="its tolerance 1e-7"),
+            Known("work of the ground", ("energy.contact",), (-17.78917896,), 2.0, 6, why="its tolerance 1e-7"),
+        ),
+    ),
+    Case(
+        "biped of 9 links",
+        "walks along its gait",
+        "redysim_small_biped",
+        0.05,
+        walk(
+            "base up to 3.3 s",
+            ("base[1].q", "base[2].q", "base[3].q"),
+            {0.5: (-0.01762951, 0.1790248, -1.456872), 1.1: (0.03517939, 0.1851109, -1.557776), 3.3: (0.1796801, 0.1850449, -1.594528)},
+            3,
+        )
+        + walk(
+            "base up to 5.6 s",
+            ("base[1].q", "base[2].q", "base[3].q"),
+            {4.4: (0.2418908, 0.1844623, -1.572863), 5.6: (0.3412471, 0.1849976, -1.648810)},
+            1,
         ),
     ),
     Case(

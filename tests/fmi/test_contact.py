@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes as c
 import math
 import subprocess
 import sys
@@ -308,15 +309,32 @@ def test_a_restored_state_continues_bit_for_bit(slave, method):
     assert one.reals(names) == first
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_the_work_of_contacts_is_a_part_of_the_work(slave, method):
+    """Without drives it is all of it; its rate is the power of friction and damping."""
+    one = slave(body(law=LAW, q=[0, 0, 0.0985, 1, 0, 0, 0], qd=[1, 0, 0, 0, 0, 0], method=method))
+    one.run(0.04, 0.01)
+    assert one.get("energy.contact") < -0.1
+    assert one.get("energy.contact") == pytest.approx(one.get("energy.work"), rel=1e-6)
+    asked = (c.c_uint * 2)(*(one.fmu.variables[f"energy.{name}"][1] for name in ("contact", "work")))
+    rates = (c.c_double * 2)()
+    assert one.call("GetRealOutputDerivatives", asked, c.c_size_t(2), (c.c_int * 2)(1, 1), rates) == OK
+    assert rates[0] < 0 and rates[0] == pytest.approx(rates[1], rel=1e-12)
+
+
 # --- the law of ReDySim ---
 
 
 def test_the_law_of_redysim(slave):
-    """One point on its way in and out: K p - C v, C a cubic on the way out, friction by axis."""
+    """One point on its way in and out: K p - C v, C a cubic on the way out, friction by axis. The velocity is that of the point itself."""
     K, Cv, v_max, mu, Ch = 2000, 2742.26, 4.5, 0.7, 1000
     text = body(shape=POINT, law=f'law = "redysim"\nK = {K}\nCv = {Cv}\nv_max = {v_max}\nmu = {mu}\nCh = {Ch}')
     for depth, rise in ((0.01, -0.3), (0.01, 0.02), (0.9e-5, -1)):
-        one = slave(text.replace("q = [0, 0, 0.5,", f"q = [0, 0, {-depth},").replace("qd = [0, 0, 0,", f"qd = [0.2, -0.1, {rise},"))
+        one = slave(
+            text.replace("q = [0, 0, 0.5,", f"q = [0, 0, {-depth},").replace(
+                "qd = [0, 0, 0, 0, 0, 0]", f"qd = [0.2, -0.1, {rise}, 3, -4, 5]"
+            )
+        )
         u = depth / (1.2 * v_max * Cv / K)
         C = Cv * (u * u * (3 - 2 * u) if rise > 0 else 1)
         normal = (K * depth - C * rise) if depth >= 1e-5 else 0

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "model/read/number.hpp"
 #include "support/allocation_count.hpp"
 #include "unit/integrate/rig.hpp"
 
@@ -128,6 +129,29 @@ TEST_P(Controlled, the_end_of_a_trajectory_is_the_end_of_a_step) {
   EXPECT_NEAR(coarse.q(0), 1.7, 1e-5);
 }
 
+// A joint that accelerates with 8 rad/s^2 and, from `turn` on, brakes with 4.
+std::string jump_at(double turn) {
+  const auto row = [](double a, double b, double c, double d) {
+    std::string text;
+    for (double value : {a, b, c, d}) text += (text.empty() ? "[" : ", ") + shown(value);
+    return text + "]\n";
+  };
+  const double v = 8 * turn, q = 4 * turn * turn, rest = 0.3;
+  return "[[trajectory]]\njoint = 'joint1'\ntype = 'table'\ntime = " + row(0, turn, turn, turn + rest) +
+         "q = " + row(0, q, q, q + v * rest - 2 * rest * rest) + "qd = " + row(0, v, v, v - 4 * rest) +
+         "qdd = " + row(8, 8, -4, -4);
+}
+
+TEST_P(Controlled, a_jump_of_the_acceleration_is_the_end_of_a_step) {
+  const double turn = 0.1234;
+  Simulation run("planar_2r", jump_at(turn) + controller("computed_torque", 49, 14), GetParam(), 1e-6);
+  run.to(0.3);
+  // the arm starts on the reference, where the law leaves no error
+  const double since = 0.3 - turn;
+  EXPECT_NEAR(run.q(0), 4 * turn * turn + 8 * turn * since - 2 * since * since, 2e-6);
+  EXPECT_NEAR(run.qd(0), 8 * turn - 4 * since, 2e-5);
+}
+
 TEST_P(Controlled, where_it_is_cut_does_not_matter) {
   const std::string text = cycloids(2, 0.7, 0.25) + controller("pd", 20, 3);
   Simulation whole("planar_2r", text, GetParam(), 1e-10), cut("planar_2r", text, GetParam(), 1e-10);
@@ -136,9 +160,8 @@ TEST_P(Controlled, where_it_is_cut_does_not_matter) {
   for (int k = 0; k < 2; ++k) EXPECT_NEAR(whole.q(k), cut.q(k), 1e-8);
 }
 
-TEST_P(Controlled, a_restored_run_goes_on_bit_for_bit) {
-  const std::string text = cycloids(6, 60, 0.25) + controller("computed_torque", 49, 14);
-  Simulation whole("kuka_kr5", text, GetParam(), 1e-7, true);
+void expect_restored_runs_to_go_on(const std::string& robot, const std::string& text, SolverMethod method) {
+  Simulation whole(robot, text, method, 1e-7, true);
   std::vector<std::vector<unsigned char>> saved;
   std::vector<std::vector<double>> states, inputs;
   const auto state = [](const Simulation& run) {
@@ -152,7 +175,7 @@ TEST_P(Controlled, a_restored_run_goes_on_bit_for_bit) {
     inputs.push_back(whole.system.inputs());
   }
   for (int from : {3, 19, 20, 21, 27}) {
-    Simulation again("kuka_kr5", text, GetParam(), 1e-7, true);
+    Simulation again(robot, text, method, 1e-7, true);
     again.system.inputs() = inputs[from];
     ASSERT_TRUE(again.integrator->restore(saved[from].data(), saved[from].size()));
     for (int n = from + 1; n <= 30; ++n) {
@@ -161,6 +184,13 @@ TEST_P(Controlled, a_restored_run_goes_on_bit_for_bit) {
           << n;
     }
   }
+}
+
+TEST_P(Controlled, a_restored_run_goes_on_bit_for_bit) {
+  const std::string law = controller("computed_torque", 49, 14);
+  expect_restored_runs_to_go_on("kuka_kr5", cycloids(6, 60, 0.25) + law, GetParam());
+  // the acceleration jumps at the 20th communication point
+  expect_restored_runs_to_go_on("planar_2r", jump_at(0.25) + law, GetParam());
 }
 
 TEST_P(Controlled, steps_do_not_allocate) {

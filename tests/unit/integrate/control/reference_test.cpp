@@ -91,7 +91,8 @@ TEST(reference, outside_its_time_a_trajectory_keeps_the_velocity_of_its_end) {
   EXPECT_EQ(at(tested, 2.4).qdd, 0);
 }
 
-// q = |t - 1|^3 + 3 |t - 1| (t - 1), and from t = 1.5 on a parabola: quintics are exact on each side of the jumps.
+// q = |t - 1|^3 + 3 |t - 1| (t - 1), and from t = 1.5 on a parabola: quintics are exact on each side of the
+// jumps.
 TEST(reference, two_rows_at_one_time_let_the_acceleration_jump) {
   const Trajectory tested = trajectory(
       "type = 'table'\ntime = [0, 0.6, 1, 1, 1.5, 1.5, 2]\n"
