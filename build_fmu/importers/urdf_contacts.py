@@ -52,7 +52,8 @@ def add_contacts(urdf, layout, feet_only: bool) -> None:
     draft.lost.append("contact between links of the robot")
     if not chosen:
         return
-    points = sum(height <= near for at in heights for height in at)
+    # of a flat foot only its lowest points carry weight
+    points = sum(height <= min(at) + STATIC_DEPTH for at in heights if min(at) <= near for height in at)
     mass = sum(link.mass for link in draft.links if link.name not in still)
     stiffness = float(f"{max(9.81 * mass, 1e-3) / (points * (STATIC_DEPTH - WIDTH / 2)):.2g}")
     for solid in chosen:
@@ -60,7 +61,8 @@ def add_contacts(urdf, layout, feet_only: bool) -> None:
             fields = {"link_a": solid.link, **shape, "stiffness": stiffness, **LAW, "outputs": ["force", "depth", "point"]}
             draft.contacts.append(DraftTie(layout.names.take(f"{solid.link}_contact"), fields))
     draft.solver["method"] = "auto"
-    _report(draft, chosen, poses, f"stiffness {stiffness:g} N/m ({mass:.4g} kg on {points} points: depth {1000 * STATIC_DEPTH:g} mm)")
+    shared = f"{mass:.4g} kg on {points} point{'s' if points > 1 else ''}"
+    _report(draft, chosen, poses, f"stiffness {stiffness:g} N/m ({shared}: depth {1000 * STATIC_DEPTH:g} mm)")
     if feet_only and any(what.startswith("<mesh>") for what in omitted):
         draft.doubts.append("meshes are ignored, but the feet may be among them: check the contacts, or add [[contact]] by hand")
     _lift(draft, poses, lowest)
@@ -156,6 +158,7 @@ def _report(draft: Draft, chosen: list[Solid], poses: dict[str, np.ndarray], sti
     ):
         found = [s.link for s in chosen if s.kind == "cylinder" and _is_upright(s, poses[s.link]) == upright]
         if found:
+            found = list(dict.fromkeys(found))
             draft.doubts.append(f"<cylinder> of {some(found)}: each is {words}")
 
 

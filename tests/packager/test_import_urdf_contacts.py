@@ -83,6 +83,13 @@ def test_feet_touch_the_ground_in_the_start_pose(tmp_path):
         assert part in said, said
 
 
+def test_a_flat_foot_has_four_points(tmp_path):
+    flat = TWO_LEGS.replace('<sphere radius="0.03"/>', '<box size="0.1 0.05 0.006"/>')
+    draft = imported(tmp_path, flat)
+    assert [contact.fields["shape_a"] for contact in draft.contacts] == ["box", "box"]
+    assert any("(3.5 kg on 8 points: depth 1 mm)" in doubt for doubt in draft.doubts)
+
+
 def test_all_shapes(tmp_path):
     draft = imported(tmp_path, TWO_LEGS, contact="all")
     kinds = sorted(contact.fields["shape_a"] for contact in draft.contacts)
