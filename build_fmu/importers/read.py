@@ -12,6 +12,12 @@ from build_fmu.importers.draft import Draft
 # modules and the extensions of their files; dh_table suggests other formats for some of its extensions
 IMPORTERS = {"scene_json": (".json",), "urdf": (".urdf", ".xml"), "redysim": (".m", ".mat"),
              "dh_table": (".csv", ".tsv", ".txt", ".xlsx", ".xls", ".ods", ".xlsb", ".numbers")}  # fmt: skip
+# the importers that use an option
+OPTIONS = {
+    "loop": ("redysim",), "pivot": ("redysim",), "dh": ("dh_table",), "angles": ("dh_table",), "stops": ("dh_table", "urdf"),
+    "snap": ("urdf",), "frames": ("urdf",), "floating": ("urdf",), "contact": ("urdf",), "pose": ("urdf",),
+}  # fmt: skip
+WORDS = {"redysim": "ReDySim's files", "dh_table": "DH tables", "urdf": "URDF files"}
 KINDS = ".json (mbs-scene/1), .urdf, inputs.m and inputs.mat (ReDySim) or their folder, .csv or .xlsx (DH table)"
 
 
@@ -24,4 +30,8 @@ def read(source: Path, options: Namespace) -> Draft:
     name = "redysim" if source.is_dir() else next((name for name, endings in IMPORTERS.items() if source.suffix.lower() in endings), None)
     if name is None:
         raise UserError(f"unsupported file type: '{source}'; supported: {KINDS}")
+    for option, users in OPTIONS.items():
+        # options at their defaults are None, False or an empty list
+        if name not in users and getattr(options, option, None):
+            raise UserError(f"--{option} has no effect on '{source.name}': it applies to {' and '.join(WORDS[user] for user in users)}")
     return import_module(f"build_fmu.importers.{name}").read(source, options)

@@ -182,6 +182,16 @@ def test_mistakes(tmp_path, content, pose, sentence):
     assert sentence in str(error.value) and "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize(("words", "sentence"), [
+    (["--contact", "all"], "--contact has no effect on 'arm.csv': it applies to URDF files"),
+    (["--loop", "a:0,0,0=b:0,0,0"], "--loop has no effect on 'arm.csv': it applies to ReDySim's files"),
+])  # fmt: skip
+def test_an_option_of_another_format_is_refused(tmp_path, capsys, words, sentence):
+    (tmp_path / "arm.csv").write_text("name, a [m], mass [kg]\nrod, 0, 1\n")
+    assert main(["import", str(tmp_path / "arm.csv"), "--dh", "modified", *words, "-o", str(tmp_path / "arm.toml")]) == 1
+    assert sentence in capsys.readouterr().err and not (tmp_path / "arm.toml").exists()
+
+
 def test_the_pose_is_compared_with_the_limits(tmp_path):
     limited = TWO_LEGS.replace('<axis xyz="0 1 0"/></joint>', '<axis xyz="0 1 0"/><limit lower="0.2" upper="1"/></joint>', 1)
     limited = limited.replace('type="continuous"', 'type="revolute"', 1)
