@@ -63,7 +63,7 @@ SolverMethod method_called(const std::string& name) {
 std::vector<double> start_of(const Model& model, System& system) {
   std::vector<double> y(static_cast<std::size_t>(system.size()), 0.0);
   begin_motions(model, system, 0);
-  if (!assemble_start(model, parameters_of(model), system, 0, y.data()).closed)
+  if (!assemble_start(model, parameters_of(model), system, 0, y.data()).assembly.closed)
     throw std::runtime_error("the loops do not close at the start");
   return y;
 }

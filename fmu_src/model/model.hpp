@@ -129,6 +129,7 @@ struct Model {
   std::string name;
   std::string description;
   Vec3<double> gravity = {0, 0, -9.81};  // m/s^2 in the ground frame
+  bool starts_in_equilibrium = false;    // near the start positions
   std::vector<Link> links;               // parent index < own index
   std::vector<Loop> loops;
   std::vector<SpringDamper> springs;

@@ -222,7 +222,7 @@ Model assembled(const ModelFile& file, const std::string& path, const Plan<doubl
   System system(plan, false, &file.model);
   std::vector<double> y(static_cast<std::size_t>(system.size()));
   begin_motions(file.model, system, 0);
-  const Assembly assembly = assemble_start(file.model, parameters_of(file.model), system, 0, y.data());
+  const auto [assembly, rest] = assemble_start(file.model, parameters_of(file.model), system, 0, y.data());
   if (plan.has_loops()) {
     const Loop& loop = file.model.loops[static_cast<std::size_t>(std::max(assembly.loop, 0))];
     const std::string why = failure(file.model, assembly);
@@ -235,6 +235,8 @@ Model assembled(const ModelFile& file, const std::string& path, const Plan<doubl
       warnings.push_back({path, at.line, at.column, misfit(file.model, found.loop, found.acceleration)});
     }
   }
+  const std::string no_rest = failure(file.model, plan, rest);
+  if (!no_rest.empty()) warnings.push_back({path, 1, 1, no_rest + " (inputs at 0)"});
   const int singular = singular_joint(plan, system.workspace(), system.coordinates(0, y.data()).q);
   if (singular >= 0) warnings.push_back(at_joint(file.model, plan, singular, path, " at the start pose"));
   return at_start(file.model, system, 0, y.data());

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "integrate/system/start.hpp"
-
 namespace redysim {
 
 CurrentState::CurrentState(Simulation& simulation)
@@ -11,8 +9,8 @@ CurrentState::CurrentState(Simulation& simulation)
 
 const double* CurrentState::start() {
   if (!start_is_current_) {
-    assembly_ = assemble_start(simulation_.model, simulation_.parameters, simulation_.system,
-                               simulation_.time, start_.data());
+    how_started_ = assemble_start(simulation_.model, simulation_.parameters, simulation_.system,
+                                  simulation_.time, start_.data());
     start_is_current_ = true;
   }
   return start_.data();
@@ -30,7 +28,7 @@ const double* CurrentState::follow_motion() {
 void CurrentState::motion_changed() {
   follows_motion_ = !simulation_.integrator || simulation_.system.size() == 0;
   following_is_current_ = false;
-  if (simulation_.system.has_loops()) start_changed();
+  if (simulation_.system.has_loops() || simulation_.model.starts_in_equilibrium) start_changed();
 }
 
 void CurrentState::restored(bool follows_motion) {

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "dynamics/assembly/assembly.hpp"
 #include "fmi/instance/simulation.hpp"
+#include "integrate/system/start.hpp"
 
 namespace redysim {
 
@@ -18,7 +18,7 @@ class CurrentState {
     if (simulation_.integrator && follows_motion_) return simulation_.integrator->state();
     return simulation_.integrator ? follow_motion() : start();
   }
-  const Assembly& assembly() const { return assembly_; }  // of the start
+  const Start& how_started() const { return how_started_; }
 
   bool follows_motion() const { return follows_motion_; }  // false: a motion changed since the last step
   bool can_follow() const { return can_follow_; }          // false: the next step will fail
@@ -35,7 +35,7 @@ class CurrentState {
 
   Simulation& simulation_;
   std::vector<double> start_, following_;
-  Assembly assembly_;
+  Start how_started_;
   bool start_is_current_ = false, following_is_current_ = false;
   bool follows_motion_ = true, can_follow_ = true;
 };

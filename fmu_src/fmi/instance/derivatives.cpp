@@ -54,7 +54,7 @@ std::string OutputDerivatives::follow(bool in_initialization) {
   tangent_->apply_parameters();
   if (in_initialization) {
     const char* why = simulation_.system.has_loops()
-                          ? tangent_->follow_assembly(simulation_.model, state_.assembly())
+                          ? tangent_->follow_assembly(simulation_.model, state_.how_started().assembly)
                           : nullptr;
     if (why) return "there are no derivatives along this direction: " + std::string(why);
     work_ = Work::none;

@@ -78,13 +78,14 @@ fmi2Status Instance::exit_initialization_mode() {
 }
 
 std::string Instance::assemble_start() {
-  if (!simulation_.system.has_loops()) return {};
+  const Model& model = simulation_.model;
+  if (!simulation_.system.has_loops() && !model.starts_in_equilibrium) return {};
   state_.y();
-  std::string why = failure(simulation_.model, state_.assembly());
+  const Assembly& assembly = state_.how_started().assembly;
+  std::string why = failure(model, assembly);
   if (!why.empty()) return why;
-  for (const std::string& text : corrections(simulation_.model, simulation_.plan, state_.assembly()))
-    log_.warning(text);
-  return {};
+  for (const std::string& text : corrections(model, simulation_.plan, assembly)) log_.warning(text);
+  return failure(model, simulation_.plan, state_.how_started().rest);
 }
 
 std::string Instance::immovable_at_start() {

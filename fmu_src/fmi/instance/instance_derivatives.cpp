@@ -55,6 +55,9 @@ fmi2Status Instance::get_directional_derivative(const unsigned* unknowns, std::s
   if (!objection) objection = objection_to_arrays(known_count, {knowns, directions});
   if (objection) return refuse(function, objection);
   const bool in_initialization = life_.state == State::initialization;
+  if (in_initialization && simulation_.model.starts_in_equilibrium)
+    return refuse(function,
+                  "derivatives of a start in equilibrium are not available; they exist after initialization");
   for (std::size_t i = 0; i < known_count; ++i) {
     const Variable* variable = simulation_.table.real(knowns[i]);
     if (!variable) return refuse(function, unknown_reference(knowns[i], "Real"));

@@ -92,6 +92,7 @@ void Instance::set_value(const Variable& variable, double value) {
   place = value;
   values_.changed();
   parameters_.set(variable);
+  if (simulation_.model.starts_in_equilibrium) state_.start_changed();
   if (variable.variability() != Variability::fixed) return;
   state_.start_changed();
   if (row.acts & acts::position) motion_.set_locked(variable, value);

@@ -20,7 +20,7 @@ Values::Values(Simulation& simulation, CurrentState& state, ParameterSet& parame
 std::string Values::update(Needs needs) {
   if (are_current(needs)) return {};
   std::string why = parameters_.bring_into_force();
-  if (!why.empty() || needs == Needs::parameters) return why;
+  if (!why.empty() || needs <= Needs::parameters) return why;
   if (needs == Needs::accelerations) return update_accelerations();
   kinetic_energy_ = system().kinetic_energy(simulation_.time, state_.y());
   potential_energy_ = system().potential_energy(simulation_.time, state_.y());

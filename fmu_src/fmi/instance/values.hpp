@@ -17,8 +17,8 @@ class Values {
   void changed() { accelerations_are_current_ = energies_are_current_ = false; }
   bool are_current(Needs needs) const {
     switch (needs) {
-      case Needs::nothing:
-        return true;
+      case Needs::nothing:  // a start in equilibrium depends on all parameters
+        return integrator() || !simulation_.model.starts_in_equilibrium || parameters_.in_force();
       case Needs::parameters:
         return parameters_.in_force();
       case Needs::accelerations:

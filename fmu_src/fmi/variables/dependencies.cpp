@@ -141,6 +141,10 @@ std::vector<Dependencies> initial_dependencies(const VariableTable& table, const
     row.constant =
         constant == ConstantFactor::always ||
         (constant == ConstantFactor::unless_assembled && !components.has_loops(components.of(unknown.joint)));
+    if (!scene.model.starts_in_equilibrium) continue;
+    row.knowns.clear();
+    row.all = true;
+    row.constant = false;
   }
   return rows;
 }

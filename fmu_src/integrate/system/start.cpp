@@ -37,16 +37,19 @@ void set_start_values(const Parameters<double>& parameters, const System& system
   std::fill_n(layout.work.of(y), layout.work.count, 0.0);
 }
 
-Assembly assemble_start(const Model& model, const Parameters<double>& parameters, System& system, double time,
-                        double* y) {
+Start assemble_start(const Model& model, const Parameters<double>& parameters, System& system, double time,
+                     double* y) {
   const Plan<double>& plan = system.plan();
+  Start start;
   set_start_values(parameters, system, y);
-  if (!system.has_loops()) return {};
-  const System::Coordinates at = system.coordinates(time, y);
-  std::vector<double> q(at.q, at.q + plan.nv), qd(at.qd, at.qd + plan.nv);
-  const Assembly assembly = assemble(model, plan, system.workspace(), q.data(), qd.data());
-  if (!assembly.moved.empty()) system.collect(q.data(), qd.data(), y);
-  return assembly;
+  if (system.has_loops()) {
+    const System::Coordinates at = system.coordinates(time, y);
+    std::vector<double> q(at.q, at.q + plan.nv), qd(at.qd, at.qd + plan.nv);
+    start.assembly = assemble(model, plan, system.workspace(), q.data(), qd.data());
+    if (!start.assembly.moved.empty()) system.collect(q.data(), qd.data(), y);
+  }
+  if (model.starts_in_equilibrium && start.assembly.closed) start.rest = find_rest(system, time, y);
+  return start;
 }
 
 Tangent::Misfit misfit_of_accelerations(const Model& model, System& system, double time, const double* y) {

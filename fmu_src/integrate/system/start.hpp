@@ -3,6 +3,7 @@
 #include <array>
 
 #include "dynamics/assembly/assembly.hpp"
+#include "integrate/system/equilibrium.hpp"
 #include "integrate/system/system.hpp"
 #include "integrate/system/tangent.hpp"
 
@@ -20,10 +21,15 @@ void begin_motions(const Model& model, System& system, double time);
 // Fills y (system.size()) with the start values as they are given.
 void set_start_values(const Parameters<double>& parameters, const System& system, double* y);
 
-// The same, with assembled loops (dynamics/assembly/assembly.hpp); if assembly fails, y is as given.
-// Allocates.
-Assembly assemble_start(const Model& model, const Parameters<double>& parameters, System& system, double time,
-                        double* y);
+struct Start {
+  Assembly assembly;
+  Rest rest;
+};
+
+// The same, with assembled loops (dynamics/assembly/assembly.hpp); if assembly fails, y is as given. Then
+// moved to equilibrium (equilibrium.hpp), if the model starts there. Allocates.
+Start assemble_start(const Model& model, const Parameters<double>& parameters, System& system, double time,
+                     double* y);
 
 // The loop that the prescribed accelerations violate at (time, y), if any. Allocates.
 Tangent::Misfit misfit_of_accelerations(const Model& model, System& system, double time, const double* y);

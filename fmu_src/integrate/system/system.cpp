@@ -294,21 +294,44 @@ double System::reduce_residual(double time, double* y, bool velocity) {
   return size;
 }
 
+// Removes from a velocity of all joints what violates the loop constraints, in the mass metric. Uses the
+// elimination of the last accelerations.
+void System::make_tangential(double* velocity) {
+  // the rates of the rows are linear in the velocity
+  set_velocities(plan_, workspace_, velocity);
+  set_ground_motion(plan_, workspace_, velocity);
+  set_loop_residuals(plan_, workspace_);
+  for (std::size_t row = 0; row < workspace_.loop.b.size(); ++row)
+    workspace_.loop.b[row] = -workspace_.loop.rate[row];
+  correct_loops(plan_, workspace_, scratch_.data());
+  for (int i = 0; i < plan_.nv; ++i) velocity[i] += scratch_[i];
+}
+
 // Removes from the error estimate what the projection removes from the state: the part that violates the
 // constraints (of the joints with one degree of freedom).
 void System::project_error(double* error) {
   for (double* part : {layout_.q.of(error), layout_.qd.of(error)}) {
     std::fill(drive_.begin(), drive_.end(), 0.0);
     for (int k = 0; k < simple(); ++k) drive_[integrated_[k]] = part[k];
-    // the rates of the rows are linear in the velocity: insert the error
-    set_velocities(plan_, workspace_, drive_.data());
-    set_ground_motion(plan_, workspace_, drive_.data());
-    set_loop_residuals(plan_, workspace_);
-    for (std::size_t row = 0; row < workspace_.loop.b.size(); ++row)
-      workspace_.loop.b[row] = -workspace_.loop.rate[row];
-    correct_loops(plan_, workspace_, scratch_.data());
-    for (int k = 0; k < simple(); ++k) part[k] += scratch_[integrated_[k]];
+    make_tangential(drive_.data());
+    for (int k = 0; k < simple(); ++k) part[k] = drive_[integrated_[k]];
   }
+}
+
+void System::project_velocity(double* velocity) {
+  if (!plan_.has_loops()) return;
+  std::fill(drive_.begin(), drive_.end(), 0.0);
+  for (int k = 0; k < simple(); ++k) drive_[integrated_[k]] = velocity[layout_.qd[k] - nq()];
+  const auto omega = [&](int ball) {
+    return Eigen::Map<Vec3<double>>(velocity + layout_.omega[ball] - nq());
+  };
+  const auto rates = [&](int ball) { return Eigen::Map<Vec3<double>>(&drive_[plan_.balls[ball] + 1]); };
+  for (int ball = 0; ball < balls(); ++ball)
+    rates(ball) = angle_rates(angles_[ball], Vec3<double>(omega(ball)));
+  make_tangential(drive_.data());
+  for (int k = 0; k < simple(); ++k) velocity[layout_.qd[k] - nq()] = drive_[integrated_[k]];
+  for (int ball = 0; ball < balls(); ++ball)
+    omega(ball) = rate_matrix(angles_[ball]) * Vec3<double>(rates(ball));
 }
 
 double System::step_to_touch(double time, const double* y, double h) {

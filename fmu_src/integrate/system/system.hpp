@@ -121,6 +121,9 @@ class System {
   // velocities. `error` (length size(), may be null): an error estimate, projected likewise.
   bool has_loops() const { return plan_.has_loops(); }
   Status project(double time, double* y, double* error);
+  // Moves a change of the velocities of the state (nv()) to the nearest one that satisfies the constraints.
+  // After `accelerations` at the same state.
+  void project_velocity(double* velocity);
   static constexpr int projection_iterations = 8;
   // Bounds of relative_violation (dynamics/loops/loop_rows.hpp):
   static constexpr double rounding = 1e-15;
@@ -188,6 +191,7 @@ class System {
   double* held_motion(int slot) { return &inputs_[input_layout_.held_motion[slot]]; }
   double* phases() { return input_layout_.phase.of(inputs_.data()); }
   const double* phases() const { return input_layout_.phase.of(inputs_.data()); }
+  void make_tangential(double* velocity);
   void project_error(double* error);
   double power(const Coordinates& at, const double* qdd);
 

@@ -73,6 +73,7 @@ Model read_model(Section& top, const std::string& folder, std::vector<AttachedFi
   model.description = top.text("description");
   model.gravity = top.vector("gravity", model.gravity);
   const bool degrees = read_degrees(top);
+  model.starts_in_equilibrium = top.choice<bool>("start", {{"given", false}, {"equilibrium", true}}, false);
 
   std::vector<LinkDraft> drafts = read_links(top, degrees, names, findings);
   if (inverse) invert(drafts, top);

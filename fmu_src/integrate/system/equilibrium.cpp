@@ -1,0 +1,212 @@
+#include "integrate/system/equilibrium.hpp"
+
+#include <sundials/sundials_dense.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/ball.hpp"
+#include "dynamics/motion_subspace.hpp"
+#include "integrate/system/dense_jacobian.hpp"
+#include "model/read/number.hpp"
+
+namespace redysim {
+namespace {
+
+// Lengths of a step, s^2: of the first, the largest and the smallest
+constexpr double first_length = 1e-4, longest = 1e4, shortest = 1e-14;
+constexpr double largest_change = 0.2;  // of a joint in a step, of its scale
+constexpr double accurate = 1e-11;      // change of a joint of its scale, or acceleration of the largest met
+constexpr double rounding = 1e-7;       // acceleration of the largest met, if it no longer decreases
+constexpr int most_steps = 2000, patience = 10;
+
+class RestSearch {
+ public:
+  RestSearch(System& system, double time, double* y)
+      : system_(system),
+        time_(time),
+        y_(y),
+        first_velocity_(static_cast<std::size_t>(system.nq())),
+        count_(static_cast<std::size_t>(system.nv())),
+        jacobian_(system),
+        matrix_(static_cast<std::size_t>(system.size()) * static_cast<std::size_t>(system.size())),
+        tangent_(count_ * count_),
+        factors_(tangent_),
+        slope_(static_cast<std::size_t>(system.size())),
+        before_(slope_),
+        step_(count_),
+        scales_(step_.size(), 1.0),
+        pivots_(step_.size()) {
+    std::copy(system.scales().begin(), system.scales().end(), scales_.begin());
+    for (std::size_t k = 0; k < count_; ++k) columns_.push_back(&factors_[k * count_]);
+  }
+
+  Rest find();
+
+ private:
+  bool evaluate();
+  bool linearise();
+  bool solve();
+  bool move();
+  bool settled(double change);
+  Rest none_near() const;
+  double scaled(const double* values) const {
+    double largest = 0;
+    for (std::size_t k = 0; k < scales_.size(); ++k)
+      largest = std::max(largest, std::abs(values[k]) / scales_[k]);
+    return largest;
+  }
+
+  System& system_;
+  double time_;
+  double* y_;
+  std::size_t first_velocity_, count_;  // of the velocities in y
+  DenseJacobian jacobian_;
+  std::vector<double> matrix_, tangent_, factors_, slope_, before_, step_, scales_;
+  std::vector<double*> columns_;
+  std::vector<sunindextype> pivots_;
+  double length_ = first_length;               // s^2
+  double size_ = 0, largest_ = 0, least_ = 0;  // scaled accelerations: now, and of all so far, 1/s^2
+  int idle_ = 0;                               // steps of the largest length that did not decrease them
+};
+
+// The accelerations at y.
+bool RestSearch::evaluate() {
+  if (system_.right_hand_side(time_, y_, slope_.data()) != Status::ok) return false;
+  size_ = scaled(&slope_[first_velocity_]);
+  largest_ = std::max(largest_, size_);
+  return true;
+}
+
+// Derivatives of the accelerations by the positions within the loop constraints, with the rotation vectors of
+// spherical joints as coordinates.
+bool RestSearch::linearise() {
+  if (jacobian_.evaluate(time_, y_, matrix_.data()) != Status::ok) return false;
+  const StateLayout& layout = system_.layout();
+  const auto add = [&](int column, int position, double factor) {
+    const double* from = &matrix_[static_cast<std::size_t>(position) * slope_.size() + first_velocity_];
+    for (std::size_t i = 0; i < count_; ++i) tangent_[column * count_ + i] += factor * from[i];
+  };
+  std::fill(tangent_.begin(), tangent_.end(), 0.0);
+  for (int k = 0; k < system_.simple(); ++k) add(k, layout.q[k], 1);
+  for (int ball = 0; ball < system_.balls(); ++ball) {
+    for (int axis = 0; axis < 3; ++axis) {
+      double unit[3] = {0, 0, 0}, rate[4];
+      unit[axis] = 1;
+      quaternion_rate(layout.quaternion.of(y_, ball), unit, rate);
+      for (int k = 0; k < 4; ++k)
+        add(layout.omega[ball] + axis - system_.nq(), layout.quaternion[ball] + k, rate[k]);
+    }
+  }
+  for (std::size_t k = 0; k < count_; ++k) system_.project_velocity(&tangent_[k * count_]);
+  return true;
+}
+
+// The implicit step. False: it is too long, an unstable direction or more has been passed.
+bool RestSearch::solve() {
+  for (std::size_t i = 0; i < tangent_.size(); ++i) factors_[i] = -tangent_[i];
+  for (std::size_t k = 0; k < count_; ++k) columns_[k][k] += 1 / length_;
+  const auto n = static_cast<sunindextype>(count_);
+  if (SUNDlsMat_denseGETRF(columns_.data(), n, n, pivots_.data()) != 0) return false;
+  bool positive = true;  // the determinant
+  for (std::size_t k = 0; k < count_; ++k)
+    if ((pivots_[k] != static_cast<sunindextype>(k)) != (columns_[k][k] < 0)) positive = !positive;
+  if (!positive) return false;
+  const double* accelerations = &slope_[first_velocity_];
+  std::copy_n(accelerations, count_, step_.begin());
+  SUNDlsMat_denseGETRS(columns_.data(), n, pivots_.data(), step_.data());
+  double along = 0;
+  for (std::size_t k = 0; k < step_.size(); ++k)
+    along += step_[k] / scales_[k] * (accelerations[k] / scales_[k]);
+  return along >= 0 && std::isfinite(along);
+}
+
+// By step_, back onto the loops.
+bool RestSearch::move() {
+  const StateLayout& layout = system_.layout();
+  for (int k = 0; k < system_.simple(); ++k) y_[layout.q[k]] += step_[k];
+  for (int ball = 0; ball < system_.balls(); ++ball) {
+    double rate[4], *quaternion = layout.quaternion.of(y_, ball), squared = 0;
+    quaternion_rate(quaternion, &step_[layout.omega[ball] - system_.nq()], rate);
+    for (int k = 0; k < 4; ++k) quaternion[k] += rate[k];
+    for (int k = 0; k < 4; ++k) squared += quaternion[k] * quaternion[k];
+    for (int k = 0; k < 4; ++k) quaternion[k] /= std::sqrt(squared);
+  }
+  if (system_.project(time_, y_, nullptr) != Status::ok) return false;
+  std::fill_n(y_ + first_velocity_, count_, 0.0);
+  return evaluate();
+}
+
+bool RestSearch::settled(double change) {
+  if (size_ <= accurate * largest_) return true;
+  if (length_ < longest) return false;
+  if (change <= accurate) return true;
+  idle_ = size_ < 0.5 * least_ ? 0 : idle_ + 1;
+  least_ = std::min(least_, size_);
+  return idle_ > patience && size_ <= rounding * largest_;
+}
+
+Rest RestSearch::none_near() const {
+  const double* accelerations = &slope_[first_velocity_];
+  std::size_t worst = 0;
+  for (std::size_t k = 1; k < count_; ++k)
+    if (std::abs(accelerations[k]) / scales_[k] > std::abs(accelerations[worst]) / scales_[worst]) worst = k;
+  system_.set_failed_joint(static_cast<int>(worst));
+  Rest rest{Rest::End::none_near, system_.failed_joint(), accelerations[worst]};
+  system_.forget_failure();
+  return rest;
+}
+
+Rest RestSearch::find() {
+  double limit = largest_change;
+  largest_ = system_.plan().gravity.norm() / *std::max_element(scales_.begin(), scales_.end());
+  if (!evaluate()) return none_near();
+  least_ = size_;
+  for (int k = 0; k < most_steps; ++k) {
+    if (!linearise()) break;
+    length_ = std::min(length_, largest_change / size_);
+    while (!solve() && length_ > shortest) length_ *= 0.25;
+    const double change = scaled(step_.data());
+      fprintf(stderr, "%d size %g change %g length %g limit %g\n", k, size_, change, length_, limit);
+    if (settled(change)) return {};
+    if (change > limit)
+      for (double& part : step_) part *= limit / change;
+    const double size_before = size_;
+    std::copy_n(y_, before_.size(), before_.begin());
+    if (!move()) {
+      std::copy(before_.begin(), before_.end(), y_);
+      limit *= 0.25;
+      if (!(limit > accurate) || !evaluate()) break;
+      continue;
+    }
+    limit = std::min(largest_change, 2 * limit);
+    length_ = std::clamp(length_ * std::clamp(2 * size_before / size_, 1.0 / 64, 8.0), shortest, longest);
+  }
+  return none_near();
+}
+
+}  // namespace
+
+Rest find_rest(System& system, double time, double* y) {
+  const Plan<double>& plan = system.plan();
+  const System::Coordinates at = system.coordinates(time, y);
+  for (int i = 0; i < plan.nv; ++i)
+    if (at.qd[i] != 0)
+      return {plan.joints[i].prescribed ? Rest::End::motion_moves : Rest::End::start_moves, i, 0};
+  return system.nv() == 0 ? Rest() : RestSearch(system, time, y).find();
+}
+
+std::string failure(const Model& model, const Plan<double>& plan, const Rest& rest) {
+  const std::string option = "start = \"equilibrium\"";
+  if (rest.end == Rest::End::found) return {};
+  const std::string name = model.links[plan.joints[rest.joint].link].joint.name;
+  const std::string joint = "joint '" + name.substr(0, name.find('[')) + "'";
+  if (rest.end == Rest::End::none_near)
+    return option + " found no rest configuration near the start positions; " + joint +
+           " still accelerates by " + rounded(rest.acceleration) + " " +
+           (turns(plan.joints[rest.joint]) ? "rad" : "m") + "/s^2";
+  return option + (rest.end == Rest::End::motion_moves ? " needs prescribed motions" : " needs joints") +
+         " that start at rest; " + joint + " starts with a velocity";
+}
+
+}  // namespace redysim

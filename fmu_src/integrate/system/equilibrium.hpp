@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+
+#include "integrate/system/system.hpp"
+
+namespace redysim {
+
+// Result of the search for a rest configuration.
+struct Rest {
+  enum class End { found, start_moves, motion_moves, none_near } end = End::found;
+  int joint = -1;           // of the plan: the one that moves, or that still accelerates most
+  double acceleration = 0;  // its qdd, rad/s^2 or m/s^2
+};
+
+// Moves the positions of y along the accelerations at rest, with the inputs and parameters of the system, to
+// a configuration in which all joints without prescribed motion stay at rest. `y` satisfies the loops.
+// Pseudo-transient continuation (Kelley and Keyes 1998): implicit Euler steps of q' = qdd(q, 0) with exact
+// Jacobians, whose length grows as the accelerations decrease. A step that passes an instability is
+// shortened, so that the rest configuration is stable as a rule. Allocates. If none is found, y is a state on
+// the way.
+Rest find_rest(System& system, double time, double* y);
+
+// Why there is none: one sentence; empty if it was found.
+std::string failure(const Model& model, const Plan<double>& plan, const Rest& rest);
+
+}  // namespace redysim

@@ -1,0 +1,164 @@
+"""start = "equilibrium": the rest configuration near the start positions, against closed forms and laws of rest."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.fmi.conftest import ROOT, build_fmu
+from tests.fmi.raw import OK, Slave, Unpacked
+
+G = 9.81
+
+BOX = """
+name = "box"
+start = "equilibrium"
+[[link]]
+name = "box"
+joint = "free"
+mass = 2
+inertia = [0.01, 0.02, 0.03]
+com = [0.01, -0.02, 0]
+q = [0, 0, {height}, 0.1, -0.2, 0.3]
+drive = "free"
+[[contact]]
+name = "floor"
+link_a = "box"
+shape_a = "box"
+size_a = [0.4, 0.3, 0.2]
+stiffness = 1e5
+damping = 0.5
+friction = 0.6
+outputs = ["force", "depth", "torque"]
+[solver]
+method = "auto"
+"""
+
+ROD = """
+name = "rod"
+start = "equilibrium"
+[[link]]
+name = "rod"
+joint = "{joint}"
+{fields}
+mass = 1.5
+com = {com}
+inertia = [0.02, 0.03, 0.04]
+[fmu]
+tunable = ["rod.mass"]
+"""
+ROD_Z = "alpha = 1.5707963267948966\nq = {q}\nstiffness = 10\nrest = 0"
+
+
+@pytest.fixture
+def make(tmp_path):
+    """Returns a function: text of a model -> an instance in initialization mode."""
+    made = []
+
+    def instance(text: str) -> Slave:
+        folder = tmp_path / str(len(made))
+        folder.mkdir()
+        (folder / "model.toml").write_text(text)
+        made.append(Slave(Unpacked(build_fmu(folder / "model.toml", folder / "model.fmu"), folder / "unpacked"), logging=True))
+        made[-1].setup()
+        assert made[-1].call("EnterInitializationMode") == OK
+        return made[-1]
+
+    yield instance
+    for one in made:
+        one.free()
+
+
+def begin(one: Slave) -> Slave:
+    assert one.call("ExitInitializationMode") == OK, one.errors
+    return one
+
+
+def test_a_box_falls_on_its_four_corners(make):
+    """From 0.5 m and tilted. All corners carry the weight: sum k h(x) = m g; the moment about the middle is that of the com."""
+    one = begin(make(BOX.format(height=0.5)))
+    force = np.array([one.get(f"floor.force[{k}]") for k in (1, 2, 3)])
+    assert force == pytest.approx([0, 0, 2 * G], abs=1e-9)
+    assert [one.get(f"box[{k}].qdd") for k in (1, 2, 3)] == pytest.approx([0] * 3, abs=1e-8)
+    start = one.get("box[3].q")
+    assert one.step(0, 100) == OK
+    assert one.get("box[3].q") == pytest.approx(start, abs=1e-9)
+    assert abs(one.get("energy.balance")) < 1e-9
+
+
+@pytest.mark.parametrize("degrees", [0, 60, 100, 179])
+def test_a_pendulum_hangs(make, degrees):
+    """Also from above the horizontal, where Newton's method would find the upper rest position."""
+    begun = begin(
+        make(ROD.format(joint="revolute", fields=ROD_Z.format(q=math.radians(degrees) - math.pi / 2).replace("10", "0"), com=[0.3, 0, 0]))
+    )
+    assert begun.get("rod.q") == pytest.approx(-math.pi / 2, abs=1e-10)
+
+
+def test_the_start_torque_counts_and_so_do_parameters(make):
+    """k q + m g c cos(q) = tau."""
+    one = make(ROD.format(joint="revolute", fields=ROD_Z.format(q=0.3), com=[0.3, 0, 0]))
+    for mass, torque in ((1.5, 0), (1.5, 7), (0.4, 7)):
+        one.set("rod.mass", mass)
+        one.set("rod.tau", torque)
+        q = one.get("rod.q")
+        assert 10 * q + mass * G * 0.3 * math.cos(q) == pytest.approx(torque, abs=1e-9)
+    begin(one)
+    assert one.get("rod.q") == q
+
+
+def test_a_spherical_pendulum_hangs(make):
+    one = begin(
+        make(
+            ROD.format(joint="spherical", fields="q = [0.5, 0.5, 0.5, -0.5]", com=[0.1, 0.2, 0.3])
+            + '[[frame]]\nname = "at"\nlink = "rod"\nposition = [0.1, 0.2, 0.3]\noutputs = ["pose"]\n'
+        )
+    )
+    length = math.sqrt(0.14)
+    assert [one.get(f"at.position[{k}]") for k in (1, 2, 3)] == pytest.approx([0, 0, -length], abs=1e-9)
+
+
+@pytest.mark.parametrize("model", ["four_bar", "gripper", "three_rrr", "parallelogram", "governor"])
+def test_closed_loops_rest(make, model):
+    text = (ROOT / "models" / f"{model}.toml").read_text().replace("\n[[link]]", '\nstart = "equilibrium"\n[[link]]', 1)
+    text = "\n".join(line for line in text.splitlines() if not line.startswith(("qd =", "qd=")))
+    one = begin(make(text))
+    names = [name for name in one.fmu.named("output", ".q")]
+    before = one.reals(names)
+    assert one.step(0, 0.5) == OK
+    assert one.reals(names) == pytest.approx(before, abs=1e-7)
+
+
+def test_derivatives_of_the_start_are_refused(make):
+    one = make(ROD.format(joint="revolute", fields=ROD_Z.format(q=0.3), com=[0.3, 0, 0]))
+    import ctypes as c
+
+    reference = {name: one.fmu.variables[name][1] for name in ("rod.q", "rod.tau")}
+    result = c.c_double()
+    arguments = (
+        c.byref(c.c_uint(reference["rod.q"])),
+        c.c_size_t(1),
+        c.byref(c.c_uint(reference["rod.tau"])),
+        c.c_size_t(1),
+        c.byref(c.c_double(1)),
+        c.byref(result),
+    )
+    assert one.call("GetDirectionalDerivative", *arguments) != OK
+    begin(one)
+    assert one.call("GetDirectionalDerivative", *arguments) == OK
+
+
+@pytest.mark.parametrize(
+    ("fields", "sentence"),
+    [
+        ('joint = "prismatic"', "found no rest configuration near the start positions; joint 'rod' still accelerates by -9.81 m/s^2"),
+        ('joint = "revolute"\ncom = [1, 0, 0]\nqd = 1', "needs joints that start at rest; joint 'rod' starts with a velocity"),
+        ('joint = "revolute"\nqd = 1\ndrive = "motion"', "needs prescribed motions that start at rest"),
+    ],
+)
+def test_what_cannot_rest_is_refused(make, fields, sentence):
+    one = make('name = "rod"\nstart = "equilibrium"\n[[link]]\nname = "rod"\nmass = 1\n' + fields + "\n")
+    assert one.call("ExitInitializationMode") != OK
+    assert any(sentence in text for text in one.errors), one.errors
