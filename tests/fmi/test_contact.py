@@ -343,6 +343,22 @@ def test_the_law_of_redysim(slave):
         assert [one.get(f"floor.force[{k}]") for k in (1, 2, 3)] == pytest.approx(expected, rel=1e-12, abs=1e-12)
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_a_touch_down_with_a_jump_of_the_force(slave, method):
+    """Of ReDySim's law: free fall to a depth of 1e-5 m, then m x" = m g - Cv x' - K x, overdamped."""
+    mass, K, Cv, edge, end = 2, 3000, 4000, 1e-5, 0.6
+    law = f'law = "redysim"\nK = {K}\nCv = {Cv}\nv_max = 4.5\nmu = 0.7\nCh = 2000'
+    one = slave(body(shape=POINT, law=law, q=[0, 0, 0.2, 1, 0, 0, 0], qd=[0.7, 0, 0, 0, 0, 0], method=method, rtol=1e-10, atol=1e-12))
+    one.run(end, 0.1)
+    touch = math.sqrt(2 * (0.2 + edge) / G)
+    fast, slow = np.roots([mass, Cv, K])
+    rest = mass * G / K
+    # depth = rest + a exp(fast t) + b exp(slow t)
+    a, b = np.linalg.solve([[1, 1], [fast, slow]], [edge - rest, G * touch])
+    depth = rest + a * math.exp(fast * (end - touch)) + b * math.exp(slow * (end - touch))
+    assert one.get("body[3].q") == pytest.approx(-depth, abs=1e-8)
+
+
 # --- refusals and warnings ---
 
 
