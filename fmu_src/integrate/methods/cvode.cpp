@@ -27,8 +27,8 @@ constexpr double bdf_tightening = 1.0 / 100;
 constexpr double newton_tolerance =
     0.03;  // of the error test; CVODE's 0.1 costs accuracy, an iteration is cheap
 
-// Each shortens the step by a factor of 0.1 to 0.25: enough to pass a jump of a force unless the step would be
-// lost in rounding. CVODE's own limits of 7 and 10 are too few where a contact of ReDySim's law touches.
+// Each shortens the step by a factor of 0.1 to 0.25: enough to pass a jump of a force unless the step would
+// be lost in rounding. CVODE's own limits of 7 and 10 are too few where a contact of ReDySim's law touches.
 constexpr int failures_in_a_step = 40;
 
 double tightened(double tolerance, SolverMethod method) {
