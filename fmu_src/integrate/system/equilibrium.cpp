@@ -167,7 +167,6 @@ Rest RestSearch::find() {
     length_ = std::min(length_, largest_change / size_);
     while (!solve() && length_ > shortest) length_ *= 0.25;
     const double change = scaled(step_.data());
-      fprintf(stderr, "%d size %g change %g length %g limit %g\n", k, size_, change, length_, limit);
     if (settled(change)) return {};
     if (change > limit)
       for (double& part : step_) part *= limit / change;
@@ -193,7 +192,11 @@ Rest find_rest(System& system, double time, double* y) {
   for (int i = 0; i < plan.nv; ++i)
     if (at.qd[i] != 0)
       return {plan.joints[i].prescribed ? Rest::End::motion_moves : Rest::End::start_moves, i, 0};
-  return system.nv() == 0 ? Rest() : RestSearch(system, time, y).find();
+  if (system.nv() == 0) return {};
+  std::vector<double> given(y, y + system.size());
+  const Rest rest = RestSearch(system, time, y).find();
+  if (rest.end != Rest::End::found) std::copy(given.begin(), given.end(), y);
+  return rest;
 }
 
 std::string failure(const Model& model, const Plan<double>& plan, const Rest& rest) {

@@ -14,11 +14,11 @@ struct Rest {
 };
 
 // Moves the positions of y along the accelerations at rest, with the inputs and parameters of the system, to
-// a configuration in which all joints without prescribed motion stay at rest. `y` satisfies the loops.
-// Pseudo-transient continuation (Kelley and Keyes 1998): implicit Euler steps of q' = qdd(q, 0) with exact
-// Jacobians, whose length grows as the accelerations decrease. A step that passes an instability is
-// shortened, so that the rest configuration is stable as a rule. Allocates. If none is found, y is a state on
-// the way.
+// a configuration in which all joints without prescribed motion stay at rest. `y` satisfies the loops; it is
+// unchanged if no configuration is found. Pseudo-transient continuation (Kelley and Keyes 1998): implicit
+// Euler steps of q' = qdd(q, 0) with exact Jacobians, whose length grows as the accelerations decrease. A
+// step that passes an instability is shortened, so that the rest configuration is stable as a rule.
+// Allocates.
 Rest find_rest(System& system, double time, double* y);
 
 // Why there is none: one sentence; empty if it was found.
