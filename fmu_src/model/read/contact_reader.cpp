@@ -6,7 +6,6 @@
 
 #include "model/model.hpp"
 #include "model/read/csv.hpp"
-#include "model/read/suggest.hpp"
 
 namespace redysim {
 namespace {
@@ -194,17 +193,12 @@ void read_redysim_law(Section& section, const Contact& contact, ContactParameter
 }
 
 void read_outputs(Section& section, Contact& contact) {
-  const std::vector<std::string> groups = {"force", "torque", "depth", "point", "slip"};
-  bool* const flags[] = {&contact.shows_force, &contact.shows_torque, &contact.shows_depth,
-                         &contact.shows_point, &contact.shows_slip};
-  for (const auto& [group, place] : section.texts("outputs")) {
-    const auto found = std::find(groups.begin(), groups.end(), group);
-    if (found == groups.end())
-      section.error(
-          place, "outputs must be " + one_of(groups) + ", got '" + group + "'" + did_you_mean(group, groups));
-    else
-      *flags[found - groups.begin()] = true;
-  }
+  const std::vector<bool> shown = section.flags("outputs", {"force", "torque", "depth", "point", "slip"});
+  contact.shows_force = shown[0];
+  contact.shows_torque = shown[1];
+  contact.shows_depth = shown[2];
+  contact.shows_point = shown[3];
+  contact.shows_slip = shown[4];
 }
 
 Contact read_contact(Section section, const std::string& label, const LinkTable& links, bool degrees,

@@ -1,25 +1,14 @@
 #include "model/read/frame_reader.hpp"
 
-#include <algorithm>
-
-#include "model/read/suggest.hpp"
-
 namespace redysim {
 namespace {
 
-void read_frame_outputs(Section& section, Frame& frame) {
+void read_outputs(Section& section, Frame& frame) {
   if (!section.has("outputs")) return;
-  const std::vector<std::string> groups = {"pose", "rotation", "velocity"};
-  bool* const flags[] = {&frame.pose, &frame.rotation_matrix, &frame.velocity};
-  for (bool* flag : flags) *flag = false;
-  for (const auto& [group, place] : section.texts("outputs")) {
-    const auto found = std::find(groups.begin(), groups.end(), group);
-    if (found == groups.end())
-      section.error(place, "outputs must be 'pose', 'rotation' or 'velocity', got '" + group + "'" +
-                               did_you_mean(group, groups));
-    else
-      *flags[found - groups.begin()] = true;
-  }
+  const std::vector<bool> shown = section.flags("outputs", {"pose", "rotation", "velocity"});
+  frame.pose = shown[0];
+  frame.rotation_matrix = shown[1];
+  frame.velocity = shown[2];
 }
 
 Frame read_frame(Section section, const std::string& label, const LinkTable& links, bool degrees,
@@ -34,7 +23,7 @@ Frame read_frame(Section section, const std::string& label, const LinkTable& lin
   }
   frame.position = section.vector("position", frame.position);
   frame.rotation = section.rotation("rpy", degrees);
-  read_frame_outputs(section, frame);
+  read_outputs(section, frame);
   frame.port = section.choice<Frame::Port>(
       "port",
       {{"none", Frame::Port::none}, {"ground", Frame::Port::ground_axes}, {"frame", Frame::Port::frame_axes}},

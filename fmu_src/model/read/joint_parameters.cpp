@@ -22,8 +22,8 @@ void check_friction(Section& section, const Joint& joint, const std::string& of)
   if (section.has("static_friction") && joint.static_friction < joint.friction)
     section.error("static_friction", "static_friction" + of + " must be >= friction, " +
                                          shown(joint.friction) + ", got " + shown(joint.static_friction));
-  const bool rubs = section.has("friction") || section.has("static_friction");
-  if (!rubs && section.has("friction_velocity"))
+  const bool has_friction = section.has("friction") || section.has("static_friction");
+  if (!has_friction && section.has("friction_velocity"))
     section.warn("friction_velocity", "friction_velocity has no effect without friction");
   for (const char* key : {"friction", "static_friction"})
     if (joint.drive == Drive::locked && section.has(key))

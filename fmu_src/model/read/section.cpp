@@ -212,6 +212,21 @@ std::vector<std::pair<std::string, Place>> Section::texts(const std::string& key
   return texts;
 }
 
+std::vector<bool> Section::flags(const std::string& key, const std::vector<std::string>& words) {
+  std::vector<bool> flags(words.size(), false);
+  for (const auto& [word, place] : texts(key)) {
+    const auto found = std::find(words.begin(), words.end(), word);
+    if (found == words.end()) {
+      error(place, key + " must be " + one_of(words) + ", got '" + word + "'" + did_you_mean(word, words));
+      continue;
+    }
+    const std::size_t index = static_cast<std::size_t>(found - words.begin());
+    if (flags[index]) error(place, key + " lists '" + word + "' twice");
+    flags[index] = true;
+  }
+  return flags;
+}
+
 std::vector<const Value*> Section::tables(const std::string& key) {
   const Value* list = ask(key);
   std::vector<const Value*> tables;

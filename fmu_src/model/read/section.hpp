@@ -44,6 +44,8 @@ class Section {
   bool directions(const std::string& key, std::vector<Vec3<double>>& directions);  // false: absent or invalid
   bool points(const std::string& key, std::vector<Vec3<double>>& points);          // likewise, m
   std::vector<std::pair<std::string, Place>> texts(const std::string& key);
+  // Which of `words` a list of strings contains; an unknown word and a repeated one are findings.
+  std::vector<bool> flags(const std::string& key, const std::vector<std::string>& words);
 
   // The tables under `key`: written [[key]] (many) or [key] (one).
   std::vector<const Value*> tables(const std::string& key);

@@ -16,18 +16,10 @@ void read_outputs(Section& section, FmuSettings& fmu) {
   if (!section.has("outputs")) return;
   std::vector<std::string> names;
   for (const OutputGroupRow& row : output_groups) names.push_back(row.name);
+  const std::vector<bool> shown = section.flags("outputs", names);
   fmu.outputs = {};
-  for (const auto& [name, place] : section.texts("outputs")) {
-    const auto found = std::find(names.begin(), names.end(), name);
-    if (found == names.end()) {
-      section.error(place,
-                    "outputs must be " + one_of(names) + ", got '" + name + "'" + did_you_mean(name, names));
-      continue;
-    }
-    const OutputGroup group = output_groups[found - names.begin()].group;
-    if (fmu.shows(group)) section.error(place, "outputs lists '" + name + "' twice");
-    fmu.outputs.add(group);
-  }
+  for (std::size_t k = 0; k < shown.size(); ++k)
+    if (shown[k]) fmu.outputs.add(output_groups[k].group);
 }
 
 void read_tunable(Section& section, const Model& model, FmuSettings& fmu) {

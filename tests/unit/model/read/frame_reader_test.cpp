@@ -56,6 +56,8 @@ TEST(frame, what_it_does_not_know_is_refused) {
   EXPECT_EQ(errors(frame("outputs = ['pose', 'velocty']")),
             (Lines{"13: frame 'f': outputs must be 'pose', 'rotation' or 'velocity', got 'velocty'; did you "
                    "mean 'velocity'?"}));
+  EXPECT_EQ(errors(frame("outputs = ['pose', 'pose']")),
+            (Lines{"13: frame 'f': outputs lists 'pose' twice"}));
   EXPECT_EQ(errors(frame("port = 'world'")),
             (Lines{"13: frame 'f': port must be 'none', 'ground' or 'frame', got 'world'"}));
   EXPECT_EQ(errors(frame("offset = [1, 0, 0]")), (Lines{"13: frame 'f': unknown field 'offset'"}));
