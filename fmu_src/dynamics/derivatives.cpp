@@ -15,7 +15,7 @@ namespace redysim {
 namespace {
 
 // Springs, contacts, ports and loops with constants as dual numbers; allocates in the first call only.
-void copy_elements(const Plan<double>& from, Plan<Dual>& to) {
+[[gnu::cold]] void copy_elements(const Plan<double>& from, Plan<Dual>& to) {
   to.springs.resize(from.springs.size());
   for (std::size_t i = 0; i < from.springs.size(); ++i) {
     const SpringPlan<double>& spring = from.springs[i];
@@ -38,7 +38,7 @@ void copy_elements(const Plan<double>& from, Plan<Dual>& to) {
   }
 }
 
-void copy_loops(const Plan<double>& from, Plan<Dual>& to) {
+[[gnu::cold]] void copy_loops(const Plan<double>& from, Plan<Dual>& to) {
   to.clusters = from.clusters;
   for (const LoopPlan<double>& loop : from.loops) {
     LoopPlan<Dual> copy{loop.loop,
@@ -65,6 +65,11 @@ Plan<Dual> elements_of(const Plan<double>& plan) {
   copy_elements(plan, elements);
   copy_loops(plan, elements);
   return elements;
+}
+
+// Contacts are evaluated outside the clones, whose size they would double.
+[[gnu::noinline]] void change_contacts(const Plan<Dual>& plan, Workspace<Dual>& ws) {
+  if constexpr (Plan<Dual>::may_have_contacts) add_contact_wrenches(plan, ws);
 }
 
 Vec3<Dual> with(const Vec3<double>& value, const Vec3<double>& change) {
@@ -110,7 +115,7 @@ REDYSIM_PLAIN void solve_accelerations(const Plan<double>& plan, Workspace<doubl
 
 }  // namespace
 
-Derivatives::Derivatives(const Plan<double>& plan)
+[[gnu::cold]] Derivatives::Derivatives(const Plan<double>& plan)
     : bodies_(plan.joints.size()),
       changes_(plan.joints.size()),
       forces_(plan.joints.size()),
@@ -247,7 +252,7 @@ void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<d
 REDYSIM_CLONES double Derivatives::change_elements(const Plan<double>& plan) {
   for (auto& s : workspace_.joints) s.p = Force<Dual>::zero();
   add_spring_wrenches(plan_, workspace_);
-  if constexpr (Plan<Dual>::may_have_contacts) add_contact_wrenches(plan_, workspace_);
+  if (plan_.has_contacts()) change_contacts(plan_, workspace_);
   add_port_wrenches(plan_, workspace_, port_wrenches_.data());
   for (std::size_t i = 0; i < plan.joints.size(); ++i)
     add(changes_[i].wrench, change_of(workspace_.joints[i].p));

@@ -29,9 +29,9 @@ GroundState<Scalar> moved(const JointPlan<Scalar>& joint, const JointState<Scala
   Mat3<Scalar> rotation;
   Vec3<Scalar> position;
   joint_pose(joint, state, rotation, position);
-  const Vec3<Scalar> arm = from.rotation * position;
+  const Vec3<Scalar> arm = product(from.rotation, position);
   GroundState<Scalar> to;
-  to.rotation = from.rotation * rotation;
+  to.rotation = product(from.rotation, rotation);
   to.position = from.position + arm;
   to.omega = from.omega;
   to.velocity = from.velocity + from.omega.cross(arm);
@@ -56,7 +56,7 @@ struct PointMotion {
 template <class Scalar>
 PointMotion<Scalar> point_motion(const GroundState<Scalar>& body, const Vec3<Scalar>& point) {
   PointMotion<Scalar> m;
-  m.arm = body.rotation * point;
+  m.arm = product(body.rotation, point);
   m.position = body.position + m.arm;
   m.velocity = body.velocity + body.omega.cross(m.arm);
   return m;
@@ -85,9 +85,7 @@ SpringLine<Scalar> spring_line(const SpringPlan<Scalar>& spring, const Workspace
   line.a = point_motion(ground_state(ws, spring.body_a), spring.point_a);
   line.b = point_motion(ground_state(ws, spring.body_b), spring.point_b);
   const Vec3<Scalar> between = line.b.position - line.a.position;
-  using std::sqrt;
-  // the smallest normal number avoids 0/0 at coincident points, where the direction is set to zero
-  line.length = sqrt(between.squaredNorm() + Scalar(std::numeric_limits<double>::min()));
+  line.length = safe_norm(between);  // the direction between coincident points is zero
   line.direction = between / line.length;
   line.rate = line.direction.dot(line.b.velocity - line.a.velocity);
   line.tension = spring.stiffness * (line.length - spring.rest_length) + spring.damping * line.rate;

@@ -74,7 +74,8 @@ struct LoopState {
   std::vector<Force<Scalar>> K;                 // per row: wrench on the root
   std::vector<Scalar> crossing_u;               // per crossing of the clusters: u_r of (5)
   std::vector<Scalar> scale;                    // per row: S_rr with the bounds of the levers
-  std::vector<LinkPath<Scalar>> path[2];        // per row and side: of its wrench so far
+  std::vector<LinkPath<Scalar>> path[2];        // per loop and side: of its wrenches so far
+  std::vector<double> path_length[2];           // per joint and side of one loop, m; for lever_bound
   std::vector<Scalar> squared_moment_rounding;  // per row, m^2
   std::vector<Scalar> squared_bound[2];         // per row: largest of one side, of moment and force
   std::vector<Scalar> crossing_scale;           // per crossing of the clusters: contribution to scale
@@ -141,7 +142,8 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   loop.uses_Q.assign(plan.clusters.size(), 0);
   for (auto& side : loop.wrench) side.resize(rows);
   loop.K.resize(rows);
-  for (auto& side : loop.path) side.resize(rows);
+  for (auto& side : loop.path) side.resize(plan.loops.size());
+  for (auto& side : loop.path_length) side.resize(rows > 0 ? plan.joints.size() : 0);
   loop.b.assign(rows, nan);
   for (auto* per_row :
        {&loop.scale, &loop.squared_moment_rounding, &loop.squared_bound[0], &loop.squared_bound[1]})

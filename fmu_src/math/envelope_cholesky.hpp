@@ -163,6 +163,32 @@ void scale_row(Scalar* row, int columns, const Scalar& factor) {
   for (int k = 0; k < columns; ++k) row[k] *= factor;
 }
 
+// `sum` plus the entries of the rows before i that are not skipped, each times its weight.
+template <class Scalar, class Entry>
+Scalar add_rows(Scalar sum, const std::vector<Scalar>& weights, int first, int i,
+                const std::vector<char>& skipped, Entry entry) {
+  for (int j = first; j < i; ++j)
+    if (!skipped[j]) sum += weights[j] * entry(j);
+  return sum;
+}
+
+// The larger of entry (j, k) and its bound.
+template <class Scalar>
+Scalar largest_of(const Scalar* J, const Scalar* bound, int columns, int j, int k) {
+  using std::abs;
+  const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(j) * columns + k;
+  const Scalar size = abs(J[n]);
+  return size > bound[n] ? size : bound[n];
+}
+
+// Upper bound of the product of a row with the bounds `own` and row j.
+template <class Scalar>
+Scalar largest_product_of(const Scalar* own, const Scalar* J, const Scalar* bound, int columns, int j) {
+  Scalar sum(0);
+  for (int k = 0; k < columns; ++k) sum += own[k] * largest_of(J, bound, columns, j, k);
+  return sum;
+}
+
 template <class Scalar>
 void EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int columns, double sine_tolerance) {
   using std::abs;
@@ -176,26 +202,23 @@ void EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
     scale_row(row, columns, Scalar(1) / whole);
     scale_row(own, columns, Scalar(1) / whole);
     std::vector<Scalar>&part_of = work_, &possible = left_;
-    const auto most = [&](int j, int k) {
-      const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(j) * columns + k;
-      return abs(J[n]) > bound[n] ? Scalar(abs(J[n])) : bound[n];
-    };
-    for (int j = first_[i]; j < i; ++j) {
-      part_of[j] = possible[j] = Scalar(0);
-      for (int k = 0; k < columns && !skipped_[j]; ++k) possible[j] += own[k] * most(j, k);
-    }
+    for (int j = first_[i]; j < i; ++j) part_of[j] = Scalar(0);
     orthogonalize(J, columns, i, first_[i], skipped_,
                   [&](int j, const Scalar& part) { part_of[j] += abs(part); });
+    bool possible_is_known = false;
     for (int k = 0; k < columns && skipped_[i]; ++k) {
       // bounds that contributed to this entry: with the actual components, and with the largest possible ones
       // for components that are rounding errors themselves
-      Scalar length = own[k], rounded = own[k];
-      for (int j = first_[i]; j < i; ++j) {
-        if (skipped_[j]) continue;
-        length += part_of[j] * bound[static_cast<std::ptrdiff_t>(j) * columns + k];
-        rounded += possible[j] * most(j, k);
-      }
-      skipped_[i] = !(abs(row[k]) > sine_tolerance * length && abs(row[k]) > lost * rounded);
+      const Scalar length = add_rows(own[k], part_of, first_[i], i, skipped_, [&](int j) {
+        return bound[static_cast<std::ptrdiff_t>(j) * columns + k];
+      });
+      if (!(abs(row[k]) > sine_tolerance * length)) continue;
+      for (int j = first_[i]; j < i && !possible_is_known; ++j)
+        possible[j] = largest_product_of(own, J, bound, columns, j);
+      possible_is_known = true;
+      const Scalar rounded = add_rows(own[k], possible, first_[i], i, skipped_,
+                                      [&](int j) { return largest_of(J, bound, columns, j, k); });
+      skipped_[i] = !(abs(row[k]) > lost * rounded);
     }
     if (!skipped_[i]) scale_row(row, columns, Scalar(1) / row_length(row, columns));
   }

@@ -10,8 +10,8 @@ namespace redysim {
 namespace {
 
 // Rank of the loop rows with respect to the joints that are not prescribed, that of J M^-1 J^T for any M > 0.
-int rank_of_loops(const Model& model, const double* q) {
-  const Plan<double> plan(model);
+int rank_of_loops(const Model& model, const Parameters<double>& parameters, const double* q) {
+  const Plan<double> plan(model, parameters);
   Workspace<double> ws(plan);
   const std::vector<double> rest(static_cast<std::size_t>(InputLayout(plan).recursion_size()), 0.0);
   std::vector<double> qdd(static_cast<std::size_t>(plan.nv));
@@ -25,8 +25,9 @@ std::string count(int number, const std::string& one, const std::string& many) {
 
 }  // namespace
 
-Freedom freedom(const Model& model, const double* q) {
+Freedom freedom(const Model& model, const Parameters<double>& parameters, const double* q) {
   Model any = model;
+  Parameters<double> with_armature = parameters;
   Freedom result;
   int joints = 0;
   // the chart joint of a spherical joint is not a degree of freedom
@@ -39,12 +40,12 @@ Freedom freedom(const Model& model, const double* q) {
     ++joints;
     if (link.joint.drive == Drive::motion || link.joint.drive == Drive::locked) ++result.motions;
     // M > 0: the rank is that of the rows alone
-    link.joint.armature = 1;
+    with_armature.joints[i].armature = 1;
   }
-  result.left = joints - result.motions - rank_of_loops(any, q);
+  result.left = joints - result.motions - rank_of_loops(any, with_armature, q);
   for (std::size_t i = 0; i < any.links.size(); ++i)
     if (moving[i]) any.links[i].joint.drive = Drive::free;
-  result.system = joints - rank_of_loops(any, q);
+  result.system = joints - rank_of_loops(any, with_armature, q);
   result.surplus = result.motions + result.left - result.system;
   return result;
 }

@@ -17,13 +17,6 @@ struct SurfaceDepth {
 };
 
 template <class Scalar>
-Scalar safe_norm(const Vec3<Scalar>& v) {
-  using std::sqrt;
-  // the smallest normal number avoids 0/0: the direction of a zero vector is zero
-  return sqrt(v.squaredNorm() + Scalar(std::numeric_limits<double>::min()));
-}
-
-template <class Scalar>
 SurfaceDepth<Scalar> depth_below(const Scalar& radius, const Vec3<Scalar>& from_center) {
   const Scalar distance = safe_norm(from_center);
   const Vec3<Scalar> normal = from_center / distance;

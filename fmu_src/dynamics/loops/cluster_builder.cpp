@@ -205,7 +205,8 @@ void add_crossings(const Plan<Scalar>& plan, const ClusterBuilder& builder, cons
       if (!on_a && !on_b && !shared) continue;
       const LoopPlan<Scalar>& loop = plan.loops[cluster.first_loop + k];
       for (int row = loop.first_row; row < loop.first_row + static_cast<int>(loop.rows.size()); ++row)
-        cluster.crossings.push_back({row, shared || on_a ? 0 : 1, shared, joint == path.meeting});
+        cluster.crossings.push_back({row, cluster.first_loop + static_cast<int>(k), shared || on_a ? 0 : 1,
+                                     row == loop.first_row, shared, joint == path.meeting});
     }
   }
   cluster.crossing_begin.push_back(static_cast<int>(cluster.crossings.size()));

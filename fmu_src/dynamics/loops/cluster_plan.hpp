@@ -35,7 +35,9 @@ struct LoopPlan {
 // root.
 struct RowCrossing {
   int row = 0;         // global index
+  int loop = 0;        // global index
   int side = 0;        // 0: a, 1: b
+  bool first = false;  // of the crossings of its loop at this joint, which follow each other
   bool merge = false;  // the two sides have met at or before this joint's body; their sum is side 0
   bool root = false;   // this joint's body is the root of the loop
 };

@@ -8,6 +8,7 @@ namespace {
 
 // One loop of a cluster by joint and row indices.
 struct FrontLoop {
+  int loop = 0;  // index into Plan::loops
   int root = ground;
   int first_row = 0, row_count = 0;
   std::vector<int> joints_a, joints_b;  // from each end up to (not including) the root
@@ -17,8 +18,10 @@ struct FrontLoop {
   bool crosses(int joint) const { return on_a(joint) || on_b(joint); }
 };
 
-FrontLoop front_loop(const Plan<double>& plan, const LoopPlan<double>& loop) {
+FrontLoop front_loop(const Plan<double>& plan, int index) {
+  const LoopPlan<double>& loop = plan.loops[index];
   FrontLoop path;
+  path.loop = index;
   path.root = loop.root;
   path.first_row = loop.first_row;
   path.row_count = static_cast<int>(loop.rows.size());
@@ -34,8 +37,7 @@ class FrontBuilder {
  public:
   FrontBuilder(const Plan<double>& plan, const ClusterPlan& cluster)
       : joints_(cluster.joints), first_row_(cluster.first_row), front_of_row_(cluster.row_count) {
-    for (int k = 0; k < cluster.loop_count; ++k)
-      loops_.push_back(front_loop(plan, plan.loops[cluster.first_loop + k]));
+    for (int k = 0; k < cluster.loop_count; ++k) loops_.push_back(front_loop(plan, cluster.first_loop + k));
     make_fronts();
     std::vector<int> parents;
     for (const auto& joint : plan.joints) parents.push_back(joint.parent);
@@ -137,7 +139,8 @@ class FrontBuilder {
         if (!loop.crosses(joint)) continue;
         const bool shared = loop.on_a(joint) && loop.on_b(joint);
         for (int row = 0; row < loop.row_count; ++row)
-          front.crossings.push_back({loop.first_row + row, loop.on_a(joint) ? 0 : 1, shared, false});
+          front.crossings.push_back(
+              {loop.first_row + row, loop.loop, loop.on_a(joint) ? 0 : 1, row == 0, shared, false});
       }
     }
     for (FrontPlan& front : fronts_) front.crossing_begin.push_back(static_cast<int>(front.crossings.size()));

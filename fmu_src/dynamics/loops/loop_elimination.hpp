@@ -40,9 +40,9 @@ void eliminate_from_cluster_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws
     // where the sides of a loop have met, their wrenches cancel: the largest bounds before that are used
     Scalar squared[] = {state.squared_bound[0][crossing.row], state.squared_bound[1][crossing.row]};
     if (!crossing.merge) {
-      LinkPath<Scalar>& path = state.path[crossing.side][crossing.row];
-      path.extend_to(ws.ground[i].position);
-      squared[0] = squared_moment_bound(path, state.squared_moment_rounding[crossing.row], w);
+      LinkPath<Scalar>& path = state.path[crossing.side][crossing.loop];
+      if (crossing.first) path.extend_to(ws.ground[i].position);
+      squared[0] = squared_moment_bound(path.length, state.squared_moment_rounding[crossing.row], w);
       squared[1] = w.force.squaredNorm();
       for (int part = 0; part < 2; ++part) {
         Scalar& largest = state.squared_bound[part][crossing.row];

@@ -54,10 +54,10 @@ const int* eliminate_from_front_rows(const Plan<Scalar>& plan, Workspace<Scalar>
       state.wrench[1][crossing.row] = Force<Scalar>::zero();
     }
     if (!crossing.merge) {
-      LinkPath<Scalar>& path = state.path[crossing.side][crossing.row];
-      path.extend_to(ws.ground[i].position);
+      LinkPath<Scalar>& path = state.path[crossing.side][crossing.loop];
+      if (crossing.first) path.extend_to(ws.ground[i].position);
       state.scale[crossing.row] +=
-          squared_lever_bound(plan.joints[i], path, state.squared_moment_rounding[crossing.row], w) *
+          squared_lever_bound(plan.joints[i], path.length, state.squared_moment_rounding[crossing.row], w) *
           s.D_inverse;
     }
     u[n] = eliminate_from_row(plan.joints[i], s, w, state.b[crossing.row]);

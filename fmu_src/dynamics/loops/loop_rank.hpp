@@ -9,24 +9,23 @@
 
 namespace redysim {
 
-// Squared upper bound of the moment of a row's wrench about an axis at the end of `path`: the moment about
-// the best axis, or the force with the links stretched. The arm in the current configuration is not used: in
-// a singular configuration it may vanish together with the lever.
+// Squared upper bound of the moment of a row's wrench about an axis at the end of a path of links: the moment
+// about the best axis, or the force with the links stretched. The arm in the current configuration is not
+// used: in a singular configuration it may vanish together with the lever.
 template <class Scalar>
-Scalar squared_moment_bound(const LinkPath<Scalar>& path, const Scalar& squared_rounding,
-                            const Force<Scalar>& w) {
+Scalar squared_moment_bound(double path_length, const Scalar& squared_rounding, const Force<Scalar>& w) {
   const Scalar moment = w.moment.squaredNorm(),
-               stretched = w.force.squaredNorm() * (path.length * path.length);
+               stretched = w.force.squaredNorm() * (path_length * path_length);
   return (moment > stretched ? moment : stretched) + squared_rounding;
 }
 
 // Squared upper bound of the lever, the generalized force of the wrench on `joint`.
 template <class Scalar>
-Scalar squared_lever_bound(const JointPlan<Scalar>& joint, const LinkPath<Scalar>& path,
-                           const Scalar& squared_rounding, const Force<Scalar>& w) {
+Scalar squared_lever_bound(const JointPlan<Scalar>& joint, double path_length, const Scalar& squared_rounding,
+                           const Force<Scalar>& w) {
   const Scalar force = w.force.squaredNorm();
   if (!turns(joint)) return force;
-  return largest_squared(joint, squared_moment_bound(path, squared_rounding, w), force);
+  return largest_squared(joint, squared_moment_bound(path_length, squared_rounding, w), force);
 }
 
 // Whether the rank of the factor of S is uncertain: a pivot is doubtful, or a row was found dependent
@@ -46,19 +45,29 @@ bool rank_is_uncertain(const ClusterPlan& cluster, const Workspace<Scalar>& ws, 
   return false;
 }
 
+// Lengths of the paths from the point of a loop to each joint of one side.
+template <class Scalar>
+void set_path_lengths(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, int body, int root,
+                      LinkPath<Scalar> path, std::vector<double>& lengths) {
+  for (; body != root; body = plan.joints[body].parent) {
+    path.extend_to(ws.ground[body].position);
+    lengths[body] = path.length;
+  }
+}
+
 // Adds the levers of one row on the joints of one side of its loop, and their bounds.
 template <class Scalar>
 [[gnu::cold]] void add_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws,
-                              const ClusterPlan& cluster, int body, int root, int row, LinkPath<Scalar> path,
+                              const ClusterPlan& cluster, int side, int body, int root, int row,
                               Force<Scalar> w, Scalar* J, Scalar* bound) {
   using std::sqrt;
   for (std::size_t k = 0; body != root; body = plan.joints[body].parent) {
     const JointPlan<Scalar>& joint = plan.joints[body];
     while (cluster.joints[k] != body) ++k;  // both descend
-    path.extend_to(ws.ground[body].position);
     if (!joint.prescribed) {
       J[k] += generalized_force(joint, w);
-      bound[k] += sqrt(squared_lever_bound(joint, path, ws.loop.squared_moment_rounding[row], w));
+      bound[k] += sqrt(squared_lever_bound(joint, ws.loop.path_length[side][body],
+                                           ws.loop.squared_moment_rounding[row], w));
     }
     to_parent(joint, ws.joints[body], w);
   }
@@ -77,15 +86,15 @@ template <class Scalar>
   for (int k = 0; k < cluster.loop_count; ++k) {
     const LoopPlan<Scalar>& loop = plan.loops[cluster.first_loop + k];
     const LoopGeometry<Scalar> geometry = loop_geometry(loop, ws);
+    const LinkPath<Scalar> start{geometry.point_b.position};
+    set_path_lengths(plan, ws, loop.body_a, loop.root, start, ws.loop.path_length[0]);
+    set_path_lengths(plan, ws, loop.body_b, loop.root, start, ws.loop.path_length[1]);
     for (std::size_t r = 0; r < loop.rows.size(); ++r) {
       const std::size_t begin = (loop.first_row - cluster.first_row + r) * columns;
       const RowValues<Scalar> values = row_values(geometry, loop.rows[r]);
       const int row = loop.first_row + static_cast<int>(r);
-      const LinkPath<Scalar> start{geometry.point_b.position};
-      add_levers(plan, ws, cluster, loop.body_a, loop.root, row, start, values.on_a, J + begin,
-                 bound + begin);
-      add_levers(plan, ws, cluster, loop.body_b, loop.root, row, start, values.on_b, J + begin,
-                 bound + begin);
+      add_levers(plan, ws, cluster, 0, loop.body_a, loop.root, row, values.on_a, J + begin, bound + begin);
+      add_levers(plan, ws, cluster, 1, loop.body_b, loop.root, row, values.on_b, J + begin, bound + begin);
       if (loop.rows[r].kind == ConstraintRow<Scalar>::Kind::rotation) continue;
       for (std::size_t c = 0; c < columns; ++c)
         if (bound[begin + c] > unit[c]) unit[c] = bound[begin + c];

@@ -105,15 +105,16 @@ Scalar squared_moment_rounding(const LoopGeometry<Scalar>& g, const ConstraintRo
 template <class Scalar>
 void set_loop_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
   LoopState<Scalar>& state = ws.loop;
-  for (const auto& loop : plan.loops) {
+  for (std::size_t n = 0; n < plan.loops.size(); ++n) {
+    const LoopPlan<Scalar>& loop = plan.loops[n];
     const LoopGeometry<Scalar> geometry = loop_geometry(loop, ws);
+    state.path[0][n] = state.path[1][n] = {geometry.point_b.position};
     for (std::size_t k = 0; k < loop.rows.size(); ++k) {
       const std::size_t row = static_cast<std::size_t>(loop.first_row) + k;
       const RowValues<Scalar> values = row_values(geometry, loop.rows[k]);
       state.residual[row] = values.residual;
       state.rate[row] = values.rate;
       state.b[row] = -values.quadratic;
-      state.path[0][row] = state.path[1][row] = {geometry.point_b.position};
       state.squared_moment_rounding[row] = squared_moment_rounding(geometry, loop.rows[k]);
       state.wrench[0][row] = values.on_a;
       state.wrench[1][row] = values.on_b;

@@ -222,14 +222,15 @@ Model assembled(const ModelFile& file, const std::string& path, const Plan<doubl
   System system(plan, false, &file.model);
   std::vector<double> y(static_cast<std::size_t>(system.size()));
   begin_motions(file.model, system, 0);
-  const auto [assembly, rest] = assemble_start(file.model, parameters_of(file.model), system, 0, y.data());
+  const Parameters<double> parameters = parameters_of(file.model);
+  const auto [assembly, rest] = assemble_start(file.model, parameters, system, 0, y.data());
   if (plan.has_loops()) {
     const Loop& loop = file.model.loops[static_cast<std::size_t>(std::max(assembly.loop, 0))];
     const std::string why = failure(file.model, assembly);
     if (!why.empty()) throw ModelError(ModelError::Reason::invalid, {{path, loop.line, loop.column, why}});
     for (const std::string& text : corrections(file.model, plan, assembly))
       warnings.push_back({path, loop.line, loop.column, text});
-    const Tangent::Misfit found = misfit_of_accelerations(file.model, system, 0, y.data());
+    const Tangent::Misfit found = misfit_of_accelerations(file.model, parameters, system, 0, y.data());
     if (found.loop >= 0) {
       const Loop& at = file.model.loops[static_cast<std::size_t>(found.loop)];
       warnings.push_back({path, at.line, at.column, misfit(file.model, found.loop, found.acceleration)});

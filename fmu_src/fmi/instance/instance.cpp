@@ -115,13 +115,13 @@ std::string Instance::start_integrator() {
 
 fmi2Status Instance::do_step(double current, double size) {
   constexpr Function function = Function::do_step;
-  std::string why = life_.objection_to_step(simulation_.time, current, size);
-  if (!why.empty()) return refuse(function, why);
+  if (const std::string why = life_.objection_to_step(simulation_.time, current, size); !why.empty())
+    return refuse(function, why);
   const double end = current + size;
   if (is_empty_step(simulation_.time, end)) return fmi2OK;
-  why = values_.update(Needs::parameters);
-  if (!why.empty()) return refuse(function, why);
-  report_unset_motion();
+  if (!parameters_.in_force())
+    if (const std::string why = parameters_.bring_into_force(); !why.empty()) return refuse(function, why);
+  if (!motion_.is_reported()) report_unset_motion();
 
   System& system = simulation_.system;
   Integrator& integrator = *simulation_.integrator;
@@ -184,13 +184,13 @@ fmi2Status Instance::reset() {
 void Instance::report_drives() {
   if (!simulation_.plan.has_loops() || !simulation_.plan.has_motion()) return;
   if (!log_.events() && !log_.warnings()) return;
-  const Freedom found = freedom(simulation_.model, values_.coordinates().q);
+  const Freedom found = freedom(simulation_.model, simulation_.parameters, values_.coordinates().q);
   if (found.surplus > 0)
     log_.warning(sentence(found));
   else
     log_.event(sentence(found));
-  const Tangent::Misfit misfits =
-      misfit_of_accelerations(simulation_.model, simulation_.system, simulation_.time, state_.y());
+  const Tangent::Misfit misfits = misfit_of_accelerations(simulation_.model, simulation_.parameters,
+                                                          simulation_.system, simulation_.time, state_.y());
   if (misfits.loop >= 0) log_.warning(misfit(simulation_.model, misfits.loop, misfits.acceleration));
 }
 

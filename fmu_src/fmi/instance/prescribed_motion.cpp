@@ -58,7 +58,6 @@ void PrescribedMotion::set_locked(const Variable& variable, double value) {
 }
 
 std::string PrescribedMotion::never_set() {
-  if (reported_) return {};
   reported_ = true;
   constexpr int listed = 6;
   std::string names;

@@ -22,7 +22,8 @@ class PrescribedMotion {
   void set_locked(const Variable& variable, double value);  // a locked joint follows its start position
   void inputs_ended(int joint, double acceleration) { values_[3 * joint + 2] = acceleration; }
 
-  // Names of inputs that the master has never set; empty: none, or asked before.
+  // Names of inputs that the master has never set; empty: none. To be reported once.
+  bool is_reported() const { return reported_; }
   std::string never_set();
 
   struct Saved {

@@ -97,7 +97,8 @@ bool OneStep::first_step_from_here() {
 }
 
 double OneStep::step_from(double since, const double* y) {
-  return system_.step_to_touch(absolute(since), y, control_.step_for(end_ - since));
+  const double step = control_.step_for(end_ - since);
+  return system_.plan().has_contacts() ? system_.step_to_touch(absolute(since), y, step) : step;
 }
 
 int OneStep::attempt() {
@@ -145,7 +146,7 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
   const double origin_before = origin_, since_before = since_;
   std::copy(y_.begin(), y_.end(), y_before_.begin());
   Outcome outcome = run_to_end(!step_guessed);
-  if (outcome.ok) return outcome;
+  if (outcome.ok) return {};
   needs_first_step_ = true;
   slope_known_ = false;
   origin_ = origin_before;

@@ -52,12 +52,13 @@ Start assemble_start(const Model& model, const Parameters<double>& parameters, S
   return start;
 }
 
-Tangent::Misfit misfit_of_accelerations(const Model& model, System& system, double time, const double* y) {
+Tangent::Misfit misfit_of_accelerations(const Model& model, const Parameters<double>& parameters,
+                                        System& system, double time, const double* y) {
   const Plan<double>& plan = system.plan();
   if (!plan.has_loops() || plan.prescribed_count == static_cast<int>(plan.balls.size())) return {};
-  if (freedom(model, system.coordinates(time, y).q).surplus == 0) return {};
+  if (freedom(model, parameters, system.coordinates(time, y).q).surplus == 0) return {};
   Tangent tangent(model, system);
-  tangent.go_to(parameters_of(model), system, time, y);
+  tangent.go_to(parameters, system, time, y);
   tangent.go_with_time(system, time, y);
   return tangent.loop_misfit();
 }

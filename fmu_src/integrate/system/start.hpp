@@ -32,7 +32,8 @@ Start assemble_start(const Model& model, const Parameters<double>& parameters, S
                      double* y);
 
 // The loop that the prescribed accelerations violate at (time, y), if any. Allocates.
-Tangent::Misfit misfit_of_accelerations(const Model& model, System& system, double time, const double* y);
+Tangent::Misfit misfit_of_accelerations(const Model& model, const Parameters<double>& parameters,
+                                        System& system, double time, const double* y);
 
 // `model` with the start values of `y`.
 Model at_start(const Model& model, System& system, double time, const double* y);
