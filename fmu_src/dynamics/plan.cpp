@@ -122,21 +122,21 @@ Resistance<Scalar> resistance_of(const JointParameters<Scalar>& joint) {
 
 template <class Scalar>
 Plan<Scalar>::Plan(const Model& model, const Parameters<Scalar>& parameters) {
-  take_joints(model);
+  add_joints(model);
   if (may_resist(model)) resistances.resize(joints.size());
   if (may_have_contacts)
     for (const Contact& contact : model.contacts)
       contact_laws.emplace_back().redysim = contact.law == Contact::Law::redysim;
   update(parameters);
-  take_springs(model);
-  take_contacts(model);
-  take_ports(model);
+  add_springs(model);
+  add_contacts(model);
+  add_ports(model);
   build_clusters(model, *this);
   plain = loops.empty() && springs.empty() && contact_pairs.empty() && ports.empty() && prescribed_count == 0;
 }
 
 template <class Scalar>
-void Plan<Scalar>::take_joints(const Model& model) {
+void Plan<Scalar>::add_joints(const Model& model) {
   for (std::size_t i = 0; i < model.links.size(); ++i) {
     const Link& link = model.links[i];
     const bool on_ground = link.parent == ground;
@@ -202,7 +202,7 @@ void Plan<Scalar>::update(const Parameters<Scalar>& parameters) {
 }
 
 template <class Scalar>
-void Plan<Scalar>::take_springs(const Model& model) {
+void Plan<Scalar>::add_springs(const Model& model) {
   auto on_carrier = [this](int link, const Vec3<double>& point) -> Vec3<double> {
     return link == ground ? point : frame_in_carrier[link].rotation * point + frame_in_carrier[link].position;
   };
@@ -219,7 +219,7 @@ void Plan<Scalar>::take_springs(const Model& model) {
 }
 
 template <class Scalar>
-void Plan<Scalar>::take_contacts(const Model& model) {
+void Plan<Scalar>::add_contacts(const Model& model) {
   if constexpr (may_have_contacts) {
     const auto body_of = [this](int link) { return link == ground ? ground : carrier[link]; };
     const auto frame_of = [this](int link) { return link == ground ? Pose() : frame_in_carrier[link]; };
@@ -241,7 +241,7 @@ void Plan<Scalar>::take_contacts(const Model& model) {
 }
 
 template <class Scalar>
-void Plan<Scalar>::take_ports(const Model& model) {
+void Plan<Scalar>::add_ports(const Model& model) {
   for (std::size_t i = 0; i < model.frames.size(); ++i) {
     const Frame& frame = model.frames[i];
     if (frame.port == Frame::Port::none || carrier[frame.link] == ground) continue;

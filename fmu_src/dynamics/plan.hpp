@@ -79,7 +79,8 @@ struct Plan {
   Plan(const Model& model, const Parameters<Scalar>& parameters);
   explicit Plan(const Model& model) : Plan(model, parameters_of(model).cast<Scalar>()) {}
 
-  // Takes changed parameters; does not allocate. Friction and stops: only where may_resist(model) holds.
+  // Applies changed parameters; does not allocate. Friction and stops apply only where may_resist(model)
+  // holds.
   void update(const Parameters<Scalar>& parameters);
 
   int nq = 0, nv = 0;
@@ -137,10 +138,10 @@ struct Plan {
   std::vector<Pose> frame_in_carrier;
 
  private:
-  void take_joints(const Model& model);
-  void take_springs(const Model& model);
-  void take_contacts(const Model& model);
-  void take_ports(const Model& model);
+  void add_joints(const Model& model);
+  void add_springs(const Model& model);
+  void add_contacts(const Model& model);
+  void add_ports(const Model& model);
 };
 
 extern template struct Plan<double>;

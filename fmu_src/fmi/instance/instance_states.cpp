@@ -38,8 +38,9 @@ void Instance::save(Bytes& bytes) {
   if (simulation_.integrator) simulation_.integrator->save(bytes);
 }
 
-// Parse, validate, commit. The integrator validates its own bytes under the saved parameters. If it refuses
-// them, the previous parameters are restored.
+// Parse, validate, commit. A new integrator chooses its tables by the plan and one that repeats steps needs
+// the plant, so the integrator validates its bytes under the saved parameters. If it refuses them, the
+// previous parameters are restored.
 bool Instance::restore(const Bytes& bytes) {
   parameters_.bring_into_force_if_possible();  // the state after a refusal
   System& system = simulation_.system;

@@ -31,7 +31,7 @@ constexpr Entry motion_entries[] = {
     input(Owner::ball, "tau")
         .array(3)
         .there_if(is_driven)
-        .lives_at([](const System& system, const Variable& v) {
+        .input_at([](const System& system, const Variable& v) {
           return system.input_layout().ball_torque[v.ball] + v.element;
         })
         .measures(quantity::torque)

@@ -90,7 +90,7 @@ struct Entry {
     }
     return e;
   }
-  constexpr Entry lives_at(int (*at)(const System&, const Variable&)) const {
+  constexpr Entry input_at(int (*at)(const System&, const Variable&)) const {
     Entry e = acts_on(acts::force);
     e.index = at;
     e.row.storage = Storage::input;

@@ -90,7 +90,7 @@ constexpr Entry entries[] = {
     input(Owner::frame, "force")
         .array(3)
         .there_if(is_port)
-        .lives_at(
+        .input_at(
             [](const System& system, const Variable& v) { return wrench_of(system, v) + 3 + v.element; })
         .measures(quantity::force)
         .says("Force on the link at the origin of %, $ in the ")
@@ -99,7 +99,7 @@ constexpr Entry entries[] = {
     input(Owner::frame, "torque")
         .array(3)
         .there_if(is_port)
-        .lives_at([](const System& system, const Variable& v) { return wrench_of(system, v) + v.element; })
+        .input_at([](const System& system, const Variable& v) { return wrench_of(system, v) + v.element; })
         .measures(quantity::torque)
         .says("Torque on the link at the origin of %, $ in the ")
         .labels(axes)

@@ -95,7 +95,7 @@ constexpr Entry motion_entries[] = {
     input(Owner::joint, "tau")
         .adds_to_controller()
         .there_if(takes_force)
-        .lives_at([](const System& system, const Variable& v) { return system.input_layout().tau[v.joint]; })
+        .input_at([](const System& system, const Variable& v) { return system.input_layout().tau[v.joint]; })
         .measures(quantity::torque, quantity::force)
         .says("Drive torque of %", "Drive force of %")
         .adapted(explain_drive),

@@ -14,8 +14,8 @@ namespace {
 constexpr double largest_turn = 0.5;  // rad, of a joint in a segment
 constexpr double shortest = 1e-9;     // part of a step
 constexpr double accurate = 0.9;      // part of a segment after which its cubic is accurate
-constexpr double slightly = 0.01;     // of the width: next to no force
-constexpr double deepening = 2;       // of the depth or the width in a step that presses
+constexpr double slightly = 0.01;     // of the width: almost no force
+constexpr double deepening = 2;       // largest depth after a step, of the depth before it or the width
 
 // A distance at both ends of a segment of length 1.
 struct Course {
@@ -25,7 +25,7 @@ struct Course {
     const double w = 1 - u;
     return w * w * (start * (1 + 2 * u) + start_rate * u) + u * u * (end * (1 + 2 * w) - end_rate * w);
   }
-  // Where start > 0 becomes end < 0.
+  // The zero of a distance with start > 0 and end < 0.
   double root() const {
     double low = 0, high = 1;
     for (int k = 0; k < 40; ++k) {
@@ -34,7 +34,7 @@ struct Course {
     }
     return high;
   }
-  // Whether it may be negative in between: distances from convex bodies are above their tangents.
+  // Whether the distance may be negative in between: distances from convex bodies are above their tangents.
   bool may_touch() const {
     if (!(start_rate < 0 && end_rate > 0)) return false;
     const double meeting = (end - start - end_rate) / (start_rate - end_rate);
@@ -64,7 +64,7 @@ ContactSearch::ContactSearch(const Plan<double>& plan)
   after_.resize(pressed_.size());
 }
 
-// Ground motion `after` the start.
+// Sets the ground motion `after` s after the start.
 void ContactSearch::predict(const Plan<double>& plan, Workspace<double>& ws, const double* qdd,
                             double after) {
   for (std::size_t i = 0; i < q_.size(); ++i) {
@@ -75,7 +75,7 @@ void ContactSearch::predict(const Plan<double>& plan, Workspace<double>& ws, con
   set_ground_motion(plan, ws, qd_.data());
 }
 
-// Uses the ground poses at the start.
+// Uses the ground poses at the start of the step.
 void ContactSearch::set_reference(const Plan<double>& plan, const Workspace<double>& ws) {
   reference_q_ = start_q_;
   for (std::size_t i = 0; i < arms_.size(); ++i)
@@ -120,8 +120,8 @@ void ContactSearch::set_distances(const Workspace<double>& ws, std::vector<Conta
   for (const NearPair& near : near_) contact_distances(*near.pair, ws, &distances[near.first_point]);
 }
 
-// Keeps the pairs with points that may begin to touch. Returns the step that presses none of those that touch
-// much deeper.
+// Selects the pairs with points that may begin to touch. Returns the step in which no touching point is
+// pressed much deeper.
 double ContactSearch::find_waiting_points(double h) {
   double longest = h;
   waiting_.clear();
@@ -182,7 +182,8 @@ double ContactSearch::search(const Plan<double>& plan, Workspace<double>& ws, co
   return h;
 }
 
-// Of a segment between before_ and after_; 1: nothing touches, -1: it has to be shorter to tell.
+// The part of the segment between before_ and after_ until a point touches; 1: none touches, -1: the segment
+// is too long for a decision.
 double ContactSearch::part_to_touch(double length, bool may_be_shorter) const {
   double part = 1;
   for (const std::size_t k : waiting_) {

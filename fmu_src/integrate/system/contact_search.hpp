@@ -18,9 +18,9 @@ class ContactSearch {
  public:
   explicit ContactSearch(const Plan<double>& plan);
 
-  // Of the step `h` (s) from q, qd with the accelerations qdd (plan.nv): the part until the first contact
-  // point that does not touch now is pressed by a hundredth of the width of its law, and so that no touching
-  // point is pressed much deeper; `h` if there is none. Overwrites the ground motion in the workspace.
+  // The part of the step `h` (s) from q, qd with the accelerations qdd (plan.nv) in which no contact point
+  // that is apart now is pressed by more than a hundredth of the width of its law, and no touching point much
+  // deeper than now; `h` if there is no such point. Overwrites the ground motion in the workspace.
   double step_to_touch(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
                        const double* qdd, double h);
 
