@@ -7,7 +7,6 @@
 #include "dynamics/ball.hpp"
 #include "dynamics/bias.hpp"
 #include "model/loop_rows_of.hpp"
-#include "model/read/number.hpp"
 
 namespace redysim {
 
@@ -16,8 +15,6 @@ namespace {
 using Vector = ClusterAssembly::Vector;
 constexpr double rounding_residual = ClusterAssembly::rounding_residual,
                  accepted_residual = ClusterAssembly::accepted_residual;
-
-constexpr double typed_precision = 1e-9;  // rad or m, of start values in a model file
 
 // Pseudorandom numbers in [-1, 1], the same in each run.
 class PseudoRandom {
@@ -88,43 +85,6 @@ void check_omitted_rows(const Model& model, const Plan<double>& plan, Workspace<
     result.loop = static_cast<int>(k);
     result.gap = {worst, angle > distance};
   }
-}
-
-std::string three_digits(double number) {
-  if (number == 0) return "0";
-  const double unit = std::pow(10.0, std::floor(std::log10(std::abs(number))) - 2);
-  return rounded(std::round(number / unit) * unit);
-}
-
-// "26.1 mm", "0.5 m", "1.06 rad"
-std::string quantity(double size, bool in_angle) {
-  if (in_angle) return three_digits(size) + " rad";
-  return std::abs(size) < 0.1 ? three_digits(1000 * size) + " mm" : three_digits(size) + " m";
-}
-
-std::string quantity(const Assembly::Residual& residual) {
-  return quantity(residual.size, residual.in_angle);
-}
-
-// "joint2 by -0.262 rad, slider by 10 mm": changes above the precision of start values. A spherical joint is
-// listed as a whole.
-std::string changes(const Model& model, const Plan<double>& plan, const std::vector<double>& change,
-                    const std::vector<double>& ball_change, const char* per) {
-  std::string text;
-  const auto add = [&](const std::string& name, double by, bool in_angle) {
-    if (std::abs(by) > typed_precision)
-      text += (text.empty() ? "" : ", ") + name + " by " + quantity(by, in_angle) + per;
-  };
-  std::size_t ball = 0;
-  for (std::size_t i = 0; i < change.size(); ++i) {
-    if (!plan.joints[i].of_ball)
-      add(model.links[plan.joints[i].link].joint.name, change[i], turns(plan.joints[i]));
-    else if (ball < plan.balls.size() && plan.balls[ball] == static_cast<int>(i)) {
-      add(model.balls[ball].name, ball_change[ball], true);
-      ++ball;
-    }
-  }
-  return text;
 }
 
 // Orientation and angular velocity of a spherical joint.
@@ -240,40 +200,6 @@ Assembly assemble(const Model& model, const Plan<double>& plan, Workspace<double
   check_omitted_rows(model, plan, ws, assembled.data(), result);
   if (result.closed && result.consistent) apply(plan, moved, sped, q, qd, result);
   return result;
-}
-
-std::string failure(const Model& model, const Assembly& assembly) {
-  if (assembly.closed && assembly.consistent) return {};
-  const std::string loop = "loop '" + model.loops[static_cast<std::size_t>(assembly.loop)].name + "': ";
-  if (!assembly.closed)
-    return loop + "no configuration satisfies the loop constraints; smallest residual " +
-           quantity(assembly.gap);
-  return loop +
-         "no velocities satisfy the loop constraints while held and prescribed joints keep theirs; smallest "
-         "residual " +
-         quantity(assembly.rate) + "/s";
-}
-
-std::string misfit(const Model& model, int loop, const Assembly::Residual& acceleration) {
-  return "loop '" + model.loops[static_cast<std::size_t>(loop)].name +
-         "': prescribed accelerations violate its constraints by " + quantity(acceleration) + "/s^2";
-}
-
-std::vector<std::string> corrections(const Model& model, const Plan<double>& plan, const Assembly& assembly) {
-  std::vector<std::string> sentences;
-  const std::string moved = changes(model, plan, assembly.moved, assembly.ball_moved, ""),
-                    sped = changes(model, plan, assembly.sped, assembly.ball_sped, "/s");
-  if (!moved.empty())
-    sentences.push_back("initial configuration violates the loop constraints by " +
-                        quantity(assembly.gap_before) + "; corrected: " + moved);
-  if (sped.empty()) return sentences;
-  const bool on_no_branch = assembly.rate_before.size < typed_precision;
-  sentences.push_back(
-      (on_no_branch
-           ? "initial velocities lead off the branches of this singular configuration"
-           : "initial velocities violate the loop constraints by " + quantity(assembly.rate_before) + "/s") +
-      "; corrected: " + sped);
-  return sentences;
 }
 
 }  // namespace redysim

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "dynamics/plan.hpp"
@@ -32,16 +31,5 @@ struct Assembly {
 // constraints and singular configurations are permitted. For the start only: allocates. q and qd: per joint
 // of the plan. Overwrites positions and ground poses of the workspace.
 Assembly assemble(const Model& model, const Plan<double>& plan, Workspace<double>& ws, double* q, double* qd);
-
-// Why an assembly failed: "loop 'x': no configuration satisfies the loop constraints; smallest residual
-// 0.17 m". Empty if it succeeded.
-std::string failure(const Model& model, const Assembly& assembly);
-
-// The corrections of an assembly above 1e-9 rad or m (per s), one sentence each for positions and velocities:
-// "initial configuration violates the loop constraints by 26.1 mm; corrected: joint2 by -0.262 rad".
-std::vector<std::string> corrections(const Model& model, const Plan<double>& plan, const Assembly& assembly);
-
-// "loop 'x': prescribed accelerations violate its constraints by 0.05 m/s^2".
-std::string misfit(const Model& model, int loop, const Assembly::Residual& acceleration);
 
 }  // namespace redysim

@@ -19,10 +19,6 @@ int rank_of_loops(const Model& model, const Parameters<double>& parameters, cons
   return loop_rank(plan, ws);
 }
 
-std::string count(int number, const std::string& one, const std::string& many) {
-  return std::to_string(number) + " " + (number == 1 ? one : many);
-}
-
 }  // namespace
 
 Freedom freedom(const Model& model, const Parameters<double>& parameters, const double* q) {
@@ -48,20 +44,6 @@ Freedom freedom(const Model& model, const Parameters<double>& parameters, const 
   result.system = joints - rank_of_loops(any, with_armature, q);
   result.surplus = result.motions + result.left - result.system;
   return result;
-}
-
-std::string sentence(const Freedom& freedom) {
-  std::string text = count(freedom.motions, "motion", "motions") + " for " +
-                     count(freedom.system, "degree of freedom", "degrees of freedom") + ": ";
-  if (freedom.surplus == 0 && freedom.left == 0) return text + "fully driven";
-  if (freedom.surplus > 0)
-    text += count(freedom.surplus, "motion", "motions") +
-            " more than degrees of freedom, they must be consistent with the loops";
-  if (freedom.surplus > 0 && freedom.left > 0) text += "; ";
-  if (freedom.left > 0)
-    text += std::to_string(freedom.left) + (freedom.left == 1 ? " is not prescribed and is integrated"
-                                                              : " are not prescribed and are integrated");
-  return text;
 }
 
 }  // namespace redysim

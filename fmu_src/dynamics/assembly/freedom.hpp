@@ -1,7 +1,5 @@
 #pragma once
 
-#include <string>
-
 #include "model/parameters.hpp"
 
 namespace redysim {
@@ -17,9 +15,5 @@ struct Freedom {
 
 // From ranks at q (per joint of the plan), so singular configurations have their own result. Allocates.
 Freedom freedom(const Model& model, const Parameters<double>& parameters, const double* q);
-
-// "1 motion for 1 degree of freedom: fully driven", "1 motion for 3 degrees of freedom: 2 are not prescribed
-// and are integrated", "3 motions for 1 degree of freedom: 2 motions more than degrees of freedom, ..."
-std::string sentence(const Freedom& freedom);
 
 }  // namespace redysim

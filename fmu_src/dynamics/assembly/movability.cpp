@@ -86,15 +86,4 @@ int always_singular_joint(const Plan<double>& plan, Workspace<double>& ws) {
   return found;
 }
 
-std::string singular_sentence(const Model& model, const Plan<double>& plan, int joint, const char* where) {
-  std::string name = model.links[plan.joints[joint].link].joint.name;
-  const bool part = name.find('[') != std::string::npos;  // of a joint of several degrees of freedom
-  if (part) name.resize(name.find('['));
-  return "joint '" + name + "': the mass matrix is singular" + where +
-         ", because this joint and those it carries can move without moving mass or inertia; give its link "
-         "mass "
-         "or inertia" +
-         (part ? "" : ", or the joint an armature");
-}
-
 }  // namespace redysim

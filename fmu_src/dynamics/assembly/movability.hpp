@@ -1,7 +1,5 @@
 #pragma once
 
-#include <string>
-
 #include "dynamics/workspace.hpp"
 
 namespace redysim {
@@ -13,8 +11,5 @@ int singular_joint(const Plan<double>& plan, Workspace<double>& ws, const double
 
 // The same for almost all configurations.
 int always_singular_joint(const Plan<double>& plan, Workspace<double>& ws);
-
-// "joint 'elbow': the mass matrix is singular, ..." with the remedy; `where`: " at the start pose" or empty.
-std::string singular_sentence(const Model& model, const Plan<double>& plan, int joint, const char* where);
 
 }  // namespace redysim

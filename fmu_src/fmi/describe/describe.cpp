@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/assembly/movability.hpp"
 #include "dynamics/straight_line/straight_line.hpp"
+#include "fmi/boundary/assembly_messages.hpp"
 #include "fmi/boundary/log.hpp"
 #include "fmi/describe/drawing.hpp"
 #include "fmi/describe/json.hpp"

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "dynamics/assembly/freedom.hpp"
-#include "dynamics/assembly/movability.hpp"
 #include "fmi/boundary/arrays.hpp"
+#include "fmi/boundary/assembly_messages.hpp"
 #include "integrate/system/start.hpp"
 #include "model/read/number.hpp"
 

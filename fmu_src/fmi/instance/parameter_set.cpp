@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "dynamics/assembly/movability.hpp"
+#include "fmi/boundary/assembly_messages.hpp"
 #include "fmi/variables/parameters.hpp"
 
 namespace redysim {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "fmi/boundary/assembly_messages.hpp"
 #include "model/read/model_file.hpp"
 #include "support/mechanisms.hpp"
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "fmi/boundary/assembly_messages.hpp"
 #include "model/read/model_file.hpp"
 #include "support/mechanisms.hpp"
 

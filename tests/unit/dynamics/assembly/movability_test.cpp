@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "fmi/boundary/assembly_messages.hpp"
 #include "unit/model/read.hpp"
 
 // Which joints move nothing, in scenes whose single joints all carry mass.

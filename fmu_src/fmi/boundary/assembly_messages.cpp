@@ -1,0 +1,116 @@
+#include "fmi/boundary/assembly_messages.hpp"
+
+#include <cmath>
+
+#include "dynamics/motion_subspace.hpp"
+#include "model/read/number.hpp"
+
+namespace redysim {
+
+namespace {
+
+constexpr double typed_precision = 1e-9;  // rad or m, of start values in a model file
+
+std::string three_digits(double number) {
+  if (number == 0) return "0";
+  const double unit = std::pow(10.0, std::floor(std::log10(std::abs(number))) - 2);
+  return rounded(std::round(number / unit) * unit);
+}
+
+// "26.1 mm", "0.5 m", "1.06 rad"
+std::string quantity(double size, bool in_angle) {
+  if (in_angle) return three_digits(size) + " rad";
+  return std::abs(size) < 0.1 ? three_digits(1000 * size) + " mm" : three_digits(size) + " m";
+}
+
+std::string quantity(const Assembly::Residual& residual) {
+  return quantity(residual.size, residual.in_angle);
+}
+
+// "joint2 by -0.262 rad, slider by 10 mm": changes above the precision of start values. A spherical joint is
+// listed as a whole.
+std::string changes(const Model& model, const Plan<double>& plan, const std::vector<double>& change,
+                    const std::vector<double>& ball_change, const char* per) {
+  std::string text;
+  const auto add = [&](const std::string& name, double by, bool in_angle) {
+    if (std::abs(by) > typed_precision)
+      text += (text.empty() ? "" : ", ") + name + " by " + quantity(by, in_angle) + per;
+  };
+  std::size_t ball = 0;
+  for (std::size_t i = 0; i < change.size(); ++i) {
+    if (!plan.joints[i].of_ball)
+      add(model.links[plan.joints[i].link].joint.name, change[i], turns(plan.joints[i]));
+    else if (ball < plan.balls.size() && plan.balls[ball] == static_cast<int>(i)) {
+      add(model.balls[ball].name, ball_change[ball], true);
+      ++ball;
+    }
+  }
+  return text;
+}
+
+std::string count(int number, const std::string& one, const std::string& many) {
+  return std::to_string(number) + " " + (number == 1 ? one : many);
+}
+
+}  // namespace
+
+std::string failure(const Model& model, const Assembly& assembly) {
+  if (assembly.closed && assembly.consistent) return {};
+  const std::string loop = "loop '" + model.loops[static_cast<std::size_t>(assembly.loop)].name + "': ";
+  if (!assembly.closed)
+    return loop + "no configuration satisfies the loop constraints; smallest residual " +
+           quantity(assembly.gap);
+  return loop +
+         "no velocities satisfy the loop constraints while held and prescribed joints keep theirs; smallest "
+         "residual " +
+         quantity(assembly.rate) + "/s";
+}
+
+std::string misfit(const Model& model, int loop, const Assembly::Residual& acceleration) {
+  return "loop '" + model.loops[static_cast<std::size_t>(loop)].name +
+         "': prescribed accelerations violate its constraints by " + quantity(acceleration) + "/s^2";
+}
+
+std::vector<std::string> corrections(const Model& model, const Plan<double>& plan, const Assembly& assembly) {
+  std::vector<std::string> sentences;
+  const std::string moved = changes(model, plan, assembly.moved, assembly.ball_moved, ""),
+                    sped = changes(model, plan, assembly.sped, assembly.ball_sped, "/s");
+  if (!moved.empty())
+    sentences.push_back("initial configuration violates the loop constraints by " +
+                        quantity(assembly.gap_before) + "; corrected: " + moved);
+  if (sped.empty()) return sentences;
+  const bool on_no_branch = assembly.rate_before.size < typed_precision;
+  sentences.push_back(
+      (on_no_branch
+           ? "initial velocities lead off the branches of this singular configuration"
+           : "initial velocities violate the loop constraints by " + quantity(assembly.rate_before) + "/s") +
+      "; corrected: " + sped);
+  return sentences;
+}
+
+std::string sentence(const Freedom& freedom) {
+  std::string text = count(freedom.motions, "motion", "motions") + " for " +
+                     count(freedom.system, "degree of freedom", "degrees of freedom") + ": ";
+  if (freedom.surplus == 0 && freedom.left == 0) return text + "fully driven";
+  if (freedom.surplus > 0)
+    text += count(freedom.surplus, "motion", "motions") +
+            " more than degrees of freedom, they must be consistent with the loops";
+  if (freedom.surplus > 0 && freedom.left > 0) text += "; ";
+  if (freedom.left > 0)
+    text += std::to_string(freedom.left) + (freedom.left == 1 ? " is not prescribed and is integrated"
+                                                              : " are not prescribed and are integrated");
+  return text;
+}
+
+std::string singular_sentence(const Model& model, const Plan<double>& plan, int joint, const char* where) {
+  std::string name = model.links[plan.joints[joint].link].joint.name;
+  const bool part = name.find('[') != std::string::npos;  // of a joint of several degrees of freedom
+  if (part) name.resize(name.find('['));
+  return "joint '" + name + "': the mass matrix is singular" + where +
+         ", because this joint and those it carries can move without moving mass or inertia; give its link "
+         "mass "
+         "or inertia" +
+         (part ? "" : ", or the joint an armature");
+}
+
+}  // namespace redysim
