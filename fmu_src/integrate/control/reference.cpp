@@ -47,6 +47,12 @@ Pieces next_piece(const Trajectory& trajectory, int phase, double time, Pieces& 
   const Pieces first = begin + static_cast<std::ptrdiff_t>(place == 0 ? 0 : trajectory.jumps[place - 1]);
   end = place == trajectory.jumps.size() ? trajectory.pieces.end()
                                          : begin + static_cast<std::ptrdiff_t>(trajectory.jumps[place]);
+  // knots are mostly uniform
+  const double part = (time - first->knot) / ((end - 1)->knot - first->knot);
+  if (part >= 0 && part < 1) {
+    const Pieces guess = first + static_cast<std::ptrdiff_t>(part * static_cast<double>(end - 1 - first));
+    if (guess->knot <= time && time < (guess + 1)->knot) return guess + 1;
+  }
   return std::upper_bound(first + 1, end, time,
                           [](double t, const Trajectory::Piece& piece) { return t < piece.knot; });
 }
