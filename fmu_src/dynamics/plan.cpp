@@ -118,6 +118,38 @@ Resistance<Scalar> resistance_of(const JointParameters<Scalar>& joint) {
   return plan;
 }
 
+// First joint of the smallest of the trees that loops, springs or contacts connect; without any, 0.
+template <class Joints>
+std::size_t smallest_tree(const Model& model, const std::vector<int>& carrier, const Joints& joints) {
+  std::vector<std::size_t> roots;
+  for (const auto& joint : joints)
+    roots.push_back(joint.parent == ground ? roots.size() : roots[static_cast<std::size_t>(joint.parent)]);
+  std::vector<double> sizes(joints.size(), 0.0);  // m, sum over its links
+  for (std::size_t i = 0; i < model.links.size(); ++i) {
+    if (carrier[i] == ground) continue;
+    const std::size_t body = static_cast<std::size_t>(carrier[i]), root = roots[body];
+    sizes[root] += model.links[i].com.norm();
+    if (body != root) sizes[root] += pose_of(model.links[i].joint.dh).position.norm();
+  }
+  std::size_t smallest = joints.size();
+  const auto consider = [&](int link) {
+    if (link == ground || carrier[link] == ground) return;
+    const std::size_t root = roots[static_cast<std::size_t>(carrier[link])];
+    if (smallest == joints.size() || sizes[root] < sizes[smallest]) smallest = root;
+  };
+  const auto consider_both = [&](const auto& element) {
+    consider(element.link_a);
+    consider(element.link_b);
+  };
+  std::for_each(model.loops.begin(), model.loops.end(), consider_both);
+  std::for_each(model.springs.begin(), model.springs.end(), consider_both);
+  for (const Contact& contact : model.contacts) {
+    consider(contact.a.link);
+    consider(contact.b.link);
+  }
+  return smallest == joints.size() ? 0 : smallest;
+}
+
 }  // namespace
 
 template <class Scalar>
@@ -156,8 +188,8 @@ void Plan<Scalar>::add_joints(const Model& model) {
     prescribed_count += joints.back().prescribed ? 1 : 0;
   }
   nq = nv = static_cast<int>(joints.size());
-  if (!joints.empty() && joints[0].parent == ground) {
-    const Link& first = model.links[joints[0].link];
+  if (!joints.empty()) {
+    const Link& first = model.links[joints[smallest_tree(model, carrier, joints)].link];
     const Pose base = first.parent == ground ? Pose() : frame_in_carrier[first.parent];
     origin = (base * pose_of(first.joint.dh)).position.template cast<Scalar>();
   }

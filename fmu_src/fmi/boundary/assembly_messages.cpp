@@ -66,6 +66,19 @@ std::string failure(const Model& model, const Assembly& assembly) {
          quantity(assembly.rate) + "/s";
 }
 
+std::string failure(const Model& model, const Plan<double>& plan, const Rest& rest) {
+  const std::string option = "start = \"equilibrium\"";
+  if (rest.end == Rest::End::found) return {};
+  const std::string name = model.links[plan.joints[rest.joint].link].joint.name;
+  const std::string joint = "joint '" + name.substr(0, name.find('[')) + "'";
+  if (rest.end == Rest::End::none_near)
+    return option + " found no rest configuration near the start positions; " + joint +
+           " still accelerates by " + rounded(rest.acceleration) + " " +
+           (turns(plan.joints[rest.joint]) ? "rad" : "m") + "/s^2";
+  return option + (rest.end == Rest::End::motion_moves ? " needs prescribed motions" : " needs joints") +
+         " that start at rest; " + joint + " starts with a velocity";
+}
+
 std::string misfit(const Model& model, int loop, const Assembly::Residual& acceleration) {
   return "loop '" + model.loops[static_cast<std::size_t>(loop)].name +
          "': prescribed accelerations violate its constraints by " + quantity(acceleration) + "/s^2";

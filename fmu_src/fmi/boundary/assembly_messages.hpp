@@ -6,6 +6,7 @@
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/freedom.hpp"
 #include "dynamics/assembly/movability.hpp"
+#include "integrate/system/equilibrium.hpp"
 
 // What users read about the start of a model: assembly, degrees of freedom, singular mass matrix.
 
@@ -21,6 +22,9 @@ std::vector<std::string> corrections(const Model& model, const Plan<double>& pla
 
 // "loop 'x': prescribed accelerations violate its constraints by 0.05 m/s^2".
 std::string misfit(const Model& model, int loop, const Assembly::Residual& acceleration);
+
+// Why no rest configuration was found: one sentence; empty if it was.
+std::string failure(const Model& model, const Plan<double>& plan, const Rest& rest);
 
 // "1 motion for 1 degree of freedom: fully driven", "1 motion for 3 degrees of freedom: 2 are not prescribed
 // and are integrated", "3 motions for 1 degree of freedom: 2 motions more than degrees of freedom, ..."

@@ -6,9 +6,7 @@
 #include <cmath>
 
 #include "dynamics/ball.hpp"
-#include "dynamics/motion_subspace.hpp"
 #include "integrate/system/dense_jacobian.hpp"
-#include "model/read/number.hpp"
 
 namespace redysim {
 namespace {
@@ -197,19 +195,6 @@ Rest find_rest(System& system, double time, double* y) {
   const Rest rest = RestSearch(system, time, y).find();
   if (rest.end != Rest::End::found) std::copy(given.begin(), given.end(), y);
   return rest;
-}
-
-std::string failure(const Model& model, const Plan<double>& plan, const Rest& rest) {
-  const std::string option = "start = \"equilibrium\"";
-  if (rest.end == Rest::End::found) return {};
-  const std::string name = model.links[plan.joints[rest.joint].link].joint.name;
-  const std::string joint = "joint '" + name.substr(0, name.find('[')) + "'";
-  if (rest.end == Rest::End::none_near)
-    return option + " found no rest configuration near the start positions; " + joint +
-           " still accelerates by " + rounded(rest.acceleration) + " " +
-           (turns(plan.joints[rest.joint]) ? "rad" : "m") + "/s^2";
-  return option + (rest.end == Rest::End::motion_moves ? " needs prescribed motions" : " needs joints") +
-         " that start at rest; " + joint + " starts with a velocity";
 }
 
 }  // namespace redysim

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <string>
-
 #include "integrate/system/system.hpp"
 
 namespace redysim {
@@ -20,8 +18,5 @@ struct Rest {
 // step that passes an instability is shortened, so that the rest configuration is stable as a rule.
 // Allocates.
 Rest find_rest(System& system, double time, double* y);
-
-// Why there is none: one sentence; empty if it was found.
-std::string failure(const Model& model, const Plan<double>& plan, const Rest& rest);
 
 }  // namespace redysim
