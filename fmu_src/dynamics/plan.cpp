@@ -118,7 +118,8 @@ Resistance<Scalar> resistance_of(const JointParameters<Scalar>& joint) {
   return plan;
 }
 
-// First joint of the smallest of the trees that loops, springs or contacts connect; without any, 0.
+// First joint of the tree whose digits matter most: the first tree, or one with loops, springs or contacts
+// that is smaller by two orders of magnitude.
 template <class Joints>
 std::size_t smallest_tree(const Model& model, const std::vector<int>& carrier, const Joints& joints) {
   std::vector<std::size_t> roots;
@@ -131,11 +132,11 @@ std::size_t smallest_tree(const Model& model, const std::vector<int>& carrier, c
     sizes[root] += model.links[i].com.norm();
     if (body != root) sizes[root] += pose_of(model.links[i].joint.dh).position.norm();
   }
-  std::size_t smallest = joints.size();
+  std::size_t smallest = 0;
   const auto consider = [&](int link) {
     if (link == ground || carrier[link] == ground) return;
     const std::size_t root = roots[static_cast<std::size_t>(carrier[link])];
-    if (smallest == joints.size() || sizes[root] < sizes[smallest]) smallest = root;
+    if (100 * sizes[root] < sizes[smallest]) smallest = root;
   };
   const auto consider_both = [&](const auto& element) {
     consider(element.link_a);
@@ -147,7 +148,7 @@ std::size_t smallest_tree(const Model& model, const std::vector<int>& carrier, c
     consider(contact.a.link);
     consider(contact.b.link);
   }
-  return smallest == joints.size() ? 0 : smallest;
+  return smallest;
 }
 
 }  // namespace

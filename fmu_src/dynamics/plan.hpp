@@ -88,8 +88,8 @@ struct Plan {
   bool plain = false;  // no loops, springs, contacts, ports or prescribed joints
   Vec3<Scalar> gravity = Vec3<Scalar>::Zero();
   Vec3<Scalar> grounded = Vec3<Scalar>::Zero();  // first moment, kg m, of links fixed to the ground
-  // position of the first joint of the smallest tree with loops, springs or contacts: positions are relative
-  // to this point, so that they keep their digits far from the origin of the ground frame
+  // position of the first joint of a tree (smallest_tree): positions are relative to this point, so that they
+  // keep their digits far from the origin of the ground frame
   Vec3<Scalar> origin = Vec3<Scalar>::Zero();
   std::vector<JointPlan<Scalar>> joints;
   std::vector<Resistance<Scalar>> resistances;  // per joint; empty if no joint can have any
