@@ -74,7 +74,7 @@ def test_an_empty_environment_builds_and_runs_an_fmu(wheel, tmp_path):
             assert done.returncode == 0, done.stderr
             assert f"binaries/{platform}/pendulum{ending}" in zipfile.ZipFile(tmp_path / f"{platform}.fmu").namelist()
         else:
-            assert done.returncode == 1 and f"this package does not contain '{name}': build it by `make {platform}`" in done.stderr
+            assert done.returncode == 1 and f"this package does not contain '{name}': build it with `make {platform}`" in done.stderr
     command(program, "simulate", "pendulum.fmu", "--csv", "run.csv", "--plot", "run.png", cwd=tmp_path, env=plain)
     command(program, "show", "pendulum.fmu", cwd=tmp_path, env=plain)
     command(program, "report", "pendulum.fmu", "--method", "erk", "--rtol", "1e-4", "1e-6", "-o", "report", cwd=tmp_path, env=plain)
