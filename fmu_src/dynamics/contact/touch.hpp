@@ -37,10 +37,9 @@ template <class Scalar>
   return m;
 }
 
-// One contact point in the frame of the surface. `position` is half way between both surfaces (of
-// ReDySim's law the point itself), `slip` and
-// `spin` are the relative motion of the bodies there; `rate` = -normal . velocity. `growth` is the time
-// derivative of the depth, from which `rate` differs on curved ground.
+// One contact point in the frame of the surface. `position` is half way between both surfaces (of ReDySim's
+// law the point itself), `slip` and `spin` are the relative motion of the bodies there; `rate` = -normal .
+// velocity. `growth` is the time derivative of the depth, from which `rate` differs on curved ground.
 template <class Scalar>
 struct Touch {
   Scalar depth, rate, growth;

@@ -48,6 +48,13 @@ std::string changes(const Model& model, const Plan<double>& plan, const std::vec
   return text;
 }
 
+// Of the joint that the user has named: "wrist" of "wrist[2]", a part of a joint of several degrees of
+// freedom.
+std::string given_name(const Model& model, const Plan<double>& plan, int joint) {
+  const std::string& name = model.links[plan.joints[joint].link].joint.name;
+  return name.substr(0, name.find('['));
+}
+
 std::string count(int number, const std::string& one, const std::string& many) {
   return std::to_string(number) + " " + (number == 1 ? one : many);
 }
@@ -69,8 +76,7 @@ std::string failure(const Model& model, const Assembly& assembly) {
 std::string failure(const Model& model, const Plan<double>& plan, const Rest& rest) {
   const std::string option = "start = \"equilibrium\"";
   if (rest.end == Rest::End::found) return {};
-  const std::string name = model.links[plan.joints[rest.joint].link].joint.name;
-  const std::string joint = "joint '" + name.substr(0, name.find('[')) + "'";
+  const std::string joint = "joint '" + given_name(model, plan, rest.joint) + "'";
   if (rest.end == Rest::End::none_near)
     return option + " found no rest configuration near the start positions; " + joint +
            " still accelerates by " + rounded(rest.acceleration) + " " +
@@ -116,9 +122,8 @@ std::string sentence(const Freedom& freedom) {
 }
 
 std::string singular_sentence(const Model& model, const Plan<double>& plan, int joint, const char* where) {
-  std::string name = model.links[plan.joints[joint].link].joint.name;
-  const bool part = name.find('[') != std::string::npos;  // of a joint of several degrees of freedom
-  if (part) name.resize(name.find('['));
+  const std::string name = given_name(model, plan, joint);
+  const bool part = name != model.links[plan.joints[joint].link].joint.name;
   return "joint '" + name + "': the mass matrix is singular" + where +
          ", because this joint and those it carries can move without moving mass or inertia; give its link "
          "mass "

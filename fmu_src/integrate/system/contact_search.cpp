@@ -75,6 +75,11 @@ void ContactSearch::predict(const Plan<double>& plan, Workspace<double>& ws, con
   set_ground_motion(plan, ws, qd_.data());
 }
 
+// Upper bound of the change of a joint in `h` s.
+double ContactSearch::travel(std::size_t joint, const double* qdd, double h) const {
+  return h * (std::abs(start_qd_[joint]) + 0.5 * h * std::abs(qdd[joint]));
+}
+
 // Uses the ground poses at the start of the step.
 void ContactSearch::set_reference(const Plan<double>& plan, const Workspace<double>& ws) {
   reference_q_ = start_q_;
@@ -95,8 +100,7 @@ bool ContactSearch::find_near_pairs(const Plan<double>& plan, const double* qdd,
   for (std::size_t i = 0; i < displacements_.size(); ++i) {
     if (!plan.needs_pose[i]) continue;
     const JointPlan<double>& joint = plan.joints[i];
-    const double change =
-        std::abs(start_q_[i] - reference_q_[i]) + h * (std::abs(start_qd_[i]) + 0.5 * h * std::abs(qdd[i]));
+    const double change = std::abs(start_q_[i] - reference_q_[i]) + travel(i, qdd, h);
     const Displacement parent = displacement_of(joint.parent);
     displacements_[i] = {parent.of_point(arms_[i]) + std::abs(advance(joint)) * change,
                          parent.turned + (turns(joint) ? change : 0)};
@@ -160,8 +164,7 @@ double ContactSearch::step_to_touch(const Plan<double>& plan, Workspace<double>&
 double ContactSearch::search(const Plan<double>& plan, Workspace<double>& ws, const double* qdd, double h) {
   double turn = 0;
   for (std::size_t i = 0; i < start_q_.size(); ++i)
-    if (turns(plan.joints[i]))
-      turn = std::max(turn, h * (std::abs(start_qd_[i]) + 0.5 * h * std::abs(qdd[i])));
+    if (turns(plan.joints[i])) turn = std::max(turn, travel(i, qdd, h));
   const double longest = h / std::max(turn / largest_turn, 1.0);
   double begin = 0, length = longest;
   while (begin < h) {

@@ -41,6 +41,7 @@ class ContactSearch {
   };
 
   void predict(const Plan<double>& plan, Workspace<double>& ws, const double* qdd, double after);
+  double travel(std::size_t joint, const double* qdd, double h) const;
   void set_reference(const Plan<double>& plan, const Workspace<double>& ws);
   bool find_near_pairs(const Plan<double>& plan, const double* qdd, double h);
   Displacement displacement_of(int body) const {

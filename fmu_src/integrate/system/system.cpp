@@ -335,7 +335,6 @@ void System::project_velocity(double* velocity) {
 }
 
 double System::step_to_touch(double time, const double* y, double h) {
-  if (!contact_search_) return h;
   // those of the last stage of a step, or of its last iteration, are accurate enough for the next one
   if (time != qdd_time_ && accelerations(time, y, qdd_.data()) != Status::ok) return h;
   const Coordinates at = coordinates(time, y);
