@@ -21,7 +21,7 @@ void set_bodies(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q
   if constexpr (Plan<Scalar>::may_have_contacts)
     if (plan.has_contacts()) add_contact_wrenches(plan, ws);
   if (plan.has_ports()) add_port_wrenches(plan, ws, InputLayout(plan).port_wrench.of(inputs));
-  if (plan.has_loops()) set_loop_rows(plan, ws);
+  if (plan.has_constraints()) set_loop_rows(plan, ws);
 }
 
 // Leaves to root: every joint, eliminated into the articulated inertia of its parent. Uses positions.

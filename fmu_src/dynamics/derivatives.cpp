@@ -138,7 +138,7 @@ void Derivatives::set_point(const Plan<double>& plan, Workspace<double>& ws, con
   add_spring_wrenches(plan, ws);
   if constexpr (Plan<double>::may_have_contacts) add_contact_wrenches(plan, ws);
   add_port_wrenches(plan, ws, ports);
-  if (plan.has_loops()) set_loop_rows(plan, ws);
+  if (plan.has_constraints()) set_loop_rows(plan, ws);
   for (const auto& loop : plan.loops)
     for (std::size_t row = loop.first_row; row < loop.first_row + loop.rows.size(); ++row)
       for (const auto& [body, wrench] :
@@ -339,7 +339,7 @@ void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, cons
       if (has_elements_) {
         move_ground_states(plan, ws, joint, velocity);
         power += change_elements(plan);
-        if (plan.has_loops()) change_loops(plan, ws);
+        if (plan.has_constraints()) change_loops(plan, ws);
       }
       collect_forces(plan, ws, joint, velocity);
       forces_[joint] += passive.force;

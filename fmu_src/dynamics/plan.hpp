@@ -107,8 +107,8 @@ struct Plan {
   std::vector<char> needs_pose;  // per joint; empty if no ground poses are needed
 
   // Parts that a recursion may omit; constant in a library built without them.
-  bool is_open() const { return is_plain() || !has_loops(); }
-  bool has_loops() const { return features::loops && !loops.empty(); }
+  bool is_open() const { return is_plain() || !has_constraints(); }
+  bool has_constraints() const { return features::loops && !loops.empty(); }
   // double only: exact derivatives are rare, and the library stays small
   static constexpr bool may_have_fronts = features::loops && std::is_same_v<Scalar, double>;
   bool has_fronts() const { return may_have_fronts && !fronts.empty(); }

@@ -184,7 +184,7 @@ void assemble_velocities(ClusterAssembly& cluster, const double* qd, std::vector
 Assembly assemble(const Model& model, const Plan<double>& plan, Workspace<double>& ws, double* q,
                   double* qd) {
   Assembly result;
-  if (!plan.has_loops()) return result;
+  if (!plan.has_constraints()) return result;
   const std::vector<double> at_rest(plan.joints.size(), 0.0);
   set_positions(plan, ws, q);
   set_ground_motion(plan, ws, at_rest.data());

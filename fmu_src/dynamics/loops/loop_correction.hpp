@@ -66,7 +66,7 @@ template <class Scalar>
 void respond(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* forces, Scalar* qdd) {
   for (auto& s : ws.joints) s.p = Force<Scalar>::zero();
   const auto propagate = [&](int i) { propagate_force(plan, ws, i, forces ? forces[i] : Scalar(0)); };
-  if (!plan.has_loops()) {
+  if (!plan.has_constraints()) {
     const int n = static_cast<int>(plan.joints.size());
     for (int i = n - 1; i >= 0; --i) propagate(i);
     for (int i = 0; i < n; ++i) accelerate_joint(plan, ws, i, qdd, Scalar(0), /*at_rest=*/true);

@@ -224,7 +224,7 @@ Model assembled(const ModelFile& file, const std::string& path, const Plan<doubl
   begin_motions(file.model, system, 0);
   const Parameters<double> parameters = parameters_of(file.model);
   const auto [assembly, rest] = assemble_start(file.model, parameters, system, 0, y.data());
-  if (plan.has_loops()) {
+  if (plan.has_constraints()) {
     const Loop& loop = file.model.loops[static_cast<std::size_t>(std::max(assembly.loop, 0))];
     const std::string why = failure(file.model, assembly);
     if (!why.empty()) throw ModelError(ModelError::Reason::invalid, {{path, loop.line, loop.column, why}});

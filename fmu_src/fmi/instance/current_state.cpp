@@ -28,7 +28,7 @@ const double* CurrentState::follow_motion() {
 void CurrentState::motion_changed() {
   follows_motion_ = !simulation_.integrator || simulation_.system.size() == 0;
   following_is_current_ = false;
-  if (simulation_.system.has_loops() || simulation_.model.starts_in_equilibrium) start_changed();
+  if (simulation_.system.has_constraints() || simulation_.model.starts_in_equilibrium) start_changed();
 }
 
 void CurrentState::restored(bool follows_motion) {

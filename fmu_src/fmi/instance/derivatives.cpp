@@ -53,7 +53,7 @@ void OutputDerivatives::set_direction(const Variable& known, double direction) {
 std::string OutputDerivatives::follow(bool in_initialization) {
   tangent_->apply_parameters();
   if (in_initialization) {
-    const char* why = simulation_.system.has_loops()
+    const char* why = simulation_.system.has_constraints()
                           ? tangent_->follow_assembly(simulation_.model, state_.how_started().assembly)
                           : nullptr;
     if (why) return "there are no derivatives along this direction: " + std::string(why);

@@ -78,7 +78,7 @@ fmi2Status Instance::exit_initialization_mode() {
 
 std::string Instance::assemble_start() {
   const Model& model = simulation_.model;
-  if (!simulation_.system.has_loops() && !model.starts_in_equilibrium) return {};
+  if (!simulation_.system.has_constraints() && !model.starts_in_equilibrium) return {};
   state_.y();
   const Assembly& assembly = state_.how_started().assembly;
   std::string why = failure(model, assembly);
@@ -181,7 +181,7 @@ fmi2Status Instance::reset() {
 
 // Logs whether the prescribed motions are fewer or more than the degrees of freedom of closed loops.
 void Instance::report_drives() {
-  if (!simulation_.plan.has_loops() || !simulation_.plan.has_motion()) return;
+  if (!simulation_.plan.has_constraints() || !simulation_.plan.has_motion()) return;
   if (!log_.events() && !log_.warnings()) return;
   const Freedom found = freedom(simulation_.model, simulation_.parameters, values_.coordinates().q);
   if (found.surplus > 0)

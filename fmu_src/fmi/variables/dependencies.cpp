@@ -54,7 +54,7 @@ namespace {
 bool assembled(const Variable& unknown, const Variable& known, const Components& components, bool velocity) {
   const unsigned position = known.row->acts & acts::position, speed = known.row->acts & acts::velocity;
   const int component = components.of(unknown.joint);
-  if (components.has_loops(component))
+  if (components.has_constraints(component))
     return components.of(known) == component && (position || (velocity && speed));
   if (known.joint != unknown.joint) return false;
   return velocity ? speed && known.element == unknown.element : position != 0;
@@ -139,8 +139,8 @@ std::vector<Dependencies> initial_dependencies(const VariableTable& table, const
     const Variable& unknown = table.all()[row.unknown];
     const ConstantFactor constant = words_of(unknown).constant;
     row.constant =
-        constant == ConstantFactor::always ||
-        (constant == ConstantFactor::unless_assembled && !components.has_loops(components.of(unknown.joint)));
+        constant == ConstantFactor::always || (constant == ConstantFactor::unless_assembled &&
+                                               !components.has_constraints(components.of(unknown.joint)));
     if (!scene.model.starts_in_equilibrium) continue;
     row.knowns.clear();
     row.all = true;

@@ -17,7 +17,7 @@ class Components {
   const Plan<double>& plan() const { return scene_.plan; }
   int of(int joint) const { return joint == ground ? ground : leader_[joint]; }
   int of(const Variable& known) const;  // component that a known acts on; ground: none
-  bool has_loops(int component) const { return has_loop_[component]; }
+  bool has_constraints(int component) const { return has_loop_[component]; }
 
  private:
   int leader_of(int joint) const;

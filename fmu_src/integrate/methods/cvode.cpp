@@ -70,7 +70,7 @@ void Cvode::build() {
     build_newton();
   } else {
     nonlinear_solver_.reset(created(SUNNonlinSol_FixedPoint(ahead_.get(), 0, context_)));
-    project_history_ = system_.has_loops();
+    project_history_ = system_.has_constraints();
   }
   CVodeSetNonlinearSolver(cvode, nonlinear_solver_.get());
 
@@ -91,7 +91,7 @@ void Cvode::build_newton() {
   CVodeSetJacFn(cvode, &Cvode::jacobian);
   CVodeSetNonlinConvCoef(cvode, newton_tolerance);
   nonlinear_solver_.reset(created(SUNNonlinSol_Newton(ahead_.get(), context_)));
-  if (system_.has_loops()) CVodeSetProjFn(cvode, &Cvode::project);
+  if (system_.has_constraints()) CVodeSetProjFn(cvode, &Cvode::project);
 }
 
 Outcome Cvode::start(double time, const double* y) {
@@ -241,7 +241,8 @@ Outcome Cvode::interpolate(double end) {
   else
     CVodeGetDky(memory_.get(), since, 0, error_.get());
   if (integrates_work()) work_of(y) = work_.at(since, work_of(y));
-  if (system_.has_loops() && (system_.project(end, y, nullptr) != Status::ok || system_.loops_are_violated()))
+  if (system_.has_constraints() &&
+      (system_.project(end, y, nullptr) != Status::ok || system_.loops_are_violated()))
     return failure(end, reasons::loops_open);
   return {};
 }

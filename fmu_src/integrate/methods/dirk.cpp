@@ -64,7 +64,9 @@ class Dirk final : public OneStep {
   void set_predictors();
   int run(double first_step) override;
   double reached() const override;
-  const double* last_slope() const override { return system_.has_loops() ? nullptr : slopes_[stages - 1]; }
+  const double* last_slope() const override {
+    return system_.has_constraints() ? nullptr : slopes_[stages - 1];
+  }
   const char* reason(int flag) const override;
   long unsolved() const override;
 
@@ -223,7 +225,7 @@ int Dirk::complete(double time, N_Vector y, void* self_pointer) {
   const int flag = complete_step(time, y, self_pointer);
   self.skip_slope_ = false;
   self.step_begin_ = time;
-  self.begin_slope_ = self.system_.has_loops() ? nullptr : self.slopes_[stages - 1];
+  self.begin_slope_ = self.system_.has_constraints() ? nullptr : self.slopes_[stages - 1];
   return flag;
 }
 

@@ -35,7 +35,7 @@ constexpr Table fifth = {ARKODE_DORMAND_PRINCE_7_4_5, 5, true, 3.3, "erk (Dorman
 constexpr Table eighth = {ARKODE_ERK_NONE, 8, false, 5.2, "erk (Dormand-Prince 8(7))"};
 
 bool is_third_order(double rtol, const System& system) {
-  return rtol > Tuning::third_order_rtol && !system.has_loops();
+  return rtol > Tuning::third_order_rtol && !system.has_constraints();
 }
 
 const Table& alone_for(double rtol, const System& system) {
@@ -128,7 +128,7 @@ Erk::Memory Erk::made(const Table& table) {
   if (settings_.max_step > 0) ERKStepSetMaxStep(erk, settings_.max_step);
   // ERKStep takes c = 1 in the last stage for "first same as last", which 8(7) is not, unless a step is
   // post-processed: then it asks for the slope at the new state
-  if (!table.first_same_as_last || system_.has_loops())
+  if (!table.first_same_as_last || system_.has_constraints())
     ERKStepSetPostprocessStepFn(erk, &OneStep::complete_step);
 
   warming_up_ = true;
@@ -143,7 +143,7 @@ Erk::Memory Erk::made(const Table& table) {
 
 void Erk::choose_table(double remaining) {
   if (!choice_) return;
-  const bool same = !system_.has_loops();  // the last slope is the next step's first
+  const bool same = !system_.has_constraints();  // the last slope is the next step's first
   double factor;
   choice_->decide({remaining, control_.wanted(), control_.step_limit(), statistics_.steps,
                    slope_known_ || !same ? 0.0 : 1.0, same ? 6.0 : 7.0},

@@ -62,7 +62,7 @@ int OneStep::adapt(N_Vector y, double t, double h, double, double, double error,
 int OneStep::complete_step(double time, N_Vector y, void* self_pointer) {
   OneStep& self = *static_cast<OneStep*>(self_pointer);
   self.skip_slope_ = time == self.end_;
-  if (self.warming_up_ || !self.system_.has_loops()) return 0;
+  if (self.warming_up_ || !self.system_.has_constraints()) return 0;
   const Status status = self.system_.project(self.absolute(time), data(y), nullptr);
   self.projection_failed_ = status != Status::ok;
   return static_cast<int>(status);

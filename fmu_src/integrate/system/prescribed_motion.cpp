@@ -48,7 +48,7 @@ bool System::follow_jumps(double time, double* y) {
     respond(time, y, true);
   }
   const bool closed =
-      !plan_.has_loops() || (project(time, y, nullptr) == Status::ok && !loops_are_violated());
+      !plan_.has_constraints() || (project(time, y, nullptr) == Status::ok && !loops_are_violated());
   if (jumps && with_work())
     *layout_.work.of(y) += kinetic_energy(time, y) + potential_energy(time, y) - before;
   if (!jumps || std::all_of(y, y + size(), [](double value) { return std::isfinite(value); })) return closed;

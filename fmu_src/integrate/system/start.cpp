@@ -42,7 +42,7 @@ Start assemble_start(const Model& model, const Parameters<double>& parameters, S
   const Plan<double>& plan = system.plan();
   Start start;
   set_start_values(parameters, system, y);
-  if (system.has_loops()) {
+  if (system.has_constraints()) {
     const System::Coordinates at = system.coordinates(time, y);
     std::vector<double> q(at.q, at.q + plan.nv), qd(at.qd, at.qd + plan.nv);
     start.assembly = assemble(model, plan, system.workspace(), q.data(), qd.data());
@@ -55,7 +55,7 @@ Start assemble_start(const Model& model, const Parameters<double>& parameters, S
 Tangent::Misfit misfit_of_accelerations(const Model& model, const Parameters<double>& parameters,
                                         System& system, double time, const double* y) {
   const Plan<double>& plan = system.plan();
-  if (!plan.has_loops() || plan.prescribed_count == static_cast<int>(plan.balls.size())) return {};
+  if (!plan.has_constraints() || plan.prescribed_count == static_cast<int>(plan.balls.size())) return {};
   if (freedom(model, parameters, system.coordinates(time, y).q).surplus == 0) return {};
   Tangent tangent(model, system);
   tangent.go_to(parameters, system, time, y);

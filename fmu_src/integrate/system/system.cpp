@@ -217,7 +217,7 @@ void System::add_feedback(double time, const Coordinates& at, const std::vector<
 }
 
 bool System::loops_are_violated() const {
-  return plan_.has_loops() && relative_violation(workspace_.loop, false) > violation;
+  return plan_.has_constraints() && relative_violation(workspace_.loop, false) > violation;
 }
 
 void System::set_residuals(double time, const double* y) {
@@ -229,7 +229,7 @@ void System::set_residuals(double time, const double* y) {
 }
 
 Status System::project(double time, double* y, double* error) {
-  if (!plan_.has_loops()) return Status::ok;
+  if (!plan_.has_constraints()) return Status::ok;
   workspace_.loop.pivot_tolerance = projection_pivot_tolerance;
   Status status = project_within_rank(time, y, error);
   if (status == Status::ok && relative_violation(workspace_.loop, false) > rank_violation) {
@@ -319,7 +319,7 @@ void System::project_error(double* error) {
 }
 
 void System::project_velocity(double* velocity) {
-  if (!plan_.has_loops()) return;
+  if (!plan_.has_constraints()) return;
   std::fill(drive_.begin(), drive_.end(), 0.0);
   for (int k = 0; k < simple(); ++k) drive_[integrated_[k]] = velocity[layout_.qd[k] - nq()];
   const auto omega = [&](int ball) {

@@ -119,7 +119,7 @@ class System {
 
   // Moves y to the nearest point (mass metric) that satisfies the loop constraints of positions and
   // velocities. `error` (length size(), may be null): an error estimate, projected likewise.
-  bool has_loops() const { return plan_.has_loops(); }
+  bool has_constraints() const { return plan_.has_constraints(); }
   Status project(double time, double* y, double* error);
   // Moves a change of the velocities of the state (nv()) to the nearest one that satisfies the constraints.
   // After `accelerations` at the same state.

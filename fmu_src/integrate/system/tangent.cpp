@@ -154,7 +154,7 @@ void Tangent::follow_jumps(System& system, double time, const double* y) {
     add(answer_to(jump, at), velocity, at, speed);
     renew_charts(at, speed);
   }
-  if (plan_.has_loops()) {
+  if (plan_.has_constraints()) {
     project(at, speed, projection_pivot_tolerance);
     if (relative_violation(workspace_.loop, false) > System::rank_violation)
       project(at, speed, dynamics_pivot_tolerance);
