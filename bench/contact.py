@@ -12,7 +12,6 @@ scripts/peers.sh.
 
 from __future__ import annotations
 
-import argparse
 import csv
 import os
 import re
@@ -26,7 +25,7 @@ from peers import CUTS, TOLERANCES, Curve, Peers
 from scenes import ROOT
 from summary import front, plot, plt, table
 from summary import write as write_figure
-from work_precision import compare
+from work_precision import compare, curves_command_line
 
 from build_fmu.report.machine import processor
 
@@ -81,14 +80,7 @@ def draw(results, folder: Path) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("-f", "--filter", default=".", help="regular expression on scenes")
-    parser.add_argument("-r", "--rounds", type=int, default=5)
-    parser.add_argument("--longest", type=float, default=0.5, help="maximum CPU time of a run, s; slower runs end the curve")
-    parser.add_argument("-o", "--output", type=Path, default=ROOT / "out" / "bench")
-    parser.add_argument("--programs", type=Path, default=ROOT / "build" / "bench" / "bench" / "peers")
-    parser.add_argument("--python", type=Path, default=ROOT / "build" / "peers" / "bin" / "python")
-    options = parser.parse_args()
+    options = curves_command_line(__doc__).parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
     work = ROOT / "build" / "peers_work"
     peers = ContactPeers(options.programs, options.python, work)

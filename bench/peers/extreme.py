@@ -10,7 +10,6 @@ parallelogram the equivalent pendulum. Writes extreme.md.
 
 from __future__ import annotations
 
-import argparse
 import copy
 import json
 import subprocess
@@ -20,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from peers import Peers
+from peers import Peers, command_line
 from scenes import ROOT, Scene, public
 from two_rods import G, R, TwoRods, run
 from work_precision import error_of
@@ -159,10 +158,7 @@ def table(scene: Scene, step: float, peers: Peers, absent: dict[str, str], limit
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("-o", "--output", type=Path, default=ROOT / "out" / "bench")
-    parser.add_argument("--programs", type=Path, default=ROOT / "build" / "bench" / "bench" / "peers")
-    parser.add_argument("--python", type=Path, default=ROOT / "build" / "peers" / "bin" / "python")
+    parser = command_line(__doc__)
     parser.add_argument("--limit", type=float, default=LIMIT, help="time limit of a run, s")
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)

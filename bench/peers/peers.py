@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import subprocess
 import sys
@@ -63,6 +64,17 @@ def curves(scene: Scene) -> list[Curve]:
             Curve("Exudyn", "TrapezoidalIndex2", "Exudyn trapezoidal", CUTS),
         ]
     return found
+
+
+def command_line(doc: str) -> argparse.ArgumentParser:
+    """Returns a parser with the options of every comparison; `doc` is the docstring of the script."""
+    parser = argparse.ArgumentParser(description=doc.splitlines()[0])
+    parser.add_argument("-o", "--output", type=Path, default=ROOT / "out" / "bench")
+    parser.add_argument("--programs", type=Path, default=ROOT / "build" / "bench" / "bench" / "peers")
+    parser.add_argument(
+        "--python", type=Path, default=ROOT / "build" / "peers" / "bin" / "python", help="Python interpreter of the simulators' environment"
+    )
+    return parser
 
 
 class Peers:

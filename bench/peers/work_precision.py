@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from peers import Curve, Peers, curves
+from peers import Curve, Peers, command_line, curves
 from scenes import ROOT, Scene, all_scenes
 from summary import SMALLEST, draw, lines, losses, table
 from worker import Gone
@@ -98,16 +98,17 @@ def compare(
     return points, failures
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def curves_command_line(doc: str) -> argparse.ArgumentParser:
+    """Returns a parser with the options of a comparison of curves."""
+    parser = command_line(doc)
     parser.add_argument("-f", "--filter", default=".", help="regular expression on scenes")
     parser.add_argument("-r", "--rounds", type=int, default=5)
     parser.add_argument("--longest", type=float, default=0.5, help="maximum CPU time of a run, s; slower runs end the curve")
-    parser.add_argument("-o", "--output", type=Path, default=ROOT / "out" / "bench")
-    parser.add_argument("--programs", type=Path, default=ROOT / "build" / "bench" / "bench" / "peers")
-    parser.add_argument(
-        "--python", type=Path, default=ROOT / "build" / "peers" / "bin" / "python", help="Python interpreter of the simulators' environment"
-    )
+    return parser
+
+
+def main() -> None:
+    parser = curves_command_line(__doc__)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
