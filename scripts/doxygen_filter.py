@@ -1,7 +1,8 @@
-"""Input filter of Doxygen: makes documentation of the `//` comments that stand before or behind declarations.
+"""Makes Doxygen's documentation of the `//` comments that stand before or behind declarations.
 
-`doxygen_filter.py FILE` prints the header with the same number of lines. Comments inside function bodies stay comments. The first comment
-that no declaration follows directly describes the file.
+`doxygen_filter.py FOLDER TARGET` writes the headers below FOLDER, with the same number of lines, to TARGET. Comments inside function bodies
+stay comments. The first comment that no declaration follows directly describes the file. One process filters all headers: Doxygen would
+start one for each header, which takes most of the time.
 """
 
 from __future__ import annotations
@@ -87,6 +88,13 @@ def converted(lines: list[str]) -> list[str]:
     return out
 
 
+def main(folder: Path, target: Path) -> None:
+    for header in sorted(folder.rglob("*.hpp")):
+        text = FOREIGN.sub(lambda found: "\n" * found[0].count("\n"), header.read_text(encoding="utf-8"))
+        copy = target / header.relative_to(folder)
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        copy.write_text("".join(f"{line}\n" for line in converted(text.splitlines())), encoding="utf-8")
+
+
 if __name__ == "__main__":
-    text = FOREIGN.sub(lambda found: "\n" * found[0].count("\n"), Path(sys.argv[1]).read_text(encoding="utf-8"))
-    print("\n".join(converted(text.splitlines())))
+    main(Path(sys.argv[1]), Path(sys.argv[2]))
