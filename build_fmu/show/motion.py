@@ -70,8 +70,9 @@ class Motion:
         for side in ("a", "b"):
             link, shape = self.carriers.get(contact[side]["link"]), contact[side]
             if link is not None:
-                rotation = moves[link][:3, :3] @ np.asarray(shape["rotation"], float)
-                moved[side] = {**shape, "origin": _moved(moves[link], shape["origin"]), "rotation": rotation}
+                # lists, as in the table: equal planes are drawn once
+                rotation = (moves[link][:3, :3] @ np.asarray(shape["rotation"], float)).tolist()
+                moved[side] = {**shape, "origin": _moved(moves[link], shape["origin"]).tolist(), "rotation": rotation}
         if self.forces[contact["name"]] is not None:
             force, point = (values[:, row] for values in self.forces[contact["name"]])
             if np.any(force != 0):

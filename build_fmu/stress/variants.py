@@ -98,11 +98,12 @@ def _move_surfaces(model: Model, by: Sequence[float]) -> None:
     for contact in model.get("contact", []):
         for side, link in (("a", contact.get("link_a")), ("b", contact.get("link_b", "ground"))):
             if link == "ground":
+                if f"points_{side}" in contact:
+                    contact[f"points_{side}"] = [_moved(point, by) for point in contact[f"points_{side}"]]
+                    continue
                 contact[f"point_{side}"] = _moved(contact.get(f"point_{side}", [0, 0, 0]), by)
                 if f"point_{side}2" in contact:
                     contact[f"point_{side}2"] = _moved(contact[f"point_{side}2"], by)
-                if f"points_{side}" in contact:
-                    contact[f"points_{side}"] = [_moved(point, by) for point in contact[f"points_{side}"]]
 
 
 def drop(model: Model, height: float) -> None:

@@ -140,6 +140,19 @@ def test_outlines_have_the_size_of_the_shape(kind):
     assert outlines(ground) == [] and points_of(ground) == []
 
 
+def test_a_moving_plane_of_two_contacts_is_drawn_once(monkeypatch):
+    drawn = []
+    monkeypatch.setattr("build_fmu.draw.drawing.terrain", lambda shape, *_: drawn.append(shape) or [])
+    plane = {"kind": "plane", "link": "tray", "origin": [0, 0, 0], "rotation": np.eye(3).tolist()}
+    ball = {"kind": "sphere", "link": "ground", "origin": [0, 0, 1], "rotation": np.eye(3).tolist(), "radius": 0.5}
+    drawing = {
+        "links": [link("tray", kind="prismatic") | {"joint": "tray", "q": 0.0}],
+        "contacts": [{"name": name, "a": ball, "b": plane} for name in ("c1", "c2")],
+    }
+    draw(Motion(drawing, {"tray.q": np.array([0.25])}).at(0), "x")
+    assert [shape["origin"] for shape in drawn] == [[0, 0, 0.25]]
+
+
 def test_a_plane_is_drawn_where_the_mechanism_is():
     tilted = {"kind": "plane", "link": "ground", "origin": [0, 0, 1], "rotation": [[0.8, 0, 0.6], [0, 1, 0], [-0.6, 0, 0.8]]}
     lines = np.array(terrain(tilted, np.array([-1, -1, 0]), np.array([1, 1, 2])))

@@ -136,6 +136,14 @@ def test_the_surfaces_of_the_ground_move_and_those_of_links_do_not(ball):
     assert floor["point_b"] == [0, -10, 1000] and rod["point_a2"] == [0, -10, 1002] and ball["link"][0]["b"] == 1000
 
 
+def test_points_of_the_ground_move(ball):
+    ball["contact"] = [{"link_a": "ground", "shape_a": "points", "points_a": [[1, 0, 0], [2, 0, 0]], "link_b": "ball", "shape_b": "plane"}]
+    variants.drop(ball, 10)
+    (contact,) = ball["contact"]
+    # shape 'points' has no field point_a
+    assert contact["points_a"] == [[1, -10, 0], [2, -10, 0]] and not {"point_a", "point_b"} & contact.keys()
+
+
 def test_divided_contacts_share_the_force(ball):
     variants.split_contacts(ball, 100)
     contacts = ball["contact"]
