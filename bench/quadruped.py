@@ -1,4 +1,4 @@
-"""Prints the figures of the trotting quadruped: `python bench/quadruped.py [METHOD...]` after `make bench` or `make build`.
+"""Prints the figures of the trotting quadruped: `python bench/quadruped.py [METHOD...]` after `make bench` or `make test`.
 
 CPU time of the compiled driver (best of three), right-hand sides per step of 1 ms, depth of the feet, slip while it stands.
 """

@@ -35,7 +35,7 @@ def points_of(shape: dict[str, Any]) -> list[np.ndarray]:
 
 
 def terrain(shape: dict[str, Any], low: np.ndarray, high: np.ndarray) -> list[np.ndarray]:
-    """Returns the grid of a plane or height map, as far as it lies between two points in x and y of its frame."""
+    """Returns grid lines: of a height map, or of a plane in the range of its x and y that a box in the ground frame covers."""
     if shape["kind"] == "heightmap":
         grid, heights = shape["grid"], np.array(shape["heights"])
         rows, columns = np.indices(heights.shape) * grid

@@ -27,14 +27,14 @@ def add_ground(draft: Draft, data) -> None:
     count = len(draft.links)
     tips, lengths = (data.column(name, count) for name in ("alt", "al"))
     parents = {link.parent for link in draft.links}
-    feet = [i for i, link in enumerate(draft.links) if link.name not in parents and i > 0]
-    for number, i in enumerate(feet, start=1):
-        contact = {"link_a": draft.links[i].name, "shape_a": "points", "points_a": _points(tips[i], lengths[i]), "normal_b": normal}
+    feet = {link.name: _points(tips[i], lengths[i]) for i, link in enumerate(draft.links) if link.name not in parents and i > 0}
+    for number, (foot, points) in enumerate(feet.items(), start=1):
+        contact = {"link_a": foot, "shape_a": "points", "points_a": points, "normal_b": normal}
         draft.contacts.append(DraftTie(f"foot{number}", contact | {"law": "redysim"} | dict(zip(FIELDS, g_prop, strict=False))))
     if not feet:
         draft.lost.append("the ground (g_prop): the robot has no links besides its base")
         return
-    shown = "; ".join(f"{draft.links[i].name} at x = {', '.join(f'{p[0]:g}' for p in _points(tips[i], lengths[i]))} m" for i in feet)
+    shown = "; ".join(f"{foot} at x = {', '.join(f'{x:g}' for x, _, _ in points)} m" for foot, points in feet.items())
     draft.doubts.append(
         f"only feet, the links without children, touch the ground (g_prop): {shown}; ReDySim also tests the ends of the other links"
     )

@@ -14,11 +14,11 @@ from lxml import etree
 
 from build_fmu.errors import UserError, did_you_mean
 from build_fmu.importers.draft import GROUND, Draft, DraftLink, DraftTie, Names, legal
-from build_fmu.importers.fields import read_text
 from build_fmu.importers.layout import far, joint_frame, place, settle, side_frame
-from build_fmu.importers.rigid import matrix_of, pose_of, position_and_angles, rotation_x, rotation_y, rotation_z, six_of, transform
+from build_fmu.importers.rigid import matrix_of, pose_of, position_and_angles, six_of, transform
 from build_fmu.importers.toml_writer import number
 from build_fmu.importers.urdf_contacts import add_contacts
+from build_fmu.importers.urdf_file import DEGREES, NEAR_RIGHT, Urdf
 from build_fmu.importers.urdf_losses import report_limits, report_losses, some
 
 KINDS = {
@@ -31,8 +31,6 @@ KINDS = {
 }
 WORLD = "world"  # the ground in some simulators, without a <link>
 RESIDUE = 1e-16  # m2: an inertia below this times the mass is a rounding error
-DEGREES = 4 * math.pi  # rad: a limit beyond two turns is probably in degrees
-NEAR_RIGHT = 1e-3  # rad: an angle within this of a multiple of 90 degrees is probably meant to be one
 
 
 @dataclass
@@ -54,84 +52,6 @@ class Body:
     q: float = 0.0
     limits: tuple[float, float] | None = None
     children: list[str] = field(default_factory=list)
-
-
-class Urdf:
-    """The parsed file with checked access to attributes."""
-
-    def __init__(self, path: Path, snap: bool) -> None:
-        self.path, self.snap, self.near_right = path, snap, 0
-        self.like_degrees: list[str] = []
-        text = read_text(path)
-        self.root = _parsed(path)
-        if self.root.tag != "robot":
-            hint = "; run xacro on it first" if "xacro" in text else ""
-            raise UserError(f"{path}: the root element must be <robot>, got <{self.root.tag}>{hint}")
-        if any(e.prefix == "xacro" or e.tag.startswith("xacro:") for e in self.root.iter(etree.Element)):
-            raise UserError(f"'{path}' contains xacro macros: run `xacro {path.name} > robot.urdf` first and import the result")
-
-    def error(self, element: etree._Element, sentence: str) -> UserError:
-        return UserError(f"{self.path}:{element.sourceline}: {sentence}")
-
-    def text(self, element: etree._Element, key: str) -> str:
-        if key not in element.attrib:
-            raise self.error(element, f"<{element.tag}> has no attribute '{key}'{did_you_mean(key, element.attrib)}")
-        return element.attrib[key].strip()
-
-    def numbers(self, element: etree._Element, key: str, count: int, default: str) -> list[float]:
-        words = element.attrib.get(key, default).split()
-        try:
-            values = [float(word) for word in words]
-        except ValueError:
-            values = []
-        if len(values) != count or not all(math.isfinite(x) for x in values):
-            what = "a number" if count == 1 else f"{count} numbers"
-            raise self.error(element, f"'{key}' of <{element.tag}> must be {what}, got '{element.attrib.get(key, default)}'")
-        return values
-
-    def amount(self, element: etree._Element, key: str, default: str) -> float:
-        """Returns a non-negative number."""
-        value = self.numbers(element, key, 1, default)[0]
-        if value < 0:
-            raise self.error(element, f"'{key}' of <{element.tag}> must be >= 0, got {value:g}")
-        return value
-
-    def pose(self, parent: etree._Element) -> np.ndarray:
-        """Returns the transform of <origin xyz rpy>."""
-        element = parent.find("origin")
-        if element is None:
-            return np.eye(4)
-        angles = self.numbers(element, "rpy", 3, "0 0 0")
-        if max(map(abs, angles)) > DEGREES:
-            self.like_degrees.append(
-                f"{self.path}:{element.sourceline}: rpy = '{element.attrib['rpy']}' looks like degrees; it was read in rad, "
-                "as URDF defines it"
-            )
-        for i, angle in enumerate(angles):
-            nearest = round(angle / (math.pi / 2)) * (math.pi / 2)
-            # deviations in the last digits are rounding errors
-            if 0 < abs(angle - nearest) < NEAR_RIGHT:
-                if self.snap or abs(angle - nearest) < 1e-14:
-                    angles[i] = nearest
-                self.near_right += not self.snap and abs(angle - nearest) >= 1e-14
-        roll, pitch, yaw = angles
-        return transform(rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll), self.numbers(element, "xyz", 3, "0 0 0"))
-
-
-def _parsed(path: Path) -> etree._Element:
-    """Returns the root element; raises UserError with file, line, column."""
-    # prefixes without a namespace are common in URDF files, and the only error that is accepted
-    parser = etree.XMLParser(recover=True, resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True)
-    root = etree.fromstring(path.read_bytes() or b" ", parser)
-    for error in parser.error_log:
-        if error.domain_name != "NAMESPACE":
-            raise UserError(f"{path}:{error.line}:{error.column}: invalid XML: {error.message.strip()}")
-    if root is None:
-        raise UserError(f"{path}:1:1: invalid XML: no element")
-    dtd = root.getroottree().docinfo.internalDTD
-    if dtd is not None and any(dtd.iterentities()):
-        raise UserError(f"{path}:1: XML entities are not supported")
-    return root
 
 
 def read(path: Path, options: Namespace) -> Draft:

@@ -13,6 +13,7 @@ from lxml import etree
 from build_fmu.errors import UserError
 from build_fmu.importers.draft import GROUND, Draft, DraftLink, DraftTie
 from build_fmu.importers.rigid import pose_of, position_and_angles
+from build_fmu.importers.urdf_file import Urdf
 from build_fmu.importers.urdf_losses import some
 
 STATIC_DEPTH = 1e-3  # m, of the points that carry the weight
@@ -33,7 +34,7 @@ class Solid:
     size: list[float]
 
 
-def add_contacts(urdf, layout, feet_only: bool) -> None:
+def add_contacts(urdf: Urdf, layout, feet_only: bool) -> None:
     """Fills the contacts of layout.draft, lifts a floating base to the ground, and reports parameters and omitted shapes."""
     omitted, draft = Counter(), layout.draft
     solids = [solid for link in urdf.root.findall("link") for solid in _solids(urdf, link, layout, omitted)]
@@ -68,7 +69,7 @@ def add_contacts(urdf, layout, feet_only: bool) -> None:
     _lift(draft, poses, lowest)
 
 
-def _solids(urdf, link: etree._Element, layout, omitted: Counter) -> list[Solid]:
+def _solids(urdf: Urdf, link: etree._Element, layout, omitted: Counter) -> list[Solid]:
     """Returns the supported shapes of a <link>; counts the others."""
     solids, name = [], link.attrib["name"]
     for collision in link.findall("collision"):
@@ -131,8 +132,7 @@ def _heights(solid: Solid, pose: np.ndarray) -> list[float]:
     if solid.kind == "sphere":
         return [world[2, 3] - solid.size[0]]
     if solid.kind == "box":
-        half = np.array(solid.size) / 2
-        return [_at(world, half * signs)[2] for signs in np.ndindex(2, 2, 2) for signs in [2 * np.array(signs) - 1]]
+        return [_at(world, np.array(solid.size) * (np.array(corner) - 0.5))[2] for corner in np.ndindex(2, 2, 2)]
     radius, half = solid.size[0], solid.size[1] / 2
     if solid.kind == "capsule":
         return [_at(world, (0, 0, z))[2] - radius for z in (-half, half)]
@@ -163,7 +163,7 @@ def _report(draft: Draft, chosen: list[Solid], poses: dict[str, np.ndarray], sti
 
 
 def _lift(draft: Draft, poses: dict[str, np.ndarray], lowest: float) -> None:
-    """Moves a floating base such that the lowest contact point touches the ground; otherwise reports the distance."""
+    """Moves the floating base such that the lowest contact point touches the ground; without one, or with several, reports the distance."""
     bases = [link for link in draft.links if link.joint == "free" and link.parent == GROUND]
     if len(bases) == 1:
         # the translations are along the axes of the joint frame
@@ -173,4 +173,5 @@ def _lift(draft: Draft, poses: dict[str, np.ndarray], lowest: float) -> None:
         draft.notes.append(f"Initial height of '{bases[0].name}': the lowest contact point touches the ground plane.")
     elif abs(lowest) > 1e-9:
         side = "above" if lowest > 0 else "below"
-        draft.doubts.append(f"the lowest contact point starts {abs(lowest):.4g} m {side} the ground plane; the base is not floating")
+        why = "there are several floating bases" if bases else "the base is not floating"
+        draft.doubts.append(f"the lowest contact point starts {abs(lowest):.4g} m {side} the ground plane; {why}")

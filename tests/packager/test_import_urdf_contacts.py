@@ -141,6 +141,12 @@ def test_places_of_all_kinds_of_shapes(tmp_path):
     assert any("<cylinder> of wheel: each is two disks" in said for said in draft.doubts)
 
 
+def test_the_height_of_several_floating_bases_stays(tmp_path):
+    balls = "".join(link(name, '<sphere radius="0.1"/>') + joint(f"j_{name}", "base", name, "0 0 0.5", kind="floating") for name in "ab")
+    draft = imported(tmp_path, link("base") + balls, floating=False)
+    assert any("starts 0.4 m above the ground plane; there are several floating bases" in doubt for doubt in draft.doubts)
+
+
 def test_what_is_not_converted(tmp_path):
     base = link("base", '<box size="1 1 0.1"/>')
     arm = link("arm", '<sphere radius="0.1" colour="red"/>') + link("tool", '<mesh filename="a.stl"/>')
