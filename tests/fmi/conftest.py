@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from build_fmu import native
 from build_fmu.errors import UserError
-from tests.fmi.raw import Unpacked
+from tests.command_line import command
+from tests.fmi.raw import Slave, Unpacked
 from tests.fmi.subjects import Subject
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -198,13 +198,8 @@ OWN = {
 
 
 def build_fmu(model: Path, target: Path, *options: str) -> Path:
-    run = subprocess.run(
-        [sys.executable, "-m", "build_fmu", "build", str(model), "-o", str(target), "--no-show", *options],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-    )
-    assert run.returncode == 0, run.stderr
+    done = command("build", model, "-o", target, "--no-show", *options)
+    assert done.returncode == 0, done.stderr
     return target
 
 
@@ -243,6 +238,38 @@ def fmu(fmu_file, tmp_path_factory):
         return loaded[name]
 
     return unpacked
+
+
+@pytest.fixture(scope="session")
+def built(fmu_file, tmp_path_factory) -> Callable[..., Unpacked]:
+    """Returns a function: text of a model file, options of the command, tables beside the file -> the unpacked FMU, loaded."""
+    loaded = {}
+
+    def unpacked(text: str, *options: str, **tables: str) -> Unpacked:
+        key = (text, options, tuple(tables.items()))
+        if key not in loaded:
+            folder = tmp_path_factory.mktemp("built")
+            (folder / "model.toml").write_text(text, encoding="utf-8")
+            for name, content in tables.items():
+                (folder / f"{name}.csv").write_text(content)
+            loaded[key] = Unpacked(build_fmu(folder / "model.toml", folder / "model.fmu", *options), folder / "unpacked")
+        return loaded[key]
+
+    return unpacked
+
+
+@pytest.fixture
+def instance() -> Iterator[Callable[[Unpacked], Slave]]:
+    """Returns a function: unpacked FMU -> an instance with logging, which is freed after the test."""
+    made = []
+
+    def slave(fmu: Unpacked) -> Slave:
+        made.append(Slave(fmu, logging=True))
+        return made[-1]
+
+    yield slave
+    for one in made:
+        one.free()
 
 
 @pytest.fixture(scope="session")

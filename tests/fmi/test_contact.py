@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import ctypes as c
 import math
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tests.fmi.conftest import ROOT, build_fmu
-from tests.fmi.raw import OK, Slave, Unpacked
+from tests.command_line import command
+from tests.fmi.raw import OK
 
 METHODS = ("erk", "adams", "dirk", "bdf", "auto")
 G = 9.81
@@ -95,32 +93,16 @@ def body(**values) -> str:
 
 
 @pytest.fixture
-def slave(tmp_path):
-    """Returns a function: text of a model and files beside it -> an initialised instance."""
-    made = []
-
-    def make(text: str, **files: str) -> Slave:
-        folder = tmp_path / str(len(made))
-        folder.mkdir()
-        (folder / "model.toml").write_text(text)
-        for name, content in files.items():
-            (folder / f"{name}.csv").write_text(content)
-        made.append(Slave(Unpacked(build_fmu(folder / "model.toml", folder / "model.fmu"), folder / "unpacked"), logging=True))
-        made[-1].initialize()
-        return made[-1]
-
-    yield make
-    for one in made:
-        one.free()
+def slave(built, instance):
+    """Returns a function: text of a model and tables beside it -> an initialised instance."""
+    return lambda text, **tables: instance(built(text, **tables)).initialize()
 
 
 def refused(tmp_path, text: str) -> str:
     (tmp_path / "model.toml").write_text(text)
-    run = subprocess.run(
-        [sys.executable, "-m", "build_fmu", "check", str(tmp_path / "model.toml")], cwd=ROOT, capture_output=True, text=True
-    )
-    assert run.returncode == 1
-    return run.stdout + run.stderr
+    done = command("check", tmp_path / "model.toml")
+    assert done.returncode == 1
+    return done.stdout + done.stderr
 
 
 # --- closed forms ---

@@ -8,25 +8,19 @@ from itertools import pairwise
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from tests.fmi.raw import OK, Slave, Unpacked
+from tests.fmi.raw import OK, Slave
 
 G = 9.81
 
 
 @pytest.fixture
-def slave(fmu_file, tmp_path):
+def slave(fmu, instance):
     """Returns a function: name of a model, tolerance and start values -> an initialised instance."""
-    made = []
 
-    def make(name: str, rtol: float = 1e-9, **start) -> Slave:
-        folder = tmp_path / str(len(made))
-        made.append(Slave(Unpacked(fmu_file(name), folder), logging=True))
-        made[-1].initialize(start={"solver.rtol": rtol, "solver.atol": rtol / 100, **start.pop("start", {})})
-        return made[-1]
+    def initialized(name: str, rtol: float = 1e-9, start: dict[str, float] | None = None) -> Slave:
+        return instance(fmu(name)).initialize(start={"solver.rtol": rtol, "solver.atol": rtol / 100, **(start or {})})
 
-    yield make
-    for one in made:
-        one.free()
+    return initialized
 
 
 def friction_of(contact: str, coefficient: float) -> dict[str, float]:

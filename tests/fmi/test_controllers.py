@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import zipfile
 from math import exp, pi
 from pathlib import Path
@@ -13,6 +11,7 @@ import pytest
 
 from build_fmu.run.session import Session
 from build_fmu.run.simulate import Settings, simulate
+from tests.command_line import command
 from tests.fmi.conftest import ROOT, build_fmu
 from tests.fmi.raw import OK, Slave, Unpacked
 from tests.fmi.redysim_cases import KUKA, LEG, LEG_JOINTS
@@ -51,27 +50,8 @@ RAIL = "time,rail.q,other\n0,0.1,7\n0.2,0.3,7\n0.35,0.2,7\n0.6,0.4,7\n"
 
 
 @pytest.fixture(scope="module")
-def build(fmu_file, tmp_path_factory):
-    """Returns a function: text of a model file, files beside it -> its FMU, unpacked."""
-    fmu_file("pendulum")  # skips where nothing is built
-    found = {}
-
-    def unpacked(text: str, *options: str, **files: str) -> Unpacked:
-        key = (text, options, tuple(files.items()))
-        if key not in found:
-            folder = tmp_path_factory.mktemp("controlled")
-            (folder / "model.toml").write_text(text)
-            for name, content in files.items():
-                (folder / f"{name}.csv").write_text(content)
-            found[key] = Unpacked(build_fmu(folder / "model.toml", folder / "model.fmu", *options), folder / "unpacked")
-        return found[key]
-
-    return unpacked
-
-
-@pytest.fixture(scope="module")
-def mixed(build):
-    return lambda law="pd": build(MIXED.replace("LAW", law), rail=RAIL)
+def mixed(built):
+    return lambda law="pd": built(MIXED.replace("LAW", law), rail=RAIL)
 
 
 def known_run(fmu: Path, stop: float, step: float, start: tuple[str, ...] = ()):
@@ -112,12 +92,12 @@ def test_the_stiff_gripper_of_redysim(fmu_file):
 
 @pytest.mark.parametrize("method", ("erk", "adams", "dirk", "bdf", "auto"))
 @pytest.mark.parametrize("law", ("computed_torque", "feed_forward"))
-def test_work_is_exact_where_the_motion_is_smoother_than_the_torque(build, law, method):
+def test_work_is_exact_where_the_motion_is_smoother_than_the_torque(built, law, method):
     """A gantry that follows polynomials: one step may span a tenth of the run, in which the power has many turns."""
     moves = "".join(
         f"[[trajectory]]\njoint = 'joint{i + 1}'\ntype = 'quintic'\nto = {to}\nduration = 1\n" for i, to in enumerate((0.15, 0.1, 0.2, 90))
     )
-    fmu = build((ROOT / "models/pppr.toml").read_text() + f"\n{moves}[controller]\nlaw = '{law}'\nkp = 49\nkd = 14\n")
+    fmu = built((ROOT / "models/pppr.toml").read_text() + f"\n{moves}[controller]\nlaw = '{law}'\nkp = 49\nkd = 14\n")
     for rtol in (1e-6, 1e-8):
         for step in (0.1, 0.01):
             with Slave(fmu) as slave:
@@ -138,9 +118,9 @@ def test_work_is_exact_where_the_motion_is_smoother_than_the_torque(build, law, 
         ("pppr", "kp = 49\nkd = 14\ntarget = [0.1, 0.1, 0.1, 90]", 1, (0.103684976, 0.100005537, 0.101609512, 1.523308958), None),
     ],
 )
-def test_set_point_pd_of_redysim(build, model, law, stop, known, work):
+def test_set_point_pd_of_redysim(built, model, law, stop, known, work):
     text = (ROOT / f"models/{model}.toml").read_text() + f"\n[controller]\nlaw = 'pd'\n{law}\n"
-    fmu = build(text)
+    fmu = built(text)
     with Slave(fmu) as slave:
         slave.initialize(start={"solver.method": "bdf", "solver.rtol": 1e-10, "solver.atol": 1e-12})
         slave.run(stop, 0.1)
@@ -149,12 +129,12 @@ def test_set_point_pd_of_redysim(build, model, law, stop, known, work):
             assert slave.get("energy.work") == pytest.approx(work, abs=1e-7)
 
 
-def test_pd_in_closed_loops(build):
+def test_pd_in_closed_loops(built):
     """ReDySim's leg: seven links and three loops, driven at the crank."""
     text = (
         ROOT / "models/leg.toml"
     ).read_text() + f"\n[controller]\nlaw = 'pd'\njoints = ['crank_joint']\nkp = 49\nkd = 14\ntarget = {-2 * pi}\n"
-    with Slave(build(text)) as slave:
+    with Slave(built(text)) as slave:
         slave.initialize(start={"solver.method": "bdf"})
         slave.run(0.2, 0.01)
         # the known pose was typed with few digits
@@ -165,10 +145,10 @@ def test_pd_in_closed_loops(build):
         )
 
 
-def test_gravity_compensation_holds_a_five_bar(build):
+def test_gravity_compensation_holds_a_five_bar(built):
     """At its start pose and at rest, which without control it leaves at once."""
     text = (ROOT / "models/five_bar.toml").read_text()
-    free = build(text)
+    free = built(text)
     names = [name for name in free.named("output") if name.endswith(".q")]
     joints = [name.removesuffix(".tau") for name in free.named("input")]
     with Slave(free) as slave:
@@ -178,7 +158,7 @@ def test_gravity_compensation_holds_a_five_bar(build):
         assert np.abs(np.subtract(slave.reals(names), pose)).max() > 0.1
     targets = [pose[names.index(f"{joint}.q")] for joint in joints]
     law = f"\n[controller]\nlaw = 'gravity_compensation'\njoints = {joints}\nkp = 10\nkd = 2\ntarget = {targets}\n"
-    with Slave(build(text + law)) as slave:
+    with Slave(built(text + law)) as slave:
         slave.initialize(start={"solver.rtol": 1e-9})
         rest = {name: slave.get(name) for name in names}
         slave.run(1, 0.05)
@@ -194,14 +174,14 @@ def test_computed_torque_keeps_its_error_dynamics(fmu_file):
     assert np.abs(result["energy.balance"]).max() < 1e-4
 
 
-def test_computed_torque_in_closed_loops_too(build):
+def test_computed_torque_in_closed_loops_too(built):
     text = (ROOT / "models/five_bar.toml").read_text()
-    joints = [name.removesuffix(".tau") for name in build(text).named("input")]
+    joints = [name.removesuffix(".tau") for name in built(text).named("input")]
     law = f"\n[controller]\nlaw = 'computed_torque'\njoints = {joints}\nkp = 49\nkd = 14\ntarget = TARGET\n"
-    with Slave(build(text)) as slave:
+    with Slave(built(text)) as slave:
         slave.initialize()
         start = slave.reals([f"{joint}.q" for joint in joints])
-    with Slave(build(text + law.replace("TARGET", str([start[0] + 0.1, start[1] - 0.05])))) as slave:
+    with Slave(built(text + law.replace("TARGET", str([start[0] + 0.1, start[1] - 0.05])))) as slave:
         slave.initialize(start={"solver.rtol": 1e-9, "solver.atol": 1e-11})
         for k in range(1, 21):
             assert slave.step((k - 1) * 0.02, 0.02) == OK, slave.errors
@@ -219,9 +199,9 @@ def test_computed_torque_in_closed_loops_too(build):
             )
 
 
-def test_the_inverse_of_a_controlled_model_gives_redysims_torques(build):
+def test_the_inverse_of_a_controlled_model_gives_redysims_torques(built):
     """The trajectories move the joints, the controller is gone, and nothing is to be fed in."""
-    fmu = build((ROOT / "models/kuka_kr5_computed_torque.toml").read_text(), "--inverse")
+    fmu = built((ROOT / "models/kuka_kr5_computed_torque.toml").read_text(), "--inverse")
     assert fmu.named("input") == []
     with Slave(fmu) as slave:
         slave.initialize()
@@ -245,14 +225,14 @@ def test_what_the_arms_of_a_satellite_do_leaves_its_momenta(fmu_file, model, sto
     assert max(abs(result[name][-1]) for name in rates) < 0.1
 
 
-def test_a_satellite_under_pd_control_prints_redysims_digits(build):
+def test_a_satellite_under_pd_control_prints_redysims_digits(built):
     text = (
         (ROOT / "models/space_robot.toml").read_text().partition("tunable")[0].replace('joint = "free"', 'joint = "free"\ndrive = "free"')
     )
     for i in (1, 2, 3):
         text += f"\n[[trajectory]]\njoint = 'joint{i}'\ntype = 'cycloid'\nto = {-pi / 2}\nduration = 30\n"
     text += "\n[controller]\nlaw = 'pd'\nkp = 49\nkd = 14\n"
-    with Slave(build(text)) as slave:
+    with Slave(built(text)) as slave:
         slave.initialize(start={"solver.rtol": 1e-11, "solver.atol": 1e-13})
         for k in range(30):
             assert slave.step(k, 1) == OK
@@ -370,8 +350,6 @@ def test_a_bad_table_is_refused_by_name(fmu_file, tmp_path):
     fmu_file("pendulum")
     (tmp_path / "model.toml").write_text(MIXED.replace("LAW", "pd"))
     (tmp_path / "rail.csv").write_text(RAIL + "oops\n")
-    run = subprocess.run(
-        [sys.executable, "-m", "build_fmu", "check", str(tmp_path / "model.toml")], cwd=ROOT, capture_output=True, text=True
-    )
-    assert run.returncode == 1
-    assert run.stderr.strip() == f"{tmp_path}/model.toml:11:43: trajectory 1: file 'rail.csv' has no number in column 'time' of line 6"
+    done = command("check", tmp_path / "model.toml")
+    assert done.returncode == 1
+    assert done.stderr.strip() == f"{tmp_path}/model.toml:11:43: trajectory 1: file 'rail.csv' has no number in column 'time' of line 6"

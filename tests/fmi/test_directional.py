@@ -8,7 +8,7 @@ import random
 
 import pytest
 
-from tests.fmi.conftest import ROOT, build_fmu
+from tests.fmi.conftest import ROOT
 from tests.fmi.mixed_scenes import Scene
 from tests.fmi.raw import ERROR, OK, Slave, Unpacked
 
@@ -198,6 +198,7 @@ tunable = ["base.mass", "arm.com[1]", "gravity[2]", "foot.stiffness", "foot.damp
 
 TOUCHING = [f"touching {kind}" for kind in ("box", "wheel", "map")]
 
+GROUND = "0,0.1,0,0.05,0\n0.1,0,0.2,0,0\n0,0.1,0,0.1,0\n0.05,0,0.1,0,0\n"
 MADE = {
     "touching": touching,
     "random": lambda seed: random_tree(int(seed)),
@@ -210,20 +211,14 @@ MADE = {
 
 
 @pytest.fixture(scope="module")
-def model(fmu, fmu_file, tmp_path_factory):
+def model(fmu, built):
     """Returns a function: name of a model, or "<maker> <what>" -> the unpacked FMU."""
-    built = {}
 
     def unpacked(name: str) -> Unpacked:
         if " " not in name:
             return fmu(name)
-        if name not in built:
-            folder = tmp_path_factory.mktemp("made")
-            maker, what = name.split()
-            (folder / "made.toml").write_text(MADE[maker](what))
-            (folder / "ground.csv").write_text("0,0.1,0,0.05,0\n0.1,0,0.2,0,0\n0,0.1,0,0.1,0\n0.05,0,0.1,0,0\n")
-            built[name] = Unpacked(build_fmu(folder / "made.toml", folder / "made.fmu"), folder / "unpacked")
-        return built[name]
+        maker, what = name.split()
+        return built(MADE[maker](what), ground=GROUND)
 
     return unpacked
 
@@ -386,11 +381,10 @@ def test_by_inputs_after_motions_have_jumped(model, name):
 
 @pytest.mark.parametrize(("name", "moved"), [("four_bar", 0.3), ("five_bar", 0.1), ("hoeken", -0.1)])
 @pytest.mark.parametrize("held", [True, False])
-def test_by_start_values_that_are_assembled_from_afar(tmp_path, name, moved, held):
+def test_by_start_values_that_are_assembled_from_afar(built, name, moved, held):
     """The assembled configuration depends on the curvature of the loops, too."""
     text = (ROOT / "models" / f"{name}.toml").read_text()
-    (tmp_path / "model.toml").write_text(text if held else text.replace("hold = true\n", ""))
-    with Slave(Unpacked(build_fmu(tmp_path / "model.toml", tmp_path / "model.fmu"), tmp_path / "unpacked")) as slave:
+    with Slave(built(text if held else text.replace("hold = true\n", ""))) as slave:
         assert slave.setup() == OK and slave.call("EnterInitializationMode") == OK
         knowns = [k for k in slave.fmu.named("parameter") if k.endswith((".q0", ".qd0"))]
         assert slave.set(knowns[0], slave.get(knowns[0]) + moved) == OK

@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from tests.fmi.conftest import build_fmu
 from tests.fmi.raw import OK, Slave, Unpacked
 
 # One joint of each drive in one chain, and a frame of each port.
@@ -113,11 +112,8 @@ STATE = [
 
 
 @pytest.fixture(scope="module")
-def mixed(fmu_file, tmp_path_factory) -> Unpacked:
-    fmu_file("pendulum")  # skips where nothing is built
-    folder = tmp_path_factory.mktemp("mixed")
-    (folder / "mixed.toml").write_text(MIXED)
-    return Unpacked(build_fmu(folder / "mixed.toml", folder / "mixed.fmu"), folder / "unpacked")
+def mixed(built) -> Unpacked:
+    return built(MIXED)
 
 
 def push(slave: Slave, k: int) -> None:
@@ -168,7 +164,7 @@ def test_descriptions_say_what_each_drive_does(mixed):
 def test_fmpy_finds_no_problem(mixed, fmu_file):
     from fmpy.validation import validate_fmu
 
-    assert validate_fmu(str(mixed.folder.parent / "mixed.fmu")) == []
+    assert validate_fmu(str(mixed.folder.parent / "model.fmu")) == []
 
 
 def test_the_motion_starts_where_the_model_says(mixed):
@@ -327,14 +323,13 @@ def test_a_motion_wired_in_part_is_the_same_in_every_master(mixed, part, course,
         assert run == found["what changed"], habit
 
 
-def test_a_part_of_a_motion_leaves_what_the_others_have_reached(tmp_path):
+def test_a_part_of_a_motion_leaves_what_the_others_have_reached(built):
     """One slide on the ground: its frame shows where it is."""
-    (tmp_path / "slide.toml").write_text(
+    slide = built(
         'name = "slide"\n[[link]]\nname = "cart"\njoint = "prismatic"\njoint_name = "rail"\n'
         'drive = "motion"\nmass = 1\nq = 0.1\nqd = 0.2\n'
         '[[frame]]\nname = "tip"\nlink = "cart"\noutputs = ["pose", "velocity"]\n'
     )
-    slide = Unpacked(build_fmu(tmp_path / "slide.toml", tmp_path / "slide.fmu"), tmp_path / "unpacked")
     where = ["tip.position[3]", "tip.velocity[3]"]
     with Slave(slide, logging=True) as slave:
         slave.initialize()

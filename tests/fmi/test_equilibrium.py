@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import ctypes as c
 import math
 
 import numpy as np
 import pytest
 
-from tests.fmi.conftest import ROOT, build_fmu
-from tests.fmi.raw import OK, Slave, Unpacked
+from tests.fmi.conftest import ROOT
+from tests.fmi.raw import OK, Slave
 
 G = 9.81
 
@@ -53,22 +54,15 @@ ROD_Z = "alpha = 1.5707963267948966\nq = {q}\nstiffness = 10\nrest = 0"
 
 
 @pytest.fixture
-def make(tmp_path):
+def make(built, instance):
     """Returns a function: text of a model -> an instance in initialization mode."""
-    made = []
 
-    def instance(text: str) -> Slave:
-        folder = tmp_path / str(len(made))
-        folder.mkdir()
-        (folder / "model.toml").write_text(text)
-        made.append(Slave(Unpacked(build_fmu(folder / "model.toml", folder / "model.fmu"), folder / "unpacked"), logging=True))
-        made[-1].setup()
-        assert made[-1].call("EnterInitializationMode") == OK
-        return made[-1]
+    def entered(text: str) -> Slave:
+        one = instance(built(text))
+        assert one.setup() == OK and one.call("EnterInitializationMode") == OK
+        return one
 
-    yield instance
-    for one in made:
-        one.free()
+    return entered
 
 
 def begin(one: Slave) -> Slave:
@@ -133,8 +127,6 @@ def test_closed_loops_rest(make, model):
 
 def test_derivatives_of_the_start_are_refused(make):
     one = make(ROD.format(joint="revolute", fields=ROD_Z.format(q=0.3), com=[0.3, 0, 0]))
-    import ctypes as c
-
     reference = {name: one.fmu.variables[name][1] for name in ("rod.q", "rod.tau")}
     result = c.c_double()
     arguments = (

@@ -8,7 +8,6 @@ import math
 import numpy as np
 import pytest
 
-from tests.fmi.conftest import build_fmu
 from tests.fmi.raw import ERROR, OK, Slave, Unpacked
 
 METHODS = ["erk", "adams", "bdf", "dirk"]
@@ -87,24 +86,8 @@ rtol = 1e-8
 """
 
 
-@pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    """Returns a function: text of a model file -> the unpacked FMU."""
-    pytest.importorskip("fmpy")
-    built = {}
-
-    def fmu(text: str) -> Unpacked:
-        if text not in built:
-            folder = tmp_path_factory.mktemp("friction")
-            (folder / "model.toml").write_text(text, encoding="utf-8")
-            built[text] = Unpacked(build_fmu(folder / "model.toml", folder / "model.fmu"), folder / "unpacked")
-        return built[text]
-
-    return fmu
-
-
-def block(made, fields: str, tunable: str = "[]") -> Unpacked:
-    return made(BLOCK.format(fields=fields, tunable=tunable))
+def block(built, fields: str, tunable: str = "[]") -> Unpacked:
+    return built(BLOCK.format(fields=fields, tunable=tunable))
 
 
 def trajectory(slave: Slave, names: list[str], stop: float, size: float) -> np.ndarray:
@@ -116,10 +99,10 @@ def trajectory(slave: Slave, names: list[str], stop: float, size: float) -> np.n
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_friction_takes_four_f_over_k_of_the_swing_in_each_period(made, method):
+def test_friction_takes_four_f_over_k_of_the_swing_in_each_period(built, method):
     """The limit of a sharp law: amplitudes fall by 2 F / k in each half period; the regularisation changes little of it."""
     stiffness, force, start = 200.0, 3.0, 1.0
-    fmu = block(made, f"stiffness = {stiffness}\nfriction = {force}\nfriction_velocity = 1e-3\nq = {start}\n")
+    fmu = block(built, f"stiffness = {stiffness}\nfriction = {force}\nfriction_velocity = 1e-3\nq = {start}\n")
     with Slave(fmu) as slave:
         slave.initialize(start={"solver.method": method})
         half = math.pi * math.sqrt(2 / stiffness)
@@ -134,9 +117,9 @@ def test_friction_takes_four_f_over_k_of_the_swing_in_each_period(made, method):
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_a_block_sticks_where_the_spring_is_weaker_than_friction(made, method):
+def test_a_block_sticks_where_the_spring_is_weaker_than_friction(built, method):
     """What remains is creep at the speed at which friction balances the spring: tanh(4 s) = k q / F."""
-    fmu = block(made, "stiffness = 10\nfriction = 3\nfriction_velocity = 1e-3\nq = 0.1\n")
+    fmu = block(built, "stiffness = 10\nfriction = 3\nfriction_velocity = 1e-3\nq = 0.1\n")
     with Slave(fmu) as slave:
         slave.initialize(start={"solver.method": method})
         assert slave.step(0, 1.0) == OK, slave.errors
@@ -147,9 +130,9 @@ def test_a_block_sticks_where_the_spring_is_weaker_than_friction(made, method):
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("damping", [0.0, 0.2, 3.0])
-def test_rebound_speed_has_its_closed_form(made, method, damping):
+def test_rebound_speed_has_its_closed_form(built, method, damping):
     """m v dv = -k h(x) g(d v) dx separates: ((1 + s^2)^1.5 - 1 - s^3) before equals the same + s^3 behind, s = d |v|."""
-    fmu = block(made, f"qd = 0.8\nupper = 0.1\nstop_stiffness = 4e4\nstop_damping = {damping}\nstop_width = 0.002\n")
+    fmu = block(built, f"qd = 0.8\nupper = 0.1\nstop_stiffness = 4e4\nstop_damping = {damping}\nstop_width = 0.002\n")
     with Slave(fmu) as slave:
         slave.initialize(start={"solver.method": method})
         slave.run(0.3, 0.01)
@@ -190,9 +173,9 @@ def bounces_by_hand(count: int, steps: int) -> list[tuple[float, float]]:
 
 @pytest.mark.parametrize("rtol", [1e-8, 1e-10])
 @pytest.mark.parametrize("method", METHODS)
-def test_bounces_follow_an_integration_by_hand(made, method, rtol):
+def test_bounces_follow_an_integration_by_hand(built, method, rtol):
     """Before the third bounce an error estimate that looks at the ends of a step alone would see nothing of the stop."""
-    fmu = block(made, "upper = 0.05\nstop_stiffness = 3e3\nstop_damping = 0.5\nstop_width = 0.01\n")
+    fmu = block(built, "upper = 0.05\nstop_stiffness = 3e3\nstop_damping = 0.5\nstop_width = 0.01\n")
     with Slave(fmu) as slave:
         slave.initialize(start={"solver.method": method, "solver.rtol": rtol, "solver.atol": 1e-2 * rtol})
         assert slave.set("rail.tau", 5.0) == OK
@@ -205,8 +188,8 @@ def test_bounces_follow_an_integration_by_hand(made, method, rtol):
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_friction_and_stops_in_a_closed_loop_balance_the_energy(made, method):
-    with Slave(made(SLIDER)) as slave:
+def test_friction_and_stops_in_a_closed_loop_balance_the_energy(built, method):
+    with Slave(built(SLIDER)) as slave:
         slave.initialize(start={"solver.method": method})
         names = ["rod.q", "crank.qd", "piston.qd", "energy.work", "energy.balance", "energy.kinetic", "pin.gap"]
         run = dict(zip(names, trajectory(slave, names, 2.0, 0.01).T, strict=True))
@@ -216,10 +199,10 @@ def test_friction_and_stops_in_a_closed_loop_balance_the_energy(made, method):
     assert run["pin.gap"].max() < 1e-10
 
 
-def test_a_prescribed_motion_works_against_friction_and_stops(made):
+def test_a_prescribed_motion_works_against_friction_and_stops(built):
     """tau of a prescribed joint is m qdd + friction + stop, by hand."""
     fmu = block(
-        made,
+        built,
         'drive = "motion"\nfriction = 3\nstatic_friction = 4\nfriction_velocity = 0.2\nupper = 0.1\nstop_stiffness = 1e4\nstop_damping = 2\n',
     )
     with Slave(fmu) as slave:
@@ -232,9 +215,9 @@ def test_a_prescribed_motion_works_against_friction_and_stops(made):
             assert slave.get("rail.tau") == pytest.approx(2 * 0.5 + friction + stop, rel=1e-12)
 
 
-def test_friction_and_stops_can_be_tuned(made):
+def test_friction_and_stops_can_be_tuned(built):
     fmu = block(
-        made,
+        built,
         "upper = 0.1\nstop_stiffness = 1000\n",
         '["rail.friction", "rail.static_friction", "rail.friction_velocity", "rail.upper", "rail.stop_stiffness", "rail.stop_damping", '
         '"rail.stop_width"]',
@@ -258,13 +241,13 @@ def test_friction_and_stops_can_be_tuned(made):
             assert slave.set(name, value) == ERROR and sentence in slave.errors[-1]
 
 
-def test_what_a_scene_lacks_is_not_in_its_description(made):
-    names = block(made, "friction = 1\n").variables
+def test_what_a_scene_lacks_is_not_in_its_description(built):
+    names = block(built, "friction = 1\n").variables
     assert not any("friction" in name or "stop_" in name for name in names)
 
 
-def test_stops_that_cross_are_refused(made):
-    fmu = block(made, "lower = -0.1\nupper = 0.1\nstop_stiffness = 1000\n", '["rail.lower"]')
+def test_stops_that_cross_are_refused(built):
+    fmu = block(built, "lower = -0.1\nupper = 0.1\nstop_stiffness = 1000\n", '["rail.lower"]')
     with Slave(fmu) as slave:
         slave.initialize()
         assert slave.set("rail.lower", 0.1) == OK

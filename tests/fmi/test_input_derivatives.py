@@ -7,8 +7,7 @@ import math
 
 import pytest
 
-from tests.fmi.conftest import build_fmu
-from tests.fmi.raw import ERROR, OK, Slave, Unpacked
+from tests.fmi.raw import ERROR, OK, Slave
 
 METHODS = ("erk", "adams", "dirk", "bdf", "auto")
 MASS, LENGTH, GRAVITY = 1.5, 0.7, 9.81
@@ -59,10 +58,8 @@ atol = 1e-13
 
 
 @pytest.fixture(scope="module")
-def rig(tmp_path_factory, fmu_file):
-    folder = tmp_path_factory.mktemp("rig")
-    (folder / "rig.toml").write_text(RIG)
-    return Unpacked(build_fmu(folder / "rig.toml", folder / "rig.fmu"), folder / "unpacked")
+def rig(built):
+    return built(RIG)
 
 
 def set_derivatives(slave, name, *values) -> int:

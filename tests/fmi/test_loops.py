@@ -11,7 +11,8 @@ import pytest
 
 from build_fmu import native
 from build_fmu.errors import UserError
-from tests.fmi.conftest import ROOT, build_fmu
+from tests.command_line import command
+from tests.fmi.conftest import ROOT
 from tests.fmi.four_bar_lagrange import CLOSED, HOEKEN, REDYSIM
 from tests.fmi.raw import ERROR, OK, Slave, Unpacked
 
@@ -22,18 +23,15 @@ HOEKEN_JOINTS = ("crank_joint", "rocker_joint", "coupler_joint")
 
 
 @pytest.fixture(scope="module")
-def changed_model(fmu_file, tmp_path_factory):
+def changed_model(built):
     """Returns a function: name of a model, text replacements -> the unpacked FMU."""
-    folder = tmp_path_factory.mktemp("changed")
 
     def unpacked(name: str, replacements: dict[str, str]) -> Unpacked:
         text = (ROOT / "models" / f"{name}.toml").read_text()
         for old, new in replacements.items():
             assert old in text
             text = text.replace(old, new)
-        model = folder / "model.toml"
-        model.write_text(text)
-        return Unpacked(build_fmu(model, folder / "model.fmu"), tmp_path_factory.mktemp("unpacked"))
+        return built(text)
 
     return unpacked
 
@@ -213,14 +211,11 @@ def test_energy_is_kept_as_by_the_same_bars_unpinned(fmu, changed_model, rtol):
     assert balance(fmu("four_bar")) <= 2 * balance(opened)
 
 
-def test_cost_of_a_chain_grows_with_its_length(changed_model, tmp_path, fmu_file):
-    fmu_file("four_bar")  # skips where nothing is built
+def test_cost_of_a_chain_grows_with_its_length(built):
     script = ROOT / "models" / "generate_four_bar_chain.py"
     for count in (2, 40):
-        model = tmp_path / f"chain{count}.toml"
-        model.write_text(subprocess.run([sys.executable, script, str(count)], capture_output=True, text=True, check=True).stdout)
-        folder = tmp_path / str(count)
-        with Slave(Unpacked(build_fmu(model, tmp_path / f"{count}.fmu"), folder)) as slave:
+        text = subprocess.run([sys.executable, script, str(count)], capture_output=True, text=True, check=True).stdout
+        with Slave(built(text)) as slave:
             slave.initialize()
             record = run(slave, 0.1, 0.01)
             assert record["gap"].max() < 1e-12
@@ -278,7 +273,7 @@ def test_an_impossible_loop_is_refused_when_the_fmu_is_built(tmp_path, fmu_file)
     fmu_file("four_bar")  # skips where nothing is built
     model = tmp_path / "open.toml"
     model.write_text((ROOT / "models" / "four_bar.toml").read_text().replace("point_b = [0.1, 0, 0]", "point_b = [0.4, 0, 0]"))
-    check = subprocess.run([sys.executable, "-m", "build_fmu", "check", str(model)], cwd=ROOT, capture_output=True, text=True, check=False)
+    check = command("check", model)
     assert check.returncode == 1
     assert check.stderr.strip().endswith("loop 'closure': no configuration satisfies the loop constraints; smallest residual 0.17 m")
     assert len(check.stderr.strip().splitlines()) == 1
@@ -323,9 +318,7 @@ def test_check_says_what_assembly_moves():
         native.describe_program()
     except UserError as error:
         pytest.skip(str(error))
-    check = subprocess.run(
-        [sys.executable, "-m", "build_fmu", "check", "models/four_bar_redysim.toml"], cwd=ROOT, capture_output=True, text=True, check=False
-    )
+    check = command("check", ROOT / "models" / "four_bar_redysim.toml")
     assert check.returncode == 0
     assert "corrected: joint2 by -0.262 rad" in " ".join((check.stdout + check.stderr).split())
 

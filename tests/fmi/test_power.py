@@ -6,8 +6,7 @@ import ctypes as c
 
 import pytest
 
-from tests.fmi.conftest import build_fmu
-from tests.fmi.raw import OK, Slave, Unpacked
+from tests.fmi.raw import OK, Slave
 
 # a rail with prescribed motion, a controlled arm with a torque input, a driven and a free joint; no friction
 ARM = """
@@ -24,15 +23,9 @@ DRIVES = ("rail", "arm", "hand")
 
 
 @pytest.fixture(scope="module")
-def arm(tmp_path_factory):
+def arm(built):
     """Returns a function: the line of [fmu] -> the unpacked FMU of the arm."""
-
-    def unpacked(settings: str) -> Unpacked:
-        folder = tmp_path_factory.mktemp("power")
-        (folder / "arm.toml").write_text(ARM + settings)
-        return Unpacked(build_fmu(folder / "arm.toml", folder / "arm.fmu"), folder / "unpacked")
-
-    return unpacked
+    return lambda settings: built(ARM + settings)
 
 
 def drive(slave, steps: int) -> None:

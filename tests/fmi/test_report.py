@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 import zipfile
 
 import numpy as np
@@ -17,6 +14,7 @@ from build_fmu.report.pages import advice, page_lines
 from build_fmu.report.reference import from_csv, from_tight_runs
 from build_fmu.report.sweep import Inputs, task_for
 from build_fmu.run.driver import Task, drive, staged
+from tests.command_line import command
 from tests.fmi.conftest import ROOT
 
 PENDULUM = ROOT / "models" / "pendulum.toml"
@@ -88,10 +86,9 @@ def test_an_inverse_has_no_error_in_time(fmu_file):
 # --- target_error ---
 
 
-def build(folder, text, *options):
+def build(folder, text):
     (folder / "arm.toml").write_text(text)
-    command = [sys.executable, "-m", "build_fmu", "build", "arm.toml", *options]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)})
+    return command("build", folder / "arm.toml", "-o", folder / "arm.fmu")
 
 
 def model(solver):

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import ctypes as c
 import math
 
 import pytest
 
-from tests.fmi.conftest import build_fmu
-from tests.fmi.raw import ERROR, OK, Slave, Unpacked
+from tests.fmi.raw import ERROR, OK, Slave
 
 
 def test_outputs_in_initialization_mode_follow_the_start_values(fmu):
@@ -141,8 +141,6 @@ def test_health_outputs_count(fmu):
 
 
 def test_output_derivatives_are_velocities_and_accelerations(fmu):
-    import ctypes as c
-
     with Slave(fmu("cart")) as slave:
         slave.initialize()
         slave.run(0.1, 0.01)
@@ -158,14 +156,12 @@ def test_output_derivatives_are_velocities_and_accelerations(fmu):
             )
 
 
-def test_slides_that_move_less_than_the_tolerance_are_named_at_the_end(fmu_file, tmp_path):
+def test_slides_that_move_less_than_the_tolerance_are_named_at_the_end(built):
     """A piezo stage: metres of mechanism, nanometres of motion, of which nothing in the file tells."""
-    fmu_file("pendulum")  # skips where nothing is built
-    (tmp_path / "stage.toml").write_text(
+    stage = built(
         'name = "stage"\ngravity = [0, 0, 0]\n[[link]]\nname = "stage"\njoint_name = "piezo"\njoint = "prismatic"\nmass = 2\n'
         "com = [0.3, 0, 0]\nstiffness = 2e6\n"
     )
-    stage = Unpacked(build_fmu(tmp_path / "stage.toml", tmp_path / "stage.fmu"), tmp_path / "unpacked")
     for force, atol, told in ((1e-3, 1e-8, True), (1e-3, 1e-12, False), (100, 1e-8, False), (0, 1e-8, False)):
         with Slave(stage, logging=True) as slave:
             slave.initialize(start={"solver.atol": atol})
@@ -178,11 +174,10 @@ def test_slides_that_move_less_than_the_tolerance_are_named_at_the_end(fmu_file,
             assert not told or ("'piezo'" in warnings[0] and "solver.atol" in warnings[0])
 
 
-def test_potential_energy_counts_links_that_are_fixed_to_the_ground(fmu_file, tmp_path):
+def test_potential_energy_counts_links_that_are_fixed_to_the_ground(built):
     """-m g.r by hand: an arm, a post fixed to the ground and a load on the post; the zero is that of the origin."""
-    fmu_file("pendulum")  # skips where nothing is built
     link = '[[link]]\nname = "{}"\nparent = "{}"\njoint = "{}"\nmass = {}\ncom = {}\n'
-    (tmp_path / "post.toml").write_text(
+    model = (
         'name = "post"\ngravity = [1, 2, -9]\n'
         + link.format("arm", "ground", "revolute", 0.5, [0.1, 0.2, 0.4])
         + link.format("post", "ground", "fixed", 3, [0, 0.5, 1])
@@ -190,7 +185,7 @@ def test_potential_energy_counts_links_that_are_fixed_to_the_ground(fmu_file, tm
         + link.format("load", "post", "fixed", 2, [1, 0, 0])
         + 'd = 0.5\n[fmu]\noutputs = ["energy"]\ntunable = ["post.mass"]\n'
     )
-    with Slave(Unpacked(build_fmu(tmp_path / "post.toml", tmp_path / "post.fmu"), tmp_path / "unpacked")) as slave:
+    with Slave(built(model)) as slave:
         slave.initialize()
         arm, post, load = 0.5 * (0.1 + 0.4 - 3.6), 1.0 - 9 * 1.25, 2 * (1.0 - 9 * 0.75)
         assert slave.get("energy.potential") == pytest.approx(-(arm + 3 * post + load), rel=1e-14)
