@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -270,6 +274,34 @@ def instance() -> Iterator[Callable[[Unpacked], Slave]]:
     yield slave
     for one in made:
         one.free()
+
+
+@pytest.fixture(scope="session")
+def plot_settings(tmp_path_factory) -> Path:
+    """The folder of matplotlib's font cache, which takes a second to build."""
+    return tmp_path_factory.mktemp("matplotlib")
+
+
+@pytest.fixture
+def example(fmu_file, tmp_path, plot_settings) -> Callable[..., list[str]]:
+    """Returns a function: program of examples/, models -> its lines, run beside a folder out/ with the FMUs as `make demo` leaves it."""
+
+    def lines(program: str, *models: str) -> list[str]:
+        (tmp_path / "out").mkdir()
+        for model in models:
+            shutil.copy(fmu_file(model), tmp_path / "out")
+        done = subprocess.run(
+            [sys.executable, str(ROOT / "examples" / program)],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            stdin=subprocess.DEVNULL,
+            env={**os.environ, "MPLCONFIGDIR": str(plot_settings)},
+        )
+        assert (done.returncode, done.stderr) == (0, "")
+        return done.stdout.splitlines()
+
+    return lines
 
 
 @pytest.fixture(scope="session")

@@ -1,9 +1,6 @@
 """The programs of examples/ as a reader runs them, and the one that the README shows."""
 
 import re
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -12,36 +9,22 @@ ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "examples"
 
 
-@pytest.fixture
-def run(fmu_file, tmp_path):
-    """Returns a function: name of an example -> its lines, run beside a folder out/ as `make demo` leaves it."""
-    (tmp_path / "out").mkdir()
-    shutil.copy(fmu_file("kuka_kr5"), tmp_path / "out")
-
-    def lines(name: str) -> list[str]:
-        done = subprocess.run(
-            [sys.executable, str(EXAMPLES / name)], cwd=tmp_path, capture_output=True, text=True, stdin=subprocess.DEVNULL
-        )
-        assert (done.returncode, done.stderr) == (0, "")
-        return done.stdout.splitlines()
-
-    return lines
-
-
-def test_free_fall_keeps_the_energy(run):
-    lines = run("free_fall.py")
+def test_free_fall_keeps_the_energy(example):
+    lines = example("free_fall.py", "kuka_kr5")
     assert len(lines) == 11 and lines[0].startswith("0.0 s   joint2  0.5000 rad") and lines[-1].startswith("1.0 s")
     assert max(abs(float(line.split()[-2])) for line in lines) < 1e-6
 
 
-def test_hold_pose_holds_the_pose(run):
-    last = [float(word) for word in run("hold_pose.py")[-1].split()[2:]]
+def test_hold_pose_holds_the_pose(example):
+    last = [float(word) for word in example("hold_pose.py", "kuka_kr5")[-1].split()[2:]]
     # a PD controller gives way under the arm's weight a little
     assert last == pytest.approx([0, 0.5, -1, 0, 0.5, 0], abs=0.02)
 
 
-def test_gravity_compensation_needs_no_stiff_controller(run):
-    rows = {line[:22].strip(): [abs(float(word)) for word in line[24:].split()] for line in run("gravity_compensation.py")[-2:]}
+def test_gravity_compensation_needs_no_stiff_controller(example):
+    rows = {
+        line[:22].strip(): [abs(float(word)) for word in line[24:].split()] for line in example("gravity_compensation.py", "kuka_kr5")[-2:]
+    }
     # PD alone sags under the weight, by 49.9 N m / 800 N m/rad and more; with compensation nothing is left but the decay
     assert rows["PD alone"][1] > 0.05 and max(rows["with compensation"]) < 0.005
 

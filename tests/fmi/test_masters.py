@@ -1,35 +1,18 @@
 """The examples that use what a simple master does not: saved states and derivatives of inputs."""
 
-import os
 import re
-import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-
 
 @pytest.fixture
-def run(fmu_file, tmp_path):
-    """Returns a function: name of an example -> its lines; checks that it ends well and leaves its plot."""
-    (tmp_path / "out").mkdir()
-    shutil.copy(fmu_file("double_pendulum"), tmp_path / "out")
+def run(example, tmp_path):
+    """Returns a function: name of an example -> its lines; checks that it leaves its plot."""
 
     def lines(name: str) -> list[str]:
-        done = subprocess.run(
-            [sys.executable, str(EXAMPLES / f"{name}.py")],
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-            stdin=subprocess.DEVNULL,
-            env={**os.environ, "MPLCONFIGDIR": str(tmp_path)},
-        )
-        assert (done.returncode, done.stderr) == (0, "")
+        said = example(f"{name}.py", "double_pendulum")
         assert (tmp_path / "out" / f"{name}.png").stat().st_size > 10000
-        return done.stdout.splitlines()
+        return said
 
     return lines
 
