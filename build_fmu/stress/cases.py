@@ -54,7 +54,6 @@ GROUPS = {
     "many contacts": f"each contact divided into equal ones, {POINTS} or more in total",
     "contact at rest": f"{AT_REST:g} s, with damping and rolling resistance in every contact",
 }
-OF_CONTACT = ("contact stiffness", "contact friction", "drop", "many contacts", "contact at rest")
 
 
 def catalogue(model: Model, stop: float, step: float) -> list[Case]:

@@ -10,7 +10,7 @@ from lxml import html
 
 from build_fmu.run.driver import Outcome
 from build_fmu.stress import variants
-from build_fmu.stress.cases import GROUPS, OF_CONTACT, Case, catalogue
+from build_fmu.stress.cases import GROUPS, Case, catalogue
 from build_fmu.stress.html import write_html
 from build_fmu.stress.pages import (
     not_finished,
@@ -22,6 +22,7 @@ from build_fmu.stress.pages import (
 from build_fmu.stress.run import Verdict, _judge
 
 MODELS = sorted((Path(__file__).parents[2] / "models").glob("*.toml"))
+OF_CONTACT = ("contact stiffness", "contact friction", "drop", "many contacts", "contact at rest")
 
 
 def read(path):
