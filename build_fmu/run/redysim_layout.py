@@ -134,7 +134,7 @@ def energy_errors(result: Result) -> str:
     total = _energies(result)[:, 3]
     if not total[0]:
         return ""
-    accumulated, largest = (100 * float(error) / total[0] for error in (np.sum(total - total[0]), np.abs(total - total[0]).max()))
+    accumulated, largest = (100 * float(error) / abs(total[0]) for error in (np.sum(total - total[0]), np.abs(total - total[0]).max()))
     return f"energy error: accumulated {accumulated:.3g} %, maximum {largest:.3g} % of the initial total energy"
 
 

@@ -126,6 +126,9 @@ def test_errors_of_the_total_energy_are_those_of_redysim():
     result = Result(np.arange(3.0), names, values)
     assert energy_errors(result) == "energy error: accumulated -1 %, maximum 2 % of the initial total energy"
     assert energy_errors(result.only(names[:3])) == ""
+    # an initial total energy of -10 J
+    result = Result(np.arange(3.0), names, values - [20, 0, 0, 0])
+    assert energy_errors(result) == "energy error: accumulated -1 %, maximum 2 % of the initial total energy"
 
 
 def test_a_spherical_joint_has_no_layout(tmp_path):
