@@ -1,20 +1,26 @@
 #!/bin/sh
-# Line coverage: of fmu_src by the C++ tests and the tests of built FMUs, of build_fmu by its own tests and those of built FMUs.
-# Tables and pages are left in out/coverage.
+# coverage.sh [python]: line coverage of build_fmu by its own tests and those of built FMUs and, without an argument, of fmu_src by the C++ tests
+# and the tests of built FMUs. Tables and pages are left in out/coverage.
 set -eu
 cd "$(dirname "$0")/.."
 sh scripts/setup.sh
 .venv/bin/python -c "import coverage, gcovr" 2>/dev/null ||
   .venv/bin/python -m pip install --quiet --disable-pip-version-check --retries 5 "coverage>=7.10" "gcovr>=8" </dev/null
-sh scripts/build.sh coverage
-find build/coverage -name '*.gcda' -delete
+if [ "${1:-}" = python ]; then
+  preset=release
+  sh scripts/build.sh release redysim_fmu describe fmu_driver
+else
+  preset=coverage
+  sh scripts/build.sh coverage
+  find build/coverage -name '*.gcda' -delete
+  sh scripts/ctest.sh coverage
+fi
 rm -rf out/coverage
 mkdir -p out/coverage
-sh scripts/ctest.sh coverage
 
-REDYSIM_FMU_LIBRARY="$PWD/build/coverage/fmu_src/fmi/libredysim_fmu.so"
-REDYSIM_FMU_DESCRIBE="$PWD/build/coverage/fmu_src/fmi/describe"
-REDYSIM_FMU_DRIVER="$PWD/build/coverage/fmu_src/drive/fmu_driver"
+REDYSIM_FMU_LIBRARY="$PWD/build/$preset/fmu_src/fmi/libredysim_fmu.so"
+REDYSIM_FMU_DESCRIBE="$PWD/build/$preset/fmu_src/fmi/describe"
+REDYSIM_FMU_DRIVER="$PWD/build/$preset/fmu_src/drive/fmu_driver"
 COVERAGE_FILE="$PWD/out/coverage/data"
 export REDYSIM_FMU_LIBRARY REDYSIM_FMU_DESCRIBE REDYSIM_FMU_DRIVER COVERAGE_FILE
 # not the tests of the released library's own properties: size, symbols, speed
@@ -22,10 +28,12 @@ export REDYSIM_FMU_LIBRARY REDYSIM_FMU_DESCRIBE REDYSIM_FMU_DRIVER COVERAGE_FILE
 .venv/bin/python -m coverage combine --quiet
 .venv/bin/python -m coverage html --quiet -d out/coverage/python
 .venv/bin/python -m coverage report --sort=cover >out/coverage/python.txt
-.venv/bin/python -m gcovr --root . --filter fmu_src/ --exclude-throw-branches --merge-mode-functions=merge-use-line-0 \
-  --html-details out/coverage/cpp.html --txt out/coverage/cpp.txt build/coverage
 echo "== Python (build_fmu)"
 tail -1 out/coverage/python.txt
-echo "== C++ (fmu_src)"
-tail -3 out/coverage/cpp.txt
+if [ "$preset" = coverage ]; then
+  .venv/bin/python -m gcovr --root . --filter fmu_src/ --exclude-throw-branches --merge-mode-functions=merge-use-line-0 \
+    --html-details out/coverage/cpp.html --txt out/coverage/cpp.txt build/coverage
+  echo "== C++ (fmu_src)"
+  tail -3 out/coverage/cpp.txt
+fi
 echo "Tables and pages are in: $PWD/out/coverage"
