@@ -2,6 +2,7 @@
 
 #include "dynamics/contact/contact_force.hpp"
 #include "dynamics/input_layout.hpp"
+#include "dynamics/loops/coupling_rows.hpp"
 #include "dynamics/loops/loop_elimination.hpp"
 
 // Forward dynamics: the O(n) recursion that eliminates the joints one by one from the leaves to the root
@@ -13,15 +14,19 @@ namespace redysim {
 // Root to leaves: velocities, inertias and bias wrenches of the bodies, with the wrenches of springs and
 // ports, and the rows of loops. Uses positions.
 template <class Scalar>
-void set_bodies(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* qd, const Scalar* inputs) {
+void set_bodies(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
+                const Scalar* inputs) {
   set_motion(plan, ws, qd);
   if (plan.is_plain()) return;
   if (plan.has_poses()) set_ground_motion(plan, ws, qd);
   if (plan.has_springs()) add_spring_wrenches(plan, ws);
+  if (plan.has_elastic_couplings()) add_coupling_forces(plan, ws, q, qd);
   if constexpr (Plan<Scalar>::may_have_contacts)
     if (plan.has_contacts()) add_contact_wrenches(plan, ws);
   if (plan.has_ports()) add_port_wrenches(plan, ws, InputLayout(plan).port_wrench.of(inputs));
-  if (plan.has_constraints()) set_loop_rows(plan, ws);
+  if (!plan.has_constraints()) return;
+  set_loop_rows(plan, ws);
+  set_coupling_rows(plan, ws, inputs);
 }
 
 // Leaves to root: every joint, eliminated into the articulated inertia of its parent. Uses positions.
@@ -31,7 +36,7 @@ void eliminate_joints(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sca
   // loops are eliminated by fronts first; with whole clusters if a row of a front may be dependent
   bool by_fronts = plan.has_fronts(), done = false;
   while (!done) {
-    set_bodies(plan, ws, qd, inputs);
+    set_bodies(plan, ws, q, qd, inputs);
     done = plan.is_open() || eliminate_with_loops(plan, ws, q, qd, inputs, by_fronts);
     by_fronts = false;
   }

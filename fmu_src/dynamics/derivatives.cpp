@@ -40,6 +40,7 @@ namespace {
 
 [[gnu::cold]] void copy_loops(const Plan<double>& from, Plan<Dual>& to) {
   to.clusters = from.clusters;
+  to.couplings = from.couplings;
   for (const LoopPlan<double>& loop : from.loops) {
     LoopPlan<Dual> copy{loop.loop,
                         loop.body_a,
@@ -101,6 +102,24 @@ PassiveChange passive_change(const Plan<double>& plan, int joint, double q, doub
           joint_loss(plan, joint, position, rate).derivative};
 }
 
+// Derivatives of the forces of elastic couplings on all joints, added to `forces`, and of their dissipation.
+[[gnu::cold]] double change_coupling_forces(const Plan<double>& plan, int joint, const double* q,
+                                            const double* qd, bool velocity, std::vector<double>& forces) {
+  double loss = 0;
+  for (const ElasticCouplingPlan& coupling : plan.elastic_couplings) {
+    const auto at = std::find(coupling.joints.begin(), coupling.joints.end(), joint);
+    if (at == coupling.joints.end()) continue;
+    const double ratio = coupling.ratios[static_cast<std::size_t>(at - coupling.joints.begin())];
+    const Dual y(coupling_sum(coupling, q, coupling.offset), velocity ? 0 : ratio),
+        rate(coupling_sum(coupling, qd, 0.0), velocity ? ratio : 0);
+    const CouplingForce<Dual> change(coupling, y, rate);
+    for (std::size_t k = 0; k < coupling.joints.size(); ++k)
+      forces[static_cast<std::size_t>(coupling.joints[k])] -= coupling.ratios[k] * change.force.derivative;
+    loss += change.loss.derivative;
+  }
+  return loss;
+}
+
 #ifdef REDYSIM_AVX2
 REDYSIM_AVX2 void solve_accelerations(const Plan<double>& plan, Workspace<double>& ws, const double* forces,
                                       double* qdd) {
@@ -123,7 +142,7 @@ REDYSIM_PLAIN void solve_accelerations(const Plan<double>& plan, Workspace<doubl
       plan_(elements_of(plan)),
       workspace_(plan_),
       port_wrenches_(static_cast<std::size_t>(InputLayout(plan).port_wrench.size())) {
-  lambda_.resize(workspace_.loop.lambda.size());
+  for (const ClusterPlan& cluster : plan.clusters) lambda_.resize(lambda_.size() + cluster.row_count);
   K_.resize(lambda_.size());
 }
 
@@ -339,10 +358,13 @@ void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, cons
       if (has_elements_) {
         move_ground_states(plan, ws, joint, velocity);
         power += change_elements(plan);
-        if (plan.has_constraints()) change_loops(plan, ws);
       }
+      std::fill(ws.loop.b.begin(), ws.loop.b.end(), 0.0);  // that of couplings
+      if (has_elements_ && plan.has_constraints()) change_loops(plan, ws);
       collect_forces(plan, ws, joint, velocity);
       forces_[joint] += passive.force;
+      if (plan.has_elastic_couplings())
+        power += change_coupling_forces(plan, joint, q, qd, velocity, forces_);
     }
     solve_accelerations(plan, ws, forces_.data(), column);
   }

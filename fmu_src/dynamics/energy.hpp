@@ -2,6 +2,7 @@
 
 #include "dynamics/bias.hpp"
 #include "dynamics/contact/contact_force.hpp"
+#include "dynamics/elastic_coupling.hpp"
 
 namespace redysim {
 
@@ -20,7 +21,8 @@ Scalar kinetic_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sca
 }
 
 // Potential energy, J, of gravity (zero with all mass at the ground origin), joint springs,
-// stops, spring-dampers and contacts at q. Overwrites positions and composite masses of the workspace.
+// stops, spring-dampers, elastic couplings and contacts at q. Overwrites positions and composite masses of
+// the workspace.
 template <class Scalar>
 Scalar potential_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd) {
   set_positions(plan, ws, q);
@@ -44,6 +46,8 @@ Scalar potential_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const S
     }
     energy += joint_energy(plan, static_cast<int>(i), q[i]);
   }
+  for (std::size_t k = 0; plan.has_elastic_couplings() && k < plan.elastic_couplings.size(); ++k)
+    energy += CouplingForce<Scalar>::at(plan.elastic_couplings[k], q, qd).energy;
   if (!plan.has_springs() && !plan.has_contacts()) return energy;
   set_ground_motion(plan, ws, qd);
   for (const auto& spring : plan.springs) {
@@ -70,6 +74,8 @@ Scalar external_power(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, con
     const Scalar rate = spring_line(spring, ws).rate;
     power -= spring.damping * rate * rate;
   }
+  for (std::size_t k = 0; plan.has_elastic_couplings() && k < plan.elastic_couplings.size(); ++k)
+    power += CouplingForce<Scalar>::at(plan.elastic_couplings[k], q, qd).loss;
   if constexpr (Plan<Scalar>::may_have_contacts)
     if (plan.has_contacts()) power += ws.contact_power;
   return power;

@@ -162,10 +162,12 @@ Plan<Scalar>::Plan(const Model& model, const Parameters<Scalar>& parameters) {
       contact_laws.emplace_back().redysim = contact.law == Contact::Law::redysim;
   update(parameters);
   add_springs(model);
+  add_elastic_couplings(model);
   add_contacts(model);
   add_ports(model);
   build_clusters(model, *this);
-  plain = loops.empty() && springs.empty() && contact_pairs.empty() && ports.empty() && prescribed_count == 0;
+  plain = clusters.empty() && springs.empty() && elastic_couplings.empty() && contact_pairs.empty() &&
+          ports.empty() && prescribed_count == 0;
 }
 
 template <class Scalar>
@@ -248,6 +250,23 @@ void Plan<Scalar>::add_springs(const Model& model) {
     spring.stiffness = given.stiffness;
     spring.damping = given.damping;
     spring.rest_length = given.rest_length;
+  }
+}
+
+template <class Scalar>
+void Plan<Scalar>::add_elastic_couplings(const Model& model) {
+  for (std::size_t k = 0; k < model.couplings.size(); ++k) {
+    const Coupling& given = model.couplings[k];
+    if (given.rigid()) continue;
+    ElasticCouplingPlan& coupling = elastic_couplings.emplace_back();
+    coupling.coupling = static_cast<int>(k);
+    for (int link : given.links) coupling.joints.push_back(carrier[link]);
+    coupling.ratios = given.ratios;
+    coupling.offset = given.offset;
+    coupling.stiffness = given.stiffness;
+    coupling.damping = given.damping;
+    coupling.half_play = given.backlash / 2;
+    coupling.width = given.width;
   }
 }
 

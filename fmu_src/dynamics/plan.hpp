@@ -63,6 +63,11 @@ struct SpringPlan {
   Scalar stiffness = 0, damping = 0, rest_length = 0;
 };
 
+// dynamics/elastic_coupling.hpp; without backlash half_play = 0
+struct ElasticCouplingPlan : CoupledJoints {
+  double stiffness = 0, damping = 0, half_play = 0, width = 0;
+};
+
 // A frame with force inputs: moment and force at its origin, in its own axes or in ground axes.
 template <class Scalar>
 struct PortPlan {
@@ -85,7 +90,7 @@ struct Plan {
 
   int nq = 0, nv = 0;
   int prescribed_count = 0;
-  bool plain = false;  // no loops, springs, contacts, ports or prescribed joints
+  bool plain = false;  // no loops, couplings, springs, contacts, ports or prescribed joints
   Vec3<Scalar> gravity = Vec3<Scalar>::Zero();
   Vec3<Scalar> grounded = Vec3<Scalar>::Zero();  // first moment, kg m, of links fixed to the ground
   // position of the first joint of a tree (smallest_tree): positions are relative to this point, so that they
@@ -99,6 +104,8 @@ struct Plan {
   std::vector<PortPlan<Scalar>> ports;
   std::vector<int> balls;  // chart joint of each spherical joint; its z, x and y joints follow it
   std::vector<LoopPlan<Scalar>> loops;
+  std::vector<CouplingPlan> couplings;  // rigid
+  std::vector<ElasticCouplingPlan> elastic_couplings;
   std::vector<ClusterPlan> clusters;
   std::vector<EliminationStep> elimination;  // leaves to root; empty for an open tree
   std::vector<FrontPlan> fronts;
@@ -108,7 +115,7 @@ struct Plan {
 
   // Parts that a recursion may omit; constant in a library built without them.
   bool is_open() const { return is_plain() || !has_constraints(); }
-  bool has_constraints() const { return features::loops && !loops.empty(); }
+  bool has_constraints() const { return features::loops && !clusters.empty(); }  // loops, rigid couplings
   // double only: exact derivatives are rare, and the library stays small
   static constexpr bool may_have_fronts = features::loops && std::is_same_v<Scalar, double>;
   bool has_fronts() const { return may_have_fronts && !fronts.empty(); }
@@ -116,6 +123,7 @@ struct Plan {
     return may_have_fronts && step.kind == EliminationStep::Kind::front;
   }
   bool has_springs() const { return features::springs && !springs.empty(); }
+  bool has_elastic_couplings() const { return features::springs && !elastic_couplings.empty(); }
   // not in a straight line
   static constexpr bool may_have_contacts =
       features::contact && (std::is_same_v<Scalar, double> || std::is_same_v<Scalar, Dual>);
@@ -140,6 +148,7 @@ struct Plan {
  private:
   void add_joints(const Model& model);
   void add_springs(const Model& model);
+  void add_elastic_couplings(const Model& model);
   void add_contacts(const Model& model);
   void add_ports(const Model& model);
 };

@@ -2,6 +2,7 @@
 
 #include "dynamics/bias.hpp"
 #include "dynamics/contact/contact_force.hpp"
+#include "dynamics/elastic_coupling.hpp"
 
 namespace redysim {
 
@@ -53,6 +54,7 @@ void inverse_dynamics(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sca
   set_body_wrenches(plan, ws, q, qd, qdd);
   if (plan.has_poses()) set_ground_motion(plan, ws, qd);
   if (plan.has_springs()) add_spring_wrenches(plan, ws);
+  if (plan.has_elastic_couplings()) add_coupling_forces(plan, ws, q, qd);
   if constexpr (Plan<Scalar>::may_have_contacts)
     if (plan.has_contacts()) add_contact_wrenches(plan, ws);
   collect_joint_forces(plan, ws, q, qd, qdd, tau);

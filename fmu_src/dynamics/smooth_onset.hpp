@@ -19,6 +19,7 @@ struct SmoothOnset {
     behind = depth - width * u;
   }
   Scalar force() const { return width * u * u * u * (Scalar(1) - Scalar(0.5) * u) + behind; }
+  Scalar slope() const { return u * u * (Scalar(3) - Scalar(2) * u); }  // h'
   Scalar energy() const {
     const Scalar soft = width * width * u * u * u * u * (Scalar(0.25) - Scalar(0.1) * u);
     return soft + Scalar(0.5) * behind * (width + behind);

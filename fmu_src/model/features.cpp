@@ -16,9 +16,16 @@ bool uses_method(const Model& model, SolverMethod method) {
   return chosen == method || chosen == SolverMethod::automatic;
 }
 
+bool has_coupling(const Model& model, bool rigid) {
+  return std::any_of(model.couplings.begin(), model.couplings.end(),
+                     [rigid](const Coupling& coupling) { return coupling.rigid() == rigid; });
+}
+
 constexpr Feature all_features[] = {
-    {"loops", features::loops, [](const Model& model) { return !model.loops.empty(); }},
-    {"springs", features::springs, [](const Model& model) { return !model.springs.empty(); }},
+    {"loops", features::loops,
+     [](const Model& model) { return !model.loops.empty() || has_coupling(model, true); }},
+    {"springs", features::springs,
+     [](const Model& model) { return !model.springs.empty() || has_coupling(model, false); }},
     {"contact", features::contact, [](const Model& model) { return !model.contacts.empty(); }},
     {"friction", features::friction, may_resist},
     {"ports", features::ports,

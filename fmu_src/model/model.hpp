@@ -89,6 +89,20 @@ struct SpringDamper {
   double stiffness = 0, damping = 0, rest_length = 0;
 };
 
+// y = sum of ratios[i] q[i] - offset over joints with one DOF each, in rad and m. Rigid: y = 0. Elastic: the
+// force F(y, y') acts as -ratios[i] F on each joint (dynamics/elastic_coupling.hpp).
+struct Coupling {
+  std::string name;
+  std::vector<int> links;  // of the joints
+  std::vector<double> ratios;
+  double offset = 0;
+  double stiffness = 0;  // of y; 0: rigid
+  double damping = 0, backlash = 0, width = 0;
+  int line = 0, column = 0;  // in the model file; 0: not from a file
+
+  bool rigid() const { return stiffness == 0; }
+};
+
 // A named frame on a link: outputs of its motion on request, and a port for force and torque.
 struct Frame {
   enum class Port { none, ground_axes, frame_axes };
@@ -132,6 +146,7 @@ struct Model {
   bool starts_in_equilibrium = false;    // near the start positions
   std::vector<Link> links;               // parent index < own index
   std::vector<Loop> loops;
+  std::vector<Coupling> couplings;
   std::vector<SpringDamper> springs;
   std::vector<Contact> contacts;
   std::vector<Frame> frames;

@@ -1,4 +1,4 @@
-"""Rows of the loops of a dense scene: residual, Jacobian, what phi'' has at no acceleration, and how large each lever could be."""
+"""Rows of the loops and rigid couplings of a dense scene: residual, Jacobian, what phi'' has at no acceleration, and how large each lever could be."""
 
 from __future__ import annotations
 
@@ -19,6 +19,9 @@ class Rows:
         self._J, self._lever, self._phi, self._rate, self._rhs, self._terms, self._length = [], [], [], [], [], [], []
         for loop in scene.file.get("loop", []):
             self._add(loop)
+        for coupling in scene.file.get("coupling", []):
+            if "stiffness" not in coupling:
+                self._couple(coupling)
         count, nv = len(self.names), len(scene.dofs)
         stack = lambda rows: np.array(rows) if rows else self.n.zeros(0, nv)
         self.J, self.lever = stack(self._J), stack(self._lever)
@@ -54,6 +57,21 @@ class Rows:
         for i, j in pairs.get(kind, [(0, 2), (1, 2), (0, 1)]):
             row += 1
             self._rotation(loop, row, a, b, frame_a[:, i], frame_b[:, j])
+
+    def _couple(self, coupling: dict) -> None:
+        n = self.n
+        ratios = self.scene.ratios(coupling)
+        self.names.append(f"{coupling['name']}.lambda")
+        self.turns.append(True)
+        J = n.zeros(len(self.scene.dofs))
+        for k, ratio in ratios.items():
+            J[k] = ratio
+        self._J.append(J)
+        self._lever.append(abs(J))
+        self._phi.append(sum(ratio * self.scene.dofs[k].q for k, ratio in ratios.items()) - n.one(coupling.get("offset", 0)))
+        self._rhs.append(n.one(0))
+        self._terms.append(n.one(0))
+        self._length.append(n.one(1))
 
     def _start(self, loop: dict, index: int, turns: bool) -> tuple:
         self.names.append(f"{loop['name']}.lambda[{index + 1}]")

@@ -137,6 +137,31 @@ class Dense:
         s = f["stop_damping"] * side * dof.qd
         return -side * k * depth * (s + n.sqrt(1 + s * s))
 
+    def _couplings(self, forces: Forces) -> None:
+        """Elastic couplings; adds their energy."""
+        s, n = self.scene, self.n
+        for coupling in s.file.get("coupling", []):
+            if "stiffness" not in coupling:
+                continue
+            ratios = s.ratios(coupling)
+            y = sum(ratio * s.dofs[k].q for k, ratio in ratios.items()) - n.one(coupling.get("offset", 0))
+            rate = sum(ratio * s.dofs[k].qd for k, ratio in ratios.items())
+            stiffness, damping, play = (n.one(coupling.get(key, 0)) for key in ("stiffness", "damping", "backlash"))
+            if play:
+                w, x = n.one(coupling.get("width", 0.1 * coupling["backlash"])), abs(y) - play / 2
+                u = min(max(x / w, n.one(0)), n.one(1))
+                beyond = max(x - w, n.one(0))
+                force = stiffness * (w * (u**3 - u**4 / 2) + beyond) * (1 if y > 0 else -1) + damping * (3 * u * u - 2 * u**3) * rate
+                self.potential += stiffness * (w * w * (u**4 / 4 - u**5 / 10) + beyond * w / 2 + beyond * beyond / 2)
+            else:
+                force = stiffness * y + damping * rate
+                self.potential += stiffness * y * y / 2
+            for k, ratio in ratios.items():
+                forces.value[k] -= ratio * force
+                forces.size[k] += abs(ratio * force)
+            size = stiffness * sum(abs(ratio * s.dofs[k].q) for k, ratio in ratios.items()) + abs(force)
+            self.coupling_forces[coupling["name"]] = (force, size)
+
     def _push(self, forces: Forces, link: int, x, force, moment=None, rounding=0) -> None:
         if link == GROUND:
             return
@@ -186,6 +211,8 @@ class Dense:
         M = self._bodies(forces)
         self._joints(forces, M, inputs)
         self._springs(forces)
+        self.coupling_forces: dict = {}
+        self._couplings(forces)
         dense_contact.add(self, forces)
         self._ports(forces, inputs)
         rows = Rows(s)

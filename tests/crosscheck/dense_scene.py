@@ -296,6 +296,11 @@ class Scene:
     def path(self, link: int) -> list[int]:
         return self.links[link].path if link != GROUND else []
 
+    def ratios(self, coupling: dict) -> dict:
+        """Coordinate to ratio of a coupling."""
+        by_name = {dof.name: k for k, dof in enumerate(self.dofs) if dof.part is None}
+        return {by_name[name]: self.numbers.one(ratio) for name, ratio in zip(coupling["joints"], coupling["ratios"], strict=True)}
+
     def way(self, a: int, b: int):
         """The lengths of all frames and slides between two links, added up."""
         length = self.numbers.one(0)

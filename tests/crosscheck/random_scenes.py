@@ -27,7 +27,7 @@ from tests.crosscheck.scene_contacts import give_contacts
 from tests.crosscheck.scene_fmu import Library, Refused
 from tests.crosscheck.scene_maker import Maker
 from tests.crosscheck.scene_parts import CLASSES, PARTS
-from tests.crosscheck.scene_states import agree, draw_inputs, give_drives, give_frames, give_passive, give_springs, give_velocities, guide
+from tests.crosscheck.scene_states import agree, draw_inputs, give_couplings, give_drives, give_frames, give_passive, give_springs, give_velocities, guide
 
 TOLERANCE = 1e-10
 NEAR_SINGULAR = 1e-4  # singular values of scaled levers: scenes between rounding and this are drawn again
@@ -42,7 +42,7 @@ SMALLEST = 1e-6  # m
 def toml(file: dict) -> str:
     """The model file of a scene."""
     show = lambda v: "true" if v is True else json.dumps(v).replace("Infinity", "inf")
-    kinds = ("link", "loop", "spring", "contact", "frame", "trajectory")
+    kinds = ("link", "loop", "coupling", "spring", "contact", "frame", "trajectory")
     lines = [f"{key} = {show(value)}" for key, value in file.items() if key not in kinds]
     for kind in kinds:
         for table in file.get(kind, []):
@@ -89,6 +89,7 @@ def attempt_to_draw(rng, only: str, scale: float | None) -> Case | None:
         return None
     give_passive(m)
     give_springs(m)
+    give_couplings(m)
     give_contacts(m)
     give_frames(m)
     dense = Dense(m.file)
@@ -235,6 +236,10 @@ class Check:
             size = 1 + max(float(rows.length[r]) for r in inside)
             self("gap", loop + ".gap", self.values[loop + ".gap"], gap, 1e-3 * size)
 
+    def elastic_couplings(self, dense: Dense) -> None:
+        for name, (force, size) in dense.coupling_forces.items():
+            self("coupling", f"{name}.lambda", self.values[f"{name}.lambda"], -force, size)
+
     def contacts(self, dense: Dense) -> None:
         for name, (force, about) in dense.contacts.items():
             for what, wanted in (("force", force), ("torque", about)):
@@ -274,6 +279,7 @@ def compare(case: Case, values: dict, exact: bool = False) -> tuple[list[Finding
     check.gaps(motion.rows)
     check.frames(dense.scene)
     check.contacts(dense)
+    check.elastic_couplings(dense)
     return found, motion, dense
 
 

@@ -26,6 +26,7 @@ class Maker:
             "gravity": self.numbers(self.direction() * G),
             "link": [],
             "loop": [],
+            "coupling": [],
             "spring": [],
             "frame": [],
             "trajectory": [],

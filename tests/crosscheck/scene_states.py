@@ -92,6 +92,34 @@ def give_springs(m: Maker) -> None:
         )
 
 
+def give_couplings(m: Maker) -> None:
+    """Rigid and elastic couplings of two to four joints with one freedom, satisfied at the start."""
+    scene = m.scene()
+    state = scene.start()
+    for c in range(m.pick([0, 0, 0, 1, 1, 2])):
+        first = m.pick(range(len(scene.dofs)))
+        size = m.sizes[scene.links[scene.dofs[first].link].name]
+        near = [k for k, dof in enumerate(scene.dofs) if dof.part is None and 0.1 < m.sizes[scene.links[dof.link].name] / size < 10]
+        if len(near) < 2:
+            continue
+        chosen = list(m.rng.permutation(near)[: m.pick([2, 2, 3, 4])])
+        dofs = [scene.dofs[k] for k in chosen]
+        ratios = [m.pick([-1, 1]) * m.between(0.3, 3) / (1 if dof.turns else size) for dof in dofs]
+        offset = sum(ratio * float(state[dof.variable("q")]) for ratio, dof in zip(ratios, dofs, strict=True))
+        table = {"name": f"coupling{c}", "joints": [dof.name for dof in dofs], "ratios": ratios, "offset": offset}
+        if m.chance(0.3):
+            weight = loads(m)
+            F = min(weight[scene.links[dof.link].name] for dof in dofs) * size
+            table |= {"stiffness": m.between(0.1, 10) * F, "damping": m.between(0, 1) * F * math.sqrt(size / G)}
+            if m.chance(0.5):
+                table["backlash"] = m.between(0.01, 1)
+                table["offset"] += m.between(-1, 1)
+            if m.chance(0.3):
+                table["width"] = m.between(0.01, 0.3) if "backlash" in table else None
+        m.file["coupling"].append({key: value for key, value in table.items() if value is not None})
+        m.tags.add("coupled")
+
+
 def give_frames(m: Maker) -> None:
     for k in range(m.pick([0, 0, 1, 2])):
         link = m.pick(m.links)["name"]

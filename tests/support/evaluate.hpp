@@ -88,7 +88,7 @@ struct Evaluate {
     set_positions(plan, ws, q.data());
     set_velocities(plan, ws, qd.data());
     set_ground_motion(plan, ws, qd.data());
-    set_loop_residuals(plan, ws);
+    set_constraint_residuals(plan, ws, q.data(), qd.data());
   }
 };
 

@@ -82,7 +82,7 @@ void check_omitted_rows(const Model& model, const Plan<double>& plan, Workspace<
     const double worst = std::max(distance, angle);
     if (worst <= std::max(allowed, result.closed ? 0 : result.gap.size)) continue;
     result.closed = false;
-    result.loop = static_cast<int>(k);
+    result.constraint = static_cast<int>(k);
     result.gap = {worst, angle > distance};
   }
 }
@@ -147,16 +147,16 @@ void assemble_positions(ClusterAssembly& cluster, const double* q, std::vector<d
                         Assembly& result) {
   double norm = cluster.start(q);
   for (int joint : cluster.joints()) result.unit[joint] = cluster.unit(joint);
-  for (int k = 0; k < cluster.loop_count(); ++k) keep_larger(cluster.gap(k), result.gap_before);
+  for (int k = 0; k < cluster.constraint_count(); ++k) keep_larger(cluster.gap(k), result.gap_before);
   if (norm > rounding_residual && !cluster.free_joints().empty()) norm = solve_positions(cluster, moved);
   const bool violated = norm > accepted_residual;
-  for (int k = 0; k < cluster.loop_count(); ++k) {
+  for (int k = 0; k < cluster.constraint_count(); ++k) {
     const Assembly::Residual gap = cluster.gap(k);
     // violated loops take precedence over satisfied ones
     if (violated == !result.closed ? gap.size <= result.gap.size : !violated) continue;
     result.closed = !violated;
     result.gap = gap;
-    if (violated) result.loop = cluster.loop(k).loop;
+    if (violated) result.constraint = cluster.constraint(k);
   }
 }
 
@@ -164,18 +164,18 @@ void assemble_positions(ClusterAssembly& cluster, const double* q, std::vector<d
 void assemble_velocities(ClusterAssembly& cluster, const double* qd, std::vector<double>& sped,
                          Assembly& result) {
   cluster.set_motion(qd);
-  for (int k = 0; k < cluster.loop_count(); ++k) keep_larger(cluster.rate(k), result.rate_before);
+  for (int k = 0; k < cluster.constraint_count(); ++k) keep_larger(cluster.rate(k), result.rate_before);
   cluster.correct_velocities(qd, sped);
   std::vector<double> velocity(qd, qd + sped.size());
   for (std::size_t i = 0; i < sped.size(); ++i) velocity[i] += sped[i];
   cluster.set_motion(velocity.data());
-  for (int k = 0; k < cluster.loop_count(); ++k) {
-    if (cluster.rates_vanish(k, velocity.data()) ||
+  for (int k = 0; k < cluster.constraint_count(); ++k) {
+    if (cluster.constraint_rates_vanish(k, velocity.data()) ||
         (!result.consistent && cluster.rate(k).size <= result.rate.size))
       continue;
     result.consistent = false;
     result.rate = cluster.rate(k);
-    if (result.closed) result.loop = cluster.loop(k).loop;
+    if (result.closed) result.constraint = cluster.constraint(k);
   }
 }
 

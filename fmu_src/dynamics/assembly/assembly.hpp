@@ -11,7 +11,7 @@ namespace redysim {
 struct Assembly {
   bool closed = true;      // positions satisfy all loops; otherwise q and qd are not changed
   bool consistent = true;  // velocities do
-  int loop = -1;           // the loop with the largest residual, index into Model::loops
+  int constraint = -1;     // that with the largest residual: index into Model::loops, or coupling_constraint
   struct Residual {
     double size = 0;        // norm over its rows, m or rad (velocities: per s)
     bool in_angle = false;  // mainly an angle
@@ -24,6 +24,11 @@ struct Assembly {
   // per spherical joint: angle of its rotation, change of its angular velocity
   std::vector<double> ball_moved, ball_sped;
 };
+
+// Assembly::constraint of a coupling: its index after those of all loops.
+inline int coupling_constraint(const Model& model, int coupling) {
+  return static_cast<int>(model.loops.size()) + coupling;
+}
 
 // Moves q to the nearest configuration that satisfies the loops (least squares over the joints, displacements
 // of prismatic joints relative to the size of the mechanism), and qd to the nearest velocities that satisfy

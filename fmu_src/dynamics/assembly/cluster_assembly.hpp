@@ -22,7 +22,9 @@ class ClusterAssembly : public ClusterRows<double> {
   static constexpr double rounding_residual = 2e-15;  // such a configuration is not corrected
   static constexpr double accepted_residual = 1e-10;
 
-  using ClusterRows::ClusterRows;
+  ClusterAssembly(const Model& model, const Plan<double>& plan, Workspace<double>& ws,
+                  const ClusterPlan& cluster)
+      : ClusterRows(model, plan, ws, cluster), model_(model) {}
 
   // Sets the initial configuration and the unit of length; returns the norm of the residuals.
   double start(const double* q) {
@@ -105,8 +107,10 @@ class ClusterAssembly : public ClusterRows<double> {
 
   // Rows at the velocities qd; records the largest velocity so far.
   void set_motion(const double* qd) {
-    const GroundState<double> root = ground_state(ws_, cluster_.root);
-    fastest_ = std::max({fastest_, root.omega.norm(), root.velocity.norm() / size_});
+    if (has_loops()) {
+      const GroundState<double> root = ground_state(ws_, cluster_.root);
+      fastest_ = std::max({fastest_, root.omega.norm(), root.velocity.norm() / size_});
+    }
     for (int i : joints_) fastest_ = std::max(fastest_, std::abs(qd[i]) / unit(i));
     ClusterRows::set_motion(qd);
   }
@@ -135,15 +139,32 @@ class ClusterAssembly : public ClusterRows<double> {
     return true;
   }
 
-  // Residual of loop k of the cluster at the last configuration, and at the velocities of the last
+  bool rates_vanish(const CouplingPlan& at, const double* qd) const {
+    double speed = 0;
+    for (std::size_t k = 0; k < at.joints.size(); ++k)
+      speed = std::max(speed, std::abs(at.ratios[k] * qd[at.joints[k]]));
+    return std::abs(rate_[local_row(at)]) <=
+           rounding_of_rates * speed / row_unit(at) + rounding_ * fastest_;
+  }
+
+  // The loops of the cluster, then its couplings.
+  int constraint_count() const { return loop_count() + coupling_count(); }
+  // Assembly::constraint of constraint k.
+  int constraint(int k) const {
+    return k < loop_count() ? loop(k).loop : coupling_constraint(model_, coupling(k - loop_count()).coupling);
+  }
+  bool constraint_rates_vanish(int k, const double* qd) const {
+    return k < loop_count() ? rates_vanish(k, qd) : rates_vanish(coupling(k - loop_count()), qd);
+  }
+
+  // Residual of constraint k of the cluster at the last configuration, and at the velocities of the last
   // set_motion.
   Assembly::Residual gap(int k) const { return norm_of(phi_, k); }
   Assembly::Residual rate(int k) const { return norm_of(rate_, k); }
 
   // Sets the configuration z and its rows; returns the norm of the residuals.
   double residual_norm(const Vector& z) {
-    for (std::size_t j = 0; j < free_.size(); ++j)
-      set_joint_position(plan_.joints[free_[j]], z[j] * unit(free_[j]), ws_.joints[free_[j]]);
+    for (std::size_t j = 0; j < free_.size(); ++j) set_position(free_[j], z[j] * unit(free_[j]));
     set_poses();
     set_rows();
     return phi_.norm();
@@ -158,8 +179,12 @@ class ClusterAssembly : public ClusterRows<double> {
   static constexpr double on_branch = 1e-10;        // n^T J' v relative to the squared velocity: rounding
   static constexpr double branch_residual = 1e-13;  // after the correction
 
-  // Norm over the rows of loop k, in m or rad.
+  // Norm over the rows of constraint k, in m or rad.
   Assembly::Residual norm_of(const Vector& rows, int k) const {
+    if (k >= loop_count()) {
+      const CouplingPlan& at = coupling(k - loop_count());
+      return {std::abs(rows[local_row(at)]) * row_unit(at), turns(plan_.joints[at.joints.front()])};
+    }
     double distance = 0, angle = 0;
     for (std::size_t r = 0; r < loop(k).rows.size(); ++r) {
       const double value = rows[local_row(k, r)];
@@ -271,7 +296,7 @@ class ClusterAssembly : public ClusterRows<double> {
   // n^T J' v per column n of `null`.
   Vector null_accelerations(const Matrix& null, const std::vector<double>& qd) {
     set_motion(qd.data());
-    set_accelerations(qd.data());
+    if (has_loops()) set_accelerations(qd.data());
     Vector sum = Vector::Zero(null.cols());
     for (int k = 0; k < cluster_.loop_count; ++k) {
       const LoopGeometry<double> g = loop_geometry(loop(k), ws_);
@@ -332,6 +357,7 @@ class ClusterAssembly : public ClusterRows<double> {
     return all;
   }
 
+  const Model& model_;
   Vector z_start_;
   double fastest_ = 1;                        // largest velocity so far, rad/s or sizes/s
   std::vector<Motion<double>> acceleration_;  // along the ground's axes

@@ -3,22 +3,27 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <set>
 
+#include "dynamics/loops/coupling_crossings.hpp"
 #include "dynamics/loops/front_builder.hpp"
 #include "math/dual.hpp"
 #include "math/recorded.hpp"
 #include "model/loop_rows_of.hpp"
+#include "model/motion_scale.hpp"
 
 namespace redysim {
 
 namespace {
 
-// The path of one loop by joint indices.
+// The path of one loop or rigid coupling by joint indices.
 struct LoopPath {
-  int loop = 0;
+  int loop = -1;      // index into Model::loops; -1: a coupling
+  int coupling = -1;  // index into Model::couplings; -1: a loop
   int body_a = ground, body_b = ground;
   int meeting = ground;                 // last common body; ground for rows with ground directions
-  std::vector<int> joints_a, joints_b;  // from each end up to (not including) the meeting body
+  std::vector<int> joints_a, joints_b;  // from each end up to (not including) the meeting body; of a coupling
+                                        // all in joints_a, descending
 };
 
 class ClusterBuilder {
@@ -27,6 +32,8 @@ class ClusterBuilder {
                  const std::vector<LoopRows>& rows)
       : parents_(parents) {
     for (std::size_t k = 0; k < model.loops.size(); ++k) paths_.push_back(path_of(model, carrier, rows, k));
+    for (std::size_t k = 0; k < model.couplings.size(); ++k)
+      if (model.couplings[k].rigid()) paths_.push_back(coupling_path(model, carrier, k));
     group();
   }
 
@@ -79,6 +86,29 @@ class ClusterBuilder {
     return path;
   }
 
+  // From the coupled joints to the deepest body inboard of all of them.
+  LoopPath coupling_path(const Model& model, const std::vector<int>& carrier, std::size_t k) const {
+    LoopPath path;
+    path.coupling = static_cast<int>(k);
+    std::set<int, std::greater<int>> outer;  // bodies that are not yet at the meeting body
+    for (int link : model.couplings[k].links) path.joints_a.push_back(carrier[link]);
+    for (int joint : path.joints_a) outer.insert(parents_[joint]);
+    while (outer.size() > 1) {
+      const int body = *outer.begin();
+      path.joints_a.push_back(body);
+      outer.erase(body);
+      outer.insert(parents_[body]);
+    }
+    path.meeting = *outer.begin();
+    sort_joints(path.joints_a);
+    return path;
+  }
+
+  static void sort_joints(std::vector<int>& joints) {
+    std::sort(joints.begin(), joints.end(), std::greater<int>());
+    joints.erase(std::unique(joints.begin(), joints.end()), joints.end());
+  }
+
   // Loops that share a joint form a cluster (union-find over joints).
   void group() {
     std::vector<int> leader(parents_.size());
@@ -119,8 +149,7 @@ class ClusterBuilder {
       const std::vector<int> shared = shared_joints(path, group.root);
       group.joints.insert(group.joints.end(), shared.begin(), shared.end());
     }
-    std::sort(group.joints.begin(), group.joints.end(), std::greater<int>());
-    group.joints.erase(std::unique(group.joints.begin(), group.joints.end()), group.joints.end());
+    sort_joints(group.joints);
   }
 
   // Breadth-first from a loop of lowest degree (Cuthill and McKee 1969): a narrow envelope of S.
@@ -189,7 +218,24 @@ LoopPlan<Scalar> loop_plan(const Model& model, const Plan<Scalar>& plan, const L
   return out;
 }
 
-// The loops of the cluster are plan.loops from cluster.first_loop on, in the order of `paths`.
+template <class Scalar>
+CouplingPlan coupling_plan(const Model& model, const Plan<Scalar>& plan, const LoopPath& path) {
+  const Coupling& given = model.couplings[static_cast<std::size_t>(path.coupling)];
+  CouplingPlan out;
+  out.coupling = path.coupling;
+  out.root = path.meeting;
+  out.ratios = given.ratios;
+  out.offset = given.offset;
+  const Parameters<double> parameters = parameters_of(model);
+  for (int link : given.links) {
+    out.joints.push_back(plan.carrier[link]);
+    out.units.push_back(motion_scale(model, parameters, link));
+  }
+  return out;
+}
+
+// The loops and couplings of the cluster are plan.loops from cluster.first_loop on and plan.couplings from
+// cluster.first_coupling on, in the order of `paths`.
 template <class Scalar>
 void add_crossings(const Plan<Scalar>& plan, const ClusterBuilder& builder, const std::vector<int>& paths,
                    ClusterPlan& cluster) {
@@ -198,18 +244,27 @@ void add_crossings(const Plan<Scalar>& plan, const ClusterBuilder& builder, cons
   };
   for (int joint : cluster.joints) {
     cluster.crossing_begin.push_back(static_cast<int>(cluster.crossings.size()));
-    for (std::size_t k = 0; k < paths.size(); ++k) {
-      const LoopPath& path = builder.path(paths[k]);
+    int next_loop = cluster.first_loop, next_coupling = cluster.first_coupling;
+    for (int index : paths) {
+      const LoopPath& path = builder.path(index);
+      const int at = path.loop < 0 ? next_coupling++ : next_loop++;
       const bool on_a = contains(path.joints_a, joint), on_b = contains(path.joints_b, joint);
       const bool shared = contains(builder.shared_joints(path, cluster.root), joint) || (on_a && on_b);
       if (!on_a && !on_b && !shared) continue;
-      const LoopPlan<Scalar>& loop = plan.loops[cluster.first_loop + k];
+      if (path.loop < 0) {
+        cluster.crossings.push_back(coupling_crossing(plan.couplings[static_cast<std::size_t>(at)], joint));
+        continue;
+      }
+      const LoopPlan<Scalar>& loop = plan.loops[static_cast<std::size_t>(at)];
       for (int row = loop.first_row; row < loop.first_row + static_cast<int>(loop.rows.size()); ++row)
-        cluster.crossings.push_back({row, cluster.first_loop + static_cast<int>(k), shared || on_a ? 0 : 1,
-                                     row == loop.first_row, shared, joint == path.meeting});
+        cluster.crossings.push_back(
+            {row, at, shared || on_a ? 0 : 1, row == loop.first_row, shared, joint == path.meeting});
     }
   }
   cluster.crossing_begin.push_back(static_cast<int>(cluster.crossings.size()));
+  CouplingWrenches wrenches;
+  add_wrenches(cluster, wrenches);
+  set_inboard_wrenches(cluster, plan, wrenches);
 }
 
 // Rows are coupled within a loop and with each loop that crosses a common joint.
@@ -306,14 +361,19 @@ void add_cluster(const Model& model, const std::vector<LoopRows>& rows, const Cl
   cluster.root = group.root;
   cluster.joints = group.joints;
   cluster.first_loop = static_cast<int>(plan.loops.size());
-  cluster.loop_count = static_cast<int>(group.paths.size());
   if (!plan.clusters.empty()) {
     const ClusterPlan& last = plan.clusters.back();
     cluster.first_row = last.first_row + last.row_count;
     cluster.first_crossing = last.first_crossing + static_cast<int>(last.crossings.size());
   }
+  cluster.first_coupling = static_cast<int>(plan.couplings.size());
   for (int index : group.paths) {
     const LoopPath& path = builder.path(index);
+    if (path.loop < 0) {
+      plan.couplings.push_back(coupling_plan(model, plan, path));
+      plan.couplings.back().row = cluster.first_row + cluster.row_count++;
+      continue;
+    }
     LoopPlan<Scalar> loop = loop_plan(model, plan, path, rows[path.loop]);
     loop.root = path.meeting;
     loop.first_row = cluster.first_row + cluster.row_count;
@@ -322,6 +382,8 @@ void add_cluster(const Model& model, const std::vector<LoopRows>& rows, const Cl
     mark_pose(plan, loop.body_b);
     plan.loops.push_back(loop);
   }
+  cluster.loop_count = static_cast<int>(plan.loops.size()) - cluster.first_loop;
+  cluster.coupling_count = static_cast<int>(plan.couplings.size()) - cluster.first_coupling;
   add_crossings(plan, builder, group.paths, cluster);
   set_envelope(cluster);
   plan.clusters.push_back(cluster);
@@ -346,16 +408,16 @@ template <class Scalar>
 void build_clusters(const Model& model, Plan<Scalar>& plan) {
   bool ground_axes = false;
   for (const auto& port : plan.ports) ground_axes = ground_axes || port.in_ground_axes;
-  if (model.loops.empty() && model.springs.empty() && plan.contact_pairs.empty() && !ground_axes) return;
-  plan.needs_pose.assign(plan.joints.size(), 0);
+  if (!model.loops.empty() || !model.springs.empty() || !plan.contact_pairs.empty() || ground_axes)
+    plan.needs_pose.assign(plan.joints.size(), 0);
   mark_poses_of_springs_contacts_and_ports(plan);
-  if (!features::loops || model.loops.empty()) return;
+  if (!features::loops || (model.loops.empty() && model.couplings.empty())) return;
   std::vector<int> parents;
   for (const auto& joint : plan.joints) parents.push_back(joint.parent);
   const std::vector<LoopRows> rows = loop_rows_of(model);
   const ClusterBuilder builder(model, parents, plan.carrier, rows);
   for (const auto& group : builder.groups()) add_cluster(model, rows, builder, group, plan);
-  set_elimination(plan);
+  if (!plan.clusters.empty()) set_elimination(plan);
 }
 
 template void build_clusters<double>(const Model&, Plan<double>&);

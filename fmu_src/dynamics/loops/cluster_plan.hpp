@@ -5,9 +5,9 @@
 #include "math/vec3.hpp"
 #include "model/model.hpp"
 
-// Closed loops prepared for the recursion. Loops that share a joint form a cluster. A cluster is eliminated
-// when the recursion arrives at its root body, so clusters are independent of each other. Within a cluster
-// two rows are coupled only if their paths share a joint.
+// Closed loops and rigid couplings prepared for the recursion. Those that share a joint form a cluster. A
+// cluster is eliminated when the recursion arrives at its root body, so clusters are independent of each
+// other. Within a cluster two rows are coupled only if their paths share a joint.
 
 namespace redysim {
 
@@ -31,21 +31,44 @@ struct LoopPlan {
   std::vector<ConstraintRow<Scalar>> rows;
 };
 
-// The transmission of one row's wrench over one joint, on the way from a side of its loop to the cluster's
-// root.
+// y = sum of ratios[k] q[joints[k]] - offset.
+struct CoupledJoints {
+  int coupling = 0;  // index into Model::couplings
+  std::vector<int> joints;
+  std::vector<double> ratios;
+  double offset = 0;
+};
+
+// A rigid coupling: the row y = 0.
+struct CouplingPlan : CoupledJoints {
+  int root = ground;          // the deepest body inboard of all its joints
+  int row = 0;                // global index
+  std::vector<double> units;  // per joint: 1 rad, or the scale of a prismatic joint, m
+};
+
+// The transmission of one row's wrench over one joint, on the way to the cluster's root: from a side of its
+// loop, or from all coupled joints outboard. The row of a coupling has no wrench at first, but its ratio as
+// a lever of its own on each coupled joint.
 struct RowCrossing {
   int row = 0;         // global index
-  int loop = 0;        // global index
+  int loop = 0;        // global index; -1: of a coupling
   int side = 0;        // 0: a, 1: b
   bool first = false;  // of the crossings of its loop at this joint, which follow each other
   bool merge = false;  // the two sides have met at or before this joint's body; their sum is side 0
   bool root = false;   // this joint's body is the root of the loop
+  // of a coupling:
+  double ratio = 0;  // of this joint
+  int wrench = 0;    // of the row on this joint's body, index into LoopState::coupling_wrench
+  int inboard = -1;  // the same on the parent, to which it is added; -1: the root
+
+  bool of_coupling() const { return loop < 0; }
 };
 
-// Loops and rows of a cluster have consecutive global indices.
+// Loops, couplings and rows of a cluster have consecutive global indices.
 struct ClusterPlan {
   int root = ground;  // the body at which all its paths end
   int first_loop = 0, loop_count = 0;
+  int first_coupling = 0, coupling_count = 0;
   int first_row = 0, row_count = 0;
   bool split = false;               // into fronts, which are used while all rows are independent
   int first_crossing = 0;           // index among the crossings of all clusters
@@ -62,7 +85,8 @@ struct FrontPlan {
   int root = ground;
   std::vector<int> rows;               // eliminated here, global indices
   std::vector<int> open;               // open rows that are coupled to them, global indices
-  std::vector<int> open_side;          // per open row: the side of its loop at the root
+  std::vector<int> open_side;          // per open row: the side of its loop at the root; -1: of a coupling
+  std::vector<int> open_wrench;        // per open row of a coupling: its wrench on the root's body
   std::vector<int> open_entries;       // matrix entry of each pair (n, m <= n) of open rows, all fronts
   std::vector<int> joints;             // below the root and not eliminated by a deeper front, descending
   std::vector<int> crossing_begin;     // per joint (+1): its first crossing

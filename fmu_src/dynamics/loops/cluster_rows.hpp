@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "dynamics/bias.hpp"
-#include "dynamics/loops/loop_rows.hpp"
+#include "dynamics/loops/coupling_rows.hpp"
 #include "math/dual.hpp"
 
 namespace redysim {
@@ -29,6 +29,8 @@ class ClusterRows {
       column_[*joint] = static_cast<int>(free_.size());
       free_.push_back(*joint);
     }
+    q_.assign(plan.joints.size(), Scalar(0));
+    qd_ = q_;
     phi_.resize(cluster.row_count);
     rate_.resize(cluster.row_count);
     J_.resize(cluster.row_count, static_cast<Eigen::Index>(free_.size()));
@@ -39,7 +41,9 @@ class ClusterRows {
   double unit(int joint) const { return turns(plan_.joints[joint]) ? 1.0 : size_; }
   double rounding() const { return rounding_; }
   const LoopPlan<Scalar>& loop(int k) const { return plan_.loops[cluster_.first_loop + k]; }
+  const CouplingPlan& coupling(int k) const { return plan_.couplings[cluster_.first_coupling + k]; }
   int loop_count() const { return cluster_.loop_count; }
+  int coupling_count() const { return cluster_.coupling_count; }
 
   const Rows& residuals() const { return phi_; }
   const Rows& rates() const { return rate_; }
@@ -47,7 +51,7 @@ class ClusterRows {
 
   // q: per joint of the plan.
   void set_pose(const Scalar* q) {
-    for (int i : joints_) set_joint_position(plan_.joints[i], q[i], ws_.joints[i]);
+    for (int i : joints_) set_position(i, q[i]);
     set_poses();
   }
 
@@ -56,6 +60,7 @@ class ClusterRows {
   // bodies, without a derivative (NaN).
   Scalar measure() {
     using std::sqrt;
+    if (!has_loops()) return measure_couplings();
     const Vec3<Scalar> root =
         cluster_.root == ground ? Vec3<Scalar>(Vec3<Scalar>::Zero()) : ws_.ground[cluster_.root].position;
     Scalar squared(0);
@@ -83,8 +88,12 @@ class ClusterRows {
 
   // qd: per joint of the plan.
   void set_motion(const Scalar* qd) {
-    for (int i : joints_)
-      ws_.ground[i] = moved(plan_.joints[i], ws_.joints[i], ground_state(ws_, plan_.joints[i].parent), qd[i]);
+    for (int i : joints_) {
+      qd_[i] = qd[i];
+      if (has_loops())
+        ws_.ground[i] =
+            moved(plan_.joints[i], ws_.joints[i], ground_state(ws_, plan_.joints[i].parent), qd[i]);
+    }
     set_rows();
   }
 
@@ -105,9 +114,47 @@ class ClusterRows {
         add_path(row, at.body_b, values.on_b, scale);
       }
     }
+    for (int k = 0; k < cluster_.coupling_count; ++k) set_coupling_row(coupling(k));
   }
 
  protected:
+  bool has_loops() const { return cluster_.loop_count > 0; }
+
+  void set_position(int joint, const Scalar& q) {
+    q_[joint] = q;
+    set_joint_position(plan_.joints[joint], q, ws_.joints[joint]);
+  }
+
+  // Without loops there are no points: the unit of length is the largest scale of a prismatic joint.
+  Scalar measure_couplings() {
+    size_ = 0;
+    for (int k = 0; k < cluster_.coupling_count; ++k)
+      for (std::size_t n = 0; n < coupling(k).joints.size(); ++n)
+        if (!turns(plan_.joints[coupling(k).joints[n]])) size_ = std::max(size_, coupling(k).units[n]);
+    if (size_ == 0) size_ = 1;
+    row_size_ = 1;
+    rounding_ = 1e-13;
+    return Scalar(size_);
+  }
+
+  // Divided by the largest lever in units of the joints.
+  double row_unit(const CouplingPlan& row) const {
+    double largest = 0;
+    for (std::size_t k = 0; k < row.joints.size(); ++k)
+      largest = std::max(largest, std::abs(row.ratios[k]) * unit(row.joints[k]));
+    return largest;
+  }
+
+  void set_coupling_row(const CouplingPlan& at) {
+    const double scale = 1 / row_unit(at);
+    const int row = local_row(at);
+    phi_[row] = coupling_sum(at, q_.data(), at.offset) * scale;
+    rate_[row] = coupling_sum(at, qd_.data(), 0.0) * scale;
+    for (std::size_t k = 0; k < at.joints.size(); ++k)
+      if (column_[at.joints[k]] >= 0)
+        J_(row, column_[at.joints[k]]) += at.ratios[k] * unit(at.joints[k]) * scale;
+  }
+
   static bool is_rotation(const ConstraintRow<Scalar>& row) {
     return row.kind == ConstraintRow<Scalar>::Kind::rotation;
   }
@@ -115,6 +162,8 @@ class ClusterRows {
   int local_row(int k, std::size_t r) const {
     return loop(k).first_row - cluster_.first_row + static_cast<int>(r);
   }
+
+  int local_row(const CouplingPlan& at) const { return at.row - cluster_.first_row; }
 
   // The largest radius of gyration of a body about its origin, m.
   double body_extent() const {
@@ -128,6 +177,7 @@ class ClusterRows {
   }
 
   void set_poses() {
+    if (!has_loops()) return;
     for (int i : joints_)
       ws_.ground[i] =
           moved(plan_.joints[i], ws_.joints[i], ground_state(ws_, plan_.joints[i].parent), Scalar(0));
@@ -149,6 +199,7 @@ class ClusterRows {
   double size_ = 0;                 // m
   double row_size_ = 0;             // a power of two near size_: division without rounding
   double rounding_ = 0;             // of J_, whose entries are at most about 1
+  std::vector<Scalar> q_, qd_;      // per joint of the plan
   Rows phi_, rate_;
   Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> J_;
 };

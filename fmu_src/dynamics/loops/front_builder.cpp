@@ -2,16 +2,20 @@
 
 #include <algorithm>
 
+#include "dynamics/loops/coupling_crossings.hpp"
+
 namespace redysim {
 
 namespace {
 
-// One loop of a cluster by joint and row indices.
+// One loop or coupling of a cluster by joint and row indices.
 struct FrontLoop {
-  int loop = 0;  // index into Plan::loops
+  int loop = -1;                           // index into Plan::loops; -1: a coupling
+  const CouplingPlan* coupling = nullptr;  // null: a loop
   int root = ground;
   int first_row = 0, row_count = 0;
-  std::vector<int> joints_a, joints_b;  // from each end up to (not including) the root
+  std::vector<int> joints_a, joints_b;  // from each end up to (not including) the root; of a coupling all in
+                                        // joints_a
 
   bool on_a(int joint) const { return std::count(joints_a.begin(), joints_a.end(), joint) > 0; }
   bool on_b(int joint) const { return std::count(joints_b.begin(), joints_b.end(), joint) > 0; }
@@ -32,12 +36,29 @@ FrontLoop front_loop(const Plan<double>& plan, int index) {
   return path;
 }
 
+FrontLoop front_coupling(const Plan<double>& plan, const CouplingPlan& coupling) {
+  FrontLoop path;
+  path.coupling = &coupling;
+  path.root = coupling.root;
+  path.first_row = coupling.row;
+  path.row_count = 1;
+  for (int joint : coupling.joints)
+    for (; joint != coupling.root && !path.on_a(joint); joint = plan.joints[joint].parent)
+      path.joints_a.push_back(joint);
+  return path;
+}
+
 // The fronts of one cluster, deepest first.
 class FrontBuilder {
  public:
   FrontBuilder(const Plan<double>& plan, const ClusterPlan& cluster)
-      : joints_(cluster.joints), first_row_(cluster.first_row), front_of_row_(cluster.row_count) {
+      : plan_(plan),
+        joints_(cluster.joints),
+        first_row_(cluster.first_row),
+        front_of_row_(cluster.row_count) {
     for (int k = 0; k < cluster.loop_count; ++k) loops_.push_back(front_loop(plan, cluster.first_loop + k));
+    for (int k = 0; k < cluster.coupling_count; ++k)
+      loops_.push_back(front_coupling(plan, plan.couplings[cluster.first_coupling + k]));
     make_fronts();
     std::vector<int> parents;
     for (const auto& joint : plan.joints) parents.push_back(joint.parent);
@@ -55,7 +76,14 @@ class FrontBuilder {
       next_crossing += static_cast<int>(front.crossings.size());
       next_entry += static_cast<int>((front.rows.size() + front.open.size()) * front.rows.size());
     }
+    CouplingWrenches wrenches;
+    for (FrontPlan& front : fronts_) add_wrenches(front, wrenches);
     for (FrontPlan& front : fronts_) {
+      set_inboard_wrenches(front, plan_, wrenches);
+      for (int row : front.open) {
+        const auto found = wrenches.find({row, front.root});
+        front.open_wrench.push_back(found == wrenches.end() ? -1 : found->second);
+      }
       std::vector<int> rows;
       for (std::size_t k = 0; k < front.joints.size(); ++k) {
         rows.clear();
@@ -137,6 +165,10 @@ class FrontBuilder {
       front.crossing_begin.push_back(static_cast<int>(front.crossings.size()));
       for (const FrontLoop& loop : loops_) {
         if (!loop.crosses(joint)) continue;
+        if (loop.coupling) {
+          front.crossings.push_back(coupling_crossing(*loop.coupling, joint));
+          continue;
+        }
         const bool shared = loop.on_a(joint) && loop.on_b(joint);
         for (int row = 0; row < loop.row_count; ++row)
           front.crossings.push_back(
@@ -158,7 +190,7 @@ class FrontBuilder {
         if (!has_coupling) continue;
         for (int row = 0; row < loop.row_count; ++row) {
           front.open.push_back(loop.first_row + row);
-          front.open_side.push_back(loop.on_a(front.root) ? 0 : 1);
+          front.open_side.push_back(loop.coupling ? -1 : loop.on_a(front.root) ? 0 : 1);
         }
       }
     }
@@ -192,6 +224,7 @@ class FrontBuilder {
     return static_cast<int>(front.rows.size() + (open - front.open.begin()));
   }
 
+  const Plan<double>& plan_;
   std::vector<int> joints_;
   int first_row_;
   std::vector<std::size_t> front_of_row_;

@@ -16,6 +16,37 @@
 
 namespace redysim {
 
+// Eliminates joint i from a row of a loop; `share` receives u_r^2 / D with the bounds of the levers.
+template <class Scalar>
+Scalar eliminate_from_loop(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i,
+                           const RowCrossing& crossing, Scalar& share) {
+  const JointState<Scalar>& s = ws.joints[i];
+  LoopState<Scalar>& state = ws.loop;
+  Force<Scalar>& w = state.wrench[crossing.side][crossing.row];
+  if (crossing.merge) {
+    add(w, state.wrench[1][crossing.row]);
+    state.wrench[1][crossing.row] = Force<Scalar>::zero();
+  }
+  if (crossing.root) {
+    w.moment += state.K[crossing.row].moment;
+    state.K[crossing.row] = Force<Scalar>::zero();
+  }
+  // where the sides of a loop have met, their wrenches cancel: the largest bounds before that are used
+  Scalar squared[] = {state.squared_bound[0][crossing.row], state.squared_bound[1][crossing.row]};
+  if (!crossing.merge) {
+    LinkPath<Scalar>& path = state.path[crossing.side][crossing.loop];
+    if (crossing.first) path.extend_to(ws.ground[i].position);
+    squared[0] = squared_moment_bound(path.length, state.squared_moment_rounding[crossing.row], w);
+    squared[1] = w.force.squaredNorm();
+    for (int part = 0; part < 2; ++part) {
+      Scalar& largest = state.squared_bound[part][crossing.row];
+      if (squared[part] > largest) largest = squared[part];
+    }
+  }
+  share = largest_squared(plan.joints[i], squared[0], squared[1]) * s.D_inverse;
+  return eliminate_from_row(plan.joints[i], s, 0, w, state.b[crossing.row]);
+}
+
 // Eliminates joint k of the cluster from all rows that cross it (5).
 template <class Scalar>
 void eliminate_from_cluster_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t cluster_index,
@@ -28,31 +59,11 @@ void eliminate_from_cluster_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws
   const int begin = cluster.crossing_begin[k], end = cluster.crossing_begin[k + 1];
   for (int n = begin; n < end; ++n) {
     const RowCrossing& crossing = cluster.crossings[n];
-    Force<Scalar>& w = state.wrench[crossing.side][crossing.row];
-    if (crossing.merge) {
-      add(w, state.wrench[1][crossing.row]);
-      state.wrench[1][crossing.row] = Force<Scalar>::zero();
-    }
-    if (crossing.root) {
-      w.moment += state.K[crossing.row].moment;
-      state.K[crossing.row] = Force<Scalar>::zero();
-    }
-    // where the sides of a loop have met, their wrenches cancel: the largest bounds before that are used
-    Scalar squared[] = {state.squared_bound[0][crossing.row], state.squared_bound[1][crossing.row]};
-    if (!crossing.merge) {
-      LinkPath<Scalar>& path = state.path[crossing.side][crossing.loop];
-      if (crossing.first) path.extend_to(ws.ground[i].position);
-      squared[0] = squared_moment_bound(path.length, state.squared_moment_rounding[crossing.row], w);
-      squared[1] = w.force.squaredNorm();
-      for (int part = 0; part < 2; ++part) {
-        Scalar& largest = state.squared_bound[part][crossing.row];
-        if (squared[part] > largest) largest = squared[part];
-      }
-    }
-    const Scalar share = largest_squared(plan.joints[i], squared[0], squared[1]) * s.D_inverse;
-    state.crossing_scale[cluster.first_crossing + n] = share;
+    Scalar& share = state.crossing_scale[cluster.first_crossing + n];
+    const Scalar u_row = crossing.of_coupling()
+                             ? eliminate_from_coupling(plan.joints[i], s, crossing, state, share)
+                             : eliminate_from_loop(plan, ws, i, crossing, share);
     state.scale[crossing.row] += share;
-    const Scalar u_row = eliminate_from_row(plan.joints[i], s, w, state.b[crossing.row]);
     state.crossing_u[cluster.first_crossing + n] = u_row;
     for (int m = begin; m <= n; ++m) {
       const int other = cluster.crossings[m].row - cluster.first_row, row = crossing.row - cluster.first_row;
@@ -133,6 +144,7 @@ void start_elimination(const Plan<Scalar>& plan, LoopState<Scalar>& state) {
     if (!is_by_fronts(plan, state, c)) state.S[c].set_zero();
   for (auto* sum : {&state.scale, &state.squared_bound[0], &state.squared_bound[1]})
     std::fill(sum->begin(), sum->end(), Scalar(0));
+  std::fill(state.coupling_wrench.begin(), state.coupling_wrench.end(), Force<Scalar>::zero());
   if (plan.may_have_fronts && state.by_fronts) start_fronts(state);
 }
 

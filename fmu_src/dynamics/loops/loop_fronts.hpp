@@ -17,12 +17,12 @@
 namespace redysim {
 
 // Eliminates the acceleration of joint i from a row and transmits the row's wrench w over the joint, with
-// u_r = S_i^T w, which is returned:
+// u_r = S_i^T w + ratio (the lever of a coupling), which is returned:
 //   b -= (w - U u_r / D) . c + u_r u / D,   w <- X^T (w - U u_r / D),   S_rs += u_r u_s / D           (5)
 template <class Scalar>
-Scalar eliminate_from_row(const JointPlan<Scalar>& joint, const JointState<Scalar>& s, Force<Scalar>& w,
-                          Scalar& b) {
-  const Scalar u_row = generalized_force(joint, w);
+Scalar eliminate_from_row(const JointPlan<Scalar>& joint, const JointState<Scalar>& s, double ratio,
+                          Force<Scalar>& w, Scalar& b) {
+  const Scalar u_row = generalized_force(joint, w) + ratio;
   const Scalar scaled = u_row * s.D_inverse;
   w.moment -= s.U.moment * scaled;
   w.force -= s.U.force * scaled;
@@ -31,10 +31,44 @@ Scalar eliminate_from_row(const JointPlan<Scalar>& joint, const JointState<Scala
   return u_row;
 }
 
+// Eliminates joint i from the row of a coupling and adds its wrench to that on the parent. `scale` receives
+// u_r^2 / D with the bounds of the levers.
+template <class Scalar>
+Scalar eliminate_from_coupling(const JointPlan<Scalar>& joint, const JointState<Scalar>& s,
+                               const RowCrossing& crossing, LoopState<Scalar>& state, Scalar& scale) {
+  Force<Scalar>& w = state.coupling_wrench[crossing.wrench];
+  scale = (largest_squared(joint, w.moment.squaredNorm(), w.force.squaredNorm()) +
+           crossing.ratio * crossing.ratio) *
+          s.D_inverse;
+  const Scalar u_row = eliminate_from_row(joint, s, crossing.ratio, w, state.b[crossing.row]);
+  add(crossing.inboard < 0 ? state.wrench[0][crossing.row] : state.coupling_wrench[crossing.inboard], w);
+  return u_row;
+}
+
 template <class Scalar>
 void start_fronts(LoopState<Scalar>& state) {
   std::fill(state.front_entries.begin(), state.front_entries.end(), Scalar(0));
   std::fill(state.diagonal.begin(), state.diagonal.end(), Scalar(0));
+}
+
+// Eliminates joint i from a row of a loop in a front.
+template <class Scalar>
+Scalar eliminate_from_loop(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i,
+                           const RowCrossing& crossing) {
+  const JointState<Scalar>& s = ws.joints[i];
+  LoopState<Scalar>& state = ws.loop;
+  Force<Scalar>& w = state.wrench[crossing.side][crossing.row];
+  if (crossing.merge) {
+    add(w, state.wrench[1][crossing.row]);
+    state.wrench[1][crossing.row] = Force<Scalar>::zero();
+  } else {
+    LinkPath<Scalar>& path = state.path[crossing.side][crossing.loop];
+    if (crossing.first) path.extend_to(ws.ground[i].position);
+    state.scale[crossing.row] +=
+        squared_lever_bound(plan.joints[i], path.length, state.squared_moment_rounding[crossing.row], w) *
+        s.D_inverse;
+  }
+  return eliminate_from_row(plan.joints[i], s, 0, w, state.b[crossing.row]);
 }
 
 // Eliminates joint k of the front from all rows that cross it. `entry` points into front.entries; returns its
@@ -48,19 +82,13 @@ const int* eliminate_from_front_rows(const Plan<Scalar>& plan, Workspace<Scalar>
   Scalar* u = state.front_u.data() + front.first_crossing;
   for (int n = begin; n < end; ++n) {
     const RowCrossing& crossing = front.crossings[n];
-    Force<Scalar>& w = state.wrench[crossing.side][crossing.row];
-    if (crossing.merge) {
-      add(w, state.wrench[1][crossing.row]);
-      state.wrench[1][crossing.row] = Force<Scalar>::zero();
+    if (crossing.of_coupling()) {
+      Scalar share;
+      u[n] = eliminate_from_coupling(plan.joints[i], s, crossing, state, share);
+      state.scale[crossing.row] += share;
+    } else {
+      u[n] = eliminate_from_loop(plan, ws, i, crossing);
     }
-    if (!crossing.merge) {
-      LinkPath<Scalar>& path = state.path[crossing.side][crossing.loop];
-      if (crossing.first) path.extend_to(ws.ground[i].position);
-      state.scale[crossing.row] +=
-          squared_lever_bound(plan.joints[i], path.length, state.squared_moment_rounding[crossing.row], w) *
-          s.D_inverse;
-    }
-    u[n] = eliminate_from_row(plan.joints[i], s, w, state.b[crossing.row]);
     const Scalar scaled = u[n] * s.D_inverse;
     state.diagonal[crossing.row] += scaled * u[n];
     for (int m = begin; m <= n; ++m) state.front_entries[*entry++] += scaled * u[m];
@@ -131,9 +159,12 @@ void substitute_wrenches(const FrontPlan& front, LoopState<Scalar>& state) {
     K.moment /= row[i];
     K.force /= row[i];
   }
-  for (std::size_t n = 0; n < front.open.size(); ++n, row += count)
-    for (std::size_t j = 0; j < count; ++j)
-      subtract(state.wrench[front.open_side[n]][front.open[n]], row[j], state.K[front.rows[j]]);
+  for (std::size_t n = 0; n < front.open.size(); ++n, row += count) {
+    const int side = front.open_side[n];
+    Force<Scalar>& open =
+        side < 0 ? state.coupling_wrench[front.open_wrench[n]] : state.wrench[side][front.open[n]];
+    for (std::size_t j = 0; j < count; ++j) subtract(open, row[j], state.K[front.rows[j]]);
+  }
 }
 
 // S_open -= C C^T.

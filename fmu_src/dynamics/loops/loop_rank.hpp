@@ -73,6 +73,23 @@ template <class Scalar>
   }
 }
 
+// Levers of the couplings of a cluster and their bounds: the ratios.
+template <class Scalar>
+[[gnu::cold]] void add_coupling_levers(const Plan<Scalar>& plan, const ClusterPlan& cluster, Scalar* J,
+                                       Scalar* bound) {
+  const std::size_t columns = cluster.joints.size();
+  for (std::size_t column = 0; column < columns; ++column) {
+    if (plan.joints[cluster.joints[column]].prescribed) continue;
+    for (int n = cluster.crossing_begin[column]; n < cluster.crossing_begin[column + 1]; ++n) {
+      const RowCrossing& crossing = cluster.crossings[n];
+      const std::size_t at = static_cast<std::size_t>(crossing.row - cluster.first_row) * columns + column;
+      if (!crossing.of_coupling()) continue;
+      J[at] = crossing.ratio;
+      bound[at] = std::abs(crossing.ratio);
+    }
+  }
+}
+
 // Levers J of all rows of a cluster and their bounds, from the geometry alone. Each column is divided by its
 // largest bound among position rows.
 template <class Scalar>
@@ -100,6 +117,7 @@ template <class Scalar>
         if (bound[begin + c] > unit[c]) unit[c] = bound[begin + c];
     }
   }
+  add_coupling_levers(plan, cluster, J, bound);
   for (std::size_t n = 0; n < rows * columns; ++n) {
     if (!(unit[n % columns] > Scalar(0))) continue;
     J[n] /= unit[n % columns];

@@ -156,7 +156,7 @@ LoopMagnitudes loop_magnitudes(const Plan<Scalar>& plan, const Workspace<Scalar>
   return size;
 }
 
-// Residual and rate alone, after a correction of q or qd; does not change the elimination in the workspace.
+// Residuals and rates of the rows of loops, and the magnitudes of their terms.
 template <class Scalar>
 void set_loop_residuals(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
   for (const auto& loop : plan.loops) {
@@ -174,8 +174,8 @@ void set_loop_residuals(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
   }
 }
 
-// Largest constraint violation after set_loop_residuals. Each row is relative to the magnitude of the terms
-// of its residual (or rate): 1e-16 is rounding for any size of the mechanism.
+// Largest constraint violation after set_constraint_residuals. Each row is relative to the magnitude of the
+// terms of its residual (or rate): 1e-16 is rounding for any size of the mechanism.
 template <class Scalar>
 double relative_violation(const LoopState<Scalar>& loop, bool velocity) {
   const std::vector<Scalar>& residual = velocity ? loop.rate : loop.residual;

@@ -189,7 +189,8 @@ class Writer {
 }  // namespace
 
 StraightLine straight_line(const Model& model) {
-  if (!model.loops.empty() || !model.springs.empty() || !model.contacts.empty() || !model.balls.empty())
+  if (!model.loops.empty() || !model.couplings.empty() || !model.springs.empty() || !model.contacts.empty() ||
+      !model.balls.empty())
     throw std::domain_error(
         "a straight line is for open trees without spring-dampers, contacts and spherical joints");
   StraightLine line;

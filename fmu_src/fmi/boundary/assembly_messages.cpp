@@ -59,18 +59,29 @@ std::string count(int number, const std::string& one, const std::string& many) {
   return std::to_string(number) + " " + (number == 1 ? one : many);
 }
 
+std::string constraints(const Model& model) {
+  return model.couplings.empty() ? "loop constraints" : "constraints";
+}
+
 }  // namespace
+
+ConstraintPlace constraint_at(const Model& model, int constraint) {
+  const std::size_t index = static_cast<std::size_t>(std::max(constraint, 0)), loops = model.loops.size();
+  if (index < loops) {
+    const Loop& loop = model.loops[index];
+    return {"loop '" + loop.name + "'", loop.line, loop.column};
+  }
+  const Coupling& coupling = model.couplings[index - loops];
+  return {"coupling '" + coupling.name + "'", coupling.line, coupling.column};
+}
 
 std::string failure(const Model& model, const Assembly& assembly) {
   if (assembly.closed && assembly.consistent) return {};
-  const std::string loop = "loop '" + model.loops[static_cast<std::size_t>(assembly.loop)].name + "': ";
+  const std::string at = constraint_at(model, assembly.constraint).label + ": ", them = constraints(model);
   if (!assembly.closed)
-    return loop + "no configuration satisfies the loop constraints; smallest residual " +
-           quantity(assembly.gap);
-  return loop +
-         "no velocities satisfy the loop constraints while held and prescribed joints keep theirs; smallest "
-         "residual " +
-         quantity(assembly.rate) + "/s";
+    return at + "no configuration satisfies the " + them + "; smallest residual " + quantity(assembly.gap);
+  return at + "no velocities satisfy the " + them +
+         " while held and prescribed joints keep theirs; smallest residual " + quantity(assembly.rate) + "/s";
 }
 
 std::string failure(const Model& model, const Plan<double>& plan, const Rest& rest) {
@@ -85,9 +96,9 @@ std::string failure(const Model& model, const Plan<double>& plan, const Rest& re
          " that start at rest; " + joint + " starts with a velocity";
 }
 
-std::string misfit(const Model& model, int loop, const Assembly::Residual& acceleration) {
-  return "loop '" + model.loops[static_cast<std::size_t>(loop)].name +
-         "': prescribed accelerations violate its constraints by " + quantity(acceleration) + "/s^2";
+std::string misfit(const Model& model, int constraint, const Assembly::Residual& acceleration) {
+  return constraint_at(model, constraint).label + ": prescribed accelerations violate its constraints by " +
+         quantity(acceleration) + "/s^2";
 }
 
 std::vector<std::string> corrections(const Model& model, const Plan<double>& plan, const Assembly& assembly) {
@@ -95,15 +106,15 @@ std::vector<std::string> corrections(const Model& model, const Plan<double>& pla
   const std::string moved = changes(model, plan, assembly.moved, assembly.ball_moved, ""),
                     sped = changes(model, plan, assembly.sped, assembly.ball_sped, "/s");
   if (!moved.empty())
-    sentences.push_back("initial configuration violates the loop constraints by " +
+    sentences.push_back("initial configuration violates the " + constraints(model) + " by " +
                         quantity(assembly.gap_before) + "; corrected: " + moved);
   if (sped.empty()) return sentences;
   const bool on_no_branch = assembly.rate_before.size < typed_precision;
-  sentences.push_back(
-      (on_no_branch
-           ? "initial velocities lead off the branches of this singular configuration"
-           : "initial velocities violate the loop constraints by " + quantity(assembly.rate_before) + "/s") +
-      "; corrected: " + sped);
+  sentences.push_back((on_no_branch
+                           ? "initial velocities lead off the branches of this singular configuration"
+                           : "initial velocities violate the " + constraints(model) + " by " +
+                                 quantity(assembly.rate_before) + "/s") +
+                      "; corrected: " + sped);
   return sentences;
 }
 

@@ -12,6 +12,14 @@
 
 namespace redysim {
 
+// "loop 'x'" or "coupling 'x'", and where the model file has it; `constraint`: of an Assembly, < 0: the
+// first.
+struct ConstraintPlace {
+  std::string label;
+  int line = 0, column = 0;
+};
+ConstraintPlace constraint_at(const Model& model, int constraint);
+
 // Why an assembly failed: "loop 'x': no configuration satisfies the loop constraints; smallest residual
 // 0.17 m". Empty if it succeeded.
 std::string failure(const Model& model, const Assembly& assembly);
@@ -21,7 +29,7 @@ std::string failure(const Model& model, const Assembly& assembly);
 std::vector<std::string> corrections(const Model& model, const Plan<double>& plan, const Assembly& assembly);
 
 // "loop 'x': prescribed accelerations violate its constraints by 0.05 m/s^2".
-std::string misfit(const Model& model, int loop, const Assembly::Residual& acceleration);
+std::string misfit(const Model& model, int constraint, const Assembly::Residual& acceleration);
 
 // Why no rest configuration was found: one sentence; empty if it was.
 std::string failure(const Model& model, const Plan<double>& plan, const Rest& rest);

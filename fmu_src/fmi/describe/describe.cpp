@@ -225,15 +225,16 @@ Model assembled(const ModelFile& file, const std::string& path, const Plan<doubl
   const Parameters<double> parameters = parameters_of(file.model);
   const auto [assembly, rest] = assemble_start(file.model, parameters, system, 0, y.data());
   if (plan.has_constraints()) {
-    const Loop& loop = file.model.loops[static_cast<std::size_t>(std::max(assembly.loop, 0))];
+    const ConstraintPlace at = constraint_at(file.model, assembly.constraint);
     const std::string why = failure(file.model, assembly);
-    if (!why.empty()) throw ModelError(ModelError::Reason::invalid, {{path, loop.line, loop.column, why}});
+    if (!why.empty()) throw ModelError(ModelError::Reason::invalid, {{path, at.line, at.column, why}});
     for (const std::string& text : corrections(file.model, plan, assembly))
-      warnings.push_back({path, loop.line, loop.column, text});
+      warnings.push_back({path, at.line, at.column, text});
     const Tangent::Misfit found = misfit_of_accelerations(file.model, parameters, system, 0, y.data());
-    if (found.loop >= 0) {
-      const Loop& at = file.model.loops[static_cast<std::size_t>(found.loop)];
-      warnings.push_back({path, at.line, at.column, misfit(file.model, found.loop, found.acceleration)});
+    if (found.constraint >= 0) {
+      const ConstraintPlace of = constraint_at(file.model, found.constraint);
+      warnings.push_back(
+          {path, of.line, of.column, misfit(file.model, found.constraint, found.acceleration)});
     }
   }
   const std::string no_rest = failure(file.model, plan, rest);

@@ -190,7 +190,8 @@ void Instance::report_drives() {
     log_.event(sentence(found));
   const Tangent::Misfit misfits = misfit_of_accelerations(simulation_.model, simulation_.parameters,
                                                           simulation_.system, simulation_.time, state_.y());
-  if (misfits.loop >= 0) log_.warning(misfit(simulation_.model, misfits.loop, misfits.acceleration));
+  if (misfits.constraint >= 0)
+    log_.warning(misfit(simulation_.model, misfits.constraint, misfits.acceleration));
 }
 
 // Warns of contacts that start deep in each other: their force would hurl the bodies apart.

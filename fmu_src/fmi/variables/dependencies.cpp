@@ -5,16 +5,19 @@
 namespace redysim {
 
 Components::Components(const Scene& scene)
-    : scene_(scene), leader_(plan().joints.size()), has_loop_(plan().joints.size()) {
+    : scene_(scene), leader_(plan().joints.size()), has_constraint_(plan().joints.size()) {
   for (std::size_t i = 0; i < leader_.size(); ++i) leader_[i] = static_cast<int>(i);
   for (std::size_t i = 0; i < leader_.size(); ++i) join(static_cast<int>(i), plan().joints[i].parent);
   for (const auto& spring : plan().springs) join(spring.body_a, spring.body_b);
   for (const auto& pair : plan().contact_pairs) join(pair.ball_body, pair.surface_body);
   for (const auto& loop : plan().loops) join(loop.body_a, loop.body_b);
+  for (const Coupling& coupling : scene.model.couplings)
+    for (int link : coupling.links) join(plan().carrier[coupling.links.front()], plan().carrier[link]);
   for (std::size_t i = 0; i < leader_.size(); ++i) leader_[i] = leader_of(static_cast<int>(i));
   for (const auto& loop : plan().loops)
     for (int body : {loop.body_a, loop.body_b})
-      if (body != ground) has_loop_[of(body)] = 1;
+      if (body != ground) has_constraint_[of(body)] = 1;
+  for (const auto& coupling : plan().couplings) has_constraint_[of(coupling.joints.front())] = 1;
 }
 
 int Components::leader_of(int joint) const {

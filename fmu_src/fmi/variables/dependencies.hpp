@@ -17,14 +17,14 @@ class Components {
   const Plan<double>& plan() const { return scene_.plan; }
   int of(int joint) const { return joint == ground ? ground : leader_[joint]; }
   int of(const Variable& known) const;  // component that a known acts on; ground: none
-  bool has_constraints(int component) const { return has_loop_[component]; }
+  bool has_constraints(int component) const { return has_constraint_[component]; }
 
  private:
   int leader_of(int joint) const;
   void join(int a, int b);
   Scene scene_;
   std::vector<int> leader_;
-  std::vector<char> has_loop_;  // of leaders
+  std::vector<char> has_constraint_;  // of leaders
 };
 
 // Whether `unknown` depends on `known`, an input or (in initialization mode) a parameter.

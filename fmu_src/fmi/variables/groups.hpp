@@ -36,6 +36,10 @@ struct LoopVariables {  // loop.cpp
   static const RowGroup rows;
   static const WordGroup words;
 };
+struct CouplingVariables {  // coupling.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
 struct ContactVariables {  // contact.cpp
   static const RowGroup rows;
   static const WordGroup words;
@@ -74,9 +78,9 @@ struct SolverParameters {  // solver.cpp
 };
 
 // In the order of the XML.
-using Groups =
-    std::tuple<JointMotionVariables, BallMotionVariables, JointDriveVariables, FrameVariables, LoopVariables,
-               ContactVariables, EnergyVariables, SolverHealth, JointStartValues, BallStartValues,
-               JointParameterVariables, LinkParameterVariables, ContactParameterVariables, SolverParameters>;
+using Groups = std::tuple<JointMotionVariables, BallMotionVariables, JointDriveVariables, FrameVariables,
+                          LoopVariables, CouplingVariables, ContactVariables, EnergyVariables, SolverHealth,
+                          JointStartValues, BallStartValues, JointParameterVariables, LinkParameterVariables,
+                          ContactParameterVariables, SolverParameters>;
 
 }  // namespace redysim

@@ -24,6 +24,8 @@ std::string owner_of(const Model& model, const Variable& variable) {
       return "frame '" + model.frames[variable.frame].name + "'";
     case Owner::loop:
       return "loop '" + model.loops[variable.loop].name + "'";
+    case Owner::coupling:
+      return "coupling '" + model.couplings[variable.coupling].name + "'";
     case Owner::contact:
       return "contact '" + model.contacts[variable.contact].name + "'";
     case Owner::link:

@@ -22,7 +22,7 @@ enum class Causality : std::uint8_t { parameter, input, output };
 enum class Variability : std::uint8_t { fixed, tunable, discrete, continuous };
 
 // The owner of a variable; its name is the first part of the name of the variable.
-enum class Owner : std::uint8_t { model, joint, ball, frame, loop, contact, link };
+enum class Owner : std::uint8_t { model, joint, ball, frame, loop, coupling, contact, link };
 
 // What must be computed before a value is read.
 enum class Needs : std::uint8_t { nothing, parameters, accelerations, energies };

@@ -22,10 +22,10 @@ auto all_groups() { return all_groups(static_cast<const Groups*>(nullptr)); }
 
 bool is_tunable(const Row& row) { return row.variability == Variability::tunable; }
 
-// In the XML the variables of one frame, loop or contact are adjacent; of joints, one variable of all joints
-// is.
+// In the XML the variables of one frame, loop, coupling or contact are adjacent; of joints, one variable of
+// all joints is.
 bool by_owner(Owner owner) {
-  return owner == Owner::frame || owner == Owner::loop || owner == Owner::contact;
+  return owner == Owner::frame || owner == Owner::loop || owner == Owner::coupling || owner == Owner::contact;
 }
 
 int plan_loop_of(const Plan<double>& plan, int loop) {
@@ -41,19 +41,35 @@ int joint_at(const Scene& scene, const Contact& contact) {
   return a == ground ? carrier(contact.b.link) : a;
 }
 
+// Those without the joints that represent spherical ones.
+std::vector<Variable> simple_joints(const Plan<double>& plan) {
+  std::vector<Variable> found;
+  Variable owner;
+  for (std::size_t i = 0; i < plan.joints.size(); ++i) {
+    if (plan.joints[i].of_ball) continue;
+    owner.link = plan.joints[i].link;
+    owner.joint = static_cast<int>(i);
+    found.push_back(owner);
+  }
+  return found;
+}
+
+Variable loop_owner(const Plan<double>& plan, int loop) {
+  Variable owner;
+  owner.loop = loop;
+  owner.plan_loop = plan_loop_of(plan, loop);
+  const LoopPlan<double>& of = plan.loops[static_cast<std::size_t>(owner.plan_loop)];
+  owner.joint = of.body_a == ground ? of.body_b : of.body_a;
+  return owner;
+}
+
 std::vector<Variable> owners(const Scene& scene, Owner kind) {
   const auto& [model, plan] = scene;
   std::vector<Variable> found;
   Variable owner;
   switch (kind) {
     case Owner::joint:
-      for (std::size_t i = 0; i < plan.joints.size(); ++i) {
-        if (plan.joints[i].of_ball) continue;
-        owner.link = plan.joints[i].link;
-        owner.joint = static_cast<int>(i);
-        found.push_back(owner);
-      }
-      break;
+      return simple_joints(plan);
     case Owner::ball:
       for (std::size_t k = 0; k < model.balls.size(); ++k) {
         owner.ball = static_cast<int>(k);
@@ -71,11 +87,13 @@ std::vector<Variable> owners(const Scene& scene, Owner kind) {
       }
       break;
     case Owner::loop:
-      for (std::size_t index = 0; index < model.loops.size(); ++index) {
-        owner.loop = static_cast<int>(index);
-        owner.plan_loop = plan_loop_of(plan, owner.loop);
-        const LoopPlan<double>& loop = plan.loops[static_cast<std::size_t>(owner.plan_loop)];
-        owner.joint = loop.body_a == ground ? loop.body_b : loop.body_a;
+      for (std::size_t k = 0; k < model.loops.size(); ++k)
+        found.push_back(loop_owner(plan, static_cast<int>(k)));
+      break;
+    case Owner::coupling:
+      for (std::size_t k = 0; k < model.couplings.size(); ++k) {
+        owner.coupling = static_cast<int>(k);
+        owner.joint = plan.carrier[model.couplings[k].links.front()];
         found.push_back(owner);
       }
       break;
@@ -106,6 +124,8 @@ std::string owner_name(const Model& model, const Row& row, const Variable& varia
       return model.frames[variable.frame].name + ".";
     case Owner::loop:
       return model.loops[variable.loop].name + ".";
+    case Owner::coupling:
+      return model.couplings[variable.coupling].name + ".";
     case Owner::contact:
       return model.contacts[variable.contact].name + ".";
     case Owner::link:

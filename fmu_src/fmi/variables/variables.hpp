@@ -21,6 +21,7 @@ struct Variable {
   int ball = -1;                 // index into Model::balls
   int loop = -1;                 // index into Model::loops
   int plan_loop = -1;            // the same one in Plan::loops
+  int coupling = -1;             // index into Model::couplings
   int contact = -1;              // index into Model::contacts
   int element = 0;               // of an array
   unsigned value_reference = 0;  // unique in its type

@@ -50,7 +50,7 @@ struct InternalModel {
  private:
   // The torques that keep the controlled joints at rest.
   void gravity_compensation(const std::vector<int>& joints, const Scalar* at_q, Scalar* result) {
-    if (plan.loops.empty()) return inverse(at_q, zero.data(), zero.data(), result);
+    if (!plan.has_constraints()) return inverse(at_q, zero.data(), zero.data(), result);
     std::fill(inputs.begin(), inputs.end(), Scalar(0));
     forces_of_motion(joints, at_q, zero.data(), result);
   }

@@ -60,7 +60,7 @@ Tangent::Misfit misfit_of_accelerations(const Model& model, const Parameters<dou
   Tangent tangent(model, system);
   tangent.go_to(parameters, system, time, y);
   tangent.go_with_time(system, time, y);
-  return tangent.loop_misfit();
+  return tangent.constraint_misfit(model);
 }
 
 Model at_start(const Model& model, System& system, double time, const double* y) {

@@ -7,6 +7,7 @@
 #include "dynamics/bias.hpp"
 #include "dynamics/compiled.hpp"
 #include "dynamics/energy.hpp"
+#include "dynamics/loops/coupling_rows.hpp"
 #include "dynamics/loops/loop_correction.hpp"
 #include "dynamics/straight_line/straight_line.hpp"
 #include "model/motion_scale.hpp"
@@ -225,7 +226,7 @@ void System::set_residuals(double time, const double* y) {
   set_positions(plan_, workspace_, at.q);
   set_velocities(plan_, workspace_, at.qd);
   set_ground_motion(plan_, workspace_, at.qd);
-  set_loop_residuals(plan_, workspace_);
+  set_constraint_residuals(plan_, workspace_, at.q, at.qd);
 }
 
 Status System::project(double time, double* y, double* error) {
@@ -301,6 +302,7 @@ void System::make_tangential(double* velocity) {
   set_velocities(plan_, workspace_, velocity);
   set_ground_motion(plan_, workspace_, velocity);
   set_loop_residuals(plan_, workspace_);
+  set_coupling_rates(plan_, workspace_.loop, velocity);
   for (std::size_t row = 0; row < workspace_.loop.b.size(); ++row)
     workspace_.loop.b[row] = -workspace_.loop.rate[row];
   correct_loops(plan_, workspace_, scratch_.data());

@@ -7,6 +7,7 @@
 #include "dynamics/aba.hpp"
 #include "dynamics/assembly/assembly_tangent.hpp"
 #include "dynamics/energy.hpp"
+#include "dynamics/loops/coupling_rows.hpp"
 #include "dynamics/loops/loop_correction.hpp"
 #include "dynamics/momentum.hpp"
 
@@ -202,7 +203,7 @@ Tangent::ResidualSize Tangent::residual_size(const Duals& at, const Duals& speed
   set_positions(plan_, workspace_, at.data());
   set_velocities(plan_, workspace_, speed.data());
   set_ground_motion(plan_, workspace_, speed.data());
-  set_loop_residuals(plan_, workspace_);
+  set_constraint_residuals(plan_, workspace_, at.data(), speed.data());
   ResidualSize size{relative_violation(workspace_.loop, velocity), 0};
   for (const Dual& row : velocity ? workspace_.loop.rate : workspace_.loop.residual)
     size.derivative = std::max(size.derivative, std::abs(row.derivative));
@@ -266,7 +267,7 @@ void Tangent::go_with_time(System& system, double time, const double* y) {
   if (control()) control()->go_with_time(system, time, force);
 }
 
-Tangent::Misfit Tangent::loop_misfit() {
+Tangent::Misfit Tangent::constraint_misfit(const Model& model) {
   constexpr double rounding = 1e-6;         // of the accelerations of its two sides
   constexpr double typed_precision = 1e-9;  // m/s^2 or rad/s^2
   const auto change = [](const Vec3<Dual>& of) {
@@ -293,6 +294,17 @@ Tangent::Misfit Tangent::loop_misfit() {
     if (angle <= rounding * angular + typed_precision) angle = 0;
     if (std::max(distance, angle) > worst.acceleration.size)
       worst = {loop.loop, {std::max(distance, angle), angle > distance}};
+  }
+  for (const CouplingPlan& coupling : plan_.couplings) {
+    double sum = 0, size = 0;
+    for (std::size_t k = 0; k < coupling.joints.size(); ++k) {
+      const double part = coupling.ratios[k] * qd[static_cast<std::size_t>(coupling.joints[k])].derivative;
+      sum += part;
+      size = std::max(size, std::abs(part));
+    }
+    if (std::abs(sum) > std::max(rounding * size + typed_precision, worst.acceleration.size))
+      worst = {coupling_constraint(model, coupling.coupling),
+               {std::abs(sum), turns(plan_.joints[coupling.joints.front()])}};
   }
   return worst;
 }

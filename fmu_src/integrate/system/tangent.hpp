@@ -46,10 +46,10 @@ class Tangent {
 
   // After go_with_time: violation of a loop by the accelerations of the joints; `loop` < 0: rounding only.
   struct Misfit {
-    int loop = -1;  // index into Model::loops
+    int constraint = -1;  // as Assembly::constraint
     Assembly::Residual acceleration;
   };
-  Misfit loop_misfit();
+  Misfit constraint_misfit(const Model& model);
 
   // Evaluates the quantities below and their directions; false: not finite.
   bool evaluate();

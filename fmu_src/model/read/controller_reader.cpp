@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "model/read/trajectory_reader.hpp"
+#include "model/read/joint_index.hpp"
 
 namespace redysim {
 namespace {
@@ -50,8 +50,12 @@ std::vector<ControlledJoint> read_joints(Section& section, const Model& model, b
 
 // Feed-forward requires the reference of every free joint.
 void check_feed_forward(Section& section, const Model& model, const Controller& controller) {
-  if (!model.loops.empty()) {
-    section.error("law", "feed_forward does not support loops; use computed_torque or gravity_compensation");
+  const bool coupled = std::any_of(model.couplings.begin(), model.couplings.end(),
+                                   [](const Coupling& coupling) { return coupling.rigid(); });
+  if (!model.loops.empty() || coupled) {
+    section.error("law",
+                  "feed_forward does not support loops and rigid couplings; use computed_torque or "
+                  "gravity_compensation");
     return;
   }
   for (std::size_t i = 0; i < model.links.size(); ++i) {

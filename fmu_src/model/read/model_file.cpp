@@ -3,6 +3,7 @@
 #include "model/read/compound_joint.hpp"
 #include "model/read/contact_reader.hpp"
 #include "model/read/controller_reader.hpp"
+#include "model/read/coupling_reader.hpp"
 #include "model/read/frame_reader.hpp"
 #include "model/read/link_reader.hpp"
 #include "model/read/loop_reader.hpp"
@@ -85,6 +86,7 @@ Model read_model(Section& top, const std::string& folder, std::vector<AttachedFi
   for (const LinkDraft& draft : drafts) model.links.push_back(draft.link);
 
   model.loops = read_loops(top, links, names, findings);
+  model.couplings = read_couplings(top, model, names, findings);
   model.springs = read_springs(top, links, names, findings);
   model.contacts = read_contacts(top, links, degrees, names, folder, files, findings);
   model.frames = read_frames(top, links, degrees, names, findings);

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "model/read/joint_index.hpp"
 #include "model/read/motion_table.hpp"
-#include "model/read/suggest.hpp"
 
 namespace redysim {
 namespace {
@@ -11,12 +11,6 @@ namespace {
 constexpr double degree = 3.14159265358979323846 / 180;
 
 enum class Shape { cycloid, quintic, cubic, speed, polynomial, table };
-
-bool is_of_ball(const Model& model, int link) {
-  return std::any_of(model.balls.begin(), model.balls.end(), [link](const Ball& ball) {
-    return link >= ball.chart_link && link < ball.chart_link + 4;
-  });
-}
 
 // From one point to another, at rest or with given velocities at both ends.
 void read_move(Section& section, Shape shape, double unit, const Joint& joint, Trajectory& trajectory) {
@@ -132,23 +126,6 @@ Trajectory read_trajectory(Section section, const Model& model, const JointIndex
 }
 
 }  // namespace
-
-JointIndex::JointIndex(const Model& model) {
-  for (std::size_t i = 0; i < model.links.size(); ++i) {
-    const Joint& joint = model.links[i].joint;
-    if (!moves(joint) || is_of_ball(model, static_cast<int>(i))) continue;
-    names_.push_back(joint.name);
-    links_.push_back(static_cast<int>(i));
-  }
-}
-
-int JointIndex::find(const std::string& name, const std::string& key, Place place, Section& section) const {
-  const auto found = std::find(names_.begin(), names_.end(), name);
-  if (found != names_.end()) return links_[static_cast<std::size_t>(found - names_.begin())];
-  section.error(place,
-                key + " '" + name + "' is not a moving joint with one DOF" + did_you_mean(name, names_));
-  return -1;
-}
 
 std::vector<Trajectory> read_trajectories(Section& top, const Model& model, bool degrees,
                                           const std::string& folder, std::vector<AttachedFile>& files,

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/elastic_coupling.hpp"
+#include "dynamics/loops/loop_rows.hpp"
+
+// Rows of rigid couplings, phi = sum of ratios[k] q[joints[k]] - offset. They are linear in q: the levers are
+// the ratios, and phi'' has no part quadratic in velocities.
+
+namespace redysim {
+
+// Wrenches and b of the rows at the start of an elimination. The accelerations of prescribed joints are in b.
+template <class Scalar>
+void set_coupling_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* inputs) {
+  LoopState<Scalar>& state = ws.loop;
+  for (const CouplingPlan& coupling : plan.couplings) {
+    const std::size_t row = static_cast<std::size_t>(coupling.row);
+    state.wrench[0][row] = state.wrench[1][row] = state.K[row] = Force<Scalar>::zero();
+    state.squared_moment_rounding[row] = Scalar(0);
+    state.b[row] = Scalar(0);
+    for (std::size_t k = 0; k < coupling.joints.size(); ++k)
+      if (plan.joints[coupling.joints[k]].prescribed)
+        state.b[row] -= coupling.ratios[k] * inputs[coupling.joints[k]];
+  }
+}
+
+// Residuals of the rows at q, and the magnitudes of their terms.
+template <class Scalar>
+void set_coupling_residuals(const Plan<Scalar>& plan, LoopState<Scalar>& state, const Scalar* q) {
+  for (const CouplingPlan& coupling : plan.couplings) {
+    state.residual[coupling.row] = coupling_sum(coupling, q, coupling.offset);
+    double size = 0;
+    for (std::size_t k = 0; k < coupling.joints.size(); ++k)
+      size = std::max(size, std::abs(coupling.ratios[k]) *
+                                std::max(std::abs(value_of(q[coupling.joints[k]])), coupling.units[k]));
+    state.residual_size[coupling.row] = size;
+  }
+}
+
+// The same for their rates at qd.
+template <class Scalar>
+void set_coupling_rates(const Plan<Scalar>& plan, LoopState<Scalar>& state, const Scalar* qd) {
+  for (const CouplingPlan& coupling : plan.couplings) {
+    state.rate[coupling.row] = coupling_sum(coupling, qd, 0.0);
+    double size = 0;
+    for (std::size_t k = 0; k < coupling.joints.size(); ++k)
+      size = std::max(size, std::abs(coupling.ratios[k] * value_of(qd[coupling.joints[k]])));
+    state.rate_size[coupling.row] = size;
+  }
+}
+
+// Residuals and rates of all loops and rigid couplings, after a correction of q or qd; does not change the
+// elimination in the workspace. Uses ws.ground.
+template <class Scalar>
+void set_constraint_residuals(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q,
+                              const Scalar* qd) {
+  set_loop_residuals(plan, ws);
+  set_coupling_residuals(plan, ws.loop, q);
+  set_coupling_rates(plan, ws.loop, qd);
+}
+
+}  // namespace redysim

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <vector>
+
+#include "model/model.hpp"
+#include "model/read/names.hpp"
+
+// [[coupling]] tables.
+
+namespace redysim {
+
+// Between joints of `model.links`. Rigid couplings that contradict each other are errors, repeated ones
+// warnings.
+std::vector<Coupling> read_couplings(Section& top, const Model& model, Names& names, Findings& findings);
+
+}  // namespace redysim

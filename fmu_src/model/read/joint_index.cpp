@@ -1,0 +1,35 @@
+#include "model/read/joint_index.hpp"
+
+#include <algorithm>
+
+#include "model/read/suggest.hpp"
+
+namespace redysim {
+namespace {
+
+bool is_of_ball(const Model& model, int link) {
+  return std::any_of(model.balls.begin(), model.balls.end(), [link](const Ball& ball) {
+    return link >= ball.chart_link && link < ball.chart_link + 4;
+  });
+}
+
+}  // namespace
+
+JointIndex::JointIndex(const Model& model) {
+  for (std::size_t i = 0; i < model.links.size(); ++i) {
+    const Joint& joint = model.links[i].joint;
+    if (!moves(joint) || is_of_ball(model, static_cast<int>(i))) continue;
+    names_.push_back(joint.name);
+    links_.push_back(static_cast<int>(i));
+  }
+}
+
+int JointIndex::find(const std::string& name, const std::string& key, Place place, Section& section) const {
+  const auto found = std::find(names_.begin(), names_.end(), name);
+  if (found != names_.end()) return links_[static_cast<std::size_t>(found - names_.begin())];
+  section.error(place,
+                key + " '" + name + "' is not a moving joint with one DOF" + did_you_mean(name, names_));
+  return -1;
+}
+
+}  // namespace redysim

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "model/model.hpp"
+#include "model/read/section.hpp"
+
+namespace redysim {
+
+// The moving joints with one DOF, by name.
+class JointIndex {
+ public:
+  explicit JointIndex(const Model& model);
+
+  // The link whose joint has this name, or -1 with a finding at `place`.
+  int find(const std::string& name, const std::string& key, Place place, Section& section) const;
+
+ private:
+  std::vector<std::string> names_;
+  std::vector<int> links_;
+};
+
+}  // namespace redysim
