@@ -26,7 +26,7 @@ void set_bodies(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q
   if (plan.has_ports()) add_port_wrenches(plan, ws, InputLayout(plan).port_wrench.of(inputs));
   if (!plan.has_constraints()) return;
   set_loop_rows(plan, ws);
-  set_coupling_rows(plan, ws, inputs);
+  if (!plan.couplings.empty()) set_coupling_rows(plan, ws, inputs);
 }
 
 // Leaves to root: every joint, eliminated into the articulated inertia of its parent. Uses positions.

@@ -60,7 +60,8 @@ void add_generalized_force(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int 
 
 // Uses the joint positions in the workspace.
 template <class Scalar>
-void add_coupling_forces(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd) {
+[[gnu::noinline]] void add_coupling_forces(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q,
+                                           const Scalar* qd) {
   for (const ElasticCouplingPlan& coupling : plan.elastic_couplings) {
     const Scalar force = CouplingForce<Scalar>::at(coupling, q, qd).force;
     for (std::size_t k = 0; k < coupling.joints.size(); ++k)

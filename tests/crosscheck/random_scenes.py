@@ -27,7 +27,17 @@ from tests.crosscheck.scene_contacts import give_contacts
 from tests.crosscheck.scene_fmu import Library, Refused
 from tests.crosscheck.scene_maker import Maker
 from tests.crosscheck.scene_parts import CLASSES, PARTS
-from tests.crosscheck.scene_states import agree, draw_inputs, give_couplings, give_drives, give_frames, give_passive, give_springs, give_velocities, guide
+from tests.crosscheck.scene_states import (
+    agree,
+    draw_inputs,
+    give_couplings,
+    give_drives,
+    give_frames,
+    give_passive,
+    give_springs,
+    give_velocities,
+    guide,
+)
 
 TOLERANCE = 1e-10
 NEAR_SINGULAR = 1e-4  # singular values of scaled levers: scenes between rounding and this are drawn again

@@ -143,8 +143,7 @@ class ClusterAssembly : public ClusterRows<double> {
     double speed = 0;
     for (std::size_t k = 0; k < at.joints.size(); ++k)
       speed = std::max(speed, std::abs(at.ratios[k] * qd[at.joints[k]]));
-    return std::abs(rate_[local_row(at)]) <=
-           rounding_of_rates * speed / row_unit(at) + rounding_ * fastest_;
+    return std::abs(rate_[local_row(at)]) <= rounding_of_rates * speed / row_unit(at) + rounding_ * fastest_;
   }
 
   // The loops of the cluster, then its couplings.

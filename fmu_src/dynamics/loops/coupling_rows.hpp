@@ -13,7 +13,8 @@ namespace redysim {
 
 // Wrenches and b of the rows at the start of an elimination. The accelerations of prescribed joints are in b.
 template <class Scalar>
-void set_coupling_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* inputs) {
+[[gnu::noinline]] void set_coupling_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws,
+                                         const Scalar* inputs) {
   LoopState<Scalar>& state = ws.loop;
   for (const CouplingPlan& coupling : plan.couplings) {
     const std::size_t row = static_cast<std::size_t>(coupling.row);
@@ -28,7 +29,8 @@ void set_coupling_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sc
 
 // Residuals of the rows at q, and the magnitudes of their terms.
 template <class Scalar>
-void set_coupling_residuals(const Plan<Scalar>& plan, LoopState<Scalar>& state, const Scalar* q) {
+[[gnu::noinline]] void set_coupling_residuals(const Plan<Scalar>& plan, LoopState<Scalar>& state,
+                                              const Scalar* q) {
   for (const CouplingPlan& coupling : plan.couplings) {
     state.residual[coupling.row] = coupling_sum(coupling, q, coupling.offset);
     double size = 0;
@@ -41,7 +43,8 @@ void set_coupling_residuals(const Plan<Scalar>& plan, LoopState<Scalar>& state, 
 
 // The same for their rates at qd.
 template <class Scalar>
-void set_coupling_rates(const Plan<Scalar>& plan, LoopState<Scalar>& state, const Scalar* qd) {
+[[gnu::noinline]] void set_coupling_rates(const Plan<Scalar>& plan, LoopState<Scalar>& state,
+                                          const Scalar* qd) {
   for (const CouplingPlan& coupling : plan.couplings) {
     state.rate[coupling.row] = coupling_sum(coupling, qd, 0.0);
     double size = 0;

@@ -16,10 +16,11 @@
 
 namespace redysim {
 
-// Eliminates joint i from a row of a loop; `share` receives u_r^2 / D with the bounds of the levers.
+// Eliminates joint i from a row of a loop; returns u_r. `share` receives u_r^2 / D with the bounds of the
+// levers.
 template <class Scalar>
-Scalar eliminate_from_loop(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i,
-                           const RowCrossing& crossing, Scalar& share) {
+REDYSIM_INLINE Scalar eliminate_from_loop(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i,
+                                          const RowCrossing& crossing, Scalar& share) {
   const JointState<Scalar>& s = ws.joints[i];
   LoopState<Scalar>& state = ws.loop;
   Force<Scalar>& w = state.wrench[crossing.side][crossing.row];
@@ -44,7 +45,9 @@ Scalar eliminate_from_loop(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int 
     }
   }
   share = largest_squared(plan.joints[i], squared[0], squared[1]) * s.D_inverse;
-  return eliminate_from_row(plan.joints[i], s, 0, w, state.b[crossing.row]);
+  const Scalar u_row = generalized_force(plan.joints[i], w);
+  eliminate_from_row(plan.joints[i], s, u_row, w, state.b[crossing.row]);
+  return u_row;
 }
 
 // Eliminates joint k of the cluster from all rows that cross it (5).

@@ -17,30 +17,30 @@
 namespace redysim {
 
 // Eliminates the acceleration of joint i from a row and transmits the row's wrench w over the joint, with
-// u_r = S_i^T w + ratio (the lever of a coupling), which is returned:
+// u_r = S_i^T w, plus the ratio in the row of a coupling:
 //   b -= (w - U u_r / D) . c + u_r u / D,   w <- X^T (w - U u_r / D),   S_rs += u_r u_s / D           (5)
 template <class Scalar>
-Scalar eliminate_from_row(const JointPlan<Scalar>& joint, const JointState<Scalar>& s, double ratio,
-                          Force<Scalar>& w, Scalar& b) {
-  const Scalar u_row = generalized_force(joint, w) + ratio;
+void eliminate_from_row(const JointPlan<Scalar>& joint, const JointState<Scalar>& s, const Scalar& u_row,
+                        Force<Scalar>& w, Scalar& b) {
   const Scalar scaled = u_row * s.D_inverse;
   w.moment -= s.U.moment * scaled;
   w.force -= s.U.force * scaled;
   b -= dot(w, s.c) + scaled * s.u;
   to_parent(joint, s, w);
-  return u_row;
 }
 
-// Eliminates joint i from the row of a coupling and adds its wrench to that on the parent. `scale` receives
-// u_r^2 / D with the bounds of the levers.
+// Eliminates joint i from the row of a coupling and adds its wrench to that on the parent; returns u_r.
+// `scale` receives u_r^2 / D with the bounds of the levers. Not inlined, for size.
 template <class Scalar>
-Scalar eliminate_from_coupling(const JointPlan<Scalar>& joint, const JointState<Scalar>& s,
-                               const RowCrossing& crossing, LoopState<Scalar>& state, Scalar& scale) {
+[[gnu::noinline]] Scalar eliminate_from_coupling(const JointPlan<Scalar>& joint, const JointState<Scalar>& s,
+                                                 const RowCrossing& crossing, LoopState<Scalar>& state,
+                                                 Scalar& scale) {
   Force<Scalar>& w = state.coupling_wrench[crossing.wrench];
   scale = (largest_squared(joint, w.moment.squaredNorm(), w.force.squaredNorm()) +
            crossing.ratio * crossing.ratio) *
           s.D_inverse;
-  const Scalar u_row = eliminate_from_row(joint, s, crossing.ratio, w, state.b[crossing.row]);
+  const Scalar u_row = generalized_force(joint, w) + crossing.ratio;
+  eliminate_from_row(joint, s, u_row, w, state.b[crossing.row]);
   add(crossing.inboard < 0 ? state.wrench[0][crossing.row] : state.coupling_wrench[crossing.inboard], w);
   return u_row;
 }
@@ -51,10 +51,10 @@ void start_fronts(LoopState<Scalar>& state) {
   std::fill(state.diagonal.begin(), state.diagonal.end(), Scalar(0));
 }
 
-// Eliminates joint i from a row of a loop in a front.
+// Eliminates joint i from a row of a loop in a front; returns u_r.
 template <class Scalar>
-Scalar eliminate_from_loop(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i,
-                           const RowCrossing& crossing) {
+REDYSIM_INLINE Scalar eliminate_from_loop(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i,
+                                          const RowCrossing& crossing) {
   const JointState<Scalar>& s = ws.joints[i];
   LoopState<Scalar>& state = ws.loop;
   Force<Scalar>& w = state.wrench[crossing.side][crossing.row];
@@ -68,7 +68,9 @@ Scalar eliminate_from_loop(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int 
         squared_lever_bound(plan.joints[i], path.length, state.squared_moment_rounding[crossing.row], w) *
         s.D_inverse;
   }
-  return eliminate_from_row(plan.joints[i], s, 0, w, state.b[crossing.row]);
+  const Scalar u_row = generalized_force(plan.joints[i], w);
+  eliminate_from_row(plan.joints[i], s, u_row, w, state.b[crossing.row]);
+  return u_row;
 }
 
 // Eliminates joint k of the front from all rows that cross it. `entry` points into front.entries; returns its
