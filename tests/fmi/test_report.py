@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import zipfile
 
 import numpy as np
@@ -15,7 +16,7 @@ from build_fmu.report.reference import from_csv, from_tight_runs
 from build_fmu.report.sweep import Inputs, task_for
 from build_fmu.run.driver import Task, drive, staged
 from tests.command_line import command
-from tests.fmi.conftest import ROOT
+from tests.fmi.conftest import ROOT, build_fmu
 
 PENDULUM = ROOT / "models" / "pendulum.toml"
 SCENES = ROOT / "tests" / "scenes"
@@ -81,6 +82,20 @@ def test_a_reference_of_another_mechanism_is_refused():
 def test_an_inverse_has_no_error_in_time(fmu_file):
     with pytest.raises(UserError, match="has no integrated states"):
         make_report(fmu_file("gripper_inverse"), Wish())
+
+
+def test_a_build_with_report_adds_its_pages(tmp_path, monkeypatch):
+    """The pages are files of the documentation, all else stays as in an FMU without report."""
+    few = functools.partial(Wish, stop=0.5, steps=[0.1], methods=["erk"], tolerances=[1e-4], repeats=1)
+    monkeypatch.setattr("build_fmu.fmu.report_pages.Wish", few)
+    build_fmu(PENDULUM, tmp_path / "plain.fmu")
+    build_fmu(PENDULUM, tmp_path / "a.fmu", "--report")
+    with zipfile.ZipFile(tmp_path / "plain.fmu") as plain, zipfile.ZipFile(tmp_path / "a.fmu") as with_report:
+        pages = {f"documentation/report{ending}" for ending in (".html", ".md", ".csv", ".svg")}
+        assert set(with_report.namelist()) == set(plain.namelist()) | pages
+        changed = [name for name in plain.namelist() if plain.read(name) != with_report.read(name)]
+        assert changed == ["documentation/index.html"] and b'href="report.html"' in with_report.read(changed[0])
+        assert len(with_report.read("documentation/report.csv").splitlines()) == 1 + 2  # constant and changing inputs
 
 
 # --- target_error ---
