@@ -41,6 +41,7 @@ namespace {
 [[gnu::cold]] void copy_loops(const Plan<double>& from, Plan<Dual>& to) {
   to.clusters = from.clusters;
   to.couplings = from.couplings;
+  to.joint_units = from.joint_units;
   for (const LoopPlan<double>& loop : from.loops) {
     LoopPlan<Dual> copy{loop.loop,
                         loop.body_a,

@@ -105,6 +105,7 @@ struct Plan {
   std::vector<int> balls;  // chart joint of each spherical joint; its z, x and y joints follow it
   std::vector<LoopPlan<Scalar>> loops;
   std::vector<CouplingPlan> couplings;  // rigid
+  std::vector<double> joint_units;      // 1 rad, or the scale of a prismatic joint, m; empty without these
   std::vector<ElasticCouplingPlan> elastic_couplings;
   std::vector<ClusterPlan> clusters;
   std::vector<EliminationStep> elimination;  // leaves to root; empty for an open tree

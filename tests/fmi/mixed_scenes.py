@@ -1,5 +1,5 @@
 """Random scenes that mix everything: loops beside open joints, spherical and free joints in and beside them, repeated joints,
-ports, prescribed and held parts. Poses are computed here, from the definition in docs/model_file.md."""
+ports, couplings, prescribed and held parts. Poses are computed here, from the definition in docs/model_file.md."""
 
 from __future__ import annotations
 
@@ -93,6 +93,20 @@ class Scene:
                 "port": self.draw.choice(["ground", "frame"]),
             }
         ]
+        self.couplings = [self.coupling(number) for number in range(2) if self.draw.random() < 0.5]
+
+    def coupling(self, number: int) -> dict:
+        """Of two joints with one freedom; the first rigid and satisfied up to `open_by`, the second with backlash."""
+        while sum(self.couples(link) for link in self.links) < 2:
+            self.add_link(self.draw.randrange(len(self.links)), self.draw.choice(["revolute", "prismatic"]))
+        chosen = self.draw.sample([link for link in self.links if self.couples(link)], 2)
+        ratios = [self.draw.choice([-1, 1]) * self.draw.uniform(0.5, 2) for _ in chosen]
+        offset = sum(ratio * link["q"] for ratio, link in zip(ratios, chosen, strict=True)) + self.near(self.open_by)
+        table = {"name": f"c{number}", "joints": [link["joint_name"] for link in chosen], "ratios": ratios, "offset": offset}
+        return table | ({"stiffness": 20.0, "damping": 0.5, "backlash": 0.1, "width": 1.0, "offset": offset + 0.2} if number else {})
+
+    def couples(self, link: dict) -> bool:
+        return link["joint"] in ("revolute", "prismatic") and not link.get("drive") and not link.get("hold")
 
     def near(self, size: float, count: int = 0):
         values = [self.draw.uniform(-size, size) for _ in range(max(1, count))]
@@ -172,7 +186,7 @@ class Scene:
 
     def toml(self) -> str:
         text = 'name = "mixed"\ngravity = [1.0, -2.0, -9.0]\n'
-        for section, entries in (("link", self.links), ("loop", self.loops), ("frame", self.frames)):
+        for section, entries in (("link", self.links), ("loop", self.loops), ("coupling", self.couplings), ("frame", self.frames)):
             for entry in entries:
                 text += f"\n[[{section}]]\n" + "".join(f"{key} = {json.dumps(value)}\n" for key, value in entry.items())
         tunable = ["gravity[2]", "b0.mass", f"{self.links[-1]['name']}.com[1]"]

@@ -332,7 +332,7 @@ def test_by_start_values_and_parameters_in_initialization(model, name):
         for known in knowns:
             # closed poses bend more than open trees
             bent = looped and known.endswith(START)
-            assert_equal(slave, outputs, {known: 1.0}, 1e-6 if bent else 1e-7, size=3e-4 if bent else STEP)
+            assert_equal(slave, outputs, {known: 1.0}, 1e-6 if bent else 1e-7, size=2e-4 if bent else STEP)
         assert_equal(slave, outputs, {known: draw.uniform(-0.3, 0.3) for known in knowns}, 1e-6, size=3e-4 if looped else STEP)
 
 
@@ -376,7 +376,7 @@ def test_by_inputs_after_motions_have_jumped(model, name):
         outputs = [o for o in continuous_outputs(slave.fmu) if not o.endswith(".gap")]
         for known in slave.fmu.named("input"):
             # forces and accelerations act linearly: long steps, no rounding
-            assert_equal(slave, outputs, {known: 1.0}, 1e-6, size=3e-4 if known.endswith((".q", ".qd")) else 10.0)
+            assert_equal(slave, outputs, {known: 1.0}, 1e-6, size=2e-4 if known.endswith((".q", ".qd")) else 10.0)
 
 
 @pytest.mark.parametrize(("name", "moved"), [("four_bar", 0.3), ("five_bar", 0.1), ("hoeken", -0.1)])

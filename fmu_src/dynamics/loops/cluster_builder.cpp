@@ -226,11 +226,7 @@ CouplingPlan coupling_plan(const Model& model, const Plan<Scalar>& plan, const L
   out.root = path.meeting;
   out.ratios = given.ratios;
   out.offset = given.offset;
-  const Parameters<double> parameters = parameters_of(model);
-  for (int link : given.links) {
-    out.joints.push_back(plan.carrier[link]);
-    out.units.push_back(motion_scale(model, parameters, link));
-  }
+  for (int link : given.links) out.joints.push_back(plan.carrier[link]);
   return out;
 }
 
@@ -418,6 +414,10 @@ void build_clusters(const Model& model, Plan<Scalar>& plan) {
   const ClusterBuilder builder(model, parents, plan.carrier, rows);
   for (const auto& group : builder.groups()) add_cluster(model, rows, builder, group, plan);
   if (!plan.clusters.empty()) set_elimination(plan);
+  if (plan.couplings.empty()) return;
+  const Parameters<double> parameters = parameters_of(model);
+  for (const auto& joint : plan.joints)
+    plan.joint_units.push_back(motion_scale(model, parameters, joint.link));
 }
 
 template void build_clusters<double>(const Model&, Plan<double>&);

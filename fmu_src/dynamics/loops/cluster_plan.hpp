@@ -41,9 +41,8 @@ struct CoupledJoints {
 
 // A rigid coupling: the row y = 0.
 struct CouplingPlan : CoupledJoints {
-  int root = ground;          // the deepest body inboard of all its joints
-  int row = 0;                // global index
-  std::vector<double> units;  // per joint: 1 rad, or the scale of a prismatic joint, m
+  int root = ground;  // the deepest body inboard of all its joints
+  int row = 0;        // global index
 };
 
 // The transmission of one row's wrench over one joint, on the way to the cluster's root: from a side of its

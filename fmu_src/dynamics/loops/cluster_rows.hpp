@@ -130,7 +130,8 @@ class ClusterRows {
     size_ = 0;
     for (int k = 0; k < cluster_.coupling_count; ++k)
       for (std::size_t n = 0; n < coupling(k).joints.size(); ++n)
-        if (!turns(plan_.joints[coupling(k).joints[n]])) size_ = std::max(size_, coupling(k).units[n]);
+        if (!turns(plan_.joints[coupling(k).joints[n]]))
+          size_ = std::max(size_, plan_.joint_units[coupling(k).joints[n]]);
     if (size_ == 0) size_ = 1;
     row_size_ = 1;
     rounding_ = 1e-13;

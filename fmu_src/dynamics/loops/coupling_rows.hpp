@@ -34,23 +34,33 @@ template <class Scalar>
   for (const CouplingPlan& coupling : plan.couplings) {
     state.residual[coupling.row] = coupling_sum(coupling, q, coupling.offset);
     double size = 0;
-    for (std::size_t k = 0; k < coupling.joints.size(); ++k)
+    for (std::size_t k = 0; k < coupling.joints.size(); ++k) {
+      const int joint = coupling.joints[k];
       size = std::max(size, std::abs(coupling.ratios[k]) *
-                                std::max(std::abs(value_of(q[coupling.joints[k]])), coupling.units[k]));
+                                std::max(std::abs(value_of(q[joint])), plan.joint_units[joint]));
+    }
     state.residual_size[coupling.row] = size;
   }
 }
 
-// The same for their rates at qd.
+// The same for their rates at qd. Their terms count with the speed of the whole cluster, because the
+// coupled joints may be at rest.
 template <class Scalar>
 [[gnu::noinline]] void set_coupling_rates(const Plan<Scalar>& plan, LoopState<Scalar>& state,
                                           const Scalar* qd) {
-  for (const CouplingPlan& coupling : plan.couplings) {
-    state.rate[coupling.row] = coupling_sum(coupling, qd, 0.0);
-    double size = 0;
-    for (std::size_t k = 0; k < coupling.joints.size(); ++k)
-      size = std::max(size, std::abs(coupling.ratios[k] * value_of(qd[coupling.joints[k]])));
-    state.rate_size[coupling.row] = size;
+  for (const ClusterPlan& cluster : plan.clusters) {
+    double speed = 0;  // units per s
+    for (int joint : cluster.joints)
+      if (cluster.coupling_count > 0)
+        speed = std::max(speed, std::abs(value_of(qd[joint])) / plan.joint_units[joint]);
+    for (int k = cluster.first_coupling; k < cluster.first_coupling + cluster.coupling_count; ++k) {
+      const CouplingPlan& coupling = plan.couplings[k];
+      state.rate[coupling.row] = coupling_sum(coupling, qd, 0.0);
+      double size = 0;
+      for (std::size_t n = 0; n < coupling.joints.size(); ++n)
+        size = std::max(size, std::abs(coupling.ratios[n]) * plan.joint_units[coupling.joints[n]]);
+      state.rate_size[coupling.row] = size * speed;
+    }
   }
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 #include "dynamics/ground_motion.hpp"
 #include "math/dual.hpp"
@@ -174,20 +176,50 @@ void set_loop_residuals(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
   }
 }
 
-// Largest constraint violation after set_constraint_residuals. Each row is relative to the magnitude of the
-// terms of its residual (or rate): 1e-16 is rounding for any size of the mechanism.
+// Violation of one row after set_constraint_residuals, relative to the magnitude of the terms of its residual
+// (or rate): 1e-16 is rounding for any size of the mechanism.
 template <class Scalar>
-double relative_violation(const LoopState<Scalar>& loop, bool velocity) {
+double relative_violation(const LoopState<Scalar>& loop, bool velocity, std::size_t row) {
   const std::vector<Scalar>& residual = velocity ? loop.rate : loop.residual;
   const std::vector<double>& size = velocity ? loop.rate_size : loop.residual_size;
+  return std::abs(value_of(residual[row])) / std::max(size[row], 1e-300);
+}
+
+// The largest of all rows.
+template <class Scalar>
+double relative_violation(const LoopState<Scalar>& loop, bool velocity) {
   double worst = 0;
-  for (std::size_t row = 0; row < residual.size(); ++row) {
-    const double relative = std::abs(value_of(residual[row])) / std::max(size[row], 1e-300);
+  for (std::size_t row = 0; row < loop.residual.size(); ++row) {
+    const double relative = relative_violation(loop, velocity, row);
     if (!(relative <= worst)) worst = relative;
     if (std::isnan(worst)) break;
   }
   return worst;
 }
+
+// Convergence of Newton corrections, row by row: in a loop that is at rest the rates are rounding in any
+// measure, and must not end the corrections of others.
+class ResidualProgress {
+ public:
+  explicit ResidualProgress(std::size_t rows = 0) : before_(rows) {}
+  void restart() { std::fill(before_.begin(), before_.end(), std::numeric_limits<double>::infinity()); }
+
+  // Whether a row with a violation above `rounding` has halved it in each call since the restart.
+  template <class Scalar>
+  bool goes_on(const LoopState<Scalar>& loop, bool velocity, double rounding) {
+    bool any = false;
+    for (std::size_t row = 0; row < before_.size(); ++row) {
+      const double now = relative_violation(loop, velocity, row);
+      const bool halved = now > rounding && now < 0.5 * before_[row];
+      before_[row] = halved ? now : 0;
+      any = any || halved;
+    }
+    return any;
+  }
+
+ private:
+  std::vector<double> before_;
+};
 
 // Norm of a loop's position residual over its rows (m and rad combined).
 template <class Scalar>

@@ -37,7 +37,8 @@ System::System(const Plan<double>& plan, bool with_work, const Model* model)
       qdd_(q_),
       drive_(q_),
       workspace_(plan),
-      scratch_(q_) {
+      scratch_(q_),
+      progress_(workspace_.loop.residual.size()) {
   if (features::control && model && (!model->trajectories.empty() || model->controller.law != Law::none))
     control_ = std::make_unique<Control>(*model, plan);
   if (plan.has_contacts()) contact_search_ = std::make_unique<ContactSearch>(plan);
@@ -279,20 +280,17 @@ void System::add_change(const double* change, double* y, bool velocity) const {
   }
 }
 
-// Newton corrections of q or qd in y until each residual is a rounding error or they stop decreasing. Returns
-// the relative violation that remains.
+// Newton corrections of q or qd in y until each residual is a rounding error or stops decreasing. Returns the
+// relative violation that remains.
 double System::reduce_residual(double time, double* y, bool velocity) {
   const std::vector<double>& residual = velocity ? workspace_.loop.rate : workspace_.loop.residual;
-  double size = relative_violation(workspace_.loop, velocity);
-  for (int k = 0; size > rounding && k < projection_iterations; ++k) {
-    const double before = size;
+  progress_.restart();
+  for (int k = 0; k < projection_iterations && progress_.goes_on(workspace_.loop, velocity, rounding); ++k) {
     for (std::size_t row = 0; row < residual.size(); ++row) workspace_.loop.b[row] = -residual[row];
     add_correction(y, velocity);
     set_residuals(time, y);
-    size = relative_violation(workspace_.loop, velocity);
-    if (!(size < 0.5 * before)) break;
   }
-  return size;
+  return relative_violation(workspace_.loop, velocity);
 }
 
 // Removes from a velocity of all joints what violates the loop constraints, in the mass metric. Uses the

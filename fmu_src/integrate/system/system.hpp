@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "dynamics/ball.hpp"
+#include "dynamics/loops/loop_rows.hpp"
 #include "dynamics/plan.hpp"
 #include "dynamics/workspace.hpp"
 #include "integrate/control/control.hpp"
@@ -213,6 +214,7 @@ class System {
   double qdd_time_ = std::numeric_limits<double>::quiet_NaN();  // of the last right_hand_side
   Workspace<double> workspace_;
   std::vector<double> scratch_;  // plan().nv
+  ResidualProgress progress_;
   int failed_joint_ = -1;
   long evaluations_ = 0;
 };

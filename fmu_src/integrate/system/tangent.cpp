@@ -217,15 +217,19 @@ void Tangent::reduce(Duals& at, Duals& speed, bool velocity) {
   Duals correction(at.size());
   const Duals& residual = velocity ? loop.rate : loop.residual;
   constexpr double infinity = std::numeric_limits<double>::infinity();
-  ResidualSize before{infinity, infinity};
+  double before = infinity;
+  ResidualProgress progress(residual.size());
+  progress.restart();
   bool values = true;
   for (int k = 0; k < 3 * System::projection_iterations; ++k) {
     const ResidualSize size = residual_size(at, speed, velocity);
-    values = values && size.value > System::rounding && size.value < 0.5 * before.value &&
-             k < System::projection_iterations;
-    const bool converging = size.derivative != 0 && size.derivative < 0.9 * before.derivative;
-    if (!values && (size.value > System::rank_violation || !converging)) return;
-    before = {size.value, values ? before.derivative : size.derivative};
+    values =
+        values && k < System::projection_iterations && progress.goes_on(loop, velocity, System::rounding);
+    const bool converging = size.derivative != 0 && size.derivative < 0.9 * before;
+    // the rates of a loop at rest are rounding in any measure
+    const bool violated = !velocity && size.value > System::rank_violation;
+    if (!values && (violated || !converging)) return;
+    if (!values) before = size.derivative;
     for (std::size_t row = 0; row < residual.size(); ++row)
       loop.b[row] = Dual(values ? -residual[row].value : 0, -residual[row].derivative);
     correct_loops(plan_, workspace_, correction.data());
