@@ -22,10 +22,10 @@ void read_joints(Coupling& coupling, Section& section, const JointIndex& index) 
   }
 }
 
-void read_ratios(Coupling& coupling, Section& section) {
+void read_ratios(Coupling& coupling, Section& section, bool joints_are_sound) {
   if (!section.has("ratios")) section.error("ratios", "ratios is required (one number for each joint)");
   if (!section.numbers("ratios", coupling.ratios)) return;
-  if (coupling.ratios.size() != coupling.links.size())
+  if (joints_are_sound && coupling.ratios.size() != coupling.links.size())
     section.error("ratios", "ratios must have one number for each of the " +
                                 std::to_string(coupling.links.size()) + " joints, got " +
                                 std::to_string(coupling.ratios.size()));
@@ -53,11 +53,10 @@ Coupling read_coupling(Section section, const std::string& label, const JointInd
   coupling.line = section.place().line;
   coupling.column = section.place().column;
   read_joints(coupling, section, index);
-  if (findings.error_count() == errors_before) {
-    if (coupling.links.size() < 2)
-      section.error("joints", "joints must be two or more; drive 'locked' holds a single joint");
-    read_ratios(coupling, section);
-  }
+  const bool sound = findings.error_count() == errors_before;
+  if (sound && coupling.links.size() < 2)
+    section.error("joints", "joints must be two or more; drive 'locked' holds a single joint");
+  read_ratios(coupling, section, sound);
   coupling.offset = section.number("offset", 0);
   read_elasticity(coupling, section);
   section.refuse_unknown();
@@ -73,6 +72,7 @@ class CouplingRows {
   enum class Rank { independent, repeated, contradictory };
   Rank add(const Coupling& coupling) {
     std::vector<double> row(link_count_ + 1, 0.0);
+    row[link_count_] = coupling.offset;
     double largest = 0, terms = std::abs(coupling.offset);
     for (std::size_t k = 0; k < coupling.links.size(); ++k) {
       row[static_cast<std::size_t>(coupling.links[k])] = coupling.ratios[k];
