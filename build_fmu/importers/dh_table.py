@@ -26,11 +26,12 @@ ANGLES = ("alpha", "theta", "gamma")
 LENGTHS = ("a", "d", "b")
 INERTIA = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 COM = ("com_x", "com_y", "com_z")
-QUANTITIES = {"angle": ANGLES, "length": (*LENGTHS, *COM), "mass": ("mass",), "inertia": INERTIA}
+QUANTITIES = {"angle": ANGLES, "length": (*LENGTHS, *COM), "mass": ("mass",), "inertia": (*INERTIA, "Jm")}
 PLAIN = ("mass", "damping", "stiffness", "armature", "friction", "static_friction", "stop_stiffness", "stop_damping")
 JOINT_VALUES = ("q", "qd", "rest", "friction_velocity", "stop_width", "lower", "upper")  # rad or m, depending on the joint
 TEXTS = ("name", "parent", "type", "joint_name")
-COLUMNS = (*TEXTS, *ANGLES, *LENGTHS, *COM, *INERTIA, *PLAIN, *JOINT_VALUES)
+MOTOR = ("Jm", "G")  # rotor inertia and gear ratio: armature = Jm G^2
+COLUMNS = (*TEXTS, *ANGLES, *LENGTHS, *COM, *INERTIA, *PLAIN, *JOINT_VALUES, *MOTOR)
 ALIASES = {
     "link": "name", "body": "name", "joint": "joint_name", "joint_type": "type", "kind": "type", "sigma": "type", "on": "parent",
     "alp": "alpha", "α": "alpha", "twist": "alpha", "link_twist": "alpha", "θ": "theta", "th": "theta", "joint_angle": "theta",
@@ -39,7 +40,7 @@ ALIASES = {
     "q0": "q", "qd0": "qd", "inertia_xx": "Ixx", "inertia_yy": "Iyy", "inertia_zz": "Izz", "b_joint": "damping", "q_min": "lower",
     "qmin": "lower", "limit_lower": "lower", "lower_limit": "lower", "min": "lower", "q_max": "upper", "qmax": "upper",
     "limit_upper": "upper", "upper_limit": "upper", "max": "upper", "coulomb": "friction", "coulomb_friction": "friction",
-    "viscous": "damping", "viscous_friction": "damping",
+    "viscous": "damping", "viscous_friction": "damping", "rotor_inertia": "Jm", "motor_inertia": "Jm", "gear_ratio": "G", "gear": "G",
 }  # fmt: skip
 UNITS = {
     "rad": ("angle", 1.0), "deg": ("angle", math.pi / 180), "°": ("angle", math.pi / 180), "degrees": ("angle", math.pi / 180),
@@ -51,7 +52,7 @@ UNITS = {
 PLAIN_UNITS = {
     "damping": ("Nms/rad", "Nms", "Nm/(rad/s)", "Ns/m", "N/(m/s)"), "stiffness": ("Nm/rad", "Nm", "N/m"),
     "armature": ("kgm2", "kgm^2", "kgm²", "kg"), "friction": ("Nm", "N"), "static_friction": ("Nm", "N"),
-    "stop_stiffness": ("Nm/rad", "Nm", "N/m"), "stop_damping": ("s/rad", "s/m", "s"),
+    "stop_stiffness": ("Nm/rad", "Nm", "N/m"), "stop_damping": ("s/rad", "s/m", "s"), "G": ("1", "-"),
 }  # fmt: skip
 RATES = {
     "rad/s": ("angle", 1.0),
@@ -109,6 +110,8 @@ def read(path: Path, options: Namespace) -> Draft:
         _from_standard(draft)
     draft.doubts += _like_degrees(rows, draft.links)
     _stops(draft, options.stops)
+    if "G" in columns and "Jm" not in columns:
+        draft.lost.append("the gear ratios in column 'G': without a column 'Jm' (rotor inertia) they have no effect")
     if not any(link.mass for link in draft.links):
         draft.lost.append("masses and inertias: the table contains none; add them to the model file")
     draft.doubts += names.sentences()
@@ -236,10 +239,25 @@ def _link(row: Row, columns: dict[str, Column], index: int, before: list[DraftLi
         if values.get(field, 0.0) < 0:
             raise UserError(f"{row.where}: column '{field}': must be >= 0, got {cells[field]}")
         setattr(link, field, values.get(field, 0.0))
+    link.armature = _armature(row, values)
     for field in JOINT_VALUES:
         if field in columns:
             setattr(link, field, _joint_value(row, columns[field], kind))
     return link
+
+
+def _armature(row: Row, values: dict[str, float]) -> float:
+    """Returns the inertia of the drive at the joint, of the column 'armature' or Jm G^2."""
+    inertia, ratio = values.get("Jm", 0.0), values.get("G", 0.0)
+    if inertia < 0:
+        raise UserError(f"{row.where}: column 'Jm': must be >= 0, got {row.cells['Jm']}")
+    if not inertia:
+        return values.get("armature", 0.0)
+    if values.get("armature"):
+        raise UserError(f"{row.where}: columns 'armature' and 'Jm' both define the inertia of the drive; use one of them")
+    if not ratio:
+        raise UserError(f"{row.where}: column 'Jm': the gear ratio is missing; write it in the column 'G' (1 for a direct drive)")
+    return inertia * ratio * ratio
 
 
 def _joint_value(row: Row, column: Column, kind: str) -> float | None:

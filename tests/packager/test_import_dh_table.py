@@ -56,6 +56,33 @@ def test_names_branches_and_the_rest(tmp_path):
     assert (right.parent, right.joint) == ("base", "fixed")
 
 
+def test_rotor_inertia_and_gear_ratio_make_the_armature(tmp_path):
+    """The first two joints of a Puma 560: the sign of a gear ratio does not matter."""
+    draft = imported(tmp_path, "alpha,a,theta,d,mass,Jm [kg m2],G\n0,0,q1,0,1,200e-6,-62.6111\n1,0,q2,0,1,200e-6,107.815\n0,0,q3,0,1,,\n")
+    assert [link.armature for link in draft.links] == pytest.approx([200e-6 * 62.6111**2, 200e-6 * 107.815**2, 0], rel=1e-15)
+    draft = imported(tmp_path, "a,mass,rotor_inertia [kg mm2],gear_ratio\n1,1,50,100\n")
+    assert draft.links[0].armature == pytest.approx(0.5, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("table", "sentence"),
+    [
+        ("a,mass,Jm\n1,1,2e-4\n", "arm.csv:2: column 'Jm': the gear ratio is missing; write it in the column 'G' (1 for a direct drive)"),
+        ("a,mass,Jm,G\n1,1,2e-4,0\n", "column 'Jm': the gear ratio is missing"),
+        ("a,mass,Jm,G\n1,1,-2e-4,5\n", "column 'Jm': must be >= 0, got -2e-4"),
+        ("a,mass,Jm,G,armature\n1,1,2e-4,5,1\n", "columns 'armature' and 'Jm' both define the inertia of the drive"),
+        ("a,mass,Jm,G [deg]\n1,1,2e-4,5\n", "the unit of G must be 1 or -"),
+    ],
+)
+def test_what_is_wrong_with_a_drive_is_said(tmp_path, table, sentence):
+    with pytest.raises(UserError, match=re.escape(sentence)):
+        imported(tmp_path, table)
+
+
+def test_gear_ratios_without_rotor_inertia_are_listed(tmp_path):
+    assert any("gear ratios in column 'G'" in line for line in imported(tmp_path, "a,mass,G\n1,1,50\n").lost)
+
+
 def test_a_column_joint_may_hold_kinds_or_names(tmp_path):
     assert [x.joint for x in imported(tmp_path, "joint,a,mass\nR,1,1\nP,1,1\n").links] == ["revolute", "prismatic"]
     assert [x.joint_name for x in imported(tmp_path, "joint,a,mass\n1,1,1\n2,1,1\n").links] == ["joint1", "joint2"]
