@@ -19,9 +19,15 @@ namespace {
   to.springs.resize(from.springs.size());
   for (std::size_t i = 0; i < from.springs.size(); ++i) {
     const SpringPlan<double>& spring = from.springs[i];
-    to.springs[i] = {
-        spring.body_a,    spring.body_b,  spring.point_a.cast<Dual>(), spring.point_b.cast<Dual>(),
-        spring.stiffness, spring.damping, spring.rest_length};
+    to.springs[i] = {spring.body_a,
+                     spring.body_b,
+                     spring.entry_a,
+                     spring.entry_b,
+                     spring.point_a.cast<Dual>(),
+                     spring.point_b.cast<Dual>(),
+                     spring.stiffness,
+                     spring.damping,
+                     spring.rest_length};
   }
   if constexpr (Plan<Dual>::may_have_contacts) {
     if (to.contact_pairs.empty())
@@ -33,7 +39,11 @@ namespace {
   to.ports.resize(from.ports.size());
   for (std::size_t i = 0; i < from.ports.size(); ++i) {
     const PortPlan<double>& port = from.ports[i];
-    to.ports[i] = {port.frame, port.body, port.in_ground_axes, port.rotation.cast<Dual>(),
+    to.ports[i] = {port.frame,
+                   port.body,
+                   port.entry,
+                   port.in_ground_axes,
+                   port.rotation.cast<Dual>(),
                    port.position.cast<Dual>()};
   }
 }
@@ -47,6 +57,9 @@ namespace {
                         loop.body_a,
                         loop.body_b,
                         loop.root,
+                        loop.entry_a,
+                        loop.entry_b,
+                        loop.entry_root,
                         loop.point_a.cast<Dual>(),
                         loop.point_b.cast<Dual>(),
                         loop.first_row,
@@ -63,7 +76,8 @@ Plan<Dual> elements_of(const Plan<double>& plan) {
   if (!plan.has_poses()) return elements;
   elements.origin = plan.origin.cast<Dual>();
   elements.joints.resize(plan.joints.size());
-  elements.needs_pose = plan.needs_pose;
+  elements.poses = plan.poses;
+  elements.pose_count = plan.pose_count;
   copy_elements(plan, elements);
   copy_loops(plan, elements);
   return elements;
@@ -231,18 +245,26 @@ REDYSIM_CLONES void Derivatives::move_subtree(const Plan<double>& plan, const Wo
 void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<double>& ws, int joint,
                                      bool velocity) {
   const JointPlan<double>& at = plan.joints[joint];
-  const GroundState<double> carrier = ground_state(ws, at.parent);
   const Vec3<double> zero = Vec3<double>::Zero();
-  for (std::size_t i = 0; i < plan.needs_pose.size(); ++i) {
-    if (!plan.needs_pose[i]) continue;
-    const GroundState<double>& g = ws.ground[i];
+  int parent = at.parent;  // entry
+  for (const PoseStep& step : plan.poses) {
+    if (step.kind != PoseStep::Kind::moved) {
+      set_seen_from(step, workspace_);
+      continue;
+    }
+    if (step.body == joint) parent = step.from;
+    const GroundState<double>& g = ws.ground[step.entry];
     Vec3<double> turn = zero, position = zero, omega = zero, rate = zero;
-    if (changes_[i].moved) {
-      const Vec3<double> e = ws.ground[joint].rotation.col(2);
+    if (changes_[step.body].moved) {
+      const GroundState<double>&carrier = ground_state(ws, parent), &own = ws.ground[joint];
+      const Vec3<double> e = own.rotation.col(2);
+      // a point of reference that the joint moves is the origin of the other positions and velocities
+      const bool moves_reference = step.reference != ground && changes_[step.reference].moved;
       // displacement of the body per unit of q
       Vec3<double> angular = zero, shift = zero;
       add_motion(at, e, angular, shift);
-      if (turns(at)) shift += e.cross(g.position - ws.ground[joint].position);
+      if (moves_reference) shift.setZero();
+      if (turns(at)) shift += e.cross(moves_reference ? g.position : Vec3<double>(g.position - own.position));
       if (velocity) {
         rate = shift;
         omega = angular;
@@ -250,13 +272,18 @@ void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<d
         position = shift;
         rate = carrier.omega.cross(shift);
         if (turns(at)) {
+          Vec3<double> from = g.position, velocity_from = g.velocity;
+          if (!moves_reference) {
+            from -= carrier.position;
+            velocity_from -= carrier.velocity;
+          }
           turn = e;
           omega = e.cross(g.omega - carrier.omega);
-          rate += e.cross(g.velocity - carrier.velocity - carrier.omega.cross(g.position - carrier.position));
+          rate += e.cross(velocity_from - carrier.omega.cross(from));
         }
       }
     }
-    GroundState<Dual>& to = workspace_.ground[i];
+    GroundState<Dual>& to = workspace_.ground[step.entry];
     for (int column = 0; column < 3; ++column) {
       const Vec3<double> direction = g.rotation.col(column);
       to.rotation.col(column) = with(direction, turn.cross(direction));

@@ -86,7 +86,7 @@ template <class Scalar>
 Scalar port_power(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const PortPlan<Scalar>& port,
                   const Scalar* qd, const Scalar* wrench) {
   const GroundState<Scalar> body =
-      port.in_ground_axes ? ws.ground[port.body] : body_motion(plan, ws, port.body, qd);
+      port.in_ground_axes ? ws.ground[port.entry] : body_motion(plan, ws, port.body, qd);
   Vec3<Scalar> moment(wrench[0], wrench[1], wrench[2]), force(wrench[3], wrench[4], wrench[5]);
   if (!port.in_ground_axes) {
     moment = body.rotation * (port.rotation * moment);

@@ -18,8 +18,8 @@ GroundState<Scalar> ground_at_rest() {
 }
 
 template <class Scalar>
-const GroundState<Scalar>& ground_state(const Workspace<Scalar>& ws, int body) {
-  return body == ground ? ws.base : ws.ground[body];
+const GroundState<Scalar>& ground_state(const Workspace<Scalar>& ws, int entry) {
+  return entry == ground ? ws.base : ws.ground[entry];
 }
 
 // A body's state from its parent's.
@@ -39,12 +39,33 @@ GroundState<Scalar> moved(const JointPlan<Scalar>& joint, const JointState<Scala
   return to;
 }
 
+// The state of a body seen from another reference.
+template <class Scalar>
+void set_seen_from(const PoseStep& step, Workspace<Scalar>& ws) {
+  const GroundState<Scalar>& from = ws.ground[step.from];
+  GroundState<Scalar>& to = ws.ground[step.entry];
+  to.rotation = from.rotation;
+  to.omega = from.omega;
+  if (step.kind == PoseStep::Kind::root) {
+    to.position.setZero();
+    to.velocity.setZero();
+  } else {
+    const GroundState<Scalar>& base = ground_state(ws, step.base);
+    to.position = from.position + base.position;
+    to.velocity = from.velocity + base.velocity;
+  }
+}
+
 // Uses the joint positions in the workspace (set_positions) and qd; fills ws.ground where needed.
 template <class Scalar>
 void set_ground_motion(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* qd) {
-  for (std::size_t i = 0; i < plan.needs_pose.size(); ++i)
-    if (plan.needs_pose[i])
-      ws.ground[i] = moved(plan.joints[i], ws.joints[i], ground_state(ws, plan.joints[i].parent), qd[i]);
+  for (const PoseStep& step : plan.poses) {
+    const int i = step.body;
+    if (!features::loops || step.kind == PoseStep::Kind::moved)
+      ws.ground[i] = moved(plan.joints[i], ws.joints[i], ground_state(ws, step.from), qd[i]);
+    else
+      set_seen_from(step, ws);
+  }
 }
 
 // Motion of a point fixed in a body, in the ground frame.
@@ -82,8 +103,8 @@ struct SpringLine {
 template <class Scalar>
 SpringLine<Scalar> spring_line(const SpringPlan<Scalar>& spring, const Workspace<Scalar>& ws) {
   SpringLine<Scalar> line;
-  line.a = point_motion(ground_state(ws, spring.body_a), spring.point_a);
-  line.b = point_motion(ground_state(ws, spring.body_b), spring.point_b);
+  line.a = point_motion(ground_state(ws, spring.entry_a), spring.point_a);
+  line.b = point_motion(ground_state(ws, spring.entry_b), spring.point_b);
   const Vec3<Scalar> between = line.b.position - line.a.position;
   line.length = safe_norm(between);  // the direction between coincident points is zero
   line.direction = between / line.length;

@@ -166,6 +166,7 @@ Plan<Scalar>::Plan(const Model& model, const Parameters<Scalar>& parameters) {
   add_contacts(model);
   add_ports(model);
   build_clusters(model, *this);
+  set_poses(*this);
   plain = clusters.empty() && springs.empty() && elastic_couplings.empty() && contact_pairs.empty() &&
           ports.empty() && prescribed_count == 0;
 }

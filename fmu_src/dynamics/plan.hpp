@@ -5,6 +5,7 @@
 
 #include "dynamics/contact/contact_plan.hpp"
 #include "dynamics/loops/cluster_plan.hpp"
+#include "dynamics/pose_plan.hpp"
 #include "math/spatial.hpp"
 #include "model/dh.hpp"
 #include "model/features.hpp"
@@ -59,6 +60,7 @@ struct Resistance {
 template <class Scalar>
 struct SpringPlan {
   int body_a = ground, body_b = ground;
+  int entry_a = ground, entry_b = ground;  // of Workspace::ground
   Vec3<Scalar> point_a, point_b;
   Scalar stiffness = 0, damping = 0, rest_length = 0;
 };
@@ -73,6 +75,7 @@ template <class Scalar>
 struct PortPlan {
   int frame = 0;  // index into Model::frames
   int body = ground;
+  int entry = ground;  // of Workspace::ground, if in ground axes
   bool in_ground_axes = true;
   Mat3<Scalar> rotation;  // frame in body
   Vec3<Scalar> position;
@@ -111,8 +114,9 @@ struct Plan {
   std::vector<EliminationStep> elimination;  // leaves to root; empty for an open tree
   std::vector<FrontPlan> fronts;
   std::vector<EliminationStep>
-      elimination_by_fronts;     // with the fronts of the clusters that are split; else empty
-  std::vector<char> needs_pose;  // per joint; empty if no ground poses are needed
+      elimination_by_fronts;    // with the fronts of the clusters that are split; else empty
+  std::vector<PoseStep> poses;  // of the bodies with loops, springs, contacts or ports, parents first
+  int pose_count = 0;           // entries of Workspace::ground
 
   // Parts that a recursion may omit; constant in a library built without them.
   bool is_open() const { return is_plain() || !has_constraints(); }
@@ -137,8 +141,7 @@ struct Plan {
                       features::motion);
   }
   bool has_poses() const {
-    return (features::loops || features::springs || features::contact || features::ports) &&
-           !needs_pose.empty();
+    return (features::loops || features::springs || features::contact || features::ports) && !poses.empty();
   }
 
   // Per link of the model: the joint that carries it (ground if fixed to it), and its frame in the body frame

@@ -36,8 +36,8 @@ struct CompositeMass {
   Vec3<Scalar> h;
 };
 
-// Pose and velocity along the ground's axes, positions from plan.origin, only for bodies with loops,
-// springs or frames.
+// Pose and velocity of a body along the ground's axes; what positions and velocities are relative to:
+// PoseStep.
 template <class Scalar>
 struct GroundState {
   Mat3<Scalar> rotation;
@@ -57,7 +57,7 @@ inline constexpr std::size_t largest_product = 65536;
 // The links from the point of a loop to the joints that its rows cross, in the order of the crossings.
 template <class Scalar>
 struct LinkPath {
-  Vec3<Scalar> end;   // m, from plan.origin
+  Vec3<Scalar> end;   // m
   double length = 0;  // m
 
   void extend_to(const Vec3<Scalar>& joint) {
@@ -104,9 +104,9 @@ struct Workspace {
 
   std::vector<JointState<Scalar>> joints;
   std::vector<CompositeMass<Scalar>> composite;  // per body; potential energy alone
-  std::vector<GroundState<Scalar>> ground;
-  GroundState<Scalar> base;  // the ground itself, seen from plan.origin
-  Scalar contact_power;      // W, of all contacts: what is not stored
+  std::vector<GroundState<Scalar>> ground;       // first the own one of each joint's body
+  GroundState<Scalar> base;                      // the ground itself, seen from plan.origin
+  Scalar contact_power;                          // W, of all contacts: what is not stored
   LoopState<Scalar> loop;
 };
 
@@ -122,7 +122,7 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   fresh.A.xx = fresh.A.yy = fresh.A.zz = fresh.A.xy = fresh.A.xz = fresh.A.yz = Lanes<Scalar>::all(nan);
   joints.assign(plan.joints.size(), fresh);
   composite.assign(plan.joints.size(), {nan, fresh.omega});
-  if (plan.has_poses()) ground.resize(plan.joints.size());
+  if (plan.has_poses()) ground.resize(static_cast<std::size_t>(plan.pose_count));
   base.rotation.setIdentity();
   base.position = -plan.origin;
   base.omega.setZero();

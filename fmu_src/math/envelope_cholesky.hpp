@@ -18,7 +18,8 @@ class EnvelopeCholesky {
  public:
   // between these relative pivots the rank is uncertain: a dependent row, or inertias of different magnitude
   static constexpr double rounding = 1e-14, small_pivot = 1e-4;
-  static constexpr double lost = 1e-12;  // relative remainder of a row that has no accurate direction
+  static constexpr double lost = 1e-12;      // relative remainder of a row that has no accurate direction
+  static constexpr double cancelled = 1e-2;  // pivot relative to S_kk that has lost digits
 
   explicit EnvelopeCholesky(std::vector<int> first_column);
 
@@ -34,6 +35,9 @@ class EnvelopeCholesky {
 
   // Whether a pivot of the last factor() was small but above rounding.
   bool doubtful() const { return doubtful_; }
+
+  // Whether the pivot of an independent row in the last factor() had lost digits.
+  bool inexact() const { return inexact_; }
 
   // Determines the dependent rows from the levers alone, for factor_product(). J: one row of levers per
   // constraint with `columns` entries, overwritten; bound: the largest absolute values that these levers can
@@ -82,7 +86,7 @@ class EnvelopeCholesky {
   std::vector<char> skipped_;
   std::vector<Scalar> work_, along_, left_;
   int rank_ = 0;
-  bool doubtful_ = false, has_gram_[2] = {};
+  bool doubtful_ = false, inexact_ = false, has_gram_[2] = {};
 };
 
 template <class Scalar>
@@ -111,11 +115,12 @@ template <class Scalar>
 void EnvelopeCholesky<Scalar>::factor(const Scalar* scale, double pivot_tolerance) {
   using std::sqrt;
   rank_ = 0;
-  doubtful_ = false;
+  doubtful_ = inexact_ = false;
   has_gram_[false] = has_gram_[true] = false;
   for (int i = 0; i < size(); ++i) {
     weight_[i] = scale[i] > Scalar(0) ? Scalar(Scalar(1) / scale[i]) : Scalar(0);
-    Scalar pivot = entry(i, i);
+    const Scalar whole = entry(i, i);
+    Scalar pivot = whole;
     for (int j = first_[i]; j < i; ++j) {
       if (skipped_[j]) {
         entry(i, j) = Scalar(0);
@@ -130,6 +135,7 @@ void EnvelopeCholesky<Scalar>::factor(const Scalar* scale, double pivot_toleranc
     doubtful_ = doubtful_ || (pivot > rounding * scale[i] && pivot < small_pivot * scale[i]);
     skipped_[i] = !(pivot > pivot_tolerance * scale[i]);
     entry(i, i) = skipped_[i] ? Scalar(0) : Scalar(sqrt(pivot));
+    inexact_ = inexact_ || (pivot < cancelled * whole && !skipped_[i]);
     rank_ += skipped_[i] ? 0 : 1;
   }
 }

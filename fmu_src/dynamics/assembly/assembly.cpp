@@ -40,7 +40,7 @@ double minimize_from_nearby_starts(ClusterAssembly& cluster, Vector& z) {
     for (int k = 0; k < tries; ++k) {
       Vector trial = start;
       for (Eigen::Index j = 0; j < trial.size(); ++j) trial[j] += spread * random.next();
-      if (cluster.minimize_residual(trial) > accepted_residual) continue;
+      if (cluster.minimize_residual(trial) > cluster.accepted()) continue;
       if (best.size() == 0 || (trial - start).norm() < (best - start).norm()) best = trial;
     }
     if (best.size() > 0) break;
@@ -132,8 +132,8 @@ void keep_larger(const Assembly::Residual& found, Assembly::Residual& largest) {
 double solve_positions(ClusterAssembly& cluster, std::vector<double>& moved) {
   Vector z = cluster.z_start();
   double norm = cluster.minimize_residual(z);
-  if (norm > accepted_residual) norm = minimize_from_nearby_starts(cluster, z);
-  if (norm <= accepted_residual) cluster.move_to_nearest(z);
+  if (norm > cluster.accepted()) norm = minimize_from_nearby_starts(cluster, z);
+  if (norm <= cluster.accepted()) cluster.move_to_nearest(z);
   norm = cluster.residual_norm(z);
   for (std::size_t j = 0; j < cluster.free_joints().size(); ++j) {
     const int joint = cluster.free_joints()[j];
@@ -149,7 +149,7 @@ void assemble_positions(ClusterAssembly& cluster, const double* q, std::vector<d
   for (int joint : cluster.joints()) result.unit[joint] = cluster.unit(joint);
   for (int k = 0; k < cluster.constraint_count(); ++k) keep_larger(cluster.gap(k), result.gap_before);
   if (norm > rounding_residual && !cluster.free_joints().empty()) norm = solve_positions(cluster, moved);
-  const bool violated = norm > accepted_residual;
+  const bool violated = norm > cluster.accepted();
   for (int k = 0; k < cluster.constraint_count(); ++k) {
     const Assembly::Residual gap = cluster.gap(k);
     // violated loops take precedence over satisfied ones

@@ -36,6 +36,7 @@ class ClusterAssembly : public ClusterRows<double> {
   }
 
   const Vector& z_start() const { return z_start_; }
+  double accepted() const { return std::max(accepted_residual, rounding_); }
 
   // Minimises the residuals by Levenberg-Marquardt steps with a damping proportional to the residual:
   // quadratic convergence at regular configurations, robust at singular ones. Returns the norm of the
@@ -92,7 +93,7 @@ class ClusterAssembly : public ClusterRows<double> {
       bool nearer = false;
       for (double part = 1; part > 0.01 && !nearer; part *= 0.5) {
         Vector trial = z + part * step;
-        if (minimize_residual(trial) > accepted_residual) continue;
+        if (minimize_residual(trial) > accepted()) continue;
         const double there = (trial - z_start_).norm();
         nearer = converging || there < distance * (1 - 1e-12);
         if (nearer) {
@@ -257,18 +258,20 @@ class ClusterAssembly : public ClusterRows<double> {
     Vector x = step;
     const std::vector<double> start = velocities(qd, x);
     const double size = squared_norm(start);
-    if (null_accelerations(null, start).norm() <= on_branch * size) return;
+    if (null_accelerations(null, start).norm() <= std::max(on_branch, rounding_) * size) return;
+    double before = std::numeric_limits<double>::infinity();
     for (int k = 0; k < 50; ++k) {
       const std::vector<double> speed = velocities(qd, x);
       set_motion(speed.data());
       const Vector second_order = null_accelerations(null, speed);
       const double length = std::sqrt(squared_norm(speed));
       if (length == 0) return;
-      if (rate_.norm() <= branch_residual * length &&
-          second_order.norm() <= branch_residual * length * length) {
+      const double error = std::max(rate_.norm(), second_order.norm() / length) / length;
+      if (error <= branch_residual || (error <= rounding_ && !(error < 0.5 * before))) {
         step = x;
         return;
       }
+      before = error;
       x -= branch_step(null, qd, x, second_order, length);
     }
   }
@@ -315,7 +318,7 @@ class ClusterAssembly : public ClusterRows<double> {
     acceleration_.resize(plan_.joints.size());
     for (int i : joints_) {
       const int parent = plan_.joints[i].parent;
-      const GroundState<double> from = ground_state(ws_, parent);
+      const GroundState<double>& from = parent_of(i);
       const Vec3<double> arm = ws_.ground[i].position - from.position, zero = Vec3<double>::Zero();
       const Vec3<double> turned = from.omega.cross(ws_.ground[i].rotation.col(2) * qd[i]);
       const Motion<double> carried =

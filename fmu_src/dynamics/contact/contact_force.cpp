@@ -103,11 +103,11 @@ PointWrench<Scalar> in_ground_frame(const ContactForce<Scalar>& of, const Touch<
   return {motion.origin + motion.axes * touch.position, motion.axes * of.force, motion.axes * of.couple};
 }
 
-// Adds `sign` times a wrench to the external ones of a body.
+// Adds `sign` times a wrench to the external ones of a body, whose pose is `entry`.
 template <class Scalar>
-void act_on(Workspace<Scalar>& ws, int body, const PointWrench<Scalar>& at, double sign) {
+void act_on(Workspace<Scalar>& ws, int body, int entry, const PointWrench<Scalar>& at, double sign) {
   if (body == ground) return;
-  const GroundState<Scalar>& state = ws.ground[body];
+  const GroundState<Scalar>& state = ws.ground[entry];
   const auto into_body = state.rotation.transpose();
   const Vec3<Scalar> arm = at.point - state.position, moment = at.couple + arm.cross(at.force);
   ws.joints[body].p.moment -= Scalar(sign) * Vec3<Scalar>(into_body * moment);
@@ -135,8 +135,8 @@ void add_contact_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
         [&](const ContactLaw<Scalar>& law, const Touch<Scalar>& touch, const RelativeMotion<Scalar>& motion) {
           const ContactForce<Scalar> force = contact_force(law, touch);
           const auto wrench = in_ground_frame(force, touch, motion);
-          act_on(ws, pair.ball_body, wrench, 1);
-          act_on(ws, pair.surface_body, wrench, -1);
+          act_on(ws, pair.ball_body, pair.ball_entry, wrench, 1);
+          act_on(ws, pair.surface_body, pair.surface_entry, wrench, -1);
           ws.contact_power += contact_loss(law, touch, force);
         });
 }
@@ -154,14 +154,14 @@ Scalar contact_energy(const Plan<Scalar>& plan, const Workspace<Scalar>& ws) {
 template <class Scalar>
 ContactResult<Scalar> contact_result(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, int contact,
                                      int link_a) {
-  Vec3<Scalar> about = ground_state(ws, ground).position;
-  if (link_a != ground) {
-    const GroundState<Scalar> body = ground_state(ws, plan.carrier[link_a]);
-    about = body.position + body.rotation * plan.frame_in_carrier[link_a].position.template cast<Scalar>();
-  }
   ContactResult<Scalar> result;
   for (const ContactPair<Scalar>& pair : plan.contact_pairs) {
     if (pair.contact != contact) continue;
+    const GroundState<Scalar>& body =
+        ground_state(ws, pair.balls_on_b ? pair.surface_entry : pair.ball_entry);
+    Vec3<Scalar> about = body.position;
+    if (link_a != ground)
+      about += body.rotation * plan.frame_in_carrier[link_a].position.template cast<Scalar>();
     const ContactLaw<Scalar>& law = plan.contact_laws[contact];
     const Scalar sign(pair.balls_on_b ? -1 : 1);
     visit_touches(pair, ws, [&](const Touch<Scalar>& touch, const RelativeMotion<Scalar>& motion) {

@@ -28,8 +28,9 @@ template <class Scalar>
 struct ContactPair {
   int contact = 0;  // index into Model::contacts
   int ball_body = -1, surface_body = -1;
-  bool balls_on_b = false;          // of the contact's links
-  std::vector<Vec3<Scalar>> balls;  // centers, in the body
+  int ball_entry = -1, surface_entry = -1;  // of Workspace::ground
+  bool balls_on_b = false;                  // of the contact's links
+  std::vector<Vec3<Scalar>> balls;          // centers, in the body
   Scalar radius = 0;
   double half_way = 0.5;  // where between the two surfaces forces act; 0: at the center of a ball
   // of a disk: the ball is the nearest part of its rim, at `ring` from the center
@@ -88,6 +89,8 @@ ContactPair<To> with_constants_of(const ContactPair<double>& from) {
   to.contact = from.contact;
   to.ball_body = from.ball_body;
   to.surface_body = from.surface_body;
+  to.ball_entry = from.ball_entry;
+  to.surface_entry = from.surface_entry;
   to.balls_on_b = from.balls_on_b;
   for (const Vec3<double>& ball : from.balls) to.balls.push_back(ball.cast<To>());
   to.radius = from.radius;

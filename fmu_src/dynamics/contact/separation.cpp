@@ -10,8 +10,8 @@ namespace redysim {
 template <class Scalar>
 Scalar separation(const ContactPair<Scalar>& pair, const Workspace<Scalar>& ws) {
   using std::abs;
-  const GroundState<Scalar>& body = ground_state(ws, pair.ball_body);
-  const GroundState<Scalar>& carrier = ground_state(ws, pair.surface_body);
+  const GroundState<Scalar>& body = ground_state(ws, pair.ball_entry);
+  const GroundState<Scalar>& carrier = ground_state(ws, pair.surface_entry);
   const Surface<Scalar>& surface = pair.surface;
   const Vec3<Scalar> between = body.position + body.rotation * pair.middle - carrier.position;
   if (!surface.is_finite()) {

@@ -98,7 +98,7 @@ template <class Scalar>
 template <class Scalar, class Visit>
 void visit_touches(const ContactPair<Scalar>& pair, const Workspace<Scalar>& ws, Visit visit) {
   const RelativeMotion<Scalar> motion =
-      relative_motion(pair.surface, ground_state(ws, pair.ball_body), ground_state(ws, pair.surface_body));
+      relative_motion(pair.surface, ground_state(ws, pair.ball_entry), ground_state(ws, pair.surface_entry));
   for (const Vec3<Scalar>& ball : pair.balls) visit(touch_of(pair, motion, ball), motion);
 }
 

@@ -330,25 +330,6 @@ std::vector<EliminationStep> elimination_order(const Plan<Scalar>& plan,
   return order;
 }
 
-template <class Scalar>
-void mark_pose(Plan<Scalar>& plan, int body) {
-  for (; body != ground; body = plan.joints[body].parent) plan.needs_pose[body] = 1;
-}
-
-template <class Scalar>
-void mark_poses_of_springs_contacts_and_ports(Plan<Scalar>& plan) {
-  for (const auto& spring : plan.springs) {
-    mark_pose(plan, spring.body_a);
-    mark_pose(plan, spring.body_b);
-  }
-  for (const auto& pair : plan.contact_pairs) {
-    mark_pose(plan, pair.ball_body);
-    mark_pose(plan, pair.surface_body);
-  }
-  for (const auto& port : plan.ports)
-    if (port.in_ground_axes) mark_pose(plan, port.body);
-}
-
 // Adds one cluster with its loops to the plan.
 template <class Scalar>
 void add_cluster(const Model& model, const std::vector<LoopRows>& rows, const ClusterBuilder& builder,
@@ -374,8 +355,6 @@ void add_cluster(const Model& model, const std::vector<LoopRows>& rows, const Cl
     loop.root = path.meeting;
     loop.first_row = cluster.first_row + cluster.row_count;
     cluster.row_count += static_cast<int>(loop.rows.size());
-    mark_pose(plan, loop.body_a);
-    mark_pose(plan, loop.body_b);
     plan.loops.push_back(loop);
   }
   cluster.loop_count = static_cast<int>(plan.loops.size()) - cluster.first_loop;
@@ -402,11 +381,6 @@ void set_elimination(Plan<Scalar>& plan) {
 
 template <class Scalar>
 void build_clusters(const Model& model, Plan<Scalar>& plan) {
-  bool ground_axes = false;
-  for (const auto& port : plan.ports) ground_axes = ground_axes || port.in_ground_axes;
-  if (!model.loops.empty() || !model.springs.empty() || !plan.contact_pairs.empty() || ground_axes)
-    plan.needs_pose.assign(plan.joints.size(), 0);
-  mark_poses_of_springs_contacts_and_ports(plan);
   if (!features::loops || (model.loops.empty() && model.couplings.empty())) return;
   std::vector<int> parents;
   for (const auto& joint : plan.joints) parents.push_back(joint.parent);

@@ -4,9 +4,8 @@
 
 namespace redysim {
 
-// Groups the model's loops and rigid couplings into clusters: fills loops, couplings, clusters, fronts, both
-// elimination orders and needs_pose of the plan. Uses its joints, springs, ports and carriers. Called once at
-// load.
+// Groups the model's loops and rigid couplings into clusters: fills loops, couplings, clusters, fronts and
+// both elimination orders of the plan. Uses its joints and carriers. Called once at load.
 template <class Scalar>
 void build_clusters(const Model& model, Plan<Scalar>& plan);
 

@@ -25,9 +25,10 @@ template <class Scalar>
 struct LoopPlan {
   int loop = 0;  // index into Model::loops
   int body_a = ground, body_b = ground;
-  int root = ground;              // where its two sides meet; the ground for rows with ground directions
-  Vec3<Scalar> point_a, point_b;  // body frames
-  int first_row = 0;              // global index
+  int root = ground;  // where its two sides meet; the ground for rows with ground directions
+  int entry_a = ground, entry_b = ground, entry_root = ground;  // of Workspace::ground
+  Vec3<Scalar> point_a, point_b;                                // body frames
+  int first_row = 0;                                            // global index
   std::vector<ConstraintRow<Scalar>> rows;
 };
 
@@ -65,7 +66,8 @@ struct RowCrossing {
 
 // Loops, couplings and rows of a cluster have consecutive global indices.
 struct ClusterPlan {
-  int root = ground;  // the body at which all its paths end
+  int root = ground;        // the body at which all its paths end
+  int root_entry = ground;  // with loops: of Workspace::ground, the root seen from its own origin
   int first_loop = 0, loop_count = 0;
   int first_coupling = 0, coupling_count = 0;
   int first_row = 0, row_count = 0;

@@ -55,21 +55,28 @@ class ClusterRows {
     set_poses();
   }
 
-  // Sets the unit of length: the root mean square distance of the cluster's points from its root, which
-  // unlike the largest distance is a smooth function of q. If all points coincide, it is the size of the
-  // bodies, without a derivative (NaN).
+  // Sets the unit of length: the root mean square distance of the cluster's points from its root (on the
+  // ground: from its first joint), which unlike the largest distance is a smooth function of q. If all points
+  // coincide, it is the size of the bodies, without a derivative (NaN).
   Scalar measure() {
     using std::sqrt;
     if (!has_loops()) return measure_couplings();
-    const Vec3<Scalar> root =
-        cluster_.root == ground ? Vec3<Scalar>(Vec3<Scalar>::Zero()) : ws_.ground[cluster_.root].position;
+    const Vec3<Scalar> origin = origin_of_root();
     Scalar squared(0);
-    const auto include = [&](const Vec3<Scalar>& point) { squared += (point - root).squaredNorm(); };
+    double farthest = 0;
+    const auto carry_rounding_of = [&](const Vec3<Scalar>& term) {
+      farthest = std::max(farthest, LoopMagnitudes::size(term));
+    };
+    const auto include = [&](const Vec3<Scalar>& point) {
+      squared += (point - origin).squaredNorm();
+      carry_rounding_of(point);
+    };
     for (int i : joints_) include(ws_.ground[i].position);
     for (int k = 0; k < cluster_.loop_count; ++k) {
       const LoopGeometry<Scalar> g = loop_geometry(loop(k), ws_);
       include(g.point_a.position);
       include(g.point_b.position);
+      for (const auto* term : {&g.point_a.arm, &g.point_b.arm, &g.root.position}) carry_rounding_of(*term);
     }
     const double points = static_cast<double>(joints_.size()) + 2.0 * cluster_.loop_count;
     const double extent = body_extent();
@@ -77,10 +84,6 @@ class ClusterRows {
     const bool is_point = size_ <= 1e-9 * extent || size_ == 0;
     if (is_point) size_ = extent > 0 ? extent : 1;
     row_size_ = std::ldexp(1.0, std::ilogb(1.5 * size_));
-    double farthest = 0;
-    for (int i : joints_)
-      for (int k = 0; k < 3; ++k)
-        farthest = std::max(farthest, std::abs(value_of(ws_.ground[i].position[k])));
     rounding_ = 1e-13 + 1e-15 * farthest / size_;
     return is_point ? Scalar(std::numeric_limits<double>::quiet_NaN())
                     : Scalar(sqrt(squared / Scalar(points)));
@@ -90,9 +93,7 @@ class ClusterRows {
   void set_motion(const Scalar* qd) {
     for (int i : joints_) {
       qd_[i] = qd[i];
-      if (has_loops())
-        ws_.ground[i] =
-            moved(plan_.joints[i], ws_.joints[i], ground_state(ws_, plan_.joints[i].parent), qd[i]);
+      if (has_loops()) ws_.ground[i] = moved(plan_.joints[i], ws_.joints[i], parent_of(i), qd[i]);
     }
     set_rows();
   }
@@ -166,6 +167,20 @@ class ClusterRows {
 
   int local_row(const CouplingPlan& at) const { return at.row - cluster_.first_row; }
 
+  // The state of a joint's parent; positions are relative to the cluster's root.
+  const GroundState<Scalar>& parent_of(int joint) const {
+    const int parent = plan_.joints[joint].parent;
+    return ground_state(ws_, parent == cluster_.root ? cluster_.root_entry : parent);
+  }
+
+  // On the ground: the place of the first joint.
+  Vec3<Scalar> origin_of_root() const {
+    if (cluster_.root != ground) return Vec3<Scalar>::Zero();
+    const int first = joints_.front();
+    const GroundState<Scalar>& body = ws_.ground[first];
+    return body.position - body.rotation.col(2) * (ws_.joints[first].offset - plan_.joints[first].d);
+  }
+
   // The largest radius of gyration of a body about its origin, m.
   double body_extent() const {
     double extent = 0;
@@ -179,9 +194,7 @@ class ClusterRows {
 
   void set_poses() {
     if (!has_loops()) return;
-    for (int i : joints_)
-      ws_.ground[i] =
-          moved(plan_.joints[i], ws_.joints[i], ground_state(ws_, plan_.joints[i].parent), Scalar(0));
+    for (int i : joints_) ws_.ground[i] = moved(plan_.joints[i], ws_.joints[i], parent_of(i), Scalar(0));
   }
 
   void add_path(int row, int body, Force<Scalar> w, double scale) {

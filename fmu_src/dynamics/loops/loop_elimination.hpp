@@ -189,18 +189,42 @@ bool eliminate_with_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
   return true;
 }
 
+// One step of iterative refinement of the multipliers. The residual is b - K a_root - B (B^T lambda) with the
+// factors of S = B B^T, whose condition number is the square root of that of S. Overwrites b.
+template <class Scalar>
+[[gnu::noinline, gnu::cold]] void refine_multipliers(const Plan<Scalar>& plan, Workspace<Scalar>& ws,
+                                                     std::size_t c) {
+  const ClusterPlan& cluster = plan.clusters[c];
+  LoopState<Scalar>& state = ws.loop;
+  const int first = cluster.first_row;
+  for (int row = first; row < first + cluster.row_count && cluster.root != ground; ++row)
+    state.b[row] -= dot(state.K[row], ws.joints[cluster.root].acceleration);
+  for (std::size_t k = 0; k < cluster.joints.size(); ++k) {
+    const int begin = cluster.crossing_begin[k], end = cluster.crossing_begin[k + 1];
+    const Scalar* const u = state.crossing_u.data() + cluster.first_crossing;
+    Scalar force(0);
+    for (int n = begin; n < end; ++n) force += u[n] * state.lambda[cluster.crossings[n].row];
+    force *= ws.joints[cluster.joints[k]].D_inverse;
+    for (int n = begin; n < end; ++n) state.b[cluster.crossings[n].row] -= u[n] * force;
+  }
+  state.S[c].solve(&state.b[first], &state.b[first]);
+  for (int row = first; row < first + cluster.row_count; ++row) state.lambda[row] += state.b[row];
+}
+
 // Multipliers of one cluster from the acceleration of its root.
 template <class Scalar>
 void set_multipliers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t c) {
   LoopState<Scalar>& state = ws.loop;
   const ClusterPlan& cluster = plan.clusters[c];
   const int first = cluster.first_row;
+  EnvelopeCholesky<Scalar>& S = state.S[c];
   for (int row = first; row < first + cluster.row_count; ++row) {
     state.lambda[row] = state.b[row];
     if (cluster.root != ground) state.lambda[row] -= dot(state.K[row], ws.joints[cluster.root].acceleration);
   }
-  state.S[c].solve(&state.lambda[first], &state.lambda[first]);
-  state.S[c].reduce_norm(&state.lambda[first]);
+  S.solve(&state.lambda[first], &state.lambda[first]);
+  S.reduce_norm(&state.lambda[first]);
+  if (!state.uses_Q[c] && (S.inexact() || S.rank() < S.size())) refine_multipliers(plan, ws, c);
 }
 
 // Root to leaves, in the reverse order of the elimination: multipliers, then the joints on which they act.

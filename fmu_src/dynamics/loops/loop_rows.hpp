@@ -31,9 +31,9 @@ struct LoopGeometry {
 template <class Scalar>
 LoopGeometry<Scalar> loop_geometry(const LoopPlan<Scalar>& loop, const Workspace<Scalar>& ws) {
   LoopGeometry<Scalar> g;
-  g.a = ground_state(ws, loop.body_a);
-  g.b = ground_state(ws, loop.body_b);
-  g.root = ground_state(ws, loop.root);
+  g.a = ground_state(ws, loop.entry_a);
+  g.b = ground_state(ws, loop.entry_b);
+  g.root = ground_state(ws, loop.entry_root);
   g.point_a = point_motion(g.a, loop.point_a);
   g.point_b = point_motion(g.b, loop.point_b);
   g.r = g.point_b.position - g.point_a.position;

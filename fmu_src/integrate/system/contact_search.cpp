@@ -83,22 +83,23 @@ double ContactSearch::travel(std::size_t joint, const double* qdd, double h) con
 // Uses the ground poses at the start of the step.
 void ContactSearch::set_reference(const Plan<double>& plan, const Workspace<double>& ws) {
   reference_q_ = start_q_;
-  for (std::size_t i = 0; i < arms_.size(); ++i)
-    if (plan.needs_pose[i])
-      arms_[i] = (ws.ground[i].position - ground_state(ws, plan.joints[i].parent).position).norm();
+  for (const PoseStep& step : plan.poses)
+    if (step.kind == PoseStep::Kind::moved)
+      arms_[step.body] = (ws.ground[step.entry].position - ground_state(ws, step.from).position).norm();
   for (std::size_t k = 0; k < reference_pairs_.size(); ++k) {
     const ContactPair<double>& pair = plan.contact_pairs[k];
-    const GroundState<double>& body = ground_state(ws, pair.ball_body);
+    const GroundState<double>& body = ground_state(ws, pair.ball_entry);
     const Vec3<double> middle = body.position + body.rotation * pair.middle;
-    const Vec3<double>& carrier = ground_state(ws, pair.surface_body).position;
+    const Vec3<double>& carrier = ground_state(ws, pair.surface_entry).position;
     reference_pairs_[k] = {separation(pair, ws), (middle - carrier).norm()};
   }
 }
 
 // Whether there are any in a step of `h` s from the start.
 bool ContactSearch::find_near_pairs(const Plan<double>& plan, const double* qdd, double h) {
-  for (std::size_t i = 0; i < displacements_.size(); ++i) {
-    if (!plan.needs_pose[i]) continue;
+  for (const PoseStep& step : plan.poses) {
+    if (step.kind != PoseStep::Kind::moved) continue;
+    const int i = step.body;
     const JointPlan<double>& joint = plan.joints[i];
     const double change = std::abs(start_q_[i] - reference_q_[i]) + travel(i, qdd, h);
     const Displacement parent = displacement_of(joint.parent);

@@ -51,7 +51,7 @@ TEST(Plan, fixed_links_have_no_joint) {
 TEST(Plan, an_open_tree_holds_nothing_for_loops) {
   const Plan<double> plan(test::serial_chain(5, false));
   const Workspace<double> ws(plan);
-  EXPECT_TRUE(plan.needs_pose.empty());
+  EXPECT_TRUE(plan.poses.empty());
   EXPECT_TRUE(plan.elimination.empty());
   EXPECT_TRUE(ws.ground.empty());
   EXPECT_TRUE(ws.loop.lambda.empty());

@@ -21,7 +21,9 @@ struct Start {
   Assembly result;
 
   explicit Start(Model given, std::vector<double> q0 = {}, std::vector<double> qd0 = {})
-      : model(std::move(given)), plan(model), ws(plan), q(std::move(q0)), qd(std::move(qd0)) {
+      : Start(given, Plan<double>(given), std::move(q0), std::move(qd0)) {}
+  Start(Model given, Plan<double> of_model, std::vector<double> q0, std::vector<double> qd0)
+      : model(std::move(given)), plan(std::move(of_model)), ws(plan), q(std::move(q0)), qd(std::move(qd0)) {
     for (std::size_t i = q.size(); i < plan.joints.size(); ++i)
       q.push_back(model.links[plan.joints[i].link].joint.q0);
     qd.resize(plan.joints.size(), 0.0);
@@ -127,19 +129,29 @@ TEST(Assembly, starts_a_singular_pose_on_one_of_its_branches) {
   Model model = test::four_bar_chain(1);
   model.links[0].joint.hold = true;
   const std::vector<double> flat(3, 0.0);
-  const auto expect_velocity = [](const Start& start, double crank, double rocker, double coupler) {
-    ASSERT_TRUE(start.result.consistent);
+  const auto expect_velocity = [](const Start& start, double crank, double rocker, double coupler,
+                                  double tolerance = 1e-9) {
+    ASSERT_TRUE(start.result.closed && start.result.consistent);
     const double wanted[] = {crank, rocker, coupler};
-    for (int i = 0; i < 3; ++i) EXPECT_NEAR(start.qd[i], wanted[i], 1e-9 * std::abs(crank));
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(start.qd[i], wanted[i], tolerance * std::abs(crank));
   };
   expect_velocity(Start(model, flat, {2.0, 2.0, -2.0}), 2, 2, -2);
   expect_velocity(Start(model, flat, {2.0, -10.0, -10.0}), 2, -10, -10);
   expect_velocity(Start(model, flat, {1000.0, 2.0, -2.0}), 1000, 1000, -1000);
   expect_velocity(Start(model, flat, {2.0, -9.0, -11.0}), 2, -10, -10);
-  // the same far away
-  model.links[0].joint.dh.a += 1e6;
-  model.links[1].joint.dh.a += 1e6;
-  expect_velocity(Start(model, flat, {1000.0, 2.0, -2.0}), 1000, 1000, -1000);
+  // the same far away: bars differ by 1e-10 m, and positions from the ground's origin carry that rounding
+  for (const double far : {1e6, 2466390.0}) {
+    SCOPED_TRACE(far);
+    Model away = model;
+    away.links[0].joint.dh.a += far;
+    away.links[1].joint.dh.a += far;
+    Plan<double> seen_from_origin(away);
+    seen_from_origin.origin.setZero();
+    for (const Plan<double>& plan : {Plan<double>(away), seen_from_origin}) {
+      expect_velocity(Start(away, plan, flat, {1000.0, 2.0, -2.0}), 1000, 1000, -1000, 1e-8);
+      expect_velocity(Start(away, plan, flat, {2.0, -9.0, -11.0}), 2, -10, -10, 1e-8);
+    }
+  }
 }
 
 TEST(Assembly, says_what_remains_open_of_an_impossible_loop) {
