@@ -92,6 +92,8 @@ def run(options: argparse.Namespace) -> int:
         "moving joint": sum(link.joint != "fixed" for link in draft.links),
         "loop": len(model.drawing.get("loops", [])),
     }
+    if draft.couplings:
+        counts["coupling"] = len(draft.couplings)
     words = ", ".join(f"{n} {what}{'' if n == 1 else 's'}" for what, n in counts.items())
     if draft.inputs:
         print(f"to run it with its inputs: {run_command(draft, str(target))}")

@@ -56,7 +56,7 @@ class DraftLink:
 
 @dataclass
 class DraftTie:
-    """A loop, spring, contact or frame, with the field names of the model file."""
+    """A loop, coupling, spring, contact or frame, with the field names of the model file."""
 
     name: str
     fields: dict[str, object] = field(default_factory=dict)
@@ -72,6 +72,7 @@ class Draft:
     gravity: list[float] = field(default_factory=lambda: [0.0, 0.0, -9.81])
     links: list[DraftLink] = field(default_factory=list)
     loops: list[DraftTie] = field(default_factory=list)
+    couplings: list[DraftTie] = field(default_factory=list)
     springs: list[DraftTie] = field(default_factory=list)
     contacts: list[DraftTie] = field(default_factory=list)
     frames: list[DraftTie] = field(default_factory=list)

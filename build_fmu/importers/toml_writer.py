@@ -38,9 +38,8 @@ def model_text(draft: Draft, file: str = "") -> str:
     for link in draft.links:
         lines += ["", *_link(link, before)]
         before = link.name
-    kinds = (("loop", draft.loops), ("spring", draft.springs), ("contact", draft.contacts), ("frame", draft.frames))
-    for kind, ties in kinds:
-        for tie in ties:
+    for kind in ("loop", "coupling", "spring", "contact", "frame"):
+        for tie in getattr(draft, f"{kind}s"):
             lines += ["", *_tie(kind, tie)]
     for fragment in draft.fragments:
         lines += ["", *fragment.strip().splitlines()]

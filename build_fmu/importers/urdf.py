@@ -1,4 +1,4 @@
-"""Reads a URDF: links, joints, inertias, axes, damping, friction, limits. Link frames are chosen anew for modified DH."""
+"""Reads a URDF: links, joints, inertias, axes, damping, friction, limits, mimics. Link frames are chosen anew for modified DH."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from build_fmu.importers.toml_writer import number
 from build_fmu.importers.urdf_contacts import add_contacts
 from build_fmu.importers.urdf_file import DEGREES, NEAR_RIGHT, Urdf
 from build_fmu.importers.urdf_losses import report_limits, report_losses, some
+from build_fmu.importers.urdf_mimic import add_couplings, follow, read_mimics
 
 KINDS = {
     "revolute": "revolute",
@@ -62,7 +63,9 @@ def read(path: Path, options: Namespace) -> Draft:
     bodies = _bodies(urdf)
     draft = Draft(name=legal(urdf.root.attrib.get("name") or path.stem), source=path.name)
     _joints(urdf, bodies, draft)
-    _pose(bodies, options.pose)
+    by_joint = {body.joint: body for body in bodies.values() if body.joint}
+    mimics = read_mimics(urdf, by_joint, draft)
+    follow(mimics, by_joint, _pose(bodies, options.pose), draft)
     report_limits([body for body in bodies.values() if body.limits], draft, options.stops)
     root = _root(urdf, bodies)
     if options.floating:
@@ -72,6 +75,7 @@ def read(path: Path, options: Namespace) -> Draft:
     _check_reached(urdf, bodies, root)
     layout = _Layout(draft, bodies, options)
     layout.lay(root)
+    add_couplings(mimics, by_joint, layout)
     if options.contact:
         add_contacts(urdf, layout, feet_only=options.contact == "ground")
     draft.notes.append(
@@ -138,13 +142,11 @@ def _joints(urdf: Urdf, bodies: dict[str, Body], draft: Draft) -> None:
         body.parent, body.joint, body.kind, body.origin = parent, name, KINDS[kind], urdf.pose(element)
         bodies[parent].children.append(child)
         _motion(urdf, element, body, draft)
-    mimics = [element.get("name") for element in urdf.root.findall("joint") if element.find("mimic") is not None]
-    if mimics:
-        draft.lost.append(f"the coupling <mimic> of {some(mimics)} (each joint moves independently)")
 
 
-def _pose(bodies: dict[str, Body], asked: Sequence[str]) -> None:
-    """Sets the start positions of JOINT=VALUE, where JOINT may contain the wildcards * and ?."""
+def _pose(bodies: dict[str, Body], asked: Sequence[str]) -> set[str]:
+    """Sets the start positions of JOINT=VALUE, where JOINT may contain the wildcards * and ?. Returns the names of the joints."""
+    named = set()
     moving = {body.joint: body for body in bodies.values() if body.kind in ("revolute", "prismatic")}
     for text in asked:
         pattern, _, value = text.partition("=")
@@ -159,6 +161,8 @@ def _pose(bodies: dict[str, Body], asked: Sequence[str]) -> None:
             raise UserError(f"--pose: '{text}' must be JOINT=VALUE with a number in rad or m")
         for body in found:
             body.q = q
+            named.add(body.joint)
+    return named
 
 
 def _end(urdf: Urdf, joint: etree._Element, tag: str, bodies: dict[str, Body]) -> str:

@@ -21,6 +21,7 @@ CHILDREN = {
 ATTRIBUTES = {
     "joint": ("name", "type"), "origin": ("xyz", "rpy"), "parent": ("link",), "child": ("link",), "axis": ("xyz",), "mass": ("value",),
     "dynamics": ("damping", "friction"), "limit": ("lower", "upper", "effort", "velocity"),
+    "mimic": ("joint", "multiplier", "offset"),
     "inertia": ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), "sphere": ("radius",), "capsule": ("radius", "length"),
     "cylinder": ("radius", "length"), "box": ("size",),
 }  # fmt: skip

@@ -73,8 +73,6 @@ def test_names_frames_and_losses(tmp_path):
     said = " | ".join(draft.lost + draft.doubts)
     for part in (
         "the mass of 'base', 3 kg",
-        "<mimic>",
-        "of upper_arm",
         "the limits of shoulder: --stops",
         "1 <visual> shapes",
         "1 x <transmission>",
@@ -84,6 +82,7 @@ def test_names_frames_and_losses(tmp_path):
         "1 angles are within",
     ):
         assert part in said
+    assert [(tie.name, tie.fields["joints"]) for tie in draft.couplings] == [("upper_arm_joint_mimic", ["upper_arm_joint", "shoulder"])]
     first, second, _ = draft.links
     assert (first.damping, first.friction, first.lower, first.mass) == (0.7, 0.2, None, 2)
     assert "friction = 0.2" in model_text(draft) and "stop" not in model_text(draft).split("name =", 1)[1]

@@ -74,6 +74,34 @@ def passive(link, q, qd):
     return force
 
 
+def mimics(path, joints):
+    """Returns the joint values as F y + f of the joints without <mimic>, y, and a mask of these."""
+    told = {joint.get("name"): joint.find("mimic") for joint in ET.parse(path).getroot().findall("joint")}
+    own = np.array([told[name] is None for name in joints])
+    column = {name: np.eye(own.sum())[own[:k].sum()] for k, name in enumerate(joints) if own[k]}
+
+    def row(name):
+        if told[name] is None:
+            return column[name], 0.0
+        inner, at = row(told[name].get("joint"))
+        multiplier = float(told[name].get("multiplier", 1))
+        return multiplier * inner, multiplier * at + float(told[name].get("offset", 0))
+
+    rows, offsets = zip(*map(row, joints), strict=True)
+    return np.array(rows), np.array(offsets), own
+
+
+def accelerations(model, data, state, columns, follow):
+    """The accelerations in the order of `columns`; mimic joints by projection of the mass matrix onto the others."""
+    q, v, tau = state
+    if follow.shape[0] == follow.shape[1]:
+        return pin.aba(model, data, q, v, tau)[columns]
+    mass = np.triu(pin.crba(model, data, q))
+    mass = (mass + np.triu(mass, 1).T)[np.ix_(columns, columns)]
+    force = (tau - pin.rnea(model, data, q, v, np.zeros(model.nv)))[columns]
+    return follow @ np.linalg.solve(follow.T @ mass @ follow, follow.T @ force)
+
+
 def compare(path, folder, states=3):
     """Returns the largest relative error of the accelerations and the largest error of a centre of mass (m)."""
     draft = urdf.read(path, argparse.Namespace(snap=False, frames=False, stops=50.0, floating=False, contact=None, pose=[]))
@@ -87,19 +115,21 @@ def compare(path, folder, states=3):
     file.write_text(model_text(draft), encoding="utf-8")
     build(describe(file), file, fmu)
     columns, worst = order(model, joints), 0.0
+    follow, offset, own = mimics(path, joints)
     with Session(fmu) as session:
         ours = [link.joint_name or link.name for link in moving]
         for _ in range(states):
             q, qd, tau = rng.uniform(-2, 2, (3, len(moving)))
+            q, qd, tau = follow @ q[own] + offset, follow @ qd[own], np.where(own, tau, 0)
             q_pin, v_pin = pin_state(model, joints, q, qd)
             tau_pin = np.zeros(model.nv)
             tau_pin[columns] = tau + [passive(link, *at) for link, *at in zip(moving, q, qd, strict=True)]
             for array in (model.armature, model.damping):
                 array[:] = 0
-            expected = pin.aba(model, data, q_pin, v_pin, tau_pin)[columns]
+            expected = accelerations(model, data, (q_pin, v_pin, tau_pin), columns, follow)
             values = {}
-            for ending, numbers in ((".q0", q), (".qd0", qd), (".tau", tau)):
-                values |= {name + ending: x for name, x in zip(ours, numbers, strict=True)}
+            for ending, numbers, has in ((".q0", q, q == q), (".qd0", qd, q == q), (".tau", tau, own)):
+                values |= {name + ending: x for name, x, given in zip(ours, numbers, has, strict=True) if given}
             session.initialise(0, 1, None, values)
             qdd = np.array(session.read([f"{name}.qdd" for name in ours]))
             worst = max(worst, float(np.abs(qdd - expected).max() / np.abs(expected).max()))
