@@ -45,6 +45,11 @@ constexpr Feature all_features[] = {
     {"spherical", features::spherical, [](const Model& model) { return !model.balls.empty(); }},
     {"control", features::control,
      [](const Model& model) { return !model.trajectories.empty() || model.controller.law != Law::none; }},
+    {"actuators", features::actuators,
+     [](const Model& model) {
+       return std::any_of(model.actuators.begin(), model.actuators.end(),
+                          [](const Actuator& actuator) { return actuator.acts(); });
+     }},
     {"energies", features::energies, [](const Model& model) { return model.fmu.shows(OutputGroup::energy); }},
     {"erk", features::erk, [](const Model& model) { return uses_method(model, SolverMethod::erk); }},
     {"adams", features::adams, [](const Model& model) { return uses_method(model, SolverMethod::adams); }},

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "math/vec3.hpp"
+#include "model/actuator.hpp"
 #include "model/contact.hpp"
 #include "model/controller.hpp"
 #include "model/joint.hpp"
@@ -151,6 +152,7 @@ struct Model {
   std::vector<Contact> contacts;
   std::vector<Frame> frames;
   std::vector<Ball> balls;
+  std::vector<Actuator> actuators;
   std::vector<Trajectory> trajectories;
   Controller controller;
   SolverSettings solver;

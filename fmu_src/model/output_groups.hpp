@@ -4,7 +4,7 @@
 
 namespace redysim {
 
-enum class OutputGroup : unsigned char { acceleration, energy, solver, momentum, reference, power };
+enum class OutputGroup : unsigned char { acceleration, energy, solver, momentum, reference, power, actuator };
 
 struct OutputGroupRow {
   const char* name;
@@ -19,6 +19,7 @@ inline constexpr OutputGroupRow output_groups[] = {
     {"momentum", OutputGroup::momentum, false},
     {"reference", OutputGroup::reference, false},
     {"power", OutputGroup::power, false},
+    {"actuator", OutputGroup::actuator, false},
 };
 
 // A set of groups.

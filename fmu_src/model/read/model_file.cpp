@@ -1,5 +1,6 @@
 #include "model/read/model_file.hpp"
 
+#include "model/read/actuator_reader.hpp"
 #include "model/read/compound_joint.hpp"
 #include "model/read/contact_reader.hpp"
 #include "model/read/controller_reader.hpp"
@@ -46,6 +47,18 @@ void invert(std::vector<LinkDraft>& drafts, Section& top) {
   if (!driven) top.warn("inverse", "inverse has no effect: no joint has drive 'torque'");
 }
 
+// Also those of the drafts: the rotor behind a rigid gear is part of the joint's armature.
+void read_actuators(Section& top, bool inverse, Model& model, std::vector<LinkDraft>& drafts,
+                    Findings& findings) {
+  model.actuators = read_actuators(top, model, inverse, findings);
+  for (const Actuator& actuator : model.actuators) {
+    if (actuator.is_elastic()) continue;
+    Joint& joint = model.links[actuator.link].joint;
+    joint.armature += actuator.gear_ratio * actuator.gear_ratio * actuator.rotor_inertia;
+    drafts[actuator.link].link.joint.armature = joint.armature;
+  }
+}
+
 LinkTable link_table(const std::vector<LinkDraft>& drafts, bool sound) {
   LinkTable links;
   for (const LinkDraft& draft : drafts) {
@@ -61,7 +74,9 @@ void read_guidance(Section& top, Model& model, bool degrees, bool inverse, const
                    std::vector<AttachedFile>& files, Findings& findings) {
   model.trajectories = read_trajectories(top, model, degrees, folder, files, findings);
   model.controller = read_controller(top, model, degrees, inverse, findings);
-  if (findings.error_count() == 0) check_trajectories(top, model, findings);
+  if (findings.error_count() != 0) return;
+  check_trajectories(top, model, findings);
+  check_controlled_actuators(top, model, findings);
 }
 
 Model read_model(Section& top, const std::string& folder, std::vector<AttachedFile>& files,
@@ -81,9 +96,10 @@ Model read_model(Section& top, const std::string& folder, std::vector<AttachedFi
   arrange_tree(drafts);
   model.balls = expand_compound_joints(drafts);
   const bool sound = findings.error_count() == 0;
+  for (const LinkDraft& draft : drafts) model.links.push_back(draft.link);
+  read_actuators(top, inverse, model, drafts, findings);
   if (sound) check_movable(drafts, top);
   const LinkTable links = link_table(drafts, sound);
-  for (const LinkDraft& draft : drafts) model.links.push_back(draft.link);
 
   model.loops = read_loops(top, links, names, findings);
   model.couplings = read_couplings(top, model, names, findings);

@@ -11,8 +11,8 @@ namespace redysim {
 // "link 'elbow'", or "link 3" (the third) while the table has no name.
 std::string label_of(const std::string& kind, std::size_t ordinal, const Value& table);
 
-// The names under which links, joints, loops, couplings, springs and contacts appear in FMI variables: each has one
-// owner.
+// The names under which links, joints, loops, couplings, springs and contacts appear in FMI variables: each
+// has one owner.
 class Names {
  public:
   // Reads the required field `name` and claims it for `owner`; empty when missing or bad.

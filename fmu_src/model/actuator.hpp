@@ -1,0 +1,30 @@
+#pragma once
+
+#include <limits>
+
+namespace redysim {
+
+// What stands between an input and a joint: lag, limits, motor and gear. Torques, stiffness, backlash and
+// limits are on the joint side (of a sliding joint: forces and lengths), rotor and torque constant on the
+// motor side. The law: integrate/actuator/actuator_law.hpp, docs/actuators.md.
+struct Actuator {
+  int link = 0;                              // whose joint it drives
+  double gear_ratio = 1, rotor_inertia = 0;  // motor angle per q; kg m^2
+  double stiffness = 0, damping = 0;         // of an elastic gear; stiffness 0: a rigid one
+  double backlash = 0, backlash_width = 0;   // whole play, and depth of full stiffness beyond it
+  double torque_limit = std::numeric_limits<double>::infinity(), torque_limit_width = 0;
+  double speed_limit = std::numeric_limits<double>::infinity(), speed_limit_width = 0;
+  double time_constant = 0;  // s, of the input
+  // of a DC motor, in ohm, H and N m/A = V s/rad; resistance 0: none, the input is a torque
+  double resistance = 0, inductance = 0, torque_constant = 0;
+
+  bool is_elastic() const { return stiffness > 0; }
+  bool is_electric() const { return resistance > 0; }
+  bool limits_torque() const { return torque_limit < std::numeric_limits<double>::infinity(); }
+  bool limits_speed() const { return speed_limit < std::numeric_limits<double>::infinity(); }
+  bool lags() const { return time_constant > 0; }
+  // Otherwise the input is the torque on the joint, whose armature contains the rotor.
+  bool acts() const { return is_elastic() || is_electric() || limits_torque() || limits_speed() || lags(); }
+};
+
+}  // namespace redysim
