@@ -20,7 +20,7 @@ ROOMS = ("math", "model", "dynamics", "integrate", "fmi")
 LEVELS = {
     "model": (("",), ("read",)),
     "dynamics": (("", "contact", "loops"), ("assembly",), ("straight_line",)),
-    "integrate": (("control",), ("system",), ("methods",)),
+    "integrate": (("control",), ("system", "actuator"), ("methods",)),
     "fmi": (("platform",), ("boundary",), ("instance", "variables"), ("describe", "boundary/fmi2.cpp")),
 }
 # headers of libraries: (pattern of the header, modules that may include it, name)

@@ -363,7 +363,7 @@ REDYSIM_CLONES void Derivatives::collect_forces(const Plan<double>& plan, const 
 
 void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
                            const double* qdd, const double* tau, const double* ports,
-                           const std::vector<JointVariable>& variables, double* columns) {
+                           const std::vector<JointVariable>& variables, double* columns, std::size_t length) {
   set_point(plan, ws, q, qd, qdd, ports);
   if (has_elements_) {
     copy_elements(plan, plan_);
@@ -371,7 +371,7 @@ void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, cons
   }
   for (std::size_t k = 0; k < variables.size(); ++k) {
     const auto [kind, joint] = variables[k];
-    double* column = columns + k * (static_cast<std::size_t>(plan.nv) + 1);
+    double* column = columns + k * length;
     double& power = column[plan.nv];
     if (kind == JointVariable::Kind::force) {
       power = qd[joint];

@@ -27,12 +27,12 @@ class Derivatives {
 
   // Requires `ws` of the last forward_dynamics(plan, ws, q, qd, inputs, qdd) and overwrites all but its
   // elimination. `tau`: forces of all drives, prescribed joints included; `ports`: 6 numbers each. Fills one
-  // column per variable, nv + 1 apart in `columns`: nv accelerations, then the external power (W) at constant
-  // drive forces, without ports.
-  // `plan` may have other parameters than in the constructor, but the same structure.
+  // column per variable, `length` apart in `columns`: nv accelerations, then the external power (W) at
+  // constant drive forces, without ports. `plan` may have other parameters than in the constructor, but the
+  // same structure.
   void evaluate(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
                 const double* qdd, const double* tau, const double* ports,
-                const std::vector<JointVariable>& variables, double* columns);
+                const std::vector<JointVariable>& variables, double* columns, std::size_t length);
 
  private:
   // One body at the point of evaluation, in its own axes.

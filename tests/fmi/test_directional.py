@@ -196,6 +196,32 @@ tunable = ["base.mass", "arm.com[1]", "gravity[2]", "foot.stiffness", "foot.damp
 """
 
 
+def actuated(law: str) -> str:
+    """A floating base with an elastic, a limited and an electric joint, all away from the kinks of their laws."""
+    control = f'[controller]\nlaw = "{law}"\njoints = ["arm", "wrist"]\nkp = 10\nkd = 2\ntarget = [0.5, -0.5]\ninput = true\n'
+    return f"""
+name = "actuated"
+link = [
+  {{name = "base", joint = "free", mass = 3, inertia = [0.3, 0.4, 0.5], q = [0, 0, 0, 0.3, 0.2, -0.4], qd = [0.1, 0, 0.2, 0.3, -0.2, 0.1]}},
+  {{name = "arm", mass = 1, com = [0.3, 0, 0.1], inertia = [0.1, 0.2, 0.3], a = 0.5, alpha = 1, q = 0.2, qd = 0.3}},
+  {{name = "hand", mass = 0.4, com = [0.1, 0.05, 0], inertia = [0.01, 0.02, 0.03], a = 0.4, alpha = 0.3, qd = 0.4}},
+  {{name = "slide", joint = "prismatic", mass = 0.3, com = [0.1, 0.05, 0], inertia = [0.01, 0.02, 0.03], a = 0.2, alpha = -0.7}},
+  {{name = "wrist", mass = 0.2, com = [0.1, 0.02, 0], inertia = [0.01, 0.02, 0.03], a = 0.2, alpha = 0.7}},
+]
+actuator = [
+  {{joint = "arm", gear_ratio = -6, rotor_inertia = 0.01, stiffness = 20, damping = 1, backlash = 0.1, backlash_width = 0.6, torque_limit = 4, torque_limit_width = 4}},
+  {{joint = "hand", gear_ratio = 4, resistance = 1, torque_constant = 0.3, inductance = 0.2, time_constant = 0.1, speed_limit = 2, speed_limit_width = 2}},
+  {{joint = "slide", gear_ratio = 30, rotor_inertia = 1e-3, stiffness = 40, damping = 1, time_constant = 0.2}},
+  {{joint = "wrist", torque_limit = 3, torque_limit_width = 3, speed_limit = 4, speed_limit_width = 4}},
+]
+frame = [{{name = "tool", link = "wrist", position = [0.1, 0.2, 0], port = "ground", outputs = ["pose", "velocity"]}}]
+{control if law != "none" else ""}
+[fmu]
+outputs = ["acceleration", "energy", "solver", "momentum", "power", "actuator"]
+tunable = ["arm.mass", "hand.damping", "gravity[2]"]
+"""
+
+
 TOUCHING = [f"touching {kind}" for kind in ("box", "wheel", "map")]
 
 GROUND = "0,0.1,0,0.05,0\n0.1,0,0.2,0,0\n0,0.1,0,0.1,0\n0.05,0,0.1,0,0\n"
@@ -207,6 +233,7 @@ MADE = {
     "controlled": controlled,
     "controlled_loop": controlled_loop,
     "controlled_base": controlled_base,
+    "actuated": actuated,
 }
 
 
@@ -279,6 +306,7 @@ NAMES = [
     *MODELS,
     *MIXED,
     *TOUCHING,
+    *(f"actuated {law}" for law in ("none", "pd")),
     *(f"random {seed}" for seed in range(4)),
     *(f"controlled {law}" for law in LAWS),
     *(f"controlled_{kind} {law}" for kind in ("loop", "base") for law in LAWS if law != "feed_forward"),

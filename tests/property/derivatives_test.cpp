@@ -35,7 +35,7 @@ struct Case {
       if (tree.plan.joints[i].prescribed)
         tau[i] = prescribed_force(tree.plan, tree.ws, i, q.data(), qd.data(), qdd.data());
     derivatives.evaluate(tree.plan, tree.ws, q.data(), qd.data(), qdd.data(), tau.data(),
-                         inputs.data() + nv(), variables, columns.data());
+                         inputs.data() + nv(), variables, columns.data(), static_cast<std::size_t>(nv() + 1));
     return columns;
   }
 

@@ -90,7 +90,7 @@ void write_log_categories(Json& json) {
 void write_unit(Json& json, const Unit& unit) {
   json.begin_object().member("name", unit.name).key("base").begin_object();
   const std::pair<const char*, int> exponents[] = {
-      {"kg", unit.kg}, {"m", unit.m}, {"s", unit.s}, {"rad", unit.rad}};
+      {"kg", unit.kg}, {"m", unit.m}, {"s", unit.s}, {"A", unit.ampere}, {"rad", unit.rad}};
   for (const auto& [name, exponent] : exponents)
     if (exponent != 0) json.member(name, exponent);
   json.end_object().key("display").begin_array();

@@ -57,6 +57,7 @@ std::string OutputDerivatives::follow(bool in_initialization) {
                           ? tangent_->follow_assembly(simulation_.model, state_.how_started().assembly)
                           : nullptr;
     if (why) return "there are no derivatives along this direction: " + std::string(why);
+    tangent_->start_actuators();
     work_ = Work::none;
     return {};
   }

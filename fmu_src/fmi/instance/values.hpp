@@ -50,6 +50,22 @@ class Values {
   double drive_force(int joint) const {
     return has_drive_forces() ? drive_forces_[joint] : simulation_.system.recursion_inputs()[joint];
   }
+  // What the drive takes: that of its actuator, if there is one, else drive_force.
+  double drive_input(int joint) {
+    const Actuators* actuators = simulation_.system.actuators();
+    const int index = actuators ? actuators->at(joint) : -1;
+    return index < 0 ? drive_force(joint) : actuators->input(index);
+  }
+  // Of the actuator of a joint.
+  const ActuatorResponse<double>& actuator(int joint) {
+    const Actuators& actuators = *simulation_.system.actuators();
+    return actuators.response(actuators.at(joint));
+  }
+  double motor(int joint, bool velocity) {
+    const Actuators& actuators = *simulation_.system.actuators();
+    const Actuators::Places place = actuators.places(actuators.at(joint));
+    return state_.y()[velocity ? place.motor_qd : place.motor_q];
+  }
   const double* ball_quaternion(int ball) {
     return simulation_.system.layout().quaternion.of(state_.y(), ball);  // of any length
   }

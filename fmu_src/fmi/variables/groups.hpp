@@ -28,6 +28,10 @@ struct JointDriveVariables {  // joint.cpp
   static const RowGroup rows;
   static const WordGroup words;
 };
+struct ActuatorVariables {  // actuator.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
 struct FrameVariables {  // frame.cpp
   static const RowGroup rows;
   static const WordGroup words;
@@ -78,9 +82,9 @@ struct SolverParameters {  // solver.cpp
 };
 
 // In the order of the XML.
-using Groups = std::tuple<JointMotionVariables, BallMotionVariables, JointDriveVariables, FrameVariables,
-                          LoopVariables, CouplingVariables, ContactVariables, EnergyVariables, SolverHealth,
-                          JointStartValues, BallStartValues, JointParameterVariables, LinkParameterVariables,
-                          ContactParameterVariables, SolverParameters>;
+using Groups = std::tuple<JointMotionVariables, BallMotionVariables, JointDriveVariables, ActuatorVariables,
+                          FrameVariables, LoopVariables, CouplingVariables, ContactVariables, EnergyVariables,
+                          SolverHealth, JointStartValues, BallStartValues, JointParameterVariables,
+                          LinkParameterVariables, ContactParameterVariables, SolverParameters>;
 
 }  // namespace redysim

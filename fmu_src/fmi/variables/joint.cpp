@@ -1,5 +1,6 @@
 #include "fmi/instance/derivatives.hpp"
 #include "fmi/instance/values.hpp"
+#include "fmi/variables/drive.hpp"
 #include "fmi/variables/entry.hpp"
 #include "fmi/variables/parameters.hpp"
 #include "integrate/system/control_tangent.hpp"
@@ -9,10 +10,6 @@
 namespace redysim {
 namespace {
 
-const Joint& joint_of(const Model& model, const Variable& variable) {
-  return model.links[variable.link].joint;
-}
-
 // By inputs, not by a trajectory.
 bool takes_motion(const Scene& scene, const Variable& variable) {
   if (joint_of(scene.model, variable).drive != Drive::motion) return false;
@@ -21,8 +18,16 @@ bool takes_motion(const Scene& scene, const Variable& variable) {
   return true;
 }
 
+bool has_voltage_input(const Scene& scene, const Variable& variable) {
+  return takes_voltage(scene, variable) && (!is_controlled(scene, variable) || scene.model.controller.input);
+}
+
+bool shows_voltage(const Scene& scene, const Variable& variable) {
+  return takes_voltage(scene, variable) && is_controlled(scene, variable);
+}
+
 bool takes_force(const Scene& scene, const Variable& variable) {
-  return joint_of(scene.model, variable).drive == Drive::torque &&
+  return joint_of(scene.model, variable).drive == Drive::torque && !takes_voltage(scene, variable) &&
          (!is_controlled(scene, variable) || scene.model.controller.input);
 }
 
@@ -34,7 +39,9 @@ bool shows_velocity(const Scene& scene, const Variable& variable) {
 
 bool shows_force(const Scene& scene, const Variable& variable) {
   const Drive drive = joint_of(scene.model, variable).drive;
-  return drive == Drive::motion || drive == Drive::locked || is_controlled(scene, variable);
+  if (ends_at_joint(scene, variable)) return false;
+  return drive == Drive::motion || drive == Drive::locked ||
+         (is_controlled(scene, variable) && !takes_voltage(scene, variable));
 }
 
 bool has_drive(const Scene& scene, const Variable& variable) {
@@ -89,6 +96,13 @@ bool power_at_start(const Variable& unknown, const Variable& known, const Compon
   return initially::velocity(unknown, known, components) || is_own_force(unknown, known);
 }
 
+// Derivative of what the drive takes.
+double input_derivative(OutputDerivatives& of, const Variable& v) {
+  const Actuators* actuators = of.values().system().actuators();
+  const int index = actuators ? actuators->at(v.joint) : -1;
+  return (index < 0 ? of.tangent().drive[v.joint] : of.tangent().actuator_input(index)).derivative;
+}
+
 constexpr Unit watt{"W", 1, 2, -3, 0};
 
 constexpr Entry motion_entries[] = {
@@ -98,6 +112,13 @@ constexpr Entry motion_entries[] = {
         .input_at([](const System& system, const Variable& v) { return system.input_layout().tau[v.joint]; })
         .measures(quantity::torque, quantity::force)
         .says("Drive torque of %", "Drive force of %")
+        .adapted(explain_drive),
+    input(Owner::joint, "voltage")
+        .adds_to_controller()
+        .there_if(has_voltage_input)
+        .input_at([](const System& system, const Variable& v) { return system.input_layout().tau[v.joint]; })
+        .measures(quantity::voltage)
+        .says("Voltage of the motor of %")
         .adapted(explain_drive),
     input(Owner::joint, "q")
         .there_if(takes_motion)
@@ -153,13 +174,19 @@ constexpr Entry motion_entries[] = {
 constexpr Entry force_entries[] = {
     output(Owner::joint, "tau")
         .there_if(shows_force)
-        .reads([](Values& at, const Variable& v) { return at.drive_force(v.joint); }, Needs::accelerations)
-        .derivative(
-            [](OutputDerivatives& of, const Variable& v) { return of.tangent().drive[v.joint].derivative; })
+        .reads([](Values& at, const Variable& v) { return at.drive_input(v.joint); }, Needs::accelerations)
+        .derivative(input_derivative)
         .depends(at_point::accelerations, initially::accelerations)
         .measures(quantity::torque, quantity::force)
         .says("Drive torque of %", "Drive force of %")
         .adapted(explain_force),
+    output(Owner::joint, "voltage")
+        .there_if(shows_voltage)
+        .reads([](Values& at, const Variable& v) { return at.drive_input(v.joint); }, Needs::accelerations)
+        .derivative(input_derivative)
+        .depends(at_point::accelerations, initially::accelerations)
+        .measures(quantity::voltage)
+        .says("Voltage of the motor of %"),
     output(Owner::joint, "q_ref")
         .in(OutputGroup::reference)
         .there_if(is_controlled)

@@ -10,6 +10,7 @@ struct Unit {
   int kg, m, s, rad;
   const char* display_name = nullptr;
   double display_factor = 1;  // display value = factor * value
+  int ampere = 0;
 };
 
 // A unit (null: dimensionless) and the Modelica name of the quantity (null: none).
@@ -37,6 +38,8 @@ inline constexpr Unit kilogram_metre2{"kg.m2", 1, 2, 0, 0};
 inline constexpr Unit joule{"J", 1, 2, -2, 0};
 inline constexpr Unit newton_second{"N.s", 1, 1, -1, 0};
 inline constexpr Unit newton_metre_second{"N.m.s", 1, 2, -1, 0};
+inline constexpr Unit volt{"V", 1, 2, -3, 0, nullptr, 1, -1};
+inline constexpr Unit ampere{"A", 0, 0, 0, 0, nullptr, 1, 1};
 inline constexpr Unit per_second{"1/s", 0, 0, -1, 0};
 inline constexpr Unit per_second2{"1/s2", 0, 0, -2, 0};
 inline constexpr Unit second{"s", 0, 0, 1, 0};
@@ -64,6 +67,8 @@ inline constexpr Quantity mass{&units::kilogram, "Mass"};
 inline constexpr Quantity energy{&units::joule, "Energy"};
 inline constexpr Quantity momentum{&units::newton_second, "Momentum"};
 inline constexpr Quantity angular_momentum{&units::newton_metre_second, "AngularMomentum"};
+inline constexpr Quantity voltage{&units::volt, "Voltage"};
+inline constexpr Quantity current{&units::ampere, "ElectricCurrent"};
 inline constexpr Quantity duration{&units::second, "Time"};
 }  // namespace quantity
 

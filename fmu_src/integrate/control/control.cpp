@@ -8,6 +8,17 @@
 
 namespace redysim {
 
+namespace {
+
+// Adds `factor` times the column of a force to that of a variable.
+void add_force_column(std::size_t variable, double factor, std::size_t force, double* columns,
+                      std::size_t length) {
+  for (std::size_t row = 0; row < length; ++row)
+    columns[variable * length + row] += factor * columns[force * length + row];
+}
+
+}  // namespace
+
 Model with_controlled_motions(Model model) {
   for (const ControlledJoint& joint : model.controller.joints)
     model.links[joint.link].joint.drive = Drive::motion;
@@ -109,9 +120,9 @@ void Control::model_torques(double time, const double* phases, const double* q, 
 }
 
 void Control::add_feedback(double time, const double* phases, const double* q, const double* qd,
-                           const double* inputs, const std::vector<JointVariable>& variables,
-                           double* columns) {
-  add_gains(variables, columns);
+                           const double* inputs, const std::vector<JointVariable>& variables, double* columns,
+                           std::size_t length) {
+  add_gains(variables, columns, length);
   // the reference of feed-forward does not depend on the state
   if (!internal_model_ || law_ == Law::feed_forward) return;
 
@@ -132,7 +143,7 @@ void Control::add_feedback(double time, const double* phases, const double* q, c
     value = at;
     for (std::size_t k = 0; k < joints_.size(); ++k) {
       const double change = changed_.torques[joints_[k]] - torques[joints_[k]];
-      add_force_column(v, change / h, first_force + k, columns);
+      add_force_column(v, change / h, first_force + k, columns, length);
     }
   }
 }
@@ -150,7 +161,8 @@ double& Control::Changed::value(JointVariable variable) {
 }
 
 // d tau = -kp d q - kd d qd
-void Control::add_gains(const std::vector<JointVariable>& variables, double* columns) const {
+void Control::add_gains(const std::vector<JointVariable>& variables, double* columns,
+                        std::size_t length) const {
   if (law_ == Law::computed_torque) return;
   const std::size_t first_force = variables.size() - joints_.size();
   for (std::size_t v = 0; v < first_force; ++v)
@@ -158,16 +170,8 @@ void Control::add_gains(const std::vector<JointVariable>& variables, double* col
       const auto [kind, joint] = variables[v];
       if (joint != joints_[k] || kind == JointVariable::Kind::force) continue;
       const double gain = kind == JointVariable::Kind::position ? gains_[k].kp : gains_[k].kd;
-      add_force_column(v, -gain, first_force + k, columns);
+      add_force_column(v, -gain, first_force + k, columns, length);
     }
-}
-
-// Adds `factor` times the column of a force to that of a variable, nv + 1 apart each.
-void Control::add_force_column(std::size_t variable, double factor, std::size_t force,
-                               double* columns) const {
-  const std::size_t length = trajectory_of_.size() + 1;
-  for (std::size_t row = 0; row < length; ++row)
-    columns[variable * length + row] += factor * columns[force * length + row];
 }
 
 }  // namespace redysim

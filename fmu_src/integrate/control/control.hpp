@@ -50,18 +50,18 @@ class Control {
 
   // The columns of `dynamics/derivatives.hpp` at held torques become those of the controlled plant:
   // d qdd += d qdd / d tau . d tau, with exact gains and, for the laws that hold a model, differences.
-  // `variables` as there, the last ones are the forces of joints(). The entries of `inputs` for the
-  // controlled joints do not matter.
+  // `variables` as there, the last ones are the forces of joints(); columns are `length` apart. The entries
+  // of `inputs` for the controlled joints do not matter.
   const std::vector<int>& joints() const { return joints_; }  // the controlled ones
   void add_feedback(double time, const double* phases, const double* q, const double* qd,
-                    const double* inputs, const std::vector<JointVariable>& variables, double* columns);
+                    const double* inputs, const std::vector<JointVariable>& variables, double* columns,
+                    std::size_t length);
 
  private:
   // What the law adds to PD control, or uses instead of it.
   void model_torques(double time, const double* phases, const double* q, const double* qd,
                      const double* inputs, double* torques);
-  void add_gains(const std::vector<JointVariable>& variables, double* columns) const;
-  void add_force_column(std::size_t variable, double factor, std::size_t force, double* columns) const;
+  void add_gains(const std::vector<JointVariable>& variables, double* columns, std::size_t length) const;
 
   Law law_;
   std::vector<Trajectory> trajectories_;

@@ -128,7 +128,8 @@ Outcome Automatic::start(double time, const double* y) {
 
 double Automatic::work() const {
   return static_cast<double>(statistics_.evaluations) +
-         Tuning::jacobian_column * (system_.nq() + system_.nv()) * static_cast<double>(statistics_.jacobians);
+         Tuning::jacobian_column * (system_.nq() + system_.nv() + system_.layout().actuators()) *
+             static_cast<double>(statistics_.jacobians);
 }
 
 void Automatic::begin_account() {

@@ -72,7 +72,7 @@ class Cvode final : public Integrator {
   void count_step();
   void count_last_step();
   void count_work(double before);
-  bool integrates_work() const { return system_.with_work() && system_.control(); }
+  bool integrates_work() const { return system_.with_work() && (system_.control() || system_.actuators()); }
   double& work_of(double* y) const { return *system_.layout().work.of(y); }
   Outcome failed(int flag);
 

@@ -19,6 +19,13 @@ ErrorWeights::ErrorWeights(const System& system, double rtol, double atol)
   cap_.assign(static_cast<std::size_t>(system.layout().work.begin), std::numeric_limits<double>::max());
   for (int i = 0; i < system.simple(); ++i)
     if (turns(system.plan().joints[system.joint_of(i)])) cap_[i] = turn;
+  // a full turn of the joint
+  const Actuators* actuators = system.actuators();
+  for (int k = 0; actuators && k < actuators->size(); ++k) {
+    const int place = actuators->places(k).motor_q;
+    if (place >= 0 && turns(system.plan().joints[actuators->joint(k)]))
+      cap_[place] = turn * std::fabs(actuators->law(k).gear_ratio);
+  }
 }
 
 void ErrorWeights::evaluate(const double* y, double* weights, double share) const {
@@ -35,6 +42,12 @@ void ErrorWeights::evaluate(const double* y, double* weights, double share) cons
   }
   for (int i = layout.quaternion.begin; i < layout.quaternion.end(); ++i) weight(i, 1, 0);
   for (int i = layout.omega.begin; i < layout.omega.end(); ++i) weight(i, 1, 0);
+  if (layout.actuators() > 0) {
+    const double* scales = &system_.scales()[static_cast<std::size_t>(layout.q.count)];
+    for (int i = 0; i < layout.actuators(); ++i) weight(layout.motor_q.begin + i, scales[i], 0);
+    for (int k = 0; k < layout.motor_q.count; ++k)
+      weight(layout.motor_qd[k], scales[layout.motor_q.count + k], finest * std::fabs(y[layout.motor_q[k]]));
+  }
   for (int i = layout.work.begin; i < layout.work.end(); ++i) weights[i] = 0;
 }
 

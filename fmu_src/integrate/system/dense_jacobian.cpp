@@ -12,16 +12,31 @@ DenseJacobian::DenseJacobian(System& system)
       derivatives_(system.plan()),
       qdd_(static_cast<std::size_t>(system.plan().nv)),
       tau_(qdd_),
-      change_(qdd_.size() + 1) {
+      change_(qdd_.size() + 1 + static_cast<std::size_t>(system.layout().actuators())) {
   using Kind = JointVariable::Kind;
   for (Kind kind : {Kind::position, Kind::velocity})
     for (int k = 0; k < system.simple(); ++k) variables_.push_back({kind, system.joint_of(k)});
   for (int chart : system.plan().balls)
     for (Kind kind : {Kind::position, Kind::velocity, Kind::force})
       for (int k = 1; k <= 3; ++k) variables_.push_back({kind, chart + k});
-  if (const Control* control = system.control())
-    for (int joint : control->joints()) variables_.push_back({Kind::force, joint});
+  add_drives();
   columns_.resize(variables_.size() * change_.size());
+}
+
+// The forces of actuators and of controlled joints, which come last.
+void DenseJacobian::add_drives() {
+  const Control* control = system_.control();
+  const Actuators* actuators = system_.actuators();
+  const auto add = [this](int joint) { variables_.push_back({JointVariable::Kind::force, joint}); };
+  const std::size_t first = variables_.size();
+  for (int k = 0; actuators && k < actuators->size(); ++k)
+    if (!control || !control->controls(actuators->joint(k))) add(actuators->joint(k));
+  if (control) std::for_each(control->joints().begin(), control->joints().end(), add);
+  for (int k = 0; actuators && k < actuators->size(); ++k) {
+    std::size_t v = first;
+    while (variables_[v].joint != actuators->joint(k)) ++v;
+    force_variable_.push_back(static_cast<int>(v));
+  }
 }
 
 Status DenseJacobian::evaluate(double time, const double* y, double* matrix) {
@@ -30,11 +45,12 @@ Status DenseJacobian::evaluate(double time, const double* y, double* matrix) {
   const System::Coordinates at = system_.coordinates(time, y);
   system_.drive_forces(at, qdd_.data(), tau_.data());
   derivatives_.evaluate(system_.plan(), system_.workspace(), at.q, at.qd, qdd_.data(), tau_.data(),
-                        system_.recursion_port_wrenches(), variables_, columns_.data());
-  if (system_.control()) system_.add_feedback(time, at, variables_, columns_.data());
+                        system_.recursion_port_wrenches(), variables_, columns_.data(), change_.size());
   const StateLayout& layout = system_.layout();
   const std::ptrdiff_t size = system_.size();
   std::fill_n(matrix, size * size, 0.0);
+  if (system_.actuators()) add_actuators(y, matrix);
+  if (system_.control()) system_.add_feedback(time, at, variables_, columns_.data(), change_.size());
   for (int k = 0; k < layout.q.count; ++k) {
     add_rows(column(k), matrix + layout.q[k] * size);
     double* by_velocity = matrix + layout.qd[k] * size;
@@ -48,7 +64,8 @@ Status DenseJacobian::evaluate(double time, const double* y, double* matrix) {
   return sum == 0 ? Status::ok : Status::recoverable;
 }
 
-// Rows of the velocities and the work from a change of the accelerations of all joints and of the power.
+// Rows of the velocities, the actuators and the work from a change of the accelerations of all joints, of the
+// power and of the slopes of actuator states.
 void DenseJacobian::add_rows(const double* change, double* column) const {
   const StateLayout& layout = system_.layout();
   for (int i = 0; i < layout.qd.count; ++i) column[layout.qd[i]] = change[system_.joint_of(i)];
@@ -58,6 +75,56 @@ void DenseJacobian::add_rows(const double* change, double* column) const {
         rate_matrix(system_.angles_of_ball(ball)) * accelerations;
   }
   if (system_.with_work()) *layout.work.of(column) = change[qdd_.size()];
+  for (int i = 0; i < layout.actuators(); ++i) column[layout.motor_q.begin + i] = change[qdd_.size() + 1 + i];
+}
+
+// Columns of the forces become those of the inputs of actuators; columns of their joints and states follow.
+void DenseJacobian::add_actuators(const double* y, double* matrix) {
+  for (std::size_t v = 0; v < variables_.size(); ++v)
+    std::fill(column(static_cast<int>(v)) + qdd_.size() + 1, column(static_cast<int>(v)) + change_.size(),
+              0.0);
+  for (int k = 0; k < system_.actuators()->size(); ++k) add_actuator(k, y, matrix);
+}
+
+void DenseJacobian::add_actuator(int index, const double* y, double* matrix) {
+  const Actuators& actuators = *system_.actuators();
+  const StateLayout& layout = system_.layout();
+  const Actuators::Places place = actuators.places(index);
+  const int joint = actuators.joint(index);
+  int state = 0;
+  while (system_.joint_of(state) != joint) ++state;
+  const ActuatorGradient by =
+      gradient(actuators.law(index),
+               actuators.point(index, y, y[layout.q[state]], y[layout.qd[state]], actuators.input(index)),
+               actuators.is_resting());
+  double* force = column(force_variable_[index]);
+  // `to` += the change by an entry of the actuator's point
+  const auto add = [&](ActuatorGradient::Entry entry, double* to) {
+    const ActuatorResponse<Dual>& change = by.by[entry];
+    for (std::size_t i = 0; i < change_.size(); ++i) to[i] += change.torque.derivative * force[i];
+    double* slopes = to + qdd_.size() + 1 - layout.motor_q.begin;
+    to[qdd_.size()] += change.power.derivative;
+    if (place.motor_qd >= 0) slopes[place.motor_qd] += change.motor_qdd.derivative;
+    if (place.current >= 0) slopes[place.current] += change.current_rate.derivative;
+    if (place.lagged >= 0) slopes[place.lagged] += change.lagged_rate.derivative;
+  };
+  add(ActuatorGradient::q, column(state));
+  add(ActuatorGradient::qd, column(layout.q.count + state));
+  const std::ptrdiff_t size = system_.size();
+  const auto add_state = [&](ActuatorGradient::Entry entry, int of) {
+    if (of < 0) return;
+    std::fill(change_.begin(), change_.end(), 0.0);
+    add(entry, change_.data());
+    add_rows(change_.data(), matrix + of * size);
+  };
+  add_state(ActuatorGradient::motor_q, place.motor_q);
+  add_state(ActuatorGradient::motor_qd, place.motor_qd);
+  add_state(ActuatorGradient::current, place.current);
+  add_state(ActuatorGradient::lagged, place.lagged);
+  if (place.motor_q >= 0 && !actuators.is_resting()) matrix[place.motor_qd * size + place.motor_q] = 1;
+  std::fill(change_.begin(), change_.end(), 0.0);
+  add(ActuatorGradient::input, change_.data());
+  std::copy(change_.begin(), change_.end(), force);
 }
 
 // Columns of a spherical joint's quaternion and angular velocity, by the chain rule: dual numbers give the

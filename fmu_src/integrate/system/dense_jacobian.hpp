@@ -1,5 +1,6 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "dynamics/derivatives.hpp"
@@ -20,13 +21,18 @@ class DenseJacobian {
   const double* column(int variable) const {
     return &columns_[static_cast<std::size_t>(variable) * change_.size()];
   }
+  double* column(int variable) { return const_cast<double*>(std::as_const(*this).column(variable)); }
   void add_rows(const double* change, double* column) const;
+  void add_drives();
+  void add_actuators(const double* y, double* matrix);
+  void add_actuator(int index, const double* y, double* matrix);
   void set_ball(int ball, const double* y, double* matrix);
 
   System& system_;
   Derivatives derivatives_;
-  std::vector<JointVariable>
-      variables_;  // simple joints' positions, their velocities, then 9 a spherical joint
+  std::vector<JointVariable> variables_;  // simple joints' positions, their velocities, then 9 a spherical
+                                          // joint, forces of actuators and of controlled joints
+  std::vector<int> force_variable_;       // per actuator
   std::vector<double> columns_, qdd_, tau_, change_;
 };
 

@@ -35,7 +35,7 @@ class RestSearch {
         step_(count_),
         scales_(step_.size(), 1.0),
         pivots_(step_.size()) {
-    std::copy(system.scales().begin(), system.scales().end(), scales_.begin());
+    std::copy_n(system.scales().begin(), system.simple(), scales_.begin());
     for (std::size_t k = 0; k < count_; ++k) columns_.push_back(&factors_[k * count_]);
   }
 
@@ -192,7 +192,12 @@ Rest find_rest(System& system, double time, double* y) {
       return {plan.joints[i].prescribed ? Rest::End::motion_moves : Rest::End::start_moves, i, 0};
   if (system.nv() == 0) return {};
   std::vector<double> given(y, y + system.size());
+  if (system.actuators()) system.actuators()->rest(true);
   const Rest rest = RestSearch(system, time, y).find();
+  if (system.actuators()) {
+    system.actuators()->rest(false);
+    system.actuators()->set_rest(y);
+  }
   if (rest.end != Rest::End::found) std::copy(given.begin(), given.end(), y);
   return rest;
 }

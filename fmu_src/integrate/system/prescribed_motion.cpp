@@ -63,7 +63,7 @@ double System::energy_before_jump(double time, const double* y) {
     q_[i] -= jump(i, 0);
     qd_[i] -= jump(i, 1);
   }
-  return energy(q_.data(), qd_.data());
+  return energy(q_.data(), qd_.data(), y);
 }
 
 // Accelerations are linear in the prescribed ones, with the factor -M_ff^-1 M_fp. The difference of two

@@ -34,6 +34,7 @@ void set_start_values(const Parameters<double>& parameters, const System& system
     std::copy_n(start.quaternion.begin(), 4, layout.quaternion.of(y, ball));
     std::copy_n(start.omega.begin(), 3, layout.omega.of(y, ball));
   }
+  if (system.actuators()) system.actuators()->set_start(y);
   std::fill_n(layout.work.of(y), layout.work.count, 0.0);
 }
 
@@ -47,6 +48,7 @@ Start assemble_start(const Model& model, const Parameters<double>& parameters, S
     std::vector<double> q(at.q, at.q + plan.nv), qd(at.qd, at.qd + plan.nv);
     start.assembly = assemble(model, plan, system.workspace(), q.data(), qd.data());
     if (!start.assembly.moved.empty()) system.collect(q.data(), qd.data(), y);
+    if (system.actuators()) system.actuators()->set_start(y);
   }
   if (model.starts_in_equilibrium && start.assembly.closed) start.rest = find_rest(system, time, y);
   return start;

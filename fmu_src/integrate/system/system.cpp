@@ -42,21 +42,21 @@ System::System(const Plan<double>& plan, bool with_work, const Model* model)
   if (features::control && model && (!model->trajectories.empty() || model->controller.law != Law::none))
     control_ = std::make_unique<Control>(*model, plan);
   if (plan.has_contacts()) contact_search_ = std::make_unique<ContactSearch>(plan);
-  set_layouts(with_work);
-  scales_.assign(integrated_.size(), 1.0);
-  if (model) set_scales(*model, parameters_of(*model));
+  set_layouts(with_work, model);
+  scales_.assign(integrated_.size() + static_cast<std::size_t>(layout_.actuators()), 1.0);
   angles_.resize(plan.balls.size());
   inputs_.assign(base_size(), 0.0);
   if (input_layout_.held_motion.count > 0) {
     scratch_inputs_ = inputs_;
     unmoved_.resize(static_cast<std::size_t>(size()));
   }
-  if (!plan.balls.empty() || control_)
+  if (!plan.balls.empty() || control_ || actuators_)
     recursion_inputs_.assign(static_cast<std::size_t>(input_layout_.force_size()), 0.0);
+  if (model) set_scales(*model, parameters_of(*model));
 }
 
 // Each joint is integrated, or its motion is held between settings, or a trajectory moves it.
-void System::set_layouts(bool with_work) {
+void System::set_layouts(bool with_work, const Model* model) {
   int held_motions = 0;
   for (int i = 0; i < plan_.nv; ++i) {
     if (plan_.joints[i].of_ball) continue;
@@ -65,16 +65,48 @@ void System::set_layouts(bool with_work) {
     else if (!control_ || !control_->prescribes(i))
       motion_slot_[i] = held_motions++;
   }
+  const ActuatorCounts actuators = model ? place_actuators(*model) : ActuatorCounts();
   layout_ = StateLayout(static_cast<int>(integrated_.size()), static_cast<int>(plan_.balls.size()),
                         !features::energies || !with_work ? 0
                         : plan_.has_contacts()            ? 2
-                                                          : 1);
+                                                          : 1,
+                        actuators);
+  if (actuators_) actuators_->set_layout(layout_);
   input_layout_ = InputLayout(plan_, held_motions, control_ ? static_cast<int>(control_->phase_count()) : 0);
+}
+
+ActuatorCounts System::place_actuators(const Model& model) {
+  if (!features::actuators || model.actuators.empty()) return {};
+  actuators_ = std::make_unique<Actuators>(model, integrated_, plan_.carrier);
+  if (actuators_->empty()) actuators_.reset();
+  return actuators_ ? actuators_->counts() : ActuatorCounts();
 }
 
 void System::set_scales(const Model& model, const Parameters<double>& parameters) {
   for (int k = 0; k < simple(); ++k)
     scales_[k] = motion_scale(model, parameters, plan_.joints[joint_of(k)].link);
+  if (actuators()) set_actuator_scales(parameters);
+}
+
+// A motor moves N times its joint. A torque counts as much as the velocity that it gives the joint in its
+// time constant.
+void System::set_actuator_scales(const Parameters<double>& parameters) {
+  Workspace<double> workspace(plan_);
+  std::vector<double> q(q_), qd(q_.size(), 0.0), free(qd), moved(qd);
+  std::vector<double> forces(static_cast<std::size_t>(input_layout_.recursion_size()), 0.0);
+  for (int i = 0; i < plan_.nv; ++i) q[i] = parameters.joints[plan_.joints[i].link].q0;
+  const auto accelerate = [&](std::vector<double>& qdd) {
+    compiled_forward_dynamics(plan_, workspace, q.data(), qd.data(), forces.data(), qdd.data());
+  };
+  accelerate(free);
+  for (int k = 0; k < actuators_->size(); ++k) {
+    const int joint = actuators_->joint(k);
+    forces[joint] = 1;
+    accelerate(moved);
+    forces[joint] = 0;
+    const auto place = std::find(integrated_.begin(), integrated_.end(), joint) - integrated_.begin();
+    actuators_->set_scales(k, scales_[place], moved[joint] - free[joint], &scales_[integrated_.size()]);
+  }
 }
 
 System::Coordinates System::coordinates(double time, const double* y) {
@@ -144,6 +176,7 @@ System::Coordinates System::coordinates_and_inputs(double time, const double* y)
   if (!recursion_inputs_.empty()) update_recursion_inputs(time);
   const Coordinates at = coordinates(time, y);
   if (control()) control_->apply(time, phases(), at.q, at.qd, recursion_inputs_.data());
+  if (actuators()) actuators_->apply(y, recursion_inputs_.data());
   return at;
 }
 
@@ -174,6 +207,7 @@ Status System::right_hand_side(double time, const double* y, double* ydot) {
     slope_of_integrated(y, qdd, ydot);
   else if (contact_search_)
     std::copy_n(qdd, plan_.nv, qdd_.data());
+  if (actuators()) actuators_->set_slopes(y, ydot);
   if (with_work()) *layout_.work.of(ydot) = power(coordinates(time, y), qdd);
   if (layout_.work.count > 1) layout_.work.of(ydot)[1] = workspace_.contact_power;
   qdd_time_ = status == Status::ok ? time : std::numeric_limits<double>::quiet_NaN();
@@ -200,6 +234,7 @@ double System::power(const Coordinates& at, const double* qdd) {
   for (int k = 0; k < input_layout_.port_wrench.count; ++k)
     power += port_power(plan_, workspace_, plan_.ports[k], at.qd,
                         input_layout_.port_wrench.of(recursion_inputs(), k));
+  if (actuators()) power += actuators_->power();
   return power;
 }
 
@@ -214,8 +249,10 @@ double System::next_breakpoint(double time) const {
 }
 
 void System::add_feedback(double time, const Coordinates& at, const std::vector<JointVariable>& variables,
-                          double* columns) {
-  control_->add_feedback(time, phases(), at.q, at.qd, recursion_inputs(), variables, columns);
+                          double* columns, std::size_t length) {
+  if (actuators()) actuators_->exchange_inputs(recursion_inputs_.data());
+  control_->add_feedback(time, phases(), at.q, at.qd, recursion_inputs(), variables, columns, length);
+  if (actuators()) actuators_->exchange_inputs(recursion_inputs_.data());
 }
 
 bool System::loops_are_violated() const {
@@ -341,19 +378,27 @@ double System::step_to_touch(double time, const double* y, double h) {
   return contact_search_->step_to_touch(plan_, workspace_, at.q, at.qd, qdd_.data(), h);
 }
 
-double System::energy(const double* q, const double* qd) {
-  return redysim::kinetic_energy(plan_, workspace_, q, qd) +
-         redysim::potential_energy(plan_, workspace_, q, qd);
+double System::energy(const double* q, const double* qd, const double* y) {
+  double energy =
+      redysim::kinetic_energy(plan_, workspace_, q, qd) + redysim::potential_energy(plan_, workspace_, q, qd);
+  for (int k = 0; actuators() && k < actuators_->size(); ++k)
+    energy += actuators_->kinetic_energy(k, y) + actuators_->potential_energy(k, y, q[actuators_->joint(k)]);
+  return energy;
 }
 
 double System::kinetic_energy(double time, const double* y) {
   const Coordinates at = coordinates(time, y);
-  return redysim::kinetic_energy(plan_, workspace_, at.q, at.qd);
+  double energy = redysim::kinetic_energy(plan_, workspace_, at.q, at.qd);
+  for (int k = 0; actuators() && k < actuators_->size(); ++k) energy += actuators_->kinetic_energy(k, y);
+  return energy;
 }
 
 double System::potential_energy(double time, const double* y) {
   const Coordinates at = coordinates(time, y);
-  return redysim::potential_energy(plan_, workspace_, at.q, at.qd);
+  double energy = redysim::potential_energy(plan_, workspace_, at.q, at.qd);
+  for (int k = 0; actuators() && k < actuators_->size(); ++k)
+    energy += actuators_->potential_energy(k, y, at.q[actuators_->joint(k)]);
+  return energy;
 }
 
 }  // namespace redysim

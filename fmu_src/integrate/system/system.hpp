@@ -7,6 +7,7 @@
 #include "dynamics/loops/loop_rows.hpp"
 #include "dynamics/plan.hpp"
 #include "dynamics/workspace.hpp"
+#include "integrate/actuator/actuators.hpp"
 #include "integrate/control/control.hpp"
 #include "integrate/system/contact_search.hpp"
 #include "integrate/system/state_layout.hpp"
@@ -41,7 +42,8 @@ class System {
     return integrated_[state_position];
   }  // into plan().joints; < simple()
 
-  // Scale of each joint's motion, m or 1 (rad), for absolute tolerances; of length simple().
+  // Scale of each joint's motion, m or 1 (rad), and of each actuator state, for absolute tolerances; of
+  // length simple() + layout().actuators().
   void set_scales(const Model& model, const Parameters<double>& parameters);
   std::vector<double>& scales() { return scales_; }
   const std::vector<double>& scales() const { return scales_; }
@@ -69,7 +71,7 @@ class System {
   void swap_inputs(std::vector<double>& other);  // is_input_size holds
 
   // The forces that the recursion took in the last evaluation: inputs() at its time, with the torques of the
-  // controller and those of spherical joints in their charts.
+  // controller and of actuators and those of spherical joints in their charts.
   const double* recursion_inputs() const {
     return recursion_inputs_.empty() ? inputs_.data() : recursion_inputs_.data();
   }
@@ -94,6 +96,10 @@ class System {
   double next_breakpoint(double time) const;  // s, where a step has to end; infinity: none
   JointMotion reference(int joint, double time) { return control_->reference(joint, time, phases()); }
   double jerk(int joint, double time) { return control_->jerk(joint, time, phases()); }
+
+  // Null if the model has no actuators with a law of their own.
+  Actuators* actuators() { return features::actuators ? actuators_.get() : nullptr; }
+  const Actuators* actuators() const { return features::actuators ? actuators_.get() : nullptr; }
 
   // Effect of a jump of prescribed joints on the others, in y. An impulsive drive conserves momentum: M_ff
   // dq_f + M_fp dq_p = 0 and the same for qd. Its work is counted, and y is projected onto the loop
@@ -148,9 +154,10 @@ class System {
   // a prescribed joint what its motion takes, else the input.
   void drive_forces(const Coordinates& at, const double* qdd, double* drive) const;
 
-  // Columns of Derivatives by `variables` at held drive forces become those of the controlled system.
+  // Columns of Derivatives by `variables`, `length` apart, at held inputs of drives become those of the
+  // controlled system.
   void add_feedback(double time, const Coordinates& at, const std::vector<JointVariable>& variables,
-                    double* columns);
+                    double* columns, std::size_t length);
 
   double kinetic_energy(double time, const double* y);
   double potential_energy(double time, const double* y);
@@ -165,12 +172,15 @@ class System {
     failed_joint_ =
         layout_.omega.contains(place) ? plan_.balls[layout_.omega.entry_at(place)] : joint_of(velocity);
   }
+  void set_failed_drive(int joint) { failed_joint_ = joint; }  // index into plan().joints
   long evaluations() const { return evaluations_; }
 
   Workspace<double>& workspace() { return workspace_; }
 
  private:
-  void set_layouts(bool with_work);
+  void set_layouts(bool with_work, const Model* model);
+  ActuatorCounts place_actuators(const Model& model);
+  void set_actuator_scales(const Parameters<double>& parameters);
   template <bool fill_workspace>
   Status accelerations(double time, const double* y, double* qdd);
   void set_residuals(double time, const double* y);
@@ -184,7 +194,7 @@ class System {
   void add_change(const double* change, double* y, bool velocity) const;
   void respond(double time, double* y, bool velocity);
   bool jumped() const;
-  double energy(const double* q, const double* qd);
+  double energy(const double* q, const double* qd, const double* y);
   double energy_before_jump(double time, const double* y);
   void update_recursion_inputs(double time);
   double motion_at(double time, int joint, int derivative) const;
@@ -203,6 +213,7 @@ class System {
   std::vector<int> motion_slot_;  // per joint: its place among those with a held motion, or -1
   std::vector<double> scales_;
   std::unique_ptr<Control> control_;
+  std::unique_ptr<Actuators> actuators_;
   std::unique_ptr<ContactSearch> contact_search_;  // null: no contacts
   std::vector<double> inputs_;
   std::vector<double> scratch_inputs_, unmoved_;

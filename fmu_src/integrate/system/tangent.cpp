@@ -45,7 +45,10 @@ void set_values(const double* from, std::size_t count, std::vector<Dual>& to) {
 }  // namespace
 
 Tangent::Tangent(const Model& model, const System& system)
-    : balls(static_cast<std::size_t>(system.balls())), plan_(model), workspace_(plan_) {
+    : balls(static_cast<std::size_t>(system.balls())),
+      plan_(model),
+      workspace_(plan_),
+      actuators_(system.actuators()) {
   angles_.resize(balls.size());
   ball_omega_.resize(balls.size());
   ball_turn_.resize(balls.size());
@@ -53,6 +56,8 @@ Tangent::Tangent(const Model& model, const System& system)
   moved_.resize(balls.size());
   if (features::control && system.control())
     control_ = std::make_unique<ControlTangent>(model, *system.control());
+  actuator_inputs_.resize(static_cast<std::size_t>(actuator_count()));
+  responses_.resize(actuator_inputs_.size());
 }
 
 void Tangent::go_to(const Parameters<double>& given, System& system, double time, const double* y) {
@@ -67,6 +72,8 @@ void Tangent::go_to(const Parameters<double>& given, System& system, double time
   set_values(at.qd, n, qd);
   inputs_ = system.input_layout();
   set_values(system.recursion_inputs(), static_cast<std::size_t>(inputs_.force_size()), force);
+  if (actuators_) set_values(y, static_cast<std::size_t>(system.size()), state_);
+  for (int k = 0; k < actuator_count(); ++k) force[actuators_->joint(k)] = Dual(actuators_->input(k));
   for (std::size_t k = 0; k < balls.size(); ++k) {
     const int ball = static_cast<int>(k);
     balls[k] = {};
@@ -265,6 +272,11 @@ void Tangent::go_with_time(System& system, double time, const double* y) {
     q[i].derivative = qd[i].value;
     qd[i].derivative = accelerations[i];
   }
+  if (actuators_) {
+    std::vector<double> slopes(state_.size());
+    actuators_->set_slopes(y, slopes.data());
+    for (std::size_t i = 0; i < slopes.size(); ++i) state_[i].derivative = slopes[i];
+  }
   for (std::size_t i = 0; i < force.size(); ++i)
     force[i].derivative = system.input_slope(static_cast<int>(i));
   with_time_ = true;
@@ -335,9 +347,31 @@ void Tangent::set_balls() {
   }
 }
 
+void Tangent::start_actuators() {
+  for (int k = 0; k < actuator_count(); ++k) {
+    const Actuators::Places place = actuators_->places(k);
+    if (place.motor_q < 0) continue;
+    const double ratio = actuators_->law(k).gear_ratio;
+    state_[place.motor_q].derivative = ratio * q[actuators_->joint(k)].derivative;
+    state_[place.motor_qd].derivative = ratio * qd[actuators_->joint(k)].derivative;
+  }
+}
+
+// Inputs become torques on the joints.
+void Tangent::apply_actuators() {
+  for (int k = 0; k < actuator_count(); ++k) {
+    const int joint = actuators_->joint(k);
+    actuator_inputs_[k] = force[joint];
+    responses_[k] =
+        respond(actuators_->law(k), actuators_->point(k, state_.data(), q[joint], qd[joint], force[joint]));
+    force[joint] = responses_[k].torque;
+  }
+}
+
 bool Tangent::evaluate() {
   set_balls();
   if (control()) control()->answer(q, qd, force);
+  apply_actuators();
   const std::size_t n = q.size();
   forward_dynamics(plan_, workspace_, q.data(), qd.data(), force.data(), qdd.data());
   multipliers = workspace_.loop.lambda;
@@ -349,15 +383,25 @@ bool Tangent::evaluate() {
   for (int k = 0; k < inputs_.port_wrench.count; ++k)
     power +=
         port_power(plan_, workspace_, plan_.ports[k], qd.data(), inputs_.port_wrench.of(force.data(), k));
+  for (const ActuatorResponse<Dual>& response : responses_) power += response.power;
   double sum = 0;
   for (const Dual& a : qdd) sum += a.value * 0.0 + a.derivative * 0.0;
   for (const Dual& a : drive) sum += a.derivative * 0.0;
   return sum == 0;
 }
 
-Dual Tangent::kinetic_energy() { return redysim::kinetic_energy(plan_, workspace_, q.data(), qd.data()); }
+Dual Tangent::kinetic_energy() {
+  Dual energy = redysim::kinetic_energy(plan_, workspace_, q.data(), qd.data());
+  for (int k = 0; k < actuator_count(); ++k) energy += actuators_->kinetic_energy(k, state_.data());
+  return energy;
+}
 
-Dual Tangent::potential_energy() { return redysim::potential_energy(plan_, workspace_, q.data(), qd.data()); }
+Dual Tangent::potential_energy() {
+  Dual energy = redysim::potential_energy(plan_, workspace_, q.data(), qd.data());
+  for (int k = 0; k < actuator_count(); ++k)
+    energy += actuators_->potential_energy(k, state_.data(), q[actuators_->joint(k)]);
+  return energy;
+}
 
 Force<Dual> Tangent::momentum() { return redysim::momentum(plan_, workspace_, q.data(), qd.data()); }
 

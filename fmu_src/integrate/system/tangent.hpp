@@ -26,7 +26,7 @@ class Tangent {
   struct BallChange {
     double quaternion[4] = {}, omega[3] = {};
   };
-  std::vector<Dual> q, qd, force;  // of all joints; force: as System::recursion_inputs()
+  std::vector<Dual> q, qd, force;  // of all joints; force: as System::recursion_inputs(), before actuators
   std::vector<BallChange> balls;
   Parameters<Dual> parameters;
   ControlTangent* control() { return features::control ? control_.get() : nullptr; }  // null: none
@@ -44,6 +44,9 @@ class Tangent {
   // Sets the direction of time; inputs follow their slopes.
   void go_with_time(System& system, double time, const double* y);
 
+  // The directions of actuator states become those of their start, from q and qd.
+  void start_actuators();
+
   // After go_with_time: violation of a loop by the accelerations of the joints; `loop` < 0: rounding only.
   struct Misfit {
     int constraint = -1;  // as Assembly::constraint
@@ -53,7 +56,12 @@ class Tangent {
 
   // Evaluates the quantities below and their directions; false: not finite.
   bool evaluate();
-  std::vector<Dual> qdd, drive;
+  std::vector<Dual> qdd, drive;  // drive: on the joints
+  // Of an actuator: its input, its response, and its motor.
+  Dual actuator_input(int index) const { return actuator_inputs_[index]; }
+  const ActuatorResponse<Dual>& actuator(int index) const { return responses_[index]; }
+  Dual motor_q(int index) const { return state_[actuators_->places(index).motor_q]; }
+  Dual motor_qd(int index) const { return state_[actuators_->places(index).motor_qd]; }
   Dual power;  // of drives, dampers, ports and contacts
   Dual contact_power() const { return workspace_.contact_power; }
   std::vector<Dual> multipliers;  // per loop row
@@ -73,6 +81,8 @@ class Tangent {
  private:
   using Duals = std::vector<Dual>;  // per joint of the plan
   void set_balls();
+  void apply_actuators();
+  int actuator_count() const { return actuators_ ? actuators_->size() : 0; }
   BallAnglesOf<Dual> angles_in(const Duals& at, int ball) const;
   Vec3<Dual> omega_in(const Duals& at, const Duals& speed, int ball) const;
   void put_ball(int ball, const BallAngles& angles, const Vec3<double>& turn, const Vec3<Dual>& omega,
@@ -97,6 +107,10 @@ class Tangent {
   InputLayout inputs_;
   bool with_time_ = false;
   std::unique_ptr<ControlTangent> control_;
+  const Actuators* actuators_;  // null: none
+  std::vector<Dual> state_;     // y, where there are actuators: their entries count
+  std::vector<Dual> actuator_inputs_;
+  std::vector<ActuatorResponse<Dual>> responses_;
 };
 
 }  // namespace redysim

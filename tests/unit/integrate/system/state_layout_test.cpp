@@ -9,14 +9,16 @@ namespace redysim {
 namespace {
 
 TEST(StateLayout, the_parts_follow_each_other_without_gaps) {
-  const StateLayout layout(3, 2, true);
+  const StateLayout layout(3, 2, 1, {2, 1, 3});
   EXPECT_EQ(layout.nq(), 3 + 2 * 4);
   EXPECT_EQ(layout.nv(), 3 + 2 * 3);
-  EXPECT_EQ(layout.size(), layout.nq() + layout.nv() + 1);
+  EXPECT_EQ(layout.size(), layout.nq() + layout.nv() + layout.actuators() + 1);
+  EXPECT_EQ(layout.actuators(), 2 + 2 + 1 + 3);
   std::vector<int> owners(static_cast<std::size_t>(layout.size()), 0);
   for (int i = 0; i < layout.size(); ++i)
     owners[i] = layout.q.contains(i) + layout.quaternion.contains(i) + layout.qd.contains(i) +
-                layout.omega.contains(i) + layout.work.contains(i);
+                layout.omega.contains(i) + layout.motor_q.contains(i) + layout.motor_qd.contains(i) +
+                layout.current.contains(i) + layout.lagged.contains(i) + layout.work.contains(i);
   EXPECT_EQ(owners, std::vector<int>(owners.size(), 1));
 }
 

@@ -1,0 +1,38 @@
+#pragma once
+
+#include "fmi/variables/variables.hpp"
+
+// What drives a joint with one DOF: conditions of its variables.
+
+namespace redysim {
+
+inline const Joint& joint_of(const Model& model, const Variable& variable) {
+  return model.links[variable.link].joint;
+}
+
+inline const Actuator* actuator_of(const Model& model, const Variable& variable) {
+  for (const Actuator& actuator : model.actuators)
+    if (actuator.link == variable.link && actuator.acts()) return &actuator;
+  return nullptr;
+}
+
+inline bool is_driven(const Scene& scene, const Variable& variable) {
+  return joint_of(scene.model, variable).drive == Drive::torque;
+}
+
+template <bool (Actuator::*has)() const>
+bool actuator_with(const Scene& scene, const Variable& variable) {
+  const Actuator* actuator = actuator_of(scene.model, variable);
+  return actuator && is_driven(scene, variable) && (actuator->*has)();
+}
+
+// An inverse model ends at the joint: what drives the actuator is not computed.
+inline bool ends_at_joint(const Scene& scene, const Variable& variable) {
+  return !is_driven(scene, variable) && actuator_of(scene.model, variable);
+}
+
+inline bool takes_voltage(const Scene& scene, const Variable& variable) {
+  return actuator_with<&Actuator::is_electric>(scene, variable);
+}
+
+}  // namespace redysim

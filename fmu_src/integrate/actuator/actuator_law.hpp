@@ -1,0 +1,119 @@
+#pragma once
+
+#include "dynamics/smooth_onset.hpp"
+#include "model/actuator.hpp"
+
+// The law of one actuator, on doubles or dual numbers: input -> lag -> limits -> motor -> torque on the
+// joint. N is the gear ratio; torques are those on the joint side, N times smaller on the motor side.
+//   lag      T x' = input - x
+//   motor    L i' = x - R i - k_t motor_qd, torque N k_t i
+//   limits   of torque and speed
+//   gear     rigid: motor_qd = N qd, the rotor is part of the joint's armature
+//            elastic: J motor_qdd = (torque - gear torque) / N, which acts on the joint
+
+namespace redysim {
+
+// State of an actuator and of its joint. Entries that the actuator does not have are not used.
+template <class Scalar>
+struct ActuatorPoint {
+  Scalar input;              // N m or N; of a DC motor V
+  Scalar q, qd;              // of the joint
+  Scalar motor_q, motor_qd;  // of an elastic gear's motor, rad and rad/s
+  Scalar current;            // A, with inductance
+  Scalar lagged;             // the input behind the lag
+};
+
+template <class Scalar>
+struct ActuatorResponse {
+  Scalar torque;                                // on the joint
+  Scalar motor_qdd, current_rate, lagged_rate;  // slopes of the states
+  Scalar power;       // of the motor, less the loss in the gear and the power of `torque` on the joint, W
+  Scalar current;     // A
+  Scalar saturation;  // part of the motor's torque that the limits remove, 0 to 1
+};
+
+template <class Scalar>
+Scalar onset_force(const Scalar& depth, double width) {
+  return depth > Scalar(0) ? SmoothOnset<Scalar>(depth, Scalar(width)).force() : Scalar(0);
+}
+
+// An elastic gear with a twist (joint side) that changes at a rate.
+template <class Scalar>
+struct GearTorque {
+  Scalar elastic{0}, damping{0}, energy{0};
+
+  GearTorque(const Actuator& gear, const Scalar& twist, const Scalar& rate) {
+    if (gear.backlash == 0) {
+      elastic = gear.stiffness * twist;
+      damping = gear.damping * rate;
+      energy = Scalar(0.5) * elastic * twist;
+      return;
+    }
+    const Scalar side(twist < Scalar(0) ? -1.0 : 1.0), depth = side * twist - 0.5 * gear.backlash;
+    if (!(depth > Scalar(0))) return;
+    const SmoothOnset<Scalar> onset(depth, Scalar(gear.backlash_width));
+    elastic = gear.stiffness * side * onset.force();
+    damping = gear.damping * onset.slope() * rate;
+    energy = gear.stiffness * onset.energy();
+  }
+};
+
+// Exact below the limit by half the width, twice continuously differentiable, reaches the limit.
+template <class Scalar>
+Scalar saturated_torque(const Actuator& motor, const Scalar& torque) {
+  if (!motor.limits_torque()) return torque;
+  const double width = motor.torque_limit_width, least = motor.torque_limit - 0.5 * width;
+  return torque - onset_force(Scalar(torque - least), width) + onset_force(Scalar(-torque - least), width);
+}
+
+// The driving torque fades out before the speed limit; braking stays.
+template <class Scalar>
+Scalar torque_at_speed(const Actuator& motor, const Scalar& torque, const Scalar& speed) {
+  if (!motor.limits_speed() || !(torque * speed > Scalar(0))) return torque;
+  const Scalar size = speed < Scalar(0) ? -speed : speed;
+  const Scalar u = (size - (motor.speed_limit - motor.speed_limit_width)) / motor.speed_limit_width;
+  if (!(u > Scalar(0))) return torque;
+  if (!(u < Scalar(1))) return Scalar(0);
+  return torque * (1.0 - u * u * u * (10.0 - u * (15.0 - 6.0 * u)));
+}
+
+// Torque at rest under a constant input.
+template <class Scalar>
+Scalar torque_at_rest(const Actuator& actuator, const Scalar& input) {
+  const double gain =
+      actuator.is_electric() ? actuator.gear_ratio * actuator.torque_constant / actuator.resistance : 1;
+  return saturated_torque(actuator, Scalar(gain * input));
+}
+
+template <class Scalar>
+ActuatorResponse<Scalar> respond(const Actuator& actuator, const ActuatorPoint<Scalar>& at) {
+  ActuatorResponse<Scalar> response{};
+  const double N = actuator.gear_ratio;
+  Scalar wanted = at.input;
+  if (actuator.lags()) {
+    wanted = at.lagged;
+    response.lagged_rate = (at.input - at.lagged) / actuator.time_constant;
+  }
+  const Scalar speed = actuator.is_elastic() ? Scalar(at.motor_qd / N) : at.qd;
+  if (actuator.is_electric()) {
+    const Scalar drop = wanted - actuator.torque_constant * N * speed;
+    response.current = at.current;
+    if (actuator.inductance > 0)
+      response.current_rate = (drop - actuator.resistance * at.current) / actuator.inductance;
+    else
+      response.current = drop / actuator.resistance;
+    wanted = N * actuator.torque_constant * response.current;
+  }
+  const Scalar driving = torque_at_speed(actuator, saturated_torque(actuator, wanted), speed);
+  if (wanted != Scalar(0)) response.saturation = Scalar(1) - driving / wanted;
+  response.torque = driving;
+  if (!actuator.is_elastic()) return response;
+  const Scalar rate = speed - at.qd;
+  const GearTorque<Scalar> gear(actuator, Scalar(at.motor_q / N - at.q), rate);
+  response.torque = gear.elastic + gear.damping;
+  response.motor_qdd = (driving - response.torque) / (N * actuator.rotor_inertia);
+  response.power = driving * speed - gear.damping * rate - response.torque * at.qd;
+  return response;
+}
+
+}  // namespace redysim
