@@ -11,7 +11,8 @@ struct Actuator {
   int link = 0;                              // whose joint it drives
   double gear_ratio = 1, rotor_inertia = 0;  // motor angle per q; kg m^2
   double stiffness = 0, damping = 0;         // of an elastic gear; stiffness 0: a rigid one
-  double backlash = 0, backlash_width = 0;   // whole play, and depth of full stiffness beyond it
+  double backlash = 0,
+         backlash_width = 0;  // whole play; depth beyond it at which the gear reaches full stiffness
   double torque_limit = std::numeric_limits<double>::infinity(), torque_limit_width = 0;
   double speed_limit = std::numeric_limits<double>::infinity(), speed_limit_width = 0;
   double time_constant = 0;  // s, of the input
