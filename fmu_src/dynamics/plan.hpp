@@ -109,6 +109,7 @@ struct Plan {
   std::vector<LoopPlan<Scalar>> loops;
   std::vector<CouplingPlan> couplings;  // rigid
   std::vector<double> joint_units;      // 1 rad, or the scale of a prismatic joint, m; empty without these
+  std::vector<std::vector<MultiplierPart>> coupling_multipliers;  // per coupling of the model
   std::vector<ElasticCouplingPlan> elastic_couplings;
   std::vector<ClusterPlan> clusters;
   std::vector<EliminationStep> elimination;  // leaves to root; empty for an open tree

@@ -87,6 +87,38 @@ def test_a_chain_of_couplings_of_joints_that_carry_each_other(built, instance):
     assert one.reals(["first.lambda", "second.lambda"]) == pytest.approx(list(multipliers), rel=1e-12)
 
 
+@pytest.mark.parametrize("serial", [False, True])
+def test_many_followers_of_one_leader(built, instance, serial):
+    """Couplings of a leader with many joints, and one follower of a follower, become rows between neighbours."""
+    count, length = 9, 0.2
+    links = "".join(
+        f'[[link]]\nname = "p{k}"\njoint_name = "j{k}"\nparent = "{f"p{k - 1}" if serial and k else "ground"}"\n'
+        f"a = {length if k and serial else 0}\nmass = 1\ncom = [{length}, 0, 0]\ninertia = [0, 0, 0.01]\nq = {0.1 * k}\n"
+        for k in range(count)
+    )
+    ratios = {k: 0.5 + 0.1 * k for k in range(1, count)}
+    leader = {k: 3 if k == 7 else 0 for k in ratios}
+    pairs = [coupling([f"j{k}", f"j{leader[k]}"], [r, -1], f"offset = {r * 0.1 * k - 0.1 * leader[k]}", f"c{k}") for k, r in ratios.items()]
+    one = instance(built(model(links, *pairs))).initialize()
+    tau = np.array([math.sin(1 + k) for k in range(count)])
+    for k in range(count):
+        assert one.set(f"j{k}.tau", tau[k]) == OK
+    angles = np.cumsum([0.1 * k for k in range(count)]) if serial else np.array([0.1 * k for k in range(count)])
+    arm = np.array([[-math.sin(a), math.cos(a)] for a in angles]) * length
+    M = np.zeros((count, count))
+    for k in range(count):
+        inside = [j for j in range(count) if (j <= k if serial else j == k)]
+        J = np.array([arm[j : k + 1].sum(axis=0) if j in inside else [0, 0] for j in range(count)])
+        turning = np.array([1.0 if j in inside else 0.0 for j in range(count)])
+        M += J @ J.T + 0.01 * np.outer(turning, turning)
+    J = np.array([[{k: r, leader[k]: -1.0}.get(j, 0.0) for j in range(count)] for k, r in ratios.items()])
+    qdd, multipliers = constrained(M, tau, J)
+    assert one.reals([f"j{k}.qdd" for k in range(count)]) == pytest.approx(list(qdd), rel=1e-11)
+    assert one.reals([f"c{k}.lambda" for k in ratios]) == pytest.approx(list(multipliers), rel=1e-10)
+    one.run(0.5, 0.1)
+    assert max(abs(one.get(f"c{k}.gap")) for k in ratios) < 1e-13 and abs(one.get("energy.balance")) < 1e-9
+
+
 def test_prescribing_one_joint_prescribes_the_others(built, instance):
     text = model(axle("a", "revolute", 'drive = "motion"'), axle("b", "prismatic"), coupling(["a", "b"], [0.1, -1]))
     one = instance(built(text)).initialize()

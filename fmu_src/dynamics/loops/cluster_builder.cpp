@@ -5,6 +5,7 @@
 #include <numeric>
 #include <set>
 
+#include "dynamics/loops/coupling_chains.hpp"
 #include "dynamics/loops/coupling_crossings.hpp"
 #include "dynamics/loops/front_builder.hpp"
 #include "math/dual.hpp"
@@ -19,7 +20,7 @@ namespace {
 // The path of one loop or rigid coupling by joint indices.
 struct LoopPath {
   int loop = -1;      // index into Model::loops; -1: a coupling
-  int coupling = -1;  // index into Model::couplings; -1: a loop
+  int coupling = -1;  // index into CouplingSystem::rows; -1: a loop
   int body_a = ground, body_b = ground;
   int meeting = ground;                 // last common body; ground for rows with ground directions
   std::vector<int> joints_a, joints_b;  // from each end up to (not including) the meeting body; of a coupling
@@ -29,11 +30,13 @@ struct LoopPath {
 class ClusterBuilder {
  public:
   ClusterBuilder(const Model& model, const std::vector<int>& parents, const std::vector<int>& carrier,
-                 const std::vector<LoopRows>& rows)
-      : parents_(parents) {
+                 const std::vector<LoopRows>& rows, const CouplingSystem& couplings)
+      : parents_(parents), couplings_(couplings) {
     for (std::size_t k = 0; k < model.loops.size(); ++k) paths_.push_back(path_of(model, carrier, rows, k));
-    for (std::size_t k = 0; k < model.couplings.size(); ++k)
-      if (model.couplings[k].rigid()) paths_.push_back(coupling_path(model, carrier, k));
+    for (std::size_t k = 0; k < couplings.rows.size(); ++k) {
+      paths_.push_back(coupling_path(couplings.rows[k]));
+      paths_.back().coupling = static_cast<int>(k);
+    }
     group();
   }
 
@@ -44,6 +47,7 @@ class ClusterBuilder {
     std::vector<int> paths;   // of its loops, ordered for a narrow envelope of S
   };
   const std::vector<Group>& groups() const { return groups_; }
+  const CoupledJoints& coupling_row(const LoopPath& path) const { return couplings_.rows[path.coupling]; }
   const LoopPath& path(int index) const { return paths_[index]; }
 
   // The joints between the meeting body of a loop and the root of its cluster.
@@ -87,12 +91,11 @@ class ClusterBuilder {
   }
 
   // From the coupled joints to the deepest body inboard of all of them.
-  LoopPath coupling_path(const Model& model, const std::vector<int>& carrier, std::size_t k) const {
+  LoopPath coupling_path(const CoupledJoints& row) const {
     LoopPath path;
-    path.coupling = static_cast<int>(k);
+    path.joints_a = row.joints;
     std::set<int, std::greater<int>> outer;  // bodies that are not yet at the meeting body
-    for (int link : model.couplings[k].links) path.joints_a.push_back(carrier[link]);
-    for (int joint : path.joints_a) outer.insert(parents_[joint]);
+    for (int joint : row.joints) outer.insert(parents_[joint]);
     while (outer.size() > 1) {
       const int body = *outer.begin();
       path.joints_a.push_back(body);
@@ -186,6 +189,7 @@ class ClusterBuilder {
   }
 
   std::vector<int> parents_;
+  const CouplingSystem& couplings_;
   std::vector<LoopPath> paths_;
   std::vector<Group> groups_;
 };
@@ -215,18 +219,6 @@ LoopPlan<Scalar> loop_plan(const Model& model, const Plan<Scalar>& plan, const L
     row.v = (in_b.rotation * given.v).eval().template cast<Scalar>();
     out.rows.push_back(row);
   }
-  return out;
-}
-
-template <class Scalar>
-CouplingPlan coupling_plan(const Model& model, const Plan<Scalar>& plan, const LoopPath& path) {
-  const Coupling& given = model.couplings[static_cast<std::size_t>(path.coupling)];
-  CouplingPlan out;
-  out.coupling = path.coupling;
-  out.root = path.meeting;
-  out.ratios = given.ratios;
-  out.offset = given.offset;
-  for (int link : given.links) out.joints.push_back(plan.carrier[link]);
   return out;
 }
 
@@ -330,10 +322,11 @@ std::vector<EliminationStep> elimination_order(const Plan<Scalar>& plan,
   return order;
 }
 
-// Adds one cluster with its loops to the plan.
+// Adds one cluster with its loops and couplings to the plan. `coupling_rows` receives the global row of each
+// of CouplingSystem::rows.
 template <class Scalar>
 void add_cluster(const Model& model, const std::vector<LoopRows>& rows, const ClusterBuilder& builder,
-                 const ClusterBuilder::Group& group, Plan<Scalar>& plan) {
+                 const ClusterBuilder::Group& group, std::vector<int>& coupling_rows, Plan<Scalar>& plan) {
   ClusterPlan cluster;
   cluster.root = group.root;
   cluster.joints = group.joints;
@@ -347,8 +340,8 @@ void add_cluster(const Model& model, const std::vector<LoopRows>& rows, const Cl
   for (int index : group.paths) {
     const LoopPath& path = builder.path(index);
     if (path.loop < 0) {
-      plan.couplings.push_back(coupling_plan(model, plan, path));
-      plan.couplings.back().row = cluster.first_row + cluster.row_count++;
+      const int row = coupling_rows[path.coupling] = cluster.first_row + cluster.row_count++;
+      plan.couplings.push_back({builder.coupling_row(path), path.meeting, row});
       continue;
     }
     LoopPlan<Scalar> loop = loop_plan(model, plan, path, rows[path.loop]);
@@ -385,10 +378,15 @@ void build_clusters(const Model& model, Plan<Scalar>& plan) {
   std::vector<int> parents;
   for (const auto& joint : plan.joints) parents.push_back(joint.parent);
   const std::vector<LoopRows> rows = loop_rows_of(model);
-  const ClusterBuilder builder(model, parents, plan.carrier, rows);
-  for (const auto& group : builder.groups()) add_cluster(model, rows, builder, group, plan);
+  const CouplingSystem couplings = coupling_system(model, parents, plan.carrier);
+  const ClusterBuilder builder(model, parents, plan.carrier, rows, couplings);
+  std::vector<int> coupling_rows(couplings.rows.size());
+  for (const auto& group : builder.groups()) add_cluster(model, rows, builder, group, coupling_rows, plan);
   if (!plan.clusters.empty()) set_elimination(plan);
   if (plan.couplings.empty()) return;
+  plan.coupling_multipliers = couplings.multipliers;
+  for (auto& parts : plan.coupling_multipliers)
+    for (MultiplierPart& part : parts) part.row = coupling_rows[part.row];
   const Parameters<double> parameters = parameters_of(model);
   for (const auto& joint : plan.joints)
     plan.joint_units.push_back(motion_scale(model, parameters, joint.link));

@@ -40,10 +40,16 @@ struct CoupledJoints {
   double offset = 0;
 };
 
-// A rigid coupling: the row y = 0.
+// A row y = 0 of rigid couplings (dynamics/loops/coupling_chains.hpp).
 struct CouplingPlan : CoupledJoints {
   int root = ground;  // the deepest body inboard of all its joints
   int row = 0;        // global index
+};
+
+// Contribution of a row's multiplier to that of a coupling.
+struct MultiplierPart {
+  int row = 0;  // global index
+  double factor = 1;
 };
 
 // The transmission of one row's wrench over one joint, on the way to the cluster's root: from a side of its

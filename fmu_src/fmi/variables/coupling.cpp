@@ -31,28 +31,33 @@ double gap_derivative(OutputDerivatives& of, const Variable& v) {
       coupling, of.values().plan(), [&](int joint) { return tangent.q[joint].derivative; }, 0);
 }
 
-// The plan of a coupling among those of its kind.
-template <class Plans>
-const auto& plan_of(const Plans& plans, const Variable& v) {
+const ElasticCouplingPlan& elastic_plan(const Plan<double>& plan, const Variable& v) {
   std::size_t k = 0;
-  while (plans[k].coupling != v.coupling) ++k;
-  return plans[k];
+  while (plan.elastic_couplings[k].coupling != v.coupling) ++k;
+  return plan.elastic_couplings[k];
+}
+
+template <class Scalar>
+Scalar multiplier(const Plan<double>& plan, const std::vector<Scalar>& lambda, const Variable& v) {
+  Scalar sum(0);
+  for (const MultiplierPart& part : plan.coupling_multipliers[v.coupling])
+    sum += part.factor * lambda[part.row];
+  return sum;
 }
 
 double read_force(Values& at, const Variable& v) {
   const Plan<double>& plan = at.plan();
   if (at.model().couplings[v.coupling].rigid())
-    return at.system().workspace().loop.lambda[plan_of(plan.couplings, v).row];
+    return multiplier(plan, at.system().workspace().loop.lambda, v);
   const System::Coordinates now = at.coordinates();
-  return -CouplingForce<double>::at(plan_of(plan.elastic_couplings, v), now.q, now.qd).force;
+  return -CouplingForce<double>::at(elastic_plan(plan, v), now.q, now.qd).force;
 }
 
 double force_derivative(OutputDerivatives& of, const Variable& v) {
   const Plan<double>& plan = of.values().plan();
   const Tangent& tangent = of.tangent();
-  if (of.model().couplings[v.coupling].rigid())
-    return tangent.multipliers[plan_of(plan.couplings, v).row].derivative;
-  const ElasticCouplingPlan& coupling = plan_of(plan.elastic_couplings, v);
+  if (of.model().couplings[v.coupling].rigid()) return multiplier(plan, tangent.multipliers, v).derivative;
+  const ElasticCouplingPlan& coupling = elastic_plan(plan, v);
   return -CouplingForce<Dual>::at(coupling, tangent.q.data(), tangent.qd.data()).force.derivative;
 }
 
