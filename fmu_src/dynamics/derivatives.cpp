@@ -5,8 +5,8 @@
 #include "dynamics/clones.hpp"
 #include "dynamics/energy.hpp"
 #include "dynamics/input_layout.hpp"
+#include "dynamics/joint_wrenches.hpp"
 #include "dynamics/loops/loop_correction.hpp"
-#include "dynamics/rnea.hpp"
 
 // Equation numbers: docs/derivations/derivatives.md.
 
@@ -167,23 +167,8 @@ void Derivatives::set_point(const Plan<double>& plan, Workspace<double>& ws, con
   std::copy(ws.loop.lambda.begin(), ws.loop.lambda.end(), lambda_.begin());
   // part of the elimination, overwritten by set_loop_rows
   std::copy(ws.loop.K.begin(), ws.loop.K.end(), K_.begin());
-  set_body_wrenches(plan, ws, q, qd, qdd);
-  if (has_elements_) set_ground_motion(plan, ws, qd);
-  add_spring_wrenches(plan, ws);
-  if constexpr (Plan<double>::may_have_contacts) add_contact_wrenches(plan, ws);
-  add_port_wrenches(plan, ws, ports);
-  if (plan.has_constraints()) set_loop_rows(plan, ws);
-  for (const auto& loop : plan.loops)
-    for (std::size_t row = loop.first_row; row < loop.first_row + loop.rows.size(); ++row)
-      for (const auto& [body, wrench] :
-           {std::pair(loop.body_a, &ws.loop.wrench[0][row]), std::pair(loop.body_b, &ws.loop.wrench[1][row]),
-            std::pair(loop.root, &ws.loop.K[row])}) {
-        if (body == ground) continue;
-        ws.joints[body].p.moment -= lambda_[row] * wrench->moment;
-        ws.joints[body].p.force -= lambda_[row] * wrench->force;
-      }
+  set_joint_wrenches(plan, ws, q, qd, qdd, ports, lambda_, forces_.data());
   std::copy(K_.begin(), K_.end(), ws.loop.K.begin());
-  collect_joint_forces(plan, ws, q, qd, qdd, forces_.data());
   const Vec3<double> axis = Vec3<double>::UnitZ();
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const JointPlan<double>& joint = plan.joints[i];

@@ -150,4 +150,37 @@ GroundState<Scalar> body_motion(const Plan<Scalar>& plan, const Workspace<Scalar
   return moved(plan.joints[body], ws.joints[body], from, qd[body]);
 }
 
+template <class Scalar>
+struct AcceleratedBody {
+  GroundState<Scalar> state;
+  Motion<Scalar> acceleration;  // of the origin, in ground axes, without gravity
+};
+
+// Pose, velocity and acceleration of any body, likewise.
+template <class Scalar>
+AcceleratedBody<Scalar> body_motion(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, int body,
+                                    const Scalar* qd, const Scalar* qdd) {
+  if (body == ground) return {ground_at_rest<Scalar>(), Motion<Scalar>::zero()};
+  const JointPlan<Scalar>& joint = plan.joints[body];
+  const auto [from, carried] = body_motion(plan, ws, joint.parent, qd, qdd);
+  AcceleratedBody<Scalar> to{moved(joint, ws.joints[body], from, qd[body]), carried};
+  Mat3<Scalar> rotation;
+  Vec3<Scalar> position;
+  joint_pose(joint, ws.joints[body], rotation, position);
+  const Vec3<Scalar> arm = product(from.rotation, position), axis = to.state.rotation.col(2);
+  to.acceleration.linear +=
+      to.acceleration.angular.cross(arm) + from.omega.cross(Vec3<Scalar>(from.omega.cross(arm)));
+  add_velocity_product(joint, Vec3<Scalar>(from.omega.cross(axis) * qd[body]), to.acceleration);
+  add_motion(joint, Vec3<Scalar>(axis * qdd[body]), to.acceleration.angular, to.acceleration.linear);
+  return to;
+}
+
+// Acceleration of a point fixed in a body, in ground axes. arm: from the body's origin, ground axes.
+template <class Scalar>
+Vec3<Scalar> point_acceleration(const AcceleratedBody<Scalar>& body, const Vec3<Scalar>& arm) {
+  const Vec3<Scalar>& omega = body.state.omega;
+  return body.acceleration.linear + body.acceleration.angular.cross(arm) +
+         omega.cross(Vec3<Scalar>(omega.cross(arm)));
+}
+
 }  // namespace redysim

@@ -113,8 +113,11 @@ struct Frame {
   Mat3<double> rotation = Mat3<double>::Identity();  // columns: the frame's axes in the link's frame
   bool pose = true;                                  // outputs position and quaternion
   bool rotation_matrix = false;
-  bool velocity = false;   // outputs velocity and angular_velocity
-  Port port = Port::none;  // inputs force and torque
+  bool velocity = false;      // outputs velocity and angular_velocity
+  bool acceleration = false;  // outputs acceleration and angular_acceleration
+  bool imu = false;           // outputs proper_acceleration and angular_rate
+  bool wrench = false;        // outputs sensed_force and sensed_torque; the link is fixed
+  Port port = Port::none;     // inputs force and torque
 };
 
 enum class SolverMethod { automatic, erk, adams, bdf, dirk };

@@ -196,9 +196,7 @@ class Dense:
             link = s.index[frame["link"]]
             force, moment = (n.array([inputs.get(f"{frame['name']}.{what}[{k}]", 0) for k in (1, 2, 3)]) for what in ("force", "torque"))
             if port == "frame":
-                roll, pitch, yaw = [n.one(angle) * s.unit for angle in frame.get("rpy", [0, 0, 0])]
-                R = (s._turn(2, yaw) @ s._turn(1, pitch) @ s._turn(0, roll))[:3, :3]
-                force, moment = (s.direction(link, R @ vector)[0] for vector in (force, moment))
+                force, moment = (s.direction(link, s.axes(frame) @ vector)[0] for vector in (force, moment))
             self._push(forces, link, s.point(link, frame.get("position", [0, 0, 0]))[0], force, moment)
 
     # --- the solution ---

@@ -316,6 +316,11 @@ class Scene:
         p = np.append(self.numbers.array(position), self.numbers.one(1))
         return [(T @ p)[:3] for T in self.pose(link)]
 
+    def axes(self, frame: dict) -> np.ndarray:
+        """The axes of a frame table in those of its link, by columns."""
+        roll, pitch, yaw = [self.numbers.one(angle) * self.unit for angle in frame.get("rpy", [0, 0, 0])]
+        return (self._turn(2, yaw) @ self._turn(1, pitch) @ self._turn(0, roll))[:3, :3]
+
     def direction(self, link: int, vector) -> list:
         return [T[:3, :3] @ vector for T in self.pose(link)]
 

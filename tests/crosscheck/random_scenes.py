@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.crosscheck.dense_motion import Dense, Motion
-from tests.crosscheck.dense_scene import mpmath
+from tests.crosscheck.dense_scene import cross, mpmath
 from tests.crosscheck.scene_contacts import give_contacts
 from tests.crosscheck.scene_fmu import Library, Refused
 from tests.crosscheck.scene_maker import Maker
@@ -202,6 +202,13 @@ def moved(state: dict, dense: Dense, motion: Motion) -> list[Finding]:
     return found
 
 
+def cut_open(file: dict, name: str) -> dict:
+    """The model with a free joint that does not move in place of a fixed one."""
+    link = next(table for table in file["link"] if table["name"] == name)
+    link |= {"joint": "free", "drive": "locked"}
+    return file
+
+
 class Check:
     """Collects what differs by more than the tolerance."""
 
@@ -257,8 +264,76 @@ class Check:
                 for k in range(3):
                     self("contact", f"{name}.{what}[{k + 1}]", self.values[f"{name}.{what}[{k + 1}]"], wanted[k], scale)
 
+    def sensors(self, dense: Dense, motion: Motion, qdd: np.ndarray) -> None:
+        """Accelerations of frames: those of their velocity products, and the Jacobian times qdd."""
+        scene, n = dense.scene, dense.n
+        for frame in scene.file.get("frame", []):
+            if "acceleration" not in frame["outputs"]:
+                continue
+            link = scene.index[frame["link"]]
+            x, _, a = scene.point(link, frame["position"])
+            T, T1, T2 = [T[:3, :3] for T in scene.pose(link)]
+            spin, turned = T1 @ T.T, T2 @ T.T + T1 @ T1.T
+            path, linear, angular, sizes, turns = dense._jacobian(link, x)
+            a = a + linear @ qdd[path]
+            alpha = (
+                np.array([turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]]) / 2 + angular @ qdd[path]
+            )
+            fast = sum(abs(dof.qd) for dof in scene.dofs if dof.turns)
+            own = (T @ scene.axes(frame)).T
+            length = sum(sizes) + n.norm(x)
+            rates = motion.scale[path] + abs(qdd[path])
+            size = n.norm(scene.gravity) + (rates * sizes).sum() + fast * (fast * length + sum(abs(d.qd) for d in scene.dofs))
+            turning = (rates * turns).sum() + fast * fast
+            groups = {
+                "acceleration": (a, size),
+                "angular_acceleration": (alpha, turning),
+                "proper_acceleration": (own @ (a - scene.gravity), size),
+                "angular_rate": (own @ np.array([spin[2, 1], spin[0, 2], spin[1, 0]]), fast),
+            }
+            for what, (wanted, scale) in groups.items():
+                for k in range(3):
+                    name = f"{frame['name']}.{what}[{k + 1}]"
+                    self("sensor", name, self.values[name], wanted[k], scale)
+
+    def wrists(self, case: Case, inputs: dict, dense: Dense) -> None:
+        """Sensed wrenches: what a free joint that is held in place of the fixed one has to carry."""
+        for frame in dense.scene.file.get("frame", []):
+            if "wrench" in frame["outputs"]:
+                cut = cut_open(tomllib.loads(case.text), frame["link"])
+                self.wrist(frame, Dense(cut), dense, inputs)
+
+    def wrist(self, frame: dict, dense: Dense, whole: Dense, inputs: dict) -> None:
+        scene, n, values = dense.scene, dense.n, self.values
+        motion = dense.solve(dense.scene.start() | state_of(values, inputs, whole), inputs)
+        known = {dof.variable("qdd") for dof in whole.scene.dofs}
+        qdd = np.array([n.one(values.get(dof.variable("qdd"), 0)) for dof in scene.dofs])
+        for k, dof in enumerate(scene.dofs):
+            if dof.prescribed and dof.variable("qdd") in known:
+                qdd[k] = scene.acceleration(dof, inputs)
+        rows = motion.rows
+        multipliers = np.array([n.one(values[name]) for name in rows.names])
+        carried = dense.M @ qdd - dense.forces.value - (rows.J.T @ multipliers if len(multipliers) else 0)
+        size = (
+            dense.forces.size
+            + abs(dense.M) @ (motion.scale + abs(qdd))
+            + (abs(rows.J.T) @ (abs(multipliers) + motion.multiplier_scale) if len(multipliers) else 0)
+        )
+        dofs = scene.links[scene.index[frame["link"]]].dofs
+        force, moment = -carried[dofs[:3]], -carried[dofs[3:]]
+        # the slides are along the axes of the joint frame, at rest those of the link
+        own, arm = scene.axes(frame).T, n.array(frame["position"])
+        moment = moment - cross(arm, force)
+        big = size[dofs[:3]].sum()
+        for what, wanted, scale in (("force", force, big), ("torque", moment, size[dofs[3:]].sum() + n.norm(arm) * big)):
+            for k in range(3):
+                name = f"{frame['name']}.sensed_{what}[{k + 1}]"
+                self("sensor", name, values[name], (own @ wanted)[k], scale)
+
     def frames(self, scene) -> None:
         for frame in scene.file.get("frame", []):
+            if "pose" not in frame["outputs"]:
+                continue
             link = scene.index[frame["link"]]
             x, v, _ = scene.point(link, frame["position"])
             T, T1, _ = [T[:3, :3] for T in scene.pose(link)]
@@ -288,6 +363,8 @@ def compare(case: Case, values: dict, exact: bool = False) -> tuple[list[Finding
     check("energy", "energy.potential", values["energy.potential"], motion.potential, motion.energy_scale)
     check.gaps(motion.rows)
     check.frames(dense.scene)
+    check.sensors(dense, motion, qdd)
+    check.wrists(case, case.inputs, dense)
     check.contacts(dense)
     check.elastic_couplings(dense)
     return found, motion, dense
@@ -336,7 +413,20 @@ def run(case: Case, library: Library, exact: bool = False) -> tuple[str, list]:
     kinds = {f.what for f in found}
     first = next(
         k
-        for k in ("start moved", "rate", "qdd", "tau", "balance", "lambda", "lambda without bound", "energy", "frame", "contact", "gap")
+        for k in (
+            "start moved",
+            "rate",
+            "qdd",
+            "tau",
+            "balance",
+            "lambda",
+            "lambda without bound",
+            "energy",
+            "frame",
+            "sensor",
+            "contact",
+            "gap",
+        )
         if k in kinds
     )
     if kinds <= {"qdd", "balance", "tau", "lambda"}:

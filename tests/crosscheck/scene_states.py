@@ -132,9 +132,23 @@ def give_frames(m: Maker) -> None:
                 "position": m.numbers(m.vector(0.5 * m.sizes[link])),
                 "rpy": [m.angle(m.between(-3, 3)) for _ in range(3)],
                 "port": m.pick(["ground", "frame"]),
-                "outputs": ["pose", "velocity"],
+                "outputs": ["pose", "velocity", "acceleration", "imu"],
             }
         )
+    give_wrist(m)
+
+
+def give_wrist(m: Maker) -> None:
+    """Wrench sensors on fixed links; drawn apart, so that other contents do not depend on them."""
+    rng = np.random.default_rng(m.rng.bit_generator.seed_seq.spawn(1)[0])
+    for k, link in enumerate(link for link in m.links if link["joint"] == "fixed"):
+        table = {
+            "name": f"wrist{k}",
+            "link": link["name"],
+            "outputs": ["wrench"],
+            "position": m.numbers(rng.normal(size=3) * m.sizes[link["name"]]),
+        }
+        m.file["frame"].append(table | {"rpy": [m.angle(a) for a in rng.uniform(-3, 3, 3)]})
 
 
 def rank(dense: Dense, columns: list[int]) -> int:
@@ -231,6 +245,8 @@ def draw_inputs(m: Maker, scene: Scene) -> dict[str, float]:
             inputs[dof.variable("q")], inputs[dof.variable("qd")] = float(state[dof.variable("q")]), float(state[dof.variable("qd")])
             inputs[dof.variable("qdd")] = m.between(-1, 1) * (G / size if dof.turns else G)
     for frame in m.file["frame"]:
+        if "port" not in frame:
+            continue
         size, F = m.sizes[frame["link"]], weight[frame["link"]]
         for k in (1, 2, 3):
             inputs[f"{frame['name']}.force[{k}]"] = m.between(-1, 1) * F

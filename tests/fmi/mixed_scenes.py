@@ -89,11 +89,19 @@ class Scene:
                 "name": "tool",
                 "link": self.draw.choice(self.links)["name"],
                 "position": self.near(0.3, 3),
-                "outputs": ["pose", "velocity"],
+                "outputs": ["pose", "velocity", "acceleration"],
                 "port": self.draw.choice(["ground", "frame"]),
             }
         ]
         self.couplings = [self.coupling(number) for number in range(2) if self.draw.random() < 0.5]
+        # a wrist sensor between the first loop and its link b
+        end = self.loops[0]["link_b"]
+        self.loops[0]["link_b"] = "pad"
+        self.poses.append(Pose() if end == "ground" else self.poses[int(end[1:])])
+        self.links.append({"name": "pad", "parent": end, "joint": "fixed", "mass": 0.1})
+        self.frames.append(
+            {"name": "wrist", "link": "pad", "position": [0.1, 0.2, 0.3], "rpy": [0.4, 0.5, 0.6], "outputs": ["wrench", "imu"]}
+        )
 
     def coupling(self, number: int) -> dict:
         """Of two joints with one freedom; the first rigid and satisfied up to `open_by`, the second with backlash."""

@@ -27,6 +27,41 @@ RESISTANCE = {
     "stop_width": 0.1,
 }
 
+# a sensor at a fixed link, and what loads it
+WRIST = """
+[[link]]
+name = "wrist"
+joint = "fixed"
+parent = "PARENT"
+alpha = 0.3
+a = 0.2
+mass = 0.4
+com = [0.05, 0.1, 0]
+[[link]]
+name = "hand"
+mass = 0.3
+com = [0.1, 0.02, 0.1]
+inertia = [0.01, 0.02, 0.02]
+a = 0.1
+[[link]]
+name = "finger"
+joint = "fixed"
+parent = "wrist"
+a = 0.2
+mass = 0.1
+[[frame]]
+name = "touch"
+link = "finger"
+port = "frame"
+rpy = [0.3, 0, 0.2]
+[[spring]]
+name = "band"
+link_a = "finger"
+link_b = "ground"
+stiffness = 3
+damping = 0.5
+"""
+
 
 def random_tree(seed: int) -> str:
     """A tree of joints of all drives, with frames, a port, tunable parameters, gravity and passive elements."""
@@ -73,11 +108,16 @@ damping = {abs(near(0.2)) if i % 2 else 0}
 name = "f{k}"
 link = "b{3 + k}"
 position = [{near(0.3)}, {near(0.3)}, {near(0.3)}]
-outputs = ["pose", "rotation", "velocity"]
+outputs = ["pose", "rotation", "velocity", "acceleration", "imu"]
 port = "{port}"
 """
+    text += WRIST.replace("PARENT", draw.choice(names[:3]))
+    for name, outputs in (("wrist", ["imu", "wrench"]), ("mount", ["wrench"])):
+        text += f'[[frame]]\nname = "at_{name}"\nlink = "{name}"\nposition = [0.1, 0.2, 0.3]\nrpy = [0.5, -0.2, 1]\noutputs = {outputs}\n'
     # what stands on the ground has potential energy only
     text += '[[link]]\nname = "mount"\nparent = "ground"\njoint = "fixed"\nalpha = 0.4\na = 0.3\nmass = 2\ncom = [0.1, 0.2, 0.3]\n'
+    text += '[[link]]\nname = "swing"\nparent = "mount"\nalpha = 1\nmass = 0.5\ncom = [0.2, 0, 0.1]\ninertia = [0.01, 0.01, 0.01]\n'
+    tunable += ["wrist.mass", "finger.com[1]", "swing.mass"]
     tunable += ["mount.mass", *(f"mount.com[{k}]" for k in (1, 2, 3))]
     outputs = ["acceleration", "energy", "momentum", "power", "solver"]
     return text + f"\n[fmu]\noutputs = {outputs}\ntunable = {tunable}\n".replace("'", '"')
@@ -168,11 +208,17 @@ def touching(kind: str) -> str:
 name = "touching"
 link = [
   {{name = "base", joint = "free", mass = 3, inertia = [0.3, 0.4, 0.5], q = [0.1, 0.2, 0.02, 0.3, 0.2, -0.4], qd = [0.1, 0, 0.2, 0.3, -0.2, 0.1]}},
-  {{name = "arm", mass = 1, com = [0.3, 0, 0.1], inertia = [0.1, 0.2, 0.3], a = 0.5, alpha = 1, q = 0.2, qd = 0.3}},
+  {{name = "sole", joint = "fixed", mass = 0.2}},
+  {{name = "arm", parent = "base", mass = 1, com = [0.3, 0, 0.1], inertia = [0.1, 0.2, 0.3], a = 0.5, alpha = 1, q = 0.2, qd = 0.3}},
 ]
+[[frame]]
+name = "ankle"
+link = "sole"
+position = [0.1, 0, 0.1]
+outputs = ["wrench", "imu", "acceleration"]
 [[contact]]
 name = "foot"
-link_a = "base"
+link_a = "sole"
 {foot}
 {b}
 {law}

@@ -15,7 +15,10 @@ Values::Values(Simulation& simulation, CurrentState& state, ParameterSet& parame
       motion_(motion),
       accelerations_(static_cast<std::size_t>(simulation.plan.nv)),
       drive_forces_(accelerations_),
-      ball_accelerations_(simulation.plan.balls.size()) {}
+      ball_accelerations_(simulation.plan.balls.size()) {
+  if (SensedWrenches<double>::needed(simulation.model))
+    sensed_ = std::make_unique<SensedWrenches<double>>(simulation.model, simulation.plan);
+}
 
 std::string Values::update(Needs needs) {
   if (are_current(needs)) return {};
@@ -40,8 +43,16 @@ std::string Values::update_accelerations() {
   if (has_drive_forces()) system().drive_forces(coordinates(), accelerations_.data(), drive_forces_.data());
   for (int ball = 0; ball < system().balls(); ++ball)
     ball_accelerations_[ball] = system().ball_acceleration(ball, accelerations_.data());
+  if (sensed_) update_sensed_wrenches();
   accelerations_are_current_ = true;
   return {};
+}
+
+void Values::update_sensed_wrenches() {
+  const System::Coordinates at = coordinates();
+  sensed_->update(simulation_.parameters);
+  sensed_->evaluate(at.q, at.qd, accelerations_.data(), system().recursion_port_wrenches(),
+                    system().workspace().loop.lambda);
 }
 
 double Values::energy_balance() {

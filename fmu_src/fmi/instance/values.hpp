@@ -1,8 +1,11 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "dynamics/ground_motion.hpp"
+#include "dynamics/sensed_wrench.hpp"
 #include "fmi/instance/parameter_set.hpp"
 #include "fmi/instance/prescribed_motion.hpp"
 #include "math/spatial.hpp"
@@ -46,6 +49,10 @@ class Values {
   System::Coordinates coordinates() { return simulation_.system.coordinates(simulation_.time, state_.y()); }
   JointMotion reference(int joint) { return simulation_.system.reference(joint, simulation_.time); }
   double acceleration(int joint) const { return accelerations_[joint]; }
+  AcceleratedBody<double> body(int index) {
+    return body_motion(plan(), system().workspace(), index, coordinates().qd, accelerations_.data());
+  }
+  Force<double> sensed_wrench(int frame) const { return sensed_->of(model().frames[frame]); }
   // Force or torque of a drive: the input, the controller's, or that of the prescribed motion.
   double drive_force(int joint) const {
     return has_drive_forces() ? drive_forces_[joint] : simulation_.system.recursion_inputs()[joint];
@@ -81,6 +88,7 @@ class Values {
   double read_known(const Variable& variable);
   bool has_drive_forces() const { return simulation_.plan.has_motion() || simulation_.system.control(); }
   std::string update_accelerations();
+  void update_sensed_wrenches();
 
   Simulation& simulation_;
   CurrentState& state_;
@@ -88,6 +96,7 @@ class Values {
   PrescribedMotion& motion_;
   std::vector<double> accelerations_, drive_forces_;  // of all joints
   std::vector<Vec3<double>> ball_accelerations_;
+  std::unique_ptr<SensedWrenches<double>> sensed_;  // null: no frame shows its wrench
   double kinetic_energy_ = 0, potential_energy_ = 0;
   bool accelerations_are_current_ = false, energies_are_current_ = false;
 };

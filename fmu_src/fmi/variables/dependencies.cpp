@@ -48,6 +48,11 @@ bool accelerations(const Variable& unknown, const Variable& known, const Compone
   return components.of(unknown.joint) == components.of(known.joint);
 }
 
+// A sensor on the ground may carry any tree.
+bool sensed(const Variable& unknown, const Variable& known, const Components& components) {
+  return unknown.joint == ground || accelerations(unknown, known, components);
+}
+
 }  // namespace at_point
 
 namespace initially {
@@ -79,6 +84,10 @@ bool velocity(const Variable& unknown, const Variable& known, const Components& 
 
 bool accelerations(const Variable& unknown, const Variable& known, const Components& components) {
   return (known.row->acts & acts::gravity) || components.of(known) == components.of(unknown.joint);
+}
+
+bool sensed(const Variable& unknown, const Variable& known, const Components& components) {
+  return unknown.joint == ground || accelerations(unknown, known, components);
 }
 
 bool kinetic(const Variable&, const Variable& known, const Components& components) {

@@ -36,6 +36,7 @@ namespace at_point {
 bool jumps(const Variable& unknown, const Variable& known, const Components& components);
 bool all_jumps(const Variable& unknown, const Variable& known, const Components& components);
 bool accelerations(const Variable& unknown, const Variable& known, const Components& components);
+bool sensed(const Variable& unknown, const Variable& known, const Components& components);
 }  // namespace at_point
 
 // In initialization mode outputs depend on start values, inputs and tunable parameters.
@@ -44,6 +45,7 @@ bool target(const Variable& unknown, const Variable& known, const Components& co
 bool position(const Variable& unknown, const Variable& known, const Components& components);
 bool velocity(const Variable& unknown, const Variable& known, const Components& components);
 bool accelerations(const Variable& unknown, const Variable& known, const Components& components);
+bool sensed(const Variable& unknown, const Variable& known, const Components& components);
 bool kinetic(const Variable& unknown, const Variable& known, const Components& components);
 bool potential(const Variable& unknown, const Variable& known, const Components& components);
 bool energies(const Variable& unknown, const Variable& known, const Components& components);

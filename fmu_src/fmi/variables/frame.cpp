@@ -13,6 +13,11 @@ bool shows_rotation(const Scene& scene, const Variable& v) {
   return scene.model.frames[v.frame].rotation_matrix;
 }
 bool shows_velocity(const Scene& scene, const Variable& v) { return scene.model.frames[v.frame].velocity; }
+bool shows_acceleration(const Scene& scene, const Variable& v) {
+  return scene.model.frames[v.frame].acceleration;
+}
+bool is_imu(const Scene& scene, const Variable& v) { return scene.model.frames[v.frame].imu; }
+bool is_wrist(const Scene& scene, const Variable& v) { return scene.model.frames[v.frame].wrench; }
 
 // A port on the ground has no effect.
 bool is_port(const Scene& scene, const Variable& v) {
@@ -31,32 +36,34 @@ Pose in_body(const Model& model, const Plan<double>& plan, const Variable& v) {
   return plan.frame_in_carrier[frame.link] * Pose{frame.rotation, frame.position};
 }
 
-struct Motion {
-  GroundState<double> body;
+template <class Scalar>
+struct FrameMotion {
+  AcceleratedBody<Scalar> body;
   Pose frame;  // in the body
-  PointMotion<double> origin() const { return point_motion(body, frame.position); }
-  Mat3<double> rotation() const { return body.rotation * frame.rotation; }
+  Vec3<Scalar> gravity;
+  PointMotion<Scalar> origin() const {
+    return point_motion(body.state, Vec3<Scalar>(frame.position.template cast<Scalar>()));
+  }
+  Mat3<Scalar> rotation() const {
+    return body.state.rotation * Mat3<Scalar>(frame.rotation.template cast<Scalar>());
+  }
+  Vec3<Scalar> acceleration() const { return point_acceleration(body, origin().arm); }
+  // as an inertial sensor measures them, in axes of the frame
+  Vec3<Scalar> proper_acceleration() const {
+    return rotation().transpose() * Vec3<Scalar>(acceleration() - gravity);
+  }
+  Vec3<Scalar> angular_rate() const { return rotation().transpose() * body.state.omega; }
 };
 
-Motion motion(Values& at, const Variable& v) {
-  const Pose frame = in_body(at.model(), at.plan(), v);
-  return {body_motion(at.plan(), at.system().workspace(), at.plan().carrier[v.link], at.coordinates().qd),
-          frame};
+FrameMotion<double> motion(Values& at, const Variable& v) {
+  return {at.body(at.plan().carrier[v.link]), in_body(at.model(), at.plan(), v), at.plan().gravity};
 }
 
 // The same with derivatives.
-struct MotionChange {
-  GroundState<Dual> body;
-  Pose frame;
-  PointMotion<Dual> origin() const {
-    return point_motion(body, Vec3<Dual>(frame.position.template cast<Dual>()));
-  }
-  Mat3<Dual> rotation() const { return body.rotation * Mat3<Dual>(frame.rotation.template cast<Dual>()); }
-};
-
-MotionChange change(OutputDerivatives& of, const Variable& v) {
+FrameMotion<Dual> change(OutputDerivatives& of, const Variable& v) {
   const Plan<double>& plan = of.values().plan();
-  return {of.tangent().body(plan.carrier[v.link]), in_body(of.model(), plan, v)};
+  return {of.tangent().body(plan.carrier[v.link]), in_body(of.model(), plan, v),
+          of.tangent().parameters.gravity};
 }
 
 // The quaternion with w >= 0.
@@ -151,14 +158,87 @@ constexpr Entry entries[] = {
     output(Owner::frame, "angular_velocity")
         .array(3)
         .there_if(shows_velocity)
-        .reads([](Values& at, const Variable& v) { return motion(at, v).body.omega[v.element]; },
+        .reads([](Values& at, const Variable& v) { return motion(at, v).body.state.omega[v.element]; },
                Needs::accelerations)
         .derivative([](OutputDerivatives& of, const Variable& v) {
-          return of.tangent().body(of.values().plan().carrier[v.link]).omega[v.element].derivative;
+          return change(of, v).body.state.omega[v.element].derivative;
         })
         .depends(at_point::jumps, initially::accelerations)
         .measures(quantity::angular_velocity)
         .says("Angular velocity of %, $ in the ground frame")
+        .labels(axes),
+    output(Owner::frame, "acceleration")
+        .array(3)
+        .there_if(shows_acceleration)
+        .reads([](Values& at, const Variable& v) { return motion(at, v).acceleration()[v.element]; },
+               Needs::accelerations)
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return change(of, v).acceleration()[v.element].derivative;
+        })
+        .depends(at_point::accelerations, initially::accelerations)
+        .measures(quantity::acceleration)
+        .says("Acceleration of the origin of %, $ in the ground frame")
+        .labels(axes),
+    output(Owner::frame, "angular_acceleration")
+        .array(3)
+        .there_if(shows_acceleration)
+        .reads(
+            [](Values& at, const Variable& v) { return motion(at, v).body.acceleration.angular[v.element]; },
+            Needs::accelerations)
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return change(of, v).body.acceleration.angular[v.element].derivative;
+        })
+        .depends(at_point::accelerations, initially::accelerations)
+        .measures(quantity::angular_acceleration)
+        .says("Angular acceleration of %, $ in the ground frame")
+        .labels(axes),
+    output(Owner::frame, "proper_acceleration")
+        .array(3)
+        .there_if(is_imu)
+        .reads([](Values& at, const Variable& v) { return motion(at, v).proper_acceleration()[v.element]; },
+               Needs::accelerations)
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return change(of, v).proper_acceleration()[v.element].derivative;
+        })
+        .depends(at_point::accelerations, initially::accelerations)
+        .measures(quantity::acceleration)
+        .says("Acceleration minus gravity at the origin of %, $ in the frame's axes")
+        .labels(axes),
+    output(Owner::frame, "angular_rate")
+        .array(3)
+        .there_if(is_imu)
+        .reads([](Values& at, const Variable& v) { return motion(at, v).angular_rate()[v.element]; },
+               Needs::accelerations)
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return change(of, v).angular_rate()[v.element].derivative;
+        })
+        .depends(at_point::jumps, initially::accelerations)
+        .measures(quantity::angular_velocity)
+        .says("Angular velocity of %, $ in the frame's axes")
+        .labels(axes),
+    output(Owner::frame, "sensed_force")
+        .array(3)
+        .there_if(is_wrist)
+        .reads([](Values& at, const Variable& v) { return at.sensed_wrench(v.frame).force[v.element]; },
+               Needs::accelerations)
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return of.tangent().sensed_wrench(of.model().frames[v.frame]).force[v.element].derivative;
+        })
+        .depends(at_point::sensed, initially::sensed)
+        .measures(quantity::force)
+        .says("Force of the outboard bodies through the fixed joint of %, $ in the frame's axes")
+        .labels(axes),
+    output(Owner::frame, "sensed_torque")
+        .array(3)
+        .there_if(is_wrist)
+        .reads([](Values& at, const Variable& v) { return at.sensed_wrench(v.frame).moment[v.element]; },
+               Needs::accelerations)
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return of.tangent().sensed_wrench(of.model().frames[v.frame]).moment[v.element].derivative;
+        })
+        .depends(at_point::sensed, initially::sensed)
+        .measures(quantity::torque)
+        .says("Moment of the outboard bodies about the origin of %, $ in the frame's axes")
         .labels(axes),
 };
 

@@ -58,6 +58,7 @@ Tangent::Tangent(const Model& model, const System& system)
     control_ = std::make_unique<ControlTangent>(model, *system.control());
   actuator_inputs_.resize(static_cast<std::size_t>(actuator_count()));
   responses_.resize(actuator_inputs_.size());
+  if (SensedWrenches<Dual>::needed(model)) sensed_ = std::make_unique<SensedWrenches<Dual>>(model, plan_);
 }
 
 void Tangent::go_to(const Parameters<double>& given, System& system, double time, const double* y) {
@@ -87,6 +88,7 @@ void Tangent::go_to(const Parameters<double>& given, System& system, double time
 
 void Tangent::apply_parameters() {
   plan_.update(parameters);
+  if (sensed_) sensed_->update(parameters);
   if (control()) control()->update(parameters);
   for (std::size_t i = 0; i < q.size(); ++i) {
     const JointParameters<Dual>& start = parameters.joints[plan_.joints[i].link];
@@ -384,6 +386,8 @@ bool Tangent::evaluate() {
     power +=
         port_power(plan_, workspace_, plan_.ports[k], qd.data(), inputs_.port_wrench.of(force.data(), k));
   for (const ActuatorResponse<Dual>& response : responses_) power += response.power;
+  if (sensed_)
+    sensed_->evaluate(q.data(), qd.data(), qdd.data(), inputs_.port_wrench.of(force.data()), multipliers);
   double sum = 0;
   for (const Dual& a : qdd) sum += a.value * 0.0 + a.derivative * 0.0;
   for (const Dual& a : drive) sum += a.derivative * 0.0;
@@ -405,9 +409,9 @@ Dual Tangent::potential_energy() {
 
 Force<Dual> Tangent::momentum() { return redysim::momentum(plan_, workspace_, q.data(), qd.data()); }
 
-GroundState<Dual> Tangent::body(int index) {
+AcceleratedBody<Dual> Tangent::body(int index) {
   set_positions(plan_, workspace_, q.data());
-  return body_motion(plan_, workspace_, index, qd.data());
+  return body_motion(plan_, workspace_, index, qd.data(), qdd.data());
 }
 
 Tangent::BallMotion Tangent::ball(int index) const {

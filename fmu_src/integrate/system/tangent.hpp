@@ -4,6 +4,8 @@
 
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/contact/contact_force.hpp"
+#include "dynamics/ground_motion.hpp"
+#include "dynamics/sensed_wrench.hpp"
 #include "integrate/system/control_tangent.hpp"
 #include "integrate/system/system.hpp"
 #include "math/dual.hpp"
@@ -67,7 +69,8 @@ class Tangent {
   std::vector<Dual> multipliers;  // per loop row
   Dual kinetic_energy(), potential_energy();
   Force<Dual> momentum();
-  GroundState<Dual> body(int index);
+  AcceleratedBody<Dual> body(int index);
+  Force<Dual> sensed_wrench(const Frame& frame) const { return sensed_->of(frame); }
   // Sum over the points of a contact, after evaluate().
   ContactResult<Dual> contact(int index, int link_a) const {
     return contact_result(plan_, workspace_, index, link_a);
@@ -111,6 +114,7 @@ class Tangent {
   std::vector<Dual> state_;     // y, where there are actuators: their entries count
   std::vector<Dual> actuator_inputs_;
   std::vector<ActuatorResponse<Dual>> responses_;
+  std::unique_ptr<SensedWrenches<Dual>> sensed_;  // null: no frame shows its wrench
 };
 
 }  // namespace redysim

@@ -5,10 +5,27 @@ namespace {
 
 void read_outputs(Section& section, Frame& frame) {
   if (!section.has("outputs")) return;
-  const std::vector<bool> shown = section.flags("outputs", {"pose", "rotation", "velocity"});
+  const std::vector<bool> shown =
+      section.flags("outputs", {"pose", "rotation", "velocity", "acceleration", "imu", "wrench"});
   frame.pose = shown[0];
   frame.rotation_matrix = shown[1];
   frame.velocity = shown[2];
+  frame.acceleration = shown[3];
+  frame.imu = shown[4];
+  frame.wrench = shown[5];
+}
+
+// A wrist sensor is a fixed joint. A joint with several DOF consists of links "<name>[1]", ...
+void check_sensor(Section& section, const Frame& frame, const LinkTable& links) {
+  if (!frame.wrench || links.carriers.empty()) return;
+  const std::string& name = links.names[frame.link];
+  const int carrier = links.carriers[frame.link];
+  const bool moves =
+      carrier == frame.link || (carrier != ground && links.names[carrier].rfind(name + "[", 0) == 0);
+  if (moves)
+    section.error("outputs",
+                  "outputs contains 'wrench', which requires a link with joint 'fixed', but link '" + name +
+                      "' can move relative to its parent");
 }
 
 Frame read_frame(Section section, const std::string& label, const LinkTable& links, bool degrees,
@@ -24,6 +41,7 @@ Frame read_frame(Section section, const std::string& label, const LinkTable& lin
   frame.position = section.vector("position", frame.position);
   frame.rotation = section.rotation("rpy", degrees);
   read_outputs(section, frame);
+  check_sensor(section, frame, links);
   frame.port = section.choice<Frame::Port>(
       "port",
       {{"none", Frame::Port::none}, {"ground", Frame::Port::ground_axes}, {"frame", Frame::Port::frame_axes}},

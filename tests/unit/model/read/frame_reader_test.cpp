@@ -26,6 +26,18 @@ TEST(frame, its_outputs_are_those_listed) {
   EXPECT_TRUE(!f.pose && f.rotation_matrix && f.velocity);
   const Frame none = read(frame("outputs = []")).frames.at(0);
   EXPECT_TRUE(!none.pose && !none.rotation_matrix && !none.velocity);
+  EXPECT_TRUE(!none.acceleration && !none.imu && !none.wrench);
+  const Frame sensors = read(frame("outputs = ['acceleration', 'imu']")).frames.at(0);
+  EXPECT_TRUE(sensors.acceleration && sensors.imu && !sensors.wrench);
+}
+
+// Lines 10 to 15 are the fixed link c and the frame on it.
+TEST(frame, a_wrist_sensor_is_on_a_fixed_link) {
+  const std::string on = "[[link]]\nname = 'c'\njoint = 'fixed'\n[[frame]]\nname = 'f'\n";
+  EXPECT_TRUE(read(arms + on + "link = 'c'\noutputs = ['wrench']\n").frames.at(0).wrench);
+  EXPECT_EQ(errors(arms + on + "link = 'b'\noutputs = ['wrench']\n"),
+            (Lines{"16: frame 'f': outputs contains 'wrench', which requires a link with joint 'fixed', but "
+                   "link 'b' can move relative to its parent"}));
 }
 
 TEST(frame, turns_by_roll_then_pitch_then_yaw_about_fixed_axes) {
@@ -54,8 +66,8 @@ TEST(frame, its_link_is_a_link) {
 
 TEST(frame, what_it_does_not_know_is_refused) {
   EXPECT_EQ(errors(frame("outputs = ['pose', 'velocty']")),
-            (Lines{"13: frame 'f': outputs must be 'pose', 'rotation' or 'velocity', got 'velocty'; did you "
-                   "mean 'velocity'?"}));
+            (Lines{"13: frame 'f': outputs must be 'pose', 'rotation', 'velocity', 'acceleration', 'imu' or "
+                   "'wrench', got 'velocty'; did you mean 'velocity'?"}));
   EXPECT_EQ(errors(frame("outputs = ['pose', 'pose']")),
             (Lines{"13: frame 'f': outputs lists 'pose' twice"}));
   EXPECT_EQ(errors(frame("port = 'world'")),

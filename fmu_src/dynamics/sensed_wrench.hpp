@@ -1,0 +1,34 @@
+#pragma once
+
+#include <vector>
+
+#include "dynamics/workspace.hpp"
+
+namespace redysim {
+
+// Loads on wrist sensors: force and moment that the bodies outboard of a fixed link exert on the link's
+// parent. A Plan merges fixed links into their carriers; here each fixed link with a sensor is a body of its
+// own, on a joint that does not move. Neither throws nor allocates after construction.
+template <class Scalar>
+class SensedWrenches {
+ public:
+  static bool needed(const Model& model);
+  // `plan`: that of the model. The values are those of the model file until `update`.
+  SensedWrenches(const Model& model, const Plan<Scalar>& plan);
+  void update(const Parameters<Scalar>& parameters) { plan_.update(parameters); }
+
+  // From q, qd, qdd of all joints of the plan, moments and forces of its ports, and multipliers of its rows.
+  void evaluate(const Scalar* q, const Scalar* qd, const Scalar* qdd, const Scalar* ports,
+                const std::vector<Scalar>& lambda);
+
+  // At the origin and in the axes of a frame that shows its wrench.
+  Force<Scalar> of(const Frame& frame) const;
+
+ private:
+  Plan<Scalar> plan_;
+  Workspace<Scalar> workspace_;
+  std::vector<int> joint_, row_, port_;  // of the plan, per joint, row and port here; -1: none
+  std::vector<Scalar> q_, qd_, qdd_, tau_, ports_, lambda_;
+};
+
+}  // namespace redysim
