@@ -224,7 +224,7 @@ void set_multipliers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_
   }
   S.solve(&state.lambda[first], &state.lambda[first]);
   S.reduce_norm(&state.lambda[first]);
-  if (!state.uses_Q[c] && (S.inexact() || S.rank() < S.size())) refine_multipliers(plan, ws, c);
+  if (!state.uses_Q[c] && S.inexact()) refine_multipliers(plan, ws, c);
 }
 
 // Root to leaves, in the reverse order of the elimination: multipliers, then the joints on which they act.
