@@ -122,9 +122,10 @@ TEST(controller_reader, refuses_what_it_cannot_use) {
 TEST(controller_reader, feed_forward_refuses_loops) {
   const std::string loop =
       "[[loop]]\nname = 'pin'\ntype = 'point'\nlink_a = 'a'\nlink_b = 'b'\ndirections = [[1, 0, 0]]\n";
-  EXPECT_EQ(errors(test::arms + loop + "[controller]\nlaw = 'feed_forward'\nkp = 1\nkd = 1\n"),
-            Lines{"17: controller: feed_forward does not support loops; use computed_torque or "
-                  "gravity_compensation"});
+  EXPECT_EQ(
+      errors(test::arms + loop + "[controller]\nlaw = 'feed_forward'\nkp = 1\nkd = 1\n"),
+      Lines{"17: controller: feed_forward does not support loops and rigid couplings; use computed_torque or "
+            "gravity_compensation"});
 }
 
 TEST(controller_reader, the_inverse_model_follows_trajectories_without_a_controller) {
