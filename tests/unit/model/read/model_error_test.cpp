@@ -194,8 +194,8 @@ TEST(model_error, settings_have_bounds) {
   EXPECT_EQ(
       errors(arm + "[fmu]\noutputs = ['energi', 'solver', 'solver', 1]\nstep_size = 0\n"),
       (Lines{
-          "7: fmu: outputs must be 'acceleration', 'energy', 'solver', 'momentum', 'reference' or 'power', "
-          "got 'energi'; "
+          "7: fmu: outputs must be 'acceleration', 'energy', 'solver', 'momentum', 'reference', 'power' or "
+          "'actuator', got 'energi'; "
           "did you mean "
           "'energy'?",
           "7: fmu: outputs lists 'solver' twice", "7: fmu: outputs must contain strings, got a number",
