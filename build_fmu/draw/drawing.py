@@ -50,6 +50,8 @@ def mechanism(figure, drawing: dict[str, Any], title: str, caption: str, bounds:
         _loop(scene, drawing["links"], loop)
     for spring in drawing.get("springs", []):
         scene.line(_zigzag(spring["point_a"], spring["point_b"], scene), color=SPRING, lw=1.4)
+    for bushing in drawing.get("bushings", []):
+        scene.line([bushing["point_a"], bushing["point_b"]], color=SPRING, lw=3, marker="s", markersize=6)
     _contacts(scene, drawing, bounds)
     scene.finish(title, caption, bounds)
 

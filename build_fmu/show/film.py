@@ -88,7 +88,7 @@ def _points(drawing: dict) -> list[np.ndarray]:
     points = [np.zeros(3)]
     for link in drawing["links"]:
         points += [np.asarray(link["origin"], float), np.asarray(link["com"] if link["mass"] > 0 else link["origin"], float)]
-    for tie in (*drawing["loops"], *drawing["springs"]):
+    for tie in (*drawing["loops"], *drawing["springs"], *drawing.get("bushings", [])):
         points += [np.asarray(tie["point_a"], float), np.asarray(tie["point_b"], float)]
     for contact in drawing["contacts"]:
         points += points_of(contact["a"]) + points_of(contact["b"])

@@ -77,7 +77,7 @@ for (const link of links) {
 function carrier(name) {
   return links.findIndex((link) => link.name === name);
 }
-const ties = ["loops", "springs"].flatMap((kind) => (run.drawing[kind] || []).map((tie) => {
+const ties = ["loops", "springs", "bushings"].flatMap((kind) => (run.drawing[kind] || []).map((tie) => {
   const ends = ["a", "b"].map((side) => {
     const link = carrier(tie[`link_${side}`]), point = tie[`point_${side}`];
     return { link, point: link < 0 ? point : seen(links[link].start, point) };

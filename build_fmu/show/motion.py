@@ -28,7 +28,7 @@ class Motion:
             {**link, "origin": pose[:3, 3], "rotation": pose[:3, :3], "com": _moved(move, link["com"])}
             for link, pose, move in zip(self.drawing["links"], poses, moves, strict=True)
         ]
-        ties = {kind: [self._tie(tie, moves) for tie in self.drawing.get(kind, [])] for kind in ("loops", "springs")}
+        ties = {kind: [self._tie(tie, moves) for tie in self.drawing.get(kind, [])] for kind in ("loops", "springs", "bushings")}
         contacts = [self._contact(contact, moves, row) for contact in self.drawing.get("contacts", [])]
         return {**self.drawing, "links": links, **ties, "contacts": contacts}
 

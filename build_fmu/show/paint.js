@@ -131,12 +131,13 @@ function paintLinks(poses) {
   });
   for (const tie of ties) {
     const [a, b] = tie.ends.map((end) => endOf(end, poses));
+    const colour = tie.kind === "bushings" ? "#2e8b57" : "#8e44ad";
     if (tie.kind === "springs") coil(a, b);
     else {
-      ball(a, 1.15 * thick, "#8e44ad");
+      ball(a, 1.15 * thick, colour);
       if (long(plus(a, b, -1)) > 0.3 * thick) {
-        ball(b, 1.15 * thick, "#8e44ad");
-        polyline([a, b], "#8e44ad", 1.5);
+        ball(b, 1.15 * thick, colour);
+        polyline([a, b], colour, 1.5);
       }
     }
   }

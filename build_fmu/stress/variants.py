@@ -82,7 +82,7 @@ def far_away(model: Model, distance: float) -> None:
     for link, parent in zip(model.get("link", []), parents(model), strict=True):
         if parent == "ground":
             link["b"] = float(link.get("b", 0)) + distance
-    for tie in [*model.get("loop", []), *model.get("spring", [])]:
+    for tie in [*model.get("loop", []), *model.get("spring", []), *model.get("bushing", [])]:
         for side in ("a", "b"):
             if tie.get(f"link_{side}") == "ground":
                 tie[f"point_{side}"] = _moved(tie.get(f"point_{side}", [0, 0, 0]), [0, 0, distance])

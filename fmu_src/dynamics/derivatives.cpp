@@ -29,6 +29,22 @@ namespace {
                      spring.damping,
                      spring.rest_length};
   }
+  to.bushings.resize(from.bushings.size());
+  for (std::size_t i = 0; i < from.bushings.size(); ++i) {
+    const BushingPlan<double>& bushing = from.bushings[i];
+    to.bushings[i] = {bushing.body_a,
+                      bushing.body_b,
+                      bushing.entry_a,
+                      bushing.entry_b,
+                      bushing.point_a.cast<Dual>(),
+                      bushing.point_b.cast<Dual>(),
+                      bushing.rotation_a.cast<Dual>(),
+                      bushing.rotation_b.cast<Dual>(),
+                      bushing.stiffness.cast<Dual>(),
+                      bushing.turning_stiffness.cast<Dual>(),
+                      bushing.damping.cast<Dual>(),
+                      bushing.turning_damping.cast<Dual>()};
+  }
   if constexpr (Plan<Dual>::may_have_contacts) {
     if (to.contact_pairs.empty())
       for (const auto& pair : from.contact_pairs) to.contact_pairs.push_back(with_constants_of<Dual>(pair));
@@ -284,6 +300,7 @@ void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<d
 REDYSIM_CLONES double Derivatives::change_elements(const Plan<double>& plan) {
   for (auto& s : workspace_.joints) s.p = Force<Dual>::zero();
   add_spring_wrenches(plan_, workspace_);
+  if constexpr (Plan<Dual>::may_have_bushings) add_bushing_wrenches(plan_, workspace_);
   if (plan_.has_contacts()) change_contacts(plan_, workspace_);
   add_port_wrenches(plan_, workspace_, port_wrenches_.data());
   for (std::size_t i = 0; i < plan.joints.size(); ++i)
@@ -293,6 +310,7 @@ REDYSIM_CLONES double Derivatives::change_elements(const Plan<double>& plan) {
     const Dual rate = spring_line(spring, workspace_).rate;
     power -= (spring.damping * rate * rate).derivative;
   }
+  if constexpr (Plan<Dual>::may_have_bushings) power += bushing_loss(plan_, workspace_).derivative;
   if constexpr (Plan<Dual>::may_have_contacts) power += workspace_.contact_power.derivative;
   return power;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "dynamics/bias.hpp"
+#include "dynamics/bushing.hpp"
 #include "dynamics/contact/contact_force.hpp"
 #include "dynamics/elastic_coupling.hpp"
 
@@ -21,8 +22,8 @@ Scalar kinetic_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sca
 }
 
 // Potential energy, J, of gravity (zero with all mass at the ground origin), joint springs,
-// stops, spring-dampers, elastic couplings and contacts at q. Overwrites positions and composite masses of
-// the workspace.
+// stops, spring-dampers, bushings, elastic couplings and contacts at q. Overwrites positions and composite
+// masses of the workspace.
 template <class Scalar>
 Scalar potential_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd) {
   set_positions(plan, ws, q);
@@ -48,19 +49,21 @@ Scalar potential_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const S
   }
   for (std::size_t k = 0; plan.has_elastic_couplings() && k < plan.elastic_couplings.size(); ++k)
     energy += CouplingForce<Scalar>::at(plan.elastic_couplings[k], q, qd).energy;
-  if (!plan.has_springs() && !plan.has_contacts()) return energy;
+  if (!plan.has_springs() && !plan.has_bushings() && !plan.has_contacts()) return energy;
   set_ground_motion(plan, ws, qd);
   for (const auto& spring : plan.springs) {
     const Scalar stretch = spring_line(spring, ws).length - spring.rest_length;
     energy += Scalar(0.5) * spring.stiffness * stretch * stretch;
   }
+  if constexpr (Plan<Scalar>::may_have_bushings)
+    if (plan.has_bushings()) energy += bushing_energy(plan, ws);
   if constexpr (Plan<Scalar>::may_have_contacts)
     if (plan.has_contacts()) energy += contact_energy(plan, ws);
   return energy;
 }
 
-// Power of drives, dampers, friction and contacts, W: the rate of kinetic plus potential energy. Uses the
-// ground motion and the power of contacts in the workspace of the last forward_dynamics.
+// Power of drives, dampers, bushings, friction and contacts, W: the rate of kinetic plus potential energy.
+// Uses the ground motion and the power of contacts in the workspace of the last forward_dynamics.
 template <class Scalar>
 Scalar external_power(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const Scalar* q,
                       const Scalar* qd, const Scalar* tau) {
@@ -76,6 +79,8 @@ Scalar external_power(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, con
   }
   for (std::size_t k = 0; plan.has_elastic_couplings() && k < plan.elastic_couplings.size(); ++k)
     power += CouplingForce<Scalar>::at(plan.elastic_couplings[k], q, qd).loss;
+  if constexpr (Plan<Scalar>::may_have_bushings)
+    if (plan.has_bushings()) power += bushing_loss(plan, ws);
   if constexpr (Plan<Scalar>::may_have_contacts)
     if (plan.has_contacts()) power += ws.contact_power;
   return power;

@@ -31,6 +31,7 @@ void set_joint_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const S
   set_body_wrenches(plan, ws, q, qd, qdd);
   if (plan.has_poses()) set_ground_motion(plan, ws, qd);
   add_spring_wrenches(plan, ws);
+  if constexpr (Plan<Scalar>::may_have_bushings) add_bushing_wrenches(plan, ws);
   if constexpr (Plan<Scalar>::may_have_contacts) add_contact_wrenches(plan, ws);
   add_port_wrenches(plan, ws, ports);
   if (plan.has_constraints()) subtract_loop_wrenches(plan, ws, lambda);

@@ -144,6 +144,7 @@ std::size_t smallest_tree(const Model& model, const std::vector<int>& carrier, c
   };
   std::for_each(model.loops.begin(), model.loops.end(), consider_both);
   std::for_each(model.springs.begin(), model.springs.end(), consider_both);
+  std::for_each(model.bushings.begin(), model.bushings.end(), consider_both);
   for (const Contact& contact : model.contacts) {
     consider(contact.a.link);
     consider(contact.b.link);
@@ -162,13 +163,14 @@ Plan<Scalar>::Plan(const Model& model, const Parameters<Scalar>& parameters) {
       contact_laws.emplace_back().redysim = contact.law == Contact::Law::redysim;
   update(parameters);
   add_springs(model);
+  add_bushings(model);
   add_elastic_couplings(model);
   add_contacts(model);
   add_ports(model);
   build_clusters(model, *this);
   set_poses(*this);
-  plain = clusters.empty() && springs.empty() && elastic_couplings.empty() && contact_pairs.empty() &&
-          ports.empty() && prescribed_count == 0;
+  plain = clusters.empty() && springs.empty() && bushings.empty() && elastic_couplings.empty() &&
+          contact_pairs.empty() && ports.empty() && prescribed_count == 0;
 }
 
 template <class Scalar>
@@ -268,6 +270,29 @@ void Plan<Scalar>::add_elastic_couplings(const Model& model) {
     coupling.damping = given.damping;
     coupling.half_play = given.backlash / 2;
     coupling.width = given.width;
+  }
+}
+
+template <class Scalar>
+void Plan<Scalar>::add_bushings(const Model& model) {
+  const auto frame_of = [this](int link, const Mat3<double>& rotation, const Vec3<double>& point) {
+    const Pose frame{rotation, point};
+    return link == ground ? frame : frame_in_carrier[link] * frame;
+  };
+  for (const Bushing& given : model.bushings) {
+    const Pose a = frame_of(given.link_a, given.rotation_a, given.point_a);
+    const Pose b = frame_of(given.link_b, given.rotation_b, given.point_b);
+    BushingPlan<Scalar>& bushing = bushings.emplace_back();
+    bushing.body_a = given.link_a == ground ? ground : carrier[given.link_a];
+    bushing.body_b = given.link_b == ground ? ground : carrier[given.link_b];
+    bushing.point_a = a.position.template cast<Scalar>();
+    bushing.point_b = b.position.template cast<Scalar>();
+    bushing.rotation_a = a.rotation.template cast<Scalar>();
+    bushing.rotation_b = b.rotation.template cast<Scalar>();
+    bushing.stiffness = given.stiffness.template cast<Scalar>();
+    bushing.turning_stiffness = given.turning_stiffness.template cast<Scalar>();
+    bushing.damping = given.damping.template cast<Scalar>();
+    bushing.turning_damping = given.turning_damping.template cast<Scalar>();
   }
 }
 

@@ -70,6 +70,16 @@ struct ElasticCouplingPlan : CoupledJoints {
   double stiffness = 0, damping = 0, half_play = 0, width = 0;
 };
 
+// A spring-damper in six directions, along the axes of frame a; frames in body frames (dynamics/bushing.hpp).
+template <class Scalar>
+struct BushingPlan {
+  int body_a = ground, body_b = ground;
+  int entry_a = ground, entry_b = ground;  // of Workspace::ground
+  Vec3<Scalar> point_a, point_b;
+  Mat3<Scalar> rotation_a, rotation_b;
+  Vec3<Scalar> stiffness, turning_stiffness, damping, turning_damping;
+};
+
 // A frame with force inputs: moment and force at its origin, in its own axes or in ground axes.
 template <class Scalar>
 struct PortPlan {
@@ -93,7 +103,7 @@ struct Plan {
 
   int nq = 0, nv = 0;
   int prescribed_count = 0;
-  bool plain = false;  // no loops, couplings, springs, contacts, ports or prescribed joints
+  bool plain = false;  // no loops, couplings, springs, bushings, contacts, ports or prescribed joints
   Vec3<Scalar> gravity = Vec3<Scalar>::Zero();
   Vec3<Scalar> grounded = Vec3<Scalar>::Zero();  // first moment, kg m, of links fixed to the ground
   // position of the first joint of a tree (smallest_tree): positions are relative to this point, so that they
@@ -102,6 +112,7 @@ struct Plan {
   std::vector<JointPlan<Scalar>> joints;
   std::vector<Resistance<Scalar>> resistances;  // per joint; empty if no joint can have any
   std::vector<SpringPlan<Scalar>> springs;
+  std::vector<BushingPlan<Scalar>> bushings;
   std::vector<ContactPair<Scalar>> contact_pairs;
   std::vector<ContactLaw<Scalar>> contact_laws;  // of Model::contacts
   std::vector<PortPlan<Scalar>> ports;
@@ -116,7 +127,7 @@ struct Plan {
   std::vector<FrontPlan> fronts;
   std::vector<EliminationStep>
       elimination_by_fronts;    // with the fronts of the clusters that are split; else empty
-  std::vector<PoseStep> poses;  // of the bodies with loops, springs, contacts or ports, parents first
+  std::vector<PoseStep> poses;  // of the bodies with loops or forces between bodies, parents first
   int pose_count = 0;           // entries of Workspace::ground
 
   // Parts that a recursion may omit; constant in a library built without them.
@@ -130,6 +141,9 @@ struct Plan {
   }
   bool has_springs() const { return features::springs && !springs.empty(); }
   bool has_elastic_couplings() const { return features::springs && !elastic_couplings.empty(); }
+  static constexpr bool may_have_bushings =
+      features::bushings && (std::is_same_v<Scalar, double> || std::is_same_v<Scalar, Dual>);
+  bool has_bushings() const { return may_have_bushings && !bushings.empty(); }
   // not in a straight line
   static constexpr bool may_have_contacts =
       features::contact && (std::is_same_v<Scalar, double> || std::is_same_v<Scalar, Dual>);
@@ -138,11 +152,13 @@ struct Plan {
   bool has_motion() const { return features::motion && prescribed_count > 0; }
   bool has_balls() const { return features::spherical && !balls.empty(); }
   bool is_plain() const {
-    return plain || !(features::loops || features::springs || features::contact || features::ports ||
-                      features::motion);
+    return plain || !(features::loops || features::springs || features::bushings || features::contact ||
+                      features::ports || features::motion);
   }
   bool has_poses() const {
-    return (features::loops || features::springs || features::contact || features::ports) && !poses.empty();
+    return (features::loops || features::springs || features::bushings || features::contact ||
+            features::ports) &&
+           !poses.empty();
   }
 
   // Per link of the model: the joint that carries it (ground if fixed to it), and its frame in the body frame
@@ -153,6 +169,7 @@ struct Plan {
  private:
   void add_joints(const Model& model);
   void add_springs(const Model& model);
+  void add_bushings(const Model& model);
   void add_elastic_couplings(const Model& model);
   void add_contacts(const Model& model);
   void add_ports(const Model& model);

@@ -25,6 +25,7 @@ class PoseBuilder {
       if (bodies_[i].needed) add_body(static_cast<int>(i));
     set_entries_of_loops();
     for (auto& spring : plan_.springs) set_entries(spring);
+    for (auto& bushing : plan_.bushings) set_entries(bushing);
     for (auto& pair : plan_.contact_pairs) {
       pair.ball_entry = lifted(pair.ball_body);
       pair.surface_entry = lifted(pair.surface_body);
@@ -52,6 +53,7 @@ class PoseBuilder {
       mark(element.body_b);
     };
     std::for_each(plan_.springs.begin(), plan_.springs.end(), mark_ends);
+    std::for_each(plan_.bushings.begin(), plan_.bushings.end(), mark_ends);
     std::for_each(plan_.loops.begin(), plan_.loops.end(), mark_ends);
     for (const auto& pair : plan_.contact_pairs) {
       mark(pair.ball_body);
@@ -112,20 +114,21 @@ class PoseBuilder {
   int seen_from(int root, int i) const { return i == root && root != ground ? bodies_[root].as_root : i; }
 
   // Within one cluster the positions are relative to its root.
-  void set_entries(SpringPlan<Scalar>& spring) {
+  template <class Element>
+  void set_entries(Element& element) {
     const auto is_seen_from = [this](int root, int i) {
       return i == root || (i != ground && bodies_[i].reference == root);
     };
-    for (const int body : {spring.body_a, spring.body_b}) {
+    for (const int body : {element.body_a, element.body_b}) {
       const int root = body == ground ? ground : bodies_[body].reference;
-      if (root == ground || !is_seen_from(root, spring.body_a) || !is_seen_from(root, spring.body_b))
+      if (root == ground || !is_seen_from(root, element.body_a) || !is_seen_from(root, element.body_b))
         continue;
-      spring.entry_a = seen_from(root, spring.body_a);
-      spring.entry_b = seen_from(root, spring.body_b);
+      element.entry_a = seen_from(root, element.body_a);
+      element.entry_b = seen_from(root, element.body_b);
       return;
     }
-    spring.entry_a = lifted(spring.body_a);
-    spring.entry_b = lifted(spring.body_b);
+    element.entry_a = lifted(element.body_a);
+    element.entry_b = lifted(element.body_b);
   }
 
   Plan<Scalar>& plan_;

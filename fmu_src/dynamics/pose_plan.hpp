@@ -26,7 +26,7 @@ struct PoseStep {
   int reference = ground;
 };
 
-// Sets plan.poses, and the entries that loops, springs, contacts and ports use.
+// Sets plan.poses, and the entries that loops, springs, bushings, contacts and ports use.
 template <class Scalar>
 void set_poses(Plan<Scalar>& plan);
 

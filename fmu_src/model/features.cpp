@@ -26,6 +26,7 @@ constexpr Feature all_features[] = {
      [](const Model& model) { return !model.loops.empty() || has_coupling(model, true); }},
     {"springs", features::springs,
      [](const Model& model) { return !model.springs.empty() || has_coupling(model, false); }},
+    {"bushings", features::bushings, [](const Model& model) { return !model.bushings.empty(); }},
     {"contact", features::contact, [](const Model& model) { return !model.contacts.empty(); }},
     {"friction", features::friction, may_resist},
     {"ports", features::ports,

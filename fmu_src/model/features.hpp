@@ -30,6 +30,7 @@ constexpr bool holds(std::string_view part) {
 
 inline constexpr bool loops = holds("loops");
 inline constexpr bool springs = holds("springs");
+inline constexpr bool bushings = holds("bushings");
 inline constexpr bool contact = holds("contact");
 inline constexpr bool friction = holds("friction");  // dry friction and stops in joints
 inline constexpr bool ports = holds("ports");        // frames with force inputs

@@ -104,6 +104,17 @@ struct Coupling {
   bool rigid() const { return stiffness == 0; }
 };
 
+// A spring-damper in all six directions between frame a and frame b, along the axes of frame a
+// (dynamics/bushing.hpp); rotations: columns are the frame's axes in the link's frame.
+struct Bushing {
+  std::string name;
+  int link_a = ground, link_b = ground;
+  Vec3<double> point_a = Vec3<double>::Zero(), point_b = Vec3<double>::Zero();
+  Mat3<double> rotation_a = Mat3<double>::Identity(), rotation_b = Mat3<double>::Identity();
+  Vec3<double> stiffness = Vec3<double>::Zero(), turning_stiffness = Vec3<double>::Zero();
+  Vec3<double> damping = Vec3<double>::Zero(), turning_damping = Vec3<double>::Zero();
+};
+
 // A named frame on a link: outputs of its motion on request, and a port for force and torque.
 struct Frame {
   enum class Port { none, ground_axes, frame_axes };
@@ -152,6 +163,7 @@ struct Model {
   std::vector<Loop> loops;
   std::vector<Coupling> couplings;
   std::vector<SpringDamper> springs;
+  std::vector<Bushing> bushings;
   std::vector<Contact> contacts;
   std::vector<Frame> frames;
   std::vector<Ball> balls;

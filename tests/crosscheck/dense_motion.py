@@ -14,7 +14,7 @@ import numpy as np
 
 from tests.crosscheck import dense_contact
 from tests.crosscheck.dense_loops import Rows
-from tests.crosscheck.dense_scene import GROUND, Scene, cross
+from tests.crosscheck.dense_scene import GROUND, Scene, cross, quaternion_of, skew
 
 CANCELLED = 1e-4  # accelerations that loops cancel count with their rounding: 1e-14 of them is 1e-10 of this share
 SINGULAR = 1e-9  # singular values of the scaled levers below this are rounding
@@ -187,6 +187,33 @@ class Dense:
             self._push(forces, a, x_a[0], u * tension)
             self._push(forces, b, x_b[0], -u * tension)
 
+    def _bushings(self, forces: Forces) -> None:
+        """V = (d K d + phi K phi) / 2; the moment is the solution of J_l^T moment = K phi, omega = J_l phi'."""
+        s, n = self.scene, self.n
+        for table in s.file.get("bushing", []):
+            a, b = s.index[table["link_a"]], s.index[table["link_b"]]
+            (x_a, v_a, _), (x_b, v_b, _) = (s.point(link, table.get(f"point_{k}", [0, 0, 0])) for link, k in ((a, "a"), (b, "b")))
+            A, B = (s.pose(link)[0][:3, :3] @ s.axes(table, f"rpy_{k}") for link, k in ((a, "a"), (b, "b")))
+            spins = [s.pose(link)[1][:3, :3] @ s.pose(link)[0][:3, :3].T for link in (a, b)]
+            omega_a, omega_b = (np.array([spin[2, 1], spin[0, 2], spin[1, 0]]) for spin in spins)
+            K, C = (n.array(table.get(key, [0] * 6)) for key in ("stiffness", "damping"))
+            line = x_b - x_a
+            d, rate = A.T @ line, A.T @ (v_b - v_a - cross(omega_a, line))
+            q = quaternion_of(A.T @ B, n)
+            q = q if q[0] > 0 else -q
+            size = n.norm(q[1:])
+            angle = 2 * n.atan2(size, q[0])
+            phi = q[1:] * (angle / size)
+            P = skew(phi)
+            J = n.eye(3) + P * ((1 - n.cos(angle)) / angle**2) + P @ P * ((angle - n.sin(angle)) / angle**3)
+            rows = [cross(J[:, 1], J[:, 2]), cross(J[:, 2], J[:, 0]), cross(J[:, 0], J[:, 1])]  # inverse, times det J
+            moment = sum(row * k for row, k in zip(rows, K[3:] * phi, strict=True)) / (rows[0] @ J[:, 0])
+            pull = A @ (K[:3] * d + C[:3] * rate)
+            twist = A @ (moment + C[3:] * (A.T @ (omega_b - omega_a)))
+            self.potential += ((K[:3] * d * d).sum() + (K[3:] * phi * phi).sum()) / 2
+            self._push(forces, a, x_b, pull, twist)
+            self._push(forces, b, x_b, -pull, -twist)
+
     def _ports(self, forces: Forces, inputs: dict) -> None:
         s, n = self.scene, self.n
         for frame in s.file.get("frame", []):
@@ -209,6 +236,7 @@ class Dense:
         M = self._bodies(forces)
         self._joints(forces, M, inputs)
         self._springs(forces)
+        self._bushings(forces)
         self.coupling_forces: dict = {}
         self._couplings(forces)
         dense_contact.add(self, forces)

@@ -77,6 +77,9 @@ class Numbers:
     def sqrt(self, x):
         return mpmath.sqrt(x) if self.exact else np.sqrt(x)
 
+    def atan2(self, y, x):
+        return mpmath.atan2(y, x) if self.exact else np.arctan2(y, x)
+
     def tanh(self, x):
         return mpmath.tanh(x) if self.exact else np.tanh(x)
 
@@ -316,9 +319,9 @@ class Scene:
         p = np.append(self.numbers.array(position), self.numbers.one(1))
         return [(T @ p)[:3] for T in self.pose(link)]
 
-    def axes(self, frame: dict) -> np.ndarray:
-        """The axes of a frame table in those of its link, by columns."""
-        roll, pitch, yaw = [self.numbers.one(angle) * self.unit for angle in frame.get("rpy", [0, 0, 0])]
+    def axes(self, frame: dict, key: str = "rpy") -> np.ndarray:
+        """The axes of a frame in those of its link, by columns."""
+        roll, pitch, yaw = [self.numbers.one(angle) * self.unit for angle in frame.get(key, [0, 0, 0])]
         return (self._turn(2, yaw) @ self._turn(1, pitch) @ self._turn(0, roll))[:3, :3]
 
     def direction(self, link: int, vector) -> list:

@@ -30,6 +30,7 @@ from tests.crosscheck.scene_parts import CLASSES, PARTS
 from tests.crosscheck.scene_states import (
     agree,
     draw_inputs,
+    give_bushings,
     give_couplings,
     give_drives,
     give_frames,
@@ -52,7 +53,7 @@ SMALLEST = 1e-6  # m
 def toml(file: dict) -> str:
     """The model file of a scene."""
     show = lambda v: "true" if v is True else json.dumps(v).replace("Infinity", "inf")
-    kinds = ("link", "loop", "coupling", "spring", "contact", "frame", "trajectory")
+    kinds = ("link", "loop", "coupling", "spring", "bushing", "contact", "frame", "trajectory")
     lines = [f"{key} = {show(value)}" for key, value in file.items() if key not in kinds]
     for kind in kinds:
         for table in file.get(kind, []):
@@ -99,6 +100,7 @@ def attempt_to_draw(rng, only: str, scale: float | None) -> Case | None:
         return None
     give_passive(m)
     give_springs(m)
+    give_bushings(m)
     give_couplings(m)
     give_contacts(m)
     give_frames(m)

@@ -28,6 +28,7 @@ class Maker:
             "loop": [],
             "coupling": [],
             "spring": [],
+            "bushing": [],
             "frame": [],
             "trajectory": [],
         }

@@ -120,6 +120,26 @@ def give_couplings(m: Maker) -> None:
         m.tags.add("coupled")
 
 
+def give_bushings(m: Maker) -> None:
+    """Drawn apart, as contacts are."""
+    rng = np.random.default_rng(m.rng.bit_generator.seed_seq.spawn(1)[0])
+    weight = loads(m)
+    for k in range(rng.choice([0, 0, 1, 2])):
+        a, b = (str(name) for name in (rng.choice(["ground", *m.sizes]), rng.choice(list(m.sizes))))
+        if b in m.rigid_to(a) or b == "ground":
+            continue
+        size = min(m.sizes[name] for name in (a, b) if name in m.sizes)
+        F = min(weight[name] for name in (a, b) if name != "ground")
+        unit = np.array([F / size] * 3 + [F * size] * 3)
+        table = {"name": f"bushing{k}", "link_a": a, "link_b": b}
+        for end in ("a", "b"):
+            table[f"point_{end}"] = m.numbers(rng.normal(size=3) * 0.5 * size)
+            table[f"rpy_{end}"] = [m.angle(angle) for angle in rng.uniform(-3, 3, 3)]
+        table["stiffness"] = [float(x) for x in rng.uniform(0, 5, 6) * unit]
+        table["damping"] = [float(x) for x in rng.uniform(0, 1, 6) * unit / math.sqrt(G / size)]
+        m.file["bushing"].append(table)
+
+
 def give_frames(m: Maker) -> None:
     for k in range(m.pick([0, 0, 1, 2])):
         link = m.pick(m.links)["name"]

@@ -85,7 +85,7 @@ def test_scenes_hold_everything():
         case = draw(3, index)
         words.update(case.tags)
         file = tomllib.loads(case.text)
-        for table in (table for kind in ("link", "loop", "spring", "frame") for table in file.get(kind, [])):
+        for table in (table for kind in ("link", "loop", "spring", "bushing", "frame") for table in file.get(kind, [])):
             words.update(f"{key} = {value}" if key in ("joint", "type", "port", "drive") else key for key, value in table.items())
     joints = ("revolute", "prismatic", "screw", "fixed", "universal", "cylindrical", "planar", "spherical", "free")
     loops = ("point", "spherical", "universal", "cylindrical", "revolute", "prismatic", "fixed")
@@ -99,6 +99,7 @@ def test_scenes_hold_everything():
         "stiffness",
         "damping",
         "rest_length",
+        "rpy_a",
         "qd",
         "hold",
         "gamma",

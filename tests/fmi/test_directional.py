@@ -60,6 +60,14 @@ link_a = "finger"
 link_b = "ground"
 stiffness = 3
 damping = 0.5
+[[bushing]]
+name = "sleeve"
+link_a = "finger"
+link_b = "hand"
+rpy_a = [0.3, 0.5, -0.2]
+point_b = [0.1, 0.05, -0.1]
+stiffness = [20, 30, 10, 3, 2, 1]
+damping = [1, 0.5, 2, 0.1, 0.2, 0.3]
 """
 
 

@@ -59,12 +59,13 @@ def test_awkward_mechanisms(links):
     assert draw({"links": links}, "a $ strange_ name").startswith(b"\x89PNG")
 
 
-def test_loops_and_springs_show():
+def test_loops_springs_and_bushings_show():
     links = [link("a", com=(1, 0, 0)), link("b", 0, origin=(1, 1, 0), com=(2, 1, 0))]
     bare = draw({"links": links}, "x")
     loop = {"name": "l", "link_a": "ground", "link_b": "b", "point_a": [1, 0, 0], "point_b": [1, 0, 0]}
     assert draw({"links": links, "loops": [loop]}, "x") != bare
     assert draw({"links": links, "springs": [{**loop, "point_b": [2, 2, 0]}]}, "x") != bare
+    assert draw({"links": links, "bushings": [loop]}, "x") != bare
     # a spring of no length has no direction, and must not matter
     assert draw({"links": links, "springs": [loop]}, "x").startswith(b"\x89PNG")
 

@@ -112,6 +112,17 @@ TEST_P(OnRandomModels, derivatives_of_trees_are_exact) {
   expect_agreement(c, 1e-10, 1e-5);
 }
 
+TEST_P(OnRandomModels, derivatives_of_bushings_are_exact) {
+  const test::TreeOptions options = test::options_of(GetParam());
+  Case c{test::random_tree(random, options), {}, {}, {}};
+  for (int k = 0; k < 2; ++k) c.model.bushings.push_back(test::random_bushing(random, options.links));
+  const int n = test::moving_joints(c.model);
+  c.q = numbers(n, 2);
+  c.qd = numbers(n, 2);
+  c.inputs = numbers(n, 5);
+  expect_agreement(c, 1e-10, 1e-5);
+}
+
 TEST_P(OnRandomModels, derivatives_with_prescribed_joints_and_ports_are_exact) {
   Case c{test::random_tree(random, test::options_of(GetParam())), {}, {}, {}};
   add_drives_and_ports(c.model);

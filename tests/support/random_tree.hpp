@@ -134,6 +134,27 @@ inline SpringDamper random_spring(Random& random, int links) {
   return spring;
 }
 
+inline Bushing random_bushing(Random& random, int links) {
+  const auto rotation = [&random] {
+    return Mat3<double>(Eigen::AngleAxisd(random.between(-3, 3), random.vector(1).normalized()));
+  };
+  const auto positive = [&random](double largest) {
+    return Vec3<double>(random.between(0, largest), random.between(0, largest), random.between(0, largest));
+  };
+  Bushing bushing;
+  bushing.link_a = random.index(links + 1) - 1;
+  bushing.link_b = random.index(links + 1) - 1;
+  bushing.point_a = random.vector(0.5);
+  bushing.point_b = random.vector(0.5);
+  bushing.rotation_a = rotation();
+  bushing.rotation_b = rotation();
+  bushing.stiffness = positive(20);
+  bushing.turning_stiffness = positive(10);
+  bushing.damping = positive(2);
+  bushing.turning_damping = positive(1);
+  return bushing;
+}
+
 inline Model random_tree(Random& random, const TreeOptions& options) {
   Model model;
   model.name = "random";

@@ -189,10 +189,10 @@ class Writer {
 }  // namespace
 
 StraightLine straight_line(const Model& model) {
-  if (!model.loops.empty() || !model.couplings.empty() || !model.springs.empty() || !model.contacts.empty() ||
-      !model.balls.empty())
+  if (!model.loops.empty() || !model.couplings.empty() || !model.springs.empty() || !model.bushings.empty() ||
+      !model.contacts.empty() || !model.balls.empty())
     throw std::domain_error(
-        "a straight line is for open trees without spring-dampers, contacts and spherical joints");
+        "a straight line is for open trees without spring-dampers, bushings, contacts and spherical joints");
   StraightLine line;
   const TunablePlan tunable(line.tape, model);
   const Plan<Recorded>& plan = tunable.plan();

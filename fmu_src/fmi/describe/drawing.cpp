@@ -52,7 +52,7 @@ void write_balls(Json& json, const Model& model, const Shown& shown) {
   json.end_array();
 }
 
-// A loop or a spring: two points, each on a link or on ground.
+// A loop, spring or bushing: two points, each on a link or on ground.
 template <class Tie>
 void write_ties(Json& json, const char* key, const std::vector<Tie>& ties, const Model& model,
                 const std::vector<Pose>& poses) {
@@ -152,6 +152,7 @@ void write_drawing(Json& json, const Model& model) {
   write_balls(json, model, shown);
   write_ties(json, "loops", model.loops, model, poses);
   write_ties(json, "springs", model.springs, model, poses);
+  if (!model.bushings.empty()) write_ties(json, "bushings", model.bushings, model, poses);
   if (!model.contacts.empty()) write_contacts(json, model, poses);
   json.end_object();
 }

@@ -6,7 +6,7 @@
 namespace redysim {
 namespace {
 
-// The two ends that loops and springs share.
+// The two ends that loops, springs and bushings share.
 template <class Connection>
 void read_ends(Connection& connection, Section& section, const LinkTable& links) {
   const auto end = [&](const char* key) {
@@ -117,6 +117,39 @@ SpringDamper read_spring(Section section, const std::string& label, const LinkTa
   return spring;
 }
 
+// Numbers along x, y, z and about x, y, z.
+void read_six(Section& section, const char* key, Vec3<double>& along, Vec3<double>& about) {
+  std::vector<double> given;
+  if (!section.numbers(key, given)) return;
+  if (given.size() != 6) {
+    section.error(key, std::string(key) + " must be 6 numbers (x, y, z, rx, ry, rz), got " +
+                           std::to_string(given.size()));
+    return;
+  }
+  for (double number : given)
+    if (!section.within(key, number, Bound::not_negative)) return;
+  along = {given[0], given[1], given[2]};
+  about = {given[3], given[4], given[5]};
+}
+
+Bushing read_bushing(Section section, const std::string& label, const LinkTable& links, bool degrees,
+                     Names& names) {
+  Bushing bushing;
+  bushing.name = names.take(section, label);
+  read_ends(bushing, section, links);
+  bushing.rotation_a = section.rotation("rpy_a", degrees);
+  bushing.rotation_b = section.rotation("rpy_b", degrees);
+  if (!section.has("stiffness") && !section.has("damping"))
+    section.error("stiffness", "stiffness or damping is required");
+  read_six(section, "stiffness", bushing.stiffness, bushing.turning_stiffness);
+  read_six(section, "damping", bushing.damping, bushing.turning_damping);
+  section.refuse_unknown();
+  const std::string rigid = rigid_pair(bushing.link_a, bushing.link_b, links);
+  if (!rigid.empty() && section.has("link_a") && section.has("link_b"))
+    section.warn("link_b", rigid + "; this bushing has no effect");
+  return bushing;
+}
+
 template <class Connection, class Read>
 std::vector<Connection> read_all(const char* key, Read read, Section& top, const LinkTable& links,
                                  Names& names, Findings& findings) {
@@ -137,6 +170,13 @@ std::vector<Loop> read_loops(Section& top, const LinkTable& links, Names& names,
 std::vector<SpringDamper> read_springs(Section& top, const LinkTable& links, Names& names,
                                        Findings& findings) {
   return read_all<SpringDamper>("spring", read_spring, top, links, names, findings);
+}
+
+std::vector<Bushing> read_bushings(Section& top, const LinkTable& links, bool degrees, Names& names,
+                                   Findings& findings) {
+  const auto read = [degrees](const Section& section, const std::string& label, const LinkTable& to,
+                              Names& taken) { return read_bushing(section, label, to, degrees, taken); };
+  return read_all<Bushing>("bushing", read, top, links, names, findings);
 }
 
 }  // namespace redysim

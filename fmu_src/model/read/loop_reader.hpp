@@ -11,5 +11,7 @@ namespace redysim {
 std::vector<Loop> read_loops(Section& top, const LinkTable& links, Names& names, Findings& findings);
 std::vector<SpringDamper> read_springs(Section& top, const LinkTable& links, Names& names,
                                        Findings& findings);
+std::vector<Bushing> read_bushings(Section& top, const LinkTable& links, bool degrees, Names& names,
+                                   Findings& findings);
 
 }  // namespace redysim

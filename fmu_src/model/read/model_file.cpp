@@ -104,6 +104,7 @@ Model read_model(Section& top, const std::string& folder, std::vector<AttachedFi
   model.loops = read_loops(top, links, names, findings);
   model.couplings = read_couplings(top, model, names, findings);
   model.springs = read_springs(top, links, names, findings);
+  model.bushings = read_bushings(top, links, degrees, names, findings);
   model.contacts = read_contacts(top, links, degrees, names, folder, files, findings);
   model.frames = read_frames(top, links, degrees, names, findings);
   model.solver = read_solver(top, findings);

@@ -101,5 +101,41 @@ TEST(spring, one_that_moves_nothing_warns) {
             (Lines{"13: spring 's': link_a and link_b are both 'a'; this spring has no effect"}));
 }
 
+// `fields` start on line 14.
+std::string bushing(const std::string& fields) {
+  return arms + "[[bushing]]\nname = 's'\nlink_a = 'a'\nlink_b = 'b'\n" + fields + "\n";
+}
+
+TEST(bushing, its_numbers_are_along_and_about_the_axes_of_frame_a) {
+  const Model model =
+      read("angle_unit = 'deg'\n" +
+           bushing("stiffness = [1, 2, 3, 4, 5, 6]\ndamping = [0, 0, 0, 7, 8, 9]\nrpy_a = [0, 0, 90]"));
+  const Bushing& found = model.bushings.at(0);
+  EXPECT_EQ(found.stiffness, Vec3<double>(1, 2, 3));
+  EXPECT_EQ(found.turning_stiffness, Vec3<double>(4, 5, 6));
+  EXPECT_EQ(found.damping, Vec3<double>(0, 0, 0));
+  EXPECT_EQ(found.turning_damping, Vec3<double>(7, 8, 9));
+  EXPECT_TRUE((found.rotation_a * Vec3<double>::UnitX()).isApprox(Vec3<double>::UnitY(), 1e-15));
+  EXPECT_TRUE(found.rotation_b.isIdentity(0));
+}
+
+TEST(bushing, wrong_numbers_are_refused) {
+  for (const std::string field : {"stiffness", "damping"}) {
+    EXPECT_EQ(errors(bushing(field + " = [1, 2, 3]")),
+              (Lines{"14: bushing 's': " + field + " must be 6 numbers (x, y, z, rx, ry, rz), got 3"}));
+    EXPECT_EQ(errors(bushing(field + " = [1, 1, 1, 1, -1, 1]")),
+              (Lines{"14: bushing 's': " + field + " must be >= 0, got -1"}));
+  }
+  EXPECT_EQ(errors(bushing("")), (Lines{"10: bushing 's': stiffness or damping is required"}));
+  EXPECT_EQ(errors(bushing("stiffness = [1, 1, 1, 1, 1, 1]\nrest_length = 1")),
+            (Lines{"15: bushing 's': unknown field 'rest_length'"}));
+}
+
+TEST(bushing, one_that_moves_nothing_warns) {
+  EXPECT_EQ(
+      warnings(arms + "[[bushing]]\nname = 's'\nlink_a = 'a'\nlink_b = 'a'\ndamping = [1, 1, 1, 1, 1, 1]\n"),
+      (Lines{"13: bushing 's': link_a and link_b are both 'a'; this bushing has no effect"}));
+}
+
 }  // namespace
 }  // namespace redysim::test
