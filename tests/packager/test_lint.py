@@ -41,7 +41,7 @@ HOME = "/" + "home/someone/project"
             '#include "dynamics/assembly/assembly.hpp"',
             "dynamics/loops/a.hpp may not include 'dynamics/assembly",
         ),
-        ("fmu_src/integrate/system/a.cpp", '#include "integrate/methods/erk.hpp"', "the arrows go control → system → methods"),
+        ("fmu_src/integrate/system/a.cpp", '#include "integrate/methods/erk.hpp"', "the arrows go control → system, actuator → methods"),
         (
             "fmu_src/fmi/boundary/log.cpp",
             '#include "fmi/instance/life.hpp"',

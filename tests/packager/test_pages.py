@@ -48,7 +48,7 @@ def test_figures_of_the_readme_are_those_of_the_pages():
     low, high = re.search(r"([\d.]+) to ([\d.]+) times less CPU time", readme).groups()
     assert len(nearest) == 15 and float(low) == min(nearest) and round(max(nearest)) == int(high)
 
-    size = re.search(r"shared library, MB \|[^|]*\| ([\d.]+) \|", page("performance.md"))[1]
+    size = re.search(r"shared library, MB \|[^|]*\| ([\d.]+)[, ]", page("performance.md"))[1]
     assert f"the same {size} MB library" in readme
 
     compiled = re.search(r"a loop in C\+\+ \| (\d+ µs) \|", page("inverse.md"))[1]
