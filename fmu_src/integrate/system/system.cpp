@@ -207,9 +207,9 @@ Status System::right_hand_side(double time, const double* y, double* ydot) {
     slope_of_integrated(y, qdd, ydot);
   else if (contact_search_)
     std::copy_n(qdd, plan_.nv, qdd_.data());
-  if (actuators()) actuators_->set_slopes(y, ydot);
   if (with_work()) *layout_.work.of(ydot) = power(coordinates(time, y), qdd);
   if (layout_.work.count > 1) layout_.work.of(ydot)[1] = workspace_.contact_power;
+  if (actuators()) add_actuators(y, ydot);
   qdd_time_ = status == Status::ok ? time : std::numeric_limits<double>::quiet_NaN();
   return status;
 }
@@ -224,6 +224,12 @@ void System::slope_of_integrated(const double* y, const double* qdd, double* ydo
   }
 }
 
+// The slopes of actuator states, and what the torques on the joints do not contain of the power.
+[[gnu::noinline]] void System::add_actuators(const double* y, double* ydot) const {
+  actuators_->set_slopes(y, ydot);
+  if (with_work()) *layout_.work.of(ydot) += actuators_->power();
+}
+
 double System::power(const Coordinates& at, const double* qdd) {
   const double* drive = input_layout_.tau.of(recursion_inputs());
   if (plan_.has_motion()) {
@@ -234,7 +240,6 @@ double System::power(const Coordinates& at, const double* qdd) {
   for (int k = 0; k < input_layout_.port_wrench.count; ++k)
     power += port_power(plan_, workspace_, plan_.ports[k], at.qd,
                         input_layout_.port_wrench.of(recursion_inputs(), k));
-  if (actuators()) power += actuators_->power();
   return power;
 }
 

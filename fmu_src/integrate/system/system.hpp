@@ -205,6 +205,7 @@ class System {
   void make_tangential(double* velocity);
   void project_error(double* error);
   double power(const Coordinates& at, const double* qdd);
+  void add_actuators(const double* y, double* ydot) const;
 
   const Plan<double>& plan_;
   StateLayout layout_;
