@@ -46,6 +46,7 @@ def add(commands) -> None:
         choices=("ground", "all"),
         help="URDF: convert <collision> shapes to contacts with the ground plane z = 0: those of the feet (ground), or all",
     )
+    command.add_argument("--limits", action="store_true", help="URDF: convert effort and velocity limits to limits of [[actuator]] tables")
     command.add_argument(
         "--pose",
         action="append",
@@ -92,8 +93,7 @@ def run(options: argparse.Namespace) -> int:
         "moving joint": sum(link.joint != "fixed" for link in draft.links),
         "loop": len(model.drawing.get("loops", [])),
     }
-    if draft.couplings:
-        counts["coupling"] = len(draft.couplings)
+    counts |= {what: len(ties) for what, ties in (("coupling", draft.couplings), ("actuator", draft.actuators)) if ties}
     words = ", ".join(f"{n} {what}{'' if n == 1 else 's'}" for what, n in counts.items())
     if draft.inputs:
         print(f"to run it with its inputs: {run_command(draft, str(target))}")

@@ -56,10 +56,11 @@ class DraftLink:
 
 @dataclass
 class DraftTie:
-    """A loop, coupling, spring, contact or frame, with the field names of the model file."""
+    """A loop, coupling, actuator, spring, contact or frame, with the field names of the model file; `notes` become comments above it."""
 
-    name: str
+    name: str  # empty for an actuator
     fields: dict[str, object] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
 
 
 @dataclass
@@ -73,6 +74,7 @@ class Draft:
     links: list[DraftLink] = field(default_factory=list)
     loops: list[DraftTie] = field(default_factory=list)
     couplings: list[DraftTie] = field(default_factory=list)
+    actuators: list[DraftTie] = field(default_factory=list)
     springs: list[DraftTie] = field(default_factory=list)
     contacts: list[DraftTie] = field(default_factory=list)
     frames: list[DraftTie] = field(default_factory=list)

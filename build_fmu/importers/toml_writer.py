@@ -38,7 +38,7 @@ def model_text(draft: Draft, file: str = "") -> str:
     for link in draft.links:
         lines += ["", *_link(link, before)]
         before = link.name
-    for kind in ("loop", "coupling", "spring", "contact", "frame"):
+    for kind in ("loop", "coupling", "actuator", "spring", "contact", "frame"):
         for tie in getattr(draft, f"{kind}s"):
             lines += ["", *_tie(kind, tie)]
     for fragment in draft.fragments:
@@ -100,8 +100,11 @@ def _nonzero(fields: dict[str, float | list[float]]) -> Iterator[str]:
 
 
 def _tie(kind: str, tie: DraftTie) -> Iterator[str]:
+    for note in tie.notes:
+        yield from _comment(note)
     yield f"[[{kind}]]"
-    yield f"name = {_value(tie.name)}"
+    if tie.name:
+        yield f"name = {_value(tie.name)}"
     for key, value in tie.fields.items():
         yield f"{key} = {_value(value)}"
 

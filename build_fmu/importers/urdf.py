@@ -1,4 +1,4 @@
-"""Reads a URDF: links, joints, inertias, axes, damping, friction, limits, mimics. Link frames are chosen anew for modified DH."""
+"""Reads a URDF: links, joints, inertias, axes, damping, friction, limits, mimics, drives. Link frames are chosen anew for modified DH."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from build_fmu.importers.draft import GROUND, Draft, DraftLink, DraftTie, Names,
 from build_fmu.importers.layout import far, joint_frame, place, settle, side_frame
 from build_fmu.importers.rigid import matrix_of, pose_of, position_and_angles, six_of, transform
 from build_fmu.importers.toml_writer import number
+from build_fmu.importers.urdf_actuators import add_actuators
 from build_fmu.importers.urdf_contacts import add_contacts
 from build_fmu.importers.urdf_file import DEGREES, NEAR_RIGHT, Urdf
 from build_fmu.importers.urdf_losses import report_limits, report_losses, some
@@ -76,6 +77,7 @@ def read(path: Path, options: Namespace) -> Draft:
     layout = _Layout(draft, bodies, options)
     layout.lay(root)
     add_couplings(mimics, by_joint, layout)
+    add_actuators(urdf, by_joint, layout, options.limits)
     if options.contact:
         add_contacts(urdf, layout, feet_only=options.contact == "ground")
     draft.notes.append(

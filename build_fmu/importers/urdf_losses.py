@@ -25,7 +25,6 @@ ATTRIBUTES = {
     "inertia": ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), "sphere": ("radius",), "capsule": ("radius", "length"),
     "cylinder": ("radius", "length"), "box": ("size",),
 }  # fmt: skip
-EXTRA = {"transmission": "; enter the inertia of drives as armature"}
 
 
 def report_losses(robot: etree._Element, draft: Draft, contact: bool = False) -> None:
@@ -35,18 +34,10 @@ def report_losses(robot: etree._Element, draft: Draft, contact: bool = False) ->
         draft.lost.append(f"{visual} <visual> shapes")
     if collision and not contact:
         draft.lost.append(f"{collision} <collision> shapes: --contact ground converts those of the feet, --contact all converts all")
-    for tag in ("transmission", "gazebo", "sensor", "ros2_control"):
+    for tag in ("gazebo", "sensor", "ros2_control"):
         count = len(robot.findall(tag))
         if count:
-            draft.lost.append(f"{count} x <{tag}>{EXTRA.get(tag, '')}")
-    bounds = [
-        joint.get("name", "")
-        for joint in robot.findall("joint")
-        if joint.get("type") != "fixed"
-        and any(_nonzero(limit.get(key)) for limit in joint.findall("limit") for key in ("effort", "velocity"))
-    ]
-    if bounds:
-        draft.lost.append(f"the effort and velocity limits of {some(bounds)}: not supported")
+            draft.lost.append(f"{count} x <{tag}>")
     _unknown(robot, draft, contact)
     _masses(robot, draft)
 
@@ -108,13 +99,6 @@ def _masses(robot: etree._Element, draft: Draft) -> None:
         missing = [key for key in ("ixx", "iyy", "izz") if tensor is not None and key not in tensor.attrib]
         if missing:
             draft.doubts.append(f"line {tensor.sourceline}: <inertia> of '{name}' has no {', '.join(missing)}; set to 0")
-
-
-def _nonzero(text: str | None) -> bool:
-    try:
-        return text is not None and float(text) != 0
-    except ValueError:
-        return True
 
 
 def some(names: list[str]) -> str:

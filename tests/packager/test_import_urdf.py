@@ -1,6 +1,5 @@
 """Conversion of URDF files to modified DH; omissions are listed; errors are reported with file and line."""
 
-import argparse
 import math
 
 import numpy as np
@@ -13,6 +12,7 @@ from build_fmu.importers.draft import DhFrame
 from build_fmu.importers.layout import settle
 from build_fmu.importers.rigid import pose_of, position_and_angles, rotation_x, rotation_y, rotation_z, transform
 from build_fmu.importers.toml_writer import model_text
+from tests.packager.import_options import import_options
 
 ARM = """<?xml version="1.0" encoding="UTF-8"?>
 <robot name="two link-arm">
@@ -36,10 +36,10 @@ ARM = """<?xml version="1.0" encoding="UTF-8"?>
 """
 
 
-def imported(tmp_path, text, snap=False, frames=False, stops=None, floating=False, contact=None, pose=()):
+def imported(tmp_path, text, **options):
     path = tmp_path / "arm.urdf"
     path.write_text(text, encoding="utf-8")
-    return urdf.read(path, argparse.Namespace(snap=snap, frames=frames, stops=stops, floating=floating, contact=contact, pose=pose))
+    return urdf.read(path, import_options(**options))
 
 
 def test_an_unknown_attribute_is_told_once(tmp_path):
@@ -75,7 +75,7 @@ def test_names_frames_and_losses(tmp_path):
         "the mass of 'base', 3 kg",
         "the limits of shoulder: --stops",
         "1 <visual> shapes",
-        "1 x <transmission>",
+        "line 18: <transmission> 't': no <joint>",
         "outside the limits of shoulder (0.5 to 1)",
         "'upper arm' is renamed to 'upper_arm'",
         "'time' is renamed to 'time_2'",

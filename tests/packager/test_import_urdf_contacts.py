@@ -1,6 +1,5 @@
 """Contacts from the <collision> shapes of a URDF: places in the ground frame, parameters, start height, and what is reported."""
 
-import argparse
 import math
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from build_fmu.importers import urdf
 from build_fmu.importers.rigid import pose_of, rotation_x, rotation_y, rotation_z, transform
 from build_fmu.run.session import Session
 from build_fmu.run.simulate import Settings, simulate
+from tests.packager.import_options import import_options
 
 ROOT = Path(__file__).parents[2]
 INERTIAL = '<inertial><mass value="{}"/><inertia ixx="0.01" iyy="0.01" izz="0.01"/></inertial>'
@@ -41,8 +41,7 @@ TWO_LEGS = link("trunk", '<box size="0.4 0.2 0.1"/>', 2.0) + "".join(
 def imported(tmp_path, content, contact="ground", pose=(), floating=True):
     path = tmp_path / "dog.urdf"
     path.write_text(f'<robot name="dog">{content}</robot>', encoding="utf-8")
-    options = {"snap": False, "frames": False, "stops": None, "floating": floating, "contact": contact, "pose": list(pose)}
-    return urdf.read(path, argparse.Namespace(**options))
+    return urdf.read(path, import_options(floating=floating, contact=contact, pose=list(pose)))
 
 
 def poses_of(draft):

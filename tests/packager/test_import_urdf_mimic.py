@@ -1,6 +1,5 @@
 """<mimic> of URDF joints: couplings, start pose, names, what is reported, and a hand that one torque opens and closes."""
 
-import argparse
 import math
 
 import numpy as np
@@ -13,6 +12,7 @@ from build_fmu.importers import urdf
 from build_fmu.importers.toml_writer import model_text
 from build_fmu.run.session import Session
 from build_fmu.run.simulate import Settings, simulate
+from tests.packager.import_options import import_options
 
 INERTIAL = '<inertial><origin xyz="{}"/><mass value="{}"/><inertia ixx="{}" iyy="{}" izz="{}"/></inertial>'
 
@@ -31,7 +31,7 @@ def chain(*joints):
 def imported(tmp_path, content, pose=(), stops=None):
     path = tmp_path / "hand.urdf"
     path.write_text(f'<robot name="hand">\n{content}\n</robot>', encoding="utf-8")
-    return urdf.read(path, argparse.Namespace(snap=False, frames=False, stops=stops, floating=False, contact=None, pose=list(pose)))
+    return urdf.read(path, import_options(stops=stops, pose=list(pose)))
 
 
 def couplings(draft):

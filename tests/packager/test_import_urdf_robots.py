@@ -3,7 +3,6 @@
 Optional: skipped without `pin`, `example-robot-data` or the built library.
 """
 
-import argparse
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from build_fmu.importers.rigid import matrix_of, pose_of
 from build_fmu.importers.toml_writer import model_text
 from build_fmu.model.describe import describe
 from build_fmu.run.session import Session
+from tests.packager.import_options import import_options
 
 pin = pytest.importorskip("pinocchio")
 ROBOTS = [
@@ -104,7 +104,7 @@ def accelerations(model, data, state, columns, follow):
 
 def compare(path, folder, states=3):
     """Returns the largest relative error of the accelerations and the largest error of a centre of mass (m)."""
-    draft = urdf.read(path, argparse.Namespace(snap=False, frames=False, stops=50.0, floating=False, contact=None, pose=[]))
+    draft = urdf.read(path, import_options(stops=50.0))
     moving = [link for link in draft.links if link.joint != "fixed"]
     names = {urdf.legal(element.get("name")): element.get("name") for element in ET.parse(path).getroot().findall("joint")}
     joints = [names.get(link.joint_name) or names[link.joint_name.removesuffix("_joint")] for link in moving]
@@ -225,7 +225,7 @@ def rebuilt(draft):
 def test_nearly_parallel_axes_keep_every_digit(seed, tmp_path):
     path = tmp_path / "random.urdf"
     path.write_text(random_urdf(seed, [0, 1e-14, 1e-10, 1e-7, 1e-5, 1e-3]), encoding="utf-8")
-    draft = urdf.read(path, argparse.Namespace(snap=False, frames=False, stops=None, floating=False, contact=None, pose=[]))
+    draft = urdf.read(path, import_options())
     moving = [link.joint_name for link in draft.links if link.joint != "fixed"]
     q, qd, tau = np.random.default_rng(seed).uniform(-2, 2, (3, len(moving)))
     accelerations = []
@@ -259,7 +259,7 @@ def test_a_floating_tree_moves_as_pinocchio_says(seed, tmp_path):
         '<child link="plate"/><axis xyz="0 0 1"/></joint>'
     )
     path.write_text(text.replace("</robot>", plate + "</robot>"), encoding="utf-8")
-    draft = urdf.read(path, argparse.Namespace(snap=False, frames=False, stops=None, floating=True, contact=None, pose=[]))
+    draft = urdf.read(path, import_options(floating=True))
     model = pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer())
     data, file, fmu = model.createData(), tmp_path / "robot.toml", tmp_path / "robot.fmu"
     model.armature[:] = model.damping[:] = 0
