@@ -55,6 +55,7 @@ def _summary(model: Description, file: Path):
     counts = {
         "joints": f"{moving} moving, {len(links) - moving} fixed",
         "loops": str(len(model.drawing.get("loops", []))),
+        "couplings": str(len(model.drawing.get("couplings", []))),
         "springs": str(len(model.drawing.get("springs", []))),
         "inputs": _some([v.name for v in model.select("input")]),
         "outputs": _some([v.name for v in model.select("output")]),

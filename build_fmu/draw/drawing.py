@@ -16,7 +16,7 @@ from build_fmu.draw.figure import INK, METADATA, new_figure
 from build_fmu.model.planar import joint_counts, planar_axes
 
 PLAIN_TEXT = {"text.parse_math": False}  # names may contain dollar signs
-GROUND, COM, LOOP, SPRING, FORCE = "#7d8792", "#c0392b", "#8e44ad", "#2e8b57", "#d7263d"
+GROUND, COM, LOOP, COUPLING, SPRING, FORCE = "#7d8792", "#c0392b", "#8e44ad", "#f2a900", "#2e8b57", "#d7263d"
 AXIS_COLOURS = ("#d1495b", "#3a9d5d", "#2f6fb5")
 ELEVATION, AZIMUTH = 22, -58  # degrees, view of a spatial mechanism
 VIEW = np.array([f(np.radians(AZIMUTH)) * np.cos(np.radians(ELEVATION)) for f in (np.cos, np.sin)] + [np.sin(np.radians(ELEVATION))])
@@ -48,6 +48,9 @@ def mechanism(figure, drawing: dict[str, Any], title: str, caption: str, bounds:
             _link(scene, drawing["links"], i, link)
     for loop in drawing.get("loops", []):
         _loop(scene, drawing["links"], loop)
+    for coupling in drawing.get("couplings", []):
+        joints = [drawing["links"][i]["origin"] for i in coupling["links"]]
+        scene.line(joints, color=COUPLING, lw=1.8, ls="--", zorder=13)
     for spring in drawing.get("springs", []):
         scene.line(_zigzag(spring["point_a"], spring["point_b"], scene), color=SPRING, lw=1.4)
     for bushing in drawing.get("bushings", []):
@@ -275,9 +278,7 @@ def _size(drawing: dict[str, Any]) -> float:
 
 
 def _caption(drawing: dict[str, Any]) -> str:
-    loops = len(drawing.get("loops", []))
-    counts = ", ".join(joint_counts(drawing["links"]) + ([f"{loops} loop{'s' if loops > 1 else ''}"] if loops else []))
-    return f"{counts} · {sum(link['mass'] for link in drawing['links']):.4g} kg · initial configuration"
+    return f"{', '.join(joint_counts(drawing))} · {sum(link['mass'] for link in drawing['links']):.4g} kg · initial configuration"
 
 
 def _zigzag(start, end, scene: _Scene) -> list[np.ndarray]:

@@ -24,7 +24,7 @@ GROUPS = {
     "tau": Group("joint torque or force", r"$\tau$", steady=True),
     "energy": Group("energy", "$E$", steady=True),
     "balance": Group("energy balance error", r"$\Delta E$"),
-    "gap": Group("constraint violation of loops", "gap"),
+    "gap": Group("gap of loops and couplings", "gap"),
     "force": Group("force", "$F$"),
     "depth": Group("penetration depth of contacts", "depth"),
     "slip": Group("slip velocity of contacts", "slip"),
@@ -35,7 +35,7 @@ GROUPS = {
     "alpha": Group("angular acceleration in link axes", r"$\alpha$", drawn=False),
     "torque": Group("torque", "$T$", drawn=False),
     "point": Group("contact point", "point", drawn=False),
-    "lambda": Group("loop multipliers", r"$\lambda$", drawn=False),
+    "lambda": Group("multipliers of loops and couplings", r"$\lambda$", drawn=False),
 }
 OF_THE_MODEL = ("energy", "balance")  # one curve per variable of the model, not per joint, loop or frame
 

@@ -1,4 +1,4 @@
-"""The plane of motion and the number of joints by type, from the drawing table of a mechanism."""
+"""The plane of motion and the numbers of joints, loops and couplings, from the drawing table of a mechanism."""
 
 from __future__ import annotations
 
@@ -20,8 +20,9 @@ def _keeps_plane(link: dict[str, Any], along: float) -> bool:
     return (turns or slides) and (not turns or along > 1 - 1e-9) and (not slides or along < 1e-9)
 
 
-def joint_counts(links: list[dict[str, Any]]) -> list[str]:
-    """Returns the number of joints by type, such as "6 revolute"; fixed joints are last."""
-    kinds = [link["type"] for link in links]
+def joint_counts(drawing: dict[str, Any]) -> list[str]:
+    """Returns the number of joints by type, such as "6 revolute", fixed joints last, then of loops and couplings."""
+    kinds = [link["type"] for link in drawing["links"]]
     order = dict.fromkeys(["revolute", "prismatic", *(kind for kind in kinds if kind != "fixed"), "fixed"])
-    return [f"{kinds.count(kind)} {kind}" for kind in order if kind in kinds]
+    ties = [(len(drawing.get(f"{what}s", [])), what) for what in ("loop", "coupling")]
+    return [f"{kinds.count(kind)} {kind}" for kind in order if kind in kinds] + [f"{n} {what}{'s' * (n > 1)}" for n, what in ties if n]

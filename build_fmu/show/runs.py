@@ -55,9 +55,7 @@ def about(model: Description | None, shown: Run, record: Path | None) -> str:
     parts = [model.description] if model and model.description else []
     if model:
         links = model.drawing["links"]
-        loops = len(model.drawing.get("loops", []))
-        words = joint_counts(links) + ([f"{loops} loop{'s' if loops > 1 else ''}"] if loops else [])
-        parts.append(f"{', '.join(words)}, {sum(link['mass'] for link in links):.4g} kg")
+        parts.append(f"{', '.join(joint_counts(model.drawing))}, {sum(link['mass'] for link in links):.4g} kg")
     if record:
         parts.append(f"{record.name}, {len(shown.time)} rows")
     return " · ".join(parts)

@@ -5,7 +5,7 @@ import pytest
 
 from build_fmu.draw.drawing import _Scene, draw
 from build_fmu.draw.groups import group_of, label_of
-from build_fmu.model.planar import planar_axes
+from build_fmu.model.planar import joint_counts, planar_axes
 
 UP = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
 ALONG_Y = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]
@@ -68,6 +68,14 @@ def test_loops_springs_and_bushings_show():
     assert draw({"links": links, "bushings": [loop]}, "x") != bare
     # a spring of no length has no direction, and must not matter
     assert draw({"links": links, "springs": [loop]}, "x").startswith(b"\x89PNG")
+
+
+def test_couplings_show_and_are_counted():
+    links = [link("a", com=(1, 0, 0)), link("b", 0, origin=(1, 1, 0), com=(2, 1, 0)), link("c", 0, "prismatic", origin=(0, 1, 0))]
+    drawing = {"links": links, "couplings": [{"name": "gear", "links": [1, 2]}]}
+    assert draw(drawing, "x") != draw({"links": links}, "x")
+    assert joint_counts(drawing) == ["2 revolute", "1 prismatic", "1 coupling"]
+    assert joint_counts({**drawing, "loops": [{}, {}]})[2:] == ["2 loops", "1 coupling"]
 
 
 def test_names_stay_left_of_the_numbers():

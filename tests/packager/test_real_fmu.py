@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from build_fmu.draw.groups import title_of
+from build_fmu.model.describe import describe
 from tests.command_line import command
 
 ROOT = Path(__file__).parents[2]
@@ -30,6 +32,20 @@ def run(*arguments, cwd):
 def run_program(*arguments, cwd):
     words = [sys.executable, "-m", "build_fmu", *map(str, arguments)]
     return subprocess.run(words, cwd=cwd, env=ENVIRONMENT, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False)
+
+
+def test_check_counts_couplings_and_the_plot_names_their_gaps(folder):
+    """The couplings of describe's table: joints with a drawing link each, also behind a spherical joint's hidden links."""
+    assert "couplings    3" in run("check", ROOT / "models" / "mimic_hand.toml", cwd=folder).stdout
+    drawing = describe(ROOT / "models" / "mimic_hand.toml").drawing
+    named = [[drawing["links"][i]["joint"] for i in coupling["links"]] for coupling in drawing["couplings"]]
+    assert named[0] == ["left_distal", "left_proximal"]
+    head = '[[link]]\nname = "ball"\njoint = "spherical"\nmass = 1\ninertia = [1, 1, 1]\n'
+    pair = "".join(f'[[link]]\nname = "{name}"\nparent = "ball"\nmass = 1\ninertia = [1, 1, 1]\n' for name in "ab")
+    (folder / "m.toml").write_text(f'name = "m"\n{head}{pair}[[coupling]]\nname = "gear"\njoints = ["a", "b"]\nratios = [1, 2]\n')
+    drawing = describe(folder / "m.toml").drawing
+    assert [drawing["links"][i]["name"] for i in drawing["couplings"][0]["links"]] == ["a", "b"]
+    assert "loop" in title_of("gap") and "coupling" in title_of("gap")
 
 
 @pytest.fixture

@@ -77,6 +77,17 @@ void write(Json& json, const char* key, const Mat3<double>& rotation) {
   json.end_array();
 }
 
+// The coupled joints, by the links of the drawing.
+void write_couplings(Json& json, const Model& model, const Shown& shown) {
+  json.key("couplings").begin_array();
+  for (const Coupling& coupling : model.couplings) {
+    json.begin_object().member("name", coupling.name).key("links").begin_array();
+    for (const int link : coupling.links) json.value(shown.number[link]);
+    json.end_array().end_object();
+  }
+  json.end_array();
+}
+
 constexpr int most_grid_lines = 60;  // of a height map in a drawing
 
 // Every k-th height; `grid` is the distance of those.
@@ -152,6 +163,7 @@ void write_drawing(Json& json, const Model& model) {
   write_balls(json, model, shown);
   write_ties(json, "loops", model.loops, model, poses);
   write_ties(json, "springs", model.springs, model, poses);
+  if (!model.couplings.empty()) write_couplings(json, model, shown);
   if (!model.bushings.empty()) write_ties(json, "bushings", model.bushings, model, poses);
   if (!model.contacts.empty()) write_contacts(json, model, poses);
   json.end_object();
