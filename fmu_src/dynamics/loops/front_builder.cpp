@@ -190,10 +190,17 @@ class FrontBuilder {
         if (!has_coupling) continue;
         for (int row = 0; row < loop.row_count; ++row) {
           front.open.push_back(loop.first_row + row);
-          front.open_side.push_back(loop.coupling ? -1 : loop.on_a(front.root) ? 0 : 1);
+          front.open_side.push_back(loop.coupling ? -1 : side_at_root(front, loop));
         }
       }
     }
+  }
+
+  // The side of an open loop whose wrenches have arrived at the front's root. Where both sides of a loop cross
+  // the joint of the root, the other one may end outside the front and is then transmitted later.
+  static int side_at_root(const FrontPlan& front, const FrontLoop& loop) {
+    const auto of_loop = [&loop](const RowCrossing& crossing) { return crossing.row == loop.first_row; };
+    return std::find_if(front.crossings.rbegin(), front.crossings.rend(), of_loop)->side;
   }
 
   static bool coupled(const FrontLoop& one, const FrontLoop& other) {
