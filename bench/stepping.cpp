@@ -8,19 +8,26 @@
 //     end=1                                    end time, s
 //     drive=rest|wave|square                   inputs: 0; amplitude sin(...) held over each step;
 //                                              +-amplitude with alternating sign at each step
+//     hold=1                                   communication steps between two changes of the inputs
 //     arm=0.05                                 the amplitude holds the outboard mass at this lever arm, m
 //     after=T                                  the error is evaluated from this time on
 //     reference=erk                            method of the reference, at reference_rtol=1e-13
+//     keep=FILE                                the reference is read from this file if it exists, else written
+//     limit=N                                  a run with more right-hand sides is stopped, and so are those
+//                                              of the same method at the tolerances after it; 0: none
+//     clock=on|off                             off: a Jacobian counts as 1.5 right-hand sides per state
 //
 // One line per run: method, rtol, right-hand sides, Jacobians, right-hand sides with Jacobians counted by CPU
 // time, accepted and rejected steps, error of positions (maximum over joints and outputs), of velocities,
-// energy balance error (relative to the maximum kinetic energy), CPU time in s.
+// energy balance error (relative to the maximum kinetic energy), CPU time in s, 50th and 99th percentile of
+// the right-hand sides (with Jacobians) of a communication step.
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <fstream>
 #include <map>
 #include <sstream>
 #include <stdexcept>
@@ -40,9 +47,11 @@ namespace {
 
 struct Options {
   std::map<std::string, std::string> values = {
-      {"method", "erk"}, {"rtol", "1e-6"},     {"step", "0.01"},
-      {"end", "1"},      {"drive", "rest"},    {"arm", "0.05"},
-      {"after", "0"},    {"reference", "erk"}, {"reference_rtol", "1e-13"}};
+      {"method", "erk"}, {"rtol", "1e-6"},  {"step", "0.01"},
+      {"end", "1"},      {"drive", "rest"}, {"arm", "0.05"},
+      {"hold", "1"},     {"after", "0"},    {"reference", "erk"},
+      {"keep", ""},      {"limit", "0"},    {"reference_rtol", "1e-13"},
+      {"clock", "on"}};
 
   double number(const std::string& key) const { return std::atof(values.at(key).c_str()); }
   std::vector<std::string> list(const std::string& key) const {
@@ -72,8 +81,21 @@ struct Run {
   std::vector<std::vector<double>> states;  // at the outputs, from `after` on
   long evaluations = 0, jacobians = 0, steps = 0, rejected = 0;
   double balance = 0, seconds = 0;
-  std::string stopped;  // reason
+  std::vector<double> costs;  // right-hand sides of each communication step
+  std::string stopped;        // reason
+
+  // The share of communication steps that cost at most this.
+  double percentile(double share) const {
+    if (costs.empty()) return 0;
+    std::vector<double> sorted = costs;
+    std::sort(sorted.begin(), sorted.end());
+    return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
+  }
 };
+
+constexpr double jacobian_column = 1.5;  // right-hand sides, without a clock
+const char* const limit_reached = "limit of right-hand sides";
+constexpr long pause = 1000;             // internal steps between two looks at the limit
 
 class Scene {
  public:
@@ -83,6 +105,8 @@ class Scene {
         step_(options.number("step")),
         after_(options.number("after")),
         steps_(std::lround(options.number("end") / step_)),
+        hold_(std::max(1L, std::lround(options.number("hold")))),
+        limit_(std::lround(options.number("limit"))),
         drive_(options.values.at("drive")) {
     std::vector<double> carried;
     for (const Link& link : model_.links) carried.push_back(link.mass);
@@ -96,7 +120,7 @@ class Scene {
     }
   }
 
-  Run run(const std::string& method, double rtol) const {
+  Run run(const std::string& method, double rtol, double jacobian_cost) const {
     System system(plan_, true, &model_);
     SolverSettings settings = model_.solver;
     settings.method = method_called(method == "bdf-dq" ? "bdf" : method);
@@ -106,16 +130,28 @@ class Scene {
     const std::unique_ptr<Integrator> integrator =
         method == "bdf-dq" ? make_difference_bdf(system, settings) : make_integrator(system, settings);
     Run result;
+    const Statistics& statistics = integrator->statistics();
+    const auto work = [&] {
+      return static_cast<double>(statistics.evaluations) +
+             jacobian_cost * static_cast<double>(statistics.jacobians);
+    };
+    if (limit_ > 0) integrator->pause_after(pause);
     integrator->start(0, y.data());
     const double energy = system.kinetic_energy(0, y.data()) + system.potential_energy(0, y.data());
     double moving = 0, worst = 0;
     std::clock_t used = 0;
     for (long k = 1; k <= steps_; ++k) {
-      const bool changed = set_inputs(system, k) || k == 1;
-      const double end = static_cast<double>(k) * step_;
+      bool changed = set_inputs(system, k) || k == 1;
+      const double end = static_cast<double>(k) * step_, before = work();
       const std::clock_t begin = std::clock();
-      const Outcome outcome = advance(*integrator, system, end, changed);
+      Outcome outcome;
+      while (outcome.ok && integrator->time() < end) {
+        outcome = advance(*integrator, system, end, changed);
+        changed = false;
+        if (limit_ > 0 && statistics.evaluations > limit_) outcome = {false, limit_reached};
+      }
       used += std::clock() - begin;
+      result.costs.push_back(work() - before);
       if (!outcome.ok) {
         result.stopped = outcome.message;
         break;
@@ -127,10 +163,10 @@ class Scene {
       worst =
           std::max(worst, std::fabs(kinetic + system.potential_energy(end, now) - energy - system.work(now)));
     }
-    result.evaluations = integrator->statistics().evaluations;
-    result.steps = integrator->statistics().steps;
-    result.rejected = integrator->statistics().rejected;
-    result.jacobians = integrator->statistics().jacobians;
+    result.evaluations = statistics.evaluations;
+    result.steps = statistics.steps;
+    result.rejected = statistics.rejected;
+    result.jacobians = statistics.jacobians;
     result.balance = moving > 0 ? worst / moving : 0;
     result.seconds = static_cast<double>(used) / CLOCKS_PER_SEC;
     return result;
@@ -148,6 +184,7 @@ class Scene {
   }
 
   int positions() const { return System(plan_, false, &model_).nq(); }
+  int states() const { return System(plan_, false, &model_).size(); }
 
  private:
   template <class Call>
@@ -162,12 +199,13 @@ class Scene {
   }
 
   bool set_inputs(System& system, long k) const {
-    if (drive_ == "rest") return false;
+    if (drive_ == "rest" || (k - 1) % hold_ != 0) return false;
+    const long change = (k - 1) / hold_ + 1;
     bool any = false;
     for (int i = 0; i < plan_.nv; ++i) {
       if (amplitudes_[i] == 0) continue;
       const double time = static_cast<double>(k - 1) * step_;
-      system.tau(i) = drive_ == "square" ? ((k + i) % 2 ? amplitudes_[i] : -amplitudes_[i])
+      system.tau(i) = drive_ == "square" ? ((change + i) % 2 ? amplitudes_[i] : -amplitudes_[i])
                                          : amplitudes_[i] * std::sin(6.3 * time * (1 + 0.3 * i) + i);
       any = true;
     }
@@ -177,7 +215,7 @@ class Scene {
   Model model_;
   Plan<double> plan_;
   double step_, after_;
-  long steps_;
+  long steps_, hold_, limit_;
   std::string drive_;
   std::vector<double> amplitudes_;
 };
@@ -190,24 +228,64 @@ double largest_difference(const Run& a, const Run& b, std::size_t first, std::si
   return largest;
 }
 
+// States of a run as text, exact.
+void write_states(const std::string& file, const Run& run) {
+  std::ofstream text(file);
+  text << std::hexfloat << run.stopped << '\n' << run.states.size() << '\n';
+  for (const std::vector<double>& state : run.states) {
+    text << state.size();
+    for (double value : state) text << ' ' << value;
+    text << '\n';
+  }
+}
+
+bool read_states(const std::string& file, Run& run) {
+  std::ifstream text(file);
+  std::size_t rows = 0, size = 0;
+  if (!std::getline(text, run.stopped) || !(text >> rows)) return false;
+  run.states.resize(rows);
+  for (std::vector<double>& state : run.states) {
+    text >> size;
+    state.resize(size);
+    std::string number;
+    for (double& value : state) {
+      text >> number;
+      value = std::strtod(number.c_str(), nullptr);
+    }
+  }
+  return static_cast<bool>(text);
+}
+
+Run reference_of(const Scene& scene, const Options& options) {
+  const std::string keep = options.values.at("keep");
+  Run reference;
+  if (!keep.empty() && read_states(keep, reference)) return reference;
+  reference = scene.run(options.values.at("reference"), options.number("reference_rtol"), 0);
+  if (!keep.empty()) write_states(keep, reference);
+  return reference;
+}
+
 int compare(const std::string& file, const Options& options) {
   const Scene scene(file, options);
-  const Run reference = scene.run(options.values.at("reference"), options.number("reference_rtol"));
+  const Run reference = reference_of(scene, options);
   if (!reference.stopped.empty()) std::printf("# reference: %s\n", reference.stopped.c_str());
-  const double jacobian_cost = scene.jacobian_cost();
+  const double jacobian_cost = options.values.at("clock") == "off" ? jacobian_column * scene.states() - 1
+                                                                  : scene.jacobian_cost();
   const std::size_t positions = static_cast<std::size_t>(scene.positions());
   std::printf("# a Jacobian costs %.1f right-hand sides\n", jacobian_cost + 1);
   for (const std::string& method : options.list("method"))
     for (const std::string& rtol : options.list("rtol")) {
-      const Run run = scene.run(method, std::atof(rtol.c_str()));
+      const Run run = scene.run(method, std::atof(rtol.c_str()), jacobian_cost);
       const double work =
           static_cast<double>(run.evaluations) + jacobian_cost * static_cast<double>(run.jacobians);
-      std::printf("%s %s %ld %ld %.0f %ld+%ld %.1e %.1e %.1e %.3g%s%s\n", method.c_str(), rtol.c_str(),
-                  run.evaluations, run.jacobians, work, run.steps, run.rejected,
+      std::printf("%s %s %ld %ld %.0f %ld+%ld %.2e %.2e %.1e %.3g %.0f %.0f%s%s\n", method.c_str(),
+                  rtol.c_str(), run.evaluations, run.jacobians, work, run.steps, run.rejected,
                   largest_difference(run, reference, 0, positions),
                   largest_difference(run, reference, positions, 1000000), run.balance, run.seconds,
-                  run.stopped.empty() ? "" : " # ", run.stopped.c_str());
+                  run.percentile(0.5), run.percentile(0.99), run.stopped.empty() ? "" : " # ",
+                  run.stopped.c_str());
       std::fflush(stdout);
+      if (run.stopped == limit_reached) break;
     }
   return 0;
 }
