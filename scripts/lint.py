@@ -21,14 +21,19 @@ LEVELS = {
     "model": (("",), ("read",)),
     "dynamics": (("", "contact", "loops"), ("assembly",), ("straight_line",)),
     "integrate": (("control",), ("system", "actuator"), ("methods",)),
-    "fmi": (("platform",), ("boundary",), ("instance", "variables"), ("describe", "boundary/fmi2.cpp")),
+    "fmi": (
+        ("platform",),
+        ("boundary",),
+        ("instance", "variables"),
+        ("describe", "boundary/guarded.hpp", "boundary/fmi2.cpp", "boundary/fmi3.cpp"),
+    ),
 }
 # headers of libraries: (pattern of the header, modules that may include it, name)
 FOREIGN = (
     (re.compile(r"^(Eigen|unsupported/Eigen)/"), ("math", "model", "dynamics"), "Eigen"),
     (re.compile(r"^(toml\+\+/|toml\.hpp)"), ("model",), "toml++"),
     (re.compile(r"^(sundials|arkode|cvode|cvodes|nvector|sunmatrix|sunlinsol|sunnonlinsol|ida|kinsol)/"), ("integrate",), "SUNDIALS"),
-    (re.compile(r"^fmi2"), ("fmi",), "the FMI headers"),
+    (re.compile(r"^fmi[23]"), ("fmi",), "the FMI headers"),
 )
 # folders of build_fmu in the order of the imports, as above; its plain modules (errors, files, native) come before all of them
 PACKAGES = ("model", "run", "draw", "importers", "report", "stress", "show", "fmu", "cli")

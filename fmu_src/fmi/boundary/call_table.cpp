@@ -1,5 +1,7 @@
 #include "fmi/boundary/call_table.hpp"
 
+#include <utility>
+
 namespace redysim {
 namespace {
 
@@ -49,6 +51,21 @@ constexpr Row rows[] = {
     {Function::get_string_status, "fmi2GetStringStatus", S | F | T},
 };
 
+// Functions that FMI 3.0 calls otherwise than fmi3 and the same words.
+constexpr std::pair<Function, const char*> names_of_fmi3[] = {
+    {Function::get_real, "fmi3GetFloat64"},
+    {Function::get_integer, "fmi3GetInt32"},
+    {Function::set_real, "fmi3SetFloat64"},
+    {Function::set_integer, "fmi3SetInt32"},
+    {Function::get_fmu_state, "fmi3GetFMUState"},
+    {Function::set_fmu_state, "fmi3SetFMUState"},
+    {Function::free_fmu_state, "fmi3FreeFMUState"},
+    {Function::serialized_fmu_state_size, "fmi3SerializedFMUStateSize"},
+    {Function::serialize_fmu_state, "fmi3SerializeFMUState"},
+    {Function::deserialize_fmu_state, "fmi3DeserializeFMUState"},
+    {Function::get_real_output_derivatives, "fmi3GetOutputDerivatives"},
+};
+
 constexpr bool in_order() {
   int i = 0;
   for (const Row& row : rows)
@@ -61,7 +78,14 @@ const Row& row_of(Function function) { return rows[static_cast<int>(function)]; 
 
 }  // namespace
 
-const char* name(Function function) { return row_of(function).name; }
+std::string name(Function function, FmiVersion version) {
+  std::string result = row_of(function).name;
+  if (version == FmiVersion::two) return result;
+  for (const auto& [renamed, fmi3_name] : names_of_fmi3)
+    if (renamed == function) return fmi3_name;
+  result[3] = '3';
+  return result;
+}
 
 const char* name(State state) {
   switch (state) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 // Which function may be called when: FMI 2.0.4, table of section 4.2.4, as one table.
 
 namespace redysim {
@@ -40,8 +42,10 @@ enum class Function {
   get_string_status,
 };
 
+enum class FmiVersion { two = 2, three = 3 };
+
 // The function's name in the standard.
-const char* name(Function function);
+std::string name(Function function, FmiVersion version = FmiVersion::two);
 const char* name(State state);
 bool is_allowed(Function function, State state);
 

@@ -1,129 +1,55 @@
 // The C boundary: every co-simulation function of FMI 2.0, each one line around the instance.
 
-#include <algorithm>
 #include <cstddef>
-#include <cstdio>
 #include <cstdlib>
-#include <cstring>
-#include <exception>
 #include <new>
+#include <optional>
 #include <string>
 #include <utility>
 
-#include "dynamics/straight_line/straight_line.hpp"
 #include "fmi/boundary/call_table.hpp"
+#include "fmi/boundary/guarded.hpp"
+#include "fmi/boundary/load_model.hpp"
 #include "fmi/boundary/log.hpp"
-#include "fmi/boundary/resource_location.hpp"
 #include "fmi/instance/instance.hpp"
 #include "fmi/platform/float_mode.hpp"
 #include "fmi2Functions.h"
-#include "model/features.hpp"
-#include "model/read/fingerprint.hpp"
-#include "model/read/model_file.hpp"
-#include "model/read/open_file.hpp"
 
 using redysim::FloatMode;
 using redysim::Function;
 using redysim::Instance;
+using redysim::LoadedModel;
 using redysim::Log;
 
 namespace {
 
+constexpr const char* instantiate_name = "fmi2Instantiate";
+
 // What an fmi2Component points to.
 struct Component {
-  Component(const Log& log, redysim::ModelFile&& file, std::string guid, fmi2CallbackFreeMemory release_)
-      : instance(log, std::move(file.model), std::move(guid)), release(release_) {}
+  Component(const Log& log, LoadedModel&& loaded, fmi2CallbackFreeMemory release_)
+      : instance(log, std::move(loaded.model), std::move(loaded.guid)), release(release_) {}
   Instance instance;
   fmi2CallbackFreeMemory release;  // of this block
 };
 static_assert(alignof(Component) <= alignof(std::max_align_t),
               "the environment's memory is aligned like malloc's");
 
-void log_exception(const Log& log, const char* function) noexcept {
-  try {
-    try {
-      throw;
-    } catch (const redysim::ModelError& error) {
-      for (const redysim::Diagnostic& diagnostic : error.diagnostics())
-        log.error(std::string(function) + ": " + diagnostic.text());
-    } catch (const std::bad_alloc&) {
-      log.error(std::string(function) + ": out of memory");
-    } catch (const std::exception& error) {
-      log.error(std::string(function) + ": " + error.what());
-    }
-  } catch (...) {
-  }
-}
-
-// Checks the call table, makes the call and turns any exception into a status and a log line.
 template <class Call>
 fmi2Status guarded(fmi2Component component, Function function, Call&& call) noexcept {
   if (!component) return fmi2Error;
-  const FloatMode ours;
-  Instance& instance = static_cast<Component*>(component)->instance;
-  try {
-    if (!redysim::is_allowed(function, instance.state()))
-      return instance.refuse(function,
-                             std::string("not allowed while the instance is ") + name(instance.state()));
-    return call(instance);
-  } catch (...) {
-    log_exception(instance.log(), name(function));
-    return fmi2Error;
-  }
-}
-
-// The model file of the unpacked FMU; empty, with the reason logged, if there is none.
-std::string find_model_file(const Log& log, const char* location) {
-  std::vector<std::string> folders = redysim::resource_folders(location);
-  const std::string own = redysim::own_resource_folder();
-  if (!own.empty()) folders.push_back(own);
-  std::string tried;
-  for (const std::string& folder : folders) {
-    const std::string path = folder + "/model.toml";
-    const char* why = nullptr;
-    if (std::FILE* file = redysim::open_file(path, why)) {
-      std::fclose(file);
-      log.event("reading '" + path + "'");
-      return path;
-    }
-    tried += (tried.empty() ? "'" : ", '") + path + "' " + why;
-  }
-  log.error("fmi2Instantiate: cannot read a model file: " + tried);
-  return {};
-}
-
-// GUIDs are hexadecimal numbers; tools write them in either case.
-bool is_same_guid(const std::string& own, const std::string& given) {
-  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
-  return std::equal(own.begin(), own.end(), given.begin(), given.end(),
-                    [lower](char a, char b) { return lower(a) == lower(b); });
-}
-
-// The standard requires at least one character that is not white space.
-bool is_a_name(fmi2String text) { return text && text[std::strspn(text, " \t\n\v\f\r")] != '\0'; }
-
-// The first part of a specialised library that does not fit the scene, as a sentence; empty: all fit.
-std::string objection_of_library(const redysim::Model& model, const std::string& guid,
-                                 const std::string& path) {
-  if constexpr (redysim::features::straight_line) {
-    if (guid != redysim::straight_line_scene)
-      return "this library was specialised for another scene than '" + path + "'";
-  }
-  const std::string missing = redysim::missing_feature(model);
-  if (missing.empty()) return {};
-  return "this library was specialised for another scene, without " + missing + ", which '" + path + "' uses";
+  return redysim::guarded(static_cast<Component*>(component)->instance, function, call);
 }
 
 // In the memory of the environment, if it offers any.
-Component* make_component(const Log& log, redysim::ModelFile&& file, std::string&& guid,
-                          const fmi2CallbackFunctions* functions) {
+Component* make_component(const Log& log, LoadedModel&& loaded, const fmi2CallbackFunctions* functions) {
   const bool has_memory = functions && functions->allocateMemory && functions->freeMemory;
   const fmi2CallbackFreeMemory release = has_memory ? functions->freeMemory : std::free;
   void* memory =
       has_memory ? functions->allocateMemory(1, sizeof(Component)) : std::calloc(1, sizeof(Component));
   if (!memory) throw std::bad_alloc();
   try {
-    return new (memory) Component(log, std::move(file), std::move(guid), release);
+    return new (memory) Component(log, std::move(loaded), release);
   } catch (...) {
     release(memory);
     throw;
@@ -132,23 +58,14 @@ Component* make_component(const Log& log, redysim::ModelFile&& file, std::string
 
 Component* instantiate(const Log& log, fmi2String instance_name, fmi2Type type, fmi2String guid,
                        fmi2String location, const fmi2CallbackFunctions* functions) {
-  const auto refuse = [&log](const std::string& why) {
-    log.error("fmi2Instantiate: " + why);
+  std::optional<LoadedModel> loaded =
+      redysim::load_model(log, instantiate_name, instance_name, guid, location);
+  if (!loaded) return nullptr;
+  if (type != fmi2CoSimulation) {
+    log.error(std::string(instantiate_name) + ": this FMU is for co-simulation only");
     return nullptr;
-  };
-  if (!is_a_name(instance_name)) return refuse("the instance has no name");
-  if (type != fmi2CoSimulation) return refuse("this FMU is for co-simulation only");
-  const std::string path = find_model_file(log, location);
-  if (path.empty()) return nullptr;
-  redysim::ModelFile file = redysim::read_model_file(path);
-  for (const redysim::Diagnostic& warning : file.warnings) log.warning(warning.text());
-  std::string own_guid = redysim::fingerprint(file.source);
-  if (!guid || !is_same_guid(own_guid, guid))
-    return refuse("the GUID " + std::string(guid ? guid : "(null)") + " differs from that of '" + path +
-                  "', " + own_guid + ": modelDescription.xml belongs to another model file");
-  const std::string objection = objection_of_library(file.model, own_guid, path);
-  if (!objection.empty()) return refuse(objection);
-  return make_component(log, std::move(file), std::move(own_guid), functions);
+  }
+  return make_component(log, std::move(*loaded), functions);
 }
 
 fmi2Status only_for_pending_steps(Instance& instance, Function function) {
@@ -175,7 +92,7 @@ fmi2Component fmi2Instantiate(fmi2String instance_name, fmi2Type type, fmi2Strin
     try {
       return instantiate(log, instance_name, type, guid, location, functions);
     } catch (...) {
-      log_exception(log, "fmi2Instantiate");
+      redysim::log_exception(log, instantiate_name);
     }
   } catch (...) {
   }

@@ -6,11 +6,21 @@
 namespace redysim {
 
 Log::Log(const fmi2CallbackFunctions* functions, const char* instance_name, bool all)
-    : instance_name_(instance_name ? instance_name : ""), warnings_(all), events_(all) {
+    : version_(FmiVersion::two),
+      instance_name_(instance_name ? instance_name : ""),
+      warnings_(all),
+      events_(all) {
   if (!functions) return;
   logger_ = functions->logger;
   environment_ = functions->componentEnvironment;
 }
+
+Log::Log(fmi3LogMessageCallback logger, fmi3InstanceEnvironment environment, bool all)
+    : version_(FmiVersion::three),
+      plain_logger_(logger),
+      environment_(environment),
+      warnings_(all),
+      events_(all) {}
 
 const char* Log::set(bool on, std::size_t count, const char* const* categories) {
   if (count == 0) {
@@ -35,6 +45,8 @@ const char* Log::set(bool on, std::size_t count, const char* const* categories) 
 }
 
 void Log::write(bool on, fmi2Status status, int category, const std::string& text) const {
+  if (on && plain_logger_)
+    plain_logger_(environment_, static_cast<fmi3Status>(status), log_categories[category].name, text.c_str());
   if (!on || !logger_) return;
   // the message is a printf format: a percent sign of the text is doubled, so that loggers that format and
   // loggers that ignore further arguments both show the finished text

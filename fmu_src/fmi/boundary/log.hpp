@@ -3,7 +3,9 @@
 #include <cstddef>
 #include <string>
 
+#include "fmi/boundary/call_table.hpp"
 #include "fmi2Functions.h"
+#include "fmi3Functions.h"
 
 namespace redysim {
 
@@ -25,6 +27,9 @@ inline constexpr LogCategory log_categories[] = {
 class Log {
  public:
   Log(const fmi2CallbackFunctions* functions, const char* instance_name, bool all);
+  Log(fmi3LogMessageCallback logger, fmi3InstanceEnvironment environment, bool all);
+
+  FmiVersion version() const { return version_; }
 
   void error(const std::string& text) const { write(errors_, fmi2Error, 1, text); }
   void warning(const std::string& text) const { write(warnings_, fmi2Warning, 2, text); }
@@ -38,8 +43,10 @@ class Log {
  private:
   void write(bool on, fmi2Status status, int category, const std::string& text) const;
 
+  FmiVersion version_;
   fmi2CallbackLogger logger_ = nullptr;
-  fmi2ComponentEnvironment environment_ = nullptr;
+  fmi3LogMessageCallback plain_logger_ = nullptr;
+  void* environment_ = nullptr;
   std::string instance_name_;
   bool errors_ = true, warnings_ = false, events_ = false;
 };

@@ -22,7 +22,7 @@ Instance::Instance(const Log& log, Model model, std::string guid)
       applied_inputs_(simulation_.system.inputs().size(), 0.0) {}
 
 fmi2Status Instance::refuse(Function function, const std::string& why) {
-  log_.error(std::string(name(function)) + ": " + why);
+  log_.error(name_of(function) + ": " + why);
   return fmi2Error;
 }
 

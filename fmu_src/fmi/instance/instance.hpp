@@ -63,6 +63,7 @@ class Instance {
 
   // Logs "<function>: <why>" and returns fmi2Error.
   fmi2Status refuse(Function function, const std::string& why);
+  std::string name_of(Function function) const { return name(function, log_.version()); }
 
  private:
   // Reasons of a failed start, empty on success.
@@ -75,6 +76,8 @@ class Instance {
   std::string failed_step(const Outcome& outcome);
   void end_input_slopes(double time);
 
+  // "there is no Real variable with value reference 7", with the name of the type in the version of FMI
+  std::string unknown_reference(unsigned reference, VariableType type) const;
   std::string objection_to_setting(const Variable& variable) const;
   void set_value(const Variable& variable, double value);
   void set_motion(int joint, int order, double value);

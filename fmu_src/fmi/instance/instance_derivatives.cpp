@@ -16,7 +16,7 @@ fmi2Status Instance::set_real_input_derivatives(const unsigned* references, std:
     return refuse(function, why);
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = simulation_.table.real(references[i]);
-    if (!variable) return refuse(function, unknown_reference(references[i], "Real"));
+    if (!variable) return refuse(function, unknown_reference(references[i], VariableType::real));
     if (variable->causality() != Causality::input)
       return refuse(function, variable->name + " is not an input: its derivatives cannot be set");
     if (orders[i] < 1 || orders[i] > InputLayout::highest_order)
@@ -60,7 +60,7 @@ fmi2Status Instance::get_directional_derivative(const unsigned* unknowns, std::s
                   "derivatives of a start in equilibrium are not available; they exist after initialization");
   for (std::size_t i = 0; i < known_count; ++i) {
     const Variable* variable = simulation_.table.real(knowns[i]);
-    if (!variable) return refuse(function, unknown_reference(knowns[i], "Real"));
+    if (!variable) return refuse(function, unknown_reference(knowns[i], VariableType::real));
     const std::string why = OutputDerivatives::objection(*variable, directions[i], in_initialization);
     if (!why.empty()) return refuse(function, why);
   }
@@ -81,7 +81,7 @@ fmi2Status Instance::get_real_output_derivatives(const unsigned* references, std
   bool all_known = true;  // the derivatives are values of other outputs: no dual numbers are needed
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = simulation_.table.real(references[i]);
-    if (!variable) return refuse(function, unknown_reference(references[i], "Real"));
+    if (!variable) return refuse(function, unknown_reference(references[i], VariableType::real));
     if (variable->causality() != Causality::output || variable->variability() != Variability::continuous)
       return refuse(function, variable->name + " is not a continuous output: it has no derivatives");
     if (orders[i] != 1)
@@ -106,7 +106,7 @@ fmi2Status Instance::read_derivatives(Function function, const unsigned* referen
                                       double* derivatives) {
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = simulation_.table.real(references[i]);
-    if (!variable) return refuse(function, unknown_reference(references[i], "Real"));
+    if (!variable) return refuse(function, unknown_reference(references[i], VariableType::real));
     if (variable->causality() != Causality::output)
       return refuse(function, variable->name + " is not an output: it has no derivatives");
   }

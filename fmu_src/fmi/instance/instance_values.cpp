@@ -12,12 +12,20 @@
 
 namespace redysim {
 
+std::string Instance::unknown_reference(unsigned reference, VariableType type) const {
+  const bool fmi3 = log_.version() == FmiVersion::three;
+  const char* text = type == VariableType::real      ? (fmi3 ? "Float64" : "Real")
+                     : type == VariableType::integer ? (fmi3 ? "Int32" : "Integer")
+                                                     : "String";
+  return "there is no " + std::string(text) + " variable with value reference " + std::to_string(reference);
+}
+
 fmi2Status Instance::get_real(const unsigned* references, std::size_t count, double* values) {
   constexpr Function function = Function::get_real;
   if (const char* why = objection_to_arrays(count, {references, values})) return refuse(function, why);
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = simulation_.table.real(references[i]);
-    if (!variable) return refuse(function, unknown_reference(references[i], "Real"));
+    if (!variable) return refuse(function, unknown_reference(references[i], VariableType::real));
     if (life_.state == State::instantiated && variable->causality() == Causality::output)
       return refuse(function, variable->name + " has no value before initialization mode");
     if (!values_.are_current(variable->row->needs)) {
@@ -36,7 +44,7 @@ fmi2Status Instance::get_integer(const unsigned* references, std::size_t count, 
   if (const char* why = objection_to_arrays(count, {references, values})) return refuse(function, why);
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = simulation_.table.integer(references[i]);
-    if (!variable) return refuse(function, unknown_reference(references[i], "Integer"));
+    if (!variable) return refuse(function, unknown_reference(references[i], VariableType::integer));
     if (life_.state == State::instantiated)
       return refuse(function, variable->name + " has no value before initialization mode");
     const double number = values_.read(*variable);
@@ -50,7 +58,7 @@ fmi2Status Instance::get_string(const unsigned* references, std::size_t count, f
   if (const char* why = objection_to_arrays(count, {references, values})) return refuse(function, why);
   for (std::size_t i = 0; i < count; ++i) {
     if (!simulation_.table.string(references[i]))
-      return refuse(function, unknown_reference(references[i], "String"));
+      return refuse(function, unknown_reference(references[i], VariableType::string));
     values[i] = method_name(simulation_.parameters.solver.method);  // the only String
   }
   return fmi2OK;
@@ -69,7 +77,7 @@ fmi2Status Instance::set_real(const unsigned* references, std::size_t count, con
   // all are checked before the first is set
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = simulation_.table.real(references[i]);
-    if (!variable) return refuse(function, unknown_reference(references[i], "Real"));
+    if (!variable) return refuse(function, unknown_reference(references[i], VariableType::real));
     std::string why = objection_to_setting(*variable);
     if (why.empty()) why = objection(*variable, values[i]);
     if (!why.empty()) return refuse(function, why);
@@ -109,8 +117,8 @@ fmi2Status Instance::set_integer(const unsigned* references, std::size_t count) 
   if (count == 0) return fmi2OK;
   if (const char* why = objection_to_arrays(count, {references})) return refuse(function, why);
   const Variable* variable = simulation_.table.integer(references[0]);
-  return refuse(function,
-                variable ? objection_to_setting(*variable) : unknown_reference(references[0], "Integer"));
+  return refuse(function, variable ? objection_to_setting(*variable)
+                                   : unknown_reference(references[0], VariableType::integer));
 }
 
 fmi2Status Instance::set_string(const unsigned* references, std::size_t count, const fmi2String* values) {
@@ -119,7 +127,7 @@ fmi2Status Instance::set_string(const unsigned* references, std::size_t count, c
   SolverMethod method = simulation_.parameters.solver.method;
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = simulation_.table.string(references[i]);
-    if (!variable) return refuse(function, unknown_reference(references[i], "String"));
+    if (!variable) return refuse(function, unknown_reference(references[i], VariableType::string));
     const std::string why = objection_to_setting(*variable);
     if (!why.empty()) return refuse(function, why);
     if (!values[i]) return refuse(function, "an argument is a null pointer");

@@ -31,10 +31,6 @@ std::string method_names() {
   return one_of(names);
 }
 
-std::string unknown_reference(unsigned reference, const char* type) {
-  return "there is no " + std::string(type) + " variable with value reference " + std::to_string(reference);
-}
-
 std::string objection(const Variable& variable, double value) {
   if (!std::isfinite(value)) return variable.name + " must be a finite number, got " + shown(value);
   const std::string why = below(variable.min(), value);

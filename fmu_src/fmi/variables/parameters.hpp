@@ -32,9 +32,6 @@ const char* method_name(SolverMethod method);
 bool parse_method(const char* text, SolverMethod& method);
 std::string method_names();  // 'erk', 'adams' or ...
 
-// "there is no Real variable with value reference 7"
-std::string unknown_reference(unsigned reference, const char* type);
-
 // Why `value` is not legal for a Real variable; empty if it is.
 std::string objection(const Variable& variable, double value);
 

@@ -262,12 +262,8 @@ void VariableTable::add(const Scene& scene, const RowGroup& group, const Row& ro
   variable.row_index = static_cast<int>(&row - group.rows);
   if (row.in_group && !scene.model.fmu.shows(row.group)) return;
   if (group.exists && !group.exists(variable.row_index, scene, variable)) return;
-  std::vector<int>& index = row.type == VariableType::real      ? reals_
-                            : row.type == VariableType::integer ? integers_
-                                                                : strings_;
   variable.name = name_of(scene.model, row, variable);
-  variable.value_reference = static_cast<unsigned>(index.size());
-  index.push_back(static_cast<int>(all_.size()));
+  variable.value_reference = static_cast<unsigned>(all_.size() + 1);
   all_.push_back(std::move(variable));
 }
 

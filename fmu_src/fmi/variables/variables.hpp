@@ -24,7 +24,7 @@ struct Variable {
   int coupling = -1;             // index into Model::couplings
   int contact = -1;              // index into Model::contacts
   int element = 0;               // of an array
-  unsigned value_reference = 0;  // unique in its type
+  unsigned value_reference = 0;  // in the table: 1, 2, ...
 
   VariableType type() const { return row->type; }
   Causality causality() const { return row->causality; }
@@ -41,21 +41,22 @@ class VariableTable {
 
   const std::vector<Variable>& all() const { return all_; }
 
-  // The variable of a type with this value reference, or null.
-  const Variable* real(unsigned reference) const { return find(reals_, reference); }
-  const Variable* integer(unsigned reference) const { return find(integers_, reference); }
-  const Variable* string(unsigned reference) const { return find(strings_, reference); }
+  // The variable of a type with this value reference, or null. 0 is the time in FMI 3.0.
+  const Variable* real(unsigned reference) const { return find(VariableType::real, reference); }
+  const Variable* integer(unsigned reference) const { return find(VariableType::integer, reference); }
+  const Variable* string(unsigned reference) const { return find(VariableType::string, reference); }
 
  private:
   void add(const Scene& scene, const RowGroup& group, const Row& row, Variable owner);
   void add_of_all_owners(const Scene& scene, const RowGroup& group);
   void add_tunable(const Scene& scene);
-  const Variable* find(const std::vector<int>& index, unsigned reference) const {
-    return reference < index.size() ? &all_[index[reference]] : nullptr;
+  const Variable* find(VariableType type, unsigned reference) const {
+    if (reference == 0 || reference > all_.size()) return nullptr;
+    const Variable& variable = all_[reference - 1];
+    return variable.type() == type ? &variable : nullptr;
   }
 
   std::vector<Variable> all_;
-  std::vector<int> reals_, integers_, strings_;  // value reference -> index into all_
 };
 
 // Whether the work of drives and dampers is integrated: energies are outputs and the model has a state.

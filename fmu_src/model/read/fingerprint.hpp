@@ -5,7 +5,7 @@
 namespace redysim {
 
 // Raise it when the variables or their meaning change for an unchanged model file.
-inline constexpr unsigned interface_version = 1;
+inline constexpr unsigned interface_version = 2;
 
 // 128-bit hash of a model file's bytes as a GUID, "{xxxxxxxx-xxxx-xxxx-xxxx-xxxxxxxxxxxx}": the same on
 // every machine, another one for another file or another interface_version.

@@ -42,7 +42,14 @@ TEST(CallTable, last_values_stay_readable) {
 
 TEST(CallTable, no_step_runs_in_the_background) {
   EXPECT_TRUE(states_of(Function::cancel_step).empty());
-  EXPECT_STREQ(name(Function::cancel_step), "fmi2CancelStep");
+  EXPECT_EQ(name(Function::cancel_step), "fmi2CancelStep");
+}
+
+TEST(CallTable, names_are_those_of_the_version) {
+  const auto fmi3 = [](Function function) { return name(function, FmiVersion::three); };
+  EXPECT_EQ(fmi3(Function::do_step), "fmi3DoStep");
+  EXPECT_EQ(fmi3(Function::get_real), "fmi3GetFloat64");
+  EXPECT_EQ(fmi3(Function::deserialize_fmu_state), "fmi3DeserializeFMUState");
 }
 
 }  // namespace

@@ -69,6 +69,15 @@ TEST_F(LogTest, percent_signs_are_doubled) {
   EXPECT_NE(lines.at(0).find("100 %% of %%s"), std::string::npos);
 }
 
+TEST_F(LogTest, of_fmi3_gets_plain_text) {
+  const auto keep_text = [](fmi3InstanceEnvironment to, fmi3Status status, fmi3String category,
+                            fmi3String message) {
+    static_cast<Lines*>(to)->push_back(std::to_string(status) + " " + category + " " + message);
+  };
+  Log(keep_text, &lines, false).error("100 % of %s");
+  EXPECT_EQ(lines, Lines{std::to_string(fmi3Error) + " logStatusError 100 % of %s"});
+}
+
 TEST(Log, without_a_logger_nothing_happens) {
   const fmi2CallbackFunctions none{};
   Log(nullptr, nullptr, true).error("lost");
