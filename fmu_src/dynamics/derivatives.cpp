@@ -143,9 +143,9 @@ PassiveChange passive_change(const Plan<double>& plan, int joint, double q, doub
     const double ratio = coupling.ratios[static_cast<std::size_t>(at - coupling.joints.begin())];
     const Dual y(coupling_sum(coupling, q, coupling.offset), velocity ? 0 : ratio),
         rate(coupling_sum(coupling, qd, 0.0), velocity ? ratio : 0);
-    const CouplingForce<Dual> change(coupling, y, rate);
+    const ElasticForce<Dual> change(coupling, y, rate);
     for (std::size_t k = 0; k < coupling.joints.size(); ++k)
-      forces[static_cast<std::size_t>(coupling.joints[k])] -= coupling.ratios[k] * change.force.derivative;
+      forces[static_cast<std::size_t>(coupling.joints[k])] -= coupling.ratios[k] * change.sum().derivative;
     loss += change.loss.derivative;
   }
   return loss;

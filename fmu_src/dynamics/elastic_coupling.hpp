@@ -1,12 +1,9 @@
 #pragma once
 
 #include "dynamics/joint_transform.hpp"
-#include "dynamics/smooth_onset.hpp"
 
-// Elastic couplings: a force F(y, y') on y = sum of ratios[k] q[joints[k]] - offset that acts as
-// -ratios[k] F on each joint. Without backlash F = k y + c y'. With backlash, at depth x = |y| - backlash /
-// 2:
-//   F = sign(y) k h(x) + c h'(x) y'        h: dynamics/smooth_onset.hpp; 0 within the backlash
+// Elastic couplings: the force F(y, y') of dynamics/elastic_force.hpp on y = sum of ratios[k] q[joints[k]] -
+// offset acts as -ratios[k] F on each joint.
 
 namespace redysim {
 
@@ -18,32 +15,10 @@ Scalar coupling_sum(const CoupledJoints& coupling, const Scalar* q, double offse
   return sum;
 }
 
-// Force, stored energy (J) and dissipation (W, never positive) at (y, y').
 template <class Scalar>
-struct CouplingForce {
-  Scalar force, energy, loss;
-
-  CouplingForce(const ElasticCouplingPlan& law, const Scalar& y, const Scalar& rate) {
-    Scalar damping = law.damping * rate;
-    if (law.half_play > 0) {
-      const bool positive = y > Scalar(0);
-      const Scalar depth = (positive ? y : Scalar(-y)) - law.half_play;
-      const SmoothOnset<Scalar> onset(depth > Scalar(0) ? depth : Scalar(0), Scalar(law.width));
-      damping *= onset.slope();
-      force = law.stiffness * onset.force() * (positive ? 1.0 : -1.0);
-      energy = law.stiffness * onset.energy();
-    } else {
-      force = law.stiffness * y;
-      energy = 0.5 * law.stiffness * y * y;
-    }
-    force += damping;
-    loss = -(damping * rate);
-  }
-
-  static CouplingForce at(const ElasticCouplingPlan& law, const Scalar* q, const Scalar* qd) {
-    return {law, coupling_sum(law, q, law.offset), coupling_sum(law, qd, 0.0)};
-  }
-};
+ElasticForce<Scalar> coupling_force(const ElasticCouplingPlan& coupling, const Scalar* q, const Scalar* qd) {
+  return {coupling, coupling_sum(coupling, q, coupling.offset), coupling_sum(coupling, qd, 0.0)};
+}
 
 // A generalized force f on joint i as a pair of wrenches on its body and on the parent.
 template <class Scalar>
@@ -63,7 +38,7 @@ template <class Scalar>
 [[gnu::noinline]] void add_coupling_forces(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q,
                                            const Scalar* qd) {
   for (const ElasticCouplingPlan& coupling : plan.elastic_couplings) {
-    const Scalar force = CouplingForce<Scalar>::at(coupling, q, qd).force;
+    const Scalar force = coupling_force(coupling, q, qd).sum();
     for (std::size_t k = 0; k < coupling.joints.size(); ++k)
       add_generalized_force(plan, ws, coupling.joints[k], Scalar(-coupling.ratios[k] * force));
   }

@@ -48,7 +48,7 @@ Scalar potential_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const S
     energy += joint_energy(plan, static_cast<int>(i), q[i]);
   }
   for (std::size_t k = 0; plan.has_elastic_couplings() && k < plan.elastic_couplings.size(); ++k)
-    energy += CouplingForce<Scalar>::at(plan.elastic_couplings[k], q, qd).energy;
+    energy += coupling_force(plan.elastic_couplings[k], q, qd).energy;
   if (!plan.has_springs() && !plan.has_bushings() && !plan.has_contacts()) return energy;
   set_ground_motion(plan, ws, qd);
   for (const auto& spring : plan.springs) {
@@ -78,7 +78,7 @@ Scalar external_power(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, con
     power -= spring.damping * rate * rate;
   }
   for (std::size_t k = 0; plan.has_elastic_couplings() && k < plan.elastic_couplings.size(); ++k)
-    power += CouplingForce<Scalar>::at(plan.elastic_couplings[k], q, qd).loss;
+    power += coupling_force(plan.elastic_couplings[k], q, qd).loss;
   if constexpr (Plan<Scalar>::may_have_bushings)
     if (plan.has_bushings()) power += bushing_loss(plan, ws);
   if constexpr (Plan<Scalar>::may_have_contacts)

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "dynamics/contact/contact_plan.hpp"
+#include "dynamics/elastic_force.hpp"
 #include "dynamics/loops/cluster_plan.hpp"
 #include "dynamics/pose_plan.hpp"
 #include "math/spatial.hpp"
@@ -65,10 +66,8 @@ struct SpringPlan {
   Scalar stiffness = 0, damping = 0, rest_length = 0;
 };
 
-// dynamics/elastic_coupling.hpp; without backlash half_play = 0
-struct ElasticCouplingPlan : CoupledJoints {
-  double stiffness = 0, damping = 0, half_play = 0, width = 0;
-};
+// dynamics/elastic_coupling.hpp
+struct ElasticCouplingPlan : CoupledJoints, ElasticLaw {};
 
 // A spring-damper in six directions, along the axes of frame a; frames in body frames (dynamics/bushing.hpp).
 template <class Scalar>

@@ -50,7 +50,7 @@ double read_force(Values& at, const Variable& v) {
   if (at.model().couplings[v.coupling].rigid())
     return multiplier(plan, at.system().workspace().loop.lambda, v);
   const System::Coordinates now = at.coordinates();
-  return -CouplingForce<double>::at(elastic_plan(plan, v), now.q, now.qd).force;
+  return -coupling_force(elastic_plan(plan, v), now.q, now.qd).sum();
 }
 
 double force_derivative(OutputDerivatives& of, const Variable& v) {
@@ -58,7 +58,7 @@ double force_derivative(OutputDerivatives& of, const Variable& v) {
   const Tangent& tangent = of.tangent();
   if (of.model().couplings[v.coupling].rigid()) return multiplier(plan, tangent.multipliers, v).derivative;
   const ElasticCouplingPlan& coupling = elastic_plan(plan, v);
-  return -CouplingForce<Dual>::at(coupling, tangent.q.data(), tangent.qd.data()).force.derivative;
+  return -coupling_force(coupling, tangent.q.data(), tangent.qd.data()).sum().derivative;
 }
 
 // Radians if all joints turn, metres if all slide.

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "dynamics/smooth_onset.hpp"
+#include "dynamics/elastic_force.hpp"
 #include "model/actuator.hpp"
 
 // The law of one actuator, on doubles or dual numbers: input -> lag -> limits -> motor -> torque on the
@@ -37,26 +37,10 @@ Scalar onset_force(const Scalar& depth, double width) {
   return depth > Scalar(0) ? SmoothOnset<Scalar>(depth, Scalar(width)).force() : Scalar(0);
 }
 
-// An elastic gear with a twist (joint side) that changes at a rate.
-template <class Scalar>
-struct GearTorque {
-  Scalar elastic{0}, damping{0}, energy{0};
-
-  GearTorque(const Actuator& gear, const Scalar& twist, const Scalar& rate) {
-    if (gear.backlash == 0) {
-      elastic = gear.stiffness * twist;
-      damping = gear.damping * rate;
-      energy = Scalar(0.5) * elastic * twist;
-      return;
-    }
-    const Scalar side(twist < Scalar(0) ? -1.0 : 1.0), depth = side * twist - 0.5 * gear.backlash;
-    if (!(depth > Scalar(0))) return;
-    const SmoothOnset<Scalar> onset(depth, Scalar(gear.backlash_width));
-    elastic = gear.stiffness * side * onset.force();
-    damping = gear.damping * onset.slope() * rate;
-    energy = gear.stiffness * onset.energy();
-  }
-};
+// Of an elastic gear: torques on the joint side, against the twist.
+inline ElasticLaw gear_law(const Actuator& gear) {
+  return {gear.stiffness, gear.damping, 0.5 * gear.backlash, gear.backlash_width};
+}
 
 // Exact below the limit by half the width, twice continuously differentiable, reaches the limit.
 template <class Scalar>
@@ -109,10 +93,10 @@ ActuatorResponse<Scalar> respond(const Actuator& actuator, const ActuatorPoint<S
   response.torque = driving;
   if (!actuator.is_elastic()) return response;
   const Scalar rate = speed - at.qd;
-  const GearTorque<Scalar> gear(actuator, Scalar(at.motor_q / N - at.q), rate);
-  response.torque = gear.elastic + gear.damping;
+  const ElasticForce<Scalar> gear(gear_law(actuator), Scalar(at.motor_q / N - at.q), rate);
+  response.torque = gear.sum();
   response.motor_qdd = (driving - response.torque) / (N * actuator.rotor_inertia);
-  response.power = driving * speed - gear.damping * rate - response.torque * at.qd;
+  response.power = driving * speed + gear.loss - response.torque * at.qd;
   return response;
 }
 

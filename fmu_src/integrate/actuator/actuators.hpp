@@ -59,7 +59,7 @@ class Actuators {
     const int place = places(index).motor_q;
     if (place < 0) return Scalar(0);
     const Scalar twist = y[place] / law(index).gear_ratio - q;
-    return GearTorque<Scalar>(law(index), twist, Scalar(0)).energy;
+    return ElasticForce<Scalar>(gear_law(law(index)), twist, Scalar(0)).energy;
   }
 
   // The scales of the states of an actuator (System::scales), from the scale of its joint's motion and the

@@ -61,19 +61,20 @@ TEST(ActuatorLaw, saturation_is_the_part_that_limits_remove) {
 }
 
 TEST(ActuatorLaw, a_gear_passes_nothing_within_its_backlash_and_is_linear_beyond_the_width) {
-  Actuator gear;
-  gear.stiffness = 100;
-  gear.damping = 3;
-  gear.backlash = 0.2;
-  gear.backlash_width = 0.02;
-  EXPECT_EQ(GearTorque<double>(gear, 0.1, 5).elastic, 0);
-  EXPECT_EQ(GearTorque<double>(gear, -0.1, 5).damping, 0);
-  const GearTorque<double> pressed(gear, -0.5, 2);
+  Actuator actuator;
+  actuator.stiffness = 100;
+  actuator.damping = 3;
+  actuator.backlash = 0.2;
+  actuator.backlash_width = 0.02;
+  const ElasticLaw gear = gear_law(actuator);
+  EXPECT_EQ(ElasticForce<double>(gear, 0.1, 5).elastic, 0);
+  EXPECT_EQ(ElasticForce<double>(gear, -0.1, 5).damping, 0);
+  const ElasticForce<double> pressed(gear, -0.5, 2);
   EXPECT_DOUBLE_EQ(pressed.elastic, -100 * (0.4 - 0.01));
   EXPECT_DOUBLE_EQ(pressed.damping, 3 * 2);
   // the torque is the derivative of the energy
   for (double twist : {-0.3, -0.11, 0.05, 0.105, 0.4}) {
-    const GearTorque<Dual> at(gear, Dual(twist, 1), Dual(0));
+    const ElasticForce<Dual> at(gear, Dual(twist, 1), Dual(0));
     EXPECT_NEAR(at.energy.derivative, at.elastic.value, 1e-12 * std::max(1.0, std::abs(at.elastic.value)));
   }
 }
