@@ -27,7 +27,7 @@ struct InputLayout {
   Span<6> port_wrench;  // per port: moment and force, N m and N
   Span<3> ball_torque;  // per spherical joint, N m, link axes
   Span<5> held_motion;  // per prescribed joint without a trajectory: Held
-  Span<1> phase;        // per trajectory
+  Span<1> phase;        // per trajectory, then the memory of a sampled controller
 
   // Entries of a held motion: q and qd at the time, and their jumps since the last step.
   enum Held { held_time, held_q, held_qd, held_q_jump, held_qd_jump };

@@ -27,6 +27,8 @@ using ControlledJoint = ControlledJointOf<double>;
 struct Controller {
   Law law = Law::none;
   bool input = false;  // a torque can be added: <joint>.tau_added
+  // s; 0: the law acts continuously. Its torques act `delay` after the sample.
+  double sample_time = 0, delay = 0;
   std::vector<ControlledJoint> joints;
 };
 

@@ -30,7 +30,9 @@ Control::Control(const Model& model, const Plan<double>& plan)
       trajectories_(model.trajectories),
       trajectory_of_(static_cast<std::size_t>(plan.nv), -1),
       prescribed_(trajectory_of_.size(), 0),
-      gains_(model.controller.joints) {
+      gains_(model.controller.joints),
+      sampler_(model.controller, model.starts_in_equilibrium),
+      sampled_(gains_.size()) {
   for (int i = 0; i < plan.nv; ++i) prescribed_[i] = plan.joints[i].prescribed;
   for (std::size_t k = 0; k < trajectories_.size(); ++k)
     trajectory_of_[plan.carrier[trajectories_[k].link]] = static_cast<int>(k);
@@ -49,11 +51,9 @@ void Control::update(const Parameters<double>& parameters) {
 }
 
 bool Control::enter(double time, double* phases) const {
-  // a breakpoint that is ahead by rounding only counts as passed: the pieces are continuous there
-  const double slack = 1e-12 * std::max(1.0, std::abs(time));
   bool changed = false;
   for (std::size_t k = 0; k < trajectories_.size(); ++k) {
-    const double phase = phase_at(trajectories_[k], time + slack);
+    const double phase = phase_at(trajectories_[k], passed(time));  // continuous there
     changed = changed || phase != phases[k];
     phases[k] = phase;
   }
@@ -62,11 +62,12 @@ bool Control::enter(double time, double* phases) const {
 
 // At the points of a table the slope of the acceleration jumps, which an error estimate may miss.
 double Control::next_breakpoint(double time, const double* phases) const {
-  const double passed = time + 1e-12 * std::max(1.0, std::abs(time));
   double next = std::numeric_limits<double>::infinity();
+  if (is_sampled()) next = sampler_.next_instant(time, phases + trajectories_.size());
   for (std::size_t k = 0; k < trajectories_.size(); ++k) {
     const int phase = static_cast<int>(phases[k]);
-    next = std::min({next, end_of(trajectories_[k], phase), next_knot(trajectories_[k], phase, passed)});
+    next =
+        std::min({next, end_of(trajectories_[k], phase), next_knot(trajectories_[k], phase, passed(time))});
   }
   return next;
 }
@@ -97,12 +98,37 @@ double Control::jerk(int joint, double time, const double* phases) const {
   return k < 0 ? 0 : jerk_at(trajectories_[k], static_cast<int>(phases[k]), time);
 }
 
-void Control::apply(double time, const double* phases, const double* q, const double* qd, double* inputs) {
+void Control::set_accelerations(double time, const double* phases, double* inputs) const {
   for (std::size_t i = 0; i < trajectory_of_.size(); ++i)
     if (prescribes(static_cast<int>(i))) {
       const int k = trajectory_of_[i];
       inputs[i] = motion_at(trajectories_[k], static_cast<int>(phases[k]), time).qdd;
     }
+}
+
+void Control::apply(double time, const double* phases, const double* q, const double* qd, double* inputs) {
+  set_accelerations(time, phases, inputs);
+  if (!holds(phases)) {
+    add_law(time, phases, q, qd, inputs);
+    return;
+  }
+  const double* held = sampler_.held(phases + trajectories_.size());
+  for (std::size_t k = 0; k < joints_.size(); ++k) inputs[joints_[k]] += held[k];
+}
+
+bool Control::enter_samples(double time, double* phases, const double* q, const double* qd, double* inputs) {
+  double* memory = phases + trajectories_.size();
+  if (sampler_.is_due(time, memory)) {
+    set_accelerations(time, phases, inputs);
+    for (int joint : joints_) inputs[joint] = 0;
+    add_law(time, phases, q, qd, inputs);
+    for (std::size_t k = 0; k < joints_.size(); ++k) sampled_[k] = inputs[joints_[k]];
+    sampler_.sample(time, sampled_.data(), memory);
+  }
+  return sampler_.arrive(time, memory);
+}
+
+void Control::add_law(double time, const double* phases, const double* q, const double* qd, double* inputs) {
   if (internal_model_) model_torques(time, phases, q, qd, inputs, internal_model_->torques.data());
   for (std::size_t k = 0; k < joints_.size(); ++k) {
     const int i = joints_[k];

@@ -7,6 +7,7 @@
 #include "dynamics/plan.hpp"
 #include "dynamics/workspace.hpp"
 #include "integrate/control/reference.hpp"
+#include "integrate/control/sampler.hpp"
 #include "model/parameters.hpp"
 
 namespace redysim {
@@ -15,8 +16,8 @@ template <class Scalar>
 struct InternalModel;
 
 // Trajectories of prescribed joints and the law that drives the controlled ones, at any time and state. Its
-// only memory is the phase of each trajectory, which its owner keeps among the inputs. Neither throws nor
-// allocates after construction.
+// memory, which its owner keeps among the inputs, is the phase of each trajectory and that of the Sampler.
+// Neither throws nor allocates after construction.
 class Control {
  public:
   Control(const Model& model, const Plan<double>& plan);
@@ -25,10 +26,16 @@ class Control {
   // Updates gains, targets and the parameters of the controller's own model.
   void update(const Parameters<double>& parameters);
 
-  // Phases, one number a trajectory. `enter` sets those at `time` and returns whether one changed.
-  std::size_t phase_count() const { return trajectories_.size(); }
+  // Phases, one number a trajectory, then the memory of the sampler. `enter` sets the phases at `time` and
+  // returns whether one changed.
+  std::size_t memory_size() const { return trajectories_.size() + sampler_.memory_size(); }
   bool enter(double time, double* phases) const;
-  // The first end of a phase or point of a table after `time`, s.
+  // Sampled control: takes the sample that is due at `time`, and lets the torques that are due act. Returns
+  // whether the torques changed. `inputs`: as of `apply`, which are changed.
+  bool is_sampled() const { return sampler_.is_active(); }
+  bool holds(const double* phases) const { return sampler_.holds(phases + trajectories_.size()); }
+  bool enter_samples(double time, double* phases, const double* q, const double* qd, double* inputs);
+  // The first end of a phase, point of a table, sample or arrival of torques after `time`, s.
   double next_breakpoint(double time, const double* phases) const;
 
   bool prescribes(int joint) const { return trajectory_of_[joint] >= 0 && prescribed_[joint] != 0; }
@@ -58,6 +65,8 @@ class Control {
                     std::size_t length);
 
  private:
+  void set_accelerations(double time, const double* phases, double* inputs) const;
+  void add_law(double time, const double* phases, const double* q, const double* qd, double* inputs);
   // What the law adds to PD control, or uses instead of it.
   void model_torques(double time, const double* phases, const double* q, const double* qd,
                      const double* inputs, double* torques);
@@ -69,6 +78,8 @@ class Control {
   std::vector<char> prescribed_;    // per joint
   std::vector<int> joints_;         // the controlled ones, as in the model's order
   std::vector<ControlledJoint> gains_;
+  Sampler sampler_;
+  std::vector<double> sampled_;  // torques of joints_
 
   std::unique_ptr<InternalModel<double>> internal_model_;  // of laws that have one
   struct Changed {

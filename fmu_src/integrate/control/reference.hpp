@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "model/trajectory.hpp"
 
 namespace redysim {
@@ -7,6 +10,9 @@ namespace redysim {
 struct JointMotion {
   double q = 0, qd = 0, qdd = 0;
 };
+
+// The time up to which instants count as passed: some are ahead by rounding only.
+inline double passed(double time) { return time + 1e-12 * std::max(1.0, std::abs(time)); }
 
 // Where in a trajectory the time is: the number of times passed at which its acceleration may jump, that is
 // its start, its jumps and its end. It is entered at the start of a step and kept until the step ends, so

@@ -37,7 +37,8 @@ std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings
 Outcome advance_by_breakpoints(Integrator& integrator, System& system, double end, bool inputs_changed) {
   for (;;) {
     const double time = integrator.time();
-    const bool entered = system.enter_phases(time);
+    const bool phase_entered = system.enter_phases(time);
+    const bool entered = system.enter_samples(time, integrator.state()) || phase_entered;
     // the remainder after a breakpoint must be a step, not a rounding error
     const double slack = 1e-12 * std::max(1.0, std::fabs(end)), breakpoint = system.next_breakpoint(time);
     const double halt = breakpoint < end - slack ? breakpoint : end;

@@ -54,7 +54,7 @@ class Integrator {
   long pause_after_ = 0;
 };
 
-// Integrator::advance, interrupted at each breakpoint of the system's trajectories.
+// Integrator::advance, interrupted at each breakpoint of the system's trajectories and samples.
 Outcome advance_by_breakpoints(Integrator& integrator, System& system, double end, bool inputs_changed);
 inline Outcome advance(Integrator& integrator, System& system, double end, bool inputs_changed) {
   return system.control() ? advance_by_breakpoints(integrator, system, end, inputs_changed)

@@ -17,6 +17,7 @@ ControlTangent::ControlTangent(const Model& model, const Control& control)
 ControlTangent::~ControlTangent() = default;
 
 void ControlTangent::go_to(System& system, double time) {
+  holds_ = system.controller_holds();
   for (std::size_t k = 0; k < joints_.size(); ++k) {
     const JointMotion motion = system.reference(joints_[k], time);
     references_[k] = {Dual(motion.q), Dual(motion.qd), Dual(motion.qdd)};
@@ -42,6 +43,7 @@ Dual ControlTangent::reference_q(int joint) const { return reference(place(joint
 Dual ControlTangent::reference_qd(int joint) const { return reference(place(joint)).qd; }
 
 void ControlTangent::go_with_time(System& system, double time, std::vector<Dual>& force) {
+  holds_ = system.control()->is_sampled();
   for (std::size_t k = 0; k < joints_.size(); ++k) {
     if (!follows_[k]) continue;
     Reference& wanted = references_[k];
@@ -54,6 +56,7 @@ void ControlTangent::go_with_time(System& system, double time, std::vector<Dual>
 
 void ControlTangent::answer(const std::vector<Dual>& q, const std::vector<Dual>& qd,
                             std::vector<Dual>& force) {
+  if (holds_) return;
   if (internal_model_) {
     const auto wanted = [this](std::size_t k) { return reference(k); };
     internal_model_->evaluate(law_, joints_, wanted, gains_, q.data(), qd.data(), force.data(),

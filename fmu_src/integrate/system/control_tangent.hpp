@@ -15,7 +15,8 @@ class ControlTangent {
   ControlTangent(const Model& model, const Control& control);
   ~ControlTangent();
 
-  void go_to(System& system, double time);  // with direction 0
+  // With direction 0. Torques that a sampled controller holds do not depend on the state.
+  void go_to(System& system, double time);
   void update(const Parameters<Dual>& parameters);
 
   // Sets the direction of time: that of references and of accelerations along trajectories.
@@ -42,6 +43,7 @@ class ControlTangent {
   std::vector<int> on_trajectories_;  // joints that trajectories prescribe
   std::vector<ControlledJointOf<Dual>> gains_;
   std::vector<Reference> references_;
+  bool holds_ = false;
   std::unique_ptr<InternalModel<Dual>> internal_model_;
 };
 

@@ -49,6 +49,7 @@ System::System(const Plan<double>& plan, bool with_work, const Model* model)
   if (input_layout_.held_motion.count > 0) {
     scratch_inputs_ = inputs_;
     unmoved_.resize(static_cast<std::size_t>(size()));
+    sampled_state_ = unmoved_;
   }
   if (!plan.balls.empty() || control_ || actuators_)
     recursion_inputs_.assign(static_cast<std::size_t>(input_layout_.force_size()), 0.0);
@@ -72,7 +73,7 @@ void System::set_layouts(bool with_work, const Model* model) {
                                                           : 1,
                         actuators);
   if (actuators_) actuators_->set_layout(layout_);
-  input_layout_ = InputLayout(plan_, held_motions, control_ ? static_cast<int>(control_->phase_count()) : 0);
+  input_layout_ = InputLayout(plan_, held_motions, control_ ? static_cast<int>(control_->memory_size()) : 0);
 }
 
 ActuatorCounts System::place_actuators(const Model& model) {
@@ -249,12 +250,26 @@ void System::drive_forces(const Coordinates& at, const double* qdd, double* driv
                                           : recursion_inputs()[input_layout_.tau[i]];
 }
 
+bool System::enter_samples(double time, const double* y) {
+  if (!control() || !control_->is_sampled()) return false;
+  update_recursion_inputs(time);
+  // the next step starts behind the jumps
+  if (jumped()) {
+    std::copy_n(y, size(), sampled_state_.begin());
+    follow_jumps(time, sampled_state_.data());
+    y = sampled_state_.data();
+  }
+  const Coordinates at = coordinates(time, y);
+  return control_->enter_samples(time, phases(), at.q, at.qd, recursion_inputs_.data());
+}
+
 double System::next_breakpoint(double time) const {
   return control() ? control_->next_breakpoint(time, phases()) : std::numeric_limits<double>::infinity();
 }
 
 void System::add_feedback(double time, const Coordinates& at, const std::vector<JointVariable>& variables,
                           double* columns, std::size_t length) {
+  if (controller_holds()) return;
   if (actuators()) actuators_->exchange_inputs(recursion_inputs_.data());
   control_->add_feedback(time, phases(), at.q, at.qd, recursion_inputs(), variables, columns, length);
   if (actuators()) actuators_->exchange_inputs(recursion_inputs_.data());

@@ -93,6 +93,9 @@ class System {
     if (control()) control_->update(parameters);
   }
   bool enter_phases(double time) { return control() && control_->enter(time, phases()); }
+  // Samples of the controller that are due at the start of a step from (time, y); likewise.
+  bool enter_samples(double time, const double* y);
+  bool controller_holds() const { return control() && control_->holds(phases()); }  // torques of a sample
   double next_breakpoint(double time) const;  // s, where a step has to end; infinity: none
   JointMotion reference(int joint, double time) { return control_->reference(joint, time, phases()); }
   double jerk(int joint, double time) { return control_->jerk(joint, time, phases()); }
@@ -217,7 +220,7 @@ class System {
   std::unique_ptr<Actuators> actuators_;
   std::unique_ptr<ContactSearch> contact_search_;  // null: no contacts
   std::vector<double> inputs_;
-  std::vector<double> scratch_inputs_, unmoved_;
+  std::vector<double> scratch_inputs_, unmoved_, sampled_state_;
   std::vector<double> q_, qd_;                                  // all joints
   std::vector<BallAngles> angles_;                              // of the spherical joints, as in q_
   bool charts_kept_ = false;                                    // during the corrections of a projection

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "model/read/joint_index.hpp"
+#include "model/read/number.hpp"
 
 namespace redysim {
 namespace {
@@ -82,6 +83,22 @@ void read_targets(Section& section, const Model& model, bool degrees, Controller
     section.warn("target", "target has no effect: all controlled joints follow trajectories");
 }
 
+void read_sampling(Section& section, Controller& controller) {
+  constexpr double shortest = 1e-6;  // s
+  constexpr int longest = 1000;      // delay, of the sample time
+  controller.sample_time = section.number("sample_time", 0, Bound::positive);
+  controller.delay = section.number("delay", 0, Bound::not_negative);
+  if (section.has("sample_time") && controller.sample_time < shortest)
+    section.error("sample_time",
+                  "sample_time must be >= " + shown(shortest) + " s, got " + shown(controller.sample_time));
+  else if (section.has("delay") && !section.has("sample_time"))
+    section.error("delay", "sample_time is required with delay");
+  else if (controller.delay > longest * controller.sample_time)
+    section.error("delay", "delay must be <= " + std::to_string(longest) + " sample_time, " +
+                               shown(longest * controller.sample_time) + " s, got " +
+                               shown(controller.delay));
+}
+
 }  // namespace
 
 Controller read_controller(Section& top, const Model& model, bool degrees, bool inverse, Findings& findings) {
@@ -98,6 +115,7 @@ Controller read_controller(Section& top, const Model& model, bool degrees, bool 
                                        Law::pd);
   controller.joints = read_joints(section, model, inverse);
   controller.input = section.flag("input", false);
+  read_sampling(section, controller);
   const std::size_t count = controller.joints.size();
   for (const char* key : {"kp", "kd"}) {
     if (!section.has(key)) section.error(key, std::string(key) + " is required");
