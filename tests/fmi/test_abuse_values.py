@@ -58,7 +58,7 @@ def counts_beyond_memory(subject, slave, count):
 @check("Real", "Integer", "Boolean", "String")
 def references_that_do_not_exist(subject, slave, kind):
     at(subject, slave)
-    for reference in (len(subject.fmu.variables), 10**6, 2**31 - 1, 2**31, 2**32 - 1):
+    for reference in (0, len(subject.fmu.variables) + 1, 10**6, 2**31 - 1, 2**31, 2**32 - 1):
         for way in ("Get", "Set"):
             refused(slave, slave.call(f"{way}{kind}", References(reference), One, VALUES[kind]()))
 

@@ -80,7 +80,8 @@ TEST_F(LogTest, of_fmi3_gets_plain_text) {
 
 TEST(Log, without_a_logger_nothing_happens) {
   const fmi2CallbackFunctions none{};
-  Log(nullptr, nullptr, true).error("lost");
+  const fmi2CallbackFunctions* no_functions = nullptr;
+  Log(no_functions, nullptr, true).error("lost");
   Log(&none, "arm", true).error("lost");
 }
 
