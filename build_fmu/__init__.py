@@ -1,4 +1,4 @@
-"""Builds FMI 2.0 co-simulation FMUs from DH model files, simulates FMUs and plots the results.
+"""Builds co-simulation FMUs (FMI 2.0 or 3.0) from DH model files, simulates FMUs and plots the results.
 
 From Python: `describe` reads a model file, `build` writes its FMU, `Session` opens an FMU, `simulate` runs it with `Settings`.
 """

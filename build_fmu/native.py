@@ -20,6 +20,7 @@ LIBRARIES = {
     "win64": ("libredysim_fmu.dll", ".dll"),
     "darwin64": ("libredysim_fmu.dylib", ".dylib"),
 }
+PLATFORM_TUPLES = {"linux64": "x86_64-linux", "win64": "x86_64-windows", "darwin64": "x86_64-darwin"}  # names in FMI 3.0
 ROOMS = {"describe": "fmi", "libredysim_fmu.so": "fmi", "fmu_driver": "drive"}
 
 

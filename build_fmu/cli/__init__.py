@@ -40,7 +40,7 @@ def parser_of_commands() -> argparse.ArgumentParser:
     """Returns the parser of all commands."""
     parser = argparse.ArgumentParser(
         prog="build-fmu",
-        description="Builds FMUs (FMI 2.0 co-simulation) from DH model files, simulates them and plots the results.",
+        description="Builds FMUs (co-simulation, FMI 2.0 or 3.0) from DH model files, simulates them and plots the results.",
         epilog="For example: build-fmu import arm.urdf; build-fmu show arm.toml; build-fmu build arm.toml. "
         "build-fmu COMMAND --help lists the options.",
     )

@@ -21,6 +21,7 @@ def add(commands) -> None:
         "-o", "--output", type=Path, metavar="FMU", help="output file or folder (default: MODEL's name with .fmu in the current folder)"
     )
     command.add_argument("--inverse", action="store_true", help="inverse dynamics (motion in, torques out): MODEL_inverse.fmu")
+    command.add_argument("--fmi", type=int, choices=(2, 3), default=2, help="version of FMI (default: 2)")
     command.add_argument("--no-show", action="store_true", help="omit the page that plays the default experiment (documentation/run.html)")
     command.add_argument(
         "--report", action="store_true", help="add the report on accuracy and CPU time to the FMU's documentation (takes a minute)"
@@ -54,11 +55,15 @@ def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
     # the name of the model file, not the name in it
     target = output_file(options.output, f"{options.model.stem}{'_inverse' if options.inverse else ''}.fmu")
     warn(model.warnings)
+    if options.report and options.fmi == 3:
+        raise UserError("--report supports FMI 2.0 only: remove it and run `build-fmu report` on the model file")
     if options.specialise:
         if options.platforms != ["linux64"]:
             raise UserError("--specialise supports linux64 only: remove --platforms")
         print("compiling a library for this model (about a minute the first time)", file=sys.stderr)
-    built = build(model, source, target, show=not options.no_show, specialised=options.specialise, platforms=options.platforms)
+    built = build(
+        model, source, target, show=not options.no_show, specialised=options.specialise, platforms=options.platforms, fmi=options.fmi
+    )
     if built.specialised:
         print(built.specialised)
     if built.no_page:

@@ -9,8 +9,8 @@ from pathlib import Path
 from build_fmu import native
 from build_fmu.draw.drawing import draw
 from build_fmu.errors import UserError
+from build_fmu.fmu import description, description3
 from build_fmu.fmu.archive import Entry, write_archive
-from build_fmu.fmu.description import model_description
 from build_fmu.fmu.documentation import documentation
 from build_fmu.fmu.licences import licence_files
 from build_fmu.model.describe import Description
@@ -33,11 +33,12 @@ def build(
     show: bool = False,
     specialised: bool = False,
     platforms: Sequence[str] = ("linux64",),
+    fmi: int = 2,
 ) -> Built:
     """Writes the FMU of a described model file, with the tolerance for its target_error.
 
     With `show` the FMU has a page that plays its default experiment. With `specialised` a library is compiled for this model; otherwise no
-    compiler is needed. On failure no file is written.
+    compiler is needed. `fmi` is the version of the standard, 2 or 3. On failure no file is written.
     """
     libraries = {platform: native.library(platform) for platform in platforms}
     if target.suffix != ".fmu":
@@ -56,24 +57,31 @@ def build(
             from build_fmu.fmu.run_page import attached_page
 
             played, reason = attached_page(packed, lambda: contents(packed, file, picture, own))
-        write_archive(target, contents(packed, file, picture, libraries, played))
+        write_archive(target, contents(packed, file, picture, libraries, played, fmi))
     return Built(packed, reason, how)
 
 
 def contents(
-    model: Description, model_file: Path, picture: bytes, libraries: Mapping[str, Path], played: bytes | None = None
+    model: Description,
+    model_file: Path,
+    picture: bytes,
+    libraries: Mapping[str, Path],
+    played: bytes | None = None,
+    fmi: int = 2,
 ) -> list[Entry]:
     """Returns the files of the FMU, with a library for each platform, in the order in which they are stored."""
+    is_fmi3 = fmi == 3
+    folder = native.PLATFORM_TUPLES if is_fmi3 else {platform: platform for platform in libraries}
     return [
-        Entry("modelDescription.xml", model_description(model)),
-        Entry("model.png", picture),
+        Entry("modelDescription.xml", (description3 if is_fmi3 else description).model_description(model)),
+        Entry("documentation/diagram.png" if is_fmi3 else "model.png", picture),
         *(
-            Entry(f"binaries/{platform}/{model.model_identifier}{native.LIBRARIES[platform][1]}", library.read_bytes(), executable=True)
+            Entry(f"binaries/{folder[platform]}/{model.model_identifier}{native.LIBRARIES[platform][1]}", library.read_bytes(), True)
             for platform, library in libraries.items()
         ),
         Entry("resources/model.toml", model_file.read_bytes()),
         *(Entry(f"resources/{name}", (model_file.parent / name).read_bytes()) for name in model.resources),
-        Entry("documentation/index.html", documentation(model, played is not None)),
+        Entry("documentation/index.html", documentation(model, played is not None, fmi=fmi)),
         *([Entry("documentation/run.html", played)] if played else []),
         *(Entry(f"documentation/licenses/{name}", text) for name, text in licence_files(libraries).items()),
     ]

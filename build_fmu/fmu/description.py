@@ -31,7 +31,7 @@ def model_description(model: Description) -> bytes:
     """Returns the XML file's content, UTF-8."""
     root = xml.Element(
         "fmiModelDescription",
-        _attributes(
+        attributes(
             fmiVersion="2.0",
             modelName=model.model_name,
             guid=model.guid,
@@ -41,29 +41,39 @@ def model_description(model: Description) -> bytes:
         ),
     )
     flags = {name: model.capabilities[name] for name in CAPABILITIES if name in model.capabilities}
-    xml.SubElement(root, "CoSimulation", _attributes(modelIdentifier=model.model_identifier, **flags))
-    _units(root, model)
-    if model.log_categories:
-        categories = xml.SubElement(root, "LogCategories")
-        for row in model.log_categories:
-            xml.SubElement(categories, "Category", _attributes(name=row["name"], description=row.get("description")))
-    experiment = model.default_experiment
-    xml.SubElement(
-        root,
-        "DefaultExperiment",
-        _attributes(
-            startTime=_real(experiment.get("start_time", 0)),
-            stopTime=_real(experiment.get("stop_time")),
-            tolerance=_real(experiment.get("tolerance")),
-            stepSize=_real(experiment.get("step_size")),
-        ),
-    )
+    xml.SubElement(root, "CoSimulation", attributes(modelIdentifier=model.model_identifier, **flags))
+    common_elements(root, model)
     variables = xml.SubElement(root, "ModelVariables")
     for variable in model.variables:
         _variable(variables, variable)
     _structure(root, model)
+    return file_content(root)
+
+
+def file_content(root: xml.Element) -> bytes:
+    """Returns the indented XML file, UTF-8."""
     xml.indent(root)
     return b'<?xml version="1.0" encoding="UTF-8"?>\n' + xml.tostring(root, encoding="utf-8") + b"\n"
+
+
+def common_elements(root: xml.Element, model: Description) -> None:
+    """Adds units, log categories and the default experiment, which are equal in FMI 2.0 and 3.0."""
+    _units(root, model)
+    if model.log_categories:
+        categories = xml.SubElement(root, "LogCategories")
+        for row in model.log_categories:
+            xml.SubElement(categories, "Category", attributes(name=row["name"], description=row.get("description")))
+    experiment = model.default_experiment
+    xml.SubElement(
+        root,
+        "DefaultExperiment",
+        attributes(
+            startTime=real(experiment.get("start_time", 0)),
+            stopTime=real(experiment.get("stop_time")),
+            tolerance=real(experiment.get("tolerance")),
+            stepSize=real(experiment.get("step_size")),
+        ),
+    )
 
 
 def _units(root: xml.Element, model: Description) -> None:
@@ -71,14 +81,14 @@ def _units(root: xml.Element, model: Description) -> None:
         return
     definitions = xml.SubElement(root, "UnitDefinitions")
     for row in model.units:
-        unit = xml.SubElement(definitions, "Unit", _attributes(name=row["name"]))
+        unit = xml.SubElement(definitions, "Unit", attributes(name=row["name"]))
         base = row.get("base")
         if base is not None:
-            powers = {k: _real(base[k]) if k in ("factor", "offset") else base[k] for k in BASE_UNITS if k in base}
-            xml.SubElement(unit, "BaseUnit", _attributes(**powers))
+            powers = {k: real(base[k]) if k in ("factor", "offset") else base[k] for k in BASE_UNITS if k in base}
+            xml.SubElement(unit, "BaseUnit", attributes(**powers))
         for display in row.get("display", []):
-            factor, offset = _real(display.get("factor")), _real(display.get("offset"))
-            xml.SubElement(unit, "DisplayUnit", _attributes(name=display["name"], factor=factor, offset=offset))
+            factor, offset = real(display.get("factor")), real(display.get("offset"))
+            xml.SubElement(unit, "DisplayUnit", attributes(name=display["name"], factor=factor, offset=offset))
 
 
 def _variable(parent: xml.Element, variable: Variable) -> None:
@@ -87,7 +97,7 @@ def _variable(parent: xml.Element, variable: Variable) -> None:
     scalar = xml.SubElement(
         parent,
         "ScalarVariable",
-        _attributes(
+        attributes(
             name=variable.name,
             valueReference=variable.value_reference,
             description=variable.description or None,
@@ -96,16 +106,16 @@ def _variable(parent: xml.Element, variable: Variable) -> None:
             initial=initial,
         ),
     )
-    number = _real if variable.type == "Real" else lambda value: value
+    number = real if variable.type == "Real" else lambda value: value
     limits = {"min": number(variable.min), "max": number(variable.max)}
     details: dict[str, Any] = {"quantity": variable.quantity}
     if variable.type == "Real":
-        details |= {"unit": variable.unit, "displayUnit": variable.display_unit, **limits, "nominal": _real(variable.nominal)}
+        details |= {"unit": variable.unit, "displayUnit": variable.display_unit, **limits, "nominal": real(variable.nominal)}
     elif variable.type == "Integer":
         details |= limits
     else:
         details = {}
-    xml.SubElement(scalar, variable.type, _attributes(**details, start=number(variable.start)))
+    xml.SubElement(scalar, variable.type, attributes(**details, start=number(variable.start)))
 
 
 def _structure(root: xml.Element, model: Description) -> None:
@@ -120,18 +130,18 @@ def _structure(root: xml.Element, model: Description) -> None:
 
 def _dependencies(row: Unknown, index: dict[str, int]) -> dict[str, str]:
     if row.dependencies is None:
-        return _attributes(index=index[row.name])
+        return attributes(index=index[row.name])
     # ascending indices, on which some importers rely; each kind stays with its variable
     kinds = row.kinds or ["dependent"] * len(row.dependencies)
     pairs = sorted(zip((index[name] for name in row.dependencies), kinds, strict=True))
-    return _attributes(
+    return attributes(
         index=index[row.name],
         dependencies=" ".join(str(i) for i, _ in pairs),
         dependenciesKind=" ".join(kind for _, kind in pairs) if pairs and row.kinds else None,
     )
 
 
-def _real(value: float | None) -> str | None:
+def real(value: float | None) -> str | None:
     """Returns the shortest decimal of exactly this double, in XML Schema notation."""
     if value is None:
         return None
@@ -141,7 +151,7 @@ def _real(value: float | None) -> str | None:
     return "NaN" if math.isnan(value) else repr(value)
 
 
-def _attributes(**values: Any) -> dict[str, str]:
+def attributes(**values: Any) -> dict[str, str]:
     """Returns the attributes in the given order, without None."""
     text = {True: "true", False: "false"}
     return {k: text[v] if isinstance(v, bool) else str(v) for k, v in values.items() if v is not None}

@@ -16,7 +16,7 @@ THIRD_PARTY = (
      "reads the model file, compiled in from unmodified headers", "https://github.com/marzer/tomlplusplus"),
     ("libstdc++ and libgcc", "GPL-3.0-or-later with GCC-exception-3.1", "Free Software Foundation",
      "C++ run time, linked into the shared library", "https://gcc.gnu.org/git/gcc.git"),
-    ("FMI 2.0 C headers", "BSD-2-Clause", "MODELISAR consortium and Modelica Association Project FMI, 2008-2019",
+    ("FMI 2.0 and 3.0 C headers", "BSD-2-Clause", "MODELISAR consortium and Modelica Association Project FMI, 2008-2023",
      "declarations of the interface", "https://github.com/modelica/fmi-standard"),
 )  # fmt: skip
 LIBCXX = (

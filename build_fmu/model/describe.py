@@ -69,6 +69,7 @@ class Description:
     warnings: list[str] = field(default_factory=list)
     report: dict[str, Any] = field(default_factory=dict)
     features: list[str] = field(default_factory=list)  # features of the library that the model uses
+    depends_on_time: bool = False  # outputs at a communication point depend on the time itself, through trajectories
 
     def select(self, causality: str) -> list[Variable]:
         """Returns the variables of one causality, in the table's order."""
@@ -121,6 +122,7 @@ def from_table(table: dict[str, Any], warnings: list[str]) -> Description:
         drawing=table["drawing"],
         report=table.get("report", {}),
         features=table.get("features", []),
+        depends_on_time=table.get("depends_on_time", False),
         resources=table.get("resources", []),
         warnings=[line for line in warnings if line.strip()],
     )

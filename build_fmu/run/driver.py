@@ -108,6 +108,8 @@ def stage_model(model: Path, folder: Path, description: Description | None = Non
 def stage_fmu(fmu: Path, folder: Path) -> Staged:
     """Unpacks an FMU into the folder."""
     description = read_description(fmu)
+    if description.fmiVersion != "2.0":
+        raise UserError(f"'{fmu}' is an FMU of FMI 3.0: this command runs FMI 2.0 only, give it the model file")
     try:
         with zipfile.ZipFile(fmu) as archive:
             archive.extractall(folder)

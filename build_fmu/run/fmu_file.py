@@ -6,9 +6,15 @@ from pathlib import Path
 
 from build_fmu.errors import UserError
 
+# the types of variables in FMI 3.0 that FMI 2.0 has, too, by their names there
+FMI3_TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean", "String": "String"}
+
 
 def read_description(fmu: Path):
-    """Returns FMPy's description of an FMI 2.0 co-simulation FMU; raises UserError for anything else."""
+    """Returns FMPy's description of a co-simulation FMU of FMI 2.0 or 3.0; raises UserError for anything else.
+
+    Types have their names in FMI 2.0.
+    """
     import fmpy
     from fmpy.model_description import ValidationError
 
@@ -20,6 +26,13 @@ def read_description(fmu: Path):
         raise UserError(f"'{fmu}' has an invalid modelDescription.xml: {error.problems[0]}") from None
     except Exception as error:  # a damaged zip or XML fails in many ways
         raise UserError(f"'{fmu}' is not a readable FMU: {error}") from None
-    if description.fmiVersion != "2.0" or description.coSimulation is None:
-        raise UserError(f"'{fmu}' is not an FMI 2.0 co-simulation FMU")
+    if not description.fmiVersion.startswith(("2.0", "3.0")) or description.coSimulation is None:
+        raise UserError(f"'{fmu}' is not a co-simulation FMU of FMI 2.0 or 3.0")
+    if description.fmiVersion.startswith("3.0"):
+        names = {new: old for old, new in FMI3_TYPES.items()}
+        for variable in description.modelVariables:
+            if variable.type not in names or variable.dimensions:
+                kind = "array" if variable.dimensions else variable.type
+                raise UserError(f"'{fmu}': variable '{variable.name}' of type {kind} is not supported; supported: {', '.join(names)}")
+            variable.type = names[variable.type]
     return description

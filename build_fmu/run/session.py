@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from build_fmu.errors import UserError, did_you_mean, named
-from build_fmu.run.fmu_file import read_description
+from build_fmu.run.fmu_file import FMI3_TYPES, read_description
 
-WARNING = 1  # fmi2Warning; higher is worse
+WARNING = 1  # fmi2Warning and fmi3Warning; higher is worse
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Display:
 
 
 class Session:
-    """An instance of an FMI 2.0 co-simulation FMU; use it in a `with` block."""
+    """An instance of a co-simulation FMU of FMI 2.0 or 3.0; use it in a `with` block."""
 
     def __init__(self, fmu: Path) -> None:
         """Reads the description and extracts the FMU; raises UserError if that fails."""
@@ -90,30 +90,36 @@ class Session:
 
     def initialise(self, start: float, stop: float, tolerance: float | None, values: dict[str, Any]) -> None:
         """Initialises the FMU at `start` (s) with the given start values."""
-        self._guarded(f"when setting up t = {start:g} s", lambda: self.instance.setupExperiment(tolerance, start, stop))
+        if not self.is_fmi3:
+            self._guarded(f"when setting up t = {start:g} s", lambda: self.instance.setupExperiment(tolerance, start, stop))
         for name, value in values.items():
             self._guarded(f"when setting '{name}' = {value}", lambda n=name, v=value: self.write({n: v}))
-        self._guarded("during initialisation", self.instance.enterInitializationMode)
+        experiment = (tolerance, start, stop) if self.is_fmi3 else ()
+        self._guarded("during initialisation", lambda: self.instance.enterInitializationMode(*experiment))
         self._guarded("during initialisation", self.instance.exitInitializationMode)
 
     def write(self, values: dict[str, Any]) -> None:
         """Sets variables by name (SI units)."""
         for name, value in values.items():
             variable = self.variables[name]
-            if variable.type == "Real":
-                self.instance.setReal([variable.valueReference], [float(value)])
-            elif variable.type in ("Integer", "Enumeration"):
-                self.instance.setInteger([variable.valueReference], [int(value)])
-            elif variable.type == "Boolean":
-                self.instance.setBoolean([variable.valueReference], [int(value)])
-            else:
-                self.instance.setString([variable.valueReference], [str(value)])
+            convert = {"Real": float, "String": str}.get(variable.type, int)
+            self._function("set", variable.type)([variable.valueReference], [convert(value)])
+
+    @property
+    def is_fmi3(self) -> bool:
+        """Returns whether the FMU has the interface of FMI 3.0."""
+        return self.description.fmiVersion.startswith("3.")
+
+    def _function(self, verb: str, kind: str):
+        """Returns FMPy's function that sets or gets variables of a type."""
+        kind = "Integer" if kind == "Enumeration" else kind
+        return getattr(self.instance, verb + (FMI3_TYPES[kind] if self.is_fmi3 else kind))
 
     @property
     def follows_inputs(self) -> bool:
         """Returns whether inputs can change during a step and the step size may vary."""
         known = self.description.coSimulation
-        return bool(known.canInterpolateInputs and known.canHandleVariableCommunicationStepSize)
+        return bool(not self.is_fmi3 and known.canInterpolateInputs and known.canHandleVariableCommunicationStepSize)
 
     def write_slopes(self, slopes: dict[str, list[float]]) -> None:
         """Sets the first, second, ... time derivatives of real inputs for the next step."""
@@ -132,13 +138,12 @@ class Session:
     def read(self, names: Sequence[str]) -> list[float]:
         """Returns the values of numeric variables (SI units)."""
         reals = [n for n in names if self.variables[n].type == "Real"]
-        values = dict(zip(reals, self.instance.getReal([self.variables[n].valueReference for n in reals]), strict=True))
+        references = [self.variables[n].valueReference for n in reals]
+        values = dict(zip(reals, self._function("get", "Real")(references), strict=True))
         for name in names:
             variable = self.variables[name]
-            if variable.type in ("Integer", "Enumeration"):
-                values[name] = self.instance.getInteger([variable.valueReference])[0]
-            elif variable.type == "Boolean":
-                values[name] = self.instance.getBoolean([variable.valueReference])[0]
+            if variable.type in ("Integer", "Enumeration", "Boolean"):
+                values[name] = self._function("get", variable.type)([variable.valueReference])[0]
         return [values[n] for n in names]
 
     def step(self, time: float, size: float) -> None:
@@ -164,16 +169,9 @@ class Session:
         texts = [text for status, text in self.log[since:] if status > WARNING]
         return texts[-1] if texts else fallback
 
-    def _logged(self, _env, _instance, status: int, _category, message: bytes) -> None:
+    def _logged(self, *arguments: Any) -> None:
+        status, _category, message = arguments[-3:]  # in both versions
         self.log.append((status, (message or b"").decode("utf-8", "replace").strip()))
-
-
-def _article(causality: str) -> str:
-    return f"an {causality}" if causality[0] in "aeiou" else f"a {causality} variable" if causality == "local" else f"a {causality}"
-
-
-def _article(causality: str) -> str:
-    return f"an {causality}" if causality[0] in "aeiou" else f"a {causality} variable" if causality == "local" else f"a {causality}"
 
 
 def _article(causality: str) -> str:

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lxml import etree
 
-from build_fmu.fmu.description import _real, model_description
+from build_fmu.fmu.description import model_description, real
 from build_fmu.model.describe import from_table
 
 SCHEMA = Path(fmpy.__file__).parent / "schema" / "fmi2" / "fmi2ModelDescription.xsd"
@@ -60,11 +60,11 @@ def test_start_values_round_trip(crane, root):
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
 def test_real_numbers_round_trip_bit_for_bit(number):
-    assert struct.pack("d", float(_real(number))) == struct.pack("d", number)
+    assert struct.pack("d", float(real(number))) == struct.pack("d", number)
 
 
 def test_infinite_limits_use_the_schema_spelling():
-    assert (_real(float("inf")), _real(float("-inf"))) == ("INF", "-INF")
+    assert (real(float("inf")), real(float("-inf"))) == ("INF", "-INF")
 
 
 def test_inputs_carry_no_initial(root):

@@ -40,6 +40,7 @@ constexpr Row rows[] = {
     {Function::serialize_fmu_state, "fmi2SerializeFMUstate", I | M | S | F | T},
     {Function::deserialize_fmu_state, "fmi2DeSerializeFMUstate", I | M | S | F | T},
     {Function::get_directional_derivative, "fmi2GetDirectionalDerivative", M | S | F | T},
+    {Function::get_adjoint_derivative, "fmi3GetAdjointDerivative", M | S | F | T},
     {Function::set_real_input_derivatives, "fmi2SetRealInputDerivatives", I | M | S},
     {Function::get_real_output_derivatives, "fmi2GetRealOutputDerivatives", S | F | T},
     {Function::do_step, "fmi2DoStep", S},
@@ -53,6 +54,7 @@ constexpr Row rows[] = {
 
 // Functions that FMI 3.0 calls otherwise than fmi3 and the same words.
 constexpr std::pair<Function, const char*> names_of_fmi3[] = {
+    {Function::setup_experiment, "fmi3EnterInitializationMode"},
     {Function::get_real, "fmi3GetFloat64"},
     {Function::get_integer, "fmi3GetInt32"},
     {Function::set_real, "fmi3SetFloat64"},

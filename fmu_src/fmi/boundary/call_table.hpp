@@ -31,6 +31,7 @@ enum class Function {
   serialize_fmu_state,
   deserialize_fmu_state,
   get_directional_derivative,
+  get_adjoint_derivative,
   set_real_input_derivatives,
   get_real_output_derivatives,
   do_step,

@@ -49,6 +49,7 @@ void write_header(Json& json, const ModelFile& file) {
   json.key("resources").begin_array();
   for (const std::string& name : file.attached) json.value(name);
   json.end_array();
+  json.member("depends_on_time", !model.trajectories.empty());
   json.member("generation_tool", "ReDySim-FMU " REDYSIM_VERSION);
   json.key("default_experiment").begin_object();
   json.member("start_time", 0).member("stop_time", model.fmu.stop_time);

@@ -50,6 +50,9 @@ class Instance {
   fmi2Status get_directional_derivative(const unsigned* unknowns, std::size_t unknown_count,
                                         const unsigned* knowns, std::size_t known_count,
                                         const double* directions, double* derivatives);
+  fmi2Status get_adjoint_derivative(const unsigned* unknowns, std::size_t unknown_count,
+                                    const unsigned* knowns, std::size_t known_count, const double* seed,
+                                    double* sensitivity);
   fmi2Status get_real_output_derivatives(const unsigned* references, std::size_t count, const int* orders,
                                          double* values);
 
@@ -82,6 +85,9 @@ class Instance {
   void set_value(const Variable& variable, double value);
   void set_motion(int joint, int order, double value);
   void set_input_derivative(const Variable& variable, int order, double value);
+  fmi2Status directional_derivative(Function function, const unsigned* unknowns, std::size_t unknown_count,
+                                    const unsigned* knowns, std::size_t known_count, const double* directions,
+                                    double* derivatives);
   fmi2Status read_derivatives(Function function, const unsigned* references, std::size_t count,
                               double* derivatives);
 

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <numeric>
 
 #include "fmi/boundary/arrays.hpp"
 #include "fmi/instance/instance.hpp"
@@ -50,7 +51,36 @@ void Instance::set_input_derivative(const Variable& variable, int order, double 
 fmi2Status Instance::get_directional_derivative(const unsigned* unknowns, std::size_t unknown_count,
                                                 const unsigned* knowns, std::size_t known_count,
                                                 const double* directions, double* derivatives) {
-  constexpr Function function = Function::get_directional_derivative;
+  return directional_derivative(Function::get_directional_derivative, unknowns, unknown_count, knowns,
+                                known_count, directions, derivatives);
+}
+
+// One forward pass for each known.
+fmi2Status Instance::get_adjoint_derivative(const unsigned* unknowns, std::size_t unknown_count,
+                                            const unsigned* knowns, std::size_t known_count,
+                                            const double* seed, double* sensitivity) {
+  constexpr Function function = Function::get_adjoint_derivative;
+  const char* objection = objection_to_arrays(unknown_count, {unknowns, seed});
+  if (!objection) objection = objection_to_arrays(known_count, {knowns, sensitivity});
+  if (objection) return refuse(function, objection);
+  for (std::size_t i = 0; i < unknown_count; ++i)
+    if (!std::isfinite(seed[i]))
+      return refuse(function, "a seed must be a finite number, got " + shown(seed[i]));
+  std::vector<double> column(unknown_count);
+  for (std::size_t k = 0; k < known_count; ++k) {
+    const double one = 1;
+    const fmi2Status status =
+        directional_derivative(function, unknowns, unknown_count, knowns + k, 1, &one, column.data());
+    if (status != fmi2OK) return status;
+    sensitivity[k] = std::inner_product(column.begin(), column.end(), seed, 0.0);
+  }
+  return fmi2OK;
+}
+
+fmi2Status Instance::directional_derivative(Function function, const unsigned* unknowns,
+                                            std::size_t unknown_count, const unsigned* knowns,
+                                            std::size_t known_count, const double* directions,
+                                            double* derivatives) {
   const char* objection = objection_to_arrays(unknown_count, {unknowns, derivatives});
   if (!objection) objection = objection_to_arrays(known_count, {knowns, directions});
   if (objection) return refuse(function, objection);

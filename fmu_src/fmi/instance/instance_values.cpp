@@ -14,6 +14,8 @@ namespace redysim {
 
 std::string Instance::unknown_reference(unsigned reference, VariableType type) const {
   const bool fmi3 = log_.version() == FmiVersion::three;
+  if (fmi3 && reference == 0)
+    return "time is the independent variable: it cannot be set, and has no derivatives";
   const char* text = type == VariableType::real      ? (fmi3 ? "Float64" : "Real")
                      : type == VariableType::integer ? (fmi3 ? "Int32" : "Integer")
                                                      : "String";

@@ -1,0 +1,102 @@
+"""Writes modelDescription.xml (FMI 3.0, co-simulation) from a model's table.
+
+The variables are those of the FMI 2.0 description, with the same value references, and `time`. Equal tables give equal bytes.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+from xml.etree import ElementTree as xml
+
+from build_fmu.fmu.description import attributes, common_elements, file_content, real
+from build_fmu.model.describe import Description, Unknown, Variable
+
+TIME = 0  # value reference of the independent variable; those of the table start at 1
+TYPES = {"Real": "Float64", "Integer": "Int32"}  # all others have the same name in both versions
+# capabilities of FMI 2.0 and their names in FMI 3.0; the others do not exist there
+RENAMED = {
+    "needsExecutionTool": "needsExecutionTool",
+    "canBeInstantiatedOnlyOncePerProcess": "canBeInstantiatedOnlyOncePerProcess",
+    "canGetAndSetFMUstate": "canGetAndSetFMUState",
+    "canSerializeFMUstate": "canSerializeFMUState",
+    "providesDirectionalDerivative": "providesDirectionalDerivatives",
+    "canHandleVariableCommunicationStepSize": "canHandleVariableCommunicationStepSize",
+    "maxOutputDerivativeOrder": "maxOutputDerivativeOrder",
+}
+
+
+def model_description(model: Description) -> bytes:
+    """Returns the XML file's content, UTF-8."""
+    root = xml.Element(
+        "fmiModelDescription",
+        attributes(
+            fmiVersion="3.0",
+            modelName=model.model_name,
+            instantiationToken=model.guid,
+            description=model.description or None,
+            generationTool=model.generation_tool,
+            variableNamingConvention="structured",
+        ),
+    )
+    flags = {new: model.capabilities[old] for old, new in RENAMED.items() if old in model.capabilities}
+    # adjoint derivatives are computed from directional ones
+    flags["providesAdjointDerivatives"] = flags.get("providesDirectionalDerivatives", False)
+    xml.SubElement(root, "CoSimulation", attributes(modelIdentifier=model.model_identifier, **flags))
+    common_elements(root, model)
+    variables = xml.SubElement(root, "ModelVariables")
+    time = {"name": "time", "valueReference": TIME, "description": "Simulation time", "causality": "independent"}
+    xml.SubElement(variables, "Float64", attributes(**time, variability="continuous", unit=_seconds(model)))
+    reference = {variable.name: variable.value_reference for variable in model.variables}
+    for variable in model.variables:
+        _variable(variables, variable)
+    structure = xml.SubElement(root, "ModelStructure")
+    for row in model.outputs:
+        xml.SubElement(structure, "Output", _dependencies(row, reference, model.depends_on_time))
+    for row in model.initial_unknowns:
+        xml.SubElement(structure, "InitialUnknown", _dependencies(row, reference, False))
+    return file_content(root)
+
+
+def _seconds(model: Description) -> str | None:
+    return "s" if any(unit["name"] == "s" for unit in model.units) else None
+
+
+def _variable(parent: xml.Element, variable: Variable) -> None:
+    kind = TYPES.get(variable.type, variable.type)
+    number = real if variable.type == "Real" else lambda value: value
+    details: dict[str, Any] = {}
+    if variable.type in TYPES:
+        details = {"quantity": variable.quantity, "min": number(variable.min), "max": number(variable.max)}
+    if variable.type == "Real":
+        details |= {"unit": variable.unit, "displayUnit": variable.display_unit, "nominal": real(variable.nominal)}
+    element = xml.SubElement(
+        parent,
+        kind,
+        attributes(
+            name=variable.name,
+            valueReference=variable.value_reference,
+            description=variable.description or None,
+            causality=variable.causality,
+            variability=variable.variability,
+            initial=None if variable.causality == "input" else variable.initial,
+            **details,
+            start=None if kind == "String" else number(variable.start),
+        ),
+    )
+    if kind == "String" and variable.start is not None:
+        xml.SubElement(element, "Start", value=variable.start)
+
+
+def _dependencies(row: Unknown, reference: dict[str, int], and_time: bool) -> dict[str, str]:
+    if row.dependencies is None:
+        return attributes(valueReference=reference[row.name])
+    # ascending references; each kind stays with its variable
+    kinds = row.kinds or ["dependent"] * len(row.dependencies)
+    pairs = sorted(zip((reference[name] for name in row.dependencies), kinds, strict=True))
+    if and_time:
+        pairs.insert(0, (TIME, "dependent"))
+    return attributes(
+        valueReference=reference[row.name],
+        dependencies=" ".join(str(i) for i, _ in pairs),
+        dependenciesKind=" ".join(kind for _, kind in pairs) if pairs and row.kinds else None,
+    )

@@ -1,0 +1,426 @@
+// The C boundary of FMI 3.0, co-simulation: each function is one line around the instance. Functions of other
+// interface types, clocks and events log one sentence and return fmi3Error.
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "fmi/boundary/arrays.hpp"
+#include "fmi/boundary/call_table.hpp"
+#include "fmi/boundary/guarded.hpp"
+#include "fmi/boundary/load_model.hpp"
+#include "fmi/boundary/log.hpp"
+#include "fmi/instance/instance.hpp"
+#include "fmi/platform/float_mode.hpp"
+#include "fmi3Functions.h"
+
+using redysim::FloatMode;
+using redysim::Function;
+using redysim::Instance;
+using redysim::LoadedModel;
+using redysim::Log;
+
+static_assert(static_cast<int>(fmi3OK) == fmi2OK && static_cast<int>(fmi3Error) == fmi2Error,
+              "both versions number their statuses alike");
+
+namespace {
+
+constexpr const char* co_simulation_only = "this FMU is for co-simulation only";
+constexpr const char* no_clocks = "this FMU has no clocks";
+constexpr const char* no_event_mode = "this FMU has no event mode (hasEventMode = false)";
+constexpr const char* no_structure = "this FMU has no structural parameters and so no configuration mode";
+constexpr const char* no_elements =
+    "all variables are scalars, modelDescription.xml has their dependencies "
+    "(providesPerElementDependencies = false)";
+
+template <class Call>
+fmi3Status guarded(fmi3Instance instance, Function function, const Call& call) noexcept {
+  if (!instance) return fmi3Error;
+  return static_cast<fmi3Status>(redysim::guarded(*static_cast<Instance*>(instance), function, call));
+}
+
+// Every variable is a scalar: one value for each reference.
+fmi2Status check_sizes(Instance& instance, Function function, std::size_t references, std::size_t values) {
+  if (references == values) return fmi2OK;
+  return instance.refuse(function, "all variables are scalars: " + std::to_string(references) +
+                                       " value references need as many values, got " +
+                                       std::to_string(values));
+}
+
+// The call with one value for each reference.
+template <class Call>
+fmi3Status matched(fmi3Instance c, Function function, std::size_t references, std::size_t values,
+                   const Call& call) noexcept {
+  return guarded(c, function, [&](Instance& i) {
+    const fmi2Status sizes = check_sizes(i, function, references, values);
+    return sizes == fmi2OK ? call(i) : sizes;
+  });
+}
+
+// A function that this FMU does not offer.
+fmi3Status absent(fmi3Instance instance, const char* function, const char* why) noexcept {
+  if (!instance) return fmi3Error;
+  try {
+    static_cast<Instance*>(instance)->log().error(std::string(function) + ": " + why);
+  } catch (...) {
+  }
+  return fmi3Error;
+}
+
+// A function for variables of a type that this FMU does not have.
+fmi3Status none_of(fmi3Instance instance, const char* function, const char* variables,
+                   std::size_t count) noexcept {
+  if (instance && count == 0) return fmi3OK;
+  return absent(instance, function, variables);
+}
+
+// The values; the time has the reference 0 and is not in the table.
+fmi2Status get_float64(Instance& instance, const unsigned* references, std::size_t count, double* values) {
+  if (const char* why = redysim::objection_to_arrays(count, {references, values}))
+    return instance.refuse(Function::get_real, why);
+  std::size_t first = 0;
+  for (std::size_t i = 0; i <= count; ++i) {
+    if (i < count && references[i] != 0) continue;
+    const fmi2Status status = instance.get_real(references + first, i - first, values + first);
+    if (status != fmi2OK) return status;
+    if (i < count) values[i] = instance.last_successful_time();
+    first = i + 1;
+  }
+  return fmi2OK;
+}
+
+// Makes an instance with `make(log)`; null, with the reason logged, if that fails.
+template <class Make>
+Instance* instantiated(const char* function, fmi3InstanceEnvironment environment,
+                       fmi3LogMessageCallback logger, bool logging_on, const Make& make) noexcept {
+  const FloatMode ours;
+  try {
+    const Log log(logger, environment, logging_on);
+    try {
+      return make(log);
+    } catch (...) {
+      redysim::log_exception(log, function);
+    }
+  } catch (...) {
+  }
+  return nullptr;
+}
+
+Instance* refused(const char* function, fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger,
+                  const char* why) noexcept {
+  return instantiated(function, environment, logger, false, [&](const Log& log) -> Instance* {
+    log.error(std::string(function) + ": " + why);
+    return nullptr;
+  });
+}
+
+}  // namespace
+
+const char* fmi3GetVersion() { return fmi3Version; }
+
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean,
+                                         fmi3Boolean logging_on, fmi3Boolean event_mode_used, fmi3Boolean,
+                                         const fmi3ValueReference[], size_t intermediate_count,
+                                         fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger,
+                                         fmi3IntermediateUpdateCallback) {
+  const char* function = __func__;
+  if (event_mode_used) return refused(function, environment, logger, no_event_mode);
+  if (intermediate_count > 0)
+    return refused(function, environment, logger,
+                   "this FMU has no intermediate update (providesIntermediateUpdate = false)");
+  return instantiated(function, environment, logger, logging_on, [&](const Log& log) -> Instance* {
+    std::optional<LoadedModel> loaded = redysim::load_model(log, function, name, token, resources);
+    if (!loaded) return nullptr;
+    return std::make_unique<Instance>(log, std::move(loaded->model), std::move(loaded->guid)).release();
+  });
+}
+
+fmi3Instance fmi3InstantiateModelExchange(fmi3String, fmi3String, fmi3String, fmi3Boolean, fmi3Boolean,
+                                          fmi3InstanceEnvironment environment,
+                                          fmi3LogMessageCallback logger) {
+  return refused(__func__, environment, logger, co_simulation_only);
+}
+
+fmi3Instance fmi3InstantiateScheduledExecution(fmi3String, fmi3String, fmi3String, fmi3Boolean, fmi3Boolean,
+                                               fmi3InstanceEnvironment environment,
+                                               fmi3LogMessageCallback logger, fmi3ClockUpdateCallback,
+                                               fmi3LockPreemptionCallback, fmi3UnlockPreemptionCallback) {
+  return refused(__func__, environment, logger, co_simulation_only);
+}
+
+void fmi3FreeInstance(fmi3Instance instance) { delete static_cast<Instance*>(instance); }
+
+fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t count, const fmi3String categories[]) {
+  return guarded(c, Function::set_debug_logging,
+                 [&](Instance& i) { return i.set_debug_logging(on, count, categories); });
+}
+
+fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance, fmi3Float64 tolerance,
+                                       fmi3Float64 start, fmi3Boolean has_stop, fmi3Float64 stop) {
+  return guarded(c, Function::enter_initialization_mode, [&](Instance& i) {
+    const fmi2Status status = i.setup_experiment(has_tolerance, tolerance, start, has_stop, stop);
+    return status == fmi2OK ? i.enter_initialization_mode() : status;
+  });
+}
+
+fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
+  return guarded(c, Function::exit_initialization_mode,
+                 [](Instance& i) { return i.exit_initialization_mode(); });
+}
+
+fmi3Status fmi3Terminate(fmi3Instance c) {
+  return guarded(c, Function::terminate, [](Instance& i) { return i.terminate(); });
+}
+
+fmi3Status fmi3Reset(fmi3Instance c) {
+  return guarded(c, Function::reset, [](Instance& i) { return i.reset(); });
+}
+
+fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 current, fmi3Float64 size, fmi3Boolean,
+                      fmi3Boolean* event_needed, fmi3Boolean* terminate, fmi3Boolean* early_return,
+                      fmi3Float64* last_successful_time) {
+  return guarded(c, Function::do_step, [&](Instance& i) {
+    if (!event_needed || !terminate || !early_return || !last_successful_time)
+      return i.refuse(Function::do_step, "an argument is a null pointer");
+    const fmi2Status status = i.do_step(current, size);
+    *event_needed = *terminate = *early_return = false;
+    *last_successful_time = i.last_successful_time();
+    return status;
+  });
+}
+
+// --- variables ---
+
+fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t nvr, fmi3Float64 values[],
+                          size_t n) {
+  return matched(c, Function::get_real, nvr, n, [&](Instance& i) { return get_float64(i, vr, nvr, values); });
+}
+
+fmi3Status fmi3GetInt32(fmi3Instance c, const fmi3ValueReference vr[], size_t nvr, fmi3Int32 values[],
+                        size_t n) {
+  return matched(c, Function::get_integer, nvr, n,
+                 [&](Instance& i) { return i.get_integer(vr, nvr, values); });
+}
+
+fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference vr[], size_t nvr, fmi3String values[],
+                         size_t n) {
+  return matched(c, Function::get_string, nvr, n, [&](Instance& i) { return i.get_string(vr, nvr, values); });
+}
+
+fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t nvr,
+                          const fmi3Float64 values[], size_t n) {
+  return matched(c, Function::set_real, nvr, n, [&](Instance& i) { return i.set_real(vr, nvr, values); });
+}
+
+fmi3Status fmi3SetInt32(fmi3Instance c, const fmi3ValueReference vr[], size_t nvr, const fmi3Int32[],
+                        size_t n) {
+  return matched(c, Function::set_integer, nvr, n, [&](Instance& i) { return i.set_integer(vr, nvr); });
+}
+
+fmi3Status fmi3SetString(fmi3Instance c, const fmi3ValueReference vr[], size_t nvr, const fmi3String values[],
+                         size_t n) {
+  return matched(c, Function::set_string, nvr, n, [&](Instance& i) { return i.set_string(vr, nvr, values); });
+}
+
+#define REDYSIM_NO_VARIABLES_OF(Type)                                                                        \
+  fmi3Status fmi3Get##Type(fmi3Instance c, const fmi3ValueReference[], size_t count, fmi3##Type[], size_t) { \
+    return none_of(c, __func__, "there are no " #Type " variables", count);                                  \
+  }                                                                                                          \
+  fmi3Status fmi3Set##Type(fmi3Instance c, const fmi3ValueReference[], size_t count, const fmi3##Type[],     \
+                           size_t) {                                                                         \
+    return none_of(c, __func__, "there are no " #Type " variables", count);                                  \
+  }
+REDYSIM_NO_VARIABLES_OF(Float32)
+REDYSIM_NO_VARIABLES_OF(Int8)
+REDYSIM_NO_VARIABLES_OF(UInt8)
+REDYSIM_NO_VARIABLES_OF(Int16)
+REDYSIM_NO_VARIABLES_OF(UInt16)
+REDYSIM_NO_VARIABLES_OF(UInt32)
+REDYSIM_NO_VARIABLES_OF(Int64)
+REDYSIM_NO_VARIABLES_OF(UInt64)
+REDYSIM_NO_VARIABLES_OF(Boolean)
+#undef REDYSIM_NO_VARIABLES_OF
+
+fmi3Status fmi3GetBinary(fmi3Instance c, const fmi3ValueReference[], size_t count, size_t[], fmi3Binary[],
+                         size_t) {
+  return none_of(c, __func__, "there are no Binary variables", count);
+}
+
+fmi3Status fmi3SetBinary(fmi3Instance c, const fmi3ValueReference[], size_t count, const size_t[],
+                         const fmi3Binary[], size_t) {
+  return none_of(c, __func__, "there are no Binary variables", count);
+}
+
+fmi3Status fmi3GetClock(fmi3Instance c, const fmi3ValueReference[], size_t count, fmi3Clock[]) {
+  return none_of(c, __func__, no_clocks, count);
+}
+
+fmi3Status fmi3SetClock(fmi3Instance c, const fmi3ValueReference[], size_t count, const fmi3Clock[]) {
+  return none_of(c, __func__, no_clocks, count);
+}
+
+// --- saved states ---
+
+fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState* saved) {
+  return guarded(c, Function::get_fmu_state, [&](Instance& i) { return i.get_fmu_state(saved); });
+}
+
+fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState saved) {
+  return guarded(c, Function::set_fmu_state, [&](Instance& i) { return i.set_fmu_state(saved); });
+}
+
+fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState* saved) {
+  return guarded(c, Function::free_fmu_state, [&](Instance& i) { return i.free_fmu_state(saved); });
+}
+
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState saved, size_t* size) {
+  return guarded(c, Function::serialized_fmu_state_size,
+                 [&](Instance& i) { return i.serialized_size(saved, size); });
+}
+
+fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState saved, fmi3Byte bytes[], size_t size) {
+  return guarded(c, Function::serialize_fmu_state,
+                 [&](Instance& i) { return i.serialize(saved, reinterpret_cast<fmi2Byte*>(bytes), size); });
+}
+
+fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState* saved) {
+  return guarded(c, Function::deserialize_fmu_state, [&](Instance& i) {
+    return i.deserialize(reinterpret_cast<const fmi2Byte*>(bytes), size, saved);
+  });
+}
+
+// --- derivatives ---
+
+fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference unknowns[], size_t nu,
+                                        const fmi3ValueReference knowns[], size_t nk,
+                                        const fmi3Float64 seed[], size_t seeds, fmi3Float64 sensitivity[],
+                                        size_t sensitivities) {
+  constexpr Function function = Function::get_directional_derivative;
+  return matched(c, function, nk, seeds, [&](Instance& i) {
+    const fmi2Status sizes = check_sizes(i, function, nu, sensitivities);
+    if (sizes != fmi2OK) return sizes;
+    return i.get_directional_derivative(unknowns, nu, knowns, nk, seed, sensitivity);
+  });
+}
+
+fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unknowns[], size_t nu,
+                                    const fmi3ValueReference knowns[], size_t nk, const fmi3Float64 seed[],
+                                    size_t seeds, fmi3Float64 sensitivity[], size_t sensitivities) {
+  constexpr Function function = Function::get_adjoint_derivative;
+  return matched(c, function, nu, seeds, [&](Instance& i) {
+    const fmi2Status sizes = check_sizes(i, function, nk, sensitivities);
+    if (sizes != fmi2OK) return sizes;
+    return i.get_adjoint_derivative(unknowns, nu, knowns, nk, seed, sensitivity);
+  });
+}
+
+fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference vr[], size_t nvr,
+                                    const fmi3Int32 orders[], fmi3Float64 values[], size_t n) {
+  return matched(c, Function::get_real_output_derivatives, nvr, n,
+                 [&](Instance& i) { return i.get_real_output_derivatives(vr, nvr, orders, values); });
+}
+
+// --- functions that this FMU does not offer ---
+
+fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance c, fmi3ValueReference, size_t*) {
+  return absent(c, __func__, no_elements);
+}
+
+fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference, size_t[], fmi3ValueReference[],
+                                       size_t[], fmi3DependencyKind[], size_t) {
+  return absent(c, __func__, no_elements);
+}
+
+fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) { return absent(c, __func__, no_structure); }
+
+fmi3Status fmi3ExitConfigurationMode(fmi3Instance c) { return absent(c, __func__, no_structure); }
+
+fmi3Status fmi3EnterEventMode(fmi3Instance c) { return absent(c, __func__, no_event_mode); }
+
+fmi3Status fmi3EnterStepMode(fmi3Instance c) { return absent(c, __func__, no_event_mode); }
+
+fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) { return absent(c, __func__, no_event_mode); }
+
+fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean*, fmi3Boolean*, fmi3Boolean*, fmi3Boolean*,
+                                    fmi3Boolean*, fmi3Float64*) {
+  return absent(c, __func__, no_event_mode);
+}
+
+fmi3Status fmi3GetIntervalDecimal(fmi3Instance c, const fmi3ValueReference[], size_t, fmi3Float64[],
+                                  fmi3IntervalQualifier[]) {
+  return absent(c, __func__, no_clocks);
+}
+
+fmi3Status fmi3GetIntervalFraction(fmi3Instance c, const fmi3ValueReference[], size_t, fmi3UInt64[],
+                                   fmi3UInt64[], fmi3IntervalQualifier[]) {
+  return absent(c, __func__, no_clocks);
+}
+
+fmi3Status fmi3GetShiftDecimal(fmi3Instance c, const fmi3ValueReference[], size_t, fmi3Float64[]) {
+  return absent(c, __func__, no_clocks);
+}
+
+fmi3Status fmi3GetShiftFraction(fmi3Instance c, const fmi3ValueReference[], size_t, fmi3UInt64[],
+                                fmi3UInt64[]) {
+  return absent(c, __func__, no_clocks);
+}
+
+fmi3Status fmi3SetIntervalDecimal(fmi3Instance c, const fmi3ValueReference[], size_t, const fmi3Float64[]) {
+  return absent(c, __func__, no_clocks);
+}
+
+fmi3Status fmi3SetIntervalFraction(fmi3Instance c, const fmi3ValueReference[], size_t, const fmi3UInt64[],
+                                   const fmi3UInt64[]) {
+  return absent(c, __func__, no_clocks);
+}
+
+fmi3Status fmi3SetShiftDecimal(fmi3Instance c, const fmi3ValueReference[], size_t, const fmi3Float64[]) {
+  return absent(c, __func__, no_clocks);
+}
+
+fmi3Status fmi3SetShiftFraction(fmi3Instance c, const fmi3ValueReference[], size_t, const fmi3UInt64[],
+                                const fmi3UInt64[]) {
+  return absent(c, __func__, no_clocks);
+}
+
+fmi3Status fmi3ActivateModelPartition(fmi3Instance c, fmi3ValueReference, fmi3Float64) {
+  return absent(c, __func__, co_simulation_only);
+}
+
+fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) { return absent(c, __func__, co_simulation_only); }
+
+fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean, fmi3Boolean*, fmi3Boolean*) {
+  return absent(c, __func__, co_simulation_only);
+}
+
+fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64) { return absent(c, __func__, co_simulation_only); }
+
+fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64[], size_t) {
+  return absent(c, __func__, co_simulation_only);
+}
+
+fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64[], size_t) {
+  return absent(c, __func__, co_simulation_only);
+}
+
+fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64[], size_t) {
+  return absent(c, __func__, co_simulation_only);
+}
+
+fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64[], size_t) {
+  return absent(c, __func__, co_simulation_only);
+}
+
+fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64[], size_t) {
+  return absent(c, __func__, co_simulation_only);
+}
+
+fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t*) {
+  return absent(c, __func__, co_simulation_only);
+}
+
+fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t*) {
+  return absent(c, __func__, co_simulation_only);
+}
