@@ -196,8 +196,8 @@ class FrontBuilder {
     }
   }
 
-  // The side of an open loop whose wrenches have arrived at the front's root. Where both sides of a loop cross
-  // the joint of the root, the other one may end outside the front and is then transmitted later.
+  // The side of an open loop whose wrenches have arrived at the front's root. Where both sides of a loop
+  // cross the joint of the root, the other one may end outside the front and is then transmitted later.
   static int side_at_root(const FrontPlan& front, const FrontLoop& loop) {
     const auto of_loop = [&loop](const RowCrossing& crossing) { return crossing.row == loop.first_row; };
     return std::find_if(front.crossings.rbegin(), front.crossings.rend(), of_loop)->side;
