@@ -132,11 +132,9 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   for (const auto& cluster : plan.clusters) {
     rows += static_cast<std::size_t>(cluster.row_count);
     crossings += cluster.crossings.size();
-    loop.S.emplace_back(cluster.first_coupled);
-  }
-  for (const auto& cluster : plan.clusters) {
     const std::size_t size = static_cast<std::size_t>(cluster.row_count) * cluster.joints.size();
     loop.Q.emplace_back(size <= largest_product ? size : 0, nan);
+    loop.S.emplace_back(cluster.first_coupled, /*may_reorder=*/!loop.Q.back().empty());
     loop.lever_bound.resize(std::max(loop.lever_bound.size(), loop.Q.back().size()), nan);
     loop.column_unit.resize(std::max(loop.column_unit.size(), cluster.joints.size()), nan);
   }

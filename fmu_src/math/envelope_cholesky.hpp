@@ -18,10 +18,14 @@ class EnvelopeCholesky {
  public:
   // between these relative pivots the rank is uncertain: a dependent row, or inertias of different magnitude
   static constexpr double rounding = 1e-14, small_pivot = 1e-4;
-  static constexpr double lost = 1e-12;      // relative remainder of a row that has no accurate direction
-  static constexpr double cancelled = 1e-2;  // pivot relative to S_kk that has lost digits
+  static constexpr double lost = 1e-12;         // relative remainder of a row that has no accurate direction
+  static constexpr double cancelled = 1e-2;     // pivot relative to S_kk that has lost digits
+  static constexpr double unexplained = 1e-11;  // relative remainder of a dependent row that is not rounding
+  static constexpr int largest_reordered = 64;  // rows
 
-  explicit EnvelopeCholesky(std::vector<int> first_column);
+  // `may_reorder`: for factor_product() after reorder(), which needs a second factor of up to
+  // `largest_reordered` rows.
+  explicit EnvelopeCholesky(std::vector<int> first_column, bool may_reorder = false);
 
   int size() const { return static_cast<int>(first_.size()); }
   int rank() const { return rank_; }
@@ -43,8 +47,16 @@ class EnvelopeCholesky {
   // constraint with `columns` entries, overwritten; bound: the largest absolute values that these levers can
   // have in any configuration, of the same shape, overwritten. A row is dependent if no entry of its
   // orthogonalized row exceeds `sine_tolerance` times the bounds that contributed to it. The criterion does
-  // not depend on the units of rows and columns.
-  [[gnu::cold]] void find_dependent(Scalar* J, Scalar* bound, int columns, double sine_tolerance);
+  // not depend on the units of rows and columns. Returns whether a dependent row has a remainder that is not
+  // rounding: a later row may explain it.
+  [[gnu::cold]] bool find_dependent(Scalar* J, Scalar* bound, int columns, double sine_tolerance);
+
+  // Moves the dependent rows behind all others, so that their parts along every independent row are known,
+  // until the next factor(). False if the matrix is too large; then the order does not change.
+  [[gnu::cold]] bool reorder();
+
+  // Place of a row among those of J, bound and B.
+  int position(int row) const { return reordered_now_ ? position_[row] : row; }
 
   // Factor of S = B B^T from the rows of B, without squaring the condition number of B: Gram-Schmidt, each
   // row twice. B is overwritten by the orthonormal rows Q, B = L Q. The dependent rows are those of
@@ -62,9 +74,11 @@ class EnvelopeCholesky {
   }
 
   // L^T x of the last solve(), free of cancellation; B^T x = Q^T L^T x.
-  const std::vector<Scalar>& along() const { return along_; }
+  const std::vector<Scalar>& along() const { return reordered_now_ ? reordered_[0].along_ : along_; }
 
  private:
+  template <class Operation>
+  [[gnu::noinline, gnu::cold]] void in_new_order(const Scalar* b, Scalar* x, Operation operation);
   void forward(const std::vector<Scalar>& L, Scalar* x) const;
   void backward(const std::vector<Scalar>& L, Scalar* x) const;
   [[gnu::noinline, gnu::cold]] void factor_gram(bool weighted);
@@ -87,10 +101,14 @@ class EnvelopeCholesky {
   std::vector<Scalar> work_, along_, left_;
   int rank_ = 0;
   bool doubtful_ = false, inexact_ = false, has_gram_[2] = {};
+  std::vector<EnvelopeCholesky> reordered_;  // at most one: without envelope, rows in another order
+  std::vector<int> position_;                // of each row in reordered_
+  bool reordered_now_ = false;
 };
 
 template <class Scalar>
-EnvelopeCholesky<Scalar>::EnvelopeCholesky(std::vector<int> first_column) : first_(std::move(first_column)) {
+EnvelopeCholesky<Scalar>::EnvelopeCholesky(std::vector<int> first_column, bool may_reorder)
+    : first_(std::move(first_column)) {
   // a monotone first_ gives the Gram matrix L^T L, which couples columns with a common row, the same envelope
   for (int row = size() - 2; row >= 0; --row)
     if (first_[row] > first_[row + 1]) first_[row] = first_[row + 1];
@@ -104,6 +122,9 @@ EnvelopeCholesky<Scalar>::EnvelopeCholesky(std::vector<int> first_column) : firs
   skipped_.assign(first_.size(), 0);
   work_.assign(first_.size(), Scalar(0));
   along_ = left_ = weight_ = work_;
+  if (!may_reorder || size() > largest_reordered) return;
+  reordered_.emplace_back(std::vector<int>(first_.size(), 0));
+  position_.assign(first_.size(), 0);
 }
 
 template <class Scalar>
@@ -115,7 +136,7 @@ template <class Scalar>
 void EnvelopeCholesky<Scalar>::factor(const Scalar* scale, double pivot_tolerance) {
   using std::sqrt;
   rank_ = 0;
-  doubtful_ = inexact_ = false;
+  doubtful_ = inexact_ = reordered_now_ = false;
   has_gram_[false] = has_gram_[true] = false;
   for (int i = 0; i < size(); ++i) {
     weight_[i] = scale[i] > Scalar(0) ? Scalar(Scalar(1) / scale[i]) : Scalar(0);
@@ -196,8 +217,10 @@ Scalar largest_product_of(const Scalar* own, const Scalar* J, const Scalar* boun
 }
 
 template <class Scalar>
-void EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int columns, double sine_tolerance) {
+bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int columns, double sine_tolerance) {
   using std::abs;
+  if (reordered_now_) return reordered_[0].find_dependent(J, bound, columns, sine_tolerance);
+  bool any_unexplained = false;
   for (int i = 0; i < size(); ++i) {
     Scalar *row = J + static_cast<std::ptrdiff_t>(i) * columns,
            *own = bound + static_cast<std::ptrdiff_t>(i) * columns;
@@ -211,13 +234,14 @@ void EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
     for (int j = first_[i]; j < i; ++j) part_of[j] = Scalar(0);
     orthogonalize(J, columns, i, first_[i], skipped_,
                   [&](int j, const Scalar& part) { part_of[j] += abs(part); });
-    bool possible_is_known = false;
+    bool possible_is_known = false, is_rounding = true;
     for (int k = 0; k < columns && skipped_[i]; ++k) {
       // bounds that contributed to this entry: with the actual components, and with the largest possible ones
       // for components that are rounding errors themselves
       const Scalar length = add_rows(own[k], part_of, first_[i], i, skipped_, [&](int j) {
         return bound[static_cast<std::ptrdiff_t>(j) * columns + k];
       });
+      is_rounding = is_rounding && !(abs(row[k]) > unexplained * length);
       if (!(abs(row[k]) > sine_tolerance * length)) continue;
       for (int j = first_[i]; j < i && !possible_is_known; ++j)
         possible[j] = largest_product_of(own, J, bound, columns, j);
@@ -227,11 +251,43 @@ void EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
       skipped_[i] = !(abs(row[k]) > lost * rounded);
     }
     if (!skipped_[i]) scale_row(row, columns, Scalar(1) / row_length(row, columns));
+    any_unexplained = any_unexplained || (skipped_[i] && !is_rounding);
   }
+  return any_unexplained;
+}
+
+template <class Scalar>
+bool EnvelopeCholesky<Scalar>::reorder() {
+  if (reordered_.empty()) return false;
+  reordered_now_ = true;
+  int next = 0;
+  for (const bool dependent : {false, true})
+    for (int row = 0; row < size(); ++row) {
+      if (bool(skipped_[row]) != dependent) continue;
+      reordered_[0].weight_[next] = weight_[row];
+      position_[row] = next++;
+    }
+  return true;
+}
+
+// Calls operation(reordered_, values): the values of b before it and of x after it, in the order of
+// reordered_.
+template <class Scalar>
+template <class Operation>
+void EnvelopeCholesky<Scalar>::in_new_order(const Scalar* b, Scalar* x, Operation operation) {
+  for (int row = 0; row < size(); ++row) work_[position_[row]] = b[row];
+  operation(reordered_[0], work_.data());
+  for (int row = 0; row < size(); ++row) x[row] = work_[position_[row]];
 }
 
 template <class Scalar>
 void EnvelopeCholesky<Scalar>::factor_product(Scalar* B, int columns) {
+  if (reordered_now_) {
+    reordered_[0].factor_product(B, columns);
+    rank_ = reordered_[0].rank_;
+    for (int row = 0; row < size(); ++row) skipped_[row] = reordered_[0].skipped_[position_[row]];
+    return;
+  }
   set_zero();
   rank_ = 0;
   has_gram_[false] = has_gram_[true] = false;
@@ -342,6 +398,8 @@ void EnvelopeCholesky<Scalar>::solve(const Scalar* b, Scalar* x) {
 
 template <class Scalar>
 void EnvelopeCholesky<Scalar>::solve_dependent(const Scalar* b, Scalar* x) {
+  if (reordered_now_)
+    return in_new_order(b, x, [](EnvelopeCholesky& S, Scalar* values) { S.solve_dependent(values, values); });
   // c = (L^T W L)^-1 L^T W b, with one step of iterative refinement
   for (int i = 0; i < size(); ++i) {
     along_[i] = Scalar(0);
@@ -370,6 +428,9 @@ void EnvelopeCholesky<Scalar>::improve(Scalar* x) {
 
 template <class Scalar>
 void EnvelopeCholesky<Scalar>::reduce_norm_of_dependent(Scalar* x) {
+  if (reordered_now_)
+    return in_new_order(x, x,
+                        [](EnvelopeCholesky& S, Scalar* values) { S.reduce_norm_of_dependent(values); });
   // L (L^T L)^-1 c has the least norm of all x with L^T x = c
   for (int i = 0; i < size(); ++i) work_[i] = along_[i];
   solve_gram(false, work_.data());

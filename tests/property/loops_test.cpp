@@ -97,6 +97,9 @@ class RandomLoops : public testing::TestWithParam<unsigned> {
 };
 
 INSTANTIATE_TEST_SUITE_P(Seed, RandomLoops, testing::Range(0u, 40u));
+// a row that those before it explain to 1e-5, and one behind it completely
+INSTANTIATE_TEST_SUITE_P(NearlyDependentRows, RandomLoops,
+                         testing::Values(119u, 307u, 1442u, 1662u, 2029u, 2381u, 2468u, 2618u));
 
 TEST_P(RandomLoops, one_loop_agrees_with_a_dense_solve) {
   for (const LoopType type : all_types) {

@@ -75,14 +75,15 @@ template <class Scalar>
 
 // Levers of the couplings of a cluster and their bounds: the ratios.
 template <class Scalar>
-[[gnu::cold]] void add_coupling_levers(const Plan<Scalar>& plan, const ClusterPlan& cluster, Scalar* J,
-                                       Scalar* bound) {
+[[gnu::cold]] void add_coupling_levers(const Plan<Scalar>& plan, const ClusterPlan& cluster,
+                                       const EnvelopeCholesky<Scalar>& S, Scalar* J, Scalar* bound) {
   const std::size_t columns = cluster.joints.size();
   for (std::size_t column = 0; column < columns; ++column) {
     if (plan.joints[cluster.joints[column]].prescribed) continue;
     for (int n = cluster.crossing_begin[column]; n < cluster.crossing_begin[column + 1]; ++n) {
       const RowCrossing& crossing = cluster.crossings[n];
-      const std::size_t at = static_cast<std::size_t>(crossing.row - cluster.first_row) * columns + column;
+      const std::size_t at =
+          static_cast<std::size_t>(S.position(crossing.row - cluster.first_row)) * columns + column;
       if (!crossing.of_coupling()) continue;
       J[at] = crossing.ratio;
       bound[at] = std::abs(crossing.ratio);
@@ -90,11 +91,11 @@ template <class Scalar>
   }
 }
 
-// Levers J of all rows of a cluster and their bounds, from the geometry alone. Each column is divided by its
-// largest bound among position rows.
+// Levers J of all rows of a cluster and their bounds, from the geometry alone, in the order of S. Each column
+// is divided by its largest bound among position rows.
 template <class Scalar>
 [[gnu::cold]] void set_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ClusterPlan& cluster,
-                              Scalar* J, Scalar* bound) {
+                              const EnvelopeCholesky<Scalar>& S, Scalar* J, Scalar* bound) {
   const std::size_t columns = cluster.joints.size(), rows = static_cast<std::size_t>(cluster.row_count);
   std::fill(J, J + rows * columns, Scalar(0));
   std::fill(bound, bound + rows * columns, Scalar(0));
@@ -107,9 +108,9 @@ template <class Scalar>
     set_path_lengths(plan, ws, loop.body_a, loop.root, start, ws.loop.path_length[0]);
     set_path_lengths(plan, ws, loop.body_b, loop.root, start, ws.loop.path_length[1]);
     for (std::size_t r = 0; r < loop.rows.size(); ++r) {
-      const std::size_t begin = (loop.first_row - cluster.first_row + r) * columns;
       const RowValues<Scalar> values = row_values(geometry, loop.rows[r]);
       const int row = loop.first_row + static_cast<int>(r);
+      const std::size_t begin = static_cast<std::size_t>(S.position(row - cluster.first_row)) * columns;
       add_levers(plan, ws, cluster, 0, loop.body_a, loop.root, row, values.on_a, J + begin, bound + begin);
       add_levers(plan, ws, cluster, 1, loop.body_b, loop.root, row, values.on_b, J + begin, bound + begin);
       if (loop.rows[r].kind == ConstraintRow<Scalar>::Kind::rotation) continue;
@@ -117,7 +118,7 @@ template <class Scalar>
         if (bound[begin + c] > unit[c]) unit[c] = bound[begin + c];
     }
   }
-  add_coupling_levers(plan, cluster, J, bound);
+  add_coupling_levers(plan, cluster, S, J, bound);
   for (std::size_t n = 0; n < rows * columns; ++n) {
     if (!(unit[n % columns] > Scalar(0))) continue;
     J[n] /= unit[n % columns];
@@ -129,7 +130,8 @@ template <class Scalar>
 // joints; B has not.
 template <class Scalar>
 [[gnu::cold]] void set_weighted_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws,
-                                       const ClusterPlan& cluster, std::vector<Scalar>& B) {
+                                       const ClusterPlan& cluster, const EnvelopeCholesky<Scalar>& S,
+                                       std::vector<Scalar>& B) {
   using std::sqrt;
   const std::size_t columns = cluster.joints.size();
   std::fill(B.begin(), B.end(), Scalar(0));
@@ -137,7 +139,8 @@ template <class Scalar>
     if (plan.joints[cluster.joints[k]].prescribed) continue;
     const Scalar root = sqrt(ws.joints[cluster.joints[k]].D_inverse);
     for (int n = cluster.crossing_begin[k]; n < cluster.crossing_begin[k + 1]; ++n) {
-      const std::size_t row = static_cast<std::size_t>(cluster.crossings[n].row - cluster.first_row);
+      const std::size_t row =
+          static_cast<std::size_t>(S.position(cluster.crossings[n].row - cluster.first_row));
       B[row * columns + k] += ws.loop.crossing_u[cluster.first_crossing + n] * root;
     }
   }
@@ -175,10 +178,13 @@ template <class Scalar>
   EnvelopeCholesky<Scalar>& S = state.S[cluster_index];
   std::vector<Scalar>& B = state.Q[cluster_index];
   const int columns = static_cast<int>(cluster.joints.size());
-  // the storage of B holds the levers J first
-  set_levers(plan, ws, cluster, B.data(), state.lever_bound.data());
-  S.find_dependent(B.data(), state.lever_bound.data(), columns, std::sqrt(state.pivot_tolerance));
-  set_weighted_levers(plan, ws, cluster, B);
+  const auto find_dependent = [&] {
+    // the storage of B holds the levers J first
+    set_levers(plan, ws, cluster, S, B.data(), state.lever_bound.data());
+    return S.find_dependent(B.data(), state.lever_bound.data(), columns, std::sqrt(state.pivot_tolerance));
+  };
+  if (find_dependent() && S.reorder()) find_dependent();
+  set_weighted_levers(plan, ws, cluster, S, B);
   S.factor_product(B.data(), columns);
   state.uses_Q[cluster_index] = true;
 }
