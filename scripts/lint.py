@@ -25,7 +25,7 @@ LEVELS = {
         ("platform",),
         ("boundary",),
         ("instance", "variables"),
-        ("describe", "boundary/guarded.hpp", "boundary/fmi2.cpp", "boundary/fmi3.cpp"),
+        ("describe", "boundary/guarded.hpp", "boundary/guarded.cpp", "boundary/fmi2.cpp", "boundary/fmi3.cpp"),
     ),
 }
 # headers of libraries: (pattern of the header, modules that may include it, name)

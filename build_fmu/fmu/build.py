@@ -13,6 +13,7 @@ from build_fmu.fmu import description, description3
 from build_fmu.fmu.archive import Entry, write_archive
 from build_fmu.fmu.documentation import documentation
 from build_fmu.fmu.licences import licence_files
+from build_fmu.fmu.terminals import terminals
 from build_fmu.model.describe import Description
 from build_fmu.report.target import with_chosen_tolerance
 
@@ -72,6 +73,7 @@ def contents(
     """Returns the files of the FMU, with a library for each platform, in the order in which they are stored."""
     is_fmi3 = fmi == 3
     folder = native.PLATFORM_TUPLES if is_fmi3 else {platform: platform for platform in libraries}
+    grouped = terminals(model) if is_fmi3 else None
     return [
         Entry("modelDescription.xml", (description3 if is_fmi3 else description).model_description(model)),
         Entry("documentation/diagram.png" if is_fmi3 else "model.png", picture),
@@ -82,6 +84,7 @@ def contents(
         Entry("resources/model.toml", model_file.read_bytes()),
         *(Entry(f"resources/{name}", (model_file.parent / name).read_bytes()) for name in model.resources),
         Entry("documentation/index.html", documentation(model, played is not None, fmi=fmi)),
+        *([Entry("terminalsAndIcons/terminalsAndIcons.xml", grouped)] if grouped else []),
         *([Entry("documentation/run.html", played)] if played else []),
         *(Entry(f"documentation/licenses/{name}", text) for name, text in licence_files(libraries).items()),
     ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes as c
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -404,6 +405,25 @@ def test_outputs_of_a_model_with_trajectories_depend_on_time(fmu3):
         return found.pop()
 
     assert with_time("kuka_kr5_computed_torque") and not with_time("cart")
+
+
+def test_frames_with_force_inputs_are_terminals(fmu3):
+    from fmpy import __file__ as fmpy
+    from lxml import etree
+
+    schema = etree.XMLSchema(file=str(Path(fmpy).parent / "schema" / "fmi3" / "fmi3TerminalsAndIcons.xsd"))
+    everything = fmu3("everything")
+    page = etree.parse(str(everything.folder / "terminalsAndIcons" / "terminalsAndIcons.xml"))
+    assert schema.validate(page), schema.error_log
+    terminals = {t.get("name"): {m.get("variableName"): m.get("variableKind") for m in t} for t in page.iter("Terminal")}
+    assert set(terminals) == {"tip", "tool"}
+    for name, members in terminals.items():
+        assert {f"{name}.{kind}[{i}]" for kind in ("force", "torque") for i in (1, 2, 3)} == {
+            m for m, kind in members.items() if kind == "inflow"
+        }
+        assert all(member in everything.variables for member in members)
+    assert terminals["tip"]["tip.position[1]"] == "signal"
+    assert not (fmu3("cart").folder / "terminalsAndIcons").exists()
 
 
 def test_the_commands_run_it(fmu_file, fmu3_file, tmp_path):

@@ -50,10 +50,10 @@ def agree(rows, reference) -> None:
     assert difference < 1e-9
 
 
-@pytest.mark.parametrize("client", ["ecos", "cosim", "container"])
-def test_python_masters(client, model, archive, ask, expected):
+@pytest.mark.parametrize(("client", "fmi"), [("ecos", 2), ("ecos", 3), ("cosim", 2), ("container", 2), ("container", 3)])
+def test_python_masters(client, fmi, model, archive, ask, expected):
     names = outputs_of(model)
-    version, rows = ask(client, {"plant": archive(model)}, [["plant", name] for name in names], STEP, STEPS)
+    version, rows = ask(client, {"plant": archive(model, "--fmi", str(fmi))}, [["plant", name] for name in names], STEP, STEPS)
     print(f"{client} {version}")
     agree(rows, expected(model, names, STEP, STEPS))
 
@@ -67,12 +67,24 @@ def test_java_masters(program, folder, options, model, archive, java, place, exp
         agree([[float(row[name]) for name in names] for row in csv.DictReader(rows)], expected(model, names, STEP, STEPS))
 
 
-def test_fmi_sim(model, archive, place, expected, tmp_path):
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_fmi_sim(fmi, model, archive, place, expected, tmp_path):
     program, names, out = place / "cargo" / "bin" / "fmi-sim", outputs_of(model), tmp_path / "rows.csv"
     if not program.exists():
         pytest.skip("no fmi-sim in build/interop: cargo or the network is missing")
     subprocess.run(
-        [program, "--model", archive(model), "-o", out, "co-simulation", "-f", str(STEP * STEPS), "--output-interval", str(STEP)],
+        [
+            program,
+            "--model",
+            archive(model, "--fmi", str(fmi)),
+            "-o",
+            out,
+            "co-simulation",
+            "-f",
+            str(STEP * STEPS),
+            "--output-interval",
+            str(STEP),
+        ],
         check=True,
         capture_output=True,
         timeout=60,

@@ -35,8 +35,7 @@ struct Component {
 static_assert(alignof(Component) <= alignof(std::max_align_t),
               "the environment's memory is aligned like malloc's");
 
-template <class Call>
-fmi2Status guarded(fmi2Component component, Function function, Call&& call) noexcept {
+fmi2Status guarded(fmi2Component component, Function function, redysim::InstanceCall call) noexcept {
   if (!component) return fmi2Error;
   return redysim::guarded(static_cast<Component*>(component)->instance, function, call);
 }

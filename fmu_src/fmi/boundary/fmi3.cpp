@@ -19,6 +19,7 @@
 using redysim::FloatMode;
 using redysim::Function;
 using redysim::Instance;
+using redysim::InstanceCall;
 using redysim::LoadedModel;
 using redysim::Log;
 
@@ -35,8 +36,7 @@ constexpr const char* no_elements =
     "all variables are scalars, modelDescription.xml has their dependencies "
     "(providesPerElementDependencies = false)";
 
-template <class Call>
-fmi3Status guarded(fmi3Instance instance, Function function, const Call& call) noexcept {
+fmi3Status guarded(fmi3Instance instance, Function function, InstanceCall call) noexcept {
   if (!instance) return fmi3Error;
   return static_cast<fmi3Status>(redysim::guarded(*static_cast<Instance*>(instance), function, call));
 }
@@ -50,9 +50,8 @@ fmi2Status check_sizes(Instance& instance, Function function, std::size_t refere
 }
 
 // The call with one value for each reference.
-template <class Call>
 fmi3Status matched(fmi3Instance c, Function function, std::size_t references, std::size_t values,
-                   const Call& call) noexcept {
+                   InstanceCall call) noexcept {
   return guarded(c, function, [&](Instance& i) {
     const fmi2Status sizes = check_sizes(i, function, references, values);
     return sizes == fmi2OK ? call(i) : sizes;

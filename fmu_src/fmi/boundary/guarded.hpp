@@ -1,27 +1,26 @@
 #pragma once
 
-#include <string>
-
 #include "fmi/boundary/call_table.hpp"
-#include "fmi/boundary/load_model.hpp"
 #include "fmi/instance/instance.hpp"
-#include "fmi/platform/float_mode.hpp"
 
 namespace redysim {
 
+// A reference to a function object that takes the instance; it must outlive the reference.
+class InstanceCall {
+ public:
+  template <class Call>
+  InstanceCall(const Call& call)  // NOLINT(google-explicit-constructor): lambdas are passed as they are
+      : call_(&call), invoke_([](const void* object, Instance& instance) {
+          return (*static_cast<const Call*>(object))(instance);
+        }) {}
+  fmi2Status operator()(Instance& instance) const { return invoke_(call_, instance); }
+
+ private:
+  const void* call_;
+  fmi2Status (*invoke_)(const void*, Instance&);
+};
+
 // Checks the call table, makes the call and turns any exception into a status and a log line.
-template <class Call>
-fmi2Status guarded(Instance& instance, Function function, const Call& call) noexcept {
-  const FloatMode ours;
-  try {
-    if (!is_allowed(function, instance.state()))
-      return instance.refuse(function,
-                             std::string("not allowed while the instance is ") + name(instance.state()));
-    return call(instance);
-  } catch (...) {
-    log_exception(instance.log(), instance.name_of(function).c_str());
-    return fmi2Error;
-  }
-}
+fmi2Status guarded(Instance& instance, Function function, InstanceCall call) noexcept;
 
 }  // namespace redysim
