@@ -157,6 +157,7 @@ std::size_t smallest_tree(const Model& model, const std::vector<int>& carrier, c
 template <class Scalar>
 Plan<Scalar>::Plan(const Model& model, const Parameters<Scalar>& parameters) {
   add_joints(model);
+  add_rotors(model);
   if (may_resist(model)) resistances.resize(joints.size());
   if (may_have_contacts)
     for (const Contact& contact : model.contacts)
@@ -206,6 +207,38 @@ void Plan<Scalar>::add_joints(const Model& model) {
 }
 
 template <class Scalar>
+void Plan<Scalar>::add_rotors(const Model& model) {
+  for (const Actuator& actuator : model.actuators) {
+    const Link& link = model.links[actuator.link];
+    if (!actuator.gyroscopic) continue;
+    const Pose base = link.parent == ground ? Pose() : frame_in_carrier[link.parent];
+    RotorPlan& rotor = rotors.emplace_back();
+    rotor.joint = carrier[actuator.link];
+    rotor.parent = joints[rotor.joint].parent;
+    rotor.axis = base.rotation * pose_of(link.joint.dh).rotation.col(2);
+    rotor.inertia = actuator.rotor_inertia;
+    rotor.ratio = actuator.gear_ratio;
+  }
+}
+
+// The armatures contain N^2 J.
+template <class Scalar>
+void Plan<Scalar>::update_rotors() {
+  for (const RotorPlan& rotor : rotors) {
+    JointPlan<Scalar>& joint = joints[rotor.joint];
+    const double on_child = rotor.ratio * rotor.inertia, on_parent = rotor.inertia - on_child;
+    joint.armature -= on_child;
+    joint.axis_free = false;
+    joint.inertia.inertia.zz += on_child;
+    if (rotor.parent == ground) continue;
+    const Vec3<double>& z = rotor.axis;
+    const Mat3<Scalar> part = (on_parent * z * z.transpose()).template cast<Scalar>();
+    add(joints[rotor.parent].inertia.inertia,
+        {part(0, 0), part(1, 1), part(2, 2), part(0, 1), part(0, 2), part(1, 2)});
+  }
+}
+
+template <class Scalar>
 void Plan<Scalar>::update(const Parameters<Scalar>& parameters) {
   gravity = parameters.gravity;
   for (auto& joint : joints) {
@@ -234,6 +267,7 @@ void Plan<Scalar>::update(const Parameters<Scalar>& parameters) {
     sum.h += body.h;
     add(sum.inertia, body.inertia);
   }
+  update_rotors();
   for (auto& joint : joints) joint.rigid = articulated(joint.inertia);
   for (std::size_t k = 0; k < contact_laws.size(); ++k)
     contact_laws[k] = contact_law(contact_laws[k].redysim, parameters.contacts[k]);

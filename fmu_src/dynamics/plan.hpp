@@ -7,6 +7,7 @@
 #include "dynamics/elastic_force.hpp"
 #include "dynamics/loops/cluster_plan.hpp"
 #include "dynamics/pose_plan.hpp"
+#include "dynamics/rotor.hpp"
 #include "math/spatial.hpp"
 #include "model/dh.hpp"
 #include "model/features.hpp"
@@ -121,6 +122,7 @@ struct Plan {
   std::vector<double> joint_units;      // 1 rad, or the scale of a prismatic joint, m; empty without these
   std::vector<std::vector<MultiplierPart>> coupling_multipliers;  // per coupling of the model
   std::vector<ElasticCouplingPlan> elastic_couplings;
+  std::vector<RotorPlan> rotors;  // gyroscopic
   std::vector<ClusterPlan> clusters;
   std::vector<EliminationStep> elimination;  // leaves to root; empty for an open tree
   std::vector<FrontPlan> fronts;
@@ -167,6 +169,8 @@ struct Plan {
 
  private:
   void add_joints(const Model& model);
+  void add_rotors(const Model& model);
+  void update_rotors();
   void add_springs(const Model& model);
   void add_bushings(const Model& model);
   void add_elastic_couplings(const Model& model);

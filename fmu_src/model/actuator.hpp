@@ -10,6 +10,7 @@ namespace redysim {
 struct Actuator {
   int link = 0;                              // whose joint it drives
   double gear_ratio = 1, rotor_inertia = 0;  // motor angle per q; kg m^2
+  bool gyroscopic = false;                   // the rotor turns with the parent link (dynamics/rotor.hpp)
   double stiffness = 0, damping = 0;         // of an elastic gear; stiffness 0: a rigid one
   double backlash = 0,
          backlash_width = 0;  // whole play; depth beyond it at which the gear reaches full stiffness

@@ -23,6 +23,7 @@ int rank_of_loops(const Model& model, const Parameters<double>& parameters, cons
 
 Freedom freedom(const Model& model, const Parameters<double>& parameters, const double* q) {
   Model any = model;
+  any.actuators.clear();  // rotors
   Parameters<double> with_armature = parameters;
   Freedom result;
   int joints = 0;

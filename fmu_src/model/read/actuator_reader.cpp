@@ -28,6 +28,18 @@ void require(Section& section, const char* key, const char* with) {
     section.error(with, std::string(key) + " is required with " + with);
 }
 
+// An elastic gear's rotor is no part of the recursion; that of a sliding joint would couple to its velocity.
+void read_gyroscopic(Section& section, const Joint& joint, Actuator& actuator) {
+  actuator.gyroscopic = section.flag("gyroscopic", false);
+  require(section, "rotor_inertia", "gyroscopic");
+  if (!actuator.gyroscopic) return;
+  if (actuator.is_elastic())
+    section.error("gyroscopic",
+                  "gyroscopic is not supported with stiffness; model the rotor as a link, with a coupling");
+  else if (joint.type == JointType::prismatic)
+    section.error("gyroscopic", "gyroscopic requires a joint that turns; joint '" + joint.name + "' slides");
+}
+
 void read_gear(Section& section, const Joint& joint, Actuator& actuator) {
   actuator.gear_ratio = section.number("gear_ratio", 1);
   if (actuator.gear_ratio == 0) section.error("gear_ratio", "gear_ratio must not be 0");
@@ -36,6 +48,7 @@ void read_gear(Section& section, const Joint& joint, Actuator& actuator) {
   actuator.damping = section.number("damping", 0, Bound::not_negative);
   actuator.backlash = section.number("backlash", 0, Bound::positive);
   actuator.backlash_width = section.number("backlash_width", play_width * actuator.backlash, Bound::positive);
+  read_gyroscopic(section, joint, actuator);
   require(section, "stiffness", "damping");
   require(section, "stiffness", "backlash");
   require(section, "backlash", "backlash_width");
