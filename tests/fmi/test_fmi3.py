@@ -303,52 +303,56 @@ def mistreatments():
     one, zero, value = count(1), count(0), c.c_double(0)
     for way in ("Get", "Set"):
         function = f"{way}Float64"
-        yield f"{function} too few values", lambda s, f=function: s.call(f, s.fmu.references(["hinge.tau"]), one, c.byref(value), zero)
+        yield f"{function} too few values", lambda s, j, f=function: s.call(f, s.fmu.references([f"{j}.tau"]), one, c.byref(value), zero)
         yield (
             f"{function} too many values",
-            lambda s, f=function: s.call(f, s.fmu.references(["hinge.tau"]), one, (c.c_double * 2)(), count(2)),
+            lambda s, j, f=function: s.call(f, s.fmu.references([f"{j}.tau"]), one, (c.c_double * 2)(), count(2)),
         )
-        yield f"{function} null references", lambda s, f=function: s.call(f, None, one, c.byref(value), one)
-        yield f"{function} null values", lambda s, f=function: s.call(f, s.fmu.references(["hinge.tau"]), one, None, one)
-        yield f"{function} of an Int32", lambda s, f=function: s.call(f, s.fmu.references(["solver.steps"]), one, c.byref(value), one)
+        yield f"{function} null references", lambda s, j, f=function: s.call(f, None, one, c.byref(value), one)
+        yield f"{function} null values", lambda s, j, f=function: s.call(f, s.fmu.references([f"{j}.tau"]), one, None, one)
+        yield f"{function} of an Int32", lambda s, j, f=function: s.call(f, s.fmu.references(["solver.steps"]), one, c.byref(value), one)
         for reference in (10**6, 2**31, 2**32 - 1):
             yield (
                 f"{function} of reference {reference}",
-                lambda s, f=function, r=reference: s.call(f, array(c.c_uint, [r]), one, c.byref(value), one),
+                lambda s, j, f=function, r=reference: s.call(f, array(c.c_uint, [r]), one, c.byref(value), one),
             )
         for huge in (2**64 - 1, 2**61):
-            yield f"{function} of {huge}", lambda s, f=function, n=huge: s.call(f, array(c.c_uint, [1]), count(n), c.byref(value), count(n))
+            yield (
+                f"{function} of {huge}",
+                lambda s, j, f=function, n=huge: s.call(f, array(c.c_uint, [1]), count(n), c.byref(value), count(n)),
+            )
     for bad in (math.nan, math.inf):
-        yield f"input {bad}", lambda s, v=bad: s.set("hinge.tau", v)
-        yield f"step size {bad}", lambda s, v=bad: s.do_step(0, v)[0]
+        yield f"input {bad}", lambda s, j, v=bad: s.set(f"{j}.tau", v)
+        yield f"step size {bad}", lambda s, j, v=bad: s.do_step(0, v)[0]
         for function in ("GetDirectionalDerivative", "GetAdjointDerivative"):
-            yield f"{function} {bad}", lambda s, f=function, v=bad: s.derivative(f, ["hinge.qdd"], ["hinge.tau"], [v])[0]
-    yield "a step back", lambda s: s.do_step(0, -STEP)[0]
-    yield "a step elsewhere", lambda s: s.do_step(1, STEP)[0]
+            yield f"{function} {bad}", lambda s, j, f=function, v=bad: s.derivative(f, [f"{j}.qdd"], [f"{j}.tau"], [v])[0]
+    yield "a step back", lambda s, j: s.do_step(0, -STEP)[0]
+    yield "a step elsewhere", lambda s, j: s.do_step(1, STEP)[0]
     for function in ("GetDirectionalDerivative", "GetAdjointDerivative"):
-        yield f"{function} by an output", lambda s, f=function: s.derivative(f, ["hinge.qdd"], ["hinge.q"], [1])[0]
-        yield f"{function} by time", lambda s, f=function: s.derivative(f, ["hinge.qdd"], ["time"], [1])[0]
-        yield f"{function} of time", lambda s, f=function: s.derivative(f, ["time"], ["hinge.tau"], [1])[0]
-        yield f"{function} wrong seed", lambda s, f=function: s.derivative(f, ["hinge.qdd"], ["hinge.tau"], [1, 2])[0]
-        yield f"{function} nulls", lambda s, f=function: s.call(f, None, one, None, one, None, one, None, one)
+        yield f"{function} by an output", lambda s, j, f=function: s.derivative(f, [f"{j}.qdd"], [f"{j}.q"], [1])[0]
+        yield f"{function} by time", lambda s, j, f=function: s.derivative(f, [f"{j}.qdd"], ["time"], [1])[0]
+        yield f"{function} of time", lambda s, j, f=function: s.derivative(f, ["time"], [f"{j}.tau"], [1])[0]
+        yield f"{function} wrong seed", lambda s, j, f=function: s.derivative(f, [f"{j}.qdd"], [f"{j}.tau"], [1, 2])[0]
+        yield f"{function} nulls", lambda s, j, f=function: s.call(f, None, one, None, one, None, one, None, one)
     flags = [c.byref(c.c_bool()) for _ in range(3)]
-    yield "step without flags", lambda s: s.call("DoStep", c.c_double(0), c.c_double(STEP), c.c_bool(), None, None, None, c.byref(value))
-    yield "step without a place for the time", lambda s: s.call("DoStep", c.c_double(0), c.c_double(STEP), c.c_bool(), *flags, None)
-    yield "a state of nobody", lambda s: s.call("SetFMUState", c.c_void_p(12345))
-    yield "no state", lambda s: s.call("GetFMUState", None)
-    yield "damaged bytes", lambda s: s.deserialize(s.serialize(s.save())[:-1] + b"?")[0]
-    yield "unknown log category", lambda s: s.call("SetDebugLogging", c.c_bool(True), one, array(c.c_char_p, [b"logNonsense"]))
+    yield "step without flags", lambda s, j: s.call("DoStep", c.c_double(0), c.c_double(STEP), c.c_bool(), None, None, None, c.byref(value))
+    yield "step without a place for the time", lambda s, j: s.call("DoStep", c.c_double(0), c.c_double(STEP), c.c_bool(), *flags, None)
+    yield "a state of nobody", lambda s, j: s.call("SetFMUState", c.c_void_p(12345))
+    yield "no state", lambda s, j: s.call("GetFMUState", None)
+    yield "damaged bytes", lambda s, j: s.deserialize(s.serialize(s.save())[:-1] + b"?")[0]
+    yield "unknown log category", lambda s, j: s.call("SetDebugLogging", c.c_bool(True), one, array(c.c_char_p, [b"logNonsense"]))
 
 
 MISTREATMENTS = dict(mistreatments())
 
 
+@pytest.mark.parametrize(("name", "joint"), [("cart", "hinge"), ("kuka_kr5", "joint2"), ("four_bar", "crank_joint")])
 @pytest.mark.parametrize("what", MISTREATMENTS)
-def test_mistreatment_is_refused_and_changes_nothing(fmu3, what):
-    with Slave3(fmu3("cart")) as slave, Slave3(fmu3("cart")) as other:
+def test_mistreatment_is_refused_and_changes_nothing(fmu3, what, name, joint):
+    with Slave3(fmu3(name)) as slave, Slave3(fmu3(name)) as other:
         slave.initialize()
         other.initialize().run(0, 5, STEP)
-        assert MISTREATMENTS[what](slave) == ERROR
+        assert MISTREATMENTS[what](slave, joint) == ERROR
         assert len(slave.errors) == 1 and slave.errors[0].startswith("fmi3"), slave.errors
         slave.run(0, 5, STEP)
         assert slave.everything() == other.everything()
