@@ -8,17 +8,20 @@
 
 namespace redysim {
 
-struct ElasticLaw {
-  double stiffness = 0, damping = 0;
-  double half_play = 0, width = 0;  // backlash / 2, 0: none; depth at which it reaches full stiffness
+template <class Number>
+struct ElasticLawOf {
+  Number stiffness = 0, damping = 0;
+  Number half_play = 0, width = 0;  // backlash / 2, 0: none; depth at which it reaches full stiffness
 };
+using ElasticLaw = ElasticLawOf<double>;
 
 // The two parts of F, the stored energy (J) and the dissipation (W, never positive).
 template <class Scalar>
 struct ElasticForce {
   Scalar elastic{0}, damping{0}, energy{0}, loss{0};
 
-  ElasticForce(const ElasticLaw& law, const Scalar& y, const Scalar& rate) {
+  template <class Number>
+  ElasticForce(const ElasticLawOf<Number>& law, const Scalar& y, const Scalar& rate) {
     damping = law.damping * rate;
     if (law.half_play > 0) {
       const bool positive = y > Scalar(0);

@@ -7,26 +7,38 @@ namespace redysim {
 // What stands between an input and a joint: lag, limits, motor and gear. Torques, stiffness, backlash and
 // limits are on the joint side (of a sliding joint: forces and lengths), rotor and torque constant on the
 // motor side. The law: integrate/actuator/actuator_law.hpp, docs/actuators.md.
-struct Actuator {
+template <class Scalar>
+struct ActuatorOf {
   int link = 0;                              // whose joint it drives
   double gear_ratio = 1, rotor_inertia = 0;  // motor angle per q; kg m^2
   bool gyroscopic = false;                   // the rotor turns with the parent link (dynamics/rotor.hpp)
-  double stiffness = 0, damping = 0;         // of an elastic gear; stiffness 0: a rigid one
-  double backlash = 0,
+  // what a master may set
+  Scalar stiffness = 0, damping = 0;  // of an elastic gear; stiffness 0: a rigid one
+  Scalar backlash = 0,
          backlash_width = 0;  // whole play; depth beyond it at which the gear reaches full stiffness
-  double torque_limit = std::numeric_limits<double>::infinity(), torque_limit_width = 0;
-  double speed_limit = std::numeric_limits<double>::infinity(), speed_limit_width = 0;
-  double time_constant = 0;  // s, of the input
+  Scalar torque_limit = std::numeric_limits<double>::infinity(), torque_limit_width = 0;
+  Scalar speed_limit = std::numeric_limits<double>::infinity(), speed_limit_width = 0;
+  Scalar time_constant = 0;  // s, of the input
   // of a DC motor, in ohm, H and N m/A = V s/rad; resistance 0: none, the input is a torque
-  double resistance = 0, inductance = 0, torque_constant = 0;
+  Scalar resistance = 0, inductance = 0, torque_constant = 0;
 
   bool is_elastic() const { return stiffness > 0; }
   bool is_electric() const { return resistance > 0; }
+  bool has_backlash() const { return backlash > 0; }
+  bool has_inductance() const { return inductance > 0; }
   bool limits_torque() const { return torque_limit < std::numeric_limits<double>::infinity(); }
   bool limits_speed() const { return speed_limit < std::numeric_limits<double>::infinity(); }
   bool lags() const { return time_constant > 0; }
   // Otherwise the input is the torque on the joint, whose armature contains the rotor.
   bool acts() const { return is_elastic() || is_electric() || limits_torque() || limits_speed() || lags(); }
+
+  template <class Other>
+  ActuatorOf<Other> cast() const {
+    return {link,          gear_ratio,     rotor_inertia, gyroscopic,         stiffness,   damping,
+            backlash,      backlash_width, torque_limit,  torque_limit_width, speed_limit, speed_limit_width,
+            time_constant, resistance,     inductance,    torque_constant};
+  }
 };
+using Actuator = ActuatorOf<double>;
 
 }  // namespace redysim

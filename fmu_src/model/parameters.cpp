@@ -13,6 +13,7 @@ Parameters<double> parameters_of(const Model& model) {
           model.controller.joints,
           {model.balls.begin(), model.balls.end()},
           {model.contacts.begin(), model.contacts.end()},
+          model.actuators,
           model.solver};
 }
 

@@ -25,6 +25,7 @@ struct Parameters {
   std::vector<ControlledJointOf<Scalar>> controlled;
   std::vector<BallStart<Scalar>> balls;
   std::vector<ContactParameters<Scalar>> contacts;
+  std::vector<ActuatorOf<Scalar>> actuators;
   SolverSettings solver;
 
   template <class Other>
@@ -32,13 +33,10 @@ struct Parameters {
     if constexpr (std::is_same_v<Other, Scalar>)
       return *this;
     else
-      return {gravity.template cast<Other>(),
-              cast_each<Other>(links),
-              cast_each<Other>(joints),
-              cast_each<Other>(controlled),
-              cast_each<Other>(balls),
-              cast_each<Other>(contacts),
-              solver};
+      return {gravity.template cast<Other>(), cast_each<Other>(links),
+              cast_each<Other>(joints),       cast_each<Other>(controlled),
+              cast_each<Other>(balls),        cast_each<Other>(contacts),
+              cast_each<Other>(actuators),    solver};
   }
 };
 

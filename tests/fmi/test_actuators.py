@@ -319,3 +319,121 @@ def test_an_inverse_model_ends_at_the_joint(built):
         slave.initialize(start=motion)
         expected(slave, {"wheel.tau_joint": 2 * INERTIA}, 1e-14)
         assert not {"wheel.tau", "wheel.voltage", "wheel.motor_q"} & set(slave.fmu.variables)
+
+
+# every tunable number: the file's value, another one
+ELASTIC = {
+    "stiffness": (50.0, 70.0),
+    "damping": (0.5, 0.8),
+    "backlash": (0.02, 0.03),
+    "backlash_width": (0.01, 0.02),
+    "torque_limit": (2.0, 1.5),
+    "torque_limit_width": (0.4, 0.6),
+    "speed_limit": (1.2, 1.0),
+    "speed_limit_width": (0.8, 0.5),
+    "time_constant": (0.05, 0.08),
+}
+MOTOR = {"resistance": (2.0, 1.5), "inductance": (0.01, 0.02), "torque_constant": (0.1, 0.15), "torque_limit": (3.0, 2.0)}
+GEAR = {"stiffness": "gear_stiffness", "damping": "gear_damping"}
+
+
+def actuator_fields(numbers: dict[str, float], fixed: str) -> str:
+    return fixed + "".join(f"\n{name} = {value}" for name, value in numbers.items())
+
+
+@pytest.mark.parametrize(("numbers", "fixed"), [(ELASTIC, "gear_ratio = 20\nrotor_inertia = 1e-3"), (MOTOR, "gear_ratio = 30\ntorque_limit_width = 0.2")])
+def test_a_tuned_number_acts_as_that_of_the_file(built, numbers, fixed):
+    tunable = "".join(f'"wheel.{GEAR.get(name, name)}", ' for name in numbers)
+    before = WHEEL.format(fields=actuator_fields({name: pair[0] for name, pair in numbers.items()}, fixed), link="", top="")
+    fmu = built(before.replace("[fmu]", f"[fmu]\ntunable = [{tunable}]"))
+    source = fmu.named("input")[0]
+
+    def run(of, values: dict[str, float], later: bool = False) -> list[float]:
+        with Slave(of) as slave:
+            slave.initialize(start={source: 6.0} | ({} if later else values))
+            if later:
+                for name, value in values.items():
+                    assert slave.set(name, value) == OK, slave.errors
+            slave.run(0.5, 0.1)
+            assert abs(slave.get("energy.balance")) < 1e-9
+            return slave.reals(["wheel.q", "wheel.qd", "wheel.qdd", "wheel.tau_joint", "energy.total"])
+
+    first = run(fmu, {})
+    for name, (_, value) in numbers.items():
+        changed = {field: pair[1] if field == name else pair[0] for field, pair in numbers.items()}
+        expected_values = run(built(WHEEL.format(fields=actuator_fields(changed, fixed), link="", top="")), {})
+        tuned = {f"wheel.{GEAR.get(name, name)}": value}
+        assert run(fmu, tuned) == pytest.approx(expected_values, rel=1e-9), name
+        assert run(fmu, tuned, later=True) == pytest.approx(expected_values, rel=1e-9), name
+        assert max(abs(a - b) for a, b in zip(first, expected_values, strict=True)) > 1e-6, name
+
+
+def test_a_gear_tuned_under_load_keeps_the_balance(built):
+    """The change of the stored energy is not work."""
+    text = WHEEL.format(fields="gear_ratio = 20\nrotor_inertia = 1e-3\nstiffness = 50", link="", top="")
+    with Slave(built(text.replace("[fmu]", '[fmu]\ntunable = ["wheel.gear_stiffness"]'))) as slave:
+        slave.initialize(start={"wheel.tau": 3.0})
+        slave.run(0.2, 0.1)
+        before = slave.get("energy.potential")
+        assert before > 1e-3 and slave.set("wheel.gear_stiffness", 100.0) == OK
+        assert slave.get("energy.potential") == pytest.approx(2 * before, rel=1e-12)
+        slave.run(0.5, 0.1, 0.2)
+        assert abs(slave.get("energy.balance")) < 1e-10
+
+
+def test_derivatives_by_tunable_numbers_are_exact(built):
+    names = {"wheel.torque_limit": 2.0, "wheel.torque_limit_width": 1.0, "wheel.speed_limit": 3.0, "wheel.speed_limit_width": 2.0}
+    text = WHEEL.format(fields="\n".join(f"{name[6:]} = {value}" for name, value in names.items()), link="qd = 1.7", top="")
+    fmu = built(text.replace("[fmu]", f"[fmu]\ntunable = {list(names)}"))
+
+    def acceleration(values: dict[str, float]) -> float:
+        with Slave(fmu) as slave:
+            return slave.initialize(start=values).get("wheel.qdd")
+
+    with Slave(fmu) as slave:
+        assert slave.setup() == OK and slave.call("EnterInitializationMode") == OK
+        assert slave.set("wheel.tau", 1.9) == OK
+        unknown = (c.c_uint * 1)(fmu.variables["wheel.qdd"][1])
+        for name, value in names.items():
+            known, found = (c.c_uint * 1)(fmu.variables[name][1]), (c.c_double * 1)()
+            one = c.c_size_t(1)
+            assert slave.call("GetDirectionalDerivative", unknown, one, known, one, (c.c_double * 1)(1), found) == OK, slave.errors
+            sides = [acceleration({"wheel.tau": 1.9, name: value + sign * 1e-6}) for sign in (-1, 1)]
+            assert found[0] == pytest.approx((sides[1] - sides[0]) / 2e-6, rel=1e-6, abs=1e-8) and found[0] != 0, name
+
+
+def test_a_width_beyond_its_tuned_limit_is_refused(built):
+    text = WHEEL.format(fields="torque_limit = 2\ntorque_limit_width = 1", link="", top="")
+    with Slave(built(text.replace("[fmu]", '[fmu]\ntunable = ["wheel.torque_limit"]')), logging=True) as slave:
+        slave.initialize()
+        assert slave.set("wheel.torque_limit", 0.5) == OK
+        assert slave.step(0, 0.1) != OK
+        assert "wheel.torque_limit_width must be <= wheel.torque_limit" in slave.errors[-1]
+
+
+def test_an_inverse_model_has_no_tunable_actuator(built):
+    text = WHEEL.format(fields="torque_limit = 2", link="", top="inverse = true")
+    assert not built(text.replace("[fmu]", '[fmu]\ntunable = ["wheel.torque_limit"]')).named("parameter", "torque_limit")
+
+
+@pytest.mark.slow
+def test_a_six_bar_in_its_limits_runs_for_ten_thousand_seconds(built):
+    """Two drives that are limited in torque or speed half of the time; 20 s of CPU time."""
+    text = (ROOT / "models/space_six_bar.toml").read_text()
+    text = text.replace('joint = "planar"\ndrive = "free"', 'joint = "fixed"').replace("gravity = [0, 0, 0]", "gravity = [0, -9.81, 0]")
+    for bar in range(1, 6):
+        text = text.replace(f'name = "bar{bar}"', f'name = "bar{bar}"\ndamping = {5 if bar == 5 else 2}')
+    text = text.replace('name = "bar5"', 'name = "bar5"\ndrive = "free"').split("[fmu]")[0] + '[fmu]\noutputs = ["energy", "actuator"]\n'
+    limits = "".join(f'[[actuator]]\njoint = "joint{k}"\ntorque_limit = 120\nspeed_limit = 2\n' for k in (1, 4))
+    step, steps, limited, worst = 0.1, 100_000, 0, 0.0
+    with Slave(built(text.replace("[solver]", limits + "[solver]"))) as slave:
+        slave.initialize(start={"solver.rtol": 1e-9, "solver.atol": 1e-11})
+        for k in range(steps):
+            torques = (200 * math.sin(0.7 * k * step), 200 * math.cos(0.43 * k * step))
+            assert slave.set_reals(["joint1.tau", "joint4.tau"], torques) == OK
+            assert slave.step(k * step, step) == OK, slave.errors
+            *saturated, balance = slave.reals(["joint1.saturated", "joint4.saturated", "energy.balance"])
+            limited += sum(value > 0.01 for value in saturated)
+            worst = max(worst, abs(balance)) if math.isfinite(balance) else math.inf
+    assert limited > 0.5 * 2 * steps
+    assert worst < 1e-6

@@ -69,7 +69,7 @@ bool Instance::restore_integrator(Snapshot& saved) {
     system.scales().swap(saved.scales);
     // an integrator that repeats steps needs the saved plant
     simulation_.plan.update(simulation_.parameters);
-    system.update_control(simulation_.parameters);
+    system.update_drives(simulation_.parameters);
   };
   exchange();
   if (!saved.is_running()) {

@@ -74,7 +74,7 @@ void ParameterSet::renew_plan() {
   const bool balanced = simulation_.integrator && simulation_.system.with_work();
   const double before = balanced ? simulation_.mechanical_energy(state_.y()) : 0;
   simulation_.plan.update(simulation_.parameters);
-  simulation_.system.update_control(simulation_.parameters);
+  simulation_.system.update_drives(simulation_.parameters);
   if (balanced) energy_offset += simulation_.mechanical_energy(state_.y()) - before;
 }
 
@@ -86,6 +86,13 @@ std::string ParameterSet::impossible() const {
       return "the inertia of link '" + link.name + "' has a negative principal moment";
     if (!(joint.lower < joint.upper))
       return link.joint.name + ".upper must be greater than " + link.joint.name + ".lower";
+  }
+  for (const Actuator& actuator : simulation_.parameters.actuators) {
+    const std::string joint = simulation_.model.links[actuator.link].joint.name;
+    if (actuator.limits_torque() && actuator.torque_limit_width > actuator.torque_limit)
+      return joint + ".torque_limit_width must be <= " + joint + ".torque_limit";
+    if (actuator.limits_speed() && actuator.speed_limit_width > actuator.speed_limit)
+      return joint + ".speed_limit_width must be <= " + joint + ".speed_limit";
   }
   return {};
 }

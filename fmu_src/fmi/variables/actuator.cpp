@@ -2,8 +2,9 @@
 #include "fmi/instance/values.hpp"
 #include "fmi/variables/drive.hpp"
 #include "fmi/variables/entry.hpp"
+#include "fmi/variables/parameters.hpp"
 
-// Outputs of the actuator of a joint. Its input: joint.cpp.
+// Outputs and tunable parameters of the actuator of a joint. Its input: joint.cpp.
 
 namespace redysim {
 namespace {
@@ -74,9 +75,115 @@ constexpr Entry entries[] = {
         .says("Part of the torque of % that its limits remove, 0 to 1"),
 };
 
+constexpr Entry parameter_entries[] = {
+    parameter(Owner::joint, "gear_stiffness")
+        .there_if(actuator_with<&Actuator::is_elastic>)
+        .bounds(Bounds::positive)
+        .sets(
+            [](auto& at, const Variable& v) -> auto& { return actuator_at(at.actuators, v.link).stiffness; })
+        .acts_on(acts::gain)
+        .measures(quantity::torsional_stiffness, quantity::linear_stiffness)
+        .says("Stiffness of the gear of %"),
+    parameter(Owner::joint, "gear_damping")
+        .there_if(actuator_with<&Actuator::is_elastic>)
+        .bounds(Bounds::not_negative)
+        .sets([](auto& at, const Variable& v) -> auto& { return actuator_at(at.actuators, v.link).damping; })
+        .acts_on(acts::gain)
+        .measures(quantity::torsional_damping, quantity::linear_damping)
+        .says("Damping of the gear of %"),
+    parameter(Owner::joint, "backlash")
+        .there_if(actuator_with<&Actuator::has_backlash>)
+        .bounds(Bounds::positive)
+        .sets([](auto& at, const Variable& v) -> auto& { return actuator_at(at.actuators, v.link).backlash; })
+        .acts_on(acts::gain)
+        .measures(quantity::angle, quantity::length)
+        .says("Backlash of the gear of %"),
+    parameter(Owner::joint, "backlash_width")
+        .there_if(actuator_with<&Actuator::has_backlash>)
+        .bounds(Bounds::positive)
+        .sets([](auto& at, const Variable& v) -> auto& {
+          return actuator_at(at.actuators, v.link).backlash_width;
+        })
+        .acts_on(acts::gain)
+        .measures(quantity::angle, quantity::length)
+        .says("Depth beyond the backlash at which the gear of % reaches full stiffness"),
+    parameter(Owner::joint, "torque_limit")
+        .there_if(actuator_with<&Actuator::limits_torque>)
+        .bounds(Bounds::positive)
+        .sets([](auto& at, const Variable& v) -> auto& {
+          return actuator_at(at.actuators, v.link).torque_limit;
+        })
+        .acts_on(acts::gain)
+        .measures(quantity::torque, quantity::force)
+        .says("Maximum drive of %"),
+    parameter(Owner::joint, "torque_limit_width")
+        .there_if(actuator_with<&Actuator::limits_torque>)
+        .bounds(Bounds::positive)
+        .sets([](auto& at, const Variable& v) -> auto& {
+          return actuator_at(at.actuators, v.link).torque_limit_width;
+        })
+        .acts_on(acts::gain)
+        .measures(quantity::torque, quantity::force)
+        .says("Width of the onset of the maximum drive of %"),
+    parameter(Owner::joint, "speed_limit")
+        .there_if(actuator_with<&Actuator::limits_speed>)
+        .bounds(Bounds::positive)
+        .sets([](auto& at, const Variable& v) -> auto& {
+          return actuator_at(at.actuators, v.link).speed_limit;
+        })
+        .acts_on(acts::gain)
+        .measures(quantity::angular_velocity, quantity::velocity)
+        .says("Speed at which the drive of % ends"),
+    parameter(Owner::joint, "speed_limit_width")
+        .there_if(actuator_with<&Actuator::limits_speed>)
+        .bounds(Bounds::positive)
+        .sets([](auto& at, const Variable& v) -> auto& {
+          return actuator_at(at.actuators, v.link).speed_limit_width;
+        })
+        .acts_on(acts::gain)
+        .measures(quantity::angular_velocity, quantity::velocity)
+        .says("Range of speed in which the drive of % decreases to 0"),
+    parameter(Owner::joint, "time_constant")
+        .there_if(actuator_with<&Actuator::lags>)
+        .bounds(Bounds::positive)
+        .sets([](auto& at, const Variable& v) -> auto& {
+          return actuator_at(at.actuators, v.link).time_constant;
+        })
+        .acts_on(acts::gain)
+        .measures(quantity::duration)
+        .says("Time constant of the drive of %"),
+    parameter(Owner::joint, "resistance")
+        .there_if(actuator_with<&Actuator::is_electric>)
+        .bounds(Bounds::positive)
+        .sets(
+            [](auto& at, const Variable& v) -> auto& { return actuator_at(at.actuators, v.link).resistance; })
+        .acts_on(acts::gain)
+        .measures(quantity::resistance)
+        .says("Resistance of the motor of %"),
+    parameter(Owner::joint, "inductance")
+        .there_if(actuator_with<&Actuator::has_inductance>)
+        .bounds(Bounds::positive)
+        .sets(
+            [](auto& at, const Variable& v) -> auto& { return actuator_at(at.actuators, v.link).inductance; })
+        .acts_on(acts::gain)
+        .measures(quantity::inductance)
+        .says("Inductance of the motor of %"),
+    parameter(Owner::joint, "torque_constant")
+        .there_if(actuator_with<&Actuator::is_electric>)
+        .bounds(Bounds::positive)
+        .sets([](auto& at, const Variable& v) -> auto& {
+          return actuator_at(at.actuators, v.link).torque_constant;
+        })
+        .acts_on(acts::gain)
+        .measures(quantity::torque_constant)
+        .says("Torque constant of the motor of %"),
+};
+
 }  // namespace
 
 const RowGroup ActuatorVariables::rows = rows_in<entries>;
 const WordGroup ActuatorVariables::words = words_in<entries>;
+const RowGroup ActuatorParameterVariables::rows = rows_in<parameter_entries>;
+const WordGroup ActuatorParameterVariables::words = words_in<parameter_entries>;
 
 }  // namespace redysim

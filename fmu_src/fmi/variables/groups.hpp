@@ -72,6 +72,10 @@ struct JointParameterVariables {  // joint_parameters.cpp
   static const RowGroup rows;
   static const WordGroup words;
 };
+struct ActuatorParameterVariables {  // actuator.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
 struct LinkParameterVariables {  // link.cpp
   static const RowGroup rows;
   static const WordGroup words;
@@ -85,6 +89,7 @@ struct SolverParameters {  // solver.cpp
 using Groups = std::tuple<JointMotionVariables, BallMotionVariables, JointDriveVariables, ActuatorVariables,
                           FrameVariables, LoopVariables, CouplingVariables, ContactVariables, EnergyVariables,
                           SolverHealth, JointStartValues, BallStartValues, JointParameterVariables,
-                          LinkParameterVariables, ContactParameterVariables, SolverParameters>;
+                          ActuatorParameterVariables, LinkParameterVariables, ContactParameterVariables,
+                          SolverParameters>;
 
 }  // namespace redysim

@@ -20,6 +20,14 @@ inline bool is_controlled(const Scene& scene, const Variable& variable) {
   return controlled_joint(scene.model.controller.joints, variable.link) != nullptr;
 }
 
+// The actuator of a link's joint; there is one.
+template <class Actuators>
+auto& actuator_at(Actuators& actuators, int link) {
+  std::size_t k = 0;
+  while (actuators[k].link != link) ++k;
+  return actuators[k];
+}
+
 // The place of a Real parameter; null for other variables.
 inline double* parameter(Parameters<double>& parameters, const Variable& variable) {
   return variable.row->storage == Storage::parameter

@@ -40,6 +40,9 @@ inline constexpr Unit newton_second{"N.s", 1, 1, -1, 0};
 inline constexpr Unit newton_metre_second{"N.m.s", 1, 2, -1, 0};
 inline constexpr Unit volt{"V", 1, 2, -3, 0, nullptr, 1, -1};
 inline constexpr Unit ampere{"A", 0, 0, 0, 0, nullptr, 1, 1};
+inline constexpr Unit ohm{"Ohm", 1, 2, -3, 0, nullptr, 1, -2};
+inline constexpr Unit henry{"H", 1, 2, -2, 0, nullptr, 1, -2};
+inline constexpr Unit newton_metre_per_ampere{"N.m/A", 1, 2, -2, 0, nullptr, 1, -1};
 inline constexpr Unit per_second{"1/s", 0, 0, -1, 0};
 inline constexpr Unit per_second2{"1/s2", 0, 0, -2, 0};
 inline constexpr Unit second{"s", 0, 0, 1, 0};
@@ -69,6 +72,9 @@ inline constexpr Quantity momentum{&units::newton_second, "Momentum"};
 inline constexpr Quantity angular_momentum{&units::newton_metre_second, "AngularMomentum"};
 inline constexpr Quantity voltage{&units::volt, "Voltage"};
 inline constexpr Quantity current{&units::ampere, "ElectricCurrent"};
+inline constexpr Quantity resistance{&units::ohm, "Resistance"};
+inline constexpr Quantity inductance{&units::henry, "Inductance"};
+inline constexpr Quantity torque_constant{&units::newton_metre_per_ampere, "ElectricalTorqueConstant"};
 inline constexpr Quantity duration{&units::second, "Time"};
 }  // namespace quantity
 

@@ -3,8 +3,9 @@
 #include "dynamics/elastic_force.hpp"
 #include "model/actuator.hpp"
 
-// The law of one actuator, on doubles or dual numbers: input -> lag -> limits -> motor -> torque on the
-// joint. N is the gear ratio; torques are those on the joint side, N times smaller on the motor side.
+// The law of one actuator, on doubles or dual numbers, as may be its own numbers: input -> lag -> limits ->
+// motor -> torque on the joint. N is the gear ratio; torques are those on the joint side, N times smaller on
+// the motor side.
 //   lag      T x' = input - x
 //   motor    L i' = x - R i - k_t motor_qd, torque N k_t i
 //   limits   of torque and speed
@@ -32,27 +33,28 @@ struct ActuatorResponse {
   Scalar saturation;  // part of the motor's torque that the limits remove, 0 to 1
 };
 
-template <class Scalar>
-Scalar onset_force(const Scalar& depth, double width) {
+template <class Scalar, class Number>
+Scalar onset_force(const Scalar& depth, const Number& width) {
   return depth > Scalar(0) ? SmoothOnset<Scalar>(depth, Scalar(width)).force() : Scalar(0);
 }
 
 // Of an elastic gear: torques on the joint side, against the twist.
-inline ElasticLaw gear_law(const Actuator& gear) {
+template <class Number>
+ElasticLawOf<Number> gear_law(const ActuatorOf<Number>& gear) {
   return {gear.stiffness, gear.damping, 0.5 * gear.backlash, gear.backlash_width};
 }
 
 // Exact below the limit by half the width, twice continuously differentiable, reaches the limit.
-template <class Scalar>
-Scalar saturated_torque(const Actuator& motor, const Scalar& torque) {
+template <class Scalar, class Number>
+Scalar saturated_torque(const ActuatorOf<Number>& motor, const Scalar& torque) {
   if (!motor.limits_torque()) return torque;
-  const double width = motor.torque_limit_width, least = motor.torque_limit - 0.5 * width;
+  const Number width = motor.torque_limit_width, least = motor.torque_limit - 0.5 * width;
   return torque - onset_force(Scalar(torque - least), width) + onset_force(Scalar(-torque - least), width);
 }
 
 // The driving torque fades out before the speed limit; braking stays.
-template <class Scalar>
-Scalar torque_at_speed(const Actuator& motor, const Scalar& torque, const Scalar& speed) {
+template <class Scalar, class Number>
+Scalar torque_at_speed(const ActuatorOf<Number>& motor, const Scalar& torque, const Scalar& speed) {
   if (!motor.limits_speed() || !(torque * speed > Scalar(0))) return torque;
   const Scalar size = speed < Scalar(0) ? -speed : speed;
   const Scalar u = (size - (motor.speed_limit - motor.speed_limit_width)) / motor.speed_limit_width;
@@ -62,15 +64,16 @@ Scalar torque_at_speed(const Actuator& motor, const Scalar& torque, const Scalar
 }
 
 // Torque at rest under a constant input.
-template <class Scalar>
-Scalar torque_at_rest(const Actuator& actuator, const Scalar& input) {
-  const double gain =
-      actuator.is_electric() ? actuator.gear_ratio * actuator.torque_constant / actuator.resistance : 1;
+template <class Scalar, class Number>
+Scalar torque_at_rest(const ActuatorOf<Number>& actuator, const Scalar& input) {
+  const Number gain = actuator.is_electric()
+                          ? Number(actuator.gear_ratio * actuator.torque_constant / actuator.resistance)
+                          : Number(1);
   return saturated_torque(actuator, Scalar(gain * input));
 }
 
-template <class Scalar>
-ActuatorResponse<Scalar> respond(const Actuator& actuator, const ActuatorPoint<Scalar>& at) {
+template <class Scalar, class Number>
+ActuatorResponse<Scalar> respond(const ActuatorOf<Number>& actuator, const ActuatorPoint<Scalar>& at) {
   ActuatorResponse<Scalar> response{};
   const double N = actuator.gear_ratio;
   Scalar wanted = at.input;

@@ -34,12 +34,14 @@ double twist_under(const Actuator& gear, double torque) {
 
 Actuators::Actuators(const Model& model, const std::vector<int>& integrated,
                      const std::vector<int>& carrier) {
-  for (const Actuator& law : model.actuators) {
+  for (std::size_t number = 0; number < model.actuators.size(); ++number) {
+    const Actuator& law = model.actuators[number];
     const int joint = carrier[law.link];
     const auto found = std::find(integrated.begin(), integrated.end(), joint);
     if (!law.acts() || found == integrated.end()) continue;
     Placed& placed = list_.emplace_back();
     placed.law = law;
+    placed.number = static_cast<int>(number);
     placed.joint = joint;
     placed.place = static_cast<int>(found - integrated.begin());
     if (law.is_elastic()) placed.motor = counts_.motors++;
@@ -48,6 +50,10 @@ Actuators::Actuators(const Model& model, const std::vector<int>& integrated,
   }
   inputs_.resize(list_.size());
   responses_.resize(list_.size());
+}
+
+void Actuators::update(const Parameters<double>& parameters) {
+  for (Placed& placed : list_) placed.law = parameters.actuators[placed.number];
 }
 
 int Actuators::at(int joint) const {

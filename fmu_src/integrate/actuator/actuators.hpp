@@ -21,6 +21,8 @@ class Actuators {
   int at(int joint) const;  // index of the actuator of a joint, or -1
   int joint(int index) const { return list_[index].joint; }
   const Actuator& law(int index) const { return list_[index].law; }
+  int number(int index) const { return list_[index].number; }  // index into Model::actuators
+  void update(const Parameters<double>& parameters);
   ActuatorCounts counts() const { return counts_; }
   void set_layout(const StateLayout& layout) { layout_ = layout; }
 
@@ -54,12 +56,13 @@ class Actuators {
     const int place = places(index).motor_qd;
     return place < 0 ? Scalar(0) : Scalar(0.5 * law(index).rotor_inertia * y[place] * y[place]);
   }
-  template <class Scalar>
-  Scalar potential_energy(int index, const Scalar* y, const Scalar& q) const {
+  // `gear`: its law, with numbers of any type.
+  template <class Scalar, class Number>
+  Scalar potential_energy(int index, const ActuatorOf<Number>& gear, const Scalar* y, const Scalar& q) const {
     const int place = places(index).motor_q;
     if (place < 0) return Scalar(0);
-    const Scalar twist = y[place] / law(index).gear_ratio - q;
-    return ElasticForce<Scalar>(gear_law(law(index)), twist, Scalar(0)).energy;
+    const Scalar twist = y[place] / gear.gear_ratio - q;
+    return ElasticForce<Scalar>(gear_law(gear), twist, Scalar(0)).energy;
   }
 
   // The scales of the states of an actuator (System::scales), from the scale of its joint's motion and the
@@ -78,7 +81,7 @@ class Actuators {
  private:
   struct Placed {
     Actuator law;
-    int joint, place;  // in the plan; in the state
+    int number, joint, place;  // in the model; in the plan; in the state
     int motor = -1, current = -1, lagged = -1;
   };
   std::vector<Placed> list_;

@@ -402,7 +402,8 @@ double System::energy(const double* q, const double* qd, const double* y) {
   double energy =
       redysim::kinetic_energy(plan_, workspace_, q, qd) + redysim::potential_energy(plan_, workspace_, q, qd);
   for (int k = 0; actuators() && k < actuators_->size(); ++k)
-    energy += actuators_->kinetic_energy(k, y) + actuators_->potential_energy(k, y, q[actuators_->joint(k)]);
+    energy += actuators_->kinetic_energy(k, y) +
+              actuators_->potential_energy(k, actuators_->law(k), y, q[actuators_->joint(k)]);
   return energy;
 }
 
@@ -417,7 +418,7 @@ double System::potential_energy(double time, const double* y) {
   const Coordinates at = coordinates(time, y);
   double energy = redysim::potential_energy(plan_, workspace_, at.q, at.qd);
   for (int k = 0; actuators() && k < actuators_->size(); ++k)
-    energy += actuators_->potential_energy(k, y, at.q[actuators_->joint(k)]);
+    energy += actuators_->potential_energy(k, actuators_->law(k), y, at.q[actuators_->joint(k)]);
   return energy;
 }
 

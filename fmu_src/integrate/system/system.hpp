@@ -89,8 +89,9 @@ class System {
   // Trajectories and the controller; null if the model has none. `enter_phases` sets the phases of the
   // trajectories at the start of a step and returns whether the right-hand side changed.
   const Control* control() const { return features::control ? control_.get() : nullptr; }
-  void update_control(const Parameters<double>& parameters) {
+  void update_drives(const Parameters<double>& parameters) {  // of the controller and the actuators
     if (control()) control_->update(parameters);
+    if (actuators()) actuators_->update(parameters);
   }
   bool enter_phases(double time) { return control() && control_->enter(time, phases()); }
   // Samples of the controller that are due at the start of a step from (time, y); likewise.

@@ -365,7 +365,7 @@ void Tangent::apply_actuators() {
     const int joint = actuators_->joint(k);
     actuator_inputs_[k] = force[joint];
     responses_[k] =
-        respond(actuators_->law(k), actuators_->point(k, state_.data(), q[joint], qd[joint], force[joint]));
+        respond(actuator_law(k), actuators_->point(k, state_.data(), q[joint], qd[joint], force[joint]));
     force[joint] = responses_[k].torque;
   }
 }
@@ -403,7 +403,7 @@ Dual Tangent::kinetic_energy() {
 Dual Tangent::potential_energy() {
   Dual energy = redysim::potential_energy(plan_, workspace_, q.data(), qd.data());
   for (int k = 0; k < actuator_count(); ++k)
-    energy += actuators_->potential_energy(k, state_.data(), q[actuators_->joint(k)]);
+    energy += actuators_->potential_energy(k, actuator_law(k), state_.data(), q[actuators_->joint(k)]);
   return energy;
 }
 

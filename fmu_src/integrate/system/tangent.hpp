@@ -86,6 +86,9 @@ class Tangent {
   void set_balls();
   void apply_actuators();
   int actuator_count() const { return actuators_ ? actuators_->size() : 0; }
+  const ActuatorOf<Dual>& actuator_law(int index) const {
+    return parameters.actuators[actuators_->number(index)];
+  }
   BallAnglesOf<Dual> angles_in(const Duals& at, int ball) const;
   Vec3<Dual> omega_in(const Duals& at, const Duals& speed, int ball) const;
   void put_ball(int ball, const BallAngles& angles, const Vec3<double>& turn, const Vec3<Dual>& omega,

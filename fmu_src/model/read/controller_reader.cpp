@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "model/read/actuator_reader.hpp"
 #include "model/read/joint_index.hpp"
 #include "model/read/number.hpp"
 
@@ -83,6 +84,12 @@ void read_targets(Section& section, const Model& model, bool degrees, Controller
     section.warn("target", "target has no effect: all controlled joints follow trajectories");
 }
 
+void drop_tunable(Model& model, int link, const char* field) {
+  std::vector<std::string>& tunable = model.fmu.tunable;
+  const std::string name = model.links[link].joint.name + "." + field;
+  tunable.erase(std::remove(tunable.begin(), tunable.end(), name), tunable.end());
+}
+
 void read_sampling(Section& section, Controller& controller) {
   constexpr double shortest = 1e-6;  // s
   constexpr int longest = 1000;      // delay, of the sample time
@@ -146,14 +153,12 @@ void check_trajectories(Section& top, const Model& model, Findings& findings) {
   }
 }
 
-void drop_controller(Model& model) {
-  std::vector<std::string>& tunable = model.fmu.tunable;
+void drop_drives(Model& model) {
   for (const ControlledJoint& controlled : model.controller.joints)
-    for (const char* field : {".kp", ".kd", ".target"}) {
-      const std::string name = model.links[controlled.link].joint.name + field;
-      tunable.erase(std::remove(tunable.begin(), tunable.end(), name), tunable.end());
-    }
+    for (const char* field : {"kp", "kd", "target"}) drop_tunable(model, controlled.link, field);
   model.controller = Controller();
+  for (const Actuator& actuator : model.actuators)
+    for (const ActuatorNumber& number : actuator_numbers) drop_tunable(model, actuator.link, number.name);
 }
 
 }  // namespace redysim

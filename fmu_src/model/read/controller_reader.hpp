@@ -12,7 +12,8 @@ Controller read_controller(Section& top, const Model& model, bool degrees, bool 
 // Warns of trajectories that nothing follows.
 void check_trajectories(Section& top, const Model& model, Findings& findings);
 
-// The inverse of a model takes motions where its controller gave torques: it goes, and its tunable gains.
-void drop_controller(Model& model);
+// The inverse of a model takes motions where its controller and actuators gave torques: the controller goes,
+// and the tunable numbers of both.
+void drop_drives(Model& model);
 
 }  // namespace redysim

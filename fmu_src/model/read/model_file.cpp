@@ -111,7 +111,7 @@ Model read_model(Section& top, const std::string& folder, std::vector<AttachedFi
   read_guidance(top, model, degrees, inverse, folder, files, findings);
   model.fmu = read_fmu(top, model, findings);
   model.report = read_report(top, findings);
-  if (inverse) drop_controller(model);
+  if (inverse) drop_drives(model);
   top.refuse_unknown();
   return model;
 }

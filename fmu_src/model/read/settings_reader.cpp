@@ -5,6 +5,7 @@
 #include <iterator>
 #include <set>
 
+#include "model/read/actuator_reader.hpp"
 #include "model/read/joint_parameters.hpp"
 #include "model/read/suggest.hpp"
 #include "model/solver_methods.hpp"
@@ -41,6 +42,13 @@ void add_indexed(std::vector<std::string>& names, const std::string& array, int 
   for (int i = 1; i <= size; ++i) names.push_back(array + "[" + std::to_string(i) + "]");
 }
 
+void add_actuator_numbers(std::vector<std::string>& names, const Model& model) {
+  for (const Actuator& actuator : model.actuators)
+    for (const ActuatorNumber& number : actuator_numbers)
+      if ((actuator.*number.there)())
+        names.push_back(model.links[actuator.link].joint.name + "." + number.name);
+}
+
 }  // namespace
 
 std::vector<std::string> tunable_names(const Model& model) {
@@ -63,6 +71,7 @@ std::vector<std::string> tunable_names(const Model& model) {
   for (const ControlledJoint& controlled : model.controller.joints)
     for (const char* parameter : {".kp", ".kd", ".target"})
       names.push_back(model.links[controlled.link].joint.name + parameter);
+  add_actuator_numbers(names, model);
   for (const Contact& contact : model.contacts) {
     names.push_back(contact.name + ".stiffness");
     names.push_back(contact.name + ".friction");
