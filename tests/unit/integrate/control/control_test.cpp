@@ -191,16 +191,20 @@ TEST_P(Controlled, a_restored_run_goes_on_bit_for_bit) {
   expect_restored_runs_to_go_on("kuka_kr5", cycloids(6, 60, 0.25) + law, GetParam());
   // the acceleration jumps at the 20th communication point
   expect_restored_runs_to_go_on("planar_2r", jump_at(0.25) + law, GetParam());
+  expect_restored_runs_to_go_on("planar_2r", jump_at(0.25) + law + "sample_time = 0.013\ndelay = 0.03\n",
+                                GetParam());
 }
 
 TEST_P(Controlled, steps_do_not_allocate) {
-  for (const char* law : {"pd", "gravity_compensation", "feed_forward", "computed_torque"}) {
-    Simulation run("planar_2r", cycloids(2, 1, 0.1) + controller(law, 20, 3), GetParam(), 1e-6, true);
-    run.to(0.01);
-    const long before = test::allocations;
-    for (int n = 2; n < 20; ++n) run.to(0.01 * n);
-    EXPECT_EQ(test::allocations, before) << law;
-  }
+  for (const char* sampling : {"", "sample_time = 0.003\ndelay = 0.007\n"})
+    for (const char* law : {"pd", "gravity_compensation", "feed_forward", "computed_torque"}) {
+      Simulation run("planar_2r", cycloids(2, 1, 0.1) + controller(law, 20, 3) + sampling, GetParam(), 1e-6,
+                     true);
+      run.to(0.01);
+      const long before = test::allocations;
+      for (int n = 2; n < 20; ++n) run.to(0.01 * n);
+      EXPECT_EQ(test::allocations, before) << law << sampling;
+    }
 }
 
 TEST(control, a_scene_without_one_has_no_trace_of_it) {
