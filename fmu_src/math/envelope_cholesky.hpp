@@ -252,6 +252,11 @@ bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
     }
     if (!skipped_[i]) scale_row(row, columns, Scalar(1) / row_length(row, columns));
     any_unexplained = any_unexplained || (skipped_[i] && !is_rounding);
+    if (skipped_[i]) continue;
+    for (int k = 0; k < columns; ++k)
+      own[k] = add_rows(own[k], part_of, first_[i], i, skipped_, [&](int j) {
+        return bound[static_cast<std::ptrdiff_t>(j) * columns + k];
+      });
   }
   return any_unexplained;
 }

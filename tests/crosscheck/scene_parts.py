@@ -208,10 +208,21 @@ def between_bodies(m: Maker, parent: str, size: float) -> None:
         apart = set(scene.path(scene.index[a])) ^ set(scene.path(scene.index[b]))
         local = min(m.sizes[a], m.sizes[b])
         far = max(m.sizes[n] for n in (a, b)) > 3 * local
-        fitting = [kind for kind, rows in ROWS.items() if rows < len(apart) - 1]
-        if a != b and fitting and not far:
-            m.close(m.pick(fitting), a, b, m.in_ground(b, point=m.vector(0.5 * local)), slide=m.between(-0.5, 0.5) * local)
+        fitting = [kind for kind, rows in ROWS.items() if rows < len(apart) - 1] + ["point"] * (len(apart) > 4)
+        if a != b and len(apart) > 4 and not far:
+            directions = list(np.linalg.qr(m.rng.normal(size=(3, 3)))[0][: m.pick([1, 2, 3])])
+            at, slide = m.in_ground(b, point=m.vector(0.5 * local)), m.between(-0.5, 0.5) * local
+            m.close(m.pick(fitting), a, b, at, slide=slide, directions=directions)
             return
+
+
+def several_loops(m: Maker, parent: str, size: float) -> None:
+    """A tree with loops that share joints and meet at different bodies."""
+    names = [parent]
+    for _ in range(m.pick([7, 8, 9, 10, 11])):
+        names.append(m.add(names[-1] if m.chance(0.5) else m.pick(names), m.pick(["revolute", "revolute", "prismatic", "screw"]), size))
+    for _ in range(m.pick([2, 2, 3])):
+        between_bodies(m, parent, size)
 
 
 PARTS = {
@@ -228,11 +239,12 @@ PARTS = {
     "coaxial": coaxial,
     "twice": twice,
     "between": between_bodies,
+    "several": several_loops,
 }
 # what `--only` may also say
 CLASSES = {
     "open": ["tree", "floating", "massless"],
-    "loops": ["closed_chain", "ball_loop", "planar", "legs", "between"],
+    "loops": ["closed_chain", "ball_loop", "planar", "legs", "between", "several"],
     "repeat": ["bearing", "coaxial"],
     "redundant": ["parallel", "concurrent", "twice", "planar"],
     "all": list(PARTS),
