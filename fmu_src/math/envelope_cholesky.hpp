@@ -234,13 +234,15 @@ bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
     for (int j = first_[i]; j < i; ++j) part_of[j] = Scalar(0);
     orthogonalize(J, columns, i, first_[i], skipped_,
                   [&](int j, const Scalar& part) { part_of[j] += abs(part); });
+    const auto contributed = [&](int k) {
+      const auto of_row = [&](int j) { return bound[static_cast<std::ptrdiff_t>(j) * columns + k]; };
+      return add_rows(own[k], part_of, first_[i], i, skipped_, of_row);
+    };
     bool possible_is_known = false, is_rounding = true;
     for (int k = 0; k < columns && skipped_[i]; ++k) {
       // bounds that contributed to this entry: with the actual components, and with the largest possible ones
       // for components that are rounding errors themselves
-      const Scalar length = add_rows(own[k], part_of, first_[i], i, skipped_, [&](int j) {
-        return bound[static_cast<std::ptrdiff_t>(j) * columns + k];
-      });
+      const Scalar length = contributed(k);
       is_rounding = is_rounding && !(abs(row[k]) > unexplained * length);
       if (!(abs(row[k]) > sine_tolerance * length)) continue;
       for (int j = first_[i]; j < i && !possible_is_known; ++j)
@@ -250,13 +252,10 @@ bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
                                       [&](int j) { return largest_of(J, bound, columns, j, k); });
       skipped_[i] = !(abs(row[k]) > lost * rounded);
     }
-    if (!skipped_[i]) scale_row(row, columns, Scalar(1) / row_length(row, columns));
     any_unexplained = any_unexplained || (skipped_[i] && !is_rounding);
     if (skipped_[i]) continue;
-    for (int k = 0; k < columns; ++k)
-      own[k] = add_rows(own[k], part_of, first_[i], i, skipped_, [&](int j) {
-        return bound[static_cast<std::ptrdiff_t>(j) * columns + k];
-      });
+    scale_row(row, columns, Scalar(1) / row_length(row, columns));
+    for (int k = 0; k < columns; ++k) own[k] = contributed(k);
   }
   return any_unexplained;
 }

@@ -341,7 +341,9 @@ def actuator_fields(numbers: dict[str, float], fixed: str) -> str:
     return fixed + "".join(f"\n{name} = {value}" for name, value in numbers.items())
 
 
-@pytest.mark.parametrize(("numbers", "fixed"), [(ELASTIC, "gear_ratio = 20\nrotor_inertia = 1e-3"), (MOTOR, "gear_ratio = 30\ntorque_limit_width = 0.2")])
+@pytest.mark.parametrize(
+    ("numbers", "fixed"), [(ELASTIC, "gear_ratio = 20\nrotor_inertia = 1e-3"), (MOTOR, "gear_ratio = 30\ntorque_limit_width = 0.2")]
+)
 def test_a_tuned_number_acts_as_that_of_the_file(built, numbers, fixed):
     tunable = "".join(f'"wheel.{GEAR.get(name, name)}", ' for name in numbers)
     before = WHEEL.format(fields=actuator_fields({name: pair[0] for name, pair in numbers.items()}, fixed), link="", top="")

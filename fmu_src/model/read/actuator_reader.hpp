@@ -16,12 +16,12 @@ struct ActuatorNumber {
   bool (Actuator::*there)() const;
 };
 inline constexpr ActuatorNumber actuator_numbers[] = {
-    {"gear_stiffness", &Actuator::is_elastic},       {"gear_damping", &Actuator::is_elastic},
-    {"backlash", &Actuator::has_backlash},           {"backlash_width", &Actuator::has_backlash},
-    {"torque_limit", &Actuator::limits_torque},      {"torque_limit_width", &Actuator::limits_torque},
-    {"speed_limit", &Actuator::limits_speed},        {"speed_limit_width", &Actuator::limits_speed},
-    {"time_constant", &Actuator::lags},              {"resistance", &Actuator::is_electric},
-    {"inductance", &Actuator::has_inductance},       {"torque_constant", &Actuator::is_electric}};
+    {"gear_stiffness", &Actuator::is_elastic},  {"gear_damping", &Actuator::is_elastic},
+    {"backlash", &Actuator::has_backlash},      {"backlash_width", &Actuator::has_backlash},
+    {"torque_limit", &Actuator::limits_torque}, {"torque_limit_width", &Actuator::limits_torque},
+    {"speed_limit", &Actuator::limits_speed},   {"speed_limit_width", &Actuator::limits_speed},
+    {"time_constant", &Actuator::lags},         {"resistance", &Actuator::is_electric},
+    {"inductance", &Actuator::has_inductance},  {"torque_constant", &Actuator::is_electric}};
 
 // Requires the links and spherical joints of `model`. `inverse`: prescribed joints may have an actuator.
 std::vector<Actuator> read_actuators(Section& top, const Model& model, bool inverse, Findings& findings);
