@@ -31,7 +31,7 @@ class Master {
     fmi2EnterInitializationMode(slave_);
     fmi2ExitInitializationMode(slave_);
     fmi2DoStep(slave_, 0, 0.01, fmi2True);
-    const fmi2ValueReference reference = 2;
+    const fmi2ValueReference reference = 3;  // the first joint's q
     double q = 0;
     if (fmi2GetReal(slave_, &reference, 1, &q) != fmi2OK) __builtin_trap();
     return q;
@@ -73,7 +73,7 @@ class Master {
     const fmi2ValueReference reference = with / 2, known = with % 16;
     double value = number;
     int integer = static_cast<int>(with % 5) - 1;
-    const char* text[] = {with % 3 == 0 ? "bdf" : with % 3 == 1 ? "adams" : "nonsense"};
+    const char* text[] = {with % 3 == 2 ? "bdf" : with % 3 == 1 ? "adams" : "nonsense"};
     switch (what) {
       case 7:
         return fmi2SetReal(slave_, &reference, 1, &number);

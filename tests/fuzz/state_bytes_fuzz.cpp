@@ -19,7 +19,7 @@ void start(fmi2Component slave) {
 double run(fmi2Component slave) {
   start(slave);
   fmi2DoStep(slave, 0, 0.01, fmi2True);
-  const fmi2ValueReference reference = 2;  // the first joint's q
+  const fmi2ValueReference reference = 3;  // the first joint's q
   double q = 0;
   if (fmi2GetReal(slave, &reference, 1, &q) != fmi2OK) __builtin_trap();
   return q;
