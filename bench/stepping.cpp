@@ -12,9 +12,11 @@
 //     arm=0.05                                 the amplitude holds the outboard mass at this lever arm, m
 //     after=T                                  the error is evaluated from this time on
 //     reference=erk                            method of the reference, at reference_rtol=1e-13
-//     keep=FILE                                the reference is read from this file if it exists, else written
-//     limit=N                                  a run with more right-hand sides is stopped, and so are those
+//     keep=FILE                                the reference is read from this file if it exists, else
+//     written limit=N                                  a run with more right-hand sides is stopped, and so
+//     are those
 //                                              of the same method at the tolerances after it; 0: none
+//     log=on|off                               on: the last decision of auto in each communication step
 //     clock=on|off                             off: a Jacobian counts as 1.5 right-hand sides per state
 //
 // One line per run: method, rtol, right-hand sides, Jacobians, right-hand sides with Jacobians counted by CPU
@@ -47,11 +49,10 @@ namespace {
 
 struct Options {
   std::map<std::string, std::string> values = {
-      {"method", "erk"}, {"rtol", "1e-6"},  {"step", "0.01"},
-      {"end", "1"},      {"drive", "rest"}, {"arm", "0.05"},
-      {"hold", "1"},     {"after", "0"},    {"reference", "erk"},
-      {"keep", ""},      {"limit", "0"},    {"reference_rtol", "1e-13"},
-      {"clock", "on"}};
+      {"method", "erk"},    {"rtol", "1e-6"}, {"step", "0.01"}, {"end", "1"},
+      {"drive", "rest"},    {"arm", "0.05"},  {"hold", "1"},    {"after", "0"},
+      {"reference", "erk"}, {"keep", ""},     {"limit", "0"},   {"reference_rtol", "1e-13"},
+      {"clock", "on"},      {"log", "off"}};
 
   double number(const std::string& key) const { return std::atof(values.at(key).c_str()); }
   std::vector<std::string> list(const std::string& key) const {
@@ -95,7 +96,7 @@ struct Run {
 
 constexpr double jacobian_column = 1.5;  // right-hand sides, without a clock
 const char* const limit_reached = "limit of right-hand sides";
-constexpr long pause = 1000;             // internal steps between two looks at the limit
+constexpr long pause = 1000;  // internal steps between two looks at the limit
 
 class Scene {
  public:
@@ -107,6 +108,7 @@ class Scene {
         steps_(std::lround(options.number("end") / step_)),
         hold_(std::max(1L, std::lround(options.number("hold")))),
         limit_(std::lround(options.number("limit"))),
+        log_(options.values.at("log") == "on"),
         drive_(options.values.at("drive")) {
     std::vector<double> carried;
     for (const Link& link : model_.links) carried.push_back(link.mass);
@@ -136,6 +138,7 @@ class Scene {
              jacobian_cost * static_cast<double>(statistics.jacobians);
     };
     if (limit_ > 0) integrator->pause_after(pause);
+    long decisions = 0;
     integrator->start(0, y.data());
     const double energy = system.kinetic_energy(0, y.data()) + system.potential_energy(0, y.data());
     double moving = 0, worst = 0;
@@ -148,6 +151,9 @@ class Scene {
       while (outcome.ok && integrator->time() < end) {
         outcome = advance(*integrator, system, end, changed);
         changed = false;
+        if (log_ && integrator->decisions() != decisions)
+          std::printf("# %s\n", integrator->last_decision().c_str());
+        decisions = integrator->decisions();
         if (limit_ > 0 && statistics.evaluations > limit_) outcome = {false, limit_reached};
       }
       used += std::clock() - begin;
@@ -216,6 +222,7 @@ class Scene {
   Plan<double> plan_;
   double step_, after_;
   long steps_, hold_, limit_;
+  bool log_;
   std::string drive_;
   std::vector<double> amplitudes_;
 };
@@ -269,8 +276,8 @@ int compare(const std::string& file, const Options& options) {
   const Scene scene(file, options);
   const Run reference = reference_of(scene, options);
   if (!reference.stopped.empty()) std::printf("# reference: %s\n", reference.stopped.c_str());
-  const double jacobian_cost = options.values.at("clock") == "off" ? jacobian_column * scene.states() - 1
-                                                                  : scene.jacobian_cost();
+  const double jacobian_cost =
+      options.values.at("clock") == "off" ? jacobian_column * scene.states() - 1 : scene.jacobian_cost();
   const std::size_t positions = static_cast<std::size_t>(scene.positions());
   std::printf("# a Jacobian costs %.1f right-hand sides\n", jacobian_cost + 1);
   for (const std::string& method : options.list("method"))
