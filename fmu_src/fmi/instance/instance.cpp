@@ -126,7 +126,9 @@ fmi2Status Instance::do_step(double current, double size) {
   Integrator& integrator = *simulation_.integrator;
   const bool inputs_changed = parameters_.changed() || applied_inputs_ != system.inputs();
   system.forget_failure();
+  const long decisions = integrator.decisions();
   const Outcome outcome = advance(integrator, system, end, inputs_changed);
+  if (integrator.decisions() != decisions && log_.events()) log_.event(integrator.last_decision());
   applied_inputs_ = system.inputs();
   end_input_slopes(outcome.ok ? end : integrator.time());
   parameters_.stepped();

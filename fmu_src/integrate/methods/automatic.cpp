@@ -7,16 +7,20 @@
 #include "integrate/methods/step_budget.hpp"
 #include "integrate/methods/tuning.hpp"
 #include "integrate/system/spectral_radius.hpp"
+#include "model/read/number.hpp"
 
 // Chooses among the four methods during the run (docs/solvers.md, constants in tuning.hpp).
 //
-// * Multistep or one-step: a multistep method starts after the inputs have been held for some communication
-//   steps and ends when they change. An explicit one also needs communication steps that are at most a few of
-//   the steps allowed by the tolerance.
-// * Explicit or implicit: from time to time the spectral radius is estimated. Where the explicit method
-//   is limited by its stability, or an implicit one costs more than explicit steps within the stability limit
-//   would, the other is tried. A trial that costs more per second than what it replaced is undone,
-//   and the next one waits longer. Where the stability of bdf limits its steps, dirk is tried likewise.
+// A method that promises to be cheaper is tried: it continues the run, and after its start its right-hand
+// sides per second of motion are compared with those of the method before it. If it is not cheaper, that
+// method returns, and the next trial waits longer. Candidates are
+//
+// * multistep methods, where inputs are held for several steps of the one-step method;
+// * implicit methods, where the spectral radius, estimated from time to time, shows that stability limits the
+//   steps of an explicit one; then dirk or bdf instead of the other, and explicit ones where they promise it.
+//
+// Inputs that change again and again are part of the cost: it is then measured over whole intervals between
+// changes.
 
 namespace redysim {
 namespace {
@@ -26,6 +30,8 @@ constexpr int choices = 4;
 
 bool is_implicit(Choice choice) { return choice >= Choice::dirk; }
 bool is_multistep(Choice choice) { return choice == Choice::adams || choice == Choice::bdf; }
+Choice one_step_like(Choice choice) { return is_implicit(choice) ? Choice::dirk : Choice::erk; }
+Choice multistep_like(Choice choice) { return is_implicit(choice) ? Choice::bdf : Choice::adams; }
 
 void add(const Statistics& more, Statistics& sum) {
   sum.steps += more.steps;
@@ -47,36 +53,73 @@ class Automatic final : public Integrator {
   const char* name() const override { return current_->name(); }
   SolverMethod method() const override { return current_->method(); }
 
+  long decisions() const override { return noted_; }
+  std::string last_decision() const override;
+
   void save(std::vector<unsigned char>& bytes) const override;
   bool restore(const unsigned char* bytes, std::size_t size) override;
 
  private:
   // What the continuation depends on, in addition to the method in use.
   struct Memory {
-    std::uint8_t choice = 0;       // a Choice
-    std::uint8_t trying = 0;       // during a trial
-    std::uint8_t oscillatory = 0;  // dirk in place of bdf
-    std::int32_t held = 0;         // communication steps since the inputs changed
-    std::int32_t backoff = 1;
-    std::int64_t interval = Tuning::first_estimate;  // right-hand sides between two estimates
-    double mark_work = 0, mark_time = 0;             // start of the present measurement of cost
-    double other_cost = 0;                           // right-hand sides per second before the trial
-    double step[choices] = {};                       // s, last of each method, 0: unknown
+    std::uint8_t choice = 0;                       // a Choice
+    std::uint8_t home = 0;                         // during a trial the method before it, otherwise `choice`
+    std::uint8_t measuring = 0;                    // second part of a trial
+    std::uint8_t extensions = 0;                   // of a trial whose step size still grows
+    std::uint8_t steady = 1;                       // the last two measurements agree
+    std::uint8_t rival = 0;                        // the other method of the last trial
+    double changed = 0;                            // s, when the inputs changed last
+    double hold = 0;                               // s, for which they were held before that; 0: unknown
+    double interval = Tuning::first_estimate;      // right-hand sides between two estimates
+    double estimate_due = Tuning::first_estimate;  // work
+    double oscillation = 0;                        // step times radius of bdf, at the last estimate
+    double begun = 0;                              // work when the method in use began
+    double mark_work = 0, mark_time = 0;           // start of the present measurement of cost
+    double older_work = 0, older_time = 0;         // of that before it
+    double failed_cost = 0;                        // of the last failed trial, right-hand sides per second
+    double mark_step = 0;                          // s
+    double home_cost = 0;                          // right-hand sides per second before the trial
+    double step[choices] = {};                     // s, last of each method, 0: unknown
+    double due[choices] = {},
+           wait[choices] = {};  // work at which each may be tried, and after a failed trial
   };
 
   // All of Memory, to be saved and restored.
   template <class SomeMemory, class Visit>
   static void each_part(SomeMemory& memory, const Visit& visit) {
     visit(memory.choice);
-    visit(memory.trying);
-    visit(memory.oscillatory);
-    visit(memory.held);
-    visit(memory.backoff);
+    visit(memory.home);
+    visit(memory.measuring);
+    visit(memory.extensions);
+    visit(memory.steady);
+    visit(memory.rival);
+    visit(memory.changed);
+    visit(memory.hold);
     visit(memory.interval);
+    visit(memory.estimate_due);
+    visit(memory.oscillation);
+    visit(memory.begun);
+    visit(memory.older_work);
+    visit(memory.older_time);
+    visit(memory.failed_cost);
     visit(memory.mark_work);
     visit(memory.mark_time);
-    visit(memory.other_cost);
-    for (auto& step : memory.step) visit(step);
+    visit(memory.mark_step);
+    visit(memory.home_cost);
+    for (auto* values : {&memory.step, &memory.due, &memory.wait})
+      for (auto& value : *values) visit(value);
+  }
+
+  // The last decision, for the log.
+  enum class Event : std::uint8_t { tried, stays, returns, restarts };
+  struct Note {
+    Event event = Event::tried;
+    Choice method = Choice::erk, other = Choice::erk;
+    double time = 0, cost = 0, other_cost = 0;
+  };
+  void note(Event event, Choice method, Choice other, double cost, double other_cost) {
+    note_ = {event, method, other, time(), cost, other_cost};
+    ++noted_;
   }
 
   Choice choice() const { return static_cast<Choice>(memory_.choice); }
@@ -84,14 +127,46 @@ class Automatic final : public Integrator {
     return {erk_.get(), adams_.get(), dirk_.get(), bdf_.get()};
   }
   Integrator& integrator(Choice choice) const { return *methods()[static_cast<std::size_t>(choice)]; }
+  bool is_trial() const { return memory_.home != memory_.choice; }
+  bool may_try(Choice choice) const { return work() >= memory_.due[static_cast<int>(choice)]; }
   double step() const;
-  bool limited_by_stability(double radius) const;
+  double steps_held(double end, double span) const;
+  bool is_periodic() const { return memory_.hold > 0 && time() - memory_.changed <= 1.5 * memory_.hold; }
+  bool limited_by_stability(double radius, double of_hold) const;
   void use(Choice choice);
-  void choose_multistep(double span);
-  void check_stiffness(double span);
+  void note_change();
+  void leave_multistep();
+  void consider(double end, double span);
+  // What is expected until the inputs change.
+  struct Outlook {
+    double span;   // s, of the communication step
+    double steps;  // of the one-step method
+    double hold;   // s, between two changes
+  };
+  bool consider_one_step(const Outlook& outlook);
+  bool consider_multistep(const Outlook& outlook);
+  bool adams_pays(const Outlook& outlook, double used) const;
+  void consider_stiffness(const Outlook& outlook);
+  Choice instead_of_explicit(double radius, const Outlook& outlook) const;
+  Choice instead_of_implicit(double radius, const Outlook& outlook);
+  double expected_hold(double end) const { return std::max(memory_.hold, end - memory_.changed); }
+  void begin_trial(Choice candidate, double span);
+  // Whether a trial that began within an interval between changes need not wait for its end.
+  bool is_hopeless(double spent, double passed) const {
+    return memory_.mark_time > memory_.changed && spent >= Tuning::settled_multistep &&
+           spent > Tuning::hopeless * memory_.home_cost * passed;
+  }
+  void follow_trial(bool within_hold);
   void judge_trial(double cost);
   double work() const;
+  double cost() const;
+  // Right-hand sides after which the step size is that of the method, not of its start.
+  double settled_work() const { return is_multistep(choice()) ? Tuning::settled_multistep : Tuning::settled; }
+  static double stages(Choice choice) {
+    return is_implicit(choice) ? Tuning::dirk_step : Tuning::explicit_stages;
+  }
   void begin_account();
+  void end_measurement();
   void count();
 
   System& system_;
@@ -104,6 +179,8 @@ class Automatic final : public Integrator {
   Memory memory_;
   Statistics before_;      // of the methods used before the one in use
   Statistics statistics_;  // all
+  Note note_;
+  long noted_ = 0;
 };
 
 Automatic::Automatic(System& system, const SolverSettings& settings)
@@ -120,7 +197,8 @@ Automatic::Automatic(System& system, const SolverSettings& settings)
 
 Outcome Automatic::start(double time, const double* y) {
   memory_ = {};
-  memory_.mark_time = time;
+  memory_.mark_time = memory_.older_time = memory_.changed = time;
+  std::fill_n(memory_.wait, choices, Tuning::first_wait);
   before_ = statistics_ = {};
   current_ = erk_.get();
   return current_->start(time, y);
@@ -133,6 +211,30 @@ double Automatic::work() const {
 }
 
 void Automatic::begin_account() {
+  memory_.mark_work = memory_.older_work = work();
+  memory_.mark_time = memory_.older_time = time();
+}
+
+// Right-hand sides per second of the method in use, over its last two measurements.
+double Automatic::cost() const { return (work() - memory_.older_work) / (time() - memory_.older_time); }
+
+// Ends a measurement. If the method in use now costs more than its rival did in the last trial, the motion
+// has become more difficult, and the trial has decided nothing.
+void Automatic::end_measurement() {
+  const double spent = work() - memory_.mark_work, passed = time() - memory_.mark_time;
+  if (spent < Tuning::bucket) return;
+  if (memory_.failed_cost > 0 && spent / passed > Tuning::overtaken * memory_.failed_cost &&
+      work() - memory_.begun >= settled_work()) {
+    double& due = memory_.due[memory_.rival];
+    due = std::min(due, work() + std::max(Tuning::undecided_wait,
+                                          Tuning::undecided_share * memory_.wait[memory_.rival]));
+    memory_.failed_cost = 0;
+  }
+  const double before = (memory_.mark_work - memory_.older_work) / (memory_.mark_time - memory_.older_time);
+  const double change = before * passed / spent;  // NaN after the first measurement
+  memory_.steady = !(change > Tuning::steady_cost || change * Tuning::steady_cost < 1);
+  memory_.older_work = memory_.mark_work;
+  memory_.older_time = memory_.mark_time;
   memory_.mark_work = work();
   memory_.mark_time = time();
 }
@@ -148,12 +250,24 @@ double Automatic::step() const {
                                 : static_cast<const OneStep*>(current_)->allowed_step();
 }
 
+// For how many steps of the one-step method the inputs are expected to be held: as long as before, or as long
+// as they are held already.
+double Automatic::steps_held(double end, double span) const {
+  const double expected = expected_hold(end);
+  double own = step();
+  if (is_multistep(choice())) {
+    own = memory_.step[static_cast<int>(one_step_like(choice()))];
+    if (own == 0) own = memory_.step[static_cast<int>(Choice::erk)];
+  }
+  return expected / (own > 0 ? std::min(own, span) : span);
+}
+
 // Whether stability limits the steps of the explicit method in use.
-bool Automatic::limited_by_stability(double radius) const {
-  return choice() == Choice::adams ? step() * radius > Tuning::adams_stability
-                                   : erk_->stability_used(radius) > (memory_.held >= Tuning::held_for_bdf
-                                                                         ? Tuning::erk_stability_held
-                                                                         : Tuning::erk_stability);
+bool Automatic::limited_by_stability(double radius, double of_hold) const {
+  return choice() == Choice::adams
+             ? step() * radius > Tuning::adams_stability
+             : erk_->stability_used(radius) >
+                   (of_hold >= Tuning::long_hold ? Tuning::erk_stability_held : Tuning::erk_stability);
 }
 
 // Continues with another method from the same state.
@@ -166,31 +280,26 @@ void Automatic::use(Choice choice) {
   next.start(time, current_->state());
   if (!is_multistep(choice) && known > 0) static_cast<OneStep&>(next).expect_step(known);
   current_ = &next;
-  memory_.choice = static_cast<std::uint8_t>(choice);
-  if (!is_implicit(choice)) memory_.oscillatory = 0;
+  memory_.choice = memory_.home = static_cast<std::uint8_t>(choice);
+  memory_.oscillation = 0;
   count();
+  memory_.begun = work();
 }
 
-void Automatic::choose_multistep(double span) {
-  bool multistep = false;
-  if (is_implicit(choice())) {
-    const double own = memory_.step[static_cast<int>(Choice::bdf)];
-    multistep = memory_.oscillatory == 0 && (memory_.held >= Tuning::held_for_bdf ||
-                                             span > Tuning::restart_negligible * (own > 0 ? own : step()));
-  } else if (memory_.held >= Tuning::held_for_adams) {
-    const double allowed = choice() == Choice::adams ? memory_.step[static_cast<int>(Choice::erk)] : step();
-    multistep = span < Tuning::longest_for_adams * allowed;
-  }
-  if (multistep != is_multistep(choice()))
-    use(is_implicit(choice()) ? (multistep ? Choice::bdf : Choice::dirk)
-                              : (multistep ? Choice::adams : Choice::erk));
+void Automatic::note_change() {
+  const double held = time() - memory_.changed;
+  memory_.changed = time();
+  if (held > 0)
+    memory_.hold = memory_.hold == 0 || held < memory_.hold ? held : std::sqrt(memory_.hold * held);
 }
 
 Outcome Automatic::advance(double end, bool inputs_changed) {
   if (!is_later(end, time())) return current_->advance(end, inputs_changed);
   const double span = end - time();
-  memory_.held = inputs_changed ? 0 : std::min(memory_.held + 1, 1000);
-  choose_multistep(span);
+  if (inputs_changed) note_change();
+  // a multistep method does not pay for its restarts
+  if (is_multistep(choice()) && steps_held(end, span) < Tuning::held_for_restart) leave_multistep();
+  if (inputs_changed || !is_periodic()) consider(end, span);
   StepBudget budget(time(), end);
   const long before = statistics_.steps;
   bool changed = inputs_changed;
@@ -202,59 +311,190 @@ Outcome Automatic::advance(double end, bool inputs_changed) {
     const long taken = statistics_.steps - before;
     if (budget.is_hopeless(taken, time(), end)) return failure(time(), budget.hopeless(name()));
     if (taken > budget.steps()) return failure(time(), budget.exceeded(system_, name(), time(), state()));
-    check_stiffness(span);
+    if (time() < end) consider(end, span);
   }
   return {};
 }
 
-void Automatic::check_stiffness(double span) {
-  const double spent = work() - memory_.mark_work, passed = time() - memory_.mark_time;
-  if (!(passed > 0)) return;
-  const double cost = spent / passed;
-  if (memory_.trying != 0) {
-    if (spent >= Tuning::trial_cost) judge_trial(cost);
+// A trial goes on with the one-step method.
+void Automatic::leave_multistep() {
+  const std::uint8_t home = memory_.home;
+  const bool was_trial = is_trial();
+  note(Event::restarts, choice(), one_step_like(choice()), 0, 0);
+  use(one_step_like(choice()));
+  if (was_trial) memory_.home = home;
+  memory_.measuring = memory_.extensions = 0;
+  begin_account();
+}
+
+void Automatic::consider(double end, double span) {
+  if (!(time() > memory_.mark_time)) return;
+  // costs are those of whole intervals between changes of the inputs
+  const bool within_hold = is_periodic() && time() != memory_.changed;
+  if (is_trial()) return follow_trial(within_hold);
+  if (within_hold && (is_implicit(choice()) || work() - memory_.mark_work < Tuning::long_account)) return;
+  end_measurement();
+  const Outlook outlook = {span, steps_held(end, span), expected_hold(end)};
+  if (!within_hold && (is_multistep(choice()) ? consider_one_step(outlook) : consider_multistep(outlook)))
     return;
+  // one step of an explicit method for each input cannot be undercut
+  const bool is_settled = work() - memory_.begun >= settled_work();
+  if (is_settled && work() >= memory_.estimate_due && outlook.steps >= Tuning::held_for_estimate)
+    consider_stiffness(outlook);
+}
+
+// The one-step method of the same kind.
+bool Automatic::consider_one_step(const Outlook& outlook) {
+  const Choice other = one_step_like(choice());
+  const double used = work() - memory_.begun, known = memory_.step[static_cast<int>(other)];
+  if (used < settled_work() || !may_try(other)) return false;
+  if (!is_periodic()) {
+    if (memory_.steady == 0 || known == 0) return false;
+    // what it would cost, as far as its step size is not out of date
+    if (used < Tuning::outdated && stages(other) / std::min(known, outlook.span) > cost()) return false;
   }
-  if (spent < static_cast<double>(memory_.interval) * memory_.backoff) return;
-  memory_.interval = std::min<std::int64_t>(2 * memory_.interval, Tuning::rarest_estimate);
+  begin_trial(other, outlook.span);
+  return true;
+}
+
+// The multistep method of the same kind.
+bool Automatic::consider_multistep(const Outlook& outlook) {
+  const Choice other = multistep_like(choice());
+  if (outlook.steps < (is_implicit(choice()) ? Tuning::held_for_bdf : Tuning::held_for_adams)) return false;
+  const double used = work() - memory_.begun;
+  // one step for each communication step: much to gain
+  const bool at_floor = step() >= outlook.span && used >= Tuning::wait_at_floor;
+  if (!may_try(other) && !at_floor) return false;
+  if (work() - memory_.older_work < Tuning::least_account) return false;
+  if (other == Choice::adams && !adams_pays(outlook, used)) return false;
+  begin_trial(other, outlook.span);
+  return true;
+}
+
+bool Automatic::adams_pays(const Outlook& outlook, double used) const {
+  // in long communication steps the gain is small
+  if (outlook.span > Tuning::longest_for_adams * step() && used < Tuning::long_trial_after) return false;
+  return cost() * outlook.hold >= Tuning::adams_restart + Tuning::adams_step * outlook.hold / step();
+}
+
+void Automatic::consider_stiffness(const Outlook& outlook) {
   before_.evaluations += SpectralRadius::evaluations;
   const double radius = radius_.estimate(system_, time(), state());
-  bool promising;
-  if (is_implicit(choice())) {
-    // cost of explicit steps, limited by stability and communication steps
-    promising = Tuning::explicit_stages *
-                    std::max(radius / Tuning::explicit_step, is_multistep(choice()) ? 0.0 : 1 / span) <
-                Tuning::promised_gain * cost;
-  } else {
-    promising = limited_by_stability(radius);
-  }
   count();
-  if (promising) {
-    memory_.other_cost = cost;
-    memory_.trying = 1;
-    const bool held = is_multistep(choice()) || memory_.held >= Tuning::held_for_bdf ||
-                      span > Tuning::restart_negligible * step();
-    use(is_implicit(choice()) ? Choice::erk : (held ? Choice::bdf : Choice::dirk));
-  } else if (choice() == Choice::bdf && step() * radius < Tuning::bdf_oscillatory) {
-    memory_.other_cost = cost;
-    memory_.trying = memory_.oscillatory = 1;
-    use(Choice::dirk);
+  memory_.interval = std::min(2 * memory_.interval, Tuning::rarest_estimate);
+  memory_.estimate_due = work() + memory_.interval;
+  if (!(time() > memory_.older_time)) return;
+  const Choice candidate =
+      is_implicit(choice()) ? instead_of_implicit(radius, outlook) : instead_of_explicit(radius, outlook);
+  if (candidate != choice()) begin_trial(candidate, outlook.span);
+}
+
+Choice Automatic::instead_of_explicit(double radius, const Outlook& outlook) const {
+  const double of_hold = cost() * outlook.hold;
+  if (!limited_by_stability(radius, of_hold)) return choice();
+  if (outlook.steps >= Tuning::held_for_bdf && of_hold > Tuning::bdf_restart && may_try(Choice::bdf))
+    return Choice::bdf;
+  return of_hold > Tuning::dirk_step && may_try(Choice::dirk) ? Choice::dirk : choice();
+}
+
+Choice Automatic::instead_of_implicit(double radius, const Outlook& outlook) {
+  // cost of explicit steps, limited by stability and communication steps
+  const double rate = is_multistep(choice()) ? 0.0 : 1 / outlook.span;
+  const double explicit_cost = Tuning::explicit_stages * std::max(radius / Tuning::explicit_step, rate);
+  const Choice other = is_multistep(choice()) && may_try(Choice::adams) ? Choice::adams : Choice::erk;
+  if (explicit_cost < Tuning::promised_gain * cost() && may_try(other)) return other;
+  // bdf whose steps are bound to the spectral radius
+  const double before = memory_.oscillation, now = step() * radius;
+  memory_.oscillation = now;
+  const bool bound =
+      now < Tuning::bdf_oscillatory && now < Tuning::steady * before && before < Tuning::steady * now;
+  return choice() == Choice::bdf && bound && may_try(Choice::dirk) ? Choice::dirk : choice();
+}
+
+void Automatic::begin_trial(Choice candidate, double span) {
+  const std::uint8_t home = memory_.choice;
+  double home_cost = cost();
+  // the present step, without those of a start
+  if (!is_multistep(choice()))
+    home_cost = std::min(home_cost, Tuning::present_margin * stages(choice()) / std::min(step(), span));
+  note(Event::tried, candidate, choice(), 0, home_cost);
+  use(candidate);
+  memory_.home = home;
+  memory_.home_cost = home_cost;
+  memory_.measuring = memory_.extensions = 0;
+  begin_account();
+}
+
+void Automatic::follow_trial(bool within_hold) {
+  const double spent = work() - memory_.mark_work, passed = time() - memory_.mark_time;
+  if (within_hold) {
+    if (is_hopeless(spent, passed)) return judge_trial(spent / passed);
+    if (spent < Tuning::longest_trial) return;
+  }
+  if (memory_.measuring == 0) {
+    if (spent < (choice() == Choice::erk ? Tuning::settling_cost_erk : Tuning::settling_cost)) return;
+    memory_.measuring = 1;
+    memory_.mark_step = step();
+    begin_account();
+    return;
+  }
+  if (spent < Tuning::trial_cost) return;
+  const double cost = spent / passed;
+  // steps that still grow will cost less
+  if (cost > memory_.home_cost && step() > Tuning::growing * memory_.mark_step &&
+      memory_.extensions < Tuning::most_extensions) {
+    ++memory_.extensions;
+    memory_.mark_step = step();
+    begin_account();
+    return;
+  }
+  judge_trial(cost);
+}
+
+void Automatic::judge_trial(double cost) {
+  const Choice home = static_cast<Choice>(memory_.home), tried = choice();
+  const double ratio = cost / memory_.home_cost;
+  const bool better = ratio < Tuning::better;
+  const int loser = static_cast<int>(better ? home : tried);
+  double& wait = memory_.wait[loser];
+  if (better) {
+    memory_.due[loser] = work() + std::min(Tuning::first_wait / (ratio * ratio), Tuning::longest_wait);
+  } else {
+    memory_.due[loser] = work() + wait;
+    wait = std::min(Tuning::longer_wait * wait, Tuning::longest_wait);
+  }
+  memory_.wait[static_cast<int>(better ? tried : home)] = Tuning::first_wait;
+  memory_.rival = static_cast<std::uint8_t>(loser);
+  memory_.failed_cost = better ? memory_.home_cost : cost;
+  note(better ? Event::stays : Event::returns, tried, home, cost, memory_.home_cost);
+  if (better) {
+    memory_.interval = Tuning::first_estimate;
+    memory_.estimate_due = std::min(memory_.estimate_due, work() + memory_.interval);
+    memory_.home = memory_.choice;
+  } else {
+    use(home);
   }
   begin_account();
 }
 
-void Automatic::judge_trial(double cost) {
-  memory_.trying = 0;
-  if (cost > memory_.other_cost) {
-    memory_.backoff = std::min(4 * memory_.backoff, Tuning::longest_backoff);
-    const bool was_implicit = memory_.oscillatory == 0 && is_implicit(choice());
-    memory_.oscillatory = 0;
-    use(was_implicit ? Choice::erk : Choice::bdf);
-  } else {
-    memory_.backoff = 1;
-    memory_.interval = Tuning::first_estimate;
+std::string Automatic::last_decision() const {
+  static constexpr const char* names[choices] = {"erk", "adams", "dirk", "bdf"};
+  const std::string method = names[static_cast<int>(note_.method)],
+                    other = names[static_cast<int>(note_.other)];
+  const std::string costs = ": " + rounded(note_.cost) + " right-hand sides per second, " + other + " took " +
+                            rounded(note_.other_cost);
+  const std::string at = " at " + shown(note_.time) + " s";
+  switch (note_.event) {
+    case Event::tried:
+      return "auto tries " + method + " instead of " + other + at;
+    case Event::stays:
+      return "auto keeps " + method + at + costs;
+    case Event::returns:
+      return "auto returns from " + method + " to " + other + at + costs;
+    case Event::restarts:
+      break;
   }
-  begin_account();
+  return "auto continues with " + other + at + ": inputs change too often for " + method;
 }
 
 void Automatic::save(std::vector<unsigned char>& bytes) const {
@@ -272,7 +512,7 @@ bool Automatic::restore(const unsigned char* bytes, std::size_t size) {
   Statistics before;
   each_part(memory, [&reader](auto& part) { reader.get(part); });
   get(reader, before);
-  if (!reader.good() || memory.choice >= choices || memory.oscillatory > 1) return false;
+  if (!reader.good() || memory.choice >= choices || memory.home >= choices) return false;
   Integrator& next = integrator(static_cast<Choice>(memory.choice));
   if (!next.restore(reader.rest(), reader.left())) return false;
   current_ = &next;

@@ -43,7 +43,9 @@ class Integrator {
   virtual const double* state() const = 0;  // length System::size()
   virtual const Statistics& statistics() const = 0;
   virtual const char* name() const = 0;
-  virtual SolverMethod method() const = 0;  // in use; automatic: none
+  virtual SolverMethod method() const = 0;                  // in use; automatic: none
+  virtual long decisions() const { return 0; }              // number of decisions between methods so far
+  virtual std::string last_decision() const { return {}; }  // the last of them, for a log
 
   // Appends all that the continuation depends on, as bytes. The run after `restore`, here or in another
   // process with the same model, equals the uninterrupted run bit for bit.

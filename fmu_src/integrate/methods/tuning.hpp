@@ -13,20 +13,23 @@ struct Tuning {
 
   static constexpr long steps_between_choices = 16;  // internal steps
 
-  // Multistep or one step. A restart of a multistep method costs what about six communication steps of erk
-  // cost.
-  static constexpr int held_for_adams = 6;  // communication steps with held inputs until adams starts
-  static constexpr int held_for_bdf = 3;    // the same for bdf, whose alternative, dirk, costs more
-  // Communication step over the step that the tolerance allows erk: adams saves right-hand sides below it
-  // (smooth scenes in steps of 10 ms took 3 times those of adams with a smaller limit).
+  // Multistep or one step: number of steps of the one-step method, for which inputs are held, from which on
+  // the multistep method is tried, and below which it is left at once.
+  static constexpr double held_for_adams = 5.5;
+  // Right-hand sides of restarts and steps. A method is tried only where those of the method in use cost more
+  // until the inputs change.
+  static constexpr double adams_restart = 30, adams_step = 5, bdf_restart = 50, dirk_step = 15;
+  static constexpr double held_for_bdf = 3;
+  static constexpr double held_for_restart = 2.5;
+  // Communication step over the step that the tolerance allows erk: above it adams is tried later.
   static constexpr double longest_for_adams = 6;
-  // Internal steps of bdf in a communication step from which on its restart does not matter.
-  static constexpr double restart_negligible = 30;
+  static constexpr double long_trial_after = 300;  // right-hand sides
 
   // Explicit or implicit. The spectral radius is estimated after so many right-hand sides, then after twice
-  // as many, and so on; an estimate takes 19.
-  static constexpr long first_estimate = 100;
-  static constexpr long rarest_estimate = 3000;
+  // as many, and so on; an estimate takes 19. Not where explicit methods take one step for each input.
+  static constexpr double first_estimate = 100;
+  static constexpr double rarest_estimate = 3000;
+  static constexpr double held_for_estimate = 1.5;
   // Step times spectral radius from which on an explicit method counts as limited by its stability: for erk
   // as a share of its stability interval, smaller where inputs are held and bdf needs no restart (without it
   // the governor took 9 times the right-hand sides of bdf); for adams as it is, since its iteration must
@@ -34,9 +37,11 @@ struct Tuning {
   static constexpr double erk_stability = 0.6;
   static constexpr double erk_stability_held = 0.2;
   static constexpr double adams_stability = 0.3;
+  static constexpr double long_hold = 200;  // right-hand sides until the inputs change
   // Step times spectral radius below which bdf counts as limited by its stability, by a highly oscillatory
   // part of the motion: dirk is tried (stiff_arm took 3 times the right-hand sides of dirk without it).
   static constexpr double bdf_oscillatory = 10;
+  static constexpr double steady = 1.5;  // ratio of two such estimates, at most
   // What explicit steps would cost instead of implicit ones: stages a step, and step times spectral radius.
   static constexpr double explicit_stages = 7;
   static constexpr double explicit_step = 2.5;
@@ -44,9 +49,31 @@ struct Tuning {
 
   // Trials of another method. A Jacobian with its factorization takes the time of 1.5 right-hand sides a
   // column.
-  static constexpr long trial_cost = 400;     // right-hand sides until a trial is judged
-  static constexpr int longest_backoff = 64;  // factor on the time between estimates after failed trials
   static constexpr double jacobian_column = 1.5;
+  static constexpr double bucket = 100;                           // right-hand sides of a measurement
+  static constexpr double settled = 40, settled_multistep = 300;  // right-hand sides of a start
+  static constexpr double hopeless = 3;             // cost over that before, at which a trial ends early
+  static constexpr double overtaken = 1.3;          // cost over that of the rival in the last trial
+  static constexpr double undecided_share = 0.125;  // of the wait after a failed trial, at least
+  static constexpr double undecided_wait = 200;     // after a trial that the motion has overtaken
+  static constexpr double wait_at_floor = 250;  // where one-step methods take one step per communication step
+  static constexpr double present_margin = 1.5;  // cost at the present step size, at most
+  static constexpr double least_account = 24;    // right-hand sides before a trial
+  static constexpr double settling_cost = 60;    // of a trial, before its measurement
+  static constexpr double settling_cost_erk = 30;
+  static constexpr double trial_cost = 150;  // of the measurement
+  static constexpr double longest_trial =
+      20000;                                    // right-hand sides in which an interval between changes ends
+  static constexpr double long_account = 1500;  // the same, for stiffness that begins within one
+  static constexpr double outdated = 1500;      // after which a step size of another method is unknown
+  static constexpr double steady_cost = 2;      // ratio of two measurements, at most
+  static constexpr double growing = 1.5;        // growth of the step size that extends a trial
+  static constexpr int most_extensions = 4;
+  static constexpr double better = 0.95;  // cost of a method that stays over that before it
+  // Right-hand sides until the loser of a trial may be tried again.
+  static constexpr double first_wait = 1000;
+  static constexpr double longer_wait = 4;  // factor after each
+  static constexpr double longest_wait = 2e4;
 
   // ---- tables of erk
   // Measured with bench/stepping on 46 cases: KR5, gripper, four-bar, pendulum, planar arm and top, at rest,

@@ -159,5 +159,46 @@ TEST(Automatic, takes_dirk_where_bdf_would_follow_what_rings) {
   EXPECT_LT(evaluations(SolverMethod::automatic), 0.7 * evaluations(SolverMethod::bdf));
 }
 
+// Right-hand sides, with Jacobians, of `count` communication steps of a model of models/; torques change
+// every `hold` of them.
+double work_of(const std::string& model, SolverMethod method, double rtol, double step, int count, int hold) {
+  Rig rig(model, solver(method, rtol));
+  for (int k = 1; k <= count; ++k) {
+    const bool changes = hold > 0 && (k - 1) % hold == 0;
+    for (int i = 0; changes && i < rig.plan.nv; ++i) rig.system.tau(i) = ((k - 1) / hold + i) % 2 ? 1 : -1;
+    EXPECT_TRUE(rig.integrator->advance(k * step, changes || k == 1).ok);
+  }
+  const Statistics& all = rig.integrator->statistics();
+  return static_cast<double>(all.evaluations) + 1.5 * rig.system.size() * static_cast<double>(all.jacobians);
+}
+
+// It was erk for 6 steps and a start of adams in the seventh: 2.1 times.
+TEST(Automatic, learns_for_how_long_inputs_are_held) {
+  const double adams = work_of("kuka_kr5", SolverMethod::adams, 1e-4, 1e-3, 280, 7);
+  EXPECT_LT(work_of("kuka_kr5", SolverMethod::automatic, 1e-4, 1e-3, 280, 7), 1.3 * adams);
+}
+
+// Estimates of the spectral radius doubled the longest communication steps.
+TEST(Automatic, costs_what_erk_costs_where_inputs_change_in_each_step) {
+  EXPECT_EQ(work_of("kuka_kr5", SolverMethod::automatic, 1e-6, 1e-3, 300, 1),
+            work_of("kuka_kr5", SolverMethod::erk, 1e-6, 1e-3, 300, 1));
+}
+
+// The start of bdf was judged as if it were bdf: 16 times.
+TEST(Automatic, a_trial_is_not_judged_by_its_start) {
+  const double bdf = work_of("gripper_pd", SolverMethod::bdf, 1e-10, 1e-2, 100, 0);
+  EXPECT_LT(work_of("gripper_pd", SolverMethod::automatic, 1e-10, 1e-2, 100, 0), 1.5 * bdf);
+}
+
+TEST(Automatic, explains_its_decisions) {
+  Cart cart(1e6);
+  EXPECT_EQ(cart.integrator->decisions(), 0);
+  ASSERT_TRUE(cart.integrator->advance(1, true).ok);
+  EXPECT_GT(cart.integrator->decisions(), 0);
+  const std::string text = cart.integrator->last_decision();
+  EXPECT_NE(text.find("auto keeps bdf at 0."), std::string::npos) << text;
+  EXPECT_NE(text.find("right-hand sides per second, erk took "), std::string::npos) << text;
+}
+
 }  // namespace
 }  // namespace redysim
