@@ -6,10 +6,8 @@ namespace redysim {
 // are numbers of right-hand sides, so that the same run makes the same choices.
 struct Tuning {
   // ---- auto
-  // Measured with bench/stepping on the 37 files of models/ at rtol 1e-6: 1 s in steps of 10 ms and 0.5 s in
-  // steps of 1 ms with held inputs, 0.5 s in steps of 10 ms with torques of switching sign; 111 runs. With
-  // these values `auto` takes at most 2.1 times the right-hand sides of the best single method
-  // (docs/solvers.md).
+  // Measured with bench/automatic.py: work against the best single method at equal error, at rtol 1e-4 to
+  // 1e-10, in six uses of the files of models/ (docs/solvers.md).
 
   static constexpr long steps_between_choices = 16;  // internal steps
 

@@ -65,14 +65,14 @@ TEST(Automatic, steps_implicitly_where_it_is_stiff) {
 TEST(Automatic, goes_there_and_back_without_a_jump) {
   Cart cart(0.1), exact(0.1, SolverMethod::dirk, 1e-10);
   std::vector<SolverMethod> used;
-  for (int k = 1; k <= 300; ++k) {
-    const bool changes = k % 100 == 1;
+  for (int k = 1; k <= 800; ++k) {
+    const bool changes = k % 100 == 1 && k < 300;
     if (changes)
       for (Cart* each : {&cart, &exact}) each->set_damping(k == 101 ? 1e5 : 0.1);
     ASSERT_TRUE(cart.integrator->advance(k * 0.02, changes).ok);
     ASSERT_TRUE(exact.integrator->advance(k * 0.02, changes).ok);
     EXPECT_LT(test::largest_difference(cart.state(), exact.state()), 1e-4) << k;
-    if (k % 100 == 0) used.push_back(cart.integrator->method());
+    if (k == 100 || k == 200 || k == 800) used.push_back(cart.integrator->method());
   }
   EXPECT_EQ(used[1], SolverMethod::bdf);
   for (int k : {0, 2}) EXPECT_TRUE(used[k] == SolverMethod::erk || used[k] == SolverMethod::adams);
@@ -180,8 +180,9 @@ TEST(Automatic, learns_for_how_long_inputs_are_held) {
 
 // Estimates of the spectral radius doubled the longest communication steps.
 TEST(Automatic, costs_what_erk_costs_where_inputs_change_in_each_step) {
-  EXPECT_EQ(work_of("kuka_kr5", SolverMethod::automatic, 1e-6, 1e-3, 300, 1),
-            work_of("kuka_kr5", SolverMethod::erk, 1e-6, 1e-3, 300, 1));
+  const int one_estimate = 19;  // at the start
+  EXPECT_LE(work_of("kuka_kr5", SolverMethod::automatic, 1e-6, 1e-3, 300, 1),
+            work_of("kuka_kr5", SolverMethod::erk, 1e-6, 1e-3, 300, 1) + one_estimate);
 }
 
 // The start of bdf was judged as if it were bdf: 16 times.
@@ -197,7 +198,7 @@ TEST(Automatic, explains_its_decisions) {
   EXPECT_GT(cart.integrator->decisions(), 0);
   const std::string text = cart.integrator->last_decision();
   EXPECT_NE(text.find("auto keeps bdf at 0."), std::string::npos) << text;
-  EXPECT_NE(text.find("right-hand sides per second, erk took "), std::string::npos) << text;
+  EXPECT_NE(text.find("right-hand sides per second, "), std::string::npos) << text;
 }
 
 }  // namespace
