@@ -512,7 +512,7 @@ bool Automatic::restore(const unsigned char* bytes, std::size_t size) {
   Statistics before;
   each_part(memory, [&reader](auto& part) { reader.get(part); });
   get(reader, before);
-  if (!reader.good() || memory.choice >= choices || memory.home >= choices) return false;
+  if (!reader.good() || std::max({memory.choice, memory.home, memory.rival}) >= choices) return false;
   Integrator& next = integrator(static_cast<Choice>(memory.choice));
   if (!next.restore(reader.rest(), reader.left())) return false;
   current_ = &next;
