@@ -56,11 +56,18 @@ def add(commands) -> None:
     )
     command.add_argument("--floating", action="store_true", help="URDF: use a floating base instead of a fixed one")
     command.add_argument(
-        "--stops", type=float, metavar="STIFFNESS", help="URDF, DH table: convert joint limits to stops of this stiffness (N m/rad, N/m)"
+        "--stops",
+        type=_stops,
+        metavar="STIFFNESS|none",
+        help="URDF, DH table: stiffness of the stops at joint limits (N m/rad, N/m; default for URDF: by the masses), or none",
     )
     command.add_argument("--dh", choices=("modified", "standard"), help="DH table: convention (modified: Craig, Khalil; standard: distal)")
     command.add_argument("--angles", choices=("rad", "deg"), help="DH table: unit of angles without a unit in the header")
     command.set_defaults(run=run)
+
+
+def _stops(text: str) -> float | str:
+    return text if text == "none" else float(text)
 
 
 def run(options: argparse.Namespace) -> int:

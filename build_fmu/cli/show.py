@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import math
 import tempfile
+from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 from build_fmu.cli.terminal import SEVERAL, targets_after, warn
@@ -61,8 +63,8 @@ def run(options: argparse.Namespace) -> int:
     ]
     if record and asked:
         raise UserError(f"{asked[0]} applies to a simulation, but '{record}' contains results")
-    with tempfile.TemporaryDirectory() as folder:
-        model = _model(mechanism) if mechanism else None
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as kept:
+        model, mechanism = _model(mechanism, kept) if mechanism else (None, None)
         if record:
             shown, title = recorded(record, model), record.stem
         else:
@@ -112,15 +114,24 @@ def _targets(targets: list[Path]) -> tuple[Path | None, Path | None]:
     return next(iter(mechanisms), None), next(iter(records), None)
 
 
-def _model(mechanism: Path):
-    """Describes a model file, or the one that an FMU contains; None for an FMU without one."""
+def _model(mechanism: Path, kept: ExitStack) -> tuple:
+    """Describes a model file, or the one that an FMU contains (None for an FMU without one). Returns the file to run, too."""
     from build_fmu.model.describe import describe
+    from build_fmu.model.inverse import inverse_of
     from build_fmu.model.resources import model_in
 
-    model = describe(mechanism) if mechanism.suffix == ".toml" else model_in(mechanism)
-    if model is None:
-        warn([f"'{mechanism}' contains no model file: the page has plots and no mechanism"])
-    return model
+    if mechanism.suffix != ".toml":
+        model = model_in(mechanism)
+        if model is None:
+            warn([f"'{mechanism}' contains no model file: the page has plots and no mechanism"])
+        return model, mechanism
+    try:
+        return describe(mechanism), mechanism
+    except UserError as error:
+        # a model without masses cannot be simulated, but its joints can be prescribed
+        model, file = kept.enter_context(inverse_of(mechanism))
+        warn([str(error), f"'{mechanism}' cannot be simulated: the page shows its kinematics; move joints with --input JOINT.q=EXPR"])
+        return replace(model, model_name=model.model_name.removesuffix("_inverse")), file
 
 
 def _simulated(mechanism: Path, model, folder: Path, options: argparse.Namespace) -> tuple:

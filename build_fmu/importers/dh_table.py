@@ -89,6 +89,8 @@ class Row:
 
 def read(path: Path, options: Namespace) -> Draft:
     """Returns the draft; raises UserError with file, line and column."""
+    if options.stops == "none":
+        options.stops = None
     if options.stops is not None and not 0 < options.stops < math.inf:
         raise UserError(f"--stops: the stiffness must be > 0 and finite, got {options.stops:g}")
     draft = Draft(name=legal(path.stem), source=path.name)

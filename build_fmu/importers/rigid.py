@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from build_fmu.importers.draft import DhFrame
+from build_fmu.importers.draft import GROUND, DhFrame, DraftLink
 
 
 def rotation_x(angle: float) -> np.ndarray:
@@ -44,6 +44,16 @@ def pose_of(dh: DhFrame, joint: str = "fixed", q: float = 0.0) -> np.ndarray:
     d = dh.d + (q if joint == "prismatic" else 0.0)
     first = transform(rotation_z(dh.gamma), (0, 0, dh.b))
     return first @ transform(rotation_x(dh.alpha)) @ transform(None, (dh.a, 0, 0)) @ transform(rotation_z(theta), (0, 0, d))
+
+
+def start_poses(links: Sequence[DraftLink]) -> dict[str, np.ndarray]:
+    """Returns the poses of all links in the ground frame in the initial configuration."""
+    poses = {GROUND: np.eye(4)}
+    for link in links:
+        # joints with several DOF start at 0
+        q = 0.0 if isinstance(link.q, list) else link.q
+        poses[link.name] = poses[link.parent] @ pose_of(link.dh, link.joint, q)
+    return poses
 
 
 def position_and_angles(own: np.ndarray) -> tuple[list[float], list[float]]:

@@ -20,7 +20,8 @@ from build_fmu.importers.toml_writer import number
 from build_fmu.importers.urdf_actuators import add_actuators
 from build_fmu.importers.urdf_contacts import add_contacts
 from build_fmu.importers.urdf_file import DEGREES, NEAR_RIGHT, Urdf
-from build_fmu.importers.urdf_losses import report_limits, report_losses, some
+from build_fmu.importers.urdf_limits import add_stops, report_outside, start_inside
+from build_fmu.importers.urdf_losses import report_losses, some
 from build_fmu.importers.urdf_mimic import add_couplings, follow, read_mimics
 
 KINDS = {
@@ -58,7 +59,7 @@ class Body:
 
 def read(path: Path, options: Namespace) -> Draft:
     """Returns the draft; raises UserError with file, line and element."""
-    if options.stops is not None and not 0 < options.stops < math.inf:
+    if options.stops not in (None, "none") and not 0 < options.stops < math.inf:
         raise UserError(f"--stops: the stiffness must be > 0 and finite, got {options.stops:g}")
     urdf = Urdf(path, options.snap)
     bodies = _bodies(urdf)
@@ -66,8 +67,10 @@ def read(path: Path, options: Namespace) -> Draft:
     _joints(urdf, bodies, draft)
     by_joint = {body.joint: body for body in bodies.values() if body.joint}
     mimics = read_mimics(urdf, by_joint, draft)
-    follow(mimics, by_joint, _pose(bodies, options.pose), draft)
-    report_limits([body for body in bodies.values() if body.limits], draft, options.stops)
+    limited, posed = [body for body in bodies.values() if body.limits], _pose(bodies, options.pose)
+    start_inside(limited, posed.union(mimic.joint for mimic in mimics), draft)
+    follow(mimics, by_joint, posed, draft)
+    report_outside(limited, draft)
     root = _root(urdf, bodies)
     if options.floating:
         bodies[root].kind = "free"
@@ -77,6 +80,7 @@ def read(path: Path, options: Namespace) -> Draft:
     layout = _Layout(draft, bodies, options)
     layout.lay(root)
     add_couplings(mimics, by_joint, layout)
+    add_stops(limited, layout, options.stops)
     add_actuators(urdf, by_joint, layout, options.limits)
     if options.contact:
         add_contacts(urdf, layout, feet_only=options.contact == "ground")
@@ -247,7 +251,7 @@ class _Layout:
 
     def __init__(self, draft: Draft, bodies: dict[str, Body], options: Namespace) -> None:
         self.draft, self.bodies, self.names = draft, bodies, Names()
-        self.frames, self.stops = options.frames, options.stops
+        self.frames = options.frames
         self.depth = self._depths()
         self.called: dict[str, str] = {}  # names in the model
         self.own: dict[str, np.ndarray] = {}  # the URDF's frame relative to ours
@@ -275,8 +279,6 @@ class _Layout:
         link = DraftLink(name, parent, body.kind, mass=body.mass, q=body.q)
         several = 3 if body.kind == "planar" else 0
         link.damping, link.friction = ([x] * several if several and x else x for x in (body.damping, body.friction))
-        if body.limits and self.stops is not None:
-            (link.lower, link.upper), link.stop_stiffness = body.limits, self.stops
         if body.kind == "fixed":
             link.dh, own = self._fixed(frame)
         else:

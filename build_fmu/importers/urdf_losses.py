@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from lxml import etree
 
@@ -40,15 +40,6 @@ def report_losses(robot: etree._Element, draft: Draft, contact: bool = False) ->
             draft.lost.append(f"{count} x <{tag}>")
     _unknown(robot, draft, contact)
     _masses(robot, draft)
-
-
-def report_limits(limited: Sequence, draft: Draft, stops: float | None) -> None:
-    """Reports start positions outside the limits of their joints, and limits that are not converted to stops."""
-    outside = [f"{b.joint} ({b.limits[0]:g} to {b.limits[1]:g})" for b in limited if not b.limits[0] <= b.q <= b.limits[1]]
-    if outside:
-        draft.doubts.append(f"the start position is outside the limits of {some(outside)}: set it with --pose JOINT=VALUE")
-    if limited and stops is None:
-        draft.lost.append(f"the limits of {some([body.joint for body in limited])}: --stops STIFFNESS converts them to stops")
 
 
 def _unknown(robot: etree._Element, draft: Draft, contact: bool) -> None:

@@ -19,7 +19,11 @@ BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 @contextmanager
 def inverse_of(model: Path) -> Iterator[tuple[Description, Path]]:
     """Yields the description of a model's inverse and its model file; raises UserError as `describe` does."""
-    resources = describe(model).resources
+    resources, failure = [], None
+    try:
+        resources = describe(model).resources
+    except UserError as error:
+        failure = error  # the inverse may be valid nevertheless, such as that of a model without masses
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / model.name
         copy.write_bytes(b"inverse = true\n" + model.read_bytes().removeprefix(BYTE_ORDER_MARK))
@@ -32,5 +36,5 @@ def inverse_of(model: Path) -> Iterator[tuple[Description, Path]]:
         try:
             description = describe(copy)
         except UserError as error:
-            raise UserError(of_the_user(str(error))) from None
+            raise failure or UserError(of_the_user(str(error))) from None
         yield replace(description, warnings=[of_the_user(line) for line in description.warnings]), copy

@@ -73,10 +73,10 @@ def test_names_frames_and_losses(tmp_path):
     said = " | ".join(draft.lost + draft.doubts)
     for part in (
         "the mass of 'base', 3 kg",
-        "the limits of shoulder: --stops",
+        "stops at the limits of shoulder",
         "1 <visual> shapes",
         "line 18: <transmission> 't': no <joint>",
-        "outside the limits of shoulder (0.5 to 1)",
+        "start positions inside the limits are chosen: shoulder = 0.525; --pose",
         "'upper arm' is renamed to 'upper_arm'",
         "'time' is renamed to 'time_2'",
         "1 angles are within",
@@ -84,8 +84,8 @@ def test_names_frames_and_losses(tmp_path):
         assert part in said
     assert [(tie.name, tie.fields["joints"]) for tie in draft.couplings] == [("upper_arm_joint_mimic", ["upper_arm_joint", "shoulder"])]
     first, second, _ = draft.links
-    assert (first.damping, first.friction, first.lower, first.mass) == (0.7, 0.2, None, 2)
-    assert "friction = 0.2" in model_text(draft) and "stop" not in model_text(draft).split("name =", 1)[1]
+    assert (first.damping, first.friction, first.lower, first.mass) == (0.7, 0.2, 0.5, 2)
+    assert "friction = 0.2" in model_text(draft) and "stop" not in model_text(imported(tmp_path, ARM, stops="none")).split("name =", 1)[1]
     # both axes along y: the frames lie in one plane, so nothing but a and theta is left in the second joint
     assert (second.dh.gamma, second.dh.b, second.dh.alpha) == (0, 0, 0) and abs(second.dh.a) == pytest.approx(0.5)
     assert "URDF frame of 'upper arm' in this frame" in model_text(draft)
@@ -152,6 +152,30 @@ def test_frames(tmp_path):
     found = poses["time_2"] @ transform(rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll), draft.frames[1].fields["position"])
     assert np.allclose(found, transform(rotation_y(1.5708), (0.5, 0, 0.3)), atol=1e-12)
     assert '[[frame]]\nname = "upper_arm_frame"\nlink = "upper_arm"\n' in model_text(draft)
+
+
+def test_limits_become_stops_by_the_masses(tmp_path):
+    """Two bodies on the first joint: 20 Hz with their inertia about its axis."""
+    draft = imported(
+        tmp_path, ARM.replace('axis xyz="0 2 0"', 'axis xyz="0 1 0"').replace('rpy="0 1.5708 0"', "").replace('lower="0.5"', 'lower="-1"')
+    )
+    inertia = (0.2 + 2 * (0.1**2 + 0.2**2)) + (0.1 + 1 * 0.5**2)
+    assert draft.links[0].stop_stiffness == float(f"{inertia * (2 * math.pi * 20) ** 2:.2g}") and draft.links[0].stop_damping == 1
+    assert any("stops at the limits of shoulder: the stiffness gives" in doubt for doubt in draft.doubts)
+    rail = imported(tmp_path, ARM.replace('type="revolute"', 'type="prismatic"')).links[0]
+    assert rail.stop_stiffness == float(f"{3 * (2 * math.pi * 20) ** 2:.2g}") and rail.stop_damping == 2
+    none = imported(tmp_path, ARM, stops="none")
+    assert none.links[0].lower is None and "the limits of shoulder: omitted with --stops none" in none.lost
+
+
+def test_starts_inside_the_limits(tmp_path):
+    """The nearest limit, 5 % of the range inside; --pose is obeyed, and reported where it is outside."""
+    assert imported(tmp_path, ARM).links[0].q == 0.525
+    assert imported(tmp_path, ARM.replace('lower="0.5" upper="1"', 'lower="-3.0718" upper="-0.0698"')).links[0].q == -0.22
+    posed = imported(tmp_path, ARM, pose=["shoulder=0.2"])
+    assert posed.links[0].q == 0.2
+    assert any("the start position is outside the limits of shoulder (0.5 to 1)" in doubt for doubt in posed.doubts)
+    assert not any("chosen" in doubt for doubt in posed.doubts)
 
 
 def test_limits_become_stops_on_request(tmp_path):

@@ -1,6 +1,7 @@
 #include "model/read/model_checks.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 
 namespace redysim {
 namespace {
@@ -107,12 +108,21 @@ std::vector<int> rigid_carriers(const std::vector<LinkDraft>& drafts) {
 void check_movable(std::vector<LinkDraft>& drafts, Section& top) {
   bool movable = false;
   const std::vector<Outboard> outboard = outboards(drafts);
+  const bool massless = std::all_of(drafts.begin(), drafts.end(), [](const LinkDraft& draft) {
+    return draft.link.mass == 0 && !has_inertia(draft.link);
+  });
   for (std::size_t i = 0; i < drafts.size(); ++i) {
     const Joint& joint = drafts[i].link.joint;
     if (!moves(joint)) continue;
     movable = true;
     if (joint.armature > 0 || joint.drive == Drive::motion || joint.drive == Drive::locked) continue;
     const std::string message = immovable(joint, outboard[i]);
+    if (!message.empty() && massless) {
+      drafts[i].section.error(
+          drafts[i].section.place(),
+          "no link has mass or inertia; give the links masses, or the joints drive 'motion'");
+      return;
+    }
     if (!message.empty()) drafts[i].section.error(drafts[i].section.place(), message);
   }
   if (!movable) top.error("link", "all joints are fixed; at least one joint must move");

@@ -42,6 +42,13 @@ TEST(movable, a_massless_end_is_refused) {
             (Lines{"6: link 'b': joint 'b' moves no mass" + remedy}));
 }
 
+TEST(movable, a_model_without_masses_gets_one_sentence) {
+  EXPECT_EQ(errors(chain({"", "joint = 'prismatic'", "alpha = 1"})),
+            (Lines{"2: link 'a': no link has mass or inertia; give the links masses, or the joints drive "
+                   "'motion'"}));
+  EXPECT_TRUE(errors(chain({"drive = 'motion'", "drive = 'motion'"})).empty());
+}
+
 TEST(movable, a_massless_link_inside_the_chain_is_accepted) {
   EXPECT_TRUE(errors(chain({"", "alpha = 1\nmass = 1\ncom = [1, 0, 0]"})).empty());
 }

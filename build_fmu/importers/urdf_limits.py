@@ -1,0 +1,88 @@
+"""Start positions inside the limits of URDF joints, and stops at these limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Container
+
+import numpy as np
+
+from build_fmu.importers.draft import Draft, DraftLink
+from build_fmu.importers.rigid import matrix_of, start_poses
+from build_fmu.importers.urdf_losses import some
+
+INSIDE = 0.05  # of the range: distance of a chosen start position from the limit
+FREQUENCY = 20.0  # Hz, of what a joint moves against its stop
+DAMPING = {"revolute": 1.0, "prismatic": 2.0}  # s/rad, s/m: about half of the impact speed remains at 1 rad/s or 1 m/s
+
+
+def start_inside(limited: list, asked: Container[str], draft: Draft) -> None:
+    """Moves the start positions of limited joints into their limits, except those of `asked`, the joints of --pose; reports them."""
+    moved = []
+    for body in limited:
+        low, high = body.limits
+        if body.joint in asked or low <= body.q <= high:
+            continue
+        margin = INSIDE * (high - low)
+        wanted = low + margin if body.q < low else high - margin
+        rounded = float(f"{wanted:.3g}")
+        body.q = rounded if low <= rounded <= high else wanted
+        moved.append(f"{body.joint} = {body.q:g}")
+    if moved:
+        draft.doubts.append(f"start positions inside the limits are chosen: {some(moved)}; --pose JOINT=VALUE sets others")
+
+
+def report_outside(limited: list, draft: Draft) -> None:
+    """Reports start positions outside the limits: those of --pose and of mimic joints."""
+    outside = [f"{b.joint} ({b.limits[0]:g} to {b.limits[1]:g})" for b in limited if not b.limits[0] <= b.q <= b.limits[1]]
+    if outside:
+        draft.doubts.append(f"the start position is outside the limits of {some(outside)}: set it with --pose JOINT=VALUE")
+
+
+def add_stops(limited: list, layout, stops: float | str | None) -> None:
+    """Adds stops at the limits, of stiffness `stops` or, without one, by the masses; lists the limits if `stops` is "none"."""
+    draft, links = layout.draft, {link.name: link for link in layout.draft.links}
+    if stops == "none" and limited:
+        draft.lost.append(f"the limits of {some([body.joint for body in limited])}: omitted with --stops none")
+    if stops == "none":
+        return
+    moved = {} if stops or not limited else _moved_inertias(draft.links)
+    chosen, idle = [], []
+    for body in limited:
+        link = links[layout.called[body.name]]
+        inertia = moved.get(link.name, 0.0)
+        if not stops and inertia <= 0:
+            idle.append(body.joint)
+            continue
+        link.lower, link.upper = body.limits
+        link.stop_stiffness = stops or float(f"{inertia * (2 * math.pi * FREQUENCY) ** 2:.2g}")
+        link.stop_damping = 0.0 if stops else DAMPING[link.joint]
+        chosen.append(body.joint)
+    if chosen and not stops:
+        draft.doubts.append(
+            f"stops at the limits of {some(chosen)}: the stiffness gives what the joint moves in the start pose {FREQUENCY:g} Hz, damping "
+            f"{DAMPING['revolute']:g} s/rad or {DAMPING['prismatic']:g} s/m; --stops STIFFNESS sets one stiffness, --stops none omits stops"
+        )
+    if idle:
+        draft.lost.append(f"the limits of {some(idle)}: these joints move no mass; --stops STIFFNESS converts them to stops")
+
+
+def _moved_inertias(links: list[DraftLink]) -> dict[str, float]:
+    """Returns what each joint moves in the start pose: the inertia about its axis, kg m2, or the mass, kg."""
+    poses, moved = start_poses(links), {}
+    # mass, its first moment and inertia about the ground's origin, of each link with all that it carries
+    carried = {link.name: [0.0, np.zeros(3), np.zeros((3, 3))] for link in links}
+    for link in reversed(links):
+        place, own = poses[link.name], carried[link.name]
+        turn, axis, origin = place[:3, :3], place[:3, 2], place[:3, 3]
+        com = turn @ link.com + origin
+        own[0] += link.mass
+        own[1] += link.mass * com
+        own[2] += turn @ matrix_of(link.inertia) @ turn.T + link.mass * (com @ com * np.eye(3) - np.outer(com, com))
+        for k in range(3 if link.parent in carried else 0):
+            carried[link.parent][k] += own[k]
+        mass, moment, inertia = own
+        arm = np.cross(axis, origin)
+        about_axis = axis @ inertia @ axis - 2 * np.cross(axis, moment) @ arm + mass * (arm @ arm)
+        moved[link.name] = link.armature + (mass if link.joint == "prismatic" else float(about_axis))
+    return moved
