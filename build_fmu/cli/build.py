@@ -64,6 +64,7 @@ def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
     built = build(
         model, source, target, show=not options.no_show, specialised=options.specialise, platforms=options.platforms, fmi=options.fmi
     )
+    warn(built.undrawn)
     if built.specialised:
         print(built.specialised)
     if built.no_page:

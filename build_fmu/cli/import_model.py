@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from pathlib import Path
 
@@ -46,6 +47,7 @@ def add(commands) -> None:
         choices=("ground", "all"),
         help="URDF: convert <collision> shapes to contacts with the ground plane z = 0: those of the feet (ground), or all",
     )
+    command.add_argument("--no-shapes", dest="shapes", action="store_false", help="URDF: omit the <visual> shapes, which are drawn only")
     command.add_argument("--limits", action="store_true", help="URDF: convert effort and velocity limits to limits of [[actuator]] tables")
     command.add_argument(
         "--pose",
@@ -84,6 +86,9 @@ def run(options: argparse.Namespace) -> int:
         raise UserError(f"'{target}' is not a model file name: it must end in .toml")
     if target.exists() and not options.force:
         raise UserError(f"'{target}' already exists; choose another name with -o or overwrite it with --force")
+    for shape in draft.shapes:
+        if "file" in shape.fields:
+            shape.fields["file"] = Path(os.path.relpath(shape.fields["file"], target.resolve().parent)).as_posix()
     text = model_text(draft, target.name)
     whole_file(target, lambda temporary: temporary.write_text(text, encoding="utf-8", newline="\n"))
     for title, sentences in (("omitted", draft.lost), ("check", draft.doubts)):

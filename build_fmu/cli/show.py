@@ -47,6 +47,7 @@ def add(commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Writes page and films and returns the exit code."""
+    from build_fmu.draw.shapes import with_solids
     from build_fmu.show.film import film
     from build_fmu.show.page import page
     from build_fmu.show.runs import about, recorded
@@ -65,6 +66,9 @@ def run(options: argparse.Namespace) -> int:
         raise UserError(f"{asked[0]} applies to a simulation, but '{record}' contains results")
     with tempfile.TemporaryDirectory() as folder, ExitStack() as kept:
         model, mechanism = _model(mechanism, kept) if mechanism else (None, None)
+        if model:
+            model, trouble = with_solids(model)
+            warn(trouble)
         if record:
             shown, title = recorded(record, model), record.stem
         else:

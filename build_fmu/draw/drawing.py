@@ -41,11 +41,12 @@ def mechanism(figure, drawing: dict[str, Any], title: str, caption: str, bounds:
     _ground(scene)
     for path in traces:
         scene.line(path, color=LOOP, lw=1.2, alpha=0.5, zorder=3)
-    if len(drawing["links"]) > SHAPED_LINKS:
+    _solids(scene, drawing)
+    if len(drawing["links"]) > SHAPED_LINKS and not drawing.get("solids"):
         _thin_links(scene, drawing["links"])
     else:
         for i, link in enumerate(drawing["links"]):
-            _link(scene, drawing["links"], i, link)
+            _link(scene, drawing["links"], i, link, _shaped(drawing))
     for loop in drawing.get("loops", []):
         _loop(scene, drawing["links"], loop)
     for coupling in drawing.get("couplings", []):
@@ -154,15 +155,67 @@ class _Scene:
                 shown.set(text=shown.get_text().strip() + "  ", ha="right")
 
 
-def _link(scene: _Scene, links: list[dict[str, Any]], index: int, link: dict[str, Any]) -> None:
+def _shaped(drawing: dict[str, Any]) -> set[int]:
+    """Returns the links that need no rods and joints beside the shapes: those with shapes, parts fixed to them, frames without mass."""
+    if not drawing.get("solids"):
+        return set()
+    shaped = {-1, *(solid.link for solid in drawing["solids"])}
+    for i, link in enumerate(drawing["links"]):
+        if not link["mass"] or (link["type"] == "fixed" and link["parent"] in shaped):
+            shaped.add(i)
+    return shaped
+
+
+def _solids(scene: _Scene, drawing: dict[str, Any]) -> None:
+    """Draws the shapes of the model file, all triangles in one collection, which sorts them by depth."""
+    from matplotlib.collections import PolyCollection
+    from matplotlib.colors import to_rgb
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    corners, colours = [], []
+    for solid in drawing.get("solids", []):
+        colour = GROUND if solid.link < 0 else _colour(drawing["links"], solid.link)
+        corners.append(_placed(solid, drawing["links"])[solid.triangles])
+        colours.append(np.tile(to_rgb(solid.colour or colour), (len(solid.triangles), 1)))
+    if not corners:
+        return
+    triangles = np.concatenate(corners)
+    scene.points += [triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))]
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    sight = np.eye(3)[3 - sum(scene.plane)] if scene.plane else scene.view
+    light = np.asarray(sight) + np.array([0.2, -0.3, 0.6])
+    tone = 0.55 + 0.45 * np.abs(normal @ (light / np.linalg.norm(light)))
+    shown = np.concatenate(colours) * tone[:, None]
+    style = {"linewidths": 0.2, "zorder": 9}
+    if scene.plane is None:
+        scene.axes.add_collection3d(Poly3DCollection(triangles, facecolors=shown, edgecolors=shown, **style))
+        return
+    order = np.argsort(triangles.mean(axis=1) @ sight)
+    scene.axes.add_collection(
+        PolyCollection(triangles[order][:, :, list(scene.plane)], facecolors=shown[order], edgecolors=shown[order], **style)
+    )
+
+
+def _placed(solid, links: list[dict[str, Any]]) -> np.ndarray:
+    """Returns the corners of a solid in the ground frame."""
+    if solid.link < 0:
+        return solid.points
+    link = links[solid.link]
+    return solid.points @ np.asarray(link["rotation"], float).T + np.asarray(link["origin"], float)
+
+
+def _link(scene: _Scene, links: list[dict[str, Any]], index: int, link: dict[str, Any], shaped: set[int]) -> None:
     origin = np.asarray(link["origin"], float)
     base = np.zeros(3) if link["parent"] < 0 else np.asarray(links[link["parent"]]["origin"], float)
     colour = _colour(links, index)
     width = 6.5
     # the parent link extends from its own joint to this one
     carrier = GROUND if link["parent"] < 0 else _colour(links, link["parent"])
-    if np.linalg.norm(origin - base) > 1e-9:
+    if np.linalg.norm(origin - base) > 1e-9 and link["parent"] not in shaped:
         scene.line([base, origin], color=carrier, lw=width if link["parent"] >= 0 else 0.6 * width, alpha=0.85, zorder=5)
+    if index in shaped:
+        return
     com = np.asarray(link["com"], float)
     is_tip = all(other["parent"] != index for other in links)
     if link["mass"] > 0 and np.linalg.norm(com - origin) > 1e-9:
@@ -274,6 +327,7 @@ def _ticks(share: float):
 def _size(drawing: dict[str, Any]) -> float:
     points = [np.zeros(3)] + [np.asarray(link[key], float) for link in drawing["links"] for key in ("origin", "com")]
     points += [point for contact in drawing.get("contacts", []) for side in "ab" for point in points_of(contact[side])]
+    points += [corner for solid in drawing.get("solids", []) for corner in _placed(solid, drawing["links"])]
     return float(max(np.ptp(np.array(points), axis=0).max(), 1e-6))
 
 

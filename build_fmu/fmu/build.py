@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from build_fmu import native
 from build_fmu.draw.drawing import draw
+from build_fmu.draw.shapes import with_solids
 from build_fmu.errors import UserError
 from build_fmu.fmu import description, description3
 from build_fmu.fmu.archive import Entry, write_archive
@@ -20,11 +21,12 @@ from build_fmu.report.target import with_chosen_tolerance
 
 @dataclass(frozen=True)
 class Built:
-    """The result of a build: the description, the reason for a missing page of the run, and the specialisation of the library."""
+    """The result of a build: the description, the reason for a missing page of the run, the specialisation of the library."""
 
     model: Description
     no_page: str = ""
     specialised: str = ""
+    undrawn: Sequence[str] = ()  # warnings about shapes
 
 
 def build(
@@ -44,7 +46,8 @@ def build(
     libraries = {platform: native.library(platform) for platform in platforms}
     if target.suffix != ".fmu":
         raise UserError(f"'{target}' is not an FMU name: it must end in .fmu")
-    picture = draw(model.drawing, model.model_name)
+    drawn, undrawn = with_solids(model)
+    picture = draw(drawn.drawing, model.model_name)
     played, reason = None, ""
     with with_chosen_tolerance(model, model_file) as (packed, file):
         own, how = {"linux64": native.library()}, ""
@@ -57,9 +60,9 @@ def build(
         if show:
             from build_fmu.fmu.run_page import attached_page
 
-            played, reason = attached_page(packed, lambda: contents(packed, file, picture, own))
+            played, reason = attached_page(replace(packed, drawing=drawn.drawing), lambda: contents(packed, file, picture, own))
         write_archive(target, contents(packed, file, picture, libraries, played, fmi))
-    return Built(packed, reason, how)
+    return Built(packed, reason, how, undrawn)
 
 
 def contents(

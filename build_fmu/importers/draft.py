@@ -56,9 +56,9 @@ class DraftLink:
 
 @dataclass
 class DraftTie:
-    """A loop, coupling, actuator, spring, contact or frame, with the field names of the model file; `notes` become comments above it."""
+    """A table other than a link and its fields, by their names in the model file; `notes` become comments above it."""
 
-    name: str  # empty for an actuator
+    name: str  # empty for actuators and shapes
     fields: dict[str, object] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
@@ -78,6 +78,7 @@ class Draft:
     springs: list[DraftTie] = field(default_factory=list)
     contacts: list[DraftTie] = field(default_factory=list)
     frames: list[DraftTie] = field(default_factory=list)
+    shapes: list[DraftTie] = field(default_factory=list)
     solver: dict[str, object] = field(default_factory=dict)
     fmu: dict[str, object] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)

@@ -38,7 +38,7 @@ def model_text(draft: Draft, file: str = "") -> str:
     for link in draft.links:
         lines += ["", *_link(link, before)]
         before = link.name
-    for kind in ("loop", "coupling", "actuator", "spring", "contact", "frame"):
+    for kind in ("loop", "coupling", "actuator", "spring", "contact", "frame", "shape"):
         for tie in getattr(draft, f"{kind}s"):
             lines += ["", *_tie(kind, tie)]
     for fragment in draft.fragments:

@@ -23,6 +23,7 @@ from build_fmu.importers.urdf_file import DEGREES, NEAR_RIGHT, Urdf
 from build_fmu.importers.urdf_limits import add_stops, report_outside, start_inside
 from build_fmu.importers.urdf_losses import report_losses, some
 from build_fmu.importers.urdf_mimic import add_couplings, follow, read_mimics
+from build_fmu.importers.urdf_visuals import add_shapes
 
 KINDS = {
     "revolute": "revolute",
@@ -82,6 +83,8 @@ def read(path: Path, options: Namespace) -> Draft:
     add_couplings(mimics, by_joint, layout)
     add_stops(limited, layout, options.stops)
     add_actuators(urdf, by_joint, layout, options.limits)
+    if options.shapes:
+        add_shapes(urdf, layout)
     if options.contact:
         add_contacts(urdf, layout, feet_only=options.contact == "ground")
     draft.notes.append(
@@ -89,7 +92,7 @@ def read(path: Path, options: Namespace) -> Draft:
         f"x: common normal); the motion is the same. {'A [[frame]]' if options.frames else 'A comment'} gives the pose of the "
         "URDF's own frame (m, rad) if it differs."
     )
-    report_losses(urdf.root, draft, bool(options.contact))
+    report_losses(urdf.root, draft, bool(options.contact), options.shapes)
     draft.doubts += urdf.like_degrees
     if urdf.near_right:
         draft.doubts.append(

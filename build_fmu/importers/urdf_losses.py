@@ -27,10 +27,10 @@ ATTRIBUTES = {
 }  # fmt: skip
 
 
-def report_losses(robot: etree._Element, draft: Draft, contact: bool = False) -> None:
-    """Fills draft.lost and draft.doubts. With `contact` the <collision> shapes are reported elsewhere."""
+def report_losses(robot: etree._Element, draft: Draft, contact: bool = False, shapes: bool = False) -> None:
+    """Fills draft.lost and draft.doubts. With `contact`, `shapes` the <collision>, <visual> shapes are reported elsewhere."""
     visual, collision = (sum(1 for _ in robot.iter(tag)) for tag in ("visual", "collision"))
-    if visual:
+    if visual and not shapes:
         draft.lost.append(f"{visual} <visual> shapes")
     if collision and not contact:
         draft.lost.append(f"{collision} <collision> shapes: --contact ground converts those of the feet, --contact all converts all")

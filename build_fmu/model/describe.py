@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import subprocess
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -70,6 +70,7 @@ class Description:
     report: dict[str, Any] = field(default_factory=dict)
     features: list[str] = field(default_factory=list)  # features of the library that the model uses
     depends_on_time: bool = False  # outputs at a communication point depend on the time itself, through trajectories
+    folder: Path | None = None  # of the model file, to which its meshes are relative
 
     def select(self, causality: str) -> list[Variable]:
         """Returns the variables of one causality, in the table's order."""
@@ -98,7 +99,7 @@ def describe(model: Path) -> Description:
         table = json.loads(run.stdout)
     except ValueError as error:
         raise UserError(f"the output of '{program.name}' is not valid JSON: {error}") from None
-    return from_table(table, messages.splitlines())
+    return replace(from_table(table, messages.splitlines()), folder=model.parent)
 
 
 def from_table(table: dict[str, Any], warnings: list[str]) -> Description:

@@ -37,4 +37,4 @@ def inverse_of(model: Path) -> Iterator[tuple[Description, Path]]:
             description = describe(copy)
         except UserError as error:
             raise failure or UserError(of_the_user(str(error))) from None
-        yield replace(description, warnings=[of_the_user(line) for line in description.warnings]), copy
+        yield replace(description, folder=model.parent, warnings=[of_the_user(line) for line in description.warnings]), copy

@@ -136,6 +136,15 @@ function endOf(end, poses) {
   return end.link < 0 ? end.point : place(poses[end.link], end.point);
 }
 
+// the corners of a box around each shape, in the frame of its link
+const boxes = (run.drawing.solids || []).map(({ link, points }) => {
+  const flat = numbers(points, Float32Array), bounds = [0, 1, 2].map((k) => {
+    const along = flat.filter((_, i) => i % 3 === k);
+    return [Math.min(...along), Math.max(...along)];
+  });
+  return { link, box: bounds[0].flatMap((x) => bounds[1].flatMap((y) => bounds[2].map((z) => [x, y, z]))) };
+});
+
 // the end links, whose paths are traced
 const tips = links.map((link, i) => i).filter((i) => links.every((other) => other.parent !== i));
 function tipOf(i, poses) {
@@ -166,6 +175,7 @@ if (links.length) {
       if (links[i].mass > 0) include(place(pose, links[i].centre));
     });
     ties.forEach((tie) => tie.ends.forEach((end) => include(endOf(end, poses), true)));
+    for (const { link, box } of boxes) for (const corner of box) include(place(link < 0 ? IDENTITY : poses[link], corner));
     for (const shape of contacts.flatMap((contact) => contact.shapes)) {
       const pose = shapePose(shape, poses);
       hull(shape).forEach((point) => include(place(pose, point)));

@@ -14,7 +14,7 @@ import numpy as np
 from build_fmu.draw.groups import GROUPS, group_of, label_of, rank_of, title_of
 from build_fmu.model.describe import Description
 
-SCRIPTS = ("data.js", "mechanism.js", "view.js", "contacts.js", "paint.js", "plots.js", "player.js")
+SCRIPTS = ("data.js", "mechanism.js", "view.js", "contacts.js", "shapes.js", "paint.js", "plots.js", "player.js")
 MOST_VALUES = 60_000  # in the page; of longer results every k-th row is kept
 HIDDEN = ("solver",)
 
@@ -77,7 +77,17 @@ def _drawing(model: Description | None, columns: dict[str, np.ndarray]) -> dict[
         names = [f"{ball['name']}.quaternion[{i}]" for i in range(1, 5)]
         if all(name in columns for name in names):
             balls.append({**ball, "columns": names})
-    return {**model.drawing, "links": links, "balls": balls}
+    solids = [
+        {
+            "link": solid.link,
+            "colour": solid.colour,
+            "points": _base64(solid.points.astype(np.float32)),
+            "triangles": _base64(solid.triangles.astype(np.uint16)),
+        }
+        for solid in model.drawing.get("solids", [])
+    ]
+    table = {key: value for key, value in model.drawing.items() if key != "shapes"}
+    return {**table, "links": links, "balls": balls, **({"solids": solids} if solids else {})}
 
 
 def _panels(columns: dict[str, np.ndarray], units: dict[str, tuple[str, float]]) -> list[dict[str, Any]]:

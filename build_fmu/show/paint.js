@@ -86,6 +86,7 @@ function paintShadow(poses) {
     ink.lineTo(q[0], q[1]);
     ink.stroke();
   }
+  shadeShapes(ink, poses);
   pen.globalAlpha = normal ? 0.1 : 0.17;
   pen.drawImage(shade, 0, 0, canvas.clientWidth, canvas.clientHeight);
   pen.globalAlpha = 1;
@@ -99,17 +100,17 @@ function bonesOf(poses) {
   links.forEach((link, i) => {
     const base = link.parent < 0 ? [0, 0, 0] : poses[link.parent].p;
     const colour = link.parent < 0 ? css("--metal") : links[link.parent].colour;
-    if (!link.floats && long(plus(poses[i].p, base, -1)) > 1e-9) rods.push([base, poses[i].p, colour, link.parent < 0 ? 0.55 : 1]);
+    if (!link.floats && !isShaped(link.parent) && long(plus(poses[i].p, base, -1)) > 1e-9) rods.push([base, poses[i].p, colour, link.parent < 0 ? 0.55 : 1]);
     const isTip = tips.includes(i), centre = place(poses[i], link.centre);
-    if (link.mass > 0 && long(link.centre) > 1e-9) {
+    if (link.mass > 0 && !isShaped(i) && long(link.centre) > 1e-9) {
       const held = footOf[i] || ties.some((tie) => tie.kind === "loops" && tie.ends.some((end) => end.link === i));
       rods.push([poses[i].p, centre, link.colour, isTip && !held ? 1 : 0.35]);
     }
   });
-  footOf.forEach((shape, i) => shape && rods.push([poses[i].p, shapePose(shape, poses).p, links[i].colour, 1]));
+  footOf.forEach((shape, i) => shape && !isShaped(i) && rods.push([poses[i].p, shapePose(shape, poses).p, links[i].colour, 1]));
   for (const tie of ties)
     for (const end of tie.ends)
-      if (end.link >= 0 && tie.kind === "loops") rods.push([poses[end.link].p, endOf(end, poses), links[end.link].colour, 1]);
+      if (end.link >= 0 && !isShaped(end.link) && tie.kind === "loops") rods.push([poses[end.link].p, endOf(end, poses), links[end.link].colour, 1]);
   return rods;
 }
 
@@ -117,8 +118,9 @@ function paintLinks(poses) {
   for (const [a, b, colour, width] of bonesOf(poses)) tube(a, b, width * thick, width * thick * (width === 1 ? 0.82 : 1), colour);
   links.forEach((link, i) => {
     const { R, p } = poses[i], axis = [R[2], R[5], R[8]];
+    if (isShaped(i)) return;
     if (link.mass > 0 && links.length <= 60) massCentre(place(poses[i], link.centre), thick * (0.55 + 0.75 * Math.cbrt(link.mass / totalMass)));
-    if (link.floats) return;
+    if (link.floats || isShaped(link.parent)) return;
     if (link.type === "spherical") ball(p, 1.6 * thick, link.colour);
     if (link.parent < 0 && link.type !== "fixed") tube(plus(p, axis, -1.15 * thick), plus(p, axis, 1.15 * thick), 1.75 * thick, 1.75 * thick, css("--metal"));
     if (link.turn) tube(plus(p, axis, -1.7 * thick), plus(p, axis, 1.7 * thick), 1.28 * thick, 1.28 * thick, link.colour);
@@ -219,6 +221,7 @@ function paint(t) {
   if (hasFloor) paintShadow(poses);
   if (tick("trace")) paintTraces(t);
   paintLinks(poses);
+  paintShapes(poses);
   if (tick("contacts")) paintContacts(poses, row);
   paintAxes(IDENTITY, 0.2 * radius, 2);
   if (tick("frames")) poses.forEach((pose) => paintAxes(pose, 5 * thick, 2));
@@ -229,6 +232,7 @@ function paint(t) {
   // what a test reads: where the ends of the mechanism are
   document.documentElement.dataset.tips = JSON.stringify(tips.map((i) => tipOf(i, poses)));
   document.documentElement.dataset.shapes = JSON.stringify(contacts.map(({ shapes }) => shapePose(shapes[0], poses).p));
+  document.documentElement.dataset.solids = JSON.stringify(shapes.map(({ link, corners }) => place(link < 0 ? IDENTITY : poses[link], corners[0])));
   document.documentElement.dataset.forces = JSON.stringify(forcesAt(row));
   document.documentElement.dataset.floor = JSON.stringify(hasFloor ? [...floorNormal, floorHeight] : []);
   document.documentElement.dataset.up = JSON.stringify(up);

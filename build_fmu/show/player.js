@@ -45,8 +45,9 @@ byId("scrub").min = startTime;
 byId("scrub").max = stopTime;
 byId("scrub").oninput = (event) => seek(Number(event.target.value));
 byId("play").onclick = () => play(!playing);
-for (const id of ["names", "frames", "trace", "contacts"]) byId(id).onchange = () => refresh(false);
+for (const id of ["names", "frames", "trace", "contacts", "shapes"]) byId(id).onchange = () => refresh(false);
 byId("touching").hidden = !contacts.length;
+byId("solid").hidden = !shapes.length;
 byId("names").checked = links.length <= 8;
 byId("home").onclick = canvas.ondblclick = () => {
   atHome = true;

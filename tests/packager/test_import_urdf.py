@@ -74,7 +74,6 @@ def test_names_frames_and_losses(tmp_path):
     for part in (
         "the mass of 'base', 3 kg",
         "stops at the limits of shoulder",
-        "1 <visual> shapes",
         "line 18: <transmission> 't': no <joint>",
         "start positions inside the limits are chosen: shoulder = 0.525; --pose",
         "'upper arm' is renamed to 'upper_arm'",

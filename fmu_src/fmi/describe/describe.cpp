@@ -260,7 +260,8 @@ std::string description(const ModelFile& file, const std::string& path, std::vec
   write_structure(json, "outputs", table, output_dependencies(table, {file.model, plan}));
   write_structure(json, "initial_unknowns", table, initial_dependencies(table, {file.model, plan}));
   json.key("drawing");
-  write_drawing(json, assembled(file, path, plan, warnings));
+  const std::vector<DrawnShape> shapes = read_shapes(path, file.model);
+  write_drawing(json, assembled(file, path, plan, warnings), shapes);
   json.end_object();
   return json.text() + "\n";
 }

@@ -135,9 +135,31 @@ void write_contacts(Json& json, const Model& model, const std::vector<Pose>& pos
   json.end_array();
 }
 
+void write_shapes(Json& json, const std::vector<DrawnShape>& shapes, const Shown& shown,
+                  const std::vector<Pose>& poses) {
+  const auto write_list = [&](const char* key, const std::vector<double>& list) {
+    json.key(key).begin_array();
+    for (const double x : list) json.value(x);
+    json.end_array();
+  };
+  json.key("shapes").begin_array();
+  for (const DrawnShape& shape : shapes) {
+    const Pose carrier = shape.link == ground ? Pose{} : poses[shape.link];
+    json.begin_object().member("kind", shape.kind);
+    json.member("link", shape.link == ground ? ground : shown.number[shape.link]);
+    write(json.key("origin"), carrier.rotation * shape.position + carrier.position);
+    write(json, "rotation", carrier.rotation * shape.rotation);
+    write_list("size", shape.size);
+    if (!shape.color.empty()) write_list("color", shape.color);
+    if (!shape.file.empty()) json.member("file", shape.file);
+    json.end_object();
+  }
+  json.end_array();
+}
+
 }  // namespace
 
-void write_drawing(Json& json, const Model& model) {
+void write_drawing(Json& json, const Model& model, const std::vector<DrawnShape>& shapes) {
   const std::vector<Pose> poses = start_poses(model);
   const Shown shown(model);
   json.begin_object();
@@ -166,6 +188,7 @@ void write_drawing(Json& json, const Model& model) {
   if (!model.couplings.empty()) write_couplings(json, model, shown);
   if (!model.bushings.empty()) write_ties(json, "bushings", model.bushings, model, poses);
   if (!model.contacts.empty()) write_contacts(json, model, poses);
+  if (!shapes.empty()) write_shapes(json, shapes, shown, poses);
   json.end_object();
 }
 

@@ -112,6 +112,7 @@ Model read_model(Section& top, const std::string& folder, std::vector<AttachedFi
   model.fmu = read_fmu(top, model, findings);
   model.report = read_report(top, findings);
   if (inverse) drop_drives(model);
+  top.tables("shape");  // for drawings only, see read_shapes()
   top.refuse_unknown();
   return model;
 }

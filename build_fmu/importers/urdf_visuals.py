@@ -1,0 +1,81 @@
+"""Converts <visual> elements of a URDF to [[shape]] tables, which are drawn and have no effect on the motion."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+from lxml import etree
+
+from build_fmu.importers.draft import DraftTie
+from build_fmu.importers.rigid import position_and_angles
+from build_fmu.importers.urdf_file import Urdf
+from build_fmu.importers.urdf_losses import some
+
+SIZES = {"sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
+
+
+def add_shapes(urdf: Urdf, layout) -> None:
+    """Fills the shapes of layout.draft and reports those that cannot be converted. Files of meshes are absolute paths."""
+    omitted, missing = Counter(), []
+    named = {material.get("name"): colour for material in urdf.root.iter("material") if (colour := _rgba(urdf, material))}
+    for link in urdf.root.findall("link"):
+        name = link.attrib["name"]
+        for visual in link.findall("visual"):
+            pose = layout.own[name] @ urdf.pose(visual)
+            material = visual.find("material")
+            colour = None if material is None else _rgba(urdf, material) or named.get(material.get("name"))
+            for shape in visual.iterfind("geometry/*"):
+                fields = _fields(urdf, shape)
+                if fields is None:
+                    omitted[shape.tag] += 1
+                    continue
+                if fields.get("file") == "":
+                    missing.append(shape.attrib["filename"])
+                    continue
+                position, angles = position_and_angles(pose)
+                placed = {key: values for key, values in (("position", position), ("rpy", angles)) if any(values)}
+                fields = {"link": layout.called[name], **fields, **placed, **({"color": colour} if colour else {})}
+                layout.draft.shapes.append(DraftTie("", fields))
+    layout.draft.lost += [f"{count} <visual> shapes of <{tag}>" for tag, count in omitted.items()]
+    if missing:
+        layout.draft.lost.append(f"{len(missing)} <visual> meshes: files not found: {some(sorted(set(missing)))}")
+
+
+def _fields(urdf: Urdf, shape: etree._Element) -> dict[str, object] | None:
+    """Returns kind, size and file (empty if it does not exist); None if the shape is not supported."""
+    if shape.tag == "mesh":
+        file = mesh_file(urdf.text(shape, "filename"), urdf.path)
+        scale = urdf.numbers(shape, "scale", 3, "1 1 1")
+        return {"kind": "mesh", "file": str(file or ""), **({"size": scale} if scale != [1, 1, 1] else {})}
+    if shape.tag == "box":
+        size = urdf.numbers(shape, "size", 3, "")
+    elif shape.tag in SIZES:
+        size = [urdf.amount(shape, key, "") for key in SIZES[shape.tag]]
+    else:
+        return None
+    if min(size) <= 0:
+        raise urdf.error(shape, f"the size of <{shape.tag}> must be > 0, got {min(size):g}")
+    return {"kind": shape.tag, "size": size}
+
+
+def mesh_file(name: str, urdf: Path) -> Path | None:
+    """Returns the file of a mesh: relative to the URDF, or in a package that contains the URDF or is beside a folder that does."""
+    folder = urdf.resolve().parent
+    scheme, _, rest = name.rpartition("://")
+    if scheme in ("package", "model"):
+        package, _, inner = rest.partition("/")
+        places = [parent / inner for parent in (folder, *folder.parents) if parent.name == package]
+        places += [parent / rest for parent in (folder, *folder.parents)]
+        places += [parent / inner for parent in (folder, *folder.parents[:2])]
+    else:
+        places = [Path(rest) if Path(rest).is_absolute() else folder / rest]
+    return next((place for place in places if place.is_file()), None)
+
+
+def _rgba(urdf: Urdf, material: etree._Element) -> list[float] | None:
+    colour = material.find("color")
+    if colour is None:
+        return None
+    rgba = [min(max(part, 0.0), 1.0) for part in urdf.numbers(colour, "rgba", 4, "")]
+    return rgba[:3] if rgba[3] == 1 else rgba
