@@ -69,6 +69,8 @@ def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
         print(built.specialised)
     if built.no_page:
         print(f"note: the FMU has no page that plays it: {built.no_page}", file=sys.stderr)
+    if model.no_model_exchange:
+        print(f"note: {model.no_model_exchange}", file=sys.stderr)
     if built.model is not model:
         from build_fmu.report.pages import duration
 

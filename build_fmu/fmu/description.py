@@ -1,4 +1,4 @@
-"""Writes modelDescription.xml (FMI 2.0, co-simulation) from a model's table.
+"""Writes modelDescription.xml (FMI 2.0, model exchange and co-simulation) from a model's table.
 
 Equal tables give equal bytes: variables are in the order of the table, numbers have the shortest exact form, and the file
 does not depend on date or machine.
@@ -24,6 +24,15 @@ CAPABILITIES = (
     "canSerializeFMUstate",
     "providesDirectionalDerivative",
 )
+EXCHANGE = (
+    "needsExecutionTool",
+    "completedIntegratorStepNotNeeded",
+    "canBeInstantiatedOnlyOncePerProcess",
+    "canNotUseMemoryManagementFunctions",
+    "canGetAndSetFMUstate",
+    "canSerializeFMUstate",
+    "providesDirectionalDerivative",
+)
 BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")
 
 
@@ -38,15 +47,20 @@ def model_description(model: Description) -> bytes:
             description=model.description or None,
             generationTool=model.generation_tool,
             variableNamingConvention="structured",
+            numberOfEventIndicators=None if model.model_exchange is None else 0,
         ),
     )
+    if model.model_exchange is not None:
+        flags = {name: model.model_exchange[name] for name in EXCHANGE if name in model.model_exchange}
+        xml.SubElement(root, "ModelExchange", attributes(modelIdentifier=model.model_identifier, **flags))
     flags = {name: model.capabilities[name] for name in CAPABILITIES if name in model.capabilities}
     xml.SubElement(root, "CoSimulation", attributes(modelIdentifier=model.model_identifier, **flags))
     common_elements(root, model)
     variables = xml.SubElement(root, "ModelVariables")
+    index = {variable.name: i for i, variable in enumerate(model.variables, start=1)}
     for variable in model.variables:
-        _variable(variables, variable)
-    _structure(root, model)
+        _variable(variables, variable, index)
+    _structure(root, model, index)
     return file_content(root)
 
 
@@ -91,7 +105,7 @@ def _units(root: xml.Element, model: Description) -> None:
             xml.SubElement(unit, "DisplayUnit", attributes(name=display["name"], factor=factor, offset=offset))
 
 
-def _variable(parent: xml.Element, variable: Variable) -> None:
+def _variable(parent: xml.Element, variable: Variable, index: dict[str, int]) -> None:
     # the standard forbids `initial` for inputs, whose start values are always exact
     initial = None if variable.causality == "input" else variable.initial
     scalar = xml.SubElement(
@@ -115,13 +129,13 @@ def _variable(parent: xml.Element, variable: Variable) -> None:
         details |= limits
     else:
         details = {}
-    xml.SubElement(scalar, variable.type, attributes(**details, start=number(variable.start)))
+    derivative = None if variable.derivative is None else index[variable.derivative]
+    xml.SubElement(scalar, variable.type, attributes(**details, start=number(variable.start), derivative=derivative))
 
 
-def _structure(root: xml.Element, model: Description) -> None:
+def _structure(root: xml.Element, model: Description, index: dict[str, int]) -> None:
     structure = xml.SubElement(root, "ModelStructure")
-    index = {variable.name: i for i, variable in enumerate(model.variables, start=1)}
-    for tag, rows in (("Outputs", model.outputs), ("InitialUnknowns", model.initial_unknowns)):
+    for tag, rows in (("Outputs", model.outputs), ("Derivatives", model.derivatives), ("InitialUnknowns", model.initial_unknowns)):
         if rows:
             group = xml.SubElement(structure, tag)
             for row in rows:

@@ -46,14 +46,17 @@ def model_description(model: Description) -> bytes:
     variables = xml.SubElement(root, "ModelVariables")
     time = {"name": "time", "valueReference": TIME, "description": "Simulation time", "causality": "independent"}
     xml.SubElement(variables, "Float64", attributes(**time, variability="continuous", unit=_seconds(model)))
-    reference = {variable.name: variable.value_reference for variable in model.variables}
-    for variable in model.variables:
+    # local variables are for model exchange, as are dependencies on states, which are outputs
+    shown = [variable for variable in model.variables if variable.causality != "local"]
+    reference = {variable.name: variable.value_reference for variable in shown if variable.causality != "output"}
+    of_unknown = {variable.name: variable.value_reference for variable in shown}
+    for variable in shown:
         _variable(variables, variable)
     structure = xml.SubElement(root, "ModelStructure")
-    for row in model.outputs:
-        xml.SubElement(structure, "Output", _dependencies(row, reference, model.depends_on_time))
-    for row in model.initial_unknowns:
-        xml.SubElement(structure, "InitialUnknown", _dependencies(row, reference, False))
+    for tag, rows, and_time in (("Output", model.outputs, model.depends_on_time), ("InitialUnknown", model.initial_unknowns, False)):
+        for row in rows:
+            if row.name in of_unknown:
+                xml.SubElement(structure, tag, valueReference=str(of_unknown[row.name]), **_dependencies(row, reference, and_time))
     return file_content(root)
 
 
@@ -89,14 +92,13 @@ def _variable(parent: xml.Element, variable: Variable) -> None:
 
 def _dependencies(row: Unknown, reference: dict[str, int], and_time: bool) -> dict[str, str]:
     if row.dependencies is None:
-        return attributes(valueReference=reference[row.name])
+        return {}
     # ascending references; each kind stays with its variable
     kinds = row.kinds or ["dependent"] * len(row.dependencies)
-    pairs = sorted(zip((reference[name] for name in row.dependencies), kinds, strict=True))
+    pairs = sorted((reference[name], kind) for name, kind in zip(row.dependencies, kinds, strict=True) if name in reference)
     if and_time:
         pairs.insert(0, (TIME, "dependent"))
     return attributes(
-        valueReference=reference[row.name],
         dependencies=" ".join(str(i) for i, _ in pairs),
         dependenciesKind=" ".join(kind for _, kind in pairs) if pairs and row.kinds else None,
     )

@@ -37,6 +37,7 @@ class Variable:
     max: float | None = None
     nominal: float | None = None
     description: str = ""
+    derivative: str | None = None  # the state whose time derivative this is
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,9 @@ class Description:
     features: list[str] = field(default_factory=list)  # features of the library that the model uses
     depends_on_time: bool = False  # outputs at a communication point depend on the time itself, through trajectories
     folder: Path | None = None  # of the model file, to which its meshes are relative
+    derivatives: list[Unknown] = field(default_factory=list)  # in the order of the states
+    model_exchange: dict[str, Any] | None = None  # capabilities; None: not offered
+    no_model_exchange: str = ""  # the reason
 
     def select(self, causality: str) -> list[Variable]:
         """Returns the variables of one causality, in the table's order."""
@@ -125,6 +129,9 @@ def from_table(table: dict[str, Any], warnings: list[str]) -> Description:
         features=table.get("features", []),
         depends_on_time=table.get("depends_on_time", False),
         resources=table.get("resources", []),
+        derivatives=[_unknown(row) for row in table.get("derivatives", [])],
+        model_exchange=table.get("model_exchange"),
+        no_model_exchange=table.get("no_model_exchange", ""),
         warnings=[line for line in warnings if line.strip()],
     )
 

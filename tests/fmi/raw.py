@@ -45,13 +45,13 @@ class Unpacked:
         ]
 
     def dependencies(self, group: str) -> dict[str, set[str]]:
-        """Returns what each unknown of Outputs or InitialUnknowns depends on; where no list stands, on all that may be set."""
+        """Returns what may be set and each unknown of Outputs or InitialUnknowns depends on; where no list stands, on all of it."""
         scalars = list(self.xml.iter("ScalarVariable"))
         names = [scalar.get("name") for scalar in scalars]
         of_all = {"input"} if group == "Outputs" else {"input", "parameter"}
         every = [str(i) for i, scalar in enumerate(scalars, 1) if scalar.get("causality") in of_all]
         return {
-            names[int(row.get("index")) - 1]: {names[int(i) - 1] for i in row.get("dependencies", " ".join(every)).split()}
+            names[int(row.get("index")) - 1]: {names[int(i) - 1] for i in row.get("dependencies", " ".join(every)).split() if i in every}
             for row in self.xml.find(f"ModelStructure/{group}")
         }
 

@@ -8,7 +8,7 @@ import urllib.parse
 
 import pytest
 
-from tests.fmi.raw import CO_SIMULATION, ERROR, MODEL_EXCHANGE, OK, Allocate, Callbacks, Free, Logger, Slave
+from tests.fmi.raw import CO_SIMULATION, ERROR, OK, Allocate, Callbacks, Free, Logger, Slave
 from tests.fmi.subjects import SIZE, STATES, SUBJECTS, Checks, refused
 
 check = Checks()
@@ -53,7 +53,7 @@ def two_instances_of_one_name(subject, slave):
         assert subject.first_run(twin) == subject.first_run(slave) == subject.alone
 
 
-@check(MODEL_EXCHANGE, 2, -1)
+@check(2, -1)
 def another_kind_of_simulation(subject, slave, kind):
     other = Slave(subject.fmu, kind=kind)
     assert not other.component.value and len(other.errors) == 1

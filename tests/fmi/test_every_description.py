@@ -84,6 +84,7 @@ def test_start_values_stand_where_they_must_and_nowhere_else(description):
         legal = {
             "input": (("continuous",), None, True),
             "output": (("continuous", "discrete"), "calculated", False),
+            "local": (("continuous",), "calculated", False),
             "parameter": (("fixed", "tunable"), "exact", True),
         }[causality]
         assert variability in legal[0] and initial == legal[1] and (start is not None) == legal[2], scalar.get("name")
@@ -95,7 +96,7 @@ def test_start_values_stand_where_they_must_and_nowhere_else(description):
 def test_start_values_are_those_of_the_library(fmu, name):
     with Slave(fmu(name)) as slave:
         for scalar in slave.fmu.xml.iter("ScalarVariable"):
-            if scalar.get("causality") != "output":
+            if scalar.get("causality") not in ("output", "local"):
                 start = scalar[0].get("start")
                 assert slave.get(scalar.get("name")) == (start if scalar[0].tag == "String" else float(start)), scalar.get("name")
 
@@ -103,7 +104,7 @@ def test_start_values_are_those_of_the_library(fmu, name):
 def test_limits_are_the_smallest_and_the_largest_accepted_values(fmu, name):
     with Slave(fmu(name)) as slave:
         for scalar in slave.fmu.xml.iter("ScalarVariable"):
-            if scalar.get("causality") == "output" or scalar[0].tag != "Real":
+            if scalar.get("causality") in ("output", "local") or scalar[0].tag != "Real":
                 continue
             for limit, beyond in (("min", -math.inf), ("max", math.inf)):
                 value, variable = scalar[0].get(limit), scalar.get("name")
@@ -142,14 +143,21 @@ def test_constant_dependencies_are_constant(fmu, name):
 def test_the_structure_is_complete(description):
     scalars = list(description.iter("ScalarVariable"))
     outputs = [i for i, scalar in enumerate(scalars, 1) if scalar.get("causality") == "output"]
-    for group in ("Outputs", "InitialUnknowns"):
+    slopes = [int(row.get("index")) for row in description.findall("ModelStructure/Derivatives/Unknown")]
+    states = [int(scalars[i - 1][0].get("derivative")) for i in slopes]
+    assert sorted(slopes) == [i for i, scalar in enumerate(scalars, 1) if "derivative" in scalar[0].attrib]
+    assert len(set(states)) == len(states)
+    local = [i for i, scalar in enumerate(scalars, 1) if scalar.get("causality") == "local"]
+    assert set(local) <= {*slopes, *states}, "for model exchange alone"
+    for group, unknowns in (("Outputs", outputs), ("Derivatives", slopes), ("InitialUnknowns", outputs + local)):
         rows = description.findall(f"ModelStructure/{group}/Unknown")
-        assert [int(row.get("index")) for row in rows] == outputs, "all of them, in order, once"
+        assert [int(row.get("index")) for row in rows] == unknowns, "all of them, in order, once"
         for row in rows:
             if "dependencies" not in row.attrib:  # depends on all
                 assert "dependenciesKind" not in row.attrib
                 continue
             knowns, kinds = row.get("dependencies").split(), row.get("dependenciesKind", "").split()
             assert len(knowns) == len(set(knowns)) and len(kinds) in (0, len(knowns)) and set(kinds) <= {"constant"}
-            causalities = {scalars[int(known) - 1].get("causality") for known in knowns}
-            assert causalities <= ({"input"} if group == "Outputs" else {"input", "parameter"})
+            of_state = {int(known) for known in knowns} & set(states) if group != "InitialUnknowns" else set()
+            causalities = {scalars[int(known) - 1].get("causality") for known in knowns if int(known) not in of_state}
+            assert causalities <= ({"input", "parameter"} if group == "InitialUnknowns" else {"input"})

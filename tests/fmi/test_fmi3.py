@@ -80,7 +80,7 @@ def test_trajectories_are_those_of_fmi2_bit_for_bit(fmu, fmu3, name):
     two, three = fmu(name), fmu3(name)
     outputs, counts = three.named("output"), three.named("output", "Int32")
     assert {n: reference for n, (_, reference) in three.variables.items() if n != "time"} == {
-        n: reference for n, (_, reference) in two.variables.items()
+        n: reference for n, (_, reference) in two.variables.items() if n not in two.named("local")
     }
     with Slave(two) as old, Slave3(three) as new:
         old.initialize()
@@ -329,7 +329,7 @@ def mistreatments():
     yield "a step back", lambda s, j: s.do_step(0, -STEP)[0]
     yield "a step elsewhere", lambda s, j: s.do_step(1, STEP)[0]
     for function in ("GetDirectionalDerivative", "GetAdjointDerivative"):
-        yield f"{function} by an output", lambda s, j, f=function: s.derivative(f, [f"{j}.qdd"], [f"{j}.q"], [1])[0]
+        yield f"{function} by an output", lambda s, j, f=function: s.derivative(f, [f"{j}.qdd"], [f"{j}.qdd"], [1])[0]
         yield f"{function} by time", lambda s, j, f=function: s.derivative(f, [f"{j}.qdd"], ["time"], [1])[0]
         yield f"{function} of time", lambda s, j, f=function: s.derivative(f, ["time"], [f"{j}.tau"], [1])[0]
         yield f"{function} wrong seed", lambda s, j, f=function: s.derivative(f, [f"{j}.qdd"], [f"{j}.tau"], [1, 2])[0]

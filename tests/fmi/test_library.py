@@ -21,7 +21,9 @@ GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance SetupExperi
 ExitInitializationMode Terminate Reset GetReal GetInteger GetBoolean GetString SetReal SetInteger SetBoolean SetString
 GetFMUstate SetFMUstate FreeFMUstate SerializedFMUstateSize SerializeFMUstate DeSerializeFMUstate
 GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives DoStep CancelStep GetStatus GetRealStatus
-GetIntegerStatus GetBooleanStatus GetStringStatus
+GetIntegerStatus GetBooleanStatus GetStringStatus EnterEventMode NewDiscreteStates EnterContinuousTimeMode
+CompletedIntegratorStep SetTime SetContinuousStates GetContinuousStates GetDerivatives GetNominalsOfContinuousStates
+GetEventIndicators
 """.split()
 
 

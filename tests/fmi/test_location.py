@@ -8,7 +8,7 @@ import urllib.parse
 
 import pytest
 
-from tests.fmi.raw import MODEL_EXCHANGE, OK, Slave, Unpacked
+from tests.fmi.raw import OK, Slave, Unpacked
 from tests.fmi.subjects import isolated
 
 FOLDERS = ["plain", "with space", "ü", "a%20b", "100%", "a#b?c", "deep/er/and deeper"]
@@ -66,12 +66,6 @@ def test_a_wrong_guid_is_refused(fmu):
     slave = Slave(fmu("pendulum"), guid="{00000000-0000-0000-0000-000000000000}")
     assert not slave.component.value
     assert "GUID" in slave.errors[0] and fmu("pendulum").guid in slave.errors[0]
-
-
-def test_model_exchange_is_refused(fmu):
-    slave = Slave(fmu("pendulum"), kind=MODEL_EXCHANGE)
-    assert not slave.component.value
-    assert "co-simulation" in slave.errors[0]
 
 
 @pytest.mark.parametrize("spelled", [str.upper, str.title])

@@ -8,6 +8,7 @@
 
 #include "fmi/variables/variables.hpp"
 #include "fmi2Functions.h"
+#include "integrate/system/system.hpp"
 #include "model/read/fingerprint.hpp"
 #include "model/read/model_file.hpp"
 
@@ -28,6 +29,7 @@ struct Scene {
   std::string name, folder, guid;
   std::vector<fmi2ValueReference> inputs, outputs, forces;  // forces: of the inputs
   fmi2ValueReference method = 0;
+  int states = 0;
 
   explicit Scene(const std::string& path) {
     namespace fs = std::filesystem;
@@ -39,6 +41,7 @@ struct Scene {
     fs::copy_file(path, folder + "/model.toml");
     const Plan<double> plan(file.model);
     const VariableTable table(file.model, plan);
+    states = System(plan, has_work(file.model, plan), &file.model).size();
     for (const Variable& variable : table.all()) {
       if (variable.type() == VariableType::string) method = variable.value_reference;
       if (variable.type() != VariableType::real) continue;
@@ -57,9 +60,11 @@ struct Scene {
 // One instance, at its first communication point. Whatever is not fmi2OK ends the program.
 class Slave {
  public:
-  Slave(const Scene& scene, const fmi2CallbackFunctions& functions, const char* method) : scene_(scene) {
-    component_ = fmi2Instantiate("slave", fmi2CoSimulation, scene.guid.c_str(), scene.folder.c_str(),
-                                 &functions, fmi2False, fmi2True);
+  Slave(const Scene& scene, const fmi2CallbackFunctions& functions, const char* method,
+        fmi2Type type = fmi2CoSimulation)
+      : scene_(scene) {
+    component_ = fmi2Instantiate("slave", type, scene.guid.c_str(), scene.folder.c_str(), &functions,
+                                 fmi2False, fmi2True);
     if (!component_) fail(scene.name + " cannot be instantiated");
     start(method);
   }

@@ -10,6 +10,8 @@ constexpr unsigned M = static_cast<unsigned>(State::initialization);
 constexpr unsigned S = static_cast<unsigned>(State::step);
 constexpr unsigned F = static_cast<unsigned>(State::failed);
 constexpr unsigned T = static_cast<unsigned>(State::terminated);
+constexpr unsigned E = static_cast<unsigned>(State::event);
+constexpr unsigned C = static_cast<unsigned>(State::continuous);
 
 struct Row {
   Function function;
@@ -19,28 +21,28 @@ struct Row {
 
 // Reading in `instantiated` is wider than the standard: parameters and inputs have their start values there.
 constexpr Row rows[] = {
-    {Function::set_debug_logging, "fmi2SetDebugLogging", I | M | S | F | T},
+    {Function::set_debug_logging, "fmi2SetDebugLogging", I | M | S | F | T | E | C},
     {Function::setup_experiment, "fmi2SetupExperiment", I},
     {Function::enter_initialization_mode, "fmi2EnterInitializationMode", I},
     {Function::exit_initialization_mode, "fmi2ExitInitializationMode", M},
-    {Function::terminate, "fmi2Terminate", S | F},
-    {Function::reset, "fmi2Reset", I | M | S | F | T},
-    {Function::get_real, "fmi2GetReal", I | M | S | F | T},
-    {Function::get_integer, "fmi2GetInteger", I | M | S | F | T},
-    {Function::get_boolean, "fmi2GetBoolean", I | M | S | F | T},
-    {Function::get_string, "fmi2GetString", I | M | S | F | T},
-    {Function::set_real, "fmi2SetReal", I | M | S},
-    {Function::set_integer, "fmi2SetInteger", I | M | S},
-    {Function::set_boolean, "fmi2SetBoolean", I | M | S},
-    {Function::set_string, "fmi2SetString", I | M | S},
-    {Function::get_fmu_state, "fmi2GetFMUstate", I | M | S | F | T},
-    {Function::set_fmu_state, "fmi2SetFMUstate", I | M | S | F | T},
-    {Function::free_fmu_state, "fmi2FreeFMUstate", I | M | S | F | T},
-    {Function::serialized_fmu_state_size, "fmi2SerializedFMUstateSize", I | M | S | F | T},
-    {Function::serialize_fmu_state, "fmi2SerializeFMUstate", I | M | S | F | T},
-    {Function::deserialize_fmu_state, "fmi2DeSerializeFMUstate", I | M | S | F | T},
-    {Function::get_directional_derivative, "fmi2GetDirectionalDerivative", M | S | F | T},
-    {Function::get_adjoint_derivative, "fmi3GetAdjointDerivative", M | S | F | T},
+    {Function::terminate, "fmi2Terminate", S | F | E | C},
+    {Function::reset, "fmi2Reset", I | M | S | F | T | E | C},
+    {Function::get_real, "fmi2GetReal", I | M | S | F | T | E | C},
+    {Function::get_integer, "fmi2GetInteger", I | M | S | F | T | E | C},
+    {Function::get_boolean, "fmi2GetBoolean", I | M | S | F | T | E | C},
+    {Function::get_string, "fmi2GetString", I | M | S | F | T | E | C},
+    {Function::set_real, "fmi2SetReal", I | M | S | E | C},
+    {Function::set_integer, "fmi2SetInteger", I | M | S | E},
+    {Function::set_boolean, "fmi2SetBoolean", I | M | S | E},
+    {Function::set_string, "fmi2SetString", I | M | S | E},
+    {Function::get_fmu_state, "fmi2GetFMUstate", I | M | S | F | T | E | C},
+    {Function::set_fmu_state, "fmi2SetFMUstate", I | M | S | F | T | E | C},
+    {Function::free_fmu_state, "fmi2FreeFMUstate", I | M | S | F | T | E | C},
+    {Function::serialized_fmu_state_size, "fmi2SerializedFMUstateSize", I | M | S | F | T | E | C},
+    {Function::serialize_fmu_state, "fmi2SerializeFMUstate", I | M | S | F | T | E | C},
+    {Function::deserialize_fmu_state, "fmi2DeSerializeFMUstate", I | M | S | F | T | E | C},
+    {Function::get_directional_derivative, "fmi2GetDirectionalDerivative", M | S | F | T | E | C},
+    {Function::get_adjoint_derivative, "fmi3GetAdjointDerivative", M | S | F | T | E | C},
     {Function::set_real_input_derivatives, "fmi2SetRealInputDerivatives", I | M | S},
     {Function::get_real_output_derivatives, "fmi2GetRealOutputDerivatives", S | F | T},
     {Function::do_step, "fmi2DoStep", S},
@@ -50,6 +52,16 @@ constexpr Row rows[] = {
     {Function::get_integer_status, "fmi2GetIntegerStatus", S | F | T},
     {Function::get_boolean_status, "fmi2GetBooleanStatus", S | F | T},
     {Function::get_string_status, "fmi2GetStringStatus", S | F | T},
+    {Function::enter_event_mode, "fmi2EnterEventMode", E | C},
+    {Function::new_discrete_states, "fmi2NewDiscreteStates", E},
+    {Function::enter_continuous_time_mode, "fmi2EnterContinuousTimeMode", E},
+    {Function::completed_integrator_step, "fmi2CompletedIntegratorStep", C},
+    {Function::set_time, "fmi2SetTime", E | C},
+    {Function::set_continuous_states, "fmi2SetContinuousStates", C},
+    {Function::get_continuous_states, "fmi2GetContinuousStates", M | E | C | T},
+    {Function::get_derivatives, "fmi2GetDerivatives", M | E | C | T},
+    {Function::get_nominals, "fmi2GetNominalsOfContinuousStates", I | M | E | C | T},
+    {Function::get_event_indicators, "fmi2GetEventIndicators", M | E | C | T},
 };
 
 // Functions that FMI 3.0 calls otherwise than fmi3 and the same words.
@@ -101,6 +113,10 @@ const char* name(State state) {
       return "stopped by a failed step";
     case State::terminated:
       return "terminated";
+    case State::event:
+      return "in event mode";
+    case State::continuous:
+      return "in continuous-time mode";
   }
   return "";
 }

@@ -2,12 +2,21 @@
 
 #include <string>
 
-// Which function may be called when: FMI 2.0.4, table of section 4.2.4, as one table.
+// Which function may be called when: FMI 2.0.4, tables of sections 3.2.3 and 4.2.4, as one table.
 
 namespace redysim {
 
-// An instance's life. `failed` follows a failed step, until reset, restored or freed.
-enum class State : unsigned { instantiated = 1, initialization = 2, step = 4, failed = 8, terminated = 16 };
+// An instance's life. `failed` follows a failed step, until reset, restored or freed. Co-simulation has
+// `step`, model exchange `event` and `continuous`.
+enum class State : unsigned {
+  instantiated = 1,
+  initialization = 2,
+  step = 4,
+  failed = 8,
+  terminated = 16,
+  event = 32,
+  continuous = 64
+};
 
 enum class Function {
   set_debug_logging,
@@ -41,6 +50,16 @@ enum class Function {
   get_integer_status,
   get_boolean_status,
   get_string_status,
+  enter_event_mode,
+  new_discrete_states,
+  enter_continuous_time_mode,
+  completed_integrator_step,
+  set_time,
+  set_continuous_states,
+  get_continuous_states,
+  get_derivatives,
+  get_nominals,
+  get_event_indicators,
 };
 
 enum class FmiVersion { two = 2, three = 3 };

@@ -1,4 +1,4 @@
-// The C boundary: every co-simulation function of FMI 2.0, each one line around the instance.
+// The C boundary: every function of FMI 2.0, each one line around the instance.
 
 #include <cstddef>
 #include <cstdlib>
@@ -14,6 +14,7 @@
 #include "fmi/instance/instance.hpp"
 #include "fmi/platform/float_mode.hpp"
 #include "fmi2Functions.h"
+#include "model/model_exchange.hpp"
 
 using redysim::FloatMode;
 using redysim::Function;
@@ -27,8 +28,8 @@ constexpr const char* instantiate_name = "fmi2Instantiate";
 
 // What an fmi2Component points to.
 struct Component {
-  Component(const Log& log, LoadedModel&& loaded, fmi2CallbackFreeMemory release_)
-      : instance(log, std::move(loaded.model), std::move(loaded.guid)), release(release_) {}
+  Component(const Log& log, LoadedModel&& loaded, bool model_exchange, fmi2CallbackFreeMemory release_)
+      : instance(log, std::move(loaded.model), std::move(loaded.guid), model_exchange), release(release_) {}
   Instance instance;
   fmi2CallbackFreeMemory release;  // of this block
 };
@@ -41,14 +42,15 @@ fmi2Status guarded(fmi2Component component, Function function, redysim::Instance
 }
 
 // In the memory of the environment, if it offers any.
-Component* make_component(const Log& log, LoadedModel&& loaded, const fmi2CallbackFunctions* functions) {
+Component* make_component(const Log& log, LoadedModel&& loaded, bool model_exchange,
+                          const fmi2CallbackFunctions* functions) {
   const bool has_memory = functions && functions->allocateMemory && functions->freeMemory;
   const fmi2CallbackFreeMemory release = has_memory ? functions->freeMemory : std::free;
   void* memory =
       has_memory ? functions->allocateMemory(1, sizeof(Component)) : std::calloc(1, sizeof(Component));
   if (!memory) throw std::bad_alloc();
   try {
-    return new (memory) Component(log, std::move(loaded), release);
+    return new (memory) Component(log, std::move(loaded), model_exchange, release);
   } catch (...) {
     release(memory);
     throw;
@@ -60,11 +62,15 @@ Component* instantiate(const Log& log, fmi2String instance_name, fmi2Type type, 
   std::optional<LoadedModel> loaded =
       redysim::load_model(log, instantiate_name, instance_name, guid, location);
   if (!loaded) return nullptr;
-  if (type != fmi2CoSimulation) {
-    log.error(std::string(instantiate_name) + ": this FMU is for co-simulation only");
+  const bool model_exchange = type == fmi2ModelExchange;
+  const char* why = model_exchange             ? redysim::objection_to_model_exchange(loaded->model)
+                    : type != fmi2CoSimulation ? "fmuType is neither fmi2CoSimulation nor fmi2ModelExchange"
+                                               : nullptr;
+  if (why) {
+    log.error(std::string(instantiate_name) + ": " + why);
     return nullptr;
   }
-  return make_component(log, std::move(*loaded), functions);
+  return make_component(log, std::move(*loaded), model_exchange, functions);
 }
 
 fmi2Status only_for_pending_steps(Instance& instance, Function function) {
@@ -274,4 +280,53 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
 fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind, fmi2String*) {
   constexpr Function function = Function::get_string_status;
   return guarded(c, function, [](Instance& i) { return only_for_pending_steps(i, function); });
+}
+
+// --- model exchange ---
+
+fmi2Status fmi2EnterEventMode(fmi2Component c) {
+  return guarded(c, Function::enter_event_mode, [](Instance& i) { return i.enter_event_mode(); });
+}
+
+fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo* info) {
+  return guarded(c, Function::new_discrete_states, [&](Instance& i) { return i.new_discrete_states(info); });
+}
+
+fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
+  return guarded(c, Function::enter_continuous_time_mode,
+                 [](Instance& i) { return i.enter_continuous_time_mode(); });
+}
+
+fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean, fmi2Boolean* enter_event_mode,
+                                       fmi2Boolean* terminate) {
+  return guarded(c, Function::completed_integrator_step,
+                 [&](Instance& i) { return i.completed_integrator_step(enter_event_mode, terminate); });
+}
+
+fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) {
+  return guarded(c, Function::set_time, [&](Instance& i) { return i.set_time(time); });
+}
+
+fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t nx) {
+  return guarded(c, Function::set_continuous_states,
+                 [&](Instance& i) { return i.set_continuous_states(x, nx); });
+}
+
+fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx) {
+  return guarded(c, Function::get_continuous_states,
+                 [&](Instance& i) { return i.get_continuous_states(x, nx); });
+}
+
+fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx) {
+  return guarded(c, Function::get_derivatives,
+                 [&](Instance& i) { return i.get_derivatives(derivatives, nx); });
+}
+
+fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[], size_t nx) {
+  return guarded(c, Function::get_nominals, [&](Instance& i) { return i.get_nominals(nominals, nx); });
+}
+
+fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t ni) {
+  return guarded(c, Function::get_event_indicators,
+                 [&](Instance& i) { return i.get_event_indicators(indicators, ni); });
 }

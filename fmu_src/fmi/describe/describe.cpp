@@ -20,6 +20,7 @@
 #include "fmi/variables/variables.hpp"
 #include "integrate/system/start.hpp"
 #include "model/features.hpp"
+#include "model/model_exchange.hpp"
 #include "model/read/fingerprint.hpp"
 #include "model/read/model_file.hpp"
 
@@ -78,6 +79,22 @@ void write_capabilities(Json& json) {
   json.member("needsExecutionTool", false).end_object();
 }
 
+// The flags of model exchange, or why the model has none.
+void write_model_exchange(Json& json, const Model& model, const Plan<double>& plan) {
+  if (const char* why = objection_to_model_exchange(model)) {
+    json.member("no_model_exchange", why);
+    return;
+  }
+  json.key("model_exchange").begin_object();
+  json.member("needsExecutionTool", false);
+  json.member("completedIntegratorStepNotNeeded", plan.balls.empty() && !plan.has_constraints());
+  json.member("canBeInstantiatedOnlyOncePerProcess", false);
+  json.member("canNotUseMemoryManagementFunctions", false);
+  json.member("canGetAndSetFMUstate", true);
+  json.member("canSerializeFMUstate", true);
+  json.member("providesDirectionalDerivative", true).end_object();
+}
+
 void write_log_categories(Json& json) {
   json.key("log_categories").begin_array();
   for (const LogCategory& category : log_categories)
@@ -120,7 +137,16 @@ const char* text(VariableType type) {
 }
 
 const char* text(Causality causality) {
-  return causality == Causality::input ? "input" : causality == Causality::output ? "output" : "parameter";
+  switch (causality) {
+    case Causality::input:
+      return "input";
+    case Causality::output:
+      return "output";
+    case Causality::local:
+      return "local";
+    default:
+      return "parameter";
+  }
 }
 
 const char* text(Variability variability) {
@@ -143,6 +169,7 @@ void write_start(Json& json, const Model& model, Parameters<double>& parameters,
       json.null().member("start", words.start ? words.start(model, variable) : 0);
       break;
     case Causality::output:
+    case Causality::local:
       json.value("calculated");
       break;
     case Causality::parameter:
@@ -154,8 +181,8 @@ void write_start(Json& json, const Model& model, Parameters<double>& parameters,
   }
 }
 
-void write_variable(Json& json, const Model& model, Parameters<double>& parameters,
-                    const Variable& variable) {
+void write_variable(Json& json, const Model& model, Parameters<double>& parameters, const Variable& variable,
+                    const Variable* derivative_of) {
   json.begin_object().member("name", variable.name).member("value_reference", variable.value_reference);
   json.member("type", text(variable.type())).member("causality", text(variable.causality()));
   json.member("variability", text(variable.variability())).key("initial");
@@ -165,6 +192,7 @@ void write_variable(Json& json, const Model& model, Parameters<double>& paramete
   if (unit) json.member("unit", unit->name);
   if (unit && unit->display_name) json.member("display_unit", unit->display_name);
   if (shown.quantity.name) json.member("quantity", shown.quantity.name);
+  if (derivative_of) json.member("derivative", derivative_of->name);
   if (std::isfinite(variable.min())) json.member("min", variable.min());
   if (std::isfinite(variable.max())) json.member("max", variable.max());
   json.member("description", shown.description).end_object();
@@ -177,10 +205,15 @@ void write_features(Json& json, const Model& model) {
   json.end_array();
 }
 
-void write_variables(Json& json, const Model& model, const VariableTable& table) {
+void write_variables(Json& json, const Model& model, const VariableTable& table,
+                     const StateVariables& states) {
   Parameters<double> parameters = parameters_of(model);
+  std::vector<const Variable*> derivative_of(table.all().size());
+  for (std::size_t place = 0; place < states.states.size(); ++place)
+    derivative_of[states.slopes[place]] = &table.all()[states.states[place]];
   json.key("variables").begin_array();
-  for (const Variable& variable : table.all()) write_variable(json, model, parameters, variable);
+  for (std::size_t k = 0; k < table.all().size(); ++k)
+    write_variable(json, model, parameters, table.all()[k], derivative_of[k]);
   json.end_array();
 }
 
@@ -253,12 +286,17 @@ std::string description(const ModelFile& file, const std::string& path, std::vec
   write_header(json, file);
   write_report(json, file.model);
   write_capabilities(json);
+  write_model_exchange(json, file.model, plan);
   write_log_categories(json);
   write_features(json, file.model);
   write_units(json, file.model, table);
-  write_variables(json, file.model, table);
-  write_structure(json, "outputs", table, output_dependencies(table, {file.model, plan}));
-  write_structure(json, "initial_unknowns", table, initial_dependencies(table, {file.model, plan}));
+  const Scene scene{file.model, plan};
+  const System system(plan, has_work(file.model, plan), &file.model);
+  const StateVariables states = state_variables(table, file.model, system);
+  write_variables(json, file.model, table, states);
+  write_structure(json, "outputs", table, output_dependencies(table, scene, states));
+  write_structure(json, "derivatives", table, slope_dependencies(table, scene, states));
+  write_structure(json, "initial_unknowns", table, initial_dependencies(table, scene));
   json.key("drawing");
   const std::vector<DrawnShape> shapes = read_shapes(path, file.model);
   write_drawing(json, assembled(file, path, plan, warnings), shapes);

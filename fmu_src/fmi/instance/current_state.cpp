@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "integrate/methods/given_state.hpp"
+
 namespace redysim {
 
 CurrentState::CurrentState(Simulation& simulation)
@@ -19,20 +21,34 @@ const double* CurrentState::start() {
 const double* CurrentState::follow_motion() {
   if (!following_is_current_) {
     std::copy_n(simulation_.integrator->state(), following_.size(), following_.begin());
-    can_follow_ = simulation_.system.follow_jumps(simulation_.time, following_.data());
+    can_follow_ = simulation_.model_exchange
+                      ? project(following_.data())
+                      : simulation_.system.follow_jumps(simulation_.time, following_.data());
     following_is_current_ = true;
   }
   return following_.data();
 }
 
+bool CurrentState::project(double* y) {
+  GivenState::normalise(simulation_.system.layout(), y);
+  return simulation_.system.close_loops(simulation_.time, y);
+}
+
+void CurrentState::given() {
+  follows_motion_ = !simulation_.system.has_constraints();
+  following_is_current_ = false;
+}
+
 void CurrentState::motion_changed() {
   follows_motion_ = !simulation_.integrator || simulation_.system.size() == 0;
   following_is_current_ = false;
+  if (simulation_.model_exchange && simulation_.integrator) given();
   if (simulation_.system.has_constraints() || simulation_.model.starts_in_equilibrium) start_changed();
 }
 
 void CurrentState::restored(bool follows_motion) {
   start_is_current_ = following_is_current_ = false;
+  can_follow_ = true;
   follows_motion_ = follows_motion;
 }
 

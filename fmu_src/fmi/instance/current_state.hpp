@@ -9,7 +9,8 @@ namespace redysim {
 
 // The state y at the last communication point: the assembled start before the first step, then the state of
 // the integrator. If a prescribed motion has jumped since the last step, y follows the jump in the same way
-// as at the begin of the next step.
+// as at the begin of the next step. In model exchange with loops y is the nearest state that satisfies their
+// constraints: those of the master drift.
 class CurrentState {
  public:
   explicit CurrentState(Simulation& simulation);
@@ -26,12 +27,14 @@ class CurrentState {
   void start_changed() { start_is_current_ = false; }
   void motion_changed();
   void stepped() { follows_motion_ = true; }
+  void given();  // model exchange: by the master
   void restored(bool follows_motion);
   void reset() { restored(true); }
 
  private:
   const double* start();
   const double* follow_motion();
+  bool project(double* y);
 
   Simulation& simulation_;
   std::vector<double> start_, following_;

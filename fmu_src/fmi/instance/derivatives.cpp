@@ -11,10 +11,15 @@ namespace redysim {
 OutputDerivatives::OutputDerivatives(Simulation& simulation, CurrentState& state, Values& values)
     : simulation_(simulation), state_(state), values_(values) {}
 
-std::string OutputDerivatives::objection(const Variable& known, double direction, bool in_initialization) {
+std::string OutputDerivatives::objection(const Variable& known, double direction,
+                                         bool in_initialization) const {
   if (!std::isfinite(direction))
     return "the direction of " + known.name + " must be a finite number, got " + shown(direction);
-  if (known.causality() == Causality::output) return known.name + " is an output, not a known";
+  if (known.is_calculated()) {
+    if (values_.place(known) < 0) return known.name + " is neither an input nor a state, not a known";
+    return in_initialization ? "derivatives by " + known.name + ", a state, exist after initialization only"
+                             : std::string();
+  }
   if (!known.row->has_direction) return "no derivatives exist with respect to " + known.name;
   if (known.causality() == Causality::parameter && !in_initialization)
     return "derivatives by " + known.name + " exist in initialization mode only";
@@ -26,11 +31,13 @@ std::string OutputDerivatives::begin() {
   if (!why.empty()) return why;
   if (!tangent_) tangent_ = std::make_unique<Tangent>(simulation_.model, simulation_.system);
   tangent_->go_to(simulation_.parameters, simulation_.system, simulation_.time, state_.y());
-  jumps_ = false;
+  jumps_ = moves_state_ = false;
+  work_change_[0] = work_change_[1] = 0;
   return {};
 }
 
 void OutputDerivatives::set_direction(const Variable& known, double direction) {
+  if (known.is_calculated()) return change_state(known, direction);
   Tangent& at = *tangent_;
   const auto add = [direction](Dual& number) { number.derivative += direction; };
   switch (known.row->storage) {
@@ -50,6 +57,33 @@ void OutputDerivatives::set_direction(const Variable& known, double direction) {
   jumps_ = jumps_ || (known.row->acts & (acts::position | acts::velocity)) != 0;
 }
 
+void OutputDerivatives::change_state(const Variable& known, double direction) {
+  Tangent& at = *tangent_;
+  moves_state_ = true;
+  switch (known.row->state) {
+    case StatePart::q:
+      at.q[known.joint].derivative += direction;
+      break;
+    case StatePart::qd:
+      at.qd[known.joint].derivative += direction;
+      break;
+    case StatePart::quaternion:
+      at.balls[known.ball].quaternion[known.element] += direction;
+      break;
+    case StatePart::omega:
+      at.balls[known.ball].omega[known.element] += direction;
+      break;
+    case StatePart::work:
+      work_change_[0] += direction;
+      break;
+    case StatePart::contact_work:
+      work_change_[1] += direction;
+      break;
+    default:
+      at.state(values_.place(known)).derivative += direction;
+  }
+}
+
 std::string OutputDerivatives::follow(bool in_initialization) {
   tangent_->apply_parameters();
   if (in_initialization) {
@@ -61,11 +95,30 @@ std::string OutputDerivatives::follow(bool in_initialization) {
     work_ = Work::none;
     return {};
   }
-  if (jumps_ && !state_.follows_motion() && !state_.can_follow())
+  const std::string why = simulation_.model_exchange ? follow_states() : follow_jumps();
+  if (!why.empty()) return why;
+  work_ = jumps_ && !simulation_.model_exchange ? Work::of_energy : Work::given;
+  return {};
+}
+
+// Model exchange: the state moves to the loop constraints.
+std::string OutputDerivatives::follow_states() {
+  if ((jumps_ || moves_state_) && simulation_.system.has_constraints())
+    tangent_->follow_constraints(simulation_.system, simulation_.time, simulation_.integrator->state());
+  return {};
+}
+
+// Prescribed motions jump at a communication point.
+std::string OutputDerivatives::follow_jumps() {
+  if (!jumps_) return {};
+  if (moves_state_)
+    return "at a communication point a state and a prescribed motion cannot change in one direction: request "
+           "each "
+           "alone";
+  if (!state_.follows_motion() && !state_.can_follow())
     return "there are no derivatives: the joints cannot follow the prescribed motion";
-  if (jumps_ && simulation_.integrator)
+  if (simulation_.integrator)
     tangent_->follow_jumps(simulation_.system, simulation_.time, simulation_.integrator->state());
-  work_ = Work::of_energy;
   return {};
 }
 
@@ -89,8 +142,15 @@ double OutputDerivatives::work() {
       return energy();
     case Work::by_power:
       return tangent().power.value;
+    case Work::given:
+      return work_change_[0];
   }
   return 0;
+}
+
+double OutputDerivatives::contact_work() {
+  if (work_ == Work::given) return work_change_[1];
+  return work_ == Work::by_power ? tangent().contact_power().value : 0;
 }
 
 double OutputDerivatives::balance() { return work_ == Work::none ? 0 : energy() - work(); }

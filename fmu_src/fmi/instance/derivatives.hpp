@@ -27,7 +27,7 @@ class OutputDerivatives {
   }
 
   // Why the derivative by a known does not exist; empty if it does.
-  static std::string objection(const Variable& known, double direction, bool in_initialization);
+  std::string objection(const Variable& known, double direction, bool in_initialization) const;
 
   // --- for rows of variables ---
 
@@ -36,18 +36,25 @@ class OutputDerivatives {
   Tangent& tangent() { return *tangent_; }
   double energy() { return tangent().kinetic_energy().derivative + tangent().potential_energy().derivative; }
   double work();
-  double contact_work() { return work_ == Work::by_power ? tangent().contact_power().value : 0; }
+  double contact_work();
   double balance();
 
  private:
-  // Derivative of the work: zero, that of the energy (a jump of a prescribed motion), or the power.
-  enum class Work { none, of_energy, by_power };
+  std::string follow_states();
+  std::string follow_jumps();
+  void change_state(const Variable& known, double direction);
+
+  // Derivative of the work: zero, that of the energy (a jump of a prescribed motion), the power, or what was
+  // given for its state.
+  enum class Work { none, of_energy, by_power, given };
 
   Simulation& simulation_;
   CurrentState& state_;
   Values& values_;
   std::unique_ptr<Tangent> tangent_;  // null before the first request
   bool jumps_ = false;                // the direction changes the position or velocity of a prescribed joint
+  bool moves_state_ = false;          // the direction changes the state itself
+  double work_change_[2] = {0, 0};    // of its last entries
   Work work_ = Work::none;
 };
 

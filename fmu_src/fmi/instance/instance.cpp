@@ -10,10 +10,10 @@
 
 namespace redysim {
 
-Instance::Instance(const Log& log, Model model, std::string guid)
+Instance::Instance(const Log& log, Model model, std::string guid, bool model_exchange)
     : log_(log),
       guid_(std::move(guid)),
-      simulation_(std::move(model)),
+      simulation_(std::move(model), model_exchange),
       state_(simulation_),
       parameters_(simulation_, state_),
       motion_(simulation_),
@@ -67,10 +67,12 @@ fmi2Status Instance::exit_initialization_mode() {
   travel_.begin(simulation_);
   parameters_.stepped();
   simulation_.time = life_.start_time;
-  life_.state = State::step;
+  life_.state = simulation_.model_exchange ? State::event : State::step;
+  if (simulation_.model_exchange) states_given();
+  nominals_are_new_ = true;
   if (log_.events())
     log_.event("start at " + shown(life_.start_time) + " s, solver " + simulation_.integrator->name() +
-               ", rtol " + shown(simulation_.integrator_settings.rtol));
+               (simulation_.model_exchange ? "" : ", rtol " + shown(simulation_.integrator_settings.rtol)));
   report_drives();
   report_contacts();
   return fmi2OK;
@@ -99,7 +101,7 @@ std::string Instance::start_integrator() {
   const SolverSettings settings = life_.effective(simulation_.parameters.solver);
   simulation_.integrator_settings = settings;
   system.set_scales(simulation_.model, simulation_.parameters);
-  std::unique_ptr<Integrator> integrator = make_integrator(system, settings);
+  std::unique_ptr<Integrator> integrator = simulation_.make_integrator(settings);
   Outcome outcome = integrator->start(life_.start_time, state_.y());
   if (!outcome.ok) return std::move(outcome.message);
   if (system.with_work()) {

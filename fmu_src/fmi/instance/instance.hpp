@@ -13,13 +13,14 @@
 
 namespace redysim {
 
+class GivenState;
 struct Snapshot;
 
 // One FMI instance: its parts and the functions of the standard. Functions log the reason of a refusal. The
 // FMI state is checked before (call_table.hpp). A refused call changes nothing.
 class Instance {
  public:
-  Instance(const Log& log, Model model, std::string guid);
+  Instance(const Log& log, Model model, std::string guid, bool model_exchange = false);
 
   State state() const { return life_.state; }
   Log& log() { return log_; }
@@ -64,6 +65,18 @@ class Instance {
   fmi2Status serialize(fmi2FMUstate saved, fmi2Byte* bytes, std::size_t size);
   fmi2Status deserialize(const fmi2Byte* bytes, std::size_t size, fmi2FMUstate* saved);
 
+  // model exchange (instance_exchange.cpp)
+  fmi2Status enter_event_mode();
+  fmi2Status new_discrete_states(fmi2EventInfo* info);
+  fmi2Status enter_continuous_time_mode();
+  fmi2Status completed_integrator_step(fmi2Boolean* enter_event_mode, fmi2Boolean* terminate);
+  fmi2Status set_time(double time);
+  fmi2Status set_continuous_states(const double* states, std::size_t count);
+  fmi2Status get_continuous_states(double* states, std::size_t count);
+  fmi2Status get_derivatives(double* derivatives, std::size_t count);
+  fmi2Status get_nominals(double* nominals, std::size_t count);
+  fmi2Status get_event_indicators(const double* indicators, std::size_t count);
+
   // Logs "<function>: <why>" and returns fmi2Error.
   fmi2Status refuse(Function function, const std::string& why);
   std::string name_of(Function function) const { return name(function, log_.version()); }
@@ -91,6 +104,12 @@ class Instance {
   fmi2Status read_derivatives(Function function, const unsigned* references, std::size_t count,
                               double* derivatives);
 
+  GivenState& given();
+  double drift_bound() const;
+  bool has_drifted();
+  void states_given();
+  std::string settle_states(bool& changed);
+
   void save(Bytes& bytes);
   bool restore(const Bytes& bytes);
   bool restore_integrator(Snapshot& saved);
@@ -107,6 +126,7 @@ class Instance {
   SavedStates saved_;
   Travel travel_;
   std::vector<double> applied_inputs_;  // of the last step
+  bool nominals_are_new_ = false;       // since the last event, in model exchange
 };
 
 }  // namespace redysim

@@ -13,6 +13,7 @@ namespace redysim {
 fmi2Status Instance::set_real_input_derivatives(const unsigned* references, std::size_t count,
                                                 const int* orders, const double* values) {
   constexpr Function function = Function::set_real_input_derivatives;
+  if (simulation_.model_exchange) return refuse(function, "a function of co-simulation only");
   if (const char* why = objection_to_arrays(count, {references, orders, values}))
     return refuse(function, why);
   for (std::size_t i = 0; i < count; ++i) {
@@ -91,7 +92,7 @@ fmi2Status Instance::directional_derivative(Function function, const unsigned* u
   for (std::size_t i = 0; i < known_count; ++i) {
     const Variable* variable = simulation_.table.real(knowns[i]);
     if (!variable) return refuse(function, unknown_reference(knowns[i], VariableType::real));
-    const std::string why = OutputDerivatives::objection(*variable, directions[i], in_initialization);
+    const std::string why = derivatives_.objection(*variable, directions[i], in_initialization);
     if (!why.empty()) return refuse(function, why);
   }
   std::string why = derivatives_.begin();
@@ -137,7 +138,7 @@ fmi2Status Instance::read_derivatives(Function function, const unsigned* referen
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = simulation_.table.real(references[i]);
     if (!variable) return refuse(function, unknown_reference(references[i], VariableType::real));
-    if (variable->causality() != Causality::output)
+    if (!variable->is_calculated())
       return refuse(function, variable->name + " is not an output: it has no derivatives");
   }
   const std::string why = derivatives_.evaluate();

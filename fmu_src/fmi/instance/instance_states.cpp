@@ -55,6 +55,7 @@ bool Instance::restore(const Bytes& bytes) {
   parameters_.restored(saved.parameters_changed);
   state_.restored(saved.follows_motion);
   values_.changed();
+  nominals_are_new_ = true;
   system.swap_inputs(saved.inputs);
   applied_inputs_.swap(saved.applied_inputs);
   motion_.restore(std::move(saved.motion));
@@ -79,7 +80,7 @@ bool Instance::restore_integrator(Snapshot& saved) {
   const SolverSettings settings = saved.life.effective(simulation_.parameters.solver);
   std::unique_ptr<Integrator> fresh;
   if (!simulation_.integrator || !same(settings, simulation_.integrator_settings))
-    fresh = make_integrator(system, settings);
+    fresh = simulation_.make_integrator(settings);
   Integrator& integrator = fresh ? *fresh : *simulation_.integrator;
   if (!integrator.restore(saved.integrator, saved.integrator_size)) {
     exchange();

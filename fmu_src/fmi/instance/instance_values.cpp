@@ -28,7 +28,7 @@ fmi2Status Instance::get_real(const unsigned* references, std::size_t count, dou
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = simulation_.table.real(references[i]);
     if (!variable) return refuse(function, unknown_reference(references[i], VariableType::real));
-    if (life_.state == State::instantiated && variable->causality() == Causality::output)
+    if (life_.state == State::instantiated && variable->is_calculated())
       return refuse(function, variable->name + " has no value before initialization mode");
     if (!values_.are_current(variable->row->needs)) {
       const std::string why = values_.update(variable->row->needs);
@@ -67,9 +67,14 @@ fmi2Status Instance::get_string(const unsigned* references, std::size_t count, f
 }
 
 std::string Instance::objection_to_setting(const Variable& variable) const {
-  if (variable.causality() == Causality::output) return variable.name + " is an output and cannot be set";
-  if (variable.variability() == Variability::fixed && life_.state == State::step)
+  if (variable.is_calculated())
+    return variable.name +
+           (variable.causality() == Causality::output ? " is an output" : " is a local variable") +
+           " and cannot be set";
+  if (variable.variability() == Variability::fixed && simulation_.integrator)
     return variable.name + " is a fixed parameter and cannot be set after initialization";
+  if (variable.causality() == Causality::parameter && life_.state == State::continuous)
+    return variable.name + " is a tunable parameter and can be set in event mode only";
   return {};
 }
 

@@ -39,12 +39,22 @@ void PrescribedMotion::begin() {
       simulation_.system.set_motion(time, i, values_[3 * i], values_[3 * i + 1], values_[3 * i + 2]);
 }
 
+void PrescribedMotion::hold() {
+  for (int i = 0; i < simulation_.plan.nv; ++i) {
+    const auto was_set = was_set_.begin() + 3 * i;
+    if (!simulation_.plan.joints[i].prescribed || std::find(was_set, was_set + 3, 1) == was_set + 3) continue;
+    simulation_.system.set_motion(simulation_.time, i, values_[3 * i], values_[3 * i + 1],
+                                  values_[3 * i + 2]);
+  }
+}
+
 bool PrescribedMotion::set(int joint, int order, double value) {
   double* values = &values_[3 * joint];
+  const bool is_new = simulation_.model_exchange && was_set_[3 * joint + order] == 0;
   was_set_[3 * joint + order] = 1;
-  if (values[order] == value) return false;
+  if (values[order] == value && !is_new) return false;
   values[order] = value;
-  if (simulation_.integrator)
+  if (simulation_.integrator && !simulation_.model_exchange)
     simulation_.system.change_motion(simulation_.time, joint, order, value);
   else
     simulation_.system.set_motion(simulation_.time, joint, values[0], values[1], values[2]);

@@ -14,6 +14,9 @@ class PrescribedMotion {
 
   void reset();  // to the start of the model
   void begin();  // starts all motions at the current time with the values set last
+  // Model exchange: the values set last hold at the current time. A motion of which nothing was set
+  // continues.
+  void hold();
   std::size_t size() const { return values_.size(); }
   double value(int joint, int order) const { return values_[3 * joint + order]; }
   // Returns whether the value changed. Masters may repeat unchanged inputs or omit them: the motion is the

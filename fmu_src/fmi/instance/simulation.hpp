@@ -12,13 +12,16 @@ namespace redysim {
 
 // Model, equations and integrator of one instance, shared by its parts.
 struct Simulation {
-  explicit Simulation(Model given);
+  Simulation(Model given, bool for_model_exchange);
+  // Integrates the system, or holds what the master integrates.
+  std::unique_ptr<Integrator> make_integrator(const SolverSettings& settings);
   std::string failed_joint() const;  // cause of the last failure; empty: unknown
   double mechanical_energy(const double* y) {
     return system.kinetic_energy(time, y) + system.potential_energy(time, y);
   }
 
   const Model model;
+  const bool model_exchange;      // the master integrates: `integrator` is a GivenState
   Parameters<double> parameters;  // the current ones
   Plan<double> plan;
   VariableTable table;

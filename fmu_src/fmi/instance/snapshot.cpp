@@ -10,8 +10,8 @@ namespace redysim {
 namespace {
 
 bool is_a_state(State state) {
-  for (State known :
-       {State::instantiated, State::initialization, State::step, State::failed, State::terminated})
+  for (State known : {State::instantiated, State::initialization, State::step, State::failed,
+                      State::terminated, State::event, State::continuous})
     if (state == known) return true;
   return false;
 }

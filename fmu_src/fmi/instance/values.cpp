@@ -24,7 +24,10 @@ std::string Values::update(Needs needs) {
   if (are_current(needs)) return {};
   std::string why = parameters_.bring_into_force();
   if (!why.empty() || needs <= Needs::parameters) return why;
+  if (simulation_.model_exchange && state_.y() && !state_.can_follow())
+    return "the loop constraints cannot be satisfied at " + shown(simulation_.time) + " s";
   if (needs == Needs::accelerations) return update_accelerations();
+  if (needs == Needs::slopes) return update_slopes();
   kinetic_energy_ = system().kinetic_energy(simulation_.time, state_.y());
   potential_energy_ = system().potential_energy(simulation_.time, state_.y());
   energies_are_current_ = true;
@@ -35,17 +38,27 @@ std::string Values::update_accelerations() {
   const double time = simulation_.time;
   bool finite = system().accelerations(time, state_.y(), accelerations_.data()) == Status::ok;
   for (double value : accelerations_) finite = finite && std::isfinite(value);
-  if (!finite) {
-    const std::string joint = simulation_.failed_joint();
-    return "the accelerations at " + shown(time) + " s are not finite" +
-           (joint.empty() ? "" : " (joint '" + joint + "')");
-  }
+  if (!finite) return not_finite();
   if (has_drive_forces()) system().drive_forces(coordinates(), accelerations_.data(), drive_forces_.data());
   for (int ball = 0; ball < system().balls(); ++ball)
     ball_accelerations_[ball] = system().ball_acceleration(ball, accelerations_.data());
   if (sensed_) update_sensed_wrenches();
   accelerations_are_current_ = true;
   return {};
+}
+
+std::string Values::update_slopes() {
+  slopes_.resize(static_cast<std::size_t>(system().size()));
+  if (system().right_hand_side(simulation_.time, state_.y(), slopes_.data()) != Status::ok)
+    return not_finite();
+  slopes_are_current_ = true;
+  return {};
+}
+
+std::string Values::not_finite() const {
+  const std::string joint = simulation_.failed_joint();
+  return "the accelerations at " + shown(simulation_.time) + " s are not finite" +
+         (joint.empty() ? "" : " (joint '" + joint + "')");
 }
 
 void Values::update_sensed_wrenches() {

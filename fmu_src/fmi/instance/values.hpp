@@ -8,6 +8,7 @@
 #include "dynamics/sensed_wrench.hpp"
 #include "fmi/instance/parameter_set.hpp"
 #include "fmi/instance/prescribed_motion.hpp"
+#include "fmi/variables/state_place.hpp"
 #include "math/spatial.hpp"
 
 namespace redysim {
@@ -17,7 +18,7 @@ class Values {
  public:
   Values(Simulation& simulation, CurrentState& state, ParameterSet& parameters, PrescribedMotion& motion);
 
-  void changed() { accelerations_are_current_ = energies_are_current_ = false; }
+  void changed() { accelerations_are_current_ = slopes_are_current_ = energies_are_current_ = false; }
   bool are_current(Needs needs) const {
     switch (needs) {
       case Needs::nothing:  // a start in equilibrium depends on all parameters
@@ -26,6 +27,8 @@ class Values {
         return parameters_.in_force();
       case Needs::accelerations:
         return accelerations_are_current_;
+      case Needs::slopes:
+        return slopes_are_current_;
       case Needs::energies:
         return energies_are_current_;
     }
@@ -78,6 +81,16 @@ class Values {
   }
   const double* ball_omega(int ball) { return simulation_.system.layout().omega.of(state_.y(), ball); }
   const Vec3<double>& ball_acceleration(int ball) const { return ball_accelerations_[ball]; }
+  // Of the state y that a variable is (Row::state), or whose derivative it is; -1: none.
+  int place(const Variable& variable) const {
+    return place_of(simulation_.system, variable.row->state, variable);
+  }
+  double state(const Variable& variable) { return state_.y()[place(variable)]; }
+  double slope(const Variable& variable) const {
+    return slopes_[place_of(simulation_.system, variable.row->slope_of, variable)];
+  }
+  const std::vector<double>& slopes() const { return slopes_; }
+  bool is_integrated_outside() const { return simulation_.model_exchange && simulation_.integrator; }
   double kinetic_energy() const { return kinetic_energy_; }
   double potential_energy() const { return potential_energy_; }
   double work() { return simulation_.system.work(state_.y()); }
@@ -88,6 +101,8 @@ class Values {
   double read_known(const Variable& variable);
   bool has_drive_forces() const { return simulation_.plan.has_motion() || simulation_.system.control(); }
   std::string update_accelerations();
+  std::string update_slopes();
+  std::string not_finite() const;
   void update_sensed_wrenches();
 
   Simulation& simulation_;
@@ -97,8 +112,9 @@ class Values {
   std::vector<double> accelerations_, drive_forces_;  // of all joints
   std::vector<Vec3<double>> ball_accelerations_;
   std::unique_ptr<SensedWrenches<double>> sensed_;  // null: no frame shows its wrench
+  std::vector<double> slopes_;                      // of y; empty before the first request
   double kinetic_energy_ = 0, potential_energy_ = 0;
-  bool accelerations_are_current_ = false, energies_are_current_ = false;
+  bool accelerations_are_current_ = false, slopes_are_current_ = false, energies_are_current_ = false;
 };
 
 }  // namespace redysim

@@ -14,6 +14,10 @@ bool has_limits(const Scene& scene, const Variable& variable) {
          actuator_with<&Actuator::limits_speed>(scene, variable);
 }
 
+bool has_inductance(const Scene& scene, const Variable& variable) {
+  return takes_voltage(scene, variable) && actuator_of(scene.model, variable)->inductance > 0;
+}
+
 int actuator_index(OutputDerivatives& of, const Variable& v) {
   return of.values().system().actuators()->at(v.joint);
 }
@@ -27,12 +31,11 @@ constexpr Entry joint_torque_entry =
         .measures(quantity::torque, quantity::force)
         .says("Torque of the actuator on %", "Force of the actuator on %");
 
-constexpr Entry entries[] = {
-    joint_torque_entry.there_if(ends_at_joint),
-    joint_torque_entry.in(OutputGroup::actuator).there_if(actuator_with<&Actuator::acts>),
+constexpr Entry motor_angle_entry =
     output(Owner::joint, "motor_q")
         .in(OutputGroup::actuator)
         .there_if(actuator_with<&Actuator::is_elastic>)
+        .is_state(StatePart::motor_q)
         .reads([](Values& at, const Variable& v) { return at.motor(v.joint, false); })
         .derivative([](OutputDerivatives& of, const Variable& v) {
           return of.tangent().motor_q(actuator_index(of, v)).derivative;
@@ -40,20 +43,27 @@ constexpr Entry entries[] = {
         .rate_is_next()
         .depends(nullptr, initially::position)
         .measures(quantity::angle)
-        .says("Angle of the motor of %"),
+        .says("Angle of the motor of %");
+
+constexpr Entry motor_velocity_entry =
     output(Owner::joint, "motor_qd")
         .in(OutputGroup::actuator)
         .there_if(actuator_with<&Actuator::is_elastic>)
+        .is_state(StatePart::motor_qd)
+        .slope_of(StatePart::motor_q)
         .reads([](Values& at, const Variable& v) { return at.motor(v.joint, true); })
         .derivative([](OutputDerivatives& of, const Variable& v) {
           return of.tangent().motor_qd(actuator_index(of, v)).derivative;
         })
         .depends(nullptr, initially::velocity)
         .measures(quantity::angular_velocity)
-        .says("Angular velocity of the motor of %"),
+        .says("Angular velocity of the motor of %");
+
+constexpr Entry current_entry =
     output(Owner::joint, "current")
         .in(OutputGroup::actuator)
         .there_if(takes_voltage)
+        .is_state(StatePart::current)
         .reads([](Values& at, const Variable& v) { return at.actuator(v.joint).current; },
                Needs::accelerations)
         .derivative([](OutputDerivatives& of, const Variable& v) {
@@ -61,7 +71,14 @@ constexpr Entry entries[] = {
         })
         .depends(at_point::accelerations, initially::accelerations)
         .measures(quantity::current)
-        .says("Current of the motor of %"),
+        .says("Current of the motor of %");
+
+constexpr Entry entries[] = {
+    joint_torque_entry.there_if(ends_at_joint),
+    joint_torque_entry.in(OutputGroup::actuator).there_if(actuator_with<&Actuator::acts>),
+    motor_angle_entry,
+    motor_velocity_entry,
+    current_entry,
     output(Owner::joint, "saturated")
         .in(OutputGroup::actuator)
         .there_if(has_limits)
@@ -179,8 +196,73 @@ constexpr Entry parameter_entries[] = {
         .says("Torque constant of the motor of %"),
 };
 
+constexpr Unit ampere_per_second{"A/s", 0, 0, -1, 0, nullptr, 1, 1};
+constexpr Unit newton_metre_per_second{"N.m/s", 1, 2, -3, 0}, newton_per_second{"N/s", 1, 1, -3, 0};
+constexpr Unit volt_per_second{"V/s", 1, 2, -4, 0, nullptr, 1, -1};
+
+void explain_lag(const Model& model, const Variable& variable, Presentation& shown) {
+  const Actuator* actuator = actuator_of(model, variable);
+  if (!actuator || !actuator->is_electric()) return;
+  shown.quantity = shown.quantity.name ? quantity::voltage : Quantity{&volt_per_second};
+}
+
+// States that are no outputs, and slopes.
+constexpr Entry state_entries[] = {
+    motor_angle_entry.local(),
+    motor_velocity_entry.local(),
+    output(Owner::joint, "motor_qdd")
+        .local()
+        .there_if(actuator_with<&Actuator::is_elastic>)
+        .slope_of(StatePart::motor_qd)
+        .reads([](Values& at, const Variable& v) { return at.slope(v); }, Needs::slopes)
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return of.tangent().actuator(actuator_index(of, v)).motor_qdd.derivative;
+        })
+        .depends(at_point::accelerations, initially::accelerations)
+        .measures(quantity::angular_acceleration)
+        .says("Angular acceleration of the motor of %"),
+    current_entry.local().there_if(has_inductance),
+    output(Owner::joint, "current_rate")
+        .local()
+        .there_if(has_inductance)
+        .slope_of(StatePart::current)
+        .reads([](Values& at, const Variable& v) { return at.slope(v); }, Needs::slopes)
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return of.tangent().actuator(actuator_index(of, v)).current_rate.derivative;
+        })
+        .depends(at_point::accelerations, initially::accelerations)
+        .measures({&ampere_per_second})
+        .says("Time derivative of the current of the motor of %"),
+    output(Owner::joint, "lagged")
+        .local()
+        .there_if(actuator_with<&Actuator::lags>)
+        .is_state(StatePart::lagged)
+        .reads([](Values& at, const Variable& v) { return at.state(v); })
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return of.tangent().state(of.values().place(v)).derivative;
+        })
+        .depends(nullptr, initially::accelerations)
+        .measures(quantity::torque, quantity::force)
+        .says("Input of the actuator of % behind its lag")
+        .adapted(explain_lag),
+    output(Owner::joint, "lagged_rate")
+        .local()
+        .there_if(actuator_with<&Actuator::lags>)
+        .slope_of(StatePart::lagged)
+        .reads([](Values& at, const Variable& v) { return at.slope(v); }, Needs::slopes)
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return of.tangent().actuator(actuator_index(of, v)).lagged_rate.derivative;
+        })
+        .depends(at_point::accelerations, initially::accelerations)
+        .measures({&newton_metre_per_second}, {&newton_per_second})
+        .says("Time derivative of the input of the actuator of % behind its lag")
+        .adapted(explain_lag),
+};
+
 }  // namespace
 
+const RowGroup ActuatorStates::rows = rows_in<state_entries>;
+const WordGroup ActuatorStates::words = words_in<state_entries>;
 const RowGroup ActuatorVariables::rows = rows_in<entries>;
 const WordGroup ActuatorVariables::words = words_in<entries>;
 const RowGroup ActuatorParameterVariables::rows = rows_in<parameter_entries>;

@@ -16,7 +16,14 @@ bool is_driven(const Scene& scene, const Variable& variable) {
 }
 
 double read_quaternion(Values& at, const Variable& v) {
+  if (at.is_integrated_outside()) return at.state(v);  // what was set, of any length
   return Eigen::Map<const Eigen::Vector4d>(at.ball_quaternion(v.ball)).normalized()[v.element];
+}
+
+double quaternion_derivative(OutputDerivatives& of, const Variable& v) {
+  if (of.values().is_integrated_outside()) return of.tangent().balls[v.ball].quaternion[v.element];
+  return quaternion_change(Eigen::Map<const Eigen::Vector4d>(of.values().ball_quaternion(v.ball)),
+                           of.tangent().ball(v.ball).turn, v.element);
 }
 
 // ReDySim's angles of R = Rz(phi) Rx(theta) Ry(psi).
@@ -26,6 +33,21 @@ double read_angle(Values& at, const Variable& v) {
   const BallAngles angles = zxy_angles(at.ball_quaternion(v.ball));
   return Vec3<double>(angles.phi, angles.theta, angles.psi)[v.element];
 }
+
+constexpr Entry acceleration_entry =
+    output(Owner::ball, "alpha")
+        .array(3)
+        .in(OutputGroup::acceleration)
+        .slope_of(StatePart::omega)
+        .reads([](Values& at, const Variable& v) { return at.ball_acceleration(v.ball)[v.element]; },
+               Needs::accelerations)
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return of.tangent().ball(v.ball).alpha[v.element].derivative;
+        })
+        .depends(at_point::accelerations, initially::accelerations)
+        .measures(quantity::angular_acceleration)
+        .says("Angular acceleration of %, $ in link axes")
+        .labels(axes);
 
 constexpr Entry motion_entries[] = {
     input(Owner::ball, "tau")
@@ -39,16 +61,15 @@ constexpr Entry motion_entries[] = {
         .labels(axes),
     output(Owner::ball, "quaternion")
         .array(4)
+        .is_state(StatePart::quaternion)
         .reads(read_quaternion)
-        .derivative([](OutputDerivatives& of, const Variable& v) {
-          return quaternion_change(Eigen::Map<const Eigen::Vector4d>(of.values().ball_quaternion(v.ball)),
-                                   of.tangent().ball(v.ball).turn, v.element);
-        })
+        .derivative(quaternion_derivative)
         .depends(at_point::jumps, initially::position)
         .says("Orientation of %, quaternion component $")
         .labels(quaternion_components),
     output(Owner::ball, "omega")
         .array(3)
+        .is_state(StatePart::omega)
         .reads([](Values& at, const Variable& v) { return at.ball_omega(v.ball)[v.element]; })
         .derivative([](OutputDerivatives& of, const Variable& v) {
           return of.tangent().ball(v.ball).omega[v.element].derivative;
@@ -58,18 +79,7 @@ constexpr Entry motion_entries[] = {
         .measures(quantity::angular_velocity)
         .says("Angular velocity of %, $ in link axes")
         .labels(axes),
-    output(Owner::ball, "alpha")
-        .array(3)
-        .in(OutputGroup::acceleration)
-        .reads([](Values& at, const Variable& v) { return at.ball_acceleration(v.ball)[v.element]; },
-               Needs::accelerations)
-        .derivative([](OutputDerivatives& of, const Variable& v) {
-          return of.tangent().ball(v.ball).alpha[v.element].derivative;
-        })
-        .depends(at_point::accelerations, initially::accelerations)
-        .measures(quantity::angular_acceleration)
-        .says("Angular acceleration of %, $ in link axes")
-        .labels(axes),
+    acceleration_entry,
     output(Owner::ball, "angle")
         .array(3)
         .reads(read_angle)
@@ -81,6 +91,22 @@ constexpr Entry motion_entries[] = {
         .measures(quantity::angle)
         .says("Angle about $ of %, rotation order z, x, y")
         .labels(angle_axes),
+};
+
+constexpr Entry slope_entries[] = {
+    output(Owner::ball, "quaternion_rate")
+        .local()
+        .array(4)
+        .slope_of(StatePart::quaternion)
+        .reads([](Values& at, const Variable& v) { return at.slope(v); }, Needs::slopes)
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return of.tangent().quaternion_slope(v.ball)[v.element];
+        })
+        .depends(at_point::jumps, initially::accelerations)
+        .measures({&units::per_second})
+        .says("Time derivative of the orientation of %, quaternion component $")
+        .labels(quaternion_components),
+    acceleration_entry.local(),
 };
 
 constexpr Entry start_entries[] = {
@@ -105,6 +131,8 @@ constexpr Entry start_entries[] = {
 
 const RowGroup BallMotionVariables::rows = rows_in<motion_entries>;
 const WordGroup BallMotionVariables::words = words_in<motion_entries>;
+const RowGroup BallSlopes::rows = rows_in<slope_entries>;
+const WordGroup BallSlopes::words = words_in<slope_entries>;
 const RowGroup BallStartValues::rows = rows_in<start_entries>;
 const WordGroup BallStartValues::words = words_in<start_entries>;
 

@@ -1,6 +1,12 @@
 #include "fmi/variables/dependencies.hpp"
 
+#include <algorithm>
+#include <stdexcept>
+#include <string_view>
+
 #include "fmi/variables/presentation.hpp"
+#include "fmi/variables/state_place.hpp"
+#include "model/model_exchange.hpp"
 
 namespace redysim {
 
@@ -109,45 +115,127 @@ bool energies(const Variable& unknown, const Variable& known, const Components& 
 
 namespace {
 
+// Whether a state depends on another: on itself, a quaternion (whose output may be normalised) on all of its
+// components.
+bool is_same_state(const Variable& unknown, const Variable& known) {
+  return known.row == unknown.row && known.joint == unknown.joint && known.ball == unknown.ball &&
+         (known.row->state == StatePart::quaternion || known.element == unknown.element);
+}
+
+// Whether `unknown`, which is no state, depends on the state `known`.
+bool by_state(const Variable& unknown, const Variable& known, const Components& components) {
+  const Row& row = *unknown.row;
+  if (row.type != VariableType::real || row.variability == Variability::discrete) return false;
+  if (known.row->owner == Owner::model) return std::string_view(row.name) == "energy.balance";
+  if (row.slope_of == StatePart::quaternion) return known.ball == unknown.ball;
+  return row.owner == Owner::model || at_point::sensed(unknown, known, components);
+}
+
 // Longer lists are replaced by "all": the size of descriptions is linear in the number of variables.
 constexpr std::size_t longest_list = 500;
+// Lists of states may be longer as long as there are few.
+constexpr std::size_t listed_per_variable = 20;
 
-bool may_matter(const Variable& known, bool initial) {
-  if (known.causality() == Causality::input) return true;
-  return initial && known.causality() == Causality::parameter && known.row->acts != 0;
-}
-
-// Applies the rule in `column` of the words of each output.
-std::vector<Dependencies> collect(const VariableTable& table, const Components& components,
-                                  Rule Words::*column, bool initial) {
-  std::vector<Dependencies> result;
-  const auto& all = table.all();
-  std::vector<int> knowns;
-  for (std::size_t k = 0; k < all.size(); ++k)
-    if (may_matter(all[k], initial)) knowns.push_back(static_cast<int>(k));
-  for (std::size_t u = 0; u < all.size(); ++u) {
-    if (all[u].causality() != Causality::output) continue;
-    const Rule depends = words_of(all[u]).*column;
-    Dependencies row;
-    row.unknown = static_cast<int>(u);
-    for (std::size_t k = 0; depends && k < knowns.size() && row.knowns.size() <= longest_list; ++k)
-      if (depends(all[u], all[knowns[k]], components)) row.knowns.push_back(knowns[k]);
-    row.all = !knowns.empty() && (row.knowns.size() > longest_list || row.knowns.size() == knowns.size());
-    if (row.all) row.knowns.clear();
-    result.push_back(std::move(row));
+// Applies rules to an unknown and all knowns.
+class Collector {
+ public:
+  Collector(const VariableTable& table, const Scene& scene, const std::vector<int>& states, bool initial)
+      : all_(table.all()), components_(scene), states_(states), initial_(initial) {
+    for (std::size_t k = 0; k < all_.size(); ++k)
+      if (may_matter(all_[k])) settable_.push_back(static_cast<int>(k));
+    is_state_.resize(all_.size());
+    for (int state : states_) is_state_[state] = 1;
   }
-  return result;
-}
+  const Components& components() const { return components_; }
+
+  Dependencies of(int unknown) {
+    const Variable& variable = all_[unknown];
+    const Words& words = words_of(variable);
+    const Rule depends = initial_ ? words.at_start : words.at_point;
+    Dependencies row;
+    row.unknown = unknown;
+    for (std::size_t k = 0; depends && k < settable_.size() && row.knowns.size() <= longest_list; ++k)
+      if (depends(variable, all_[settable_[k]], components_)) row.knowns.push_back(settable_[k]);
+    row.all = row.knowns.size() > longest_list;
+    for (std::size_t k = 0; !row.all && k < states_.size(); ++k) {
+      const Variable& state = all_[states_[k]];
+      if (is_state_[unknown] ? is_same_state(variable, state) : by_state(variable, state, components_))
+        row.knowns.push_back(states_[k]);
+    }
+    const std::size_t knowns = settable_.size() + states_.size();
+    row.all = row.all || (knowns != 0 && row.knowns.size() == knowns) || is_too_long(row.knowns.size());
+    if (row.all) row.knowns.clear();
+    return row;
+  }
+
+ private:
+  bool may_matter(const Variable& known) const {
+    if (known.causality() == Causality::input) return true;
+    return initial_ && known.causality() == Causality::parameter && known.row->acts != 0;
+  }
+  bool is_too_long(std::size_t count) {
+    if (count <= longest_list) return false;
+    listed_ += count;
+    return listed_ > listed_per_variable * all_.size();
+  }
+
+  const std::vector<Variable>& all_;
+  const Components components_;
+  const std::vector<int>& states_;
+  const bool initial_;
+  std::vector<int> settable_;
+  std::vector<char> is_state_;
+  std::size_t listed_ = 0;  // in lists longer than longest_list
+};
 
 }  // namespace
 
-std::vector<Dependencies> output_dependencies(const VariableTable& table, const Scene& scene) {
-  return collect(table, Components(scene), &Words::at_point, false);
+StateVariables state_variables(const VariableTable& table, const Model& model, const System& system) {
+  if (objection_to_model_exchange(model)) return {};
+  StateVariables found;
+  found.states.assign(static_cast<std::size_t>(system.size()), -1);
+  found.slopes = found.states;
+  for (std::size_t k = 0; k < table.all().size(); ++k) {
+    const Variable& variable = table.all()[k];
+    const int state = place_of(system, variable.row->state, variable);
+    const int slope = place_of(system, variable.row->slope_of, variable);
+    if (state >= 0) found.states[state] = static_cast<int>(k);
+    if (slope >= 0) found.slopes[slope] = static_cast<int>(k);
+  }
+  for (const auto* places : {&found.states, &found.slopes})
+    if (std::count(places->begin(), places->end(), -1) > 0)
+      throw std::logic_error("a state or its derivative is not among the variables");
+  return found;
+}
+
+std::vector<Dependencies> output_dependencies(const VariableTable& table, const Scene& scene,
+                                              const StateVariables& states) {
+  Collector collector(table, scene, states.states, false);
+  std::vector<Dependencies> rows;
+  for (std::size_t k = 0; k < table.all().size(); ++k)
+    if (table.all()[k].causality() == Causality::output) rows.push_back(collector.of(static_cast<int>(k)));
+  return rows;
+}
+
+std::vector<Dependencies> slope_dependencies(const VariableTable& table, const Scene& scene,
+                                             const StateVariables& states) {
+  Collector collector(table, scene, states.states, false);
+  std::vector<Dependencies> rows;
+  for (int slope : states.slopes) {
+    rows.push_back(collector.of(slope));
+    // the velocity of a joint is a state itself
+    rows.back().constant = rows.back().knowns == std::vector<int>{slope};
+  }
+  return rows;
 }
 
 std::vector<Dependencies> initial_dependencies(const VariableTable& table, const Scene& scene) {
-  const Components components(scene);
-  std::vector<Dependencies> rows = collect(table, components, &Words::at_start, true);
+  const std::vector<int> no_states;
+  Collector collector(table, scene, no_states, true);
+  const Components& components = collector.components();
+  std::vector<Dependencies> rows;
+  for (std::size_t k = 0; k < table.all().size(); ++k)
+    if (table.all()[k].is_calculated()) rows.push_back(collector.of(static_cast<int>(k)));
   for (Dependencies& row : rows) {
     const Variable& unknown = table.all()[row.unknown];
     const ConstantFactor constant = words_of(unknown).constant;

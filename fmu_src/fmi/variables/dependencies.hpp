@@ -62,8 +62,19 @@ struct Dependencies {
   bool constant = false;
 };
 
-// At a communication point: direct dependencies on inputs.
-std::vector<Dependencies> output_dependencies(const VariableTable& table, const Scene& scene);
+// The variables that are the entries of y, and their time derivatives; by index into VariableTable::all().
+// Empty if the model has no model exchange.
+struct StateVariables {
+  std::vector<int> states, slopes;
+};
+StateVariables state_variables(const VariableTable& table, const Model& model, const System& system);
+
+// At a communication point or a time of model exchange: direct dependencies on inputs and states, of all
+// outputs and of all slopes.
+std::vector<Dependencies> output_dependencies(const VariableTable& table, const Scene& scene,
+                                              const StateVariables& states);
+std::vector<Dependencies> slope_dependencies(const VariableTable& table, const Scene& scene,
+                                             const StateVariables& states);
 
 // In initialization mode: on inputs, start values and tunable parameters.
 std::vector<Dependencies> initial_dependencies(const VariableTable& table, const Scene& scene);

@@ -19,6 +19,8 @@ Force<double> read_momentum(Values& at) {
   return momentum(at.plan(), at.system().workspace(), now.q, now.qd);
 }
 
+bool every_known(const Variable&, const Variable&, const Components&) { return true; }
+
 constexpr Entry entries[] = {
     output(Owner::model, "energy.kinetic")
         .in(OutputGroup::energy)
@@ -69,6 +71,7 @@ constexpr Entry entries[] = {
         .labels(axes),
     output(Owner::model, "energy.work")
         .there_if(is_integrated)
+        .is_state(StatePart::work)
         .reads([](Values& at, const Variable&) { return at.work(); })
         .derivative([](OutputDerivatives& of, const Variable&) { return of.work(); })
         .depends(at_point::all_jumps, nullptr)
@@ -76,6 +79,7 @@ constexpr Entry entries[] = {
         .says("Work of drives, ports, dampers and friction since the start"),
     output(Owner::model, "energy.contact")
         .there_if(has_contact_work)
+        .is_state(StatePart::contact_work)
         .reads([](Values& at, const Variable&) { return at.contact_work(); })
         .derivative([](OutputDerivatives& of, const Variable&) { return of.contact_work(); })
         .depends(nullptr, nullptr)
@@ -90,8 +94,32 @@ constexpr Entry entries[] = {
         .says("Energy balance error: change of total energy minus work (zero in exact arithmetic)"),
 };
 
+constexpr Entry slope_entries[] = {
+    output(Owner::model, "energy.power")
+        .local()
+        .there_if(is_integrated)
+        .slope_of(StatePart::work)
+        .reads([](Values& at, const Variable& v) { return at.slope(v); }, Needs::slopes)
+        .derivative([](OutputDerivatives& of, const Variable&) { return of.tangent().power.derivative; })
+        .depends(every_known, every_known)
+        .measures(quantity::power)
+        .says("Power of drives, ports, dampers and friction"),
+    output(Owner::model, "energy.contact_power")
+        .local()
+        .there_if(has_contact_work)
+        .slope_of(StatePart::contact_work)
+        .reads([](Values& at, const Variable& v) { return at.slope(v); }, Needs::slopes)
+        .derivative(
+            [](OutputDerivatives& of, const Variable&) { return of.tangent().contact_power().derivative; })
+        .depends(every_known, every_known)
+        .measures(quantity::power)
+        .says("Power of contact forces, without that of the energy stored in contacts"),
+};
+
 }  // namespace
 
+const RowGroup WorkSlopes::rows = rows_in<slope_entries>;
+const WordGroup WorkSlopes::words = words_in<slope_entries>;
 const RowGroup EnergyVariables::rows = rows_in<entries>;
 const WordGroup EnergyVariables::words = words_in<entries>;
 

@@ -66,6 +66,23 @@ struct Entry {
     e.row.group = group;
     return e;
   }
+  // A local variable, for model exchange: a state or a derivative. After in(): it exists where the output does
+  // not.
+  constexpr Entry local() const {
+    Entry e = *this;
+    e.row.causality = Causality::local;
+    return e;
+  }
+  constexpr Entry is_state(StatePart part) const {
+    Entry e = *this;
+    e.row.state = part;
+    return e;
+  }
+  constexpr Entry slope_of(StatePart part) const {
+    Entry e = *this;
+    e.row.slope_of = part;
+    return e;
+  }
   // ... and if this condition holds
   constexpr Entry there_if(bool (*holds)(const Scene&, const Variable&)) const {
     Entry e = *this;

@@ -84,12 +84,28 @@ struct SolverParameters {  // solver.cpp
   static const RowGroup rows;
   static const WordGroup words;
 };
+struct JointSlopes {  // joint.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
+struct BallSlopes {  // ball.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
+struct ActuatorStates {  // actuator.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
+struct WorkSlopes {  // energy.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
 
 // In the order of the XML.
 using Groups = std::tuple<JointMotionVariables, BallMotionVariables, JointDriveVariables, ActuatorVariables,
                           FrameVariables, LoopVariables, CouplingVariables, ContactVariables, EnergyVariables,
                           SolverHealth, JointStartValues, BallStartValues, JointParameterVariables,
                           ActuatorParameterVariables, LinkParameterVariables, ContactParameterVariables,
-                          SolverParameters>;
+                          SolverParameters, JointSlopes, BallSlopes, ActuatorStates, WorkSlopes>;
 
 }  // namespace redysim

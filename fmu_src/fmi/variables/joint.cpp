@@ -103,7 +103,17 @@ double input_derivative(OutputDerivatives& of, const Variable& v) {
   return (index < 0 ? of.tangent().drive[v.joint] : of.tangent().actuator_input(index)).derivative;
 }
 
-constexpr Unit watt{"W", 1, 2, -3, 0};
+constexpr Entry acceleration_entry = output(Owner::joint, "qdd")
+                                         .in(OutputGroup::acceleration)
+                                         .there_if(shows_velocity)
+                                         .slope_of(StatePart::qd)
+                                         .reads(read_acceleration, Needs::accelerations)
+                                         .derivative([](OutputDerivatives& of, const Variable& v) {
+                                           return of.tangent().qdd[v.joint].derivative;
+                                         })
+                                         .depends(at_point::accelerations, initially::accelerations)
+                                         .measures(quantity::angular_acceleration, quantity::acceleration)
+                                         .says("Angular acceleration of %", "Acceleration of %");
 
 constexpr Entry motion_entries[] = {
     input(Owner::joint, "tau")
@@ -142,6 +152,7 @@ constexpr Entry motion_entries[] = {
         .says("Prescribed angular acceleration of %", "Prescribed acceleration of %"),
     output(Owner::joint, "q")
         .there_if(shows_position)
+        .is_state(StatePart::q)
         .reads(read_position)
         .derivative(
             [](OutputDerivatives& of, const Variable& v) { return of.tangent().q[v.joint].derivative; })
@@ -152,6 +163,8 @@ constexpr Entry motion_entries[] = {
         .says("Angle of %", "Displacement of %"),
     output(Owner::joint, "qd")
         .there_if(shows_velocity)
+        .is_state(StatePart::qd)
+        .slope_of(StatePart::q)
         .reads(read_velocity)
         .derivative(
             [](OutputDerivatives& of, const Variable& v) { return of.tangent().qd[v.joint].derivative; })
@@ -160,16 +173,14 @@ constexpr Entry motion_entries[] = {
         .constant(ConstantFactor::unless_assembled)
         .measures(quantity::angular_velocity, quantity::velocity)
         .says("Angular velocity of %", "Velocity of %"),
-    output(Owner::joint, "qdd")
-        .in(OutputGroup::acceleration)
-        .there_if(shows_velocity)
-        .reads(read_acceleration, Needs::accelerations)
-        .derivative(
-            [](OutputDerivatives& of, const Variable& v) { return of.tangent().qdd[v.joint].derivative; })
-        .depends(at_point::accelerations, initially::accelerations)
-        .measures(quantity::angular_acceleration, quantity::acceleration)
-        .says("Angular acceleration of %", "Acceleration of %"),
+    acceleration_entry,
 };
+
+bool is_integrated(const Scene& scene, const Variable& variable) {
+  return !scene.plan.joints[variable.joint].prescribed;
+}
+
+constexpr Entry slope_entries[] = {acceleration_entry.local().there_if(is_integrated)};
 
 constexpr Entry force_entries[] = {
     output(Owner::joint, "tau")
@@ -218,7 +229,7 @@ constexpr Entry force_entries[] = {
           return (at.drive[v.joint] * at.qd[v.joint]).derivative;
         })
         .depends(power_at_point, power_at_start)
-        .measures({&watt, "Power"})
+        .measures(quantity::power)
         .says("Power of the drive torque of %, friction not included",
               "Power of the drive force of %, friction not included"),
 };
@@ -244,6 +255,8 @@ constexpr Entry start_entries[] = {
 
 const RowGroup JointMotionVariables::rows = rows_in<motion_entries>;
 const WordGroup JointMotionVariables::words = words_in<motion_entries>;
+const RowGroup JointSlopes::rows = rows_in<slope_entries>;
+const WordGroup JointSlopes::words = words_in<slope_entries>;
 const RowGroup JointDriveVariables::rows = rows_in<force_entries>;
 const WordGroup JointDriveVariables::words = words_in<force_entries>;
 const RowGroup JointStartValues::rows = rows_in<start_entries>;

@@ -18,18 +18,33 @@ class Values;
 struct Variable;
 
 enum class VariableType : std::uint8_t { real, integer, string };
-enum class Causality : std::uint8_t { parameter, input, output };
+enum class Causality : std::uint8_t { parameter, input, output, local };
 enum class Variability : std::uint8_t { fixed, tunable, discrete, continuous };
 
 // The owner of a variable; its name is the first part of the name of the variable.
 enum class Owner : std::uint8_t { model, joint, ball, frame, loop, coupling, contact, link };
 
 // What must be computed before a value is read.
-enum class Needs : std::uint8_t { nothing, parameters, accelerations, energies };
+enum class Needs : std::uint8_t { nothing, parameters, accelerations, slopes, energies };
 
 // Where a value is stored: a parameter in Parameters, an input in System::inputs(), a prescribed motion as
 // one of its three derivatives.
 enum class Storage : std::uint8_t { none, parameter, input, motion };
+
+// The part of the state y (StateLayout) that a variable is, or whose time derivative it is.
+enum class StatePart : std::uint8_t {
+  none,
+  q,
+  quaternion,
+  qd,
+  omega,
+  motor_q,
+  motor_qd,
+  current,
+  lagged,
+  work,
+  contact_work
+};
 
 enum class Bounds : std::uint8_t { none, not_negative, positive, tolerance };
 
@@ -57,7 +72,7 @@ struct Row {
   std::uint8_t rows = 1, columns = 0;  // array with index "[i]", or "[i,j]" if columns > 0; 1, 0: scalar
   Bounds bounds = Bounds::none;
   std::uint8_t bounded = 255;  // the bounds hold for the first elements only
-  bool in_group = false;       // exists if `group` is requested
+  bool in_group = false;       // exists if `group` is requested; a local variable: if it is not
   OutputGroup group = OutputGroup::acceleration;
   Needs needs = Needs::nothing;
   Storage storage = Storage::none;
@@ -65,6 +80,7 @@ struct Row {
   bool adds_to_controller = false;  // named "<name>_added" if a controller drives the joint
   bool has_direction = false;       // there are derivatives by it
   bool rate_is_next = false;        // its time derivative is the value of the next row
+  StatePart state = StatePart::none, slope_of = StatePart::none;
   std::uint16_t acts = 0;
 
   int elements() const { return columns ? rows * columns : rows; }

@@ -8,6 +8,7 @@
 
 #include "fmi/variables/groups.hpp"
 #include "fmi/variables/parameters.hpp"
+#include "model/model_exchange.hpp"
 #include "model/read/model_error.hpp"
 #include "model/read/number.hpp"
 
@@ -260,7 +261,8 @@ void VariableTable::add(const Scene& scene, const RowGroup& group, const Row& ro
   variable.group = &group;
   variable.row = &row;
   variable.row_index = static_cast<int>(&row - group.rows);
-  if (row.in_group && !scene.model.fmu.shows(row.group)) return;
+  if (row.causality == Causality::local && objection_to_model_exchange(scene.model)) return;
+  if (row.in_group && scene.model.fmu.shows(row.group) == (row.causality == Causality::local)) return;
   if (group.exists && !group.exists(variable.row_index, scene, variable)) return;
   variable.name = name_of(scene.model, row, variable);
   variable.value_reference = static_cast<unsigned>(all_.size() + 1);

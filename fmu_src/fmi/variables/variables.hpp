@@ -30,6 +30,7 @@ struct Variable {
   Causality causality() const { return row->causality; }
   Variability variability() const { return row->variability; }
   bool is_motion() const { return row->storage == Storage::motion; }
+  bool is_calculated() const { return causality() == Causality::output || causality() == Causality::local; }
   double min() const;
   double max() const;
 };

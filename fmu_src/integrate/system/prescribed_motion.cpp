@@ -47,8 +47,7 @@ bool System::follow_jumps(double time, double* y) {
     respond(time, y, false);
     respond(time, y, true);
   }
-  const bool closed =
-      !plan_.has_constraints() || (project(time, y, nullptr) == Status::ok && !loops_are_violated());
+  const bool closed = close_loops(time, y);
   if (jumps && with_work())
     *layout_.work.of(y) += kinetic_energy(time, y) + potential_energy(time, y) - before;
   if (!jumps || std::all_of(y, y + size(), [](double value) { return std::isfinite(value); })) return closed;

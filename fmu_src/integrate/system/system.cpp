@@ -279,6 +279,12 @@ bool System::loops_are_violated() const {
   return plan_.has_constraints() && relative_violation(workspace_.loop, false) > violation;
 }
 
+double System::violation_at(double time, const double* y) {
+  if (!plan_.has_constraints()) return 0;
+  set_residuals(time, y);
+  return std::max(relative_violation(workspace_.loop, false), relative_violation(workspace_.loop, true));
+}
+
 void System::set_residuals(double time, const double* y) {
   const Coordinates at = coordinates(time, y);
   set_positions(plan_, workspace_, at.q);

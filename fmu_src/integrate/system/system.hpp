@@ -132,15 +132,19 @@ class System {
   // velocities. `error` (length size(), may be null): an error estimate, projected likewise.
   bool has_constraints() const { return plan_.has_constraints(); }
   Status project(double time, double* y, double* error);
+  bool close_loops(double time, double* y) {  // the same; false: a loop is violated
+    return !has_constraints() || (project(time, y, nullptr) == Status::ok && !loops_are_violated());
+  }
   // Moves a change of the velocities of the state (nv()) to the nearest one that satisfies the constraints.
   // After `accelerations` at the same state.
   void project_velocity(double* velocity);
   static constexpr int projection_iterations = 8;
   // Bounds of relative_violation (dynamics/loops/loop_rows.hpp):
   static constexpr double rounding = 1e-15;
-  static constexpr double rank_violation = 1e-11;  // larger after projection: too small a rank
-  static constexpr double violation = 1e-8;        // a loop is violated
-  bool loops_are_violated() const;                 // the last project omitted rows that a loop needs
+  static constexpr double rank_violation = 1e-11;     // larger after projection: too small a rank
+  static constexpr double violation = 1e-8;           // a loop is violated
+  double violation_at(double time, const double* y);  // relative, of positions and velocities
+  bool loops_are_violated() const;                    // the last project omitted rows that a loop needs
 
   // Accelerations of all joints at (time, y) into qdd (plan().nv): the same solve as the right-hand side.
   Status accelerations(double time, const double* y, double* qdd);

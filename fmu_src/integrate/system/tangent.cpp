@@ -164,11 +164,25 @@ void Tangent::follow_jumps(System& system, double time, const double* y) {
     add(answer_to(jump, at), velocity, at, speed);
     renew_charts(at, speed);
   }
-  if (plan_.has_constraints()) {
-    project(at, speed, projection_pivot_tolerance);
-    if (relative_violation(workspace_.loop, false) > System::rank_violation)
-      project(at, speed, dynamics_pivot_tolerance);
+  if (plan_.has_constraints()) project(at, speed);
+  set_directions(at, speed);
+}
+
+void Tangent::follow_constraints(System& system, double time, const double* y) {
+  const System::Coordinates from = system.coordinates(time, y);
+  Duals at(q.size()), speed(q.size());
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    at[i] = Dual(from.q[i], q[i].derivative);
+    speed[i] = Dual(from.qd[i], qd[i].derivative);
   }
+  for (std::size_t k = 0; k < balls.size(); ++k) {
+    const int ball = static_cast<int>(k);
+    const Eigen::Map<const Eigen::Vector4d> quaternion(system.layout().quaternion.of(y, ball));
+    const Vec3<double> omega(system.layout().omega.of(y, ball));
+    put_ball(ball, system.angles_of_ball(ball), turn_of(quaternion, balls[k].quaternion),
+             with(omega, balls[k].omega), at, speed);
+  }
+  project(at, speed);
   set_directions(at, speed);
 }
 
@@ -197,7 +211,13 @@ void Tangent::add(const Duals& change, bool velocity, Duals& at, Duals& speed) c
   }
 }
 
-void Tangent::project(Duals& at, Duals& speed, double pivot_tolerance) {
+void Tangent::project(Duals& at, Duals& speed) {
+  project_within_rank(at, speed, projection_pivot_tolerance);
+  if (relative_violation(workspace_.loop, false) > System::rank_violation)
+    project_within_rank(at, speed, dynamics_pivot_tolerance);
+}
+
+void Tangent::project_within_rank(Duals& at, Duals& speed, double pivot_tolerance) {
   renew_charts(at, speed);
   Duals unused(at.size());
   workspace_.loop.pivot_tolerance = pivot_tolerance;
@@ -392,6 +412,13 @@ bool Tangent::evaluate() {
   for (const Dual& a : qdd) sum += a.value * 0.0 + a.derivative * 0.0;
   for (const Dual& a : drive) sum += a.derivative * 0.0;
   return sum == 0;
+}
+
+Eigen::Vector4d Tangent::quaternion_slope(int ball) const {
+  Eigen::Vector4d by_quaternion, by_omega;
+  quaternion_rate(balls[ball].quaternion, ball_omega_[ball].data(), by_quaternion.data());
+  quaternion_rate(ball_quaternion_[ball].data(), balls[ball].omega, by_omega.data());
+  return by_quaternion + by_omega;
 }
 
 Dual Tangent::kinetic_energy() {

@@ -39,6 +39,10 @@ class Tangent {
   // from (time, y), the state before the jump; loop constraints remain satisfied.
   void follow_jumps(System& system, double time, const double* y);
 
+  // Model exchange: completes the directions of q, qd and balls, those of (time, y), as System::project moves
+  // y.
+  void follow_constraints(System& system, double time, const double* y);
+
   // The directions of start values become those of the assembled start. Returns the reason of a failure;
   // null: success.
   const char* follow_assembly(const Model& model, const Assembly& assembly);
@@ -64,6 +68,10 @@ class Tangent {
   const ActuatorResponse<Dual>& actuator(int index) const { return responses_[index]; }
   Dual motor_q(int index) const { return state_[actuators_->places(index).motor_q]; }
   Dual motor_qd(int index) const { return state_[actuators_->places(index).motor_qd]; }
+  // An entry of y, where there are actuators: theirs count.
+  Dual& state(int place) { return state_[place]; }
+  // Direction of the derivative of a quaternion, for one of any length.
+  Eigen::Vector4d quaternion_slope(int ball) const;
   Dual power;  // of drives, dampers, ports and contacts
   Dual contact_power() const { return workspace_.contact_power; }
   std::vector<Dual> multipliers;  // per loop row
@@ -97,7 +105,8 @@ class Tangent {
   void renew_charts(Duals& at, Duals& speed) const;
   Duals answer_to(const Duals& jump, const Duals& at);
   void add(const Duals& change, bool velocity, Duals& at, Duals& speed) const;
-  void project(Duals& at, Duals& speed, double pivot_tolerance);
+  void project(Duals& at, Duals& speed);
+  void project_within_rank(Duals& at, Duals& speed, double pivot_tolerance);
   struct ResidualSize {
     double value, derivative;  // maximum over all rows; the value relative, the derivative not
   };

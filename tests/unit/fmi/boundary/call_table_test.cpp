@@ -7,8 +7,9 @@
 namespace redysim {
 namespace {
 
-const std::vector<State> all_states = {State::instantiated, State::initialization, State::step, State::failed,
-                                       State::terminated};
+const std::vector<State> all_states = {State::instantiated, State::initialization, State::step,
+                                       State::failed,       State::terminated,     State::event,
+                                       State::continuous};
 
 std::vector<State> states_of(Function function) {
   std::vector<State> allowed;
@@ -24,8 +25,19 @@ TEST(CallTable, life_goes_one_way) {
   EXPECT_EQ(states_of(Function::enter_initialization_mode), States{State::instantiated});
   EXPECT_EQ(states_of(Function::exit_initialization_mode), States{State::initialization});
   EXPECT_EQ(states_of(Function::do_step), States{State::step});
-  EXPECT_EQ(states_of(Function::terminate), (States{State::step, State::failed}));
+  EXPECT_EQ(states_of(Function::terminate),
+            (States{State::step, State::failed, State::event, State::continuous}));
   EXPECT_EQ(states_of(Function::reset), all_states);
+}
+
+// FMI 2.0.4, section 3.2.3
+TEST(CallTable, states_change_in_continuous_time_only) {
+  using States = std::vector<State>;
+  EXPECT_EQ(states_of(Function::set_continuous_states), States{State::continuous});
+  EXPECT_EQ(states_of(Function::completed_integrator_step), States{State::continuous});
+  EXPECT_EQ(states_of(Function::new_discrete_states), States{State::event});
+  EXPECT_EQ(states_of(Function::set_time), (States{State::event, State::continuous}));
+  EXPECT_FALSE(is_allowed(Function::set_string, State::continuous));
 }
 
 TEST(CallTable, nothing_is_set_after_the_end) {

@@ -1,0 +1,183 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "fmi/boundary/arrays.hpp"
+#include "fmi/instance/instance.hpp"
+#include "integrate/methods/given_state.hpp"
+#include "model/read/number.hpp"
+
+// Model exchange: the master integrates the states y.
+
+namespace redysim {
+namespace {
+
+constexpr const char* null_pointer = "an argument is a null pointer";
+
+// A time event is due if the master is that close to it, relative: it may add up its steps.
+constexpr double time_slack = 1e-12;
+
+// Of a wrong number of states, derivatives or nominals.
+std::string wrong_count(std::size_t count, int states) {
+  return "the model has " + std::to_string(states) + " continuous states, got " + std::to_string(count);
+}
+
+}  // namespace
+
+GivenState& Instance::given() { return static_cast<GivenState&>(*simulation_.integrator); }
+
+// The relative violation of a loop at which the states are corrected. The right-hand side is that of the
+// nearest state without violation, and its relative error grows with the distance. A bound below some errors
+// of a step would interrupt the master after every step.
+double Instance::drift_bound() const {
+  const double tolerance =
+      std::isfinite(life_.tolerance) ? life_.tolerance : simulation_.parameters.solver.rtol;
+  return std::clamp(10 * tolerance, 1e-9, 1e-4);
+}
+
+// The motion does not depend on the length of quaternions.
+bool Instance::has_drifted() {
+  System& system = simulation_.system;
+  if (given().stretch() > 10 * drift_bound()) return true;
+  if (!system.has_constraints()) return false;
+  values_.changed();  // the workspace becomes that of the given states
+  return !(system.violation_at(simulation_.time, given().y()) <= drift_bound());
+}
+
+// Returns why the loops cannot be closed, empty on success.
+std::string Instance::settle_states(bool& changed) {
+  changed = false;
+  if (!has_drifted()) return {};
+  System& system = simulation_.system;
+  const double* nearest = state_.y();
+  if (!state_.can_follow())
+    return "the loop constraints cannot be satisfied at " + shown(simulation_.time) + " s";
+  std::copy_n(nearest, system.size(), given().y());
+  given().normalise();
+  states_given();
+  changed = true;
+  if (log_.events()) log_.event("states corrected at " + shown(simulation_.time) + " s");
+  return {};
+}
+
+void Instance::states_given() {
+  state_.given();
+  values_.changed();
+}
+
+fmi2Status Instance::enter_event_mode() {
+  life_.state = State::event;
+  return fmi2OK;
+}
+
+fmi2Status Instance::new_discrete_states(fmi2EventInfo* info) {
+  constexpr Function function = Function::new_discrete_states;
+  if (!info) return refuse(function, null_pointer);
+  if (!motion_.is_reported()) report_unset_motion();
+  System& system = simulation_.system;
+  bool states_changed = false;
+  std::string why = parameters_.bring_into_force();
+  if (why.empty()) why = settle_states(states_changed);
+  if (!why.empty()) return refuse(function, why);
+
+  double time = simulation_.time;
+  const double due = system.next_breakpoint(time);  // at which knots, phases and samples are entered
+  if (due - time <= time_slack * std::max(1.0, std::abs(time))) time = due;
+  system.enter_phases(time);
+  system.enter_samples(time, state_.y());
+  if (system.control()) values_.changed();
+  const double next = system.next_breakpoint(time);
+  *info = {};
+  info->nominalsOfContinuousStatesChanged = nominals_are_new_;
+  info->valuesOfContinuousStatesChanged = states_changed;
+  info->nextEventTimeDefined = std::isfinite(next);
+  info->nextEventTime = std::isfinite(next) ? next : 0;
+  nominals_are_new_ = false;
+  return fmi2OK;
+}
+
+fmi2Status Instance::enter_continuous_time_mode() {
+  life_.state = State::continuous;
+  return fmi2OK;
+}
+
+fmi2Status Instance::completed_integrator_step(fmi2Boolean* enter_event_mode, fmi2Boolean* terminate) {
+  if (!enter_event_mode || !terminate) return refuse(Function::completed_integrator_step, null_pointer);
+  *enter_event_mode = has_drifted();
+  *terminate = fmi2False;
+  return fmi2OK;
+}
+
+// Prescribed motions have the values set last, at any time.
+fmi2Status Instance::set_time(double time) {
+  if (!std::isfinite(time)) return refuse(Function::set_time, "the time must be finite, got " + shown(time));
+  simulation_.time = time;
+  given().set_time(time);
+  motion_.hold();
+  states_given();
+  return fmi2OK;
+}
+
+fmi2Status Instance::set_continuous_states(const double* states, std::size_t count) {
+  constexpr Function function = Function::set_continuous_states;
+  const int size = simulation_.system.size();
+  if (count != static_cast<std::size_t>(size)) return refuse(function, wrong_count(count, size));
+  if (const char* why = objection_to_arrays(count, {states})) return refuse(function, why);
+  for (std::size_t i = 0; i < count; ++i)
+    if (!std::isfinite(states[i]))
+      return refuse(function, "state " + std::to_string(i + 1) + " must be finite, got " + shown(states[i]));
+  if (!GivenState::has_orientations(simulation_.system.layout(), states))
+    return refuse(function, "a quaternion is zero: it has no orientation");
+  std::copy_n(states, count, given().y());
+  states_given();
+  return fmi2OK;
+}
+
+fmi2Status Instance::get_continuous_states(double* states, std::size_t count) {
+  constexpr Function function = Function::get_continuous_states;
+  const int size = simulation_.system.size();
+  if (count != static_cast<std::size_t>(size)) return refuse(function, wrong_count(count, size));
+  if (const char* why = objection_to_arrays(count, {states})) return refuse(function, why);
+  std::copy_n(simulation_.integrator ? given().state() : state_.y(), count, states);
+  if (!simulation_.integrator) GivenState::normalise(simulation_.system.layout(), states);
+  return fmi2OK;
+}
+
+// Accelerations that are not finite are no error of the master: a smaller step may avoid them.
+fmi2Status Instance::get_derivatives(double* derivatives, std::size_t count) {
+  constexpr Function function = Function::get_derivatives;
+  const int size = simulation_.system.size();
+  if (count != static_cast<std::size_t>(size)) return refuse(function, wrong_count(count, size));
+  if (const char* why = objection_to_arrays(count, {derivatives})) return refuse(function, why);
+  std::string why = values_.update(Needs::parameters);
+  if (!why.empty()) return refuse(function, why);
+  why = values_.update(Needs::slopes);
+  if (!why.empty()) {
+    log_.warning(name_of(function) + ": " + why);
+    return fmi2Discard;
+  }
+  std::copy_n(values_.slopes().begin(), count, derivatives);
+  return fmi2OK;
+}
+
+fmi2Status Instance::get_nominals(double* nominals, std::size_t count) {
+  constexpr Function function = Function::get_nominals;
+  const System& system = simulation_.system;
+  if (count != static_cast<std::size_t>(system.size()))
+    return refuse(function, wrong_count(count, system.size()));
+  if (const char* why = objection_to_arrays(count, {nominals})) return refuse(function, why);
+  const StateLayout& layout = system.layout();
+  std::fill_n(nominals, count, 1.0);
+  std::copy_n(system.scales().begin(), layout.q.count, layout.q.of(nominals));
+  std::copy_n(system.scales().begin(), layout.q.count, layout.qd.of(nominals));
+  std::copy_n(system.scales().begin() + layout.q.count, layout.actuators(), layout.motor_q.of(nominals));
+  return fmi2OK;
+}
+
+fmi2Status Instance::get_event_indicators(const double*, std::size_t count) {
+  return count == 0 ? fmi2OK
+                    : refuse(Function::get_event_indicators,
+                             "the model has no event indicators, got " + std::to_string(count));
+}
+
+}  // namespace redysim

@@ -1,0 +1,50 @@
+#include "fmi/variables/state_place.hpp"
+
+namespace redysim {
+namespace {
+
+// Of a joint with one DOF, among those in the state; -1: prescribed.
+int integrated_place(const System& system, int joint) {
+  for (int k = 0; k < system.simple(); ++k)
+    if (system.joint_of(k) == joint) return k;
+  return -1;
+}
+
+int actuator_place(const System& system, StatePart part, int joint) {
+  const Actuators* actuators = system.actuators();
+  const int index = actuators ? actuators->at(joint) : -1;
+  if (index < 0) return -1;
+  const Actuators::Places places = actuators->places(index);
+  return part == StatePart::motor_q    ? places.motor_q
+         : part == StatePart::motor_qd ? places.motor_qd
+         : part == StatePart::current  ? places.current
+                                       : places.lagged;
+}
+
+}  // namespace
+
+int place_of(const System& system, StatePart part, const Variable& variable) {
+  const StateLayout& layout = system.layout();
+  const auto work = [&layout](int entry) { return entry < layout.work.count ? layout.work[entry] : -1; };
+  switch (part) {
+    case StatePart::none:
+      return -1;
+    case StatePart::q:
+    case StatePart::qd: {
+      const int place = integrated_place(system, variable.joint);
+      return place < 0 ? -1 : (part == StatePart::q ? layout.q : layout.qd)[place];
+    }
+    case StatePart::quaternion:
+      return layout.quaternion[variable.ball] + variable.element;
+    case StatePart::omega:
+      return layout.omega[variable.ball] + variable.element;
+    case StatePart::work:
+      return work(0);
+    case StatePart::contact_work:
+      return work(1);
+    default:
+      return actuator_place(system, part, variable.joint);
+  }
+}
+
+}  // namespace redysim

@@ -1,0 +1,95 @@
+"""A model-exchange instance as a master in C sees it."""
+
+from __future__ import annotations
+
+import ctypes as c
+
+import numpy as np
+
+from tests.fmi.raw import MODEL_EXCHANGE, OK, Slave, Unpacked
+
+
+class EventInfo(c.Structure):
+    _fields_ = [
+        ("again", c.c_int),
+        ("terminate", c.c_int),
+        ("new_nominals", c.c_int),
+        ("new_values", c.c_int),
+        ("has_next", c.c_int),
+        ("next", c.c_double),
+    ]
+
+
+class Exchange(Slave):
+    """One instance; `states` and `slopes` are the names of the variables in the order of the state vector."""
+
+    def __init__(self, fmu: Unpacked, **options) -> None:
+        super().__init__(fmu, kind=MODEL_EXCHANGE, logging=True, **options)
+        scalars = list(fmu.xml.iter("ScalarVariable"))
+        rows = fmu.xml.find("ModelStructure/Derivatives")
+        slopes = [scalars[int(row.get("index")) - 1] for row in ([] if rows is None else rows)]
+        self.slopes = [scalar.get("name") for scalar in slopes]
+        self.states = [scalars[int(scalar[0].get("derivative")) - 1].get("name") for scalar in slopes]
+
+    def begin(self, **values) -> EventInfo:
+        """Initializes and goes to continuous-time mode; returns the first event."""
+        self.initialize(**values)
+        info = self.event()
+        assert self.call("EnterContinuousTimeMode") == OK
+        return info
+
+    def event(self) -> EventInfo:
+        info = EventInfo()
+        assert self.call("NewDiscreteStates", c.byref(info)) == OK, self.errors
+        assert (info.again, info.terminate) == (0, 0)
+        return info
+
+    def numbers(self, function: str) -> np.ndarray:
+        """Calls a function that fills one number a state."""
+        values = np.full(len(self.states), np.nan)
+        assert self.call(function, values.ctypes.data_as(c.c_void_p), c.c_size_t(len(values))) == OK, self.errors
+        return values
+
+    def get_states(self) -> np.ndarray:
+        return self.numbers("GetContinuousStates")
+
+    def derivatives(self) -> np.ndarray:
+        return self.numbers("GetDerivatives")
+
+    def set_states(self, values) -> int:
+        values = np.ascontiguousarray(values, dtype=float)
+        return self.call("SetContinuousStates", values.ctypes.data_as(c.c_void_p), c.c_size_t(len(values)))
+
+    def set_time(self, time: float) -> int:
+        return self.call("SetTime", c.c_double(time))
+
+    def slope_at(self, time: float, values) -> np.ndarray:
+        assert (self.set_time(time), self.set_states(values)) == (OK, OK), self.errors
+        return self.derivatives()
+
+    def completed_step(self) -> bool:
+        """Returns whether the instance asks for an event."""
+        enter, terminate = c.c_int(-1), c.c_int(-1)
+        assert self.call("CompletedIntegratorStep", 1, c.byref(enter), c.byref(terminate)) == OK
+        assert terminate.value == 0
+        return bool(enter.value)
+
+    def directional(self, unknowns: list[str], knowns: list[str], direction) -> np.ndarray:
+        references = [(c.c_uint * len(names))(*(self.fmu.variables[name][1] for name in names)) for names in (unknowns, knowns)]
+        result = np.full(len(unknowns), np.nan)
+        direction = np.ascontiguousarray(direction, dtype=float)
+        status = self.call(
+            "GetDirectionalDerivative",
+            references[0],
+            c.c_size_t(len(unknowns)),
+            references[1],
+            c.c_size_t(len(knowns)),
+            direction.ctypes.data_as(c.c_void_p),
+            result.ctypes.data_as(c.c_void_p),
+        )
+        assert status == OK, self.errors
+        return result
+
+    def jacobian(self, unknowns: list[str], knowns: list[str]) -> np.ndarray:
+        """Column by column."""
+        return np.column_stack([self.directional(unknowns, [known], [1.0]) for known in knowns])
