@@ -196,7 +196,7 @@ TEST_P(Controlled, a_restored_run_goes_on_bit_for_bit) {
 }
 
 TEST_P(Controlled, steps_do_not_allocate) {
-  for (const char* sampling : {"", "sample_time = 0.003\ndelay = 0.007\n"})
+  for (const char* sampling : {"", "sample_time = 5e-4\ndelay = 7e-4\n"})
     for (const char* law : {"pd", "gravity_compensation", "feed_forward", "computed_torque"}) {
       Simulation run("planar_2r", cycloids(2, 1, 0.1) + controller(law, 20, 3) + sampling, GetParam(), 1e-6,
                      true);
