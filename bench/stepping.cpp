@@ -12,10 +12,9 @@
 //     arm=0.05                                 the amplitude holds the outboard mass at this lever arm, m
 //     after=T                                  the error is evaluated from this time on
 //     reference=erk                            method of the reference, at reference_rtol=1e-13
-//     keep=FILE                                the reference is read from this file if it exists, else
-//     written limit=N                                  a run with more right-hand sides is stopped, and so
-//     are those
-//                                              of the same method at the tolerances after it; 0: none
+//     keep=FILE                                the reference is kept in this file
+//     limit=N                                  a run with more right-hand sides is stopped, and those of the
+//                                              same method at the tolerances after it; 0: none
 //     log=on|off                               on: the last decision of auto in each communication step
 //     clock=on|off                             off: a Jacobian counts as 1.5 right-hand sides per state
 //

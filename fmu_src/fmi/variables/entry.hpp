@@ -66,8 +66,8 @@ struct Entry {
     e.row.group = group;
     return e;
   }
-  // A local variable, for model exchange: a state or a derivative. After in(): it exists where the output does
-  // not.
+  // A local variable, for model exchange: a state or a derivative. After in(): it exists where the output
+  // does not.
   constexpr Entry local() const {
     Entry e = *this;
     e.row.causality = Causality::local;
