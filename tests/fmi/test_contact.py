@@ -281,7 +281,7 @@ def test_a_restored_state_continues_bit_for_bit(slave, method):
     one = slave(
         body(shape=SHAPES["box"], law=LAW, q=[0, 0, 0.1, 0.9, 0.1, 0.3, 0.3], qd=[0.3, -0.2, 0, 1, 2, -1], method=method, rtol=1e-6)
     )
-    names = one.fmu.named("output")
+    names = [name for name in one.fmu.named("output") if one.fmu.variables[name][0] == "Real"]
     one.run(0.1, 0.01)
     state = one.save()
     one.run(0.2, 0.01, start=0.1)

@@ -1,4 +1,4 @@
-// No full step allocates: with every method, inputs that are held or set before each step, all outputs read.
+// No full step without a log allocates: with every method, inputs that are held or set before each step, all outputs read.
 
 #include <new>
 
@@ -37,6 +37,7 @@ void count_each_allocator() {
 long allocations_of_steps(const Scene& scene, const char* method, bool changing) {
   const fmi2CallbackFunctions functions{be_silent, std::calloc, std::free, nullptr, nullptr};
   const Slave slave(scene, functions, method);
+  slave.good(fmi2SetDebugLogging(slave, fmi2False, 0, nullptr));  // a message takes memory
   std::vector<double> inputs(scene.forces.size(), 0), outputs(scene.outputs.size());
   // the first step warns of prescribed motions that were never set
   std::vector<double> start(scene.inputs.size());

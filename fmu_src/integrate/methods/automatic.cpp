@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 
 #include "integrate/methods/one_step.hpp"
 #include "integrate/methods/state_bytes.hpp"
@@ -479,22 +480,21 @@ void Automatic::judge_trial(double cost) {
 
 std::string Automatic::last_decision() const {
   static constexpr const char* names[choices] = {"erk", "adams", "dirk", "bdf"};
-  const std::string method = names[static_cast<int>(note_.method)],
-                    other = names[static_cast<int>(note_.other)];
-  const std::string costs = ": " + rounded(note_.cost) + " right-hand sides per second, " + other + " took " +
-                            rounded(note_.other_cost);
-  const std::string at = " at " + shown(note_.time) + " s";
-  switch (note_.event) {
-    case Event::tried:
-      return "auto tries " + method + " instead of " + other + at;
-    case Event::stays:
-      return "auto keeps " + method + at + costs;
-    case Event::returns:
-      return "auto returns from " + method + " to " + other + at + costs;
-    case Event::restarts:
-      break;
-  }
-  return "auto continues with " + other + at + ": inputs change too often for " + method;
+  const char *method = names[static_cast<int>(note_.method)], *other = names[static_cast<int>(note_.other)];
+  const std::string at = shown(note_.time), cost = rounded(note_.cost), rival = rounded(note_.other_cost);
+  char text[200];
+  const auto print = [&text](const char* sentence, auto... parts) {
+    std::snprintf(text, sizeof text, sentence, parts...);
+  };
+  if (note_.event == Event::tried)
+    print("auto tries %s instead of %s at %s s", method, other, at.c_str());
+  else if (note_.event == Event::restarts)
+    print("auto continues with %s at %s s: inputs change too often for %s", other, at.c_str(), method);
+  else
+    print("auto %s %s at %s s: %s right-hand sides per second, %s took %s",
+          note_.event == Event::stays ? "keeps" : "returns from", method, at.c_str(), cost.c_str(), other,
+          rival.c_str());
+  return text;
 }
 
 void Automatic::save(std::vector<unsigned char>& bytes) const {
