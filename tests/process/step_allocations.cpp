@@ -1,4 +1,5 @@
-// No full step without a log allocates: with every method, inputs that are held or set before each step, all outputs read.
+// No full step without a log allocates: with every method, inputs that are held or set before each step, all
+// outputs read.
 
 #include <new>
 
