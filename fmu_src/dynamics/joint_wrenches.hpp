@@ -28,7 +28,7 @@ template <class Scalar>
 void set_joint_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
                         const Scalar* qdd, const Scalar* ports, const std::vector<Scalar>& lambda,
                         Scalar* tau) {
-  set_body_wrenches(plan, ws, q, qd, qdd);
+  set_body_wrenches(plan, ws, q, qd, qdd, plan.gravity);
   if (plan.has_poses()) set_ground_motion(plan, ws, qd);
   add_spring_wrenches(plan, ws);
   if constexpr (Plan<Scalar>::may_have_bushings) add_bushing_wrenches(plan, ws);

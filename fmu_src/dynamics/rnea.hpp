@@ -11,13 +11,13 @@ namespace redysim {
 // body, into ws.joints[i].acceleration and .p.
 template <class Scalar>
 void set_body_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
-                       const Scalar* qdd) {
+                       const Scalar* qdd, const Vec3<Scalar>& gravity) {
   set_positions(plan, ws, q);
   set_velocities(plan, ws, qd);
   for (std::size_t i = 0; i < plan.joints.size(); ++i) {
     const JointPlan<Scalar>& joint = plan.joints[i];
     JointState<Scalar>& s = ws.joints[i];
-    Motion<Scalar> a{Vec3<Scalar>::Zero(), -plan.gravity};
+    Motion<Scalar> a{Vec3<Scalar>::Zero(), -gravity};
     if (joint.parent != ground) a = ws.joints[joint.parent].acceleration;
     to_body(joint, s, a);
     a.angular += s.c.angular;
@@ -28,6 +28,20 @@ void set_body_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sc
     s.p = body_bias(joint.inertia, s.omega);
     add(s.p, joint.inertia * a);
   }
+}
+
+// Subtracts the wrenches of springs, bushings, elastic couplings and contacts from those of the bodies. Uses
+// positions.
+template <class Scalar>
+void add_forces_between_bodies(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q,
+                               const Scalar* qd) {
+  if (plan.has_poses()) set_ground_motion(plan, ws, qd);
+  if (plan.has_springs()) add_spring_wrenches(plan, ws);
+  if constexpr (Plan<Scalar>::may_have_bushings)
+    if (plan.has_bushings()) add_bushing_wrenches(plan, ws);
+  if (plan.has_elastic_couplings()) add_coupling_forces(plan, ws, q, qd);
+  if constexpr (Plan<Scalar>::may_have_contacts)
+    if (plan.has_contacts()) add_contact_wrenches(plan, ws);
 }
 
 // Leaves to root: joint forces for the wrenches in ws.joints[i].p, which are accumulated towards the root.
@@ -52,14 +66,8 @@ void collect_joint_forces(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
 template <class Scalar>
 void inverse_dynamics(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
                       const Scalar* qdd, Scalar* tau) {
-  set_body_wrenches(plan, ws, q, qd, qdd);
-  if (plan.has_poses()) set_ground_motion(plan, ws, qd);
-  if (plan.has_springs()) add_spring_wrenches(plan, ws);
-  if constexpr (Plan<Scalar>::may_have_bushings)
-    if (plan.has_bushings()) add_bushing_wrenches(plan, ws);
-  if (plan.has_elastic_couplings()) add_coupling_forces(plan, ws, q, qd);
-  if constexpr (Plan<Scalar>::may_have_contacts)
-    if (plan.has_contacts()) add_contact_wrenches(plan, ws);
+  set_body_wrenches(plan, ws, q, qd, qdd, plan.gravity);
+  add_forces_between_bodies(plan, ws, q, qd);
   collect_joint_forces(plan, ws, q, qd, qdd, tau);
 }
 

@@ -4,7 +4,20 @@
 
 namespace redysim {
 
-enum class OutputGroup : unsigned char { acceleration, energy, solver, momentum, reference, power, actuator };
+enum class OutputGroup : unsigned char {
+  acceleration,
+  energy,
+  solver,
+  momentum,
+  reference,
+  power,
+  actuator,
+  mass_matrix,
+  bias,
+  gravity_torque,
+  coriolis,
+  passive
+};
 
 struct OutputGroupRow {
   const char* name;
@@ -20,6 +33,11 @@ inline constexpr OutputGroupRow output_groups[] = {
     {"reference", OutputGroup::reference, false},
     {"power", OutputGroup::power, false},
     {"actuator", OutputGroup::actuator, false},
+    {"mass_matrix", OutputGroup::mass_matrix, false},
+    {"bias", OutputGroup::bias, false},
+    {"gravity_torque", OutputGroup::gravity_torque, false},
+    {"coriolis", OutputGroup::coriolis, false},
+    {"passive", OutputGroup::passive, false},
 };
 
 // A set of groups.

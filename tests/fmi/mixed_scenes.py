@@ -198,4 +198,7 @@ class Scene:
             for entry in entries:
                 text += f"\n[[{section}]]\n" + "".join(f"{key} = {json.dumps(value)}\n" for key, value in entry.items())
         tunable = ["gravity[2]", "b0.mass", f"{self.links[-1]['name']}.com[1]"]
-        return text + f'\n[fmu]\noutputs = ["acceleration", "energy", "momentum", "power", "solver"]\ntunable = {json.dumps(tunable)}\n'
+        return (
+            text
+            + f'\n[fmu]\noutputs = ["acceleration", "energy", "momentum", "power", "solver", "mass_matrix", "bias", "gravity_torque", "coriolis", "passive"]\ntunable = {json.dumps(tunable)}\n'
+        )

@@ -127,10 +127,11 @@ port = "{port}"
     text += '[[link]]\nname = "swing"\nparent = "mount"\nalpha = 1\nmass = 0.5\ncom = [0.2, 0, 0.1]\ninertia = [0.01, 0.01, 0.01]\n'
     tunable += ["wrist.mass", "finger.com[1]", "swing.mass"]
     tunable += ["mount.mass", *(f"mount.com[{k}]" for k in (1, 2, 3))]
-    outputs = ["acceleration", "energy", "momentum", "power", "solver"]
+    outputs = ["acceleration", "energy", "momentum", "power", "solver", *TERMS]
     return text + f"\n[fmu]\noutputs = {outputs}\ntunable = {tunable}\n".replace("'", '"')
 
 
+TERMS = ("mass_matrix", "bias", "gravity_torque", "coriolis", "passive")
 LAWS = ("pd", "gravity_compensation", "feed_forward", "computed_torque")
 
 
@@ -245,7 +246,7 @@ radius_b = 0.3
 {law}
 outputs = ["force", "torque", "depth", "point", "slip"]
 [fmu]
-outputs = ["acceleration", "energy", "solver", "momentum", "power"]
+outputs = ["acceleration", "energy", "solver", "momentum", "power", "mass_matrix", "bias", "gravity_torque", "coriolis", "passive"]
 tunable = ["base.mass", "arm.com[1]", "gravity[2]", "foot.stiffness", "foot.damping", "foot.friction", "hand.static_friction", "hand.friction_velocity"]
 """
 

@@ -18,6 +18,8 @@ Values::Values(Simulation& simulation, CurrentState& state, ParameterSet& parame
       ball_accelerations_(simulation.plan.balls.size()) {
   if (SensedWrenches<double>::needed(simulation.model))
     sensed_ = std::make_unique<SensedWrenches<double>>(simulation.model, simulation.plan);
+  if (EquationTerms<double>::needed(simulation.model))
+    terms_ = std::make_unique<EquationTerms<double>>(simulation.model, simulation.plan);
 }
 
 std::string Values::update(Needs needs) {
@@ -43,6 +45,7 @@ std::string Values::update_accelerations() {
   for (int ball = 0; ball < system().balls(); ++ball)
     ball_accelerations_[ball] = system().ball_acceleration(ball, accelerations_.data());
   if (sensed_) update_sensed_wrenches();
+  if (terms_) terms_->go_to(coordinates().q, coordinates().qd);
   accelerations_are_current_ = true;
   return {};
 }

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/equation_terms.hpp"
 #include "dynamics/ground_motion.hpp"
 #include "dynamics/sensed_wrench.hpp"
 #include "fmi/instance/parameter_set.hpp"
@@ -56,6 +57,7 @@ class Values {
     return body_motion(plan(), system().workspace(), index, coordinates().qd, accelerations_.data());
   }
   Force<double> sensed_wrench(int frame) const { return sensed_->of(model().frames[frame]); }
+  EquationTerms<double>& terms() { return *terms_; }
   // Force or torque of a drive: the input, the controller's, or that of the prescribed motion.
   double drive_force(int joint) const {
     return has_drive_forces() ? drive_forces_[joint] : simulation_.system.recursion_inputs()[joint];
@@ -112,6 +114,7 @@ class Values {
   std::vector<double> accelerations_, drive_forces_;  // of all joints
   std::vector<Vec3<double>> ball_accelerations_;
   std::unique_ptr<SensedWrenches<double>> sensed_;  // null: no frame shows its wrench
+  std::unique_ptr<EquationTerms<double>> terms_;    // null: none requested
   std::vector<double> slopes_;                      // of y; empty before the first request
   double kinetic_energy_ = 0, potential_energy_ = 0;
   bool accelerations_are_current_ = false, slopes_are_current_ = false, energies_are_current_ = false;

@@ -41,6 +41,7 @@ bool sensed(const Variable& unknown, const Variable& known, const Components& co
 
 // In initialization mode outputs depend on start values, inputs and tunable parameters.
 namespace initially {
+bool anything(const Variable& unknown, const Variable& known, const Components& components);
 bool target(const Variable& unknown, const Variable& known, const Components& components);
 bool position(const Variable& unknown, const Variable& known, const Components& components);
 bool velocity(const Variable& unknown, const Variable& known, const Components& components);

@@ -19,8 +19,6 @@ Force<double> read_momentum(Values& at) {
   return momentum(at.plan(), at.system().workspace(), now.q, now.qd);
 }
 
-bool every_known(const Variable&, const Variable&, const Components&) { return true; }
-
 constexpr Entry entries[] = {
     output(Owner::model, "energy.kinetic")
         .in(OutputGroup::energy)
@@ -101,7 +99,7 @@ constexpr Entry slope_entries[] = {
         .slope_of(StatePart::work)
         .reads([](Values& at, const Variable& v) { return at.slope(v); }, Needs::slopes)
         .derivative([](OutputDerivatives& of, const Variable&) { return of.tangent().power.derivative; })
-        .depends(every_known, every_known)
+        .depends(initially::anything, initially::anything)
         .measures(quantity::power)
         .says("Power of drives, ports, dampers and friction"),
     output(Owner::model, "energy.contact_power")
@@ -111,7 +109,7 @@ constexpr Entry slope_entries[] = {
         .reads([](Values& at, const Variable& v) { return at.slope(v); }, Needs::slopes)
         .derivative(
             [](OutputDerivatives& of, const Variable&) { return of.tangent().contact_power().derivative; })
-        .depends(every_known, every_known)
+        .depends(initially::anything, initially::anything)
         .measures(quantity::power)
         .says("Power of contact forces, without that of the energy stored in contacts"),
 };

@@ -56,6 +56,10 @@ struct EnergyVariables {  // energy.cpp
   static const RowGroup rows;
   static const WordGroup words;
 };
+struct EquationVariables {  // equations.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
 struct SolverHealth {  // solver.cpp
   static const RowGroup rows;
   static const WordGroup words;
@@ -102,10 +106,11 @@ struct WorkSlopes {  // energy.cpp
 };
 
 // In the order of the XML.
-using Groups = std::tuple<JointMotionVariables, BallMotionVariables, JointDriveVariables, ActuatorVariables,
-                          FrameVariables, LoopVariables, CouplingVariables, ContactVariables, EnergyVariables,
-                          SolverHealth, JointStartValues, BallStartValues, JointParameterVariables,
-                          ActuatorParameterVariables, LinkParameterVariables, ContactParameterVariables,
-                          SolverParameters, JointSlopes, BallSlopes, ActuatorStates, WorkSlopes>;
+using Groups =
+    std::tuple<JointMotionVariables, BallMotionVariables, JointDriveVariables, ActuatorVariables,
+               FrameVariables, LoopVariables, CouplingVariables, ContactVariables, EnergyVariables,
+               EquationVariables, SolverHealth, JointStartValues, BallStartValues, JointParameterVariables,
+               ActuatorParameterVariables, LinkParameterVariables, ContactParameterVariables,
+               SolverParameters, JointSlopes, BallSlopes, ActuatorStates, WorkSlopes>;
 
 }  // namespace redysim

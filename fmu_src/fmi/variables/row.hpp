@@ -61,7 +61,10 @@ inline constexpr unsigned target = 512, gain = 1024;
 struct Scene {
   const Model& model;
   const Plan<double>& plan;
+  int velocities() const { return plan.nv - static_cast<int>(plan.balls.size()); }
 };
+
+inline constexpr std::uint8_t per_velocity = 255;  // rows or columns of an array
 
 struct Row {
   const char* name = "";
@@ -69,7 +72,8 @@ struct Row {
   VariableType type = VariableType::real;
   Causality causality = Causality::output;
   Variability variability = Variability::continuous;
-  std::uint8_t rows = 1, columns = 0;  // array with index "[i]", or "[i,j]" if columns > 0; 1, 0: scalar
+  // array with index "[i]", or "[i,j]" if columns > 0; 1, 0: scalar; each may be `per_velocity`
+  std::uint8_t rows = 1, columns = 0;
   Bounds bounds = Bounds::none;
   std::uint8_t bounded = 255;  // the bounds hold for the first elements only
   bool in_group = false;       // exists if `group` is requested; a local variable: if it is not
@@ -83,7 +87,11 @@ struct Row {
   StatePart state = StatePart::none, slope_of = StatePart::none;
   std::uint16_t acts = 0;
 
-  int elements() const { return columns ? rows * columns : rows; }
+  // `velocities`: of the tree (dynamics/equation_terms.hpp)
+  int columns_of(int velocities) const { return columns == per_velocity ? velocities : columns; }
+  int elements(int velocities) const {
+    return (rows == per_velocity ? velocities : rows) * (columns ? columns_of(velocities) : 1);
+  }
   bool is_array() const { return rows > 1 || columns > 0; }
 };
 

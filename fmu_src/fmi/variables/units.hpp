@@ -34,6 +34,7 @@ inline constexpr Unit torsional_damping{"N.m.s/rad", 1, 2, -1, -1};
 inline constexpr Unit linear_stiffness{"N/m", 1, 0, -2, 0};
 inline constexpr Unit linear_damping{"N.s/m", 1, 0, -1, 0};
 inline constexpr Unit kilogram{"kg", 1, 0, 0, 0};
+inline constexpr Unit kilogram_metre{"kg.m", 1, 1, 0, 0};
 inline constexpr Unit kilogram_metre2{"kg.m2", 1, 2, 0, 0};
 inline constexpr Unit joule{"J", 1, 2, -2, 0};
 inline constexpr Unit watt{"W", 1, 2, -3, 0};

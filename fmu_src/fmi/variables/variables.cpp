@@ -136,17 +136,18 @@ std::string owner_name(const Model& model, const Row& row, const Variable& varia
 }
 
 // "[3]", or "[1,3]" of a matrix.
-std::string index_of(const Row& row, int element) {
+std::string index_of(const Row& row, int element, int velocities) {
   if (!row.is_array()) return {};
-  if (row.columns == 0) return "[" + std::to_string(element + 1) + "]";
-  return "[" + std::to_string(element / row.columns + 1) + "," + std::to_string(element % row.columns + 1) +
-         "]";
+  const int columns = row.columns_of(velocities);
+  if (columns == 0) return "[" + std::to_string(element + 1) + "]";
+  return "[" + std::to_string(element / columns + 1) + "," + std::to_string(element % columns + 1) + "]";
 }
 
-std::string name_of(const Model& model, const Row& row, const Variable& variable) {
+std::string name_of(const Scene& scene, const Row& row, const Variable& variable) {
+  const Model& model = scene.model;
   const bool added = row.adds_to_controller && controlled_joint(model.controller.joints, variable.link);
   return owner_name(model, row, variable) + row.name + (added ? "_added" : "") +
-         index_of(row, variable.element);
+         index_of(row, variable.element, scene.velocities());
 }
 
 // One parsed entry of model.fmu.tunable: "gravity[2]", "elbow.damping", "hand[1].damping", "link3.com".
@@ -208,7 +209,7 @@ Tunable parse_tunable(const Scene& scene, const OwnerNames& names, const std::st
   }
   find_parameter(scene, names, name, result);
   if (one && result.row &&
-      (!result.row->is_array() || result.element < 0 || result.element >= result.row->elements()))
+      (!result.row->is_array() || result.element < 0 || result.element >= result.row->elements(0)))
     result.row = nullptr;
   return result;
 }
@@ -242,7 +243,7 @@ void VariableTable::add_of_all_owners(const Scene& scene, const RowGroup& group)
   const Owner kind = group.begin()->owner;
   const std::vector<Variable> all = owners(scene, kind);
   const auto add_of = [&](const Row& row, const Variable& owner) {
-    for (int element = 0; element < row.elements(); ++element) {
+    for (int element = 0; element < row.elements(scene.velocities()); ++element) {
       Variable variable = owner;
       variable.element = element;
       add(scene, group, row, std::move(variable));
@@ -264,7 +265,7 @@ void VariableTable::add(const Scene& scene, const RowGroup& group, const Row& ro
   if (row.causality == Causality::local && objection_to_model_exchange(scene.model)) return;
   if (row.in_group && scene.model.fmu.shows(row.group) == (row.causality == Causality::local)) return;
   if (group.exists && !group.exists(variable.row_index, scene, variable)) return;
-  variable.name = name_of(scene.model, row, variable);
+  variable.name = name_of(scene, row, variable);
   variable.value_reference = static_cast<unsigned>(all_.size() + 1);
   all_.push_back(std::move(variable));
 }
@@ -286,10 +287,10 @@ void VariableTable::add_tunable(const Scene& scene) {
     (row.owner == Owner::contact ? variable.contact : variable.link) = tunable.owner;
     if (row.owner == Owner::joint) variable.joint = joint_of[tunable.owner];
     if (row.owner == Owner::contact) variable.joint = joint_at(scene, model.contacts[tunable.owner]);
-    for (int element = 0; element < row.elements(); ++element) {
+    for (int element = 0; element < row.elements(0); ++element) {
       if (tunable.element >= 0 && element != tunable.element) continue;
       variable.element = element;
-      if (added.insert(name_of(model, row, variable)).second) add(scene, *tunable.group, row, variable);
+      if (added.insert(name_of(scene, row, variable)).second) add(scene, *tunable.group, row, variable);
     }
   }
 }

@@ -59,6 +59,7 @@ Tangent::Tangent(const Model& model, const System& system)
   actuator_inputs_.resize(static_cast<std::size_t>(actuator_count()));
   responses_.resize(actuator_inputs_.size());
   if (SensedWrenches<Dual>::needed(model)) sensed_ = std::make_unique<SensedWrenches<Dual>>(model, plan_);
+  if (EquationTerms<Dual>::needed(model)) terms_ = std::make_unique<EquationTerms<Dual>>(model, plan_);
 }
 
 void Tangent::go_to(const Parameters<double>& given, System& system, double time, const double* y) {
@@ -408,6 +409,7 @@ bool Tangent::evaluate() {
   for (const ActuatorResponse<Dual>& response : responses_) power += response.power;
   if (sensed_)
     sensed_->evaluate(q.data(), qd.data(), qdd.data(), inputs_.port_wrench.of(force.data()), multipliers);
+  if (terms_) terms_->go_to(q.data(), qd.data());
   double sum = 0;
   for (const Dual& a : qdd) sum += a.value * 0.0 + a.derivative * 0.0;
   for (const Dual& a : drive) sum += a.derivative * 0.0;

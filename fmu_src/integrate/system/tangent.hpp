@@ -4,6 +4,7 @@
 
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/contact/contact_force.hpp"
+#include "dynamics/equation_terms.hpp"
 #include "dynamics/ground_motion.hpp"
 #include "dynamics/sensed_wrench.hpp"
 #include "integrate/system/control_tangent.hpp"
@@ -79,6 +80,7 @@ class Tangent {
   Force<Dual> momentum();
   AcceleratedBody<Dual> body(int index);
   Force<Dual> sensed_wrench(const Frame& frame) const { return sensed_->of(frame); }
+  EquationTerms<Dual>& terms() { return *terms_; }
   // Sum over the points of a contact, after evaluate().
   ContactResult<Dual> contact(int index, int link_a) const {
     return contact_result(plan_, workspace_, index, link_a);
@@ -127,6 +129,7 @@ class Tangent {
   std::vector<Dual> actuator_inputs_;
   std::vector<ActuatorResponse<Dual>> responses_;
   std::unique_ptr<SensedWrenches<Dual>> sensed_;  // null: no frame shows its wrench
+  std::unique_ptr<EquationTerms<Dual>> terms_;    // null: none requested
 };
 
 }  // namespace redysim

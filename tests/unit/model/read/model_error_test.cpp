@@ -193,13 +193,12 @@ TEST(model_error, settings_have_bounds) {
       (Lines{"7: solver: rtol must be > 0 and at least 2.2250738585072014e-308, got 9.99999999999997e-311"}));
   EXPECT_EQ(
       errors(arm + "[fmu]\noutputs = ['energi', 'solver', 'solver', 1]\nstep_size = 0\n"),
-      (Lines{
-          "7: fmu: outputs must be 'acceleration', 'energy', 'solver', 'momentum', 'reference', 'power' or "
-          "'actuator', got 'energi'; "
-          "did you mean "
-          "'energy'?",
-          "7: fmu: outputs lists 'solver' twice", "7: fmu: outputs must contain strings, got a number",
-          "8: fmu: step_size must be > 0, got 0"}));
+      (Lines{"7: fmu: outputs must be 'acceleration', 'energy', 'solver', 'momentum', 'reference', 'power', "
+             "'actuator', 'mass_matrix', 'bias', 'gravity_torque', 'coriolis' or 'passive', got 'energi'; "
+             "did you mean "
+             "'energy'?",
+             "7: fmu: outputs lists 'solver' twice", "7: fmu: outputs must contain strings, got a number",
+             "8: fmu: step_size must be > 0, got 0"}));
 }
 
 TEST(model_error, tunable_lists_parameters_that_exist) {
