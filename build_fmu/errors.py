@@ -27,4 +27,9 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     if not near:
         # with a missing or wrong joint index, a name with the same beginning
         near = [k for k in known if name and (k.startswith(name) or name.startswith(k))][:1]
+    if not near:
+        # another owner, such as the link of a joint, and the only variable with this ending
+        ending = name[name.rindex(".") :] if "." in name else ""
+        same = [k for k in known if ending and k.endswith(ending)]
+        near = same if len(same) == 1 else []
     return f"; did you mean '{near[0]}'?" if near else ""

@@ -3,6 +3,7 @@
 set -eu
 cd "$(dirname "$0")/.."
 sh scripts/build.sh release redysim_fmu describe
+mkdir -p out
 for model in models/*.toml; do
   name="$(basename "$model" .toml)"
   echo "== $name"

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 from collections.abc import Sequence
 
 from build_fmu import __version__
 from build_fmu.cli import build, check, completion, import_model, report, show, simulate, stress
+from build_fmu.cli.parser import Parser
+from build_fmu.cli.streams import emit, standard_streams
 from build_fmu.errors import UserError
 
 COMMANDS = (build, import_model, check, simulate, report, stress, show, completion)
@@ -21,11 +22,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         import argcomplete
 
         argcomplete.autocomplete(parser)
-    options = parser.parse_args(arguments)
+    options, rest = parser.parse_known_args(arguments)
+    if rest:
+        options.parser.refuse(rest)
     try:
-        return options.run(options) or 0
+        with standard_streams(options):
+            return options.run(options) or 0
     except UserError as error:
         print(error, file=sys.stderr)
+        emit(options, {"errors": str(error).splitlines()})
         return 1
     except BrokenPipeError:
         # the reader of the output (head, less) has ended
@@ -36,16 +41,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 130
 
 
-def parser_of_commands() -> argparse.ArgumentParser:
+def parser_of_commands() -> Parser:
     """Returns the parser of all commands."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="build-fmu",
         description="Builds FMUs (co-simulation, FMI 2.0 or 3.0) from DH model files, simulates them and plots the results.",
         epilog="For example: build-fmu import arm.urdf; build-fmu show arm.toml; build-fmu build arm.toml. "
-        "build-fmu COMMAND --help lists the options.",
+        "build-fmu COMMAND --help lists the options. In place of a model file `-` is standard input, in place of an output file "
+        "standard output.",
     )
     parser.add_argument("--version", action="version", version=f"build-fmu {__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for command in COMMANDS:
         command.add(commands)
+    for name, command in commands.choices.items():
+        command.set_defaults(parser=command, command=name)
     return parser

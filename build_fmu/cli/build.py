@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from build_fmu import native
+from build_fmu.cli.streams import add_options, emit
 from build_fmu.cli.terminal import output_file, sweep_bar, warn
 from build_fmu.errors import UserError
 from build_fmu.model.describe import Description, describe
@@ -38,6 +39,7 @@ def add(commands) -> None:
         metavar="LIST",
         help=f"platforms of the FMU, separated by commas: {', '.join(native.LIBRARIES)} (default: linux64)",
     )
+    add_options(command, reports=True)
     command.set_defaults(run=run)
 
 
@@ -53,7 +55,7 @@ def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
     from build_fmu.fmu.build import build
 
     # the name of the model file, not the name in it
-    target = output_file(options.output, f"{options.model.stem}{'_inverse' if options.inverse else ''}.fmu")
+    target = output_file(options.output, f"{options.model.stem}{'_inverse' if options.inverse else ''}.fmu", (".fmu",))
     warn(model.warnings)
     if options.report and options.fmi == 3:
         raise UserError("--report supports FMI 2.0 only: remove it and run `build-fmu report` on the model file")
@@ -85,6 +87,9 @@ def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
         with sweep_bar() as progress:
             report = put_into(target, built.model, options.model, progress(target), built.specialised)
         print("\n".join(advice(report)))
+    remarks = [text for text in (built.specialised, built.no_page, model.no_model_exchange) if text]
+    facts = {kind + "s": [v.name for v in model.select(kind)] for kind in ("input", "output", "parameter")}
+    emit(options, {"fmu": target, "bytes": target.stat().st_size, **facts, "warnings": [*model.warnings, *built.undrawn], "notes": remarks})
     counts = [(len(model.select(kind)), kind) for kind in ("input", "output", "parameter")]
     print(f"{target}  {target.stat().st_size / 1024:.0f} kB, {', '.join(f'{n} {kind}' + ('' if n == 1 else 's') for n, kind in counts)}")
     return 0

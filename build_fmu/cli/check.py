@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
+from build_fmu.cli.streams import add_options, emit
 from build_fmu.cli.terminal import console, warn
 from build_fmu.model.describe import Description, describe
 
@@ -16,6 +17,7 @@ def add(commands) -> None:
     """Adds the command and its arguments."""
     command = commands.add_parser("check", help="check a model file and print a summary")
     command.add_argument("model", type=Path, metavar="MODEL", help="model file (.toml)")
+    add_options(command, reports=True)
     command.set_defaults(run=run)
 
 
@@ -23,8 +25,20 @@ def run(options: argparse.Namespace) -> int:
     """Prints the summary."""
     model = describe(options.model)
     console().print(_summary(model, options.model))
+    emit(options, _facts(model, options.model))
     warn(model.warnings)
     return 0
+
+
+def _facts(model: Description, file: Path) -> dict[str, object]:
+    """Returns the summary as plain data."""
+    links = model.drawing["links"]
+    parents = {link["name"]: "ground" if link["parent"] < 0 else links[link["parent"]]["name"] for link in links}
+    rows = [{"name": x["name"], "parent": parents[x["name"]], "joint": x["type"], "mass": x["mass"], "origin": x["origin"]} for x in links]
+    counts = {kind: len(model.drawing.get(kind, [])) for kind in ("loops", "couplings", "springs")}
+    names = {f"{kind}s": [v.name for v in model.select(kind)] for kind in ("input", "output", "parameter")}
+    total = sum(link["mass"] for link in links)
+    return {"name": model.model_name, "file": file, "links": rows, **counts, **names, "total_mass": total, "warnings": model.warnings}
 
 
 def _summary(model: Description, file: Path):

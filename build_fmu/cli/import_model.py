@@ -7,6 +7,8 @@ import os
 import sys
 from pathlib import Path
 
+from build_fmu.cli.parser import positive
+from build_fmu.cli.streams import add_options, emit
 from build_fmu.cli.terminal import output_file, warn
 from build_fmu.errors import UserError
 from build_fmu.files import whole_file
@@ -65,11 +67,12 @@ def add(commands) -> None:
     )
     command.add_argument("--dh", choices=("modified", "standard"), help="DH table: convention (modified: Craig, Khalil; standard: distal)")
     command.add_argument("--angles", choices=("rad", "deg"), help="DH table: unit of angles without a unit in the header")
+    add_options(command, reports=True)
     command.set_defaults(run=run)
 
 
 def _stops(text: str) -> float | str:
-    return text if text == "none" else float(text)
+    return text if text == "none" else positive(text)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -81,14 +84,13 @@ def run(options: argparse.Namespace) -> int:
                 f"--name: '{options.name}' is not a valid model name; use letters, digits and _, for example '{legal(options.name)}'"
             )
         draft.name = options.name
-    target = output_file(options.output, f"{_file_name(options, draft)}.toml")
-    if target.suffix != ".toml":
-        raise UserError(f"'{target}' is not a model file name: it must end in .toml")
+    target = output_file(options.output, f"{_file_name(options, draft)}.toml", (".toml",))
     if target.exists() and not options.force:
         raise UserError(f"'{target}' already exists; choose another name with -o or overwrite it with --force")
+    folder = Path.cwd() if options.on_stdout else target.resolve().parent
     for shape in draft.shapes:
         if "file" in shape.fields:
-            shape.fields["file"] = Path(os.path.relpath(shape.fields["file"], target.resolve().parent)).as_posix()
+            shape.fields["file"] = Path(os.path.relpath(shape.fields["file"], folder)).as_posix()
     text = model_text(draft, target.name)
     whole_file(target, lambda temporary: temporary.write_text(text, encoding="utf-8", newline="\n"))
     for title, sentences in (("omitted", draft.lost), ("check", draft.doubts)):
@@ -106,10 +108,13 @@ def run(options: argparse.Namespace) -> int:
         "loop": len(model.drawing.get("loops", [])),
     }
     counts |= {what: len(ties) for what, ties in (("coupling", draft.couplings), ("actuator", draft.actuators)) if ties}
+    mass = sum(link.mass for link in draft.links)
+    facts = {what.replace(" ", "_") + "s": n for what, n in counts.items()}
+    emit(options, {"model": target, **facts, "mass": mass, "omitted": draft.lost, "check": draft.doubts, "warnings": model.warnings})
     words = ", ".join(f"{n} {what}{'' if n == 1 else 's'}" for what, n in counts.items())
     if draft.inputs:
         print(f"to run it with its inputs: {run_command(draft, str(target))}")
-    print(f"{target}  {words}, {sum(link.mass for link in draft.links):.6g} kg")
+    print(f"{target}  {words}, {mass:.6g} kg")
     return 0
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from build_fmu.cli.parser import positive, tolerance
+from build_fmu.cli.streams import add_options, emit
 from build_fmu.cli.terminal import SEVERAL, sweep_bar, targets_after
 from build_fmu.errors import UserError
 
@@ -19,36 +21,34 @@ def add(commands) -> None:
     )
     command.add_argument("targets", nargs="*", type=Path, metavar="FMU|MODEL", help="FMUs (.fmu) or model files (.toml)")
     command.add_argument("-o", "--output", type=Path, metavar="DIR", help="output folder (default: current folder)")
-    command.add_argument("--stop", type=float, metavar="T", help="duration of the motion in s (default: as in the model)")
+    command.add_argument("--stop", type=positive, metavar="T", help="duration of the motion in s (default: as in the model)")
     command.add_argument(
         "--step",
-        type=float,
+        type=positive,
         nargs="+",
         action="extend",
         metavar="H",
         help="communication step sizes in s, divisors of the largest (default: 0.1, 1 and 10 times that of the model)",
     )
     command.add_argument("--method", nargs="+", action="extend", metavar="NAME", help="methods (default: all)")
-    command.add_argument("--rtol", type=float, nargs="+", action="extend", metavar="R", help="tolerances (default: 1e-3 to 1e-12)")
+    command.add_argument("--rtol", type=tolerance, nargs="+", action="extend", metavar="R", help="tolerances (default: 1e-3 to 1e-12)")
     command.add_argument("--input", **SEVERAL, metavar="NAME=EXPR|FILE.csv", help="inputs, as for simulate")
     command.add_argument(
         "--reference", type=Path, metavar="CSV", help="reference motion: columns time (or t) and the FMU's outputs, or q1, q2, ..."
     )
-    command.add_argument("--seconds", type=float, default=120, metavar="S", help="time limit for all runs of a target in s (default: 120)")
+    command.add_argument("--seconds", type=positive, default=120, metavar="S", help="time limit for all runs of a target, s (default: 120)")
+    add_options(command, reports=True)
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes the reports and returns the exit code: 1 if one failed."""
+    """Writes the reports and returns the exit code; targets that fail are reported at the end."""
     from build_fmu.report.make import Wish, make_report, write
-    from build_fmu.report.pages import advice
+    from build_fmu.report.pages import advice, run_rows
     from build_fmu.report.sweep import METHODS, TOLERANCES, known_method
 
     for method in options.method or ():
         known_method(method)
-    for rtol in options.rtol or ():
-        if not 0 < rtol < 1:
-            raise UserError(f"tolerances must be between 0 and 1, got {rtol:g}")
     targets = [*options.targets, *targets_after(options.input)]
     wish = Wish(
         options.stop,
@@ -61,19 +61,17 @@ def run(options: argparse.Namespace) -> int:
     )
     if not targets:
         raise UserError("report requires an FMU or a model file, for example `build-fmu report arm.toml`")
-    failed = []
+    failed, facts = [], []
     with sweep_bar() as progress:
         for target in targets:
             try:
                 report = make_report(target, wish, progress(target))
-                print(
-                    *write(report, options.output or Path("."), f"{target.stem}_report"),
-                    *(f"  {line}" for line in advice(report)),
-                    sep="\n",
-                )
+                files = write(report, options.output or Path("."), f"{target.stem}_report")
+                print(*files, *(f"  {line}" for line in advice(report)), sep="\n")
+                facts.append({"target": target, "files": files, "unit": report.unit, "advice": advice(report), "runs": run_rows(report)})
             except UserError as error:
-                if len(targets) == 1:
-                    raise
                 failed.append(str(error))
-    print(*failed, sep="\n", end="\n" if failed else "")
-    return 1 if failed else 0
+    if failed:
+        raise UserError("\n".join(failed))
+    emit(options, {"reports": facts})
+    return 0

@@ -9,7 +9,9 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
-from build_fmu.cli.terminal import SEVERAL, targets_after, warn
+from build_fmu.cli.parser import number, positive
+from build_fmu.cli.streams import add_options
+from build_fmu.cli.terminal import SEVERAL, output_file, targets_after, warn
 from build_fmu.errors import UserError
 from build_fmu.files import whole_file
 
@@ -32,16 +34,17 @@ def add(commands) -> None:
         help="FMU or model file to simulate, or results (.csv) to play, optionally with their FMU or model file",
     )
     command.add_argument("-o", "--output", type=Path, metavar="PAGE", help="output file (default: NAME.html in the current folder)")
-    command.add_argument("--stop", type=float, metavar="T", help="stop time in s (default: as in the FMU)")
+    command.add_argument("--stop", type=number, metavar="T", help="stop time in s (default: as in the FMU)")
     command.add_argument(
-        "--step", type=float, metavar="H", help="time between two frames in s (default: as in the FMU, or a fraction of it for 250 frames)"
+        "--step", type=positive, metavar="H", help="time between two frames in s (default: as in the FMU, or its fraction for 250 frames)"
     )
     command.add_argument("--start", **SEVERAL, metavar="NAME=VALUE", help="start values, as for simulate")
     command.add_argument("--input", **SEVERAL, metavar="NAME=EXPR|FILE.csv", help="inputs, as for simulate")
     command.add_argument("--gif", type=Path, metavar="FILM", help="write a film (.gif); the page is written only with -o")
     command.add_argument("--mp4", type=Path, metavar="FILM", help="write a film (.mp4); requires the program ffmpeg")
-    command.add_argument("--speed", type=float, default=1.0, metavar="X", help="film: simulated seconds per second (default: 1)")
-    command.add_argument("--rate", type=float, default=20.0, metavar="N", help="film: frames per second (default: 20)")
+    command.add_argument("--speed", type=positive, default=1.0, metavar="X", help="film: simulated seconds per second (default: 1)")
+    command.add_argument("--rate", type=positive, default=20.0, metavar="N", help="film: frames per second (default: 20)")
+    add_options(command, reports=False)
     command.set_defaults(run=run)
 
 
@@ -53,10 +56,8 @@ def run(options: argparse.Namespace) -> int:
     from build_fmu.show.runs import about, recorded
 
     mechanism, record = _targets([*options.targets, *targets_after(options.input, options.start)])
-    target = options.output or Path((record or mechanism).with_suffix(".html").name)
+    target = output_file(options.output, (record or mechanism).with_suffix(".html").name, (".html", ".htm"))
     films = _films(options)
-    if target.suffix.lower() not in (".html", ".htm"):
-        raise UserError(f"'{target}' is not a page name: it must end in .html")
     asked = [
         word
         for word, value in (("--stop", options.stop), ("--step", options.step), ("--start", options.start), ("--input", options.input))
@@ -92,15 +93,12 @@ def _films(options: argparse.Namespace) -> list[Path]:
     """Returns the requested films; invalid options are reported before the run."""
     films = [path for path in (options.gif, options.mp4) if path]
     for path, ending in ((options.gif, ".gif"), (options.mp4, ".mp4")):
-        if path and path.suffix.lower() != ending:
-            raise UserError(f"'{path}' must end in {ending}")
+        if path:
+            output_file(path, path.name, (ending,))
     if options.mp4:
         from build_fmu.show.film import encoder
 
         encoder()
-    for word, value in (("--speed", options.speed), ("--rate", options.rate)):
-        if not (math.isfinite(value) and value > 0):
-            raise UserError(f"{word} must be a positive number, got {value:g}")
     return films
 
 

@@ -8,7 +8,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from build_fmu.cli.terminal import SEVERAL, bar, console, targets_after, warn
+from build_fmu.cli.parser import number, positive, tolerance
+from build_fmu.cli.streams import add_options, emit
+from build_fmu.cli.terminal import SEVERAL, bar, console, output_file, targets_after, warn
 from build_fmu.errors import UserError
 from build_fmu.run.signals import MODES
 
@@ -19,18 +21,19 @@ def add(commands) -> None:
         "simulate",
         help="simulate an FMU or a model file",
         description="Simulate an FMU or a model file. Without --csv and "
-        "--plot, print a table of values. Values are in SI units and radians.",
+        "--plot, print a table of values in the units that it names, angles in deg. Options, CSV files and --json use SI units and rad.",
     )
     command.add_argument("target", nargs="?", type=Path, metavar="FMU|MODEL", help="FMU (.fmu) or model file (.toml)")
-    command.add_argument("--stop", type=float, metavar="T", help="stop time in s (default: as in the FMU)")
-    command.add_argument("--step", type=float, metavar="H", help="communication step size in s (default: as in the FMU)")
-    command.add_argument("--tolerance", type=float, metavar="R", help="relative tolerance; used if tighter than the model's")
+    command.add_argument("--stop", type=number, metavar="T", help="stop time in s (default: as in the FMU)")
+    command.add_argument("--step", type=positive, metavar="H", help="communication step size in s (default: as in the FMU)")
+    command.add_argument("--tolerance", type=tolerance, metavar="R", help="relative tolerance; used if tighter than the model's")
     command.add_argument("--start", **SEVERAL, metavar="NAME=VALUE", help="start values of parameters, for example joint1.q0=pi/2")
     command.add_argument(
         "--input",
         **SEVERAL,
         metavar="NAME=EXPR|FILE.csv",
-        help="inputs: an expression of t such as 'joint1.tau=2*sin(t) if t < 1 else 0', or a CSV with a column 'time'",
+        help="inputs: an expression of t such as 'joint1.tau=2*sin(t) if t < 1 else 0', or a CSV with a column 'time' or 't' (s), "
+        "separated by commas, semicolons or tabs; - is standard input",
     )
     command.add_argument(
         "--interpolate",
@@ -45,6 +48,7 @@ def add(commands) -> None:
     command.add_argument(
         "--redysim-layout", type=Path, metavar="DIR", help="write ReDySim's files timevar.dat, statevar.dat, envar.dat, tor.dat"
     )
+    add_options(command, reports=True)
     command.set_defaults(run=run)
 
 
@@ -60,8 +64,8 @@ def run(options: argparse.Namespace) -> int:
     target = _simulated_file(options)
     # wrong file names are reported before the run
     for path, endings in ((options.csv, (".csv",)), (options.plot, FORMATS)):
-        if path is not None and path.suffix.lower() not in endings:
-            raise UserError(f"'{path}' must end in {' or '.join(endings)}")
+        if path is not None:
+            output_file(path, path.name, endings)
     if options.csv:
         keep_other_files(options.csv, options.input)
     if options.redysim_layout and options.redysim_layout.is_file():
@@ -91,9 +95,27 @@ def run(options: argparse.Namespace) -> int:
         if options.plot:
             plot(options.plot, session, result, options.output)
             print(f"{options.plot}  t = {result.time[0]:g} to {result.time[-1]:g} s")
+        emit(options, _facts(session, result, options))
         if not (options.csv or options.plot or model):
             console().print(final_values(session, result))
     return 0
+
+
+def _facts(session, result, options: argparse.Namespace) -> dict[str, object]:
+    """Returns the values of the table in SI units, and the files."""
+    outputs = {}
+    for i, name in enumerate(result.names):
+        column = result.values[:, i]
+        unit = session.variables[name].unit or ""
+        outputs[name] = {"start": column[0], "end": column[-1], "min": column.min(), "max": column.max(), "unit": unit}
+    return {
+        "name": session.description.modelName,
+        "time": [result.time[0], result.time[-1]],
+        "rows": len(result.time),
+        "outputs": outputs,
+        "files": [path for path in (options.csv, options.plot, options.redysim_layout) if path],
+        "warnings": [*result.warnings, *result.remarks],
+    }
 
 
 def _simulated_file(options: argparse.Namespace) -> Path:

@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from build_fmu.cli.parser import count, positive
+from build_fmu.cli.streams import add_options, emit
 from build_fmu.cli.terminal import bar
 
 QUIET = 15.0  # s between two progress messages without a terminal
@@ -33,10 +35,11 @@ def add(commands) -> None:
         help="only groups of cases with a word in their name, such as stiff",
     )
     command.add_argument("--method", metavar="NAME", help="solver method (default: as in the model)")
-    command.add_argument("--seconds", type=float, default=2, metavar="S", help="CPU time limit of each run in s (default: 2)")
+    command.add_argument("--seconds", type=positive, default=2, metavar="S", help="CPU time limit of each run in s (default: 2)")
     command.add_argument(
-        "--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N", help="parallel runs (default: one per processor)"
+        "--jobs", type=count, default=len(os.sched_getaffinity(0)), metavar="N", help="parallel runs (default: one per processor)"
     )
+    add_options(command, reports=True)
     command.set_defaults(run=run)
 
 
@@ -65,6 +68,8 @@ def run(options: argparse.Namespace) -> int:
     write_page(files[1], verdicts, files[3].name, options.seconds, taken)
     write_html(files[0], verdicts, options.seconds, taken)
     counts = {kind: sum(v.kind == kind for v in verdicts) for kind in KINDS}
+    rows = [{"model": v.model, "group": v.case.group, "case": v.case.label, "verdict": v.kind, "message": v.message} for v in verdicts]
+    emit(options, {"cases": rows, "counts": counts, "files": files})
     print(f"{len(verdicts)} cases: " + ", ".join(f"{count} {kind}" for kind, count in counts.items() if count))
     if counts["failed"]:
         print("\n".join(line for line in not_finished(verdicts) if line.startswith("| failed")))

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from build_fmu.errors import UserError
+
 # an option with several values that may be repeated
 SEVERAL = {"nargs": "+", "action": "extend", "default": []}
 
@@ -20,11 +22,15 @@ def targets_after(*lists: list[str]) -> list[Path]:
     return found
 
 
-def output_file(given: Path | None, name: str) -> Path:
-    """Returns the file to write: the given file, or `name` in the given or the current folder."""
-    if given is None:
-        return Path(name)
-    return given / name if given.is_dir() else given
+def output_file(given: Path | None, name: str, endings: Sequence[str]) -> Path:
+    """Returns the file to write: the given file, or `name` in the given or the current folder; raises UserError if it is unsuitable."""
+    target = Path(name) if given is None else given / name if given.is_dir() else given
+    if target.suffix.lower() not in endings:
+        missing = "; to write into a folder, create it first" if not target.suffix else ""
+        raise UserError(f"'{target}' must end in {' or '.join(endings)}{missing}")
+    if not target.parent.is_dir():
+        raise UserError(f"cannot write '{target}': the folder '{target.parent}' does not exist")
+    return target
 
 
 def warn(lines: Sequence[str]) -> None:

@@ -15,6 +15,7 @@ from build_fmu.report.reference import Reference
 from build_fmu.report.sweep import Point
 
 TARGETS = (1e-3, 1e-6, 1e-9)
+COLUMNS = ("method", "rtol", "step_s", "inputs", "status", "error", "us_per_ms", "rhs_per_ms", "steps", "rejected", "message")
 COLOURS = {"erk": "#1f77b4", "adams": "#d95f02", "bdf": "#7570b3", "dirk": "#1b9e77", "auto": "#444444"}
 MARKERS = {"erk": "o", "adams": "s", "bdf": "^", "dirk": "D", "auto": "x"}
 
@@ -104,17 +105,25 @@ def _power(number: float) -> str:
 
 def write_csv(path: Path, report: Report) -> None:
     """Writes one row per run."""
-    head = "method,rtol,step_s,inputs,status,error,us_per_ms,rhs_per_ms,steps,rejected,message"
-    rows = [head]
+    shapes = {"rtol": "g", "step_s": ".12g", "error": ".6g", "us_per_ms": ".6g", "rhs_per_ms": ".6g"}
+    rows = [",".join(COLUMNS)]
+    for row in run_rows(report):
+        cells = [format(value, shapes.get(key, "")) for key, value in row.items()]
+        rows.append(",".join([*cells[:-1], f'"{cells[-1]}"']))
+    whole_file(path, lambda temporary: temporary.write_text("\n".join(rows) + "\n", encoding="utf-8"))
+
+
+def run_rows(report: Report) -> list[dict[str, object]]:
+    """Returns the columns of each run."""
+    rows = []
     for p in report.points:
         health = p.outcome.health
+        counts = (health.get("solver.steps", ""), health.get("solver.rejected", ""))
         message = p.outcome.message.replace('"', "'")
         inputs = "changing" if p.changing else "held"
-        rows.append(
-            f"{p.method},{p.rtol:g},{p.step:.12g},{inputs},{p.outcome.status},{p.error:.6g},{p.us_per_ms:.6g},{p.rhs_per_ms:.6g},"
-            f'{health.get("solver.steps", "")},{health.get("solver.rejected", "")},"{message}"'
-        )
-    whole_file(path, lambda temporary: temporary.write_text("\n".join(rows) + "\n", encoding="utf-8"))
+        values = (p.method, p.rtol, p.step, inputs, p.outcome.status, p.error, p.us_per_ms, p.rhs_per_ms, *counts, message)
+        rows.append(dict(zip(COLUMNS, values, strict=True)))
+    return rows
 
 
 def write_page(path: Path, report: Report, picture: str) -> None:

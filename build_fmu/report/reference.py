@@ -39,8 +39,7 @@ class Reference:
 
 def from_csv(path: Path, where: Positions) -> Reference:
     """Reads a table whose columns are the FMU's output names, or t, q1, q2, … in the order of its joints."""
-    table = read_table(path, clock=("time", "t"))
-    clock = "time" if "time" in table else "t"
+    table = read_table(path)
     numbered = [name for name in table if re.fullmatch(r"q[1-9][0-9]*", name)]
     if all(name in table for name in where.names):
         names = where.names
@@ -50,7 +49,7 @@ def from_csv(path: Path, where: Positions) -> Reference:
         missing = next(name for name in where.names if name not in table)
         raise UserError(f"'{path}' is not a reference: column '{missing}' is missing")
     values = np.array([table[name] for name in names]).T
-    return Reference(np.array(table[clock]), values, 0.0, f"the table {path.name}")
+    return Reference(np.array(table["time"]), values, 0.0, f"the table {path.name}")
 
 
 def from_tight_runs(fmu: Staged, where: Positions, task: Task, methods: list[str], budget: float) -> Reference:

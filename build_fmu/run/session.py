@@ -69,14 +69,15 @@ class Session:
         return [v.name for v in self.description.modelVariables if v.causality == causality]
 
     def find(self, name: str, kind: str, among: Sequence[str]) -> str:
-        """Returns the name if it is among the given ones; otherwise raises UserError with the most similar name."""
+        """Returns the name if it is among the given ones; otherwise raises UserError with the most similar name of that kind."""
         if name in among:
             return name
         if not among:
             raise UserError(f"unknown {kind} '{name}': '{self.description.modelName}' has no {kind}s")
         if name in self.variables:
             raise UserError(f"'{name}' is {_article(self.variables[name].causality)}, not {_article(kind)}")
-        raise UserError(f"unknown {kind} '{name}'{did_you_mean(name, among) or named(among)}")
+        own = [known for known in among if self.variables[known].causality == kind] or among
+        raise UserError(f"unknown {kind} '{name}'{did_you_mean(name, own) or named(own)}")
 
     def display(self, name: str) -> Display:
         """Returns the display unit of a variable."""

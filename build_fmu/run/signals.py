@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
+import sys
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -63,13 +65,13 @@ def parse_inputs(arguments: Sequence[str], find: Callable[[str], str]) -> dict[s
     expressions: dict[str, Signal] = {}
     for argument in arguments:
         name, equals, source = (part.strip() for part in argument.partition("="))
-        if not equals and name.lower().endswith(".csv"):
+        if not equals and _is_table(name):
             table = read_table(Path(name))
             found = {find(column): (column, table) for column in table if column != "time"}
             new = {column: _column(table, column) for column in found}
         elif not equals or not source:
             raise UserError(f"'{argument}' is not an input: write NAME=EXPRESSION, NAME=FILE.csv or FILE.csv")
-        elif source.lower().endswith(".csv"):
+        elif _is_table(source):
             new = {find(name): _only_column(Path(source), name)}
         else:
             # equal expressions share one signal, which is analysed once
@@ -81,18 +83,29 @@ def parse_inputs(arguments: Sequence[str], find: Callable[[str], str]) -> dict[s
     return signals
 
 
-def read_table(path: Path, clock: Sequence[str] = ("time",)) -> dict[str, list[float]]:
-    """Reads a CSV of numbers with a `time` column (s; `clock` lists its names) that never decreases; raises UserError with the line."""
+def _is_table(source: str) -> bool:
+    return source == "-" or source.lower().endswith(".csv")
+
+
+def read_table(path: Path) -> dict[str, list[float]]:
+    """Reads a CSV of numbers with a column `time` or `t` (s) that never decreases, returned as `time`; `-` is standard input.
+
+    Columns are separated by semicolons, tabs or commas; with the first two numbers may have decimal commas. Raises UserError with the line.
+    """
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.reader(file))
+        text = (sys.stdin.buffer.read() if path == Path("-") else path.read_bytes()).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise UserError(f"cannot read '{path}': {getattr(error, 'strerror', None) or 'not a text file'}") from None
-    rows = [[cell.strip().strip('"') for cell in row] for row in rows]
+    first = text.partition("\n")[0]
+    separator = next((mark for mark in ";\t" if mark in first), ",")
+    rows = [[cell.strip().strip('"') for cell in row] for row in csv.reader(io.StringIO(text, newline=""), delimiter=separator)]
+    if separator != ",":
+        rows[1:] = [[cell.replace(",", ".") for cell in row] for row in rows[1:]]
     head = rows[0] if rows else []
-    named = next((name for name in clock if name in head), None)
-    if named is None:
-        raise UserError(f"'{path}' has no column '{clock[0]}' in the first line")
+    if "time" not in head:
+        if "t" not in head:
+            raise UserError(f"'{path}' has no column 'time' or 't' in the first line")
+        head[head.index("t")] = "time"
     table: dict[str, list[float]] = {name: [] for name in head}
     if len(table) != len(head):
         raise UserError(f"'{path}' has duplicate column names")
@@ -103,7 +116,7 @@ def read_table(path: Path, clock: Sequence[str] = ("time",)) -> dict[str, list[f
             raise UserError(f"{path}:{line}: {len(row)} values, but the first line has {len(head)} columns")
         for name, cell in zip(head, row, strict=True):
             table[name].append(_number(cell, f"{path}:{line}: column '{name}'"))
-    _check_times(path, table[named])
+    _check_times(path, table["time"])
     return table
 
 

@@ -154,9 +154,7 @@ def test_an_mp4_goes_through_ffmpeg(tmp_path, capsys, monkeypatch):
     ("options", "sentence"),
     [
         (["--gif", "a.png"], "must end in .gif"),
-        (["--gif", "a.gif", "--speed", "0"], "--speed must be a positive number"),
         (["--gif", "a.gif", "--speed", "0.001"], "the film would have"),
-        (["--gif", "a.gif", "--rate", "nan"], "--rate must be a positive number"),
     ],
 )
 def test_films_that_cannot_be(options, sentence, tmp_path, monkeypatch, capsys):

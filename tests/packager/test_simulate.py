@@ -156,7 +156,8 @@ def test_csv_input_with_one_column_of_any_name(tmp_path):
     ("text", "sentence"),
     [
         ("", "no column 'time'"),
-        ("t,joint1.tau\n0,1\n", "no column 'time'"),
+        ("T,joint1.tau\n0,1\n", "no column 'time' or 't'"),
+        ("t;joint1.tau\n0;1.2,3\n", "'1.2.3' is not a number"),
         ("time,joint1.tau\n", "has no rows"),
         ("time,joint1.tau\n0,1\n1\n", ":3: 1 values"),
         ("time,joint1.tau\n0,x\n", ":2: column 'joint1.tau': 'x' is not a number"),

@@ -1,0 +1,66 @@
+"""The argument parser of the commands: errors are one line, values are checked while they are read."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Sequence
+from typing import Any, NoReturn
+
+from build_fmu.errors import did_you_mean
+
+
+class Parser(argparse.ArgumentParser):
+    """An ArgumentParser whose errors are one line, with the most similar option, command or value."""
+
+    def error(self, message: str) -> NoReturn:
+        """Exits with code 2."""
+        self.exit(2, f"{self.prog}: {message.removeprefix('argument ')}; `{self.prog} --help` lists the options\n")
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if action.choices is not None and value not in action.choices:
+            known = [str(choice) for choice in action.choices]
+            hint = did_you_mean(str(value), known) or f"; available: {', '.join(known)}"
+            raise argparse.ArgumentError(action, f"unknown value '{value}'{hint}")
+
+    def refuse(self, rest: Sequence[str]) -> NoReturn:
+        """Reports arguments that no option takes."""
+        first = rest[0].partition("=")[0]
+        if first.startswith("-"):
+            self.error(f"unknown option '{first}'{did_you_mean(first, self._option_string_actions)}")
+        self.error(f"unexpected argument '{rest[0]}'")
+
+
+def number(text: str) -> float:
+    """Returns a finite number."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number") from None
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"must be finite, got {text}")
+    return value
+
+
+def positive(text: str) -> float:
+    """Returns a number above 0."""
+    value = number(text)
+    if value <= 0:
+        raise argparse.ArgumentTypeError(f"must be a positive number, got {text}")
+    return value
+
+
+def tolerance(text: str) -> float:
+    """Returns a relative tolerance."""
+    value = number(text)
+    if not 0 < value < 1:
+        raise argparse.ArgumentTypeError(f"tolerances must be between 0 and 1, got {text}")
+    return value
+
+
+def count(text: str) -> int:
+    """Returns a whole number above 0."""
+    value = positive(text)
+    if value != int(value):
+        raise argparse.ArgumentTypeError(f"must be a whole number, got {text}")
+    return int(value)
