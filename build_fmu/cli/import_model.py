@@ -65,6 +65,10 @@ def add(commands) -> None:
         metavar="STIFFNESS|none",
         help="URDF, DH table: stiffness of the stops at joint limits (N m/rad, N/m; default for URDF: by the masses), or none",
     )
+    command.add_argument(
+        "--density", type=positive, metavar="D", help="URDF, DH table: density (kg/m3) of links without mass, by their shapes or lengths"
+    )
+    command.add_argument("--mass", type=positive, metavar="M", help="URDF, DH table: the same, by the total mass (kg) of these links")
     command.add_argument("--dh", choices=("modified", "standard"), help="DH table: convention (modified: Craig, Khalil; standard: distal)")
     command.add_argument("--angles", choices=("rad", "deg"), help="DH table: unit of angles without a unit in the header")
     add_options(command, reports=True)

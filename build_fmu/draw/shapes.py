@@ -88,7 +88,14 @@ def _turned(profile: list[tuple[float, float]]) -> tuple[np.ndarray, np.ndarray]
 
 @lru_cache(maxsize=256)
 def _mesh(file: str, most: int) -> list[tuple[np.ndarray, np.ndarray, str | None]]:
-    """Returns points, triangles and colour of each part of a mesh file; raises UserError."""
+    """Returns the parts of a mesh file with at most `most` triangles."""
+    parts = mesh_parts(file)
+    total = sum(len(triangles) for _, triangles, _ in parts)
+    return [(*_coarse(points, triangles, max(12, most * len(triangles) // total)), colour) for points, triangles, colour in parts]
+
+
+def mesh_parts(file: str) -> list[tuple[np.ndarray, np.ndarray, str | None]]:
+    """Returns points (m), triangles and colour of each part of a mesh file; raises UserError."""
     if not Path(file).is_file():
         raise UserError(f"mesh file '{file}' does not exist")
     try:
@@ -104,12 +111,7 @@ def _mesh(file: str, most: int) -> list[tuple[np.ndarray, np.ndarray, str | None
     if not parts:
         raise UserError(f"mesh file '{file}' contains no triangles")
     scale = _metres(str(scene.metadata.get("units") or scene.units or ""))
-    total = sum(len(part.faces) for part in parts)
-    found = []
-    for part in parts:
-        points, triangles = _coarse(np.asarray(part.vertices) * scale, np.asarray(part.faces), max(12, most * len(part.faces) // total))
-        found.append((points, triangles, _colour(part)))
-    return found
+    return [(np.asarray(part.vertices) * scale, np.asarray(part.faces), _colour(part)) for part in parts]
 
 
 def _metres(units: str) -> float:

@@ -18,6 +18,7 @@ import numpy as np
 from build_fmu.errors import UserError, did_you_mean
 from build_fmu.importers import sheet
 from build_fmu.importers.draft import GROUND, DhFrame, Draft, DraftLink, Names, legal
+from build_fmu.importers.masses import add_masses
 from build_fmu.importers.rigid import matrix_of, rotation_x, six_of, transform
 from build_fmu.importers.toml_writer import number
 from build_fmu.run.expressions import compile_expression
@@ -114,8 +115,7 @@ def read(path: Path, options: Namespace) -> Draft:
     _stops(draft, options.stops)
     if "G" in columns and "Jm" not in columns:
         draft.lost.append("the gear ratios in column 'G': without a column 'Jm' (rotor inertia) they have no effect")
-    if not any(link.mass for link in draft.links):
-        draft.lost.append("masses and inertias: the table contains none; add them to the model file")
+    add_masses(draft, {}, options)
     draft.doubts += names.sentences()
     draft.doubts.append("gravity is set to (0, 0, -9.81) m/s2: the table does not define it")
     return draft

@@ -16,6 +16,7 @@ IMPORTERS = {"scene_json": (".json",), "urdf": (".urdf", ".xml"), "redysim": (".
 OPTIONS = {
     "loop": ("redysim",), "pivot": ("redysim",), "dh": ("dh_table",), "angles": ("dh_table",), "stops": ("dh_table", "urdf"),
     "snap": ("urdf",), "frames": ("urdf",), "floating": ("urdf",), "contact": ("urdf",), "limits": ("urdf",), "pose": ("urdf",),
+    "density": ("urdf", "dh_table"), "mass": ("urdf", "dh_table"),
 }  # fmt: skip
 WORDS = {"redysim": "ReDySim's files", "dh_table": "DH tables", "urdf": "URDF files"}
 KINDS = ".json (mbs-scene/1), .urdf, inputs.m and inputs.mat (ReDySim) or their folder, .csv or .xlsx (DH table)"

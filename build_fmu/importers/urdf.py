@@ -15,6 +15,7 @@ from lxml import etree
 from build_fmu.errors import UserError, did_you_mean
 from build_fmu.importers.draft import GROUND, Draft, DraftLink, DraftTie, Names, legal
 from build_fmu.importers.layout import far, joint_frame, place, settle, side_frame
+from build_fmu.importers.masses import add_masses
 from build_fmu.importers.rigid import matrix_of, pose_of, position_and_angles, six_of, transform
 from build_fmu.importers.toml_writer import number
 from build_fmu.importers.urdf_actuators import add_actuators
@@ -23,7 +24,7 @@ from build_fmu.importers.urdf_file import DEGREES, NEAR_RIGHT, Urdf
 from build_fmu.importers.urdf_limits import add_stops, report_outside, start_inside
 from build_fmu.importers.urdf_losses import report_losses, some
 from build_fmu.importers.urdf_mimic import add_couplings, follow, read_mimics
-from build_fmu.importers.urdf_visuals import add_shapes
+from build_fmu.importers.urdf_visuals import add_shapes, solids_of
 
 KINDS = {
     "revolute": "revolute",
@@ -80,6 +81,7 @@ def read(path: Path, options: Namespace) -> Draft:
     _check_reached(urdf, bodies, root)
     layout = _Layout(draft, bodies, options)
     layout.lay(root)
+    add_masses(draft, solids_of(urdf, layout) if options.density or options.mass else {}, options)
     add_couplings(mimics, by_joint, layout)
     add_stops(limited, layout, options.stops)
     add_actuators(urdf, by_joint, layout, options.limits)

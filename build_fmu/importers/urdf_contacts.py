@@ -11,7 +11,8 @@ import numpy as np
 from lxml import etree
 
 from build_fmu.errors import UserError
-from build_fmu.importers.draft import GROUND, Draft, DraftLink, DraftTie
+from build_fmu.importers.draft import GROUND, Draft, DraftTie
+from build_fmu.importers.masses import fixed_to_ground
 from build_fmu.importers.rigid import position_and_angles, start_poses
 from build_fmu.importers.urdf_file import Urdf
 from build_fmu.importers.urdf_losses import some
@@ -41,7 +42,7 @@ def add_contacts(urdf: Urdf, layout, feet_only: bool) -> None:
     if not solids:
         found = "".join(f"; {count} {what} are not supported" for what, count in omitted.items())
         raise UserError(f"--contact: '{urdf.path}' has no <collision> of {', '.join(SHAPES)}{found}; write [[contact]] by hand")
-    poses, still = start_poses(draft.links), _fixed_to_ground(draft.links)
+    poses, still = start_poses(draft.links), fixed_to_ground(draft.links)
     omitted["shapes of links that are fixed to the ground"] += sum(solid.link in still for solid in solids)
     moving = [solid for solid in solids if solid.link not in still]
     heights = [_heights(solid, poses[solid.link]) for solid in moving]
@@ -83,14 +84,6 @@ def _solids(urdf: Urdf, link: etree._Element, layout, omitted: Counter) -> list[
                 raise urdf.error(shape, f"the size of <{shape.tag}> in link '{name}' must be > 0, got {min(size):g}")
             solids.append(Solid(shape.tag, layout.called[name], pose, size))
     return solids
-
-
-def _fixed_to_ground(links: list[DraftLink]) -> set[str]:
-    still = {GROUND}
-    for link in links:
-        if link.joint == "fixed" and link.parent in still:
-            still.add(link.name)
-    return still
 
 
 def _shapes(solid: Solid, pose: np.ndarray) -> list[dict[str, object]]:

@@ -9,6 +9,7 @@ from lxml import etree
 
 from build_fmu.importers.draft import DraftTie
 from build_fmu.importers.rigid import position_and_angles
+from build_fmu.importers.solids import Solid
 from build_fmu.importers.urdf_file import Urdf
 from build_fmu.importers.urdf_losses import some
 
@@ -40,6 +41,21 @@ def add_shapes(urdf: Urdf, layout) -> None:
     layout.draft.lost += [f"{count} <visual> shapes of <{tag}>" for tag, count in omitted.items()]
     if missing:
         layout.draft.lost.append(f"{len(missing)} <visual> meshes: files not found: {some(sorted(set(missing)))}")
+
+
+def solids_of(urdf: Urdf, layout) -> dict[str, list[Solid]]:
+    """Returns the <collision> shapes of each link of the model or, without any, its <visual> shapes."""
+    found = {}
+    for link in urdf.root.findall("link"):
+        name, tag = link.attrib["name"], "collision" if link.find("collision") is not None else "visual"
+        own = found.setdefault(layout.called[name], [])
+        for element in link.findall(tag):
+            pose = layout.own[name] @ urdf.pose(element)
+            for shape in element.iterfind("geometry/*"):
+                fields = _fields(urdf, shape)
+                if fields and fields.get("file") != "":
+                    own.append(Solid(fields["kind"], fields.get("size", [1.0]), pose, fields.get("file", "")))
+    return found
 
 
 def _fields(urdf: Urdf, shape: etree._Element) -> dict[str, object] | None:

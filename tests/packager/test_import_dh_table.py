@@ -1,6 +1,5 @@
 """DH tables in CSV: columns, units, joint variables as books print them, and standard DH converted exactly."""
 
-import argparse
 import math
 import re
 from zipfile import ZipFile
@@ -14,12 +13,13 @@ from build_fmu.importers import dh_table
 from build_fmu.importers.draft import DhFrame
 from build_fmu.importers.rigid import matrix_of, pose_of, rotation_x, rotation_z, transform
 from build_fmu.importers.toml_writer import model_text
+from tests.packager.import_options import import_options
 
 
 def imported(tmp_path, text, dh="modified", angles=None, name="arm.csv", stops=None):
     path = tmp_path / name
     path.write_text(text, encoding="utf-8")
-    return dh_table.read(path, argparse.Namespace(dh=dh, angles=angles, stops=stops))
+    return dh_table.read(path, import_options(dh=dh, angles=angles, stops=stops))
 
 
 def test_a_table_as_books_print_it(tmp_path):
@@ -152,7 +152,7 @@ def test_a_table_as_spreadsheets_write_it(tmp_path):
     ):
         path = tmp_path / "same.csv"
         path.write_bytes(text.encode(encoding))
-        assert model_text(dh_table.read(path, argparse.Namespace(dh="modified", angles=None, stops=None))) == expected
+        assert model_text(dh_table.read(path, import_options(dh="modified", angles=None, stops=None))) == expected
 
 
 def workbook(path, angle=90):
@@ -176,7 +176,7 @@ def workbook(path, angle=90):
 
 
 def test_a_workbook(tmp_path):
-    options = argparse.Namespace(dh="modified", angles=None, stops=None)
+    options = import_options(dh="modified", angles=None, stops=None)
     draft = dh_table.read(workbook(tmp_path / "arm.xlsx"), options)
     assert [(link.name, link.dh.alpha, link.dh.a, link.mass, link.com[0]) for link in draft.links] == [
         ("l1", math.pi / 2, 0.5005, 2.5, 0.1),
@@ -198,7 +198,7 @@ def test_a_workbook(tmp_path):
 def test_no_workbook(tmp_path, name, content, sentence):
     (tmp_path / name).write_bytes(content)
     with pytest.raises(UserError) as error:
-        dh_table.read(tmp_path / name, argparse.Namespace(dh="modified", angles=None, stops=None))
+        dh_table.read(tmp_path / name, import_options(dh="modified", angles=None, stops=None))
     assert sentence in str(error.value) and name in str(error.value)
 
 
