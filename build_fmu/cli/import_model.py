@@ -22,8 +22,8 @@ def add(commands) -> None:
     """Adds the command and its arguments."""
     command = commands.add_parser(
         "import",
-        help="convert a URDF, a DH table, ReDySim files or a scene to a model file",
-        description="Convert a URDF (.urdf), a DH table (.csv, .xlsx), ReDySim's inputs.m or inputs.mat or their folder, "
+        help="convert a URDF, an MJCF, a DH table, ReDySim files or a scene to a model file",
+        description="Convert a URDF (.urdf), an MJCF (.xml), a DH table (.csv, .xlsx), ReDySim's inputs.m or inputs.mat or their folder, "
         "or a scene (.json) to a model file. Omitted content is listed.",
     )
     command.add_argument("source", type=Path, metavar="FILE", help="file or folder to import")
@@ -43,27 +43,30 @@ def add(commands) -> None:
         "--pivot", action="append", default=[], metavar="LINK=x,y,z", help="ReDySim: joint position of a link on the ground (m)"
     )
     command.add_argument("--snap", action="store_true", help="URDF: round angles such as 1.5708 to exact multiples of 90 degrees")
-    command.add_argument("--frames", action="store_true", help="URDF: add the link frames as [[frame]] tables, which have outputs")
+    command.add_argument(
+        "--frames", action="store_true", help="URDF, MJCF: add the link frames (MJCF: and sites) as [[frame]] tables, which have outputs"
+    )
     command.add_argument(
         "--contact",
         choices=("ground", "all"),
-        help="URDF: convert <collision> shapes to contacts with the ground plane z = 0: those of the feet (ground), or all",
+        help="URDF, MJCF: convert collision shapes to contacts with the ground plane z = 0: those of the feet (ground) or all",
     )
-    command.add_argument("--no-shapes", dest="shapes", action="store_false", help="URDF: omit the <visual> shapes, which are drawn only")
-    command.add_argument("--limits", action="store_true", help="URDF: convert effort and velocity limits to limits of [[actuator]] tables")
+    command.add_argument("--no-shapes", dest="shapes", action="store_false", help="URDF, MJCF: omit shapes that are drawn only")
+    command.add_argument("--limits", action="store_true", help="URDF, MJCF: convert limits of drives to limits of [[actuator]] tables")
     command.add_argument(
         "--pose",
         action="append",
         default=[],
         metavar="JOINT=VALUE",
-        help="URDF: start position (rad, m), with * as wildcard, for example '*_knee=-1.2'; once per joint or pattern",
+        help="URDF, MJCF: start position (rad, m), with * as wildcard, for example '*_knee=-1.2'; once per joint or pattern",
     )
+    command.add_argument("--keyframe", metavar="NAME", help="MJCF: start in this keyframe")
     command.add_argument("--floating", action="store_true", help="URDF: use a floating base instead of a fixed one")
     command.add_argument(
         "--stops",
         type=_stops,
         metavar="STIFFNESS|none",
-        help="URDF, DH table: stiffness of the stops at joint limits (N m/rad, N/m; default for URDF: by the masses), or none",
+        help="URDF, MJCF, DH table: stiffness of stops at joint limits (N m/rad, N/m; default except for tables: by the masses), or none",
     )
     command.add_argument(
         "--density", type=positive, metavar="D", help="URDF, DH table: density (kg/m3) of links without mass, by their shapes or lengths"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from argparse import Namespace
 from importlib import import_module
 from pathlib import Path
@@ -10,16 +11,18 @@ from build_fmu.errors import UserError
 from build_fmu.importers.draft import Draft
 
 # modules and the extensions of their files; dh_table suggests other formats for some of its extensions
-IMPORTERS = {"scene_json": (".json",), "urdf": (".urdf", ".xml"), "redysim": (".m", ".mat"),
+IMPORTERS = {"scene_json": (".json",), "mjcf": (".mjcf",), "urdf": (".urdf", ".xml"), "redysim": (".m", ".mat"),
              "dh_table": (".csv", ".tsv", ".txt", ".xlsx", ".xls", ".ods", ".xlsb", ".numbers")}  # fmt: skip
 # the importers that use an option
+TREES = ("urdf", "mjcf")
 OPTIONS = {
-    "loop": ("redysim",), "pivot": ("redysim",), "dh": ("dh_table",), "angles": ("dh_table",), "stops": ("dh_table", "urdf"),
-    "snap": ("urdf",), "frames": ("urdf",), "floating": ("urdf",), "contact": ("urdf",), "limits": ("urdf",), "pose": ("urdf",),
-    "density": ("urdf", "dh_table"), "mass": ("urdf", "dh_table"),
+    "loop": ("redysim",), "pivot": ("redysim",), "dh": ("dh_table",), "angles": ("dh_table",), "stops": ("dh_table", *TREES),
+    "snap": ("urdf",), "frames": TREES, "floating": ("urdf",), "contact": TREES, "limits": TREES, "pose": TREES,
+    "density": ("urdf", "dh_table"), "mass": ("urdf", "dh_table"), "keyframe": ("mjcf",),
 }  # fmt: skip
-WORDS = {"redysim": "ReDySim's files", "dh_table": "DH tables", "urdf": "URDF files"}
-KINDS = ".json (mbs-scene/1), .urdf, inputs.m and inputs.mat (ReDySim) or their folder, .csv or .xlsx (DH table)"
+WORDS = {"redysim": "ReDySim's files", "dh_table": "DH tables", "urdf": "URDF files", "mjcf": "MJCF files"}
+KINDS = ".json (mbs-scene/1), .urdf, .xml (URDF or MJCF), inputs.m and inputs.mat (ReDySim) or their folder, .csv or .xlsx (DH table)"
+ROOT = re.compile(rb"<(?![?!])\s*([^\s/>]+)")
 
 
 def read(source: Path, options: Namespace) -> Draft:
@@ -29,6 +32,8 @@ def read(source: Path, options: Namespace) -> Draft:
     if source.suffix == ".toml":
         raise UserError(f"'{source}' is already a model file; build the FMU with `build-fmu build {source.name}`")
     name = "redysim" if source.is_dir() else next((name for name, endings in IMPORTERS.items() if source.suffix.lower() in endings), None)
+    if source.suffix.lower() == ".xml" and _root(source) == b"mujoco":
+        name = "mjcf"
     if name is None:
         raise UserError(f"unsupported file type: '{source}'; supported: {KINDS}")
     for option, users in OPTIONS.items():
@@ -36,3 +41,9 @@ def read(source: Path, options: Namespace) -> Draft:
         if name not in users and getattr(options, option, None):
             raise UserError(f"--{option} has no effect on '{source.name}': it applies to {' and '.join(WORDS[user] for user in users)}")
     return import_module(f"build_fmu.importers.{name}").read(source, options)
+
+
+def _root(source: Path) -> bytes:
+    """Returns the tag of the first element of an XML file."""
+    found = ROOT.search(re.sub(rb"<!--.*?-->", b"", source.read_bytes(), flags=re.DOTALL))
+    return found[1] if found else b""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -55,11 +55,14 @@ def about(mass: float, arm: np.ndarray) -> np.ndarray:
     return mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
 
 
-def body_of(solid: Solid) -> Body:
-    """Returns volume, center and inertia of a solid in its link frame; raises UserError for a mesh that cannot be read."""
+def body_of(solid: Solid, of_mesh: Callable[[str, tuple[float, ...]], Body] | None = None) -> Body:
+    """Returns volume, center and inertia of a solid in its link frame; raises UserError for a mesh that cannot be read.
+
+    `of_mesh` integrates a mesh (default: `mesh_body`).
+    """
     if solid.kind == "mesh":
         scale = np.broadcast_to(np.asarray(solid.size, float), 3) if len(solid.size) else np.ones(3)
-        own = mesh_body(solid.file, tuple(map(float, scale)))
+        own = (of_mesh or mesh_body)(solid.file, tuple(map(float, scale)))
     else:
         own = _primitive(solid.kind, list(map(float, solid.size)))
     return own.moved(solid.pose)
@@ -91,22 +94,40 @@ def _primitive(kind: str, size: list[float]) -> Body:
 @lru_cache(maxsize=512)
 def mesh_body(file: str, scale: tuple[float, ...]) -> Body:
     """Returns volume, center and inertia of a mesh; of one that encloses no volume those of its bounding box."""
-    volume, first, second, corners = 0.0, np.zeros(3), np.zeros((3, 3)), []
-    for points, triangles, _ in mesh_parts(file):
-        a, b, c = (points[triangles[:, k]] * scale for k in range(3))
-        corners += [a.min(axis=0), a.max(axis=0)]
-        # tetrahedra from the origin
-        parts = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
-        total = a + b + c
-        volume += parts.sum()
-        first += parts @ total / 4
-        second += (np.einsum("i,ij,ik->jk", parts, total, total) + sum(np.einsum("i,ij,ik->jk", parts, x, x) for x in (a, b, c))) / 20
-    low, high = np.min(corners, axis=0), np.max(corners, axis=0)
-    if is_open(file) or abs(volume) < 1e-9 * float(np.ptp([low, high], axis=0).max()) ** 3:
+    corners = _corners(file, scale)
+    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    volume, first, second = _integrals(corners, absolute=False)
+    if is_open(file) or abs(volume) < 1e-9 * float((high - low).max()) ** 3:
         return _primitive("box", list(high - low)).moved(np.block([[np.eye(3), ((low + high) / 2)[:, None]], [0, 0, 0, 1]]))
     com, sign = first / volume, math.copysign(1.0, volume)
     central = sign * second - abs(volume) * np.outer(com, com)
     return Body(abs(volume), com, np.trace(central) * np.eye(3) - central)
+
+
+@lru_cache(maxsize=512)
+def mujoco_mesh_body(file: str, scale: tuple[float, ...]) -> Body:
+    """Returns what MuJoCo computes by default (`inertia="legacy"`): all tetrahedra from a point inside count as positive."""
+    corners = _corners(file, scale)
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    middle = areas @ corners.mean(axis=1) / areas.sum()
+    volume, first, _ = _integrals(corners - middle, absolute=True)
+    com = middle + first / volume
+    volume, _, second = _integrals(corners - com, absolute=True)
+    return Body(volume, com, np.trace(second) * np.eye(3) - second)
+
+
+def _corners(file: str, scale: tuple[float, ...]) -> np.ndarray:
+    """Returns the corners of all triangles: triangles x 3 x 3."""
+    return np.concatenate([(points * scale)[triangles] for points, triangles, _ in mesh_parts(file)])
+
+
+def _integrals(corners: np.ndarray, absolute: bool) -> tuple[float, np.ndarray, np.ndarray]:
+    """Returns the integrals of 1, x and x x^T over the tetrahedra between the origin and the triangles."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    parts, total = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6, a + b + c
+    parts = np.abs(parts) if absolute else parts
+    squares = np.einsum("i,ij,ik->jk", parts, total, total) + sum(np.einsum("i,ij,ik->jk", parts, x, x) for x in (a, b, c))
+    return float(parts.sum()), parts @ total / 4, squares / 20
 
 
 @lru_cache(maxsize=512)

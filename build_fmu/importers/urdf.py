@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import math
 from argparse import Namespace
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
 from lxml import etree
 
 from build_fmu.errors import UserError, did_you_mean
-from build_fmu.importers.draft import GROUND, Draft, DraftLink, DraftTie, Names, legal
-from build_fmu.importers.layout import far, joint_frame, place, settle, side_frame
+from build_fmu.importers.draft import Draft, legal
 from build_fmu.importers.masses import add_masses
-from build_fmu.importers.rigid import matrix_of, pose_of, position_and_angles, six_of, transform
-from build_fmu.importers.toml_writer import number
+from build_fmu.importers.rigid import matrix_of
+from build_fmu.importers.tree import Body, TreeLayout, set_pose
 from build_fmu.importers.urdf_actuators import add_actuators
-from build_fmu.importers.urdf_contacts import add_contacts
+from build_fmu.importers.urdf_contacts import add_urdf_contacts
 from build_fmu.importers.urdf_file import DEGREES, NEAR_RIGHT, Urdf
 from build_fmu.importers.urdf_limits import add_stops, report_outside, start_inside
 from build_fmu.importers.urdf_losses import report_losses, some
@@ -38,27 +34,6 @@ WORLD = "world"  # the ground in some simulators, without a <link>
 RESIDUE = 1e-16  # m2: an inertia below this times the mass is a rounding error
 
 
-@dataclass
-class Body:
-    """A link of the URDF and its joint; the root has none."""
-
-    name: str
-    line: int
-    mass: float = 0.0
-    inertia: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))  # about the COM, in link axes
-    com: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    parent: str = ""
-    joint: str = ""
-    kind: str = "fixed"
-    origin: np.ndarray = field(default_factory=lambda: np.eye(4))
-    axis: np.ndarray = field(default_factory=lambda: np.array([1.0, 0, 0]))
-    damping: float = 0.0
-    friction: float = 0.0
-    q: float = 0.0
-    limits: tuple[float, float] | None = None
-    children: list[str] = field(default_factory=list)
-
-
 def read(path: Path, options: Namespace) -> Draft:
     """Returns the draft; raises UserError with file, line and element."""
     if options.stops not in (None, "none") and not 0 < options.stops < math.inf:
@@ -69,7 +44,7 @@ def read(path: Path, options: Namespace) -> Draft:
     _joints(urdf, bodies, draft)
     by_joint = {body.joint: body for body in bodies.values() if body.joint}
     mimics = read_mimics(urdf, by_joint, draft)
-    limited, posed = [body for body in bodies.values() if body.limits], _pose(bodies, options.pose)
+    limited, posed = [body for body in bodies.values() if body.limits], set_pose(bodies, options.pose)
     start_inside(limited, posed.union(mimic.joint for mimic in mimics), draft)
     follow(mimics, by_joint, posed, draft)
     report_outside(limited, draft)
@@ -79,7 +54,7 @@ def read(path: Path, options: Namespace) -> Draft:
     elif bodies[root].mass or np.any(bodies[root].inertia):
         draft.lost.append(f"the mass of '{root}', {bodies[root].mass:g} kg: this link is the ground; --floating makes it a floating base")
     _check_reached(urdf, bodies, root)
-    layout = _Layout(draft, bodies, options)
+    layout = TreeLayout(draft, bodies, options, "URDF")
     layout.lay(root)
     add_masses(draft, solids_of(urdf, layout) if options.density or options.mass else {}, options)
     add_couplings(mimics, by_joint, layout)
@@ -88,7 +63,7 @@ def read(path: Path, options: Namespace) -> Draft:
     if options.shapes:
         add_shapes(urdf, layout)
     if options.contact:
-        add_contacts(urdf, layout, feet_only=options.contact == "ground")
+        add_urdf_contacts(urdf, layout, feet_only=options.contact == "ground")
     draft.notes.append(
         f"The ground frame is the frame of '{root}'{' at q = 0' if options.floating else ''}. Link frames are chosen anew (z: joint axis, "
         f"x: common normal); the motion is the same. {'A [[frame]]' if options.frames else 'A comment'} gives the pose of the "
@@ -153,27 +128,6 @@ def _joints(urdf: Urdf, bodies: dict[str, Body], draft: Draft) -> None:
         body.parent, body.joint, body.kind, body.origin = parent, name, KINDS[kind], urdf.pose(element)
         bodies[parent].children.append(child)
         _motion(urdf, element, body, draft)
-
-
-def _pose(bodies: dict[str, Body], asked: Sequence[str]) -> set[str]:
-    """Sets the start positions of JOINT=VALUE, where JOINT may contain the wildcards * and ?. Returns the names of the joints."""
-    named = set()
-    moving = {body.joint: body for body in bodies.values() if body.kind in ("revolute", "prismatic")}
-    for text in asked:
-        pattern, _, value = text.partition("=")
-        found = [body for name, body in moving.items() if fnmatchcase(name, pattern)]
-        if not found:
-            raise UserError(f"--pose: no revolute or prismatic joint is called '{pattern}'{did_you_mean(pattern, moving)}")
-        try:
-            q = float(value)
-        except ValueError:
-            q = math.nan
-        if not math.isfinite(q):
-            raise UserError(f"--pose: '{text}' must be JOINT=VALUE with a number in rad or m")
-        for body in found:
-            body.q = q
-            named.add(body.joint)
-    return named
 
 
 def _end(urdf: Urdf, joint: etree._Element, tag: str, bodies: dict[str, Body]) -> str:
@@ -249,101 +203,3 @@ def _check_reached(urdf: Urdf, bodies: dict[str, Body], root: str) -> None:
         raise UserError(
             f"{urdf.path}:{bodies[lost[0]].line}: cyclic parent references: {some(lost)} have no path to the root link '{root}'"
         )
-
-
-class _Layout:
-    """Creates the links of the draft, parents first."""
-
-    def __init__(self, draft: Draft, bodies: dict[str, Body], options: Namespace) -> None:
-        self.draft, self.bodies, self.names = draft, bodies, Names()
-        self.frames = options.frames
-        self.depth = self._depths()
-        self.called: dict[str, str] = {}  # names in the model
-        self.own: dict[str, np.ndarray] = {}  # the URDF's frame relative to ours
-        self.size = max(float(np.linalg.norm(body.origin[:3, 3])) for body in bodies.values()) or 1.0
-
-    def lay(self, root: str) -> None:
-        """Fills draft.links; names of links take precedence over names of joints."""
-        order, waiting = [], [root]
-        while waiting:
-            name = waiting.pop()
-            order.append(name)
-            waiting += reversed(self.bodies[name].children)
-        called = self.called = {name: self.names.take(name) for name in order[1:]} | {root: GROUND}
-        frames = self.own = {root: np.eye(4)}
-        if self.bodies[root].kind != "fixed":
-            called[root] = self.names.take(root)
-            frames[root] = self._link(self.bodies[root], called[root], GROUND, np.eye(4))
-        for name in order[1:]:
-            body = self.bodies[name]
-            frames[name] = self._link(body, called[name], called[body.parent], frames[body.parent] @ body.origin)
-        self.draft.doubts += self.names.sentences()
-
-    def _link(self, body: Body, name: str, parent: str, frame: np.ndarray) -> np.ndarray:
-        """Adds one link. `frame` is its URDF frame relative to the parent's; returns it relative to the link's own."""
-        link = DraftLink(name, parent, body.kind, mass=body.mass, q=body.q)
-        several = 3 if body.kind == "planar" else 0
-        link.damping, link.friction = ([x] * several if several and x else x for x in (body.damping, body.friction))
-        if body.kind == "fixed":
-            link.dh, own = self._fixed(frame)
-        else:
-            # a joint may have the name of its link
-            link.joint_name = name if body.joint in ("", body.name) else self.names.take(body.joint, "_joint")
-            wanted = self._wanted(body, frame)
-            # `place` would change the direction of x, which joints with several DOF need
-            if far(settle(wanted), self.size):
-                link.parent, frame = self._mount(body, name, parent, frame)
-                wanted = self._wanted(body, frame)
-            link.dh, own = place(wanted, frame)
-        turn = own[:3, :3]
-        link.com = [0.0 if abs(x) < 1e-16 else float(x) for x in turn @ body.com + own[:3, 3]] if body.mass else [0.0] * 3
-        link.inertia = six_of(turn @ body.inertia @ turn.T)
-        if float(np.abs(own - np.eye(4)).max()) > 1e-12:
-            position, rpy = position_and_angles(own)
-            if self.frames:
-                self.draft.frames.append(DraftTie(self.names.take(f"{name}_frame"), {"link": name, "position": position, "rpy": rpy}))
-            else:
-                shown = (f"[{', '.join(map(number, values))}]" for values in (position, rpy))
-                link.notes.append("URDF frame of '{}' in this frame: position = {}, rpy = {}".format(body.name, *shown))
-        self.draft.links.append(link)
-        return own
-
-    def _wanted(self, body: Body, frame: np.ndarray) -> np.ndarray:
-        if body.kind == "free":
-            return frame
-        axis = frame[:3, :3] @ body.axis
-        # a planar joint keeps the x and y axes of the URDF
-        main = self._main_child(body) if body.kind != "planar" else None
-        line = None
-        if main is not None:
-            seen = frame @ main.origin
-            line = seen[:3, 3], seen[:3, :3] @ main.axis
-        wanted = joint_frame(frame, axis, line)
-        # a frame that would be too far away stays at the position in the URDF
-        return wanted if not far(settle(wanted), self.size) else joint_frame(frame, axis, None)
-
-    def _fixed(self, frame: np.ndarray) -> tuple:
-        dh, own = place(frame, frame)
-        return (dh, own) if not far(dh, self.size) else place(transform(None, frame[:3, 3]), frame)
-
-    def _mount(self, body: Body, name: str, parent: str, frame: np.ndarray) -> tuple[str, np.ndarray]:
-        mount = self.names.take(f"{name}_mount")
-        dh = settle(side_frame(frame[:3, 3]))
-        note = f"Massless frame: the axis of '{body.joint}' is nearly parallel to the previous one, so their common normal is too far away."
-        self.draft.links.append(DraftLink(mount, parent, "fixed", dh=dh, notes=[note]))
-        return mount, np.linalg.inv(pose_of(dh)) @ frame
-
-    def _main_child(self, body: Body) -> Body | None:
-        """Returns the moving child with the longest chain."""
-        moving = [self.bodies[c] for c in body.children if self.bodies[c].kind != "fixed"]
-        return max(moving, key=lambda child: self.depth[child.name], default=None)
-
-    def _depths(self) -> dict[str, int]:
-        order, waiting = [], [body.name for body in self.bodies.values() if not body.parent]
-        while waiting:
-            order.append(waiting.pop())
-            waiting += self.bodies[order[-1]].children
-        depth: dict[str, int] = {}
-        for name in reversed(order):
-            depth[name] = 1 + max((depth[c] for c in self.bodies[name].children), default=0)
-        return depth

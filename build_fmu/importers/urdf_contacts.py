@@ -35,13 +35,19 @@ class Solid:
     size: list[float]
 
 
-def add_contacts(urdf: Urdf, layout, feet_only: bool) -> None:
-    """Fills the contacts of layout.draft, lifts a floating base to the ground, and reports parameters and omitted shapes."""
-    omitted, draft = Counter(), layout.draft
+def add_urdf_contacts(urdf: Urdf, layout, feet_only: bool) -> None:
+    """Fills the contacts of layout.draft by <collision> shapes."""
+    omitted = Counter()
     solids = [solid for link in urdf.root.findall("link") for solid in _solids(urdf, link, layout, omitted)]
     if not solids:
         found = "".join(f"; {count} {what} are not supported" for what, count in omitted.items())
         raise UserError(f"--contact: '{urdf.path}' has no <collision> of {', '.join(SHAPES)}{found}; write [[contact]] by hand")
+    add_contacts(solids, omitted, layout, feet_only)
+
+
+def add_contacts(solids: list[Solid], omitted: Counter, layout, feet_only: bool) -> None:
+    """Fills the contacts of layout.draft, lifts a floating base to the ground, and reports parameters and omitted shapes."""
+    draft = layout.draft
     poses, still = start_poses(draft.links), fixed_to_ground(draft.links)
     omitted["shapes of links that are fixed to the ground"] += sum(solid.link in still for solid in solids)
     moving = [solid for solid in solids if solid.link not in still]

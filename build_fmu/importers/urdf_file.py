@@ -23,7 +23,7 @@ class Urdf:
         self.path, self.snap, self.near_right = path, snap, 0
         self.like_degrees: list[str] = []
         text = read_text(path)
-        self.root = _parsed(path)
+        self.root = parsed(path)
         if self.root.tag != "robot":
             hint = "; run xacro on it first" if "xacro" in text else ""
             raise UserError(f"{path}: the root element must be <robot>, got <{self.root.tag}>{hint}")
@@ -78,7 +78,7 @@ class Urdf:
         return transform(rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll), self.numbers(element, "xyz", 3, "0 0 0"))
 
 
-def _parsed(path: Path) -> etree._Element:
+def parsed(path: Path) -> etree._Element:
     """Returns the root element; raises UserError with file, line, column."""
     # prefixes without a namespace are common in URDF files, and the only error that is accepted
     parser = etree.XMLParser(recover=True, resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True)

@@ -1,0 +1,281 @@
+"""Reads the bodies, joints, geoms and sites of an MJCF file. A body with several joints becomes a chain of links with one joint each."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+from lxml import etree
+
+from build_fmu.importers.draft import Draft
+from build_fmu.importers.mjcf_file import Mjcf, elements, towards, turn
+from build_fmu.importers.rigid import inverse, matrix_of, transform
+from build_fmu.importers.solids import Body as Mass
+from build_fmu.importers.solids import Solid, body_of, is_open, joined, mujoco_mesh_body
+from build_fmu.importers.tree import Body
+
+WORLD = "world"
+KINDS = {"hinge": "revolute", "slide": "prismatic", "ball": "spherical", "free": "free"}
+EXPAND = ("replicate", "attach", "composite", "flexcomp")
+LENGTHS = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3}
+DENSITY = 1000.0  # kg/m3, the default of MJCF
+
+
+@dataclass
+class Geom:
+    """A geom of a body; `pose` in the frame of the body, `solid` None for planes and height fields."""
+
+    body: str
+    element: etree._Element
+    values: dict[str, str]
+    pose: np.ndarray
+    kind: str
+    solid: Solid | None = None
+    rule: str = ""  # how the inertia of a mesh is computed
+
+
+@dataclass
+class Joint:
+    """A joint of the file; `link` is the key of its body in `Tree.bodies`. Positions count from `ref`."""
+
+    name: str
+    link: str
+    kind: str
+    ref: float = 0.0
+
+
+@dataclass
+class Tree:
+    """What was read. `shift`: pose of the frame of an MJCF body in the frame of its link's source (its last joint's position)."""
+
+    mj: Mjcf
+    draft: Draft
+    bodies: dict[str, Body] = field(default_factory=lambda: {WORLD: Body(WORLD)})
+    shift: dict[str, np.ndarray] = field(default_factory=lambda: {WORLD: np.eye(4)})
+    joints: list[Joint] = field(default_factory=list)
+    geoms: list[Geom] = field(default_factory=list)
+    sites: dict[str, tuple[str, np.ndarray]] = field(default_factory=dict)
+    omitted: Counter = field(default_factory=Counter)
+    unnamed: int = 0
+
+    def read(self) -> None:
+        """Fills the tree."""
+        for element in self.mj.root.findall("worldbody"):
+            self._contents(element, WORLD, element.get("childclass", ""), np.eye(4))
+        self._limit_masses()
+
+    def _contents(self, element: etree._Element, body: str, inherited: str, outer: np.ndarray) -> None:
+        """Reads the children of a body or of a <frame> inside it, whose pose in the body is `outer`."""
+        for child in elements(element):
+            if child.tag == "body":
+                self._body(child, body, child.get("childclass") or inherited, outer)
+            elif child.tag == "frame":
+                self._contents(child, body, child.get("childclass") or inherited, outer @ self.mj.pose(child, child.attrib))
+            elif child.tag == "geom":
+                self._geom(child, body, inherited, outer)
+            elif child.tag == "site":
+                values = self.mj.attributes(child, inherited)
+                self.sites[values.get("name", f"site{len(self.sites)}")] = (body, outer @ self._pose_of_shape(child, values)[0])
+            elif child.tag in EXPAND:
+                raise self.mj.error(child, f"<{child.tag}> is not supported: save the expanded model from MuJoCo and import that file")
+            elif child.tag not in ("joint", "freejoint", "inertial"):
+                self.omitted[f"<{child.tag}>"] += 1
+
+    def _body(self, element: etree._Element, parent: str, inherited: str, outer: np.ndarray) -> None:
+        self.unnamed += "name" not in element.attrib
+        name = element.get("name") or f"body{self.unnamed}"
+        if name in self.bodies:
+            raise self.mj.error(element, f"duplicate body '{name}'")
+        joints = [child for child in elements(element) if child.tag in ("joint", "freejoint")]
+        frame, before = self.shift[parent] @ outer @ self.mj.pose(element, element.attrib), np.zeros(3)
+        last = parent
+        if not joints:
+            self._add(Body(name, element.sourceline, parent=parent, origin=frame))
+        for i, joint in enumerate(joints):
+            link = Body(name if i == len(joints) - 1 else "", element.sourceline, parent=last)
+            at = self._joint(joint, inherited, link, (name, i, len(joints)))
+            self.joints[-1].link = link.name
+            ref = self.joints[-1].ref
+            back = turn(link.axis, -ref) if link.kind == "revolute" else None
+            slide = -ref * link.axis if link.kind == "prismatic" else np.zeros(3)
+            link.origin = frame @ transform(None, at - before) @ transform(back, slide)
+            self._add(link)
+            frame, before, last = np.eye(4), at, link.name
+        self.shift[name] = transform(None, -before)
+        for key in ("mocap", "gravcomp"):
+            if element.get(key, "false") not in ("false", "0"):
+                self.omitted[f"'{key}' of <body>"] += 1
+        first = len(self.geoms)
+        self._contents(element, name, inherited, np.eye(4))
+        self._inertia(element, name, [geom for geom in self.geoms[first:] if geom.body == name])
+
+    def _add(self, body: Body) -> None:
+        self.bodies[body.name] = body
+        self.bodies[body.parent].children.append(body.name)
+
+    def _joint(self, element: etree._Element, inherited: str, link: Body, place: tuple[str, int, int]) -> np.ndarray:
+        """Reads a joint into its link and returns its position in the frame of the MJCF body; `place`: body, index, number of joints."""
+        body, index, count = place
+        mj = self.mj
+        values = dict(element.attrib) if element.tag == "freejoint" else mj.attributes(element, inherited)
+        kind = "free" if element.tag == "freejoint" else values.get("type", "hinge")
+        if kind not in KINDS:
+            raise mj.error(element, f"unknown joint type '{kind}'; known: {', '.join(KINDS)}")
+        name = values.get("name", "") or (body if count == 1 else f"{body}_joint{index + 1}")
+        if any(joint.name == name for joint in self.joints):
+            raise mj.error(element, f"duplicate joint '{name}'")
+        if not link.name:
+            link.name = f"{body}_{name.removeprefix(f'{body}_')}"
+        link.joint, link.kind = name, KINDS[kind]
+        joint = Joint(name, link.name, kind)
+        self.joints.append(joint)
+        if kind == "free":
+            self._whole(values)
+            return np.zeros(3)
+        at = np.array(mj.numbers(element, values, "pos", 3, "0 0 0"))
+        if kind == "ball":
+            self._whole(values)
+            return at
+        axis = np.array(mj.numbers(element, values, "axis", 3, "0 0 1"))
+        length = float(np.linalg.norm(axis))
+        if length < 1e-12:
+            raise mj.error(element, f"joint '{name}': the axis is zero")
+        link.axis = axis / length if abs(length - 1) > 1e-15 else axis
+        scale = mj.angle if kind == "hinge" else float
+        joint.ref = scale(mj.numbers(element, values, "ref", 1, "0")[0])
+        link.q, link.rest = joint.ref, scale(mj.numbers(element, values, "springref", 1, "0")[0])
+        for key, own in (("stiffness", "stiffness"), ("damping", "damping"), ("armature", "armature"), ("frictionloss", "friction")):
+            amounts = mj.numbers(element, values, key, None, "0") or [0.0]
+            if amounts[0] < 0:
+                raise mj.error(element, f"'{key}' of joint '{name}' must be >= 0, got {amounts[0]:g}")
+            setattr(link, own, amounts[0])
+            self.omitted[f"nonlinear {key} of joints"] += any(amounts[1:])
+        if not link.stiffness:
+            link.rest = 0.0
+        low, high = map(scale, mj.numbers(element, values, "range", 2, "0 0"))
+        limited = values.get("limited", "auto")
+        if low < high and (limited == "true" or (limited == "auto" and mj.flag("autolimits", True))):
+            link.limits = (low, high)
+        self._report(values)
+        return at
+
+    def _whole(self, values: dict[str, str]) -> None:
+        """Lists the forces of a free or ball joint, which the model does not have."""
+        for key in ("stiffness", "damping", "armature", "frictionloss"):
+            if any(float(word or 0) for word in values.get(key, "0").split()):
+                self.omitted[f"{key} of ball and free joints"] += 1
+        if values.get("limited") == "true" or (values.get("limited", "auto") == "auto" and "range" in values):
+            self.omitted["limits of ball and free joints"] += 1
+
+    def _report(self, values: dict[str, str]) -> None:
+        for key in ("springdamper", "actuatorfrcrange", "margin"):
+            if any(float(word) for word in values.get(key, "0").split()):
+                self.omitted[f"'{key}' of <joint>"] += 1
+
+    def _pose_of_shape(self, element: etree._Element, values: dict[str, str]) -> tuple[np.ndarray, float | None]:
+        """Returns the pose of a geom or site, and half of its length by `fromto`."""
+        if "fromto" not in values:
+            return self.mj.pose(element, values), None
+        six = np.array(self.mj.numbers(element, values, "fromto", 6))
+        line = six[:3] - six[3:]
+        length = float(np.linalg.norm(line))
+        if length < 1e-12:
+            raise self.mj.error(element, f"'fromto' of <{element.tag}> has no length")
+        return transform(towards(line / length), (six[:3] + six[3:]) / 2), length / 2
+
+    def _geom(self, element: etree._Element, body: str, inherited: str, outer: np.ndarray) -> None:
+        mj = self.mj
+        values = mj.attributes(element, inherited)
+        kind = values.get("type", "mesh" if "mesh" in values and "type" not in values else "sphere")
+        own, half = self._pose_of_shape(element, values)
+        geom = Geom(body, element, values, outer @ own, kind)
+        if kind == "mesh":
+            geom.solid, geom.rule = self._mesh(element, values, geom.pose)
+        elif kind in LENGTHS:
+            size = mj.numbers(element, values, "size", None, "")
+            if half is not None:
+                size = [size[0], half] if kind in ("capsule", "cylinder") else [size[0], size[0], half]
+            if len(size) < LENGTHS[kind] or min(size[: LENGTHS[kind]]) <= 0:
+                raise mj.error(
+                    element, f"'size' of a <geom> of type {kind} must be {LENGTHS[kind]} numbers > 0, got '{values.get('size', '')}'"
+                )
+            whole = [2 * x for x in size[:3]] if kind == "box" else [size[0], 2 * size[1]] if LENGTHS[kind] == 2 else size[: LENGTHS[kind]]
+            geom.solid = Solid(kind, whole, geom.pose)
+        elif kind not in ("plane", "hfield"):
+            self.omitted[f"<geom> of type {kind}"] += 1
+        self.geoms.append(geom)
+
+    def _mesh(self, element: etree._Element, values: dict[str, str], pose: np.ndarray) -> tuple[Solid | None, str]:
+        """Returns the solid of a mesh and the rule of its inertia."""
+        name = values.get("mesh", "")
+        for asset in self.mj.root.findall("asset/mesh"):
+            of_asset = self.mj.attributes(asset)
+            file = of_asset.get("file", "")
+            if name != (of_asset.get("name") or file.replace("\\", "/").rpartition("/")[2].rpartition(".")[0]):
+                continue
+            scale = self.mj.numbers(asset, of_asset, "scale", 3, "1 1 1")
+            moved = {"pos": of_asset.get("refpos", "0 0 0"), "quat": of_asset.get("refquat", "1 0 0 0")}
+            folder = self.mj.compiler.get("meshdir", self.mj.compiler.get("assetdir", ""))
+            path = self.mj.path.resolve().parent / folder / file
+            if not file or not path.is_file():
+                self.omitted[f"<mesh> without a file that exists ('{file or name}')"] += 1
+                return None, ""
+            return Solid("mesh", scale, pose @ inverse(self.mj.pose(asset, moved)), str(path)), of_asset.get("inertia", "legacy")
+        raise self.mj.error(element, f"unknown mesh '{name}'")
+
+    def _inertia(self, element: etree._Element, name: str, geoms: list[Geom]) -> None:
+        """Sets mass, center and inertia of a body by <inertial> or by its geoms."""
+        mj, body, inertial = self.mj, self.bodies[name], element.find("inertial")
+        rule = mj.compiler.get("inertiafromgeom", "auto")
+        if rule == "true" or (rule == "auto" and inertial is None):
+            low, high = (int(x) for x in mj.compiler.get("inertiagrouprange", "0 5").split())
+            counted = [g for g in geoms if g.solid is not None and low <= int(g.values.get("group", "0")) <= high]
+            mass = joined([self._mass(geom) for geom in counted])
+        elif inertial is not None:
+            values = mj.attributes(inertial)
+            if "fullinertia" in values:
+                own = matrix_of(mj.numbers(inertial, values, "fullinertia", 6))
+            else:
+                own = np.diag(mj.numbers(inertial, values, "diaginertia", 3, "0 0 0"))
+            at = mj.pose(inertial, values)
+            mass = Mass(mj.numbers(inertial, values, "mass", 1)[0], np.zeros(3), own).moved(at)
+        else:
+            mass = Mass()
+        mass = mass.moved(self.shift[name])
+        body.mass, body.com, body.inertia = float(mass.mass), mass.com, mass.inertia
+
+    def _mass(self, geom: Geom) -> Mass:
+        mj, values = self.mj, geom.values
+        if values.get("shellinertia") == "true":
+            self.omitted["'shellinertia' of <geom>"] += 1
+        if "mass" in values and mj.numbers(geom.element, values, "mass", 1)[0] == 0:
+            return Mass()
+        if "mass" not in values and mj.numbers(geom.element, values, "density", 1, str(DENSITY))[0] == 0:
+            return Mass()
+        exact = geom.rule == "exact"
+        solid = body_of(geom.solid, None if exact else mujoco_mesh_body)
+        if geom.rule not in ("", "legacy", "exact"):
+            self.omitted[f'inertia="{geom.rule}" of <mesh>, computed as legacy'] += 1
+        if exact and is_open(geom.solid.file):
+            self.draft.doubts.append(f"{mj.place(geom.element)}: the mesh is not closed; its mass is that of its bounding box")
+        if "mass" in values:
+            return solid.scaled(mj.numbers(geom.element, values, "mass", 1)[0] / solid.mass)
+        return solid.scaled(mj.numbers(geom.element, values, "density", 1, str(DENSITY))[0])
+
+    def _limit_masses(self) -> None:
+        """Applies boundmass, boundinertia, balanceinertia and settotalmass of the compiler."""
+        compiler = self.mj.compiler
+        own = [body for name, body in self.bodies.items() if name in self.shift and name != WORLD]
+        least, least_inertia = float(compiler.get("boundmass", 0)), float(compiler.get("boundinertia", 0))
+        for body in own:
+            body.mass = max(body.mass, least)
+            values, axes = np.linalg.eigh(body.inertia)
+            values = np.maximum(values, least_inertia)
+            if self.mj.flag("balanceinertia", False) and 2 * values.max() > values.sum():
+                values = np.full(3, values.mean())
+            if not np.allclose(values, np.linalg.eigvalsh(body.inertia), rtol=1e-12, atol=0):
+                body.inertia = axes @ np.diag(values) @ axes.T
+        total, wanted = sum(body.mass for body in own), float(compiler.get("settotalmass", -1))
+        for body in own if wanted > 0 else ():
+            body.mass, body.inertia = body.mass * wanted / total, body.inertia * wanted / total

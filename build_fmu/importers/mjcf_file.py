@@ -1,0 +1,179 @@
+"""Parses an MJCF file: includes, default classes, compiler settings, checked attributes, orientations. Errors have file and line."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from lxml import etree
+
+from build_fmu.errors import UserError
+from build_fmu.importers.rigid import rotation_x, rotation_y, rotation_z, transform
+from build_fmu.importers.urdf_file import parsed
+
+TURNS = {"x": rotation_x, "y": rotation_y, "z": rotation_z}
+ACTUATORS = ("general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion", "plugin", "dcmotor")
+FILE = "__file__"  # attribute of included elements
+BOOLEANS = {"true": True, "false": False}
+
+
+class Mjcf:
+    """The parsed file. Attributes of an element include those of its default class; angles are in rad."""
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.root = path, parsed(path)
+        if self.root.tag != "mujoco":
+            raise UserError(f"{path}: the root element must be <mujoco>, got <{self.root.tag}>")
+        self._include(self.root, path, {path.resolve()})
+        self.compiler: dict[str, str] = {}
+        for element in self.root.findall("compiler"):
+            self.compiler |= element.attrib
+        self.degrees = self.compiler.get("angle", "degree") != "radian"
+        self.classes: dict[str, dict[str, dict[str, str]]] = {"main": {}}
+        for element in self.root.findall("default"):
+            self._read_class(element, {}, element.get("class", "main"))
+
+    def error(self, element: etree._Element, sentence: str) -> UserError:
+        """Returns an exception with file and line."""
+        return UserError(f"{self.place(element)}: {sentence}")
+
+    def place(self, element: etree._Element) -> str:
+        """Returns `file:line` of an element."""
+        file = next((e.get(FILE) for e in (element, *element.iterancestors()) if e.get(FILE)), self.path)
+        return f"{file}:{element.sourceline}"
+
+    def flag(self, key: str, default: bool) -> bool:
+        """Returns a Boolean setting of the compiler."""
+        return BOOLEANS.get(self.compiler.get(key, ""), default)
+
+    def attributes(self, element: etree._Element, inherited: str = "") -> dict[str, str]:
+        """Returns the attributes of an element, with those of its class or of the `childclass` that it inherits."""
+        name = element.get("class") or inherited or "main"
+        if name not in self.classes:
+            raise self.error(element, f"unknown default class '{name}'")
+        tag = "actuator" if element.tag in ACTUATORS else element.tag
+        return {**self.classes[name].get(tag, {}), **element.attrib}
+
+    def numbers(self, element: etree._Element, values: dict[str, str], key: str, count: int | None, default: str = "") -> list[float]:
+        """Returns the numbers of an attribute; None: any number of them."""
+        words = values.get(key, default).split()
+        try:
+            found = [float(word) for word in words]
+        except ValueError:
+            found = []
+        if (len(found) != count if count is not None else len(found) != len(words)) or not all(map(math.isfinite, found)):
+            raise self.error(
+                element, f"'{key}' of <{element.tag}> must be {count or 'a list of'} numbers, got '{values.get(key, default)}'"
+            )
+        return found
+
+    def angle(self, value: float) -> float:
+        """Returns an angle of the file in rad."""
+        return math.radians(value) if self.degrees else value
+
+    def pose(self, element: etree._Element, values: dict[str, str]) -> np.ndarray:
+        """Returns the transform of position and orientation."""
+        return transform(self.rotation(element, values), self.numbers(element, values, "pos", 3, "0 0 0"))
+
+    def rotation(self, element: etree._Element, values: dict[str, str]) -> np.ndarray:
+        """Returns the orientation by quat, axisangle, euler, xyaxes or zaxis."""
+        if "axisangle" in values:
+            *axis, angle = self.numbers(element, values, "axisangle", 4)
+            return turn(self._unit(element, axis), self.angle(angle))
+        if "euler" in values:
+            sequence, result = self.compiler.get("eulerseq", "xyz"), np.eye(3)
+            for letter, angle in zip(sequence, self.numbers(element, values, "euler", 3), strict=True):
+                one = TURNS[letter.lower()](self.angle(angle))
+                result = result @ one if letter.islower() else one @ result
+            return result
+        if "xyaxes" in values:
+            six = self.numbers(element, values, "xyaxes", 6)
+            x = self._unit(element, six[:3])
+            y = self._unit(element, np.array(six[3:]) - (x @ six[3:]) * x)
+            return np.column_stack([x, y, np.cross(x, y)])
+        if "zaxis" in values:
+            return towards(self._unit(element, self.numbers(element, values, "zaxis", 3)))
+        return of_quaternion(self.numbers(element, values, "quat", 4, "1 0 0 0"))
+
+    def _unit(self, element: etree._Element, vector) -> np.ndarray:
+        length = float(np.linalg.norm(vector))
+        if length < 1e-12:
+            raise self.error(element, f"<{element.tag}> has a direction of length 0")
+        return np.asarray(vector, float) / length
+
+    def _include(self, parent: etree._Element, file: Path, seen: set[Path]) -> None:
+        for element in list(parent.iter("include")):
+            other = file.parent / element.get("file", "")
+            other = other if other.is_file() else self.path.parent / element.get("file", "")
+            if not other.is_file():
+                raise UserError(f"{file}:{element.sourceline}: included file '{element.get('file', '')}' does not exist")
+            if other.resolve() in seen:
+                raise UserError(f"{file}:{element.sourceline}: '{other}' is included twice")
+            inner = parsed(other)
+            self._include(inner, other, {*seen, other.resolve()})
+            above, index = element.getparent(), element.getparent().index(element)
+            above.remove(element)
+            for child in reversed(list(inner)):
+                child.set(FILE, child.get(FILE) or str(other))
+                above.insert(index, child)
+
+    def _read_class(self, element: etree._Element, inherited: dict[str, dict[str, str]], name: str) -> None:
+        own = {tag: dict(values) for tag, values in inherited.items()}
+        for child in element:
+            if child.tag != "default":
+                tag = "actuator" if child.tag in ACTUATORS else child.tag
+                own.setdefault(tag, {}).update({key: value for key, value in child.attrib.items() if key != FILE})
+        self.classes[name] = own
+        for child in element.findall("default"):
+            self._read_class(child, own, child.get("class", ""))
+
+
+def elements(parent: etree._Element) -> Iterator[etree._Element]:
+    """Yields the element children."""
+    yield from (child for child in parent if isinstance(child.tag, str))
+
+
+def turn(axis: np.ndarray, angle: float) -> np.ndarray:
+    """Returns the rotation about a unit axis, exact about a coordinate axis."""
+    for k, one in enumerate((rotation_x, rotation_y, rotation_z)):
+        if abs(abs(axis[k]) - 1) < 1e-15:
+            return one(math.copysign(angle, angle * axis[k]))
+    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    return np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * cross @ cross
+
+
+def towards(z: np.ndarray) -> np.ndarray:
+    """Returns the smallest rotation that takes the z axis to a unit vector."""
+    axis = np.array([-z[1], z[0], 0.0])
+    sine = float(np.linalg.norm(axis))
+    if sine < 1e-12:
+        return np.eye(3) if z[2] > 0 else rotation_x(math.pi)
+    return turn(axis / sine, math.atan2(sine, float(z[2])))
+
+
+def of_quaternion(q: list[float]) -> np.ndarray:
+    """Returns the rotation of w, x, y, z of any length."""
+    w, x, y, z = np.array(q) / np.linalg.norm(q)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def quaternion_of(r: np.ndarray) -> list[float]:
+    """Returns w, x, y, z of a rotation, w >= 0."""
+    four = np.array(
+        [
+            [r[0, 0] + r[1, 1] + r[2, 2], r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]],
+            [0, r[0, 0] - r[1, 1] - r[2, 2], r[0, 1] + r[1, 0], r[0, 2] + r[2, 0]],
+            [0, 0, r[1, 1] - r[0, 0] - r[2, 2], r[1, 2] + r[2, 1]],
+            [0, 0, 0, r[2, 2] - r[0, 0] - r[1, 1]],
+        ]
+    )
+    q = np.linalg.eigh(np.triu(four).T)[1][:, -1]
+    return [float(x) for x in (q if q[0] >= 0 else -q)]

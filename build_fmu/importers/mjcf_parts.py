@@ -1,0 +1,282 @@
+"""Converts what an MJCF file contains besides its bodies: equality constraints, tendons, actuators, keyframes, shapes and contacts."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+from lxml import etree
+
+from build_fmu.errors import UserError, did_you_mean
+from build_fmu.importers.draft import GROUND, DraftLink, DraftTie
+from build_fmu.importers.mjcf_bodies import Tree
+from build_fmu.importers.mjcf_file import elements, of_quaternion, quaternion_of
+from build_fmu.importers.rigid import inverse, position_and_angles, start_poses
+from build_fmu.importers.tree import TreeLayout
+from build_fmu.importers.urdf_contacts import Solid as ContactSolid
+from build_fmu.importers.urdf_contacts import add_contacts
+from build_fmu.importers.urdf_losses import some
+
+DRAWN = ("box", "cylinder", "sphere", "capsule", "mesh")
+TOUCHING = {"sphere": "sphere", "capsule": "capsule", "cylinder": "cylinder", "box": "box"}
+HIDDEN = 3  # group from which on MuJoCo's viewer does not draw geoms
+
+
+class Parts:
+    """The remaining content of the file, added to the draft of a layout."""
+
+    def __init__(self, tree: Tree, layout: TreeLayout) -> None:
+        self.tree, self.layout, self.mj, self.draft = tree, layout, tree.mj, layout.draft
+        self.links = {link.name: link for link in self.draft.links}
+        self.joints = {joint.name: joint for joint in tree.joints}
+
+    def link_of(self, joint: str) -> DraftLink:
+        """Returns the link of a joint of the file."""
+        return self.links[self.layout.called[self.joints[joint].link]]
+
+    def frame_of(self, element: etree._Element, body: str) -> tuple[str, np.ndarray]:
+        """Returns the link of a body and the pose of the body's frame in it."""
+        if body not in self.tree.shift:
+            raise self.mj.error(element, f"unknown body '{body}'{did_you_mean(body, self.tree.shift)}")
+        return self.layout.called[body], self.layout.own[body] @ self.tree.shift[body]
+
+    def add_equalities(self) -> None:
+        """Converts connect and weld to loops and linear joint constraints to couplings, in the configuration of qpos0."""
+        poses = start_poses(self.draft.links)
+        made = 0
+        for element in (child for section in self.mj.root.findall("equality") for child in elements(section)):
+            values = self.mj.attributes(element)
+            if values.get("active", "true") == "false":
+                self.tree.omitted["inactive equality constraints"] += 1
+            elif element.tag == "joint":
+                made += self._joint_equality(element, values)
+            elif element.tag in ("connect", "weld"):
+                self._loop(element, values, poses)
+                made += 1
+            else:
+                self.tree.omitted[f"<{element.tag}> in <equality>"] += 1
+        if made:
+            self.draft.doubts.append("equality constraints are rigid here; MuJoCo's are soft (solref, solimp)")
+
+    def _loop(self, element: etree._Element, values: dict[str, str], poses: dict[str, np.ndarray]) -> None:
+        ends = []
+        if "site1" in values:
+            for key in ("site1", "site2"):
+                if values.get(key) not in self.tree.sites:
+                    raise self.mj.error(element, f"unknown site '{values.get(key, '')}'")
+                body, pose = self.tree.sites[values[key]]
+                link, frame = self.frame_of(element, body)
+                ends.append((link, frame @ pose))
+        else:
+            (link_a, a), (link_b, b) = (self.frame_of(element, values.get(key, "world")) for key in ("body1", "body2"))
+            given = self.mj.numbers(element, values, "relpose", 7, "0 0 0 0 0 0 0")
+            if element.tag == "connect":
+                a = a @ _moved(self.mj.numbers(element, values, "anchor", 3))
+            if element.tag == "weld" and any(given[3:]):
+                a = a @ _moved(given[:3], of_quaternion(given[3:]))
+            else:
+                # the other end is where the first one is at qpos0
+                b = inverse(poses[link_b]) @ poses[link_a] @ a
+            ends = [(link_a, a), (link_b, b)]
+        name = self.layout.names.take(values.get("name", "") or f"{element.tag}_{ends[0][0]}_{ends[1][0]}")
+        fields: dict[str, object] = {"type": "spherical" if element.tag == "connect" else "fixed"}
+        for side, (link, pose) in zip("ab", ends, strict=True):
+            fields |= {f"link_{side}": link, f"point_{side}": [float(x) for x in pose[:3, 3]]}
+            if element.tag == "weld":
+                fields |= {f"axis_{side}": [float(x) for x in pose[:3, 2]], f"x_{side}": [float(x) for x in pose[:3, 0]]}
+        self.draft.loops.append(DraftTie(name, fields))
+
+    def _joint_equality(self, element: etree._Element, values: dict[str, str]) -> int:
+        names = [values[key] for key in ("joint1", "joint2") if key in values]
+        for name in names:
+            if name not in self.joints:
+                raise self.mj.error(element, f"unknown joint '{name}'{did_you_mean(name, self.joints)}")
+        factors = (self.mj.numbers(element, values, "polycoef", None, "0 1 0 0 0") + [0.0] * 5)[:5]
+        if any(self.joints[name].kind not in ("hinge", "slide") for name in names) or (len(names) == 2 and any(factors[2:])):
+            self.tree.omitted["nonlinear <joint> in <equality>"] += 1
+            return 0
+        first, ref = self.link_of(names[0]), self.joints[names[0]].ref
+        if len(names) == 1 or not factors[1]:
+            first.drive, first.q = "locked", ref + factors[0]
+            return 1
+        other = self.joints[names[1]]
+        offset = factors[0] + ref - factors[1] * other.ref
+        fields = {"joints": [first.joint_name, self.link_of(names[1]).joint_name], "ratios": [1.0, -factors[1]], "offset": offset}
+        name = self.layout.names.take(values.get("name", "") or f"{first.joint_name}_equality")
+        self.draft.couplings.append(DraftTie(name, {key: value for key, value in fields.items() if value}))
+        first.drive, first.q = "free", ref + factors[0]
+        return 1
+
+    def add_tendons(self) -> None:
+        """Converts springs and dampers of fixed tendons to elastic couplings."""
+        for element in (child for section in self.mj.root.findall("tendon") for child in elements(section)):
+            values = self.mj.attributes(element)
+            stiffness, damping = (self.mj.numbers(element, values, key, None, "0")[0] for key in ("stiffness", "damping"))
+            if element.tag != "fixed":
+                self.tree.omitted[f"<{element.tag}> tendons"] += 1
+                continue
+            for key in ("limited", "frictionloss", "armature"):
+                if values.get(key, "0") not in ("0", "false", "auto") or (key == "limited" and "range" in values):
+                    self.tree.omitted[f"'{key}' of tendons"] += 1
+            if not stiffness:
+                self.tree.omitted["damping of tendons without stiffness"] += bool(damping)
+                continue
+            parts = [(child.get("joint", ""), self.mj.numbers(child, child.attrib, "coef", 1)[0]) for child in elements(element)]
+            wrong = [name for name, _ in parts if name not in self.joints or self.joints[name].kind not in ("hinge", "slide")]
+            if wrong or len(parts) < 2:
+                self.tree.omitted["springs of tendons over one joint, or over others than hinge and slide joints"] += 1
+                continue
+            rest = self.mj.numbers(element, values, "springlength", None, "-1")
+            at_start = sum(factor * self.joints[name].ref for name, factor in parts)
+            low, high = (at_start, at_start) if rest[0] < 0 else (rest[0], rest[-1])
+            fields = {"joints": [self.link_of(name).joint_name for name, _ in parts], "ratios": [factor for _, factor in parts]}
+            fields |= {"offset": (low + high) / 2, "stiffness": stiffness, "damping": damping, "backlash": high - low}
+            name = self.layout.names.take(values.get("name", "") or "tendon")
+            self.draft.couplings.append(DraftTie(name, {key: value for key, value in fields.items() if value}))
+
+    def add_actuators(self, limits: bool) -> None:
+        """Gives the joints with an actuator a torque input and the others none, and lists what the actuators do besides."""
+        found = [child for section in self.mj.root.findall("actuator") for child in elements(section)]
+        if not found:
+            self.draft.doubts.append("the file has no actuators: each hinge and slide joint has a torque input")
+            return
+        driven, bounds, servos, geared, bounded = [], {}, [], [], []
+        for element in found:
+            values = self.mj.attributes(element)
+            joint = values.get("joint") or values.get("jointinparent") or ""
+            if joint not in self.joints or self.joints[joint].kind not in ("hinge", "slide"):
+                where = next((key for key in ("tendon", "site", "body", "cranksite", "joint") if key in values), "nothing")
+                self.tree.omitted[f"<{element.tag}> on a {where}{' that is a ball or free one' if joint in self.joints else ''}"] += 1
+                continue
+            driven.append(joint)
+            gear = (self.mj.numbers(element, values, "gear", None, "1") or [1.0])[0]
+            if element.tag != "motor":
+                servos.append(f"{joint} (<{element.tag}>)")
+            elif gear != 1:
+                geared.append(f"{joint} ({gear:g})")
+            most = self._most(element, values, gear)
+            if most:
+                bounds[joint] = bounds.get(joint, 0.0) + most
+        own = {self.layout.called[self.joints[name].link] for name in driven}
+        for link in self.draft.links:
+            if link.joint != "fixed" and link.name not in own and link.drive == "torque":
+                link.drive = "free"
+        for joint, most in bounds.items():
+            bounded.append(joint)
+            if limits and self.link_of(joint).drive == "torque":
+                self.draft.actuators.append(DraftTie("", {"joint": self.link_of(joint).joint_name, "torque_limit": most}))
+        if bounded and not limits:
+            self.draft.lost.append(f"the ranges of the actuators of {some(bounded)}: --limits converts them to torque limits")
+        if geared:
+            self.draft.doubts.append(
+                f"inputs are torques or forces on the joint, gear times control: the gears of {some(geared)} are omitted"
+            )
+        if servos:
+            self.draft.lost.append(f"the laws of the actuators of {some(servos)}: the input is the torque on the joint; add a [controller]")
+
+    def _most(self, element: etree._Element, values: dict[str, str], gear: float) -> float:
+        """Returns the largest torque on the joint; 0: not limited."""
+        found = []
+        for key, flag, usable in (("ctrlrange", "ctrllimited", element.tag == "motor"), ("forcerange", "forcelimited", True)):
+            low, high = self.mj.numbers(element, values, key, 2, "0 0")
+            limited = values.get(flag, "auto")
+            if usable and low < high and (limited == "true" or (limited == "auto" and self.mj.flag("autolimits", True))):
+                found.append(abs(gear) * max(abs(low), abs(high)))
+        return min(found, default=0.0)
+
+    def add_shapes(self) -> None:
+        """Converts visible geoms to shapes."""
+        materials = {m.get("name"): self.mj.attributes(m).get("rgba") for m in self.mj.root.findall("asset/material")}
+        hidden = 0
+        for geom in self.tree.geoms:
+            if int(geom.values.get("group", "0")) >= HIDDEN:
+                hidden += 1
+                continue
+            if geom.solid is None or geom.kind not in DRAWN:
+                self.tree.omitted[f"drawing of <geom> of type {geom.kind}"] += geom.kind not in ("plane", "mesh")
+                continue
+            link, frame = self.frame_of(geom.element, geom.body)
+            position, angles = position_and_angles(frame @ geom.solid.pose)
+            fields: dict[str, object] = {"link": link, "kind": geom.kind}
+            if geom.kind == "mesh":
+                fields |= {"file": geom.solid.file} | ({"size": list(geom.solid.size)} if list(geom.solid.size) != [1, 1, 1] else {})
+            else:
+                fields["size"] = list(geom.solid.size)
+            fields |= {key: value for key, value in (("position", position), ("rpy", angles)) if any(value)}
+            colour = geom.values.get("rgba") or materials.get(geom.values.get("material", ""))
+            if colour:
+                rgba = [min(max(float(x), 0.0), 1.0) for x in colour.split()]
+                fields["color"] = rgba[:3] if rgba[3:] in ([], [1.0]) else rgba
+            self.draft.shapes.append(DraftTie("", fields))
+        if hidden:
+            self.draft.lost.append(f"drawing of {hidden} <geom> of group {HIDDEN} or higher, which are collision shapes")
+
+    def add_contacts(self, feet_only: bool) -> None:
+        """Converts geoms to contacts with the ground plane z = 0."""
+        omitted, solids = Counter(), []
+        for geom in self.tree.geoms:
+            if int(geom.values.get("contype", 1)) == 0 and int(geom.values.get("conaffinity", 1)) == 0:
+                continue
+            link, frame = self.frame_of(geom.element, geom.body)
+            if geom.kind == "plane":
+                if link != GROUND or abs(geom.pose[2, 3]) > 1e-9 or geom.pose[2, 2] < 1 - 1e-9:
+                    self.draft.lost.append(f"{self.mj.place(geom.element)}: contact with a plane other than z = 0")
+            elif geom.kind in TOUCHING:
+                solids.append(ContactSolid(geom.kind, link, frame @ geom.solid.pose, list(geom.solid.size)))
+            else:
+                omitted[f"<geom> of type {geom.kind}"] += 1
+        if not solids:
+            raise UserError(f"--contact: '{self.mj.path}' has no <geom> of {', '.join(TOUCHING)} that collides; write [[contact]] by hand")
+        add_contacts(solids, omitted, self.layout, feet_only)
+
+    def add_keyframe(self, wanted: str | None) -> None:
+        """Sets the start state of a keyframe; without a wanted one, lists those of the file."""
+        keys = {k.get("name") or f"{i}": k for i, k in enumerate(self.mj.root.findall("keyframe/key"))}
+        if wanted is None:
+            if keys:
+                self.draft.doubts.append(f"the start configuration is qpos0; --keyframe selects one of: {some(list(keys))}")
+            return
+        if wanted not in keys:
+            raise UserError(f"--keyframe: unknown keyframe '{wanted}'{did_you_mean(wanted, keys) or f'; available: {some(list(keys))}'}")
+        key = keys[wanted]
+        sizes = {"free": (7, 6), "ball": (4, 3)}
+        counts = [sizes.get(joint.kind, (1, 1)) for joint in self.tree.joints]
+        qpos = self.mj.numbers(key, key.attrib, "qpos", sum(n for n, _ in counts)) if "qpos" in key.attrib else None
+        qvel = self.mj.numbers(key, key.attrib, "qvel", sum(n for _, n in counts)) if "qvel" in key.attrib else None
+        poses, at, rate = start_poses(self.draft.links), 0, 0
+        for joint, (n, m) in zip(self.tree.joints, counts, strict=True):
+            link = self.link_of(joint.name)
+            if qpos is not None:
+                link.q = self._position(joint.kind, qpos[at : at + n], poses[link.name])
+            if qvel is not None:
+                link.qd = self._velocity(joint.kind, qvel[rate : rate + m], poses[link.name])
+            at, rate = at + n, rate + m
+
+    @staticmethod
+    def _position(kind: str, values: list[float], pose: np.ndarray) -> float | list[float]:
+        if kind != "free":
+            return values[0] if len(values) == 1 else [float(x) for x in np.array(values) / np.linalg.norm(values)]
+        turn = pose[:3, :3].T
+        return [*map(float, turn @ (values[:3] - pose[:3, 3])), *quaternion_of(turn @ of_quaternion(values[3:]))]
+
+    @staticmethod
+    def _velocity(kind: str, values: list[float], pose: np.ndarray) -> float | list[float]:
+        if kind != "free":
+            return values[0] if len(values) == 1 else list(values)
+        return [*map(float, pose[:3, :3].T @ values[:3]), *values[3:]]
+
+    def add_frames(self) -> None:
+        """Converts sites to frames."""
+        for name, (body, pose) in self.tree.sites.items():
+            link, frame = self.layout.called[body], self.layout.own[body] @ self.tree.shift[body] @ pose
+            if link != GROUND:
+                position, angles = position_and_angles(frame)
+                self.draft.frames.append(DraftTie(self.layout.names.take(name), {"link": link, "position": position, "rpy": angles}))
+
+
+def _moved(position: list[float], turn: np.ndarray | None = None) -> np.ndarray:
+    pose = np.eye(4)
+    pose[:3, 3] = position
+    if turn is not None:
+        pose[:3, :3] = turn
+    return pose

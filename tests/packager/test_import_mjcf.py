@@ -1,0 +1,215 @@
+"""Conversion of MJCF files: chains of joints, classes, includes, constraints, actuators, keyframes, contacts, losses, errors."""
+
+import math
+
+import numpy as np
+import pytest
+
+from build_fmu.errors import UserError
+from build_fmu.importers import mjcf
+from build_fmu.importers.mjcf_file import of_quaternion, quaternion_of, towards, turn
+from build_fmu.importers.rigid import inverse, start_poses
+from tests.command_line import command
+from tests.packager.import_options import import_options
+
+BAR = """<mujoco model="bar test"><option timestep="0.005"/>
+<worldbody><geom name="floor" type="plane" size="1 1 1"/>
+<body name="crank" pos="0 0 1"><joint name="c" axis="0 1 0" range="-90 90"/><geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.02"/>
+  <body name="rod" pos="0.3 0 0"><joint name="r" axis="0 1 0" ref="20" range="-1 170"/><geom type="capsule" fromto="0 0 0 0.5 0 0" size="0.02"/>
+    <site name="end" pos="0.5 0 0"/></body></body>
+<body name="rocker" pos="0.9 0 1"><joint name="o" axis="0 1 0"/><geom name="tip" type="sphere" size="0.05" rgba="1 0 0 0.5"/><site name="grip" pos="-0.1 0 0"/></body>
+</worldbody>EXTRA</mujoco>"""
+
+
+def imported(tmp_path, text, **options):
+    path = tmp_path / "robot.xml"
+    path.write_text(text)
+    return mjcf.read(path, import_options(**options))
+
+
+def link(draft, joint):
+    return next(one for one in draft.links if joint in (one.joint_name, one.name))
+
+
+def test_a_body_with_several_joints_is_a_chain(tmp_path):
+    draft = imported(
+        tmp_path,
+        '<mujoco><worldbody><body name="b"><joint name="x" type="slide" axis="1 0 0"/><joint name="y" type="slide" axis="0 1 0"/>'
+        '<joint axis="0 0 1"/><geom size="0.1"/></body></worldbody></mujoco>',
+    )
+    assert [(one.name, one.parent, one.joint, one.joint_name) for one in draft.links] == [
+        ("b_x", "ground", "prismatic", "x"),
+        ("b_y", "b_x", "prismatic", "y"),
+        ("b", "b_y", "revolute", "b_joint3"),
+    ]
+    assert [one.mass for one in draft.links] == [0, 0, pytest.approx(1000 * 4 / 3 * math.pi * 1e-3)]
+
+
+def test_ranges_refs_and_settings(tmp_path):
+    draft = imported(tmp_path, BAR.replace("EXTRA", ""), stops=100.0)
+    assert draft.name == "bar_test" and draft.fmu == {"step_size": 0.005}
+    crank, rod = link(draft, "c"), link(draft, "r")
+    np.testing.assert_allclose([crank.lower, crank.upper, rod.q], np.radians([-90, 90, 20]))
+    assert (crank.q, crank.drive) == (0, "torque")
+    assert any("no actuators: each hinge and slide joint has a torque input" in line for line in draft.doubts)
+    assert any("contact of 3 <geom>" in line for line in draft.lost)
+    assert [one.fields["kind"] for one in draft.shapes] == ["capsule", "capsule", "sphere"]
+    assert draft.shapes[-1].fields["color"] == [1, 0, 0, 0.5]
+
+
+@pytest.mark.parametrize(
+    ("equality", "kind"),
+    [
+        ('<connect name="pin" body1="rod" body2="rocker" anchor="0.5 0 0.1"/>', "spherical"),
+        ('<weld name="pin" body1="rod" body2="rocker"/>', "fixed"),
+    ],
+)
+def test_loops_hold_in_the_configuration_of_qpos0(tmp_path, equality, kind):
+    draft = imported(tmp_path, BAR.replace("EXTRA", f"<equality>{equality}</equality>"))
+    (loop,) = draft.loops
+    poses = start_poses(draft.links)
+    a, b = (poses[loop.fields[f"link_{side}"]] @ [*loop.fields[f"point_{side}"], 1] for side in "ab")
+    assert (loop.name, loop.fields["type"]) == ("pin", kind)
+    np.testing.assert_allclose(a, b, atol=1e-12)
+    # the closed form: qpos0 is the configuration of the file
+    np.testing.assert_allclose(a[:3], [0.3, 0, 1] if kind == "fixed" else [0.8, 0, 1.1], atol=1e-12)
+    assert any("equality constraints are rigid here" in line for line in draft.doubts)
+
+
+def test_a_weld_with_a_pose_and_a_connection_of_sites(tmp_path):
+    text = '<equality><weld body1="rod" body2="rocker" relpose="0.1 0.2 0.3 0 1 0 0"/><connect site1="end" site2="grip"/></equality>'
+    draft = imported(tmp_path, BAR.replace("EXTRA", text))
+    weld, pin = draft.loops
+    poses = start_poses(draft.links)
+    np.testing.assert_allclose((poses["rod"] @ [*weld.fields["point_a"], 1])[:3], [0.4, 0.2, 1.3], atol=1e-12)
+    np.testing.assert_allclose(poses["rod"][:3, :3] @ weld.fields["axis_a"], [0, 0, -1], atol=1e-12)
+    np.testing.assert_allclose((poses["rocker"] @ [*pin.fields["point_b"], 1])[:3], [0.8, 0, 1], atol=1e-12)
+    np.testing.assert_allclose((poses["rod"] @ [*pin.fields["point_a"], 1])[:3], [0.8, 0, 1], atol=1e-12)
+
+
+def test_a_linear_joint_constraint_is_a_coupling(tmp_path):
+    # r - ref = 0.1 + 2 c, in rad
+    text = '<equality><joint name="g" joint1="r" joint2="c" polycoef="0.1 2 0 0 0"/><joint joint1="o" polycoef="0.3 0 0 0 0"/></equality>'
+    draft = imported(tmp_path, BAR.replace("EXTRA", text))
+    (coupling,) = draft.couplings
+    assert (coupling.name, coupling.fields["joints"], coupling.fields["ratios"]) == ("g", ["r", "c"], [1, -2])
+    assert coupling.fields["offset"] == pytest.approx(0.1 + math.radians(20))
+    assert link(draft, "r").drive == "free" and (link(draft, "o").drive, link(draft, "o").q) == ("locked", 0.3)
+
+
+def test_tendon_springs_are_elastic_couplings(tmp_path):
+    text = """<tendon><fixed name="t" stiffness="5" damping="0.2" springlength="0.1 0.5"><joint joint="c" coef="2"/><joint joint="r" coef="-1"/></fixed>
+      <spatial><site site="end"/></spatial></tendon>"""
+    draft = imported(tmp_path, BAR.replace("EXTRA", text))
+    (tendon,) = draft.couplings
+    expected = {"joints": ["c", "r"], "ratios": [2, -1], "offset": 0.3, "stiffness": 5, "damping": 0.2, "backlash": 0.4}
+    assert tendon.fields == expected
+    assert "1 x <spatial> tendons" in draft.lost
+
+
+def test_actuators_decide_which_joints_have_inputs(tmp_path):
+    text = """<default><motor ctrlrange="-2 1"/></default><actuator><motor joint="c" gear="50"/><position joint="r" kp="7"/><motor site="end"/></actuator>"""
+    draft = imported(tmp_path, BAR.replace("EXTRA", text), limits=True)
+    assert [link(draft, name).drive for name in "cro"] == ["torque", "torque", "free"]
+    assert [one.fields for one in draft.actuators] == [{"joint": "c", "torque_limit": 100.0}]
+    lost = " | ".join(draft.lost)
+    assert "the laws of the actuators of r (<position>)" in lost and "1 x <motor> on a site" in lost
+    assert "the ranges of the actuators of c: --limits" in " | ".join(imported(tmp_path, BAR.replace("EXTRA", text)).lost)
+
+
+def test_a_keyframe_is_a_start_state(tmp_path):
+    text = """<mujoco><worldbody><body name="t" pos="0 0 1" euler="0 0 90"><freejoint name="base"/><geom size="0.1"/>
+      <body name="a"><joint name="h" range="-5 5"/><geom size="0.1" pos="1 0 0"/></body></body></worldbody>
+      <keyframe><key name="home" qpos="3 4 6 1 0 0 0 0.05" qvel="1 2 3 4 5 6 7"/></keyframe></mujoco>"""
+    draft = imported(tmp_path, text, keyframe="home")
+    base = link(draft, "base")
+    # in axes that are turned by 90 degrees about z, from (0, 0, 1)
+    np.testing.assert_allclose(base.q, [4, -3, 5, math.sqrt(0.5), 0, 0, -math.sqrt(0.5)], atol=1e-12)
+    np.testing.assert_allclose(base.qd, [2, -1, 3, 4, 5, 6], atol=1e-12)
+    assert link(draft, "h").q == 0.05 and link(draft, "h").qd == 7
+    assert "--keyframe selects one of: home" in " | ".join(imported(tmp_path, text).doubts)
+    with pytest.raises(UserError, match="unknown keyframe 'hom'; did you mean 'home'"):
+        imported(tmp_path, text, keyframe="hom")
+
+
+def test_geoms_become_contacts(tmp_path):
+    draft = imported(tmp_path, BAR.replace("EXTRA", ""), contact="all")
+    assert [one.fields["shape_a"] for one in draft.contacts] == ["capsule", "capsule", "sphere"]
+    assert draft.contacts[2].fields["radius_a"] == 0.05
+    with pytest.raises(UserError, match="has no <geom> of sphere, capsule, cylinder, box that collides"):
+        imported(tmp_path, BAR.replace("EXTRA", "").replace("<geom", '<geom contype="0" conaffinity="0"'), contact="all")
+
+
+def test_includes_and_nested_classes(tmp_path):
+    (tmp_path / "arm.xml").write_text(
+        '<mujocoinclude><body name="a"><joint class="soft" name="j"/><geom size="0.1"/></body></mujocoinclude>'
+    )
+    text = """<mujoco><default><joint damping="1" armature="2"/><default class="stiff"><joint damping="3"/><default class="soft"><joint stiffness="4"/>
+      </default></default></default><worldbody><include file="arm.xml"/></worldbody></mujoco>"""
+    (one,) = imported(tmp_path, text).links
+    assert (one.damping, one.armature, one.stiffness) == (3, 2, 4)
+    (tmp_path / "arm.xml").write_text('<mujocoinclude><body name="a">\n<joint axis="0 0 0"/></body></mujocoinclude>')
+    with pytest.raises(UserError, match=r"arm\.xml:2: joint 'a': the axis is zero"):
+        imported(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ('range="-90 90"', 'rnge="-90 90"', "1 x 'rnge' of <joint>, first in "),
+        ("EXTRA", "<sensor><gyro/><gyro/></sensor>", "<sensor>: 2 x <gyro>"),
+        ("EXTRA", "<sensors/>", "unknown <sensors>; did you mean 'sensor'?"),
+        ('timestep="0.005"', 'viscosity="1"', "'viscosity' of <option>: forces of a medium"),
+        ('<joint name="o"', '<camera/><joint name="o" type="ball" stiffness="3"', "1 x stiffness of ball and free joints"),
+        ('<joint name="o"', '<camera/><joint name="o"', "1 x <camera>"),
+        ('name="rocker"', 'name="rocker" gravcomp="1"', "1 x 'gravcomp' of <body>"),
+        ("EXTRA", '<equality><joint joint1="c" joint2="r" polycoef="0 1 2 0 0"/></equality>', "1 x nonlinear <joint> in <equality>"),
+        ("EXTRA", '<equality><connect active="false" body1="rod" anchor="0 0 0"/></equality>', "1 x inactive equality constraints"),
+        ('axis="0 1 0" range', 'axis="0 1 0" springdamper="1 1" range', "1 x 'springdamper' of <joint>"),
+    ],
+)
+def test_losses_are_listed(tmp_path, old, new, sentence):
+    assert old in BAR
+    assert sentence in " | ".join(imported(tmp_path, BAR.replace(old, new, 1).replace("EXTRA", "")).lost)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ('<body name="rocker"', '<replicate/><body name="rocker"', "<replicate> is not supported: save the expanded model"),
+        ('name="rocker"', 'name="rod"', r"robot\.xml:6: duplicate body 'rod'"),
+        ('size="0.05"', 'size="0"', "'size' of a <geom> of type sphere must be 1 number"),
+        ('axis="0 1 0" range', 'axis="0 1" range', "'axis' of <joint> must be 3 numbers, got '0 1'"),
+        ('name="c"', 'name="c" class="x"', "unknown default class 'x'"),
+        ('name="c"', 'name="c" type="hing"', "unknown joint type 'hing'"),
+        ("EXTRA", '<equality><connect body1="rocke" anchor="0 0 0"/></equality>', "unknown body 'rocke'; did you mean 'rocker'"),
+        ("EXTRA", '<include file="no.xml"/>', "included file 'no.xml' does not exist"),
+    ],
+)
+def test_errors_have_file_and_line(tmp_path, old, new, sentence):
+    with pytest.raises(UserError, match=sentence):
+        imported(tmp_path, BAR.replace(old, new, 1).replace("EXTRA", ""))
+
+
+def test_rotations():
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        q = rng.normal(size=4)
+        r = of_quaternion(list(q))
+        back = np.array(quaternion_of(r))
+        np.testing.assert_allclose(back, math.copysign(1, q[0]) * q / np.linalg.norm(q), atol=1e-12)
+        axis, angle = q[1:] / np.linalg.norm(q[1:]), rng.normal()
+        np.testing.assert_allclose(turn(axis, angle), of_quaternion([math.cos(angle / 2), *(math.sin(angle / 2) * axis)]), atol=1e-14)
+        np.testing.assert_allclose(towards(axis) @ [0, 0, 1], axis, atol=1e-14)
+        np.testing.assert_allclose(inverse(start_poses([])["ground"]), np.eye(4))
+
+
+def test_the_command_line_knows_both_kinds_of_xml(built_library, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bar.xml").write_text("<?xml version='1.0'?><!-- <robot> -->\n" + BAR.replace("EXTRA", ""))
+    done = command("import", "bar.xml", "--pose", "c=0.3")
+    assert done.returncode == 0, done.stderr
+    assert "q = 0.3" in (tmp_path / "bar.toml").read_text()
+    assert command("simulate", "bar.toml", "--stop", "0.01").returncode == 0
+    done = command("import", "bar.xml", "--floating", "--force")
+    assert "--floating has no effect on 'bar.xml': it applies to URDF files" in done.stderr
