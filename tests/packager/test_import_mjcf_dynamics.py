@@ -17,6 +17,13 @@ from tests.packager.import_options import import_options
 mujoco = pytest.importorskip("mujoco")
 pytestmark = pytest.mark.usefixtures("built_library")
 
+
+@pytest.fixture(autouse=True)
+def own_folder(tmp_path, monkeypatch):
+    """MuJoCo writes its warnings to a file in the current folder."""
+    monkeypatch.chdir(tmp_path)
+
+
 GEOMS = """<mujoco model="geoms"><option gravity="0.5 1 -9"/>
 <worldbody><geom type="plane" size="1 1 1"/><body name="a" pos="0.1 0.2 0.3" euler="20 30 40">
   <joint name="j1" axis="1 2 3" pos="0.1 -0.05 0.2" damping="0.7" armature="0.02"/>
