@@ -77,6 +77,7 @@ class EnvelopeCholesky {
   const std::vector<Scalar>& along() const { return reordered_now_ ? reordered_[0].along_ : along_; }
 
  private:
+  [[gnu::noinline, gnu::cold]] bool is_lost(const Scalar* J, const Scalar* bound, int columns, int i, int k);
   template <class Operation>
   [[gnu::noinline, gnu::cold]] void in_new_order(const Scalar* b, Scalar* x, Operation operation);
   void forward(const std::vector<Scalar>& L, Scalar* x) const;
@@ -185,6 +186,15 @@ Scalar row_length(const Scalar* row, int columns) {
   return sqrt(sum);
 }
 
+// Whether an entry exceeds this fraction of its bound.
+template <class Scalar>
+bool exceeds(const Scalar* row, const Scalar* bound, int columns, double fraction) {
+  using std::abs;
+  for (int k = 0; k < columns; ++k)
+    if (abs(row[k]) > fraction * bound[k]) return true;
+  return false;
+}
+
 template <class Scalar>
 void scale_row(Scalar* row, int columns, const Scalar& factor) {
   for (int k = 0; k < columns; ++k) row[k] *= factor;
@@ -216,6 +226,19 @@ Scalar largest_product_of(const Scalar* own, const Scalar* J, const Scalar* boun
   return sum;
 }
 
+// Whether entry k of the orthogonalized row i may be rounding of the largest components that the row could
+// have.
+template <class Scalar>
+bool EnvelopeCholesky<Scalar>::is_lost(const Scalar* J, const Scalar* bound, int columns, int i, int k) {
+  using std::abs;
+  const std::ptrdiff_t begin = static_cast<std::ptrdiff_t>(i) * columns;
+  std::vector<Scalar>& possible = left_;
+  for (int j = first_[i]; j < i; ++j) possible[j] = largest_product_of(bound + begin, J, bound, columns, j);
+  const Scalar size = add_rows(bound[begin + k], possible, first_[i], i, skipped_,
+                               [&](int j) { return largest_of(J, bound, columns, j, k); });
+  return !(abs(J[begin + k]) > lost * size);
+}
+
 template <class Scalar>
 bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int columns, double sine_tolerance) {
   using std::abs;
@@ -230,27 +253,25 @@ bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
     // normalizes the row: its entries are at most one
     scale_row(row, columns, Scalar(1) / whole);
     scale_row(own, columns, Scalar(1) / whole);
-    std::vector<Scalar>&part_of = work_, &possible = left_;
+    // its parts along other rows are then as inaccurate as the row
+    if (!exceeds(row, own, columns, sine_tolerance)) {
+      any_unexplained = any_unexplained || exceeds(row, own, columns, unexplained);
+      continue;
+    }
+    std::vector<Scalar>& part_of = work_;
     for (int j = first_[i]; j < i; ++j) part_of[j] = Scalar(0);
     orthogonalize(J, columns, i, first_[i], skipped_,
                   [&](int j, const Scalar& part) { part_of[j] += abs(part); });
+    // bounds that contributed to an entry with the components of the row
     const auto contributed = [&](int k) {
       const auto of_row = [&](int j) { return bound[static_cast<std::ptrdiff_t>(j) * columns + k]; };
       return add_rows(own[k], part_of, first_[i], i, skipped_, of_row);
     };
-    bool possible_is_known = false, is_rounding = true;
+    bool is_rounding = true;
     for (int k = 0; k < columns && skipped_[i]; ++k) {
-      // bounds that contributed to this entry: with the actual components, and with the largest possible ones
-      // for components that are rounding errors themselves
       const Scalar length = contributed(k);
       is_rounding = is_rounding && !(abs(row[k]) > unexplained * length);
-      if (!(abs(row[k]) > sine_tolerance * length)) continue;
-      for (int j = first_[i]; j < i && !possible_is_known; ++j)
-        possible[j] = largest_product_of(own, J, bound, columns, j);
-      possible_is_known = true;
-      const Scalar rounded = add_rows(own[k], possible, first_[i], i, skipped_,
-                                      [&](int j) { return largest_of(J, bound, columns, j, k); });
-      skipped_[i] = !(abs(row[k]) > lost * rounded);
+      if (abs(row[k]) > sine_tolerance * length) skipped_[i] = is_lost(J, bound, columns, i, k);
     }
     any_unexplained = any_unexplained || (skipped_[i] && !is_rounding);
     if (skipped_[i]) continue;

@@ -138,7 +138,8 @@ def forces(scene, contact: dict):
                 moment = moment - f * get("rolling") * n.tanh(4 * turning / unit) * rolling / turning
             # depths are differences of positions, slips those of velocities
             speed = n.norm(ball_side.velocity(place)) + n.norm(surface.velocity(place))
-            lost = get("stiffness") * n.norm(place) + f * 4 * high * speed / get("friction_velocity", 1e-3)
+            way = n.norm(place) + scene.way(ball_side.link, surface.link)
+            lost = get("stiffness") * way + f * 4 * high * speed / get("friction_velocity", 1e-3)
             yield ball_side, surface, place, force, moment, get("stiffness") * energy, 3e-5 * lost
 
 

@@ -87,8 +87,10 @@ class Rows:
         x_a, x_b = s.point(a, points[0]), s.point(b, points[1])
         r = [q - p for p, q in zip(x_a, x_b, strict=True)]
         on_a, on_b = set(s.path(a)), set(s.path(b))
-        self._length.append(s.way(a, b) + n.norm(n.array(points[0])) + n.norm(n.array(points[1])))
-        nothing = ROUNDING * self._length[-1]
+        length = s.way(a, b) + n.norm(n.array(points[0])) + n.norm(n.array(points[1]))
+        nothing = ROUNDING * length
+        # directions of the ground measure positions from there
+        self._length.append(length + (n.norm(x_a[0]) if on_ground else 0))
         for k in on_a | on_b:
             dof = s.dofs[k]
             if k in on_a and k in on_b:

@@ -16,7 +16,7 @@ from tests.crosscheck import dense_contact
 from tests.crosscheck.dense_loops import Rows
 from tests.crosscheck.dense_scene import GROUND, Scene, cross, quaternion_of, skew
 
-CANCELLED = 1e-4  # accelerations that loops cancel count with their rounding: 1e-14 of them is 1e-10 of this share
+CANCELLED = 1e-4  # accelerations that other forces cancel count with their rounding: 1e-14 of them is 1e-10 of this share
 SINGULAR = 1e-9  # singular values of the scaled levers below this are rounding
 
 
@@ -36,6 +36,7 @@ class Forces:
 class Motion:
     qdd: np.ndarray
     scale: np.ndarray  # of qdd
+    response: np.ndarray  # magnitude of qdd for each generalized force of the tree, constraints removed
     force: np.ndarray  # M qdd - (all known forces): what drives and loops have to give
     force_scale: np.ndarray
     rows: Rows
@@ -349,7 +350,6 @@ def constrained(M, forces: Forces, rows: Rows, free: list[int], prescribed, n) -
     G = upper_solve(L.T, n.eye(len(free))) * d[:, None]
     K, C = abs(G @ (n.eye(len(free)) - Q @ Q.T) @ G.T), abs(upper_solve(R, Q.T @ G.T))
     scale = n.zeros(nv)
-    scale[free] = K @ size + C.T @ terms + size * d * d + CANCELLED * (abs(G @ G.T) @ size)
     multipliers, multiplier_scale = n.zeros(len(rows.J)), n.zeros(len(rows.J))
     multipliers[chosen] = upper_solve(R, z - along)
     multiplier_scale[chosen] = C @ size + abs(upper_solve(R, lower_solve(R.T, n.eye(len(chosen))))) @ terms
@@ -358,9 +358,15 @@ def constrained(M, forces: Forces, rows: Rows, free: list[int], prescribed, n) -
     if chosen:
         unique[chosen] = (np.abs(follows[others]) < 1e-12).all(axis=0) if others else True
     force_scale = forces.size + abs(M) @ abs(qdd) + abs(rows.J.T) @ abs(multipliers)
+    reached = abs(G.T) @ force_scale[free]
+    cancelled = abs(G) @ (reached + abs(Q) @ (abs(Q.T) @ reached))
+    scale[free] = K @ size + C.T @ terms + size * d * d + CANCELLED * cancelled
+    response = n.zeros(nv, nv)
+    response[np.ix_(free, free)] = abs(G @ G.T)
     return Motion(
         qdd,
         scale,
+        response,
         M @ qdd - forces.value,
         force_scale,
         rows,

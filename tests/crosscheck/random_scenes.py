@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.crosscheck.dense_motion import Dense, Motion
+from tests.crosscheck.dense_motion import CANCELLED, Dense, Motion
 from tests.crosscheck.dense_scene import cross, mpmath
 from tests.crosscheck.scene_contacts import give_contacts
 from tests.crosscheck.scene_fmu import Library, Refused
@@ -222,13 +222,19 @@ class Check:
         if not abs(got - wanted) <= TOLERANCE * scale:
             self.found.append(Finding(what, name, float(got), float(wanted), float(abs(got - wanted) / scale)))
 
+    def multipliers(self, motion: Motion, dense: Dense) -> tuple:
+        """Multipliers of the FMU, one solution of many where rows are dependent, and the size of their forces."""
+        multipliers = np.array([dense.n.one(self.values[name]) for name in motion.rows.names])
+        return multipliers, abs(motion.rows.J.T) @ abs(multipliers) if len(multipliers) else dense.n.zeros(len(motion.qdd))
+
     def accelerations(self, motion: Motion, dense: Dense) -> np.ndarray:
         """Returns all accelerations as the FMU has them."""
         qdd = motion.qdd.copy()
+        scale = motion.scale + CANCELLED * (motion.response @ self.multipliers(motion, dense)[1])
         for k, dof in enumerate(dense.scene.dofs):
             if not dof.prescribed:
                 qdd[k] = dense.n.one(self.values[dof.variable("qdd")])
-                self("qdd", dof.variable("qdd"), qdd[k], motion.qdd[k], motion.scale[k])
+                self("qdd", dof.variable("qdd"), qdd[k], motion.qdd[k], scale[k])
         return qdd
 
     def forces(self, motion: Motion, dense: Dense, qdd: np.ndarray) -> None:
@@ -237,11 +243,12 @@ class Check:
         for r, name in enumerate(rows.names):
             if motion.unique[r]:
                 self("lambda", name, values[name], motion.multipliers[r], motion.multiplier_scale[r])
-        multipliers = np.array([n.one(values[name]) for name in rows.names])
+        multipliers, size = self.multipliers(motion, dense)
         carried = dense.M @ qdd - dense.forces.value - (rows.J.T @ multipliers if len(multipliers) else 0)
+        scale = motion.force_scale + size
         for k, dof in enumerate(dense.scene.dofs):
             given = n.one(values[dof.variable("tau")]) if dof.prescribed else n.one(0)
-            self("tau" if dof.prescribed else "balance", dof.variable("tau"), given, carried[k], motion.force_scale[k])
+            self("tau" if dof.prescribed else "balance", dof.variable("tau"), given, carried[k], scale[k])
         size = motion.row_size
         largest = np.abs(motion.multiplier_scale.astype(float) / np.where(size > 0, size, 1)).max(initial=0)
         for r, name in enumerate(rows.names):

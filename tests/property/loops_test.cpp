@@ -150,6 +150,21 @@ TEST_P(RandomLoops, a_loop_that_repeats_a_joint_changes_nothing) {
   EXPECT_LT(tree.lambda().lpNorm<Eigen::Infinity>(), 1e-12);
 }
 
+// Their rows have levers of rounding only, which must not count beside those of the other loop.
+TEST_P(RandomLoops, repeated_joints_change_no_other_loop) {
+  ClosedCase c = random_case(random, 8, 1, {LoopType::cylindrical, LoopType::spherical, LoopType::universal});
+  const Vector once = Evaluate<double>(c.model).qdd(c.q, c.qd, c.tau);
+  const std::vector<Pose> poses = test::poses_at(c.model, c.q);
+  std::vector<Loop> repeated;
+  for (int link = 0; link < static_cast<int>(c.model.links.size()); ++link) {
+    if (c.model.links[link].joint.type == JointType::fixed) continue;
+    repeated.push_back(test::repeated_joint(random, c.model, link));
+    test::match_ends(repeated.back(), poses);
+  }
+  c.model.loops.insert(c.model.loops.begin(), repeated.begin(), repeated.end());
+  EXPECT_LT(relative_difference(Evaluate<double>(c.model).qdd(c.q, c.qd, c.tau), once), 1e-9);
+}
+
 TEST_P(RandomLoops, are_the_same_in_any_unit_of_length) {
   ClosedCase c = random_case(random, 10, 2, {LoopType::spherical, LoopType::revolute, LoopType::fixed});
   c.model.springs.clear();

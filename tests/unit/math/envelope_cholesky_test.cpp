@@ -163,6 +163,16 @@ TEST(EnvelopeCholesky, takes_no_rounding_for_a_lever) {
   EXPECT_TRUE(S.dependent(1));
 }
 
+// A row of rounding is no row, although its parts along others exceed its bounds on joints that it does not
+// cross.
+TEST(EnvelopeCholesky, takes_no_rounding_for_a_row) {
+  EnvelopeCholesky<double> S({0, 0});
+  double J[] = {0.6, 0.8, 1e-17, 0}, bound[] = {1, 1, 5e-10, 0};
+  S.find_dependent(J, bound, 2, 3e-5);
+  EXPECT_FALSE(S.dependent(0));
+  EXPECT_TRUE(S.dependent(1));
+}
+
 // S = B B^T with a column of 1e8: S itself has lost the rest, its rows have not. Along (s, -c) S is 1 +
 // 1e-16.
 TEST(EnvelopeCholesky, a_product_keeps_the_digits_that_its_square_has_lost) {
