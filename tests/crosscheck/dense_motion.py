@@ -16,7 +16,9 @@ from tests.crosscheck import dense_contact
 from tests.crosscheck.dense_loops import Rows
 from tests.crosscheck.dense_scene import GROUND, Scene, cross, quaternion_of, skew
 
-CANCELLED = 1e-4  # accelerations that other forces cancel count with their rounding: 1e-14 of them is 1e-10 of this share
+# share with which accelerations that other forces cancel count: 1e-10 of it is 1e-14, or 1e-16 over the smallest singular
+# value of the levers
+CANCELLED, CONDITION = 1e-4, 1e-6
 SINGULAR = 1e-9  # singular values of the scaled levers below this are rounding
 
 
@@ -36,7 +38,7 @@ class Forces:
 class Motion:
     qdd: np.ndarray
     scale: np.ndarray  # of qdd
-    response: np.ndarray  # magnitude of qdd for each generalized force of the tree, constraints removed
+    response: np.ndarray  # size of qdd for each generalized force that others cancel
     force: np.ndarray  # M qdd - (all known forces): what drives and loops have to give
     force_scale: np.ndarray
     rows: Rows
@@ -352,7 +354,6 @@ def constrained(M, forces: Forces, rows: Rows, free: list[int], prescribed, n) -
     scale = n.zeros(nv)
     multipliers, multiplier_scale = n.zeros(len(rows.J)), n.zeros(len(rows.J))
     multipliers[chosen] = upper_solve(R, z - along)
-    multiplier_scale[chosen] = C @ size + abs(upper_solve(R, lower_solve(R.T, n.eye(len(chosen))))) @ terms
     others = [k for k in range(len(rows.J)) if k not in chosen]
     unique = np.zeros(len(rows.J), dtype=bool)
     if chosen:
@@ -360,9 +361,12 @@ def constrained(M, forces: Forces, rows: Rows, free: list[int], prescribed, n) -
     force_scale = forces.size + abs(M) @ abs(qdd) + abs(rows.J.T) @ abs(multipliers)
     reached = abs(G.T) @ force_scale[free]
     cancelled = abs(G) @ (reached + abs(Q) @ (abs(Q.T) @ reached))
-    scale[free] = K @ size + C.T @ terms + size * d * d + CANCELLED * cancelled
+    share = max(CANCELLED, CONDITION / border[0])
+    inverse = upper_solve(R, n.eye(len(chosen)))
+    multiplier_scale[chosen] = C @ size + abs(inverse @ inverse.T) @ terms + share * (abs(inverse) @ (abs(Q.T) @ reached))
+    scale[free] = K @ size + C.T @ terms + size * d * d + share * cancelled
     response = n.zeros(nv, nv)
-    response[np.ix_(free, free)] = abs(G @ G.T)
+    response[np.ix_(free, free)] = share * abs(G @ G.T)
     return Motion(
         qdd,
         scale,

@@ -306,6 +306,7 @@ def test_an_unstable_sample_time_is_unstable(built):
     ("fields", "sentence"),
     [
         ("sample_time = 0", "model.toml:13:15: controller: sample_time must be > 0, got 0"),
+        ("sample_time = -1\ndelay = 0.1", "model.toml:13:15: controller: sample_time must be > 0, got -1"),
         ("sample_time = 1e-9", "model.toml:13:15: controller: sample_time must be >= 1e-06 s, got 1e-09"),
         ("sample_time = 0.01\ndelay = -0.1", "model.toml:14:9: controller: delay must be >= 0, got -0.1"),
         ("delay = 0.1", "model.toml:13:9: controller: sample_time is required with delay"),
@@ -317,3 +318,4 @@ def test_bad_sampling_is_refused_in_one_sentence(tmp_path, fields, sentence):
     done = command("check", tmp_path / "model.toml")
     assert done.returncode != 0
     assert sentence in done.stdout + done.stderr
+    assert (done.stdout + done.stderr).count("controller: ") == 1

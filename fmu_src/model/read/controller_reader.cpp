@@ -95,12 +95,13 @@ void read_sampling(Section& section, Controller& controller) {
   constexpr int longest = 1000;      // delay, of the sample time
   controller.sample_time = section.number("sample_time", 0, Bound::positive);
   controller.delay = section.number("delay", 0, Bound::not_negative);
-  if (section.has("sample_time") && controller.sample_time < shortest)
+  const bool sampled = controller.sample_time > 0;
+  if (sampled && controller.sample_time < shortest)
     section.error("sample_time",
                   "sample_time must be >= " + shown(shortest) + " s, got " + shown(controller.sample_time));
   else if (section.has("delay") && !section.has("sample_time"))
     section.error("delay", "sample_time is required with delay");
-  else if (controller.delay > longest * controller.sample_time)
+  else if (sampled && controller.delay > longest * controller.sample_time)
     section.error("delay", "delay must be <= " + std::to_string(longest) + " sample_time, " +
                                shown(longest * controller.sample_time) + " s, got " +
                                shown(controller.delay));
