@@ -23,7 +23,7 @@ def add(commands) -> None:
     command = commands.add_parser(
         "import",
         help="convert a URDF, an MJCF, a DH table, ReDySim files or a scene to a model file",
-        description="Convert a URDF (.urdf), an MJCF (.xml), a DH table (.csv, .xlsx), ReDySim's inputs.m or inputs.mat or their folder, "
+        description="Convert a URDF (.urdf, .xacro), an MJCF (.xml), a DH table (.csv, .xlsx), ReDySim's inputs.m, inputs.mat or folder, "
         "or a scene (.json) to a model file. Omitted content is listed.",
     )
     command.add_argument("source", type=Path, metavar="FILE", help="file or folder to import")
@@ -42,6 +42,7 @@ def add(commands) -> None:
     command.add_argument(
         "--pivot", action="append", default=[], metavar="LINK=x,y,z", help="ReDySim: joint position of a link on the ground (m)"
     )
+    command.add_argument("--arg", action="append", default=[], metavar="NAME=VALUE", help="URDF: argument of a xacro file")
     command.add_argument("--snap", action="store_true", help="URDF: round angles such as 1.5708 to exact multiples of 90 degrees")
     command.add_argument(
         "--frames", action="store_true", help="URDF, MJCF: add the link frames (MJCF: and sites) as [[frame]] tables, which have outputs"

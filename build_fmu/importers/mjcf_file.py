@@ -23,7 +23,7 @@ class Mjcf:
     """The parsed file. Attributes of an element include those of its default class; angles are in rad."""
 
     def __init__(self, path: Path) -> None:
-        self.path, self.root = path, parsed(path)
+        self.path, self.root = path, parsed(path, path.read_bytes())
         if self.root.tag != "mujoco":
             raise UserError(f"{path}: the root element must be <mujoco>, got <{self.root.tag}>")
         self._include(self.root, path, {path.resolve()})
@@ -111,7 +111,7 @@ class Mjcf:
                 raise UserError(f"{file}:{element.sourceline}: included file '{element.get('file', '')}' does not exist")
             if other.resolve() in seen:
                 raise UserError(f"{file}:{element.sourceline}: '{other}' is included twice")
-            inner = parsed(other)
+            inner = parsed(other, other.read_bytes())
             self._include(inner, other, {*seen, other.resolve()})
             above, index = element.getparent(), element.getparent().index(element)
             above.remove(element)

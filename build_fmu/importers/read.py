@@ -11,17 +11,19 @@ from build_fmu.errors import UserError
 from build_fmu.importers.draft import Draft
 
 # modules and the extensions of their files; dh_table suggests other formats for some of its extensions
-IMPORTERS = {"scene_json": (".json",), "mjcf": (".mjcf",), "urdf": (".urdf", ".xml"), "redysim": (".m", ".mat"),
+IMPORTERS = {"scene_json": (".json",), "mjcf": (".mjcf",), "urdf": (".urdf", ".xml", ".xacro"), "redysim": (".m", ".mat"),
              "dh_table": (".csv", ".tsv", ".txt", ".xlsx", ".xls", ".ods", ".xlsb", ".numbers")}  # fmt: skip
 # the importers that use an option
 TREES = ("urdf", "mjcf")
 OPTIONS = {
     "loop": ("redysim",), "pivot": ("redysim",), "dh": ("dh_table",), "angles": ("dh_table",), "stops": ("dh_table", *TREES),
     "snap": ("urdf",), "frames": TREES, "floating": ("urdf",), "contact": TREES, "limits": TREES, "pose": TREES,
-    "density": ("urdf", "dh_table"), "mass": ("urdf", "dh_table"), "keyframe": ("mjcf",),
+    "density": ("urdf", "dh_table"), "mass": ("urdf", "dh_table"), "keyframe": ("mjcf",), "arg": ("urdf",),
 }  # fmt: skip
 WORDS = {"redysim": "ReDySim's files", "dh_table": "DH tables", "urdf": "URDF files", "mjcf": "MJCF files"}
-KINDS = ".json (mbs-scene/1), .urdf, .xml (URDF or MJCF), inputs.m and inputs.mat (ReDySim) or their folder, .csv or .xlsx (DH table)"
+KINDS = (
+    ".json (mbs-scene/1), .urdf, .xacro, .xml (URDF or MJCF), inputs.m and inputs.mat (ReDySim) or their folder, .csv or .xlsx (DH table)"
+)
 ROOT = re.compile(rb"<(?![?!])\s*([^\s/>]+)")
 
 

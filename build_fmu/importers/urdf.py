@@ -38,7 +38,7 @@ def read(path: Path, options: Namespace) -> Draft:
     """Returns the draft; raises UserError with file, line and element."""
     if options.stops not in (None, "none") and not 0 < options.stops < math.inf:
         raise UserError(f"--stops: the stiffness must be > 0 and finite, got {options.stops:g}")
-    urdf = Urdf(path, options.snap)
+    urdf = Urdf(path, options.snap, options.arg)
     bodies = _bodies(urdf)
     draft = Draft(name=legal(urdf.root.attrib.get("name") or path.stem), source=path.name)
     _joints(urdf, bodies, draft)
@@ -175,7 +175,7 @@ def _limits(urdf: Urdf, joint: etree._Element, name: str, draft: Draft) -> tuple
     if limit is None or joint.attrib["type"] == "continuous":
         return None
     low, high = (urdf.numbers(limit, key, 1, "0")[0] for key in ("lower", "upper"))
-    where = f"{urdf.path}:{limit.sourceline}: the limits of '{name}', {low:g} to {high:g},"
+    where = f"{urdf.shown}:{limit.sourceline}: the limits of '{name}', {low:g} to {high:g},"
     if low > high:
         draft.doubts.append(f"{where} are reversed and omitted")
     elif joint.attrib["type"] == "revolute" and DEGREES < max(abs(low), abs(high)) <= 720:
@@ -201,5 +201,5 @@ def _check_reached(urdf: Urdf, bodies: dict[str, Body], root: str) -> None:
     lost = [name for name in bodies if name not in reached]
     if lost:
         raise UserError(
-            f"{urdf.path}:{bodies[lost[0]].line}: cyclic parent references: {some(lost)} have no path to the root link '{root}'"
+            f"{urdf.shown}:{bodies[lost[0]].line}: cyclic parent references: {some(lost)} have no path to the root link '{root}'"
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from lxml import etree
 
 from build_fmu.errors import UserError, did_you_mean
 from build_fmu.importers.fields import read_text
+from build_fmu.importers.packages import expanded, has_macros
 from build_fmu.importers.rigid import rotation_x, rotation_y, rotation_z, transform
 
 DEGREES = 4 * math.pi  # rad: an angle beyond two turns is probably in degrees
@@ -19,19 +21,19 @@ NEAR_RIGHT = 1e-3  # rad: an angle within this of a multiple of 90 degrees is pr
 class Urdf:
     """The parsed file with checked access to attributes."""
 
-    def __init__(self, path: Path, snap: bool) -> None:
+    def __init__(self, path: Path, snap: bool, arguments: Sequence[str] = ()) -> None:
+        """`arguments` are those of xacro, NAME=VALUE."""
         self.path, self.snap, self.near_right = path, snap, 0
         self.like_degrees: list[str] = []
         text = read_text(path)
-        self.root = parsed(path)
+        macros = has_macros(path, text)
+        self.shown = f"{path} (expanded)" if macros else f"{path}"  # lines of messages
+        self.root = parsed(path, expanded(path, arguments) if macros else path.read_bytes())
         if self.root.tag != "robot":
-            hint = "; run xacro on it first" if "xacro" in text else ""
-            raise UserError(f"{path}: the root element must be <robot>, got <{self.root.tag}>{hint}")
-        if any(e.prefix == "xacro" or e.tag.startswith("xacro:") for e in self.root.iter(etree.Element)):
-            raise UserError(f"'{path}' contains xacro macros: run `xacro {path.name} > robot.urdf` first and import the result")
+            raise UserError(f"{path}: the root element must be <robot>, got <{self.root.tag}>")
 
     def error(self, element: etree._Element, sentence: str) -> UserError:
-        return UserError(f"{self.path}:{element.sourceline}: {sentence}")
+        return UserError(f"{self.shown}:{element.sourceline}: {sentence}")
 
     def text(self, element: etree._Element, key: str) -> str:
         if key not in element.attrib:
@@ -64,7 +66,7 @@ class Urdf:
         angles = self.numbers(element, "rpy", 3, "0 0 0")
         if max(map(abs, angles)) > DEGREES:
             self.like_degrees.append(
-                f"{self.path}:{element.sourceline}: rpy = '{element.attrib['rpy']}' looks like degrees; it was read in rad, "
+                f"{self.shown}:{element.sourceline}: rpy = '{element.attrib['rpy']}' looks like degrees; it was read in rad, "
                 "as URDF defines it"
             )
         for i, angle in enumerate(angles):
@@ -78,11 +80,11 @@ class Urdf:
         return transform(rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll), self.numbers(element, "xyz", 3, "0 0 0"))
 
 
-def parsed(path: Path) -> etree._Element:
+def parsed(path: Path, text: bytes) -> etree._Element:
     """Returns the root element; raises UserError with file, line, column."""
     # prefixes without a namespace are common in URDF files, and the only error that is accepted
     parser = etree.XMLParser(recover=True, resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True)
-    root = etree.fromstring(path.read_bytes() or b" ", parser)
+    root = etree.fromstring(text or b" ", parser)
     for error in parser.error_log:
         if error.domain_name != "NAMESPACE":
             raise UserError(f"{path}:{error.line}:{error.column}: invalid XML: {error.message.strip()}")

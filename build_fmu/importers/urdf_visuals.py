@@ -8,6 +8,7 @@ from pathlib import Path
 from lxml import etree
 
 from build_fmu.importers.draft import DraftTie
+from build_fmu.importers.packages import places_of
 from build_fmu.importers.rigid import position_and_angles
 from build_fmu.importers.solids import Solid
 from build_fmu.importers.urdf_file import Urdf
@@ -76,14 +77,12 @@ def _fields(urdf: Urdf, shape: etree._Element) -> dict[str, object] | None:
 
 
 def mesh_file(name: str, urdf: Path) -> Path | None:
-    """Returns the file of a mesh: relative to the URDF, or in a package that contains the URDF or is beside a folder that does."""
+    """Returns the file of a mesh: relative to the URDF, or in a package (`places_of`)."""
     folder = urdf.resolve().parent
     scheme, _, rest = name.rpartition("://")
     if scheme in ("package", "model"):
         package, _, inner = rest.partition("/")
-        places = [parent / inner for parent in (folder, *folder.parents) if parent.name == package]
-        places += [parent / rest for parent in (folder, *folder.parents)]
-        places += [parent / inner for parent in (folder, *folder.parents[:2])]
+        places = [place / inner for place in places_of(package, folder)] + [place / inner for place in (folder, *folder.parents[:2])]
     else:
         places = [Path(rest) if Path(rest).is_absolute() else folder / rest]
     return next((place for place in places if place.is_file()), None)

@@ -1,0 +1,82 @@
+"""Files of ROS packages: `package://` addresses, and xacro macros, which the package `xacro` expands."""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, redirect_stderr
+from pathlib import Path
+from types import ModuleType
+
+from build_fmu.errors import UserError
+
+
+def places_of(package: str, folder: Path) -> list[Path]:
+    """Returns where a package may be: above a folder, beside a folder above it, in ROS_PACKAGE_PATH and in AMENT_PREFIX_PATH."""
+    above = (folder, *folder.parents)
+    found = [parent for parent in above if parent.name == package] + [parent / package for parent in above]
+    for variable, inner in (("ROS_PACKAGE_PATH", "."), ("AMENT_PREFIX_PATH", "share")):
+        found += [Path(place) / inner / package for place in os.environ.get(variable, "").split(os.pathsep) if place]
+    return found
+
+
+def expanded(path: Path, arguments: Sequence[str]) -> bytes:
+    """Returns the URDF of a xacro file; raises UserError without the package `xacro` and for an error in the file."""
+    try:
+        import xacro
+    except ImportError:
+        raise UserError(
+            f"'{path}' contains xacro macros: install the package xacro (pip install 'build-fmu[xacro]'), "
+            f"or run `xacro {path.name} > robot.urdf` and import the result"
+        ) from None
+    values = {}
+    for text in arguments:
+        name, equals, value = text.partition("=")
+        if not equals or not name.strip(":"):
+            raise UserError(f"--arg: '{text}' must be NAME=VALUE")
+        values[name.removesuffix(":")] = value
+    missing: list[str] = []
+    try:
+        with _finds_packages(path.resolve().parent, missing), redirect_stderr(io.StringIO()):
+            return xacro.process_file(str(path), mappings=values).toprettyxml(indent=" ", encoding="utf-8")
+    except (Exception, SystemExit) as error:  # xacro raises exceptions of many kinds
+        why = " ".join((str(error) or type(error).__name__).split())
+        if missing:
+            why = f"package '{missing[0]}' is not found above '{path}', in ROS_PACKAGE_PATH or in AMENT_PREFIX_PATH"
+        raise UserError(f"'{path}' cannot be expanded by xacro: {why}") from None
+
+
+@contextmanager
+def _finds_packages(folder: Path, missing: list[str]) -> Iterator[None]:
+    """Answers $(find PACKAGE) by the folders around the file where ROS is not installed; adds packages that are not found."""
+    names = ("ament_index_python", "ament_index_python.packages")
+    try:
+        import ament_index_python.packages  # noqa: F401
+    except ImportError:
+        pass
+    else:
+        yield
+        return
+
+    def share(package: str) -> str:
+        place = next((place for place in places_of(package, folder) if place.is_dir()), None)
+        if place is None:
+            missing.append(package)
+            raise LookupError(package)
+        return str(place)
+
+    index = ModuleType(names[1])
+    vars(index).update(get_package_share_directory=share)
+    sys.modules.update({names[0]: ModuleType(names[0]), names[1]: index})
+    try:
+        yield
+    finally:
+        for name in names:
+            sys.modules.pop(name, None)
+
+
+def has_macros(path: Path, text: str) -> bool:
+    """Returns whether a file needs xacro."""
+    return path.suffix.lower() == ".xacro" or "<xacro:" in text or "xmlns:xacro" in text and "${" in text
