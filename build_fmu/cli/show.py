@@ -40,6 +40,10 @@ def add(commands) -> None:
     )
     command.add_argument("--start", **SEVERAL, metavar="NAME=VALUE", help="start values, as for simulate")
     command.add_argument("--input", **SEVERAL, metavar="NAME=EXPR|FILE.csv", help="inputs, as for simulate")
+    command.add_argument(
+        "--still", type=Path, metavar="PICTURE", help="draw the mechanism at one time (.png); the page is written only with -o"
+    )
+    command.add_argument("--at", type=number, metavar="T", help="time of --still in s (default: the start)")
     command.add_argument("--gif", type=Path, metavar="FILM", help="write a film (.gif); the page is written only with -o")
     command.add_argument("--mp4", type=Path, metavar="FILM", help="write a film (.mp4); requires the program ffmpeg")
     command.add_argument("--speed", type=positive, default=1.0, metavar="X", help="film: simulated seconds per second (default: 1)")
@@ -75,12 +79,14 @@ def run(options: argparse.Namespace) -> int:
         else:
             shown, title = _simulated(mechanism, model, Path(folder), options)
     name = model.model_name if model else title
+    if options.still:
+        _still(options, name, shown, model)
     for path in films:
         if model is None:
             raise UserError(f"'{path}' requires the mechanism: add the FMU or the model file")
         count = film(path, name, shown, model, options.speed, options.rate)
         print(f"{path}  {path.stat().st_size / 1024:.0f} kB, {count} frames, t = {shown.time[0]:g} to {shown.time[-1]:g} s")
-    if films and not options.output:
+    if (films or options.still) and not options.output:
         return 0
     text, stride = page(name, about(model, shown, record), shown, model)
     whole_file(target, lambda temporary: temporary.write_text(text, encoding="utf-8", newline="\n"))
@@ -92,7 +98,9 @@ def run(options: argparse.Namespace) -> int:
 def _films(options: argparse.Namespace) -> list[Path]:
     """Returns the requested films; invalid options are reported before the run."""
     films = [path for path in (options.gif, options.mp4) if path]
-    for path, ending in ((options.gif, ".gif"), (options.mp4, ".mp4")):
+    if options.at is not None and not options.still:
+        raise UserError("--at is the time of a picture: add --still PICTURE.png")
+    for path, ending in ((options.still, ".png"), (options.gif, ".gif"), (options.mp4, ".mp4")):
         if path:
             output_file(path, path.name, (ending,))
     if options.mp4:
@@ -100,6 +108,24 @@ def _films(options: argparse.Namespace) -> list[Path]:
 
         encoder()
     return films
+
+
+def _still(options: argparse.Namespace, name: str, shown, model) -> None:
+    """Draws the mechanism at one time of the run."""
+    import numpy as np
+
+    from build_fmu.draw.drawing import draw
+    from build_fmu.show.motion import Motion
+
+    if model is None:
+        raise UserError(f"'{options.still}' requires the mechanism: add the FMU or the model file")
+    at = shown.time[0] if options.at is None else options.at
+    if not shown.time[0] <= at <= shown.time[-1]:
+        raise UserError(f"--at must be between {shown.time[0]:g} and {shown.time[-1]:g} s, got {at:g}")
+    row = int(np.argmin(np.abs(shown.time - at)))
+    content = draw(Motion(model.drawing, shown.columns).at(row), f"{name}, t = {shown.time[row]:g} s")
+    whole_file(options.still, lambda temporary: temporary.write_bytes(content))
+    print(f"{options.still}  {len(content) / 1024:.0f} kB, t = {shown.time[row]:g} s")
 
 
 def _targets(targets: list[Path]) -> tuple[Path | None, Path | None]:

@@ -18,6 +18,7 @@ from build_fmu.run.simulate import Settings, simulate
 from build_fmu.show.film import encoder
 from build_fmu.show.motion import Motion
 from build_fmu.show.runs import run_of
+from tests.command_line import command
 from tests.packager.test_real_fmu import ROOT, pytestmark  # noqa: F401  skips where nothing is built
 
 # every kind of joint, a branch, a loop that moves, and a frame at each end for the FMU's own kinematics
@@ -219,3 +220,16 @@ def test_a_plot_shows_how_balls_turn(zoo, tmp_path):
     turns = np.array([values for _, values in drawn["angle", "deg"].curves])
     # what goes on at -180 degrees leaves a gap and no line across the panel
     assert np.isnan(turns).any() and np.nanmax(np.abs(np.diff(turns))) <= 270
+
+
+def test_a_still_shows_one_configuration(built_library, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    pendulum = Path(__file__).parents[2] / "models" / "pendulum.toml"
+    for name, more in (("start", []), ("up", ["--start", "pivot.q0=0"]), ("later", ["--at", "0.5"])):
+        done = command("show", pendulum, "--stop", "0.5", "--still", f"{name}.png", *more)
+        assert done.returncode == 0, done.stderr
+        assert f"{name}.png" in done.stdout
+    pictures = {path.stem: path.read_bytes() for path in tmp_path.iterdir()}
+    assert set(pictures) == {"start", "up", "later"} and len(set(pictures.values())) == 3
+    assert "--at must be between 0 and 0.5 s, got 9" in command("show", pendulum, "--stop", "0.5", "--still", "a.png", "--at", "9").stderr
+    assert "add --still" in command("show", pendulum, "--at", "1").stderr
