@@ -123,7 +123,7 @@ def _still(options: argparse.Namespace, name: str, shown, model) -> None:
     if not shown.time[0] <= at <= shown.time[-1]:
         raise UserError(f"--at must be between {shown.time[0]:g} and {shown.time[-1]:g} s, got {at:g}")
     row = int(np.argmin(np.abs(shown.time - at)))
-    content = draw(Motion(model.drawing, shown.columns).at(row), f"{name}, t = {shown.time[row]:g} s")
+    content = draw(Motion(model.drawing, shown.columns).at(row), name, f"t = {shown.time[row]:g} s")
     whole_file(options.still, lambda temporary: temporary.write_bytes(content))
     print(f"{options.still}  {len(content) / 1024:.0f} kB, t = {shown.time[row]:g} s")
 

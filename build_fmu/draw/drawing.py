@@ -26,10 +26,10 @@ ARROW = 0.2  # length of a force arrow, as a fraction of the picture
 SHAPED_LINKS = 40  # more links are drawn as thin lines without joints and centers of mass
 
 
-def draw(drawing: dict[str, Any], title: str) -> bytes:
-    """Returns a PNG of the drawing table (see `describe`)."""
+def draw(drawing: dict[str, Any], title: str, caption: str | None = None) -> bytes:
+    """Returns a PNG of the drawing table (see `describe`); the caption counts joints and mass unless it is given."""
     with new_figure(6.4, 5.6, 110, PLAIN_TEXT, facecolor="white") as figure:
-        mechanism(figure, drawing, title, _caption(drawing))
+        mechanism(figure, drawing, title, _caption(drawing) if caption is None else caption)
         content = io.BytesIO()
         figure.savefig(content, format="png", metadata=METADATA[".png"])
         return content.getvalue()
