@@ -131,11 +131,11 @@ class Tree:
         joint = Joint(name, link.name, kind)
         self.joints.append(joint)
         if kind == "free":
-            self._whole(values)
+            self._whole(element, values)
             return np.zeros(3)
         at = np.array(mj.numbers(element, values, "pos", 3, "0 0 0"))
         if kind == "ball":
-            self._whole(values)
+            self._whole(element, values)
             return at
         axis = np.array(mj.numbers(element, values, "axis", 3, "0 0 1"))
         length = float(np.linalg.norm(axis))
@@ -157,20 +157,20 @@ class Tree:
         limited = values.get("limited", "auto")
         if low < high and (limited == "true" or (limited == "auto" and mj.flag("autolimits", True))):
             link.limits = (low, high)
-        self._report(values)
+        self._report(element, values)
         return at
 
-    def _whole(self, values: dict[str, str]) -> None:
+    def _whole(self, element: etree._Element, values: dict[str, str]) -> None:
         """Lists the forces of a free or ball joint, which the model does not have."""
         for key in ("stiffness", "damping", "armature", "frictionloss"):
-            if any(float(word or 0) for word in values.get(key, "0").split()):
+            if any(self.mj.numbers(element, values, key, None, "0")):
                 self.omitted[f"{key} of ball and free joints"] += 1
         if values.get("limited") == "true" or (values.get("limited", "auto") == "auto" and "range" in values):
             self.omitted["limits of ball and free joints"] += 1
 
-    def _report(self, values: dict[str, str]) -> None:
+    def _report(self, element: etree._Element, values: dict[str, str]) -> None:
         for key in ("springdamper", "actuatorfrcrange", "margin"):
-            if any(float(word) for word in values.get(key, "0").split()):
+            if any(self.mj.numbers(element, values, key, None, "0")):
                 self.omitted[f"'{key}' of <joint>"] += 1
 
     def _pose_of_shape(self, element: etree._Element, values: dict[str, str]) -> tuple[np.ndarray, float | None]:
@@ -229,8 +229,8 @@ class Tree:
         mj, body, inertial = self.mj, self.bodies[name], element.find("inertial")
         rule = mj.compiler.get("inertiafromgeom", "auto")
         if rule == "true" or (rule == "auto" and inertial is None):
-            low, high = (int(x) for x in mj.compiler.get("inertiagrouprange", "0 5").split())
-            counted = [g for g in geoms if g.solid is not None and low <= int(g.values.get("group", "0")) <= high]
+            low, high = mj.setting("inertiagrouprange", 2, "0 5")
+            counted = [g for g in geoms if g.solid is not None and low <= mj.whole(g.element, g.values, "group", 0) <= high]
             mass = joined([self._mass(geom) for geom in counted])
         elif inertial is not None:
             values = mj.attributes(inertial)
@@ -265,9 +265,8 @@ class Tree:
 
     def _limit_masses(self) -> None:
         """Applies boundmass, boundinertia, balanceinertia and settotalmass of the compiler."""
-        compiler = self.mj.compiler
         own = [body for name, body in self.bodies.items() if name in self.shift and name != WORLD]
-        least, least_inertia = float(compiler.get("boundmass", 0)), float(compiler.get("boundinertia", 0))
+        least, least_inertia = (self.mj.setting(key, 1, "0")[0] for key in ("boundmass", "boundinertia"))
         for body in own:
             body.mass = max(body.mass, least)
             values, axes = np.linalg.eigh(body.inertia)
@@ -276,6 +275,6 @@ class Tree:
                 values = np.full(3, values.mean())
             if not np.allclose(values, np.linalg.eigvalsh(body.inertia), rtol=1e-12, atol=0):
                 body.inertia = axes @ np.diag(values) @ axes.T
-        total, wanted = sum(body.mass for body in own), float(compiler.get("settotalmass", -1))
+        total, wanted = sum(body.mass for body in own), self.mj.setting("settotalmass", 1, "-1")[0]
         for body in own if wanted > 0 else ():
             body.mass, body.inertia = body.mass * wanted / total, body.inertia * wanted / total

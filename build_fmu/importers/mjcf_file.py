@@ -64,10 +64,21 @@ class Mjcf:
         except ValueError:
             found = []
         if (len(found) != count if count is not None else len(found) != len(words)) or not all(map(math.isfinite, found)):
-            raise self.error(
-                element, f"'{key}' of <{element.tag}> must be {count or 'a list of'} numbers, got '{values.get(key, default)}'"
-            )
+            expected = {None: "a list of numbers", 1: "a number"}.get(count, f"{count} numbers")
+            raise self.error(element, f"'{key}' of <{element.tag}> must be {expected}, got '{values.get(key, default)}'")
         return found
+
+    def whole(self, element: etree._Element, values: dict[str, str], key: str, default: int) -> int:
+        """Returns a whole number."""
+        return int(self.numbers(element, values, key, 1, str(default))[0])
+
+    def setting(self, key: str, count: int, default: str) -> list[float]:
+        """Returns the numbers of a setting of the compiler."""
+        return (
+            self.numbers(self.root.find("compiler"), self.compiler, key, count, default)
+            if key in self.compiler
+            else [float(word) for word in default.split()]
+        )
 
     def angle(self, value: float) -> float:
         """Returns an angle of the file in rad."""
@@ -84,6 +95,8 @@ class Mjcf:
             return turn(self._unit(element, axis), self.angle(angle))
         if "euler" in values:
             sequence, result = self.compiler.get("eulerseq", "xyz"), np.eye(3)
+            if len(sequence) != 3 or not set(sequence.lower()) <= set(TURNS):
+                raise self.error(element, f"'eulerseq' of <compiler> must be three of x, y, z, X, Y, Z, got '{sequence}'")
             for letter, angle in zip(sequence, self.numbers(element, values, "euler", 3), strict=True):
                 one = TURNS[letter.lower()](self.angle(angle))
                 result = result @ one if letter.islower() else one @ result
@@ -95,7 +108,9 @@ class Mjcf:
             return np.column_stack([x, y, np.cross(x, y)])
         if "zaxis" in values:
             return towards(self._unit(element, self.numbers(element, values, "zaxis", 3)))
-        return of_quaternion(self.numbers(element, values, "quat", 4, "1 0 0 0"))
+        quaternion = self.numbers(element, values, "quat", 4, "1 0 0 0")
+        self._unit(element, quaternion)
+        return of_quaternion(quaternion)
 
     def _unit(self, element: etree._Element, vector) -> np.ndarray:
         length = float(np.linalg.norm(vector))

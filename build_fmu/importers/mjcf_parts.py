@@ -189,7 +189,7 @@ class Parts:
         materials = {m.get("name"): self.mj.attributes(m).get("rgba") for m in self.mj.root.findall("asset/material")}
         hidden = 0
         for geom in self.tree.geoms:
-            if int(geom.values.get("group", "0")) >= HIDDEN:
+            if self.mj.whole(geom.element, geom.values, "group", 0) >= HIDDEN:
                 hidden += 1
                 continue
             if geom.solid is None or geom.kind not in DRAWN:
@@ -205,7 +205,7 @@ class Parts:
             fields |= {key: value for key, value in (("position", position), ("rpy", angles)) if any(value)}
             colour = geom.values.get("rgba") or materials.get(geom.values.get("material", ""))
             if colour:
-                rgba = [min(max(float(x), 0.0), 1.0) for x in colour.split()]
+                rgba = [min(max(x, 0.0), 1.0) for x in self.mj.numbers(geom.element, {"rgba": colour}, "rgba", 4)]
                 fields["color"] = rgba[:3] if rgba[3:] in ([], [1.0]) else rgba
             self.draft.shapes.append(DraftTie("", fields))
         if hidden:
@@ -215,7 +215,7 @@ class Parts:
         """Converts geoms to contacts with the ground plane z = 0."""
         omitted, solids = Counter(), []
         for geom in self.tree.geoms:
-            if int(geom.values.get("contype", 1)) == 0 and int(geom.values.get("conaffinity", 1)) == 0:
+            if not any(self.mj.whole(geom.element, geom.values, key, 1) for key in ("contype", "conaffinity")):
                 continue
             link, frame = self.frame_of(geom.element, geom.body)
             if geom.kind == "plane":

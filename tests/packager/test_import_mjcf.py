@@ -183,6 +183,14 @@ def test_losses_are_listed(tmp_path, old, new, sentence):
         ('name="c"', 'name="c" class="x"', "unknown default class 'x'"),
         ('name="c"', 'name="c" type="hing"', "unknown joint type 'hing'"),
         ("EXTRA", '<equality><connect body1="rocke" anchor="0 0 0"/></equality>', "unknown body 'rocke'; did you mean 'rocker'"),
+        ('size="0.05"', 'size="0.05" group="a"', "'group' of <geom> must be a number, got 'a'"),
+        ('size="0.05"', 'size="0.05" quat="0 0 0 0"', "<geom> has a direction of length 0"),
+        ("<option", '<compiler settotalmass="x"/><option', "'settotalmass' of <compiler> must be a number"),
+        (
+            "<option",
+            '<compiler eulerseq="xy"/><default><geom euler="1 2 3"/></default><option',
+            "must be three of x, y, z, X, Y, Z, got 'xy'",
+        ),
         ("EXTRA", '<include file="no.xml"/>', "included file 'no.xml' does not exist"),
     ],
 )
