@@ -1,6 +1,7 @@
 """Builds co-simulation FMUs (FMI 2.0 or 3.0) from DH model files, simulates FMUs and plots the results.
 
-From Python: `describe` reads a model file, `build` writes its FMU, `Session` opens an FMU, `simulate` runs it with `Settings`.
+From Python: `load` gives a `Model` with its equations (docs/python.md). `describe` reads a model file, `build` writes its FMU, `Session`
+opens an FMU, `simulate` runs it with `Settings`.
 """
 
 from importlib import import_module
@@ -10,6 +11,8 @@ __version__ = "0.1.0"  # read by CMakeLists.txt and pyproject.toml
 # public names and their modules; a module is loaded when its name is first used
 _PUBLIC = {
     "UserError": "errors",
+    "Model": "library.model",
+    "load": "library.model",
     "describe": "model.describe",
     "build": "fmu.build",
     "Session": "run.session",

@@ -27,6 +27,8 @@ class Display:
 class Session:
     """An instance of a co-simulation FMU of FMI 2.0 or 3.0; use it in a `with` block."""
 
+    kind = "CoSimulation"
+
     def __init__(self, fmu: Path) -> None:
         """Reads the description and extracts the FMU; raises UserError if that fails."""
         import fmpy
@@ -45,7 +47,7 @@ class Session:
 
         here = Path.cwd()
         try:
-            self.instance = fmpy.instantiate_fmu(self.folder, self.description, "CoSimulation", logger=self._logged)
+            self.instance = fmpy.instantiate_fmu(self.folder, self.description, self.kind, logger=self._logged)
         except Exception as error:
             os.chdir(here)  # FMPy changes into the folder of the library and stays there on failure
             self.close()
@@ -159,10 +161,10 @@ class Session:
         """Returns the FMU's warnings so far, each once."""
         return list(dict.fromkeys(text for status, text in self.log if status == WARNING))
 
-    def _guarded(self, when: str, call) -> None:
+    def _guarded(self, when: str, call):
         seen = len(self.log)
         try:
-            call()
+            return call()
         except Exception as error:  # FMPy has several exception types; the FMU's log gives the reason
             raise UserError(f"the FMU failed {when}: {self._reason(str(error), seen)}") from None
 

@@ -1,0 +1,1 @@
+"""A model as a Python object: its equations, linearisation and modes as NumPy arrays."""

@@ -1,0 +1,295 @@
+"""The class `Model`: what controllers, observers and identification need of a model file, as NumPy arrays.
+
+All values are in SI units and rad. `n` states, `k` inputs; `docs/python.md` describes the verbs.
+"""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from build_fmu.errors import UserError
+from build_fmu.fmu import build as packager
+from build_fmu.library.evaluation import Evaluation
+from build_fmu.library.flow import step_derivative
+from build_fmu.library.modes import Modes, modes_at
+from build_fmu.library.staging import Variant, stage
+from build_fmu.model.describe import describe
+from build_fmu.run.session import Session
+from build_fmu.run.simulate import Result, Settings, simulate
+
+POSITION, VELOCITY = re.compile(r".*\.(q|quaternion\[\d\])"), re.compile(r".*\.(qd|omega\[\d\])")
+START = re.compile(r"(.*\.)(q|qd|quaternion|omega)(\[\d\])?$")
+TERMS = ("acceleration", "mass_matrix", "bias")
+HELD = 1e-9  # of the largest acceleration that a holding force removes
+
+
+def load(file: str | Path, tunable: Sequence[str] = ()) -> Model:
+    """Returns the model of a model file; raises UserError for a wrong file. `tunable` are further tunable parameters."""
+    return Model(Path(file), tunable)
+
+
+class Model:
+    """A model file whose equations can be evaluated; every verb uses `parameters`, start values by name."""
+
+    def __init__(self, file: Path, tunable: Sequence[str] = ()) -> None:
+        """Reads the file."""
+        self.file = file
+        self.description = describe(file)
+        self.parameters: dict[str, float] = {}
+        self._tunable = tuple(tunable)
+        self._folder = tempfile.TemporaryDirectory()
+        self._fmus: dict[Variant, Path] = {}
+        self._opened: dict[str, tuple[Session, dict[str, float]]] = {}
+        self._start: np.ndarray | None = None
+
+    # files and runs
+
+    def build(self, target: str | Path | None = None, **options) -> Path:
+        """Writes the FMU, by default beside the current folder's other files, and returns its path; options of `build_fmu.build`."""
+        path = Path(target) if target else Path(f"{self.file.stem}.fmu")
+        packager.build(self.description, self.file, path, **options)
+        return path
+
+    def simulate(
+        self,
+        stop: float | None = None,
+        step: float | None = None,
+        inputs: Mapping[str, str | float | tuple[ArrayLike, ArrayLike]] | None = None,
+        outputs: Sequence[str] = (),
+        start: Mapping[str, float] | None = None,
+    ) -> Result:
+        """Simulates; an input is a number, an expression of t, or times (s) and values that are interpolated linearly."""
+        with tempfile.TemporaryDirectory() as folder, Session(self._fmu(Variant(tunable=self._tunable))) as session:
+            given = [_input(name, value, Path(folder) / f"{i}.csv") for i, (name, value) in enumerate((inputs or {}).items())]
+            values = [f"{name}={float(value)!r}" for name, value in {**self.parameters, **(start or {})}.items()]
+            return simulate(session, Settings(stop, step, None, values, given, outputs, "all"))
+
+    # equations of motion
+
+    @property
+    def states(self) -> list[str]:
+        """Names of the entries of x."""
+        return self._equations().states
+
+    @property
+    def inputs(self) -> list[str]:
+        """Names of the entries of u."""
+        return self._equations().inputs
+
+    @property
+    def positions(self) -> list[str]:
+        """Names of the entries of q: a part of the states."""
+        return [n for n in self.states if POSITION.fullmatch(n)]
+
+    @property
+    def velocities(self) -> list[str]:
+        """Names of the entries of qd and qdd."""
+        return [n for n in self.states if VELOCITY.fullmatch(n)]
+
+    def start(self) -> np.ndarray:
+        """Returns the start state x (n)."""
+        self._equations()
+        return self._start.copy()
+
+    def state(self, q: ArrayLike | None = None, qd: ArrayLike | None = None) -> np.ndarray:
+        """Returns the start state with these positions and velocities."""
+        x = self.start()
+        for values, names, letter in ((q, self.positions, "q"), (qd, self.velocities, "qd")):
+            if values is not None:
+                x[[self.states.index(n) for n in names]] = _array(values, names, letter)
+        return x
+
+    def slope(self, x: ArrayLike | None = None, u: ArrayLike | None = None) -> np.ndarray:
+        """Returns x' (n) of the state x and the inputs u (k); by default the start state and zero."""
+        return self._equations().slope(*self._point(x, u))
+
+    def forward(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike | None = None) -> np.ndarray:
+        """Returns the accelerations; one row of each argument, or as many rows as q has. `tau` are all inputs."""
+        return _rows(self._forward, q, qd, np.zeros(len(self.inputs)) if tau is None else tau)
+
+    def inverse(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> np.ndarray:
+        """Returns the torques (N m, N) of the driven joints for their motion; one row of each argument, or as many rows as q has."""
+        session = self._open("inverse", Variant((), self._tunable, "given", True))
+        return _rows(lambda *row: self._inverse(session, *row), q, qd, qdd)
+
+    def mass_matrix(self, q: ArrayLike | None = None) -> np.ndarray:
+        """Returns M (v x v) of the tree, in the order of docs/equations.md."""
+        equations = self._equations()
+        equations.place(*self._point(self.state(q), None))
+        names = [n for n in equations.variables if n.startswith("mass_matrix[")]
+        size = round(len(names) ** 0.5)
+        return np.array(equations.read(names)).reshape(size, size)
+
+    def bias(self, q: ArrayLike | None = None, qd: ArrayLike | None = None) -> np.ndarray:
+        """Returns Coriolis, centrifugal, gyroscopic and gravity forces (v) of the tree, in the order of docs/equations.md."""
+        equations = self._equations()
+        equations.place(*self._point(self.state(q, qd), None))
+        return np.array(equations.read([n for n in equations.variables if n.startswith("bias[")]))
+
+    # linearisation
+
+    def linearise(self, x: ArrayLike | None = None, u: ArrayLike | None = None, h: float | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Returns A (n x n) and B (n x k): derivatives of x' by x and u, or with h (s) those of the state after h, with u held."""
+        equations = self._equations()
+        x, u = self._point(x, u)
+        if h is not None:
+            if not (np.isfinite(h) and h > 0):
+                raise UserError(f"the step size h must be a positive time in s, got {h:g}")
+            return step_derivative(equations, x, u, h)
+        equations.place(x, u)
+        both = equations.jacobian(equations.slopes, [*equations.states, *equations.inputs])
+        return both[:, : len(x)], both[:, len(x) :]
+
+    def step(self, x: ArrayLike, u: ArrayLike | None, h: float) -> np.ndarray:
+        """Returns the state after h (s) with u held, by the solver of the model file."""
+        x, u = self._point(x, u)
+        session = self._open("step", Variant(TERMS, self._tunable, "given"))
+        starts = [START.sub(r"\g<1>\g<2>0\g<3>", n) for n in self.states]
+        settable = session.names("parameter")
+        unknown = [n for n, s in zip(self.states, starts, strict=True) if s not in settable]
+        if unknown:
+            raise UserError(f"step: state '{unknown[0]}' has no start parameter")
+        _restart(session, {**self.parameters, **dict(zip(starts, x, strict=True)), **dict(zip(self.inputs, u, strict=True))})
+        session.step(0.0, h)
+        return np.array(session.read(self.states))
+
+    def equilibrium(self, u: ArrayLike | None = None, q: ArrayLike | None = None) -> np.ndarray:
+        """Returns the state at rest nearest to q (default: the start) under held inputs u; raises UserError if none is found."""
+        x, u = self._point(None if q is None else self.state(q), u)
+        x[[self.states.index(n) for n in self.velocities]] = 0
+        starts = {START.sub(r"\g<1>\g<2>0\g<3>", n): value for n, value in zip(self.states, x, strict=True)}
+        variant = replace(Variant(TERMS, self._tunable), start="equilibrium")
+        with Evaluation(self._fmu(variant)) as session:
+            known = {n: v for n, v in starts.items() if n in session.names("parameter")}
+            session.begin({**self.parameters, **known, **dict(zip(self.inputs, u, strict=True))})
+            return session.given_states()
+
+    def hold(self, x: ArrayLike | None = None) -> np.ndarray:
+        """Returns the inputs u (k) of least norm that hold the pose of x at rest; raises UserError if none do."""
+        x, u = self._point(x, None)
+        rows = [self.states.index(n) for n in self.velocities]
+        x[rows] = 0
+        first = abs(self.slope(x, u)).max(initial=0)
+        for _ in range(3):
+            missing = self.slope(x, u)
+            u = u - np.linalg.lstsq(self.linearise(x, u)[1], missing, rcond=1e-12)[0]
+        left = self.slope(x, u)
+        worst = int(abs(left).argmax()) if left.size else 0
+        if left.size and abs(left[worst]) > HELD * max(first, 1.0):
+            name = self._equations().slopes[worst]
+            raise UserError(f"no inputs hold the model at rest: '{name}' is {left[worst]:.3g} with the best ones")
+        return u
+
+    def modes(self, x: ArrayLike | None = None, u: ArrayLike | None = None) -> Modes:
+        """Returns the undamped modes of small motions about a state at rest."""
+        x, u = self._point(x, u)
+        return modes_at(self._equations(), x, u)
+
+    # instances
+
+    def close(self) -> None:
+        """Frees the instances and removes temporary files; the next verb makes them again."""
+        for session, _ in self._opened.values():
+            session.close()
+        self._opened, self._fmus = {}, {}
+        self._folder.cleanup()
+        self._folder = tempfile.TemporaryDirectory()
+
+    def __enter__(self) -> Model:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _fmu(self, variant: Variant) -> Path:
+        if variant not in self._fmus:
+            folder = Path(self._folder.name) / str(len(self._fmus))
+            folder.mkdir()
+            self._fmus[variant] = stage(self.file, self.description.resources, variant, folder)
+        return self._fmus[variant]
+
+    def _equations(self) -> Evaluation:
+        """Returns the instance that evaluates the equations, with the current parameters."""
+        session, used = self._opened.get("equations", (None, None))
+        if session is None:
+            session = Evaluation(self._fmu(Variant(TERMS, self._tunable, "given"))).__enter__()
+        if used != self.parameters:
+            for name in self.parameters:
+                session.find(name, "parameter", session.names("parameter"))
+            session.begin(self.parameters)
+            self._start = session.given_states()
+            self._opened["equations"] = (session, dict(self.parameters))
+        return session
+
+    def _open(self, name: str, variant: Variant) -> Session:
+        """Returns a co-simulation instance, in initialization mode or later."""
+        if name not in self._opened:
+            self._opened[name] = (Session(self._fmu(variant)).__enter__(), {})
+        return self._opened[name][0]
+
+    def _point(self, x: ArrayLike | None, u: ArrayLike | None) -> tuple[np.ndarray, np.ndarray]:
+        equations = self._equations()
+        x = self.start() if x is None else _array(x, equations.states, "x")
+        if u is None:
+            u = [float(equations.variables[n].start or 0) for n in equations.inputs]
+        return x, _array(u, equations.inputs, "u")
+
+    def _forward(self, q: np.ndarray, qd: np.ndarray, tau: np.ndarray) -> np.ndarray:
+        slope = self.slope(self.state(q, qd), tau)
+        return slope[[self.states.index(n) for n in self.velocities]]
+
+    def _inverse(self, session: Session, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
+        joints = [n.removesuffix(".q") for n in session.names("input") if n.endswith(".q")]
+        given = {}
+        for letter, values in (("q", q), ("qd", qd), ("qdd", qdd)):
+            names = [f"{joint}.{letter}" for joint in joints]
+            given |= dict(zip(names, _array(values, names, letter), strict=True))
+        _restart(session, {**self.parameters, **given})
+        return np.array(session.read([f"{joint}.tau" for joint in joints]))
+
+
+def _restart(session: Session, values: Mapping[str, float]) -> None:
+    """Initialises again at t = 0 with these start values and inputs."""
+    session._guarded("when resetting", session.instance.reset)
+    session.initialise(0.0, 1e9, None, dict(values))
+
+
+def _rows(function, *arguments: ArrayLike) -> np.ndarray:
+    """Applies a function of vectors to rows; a vector belongs to each row of the others."""
+    arrays = [np.asarray(a, dtype=float) for a in arguments]
+    if all(a.ndim < 2 for a in arrays):
+        return function(*arrays)
+    count = max(len(a) for a in arrays if a.ndim > 1)
+    if any(a.ndim > 2 or (a.ndim == 2 and len(a) != count) for a in arrays):
+        raise UserError(f"the arguments must be vectors or have {count} rows, got shapes {', '.join(str(a.shape) for a in arrays)}")
+    return np.array([function(*(a[i] if a.ndim == 2 else a for a in arrays)) for i in range(count)])
+
+
+def _array(values: ArrayLike, names: Sequence[str], letter: str) -> np.ndarray:
+    """Returns a checked copy."""
+    array = np.array(values, dtype=float)
+    if array.shape != (len(names),):
+        listed = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
+        raise UserError(f"'{letter}' must have the shape ({len(names)},) ({listed or 'no entries'}), got {array.shape}")
+    if not np.isfinite(array).all():
+        raise UserError(f"'{letter}' is not finite: entry '{names[int(np.argmin(np.isfinite(array)))]}'")
+    return array
+
+
+def _input(name: str, value: str | float | tuple[ArrayLike, ArrayLike], table: Path) -> str:
+    """Returns the argument of `Settings`, with a table for times and values."""
+    if not isinstance(value, tuple):
+        return f"{name}={value if isinstance(value, str) else float(value)!r}"
+    times, values = (np.asarray(part, dtype=float) for part in value)
+    if times.ndim != 1 or times.shape != values.shape:
+        raise UserError(f"input '{name}' must be two vectors of one length, got shapes {times.shape} and {values.shape}")
+    rows = "\n".join(f"{t!r},{v!r}" for t, v in zip(times.tolist(), values.tolist(), strict=True))
+    table.write_text(f"time,{name}\n{rows}\n", encoding="utf-8")
+    return f"{name}={table}"

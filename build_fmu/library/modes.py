@@ -1,0 +1,60 @@
+"""Undamped modes of small motions about a state at rest."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from build_fmu.errors import UserError
+from build_fmu.library.evaluation import Evaluation
+
+COORDINATE = re.compile(r".*\.(q|quaternion\[\d\]|motor_q)")
+RATE = re.compile(r".*\.(qd|omega\[\d\]|motor_qd)")
+AT_REST = 1e-6  # rad/s2, m/s2: acceleration of a state at rest
+INDEPENDENT = 1e-9  # singular value of an independent velocity; those of loops are of order 1 or rounding
+REAL = 1e-8  # imaginary part of a square that is rounding, relative to the largest square
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Modes by increasing square of the angular frequency (rad²/s²); a negative one is an unstable direction."""
+
+    squares: np.ndarray  # (k)
+    shapes: np.ndarray  # (coordinates x k), largest entry 1
+    coordinates: list[str]
+
+    @property
+    def frequencies(self) -> np.ndarray:
+        """Frequencies in Hz (k); NaN for an unstable direction."""
+        return np.sqrt(np.where(self.squares < 0, np.nan, self.squares)) / (2 * np.pi)
+
+
+def modes_at(equations: Evaluation, x: np.ndarray, u: np.ndarray) -> Modes:
+    """Returns the modes; raises UserError if the state is not at rest.
+
+    With q' = G v and v' = a(q), small motions follow v'' = (da/dq) G v. Loops make G singular: the velocities that it maps to zero are
+    not possible and are left out.
+    """
+    coordinates = [n for n in equations.states if COORDINATE.fullmatch(n)]
+    rates = [n for n in equations.states if RATE.fullmatch(n)]
+    slopes = dict(zip(equations.states, equations.slopes, strict=True))
+    moving = dict(zip(equations.states, equations.slope(x, u), strict=True))
+    worst = max([*coordinates, *rates], key=lambda n: abs(moving[n]), default=None)
+    if worst is None:
+        return Modes(np.empty(0), np.empty((0, 0)), [])
+    if abs(moving[worst]) > AT_REST:
+        name = slopes[worst]
+        raise UserError(f"modes require a state at rest, but '{name}' is {moving[worst]:.3g}: use an equilibrium or holding inputs")
+    G = equations.jacobian([slopes[n] for n in coordinates], rates)
+    stiffness = -equations.jacobian([slopes[n] for n in rates], coordinates)
+    _, values, right = np.linalg.svd(G)
+    free = right[: int((values > INDEPENDENT * values[0]).sum())].T
+    squares, vectors = np.linalg.eig(free.T @ stiffness @ G @ free)
+    if abs(squares.imag).max(initial=0) > REAL * abs(squares).max(initial=0):
+        raise UserError("the forces at this state have no potential, so there are no undamped modes: use `linearise`")
+    order = np.argsort(squares.real)
+    shapes = (G @ free @ vectors).real[:, order]
+    largest = np.take_along_axis(shapes, abs(shapes).argmax(axis=0)[None, :], axis=0)
+    return Modes(squares.real[order], shapes / largest, coordinates)

@@ -1,0 +1,61 @@
+"""FMUs for the verbs of a model: the same file with other outputs, tunable parameters or start, without drawing and pages."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+
+import tomlkit
+
+from build_fmu import native
+from build_fmu.errors import UserError
+from build_fmu.fmu.archive import Entry, write_archive
+from build_fmu.fmu.description import model_description
+from build_fmu.model.describe import describe
+from build_fmu.model.inverse import inverse_of
+from build_fmu.model.resources import attach
+
+
+@dataclass(frozen=True)
+class Variant:
+    """What differs from the model file; None: as in the file."""
+
+    outputs: Sequence[str] | None = None
+    tunable: Sequence[str] = ()
+    start: str | None = None
+    inverse: bool = False
+
+
+def stage(model: Path, resources: list[str], variant: Variant, folder: Path) -> Path:
+    """Writes the FMU of a variant into an empty folder; raises UserError with the name of the user's file."""
+    copy, fmu = folder / model.name, folder / "model.fmu"
+    copy.write_text(_changed(model.read_text(encoding="utf-8-sig"), variant), encoding="utf-8", newline="\n")
+    attach(resources, model, folder)
+    try:
+        with inverse_of(copy) if variant.inverse else nullcontext((describe(copy), copy)) as (table, file):
+            entries = [
+                Entry("modelDescription.xml", model_description(table)),
+                Entry(f"binaries/linux64/{table.model_identifier}.so", native.library().read_bytes(), True),
+                Entry("resources/model.toml", file.read_bytes()),
+                *(Entry(f"resources/{name}", (folder / name).read_bytes()) for name in resources),
+            ]
+            write_archive(fmu, entries)
+    except UserError as error:
+        raise UserError(str(error).replace(str(copy), str(model))) from None
+    return fmu
+
+
+def _changed(text: str, variant: Variant) -> str:
+    """Returns the model file with the changes, everything else untouched."""
+    document = tomlkit.parse(text)
+    if variant.start:
+        document["start"] = variant.start
+    if variant.outputs is not None or variant.tunable:
+        section = document.setdefault("fmu", tomlkit.table())
+        if variant.outputs is not None:
+            section["outputs"] = list(variant.outputs)
+        if variant.tunable:
+            section["tunable"] = list(dict.fromkeys([*section.get("tunable", []), *variant.tunable]))
+    return tomlkit.dumps(document)

@@ -1,0 +1,226 @@
+"""`build_fmu.load`: the verbs of a model against closed forms, and against the solver of the FMU."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import build_fmu as rds
+from build_fmu import native
+from build_fmu.errors import UserError
+
+ROOT = Path(__file__).parents[2]
+LENGTHS, MASSES, G = (1.0, 0.8), (2.0, 1.5), 9.81
+
+# point masses at the ends of massless rods in a vertical plane; angles from the vertical
+DOUBLE = """
+name = "double"
+gravity = [9.81, 0, 0]
+[[link]]
+name = "upper"
+mass = 2
+com = [1, 0, 0]
+q = 0.4
+[[link]]
+name = "lower"
+a = 1
+mass = 1.5
+com = [0.8, 0, 0]
+q = -0.7
+qd = 0.5
+"""
+
+
+@pytest.fixture
+def model(tmp_path):
+    """Returns a function: text of a model file, or a name in models/ -> the model."""
+    try:
+        native.library()
+    except UserError as error:
+        pytest.skip(str(error))
+    opened = []
+
+    def load(text: str, **options) -> rds.Model:
+        file = ROOT / "models" / f"{text}.toml"
+        if "\n" in text:
+            file = tmp_path / "model.toml"
+            file.write_text(text)
+        opened.append(rds.load(file, **options))
+        return opened[-1]
+
+    yield load
+    for one in opened:
+        one.close()
+
+
+def terms(q, qd):
+    """Mass matrix and bias of the double pendulum in relative angles (textbook form in absolute angles, transformed)."""
+    (l1, l2), (m1, m2) = LENGTHS, MASSES
+    a, b = q[0], q[0] + q[1]
+    c, s = np.cos(a - b), np.sin(a - b)
+    M = np.array([[(m1 + m2) * l1**2, m2 * l1 * l2 * c], [m2 * l1 * l2 * c, m2 * l2**2]])
+    w1, w2 = qd[0], qd[0] + qd[1]
+    h = np.array([m2 * l1 * l2 * s * w2**2, -m2 * l1 * l2 * s * w1**2]) + G * np.array([(m1 + m2) * l1 * np.sin(a), m2 * l2 * np.sin(b)])
+    J = np.array([[1, 0], [1, 1]])
+    return J.T @ M @ J, J.T @ h
+
+
+def differences(function, x, size=1e-5):
+    """Central differences of fourth order."""
+    columns = []
+    for d in size * np.eye(len(x)):
+        columns.append((8 * (function(x + d) - function(x - d)) - function(x + 2 * d) + function(x - 2 * d)) / (12 * size))
+    return np.column_stack(columns)
+
+
+def test_terms_are_those_of_the_double_pendulum(model):
+    m = model(DOUBLE)
+    q, qd, qdd = np.random.default_rng(1).normal(size=(3, 2))
+    M, h = terms(q, qd)
+    assert m.mass_matrix(q) == pytest.approx(M, abs=1e-14)
+    assert m.bias(q, qd) == pytest.approx(h, abs=1e-13)
+    tau = M @ qdd + h
+    assert m.inverse(q, qd, qdd) == pytest.approx(tau, abs=1e-13)
+    assert m.forward(q, qd, tau) == pytest.approx(qdd, abs=1e-13)
+    # rows, and a vector for all rows
+    many = np.random.default_rng(2).normal(size=(5, 2))
+    rows = m.inverse(many, qd, qdd)
+    assert rows.shape == (5, 2)
+    assert rows[3] == pytest.approx(terms(many[3], qd)[0] @ qdd + terms(many[3], qd)[1], abs=1e-13)
+
+
+def test_linearisation_is_that_of_the_double_pendulum(model):
+    m = model(DOUBLE)
+    assert m.states == ["upper.q", "lower.q", "upper.qd", "lower.qd"]
+    assert (m.positions, m.velocities, m.inputs) == (m.states[:2], m.states[2:], ["upper.tau", "lower.tau"])
+    assert list(m.start()) == [0.4, -0.7, 0, 0.5]
+    x, u = np.array([0.3, -0.9, 0.7, -1.1]), np.array([2.0, -3.0])
+
+    def slope(x, u=u):
+        M, h = terms(x[:2], x[2:])
+        return np.concatenate([x[2:], np.linalg.solve(M, u - h)])
+
+    A, B = m.linearise(x, u)
+    assert pytest.approx(differences(slope, x, 1e-3), abs=1e-9) == A
+    assert pytest.approx(np.vstack([np.zeros((2, 2)), np.linalg.inv(terms(x[:2], x[2:])[0])]), abs=1e-13) == B
+    assert m.slope(x, u) == pytest.approx(slope(x), abs=1e-13)
+
+
+@pytest.mark.parametrize("name", ["double_pendulum", "kuka_kr5", "top", "four_bar", "bennett", "gripper_pd"])
+def test_derivative_of_a_step_is_that_of_the_solver(model, name):
+    """The step itself is made by the FMU's own solver, which shares no code with the derivative."""
+    m = model(name)
+    m.parameters = {"solver.rtol": 1e-12, "solver.atol": 1e-14}
+    x, u, h = m.start(), np.zeros(len(m.inputs)), 0.02
+    A, B = m.linearise(x, u, h)
+    # directions that loops allow: the columns of a short step's derivative; not the length of a quaternion
+    left, values, _ = np.linalg.svd(m.linearise(x, u, 1e-9)[0])
+    allowed = left[:, : int((values > 0.1).sum())]
+    length = np.array([x[i] if "quaternion" in n else 0 for i, n in enumerate(m.states)])
+    if length.any():
+        allowed = np.linalg.svd(np.eye(len(x)) - np.outer(length, length))[0][:, :-1]
+    by_state = differences(lambda a: m.step(x + allowed @ a, u, h), np.zeros(allowed.shape[1]), 1e-3)
+    assert pytest.approx(by_state, abs=1e-7 * abs(A).max()) == A @ allowed
+    scale = np.diag(1 / abs(B).max(axis=0)) if len(u) else np.empty((0, 0))
+    by_input = differences(lambda v: m.step(x, u + scale @ v, h), np.zeros(len(u)), 1e-3) if len(u) else B
+    assert pytest.approx(by_input, abs=1e-7) == B @ scale
+
+
+def test_two_steps_multiply(model):
+    m = model(DOUBLE)
+    x, u, h = m.start(), np.array([1.0, -0.5]), 0.1
+    m.parameters = {"solver.rtol": 1e-12, "solver.atol": 1e-14}
+    first, second, whole = m.linearise(x, u, h)[0], m.linearise(m.step(x, u, h), u, h)[0], m.linearise(x, u, 2 * h)[0]
+    assert pytest.approx(second @ first, abs=1e-9) == whole
+
+
+def chain(count: int, stiffness: float, mass: float) -> str:
+    """Equal masses on rails in a row, between springs, the first one on the ground; the last mass is free."""
+    link = '[[link]]\nname = "m{0}"\njoint = "prismatic"\nmass = {1}\nstiffness = {2}\n'
+    return 'name = "chain"\ngravity = [0, 0, 0]\n' + "".join(link.format(i, mass, stiffness) for i in range(count))
+
+
+def test_modes_of_a_uniform_chain(model):
+    """w_k = 2 sqrt(c/m) sin((2k-1) pi / (4n+2)) for n masses on n springs, one end free."""
+    count, c, mass = 12, 700.0, 0.3
+    modes = model(chain(count, c, mass)).modes()
+    k = np.arange(1, count + 1)
+    expected = 2 * np.sqrt(c / mass) * np.sin((2 * k - 1) * np.pi / (4 * count + 2)) / (2 * np.pi)
+    assert modes.frequencies == pytest.approx(expected, rel=1e-10)
+    # relative displacements of the joints add to those of the masses: sin(i (2k-1) pi / (2n+1))
+    shape = np.cumsum(modes.shapes[:, 2])
+    wanted = np.sin(np.arange(1, count + 1) * 5 * np.pi / (2 * count + 1))
+    assert shape / shape[0] == pytest.approx(wanted / wanted[0], rel=1e-9)
+
+
+def test_modes_count_what_loops_leave(model):
+    """A parallelogram with equal sides swings like a pendulum: one mode."""
+    m = model("four_bar")
+    x = m.equilibrium()
+    modes = m.modes(x)
+    assert len(modes.squares) == 1 and modes.squares[0] > 0
+    # period of a small motion about the rest position, from the energy-preserving run
+    start = {f"{n}0": v for n, v in zip(m.positions, x[: len(m.positions)] + 1e-4 * modes.shapes[:, 0], strict=True)}
+    period = 1 / modes.frequencies[0]
+    run = m.simulate(stop=period, step=period / 4, start=start | {n.replace(".qd", ".qd0"): 0 for n in m.velocities}, outputs=m.positions)
+    moved = (run.values - x[: len(m.positions)]) @ modes.shapes[:, 0]
+    assert moved / moved[0] == pytest.approx([1, 0, -1, 0, 1], abs=1e-3)
+
+
+def test_equilibrium_and_hold(model):
+    m = model(DOUBLE)
+    assert m.equilibrium() == pytest.approx([0, 0, 0, 0], abs=1e-8)
+    q = np.array([0.5, 1.0])
+    assert m.hold(m.state(q)) == pytest.approx(terms(q, np.zeros(2))[1], abs=1e-12)
+    # under a torque on the first joint only: sin(q1) = tau / (g l1 (m1 + m2)), the second rod is vertical
+    held = m.equilibrium(u=[10.0, 0.0])
+    M = G * ((MASSES[0] + MASSES[1]) * LENGTHS[0])
+    assert held[0] == pytest.approx(np.arcsin(10 / M), abs=1e-8) and held[0] + held[1] == pytest.approx(0, abs=1e-8)
+    up = m.modes(m.state([np.pi, 0], [0, 0]))
+    assert (up.squares < 0).all() and np.isnan(up.frequencies).all()
+
+
+def test_parameters_apply_to_every_verb(model):
+    m = model(DOUBLE, tunable=["lower.mass"])
+    before = m.mass_matrix([0, 0])[1, 1]
+    m.parameters = {"lower.mass": 3.0}
+    assert m.mass_matrix([0, 0])[1, 1] == pytest.approx(2 * before)
+    assert m.inverse([0, 0], [0, 0], [0, 1])[1] == pytest.approx(2 * before)
+    with pytest.raises(UserError, match="unknown parameter 'lower.mas'; did you mean 'lower.mass'"):
+        m.parameters = {"lower.mas": 1.0}
+        m.mass_matrix()
+
+
+def test_simulate_follows_a_table(model):
+    m = model("name = 'cart'\ngravity = [0, 0, 0]\n[[link]]\nname = 'cart'\njoint = 'prismatic'\nmass = 2\n")
+    run = m.simulate(stop=3, step=0.5, inputs={"cart.tau": ([0, 3], [0, 6])}, outputs=["cart.q"])
+    assert run["cart.q"] == pytest.approx(run.time**3 / 6, abs=1e-6)
+    run = m.simulate(stop=1, inputs={"cart.tau": 4}, start={"cart.qd0": 1.0})
+    assert run["cart.q"][-1] == pytest.approx(2, abs=1e-6)
+
+
+def test_errors_are_one_sentence(model):
+    m = model(DOUBLE)
+    for call, sentence in (
+        (lambda: m.mass_matrix([1]), r"'q' must have the shape \(2,\) \(upper.q, lower.q\), got \(1,\)"),
+        (lambda: m.forward([0, np.nan], [0, 0]), "'q' is not finite: entry 'lower.q'"),
+        (lambda: m.linearise(h=-1), "the step size h must be a positive time in s, got -1"),
+        (lambda: m.modes(), "modes require a state at rest, but 'lower.qd"),
+        (lambda: m.inverse(np.zeros((2, 2)), np.zeros((3, 2)), np.zeros(2)), "must be vectors or have 3 rows"),
+        (
+            lambda: model("kuka_kr5_computed_torque").linearise(h=10),
+            "a trajectory or sampled controller changes at t = .* s, inside the step of 10 s",
+        ),
+        (lambda: rds.load("absent.toml"), "model file 'absent.toml' does not exist"),
+        (lambda: model("kuka_kr5_harmonic").step(model("kuka_kr5_harmonic").start(), None, 0.1), "has no start parameter"),
+    ):
+        with pytest.raises(UserError, match=sentence):
+            call()
+    with pytest.raises(UserError, match="no inputs hold the model at rest"):
+        model(DOUBLE + "drive = 'free'\n").hold()
+
+
+def test_build_writes_the_fmu(model, tmp_path):
+    assert model(DOUBLE).build(tmp_path / "arm.fmu").stat().st_size > 100_000
