@@ -14,6 +14,7 @@ COORDINATE = re.compile(r".*\.(q|quaternion\[\d\]|motor_q)")
 RATE = re.compile(r".*\.(qd|omega\[\d\]|motor_qd)")
 AT_REST = 1e-6  # rad/s2, m/s2: acceleration of a state at rest
 INDEPENDENT = 1e-9  # singular value of an independent velocity; those of loops are of order 1 or rounding
+ROUNDING = 1e-14  # a square of a free motion, relative to the largest square
 REAL = 1e-8  # imaginary part of a square that is rounding, relative to the largest square
 
 
@@ -54,7 +55,8 @@ def modes_at(equations: Evaluation, x: np.ndarray, u: np.ndarray) -> Modes:
     squares, vectors = np.linalg.eig(free.T @ stiffness @ G @ free)
     if abs(squares.imag).max(initial=0) > REAL * abs(squares).max(initial=0):
         raise UserError("the forces at this state have no potential, so there are no undamped modes: use `linearise`")
-    order = np.argsort(squares.real)
+    squares = np.where(abs(squares) <= ROUNDING * abs(squares).max(initial=0), 0, squares.real)
+    order = np.argsort(squares)
     shapes = (G @ free @ vectors).real[:, order]
     largest = np.take_along_axis(shapes, abs(shapes).argmax(axis=0)[None, :], axis=0)
-    return Modes(squares.real[order], shapes / largest, coordinates)
+    return Modes(squares[order], shapes / largest, coordinates)

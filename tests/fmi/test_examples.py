@@ -29,6 +29,30 @@ def test_gravity_compensation_needs_no_stiff_controller(example):
     assert rows["PD alone"][1] > 0.05 and max(rows["with compensation"]) < 0.005
 
 
+def test_regulator_holds_the_pendulum_upright(example):
+    *rows, values = example("lqr.py")
+    errors = [float(row.split()[-1]) for row in rows]
+    assert errors[0] == 0.3 and errors[-1] < 5e-4
+    unstable, stable = (float(part.split()[-1]) for part in values.split(", "))
+    assert stable < 1 < unstable
+
+
+def test_filter_improves_the_measurement(example):
+    angles, velocities = ([float(x) for x in re.findall(r"\d\.\d+", line)] for line in example("ukf.py"))
+    assert angles[1] < angles[0] / 3 and velocities[0] < 0.1
+
+
+def test_payload_lies_within_its_standard_errors(example):
+    for line in example("payload.py"):
+        value, error, true = (float(x) for x in re.findall(r"-?\d+\.\d+", line))
+        assert 0 < error < 0.001 and abs(value - true) < 3 * error + 1e-4
+
+
+@pytest.mark.parametrize("program", ["lqr", "ukf", "payload"])
+def test_examples_of_control_stay_short(program):
+    assert len((EXAMPLES / f"{program}.py").read_text(encoding="utf-8").splitlines()) < 40
+
+
 def test_the_readme_shows_the_example():
     shown = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
     program = (EXAMPLES / "free_fall.py").read_text(encoding="utf-8")

@@ -1,0 +1,66 @@
+"""The state at which `linearise`, `modes` and `equilibrium` evaluate a model, and the tables that they print."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from build_fmu.cli.terminal import SEVERAL, console
+from build_fmu.errors import UserError, did_you_mean, named
+from build_fmu.run.expressions import compile_expression
+from build_fmu.run.signals import parse_start
+
+BLOCK = 8  # columns
+
+
+def add_state_options(command: argparse.ArgumentParser, places: Sequence[str] = ("start", "equilibrium", "held")) -> None:
+    """Adds the model file and the options of its state."""
+    command.add_argument("model", type=Path, metavar="MODEL", help="model file (.toml)")
+    command.add_argument("--start", **SEVERAL, metavar="NAME=VALUE", help="start values of parameters, for example joint1.q0=pi/2")
+    command.add_argument("--input", **SEVERAL, metavar="NAME=VALUE", help="constant inputs, for example joint1.tau=2 (default: 0)")
+    if places:
+        command.add_argument(
+            "--at",
+            choices=places,
+            default=places[0],
+            help="start: the start state; equilibrium: the rest pose near it; held: the start pose with inputs that hold it "
+            f"(default: {places[0]})",
+        )
+
+
+def given_state(model, options: argparse.Namespace) -> tuple[np.ndarray, np.ndarray]:
+    """Returns state and inputs; raises UserError."""
+    model.parameters = {name: compile_expression(text)(0.0) for name, text in parse_start(options.start).items()}
+    u = np.zeros(len(model.inputs))
+    for name, text in parse_start(options.input).items():
+        if name not in model.inputs:
+            raise UserError(f"unknown input '{name}'{did_you_mean(name, model.inputs) or named(model.inputs)}")
+        u[model.inputs.index(name)] = compile_expression(text)(0.0)
+    where = getattr(options, "at", "equilibrium")
+    if where == "equilibrium":
+        return model.equilibrium(u), u
+    if where == "held":
+        if options.input:
+            raise UserError("--at held finds the inputs: remove --input")
+        x = model.state(qd=np.zeros(len(model.velocities)))
+        return x, model.hold(x)
+    return model.start(), u
+
+
+def print_matrix(title: str, rows: Sequence[str], columns: Sequence[str], values: np.ndarray) -> None:
+    """Prints a matrix with names of rows and columns, in blocks that fit a line."""
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    for first in range(0, len(columns), BLOCK):
+        table = Table(box=box.SIMPLE_HEAD, title=escape(title), title_justify="left")
+        table.add_column("")
+        for name in columns[first : first + BLOCK]:
+            table.add_column(escape(name), justify="right")
+        for name, row in zip(rows, values[:, first : first + BLOCK], strict=True):
+            table.add_row(escape(name), *(f"{x:.6g}" for x in row))
+        console().print(table)

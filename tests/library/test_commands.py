@@ -1,0 +1,80 @@
+"""`build-fmu linearise`, `modes` and `equilibrium`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from build_fmu import native
+from build_fmu.cli import main
+from build_fmu.errors import UserError
+
+ROOT = Path(__file__).parents[2]
+# a point mass on a massless rod of 0.5 m
+PENDULUM = "name = 'p'\ngravity = [9.81, 0, 0]\n[[link]]\nname = 'rod'\nmass = 2\ncom = [0.5, 0, 0]\nq = 0.3\n"
+
+
+@pytest.fixture
+def run(tmp_path, capsys):
+    """Returns a function: command and options -> exit code, output, errors for the pendulum."""
+    try:
+        native.library()
+    except UserError as error:
+        pytest.skip(str(error))
+    file = tmp_path / "p.toml"
+    file.write_text(PENDULUM)
+
+    def command(name: str, *options: str, model: Path = file):
+        code = main([name, str(model), *options])
+        return code, *capsys.readouterr()
+
+    return command
+
+
+def test_linearise_prints_the_matrices(run):
+    code, out, _ = run("linearise", "--json", "--at", "held")
+    facts = json.loads(out)
+    g, inertia = 9.81 / 0.5, 2 * 0.25
+    assert (code, facts["states"], facts["inputs"]) == (0, ["rod.q", "rod.qd"], ["rod.tau"])
+    assert facts["u"] == pytest.approx([2 * 9.81 * 0.5 * np.sin(0.3)])
+    assert np.array(facts["A"]) == pytest.approx(np.array([[0, 1], [-g * np.cos(0.3), 0]]))
+    assert np.array(facts["B"]) == pytest.approx(np.array([[0], [1 / inertia]]))
+    h, w = 0.1, np.sqrt(g)
+    step = json.loads(run("linearise", "--json", "--start", "rod.q0=0", "--step", str(h))[1])
+    rotation = [[np.cos(w * h), np.sin(w * h) / w], [-w * np.sin(w * h), np.cos(w * h)]]
+    assert np.array(step["A"]) == pytest.approx(np.array(rotation), abs=1e-9)
+    assert "rod.tau" in run("linearise")[1]
+
+
+def test_modes_are_those_of_the_pendulum(run):
+    facts = json.loads(run("modes", "--json")[1])
+    assert facts["frequencies"] == pytest.approx([np.sqrt(9.81 / 0.5) / (2 * np.pi)], rel=1e-12)
+    assert "0.704968 Hz" in run("modes")[1]
+    above = run("modes", "--at", "held", "--start", "rod.q0=pi")
+    assert "unstable 0.226 s" in above[1]
+    assert run("modes", "--at", "start")[::2] == (
+        1,
+        "modes require a state at rest, but 'rod.qdd' is -5.8: use an equilibrium or holding inputs\n",
+    )
+
+
+def test_equilibrium_is_found_or_refused(run):
+    facts = json.loads(run("equilibrium", "--json", "--input", "rod.tau=2")[1])
+    assert facts["positions"]["rod.q"] == pytest.approx(np.arcsin(2 / 9.81), abs=1e-9) and facts["largest_rate"] < 1e-6
+    # more than the weight can balance
+    code, out, errors = run("equilibrium", "--input", "rod.tau=20")
+    assert (code, out, errors.count("\n")) == (1, "", 1) and "found no rest configuration" in errors
+
+
+def test_equilibrium_of_contact_and_loops(run):
+    for name in ("quadruped", "four_bar"):
+        facts = json.loads(run("equilibrium", "--json", model=ROOT / "models" / f"{name}.toml")[1])
+        assert facts["largest_rate"] < 1e-6
+
+
+def test_wrong_inputs_are_one_sentence(run):
+    assert run("linearise", "--input", "rod.ta=2")[::2] == (1, "unknown input 'rod.ta'; did you mean 'rod.tau'?\n")
+    assert run("modes", "--at", "held", "--input", "rod.tau=2")[::2] == (1, "--at held finds the inputs: remove --input\n")
