@@ -76,6 +76,8 @@ def _files(options: argparse.Namespace, folder: Path) -> dict[str, str]:
             setattr(options, key, file if value == STREAM else [file if one == STREAM else one for one in value])
             names[str(file)] = "<stdin>"
     key, ending = WRITTEN.get(options.command, ("", ""))
+    if not key and getattr(options, "output", None) == STREAM:
+        raise UserError(f"{options.command} writes several files: -o requires the name of a folder, not `-`")
     if getattr(options, key, None) == STREAM:
         file = folder / f"stdout{ending}"
         file.unlink(missing_ok=True)

@@ -194,7 +194,7 @@ class Tree:
             geom.solid, geom.rule = self._mesh(element, values, geom.pose)
         elif kind in LENGTHS:
             size = mj.numbers(element, values, "size", None, "")
-            if half is not None:
+            if half is not None and size:
                 size = [size[0], half] if kind in ("capsule", "cylinder") else [size[0], size[0], half]
             if len(size) < LENGTHS[kind] or min(size[: LENGTHS[kind]]) <= 0:
                 raise mj.error(

@@ -111,7 +111,7 @@ class Parts:
         """Converts springs and dampers of fixed tendons to elastic couplings."""
         for element in (child for section in self.mj.root.findall("tendon") for child in elements(section)):
             values = self.mj.attributes(element)
-            stiffness, damping = (self.mj.numbers(element, values, key, None, "0")[0] for key in ("stiffness", "damping"))
+            stiffness, damping = ((self.mj.numbers(element, values, key, None, "0") or [0.0])[0] for key in ("stiffness", "damping"))
             if element.tag != "fixed":
                 self.tree.omitted[f"<{element.tag}> tendons"] += 1
                 continue

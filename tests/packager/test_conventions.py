@@ -130,6 +130,7 @@ def test_results_go_to_stdout_and_messages_to_stderr(built_library, here):
     assert done.stdout.splitlines()[0] == "time,pivot.q" and len(done.stdout.splitlines()) == 4
     assert done.stderr == "<stdout>  3 rows, 1 outputs\n"
     assert command("simulate", PENDULUM, "--csv", "-", "--json").stderr.startswith("--json and an output file `-` both")
+    assert command("report", PENDULUM, "-o", "-").stderr.startswith("report writes several files: -o requires the name of a folder")
     assert list(here.iterdir()) == []
 
 

@@ -183,6 +183,7 @@ def test_losses_are_listed(tmp_path, old, new, sentence):
         ('name="c"', 'name="c" class="x"', "unknown default class 'x'"),
         ('name="c"', 'name="c" type="hing"', "unknown joint type 'hing'"),
         ("EXTRA", '<equality><connect body1="rocke" anchor="0 0 0"/></equality>', "unknown body 'rocke'; did you mean 'rocker'"),
+        ('0.3 0 0" size="0.02"', '0.3 0 0" size=""', "'size' of a <geom> of type capsule must be 2 numbers > 0"),
         ('size="0.05"', 'size="0.05" group="a"', "'group' of <geom> must be a number, got 'a'"),
         ('size="0.05"', 'size="0.05" quat="0 0 0 0"', "<geom> has a direction of length 0"),
         ("<option", '<compiler settotalmass="x"/><option', "'settotalmass' of <compiler> must be a number"),
