@@ -14,13 +14,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from build_fmu.errors import UserError
+from build_fmu.errors import UserError, did_you_mean, named
 from build_fmu.fmu import build as packager
+from build_fmu.library.batch import Runs, simulate_batch
 from build_fmu.library.evaluation import Evaluation
 from build_fmu.library.flow import step_derivative
 from build_fmu.library.modes import Modes, modes_at
 from build_fmu.library.staging import Variant, stage
 from build_fmu.model.describe import describe
+from build_fmu.run.driver import Task, staged
 from build_fmu.run.session import Session
 from build_fmu.run.simulate import Result, Settings, simulate
 
@@ -70,6 +72,33 @@ class Model:
             given = [_input(name, value, Path(folder) / f"{i}.csv") for i, (name, value) in enumerate((inputs or {}).items())]
             values = [f"{name}={float(value)!r}" for name, value in {**self.parameters, **(start or {})}.items()]
             return simulate(session, Settings(stop, step, None, values, given, outputs, "all"))
+
+    def simulate_many(
+        self,
+        inputs: ArrayLike | None = None,
+        parameters: Mapping[str, ArrayLike] | None = None,
+        workers: int = 1,
+        stop: float | None = None,
+        step: float | None = None,
+        outputs: Sequence[str] = (),
+        every: int = 0,
+    ) -> Runs:
+        """Simulates a batch in compiled code: inputs (runs x steps x k), held during each step; parameters (runs) by name.
+
+        Rows of outputs are recorded at the start, after each `every` steps (0: none) and at the end.
+        """
+        with staged(self._fmu(Variant(tunable=self._tunable))) as fmu:
+            size = fmu.step if step is None else step
+            steps = max(1, round((fmu.stop if stop is None else stop) / size))
+            chosen = list(outputs) or fmu.reals()
+            for name in chosen:
+                if name not in fmu.reals():
+                    raise UserError(f"unknown output '{name}'{did_you_mean(name, fmu.reals()) or named(fmu.reals())}")
+            given = None if inputs is None else np.asarray(inputs, dtype=float)
+            if given is not None and (given.ndim != 3 or given.shape[1:] != (steps, len(fmu.names("input")))):
+                raise UserError(f"'inputs' must have the shape (runs, {steps}, {len(fmu.names('input'))}), got {given.shape}")
+            task = Task(size, steps, every or steps, outputs=chosen)
+            return simulate_batch(fmu, task, given, {**self.parameters, **(parameters or {})}, workers)
 
     # equations of motion
 

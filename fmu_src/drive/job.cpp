@@ -52,6 +52,7 @@ constexpr Word words[] = {
     {"inputs", to<&Job::inputs>},     {"outputs", to<&Job::outputs>},
     {"integers", to<&Job::integers>}, {"names", to<&Job::names>},
     {"input", to<&Job::motion>},      {"instances", to<&Job::instances>},
+    {"vary", to<&Job::vary>},         {"values", to<&Job::values>},
 };
 
 bool take(Job& job, const std::string& word, std::istringstream& line) {
@@ -70,6 +71,11 @@ bool take(Job& job, const std::string& word, std::istringstream& line) {
   return !line.fail();
 }
 
+// Whether the numbers are whole rows, with one entry per variable.
+bool fits(const std::vector<fmi2ValueReference>& variables, const std::vector<double>& rows) {
+  return variables.empty() == rows.empty() && (variables.empty() || rows.size() % variables.size() == 0);
+}
+
 }  // namespace
 
 Job read_job(std::istream& stream) {
@@ -86,9 +92,10 @@ Job read_job(std::istream& stream) {
     throw std::runtime_error("the job names no library or no guid");
   if (!(job.step > 0) || job.steps < 1 || job.every < 1 || job.hold < 1)
     throw std::runtime_error("step, steps, every and hold of the job must be positive");
-  if (job.inputs.empty() != job.motion.empty() ||
-      (!job.inputs.empty() && job.motion.size() % job.inputs.size() != 0))
+  if (!fits(job.inputs, job.motion))
     throw std::runtime_error("the job's rows of inputs do not fit the number of inputs");
+  if (!fits(job.vary, job.values))
+    throw std::runtime_error("the job's rows of values do not fit the number of varied parameters");
   return job;
 }
 

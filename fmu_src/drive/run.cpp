@@ -24,9 +24,11 @@ struct Record {
   std::string status = "ok", phase;
   double reached = 0;
   long steps_done = 0;
-  std::vector<double> times, values;  // rows of outputs
-  std::vector<double> seconds;        // of each whole run
-  bool bad = false;                   // a value that is not finite came with fmi2OK
+  std::vector<double> times, values;    // rows of outputs
+  std::vector<double> seconds;          // of each whole run
+  std::vector<std::string> run_status;  // of a batch, by run
+  std::vector<std::size_t> run_rows;
+  bool bad = false;  // a value that is not finite came with fmi2OK
   unsigned bad_reference = 0;
   double bad_time = 0;
   double last_successful = -1;
@@ -44,9 +46,31 @@ class Run {
         begin_(Clock::now()),
         computed_(computing_seconds()) {}
 
+  // One run for each row of values; a run that fails does not end the others.
+  void batch(fmi2Component instance) {
+    const std::size_t width = job_.vary.size(), count = job_.values.size() / width;
+    Job varied = job_;
+    for (const fmi2ValueReference reference : job_.vary) varied.reals.emplace_back(reference, 0);
+    for (std::size_t i = 0; i < count; ++i) {
+      for (std::size_t j = 0; j < width; ++j)
+        varied.reals[job_.reals.size() + j].second = job_.values[i * width + j];
+      first_ = static_cast<long>(i) * job_.steps;
+      record.status = "ok";
+      const std::size_t rows = record.times.size();
+      double seconds = 0;
+      if (i > 0 && fmu_.reset(instance) > fmi2Warning)
+        fail("error", "reset");
+      else if (begin(instance, varied))
+        recorded(instance, seconds);
+      record.run_status.push_back(record.status);
+      record.run_rows.push_back(record.times.size() - rows);
+    }
+    record.status = "ok";
+  }
+
   void all(fmi2Component instance) {
     double seconds = 0;
-    if (!begin(instance)) return;
+    if (!begin(instance, job_)) return;
     const bool whole = recorded(instance, seconds);
     if (record.steps_done > 0) record.seconds.push_back(seconds);
     read_health(instance);
@@ -77,9 +101,9 @@ class Run {
     return false;
   }
 
-  bool begin(fmi2Component instance) {
+  bool begin(fmi2Component instance, const Job& job) {
     watchdog_.at("initialise", 0);
-    if (initialise(fmu_, instance, job_) > fmi2Warning) return fail("refused", "initialise");
+    if (initialise(fmu_, instance, job, first_) > fmi2Warning) return fail("refused", "initialise");
     watchdog_.at("step", 0);
     return true;
   }
@@ -106,7 +130,7 @@ class Run {
     for (long k = 0; k < job_.steps; ++k) {
       const double time = static_cast<double>(k) * job_.step, end = static_cast<double>(k + 1) * job_.step;
       const auto start = Clock::now();
-      if (set_inputs(fmu_, instance, job_, k) > fmi2Warning) return fail("error", "input");
+      if (set_inputs(fmu_, instance, job_, first_ + k) > fmi2Warning) return fail("error", "input");
       const fmi2Status status = fmu_.do_step(instance, time, end - time, fmi2True);
       seconds += seconds_since(start);
       watchdog_.at(end);
@@ -127,7 +151,7 @@ class Run {
   // Once more, with nothing but inputs and steps.
   bool again(fmi2Component instance) {
     if (fmu_.reset(instance) > fmi2Warning) return fail("error", "reset");
-    if (!begin(instance)) return false;
+    if (!begin(instance, job_)) return false;
     const double start = computing_seconds();
     for (long k = 0; k < job_.steps; ++k) {
       const double time = static_cast<double>(k) * job_.step, end = static_cast<double>(k + 1) * job_.step;
@@ -173,6 +197,7 @@ class Run {
   Watchdog& watchdog_;
   std::vector<double> row_;
   bool failed_step_ = false;
+  long first_ = 0;  // row of inputs at the start
   Clock::time_point begin_;
   double computed_;
 };
@@ -200,6 +225,10 @@ void write(const Record& record, const Job& job, Json& json) {
     }
     json.end_array();
   }
+  json.end_array().key("run_status").begin_array();
+  for (const std::string& status : record.run_status) json.value(std::string_view(status));
+  json.end_array().key("run_rows").begin_array();
+  for (const std::size_t rows : record.run_rows) json.value(static_cast<double>(rows));
   json.end_array().key("integers").begin_array();
   for (const std::string& value : record.integers) value.empty() ? json.null() : json.value(std::stoi(value));
   json.end_array().key("texts").begin_array();
@@ -217,7 +246,7 @@ fmi2Status set_inputs(const FmuLibrary& fmu, fmi2Component instance, const Job& 
   return fmu.set_real(instance, job.inputs.data(), width, &job.motion[row * width]);
 }
 
-fmi2Status initialise(const FmuLibrary& fmu, fmi2Component instance, const Job& job) {
+fmi2Status initialise(const FmuLibrary& fmu, fmi2Component instance, const Job& job, long first) {
   fmi2Status worst = fmu.setup_experiment(instance, job.tolerance > 0, job.tolerance, 0, fmi2False, 0);
   for (const auto& [reference, text] : job.strings) {
     const char* word = text.c_str();
@@ -226,7 +255,7 @@ fmi2Status initialise(const FmuLibrary& fmu, fmi2Component instance, const Job& 
   for (const auto& [reference, value] : job.reals)
     worst = std::max(worst, fmu.set_real(instance, &reference, 1, &value));
   if (worst > fmi2Warning) return worst;
-  worst = std::max(worst, set_inputs(fmu, instance, job, 0));
+  worst = std::max(worst, set_inputs(fmu, instance, job, first));
   worst = std::max(worst, fmu.enter_initialization_mode(instance));
   if (worst > fmi2Warning) return worst;
   return std::max(worst, fmu.exit_initialization_mode(instance));
@@ -240,7 +269,7 @@ void run(const FmuLibrary& fmu, const Job& job, Watchdog& watchdog, Json& json) 
                                            job.resources.c_str(), &callbacks, fmi2False, fmi2False);
   Run work(fmu, job, watchdog);
   if (instance) {
-    work.all(instance);
+    job.vary.empty() ? work.all(instance) : work.batch(instance);
   } else {
     work.record.status = "refused";
     work.record.phase = "instantiate";

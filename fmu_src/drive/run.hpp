@@ -14,7 +14,7 @@ using Answer = void(const FmuLibrary& fmu, const Job& job, const std::string& wh
 int serve_job(const char* program, Answer* answer);
 
 // Takes an instance to its first step: start values, first inputs, initialisation.
-fmi2Status initialise(const FmuLibrary& fmu, fmi2Component instance, const Job& job);
+fmi2Status initialise(const FmuLibrary& fmu, fmi2Component instance, const Job& job, long first = 0);
 
 // Sets the inputs of step `index`.
 fmi2Status set_inputs(const FmuLibrary& fmu, fmi2Component instance, const Job& job, long index);
