@@ -146,21 +146,37 @@ void to_parent(const JointPlan<Scalar>& joint, const JointState<Scalar>& state,
 template <class Scalar>
 void joint_pose(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, Mat3<Scalar>& rotation,
                 Vec3<Scalar>& position) {
-  position = {Scalar(0), Scalar(0), state.offset};
-  turn_x_back(joint, position);
-  position.x() += joint.a;
-  for (int column = 0; column < 3; ++column) {
-    Vec3<Scalar> axis = Vec3<Scalar>::Unit(column);
-    turn_back(axis.x(), axis.y(), state.cosine, state.sine);
-    turn_x_back(joint, axis);
-    if (joint.branch) turn_back(axis.x(), axis.y(), joint.cos_gamma, joint.sin_gamma);
-    rotation.col(column) = axis;
+  const Scalar &c = state.cosine, &s = state.sine, zero(0), one(1);
+  Vec3<Scalar> x(c, s, zero), y(-s, c, zero), z(zero, zero, one);
+  switch (joint.twist) {
+    case Twist::none:
+      break;
+    case Twist::plus_90:
+      x = {c, zero, s};
+      y = {-s, zero, c};
+      z = {zero, -one, zero};
+      break;
+    case Twist::minus_90:
+      x = {c, zero, -s};
+      y = {-s, zero, -c};
+      z = {zero, one, zero};
+      break;
+    case Twist::general:
+      x = {c, joint.cos_alpha * s, joint.sin_alpha * s};
+      y = {-s, joint.cos_alpha * c, joint.sin_alpha * c};
+      z = {zero, -joint.sin_alpha, joint.cos_alpha};
+      break;
   }
+  position = {joint.a, z.y() * state.offset, z.z() * state.offset};
   if (joint.branch) {
+    for (Vec3<Scalar>* axis : {&x, &y, &z}) turn_back(axis->x(), axis->y(), joint.cos_gamma, joint.sin_gamma);
     position.y() += joint.aside;
     turn_back(position.x(), position.y(), joint.cos_gamma, joint.sin_gamma);
     position.z() += joint.b;
   }
+  rotation.col(0) = x;
+  rotation.col(1) = y;
+  rotation.col(2) = z;
 }
 
 }  // namespace redysim

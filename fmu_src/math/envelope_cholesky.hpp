@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "math/dual.hpp"
+
 namespace redysim {
 
 // Cholesky factor L L^T = S of a symmetric positive semidefinite matrix. Each row is stored from its first
@@ -33,6 +35,7 @@ class EnvelopeCholesky {
 
   void set_zero();
   Scalar& entry(int row, int column) { return S_[offset_[row] + column]; }  // first(row) <= column <= row
+  Scalar* entries_of(int row) { return S_.data() + offset_[row]; }          // by column
 
   // Overwrites S (lower envelope) by its factor. `scale`: one per row.
   void factor(const Scalar* scale, double pivot_tolerance);
@@ -49,11 +52,11 @@ class EnvelopeCholesky {
   // orthogonalized row exceeds `sine_tolerance` times the bounds that contributed to it. The criterion does
   // not depend on the units of rows and columns. Returns whether a dependent row has a remainder that is not
   // rounding: a later row may explain it.
-  [[gnu::cold]] bool find_dependent(Scalar* J, Scalar* bound, int columns, double sine_tolerance);
+  bool find_dependent(Scalar* J, Scalar* bound, int columns, double sine_tolerance);
 
   // Moves the dependent rows behind all others, so that their parts along every independent row are known,
   // until the next factor(). False if the matrix is too large; then the order does not change.
-  [[gnu::cold]] bool reorder();
+  bool reorder();
 
   // Place of a row among those of J, bound and B.
   int position(int row) const { return reordered_now_ ? position_[row] : row; }
@@ -61,7 +64,7 @@ class EnvelopeCholesky {
   // Factor of S = B B^T from the rows of B, without squaring the condition number of B: Gram-Schmidt, each
   // row twice. B is overwritten by the orthonormal rows Q, B = L Q. The dependent rows are those of
   // find_dependent().
-  [[gnu::cold]] void factor_product(Scalar* B, int columns);
+  void factor_product(Scalar* B, int columns);
 
   // Solves S x = b in the least-squares sense; x has minimum norm if the rows are measured in units of their
   // scales. x and b may be the same array.
@@ -77,21 +80,21 @@ class EnvelopeCholesky {
   const std::vector<Scalar>& along() const { return reordered_now_ ? reordered_[0].along_ : along_; }
 
  private:
-  [[gnu::noinline, gnu::cold]] bool is_lost(const Scalar* J, const Scalar* bound, int columns, int i, int k);
+  bool is_lost(const Scalar* J, const Scalar* bound, int columns, int i, int k);
   template <class Operation>
-  [[gnu::noinline, gnu::cold]] void in_new_order(const Scalar* b, Scalar* x, Operation operation);
+  [[gnu::noinline]] void in_new_order(const Scalar* b, Scalar* x, Operation operation);
   void forward(const std::vector<Scalar>& L, Scalar* x) const;
   void backward(const std::vector<Scalar>& L, Scalar* x) const;
-  [[gnu::noinline, gnu::cold]] void factor_gram(bool weighted);
+  [[gnu::noinline]] void factor_gram(bool weighted);
   void set_gram(bool weighted);
   Scalar& gram(bool weighted, int row, int column) { return G_[weighted][offset_[row] + column]; }
   void solve_gram(bool weighted, Scalar* x);
   Scalar line(int row, const std::vector<Scalar>& x) const;            // one entry of L x
   void add_columns(const Scalar* x, bool weighted, Scalar* to) const;  // L^T x, or L^T W x
-  [[gnu::noinline, gnu::cold]] void improve(Scalar* x);
+  [[gnu::noinline]] void improve(Scalar* x);
   // not inlined: smaller code
   [[gnu::noinline]] void solve_dependent(const Scalar* b, Scalar* x);
-  [[gnu::noinline, gnu::cold]] void reduce_norm_of_dependent(Scalar* x);
+  [[gnu::noinline]] void reduce_norm_of_dependent(Scalar* x);
 
   std::vector<int> first_;      // first stored column of a row
   std::vector<int> offset_;     // S_[offset_[row] + column]
@@ -173,6 +176,7 @@ void orthogonalize(Scalar* rows, int columns, int i, int first, const std::vecto
       const Scalar* other = rows + static_cast<std::ptrdiff_t>(j) * columns;
       Scalar part(0);
       for (int k = 0; k < columns; ++k) part += row[k] * other[k];
+      if (is_zero(part)) continue;  // often: loops without a common joint
       for (int k = 0; k < columns; ++k) row[k] -= part * other[k];
       note(j, part);
     }
@@ -209,6 +213,18 @@ Scalar add_rows(Scalar sum, const std::vector<Scalar>& weights, int first, int i
   return sum;
 }
 
+// Adds to the bounds of row i those of the rows first..i - 1 that are not skipped, each times its weight.
+template <class Scalar>
+void add_bounds(Scalar* bound, int columns, int i, int first, const std::vector<char>& skipped,
+                const std::vector<Scalar>& weights) {
+  Scalar* const own = bound + static_cast<std::ptrdiff_t>(i) * columns;
+  for (int j = first; j < i; ++j) {
+    if (skipped[j] || is_zero(weights[j])) continue;
+    const Scalar* const other = bound + static_cast<std::ptrdiff_t>(j) * columns;
+    for (int k = 0; k < columns; ++k) own[k] += weights[j] * other[k];
+  }
+}
+
 // The larger of entry (j, k) and its bound.
 template <class Scalar>
 Scalar largest_of(const Scalar* J, const Scalar* bound, int columns, int j, int k) {
@@ -216,6 +232,17 @@ Scalar largest_of(const Scalar* J, const Scalar* bound, int columns, int j, int 
   const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(j) * columns + k;
   const Scalar size = abs(J[n]);
   return size > bound[n] ? size : bound[n];
+}
+
+// Squared length of the row of these entries.
+template <class Scalar>
+Scalar squared_length_of_largest(const Scalar* J, const Scalar* bound, int columns, int j) {
+  Scalar sum(0);
+  for (int k = 0; k < columns; ++k) {
+    const Scalar entry = largest_of(J, bound, columns, j, k);
+    sum += entry * entry;
+  }
+  return sum;
 }
 
 // Upper bound of the product of a row with the bounds `own` and row j.
@@ -244,6 +271,7 @@ bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
   using std::abs;
   if (reordered_now_) return reordered_[0].find_dependent(J, bound, columns, sine_tolerance);
   bool any_unexplained = false;
+  Scalar squared_entries(0);  // of the independent rows, with their bounds
   for (int i = 0; i < size(); ++i) {
     Scalar *row = J + static_cast<std::ptrdiff_t>(i) * columns,
            *own = bound + static_cast<std::ptrdiff_t>(i) * columns;
@@ -262,21 +290,22 @@ bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
     for (int j = first_[i]; j < i; ++j) part_of[j] = Scalar(0);
     orthogonalize(J, columns, i, first_[i], skipped_,
                   [&](int j, const Scalar& part) { part_of[j] += abs(part); });
-    // bounds that contributed to an entry with the components of the row
-    const auto contributed = [&](int k) {
-      const auto of_row = [&](int j) { return bound[static_cast<std::ptrdiff_t>(j) * columns + k]; };
-      return add_rows(own[k], part_of, first_[i], i, skipped_, of_row);
-    };
     bool is_rounding = true;
     for (int k = 0; k < columns && skipped_[i]; ++k) {
-      const Scalar length = contributed(k);
+      // bounds that contributed to this entry with the components of the row
+      const Scalar length = add_rows(own[k], part_of, first_[i], i, skipped_, [&](int j) {
+        return bound[static_cast<std::ptrdiff_t>(j) * columns + k];
+      });
       is_rounding = is_rounding && !(abs(row[k]) > unexplained * length);
-      if (abs(row[k]) > sine_tolerance * length) skipped_[i] = is_lost(J, bound, columns, i, k);
+      // the product of two rows is at most that of their lengths
+      if (abs(row[k]) > sine_tolerance * length)
+        skipped_[i] = !(abs(row[k]) > lost * (own[k] + squared_entries)) && is_lost(J, bound, columns, i, k);
     }
     any_unexplained = any_unexplained || (skipped_[i] && !is_rounding);
     if (skipped_[i]) continue;
     scale_row(row, columns, Scalar(1) / row_length(row, columns));
-    for (int k = 0; k < columns; ++k) own[k] = contributed(k);
+    add_bounds(bound, columns, i, first_[i], skipped_, part_of);
+    squared_entries += squared_length_of_largest(J, bound, columns, i);
   }
   return any_unexplained;
 }

@@ -70,6 +70,7 @@ template <class Scalar>
 void set_constraint_residuals(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q,
                               const Scalar* qd) {
   set_loop_residuals(plan, ws);
+  if (plan.couplings.empty()) return;
   set_coupling_residuals(plan, ws.loop, q);
   set_coupling_rates(plan, ws.loop, qd);
 }

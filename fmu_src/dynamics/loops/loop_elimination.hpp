@@ -60,18 +60,21 @@ void eliminate_from_cluster_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws
   LoopState<Scalar>& state = ws.loop;
   EnvelopeCholesky<Scalar>& S = state.S[cluster_index];
   const int begin = cluster.crossing_begin[k], end = cluster.crossing_begin[k + 1];
+  const RowCrossing* const crossings = cluster.crossings.data();
+  Scalar* const u = state.crossing_u.data() + cluster.first_crossing;
   for (int n = begin; n < end; ++n) {
-    const RowCrossing& crossing = cluster.crossings[n];
+    const RowCrossing& crossing = crossings[n];
     Scalar& share = state.crossing_scale[cluster.first_crossing + n];
     const Scalar u_row = crossing.of_coupling()
                              ? eliminate_from_coupling(plan.joints[i], s, crossing, state, share)
                              : eliminate_from_loop(plan, ws, i, crossing, share);
     state.scale[crossing.row] += share;
-    state.crossing_u[cluster.first_crossing + n] = u_row;
+    u[n] = u_row;
+    const int row = crossing.row - cluster.first_row;
+    Scalar* const entries = S.entries_of(row);
     for (int m = begin; m <= n; ++m) {
-      const int other = cluster.crossings[m].row - cluster.first_row, row = crossing.row - cluster.first_row;
-      const Scalar term = u_row * state.crossing_u[cluster.first_crossing + m] * s.D_inverse;
-      S.entry(row > other ? row : other, row > other ? other : row) += term;
+      const int other = crossings[m].row - cluster.first_row;
+      (row >= other ? entries[other] : S.entry(other, row)) += u_row * u[m] * s.D_inverse;
     }
   }
 }
@@ -192,8 +195,7 @@ bool eliminate_with_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
 // One step of iterative refinement of the multipliers. The residual is b - K a_root - B (B^T lambda) with the
 // factors of S = B B^T, whose condition number is the square root of that of S. Overwrites b.
 template <class Scalar>
-[[gnu::noinline, gnu::cold]] void refine_multipliers(const Plan<Scalar>& plan, Workspace<Scalar>& ws,
-                                                     std::size_t c) {
+[[gnu::noinline]] void refine_multipliers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t c) {
   const ClusterPlan& cluster = plan.clusters[c];
   LoopState<Scalar>& state = ws.loop;
   const int first = cluster.first_row;

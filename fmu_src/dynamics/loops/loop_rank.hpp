@@ -57,9 +57,8 @@ void set_path_lengths(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, int
 
 // Adds the levers of one row on the joints of one side of its loop, and their bounds.
 template <class Scalar>
-[[gnu::cold]] void add_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws,
-                              const ClusterPlan& cluster, int side, int body, int root, int row,
-                              Force<Scalar> w, Scalar* J, Scalar* bound) {
+void add_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const ClusterPlan& cluster, int side,
+                int body, int root, int row, Force<Scalar> w, Scalar* J, Scalar* bound) {
   using std::sqrt;
   for (std::size_t k = 0; body != root; body = plan.joints[body].parent) {
     const JointPlan<Scalar>& joint = plan.joints[body];
@@ -75,8 +74,8 @@ template <class Scalar>
 
 // Levers of the couplings of a cluster and their bounds: the ratios.
 template <class Scalar>
-[[gnu::cold]] void add_coupling_levers(const Plan<Scalar>& plan, const ClusterPlan& cluster,
-                                       const EnvelopeCholesky<Scalar>& S, Scalar* J, Scalar* bound) {
+void add_coupling_levers(const Plan<Scalar>& plan, const ClusterPlan& cluster,
+                         const EnvelopeCholesky<Scalar>& S, Scalar* J, Scalar* bound) {
   const std::size_t columns = cluster.joints.size();
   for (std::size_t column = 0; column < columns; ++column) {
     if (plan.joints[cluster.joints[column]].prescribed) continue;
@@ -94,8 +93,8 @@ template <class Scalar>
 // Levers J of all rows of a cluster and their bounds, from the geometry alone, in the order of S. Each column
 // is divided by its largest bound among position rows.
 template <class Scalar>
-[[gnu::cold]] void set_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ClusterPlan& cluster,
-                              const EnvelopeCholesky<Scalar>& S, Scalar* J, Scalar* bound) {
+void set_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ClusterPlan& cluster,
+                const EnvelopeCholesky<Scalar>& S, Scalar* J, Scalar* bound) {
   const std::size_t columns = cluster.joints.size(), rows = static_cast<std::size_t>(cluster.row_count);
   std::fill(J, J + rows * columns, Scalar(0));
   std::fill(bound, bound + rows * columns, Scalar(0));
@@ -129,9 +128,8 @@ template <class Scalar>
 // B with S = B B^T, B_rj = u_r / sqrt(D_j). If one D_j is very small, S has lost the digits of the other
 // joints; B has not.
 template <class Scalar>
-[[gnu::cold]] void set_weighted_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws,
-                                       const ClusterPlan& cluster, const EnvelopeCholesky<Scalar>& S,
-                                       std::vector<Scalar>& B) {
+void set_weighted_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const ClusterPlan& cluster,
+                         const EnvelopeCholesky<Scalar>& S, std::vector<Scalar>& B) {
   using std::sqrt;
   const std::size_t columns = cluster.joints.size();
   std::fill(B.begin(), B.end(), Scalar(0));
@@ -171,8 +169,8 @@ Scalar from_loops(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, std::si
 // masses: a nearly massless link makes the diagonal of S of a row arbitrarily large. Rarely called; not
 // inlined, for size.
 template <class Scalar>
-[[gnu::noinline, gnu::cold]] void factor_by_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws,
-                                                   std::size_t cluster_index) {
+[[gnu::noinline]] void factor_by_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws,
+                                        std::size_t cluster_index) {
   const ClusterPlan& cluster = plan.clusters[cluster_index];
   LoopState<Scalar>& state = ws.loop;
   EnvelopeCholesky<Scalar>& S = state.S[cluster_index];

@@ -53,7 +53,7 @@ struct RowValues {
 template <class Scalar>
 RowValues<Scalar> position_row(const LoopGeometry<Scalar>& g, const ConstraintRow<Scalar>& row) {
   const bool on_a = row.kind == ConstraintRow<Scalar>::Kind::position_on_a;
-  const Vec3<Scalar> d = on_a ? Vec3<Scalar>(g.a.rotation * row.u) : row.u;
+  const Vec3<Scalar> d = on_a ? product(g.a.rotation, row.u) : row.u;
   const Vec3<Scalar> omega_c = on_a ? g.a.omega : g.root.omega;
   const Vec3<Scalar> slip = g.r_rate - omega_c.cross(g.r);
   RowValues<Scalar> values;
@@ -73,7 +73,7 @@ RowValues<Scalar> position_row(const LoopGeometry<Scalar>& g, const ConstraintRo
 
 template <class Scalar>
 RowValues<Scalar> rotation_row(const LoopGeometry<Scalar>& g, const ConstraintRow<Scalar>& row) {
-  const Vec3<Scalar> u = g.a.rotation * row.u, v = g.b.rotation * row.v;
+  const Vec3<Scalar> u = product(g.a.rotation, row.u), v = product(g.b.rotation, row.v);
   const Vec3<Scalar> moment = v.cross(u);
   const Vec3<Scalar> u_rate = g.a.omega.cross(u), v_rate = g.b.omega.cross(v);
   RowValues<Scalar> values;
@@ -89,6 +89,24 @@ RowValues<Scalar> rotation_row(const LoopGeometry<Scalar>& g, const ConstraintRo
 template <class Scalar>
 RowValues<Scalar> row_values(const LoopGeometry<Scalar>& g, const ConstraintRow<Scalar>& row) {
   return row.kind == ConstraintRow<Scalar>::Kind::rotation ? rotation_row(g, row) : position_row(g, row);
+}
+
+template <class Scalar>
+struct RowViolation {
+  Scalar residual, rate;
+};
+
+// The same without the terms of accelerations and forces.
+template <class Scalar>
+RowViolation<Scalar> row_violation(const LoopGeometry<Scalar>& g, const ConstraintRow<Scalar>& row) {
+  if (row.kind == ConstraintRow<Scalar>::Kind::rotation) {
+    const Vec3<Scalar> u = product(g.a.rotation, row.u), v = product(g.b.rotation, row.v);
+    return {u.dot(v), v.cross(u).dot(g.b.omega - g.a.omega)};
+  }
+  const bool on_a = row.kind == ConstraintRow<Scalar>::Kind::position_on_a;
+  const Vec3<Scalar> d = on_a ? product(g.a.rotation, row.u) : row.u;
+  const Vec3<Scalar>& omega_c = on_a ? g.a.omega : g.root.omega;
+  return {d.dot(g.r), d.dot(g.r_rate - omega_c.cross(g.r))};
 }
 
 // Square of the smallest moment of a position row that is not rounding of the positions from which it is
@@ -166,7 +184,7 @@ void set_loop_residuals(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
     const LoopMagnitudes magnitudes = loop_magnitudes(plan, ws, loop, geometry);
     for (std::size_t k = 0; k < loop.rows.size(); ++k) {
       const std::size_t row = static_cast<std::size_t>(loop.first_row) + k;
-      const RowValues<Scalar> values = row_values(geometry, loop.rows[k]);
+      const RowViolation<Scalar> values = row_violation(geometry, loop.rows[k]);
       ws.loop.residual[row] = values.residual;
       ws.loop.rate[row] = values.rate;
       const bool turns = loop.rows[k].kind == ConstraintRow<Scalar>::Kind::rotation;

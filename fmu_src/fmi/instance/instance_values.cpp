@@ -78,6 +78,11 @@ std::string Instance::objection_to_setting(const Variable& variable) const {
   return {};
 }
 
+// Whether it may be set in each state that allows setting, to each finite number.
+static bool takes_any_number(const Variable& variable) {
+  return variable.causality() == Causality::input && variable.row->bounds == Bounds::none;
+}
+
 fmi2Status Instance::set_real(const unsigned* references, std::size_t count, const double* values) {
   constexpr Function function = Function::set_real;
   if (const char* why = objection_to_arrays(count, {references, values})) return refuse(function, why);
@@ -85,6 +90,7 @@ fmi2Status Instance::set_real(const unsigned* references, std::size_t count, con
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = simulation_.table.real(references[i]);
     if (!variable) return refuse(function, unknown_reference(references[i], VariableType::real));
+    if (takes_any_number(*variable) && std::isfinite(values[i])) continue;
     std::string why = objection_to_setting(*variable);
     if (why.empty()) why = objection(*variable, values[i]);
     if (!why.empty()) return refuse(function, why);

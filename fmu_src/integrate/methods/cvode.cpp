@@ -2,7 +2,6 @@
 
 #include <cvode/cvode.h>
 #include <cvode/cvode_proj.h>
-#include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 #include <sunnonlinsol/sunnonlinsol_newton.h>
@@ -86,7 +85,7 @@ void Cvode::build_newton() {
   void* cvode = memory_.get();
   jacobian_ = std::make_unique<DenseJacobian>(system_);
   matrix_.reset(created(SUNDenseMatrix(system_.size(), system_.size(), context_)));
-  linear_solver_.reset(created(SUNLinSol_Dense(ahead_.get(), matrix_.get(), context_)));
+  linear_solver_ = make_linear_solver(system_.layout(), context_);
   CVodeSetLinearSolver(cvode, linear_solver_.get(), matrix_.get());
   CVodeSetJacFn(cvode, &Cvode::jacobian);
   CVodeSetNonlinConvCoef(cvode, newton_tolerance);

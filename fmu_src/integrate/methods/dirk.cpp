@@ -1,5 +1,4 @@
 #include <arkode/arkode_arkstep.h>
-#include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
 #include <sunnonlinsol/sunnonlinsol_newton.h>
 
@@ -108,7 +107,7 @@ void Dirk::build() {
   if (settings_.max_step > 0) ARKStepSetMaxStep(ark, settings_.max_step);
 
   matrix_.reset(created(SUNDenseMatrix(system_.size(), system_.size(), context_)));
-  linear_solver_.reset(created(SUNLinSol_Dense(start_.get(), matrix_.get(), context_)));
+  linear_solver_ = make_linear_solver(system_.layout(), context_);
   ARKStepSetLinearSolver(ark, linear_solver_.get(), matrix_.get());
   ARKStepSetJacFn(ark, &Dirk::jacobian);
   nonlinear_solver_.reset(created(SUNNonlinSol_Newton(start_.get(), context_)));

@@ -1,8 +1,11 @@
 #include "integrate/methods/sundials_objects.hpp"
 
+#include <sunmatrix/sunmatrix_dense.h>
+
 #include <cmath>
 #include <cstring>
 
+#include "integrate/methods/newton_matrix.hpp"
 #include "math/vec3.hpp"
 
 namespace redysim::sundials {
@@ -56,7 +59,38 @@ double weighted_norm(N_Vector x_vector, N_Vector w_vector) {
   return counted > 0 ? std::sqrt(sum / static_cast<double>(counted)) : 0.0;
 }
 
+NewtonMatrix& newton_matrix(SUNLinearSolver solver) { return *static_cast<NewtonMatrix*>(solver->content); }
+
+SUNLinearSolver_Type type_of(SUNLinearSolver) { return SUNLINEARSOLVER_DIRECT; }
+
+int set_up(SUNLinearSolver solver, SUNMatrix matrix) {
+  return newton_matrix(solver).factor(SM_COLS_D(matrix)) ? SUNLS_SUCCESS : SUNLS_LUFACT_FAIL;
+}
+
+int solve(SUNLinearSolver solver, SUNMatrix matrix, N_Vector x, N_Vector b, double) {
+  scale(1.0, b, x);
+  newton_matrix(solver).solve(SM_COLS_D(matrix), data(x));
+  return SUNLS_SUCCESS;
+}
+
+int free_solver(SUNLinearSolver solver) {
+  delete &newton_matrix(solver);
+  SUNLinSolFreeEmpty(solver);
+  return SUNLS_SUCCESS;
+}
+
 }  // namespace
+
+LinearSolver make_linear_solver(const StateLayout& layout, SUNContext context) {
+  auto matrix = std::make_unique<NewtonMatrix>(layout);
+  SUNLinearSolver solver = created(SUNLinSolNewEmpty(context));
+  solver->ops->gettype = type_of;
+  solver->ops->setup = set_up;
+  solver->ops->solve = solve;
+  solver->ops->free = free_solver;
+  solver->content = matrix.release();
+  return LinearSolver(solver);
+}
 
 Vector make_vector(long size, SUNContext context) {
   Vector vector(created(N_VNew_Serial(size, context)));

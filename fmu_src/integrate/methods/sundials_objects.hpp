@@ -11,6 +11,8 @@
 #include <new>
 #include <type_traits>
 
+#include "integrate/system/state_layout.hpp"
+
 // Owners of SUNDIALS' C objects. Creation throws std::bad_alloc, the only way in which it fails here.
 
 namespace redysim::sundials {
@@ -52,6 +54,9 @@ class Context {
 // A serial vector with operations for the short states of robots. The norm includes only components of
 // positive weight.
 Vector make_vector(long size, SUNContext context);
+
+// A direct solver for dense matrices I - gamma J of states with this layout.
+LinearSolver make_linear_solver(const StateLayout& layout, SUNContext context);
 
 inline double* data(N_Vector vector) { return NV_DATA_S(vector); }
 inline double* data(const Vector& vector) { return NV_DATA_S(vector.get()); }

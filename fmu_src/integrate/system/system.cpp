@@ -285,10 +285,10 @@ double System::violation_at(double time, const double* y) {
   return std::max(relative_violation(workspace_.loop, false), relative_violation(workspace_.loop, true));
 }
 
-void System::set_residuals(double time, const double* y) {
+// Called several times in a projection; without calls, which are copies optimised for size.
+[[gnu::flatten]] void System::set_residuals(double time, const double* y) {
   const Coordinates at = coordinates(time, y);
   set_positions(plan_, workspace_, at.q);
-  set_velocities(plan_, workspace_, at.qd);
   set_ground_motion(plan_, workspace_, at.qd);
   set_constraint_residuals(plan_, workspace_, at.q, at.qd);
 }
@@ -360,10 +360,9 @@ double System::reduce_residual(double time, double* y, bool velocity) {
 // elimination of the last accelerations.
 void System::make_tangential(double* velocity) {
   // the rates of the rows are linear in the velocity
-  set_velocities(plan_, workspace_, velocity);
   set_ground_motion(plan_, workspace_, velocity);
   set_loop_residuals(plan_, workspace_);
-  set_coupling_rates(plan_, workspace_.loop, velocity);
+  if (!plan_.couplings.empty()) set_coupling_rates(plan_, workspace_.loop, velocity);
   for (std::size_t row = 0; row < workspace_.loop.b.size(); ++row)
     workspace_.loop.b[row] = -workspace_.loop.rate[row];
   correct_loops(plan_, workspace_, scratch_.data());

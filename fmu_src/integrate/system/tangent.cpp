@@ -231,7 +231,6 @@ void Tangent::project_within_rank(Duals& at, Duals& speed, double pivot_toleranc
 // Residuals at these positions and velocities.
 Tangent::ResidualSize Tangent::residual_size(const Duals& at, const Duals& speed, bool velocity) {
   set_positions(plan_, workspace_, at.data());
-  set_velocities(plan_, workspace_, speed.data());
   set_ground_motion(plan_, workspace_, speed.data());
   set_constraint_residuals(plan_, workspace_, at.data(), speed.data());
   ResidualSize size{relative_violation(workspace_.loop, velocity), 0};

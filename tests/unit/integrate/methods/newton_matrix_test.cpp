@@ -1,0 +1,55 @@
+#include "integrate/methods/newton_matrix.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+
+namespace redysim {
+namespace {
+
+// Two joints, a spherical joint and a work state: q 0, 1; quaternion 2 to 5; qd 6, 7; omega 8 to 10; work 11.
+Eigen::MatrixXd random_matrix(const StateLayout& layout, double gamma) {
+  std::srand(3);
+  const int size = layout.size();
+  Eigen::MatrixXd J = Eigen::MatrixXd::Random(size, size);
+  for (int k = 0; k < layout.q.count; ++k) {
+    J.row(layout.q[k]).setZero();
+    J(layout.q[k], layout.qd[k]) = 1;
+  }
+  return Eigen::MatrixXd::Identity(size, size) - gamma * J;
+}
+
+std::vector<double*> columns_of(Eigen::MatrixXd& matrix) {
+  std::vector<double*> columns;
+  for (int k = 0; k < matrix.cols(); ++k) columns.push_back(matrix.col(k).data());
+  return columns;
+}
+
+TEST(NewtonMatrix, solves_like_the_factor_of_the_whole_matrix) {
+  for (const int joints : {0, 1, 2, 7}) {
+    const StateLayout layout(joints, 1, 1);
+    for (const double gamma : {1e-6, 0.3, 1e4}) {
+      const Eigen::MatrixXd whole = random_matrix(layout, gamma);
+      const Eigen::VectorXd b = Eigen::VectorXd::Random(layout.size());
+      Eigen::MatrixXd matrix = whole;
+      std::vector<double*> columns = columns_of(matrix);
+      NewtonMatrix newton(layout);
+      ASSERT_TRUE(newton.factor(columns.data()));
+      Eigen::VectorXd x = b;
+      newton.solve(columns.data(), x.data());
+      const Eigen::VectorXd expected = whole.fullPivLu().solve(b);
+      EXPECT_LT((x - expected).norm(), 1e-10 * expected.norm()) << joints << " joints, gamma " << gamma;
+    }
+  }
+}
+
+TEST(NewtonMatrix, refuses_a_singular_matrix) {
+  const StateLayout layout(2, 0, 0);
+  Eigen::MatrixXd matrix = random_matrix(layout, 0.5);
+  matrix.row(2).setZero();
+  std::vector<double*> columns = columns_of(matrix);
+  EXPECT_FALSE(NewtonMatrix(layout).factor(columns.data()));
+}
+
+}  // namespace
+}  // namespace redysim
