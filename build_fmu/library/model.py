@@ -280,7 +280,13 @@ class Model:
         for letter, values in (("q", q), ("qd", qd), ("qdd", qdd)):
             names = [f"{joint}.{letter}" for joint in joints]
             given |= dict(zip(names, _array(values, names, letter), strict=True))
-        _restart(session, {**self.parameters, **given})
+        # start values are no parameters of the inverse, where the motion is given
+        names = [*session.names("parameter"), *(v.name for v in self.description.select("parameter"))]
+        for name in self.parameters:
+            if name not in names:
+                raise UserError(f"unknown parameter '{name}'{did_you_mean(name, names) or named(names)}")
+        parameters = {name: value for name, value in self.parameters.items() if name in session.variables}
+        _restart(session, {**parameters, **given})
         return np.array(session.read([f"{joint}.tau" for joint in joints]))
 
 

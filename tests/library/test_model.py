@@ -191,6 +191,25 @@ def test_parameters_apply_to_every_verb(model):
     with pytest.raises(UserError, match="unknown parameter 'lower.mas'; did you mean 'lower.mass'"):
         m.parameters = {"lower.mas": 1.0}
         m.mass_matrix()
+    with pytest.raises(UserError, match="unknown parameter 'lower.mas'"):
+        m.inverse([0, 0], [0, 0], [0, 0])
+    m.parameters = {"lower.mass": 3.0, "upper.q0": 1.0}
+    assert m.inverse([0, 0], [0, 0], [0, 1])[1] == pytest.approx(2 * before)
+
+
+@pytest.mark.parametrize("name", ["four_bar", "five_bar"])
+def test_inverse_of_loops_is_undone_by_forward_dynamics(model, name):
+    m = model(name)
+    driven = [n.replace(".tau", ".qd") for n in m.inputs]
+    rows = [m.velocities.index(n) for n in driven]
+    q, qd = m.start()[[m.positions.index(n[:-1]) for n in driven]], np.full(len(rows), 0.3)
+    # velocities of all joints that the loops allow: those after a vanishing step with the driven ones
+    A, _ = m.linearise(m.start(), h=1e-9)
+    v = A[len(m.positions) :, len(m.positions) :]
+    allowed = np.linalg.svd(v)[0][:, : len(rows)]
+    velocities = allowed @ np.linalg.solve(allowed[rows], qd)
+    tau = m.inverse(q, qd, 0.5 * np.ones(len(rows)))
+    assert m.forward(m.start()[: len(m.positions)], velocities, tau)[rows] == pytest.approx(0.5, abs=1e-8)
 
 
 def test_simulate_follows_a_table(model):
