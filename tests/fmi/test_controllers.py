@@ -111,6 +111,55 @@ def test_work_is_exact_where_the_motion_is_smoother_than_the_torque(built, law, 
                 assert max(balances) < 5 * rtol, (rtol, step)
 
 
+# The slide comes to rest, so steps grow far beyond the motion of the lift, which needs no states.
+HOIST = """
+name = "hoist"
+[[link]]
+name = "lift"
+joint = "prismatic"
+drive = "motion"
+mass = 1
+[[link]]
+name = "slide"
+parent = "ground"
+joint = "prismatic"
+gamma = 1.5707963267948966
+alpha = 1.5707963267948966
+mass = 0.2
+[[trajectory]]
+joint = "slide"
+type = "quintic"
+to = 0.01
+duration = 0.3
+[[trajectory]]
+joint = "lift"
+type = "quintic"
+to = 0.2
+start = 0.5
+duration = 0.5
+[controller]
+law = "pd"
+kp = 5000
+kd = 50
+[fmu]
+outputs = ["energy"]
+"""
+
+
+@pytest.mark.parametrize("method", ("adams", "bdf"))
+def test_work_of_a_motion_within_a_long_step(built, method):
+    """All of the work lifts 1 kg by 0.2 m; a step may end far behind the breakpoint at which the motion ends."""
+    fmu = built(HOIST)
+    for rtol in (1e-6, 1e-8):
+        for step in (0.1, 0.01):
+            with Slave(fmu) as slave:
+                slave.initialize(start={"solver.method": method, "solver.rtol": rtol, "solver.atol": rtol})
+                for k in range(round(1.5 / step)):
+                    assert slave.step(k * step, step) == OK, slave.errors
+                    assert abs(slave.get("energy.balance")) < 100 * rtol, (rtol, step, k)
+                assert slave.get("energy.work") == pytest.approx(0.2 * 9.81, abs=100 * rtol)
+
+
 @pytest.mark.parametrize(
     ("model", "law", "stop", "known", "work"),
     [

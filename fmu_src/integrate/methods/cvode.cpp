@@ -133,7 +133,7 @@ void Cvode::reset_cvode() {
 Outcome Cvode::restart_between_steps() {
   const double time = absolute(ahead_time_);
   std::copy_n(data(ahead_), y_.size(), data(error_));
-  if (integrates_work()) work_of(data(error_)) = work_.end();
+  if (integrates_work()) work_of(data(error_)) = work_.end(&Cvode::power, this);
   if (system_.project(time, data(error_), nullptr) != Status::ok) return failure(time, reasons::loops_open);
   if (!restart(time, data(error_), true)) return failure(time, reasons::not_finite);
   return {};
@@ -173,7 +173,7 @@ void Cvode::count_work(double before) {
   if (!integrates_work()) return;
   CVodeGetEstLocalErrors(memory_.get(), error_.get());
   work_.step(before, ahead_time_, work_of(data(ahead_)), work_of(data(error_)),
-             tightened(settings_.rtol, method_), &Cvode::power, this);
+             tightened(settings_.rtol, method_));
 }
 
 // CVODE's time of an `end` that it has reached, or is to reach.
@@ -196,6 +196,7 @@ Outcome Cvode::step_past(double& end) {
       Outcome outcome = restart_between_steps();
       if (!outcome.ok) return outcome;
     }
+    if (integrates_work()) work_.end(&Cvode::power, this);
     const double before = ahead_time_;
     const int flag = take_step();
     if (flag < 0) return failed(flag);
@@ -239,7 +240,7 @@ Outcome Cvode::interpolate(double end) {
     std::copy_n(data(ahead_), y_.size(), y);
   else
     CVodeGetDky(memory_.get(), since, 0, error_.get());
-  if (integrates_work()) work_of(y) = work_.at(since, work_of(y));
+  if (integrates_work()) work_of(y) = work_.at(since, work_of(y), &Cvode::power, this);
   if (system_.has_constraints() &&
       (system_.project(end, y, nullptr) != Status::ok || system_.loops_are_violated()))
     return failure(end, reasons::loops_open);

@@ -71,13 +71,13 @@ int Cvode::project(double time, N_Vector y, N_Vector correction, double, N_Vecto
   return static_cast<int>(status);
 }
 
-// Along the last step.
+// Along the last step. Leaves error_ as it is.
 bool Cvode::power(double time, void* self_pointer, double& power) {
   Cvode& self = *static_cast<Cvode*>(self_pointer);
-  if (CVodeGetDky(self.memory_.get(), time, 0, self.error_.get()) != CV_SUCCESS) return false;
+  if (CVodeGetDky(self.memory_.get(), time, 0, self.weights_.get()) != CV_SUCCESS) return false;
   const Status status =
-      self.system_.right_hand_side(self.absolute(time), data(self.error_), data(self.weights_));
-  power = self.work_of(data(self.weights_));
+      self.system_.right_hand_side(self.absolute(time), data(self.weights_), self.slope_.data());
+  power = self.work_of(self.slope_.data());
   return status == Status::ok;
 }
 

@@ -1,5 +1,6 @@
 #include "integrate/methods/step_work.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace redysim {
@@ -26,30 +27,54 @@ void StepWork::begin(double work) {
   integrated_ = 0;
 }
 
-void StepWork::step(double from, double to, double work, double error, double rtol, Power power,
-                    void* owner) {
+void StepWork::step(double from, double to, double work, double error, double rtol) {
   begin_ = end_;
-  from_ = from;
-  to_ = to;
+  from_ = to_ = from;
+  step_end_ = to;
+  method_end_ = work;
+  rtol_ = rtol;
+  const double increment = work + offset_ - begin_;
+  integrated_ = !(std::fabs(error) <= rtol * (moved_ + std::fabs(increment)));
+  if (integrated_ != 0) return;
   end_ = work + offset_;
-  integrated_ = std::fabs(error) > rtol * (moved_ + std::fabs(end_ - begin_));
-  if (integrated_ != 0) {
-    for (double& coefficient : coefficients_) coefficient = 0;
-    for (int j = 0; j < nodes && integrated_ != 0; ++j) {
-      double value = 0, polynomials[nodes + 1];
-      if (!power(from + 0.5 * (1 + points[j]) * (to - from), owner, value)) integrated_ = 0;
-      legendre(points[j], polynomials);
-      for (int k = 0; k < nodes; ++k) coefficients_[k] += (k + 0.5) * weights[j] * value * polynomials[k];
-    }
-    const double increment = 0.5 * (to - from) * integral(1);
-    if (integrated_ != 0 && std::isfinite(increment)) {
-      end_ = begin_ + increment;
-      offset_ = end_ - work;
-    } else {
-      integrated_ = 0;
-    }
+  moved_ += std::fabs(increment);
+}
+
+// The coefficients fall like a power, so the square of the last one, relative to the largest, estimates what
+// the quadrature of twice the polynomial's degree omits.
+bool StepWork::fit(Power power, void* owner) {
+  for (double& coefficient : coefficients_) coefficient = 0;
+  for (int j = 0; j < nodes; ++j) {
+    double value = 0, polynomials[nodes + 1];
+    if (!power(from_ + 0.5 * (1 + points[j]) * (to_ - from_), owner, value)) return false;
+    legendre(points[j], polynomials);
+    for (int k = 0; k < nodes; ++k) coefficients_[k] += (k + 0.5) * weights[j] * value * polynomials[k];
   }
-  moved_ += std::fabs(end_ - begin_);
+  double largest = 0;
+  for (double coefficient : coefficients_) largest = std::max(largest, std::fabs(coefficient));
+  const double half = 0.5 * (to_ - from_), last = coefficients_[nodes - 1];
+  return half * last * last <= largest * rtol_ * (moved_ + half * std::fabs(integral(1)));
+}
+
+// From the end of the present part as far as the power is a polynomial, within the tolerance.
+void StepWork::next_part(Power power, void* owner) {
+  begin_ = end_;
+  from_ = to_;
+  to_ = step_end_;
+  for (int k = 0; k < most_bisections && !fit(power, owner) && from_ + 0.5 * (to_ - from_) > from_; ++k)
+    to_ = from_ + 0.5 * (to_ - from_);
+  const double increment = 0.5 * (to_ - from_) * integral(1);
+  if (std::isfinite(increment)) {
+    end_ = begin_ + increment;
+    moved_ += std::fabs(increment);
+  }
+}
+
+double StepWork::end(Power power, void* owner) {
+  if (integrated_ == 0) return end_;
+  while (to_ < step_end_) next_part(power, owner);
+  offset_ = end_ - method_end_;
+  return end_;
 }
 
 // The integral of L_k from -1 to x is (L_k+1 - L_k-1) / (2k + 1).
@@ -62,15 +87,17 @@ double StepWork::integral(double x) const {
   return sum;
 }
 
-double StepWork::at(double time, double work) const {
+double StepWork::at(double time, double work, Power power, void* owner) {
   if (integrated_ == 0) return work + offset_;
+  while (to_ < std::min(time, step_end_)) next_part(power, owner);
   if (time == to_) return end_;
   return begin_ + 0.5 * (to_ - from_) * integral(2 * (time - from_) / (to_ - from_) - 1);
 }
 
 template <class Self, class Visit>
 void StepWork::each_part(Self& self, const Visit& visit) {
-  for (auto* value : {&self.from_, &self.to_, &self.begin_, &self.end_, &self.offset_, &self.moved_})
+  for (auto* value : {&self.from_, &self.to_, &self.step_end_, &self.begin_, &self.end_, &self.method_end_,
+                      &self.offset_, &self.moved_, &self.rtol_})
     visit(*value);
   visit(self.integrated_);
   for (auto& coefficient : self.coefficients_) visit(coefficient);

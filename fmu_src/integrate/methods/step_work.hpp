@@ -6,7 +6,9 @@ namespace redysim {
 
 // The work at and between the ends of the steps of a multistep method. It is not part of the error test,
 // since energy outputs must not change a run. If the method's error estimate of the work is too large for a
-// step, Gauss-Legendre quadrature of the power along the dense output replaces the increment.
+// step, Gauss-Legendre quadrature of the power along the dense output replaces the increment. It goes from
+// part to part of the step, only as far as asked: the power may be meaningless in the rest of a long step
+// that a breakpoint of a trajectory will end.
 class StepWork {
  public:
   using Power = bool (*)(double time, void* owner, double& power);  // false: it cannot be computed
@@ -16,9 +18,11 @@ class StepWork {
 
   // After a step from `from` to `to`. `work`: by the method, `error`: its estimate, `rtol`: tolerance of the
   // work.
-  void step(double from, double to, double work, double error, double rtol, Power power, void* owner);
-  double at(double time, double work) const;  // within the last step; `work`: by the method
-  double end() const { return end_; }
+  void step(double from, double to, double work, double error, double rtol);
+  // Within the last step, at times that do not decrease; `work`: by the method.
+  double at(double time, double work, Power power, void* owner);
+  // Work at the end of the last step. Required before the next step.
+  double end(Power power, void* owner);
 
   void put(ByteWriter& writer) const;
   void get(ByteReader& reader);
@@ -28,14 +32,20 @@ class StepWork {
   static void each_part(Self& self, const Visit& visit);  // that is saved
 
   static constexpr int nodes = 6;
-  double integral(double x) const;  // of the power's polynomial from -1, over half the step
+  static constexpr int most_bisections = 50;
+  bool fit(Power power, void* owner);  // coefficients_ over the part; false: not accurate
+  void next_part(Power power, void* owner);
+  double integral(double x) const;  // of the power's polynomial from -1, over half the part
 
-  double from_ = 0, to_ = 0;
+  double from_ = 0, to_ = 0;      // the part of the last step that is integrated
+  double step_end_ = 0;           // end of the last step
   double begin_ = 0, end_ = 0;    // work at from_ and to_
+  double method_end_ = 0;         // work at step_end_ by the method
   double offset_ = 0;             // correction of the method's work
   double moved_ = 0;              // sum of |increments|
-  unsigned char integrated_ = 0;  // whether the last step was
-  double coefficients_[nodes]{};  // of Legendre polynomials: the power over the last step
+  double rtol_ = 0;               // of the last step
+  unsigned char integrated_ = 0;  // whether the last step is
+  double coefficients_[nodes]{};  // of Legendre polynomials: the power over the part
 };
 
 }  // namespace redysim
