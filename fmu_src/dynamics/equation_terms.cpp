@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "dynamics/ball.hpp"
-#include "dynamics/rnea.hpp"
+#include "dynamics/joint_wrenches.hpp"
 
 namespace redysim {
 namespace {
@@ -16,106 +16,127 @@ BallAnglesOf<Scalar> angles_at(const Scalar* chart) {
   return {false, chart[1], chart[2], chart[3]};
 }
 
+bool has_jacobian(const Frame& frame) { return frame.jacobian || frame.jacobian_rate; }
+
+bool needs_bodies(const Model& model) {
+  return std::any_of(model.frames.begin(), model.frames.end(), has_jacobian);
+}
+
+// Link axes x, y, z of a spherical joint are y, z, x of its last joint's body.
+template <class Scalar>
+Vec3<Scalar> in_link_axes(const Vec3<Scalar>& of_body) {
+  return {of_body.y(), of_body.z(), of_body.x()};
+}
+
 }  // namespace
 
 template <class Scalar>
 bool EquationTerms<Scalar>::needed(const Model& model) {
-  return std::any_of(std::begin(groups), std::end(groups),
-                     [&model](OutputGroup group) { return model.fmu.shows(group); });
+  return needs_bodies(model) || model.fmu.outputs.has_any_from(OutputGroup::mass_matrix);
 }
 
 template <class Scalar>
 EquationTerms<Scalar>::EquationTerms(const Model& model, const Plan<Scalar>& plan)
-    : plan_(plan), workspace_(plan), q_(plan.joints.size()), qd_(q_), qdd_(q_), rest_(q_) {
-  std::size_t ball = 0;
-  for (int i = 0; i < plan.nv; ++i) {
-    if (!plan.joints[i].of_ball) {
-      velocities_.push_back({i, -1});
-      continue;
-    }
-    const int part = i - plan.balls[ball] - 1;
-    if (part >= 0) velocities_.push_back({i, part});
-    if (part == 2) ++ball;
-  }
-  const std::size_t n = velocities_.size();
-  for (int term = 0; term < count; ++term)
-    if (model.fmu.shows(groups[term])) terms_[term].resize(term == mass ? n * n : n);
+    : plan_(plan), workspace_(plan) {
+  const std::size_t joints = plan.joints.size(), n = joints - plan.balls.size();
+  const auto length = [&model, n](int term) {
+    return model.fmu.shows(groups[term]) ? term == mass ? n * n : n : 0;
+  };
+  std::size_t size = 5 * joints;
+  for (int term = 0; term < count; ++term) size += length(term);
+  numbers_.resize(size);
+  rest_ = numbers_.data();
+  q_ = rest_ + joints;
+  qd_ = q_ + joints;
+  now_ = qd_ + joints;
+  qdd_ = now_ + joints;
+  Scalar* next = qdd_ + joints;
+  for (int term = 0; term < count; next += length(term++)) terms_[term] = next;
+  if (needs_bodies(model)) bodies_ = std::make_unique<GroundState<Scalar>[]>(joints);
+  if (model.fmu.shows(OutputGroup::reaction)) reactions_ = std::make_unique<Force<Scalar>[]>(joints);
 }
 
 template <class Scalar>
-void EquationTerms<Scalar>::go_to(const Scalar* q, const Scalar* qd) {
-  std::copy_n(q, q_.size(), q_.begin());
-  std::copy_n(qd, qd_.size(), qd_.begin());
+void EquationTerms<Scalar>::go_to(const Scalar* q, const Scalar* qd, const Scalar* qdd, const Scalar* ports,
+                                  const std::vector<Scalar>& lambda) {
+  std::copy_n(q, plan_.nv, q_);
+  std::copy_n(qd, plan_.nv, qd_);
+  std::copy_n(qdd, plan_.nv, now_);
   current_ = 0;
+  if (!reactions_) return;
+  set_joint_wrenches(plan_, workspace_, q, qd, qdd, ports, lambda, qdd_);
+  for (int i = 0; i < plan_.nv; ++i) reactions_[i] = workspace_.joints[i].p;
 }
 
 template <class Scalar>
 const Scalar& EquationTerms<Scalar>::entry(Term term, int element) {
-  if ((current_ >> term & 1) == 0) compute(term);
-  return terms_[term][static_cast<std::size_t>(element)];
+  if (renew(1u << term)) compute(term);
+  return terms_[term][element];
+}
+
+// Whether this is to be computed.
+template <class Scalar>
+bool EquationTerms<Scalar>::renew(unsigned what) {
+  const bool is_current = (current_ & what) != 0;
+  current_ |= what;
+  return !is_current;
 }
 
 template <class Scalar>
 void EquationTerms<Scalar>::compute(Term term) {
-  current_ |= 1u << term;
-  Scalar* to = terms_[term].data();
-  const Vec3<Scalar> weightless = Vec3<Scalar>::Zero();
-  std::fill(qdd_.begin(), qdd_.end(), Scalar(0));
-  switch (term) {
-    case mass:
-      return set_mass(to);
-    case passive:
-      return set_passive(to);
-    case gravity:
-      return set_inertial(plan_.gravity, rest_.data(), to);
-    default:
-      break;
-  }
+  current_ &= ~accelerations;
+  Scalar* to = terms_[term];
+  if (term == mass) return set_mass(to);
+  if (term == passive) return set_passive(to);
+  std::fill_n(qdd_, plan_.nv, Scalar(0));
   // v' = 0
-  for (int chart : plan_.balls)
-    accelerate_ball(chart, -rate_bias(angles_at(&q_[chart]), Vec3<Scalar>(&qd_[chart + 1])));
-  set_inertial(term == bias ? plan_.gravity : weightless, qd_.data(), to);
+  for (std::size_t k = 0; term != gravity && k < plan_.balls.size(); ++k) {
+    const int chart = plan_.balls[k];
+    accelerate_ball(chart, -rate_bias(angles_at(q_ + chart), Vec3<Scalar>(qd_ + chart + 1)));
+  }
+  set_inertial(term == coriolis ? Vec3<Scalar>(Vec3<Scalar>::Zero()) : plan_.gravity,
+               term == gravity ? rest_ : qd_, to);
 }
 
 // By columns: forces of a unit acceleration.
 template <class Scalar>
 void EquationTerms<Scalar>::set_mass(Scalar* M) {
-  for (int k = 0; k < size(); ++k, M += size()) {
-    const auto [joint, part] = velocities_[k];
-    std::fill(qdd_.begin(), qdd_.end(), Scalar(0));
-    if (part < 0)
-      qdd_[joint] = Scalar(1);
+  for (int k = 0; k < velocities(); ++k, M += velocities()) {
+    const auto [joint, chart] = velocity_at(k);
+    std::fill_n(qdd_, plan_.nv, Scalar(0));
+    if (chart != ground)
+      accelerate_ball(chart, Vec3<Scalar>::Unit(joint - chart - 1));
     else
-      accelerate_ball(joint - 1 - part, Vec3<Scalar>::Unit(part));
-    set_inertial(Vec3<Scalar>::Zero(), rest_.data(), M);
+      qdd_[joint] = Scalar(1);
+    set_inertial(Vec3<Scalar>::Zero(), rest_, M);
     M[k] += plan_.joints[joint].armature;
   }
 }
 
 template <class Scalar>
-void EquationTerms<Scalar>::set_inertial(const Vec3<Scalar>& weight, const Scalar* qd, Scalar* forces) {
-  set_body_wrenches(plan_, workspace_, q_.data(), qd, qdd_.data(), weight);
+void EquationTerms<Scalar>::set_passive(Scalar* forces) {
+  set_positions(plan_, workspace_, q_);
+  for (auto& joint : workspace_.joints) joint.p = Force<Scalar>::zero();
+  add_forces_between_bodies(plan_, workspace_, q_, qd_);
   collect(forces);
+  for (int i = 0; i < plan_.nv; ++i) {
+    if (is_chart(i)) continue;
+    *forces = joint_force(plan_, i, q_[i], qd_[i], Scalar(-*forces));
+    ++forces;
+  }
 }
 
 template <class Scalar>
-void EquationTerms<Scalar>::set_passive(Scalar* forces) {
-  set_positions(plan_, workspace_, q_.data());
-  for (auto& joint : workspace_.joints) joint.p = Force<Scalar>::zero();
-  add_forces_between_bodies(plan_, workspace_, q_.data(), qd_.data());
+void EquationTerms<Scalar>::set_inertial(const Vec3<Scalar>& weight, const Scalar* qd, Scalar* forces) {
+  set_body_wrenches(plan_, workspace_, q_, qd, qdd_, weight);
   collect(forces);
-  for (const auto& [joint, part] : velocities_) {
-    *forces = -*forces;
-    if (part < 0) *forces += joint_force(plan_, joint, q_[joint], qd_[joint], Scalar(0));
-    ++forces;
-  }
 }
 
 // Accelerations of the joints z, x, y for the part of alpha (link axes) besides velocity products.
 template <class Scalar>
 void EquationTerms<Scalar>::accelerate_ball(int chart, const Vec3<Scalar>& alpha) {
-  const Vec3<Scalar> rates = angle_rates(angles_at(&q_[chart]), alpha);
-  std::copy_n(rates.data(), 3, &qdd_[chart + 1]);
+  const Vec3<Scalar> rates = angle_rates(angles_at(q_ + chart), alpha);
+  std::copy_n(rates.data(), 3, qdd_ + chart + 1);
 }
 
 // Leaves to root: forces along the velocities for the wrenches of the bodies.
@@ -128,10 +149,109 @@ void EquationTerms<Scalar>::collect(Scalar* forces) {
     to_parent(joint, workspace_.joints[i], p);
     add(workspace_.joints[joint.parent].p, p);
   }
-  for (const auto& [joint, part] : velocities_)
-    // link axes x, y, z are y, z, x of the last joint's body
-    *forces++ = part < 0 ? generalized_force(plan_.joints[joint], workspace_.joints[joint].p)
-                         : workspace_.joints[joint + 2 - part].p.moment[(part + 1) % 3];
+  for (int i = 0; i < plan_.nv; ++i)
+    if (is_chart(i)) {
+      const Vec3<Scalar> moment = in_link_axes(workspace_.joints[i += 3].p.moment);
+      forces = std::copy_n(moment.data(), 3, forces);
+    } else {
+      *forces++ = generalized_force(plan_.joints[i], workspace_.joints[i].p);
+    }
+}
+
+template <class Scalar>
+typename EquationTerms<Scalar>::Velocity EquationTerms<Scalar>::velocity_at(int k) const {
+  int last = ground;
+  for (int chart : plan_.balls)
+    if (chart <= k) {
+      ++k;
+      last = chart;
+    }
+  return {k, plan_.joints[k].of_ball ? last : ground};
+}
+
+template <class Scalar>
+void EquationTerms<Scalar>::set_bodies() {
+  set_positions(plan_, workspace_, q_);
+  for (int i = 0; i < plan_.nv; ++i) {
+    const JointPlan<Scalar>& joint = plan_.joints[i];
+    bodies_[i] = moved(joint, workspace_.joints[i],
+                       joint.parent == ground ? ground_at_rest<Scalar>() : bodies_[joint.parent], qd_[i]);
+  }
+}
+
+template <class Scalar>
+Scalar EquationTerms<Scalar>::jacobian(int body, const Vec3<double>& point, int element, bool rate) {
+  const auto [joint, chart] = velocity_at(element % velocities());
+  int ancestor = body;
+  while (ancestor > joint) ancestor = plan_.joints[ancestor].parent;
+  if (ancestor != joint) return Scalar(0);
+  if (renew(bodies)) set_bodies();
+  // the axis z of a joint, or a link axis of a spherical one; with its rate
+  const JointPlan<Scalar>& plan = plan_.joints[joint];
+  const GroundState<Scalar>& on = bodies_[chart == ground ? joint : chart + 3];
+  const Vec3<Scalar> z = on.rotation.col(chart == ground ? 2 : (joint - chart) % 3);
+  const Vec3<Scalar> axis = rate ? Vec3<Scalar>(on.omega.cross(z)) : z;
+  const int row = element / velocities();
+  if (row < 3) return turns(plan) ? axis[row] : Scalar(0);
+  Vec3<Scalar> column = Scalar(advance(plan)) * axis;
+  if (turns(plan)) {
+    const PointMotion<Scalar> at = point_motion(bodies_[body], Vec3<Scalar>(point.cast<Scalar>()));
+    column += axis.cross(at.position - on.position);
+    if (rate) column += z.cross(at.velocity - on.velocity);
+  }
+  return column[row - 3];
+}
+
+template <class Scalar>
+Scalar EquationTerms<Scalar>::along(int velocity, int body, int root, Force<Scalar> wrench) const {
+  const auto [joint, chart] = velocity_at(velocity);
+  const int moved = chart == ground ? joint : chart + 3;
+  for (; body > moved && body != root; body = plan_.joints[body].parent)
+    to_parent(plan_.joints[body], workspace_.joints[body], wrench);
+  if (body != moved || body == root) return Scalar(0);
+  return chart == ground ? generalized_force(plan_.joints[joint], wrench)
+                         : in_link_axes(wrench.moment)[joint - chart - 1];
+}
+
+template <class Scalar>
+Scalar EquationTerms<Scalar>::regressor(int link, int element) {
+  if (renew(accelerations)) set_body_wrenches(plan_, workspace_, q_, qd_, now_, plan_.gravity);
+  const int body = plan_.carrier[link], parameter = element % 10;
+  const Mat3<Scalar> R = plan_.frame_in_carrier[link].rotation.template cast<Scalar>();
+  const Vec3<Scalar> p = plan_.frame_in_carrier[link].position.template cast<Scalar>();
+  const JointState<Scalar>& s = workspace_.joints[body];
+  const Vec3<Scalar> carried =
+      s.acceleration.linear + s.acceleration.angular.cross(p) + s.omega.cross(Vec3<Scalar>(s.omega.cross(p)));
+  using Part = Scalar Symmetric3<Scalar>::*;
+  constexpr Part parts[] = {&Symmetric3<Scalar>::xx, &Symmetric3<Scalar>::yy, &Symmetric3<Scalar>::zz,
+                            &Symmetric3<Scalar>::xy, &Symmetric3<Scalar>::xz, &Symmetric3<Scalar>::yz};
+  RigidInertia<Scalar> unit;
+  (parameter == 0  ? unit.mass
+   : parameter < 4 ? unit.h[parameter - 1]
+                   : unit.inertia.*parts[parameter - 4]) = Scalar(1);
+  Force<Scalar> wrench = body_bias(unit, Vec3<Scalar>(R.transpose() * s.omega));
+  add(wrench, unit * Motion<Scalar>{R.transpose() * s.acceleration.angular, R.transpose() * carried});
+  const Vec3<Scalar> force = R * wrench.force;
+  return along(element / 10, body, ground, {R * wrench.moment + p.cross(force), force});
+}
+
+template <class Scalar>
+Scalar EquationTerms<Scalar>::constraint_jacobian(int loop, int row, int velocity) {
+  if (renew(rows)) {
+    set_positions(plan_, workspace_, q_);
+    set_ground_motion(plan_, workspace_, qd_);
+    set_loop_rows(plan_, workspace_);
+  }
+  const LoopPlan<Scalar>& of = plan_.loops[loop];
+  return along(velocity, of.body_a, of.root, workspace_.loop.wrench[0][row]) +
+         along(velocity, of.body_b, of.root, workspace_.loop.wrench[1][row]);
+}
+
+template <class Scalar>
+Force<Scalar> EquationTerms<Scalar>::reaction(int joint) const {
+  if (!is_chart(joint)) return reactions_[joint];
+  const Force<Scalar>& on_body = reactions_[joint + 3];
+  return {in_link_axes(on_body.moment), in_link_axes(on_body.force)};
 }
 
 template class EquationTerms<double>;

@@ -6,15 +6,15 @@
 namespace redysim {
 
 // Subtracts the wrenches of the multipliers from those of the bodies. Uses ws.ground; fills the loop rows.
+// Rows with directions of the ground have no moment on the body that is their root: it does not turn.
 template <class Scalar>
 void subtract_loop_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws,
                             const std::vector<Scalar>& lambda) {
   set_loop_rows(plan, ws);
   for (const auto& loop : plan.loops)
     for (std::size_t row = loop.first_row; row < loop.first_row + loop.rows.size(); ++row)
-      for (const auto& [body, wrench] :
-           {std::pair(loop.body_a, &ws.loop.wrench[0][row]), std::pair(loop.body_b, &ws.loop.wrench[1][row]),
-            std::pair(loop.root, &ws.loop.K[row])}) {
+      for (const auto& [body, wrench] : {std::pair(loop.body_a, &ws.loop.wrench[0][row]),
+                                         std::pair(loop.body_b, &ws.loop.wrench[1][row])}) {
         if (body == ground) continue;
         ws.joints[body].p.moment -= lambda[row] * wrench->moment;
         ws.joints[body].p.force -= lambda[row] * wrench->force;

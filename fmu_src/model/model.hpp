@@ -128,7 +128,8 @@ struct Frame {
   bool acceleration = false;  // outputs acceleration and angular_acceleration
   bool imu = false;           // outputs proper_acceleration and angular_rate
   bool wrench = false;        // outputs sensed_force and sensed_torque; the link is fixed
-  Port port = Port::none;     // inputs force and torque
+  bool jacobian = false, jacobian_rate = false;
+  Port port = Port::none;  // inputs force and torque
 };
 
 enum class SolverMethod { automatic, erk, adams, bdf, dirk };

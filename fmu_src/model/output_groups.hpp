@@ -16,7 +16,10 @@ enum class OutputGroup : unsigned char {
   bias,
   gravity_torque,
   coriolis,
-  passive
+  passive,
+  reaction,
+  regressor,
+  constraint_jacobian
 };
 
 struct OutputGroupRow {
@@ -38,6 +41,9 @@ inline constexpr OutputGroupRow output_groups[] = {
     {"gravity_torque", OutputGroup::gravity_torque, false},
     {"coriolis", OutputGroup::coriolis, false},
     {"passive", OutputGroup::passive, false},
+    {"reaction", OutputGroup::reaction, false},
+    {"regressor", OutputGroup::regressor, false},
+    {"constraint_jacobian", OutputGroup::constraint_jacobian, false},
 };
 
 // A set of groups.
@@ -50,6 +56,7 @@ class OutputGroups {
     return groups;
   }
   constexpr bool has(OutputGroup group) const { return (bits_ & bit(group)) != 0; }
+  constexpr bool has_any_from(OutputGroup group) const { return bits_ >= bit(group); }
   constexpr void add(OutputGroup group) { bits_ |= bit(group); }
 
  private:

@@ -200,5 +200,5 @@ class Scene:
         tunable = ["gravity[2]", "b0.mass", f"{self.links[-1]['name']}.com[1]"]
         return (
             text
-            + f'\n[fmu]\noutputs = ["acceleration", "energy", "momentum", "power", "solver", "mass_matrix", "bias", "gravity_torque", "coriolis", "passive"]\ntunable = {json.dumps(tunable)}\n'
+            + f'\n[fmu]\noutputs = ["acceleration", "energy", "momentum", "power", "solver", "mass_matrix", "bias", "gravity_torque", "coriolis", "passive", "reaction", "constraint_jacobian"]\ntunable = {json.dumps(tunable)}\n'
         )

@@ -224,7 +224,7 @@ link = [
 name = "ankle"
 link = "sole"
 position = [0.1, 0, 0.1]
-outputs = ["wrench", "imu", "acceleration"]
+outputs = ["wrench", "imu", "acceleration", "jacobian", "jacobian_rate"]
 [[contact]]
 name = "foot"
 link_a = "sole"
@@ -246,7 +246,7 @@ radius_b = 0.3
 {law}
 outputs = ["force", "torque", "depth", "point", "slip"]
 [fmu]
-outputs = ["acceleration", "energy", "solver", "momentum", "power", "mass_matrix", "bias", "gravity_torque", "coriolis", "passive"]
+outputs = ["acceleration", "energy", "solver", "momentum", "power", "mass_matrix", "bias", "gravity_torque", "coriolis", "passive", "reaction", "regressor"]
 tunable = ["base.mass", "arm.com[1]", "gravity[2]", "foot.stiffness", "foot.damping", "foot.friction", "hand.static_friction", "hand.friction_velocity"]
 """
 

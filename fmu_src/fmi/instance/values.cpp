@@ -45,7 +45,11 @@ std::string Values::update_accelerations() {
   for (int ball = 0; ball < system().balls(); ++ball)
     ball_accelerations_[ball] = system().ball_acceleration(ball, accelerations_.data());
   if (sensed_) update_sensed_wrenches();
-  if (terms_) terms_->go_to(coordinates().q, coordinates().qd);
+  if (terms_) {
+    const System::Coordinates at = coordinates();
+    terms_->go_to(at.q, at.qd, accelerations_.data(), system().recursion_port_wrenches(),
+                  system().workspace().loop.lambda);
+  }
   accelerations_are_current_ = true;
   return {};
 }

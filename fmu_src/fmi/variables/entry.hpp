@@ -30,6 +30,11 @@ struct Entry {
 
   // --- the running FMU ---
 
+  constexpr Entry of(Owner owner) const {  // the same of another kind of owner
+    Entry e = *this;
+    e.row.owner = owner;
+    return e;
+  }
   constexpr Entry array(int rows, int columns = 0) const {
     Entry e = *this;
     e.row.rows = static_cast<std::uint8_t>(rows);

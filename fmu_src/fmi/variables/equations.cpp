@@ -2,75 +2,51 @@
 #include "fmi/instance/values.hpp"
 #include "fmi/variables/entry.hpp"
 
-// Terms of the equations of motion (dynamics/equation_terms.hpp).
+// Terms of the equations of motion (dynamics/equation_terms.hpp) and forces in joints.
 
 namespace redysim {
 namespace {
 
 using Terms = EquationTerms<double>;
 
-// The velocities as the links of the model have them.
-struct Velocity {
-  std::string name;
-  bool slides = false;
-};
-std::vector<Velocity> velocities(const Model& model) {
-  std::vector<Velocity> found;
-  for (std::size_t i = 0; i < model.links.size(); ++i) {
-    const Joint& joint = model.links[i].joint;
-    if (!moves(joint)) continue;
-    Velocity velocity{"joint '" + joint.name + "'", !turns(joint)};
-    int part = -2;  // of no spherical joint
-    for (const Ball& ball : model.balls)
-      if (const int k = static_cast<int>(i) - ball.chart_link - 1; - 1 <= k && k < 3) {
-        part = k;
-        velocity.name = "joint '" + ball.name + "' (" + (k < 0 ? "" : axes[k]) + ")";
-      }
-    if (part != -1) found.push_back(velocity);
-  }
-  return found;
-}
-
 void name_force(const Model& model, const Variable& v, Presentation& shown) {
-  const Velocity at = velocities(model)[v.element];
+  const VelocityName at = velocity_names(model)[v.element];
   shown.description += at.name;
   if (at.slides) shown.quantity = quantity::force;
 }
 
 void name_mass(const Model& model, const Variable& v, Presentation& shown) {
-  const std::vector<Velocity> all = velocities(model);
-  const Velocity &row = all[v.element / all.size()], &column = all[v.element % all.size()];
+  const std::vector<VelocityName> all = velocity_names(model);
+  const VelocityName &row = all[v.element / all.size()], &column = all[v.element % all.size()];
   shown.description += row.name + ", " + column.name;
   constexpr Quantity quantities[] = {quantity::moment_of_inertia, {&units::kilogram_metre}, quantity::mass};
   shown.quantity = quantities[row.slides + column.slides];
 }
 
-template <Terms::Term term>
-double read(Values& at, const Variable& v) {
-  return at.terms().entry(term, v.element);
-}
+// The terms of the rows of `entries`.
+constexpr Terms::Term terms[] = {Terms::mass, Terms::bias, Terms::gravity, Terms::coriolis, Terms::passive};
 
-template <EquationTerms<Dual>::Term term>
+double read(Values& at, const Variable& v) { return at.terms().entry(terms[v.row_index], v.element); }
+
 double derivative(OutputDerivatives& of, const Variable& v) {
-  return of.tangent().terms().entry(term, v.element).derivative;
+  const int term = terms[v.row_index];
+  return of.tangent().terms().entry(static_cast<EquationTerms<Dual>::Term>(term), v.element).derivative;
 }
-
-using Duals = EquationTerms<Dual>;
 
 constexpr Entry entries[] = {
     output(Owner::model, "mass_matrix")
         .array(per_velocity, per_velocity)
         .in(OutputGroup::mass_matrix)
-        .reads(read<Terms::mass>, Needs::accelerations)
-        .derivative(derivative<Duals::mass>)
+        .reads(read, Needs::accelerations)
+        .derivative(derivative)
         .depends(at_point::all_jumps, initially::anything)
         .says("Joint-space inertia, armatures included: ")
         .adapted(name_mass),
     output(Owner::model, "bias")
         .array(per_velocity)
         .in(OutputGroup::bias)
-        .reads(read<Terms::bias>, Needs::accelerations)
-        .derivative(derivative<Duals::bias>)
+        .reads(read, Needs::accelerations)
+        .derivative(derivative)
         .depends(at_point::all_jumps, initially::anything)
         .measures(quantity::torque)
         .says("Inverse dynamics at zero acceleration (Coriolis, centrifugal, gravity): ")
@@ -78,8 +54,8 @@ constexpr Entry entries[] = {
     output(Owner::model, "gravity_torque")
         .array(per_velocity)
         .in(OutputGroup::gravity_torque)
-        .reads(read<Terms::gravity>, Needs::accelerations)
-        .derivative(derivative<Duals::gravity>)
+        .reads(read, Needs::accelerations)
+        .derivative(derivative)
         .depends(at_point::all_jumps, initially::anything)
         .measures(quantity::torque)
         .says("Inverse dynamics at rest (gravity): ")
@@ -87,8 +63,8 @@ constexpr Entry entries[] = {
     output(Owner::model, "coriolis")
         .array(per_velocity)
         .in(OutputGroup::coriolis)
-        .reads(read<Terms::coriolis>, Needs::accelerations)
-        .derivative(derivative<Duals::coriolis>)
+        .reads(read, Needs::accelerations)
+        .derivative(derivative)
         .depends(at_point::all_jumps, initially::anything)
         .measures(quantity::torque)
         .says("Inverse dynamics at zero acceleration without gravity (Coriolis, centrifugal): ")
@@ -96,16 +72,76 @@ constexpr Entry entries[] = {
     output(Owner::model, "passive")
         .array(per_velocity)
         .in(OutputGroup::passive)
-        .reads(read<Terms::passive>, Needs::accelerations)
-        .derivative(derivative<Duals::passive>)
+        .reads(read, Needs::accelerations)
+        .derivative(derivative)
         .depends(at_point::all_jumps, initially::anything)
         .measures(quantity::torque)
         .says("Generalized force of springs, dampers, friction, stops and contact: ")
         .adapted(name_force),
 };
 
+// Rows: force, moment.
+template <class Scalar>
+const Scalar& reaction(const Force<Scalar>& wrench, const Variable& v) {
+  return component(wrench, v.element + (v.row_index == 0 ? 3 : 0));
+}
+double read_reaction(Values& at, const Variable& v) { return reaction(at.terms().reaction(v.joint), v); }
+double reaction_derivative(OutputDerivatives& of, const Variable& v) {
+  return reaction(of.tangent().terms().reaction(v.joint), v).derivative;
+}
+
+constexpr Entry reaction_force = output(Owner::joint, "reaction_force")
+                                     .array(3)
+                                     .in(OutputGroup::reaction)
+                                     .reads(read_reaction, Needs::accelerations)
+                                     .derivative(reaction_derivative)
+                                     .depends(at_point::accelerations, initially::accelerations)
+                                     .measures(quantity::force)
+                                     .says("Force on the link through %, $ in link axes")
+                                     .labels(axes);
+
+constexpr Entry reaction_torque = output(Owner::joint, "reaction_torque")
+                                      .array(3)
+                                      .in(OutputGroup::reaction)
+                                      .reads(read_reaction, Needs::accelerations)
+                                      .derivative(reaction_derivative)
+                                      .depends(at_point::accelerations, initially::accelerations)
+                                      .measures(quantity::torque)
+                                      .says("Moment on the link through %, drive included, $ in link axes")
+                                      .labels(axes);
+
+constexpr Entry joint_entries[] = {reaction_force, reaction_torque};
+constexpr Entry ball_entries[] = {reaction_force.of(Owner::ball), reaction_torque.of(Owner::ball)};
+
+void name_regressor(const Model& model, const Variable& v, Presentation& shown) {
+  constexpr const char* parameters[] = {"mass", "m cx", "m cy", "m cz", "Ixx",
+                                        "Iyy",  "Izz",  "Ixy",  "Ixz",  "Iyz"};
+  shown.description +=
+      std::string(parameters[v.element % 10]) + " on " + velocity_names(model)[v.element / 10].name;
+}
+
+constexpr Entry link_entries[] = {
+    output(Owner::link, "regressor")
+        .array(per_velocity, 10)
+        .in(OutputGroup::regressor)
+        .reads([](Values& at, const Variable& v) { return at.terms().regressor(v.link, v.element); },
+               Needs::accelerations)
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return of.tangent().terms().regressor(v.link, v.element).derivative;
+        })
+        .depends(at_point::accelerations, initially::accelerations)
+        .says("Regressor of %: effect of ")
+        .adapted(name_regressor),
+};
+
 }  // namespace
 
+const RowGroup LinkRegressors::rows = rows_in<link_entries>;
+const WordGroup LinkRegressors::words = words_in<link_entries>;
+const RowGroup JointReactions::rows = rows_in<joint_entries>;
+const WordGroup JointReactions::words = words_in<joint_entries>;
+const RowGroup BallReactions::rows = rows_in<ball_entries>;
+const WordGroup BallReactions::words = words_in<ball_entries>;
 const RowGroup EquationVariables::rows = rows_in<entries>;
 const WordGroup EquationVariables::words = words_in<entries>;
 

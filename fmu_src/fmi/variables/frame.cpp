@@ -93,6 +93,29 @@ void name_port_axes(const Model& model, const Variable& v, Presentation& shown) 
   shown.description += own ? "frame's axes" : "ground frame";
 }
 
+bool is_rate(const Variable& v) { return v.row->name[sizeof "jacobian" - 1] != 0; }
+
+double read_jacobian(Values& at, const Variable& v) {
+  const Plan<double>& plan = at.plan();
+  return at.terms().jacobian(plan.carrier[v.link], in_body(at.model(), plan, v).position, v.element,
+                             is_rate(v));
+}
+
+double jacobian_derivative(OutputDerivatives& of, const Variable& v) {
+  const Plan<double>& plan = of.values().plan();
+  return of.tangent()
+      .terms()
+      .jacobian(plan.carrier[v.link], in_body(of.model(), plan, v).position, v.element, is_rate(v))
+      .derivative;
+}
+
+void name_jacobian(const Model& model, const Variable& v, Presentation& shown) {
+  const std::vector<VelocityName> all = velocity_names(model);
+  const std::size_t row = static_cast<std::size_t>(v.element) / all.size();
+  shown.description += std::string(row < 3 ? "angular velocity " : "velocity ") + axes[row % 3] + " by " +
+                       all[static_cast<std::size_t>(v.element) % all.size()].name;
+}
+
 constexpr Entry entries[] = {
     input(Owner::frame, "force")
         .array(3)
@@ -240,6 +263,23 @@ constexpr Entry entries[] = {
         .measures(quantity::torque)
         .says("Moment of the outboard bodies about the origin of %, $ in the frame's axes")
         .labels(axes),
+    output(Owner::frame, "jacobian")
+        .array(6, per_velocity)
+        .there_if([](const Scene& scene, const Variable& v) { return scene.model.frames[v.frame].jacobian; })
+        .reads(read_jacobian, Needs::accelerations)
+        .derivative(jacobian_derivative)
+        .depends(at_point::jumps, initially::accelerations)
+        .says("Jacobian of %, ground frame: ")
+        .adapted(name_jacobian),
+    output(Owner::frame, "jacobian_rate")
+        .array(6, per_velocity)
+        .there_if(
+            [](const Scene& scene, const Variable& v) { return scene.model.frames[v.frame].jacobian_rate; })
+        .reads(read_jacobian, Needs::accelerations)
+        .derivative(jacobian_derivative)
+        .depends(at_point::jumps, initially::accelerations)
+        .says("Time derivative of the Jacobian of %, ground frame: ")
+        .adapted(name_jacobian),
 };
 
 }  // namespace

@@ -60,6 +60,18 @@ struct EquationVariables {  // equations.cpp
   static const RowGroup rows;
   static const WordGroup words;
 };
+struct JointReactions {  // equations.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
+struct LinkRegressors {  // equations.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
+struct BallReactions {  // equations.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
 struct SolverHealth {  // solver.cpp
   static const RowGroup rows;
   static const WordGroup words;
@@ -106,11 +118,11 @@ struct WorkSlopes {  // energy.cpp
 };
 
 // In the order of the XML.
-using Groups =
-    std::tuple<JointMotionVariables, BallMotionVariables, JointDriveVariables, ActuatorVariables,
-               FrameVariables, LoopVariables, CouplingVariables, ContactVariables, EnergyVariables,
-               EquationVariables, SolverHealth, JointStartValues, BallStartValues, JointParameterVariables,
-               ActuatorParameterVariables, LinkParameterVariables, ContactParameterVariables,
-               SolverParameters, JointSlopes, BallSlopes, ActuatorStates, WorkSlopes>;
+using Groups = std::tuple<JointMotionVariables, BallMotionVariables, JointDriveVariables, ActuatorVariables,
+                          FrameVariables, LoopVariables, CouplingVariables, ContactVariables, EnergyVariables,
+                          EquationVariables, JointReactions, BallReactions, LinkRegressors, SolverHealth,
+                          JointStartValues, BallStartValues, JointParameterVariables,
+                          ActuatorParameterVariables, LinkParameterVariables, ContactParameterVariables,
+                          SolverParameters, JointSlopes, BallSlopes, ActuatorStates, WorkSlopes>;
 
 }  // namespace redysim

@@ -44,6 +44,23 @@ const Words& words_of(const Variable& variable) {
   return words_of(variable, static_cast<const Groups*>(nullptr));
 }
 
+std::vector<VelocityName> velocity_names(const Model& model) {
+  std::vector<VelocityName> found;
+  for (std::size_t i = 0; i < model.links.size(); ++i) {
+    const Joint& joint = model.links[i].joint;
+    if (!moves(joint)) continue;
+    VelocityName velocity{"joint '" + joint.name + "'", !turns(joint)};
+    int part = -2;  // of no spherical joint
+    for (const Ball& ball : model.balls)
+      if (const int k = static_cast<int>(i) - ball.chart_link - 1; - 1 <= k && k < 3) {
+        part = k;
+        velocity.name = "joint '" + ball.name + "' (" + (k < 0 ? "" : axes[k]) + ")";
+      }
+    if (part != -1) found.push_back(velocity);
+  }
+  return found;
+}
+
 Presentation presentation(const Model& model, const Variable& variable) {
   const Words& words = words_of(variable);
   const bool sliding = slides(model, variable);

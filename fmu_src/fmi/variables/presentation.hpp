@@ -31,6 +31,13 @@ struct Words {
   ConstantFactor constant = ConstantFactor::no;
 };
 
+// The velocities of the tree (dynamics/equation_terms.hpp).
+struct VelocityName {
+  std::string name;
+  bool slides = false;
+};
+std::vector<VelocityName> velocity_names(const Model& model);
+
 Presentation presentation(const Model& model, const Variable& variable);
 const Words& words_of(const Variable& variable);
 

@@ -26,7 +26,8 @@ bool is_tunable(const Row& row) { return row.variability == Variability::tunable
 // In the XML the variables of one frame, loop, coupling or contact are adjacent; of joints, one variable of
 // all joints is.
 bool by_owner(Owner owner) {
-  return owner == Owner::frame || owner == Owner::loop || owner == Owner::coupling || owner == Owner::contact;
+  return owner == Owner::frame || owner == Owner::loop || owner == Owner::coupling ||
+         owner == Owner::contact || owner == Owner::link;
 }
 
 int plan_loop_of(const Plan<double>& plan, int loop) {
@@ -51,6 +52,18 @@ std::vector<Variable> simple_joints(const Plan<double>& plan) {
     owner.link = plan.joints[i].link;
     owner.joint = static_cast<int>(i);
     found.push_back(owner);
+  }
+  return found;
+}
+
+// Without those between the DOFs of a joint.
+std::vector<Variable> moving_links(const Scene& scene) {
+  std::vector<Variable> found;
+  Variable owner;
+  for (std::size_t k = 0; k < scene.model.links.size(); ++k) {
+    owner.link = static_cast<int>(k);
+    owner.joint = scene.plan.carrier[k];
+    if (owner.joint != ground && scene.model.links[k].name.back() != ']') found.push_back(owner);
   }
   return found;
 }
@@ -105,8 +118,8 @@ std::vector<Variable> owners(const Scene& scene, Owner kind) {
         found.push_back(owner);
       }
       break;
-    case Owner::link:  // has tunable parameters only
-      break;
+    case Owner::link:
+      return moving_links(scene);
     case Owner::model:
       found.push_back(owner);
   }

@@ -408,7 +408,8 @@ bool Tangent::evaluate() {
   for (const ActuatorResponse<Dual>& response : responses_) power += response.power;
   if (sensed_)
     sensed_->evaluate(q.data(), qd.data(), qdd.data(), inputs_.port_wrench.of(force.data()), multipliers);
-  if (terms_) terms_->go_to(q.data(), qd.data());
+  if (terms_)
+    terms_->go_to(q.data(), qd.data(), qdd.data(), inputs_.port_wrench.of(force.data()), multipliers);
   double sum = 0;
   for (const Dual& a : qdd) sum += a.value * 0.0 + a.derivative * 0.0;
   for (const Dual& a : drive) sum += a.derivative * 0.0;

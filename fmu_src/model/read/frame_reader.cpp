@@ -5,14 +5,16 @@ namespace {
 
 void read_outputs(Section& section, Frame& frame) {
   if (!section.has("outputs")) return;
-  const std::vector<bool> shown =
-      section.flags("outputs", {"pose", "rotation", "velocity", "acceleration", "imu", "wrench"});
+  const std::vector<bool> shown = section.flags("outputs", {"pose", "rotation", "velocity", "acceleration",
+                                                            "imu", "wrench", "jacobian", "jacobian_rate"});
   frame.pose = shown[0];
   frame.rotation_matrix = shown[1];
   frame.velocity = shown[2];
   frame.acceleration = shown[3];
   frame.imu = shown[4];
   frame.wrench = shown[5];
+  frame.jacobian = shown[6];
+  frame.jacobian_rate = shown[7];
 }
 
 // A wrist sensor is a fixed joint. A joint with several DOF consists of links "<name>[1]", ...

@@ -1,0 +1,168 @@
+"""Output groups of the equations of motion in built FMUs: Pinocchio's KR5, a closed loop solved in maximal coordinates, refusals."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.crosscheck.scene_fmu import Library, Refused
+from tests.fmi.conftest import ROOT
+from tests.fmi.raw import OK, Slave
+from tests.fmi.test_directional_truth import JOINTS, QD, TAU, Q, robot
+
+__all__ = ["robot"]  # a fixture
+
+GROUPS = '"acceleration", "mass_matrix", "bias", "gravity_torque", "coriolis", "passive", "reaction", "regressor"'
+
+
+@pytest.fixture(scope="module")
+def library(fmu_file, tmp_path_factory) -> Library:
+    fmu_file("pendulum")  # skips where nothing is built
+    return Library(tmp_path_factory.mktemp("terms"))
+
+
+def array(values: dict, name: str, *shape: int) -> np.ndarray:
+    return np.array([values[f"{name}[{','.join(str(i + 1) for i in index)}]"] for index in np.ndindex(*shape)]).reshape(shape)
+
+
+def kr5(library: Library) -> dict[str, float]:
+    text = (ROOT / "models" / "kuka_kr5.toml").read_text()
+    frame = '\n[[frame]]\nname = "flange"\nlink = "link6"\nposition = [0.1, -0.2, 0.3]\noutputs = ["jacobian", "jacobian_rate"]\n'
+    assert "[fmu]" in text
+    head, settings = text.split("[fmu]")
+    settings = "\n".join(line for line in settings.splitlines() if not line.startswith("outputs"))
+    library.load(head + frame + f"[fmu]\noutputs = [{GROUPS}]\n" + settings)
+    with Slave(library) as slave:
+        assert slave.setup() == OK and slave.call("EnterInitializationMode") == OK
+        for k, joint in enumerate(JOINTS):
+            for ending, value in ((".q0", Q[k]), (".qd0", QD[k]), (".tau", TAU[k])):
+                assert slave.set(joint + ending, value) == OK
+        assert slave.call("ExitInitializationMode") == OK
+        return dict(zip(library.outputs, slave.reals(library.outputs), strict=True))
+
+
+def close(found: np.ndarray, expected: np.ndarray) -> bool:
+    return np.abs(found - expected).max() < 1e-12 * np.abs(expected).max()
+
+
+def test_terms_of_the_kr5_are_those_of_pinocchio(library, robot):
+    pin, model, data, damping = robot
+    values = kr5(library)
+    q, qd = np.array(Q), np.array(QD)
+    qdd = np.array([values[f"{joint}.qdd"] for joint in JOINTS])
+    M = np.triu(pin.crba(model, data, q))
+    assert close(array(values, "mass_matrix", 6, 6), M + np.triu(M, 1).T)
+    assert close(array(values, "bias", 6), pin.rnea(model, data, q, qd, 0 * q))
+    assert close(array(values, "gravity_torque", 6), pin.computeGeneralizedGravity(model, data, q))
+    assert close(array(values, "coriolis", 6), pin.computeCoriolisMatrix(model, data, q, qd) @ qd)
+    assert not damping.any() and not array(values, "passive", 6).any()
+    place = model.addFrame(pin.Frame("flange", 6, 0, pin.SE3(np.eye(3), np.array([0.1, -0.2, 0.3])), pin.FrameType.OP_FRAME))
+    data = model.createData()
+    pin.computeJointJacobiansTimeVariation(model, data, q, qd)
+    pin.updateFramePlacements(model, data)
+    angular_first = [3, 4, 5, 0, 1, 2]
+    axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    assert close(array(values, "flange.jacobian", 6, 6), pin.getFrameJacobian(model, data, place, axes)[angular_first])
+    assert close(array(values, "flange.jacobian_rate", 6, 6), pin.getFrameJacobianTimeVariation(model, data, place, axes)[angular_first])
+    regressor = pin.computeJointTorqueRegressor(model, data, q, qd, qdd)
+    own_order = [0, 1, 2, 3, 4, 6, 9, 5, 7, 8]  # Pinocchio: xx, xy, yy, xz, yz, zz
+    for k in range(6):
+        found = array(values, f"link{k + 1}.regressor", 6, 10)
+        assert np.abs(found - regressor[:, 10 * k : 10 * k + 10][:, own_order]).max() < 1e-12 * np.abs(regressor).max()
+
+
+def test_bad_requests_are_one_sentence(library):
+    arm = '[[link]]\nname = "arm"\nmass = 1\ncom = [1, 0, 0]\n'
+    with pytest.raises(Refused, match=r"fmu: outputs must be .*'constraint_jacobian', got 'mass_matrx'; did you mean 'mass_matrix'\?$"):
+        library.load('name = "a"\n' + arm + '[fmu]\noutputs = ["mass_matrx"]\n')
+    with pytest.raises(Refused, match=r"fmu: outputs must be .*got 'jacobian'"):
+        library.load('name = "a"\n' + arm + '[fmu]\noutputs = ["jacobian"]\n')
+    with pytest.raises(Refused, match=r"frame 'tip': outputs must be .*'jacobian_rate', got 'jacobi'; did you mean"):
+        library.load('name = "a"\n' + arm + '[[frame]]\nname = "tip"\nlink = "arm"\noutputs = ["jacobi"]\n')
+
+
+def test_nothing_exists_unless_requested(library):
+    library.load((ROOT / "models" / "kuka_kr5.toml").read_text())
+    names = " ".join(library.variables)
+    assert not [word for word in ("mass_matrix", "bias", "coriolis", "passive", "regressor", "reaction", "jacobian") if word in names]
+
+
+# a planar four-bar whose cut joint is a hinge: three of its five rows are redundant
+LENGTHS, MASSES, SPEED = (0.5, 1.2, 0.9), (1.0, 2.0, 1.5), 0.7
+GROUND = 1.1
+
+
+def four_bar() -> tuple[str, list[float]]:
+    """The model file, tilted out of the vertical plane by gravity, and the absolute angles of its three bars."""
+    crank = 0.9
+    pin = np.array([LENGTHS[0] * math.cos(crank), LENGTHS[0] * math.sin(crank)])
+    line = np.array([GROUND, 0]) - pin
+    span, base = math.hypot(*line), math.atan2(line[1], line[0])
+    inner = math.acos((span**2 + LENGTHS[1] ** 2 - LENGTHS[2] ** 2) / (2 * span * LENGTHS[1]))
+    coupler = base + inner
+    end = pin + LENGTHS[1] * np.array([math.cos(coupler), math.sin(coupler)])
+    rocker = math.atan2(end[1], end[0] - GROUND)
+    angles = [crank, coupler, rocker]
+    links = [("crank", "ground", 0, crank), ("coupler", "crank", LENGTHS[0], coupler - crank), ("rocker", "ground", GROUND, rocker)]
+    text = 'name = "four_bar"\ngravity = [1, -9, 3]\n'
+    for (name, parent, a, q), m, length in zip(links, MASSES, LENGTHS, strict=True):
+        text += f'[[link]]\nname = "{name}"\nparent = "{parent}"\na = {a}\nq = {q!r}\nmass = {m}\ncom = [{length / 2}, 0, 0.1]\ninertia = [0.02, 0.03, 0.04]\n'
+    text += f'[[loop]]\nname = "pin"\ntype = "revolute"\nlink_a = "coupler"\nlink_b = "rocker"\npoint_a = [{LENGTHS[1]}, 0, 0]\npoint_b = [{LENGTHS[2]}, 0, 0]\n'
+    return text + f"[fmu]\noutputs = [{GROUPS}]\n", angles
+
+
+def hinge(a: int, x_a, b: int, x_b) -> np.ndarray:
+    """Rows of a hinge about z between bodies (-1: ground) with centers of mass at x: velocities (v, omega) per body."""
+    rows = np.zeros((5, 18))
+    cross = lambda r: np.array([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]])
+    for body, arm, sign in ((a, x_a, -1), (b, x_b, 1)):
+        if body >= 0:
+            rows[:3, 6 * body : 6 * body + 3] = sign * np.eye(3)
+            rows[:3, 6 * body + 3 : 6 * body + 6] = -sign * cross(arm)
+            rows[3:, 6 * body + 3 : 6 * body + 5] = sign * np.eye(2)
+    return rows
+
+
+def test_reactions_of_a_redundant_loop_are_those_in_maximal_coordinates(library):
+    """At rest: M a = g + C^T lambda, C a = 0; least norm over the multipliers of the cut hinge."""
+    text, angles = four_bar()
+    library.load(text)
+    tau = 2.5
+    values, _ = library.start({"crank.tau": tau})
+    along = [np.array([math.cos(angle), math.sin(angle), 0]) for angle in angles]
+    starts = [np.zeros(3), LENGTHS[0] * along[0], np.array([GROUND, 0, 0])]
+    centers = [start + length / 2 * u + np.array([0, 0, 0.1]) for start, length, u in zip(starts, LENGTHS, along, strict=True)]
+    end = starts[1] + LENGTHS[1] * along[1]
+    M, force = np.zeros((18, 18)), np.zeros(18)
+    for k, (m, u) in enumerate(zip(MASSES, along, strict=True)):
+        R = np.array([u, np.cross([0, 0, 1], u), [0, 0, 1]]).T
+        M[6 * k : 6 * k + 3, 6 * k : 6 * k + 3] = m * np.eye(3)
+        M[6 * k + 3 : 6 * k + 6, 6 * k + 3 : 6 * k + 6] = R @ np.diag([0.02, 0.03, 0.04]) @ R.T
+        force[6 * k : 6 * k + 3] = m * np.array([1, -9, 3])
+    force[5] = tau
+    tree = [
+        hinge(-1, None, 0, starts[0] - centers[0]),
+        hinge(0, starts[1] - centers[0], 1, starts[1] - centers[1]),
+        hinge(-1, None, 2, starts[2] - centers[2]),
+    ]
+    # rows of the cut along the axes of the coupler
+    axes = np.array([along[1], np.cross([0, 0, 1], along[1]), [0, 0, 1]])
+    cut = hinge(1, end - centers[1], 2, end - centers[2])
+    cut[:3], cut[3:] = axes @ cut[:3], axes[:2, :2] @ cut[3:]
+    # moments of rotation rows: v x u with v = z
+    C = np.vstack([*tree, cut])
+    inverse = np.linalg.inv(M)
+    multipliers = np.linalg.lstsq(C @ inverse @ C.T, -C @ inverse @ force, rcond=1e-12)[0]
+    # of all solutions the one with the least norm of the last five
+    null = np.linalg.svd(C.T)[2][np.linalg.matrix_rank(C.T, 1e-10) :].T
+    multipliers -= null @ np.linalg.lstsq(null[15:], multipliers[15:], rcond=1e-12)[0]
+    acceleration = inverse @ (force + C.T @ multipliers)
+    for k, name in enumerate(("crank", "coupler", "rocker")):
+        R = np.array([along[k], np.cross([0, 0, 1], along[k]), [0, 0, 1]])
+        on_link = multipliers[5 * k : 5 * k + 5]
+        torque = np.array([*on_link[3:], tau if k == 0 else 0])
+        assert array(values, f"{name}.reaction_force", 3) == pytest.approx(R @ on_link[:3], abs=1e-11 * 30)
+        assert array(values, f"{name}.reaction_torque", 3) == pytest.approx(R @ torque, abs=1e-11 * 30)
+    assert values["crank.qdd"] == pytest.approx(acceleration[5], rel=1e-11)
