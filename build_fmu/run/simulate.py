@@ -142,7 +142,8 @@ def start_values(session: Session, arguments: Sequence[str]) -> dict[str, Any]:
 def select_outputs(session: Session, patterns: Sequence[str]) -> list[str]:
     """Returns the numeric outputs that match the names or `*` patterns (separated by commas or spaces), or all outputs."""
     numeric = [n for n in session.names("output") if session.variables[n].type != "String"]
-    wanted = [p for text in patterns for p in re.split(r"[,\s]+", text) if p]
+    # not at the comma of mass_matrix[1,2]
+    wanted = [p for text in patterns for p in re.split(r"[,\s]+(?![^\[]*\])", text) if p]
     if not wanted:
         return numeric
     readable = [n for n, v in session.variables.items() if v.type != "String"]

@@ -123,6 +123,8 @@ def test_outputs_by_name_and_star():
     assert select_outputs(session, ["joint*.q", "solver.steps"]) == ["joint1.q", "joint2.q", "solver.steps"]
     assert select_outputs(session, ["joint2.q, joint1.q"]) == ["joint2.q", "joint1.q"]
     assert select_outputs(session, ["tip.position[1]"]) == ["tip.position[1]"]
+    session.variables["mass_matrix[1,2]"] = session.variables["tip.position[1]"]
+    assert select_outputs(session, ["joint1.q,mass_matrix[1,2] joint2.q"]) == ["joint1.q", "mass_matrix[1,2]", "joint2.q"]
     assert select_outputs(session, ["*[1]"]) == ["tip.position[1]"]
     with pytest.raises(UserError, match="did you mean 'joint1.qd'"):
         select_outputs(session, ["joint1.qdot"])
