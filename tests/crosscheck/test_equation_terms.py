@@ -253,9 +253,10 @@ def reactions(case: Case, values: dict, dense: Dense, qdd) -> dict:
 @pytest.mark.parametrize("only", ["open", "loops", "repeat", "all"])
 def test_terms_agree(library, only):
     """Joints of all types, rotors, prescribed motions, springs, friction, stops, couplings, bushings, contact and loops."""
-    for index in range(25):
-        case = draw(20, index, only)
+    # the last one: a loop in a ground direction whose root is a slide
+    for seed, index in [*((20, index) for index in range(25)), *([(21, 52)] if only == "loops" else [])]:
+        case = draw(seed, index, only)
         library.load(with_jacobians(case.text) + f"\n[fmu]\noutputs = {GROUPS}\n")
         values, _ = library.start(case.inputs)
         wrong = {name: error for name, error in differences(case, values).items() if not error < LOOSER.get(name.split(".")[-1], TOLERANCE)}
-        assert not wrong, (only, index, wrong)
+        assert not wrong, (only, seed, index, wrong)
