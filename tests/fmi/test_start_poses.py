@@ -89,7 +89,9 @@ def test_open_scenes_are_corrected_as_the_fmu_corrects_them(tmp_path, seed):
 @pytest.mark.parametrize("open_by", [0.0, 0.1])
 @pytest.mark.parametrize("seed", [0, 7])
 def test_ten_loops_that_share_joints_take_no_time(tmp_path, seed, open_by):
-    model = written(tmp_path, Scene(seed, loops=10, open_by=open_by).toml())
+    scene = Scene(seed, loops=10, open_by=open_by).toml()
+    # without the entries of matrices, 13 000 variables
+    model = written(tmp_path, scene.replace('"mass_matrix", ', "").replace(', "constraint_jacobian"', ""))
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
     run = subprocess.run([describe_program(), model], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, check=False)
     assert run.returncode == 0, run.stderr

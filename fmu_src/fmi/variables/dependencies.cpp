@@ -156,9 +156,12 @@ class Collector {
     const Rule depends = initial_ ? words.at_start : words.at_point;
     Dependencies row;
     row.unknown = unknown;
-    for (std::size_t k = 0; depends && k < settable_.size() && row.knowns.size() <= longest_list; ++k)
+    // the entries of a matrix outnumber all other variables
+    row.all = depends && variable.row->columns > 0;
+    for (std::size_t k = 0; depends && !row.all && k < settable_.size(); ++k) {
       if (depends(variable, all_[settable_[k]], components_)) row.knowns.push_back(settable_[k]);
-    row.all = row.knowns.size() > longest_list;
+      row.all = row.knowns.size() > longest_list;
+    }
     for (std::size_t k = 0; !row.all && k < states_.size(); ++k) {
       const Variable& state = all_[states_[k]];
       if (is_state_[unknown] ? is_same_state(variable, state) : by_state(variable, state, components_))
