@@ -18,6 +18,12 @@ def named(known: Iterable[str]) -> str:
     return f"; available: {', '.join(shown)}{more}"
 
 
+def unknown(kind: str, name: str, known: Iterable[str]) -> UserError:
+    """Returns the error of a name that is not known, with the most similar one or some of them."""
+    known = list(known)
+    return UserError(f"unknown {kind} '{name}'{did_you_mean(name, known) or named(known)}")
+
+
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Returns `; did you mean 'x'?` for the nearest known name, or an empty string."""
     known = list(known)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import argparse
 
 from build_fmu.cli.parser import positive
-from build_fmu.cli.states import add_state_options, given_state, print_matrix
-from build_fmu.cli.streams import add_options, emit
-from build_fmu.cli.terminal import warn
+from build_fmu.cli.states import add_state_options, facts_of_state, model_at_state, print_matrix
+from build_fmu.cli.streams import emit
 
 
 def add(commands) -> None:
@@ -19,20 +18,14 @@ def add(commands) -> None:
     )
     add_state_options(command)
     command.add_argument("--step", type=positive, metavar="H", help="derivatives of the state after H seconds, with the inputs held")
-    add_options(command, reports=True)
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Prints the matrices."""
-    from build_fmu.library.model import load
-
-    with load(options.model) as model:
-        warn(model.description.warnings)
-        x, u = given_state(model, options)
+    with model_at_state(options) as (model, x, u):
         A, B = model.linearise(x, u, options.step)
-        facts = {"name": model.description.model_name, "step": options.step, "states": model.states, "inputs": model.inputs}
-        emit(options, {**facts, "x": x.tolist(), "u": u.tolist(), "A": A.tolist(), "B": B.tolist()})
+        emit(options, {**facts_of_state(model, x, u), "step": options.step, "A": A.tolist(), "B": B.tolist()})
         print_matrix("A", model.states, model.states, A)
         print_matrix("B", model.states, model.inputs, B)
     return 0

@@ -6,9 +6,8 @@ import argparse
 
 import numpy as np
 
-from build_fmu.cli.states import add_state_options, given_state, print_matrix
-from build_fmu.cli.streams import add_options, emit
-from build_fmu.cli.terminal import warn
+from build_fmu.cli.states import add_state_options, facts_of_state, model_at_state, print_matrix
+from build_fmu.cli.streams import emit
 
 
 def add(commands) -> None:
@@ -19,22 +18,16 @@ def add(commands) -> None:
         description="Print the undamped modes of small motions about a state at rest, by increasing frequency.",
     )
     add_state_options(command, ("equilibrium", "held", "start"))
-    add_options(command, reports=True)
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Prints the modes."""
-    from build_fmu.library.model import load
-
-    with load(options.model) as model:
-        warn(model.description.warnings)
-        x, u = given_state(model, options)
+    with model_at_state(options) as (model, x, u):
         modes = model.modes(x, u)
-        facts = {"name": model.description.model_name, "states": model.states, "x": x.tolist(), "inputs": model.inputs, "u": u.tolist()}
         shapes = modes.shapes.T.tolist()
         rows = {"frequencies": modes.frequencies.tolist(), "squares": modes.squares.tolist(), "coordinates": modes.coordinates}
-        emit(options, {**facts, **rows, "shapes": shapes})
+        emit(options, {**facts_of_state(model, x, u), **rows, "shapes": shapes})
         at = np.array([x[model.states.index(n)] for n in modes.coordinates])
         heads = [_frequency(square) for square in modes.squares]
         print_matrix(f"{model.description.model_name}: modes", modes.coordinates, ["pose", *heads], np.column_stack([at, modes.shapes]))

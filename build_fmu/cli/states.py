@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from build_fmu.cli.terminal import SEVERAL, console
-from build_fmu.errors import UserError, did_you_mean, named
+from build_fmu.cli.streams import add_options
+from build_fmu.cli.terminal import SEVERAL, console, warn
+from build_fmu.errors import UserError, unknown
 from build_fmu.run.expressions import compile_expression
 from build_fmu.run.signals import parse_start
+
+if TYPE_CHECKING:
+    from build_fmu.library.model import Model
 
 BLOCK = 8  # columns
 
@@ -29,15 +35,37 @@ def add_state_options(command: argparse.ArgumentParser, places: Sequence[str] = 
             help="start: the start state; equilibrium: the rest pose near it; held: the start pose with inputs that hold it "
             f"(default: {places[0]})",
         )
+    add_options(command, reports=True)
 
 
-def given_state(model, options: argparse.Namespace) -> tuple[np.ndarray, np.ndarray]:
+@contextmanager
+def model_at_state(options: argparse.Namespace) -> Iterator[tuple[Model, np.ndarray, np.ndarray]]:
+    """Yields the model of the options, with its warnings printed, the state x and the inputs u; raises UserError."""
+    from build_fmu.library.model import load
+
+    with load(options.model) as model:
+        warn(model.description.warnings)
+        yield model, *given_state(model, options)
+
+
+def facts_of_state(model: Model, x: np.ndarray, u: np.ndarray) -> dict:
+    """Returns what `--json` reports of a model and its state."""
+    return {
+        "name": model.description.model_name,
+        "states": model.states,
+        "x": x.tolist(),
+        "inputs": model.inputs,
+        "u": u.tolist(),
+    }
+
+
+def given_state(model: Model, options: argparse.Namespace) -> tuple[np.ndarray, np.ndarray]:
     """Returns state and inputs; raises UserError."""
     model.parameters = {name: compile_expression(text)(0.0) for name, text in parse_start(options.start).items()}
     u = np.zeros(len(model.inputs))
     for name, text in parse_start(options.input).items():
         if name not in model.inputs:
-            raise UserError(f"unknown input '{name}'{did_you_mean(name, model.inputs) or named(model.inputs)}")
+            raise unknown("input", name, model.inputs)
         u[model.inputs.index(name)] = compile_expression(text)(0.0)
     where = getattr(options, "at", "equilibrium")
     if where == "equilibrium":

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from build_fmu import native
-from build_fmu.errors import UserError, did_you_mean, named
+from build_fmu.errors import UserError, unknown
 from build_fmu.run.driver import Outcome, Staged, Task, ask, head_lines
 
 BUDGET = 60.0  # s of CPU time of a run, on average over those of a worker
@@ -35,7 +35,7 @@ def simulate_batch(fmu: Staged, task: Task, inputs: np.ndarray | None, parameter
     for name in parameters:
         known = fmu.names("parameter")
         if name not in known:
-            raise UserError(f"unknown parameter '{name}'{did_you_mean(name, known) or named(known)}")
+            raise unknown("parameter", name, known)
     columns = {name: np.asarray(values, dtype=float) for name, values in parameters.items()}
     shapes = {f"parameter '{name}'": values.shape for name, values in columns.items()}
     count = len(inputs) if inputs is not None else next((len(v) for v in columns.values() if v.ndim == 1), 1)

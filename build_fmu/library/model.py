@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from build_fmu.errors import UserError, did_you_mean, named
+from build_fmu.errors import UserError, unknown
 from build_fmu.fmu import build as packager
 from build_fmu.library.batch import Runs, simulate_batch
 from build_fmu.library.evaluation import Evaluation
@@ -93,7 +93,7 @@ class Model:
             chosen = list(outputs) or fmu.reals()
             for name in chosen:
                 if name not in fmu.reals():
-                    raise UserError(f"unknown output '{name}'{did_you_mean(name, fmu.reals()) or named(fmu.reals())}")
+                    raise unknown("output", name, fmu.reals())
             given = None if inputs is None else np.asarray(inputs, dtype=float)
             if given is not None and (given.ndim != 3 or given.shape[1:] != (steps, len(fmu.names("input")))):
                 raise UserError(f"'inputs' must have the shape (runs, {steps}, {len(fmu.names('input'))}), got {given.shape}")
@@ -132,7 +132,7 @@ class Model:
         x = self.start()
         for values, names, letter in ((q, self.positions, "q"), (qd, self.velocities, "qd")):
             if values is not None:
-                x[[self.states.index(n) for n in names]] = _array(values, names, letter)
+                x[self._rows_of(names)] = _array(values, names, letter)
         return x
 
     def slope(self, x: ArrayLike | None = None, u: ArrayLike | None = None) -> np.ndarray:
@@ -180,7 +180,7 @@ class Model:
         """Returns the state after h (s) with u held, by the solver of the model file."""
         x, u = self._point(x, u)
         session = self._open("step", Variant(TERMS, self._tunable, "given"))
-        starts = [START.sub(r"\g<1>\g<2>0\g<3>", n) for n in self.states]
+        starts = [_start_of(n) for n in self.states]
         settable = session.names("parameter")
         unknown = [n for n, s in zip(self.states, starts, strict=True) if s not in settable]
         if unknown:
@@ -192,8 +192,8 @@ class Model:
     def equilibrium(self, u: ArrayLike | None = None, q: ArrayLike | None = None) -> np.ndarray:
         """Returns the state at rest nearest to q (default: the start) under held inputs u; raises UserError if none is found."""
         x, u = self._point(None if q is None else self.state(q), u)
-        x[[self.states.index(n) for n in self.velocities]] = 0
-        starts = {START.sub(r"\g<1>\g<2>0\g<3>", n): value for n, value in zip(self.states, x, strict=True)}
+        x[self._rows_of(self.velocities)] = 0
+        starts = {_start_of(n): value for n, value in zip(self.states, x, strict=True)}
         variant = replace(Variant(TERMS, self._tunable), start="equilibrium")
         with Evaluation(self._fmu(variant)) as session:
             known = {n: v for n, v in starts.items() if n in session.names("parameter")}
@@ -203,8 +203,7 @@ class Model:
     def hold(self, x: ArrayLike | None = None) -> np.ndarray:
         """Returns the inputs u (k) of least norm that hold the pose of x at rest; raises UserError if none do."""
         x, u = self._point(x, None)
-        rows = [self.states.index(n) for n in self.velocities]
-        x[rows] = 0
+        x[self._rows_of(self.velocities)] = 0
         first = abs(self.slope(x, u)).max(initial=0)
         for _ in range(3):
             missing = self.slope(x, u)
@@ -263,6 +262,11 @@ class Model:
             self._opened[name] = (Session(self._fmu(variant)).__enter__(), {})
         return self._opened[name][0]
 
+    def _rows_of(self, names: Sequence[str]) -> list[int]:
+        """Places of these states in x."""
+        places = {name: k for k, name in enumerate(self.states)}
+        return [places[name] for name in names]
+
     def _point(self, x: ArrayLike | None, u: ArrayLike | None) -> tuple[np.ndarray, np.ndarray]:
         equations = self._equations()
         x = self.start() if x is None else _array(x, equations.states, "x")
@@ -271,8 +275,7 @@ class Model:
         return x, _array(u, equations.inputs, "u")
 
     def _forward(self, q: np.ndarray, qd: np.ndarray, tau: np.ndarray) -> np.ndarray:
-        slope = self.slope(self.state(q, qd), tau)
-        return slope[[self.states.index(n) for n in self.velocities]]
+        return self.slope(self.state(q, qd), tau)[self._rows_of(self.velocities)]
 
     def _inverse(self, session: Session, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
         joints = [n.removesuffix(".q") for n in session.names("input") if n.endswith(".q")]
@@ -284,10 +287,15 @@ class Model:
         names = [*session.names("parameter"), *(v.name for v in self.description.select("parameter"))]
         for name in self.parameters:
             if name not in names:
-                raise UserError(f"unknown parameter '{name}'{did_you_mean(name, names) or named(names)}")
+                raise unknown("parameter", name, names)
         parameters = {name: value for name, value in self.parameters.items() if name in session.variables}
         _restart(session, {**parameters, **given})
         return np.array(session.read([f"{joint}.tau" for joint in joints]))
+
+
+def _start_of(state: str) -> str:
+    """Returns the name of the start parameter of a state."""
+    return START.sub(r"\g<1>\g<2>0\g<3>", state)
 
 
 def _restart(session: Session, values: Mapping[str, float]) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from build_fmu.errors import UserError, did_you_mean, named
+from build_fmu.errors import UserError, unknown
 from build_fmu.run.fmu_file import FMI3_TYPES, read_description
 
 WARNING = 1  # fmi2Warning and fmi3Warning; higher is worse
@@ -79,7 +79,7 @@ class Session:
         if name in self.variables:
             raise UserError(f"'{name}' is {_article(self.variables[name].causality)}, not {_article(kind)}")
         own = [known for known in among if self.variables[known].causality == kind] or among
-        raise UserError(f"unknown {kind} '{name}'{did_you_mean(name, own) or named(own)}")
+        raise unknown(kind, name, own)
 
     def display(self, name: str) -> Display:
         """Returns the display unit of a variable."""

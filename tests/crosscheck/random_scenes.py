@@ -323,13 +323,10 @@ class Check:
             if dof.prescribed and dof.variable("qdd") in known:
                 qdd[k] = scene.acceleration(dof, inputs)
         rows = motion.rows
-        multipliers = np.array([n.one(values[name]) for name in rows.names])
+        multipliers, held = self.multipliers(motion, dense)
         carried = dense.M @ qdd - dense.forces.value - (rows.J.T @ multipliers if len(multipliers) else 0)
-        size = (
-            dense.forces.size
-            + abs(dense.M) @ (motion.scale + abs(qdd))
-            + (abs(rows.J.T) @ (abs(multipliers) + motion.multiplier_scale) if len(multipliers) else 0)
-        )
+        size = dense.forces.size + abs(dense.M) @ (motion.scale + abs(qdd)) + held
+        size = size + (abs(rows.J.T) @ motion.multiplier_scale if len(multipliers) else 0)
         dofs = scene.links[scene.index[frame["link"]]].dofs
         force, moment = -carried[dofs[:3]], -carried[dofs[3:]]
         # the slides are along the axes of the joint frame, at rest those of the link
