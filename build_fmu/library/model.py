@@ -48,7 +48,7 @@ class Model:
         self._tunable = tuple(tunable)
         self._folder = tempfile.TemporaryDirectory()
         self._fmus: dict[Variant, Path] = {}
-        self._opened: dict[str, tuple[Session, dict[str, float]]] = {}
+        self._opened: dict[str, tuple[Session, dict[str, float] | None]] = {}
         self._start: np.ndarray | None = None
 
     # files and runs
@@ -249,6 +249,7 @@ class Model:
         if session is None:
             session = Evaluation(self._fmu(Variant(TERMS, self._tunable, "given"))).__enter__()
         if used != self.parameters:
+            self._opened["equations"] = (session, None)  # refused parameters leave it without a state
             for name in self.parameters:
                 session.find(name, "parameter", session.names("parameter"))
             session.begin(self.parameters)

@@ -182,6 +182,16 @@ def test_equilibrium_and_hold(model):
     assert (up.squares < 0).all() and np.isnan(up.frequencies).all()
 
 
+def test_refused_parameters_leave_the_model_usable(model):
+    m = model(DOUBLE, tunable=["lower.mass"])
+    slope = m.slope()
+    m.parameters = {"lower.mass": -1.0}
+    with pytest.raises(UserError, match="lower.mass must be >= 0, got -1"):
+        m.slope()
+    m.parameters = {}
+    assert (m.slope() == slope).all()
+
+
 def test_parameters_apply_to_every_verb(model):
     m = model(DOUBLE, tunable=["lower.mass"])
     before = m.mass_matrix([0, 0])[1, 1]
