@@ -13,7 +13,8 @@ import numpy as np
 
 from build_fmu.draw.contacts import TERRAINS, outlines, points_of, terrain
 from build_fmu.draw.figure import INK, METADATA, new_figure
-from build_fmu.model.planar import joint_counts, planar_axes
+from build_fmu.draw.skeleton import Skeleton
+from build_fmu.model.planar import free_joints, joint_counts, planar_axes
 
 PLAIN_TEXT = {"text.parse_math": False}  # names may contain dollar signs
 GROUND, COM, LOOP, COUPLING, SPRING, FORCE = "#7d8792", "#c0392b", "#8e44ad", "#f2a900", "#2e8b57", "#d7263d"
@@ -22,6 +23,8 @@ ELEVATION, AZIMUTH = 22, -58  # degrees, view of a spatial mechanism
 VIEW = np.array([f(np.radians(AZIMUTH)) * np.cos(np.radians(ELEVATION)) for f in (np.cos, np.sin)] + [np.sin(np.radians(ELEVATION))])
 NAMES_END = (0.9, 0.68)  # fractions of the width of a planar and a spatial picture: names of points further right are placed to their left
 NAMED_LINKS = 12  # no names for more links, because they would overlap
+ROOM = ((0.01, 0.012), (0.99, 0.93))  # corners of the axes and their labels, as fractions of the picture
+ZOOMS = (0.86, 0.8, 0.74, 0.68, 0.6)
 ARROW = 0.2  # length of a force arrow, as a fraction of the picture
 SHAPED_LINKS = 40  # more links are drawn as thin lines without joints and centers of mass
 
@@ -37,18 +40,25 @@ def draw(drawing: dict[str, Any], title: str, caption: str | None = None) -> byt
 
 def mechanism(figure, drawing: dict[str, Any], title: str, caption: str, bounds: np.ndarray | None = None, traces: Sequence = ()) -> None:
     """Draws into an empty figure. `bounds` (minimum, maximum point) fixes the view of a film; `traces` are paths of tips."""
-    scene = _Scene(figure, planar_axes(drawing["links"]), _size(drawing), vertical_axis(drawing))
-    _ground(scene)
-    for path in traces:
+    size = _size(drawing) if bounds is None else float(np.ptp(bounds, axis=0).max())
+    scene = _Scene(figure, planar_axes(drawing["links"]), size, vertical_axis(drawing))
+    # outside the axes of a film that follows the mechanism there are no lines
+    inside = lambda point: bounds is None or np.all((bounds[0] - 0.1 * size <= point) & (point <= bounds[1] + 0.1 * size))
+    if inside(np.zeros(3)):
+        _ground(scene)
+    for path in ([point for point in path if inside(point)] for path in traces):
         scene.line(path, color=LOOP, lw=1.2, alpha=0.5, zorder=3)
-    _solids(scene, drawing)
-    if len(drawing["links"]) > SHAPED_LINKS and not drawing.get("solids"):
+    shaped, many = _shaped(drawing), len(drawing["links"]) > SHAPED_LINKS and not drawing.get("solids")
+    parts = [(placed(solid, drawing["links"])[solid.triangles], solid.colour or solid.link) for solid in drawing.get("solids", [])]
+    if many:
         _thin_links(scene, drawing["links"])
     else:
+        parts += Skeleton(drawing, shaped, scene.size).parts
         for i, link in enumerate(drawing["links"]):
-            _link(scene, drawing["links"], i, link, _shaped(drawing))
+            _link(scene, drawing["links"], i, link, shaped)
+    _solids(scene, drawing["links"], parts)
     for loop in drawing.get("loops", []):
-        _loop(scene, drawing["links"], loop)
+        _loop(scene, drawing["links"] if many else [], loop)
     for coupling in drawing.get("couplings", []):
         joints = [drawing["links"][i]["origin"] for i in coupling["links"]]
         scene.line(joints, color=COUPLING, lw=1.8, ls="--", zorder=13)
@@ -139,9 +149,27 @@ class _Scene:
             for side in axes.spines.values():
                 side.set_color("#c9cfd5")
         axes.tick_params(labelsize=8, colors="#56616b")
+        if self.plane is None:
+            self._keep_labels_inside(2 * half)
         self._keep_names_inside()
         axes.figure.text(0.04, 0.955, title, fontsize=13, color=INK, weight="bold", va="center")
         axes.figure.text(0.96, 0.955, caption, fontsize=8.5, color="#56616b", va="center", ha="right")
+
+    def _keep_labels_inside(self, sides: np.ndarray) -> None:
+        """Scales and moves a spatial plot so that its axis labels are inside the picture, below the title."""
+        axes, figure = self.axes, self.axes.figure
+        room = figure.transFigure.transform(ROOM)
+        for zoom in (None, *ZOOMS):
+            if zoom:
+                axes.set_box_aspect(sides, zoom=zoom)
+            axes.apply_aspect()
+            boxes = [axis.get_tightbbox(figure.canvas.get_renderer()) for axis in (axes.xaxis, axes.yaxis, axes.zaxis)]
+            low, high = np.min([box.min for box in boxes], axis=0), np.max([box.max for box in boxes], axis=0)
+            if np.all(high - low <= room[1] - room[0]):
+                break
+        shift = np.maximum(room[0] - low, 0) + np.minimum(room[1] - high, 0)
+        x, y, width, height = axes.get_position(original=True).bounds
+        axes.set_position((*(np.array([x, y]) + shift / figure.bbox.size), width, height))
 
     def _keep_names_inside(self) -> None:
         """Places names near the right edge to the left of their points."""
@@ -166,17 +194,16 @@ def _shaped(drawing: dict[str, Any]) -> set[int]:
     return shaped
 
 
-def _solids(scene: _Scene, drawing: dict[str, Any]) -> None:
-    """Draws the shapes of the model file, all triangles in one collection, which sorts them by depth."""
+def _solids(scene: _Scene, links: list[dict[str, Any]], parts: list[tuple[np.ndarray, int | str]]) -> None:
+    """Draws triangles in the color of a link, or in a given one, all in one collection, which sorts them by depth."""
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import to_rgb
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    corners, colours = [], []
-    for solid in drawing.get("solids", []):
-        colour = GROUND if solid.link < 0 else _colour(drawing["links"], solid.link)
-        corners.append(_placed(solid, drawing["links"])[solid.triangles])
-        colours.append(np.tile(to_rgb(solid.colour or colour), (len(solid.triangles), 1)))
+    corners, colours = [triangles for triangles, _ in parts], []
+    for triangles, owner in parts:
+        colour = owner if isinstance(owner, str) else GROUND if owner < 0 else _colour(links, owner)
+        colours.append(np.tile(to_rgb(colour), (len(triangles), 1)))
     if not corners:
         return
     triangles = np.concatenate(corners)
@@ -197,7 +224,7 @@ def _solids(scene: _Scene, drawing: dict[str, Any]) -> None:
     )
 
 
-def _placed(solid, links: list[dict[str, Any]]) -> np.ndarray:
+def placed(solid, links: list[dict[str, Any]]) -> np.ndarray:
     """Returns the corners of a solid in the ground frame."""
     if solid.link < 0:
         return solid.points
@@ -206,38 +233,19 @@ def _placed(solid, links: list[dict[str, Any]]) -> np.ndarray:
 
 
 def _link(scene: _Scene, links: list[dict[str, Any]], index: int, link: dict[str, Any], shaped: set[int]) -> None:
-    origin = np.asarray(link["origin"], float)
-    base = np.zeros(3) if link["parent"] < 0 else np.asarray(links[link["parent"]]["origin"], float)
-    colour = _colour(links, index)
-    width = 6.5
-    # the parent link extends from its own joint to this one
-    carrier = GROUND if link["parent"] < 0 else _colour(links, link["parent"])
-    if np.linalg.norm(origin - base) > 1e-9 and link["parent"] not in shaped:
-        scene.line([base, origin], color=carrier, lw=width if link["parent"] >= 0 else 0.6 * width, alpha=0.85, zorder=5)
+    """Marks the center of mass of a link and names it."""
     if index in shaped:
         return
-    com = np.asarray(link["com"], float)
-    is_tip = all(other["parent"] != index for other in links)
-    if link["mass"] > 0 and np.linalg.norm(com - origin) > 1e-9:
-        style = {"lw": width, "alpha": 0.85} if is_tip else {"lw": 1.0, "ls": "-", "alpha": 0.6}
-        scene.line([origin, com], color=colour, zorder=5 if is_tip else 6, **style)
-    if link["type"] != "fixed":
-        _joint(scene, link, origin)
+    origin, com = np.asarray(link["origin"], float), np.asarray(link["com"], float)
     if link["mass"] > 0:
         scene.mark(com, marker="P", ms=6, mfc=COM, mec="white", mew=0.6, zorder=16)
-    # joints at the same point, such as a wrist, share one label
-    here = [i for i, other in enumerate(links) if np.linalg.norm(np.asarray(other["origin"], float) - origin) < 0.03 * scene.size]
-    if len(links) <= NAMED_LINKS and here[0] == index:
+    # joints at the same point, such as a wrist, share one label; the translations of a free joint have none
+    _, silent = free_joints(links)
+    near = [np.linalg.norm(np.asarray(other["origin"], float) - origin) < 0.03 * scene.size for other in links]
+    here = [i for i in range(len(links)) if near[i] and i not in silent]
+    if len(links) - len(silent) <= NAMED_LINKS and here and here[0] == index:
         # joints with several DOF, hand[1] and hand[2], have the name of their link
         scene.text(origin, ", ".join(dict.fromkeys(links[i]["name"].partition("[")[0] for i in here)))
-
-
-def _joint(scene: _Scene, link: dict[str, Any], origin: np.ndarray) -> None:
-    axis = np.asarray(link["rotation"], float)[:, 2] * 0.07 * scene.size
-    if link["slide"] or (scene.plane is None and link["turn"]):
-        scene.line([origin - axis, origin + axis], color=INK, lw=1.2, zorder=12)
-    marker, size = {"revolute": ("o", 8), "spherical": ("o", 11)}.get(link["type"], ("s", 8))
-    scene.mark(origin, marker=marker, ms=size, mfc="white", mec=INK, mew=1.6, zorder=14)
 
 
 def _thin_links(scene: _Scene, links: list[dict[str, Any]]) -> None:
@@ -260,13 +268,13 @@ def _thin_links(scene: _Scene, links: list[dict[str, Any]]) -> None:
 
 
 def _loop(scene: _Scene, links: list[dict[str, Any]], loop: dict[str, Any]) -> None:
-    """Draws a loop: both links extend to their points, a ring marks the joint, dots a constraint violation."""
+    """Draws a loop: thin links extend to their points, a ring marks the joint, dots a constraint violation."""
     for side in ("a", "b"):
         point = np.asarray(loop[f"point_{side}"], float)
         # the ground is not a link
         for index in (i for i, link in enumerate(links) if link["name"] == loop[f"link_{side}"]):
             origin = np.asarray(links[index]["origin"], float)
-            scene.line([origin, point], color=_colour(links, index), lw=6.5 if len(links) <= SHAPED_LINKS else 2.0, alpha=0.85, zorder=5)
+            scene.line([origin, point], color=_colour(links, index), lw=2.0, alpha=0.85, zorder=5)
     scene.line([loop["point_a"], loop["point_b"]], color=LOOP, lw=1.2, ls=":", zorder=13)
     scene.mark(loop["point_a"], marker="o", ms=11, mfc="none", mec=LOOP, mew=1.8, zorder=15)
 
@@ -325,9 +333,11 @@ def _ticks(share: float):
 
 
 def _size(drawing: dict[str, Any]) -> float:
-    points = [np.zeros(3)] + [np.asarray(link[key], float) for link in drawing["links"] for key in ("origin", "com")]
+    links, (free, translations) = drawing["links"], free_joints(drawing["links"])
+    points = [np.asarray(link[key], float) for i, link in enumerate(links) if i not in translations for key in ("origin", "com")]
+    points += [] if free else [np.zeros(3)]
     points += [point for contact in drawing.get("contacts", []) for side in "ab" for point in points_of(contact[side])]
-    points += [corner for solid in drawing.get("solids", []) for corner in _placed(solid, drawing["links"])]
+    points += [corner for solid in drawing.get("solids", []) for corner in placed(solid, links)]
     return float(max(np.ptp(np.array(points), axis=0).max(), 1e-6))
 
 

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+
+import numpy as np
 
 
 @dataclass(frozen=True)
@@ -37,6 +41,8 @@ GROUPS = {
     "point": Group("contact point", "point", drawn=False),
     "lambda": Group("multipliers of loops and couplings", r"$\lambda$", drawn=False),
 }
+# axes of the components of a vector
+AXES = {"angle": "zxy"} | dict.fromkeys(("omega", "alpha", "force", "torque", "position", "velocity", "point"), "xyz")
 OF_THE_MODEL = ("energy", "balance")  # one curve per variable of the model, not per joint, loop or frame
 
 
@@ -58,9 +64,42 @@ def rank_of(group: str) -> int:
     return list(GROUPS).index(group) if group in GROUPS else len(GROUPS)
 
 
-def label_of(name: str, group: str) -> str:
-    """Returns the legend text of a curve: the joint, loop or frame with the index, or the name where the title does not say the group."""
+def label_of(name: str, group: str, parts: dict[str, str] | None = None) -> str:
+    """Returns the legend text of a curve: the joint, loop or frame with the axis, or the name where the title does not say the group.
+
+    `parts` gives the names of the parts of joints with several DOF (see `joint_parts`).
+    """
     head, _, tail = name.rpartition(".")
     if group not in GROUPS:
         return name
-    return tail if group in OF_THE_MODEL else head + tail[len(group) :]
+    if group in OF_THE_MODEL:
+        return tail
+    index, axes = tail[len(group) :], AXES.get(group, "")
+    return (parts or {}).get(head, head) + (f".{axes[int(index[1]) - 1]}" if axes and re.fullmatch(r"\[[123]\]", index) else index)
+
+
+def joint_parts(names: Iterable[str]) -> dict[str, str]:
+    """Returns the names of the parts of free and planar joints for users, such as trunk.x of trunk[1] and cart.angle of cart[3]."""
+    heads, parts = dict.fromkeys(name.rpartition(".")[0] for name in names), {}
+    for joint in [head.removesuffix("[3]") for head in heads if head.endswith("[3]")]:
+        if f"{joint}[2]" in heads:
+            axes = ("x", "y", "z" if joint in heads else "angle")
+            parts |= {f"{joint}[{k}]": f"{joint}.{axis}" for k, axis in enumerate(axes, 1)}
+    return parts
+
+
+def noise_of(group: str, largest: float, energy: float) -> float:
+    """Returns the span up to which curves with this largest value contain rounding errors only; `energy`: largest energy of the run."""
+    if group == "balance":
+        return 1e-13 * energy
+    return (1e-6 if group in GROUPS and GROUPS[group].steady else 1e-11) * max(1.0, largest)
+
+
+def largest_energy(columns: Mapping[str, np.ndarray]) -> float:
+    """Returns the largest energy of a run (J)."""
+    return max((float(np.max(np.abs(values), initial=0)) for name, values in columns.items() if group_of(name) == "energy"), default=0.0)
+
+
+def noise_range(group: str, noise: float) -> float:
+    """Returns half the range of an axis whose curves contain rounding errors only."""
+    return 1.0 if group in GROUPS and GROUPS[group].steady else 1e3 * noise or 1.0

@@ -9,7 +9,18 @@ from pathlib import Path
 import numpy as np
 
 from build_fmu.draw.figure import INK, plain_axes, save, titled_figure
-from build_fmu.draw.groups import GROUPS, OF_THE_MODEL, group_of, label_of, rank_of, title_of
+from build_fmu.draw.groups import (
+    GROUPS,
+    OF_THE_MODEL,
+    group_of,
+    joint_parts,
+    label_of,
+    largest_energy,
+    noise_of,
+    noise_range,
+    rank_of,
+    title_of,
+)
 from build_fmu.errors import UserError
 from build_fmu.run.session import Session
 from build_fmu.run.simulate import Result
@@ -26,11 +37,13 @@ class Panel:
     kind: str
     unit: str
     curves: list[tuple[str, np.ndarray]] = field(default_factory=list)
+    energy: float = 0.0  # largest of the run, in the unit of the panel
 
 
 def panels(session: Session, result: Result, asked: bool) -> list[Panel]:
     """Groups the curves. With `asked`, all recorded outputs are plotted, otherwise the groups plotted by default."""
     found: dict[tuple[str, str], Panel] = {}
+    parts, energy = joint_parts(result.names), largest_energy({name: result[name] for name in result.names})
     active = [name for name, column in result.inputs.items() if np.any(column != 0)]
     for name in [*result.names, *([] if asked else active)]:
         kind = group_of(name)
@@ -41,7 +54,8 @@ def panels(session: Session, result: Result, asked: bool) -> list[Panel]:
             continue
         panel = found.setdefault((kind, shown.unit), Panel(kind, shown.unit))
         column = _open_turns(column) if kind == "angle" else column
-        panel.curves.append((_label(name, kind), column * shown.factor + shown.offset))
+        panel.curves.append((_label(name, kind, parts), column * shown.factor + shown.offset))
+        panel.energy = energy * shown.factor
     return sorted(found.values(), key=lambda p: rank_of(p.kind))
 
 
@@ -96,15 +110,17 @@ def _draw(axes, panel: Panel, time: np.ndarray, time_label: bool) -> None:
 
 def _set_ranges(axes, panel: Panel, time: np.ndarray) -> None:
     axes.set_xlim(time[0], time[-1])
-    low, high = axes.get_ylim()
-    if panel.kind in GROUPS and GROUPS[panel.kind].steady and high - low < 1e-9 * max(1, abs(low), abs(high)):
-        # rounding errors of a state at rest
-        axes.set_ylim((low + high) / 2 - 1, (low + high) / 2 + 1)
+    known = np.concatenate([values[np.isfinite(values)] for _, values in panel.curves])
+    low, high = (known.min(), known.max()) if len(known) else (-1.0, 1.0)
+    noise = noise_of(panel.kind, max(abs(low), abs(high)), panel.energy)
+    if high - low <= noise:
+        middle, half = (low + high) / 2, noise_range(panel.kind, noise)
+        axes.set_ylim(middle - half, middle + half)
     if (panel.kind == "angle" or all(np.all(np.isfinite(values)) for _, values in panel.curves)) and panel.kind != "balance":
         axes.ticklabel_format(axis="y", style="sci", scilimits=(-3, 5), useMathText=True)
 
 
-def _label(name: str, kind: str) -> str:
-    label = label_of(name, kind)
+def _label(name: str, kind: str, parts: dict[str, str]) -> str:
+    label = label_of(name, kind, parts)
     # matplotlib reads $ as mathematics and hides names that start with _
     return (" " if label.startswith("_") else "") + label.replace("$", r"\$")

@@ -50,7 +50,7 @@ def _solids(model: Description, shape: dict, most: int) -> list[Solid]:
         parts = _mesh(str(Path(model.folder or ".") / shape["file"]), most)
         parts = [(points * size, triangles if np.prod(size) > 0 else triangles[:, ::-1], colour) for points, triangles, colour in parts]
     else:
-        parts = [(*(_box(size) if shape["kind"] == "box" else _turned(_profile(shape["kind"], size))), None)]
+        parts = [(*(block(size) if shape["kind"] == "box" else revolved(shape["kind"], size, SIDES)), None)]
     given = "#" + "".join(f"{round(255 * part):02x}" for part in shape["color"][:3]) if "color" in shape else None
     # from the frame of the shape to that of the link, both at the start
     turn, place = np.eye(3), np.zeros(3)
@@ -62,7 +62,8 @@ def _solids(model: Description, shape: dict, most: int) -> list[Solid]:
     return [Solid(shape["link"], points @ own.T + at, triangles, given or colour) for points, triangles, colour in parts]
 
 
-def _box(size: list[float]) -> tuple[np.ndarray, np.ndarray]:
+def block(size: list[float]) -> tuple[np.ndarray, np.ndarray]:
+    """Returns corners and triangles of a box."""
     points = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]) * size
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     return points, np.array([triangle for a, b, c, d in quads for triangle in ((a, b, c), (a, c, d))])
@@ -77,12 +78,13 @@ def _profile(kind: str, size: list[float]) -> list[tuple[float, float]]:
     return [(r, -z - half) for r, z in reversed(quarter)] + [(r, z + half) for r, z in quarter]
 
 
-def _turned(profile: list[tuple[float, float]]) -> tuple[np.ndarray, np.ndarray]:
-    turns = 2 * np.pi * np.arange(SIDES) / SIDES
+def revolved(kind: str, size: list[float], sides: int) -> tuple[np.ndarray, np.ndarray]:
+    """Returns corners and triangles of a cylinder, sphere or capsule about z."""
+    profile, turns = _profile(kind, size), 2 * np.pi * np.arange(sides) / sides
     points = np.array([(r * np.cos(t), r * np.sin(t), z) for r, z in profile for t in turns])
-    i, j = (part.ravel() for part in np.meshgrid(np.arange(len(profile) - 1), np.arange(SIDES), indexing="ij"))
-    below, beside = i * SIDES + j, i * SIDES + (j + 1) % SIDES
-    triangles = np.concatenate([np.stack([below, beside, beside + SIDES], 1), np.stack([below, beside + SIDES, below + SIDES], 1)])
+    i, j = (part.ravel() for part in np.meshgrid(np.arange(len(profile) - 1), np.arange(sides), indexing="ij"))
+    below, beside = i * sides + j, i * sides + (j + 1) % sides
+    triangles = np.concatenate([np.stack([below, beside, beside + sides], 1), np.stack([below, beside + sides, below + sides], 1)])
     return points, _with_area(points, triangles)
 
 

@@ -37,3 +37,6 @@ function colourOf(index, count) {
 function css(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
+function tick(option) {
+  return document.getElementById(option).checked;
+}

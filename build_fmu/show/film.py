@@ -9,18 +9,20 @@ from pathlib import Path
 
 import numpy as np
 
-from build_fmu.draw.contacts import points_of
-from build_fmu.draw.drawing import PLAIN_TEXT, mechanism
+from build_fmu.draw.contacts import TERRAINS, points_of
+from build_fmu.draw.drawing import PLAIN_TEXT, mechanism, placed, vertical_axis
 from build_fmu.draw.figure import new_figure
 from build_fmu.errors import UserError
 from build_fmu.files import whole_file
 from build_fmu.model.describe import Description
+from build_fmu.model.planar import free_joints
 from build_fmu.show.motion import Motion
 from build_fmu.show.page import Run
 
 FORMATS = (".gif", ".mp4")
 MOST_PICTURES = 400
 PATH_POINTS = 1000
+FOLLOWED = 1.5  # ratio of the extents of the run and of the mechanism from which the view follows
 TRACE = 0.25  # fraction of the run for which the path of a tip is shown
 
 
@@ -63,21 +65,47 @@ def pictures(time: np.ndarray, speed: float, per_second: float) -> np.ndarray:
 def frames(motion: Motion, run: Run, rows: np.ndarray, title: str) -> Iterator[np.ndarray]:
     """Yields the frames, height x width x RGB."""
     drawings = [motion.at(int(row)) for row in rows]
-    points = np.array([point for drawing in drawings for point in _points(drawing)])
-    bounds = np.array([points.min(axis=0), points.max(axis=0)])
+    bounds = views(drawings)
     tips = [i for i, _ in enumerate(drawings[0]["links"]) if all(link["parent"] != i for link in drawings[0]["links"])][:4]
     # paths use more rows than there are frames, so that they are smooth
     path_rows = np.unique(np.linspace(rows[0], rows[-1], min(rows[-1] - rows[0] + 1, PATH_POINTS)).astype(int))
     paths = np.array([[_tip(links[i]) for i in tips] for links in (motion.at(int(row))["links"] for row in path_rows)])
     path_time, kept = run.time[path_rows], TRACE * (run.time[rows[-1]] - run.time[rows[0]])
-    for row, drawing in zip(rows, drawings, strict=True):
+    for row, drawing, view in zip(rows, drawings, bounds, strict=True):
         with new_figure(6.4, 5.6, 80, PLAIN_TEXT, facecolor="white") as figure:
             now = run.time[row]
             behind = paths[(path_time <= now) & (path_time >= now - kept)]
             traces = [[*behind[:, k], _tip(drawing["links"][i])] for k, i in enumerate(tips)]
-            mechanism(figure, drawing, title, f"t = {run.time[row]:.2f} s", bounds, traces)
+            mechanism(figure, drawing, title, f"t = {run.time[row]:.2f} s", view, traces)
             figure.canvas.draw()
             yield np.asarray(figure.canvas.buffer_rgba())[..., :3].copy()
+
+
+def views(drawings: list[dict]) -> np.ndarray:
+    """Returns minimum and maximum point of the view of each frame, of equal size; the view follows a mechanism that leaves its place."""
+    travel = np.array([_center(drawing) for drawing in drawings])
+    travel -= travel[0]
+    if _has_ground(drawings[0]):
+        travel[:, vertical_axis(drawings[0])] = 0
+    outer, inner = [], []
+    for drawing, moved in zip(drawings, travel, strict=True):
+        points = np.array(_points(drawing))
+        outer += [*points, np.zeros(3)]
+        inner.append(points - moved)
+    run, robot = (np.array([np.min(points, axis=0), np.max(points, axis=0)]) for points in (outer, np.concatenate(inner)))
+    if np.linalg.norm(run[1] - run[0]) > FOLLOWED * np.linalg.norm(robot[1] - robot[0]):
+        return robot + travel[:, None]
+    return np.broadcast_to(run, (len(drawings), 2, 3))
+
+
+def _center(drawing: dict) -> np.ndarray:
+    masses = np.array([link["mass"] for link in drawing["links"]])
+    return np.average([link["com"] for link in drawing["links"]], axis=0, weights=masses if masses.any() else None)
+
+
+def _has_ground(drawing: dict) -> bool:
+    shapes = [shape for contact in drawing["contacts"] for shape in (contact["a"], contact["b"])]
+    return any(shape["link"] == "ground" and shape["kind"] in TERRAINS for shape in shapes)
 
 
 def _tip(link: dict) -> np.ndarray:
@@ -85,13 +113,16 @@ def _tip(link: dict) -> np.ndarray:
 
 
 def _points(drawing: dict) -> list[np.ndarray]:
-    points = [np.zeros(3)]
-    for link in drawing["links"]:
+    free, translations = free_joints(drawing["links"])
+    points = [] if free else [np.zeros(3)]
+    for link in (link for i, link in enumerate(drawing["links"]) if i not in translations):
         points += [np.asarray(link["origin"], float), np.asarray(link["com"] if link["mass"] > 0 else link["origin"], float)]
     for tie in (*drawing["loops"], *drawing["springs"], *drawing.get("bushings", [])):
         points += [np.asarray(tie["point_a"], float), np.asarray(tie["point_b"], float)]
     for contact in drawing["contacts"]:
         points += points_of(contact["a"]) + points_of(contact["b"])
+    for solid in drawing.get("solids", []):
+        points += list(placed(solid, drawing["links"])[:: len(solid.points) // 50 + 1])
     return points
 
 

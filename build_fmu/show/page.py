@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from build_fmu.draw.groups import GROUPS, group_of, label_of, rank_of, title_of
+from build_fmu.draw.groups import GROUPS, group_of, joint_parts, label_of, largest_energy, noise_of, noise_range, rank_of, title_of
 from build_fmu.model.describe import Description
 
-SCRIPTS = ("data.js", "mechanism.js", "view.js", "contacts.js", "shapes.js", "paint.js", "plots.js", "player.js")
+SCRIPTS = ("data.js", "mechanism.js", "extent.js", "view.js", "contacts.js", "shapes.js", "paint.js", "plots.js", "player.js")
 MOST_VALUES = 60_000  # in the page; of longer results every k-th row is kept
 HIDDEN = ("solver",)
 
@@ -92,20 +92,22 @@ def _drawing(model: Description | None, columns: dict[str, np.ndarray]) -> dict[
 
 def _panels(columns: dict[str, np.ndarray], units: dict[str, tuple[str, float]]) -> list[dict[str, Any]]:
     joints = [name.removesuffix(".q") for name in columns if name.endswith(".q")]
+    parts, energy = joint_parts(columns), largest_energy(columns)
     found: dict[tuple[str, str], dict[str, Any]] = {}
     for name, values in columns.items():
         kind = group_of(name)
         if kind == "tau" and not np.any(values != 0):
             continue
         unit, factor = units.get(name, ("", 1.0))
-        title = title_of(kind)
+        title, noise = title_of(kind), noise_of(kind, 0.0, energy * factor)
         panel = found.setdefault(
             (kind, unit),
             {
                 "title": title[:1].upper() + title[1:] if kind in GROUPS else title,
                 "unit": unit,
                 "factor": factor,
-                "rest": kind in GROUPS and GROUPS[kind].steady,
+                "noise": noise,
+                "still": noise_range(kind, noise),
                 "joints": len(joints),
                 "curves": [],
             },
@@ -114,7 +116,7 @@ def _panels(columns: dict[str, np.ndarray], units: dict[str, tuple[str, float]])
         panel["curves"].append(
             {
                 "name": name,
-                "label": label_of(name, kind) or name,
+                "label": label_of(name, kind, parts) or name,
                 "joint": joints.index(head) if head in joints else -1,
                 "dash": kind == "energy",
             }

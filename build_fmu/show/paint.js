@@ -1,6 +1,4 @@
 // Paints a frame of the view: floor, shadow, links, joints, centres of mass, loops, springs, contacts, names, traces.
-const totalMass = links.reduce((sum, link) => sum + link.mass, 0) || 1;
-const tick = (x) => document.getElementById(x).checked;
 
 function niceStep(x) {
   const power = 10 ** Math.floor(Math.log10(x));
@@ -8,8 +6,7 @@ function niceStep(x) {
 }
 
 // the floor is below a spatial mechanism, or behind a planar one; a contact with the ground replaces the one below
-const lowest = reached.reduce((least, point) => Math.min(least, dot(point, up)), 0);
-const grounds = terrains.filter((shape) => shape.link < 0);
+const lowest = extents.run.points.reduce((least, point) => Math.min(least, dot(point, up)), 0);
 const level = grounds.find((shape) => shape.kind === "plane" && dot(axisOf(shape), up) > 0.5);
 const floorNormal = normal || (level ? axisOf(level) : up);
 const floorHeight = normal ? dot(middle, normal) - 3 * thick : level ? dot(level.p, floorNormal) : lowest - (lowest < -1e-9 ? 2 * thick : 0);
@@ -30,10 +27,11 @@ function paintFloor(poses) {
       paintGrid(facing, dot(pose.p, facing));
     }
 }
-// A grid on the plane with this unit normal and distance from the origin, around the middle of the motion.
+let travelled = [0, 0, 0]; // of the mechanism that the view follows
+// A grid on the plane with this unit normal and distance from the origin, around the mechanism.
 function paintGrid(facing, height) {
   const across = without(right, facing), floorU = long(across) > 0.1 ? unit(across) : unit(without(up, facing)), floorV = cross(facing, floorU);
-  const cu = dot(middle, floorU), cv = dot(middle, floorV), reach = 2.2 * radius;
+  const centre = plus(middle, travelled), cu = dot(centre, floorU), cv = dot(centre, floorV), reach = 2.2 * radius;
   const base = scaled(facing, height);
   const at = (u, v) => project(plus(plus(base, floorU, u), floorV, v));
   pen.lineWidth = 1;
@@ -119,7 +117,7 @@ function paintLinks(poses) {
   links.forEach((link, i) => {
     const { R, p } = poses[i], axis = [R[2], R[5], R[8]];
     if (isShaped(i)) return;
-    if (link.mass > 0 && links.length <= 60) massCentre(place(poses[i], link.centre), thick * (0.55 + 0.75 * Math.cbrt(link.mass / totalMass)));
+    if (link.mass > 0 && links.length <= 60) massCentre(place(poses[i], link.centre), thick * (0.55 + 0.75 * Math.cbrt(link.mass / (totalMass || 1))));
     if (link.floats || isShaped(link.parent)) return;
     if (link.type === "spherical") ball(p, 1.6 * thick, link.colour);
     if (link.parent < 0 && link.type !== "fixed") tube(plus(p, axis, -1.15 * thick), plus(p, axis, 1.15 * thick), 1.75 * thick, 1.75 * thick, css("--metal"));
@@ -212,9 +210,10 @@ function paint(t) {
   pen.setTransform(scale, 0, 0, scale, 0, 0);
   pen.clearRect(0, 0, width, height);
   pen.lineCap = pen.lineJoin = "round";
-  if (atHome) fit(width, height);
-  aim(width, height);
+  if (view) fit(width, height);
   const row = rowAt(t), poses = posesAt(row);
+  travelled = tick("follow") ? travelOf(poses) : [0, 0, 0];
+  aim(width, height, travelled);
   parts = [];
   labels = [];
   paintFloor(poses);
@@ -235,6 +234,7 @@ function paint(t) {
   document.documentElement.dataset.solids = JSON.stringify(shapes.map(({ link, corners }) => place(link < 0 ? IDENTITY : poses[link], corners[0])));
   document.documentElement.dataset.forces = JSON.stringify(forcesAt(row));
   document.documentElement.dataset.floor = JSON.stringify(hasFloor ? [...floorNormal, floorHeight] : []);
+  document.documentElement.dataset.extent = JSON.stringify([extents.run.radius, extents.robot.radius, leaves, travelled]);
   document.documentElement.dataset.up = JSON.stringify(up);
   document.documentElement.dataset.faces = parts.length;
 }

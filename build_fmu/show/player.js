@@ -49,10 +49,14 @@ for (const id of ["names", "frames", "trace", "contacts", "shapes"]) byId(id).on
 byId("touching").hidden = !contacts.length;
 byId("solid").hidden = !shapes.length;
 byId("names").checked = links.length <= 8;
-byId("home").onclick = canvas.ondblclick = () => {
-  atHome = true;
+function look(from) {
+  view = from;
   refresh(false);
-};
+}
+for (const from of Object.keys(VIEWS)) byId(from).onclick = () => look(from);
+canvas.ondblclick = () => look("home");
+byId("follow").checked = leaves;
+byId("follow").onchange = () => look(view || "home");
 window.addEventListener("keydown", (event) => {
   if (event.target.matches("select, .legend button")) return;
   const small = (stopTime - startTime) / (event.shiftKey ? 20 : 200);
@@ -85,12 +89,12 @@ canvas.onpointermove = (event) => {
     camera.yaw -= dx * 0.008;
     camera.pitch = Math.min(1.55, Math.max(-1.55, camera.pitch + dy * 0.008));
   }
-  atHome = false;
+  view = null;
   fingers.set(event.pointerId, event);
   if (!playing) refresh(false);
 };
 function zoom(by) {
-  atHome = false;
+  view = null;
   camera.far = Math.min(40 * radius, Math.max(0.15 * radius, camera.far * by));
 }
 canvas.addEventListener("wheel", (event) => {

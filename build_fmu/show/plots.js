@@ -46,7 +46,8 @@ class Panel {
     box.append(title, this.chart, this.legend);
     parent.append(box);
     this.factor = panel.factor;
-    this.rest = panel.rest;
+    this.noise = panel.noise;
+    this.still = panel.still;
     this.fillLegend();
     this.listen(seek);
   }
@@ -88,8 +89,11 @@ class Panel {
     low *= this.factor;
     high *= this.factor;
     this.most = Math.max(Math.abs(low), Math.abs(high));
-    // do not magnify rounding errors of a state at rest
-    if (this.rest && high - low < 1e-6 * Math.max(1, Math.abs(low), Math.abs(high))) return [(low + high) / 2 - 1, (low + high) / 2 + 1];
+    // do not magnify rounding errors, of the simulation or of the stored values (24 bits)
+    if (high - low <= Math.max(this.noise, 2e-7 * this.most)) {
+      const half = Math.max(this.still, 1e-3 * this.most);
+      return [(low + high) / 2 - half, (low + high) / 2 + half];
+    }
     const margin = 0.06 * (high - low) || Math.abs(high) || 1;
     return [low - margin, high + margin];
   }
@@ -155,7 +159,7 @@ class Panel {
     if (this.x) this.cursor.style.transform = `translateX(${this.x(t)}px)`;
     if (row) for (const curve of this.curves) {
       const value = valueAt(curve.values, row) * this.factor;
-      curve.shown.textContent = shown(this.rest && Math.abs(value) < 1e-9 * Math.max(1, this.most) ? 0 : value);
+      curve.shown.textContent = shown(Math.abs(value) <= Math.max(1e-3 * this.noise, 1e-9 * this.most) ? 0 : value);
     }
   }
 }

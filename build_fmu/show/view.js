@@ -1,8 +1,6 @@
 // The view: solids of flat faces, sorted by distance, on a plain canvas; no graphics card is needed.
 const canvas = document.getElementById("view");
 const pen = canvas.getContext("2d");
-const middle = [0, 1, 2].map((k) => (low[k] + high[k]) / 2);
-const radius = Math.max(1e-9, long(plus(high, low, -1)) / 2);
 const lengths = links.filter((link) => !link.floats).map((link) => long(link.p)).filter((x) => x > 1e-9);
 const sizes = contacts.flatMap((contact) => contact.shapes.map((shape) => 2 * Math.max(0, ...hull(shape).map(long)))).filter((x) => x > 1e-9);
 const bones = (lengths.length ? lengths : sizes).sort((a, b) => a - b);
@@ -10,31 +8,19 @@ const thick = Math.min(0.036 * radius, 0.16 * (bones[bones.length >> 1] || radiu
 const sides = links.length > 60 ? 6 : links.length > 20 ? 8 : 14;
 const LIGHT = unit([-0.45, 0.75, 0.6]); // from the camera: left, up, near
 
-// A planar mechanism is viewed along its axes, others from the side and above.
-const normal = [[0, 0, 1], [0, -1, 0], [1, 0, 0]].find((n) => moving.length && moving.every((link) => {
-  const along = Math.abs(dot(n, [link.start.R[2], link.start.R[5], link.start.R[8]]));
-  return (link.turn || link.slide) && (!link.turn || along > 1 - 1e-9) && (!link.slide || along < 1e-9);
-}));
-// Up is opposite to gravity, projected onto the plane of motion; without gravity z is up, or y in the x-y plane.
-function without(v, n) {
-  return plus(v, n, -dot(v, n));
-}
-const gravity = run.drawing.gravity || [0, 0, 0];
-const against = scaled(normal ? without(gravity, normal) : gravity, -1);
-const up = long(against) > 1e-6 * long(gravity) && long(gravity) > 0 ? unit(against) : normal && normal[2] ? [0, 1, 0] : [0, 0, 1];
-const right = normal ? cross(up, normal) : unit(without(Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0], up));
-const front = cross(right, up);
-const HOME = { yaw: normal ? 0.16 : 0.75, pitch: normal ? 0.1 : 0.42, far: (normal ? 2.45 : 2.75) * radius, target: middle };
-let camera = { ...HOME }, atHome = true;
+// views by the angles around and above the mechanism
+const VIEWS = { home: normal ? [0.16, 0.1] : [0.75, 0.42], front: [0, 0], side: [Math.PI / 2, 0], top: [0, Math.PI / 2], iso: [Math.PI / 4, Math.atan(Math.SQRT1_2)] };
+let camera = {}, view = "home"; // null: moved by hand
 
-// Fits the whole motion into the view by moving the target and the camera.
+// Fits what must be visible into a view by moving the target and the camera.
 function fit(width, height) {
-  camera = { ...HOME };
+  const [yaw, pitch] = VIEWS[view], { points, middle } = extents[tick("follow") ? "robot" : "run"];
+  camera = { yaw, pitch, far: (normal ? 2.45 : 2.75) * radius, target: middle };
   const margin = 3 * thick;
   for (let round = 0; round < 6; round++) {
     aim(width, height);
     const box = [Infinity, Infinity, -Infinity, -Infinity];
-    for (const point of reached) {
+    for (const point of points) {
       const [x, y, , k] = project(point), m = margin * k;
       box[0] = Math.min(box[0], x - m);
       box[1] = Math.min(box[1], y - m);
@@ -48,11 +34,11 @@ function fit(width, height) {
 }
 
 let eye, sight; // of the current frame
-function aim(width, height) {
-  const { yaw, pitch, far, target } = camera;
+function aim(width, height, travelled = [0, 0, 0]) {
+  const { yaw, pitch, far } = camera, target = plus(camera.target, travelled);
   const ahead = plus(scaled(right, Math.sin(yaw)), front, Math.cos(yaw));
   const back = unit(plus(scaled(ahead, Math.cos(pitch)), up, Math.sin(pitch)));
-  const across = unit(cross(up, back));
+  const across = plus(scaled(right, Math.cos(yaw)), front, -Math.sin(yaw));
   sight = { across, above: cross(back, across), back, width, height, focus: 1.35 * Math.min(width, height * 1.15) };
   eye = plus(target, back, far);
 }

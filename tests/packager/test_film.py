@@ -15,7 +15,7 @@ from build_fmu.fmu.run_page import attached_page
 from build_fmu.model.describe import describe
 from build_fmu.run.session import Session
 from build_fmu.run.simulate import Settings, simulate
-from build_fmu.show.film import encoder
+from build_fmu.show.film import encoder, views
 from build_fmu.show.motion import Motion
 from build_fmu.show.runs import run_of
 from tests.command_line import command
@@ -215,7 +215,7 @@ def test_a_plot_shows_how_balls_turn(zoo, tmp_path):
             (panel.kind, panel.unit): panel
             for panel in panels(session, simulate(session, Settings(stop=3, inputs=["base.tau[3]=30"])), asked=False)
         }
-    assert [label for label, _ in drawn["angle", "deg"].curves] == [f"{joint}[{i}]" for joint in ("base", "neck") for i in (1, 2, 3)]
+    assert [label for label, _ in drawn["angle", "deg"].curves] == [f"{joint}.{axis}" for joint in ("base", "neck") for axis in "zxy"]
     assert ("omega", "deg/s") in drawn and [label for label, _ in drawn["tau", "N.m"].curves] == ["base[3]"]
     turns = np.array([values for _, values in drawn["angle", "deg"].curves])
     # what goes on at -180 degrees leaves a gap and no line across the panel
@@ -233,3 +233,22 @@ def test_a_still_shows_one_configuration(built_library, tmp_path, monkeypatch):
     assert set(pictures) == {"start", "up", "later"} and len(set(pictures.values())) == 3
     assert "--at must be between 0 and 0.5 s, got 9" in command("show", pendulum, "--stop", "0.5", "--still", "a.png", "--at", "9").stderr
     assert "add --still" in command("show", pendulum, "--at", "1").stderr
+
+
+def test_the_view_follows_what_leaves_its_place():
+    """A falling body is shown at its size; one that swings, and one that hops above a ground, in the extent of the run."""
+    link = {"name": "body", "parent": -1, "type": "revolute", "turn": 1, "slide": 0, "rotation": np.eye(3).tolist(), "mass": 1.0}
+    tables = {"loops": [], "springs": [], "contacts": []}
+    falls = [{**tables, "links": [{**link, "origin": [0, 0, z], "com": [0.1, 0, z]}]} for z in (0.0, -2.0, -5.0)]
+    bounds = views(falls)
+    assert np.ptp(bounds, axis=1).max() < 5.2 and bounds[2][0] - bounds[0][0] == pytest.approx([0, 0, 0])
+    for frame in falls:
+        frame["links"] = [
+            {**link, "name": f"body[{k}]", "slide": 1, "turn": 0, "origin": [0, 0, 0], "com": [0, 0, 0], "mass": 0} for k in (1, 2, 3)
+        ] + [{**frame["links"][0], "type": "spherical", "turn": 0}]
+    bounds = views(falls)
+    assert np.ptp(bounds, axis=1).max() == pytest.approx(0.1) and bounds[2][0] - bounds[0][0] == pytest.approx([0, 0, -5])
+    plane = {"link": "ground", "kind": "plane", "origin": [0, 0, -5], "rotation": np.eye(3).tolist()}
+    foot = {"link": "body", "kind": "points", "points": [[0, 0, 0]], "origin": [0, 0, 0], "rotation": np.eye(3).tolist()}
+    bounds = views([{**frame, "contacts": [{"a": foot, "b": plane}]} for frame in falls])
+    assert np.all(bounds[0] == bounds[2])

@@ -206,6 +206,7 @@ def test_the_browser_puts_the_links_where_the_model_has_them(model_file, tmp_pat
     assert main(["show", str(model_file), *start, "-o", str(out)]) == 0
     dom = browse(f"{out.as_uri()}#t=0.25", tmp_path, "--dump-dom")
     assert attribute(dom, "trouble") is None and int(attribute(dom, "faces")) > 100
+    assert json.loads(attribute(dom, "extent"))[2:] == [False, [0, 0, 0]]
     table = np.genfromtxt(record, delimiter=",", names=True, deletechars="")
     row = table[np.argmin(np.abs(table["time"] - 0.25))]
     pose = np.eye(4)
@@ -266,6 +267,37 @@ def test_up_is_against_gravity(model_file, tmp_path, gravity, up):
     assert main(["show", str(model_file), "-o", str(tmp_path / "page.html")]) == 0
     dom = browse((tmp_path / "page.html").as_uri() + "#t=0", tmp_path, "--dump-dom")
     assert json.loads(attribute(dom, "up")) == pytest.approx(up)
+
+
+FALLING = """
+name = "falling"
+gravity = [0, 0, -9.81]
+[[link]]
+name = "trunk"
+joint = "free"
+drive = "free"
+mass = 1
+com = [0.1, 0, 0]
+inertia = [0.1, 0.1, 0.1]
+[fmu]
+stop_time = 2
+step_size = 0.1
+"""
+
+
+@needs_library
+@needs_browser
+def test_the_view_follows_a_free_base(tmp_path):
+    """The picture has the size of the robot and not of its fall; a robot on a fixed base is not followed."""
+    (tmp_path / "falling.toml").write_text(FALLING, encoding="utf-8")
+    assert main(["show", str(tmp_path / "falling.toml"), "-o", str(tmp_path / "page.html")]) == 0
+    text = (tmp_path / "page.html").read_text(encoding="utf-8")
+    labels = [curve["label"] for panel in data_of(text)["panels"] if panel["title"] == "Joint position" for curve in panel["curves"]]
+    assert labels == ["trunk.x", "trunk.y", "trunk.z"] and "1 free, 1 kg" in text
+    dom = browse((tmp_path / "page.html").as_uri() + "#t=1", tmp_path, "--dump-dom")
+    whole, robot, leaves, travelled = json.loads(attribute(dom, "extent"))
+    assert attribute(dom, "trouble") is None and leaves and robot < 0.2 and whole > 9
+    assert travelled == pytest.approx([0, 0, -9.81 / 2], rel=1e-5, abs=1e-5) and int(attribute(dom, "faces")) < 60
 
 
 @needs_library
