@@ -42,4 +42,9 @@ void compiled_inverse_dynamics(const Plan<double>& plan, Workspace<double>& ws, 
   inverse(plan, ws, q, qd, qdd, tau);
 }
 
+double compiled_prescribed_force(const Plan<double>& plan, const Workspace<double>& ws, int i,
+                                 const double* q, const double* qd, const double* qdd) {
+  return prescribed_force(plan, ws, i, q, qd, qdd);
+}
+
 }  // namespace redysim

@@ -16,4 +16,8 @@ void compiled_forward_dynamics(const Plan<double>& plan, Workspace<double>& ws, 
 void compiled_inverse_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
                                const double* qd, const double* qdd, double* tau);
 
+// prescribed_force of dynamics/joint_elimination.hpp, one version for all processors.
+double compiled_prescribed_force(const Plan<double>& plan, const Workspace<double>& ws, int i,
+                                 const double* q, const double* qd, const double* qdd);
+
 }  // namespace redysim

@@ -88,11 +88,14 @@ struct InternalModel {
   // What the controlled joints take for the accelerations in `inputs`.
   void forces_of_motion(const std::vector<int>& joints, const Scalar* at_q, const Scalar* at_qd,
                         Scalar* result) {
-    if constexpr (std::is_same_v<Scalar, double>)
+    if constexpr (std::is_same_v<Scalar, double>) {
       compiled_forward_dynamics(plan, workspace, at_q, at_qd, inputs.data(), qdd.data());
-    else
+      for (int i : joints)
+        result[i] = compiled_prescribed_force(plan, workspace, i, at_q, at_qd, inputs.data());
+    } else {
       forward_dynamics(plan, workspace, at_q, at_qd, inputs.data(), qdd.data());
-    for (int i : joints) result[i] = prescribed_force(plan, workspace, i, at_q, at_qd, inputs.data());
+      for (int i : joints) result[i] = prescribed_force(plan, workspace, i, at_q, at_qd, inputs.data());
+    }
   }
 
   void inverse(const Scalar* at_q, const Scalar* at_qd, const Scalar* at_qdd, Scalar* result) {

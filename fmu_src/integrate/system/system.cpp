@@ -246,7 +246,7 @@ double System::power(const Coordinates& at, const double* qdd) {
 
 void System::drive_forces(const Coordinates& at, const double* qdd, double* drive) const {
   for (int i = 0; i < plan_.nv; ++i)
-    drive[i] = plan_.joints[i].prescribed ? prescribed_force(plan_, workspace_, i, at.q, at.qd, qdd)
+    drive[i] = plan_.joints[i].prescribed ? compiled_prescribed_force(plan_, workspace_, i, at.q, at.qd, qdd)
                                           : recursion_inputs()[input_layout_.tau[i]];
 }
 
