@@ -1,7 +1,6 @@
 #pragma once
 
-#include "dynamics/bushing.hpp"
-#include "dynamics/contact/contact_force.hpp"
+#include "dynamics/forces_between_bodies.hpp"
 #include "dynamics/input_layout.hpp"
 #include "dynamics/loops/coupling_rows.hpp"
 #include "dynamics/loops/loop_elimination.hpp"
@@ -19,13 +18,7 @@ void set_bodies(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q
                 const Scalar* inputs) {
   set_motion(plan, ws, qd);
   if (plan.is_plain()) return;
-  if (plan.has_poses()) set_ground_motion(plan, ws, qd);
-  if (plan.has_springs()) add_spring_wrenches(plan, ws);
-  if constexpr (Plan<Scalar>::may_have_bushings)
-    if (plan.has_bushings()) add_bushing_wrenches(plan, ws);
-  if (plan.has_elastic_couplings()) add_coupling_forces(plan, ws, q, qd);
-  if constexpr (Plan<Scalar>::may_have_contacts)
-    if (plan.has_contacts()) add_contact_wrenches(plan, ws);
+  add_forces_between_bodies(plan, ws, q, qd);
   if (plan.has_ports()) add_port_wrenches(plan, ws, InputLayout(plan).port_wrench.of(inputs));
   if (!plan.has_constraints()) return;
   set_loop_rows(plan, ws);

@@ -1,9 +1,7 @@
 #pragma once
 
 #include "dynamics/bias.hpp"
-#include "dynamics/bushing.hpp"
-#include "dynamics/contact/contact_force.hpp"
-#include "dynamics/elastic_coupling.hpp"
+#include "dynamics/forces_between_bodies.hpp"
 
 namespace redysim {
 
@@ -28,20 +26,6 @@ void set_body_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sc
     s.p = body_bias(joint.inertia, s.omega);
     add(s.p, joint.inertia * a);
   }
-}
-
-// Subtracts the wrenches of springs, bushings, elastic couplings and contacts from those of the bodies. Uses
-// positions.
-template <class Scalar>
-void add_forces_between_bodies(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q,
-                               const Scalar* qd) {
-  if (plan.has_poses()) set_ground_motion(plan, ws, qd);
-  if (plan.has_springs()) add_spring_wrenches(plan, ws);
-  if constexpr (Plan<Scalar>::may_have_bushings)
-    if (plan.has_bushings()) add_bushing_wrenches(plan, ws);
-  if (plan.has_elastic_couplings()) add_coupling_forces(plan, ws, q, qd);
-  if constexpr (Plan<Scalar>::may_have_contacts)
-    if (plan.has_contacts()) add_contact_wrenches(plan, ws);
 }
 
 // Leaves to root: joint forces for the wrenches in ws.joints[i].p, which are accumulated towards the root.

@@ -49,10 +49,10 @@ template <class Scalar>
 [[gnu::noinline]] void set_coupling_rates(const Plan<Scalar>& plan, LoopState<Scalar>& state,
                                           const Scalar* qd) {
   for (const ClusterPlan& cluster : plan.clusters) {
+    if (cluster.coupling_count == 0) continue;
     double speed = 0;  // units per s
     for (int joint : cluster.joints)
-      if (cluster.coupling_count > 0)
-        speed = std::max(speed, std::abs(value_of(qd[joint])) / plan.joint_units[joint]);
+      speed = std::max(speed, std::abs(value_of(qd[joint])) / plan.joint_units[joint]);
     for (int k = cluster.first_coupling; k < cluster.first_coupling + cluster.coupling_count; ++k) {
       const CouplingPlan& coupling = plan.couplings[k];
       state.rate[coupling.row] = coupling_sum(coupling, qd, 0.0);
