@@ -68,5 +68,5 @@ function paintForces(row) {
 function paintContacts(poses, row) {
   for (const shape of solids) paintSolid(shape, poses);
   for (const shape of terrains) if (shape.kind === "heightmap") paintHeights(shape, poses);
-  paintForces(row);
+  if (!posed) paintForces(row);
 }

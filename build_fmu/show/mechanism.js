@@ -41,7 +41,7 @@ function seen(pose, point) {
 
 const links = run.drawing.links.map((link) => ({ ...link, start: { R: link.rotation.flat(), p: link.origin } }));
 for (const ball of run.drawing.balls || []) {
-  links[ball.link].ball = { base: ball.base, columns: ball.columns.map((name) => columns.get(name)), start: matrixOf(ball.quaternion) };
+  links[ball.link].ball = { name: ball.name, base: ball.base, columns: ball.columns.map((name) => columns.get(name)), start: matrixOf(ball.quaternion) };
 }
 // the translations of a floating base, and its rotation: no rods or joints are drawn
 for (const link of links) {
@@ -111,18 +111,19 @@ function hull({ kind, points, half_size: box, radius: r, half_length: half = 0 }
   return [-1, 1].flatMap((i) => [-1, 1].flatMap((j) => [-1, 1].map((k) => [i * x, j * y, k * z])));
 }
 
+let posed = null; // values of the sliders of the pose explorer
 function posesAt(row) {
   const poses = [];
   for (const link of links) {
     const base = link.parent < 0 ? IDENTITY : poses[link.parent];
     if (link.ball) {
       const from = link.ball.base < 0 ? IDENTITY : poses[link.ball.base];
-      const turn = turnAt(link.ball.columns, row);
+      const turn = posed ? matrixOf(quaternionOf(link.sliders.map((k) => posed[k]))) : turnAt(link.ball.columns, row);
       poses.push({ R: times(times(from.R, link.ball.R), turn), p: place(from, link.ball.p) });
       continue;
     }
     let R = times(base.R, link.R), p = place(base, link.p);
-    const moved = link.column ? valueAt(link.column, row) - link.q0 : 0;
+    const moved = posed && link.sliders ? posed[link.sliders[0]] - link.q0 : link.column ? valueAt(link.column, row) - link.q0 : 0;
     if (moved && link.slide) p = plus(p, [R[2], R[5], R[8]], link.slide * moved);
     if (moved && link.turn) {
       const c = Math.cos(link.turn * moved), s = Math.sin(link.turn * moved);

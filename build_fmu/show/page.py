@@ -14,7 +14,7 @@ import numpy as np
 from build_fmu.draw.groups import GROUPS, group_of, joint_parts, label_of, largest_energy, noise_of, noise_range, rank_of, title_of
 from build_fmu.model.describe import Description
 
-SCRIPTS = ("data.js", "mechanism.js", "extent.js", "view.js", "contacts.js", "shapes.js", "paint.js", "plots.js", "player.js")
+SCRIPTS = ("data.js", "mechanism.js", "extent.js", "view.js", "pose.js", "contacts.js", "shapes.js", "paint.js", "plots.js", "player.js")
 MOST_VALUES = 60_000  # in the page; of longer results every k-th row is kept
 HIDDEN = ("solver",)
 
@@ -68,10 +68,13 @@ def _drawing(model: Description | None, columns: dict[str, np.ndarray]) -> dict[
     """Returns the mechanism in its initial configuration, with the columns of its joints and quaternions."""
     if model is None:
         return {"links": []}
-    links = []
+    links, starts, parts = [], {variable.name for variable in model.variables}, joint_parts(columns)
     for link in model.drawing["links"]:
         name = f"{link['joint']}.q" if link.get("joint") and link["type"] != "fixed" else None
-        links.append({**link, "q": name if name in columns else None, "q0": link.get("q", 0.0)})
+        extra = {"label": parts.get(link["joint"], link["joint"])} if link.get("joint") else {}
+        if f"{link.get('joint')}.q0" in starts:
+            extra["start_name"] = f"{link['joint']}.q0"
+        links.append({**link, **extra, "q": name if name in columns else None, "q0": link.get("q", 0.0)})
     balls = []
     for ball in model.drawing.get("balls", []):
         names = [f"{ball['name']}.quaternion[{i}]" for i in range(1, 5)]

@@ -210,15 +210,15 @@ function paint(t) {
   pen.setTransform(scale, 0, 0, scale, 0, 0);
   pen.clearRect(0, 0, width, height);
   pen.lineCap = pen.lineJoin = "round";
-  if (view) fit(width, height);
   const row = rowAt(t), poses = posesAt(row);
   travelled = tick("follow") ? travelOf(poses) : [0, 0, 0];
+  if (view) fit(width, height, posed ? pointsOf(poses).map((point) => plus(point, travelled, -1)) : []);
   aim(width, height, travelled);
   parts = [];
   labels = [];
   paintFloor(poses);
   if (hasFloor) paintShadow(poses);
-  if (tick("trace")) paintTraces(t);
+  if (tick("trace") && !posed) paintTraces(t);
   paintLinks(poses);
   paintShapes(poses);
   if (tick("contacts")) paintContacts(poses, row);
@@ -228,6 +228,7 @@ function paint(t) {
   parts.sort((a, b) => b[0] - a[0]);
   for (const [, draw] of parts) draw();
   paintLabels();
+  if (posed) reportPose(poses);
   // what a test reads: where the ends of the mechanism are
   document.documentElement.dataset.tips = JSON.stringify(tips.map((i) => tipOf(i, poses)));
   document.documentElement.dataset.shapes = JSON.stringify(contacts.map(({ shapes }) => shapePose(shapes[0], poses).p));

@@ -5,12 +5,14 @@ let now = startTime, playing = false, before = 0, lastLegend = 0;
 function seek(t, pause = true) {
   now = Math.min(stopTime, Math.max(startTime, t));
   if (pause) play(false);
+  pose(false);
   refresh(true);
 }
 function play(on) {
   playing = on && stopTime > startTime;
   byId("play").querySelector("path").setAttribute("d", playing ? "M3 2h4v12H3zM9 2h4v12H9z" : "M4 1.5v13l10-6.5z");
   if (playing) {
+    pose(false);
     if (now >= stopTime) now = startTime;
     before = 0;
     requestAnimationFrame(step);
@@ -55,10 +57,15 @@ function look(from) {
 }
 for (const from of Object.keys(VIEWS)) byId(from).onclick = () => look(from);
 canvas.ondblclick = () => look("home");
+byId("pose").parentElement.hidden = !sliders.length;
+byId("pose").onchange = () => {
+  pose(byId("pose").checked);
+  refresh(true);
+};
 byId("follow").checked = leaves;
 byId("follow").onchange = () => look(view || "home");
 window.addEventListener("keydown", (event) => {
-  if (event.target.matches("select, .legend button")) return;
+  if (event.target.matches("select, .legend button, #sliders input")) return;
   const small = (stopTime - startTime) / (event.shiftKey ? 20 : 200);
   const actions = { " ": () => play(!playing), ArrowLeft: () => seek(now - small), ArrowRight: () => seek(now + small), Home: () => seek(startTime), End: () => seek(stopTime) };
   if (!actions[event.key] || (event.key === " " && event.target.matches("button, input[type=checkbox]"))) return;
@@ -107,8 +114,14 @@ new ResizeObserver(redraw).observe(byId("plots"));
 new ResizeObserver(() => refresh(false)).observe(byId("stage"));
 matchMedia("(prefers-color-scheme: dark)").onchange = redraw;
 redraw();
-// page.html#t=0.5 opens at that time, paused
+// page.html#t=0.5 opens at that time, paused; page.html#pose=0.5,1.2 with these values of the sliders (rad, m)
 const asked = /^#t=([\d.eE+-]+)$/.exec(location.hash);
+const askedPose = /^#pose=([\d.eE+,-]*)$/.exec(location.hash);
 if (asked) seek(Number(asked[1]));
+else if (askedPose && sliders.length) {
+  pose(true);
+  askedPose[1].split(",").slice(0, sliders.length).forEach((text, k) => { sliders[k].input.value = posed[k] = Number(text); });
+  refresh(true);
+}
 else if (matchMedia("(prefers-reduced-motion: reduce)").matches) play(false);
 else play(true);

@@ -1,6 +1,7 @@
 #include "fmi/describe/drawing.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <vector>
 
@@ -176,6 +177,8 @@ void write_drawing(Json& json, const Model& model, const std::vector<DrawnShape>
     // rad and m along z per unit of q
     const MotionSubspace S = motion_subspace(link.joint);
     json.member("turn", S.angular).member("slide", S.linear);
+    if (std::isfinite(link.joint.lower)) json.member("lower", link.joint.lower);
+    if (std::isfinite(link.joint.upper)) json.member("upper", link.joint.upper);
     write(json.key("origin"), pose.position);
     write(json, "rotation", pose.rotation);
     write(json.key("com"), pose.rotation * link.com + pose.position);
