@@ -58,10 +58,17 @@ def model_description(model: Description) -> bytes:
     common_elements(root, model)
     variables = xml.SubElement(root, "ModelVariables")
     index = {variable.name: i for i, variable in enumerate(model.variables, start=1)}
+    corrected = corrects_states(model)
+    states = {variable.derivative for variable in model.variables if corrected}
     for variable in model.variables:
-        _variable(variables, variable, index)
+        _variable(variables, variable, index, variable.name in states)
     _structure(root, model, index)
     return file_content(root)
+
+
+def corrects_states(model: Description) -> bool:
+    """Whether an event of model exchange may change states: quaternions and closed loops drift."""
+    return not (model.model_exchange or {}).get("completedIntegratorStepNotNeeded", True)
 
 
 def file_content(root: xml.Element) -> bytes:
@@ -105,7 +112,7 @@ def _units(root: xml.Element, model: Description) -> None:
             xml.SubElement(unit, "DisplayUnit", attributes(name=display["name"], factor=factor, offset=offset))
 
 
-def _variable(parent: xml.Element, variable: Variable, index: dict[str, int]) -> None:
+def _variable(parent: xml.Element, variable: Variable, index: dict[str, int], reinit: bool) -> None:
     # the standard forbids `initial` for inputs, whose start values are always exact
     initial = None if variable.causality == "input" else variable.initial
     scalar = xml.SubElement(
@@ -130,7 +137,8 @@ def _variable(parent: xml.Element, variable: Variable, index: dict[str, int]) ->
     else:
         details = {}
     derivative = None if variable.derivative is None else index[variable.derivative]
-    xml.SubElement(scalar, variable.type, attributes(**details, start=number(variable.start), derivative=derivative))
+    course = {"start": number(variable.start), "derivative": derivative, "reinit": reinit or None}
+    xml.SubElement(scalar, variable.type, attributes(**details, **course))
 
 
 def _structure(root: xml.Element, model: Description, index: dict[str, int]) -> None:

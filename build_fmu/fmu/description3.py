@@ -1,4 +1,4 @@
-"""Writes modelDescription.xml (FMI 3.0, co-simulation) from a model's table.
+"""Writes modelDescription.xml (FMI 3.0, model exchange and co-simulation) from a model's table.
 
 The variables are those of the FMI 2.0 description, with the same value references, and `time`. Equal tables give equal bytes.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 from xml.etree import ElementTree as xml
 
-from build_fmu.fmu.description import attributes, common_elements, file_content, real
+from build_fmu.fmu.description import attributes, common_elements, corrects_states, file_content, real
 from build_fmu.model.describe import Description, Unknown, Variable
 
 TIME = 0  # value reference of the independent variable; those of the table start at 1
@@ -38,33 +38,43 @@ def model_description(model: Description) -> bytes:
             variableNamingConvention="structured",
         ),
     )
-    flags = {new: model.capabilities[old] for old, new in RENAMED.items() if old in model.capabilities}
-    # adjoint derivatives are computed from directional ones
-    flags["providesAdjointDerivatives"] = flags.get("providesDirectionalDerivatives", False)
-    xml.SubElement(root, "CoSimulation", attributes(modelIdentifier=model.model_identifier, **flags))
+    if model.model_exchange is not None:
+        needed = {"needsCompletedIntegratorStep": corrects_states(model)}
+        xml.SubElement(root, "ModelExchange", attributes(modelIdentifier=model.model_identifier, **_flags(model.model_exchange), **needed))
+    xml.SubElement(root, "CoSimulation", attributes(modelIdentifier=model.model_identifier, **_flags(model.capabilities)))
     common_elements(root, model)
     variables = xml.SubElement(root, "ModelVariables")
     time = {"name": "time", "valueReference": TIME, "description": "Simulation time", "causality": "independent"}
     xml.SubElement(variables, "Float64", attributes(**time, variability="continuous", unit=_seconds(model)))
-    # local variables are for model exchange, as are dependencies on states, which are outputs
-    shown = [variable for variable in model.variables if variable.causality != "local"]
-    reference = {variable.name: variable.value_reference for variable in shown if variable.causality != "output"}
-    of_unknown = {variable.name: variable.value_reference for variable in shown}
-    for variable in shown:
-        _variable(variables, variable)
+    reference = {variable.name: variable.value_reference for variable in model.variables}
+    corrected = corrects_states(model)
+    states = {variable.derivative for variable in model.variables if corrected}
+    for variable in model.variables:
+        _variable(variables, variable, reference, variable.name in states)
     structure = xml.SubElement(root, "ModelStructure")
-    for tag, rows, and_time in (("Output", model.outputs, model.depends_on_time), ("InitialUnknown", model.initial_unknowns, False)):
+    with_time = model.depends_on_time
+    groups = (
+        ("Output", model.outputs, with_time),
+        ("ContinuousStateDerivative", model.derivatives, with_time),
+        ("InitialUnknown", model.initial_unknowns, False),
+    )
+    for tag, rows, and_time in groups:
         for row in rows:
-            if row.name in of_unknown:
-                xml.SubElement(structure, tag, valueReference=str(of_unknown[row.name]), **_dependencies(row, reference, and_time))
+            xml.SubElement(structure, tag, valueReference=str(reference[row.name]), **_dependencies(row, reference, and_time))
     return file_content(root)
+
+
+def _flags(capabilities: dict[str, Any]) -> dict[str, Any]:
+    flags = {new: capabilities[old] for old, new in RENAMED.items() if old in capabilities}
+    # adjoint derivatives are computed from directional ones
+    return flags | {"providesAdjointDerivatives": flags.get("providesDirectionalDerivatives", False)}
 
 
 def _seconds(model: Description) -> str | None:
     return "s" if any(unit["name"] == "s" for unit in model.units) else None
 
 
-def _variable(parent: xml.Element, variable: Variable) -> None:
+def _variable(parent: xml.Element, variable: Variable, reference: dict[str, int], reinit: bool) -> None:
     kind = TYPES.get(variable.type, variable.type)
     number = real if variable.type == "Real" else lambda value: value
     details: dict[str, Any] = {}
@@ -72,6 +82,8 @@ def _variable(parent: xml.Element, variable: Variable) -> None:
         details = {"quantity": variable.quantity, "min": number(variable.min), "max": number(variable.max)}
     if variable.type == "Real":
         details |= {"unit": variable.unit, "displayUnit": variable.display_unit, "nominal": real(variable.nominal)}
+        derivative = None if variable.derivative is None else reference[variable.derivative]
+        details |= {"derivative": derivative, "reinit": reinit or None}
     element = xml.SubElement(
         parent,
         kind,
@@ -95,7 +107,7 @@ def _dependencies(row: Unknown, reference: dict[str, int], and_time: bool) -> di
         return {}
     # ascending references; each kind stays with its variable
     kinds = row.kinds or ["dependent"] * len(row.dependencies)
-    pairs = sorted((reference[name], kind) for name, kind in zip(row.dependencies, kinds, strict=True) if name in reference)
+    pairs = sorted((reference[name], kind) for name, kind in zip(row.dependencies, kinds, strict=True))
     if and_time:
         pairs.insert(0, (TIME, "dependent"))
     return attributes(

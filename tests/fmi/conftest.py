@@ -15,6 +15,7 @@ from build_fmu import native
 from build_fmu.errors import UserError
 from tests.command_line import command
 from tests.fmi.raw import Slave, Unpacked
+from tests.fmi.raw3 import Unpacked3
 from tests.fmi.subjects import Subject
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -239,6 +240,36 @@ def fmu(fmu_file, tmp_path_factory):
     def unpacked(name: str) -> Unpacked:
         if name not in loaded:
             loaded[name] = Unpacked(fmu_file(name), tmp_path_factory.mktemp(name))
+        return loaded[name]
+
+    return unpacked
+
+
+@pytest.fixture(scope="session")
+def fmu3_file(fmu_file, tmp_path_factory):
+    """Returns a function: name of a model -> path of its FMU of FMI 3.0."""
+    built = {}
+
+    def file(name: str):
+        if name not in built:
+            folder = tmp_path_factory.mktemp("fmi3")
+            model = ROOT / "models" / f"{name}.toml"
+            if not model.is_file():
+                model = fmu_file(name).with_suffix(".toml")
+            built[name] = build_fmu(model, folder / f"{name}.fmu", "--fmi", "3")
+        return built[name]
+
+    return file
+
+
+@pytest.fixture(scope="session")
+def fmu3(fmu3_file, tmp_path_factory):
+    """Returns a function: name of a model -> its FMU of FMI 3.0, unpacked and loaded."""
+    loaded = {}
+
+    def unpacked(name: str) -> Unpacked3:
+        if name not in loaded:
+            loaded[name] = Unpacked3(fmu3_file(name), tmp_path_factory.mktemp(name))
         return loaded[name]
 
     return unpacked

@@ -7,6 +7,7 @@ import ctypes as c
 import numpy as np
 
 from tests.fmi.raw import MODEL_EXCHANGE, OK, Slave, Unpacked
+from tests.fmi.raw3 import Slave3, Unpacked3
 
 
 class EventInfo(c.Structure):
@@ -20,28 +21,16 @@ class EventInfo(c.Structure):
     ]
 
 
-class Exchange(Slave):
-    """One instance; `states` and `slopes` are the names of the variables in the order of the state vector."""
+class Tool:
+    """What both versions of FMI have in common; `states` and `slopes` are the names of the variables in the order of the state vector."""
 
-    def __init__(self, fmu: Unpacked, **options) -> None:
-        super().__init__(fmu, kind=MODEL_EXCHANGE, logging=True, **options)
-        scalars = list(fmu.xml.iter("ScalarVariable"))
-        rows = fmu.xml.find("ModelStructure/Derivatives")
-        slopes = [scalars[int(row.get("index")) - 1] for row in ([] if rows is None else rows)]
-        self.slopes = [scalar.get("name") for scalar in slopes]
-        self.states = [scalars[int(scalar[0].get("derivative")) - 1].get("name") for scalar in slopes]
+    derivatives_function = "GetDerivatives"
 
     def begin(self, **values) -> EventInfo:
         """Initializes and goes to continuous-time mode; returns the first event."""
         self.initialize(**values)
         info = self.event()
         assert self.call("EnterContinuousTimeMode") == OK
-        return info
-
-    def event(self) -> EventInfo:
-        info = EventInfo()
-        assert self.call("NewDiscreteStates", c.byref(info)) == OK, self.errors
-        assert (info.again, info.terminate) == (0, 0)
         return info
 
     def numbers(self, function: str) -> np.ndarray:
@@ -54,7 +43,7 @@ class Exchange(Slave):
         return self.numbers("GetContinuousStates")
 
     def derivatives(self) -> np.ndarray:
-        return self.numbers("GetDerivatives")
+        return self.numbers(self.derivatives_function)
 
     def set_states(self, values) -> int:
         values = np.ascontiguousarray(values, dtype=float)
@@ -66,6 +55,24 @@ class Exchange(Slave):
     def slope_at(self, time: float, values) -> np.ndarray:
         assert (self.set_time(time), self.set_states(values)) == (OK, OK), self.errors
         return self.derivatives()
+
+
+class Exchange(Tool, Slave):
+    """One instance of FMI 2.0."""
+
+    def __init__(self, fmu: Unpacked, **options) -> None:
+        super().__init__(fmu, kind=MODEL_EXCHANGE, logging=True, **options)
+        scalars = list(fmu.xml.iter("ScalarVariable"))
+        rows = fmu.xml.find("ModelStructure/Derivatives")
+        slopes = [scalars[int(row.get("index")) - 1] for row in ([] if rows is None else rows)]
+        self.slopes = [scalar.get("name") for scalar in slopes]
+        self.states = [scalars[int(scalar[0].get("derivative")) - 1].get("name") for scalar in slopes]
+
+    def event(self) -> EventInfo:
+        info = EventInfo()
+        assert self.call("NewDiscreteStates", c.byref(info)) == OK, self.errors
+        assert (info.again, info.terminate) == (0, 0)
+        return info
 
     def completed_step(self) -> bool:
         """Returns whether the instance asks for an event."""
@@ -93,3 +100,35 @@ class Exchange(Slave):
     def jacobian(self, unknowns: list[str], knowns: list[str]) -> np.ndarray:
         """Column by column."""
         return np.column_stack([self.directional(unknowns, [known], [1.0]) for known in knowns])
+
+
+class Exchange3(Tool, Slave3):
+    """One instance of FMI 3.0."""
+
+    derivatives_function = "GetContinuousStateDerivatives"
+
+    def __init__(self, fmu: Unpacked3, **options) -> None:
+        super().__init__(fmu, interface="ModelExchange", **options)
+        by_reference = {element.get("valueReference"): name for name, element in fmu.elements.items()}
+        rows = fmu.xml.findall("ModelStructure/ContinuousStateDerivative")
+        self.slopes = [by_reference[row.get("valueReference")] for row in rows]
+        self.states = [by_reference[fmu.elements[name].get("derivative")] for name in self.slopes]
+
+    def event(self) -> EventInfo:
+        flags, time = [c.c_bool(True) for _ in range(5)], c.c_double(np.nan)
+        assert self.call("UpdateDiscreteStates", *map(c.byref, flags), c.byref(time)) == OK, self.errors
+        info = EventInfo(*(flag.value for flag in flags), time.value)
+        assert (info.again, info.terminate) == (0, 0)
+        return info
+
+    def completed_step(self) -> bool:
+        """Returns whether the instance asks for an event."""
+        enter, terminate = c.c_bool(True), c.c_bool(True)
+        assert self.call("CompletedIntegratorStep", c.c_bool(True), c.byref(enter), c.byref(terminate)) == OK
+        assert not terminate.value
+        return enter.value
+
+    def number(self, function: str) -> int:
+        count = c.c_size_t(99)
+        assert self.call(function, c.byref(count)) == OK, self.errors
+        return count.value

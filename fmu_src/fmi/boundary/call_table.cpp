@@ -62,6 +62,8 @@ constexpr Row rows[] = {
     {Function::get_derivatives, "fmi2GetDerivatives", M | E | C | T},
     {Function::get_nominals, "fmi2GetNominalsOfContinuousStates", I | M | E | C | T},
     {Function::get_event_indicators, "fmi2GetEventIndicators", M | E | C | T},
+    {Function::get_number_of_continuous_states, "fmi3GetNumberOfContinuousStates", I | M | E | C | T},
+    {Function::get_number_of_event_indicators, "fmi3GetNumberOfEventIndicators", I | M | E | C | T},
 };
 
 // Functions that FMI 3.0 calls otherwise than fmi3 and the same words.
@@ -78,6 +80,8 @@ constexpr std::pair<Function, const char*> names_of_fmi3[] = {
     {Function::serialize_fmu_state, "fmi3SerializeFMUState"},
     {Function::deserialize_fmu_state, "fmi3DeserializeFMUState"},
     {Function::get_real_output_derivatives, "fmi3GetOutputDerivatives"},
+    {Function::new_discrete_states, "fmi3UpdateDiscreteStates"},
+    {Function::get_derivatives, "fmi3GetContinuousStateDerivatives"},
 };
 
 constexpr bool in_order() {

@@ -2,7 +2,8 @@
 
 #include <string>
 
-// Which function may be called when: FMI 2.0.4, tables of sections 3.2.3 and 4.2.4, as one table.
+// Which function may be called when: FMI 2.0.4, tables of sections 3.2.3 and 4.2.4, as one table. The
+// functions of FMI 3.0 share its rows.
 
 namespace redysim {
 
@@ -60,6 +61,8 @@ enum class Function {
   get_derivatives,
   get_nominals,
   get_event_indicators,
+  get_number_of_continuous_states,
+  get_number_of_event_indicators,
 };
 
 enum class FmiVersion { two = 2, three = 3 };

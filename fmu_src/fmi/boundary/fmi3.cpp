@@ -1,8 +1,7 @@
-// The C boundary of FMI 3.0, co-simulation: each function is one line around the instance. Functions of other
-// interface types, clocks and events log one sentence and return fmi3Error.
+// The C boundary of FMI 3.0: each function is one line around the instance. Functions of scheduled execution
+// and clocks log one sentence and return fmi3Error.
 
 #include <cstddef>
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -15,6 +14,7 @@
 #include "fmi/instance/instance.hpp"
 #include "fmi/platform/float_mode.hpp"
 #include "fmi3Functions.h"
+#include "model/model_exchange.hpp"
 
 using redysim::FloatMode;
 using redysim::Function;
@@ -28,9 +28,9 @@ static_assert(static_cast<int>(fmi3OK) == fmi2OK && static_cast<int>(fmi3Error) 
 
 namespace {
 
-constexpr const char* co_simulation_only = "this FMU is for co-simulation only";
+constexpr const char* no_schedule = "this FMU has no scheduled execution";
 constexpr const char* no_clocks = "this FMU has no clocks";
-constexpr const char* no_event_mode = "this FMU has no event mode (hasEventMode = false)";
+constexpr const char* no_event_mode = "co-simulation has no event mode (hasEventMode = false)";
 constexpr const char* no_structure = "this FMU has no structural parameters and so no configuration mode";
 constexpr const char* no_elements =
     "all variables are scalars, modelDescription.xml has their dependencies "
@@ -90,29 +90,28 @@ fmi2Status get_float64(Instance& instance, const unsigned* references, std::size
   return fmi2OK;
 }
 
-// Makes an instance with `make(log)`; null, with the reason logged, if that fails.
-template <class Make>
-Instance* instantiated(const char* function, fmi3InstanceEnvironment environment,
-                       fmi3LogMessageCallback logger, bool logging_on, const Make& make) noexcept {
+// Makes an instance; null, with the reason logged, if `why` names one or the model has one.
+Instance* instantiated(const char* function, fmi3String name, fmi3String token, fmi3String resources,
+                       fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger, bool logging_on,
+                       bool model_exchange, const char* why) noexcept {
   const FloatMode ours;
   try {
     const Log log(logger, environment, logging_on);
     try {
-      return make(log);
+      std::optional<LoadedModel> loaded;
+      if (!why) {
+        loaded = redysim::load_model(log, function, name, token, resources);
+        if (!loaded) return nullptr;
+        if (model_exchange) why = redysim::objection_to_model_exchange(loaded->model);
+      }
+      if (!why) return new Instance(log, std::move(loaded->model), std::move(loaded->guid), model_exchange);
+      log.error(std::string(function) + ": " + why);
     } catch (...) {
       redysim::log_exception(log, function);
     }
   } catch (...) {
   }
   return nullptr;
-}
-
-Instance* refused(const char* function, fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger,
-                  const char* why) noexcept {
-  return instantiated(function, environment, logger, false, [&](const Log& log) -> Instance* {
-    log.error(std::string(function) + ": " + why);
-    return nullptr;
-  });
 }
 
 }  // namespace
@@ -125,28 +124,25 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger,
                                          fmi3IntermediateUpdateCallback) {
   const char* function = __func__;
-  if (event_mode_used) return refused(function, environment, logger, no_event_mode);
-  if (intermediate_count > 0)
-    return refused(function, environment, logger,
-                   "this FMU has no intermediate update (providesIntermediateUpdate = false)");
-  return instantiated(function, environment, logger, logging_on, [&](const Log& log) -> Instance* {
-    std::optional<LoadedModel> loaded = redysim::load_model(log, function, name, token, resources);
-    if (!loaded) return nullptr;
-    return std::make_unique<Instance>(log, std::move(loaded->model), std::move(loaded->guid)).release();
-  });
+  const char* why = event_mode_used ? no_event_mode
+                    : intermediate_count > 0
+                        ? "this FMU has no intermediate update (providesIntermediateUpdate = false)"
+                        : nullptr;
+  return instantiated(function, name, token, resources, environment, logger, logging_on, false, why);
 }
 
-fmi3Instance fmi3InstantiateModelExchange(fmi3String, fmi3String, fmi3String, fmi3Boolean, fmi3Boolean,
+fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources,
+                                          fmi3Boolean, fmi3Boolean logging_on,
                                           fmi3InstanceEnvironment environment,
                                           fmi3LogMessageCallback logger) {
-  return refused(__func__, environment, logger, co_simulation_only);
+  return instantiated(__func__, name, token, resources, environment, logger, logging_on, true, nullptr);
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(fmi3String, fmi3String, fmi3String, fmi3Boolean, fmi3Boolean,
                                                fmi3InstanceEnvironment environment,
                                                fmi3LogMessageCallback logger, fmi3ClockUpdateCallback,
                                                fmi3LockPreemptionCallback, fmi3UnlockPreemptionCallback) {
-  return refused(__func__, environment, logger, co_simulation_only);
+  return instantiated(__func__, nullptr, nullptr, nullptr, environment, logger, false, false, no_schedule);
 }
 
 void fmi3FreeInstance(fmi3Instance instance) { delete static_cast<Instance*>(instance); }
@@ -336,15 +332,10 @@ fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) { return absent(c, __func_
 
 fmi3Status fmi3ExitConfigurationMode(fmi3Instance c) { return absent(c, __func__, no_structure); }
 
-fmi3Status fmi3EnterEventMode(fmi3Instance c) { return absent(c, __func__, no_event_mode); }
-
 fmi3Status fmi3EnterStepMode(fmi3Instance c) { return absent(c, __func__, no_event_mode); }
 
-fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) { return absent(c, __func__, no_event_mode); }
-
-fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean*, fmi3Boolean*, fmi3Boolean*, fmi3Boolean*,
-                                    fmi3Boolean*, fmi3Float64*) {
-  return absent(c, __func__, no_event_mode);
+fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) {
+  return absent(c, __func__, "providesEvaluateDiscreteStates = false");
 }
 
 fmi3Status fmi3GetIntervalDecimal(fmi3Instance c, const fmi3ValueReference[], size_t, fmi3Float64[],
@@ -385,41 +376,85 @@ fmi3Status fmi3SetShiftFraction(fmi3Instance c, const fmi3ValueReference[], size
 }
 
 fmi3Status fmi3ActivateModelPartition(fmi3Instance c, fmi3ValueReference, fmi3Float64) {
-  return absent(c, __func__, co_simulation_only);
+  return absent(c, __func__, no_schedule);
 }
 
-fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) { return absent(c, __func__, co_simulation_only); }
+// --- model exchange ---
 
-fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean, fmi3Boolean*, fmi3Boolean*) {
-  return absent(c, __func__, co_simulation_only);
+fmi3Status fmi3EnterEventMode(fmi3Instance c) {
+  return guarded(c, Function::enter_event_mode, [](Instance& i) { return i.enter_event_mode(); });
 }
 
-fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64) { return absent(c, __func__, co_simulation_only); }
-
-fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64[], size_t) {
-  return absent(c, __func__, co_simulation_only);
+fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean* again, fmi3Boolean* terminate,
+                                    fmi3Boolean* new_nominals, fmi3Boolean* new_values, fmi3Boolean* has_next,
+                                    fmi3Float64* next) {
+  return guarded(c, Function::new_discrete_states, [&](Instance& i) {
+    fmi2EventInfo info;
+    const bool complete = again && terminate && new_nominals && new_values && has_next && next;
+    const fmi2Status status = i.new_discrete_states(complete ? &info : nullptr);
+    if (status != fmi2OK) return status;
+    *again = *terminate = false;
+    *new_nominals = info.nominalsOfContinuousStatesChanged;
+    *new_values = info.valuesOfContinuousStatesChanged;
+    *has_next = info.nextEventTimeDefined;
+    *next = info.nextEventTime;
+    return fmi2OK;
+  });
 }
 
-fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64[], size_t) {
-  return absent(c, __func__, co_simulation_only);
+fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) {
+  return guarded(c, Function::enter_continuous_time_mode,
+                 [](Instance& i) { return i.enter_continuous_time_mode(); });
 }
 
-fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64[], size_t) {
-  return absent(c, __func__, co_simulation_only);
+fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean, fmi3Boolean* enter_event_mode,
+                                       fmi3Boolean* terminate) {
+  return guarded(c, Function::completed_integrator_step, [&](Instance& i) {
+    fmi2Boolean enter = fmi2False;
+    fmi2Boolean end = fmi2False;
+    const fmi2Status status =
+        i.completed_integrator_step(enter_event_mode ? &enter : nullptr, terminate ? &end : nullptr);
+    if (status != fmi2OK) return status;
+    *enter_event_mode = enter;
+    *terminate = end;
+    return fmi2OK;
+  });
 }
 
-fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64[], size_t) {
-  return absent(c, __func__, co_simulation_only);
+fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 time) {
+  return guarded(c, Function::set_time, [&](Instance& i) { return i.set_time(time); });
 }
 
-fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64[], size_t) {
-  return absent(c, __func__, co_simulation_only);
+fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 x[], size_t nx) {
+  return guarded(c, Function::set_continuous_states,
+                 [&](Instance& i) { return i.set_continuous_states(x, nx); });
 }
 
-fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t*) {
-  return absent(c, __func__, co_simulation_only);
+fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t nx) {
+  return guarded(c, Function::get_continuous_states,
+                 [&](Instance& i) { return i.get_continuous_states(x, nx); });
 }
 
-fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t*) {
-  return absent(c, __func__, co_simulation_only);
+fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 derivatives[], size_t nx) {
+  return guarded(c, Function::get_derivatives,
+                 [&](Instance& i) { return i.get_derivatives(derivatives, nx); });
+}
+
+fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominals[], size_t nx) {
+  return guarded(c, Function::get_nominals, [&](Instance& i) { return i.get_nominals(nominals, nx); });
+}
+
+fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 indicators[], size_t ni) {
+  return guarded(c, Function::get_event_indicators,
+                 [&](Instance& i) { return i.get_event_indicators(indicators, ni); });
+}
+
+fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t* count) {
+  constexpr Function function = Function::get_number_of_continuous_states;
+  return guarded(c, function, [&](Instance& i) { return i.get_number(function, count); });
+}
+
+fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t* count) {
+  constexpr Function function = Function::get_number_of_event_indicators;
+  return guarded(c, function, [&](Instance& i) { return i.get_number(function, count); });
 }

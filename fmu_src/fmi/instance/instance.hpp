@@ -76,6 +76,7 @@ class Instance {
   fmi2Status get_derivatives(double* derivatives, std::size_t count);
   fmi2Status get_nominals(double* nominals, std::size_t count);
   fmi2Status get_event_indicators(const double* indicators, std::size_t count);
+  fmi2Status get_number(Function function, std::size_t* count);
 
   // Logs "<function>: <why>" and returns fmi2Error.
   fmi2Status refuse(Function function, const std::string& why);

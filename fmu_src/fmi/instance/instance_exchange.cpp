@@ -180,4 +180,12 @@ fmi2Status Instance::get_event_indicators(const double*, std::size_t count) {
                              "the model has no event indicators, got " + std::to_string(count));
 }
 
+// Of continuous states or event indicators.
+fmi2Status Instance::get_number(Function function, std::size_t* count) {
+  if (!count) return refuse(function, null_pointer);
+  const bool of_states = function == Function::get_number_of_continuous_states;
+  *count = of_states ? static_cast<std::size_t>(simulation_.system.size()) : 0;
+  return fmi2OK;
+}
+
 }  // namespace redysim

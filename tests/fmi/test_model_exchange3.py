@@ -1,0 +1,248 @@
+"""Model exchange of FMI 3.0: the numbers of FMI 2.0 through another boundary, bit for bit."""
+
+from __future__ import annotations
+
+import ctypes as c
+import math
+
+import numpy as np
+import pytest
+
+from tests.fmi.exchange import Exchange, Exchange3
+from tests.fmi.raw import DISCARD, ERROR, OK
+from tests.fmi.raw3 import Slave3, count
+from tests.fmi.test_model_exchange import FINE, OTHERS, QUICK, moved, reals
+
+MODELS = [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS)]
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_cvode_follows_co_simulation(fmu3_file, fmu3, name):
+    """FMPy's CVode, which knows states, derivatives, nominals and events, against the FMU's own solver."""
+    from fmpy import simulate_fmu
+    from fmpy.validation import validate_fmu
+
+    stop, file = 0.5, str(fmu3_file(name))
+    assert validate_fmu(file) == []
+    with Exchange3(fmu3(name)) as tool:
+        outputs = set(fmu3(name).named("output"))
+        names = [state for state in tool.states if state in outputs]
+    options = {"stop_time": stop, "output": names, "output_interval": FINE.get(name, 0.01)}
+    tight = {"solver.rtol": 1e-10, "solver.atol": 1e-12}
+    own = simulate_fmu(file, fmi_type="CoSimulation", start_values=tight, **options)
+    free = simulate_fmu(file, fmi_type="ModelExchange", solver="CVode", relative_tolerance=1e-9, **options)
+    assert free["time"][-1] == pytest.approx(stop)
+    # of the samples at an event the last one counts
+    place = np.searchsorted(free["time"], own["time"] + 1e-9, side="right") - 1
+    for output in names:
+        size = 1 + np.abs(own[output]).max()
+        assert np.abs(free[output][place] - own[output]).max() < 3e-5 * size, output
+
+
+def event_of(info) -> tuple:
+    return info.again, info.terminate, info.new_nominals, info.new_values, info.has_next, info.next
+
+
+@pytest.mark.parametrize("name", ["everything", "cart", *MODELS])
+def test_numbers_are_those_of_fmi2(fmu, fmu3, name):
+    with Exchange(fmu(name)) as old, Exchange3(fmu3(name)) as new:
+        assert (new.states, new.slopes) == (old.states, old.slopes)
+        assert event_of(new.begin()) == event_of(old.begin())
+        assert (new.number("GetNumberOfContinuousStates"), new.number("GetNumberOfEventIndicators")) == (len(old.states), 0)
+        start = list(old.get_states()), list(old.derivatives()), list(old.numbers("GetNominalsOfContinuousStates"))
+        assert (list(new.get_states()), list(new.derivatives()), list(new.numbers("GetNominalsOfContinuousStates"))) == start
+        states = moved(old, 0.05)
+        assert list(moved(new, 0.05)) == list(states)
+        outputs = reals(fmu(name))
+        assert new.get(outputs) == old.reals(outputs)
+        assert new.get(["time"]) == [0.05]
+        # drifted states are corrected alike
+        for tool in (old, new):
+            assert tool.set_states(1.01 * states) == OK
+        assert new.completed_step() == old.completed_step()
+        for tool in (old, new):
+            assert tool.call("EnterEventMode") == OK
+        assert event_of(new.event()) == event_of(old.event())
+        assert list(new.get_states()) == list(old.get_states())
+        rows = new.slopes + outputs
+        knowns, seed = new.states, [math.cos(i) for i in range(len(new.states))]
+        assert new.derivative("GetDirectionalDerivative", rows, knowns, seed) == (OK, list(old.directional(rows, knowns, seed)))
+
+
+@pytest.mark.parametrize("name", ["cart", "top", "four_bar"])
+def test_adjoint_derivatives_by_states(fmu3, name):
+    with Exchange3(fmu3(name)) as tool:
+        tool.begin()
+        moved(tool, 0.05)
+        units = np.eye(len(tool.states))
+        jacobian = np.array([tool.derivative("GetDirectionalDerivative", tool.slopes, tool.states, unit)[1] for unit in units]).T
+        seed = np.sin(1.0 + np.arange(len(tool.slopes)))
+        status, gradient = tool.derivative("GetAdjointDerivative", tool.slopes, tool.states, seed)
+        assert status == OK
+        assert (np.abs(seed @ jacobian - gradient) / (np.abs(seed) @ np.abs(jacobian) + 1e-300)).max() < 1e-13
+
+
+def test_saved_states_pass_between_the_versions(fmu, fmu3):
+    with Exchange(fmu("four_bar")) as old, Exchange3(fmu3("four_bar")) as new, Slave3(fmu3("four_bar")) as slave:
+        old.begin()
+        moved(old, 0.05)
+        content = old.serialize(old.save())
+        status, state = new.deserialize(content)
+        assert status == OK and new.call("SetFMUState", state) == OK, new.errors
+        assert list(moved(new, 0.07, seed=3)) == list(moved(old, 0.07, seed=3))
+        # co-simulation refuses it
+        slave.initialize()
+        status, state = slave.deserialize(content)
+        assert status == OK and slave.call("SetFMUState", state) == ERROR
+
+
+def test_description(fmu3):
+    """Derivatives refer to states, states that events correct are marked, and slopes along trajectories depend on time."""
+    for name, corrected, with_time in (("four_bar", True, False), ("cart", False, False), ("kuka_kr5_computed_torque", False, True)):
+        three = fmu3(name)
+        assert (three.xml.find("ModelExchange").get("needsCompletedIntegratorStep") == "true") == corrected
+        with Exchange3(three) as tool:
+            marked = {n for n, element in three.elements.items() if element.get("reinit") == "true"}
+            assert marked == (set(tool.states) if corrected else set())
+        rows = three.xml.findall("ModelStructure/ContinuousStateDerivative[@dependencies]")
+        assert rows and {"0" in row.get("dependencies").split() for row in rows} == {with_time}
+
+
+# --- mistreatment ---
+
+MODES = ("instantiated", "initialization", "event", "continuous", "terminated")
+evaluated = set(MODES) - {"instantiated"}
+
+
+def room(tool: Exchange3, size: int | None = None):
+    size = len(tool.states) if size is None else size
+    tool.kept = np.zeros(size)
+    return tool.kept.ctypes.data_as(c.c_void_p), count(size)
+
+
+def update(tool: Exchange3, absent: int = -1) -> int:
+    places = [*(c.c_bool() for _ in range(5)), c.c_double()]
+    return tool.call("UpdateDiscreteStates", *(None if k == absent else c.byref(place) for k, place in enumerate(places)))
+
+
+def completed(tool: Exchange3, *absent: int) -> int:
+    return tool.call("CompletedIntegratorStep", c.c_bool(True), *(None if k in absent else c.byref(c.c_bool()) for k in range(2)))
+
+
+CALLS = {
+    "EnterEventMode": (lambda t: t.call("EnterEventMode"), {"event", "continuous"}),
+    "UpdateDiscreteStates": (update, {"event"}),
+    "EnterContinuousTimeMode": (lambda t: t.call("EnterContinuousTimeMode"), {"event"}),
+    "CompletedIntegratorStep": (completed, {"continuous"}),
+    "SetTime": (lambda t: t.set_time(0.1), {"event", "continuous"}),
+    "SetContinuousStates": (lambda t: t.set_states(np.ones(len(t.states))), {"continuous"}),
+    "GetContinuousStates": (lambda t: t.call("GetContinuousStates", *room(t)), evaluated),
+    "GetContinuousStateDerivatives": (lambda t: t.call("GetContinuousStateDerivatives", *room(t)), evaluated),
+    "GetNominalsOfContinuousStates": (lambda t: t.call("GetNominalsOfContinuousStates", *room(t)), set(MODES)),
+    "GetEventIndicators": (lambda t: t.call("GetEventIndicators", None, count(0)), evaluated),
+    "GetNumberOfContinuousStates": (lambda t: t.call("GetNumberOfContinuousStates", c.byref(count(0))), set(MODES)),
+    "GetNumberOfEventIndicators": (lambda t: t.call("GetNumberOfEventIndicators", c.byref(count(0))), set(MODES)),
+    "SetFloat64 input": (lambda t: t.set("hinge.tau", 1.0), set(MODES) - {"terminated"}),
+    "SetFloat64 tunable": (lambda t: t.set("pole.mass", 1.0), {"instantiated", "initialization", "event"}),
+    "SetFloat64 fixed": (lambda t: t.set("hinge.q0", 1.0), {"instantiated", "initialization"}),
+    "SetFloat64 local": (lambda t: t.set("energy.power", 1.0), set()),
+    "SetString": (lambda t: t.set("solver.method", "bdf"), {"instantiated", "initialization"}),
+    "Terminate": (lambda t: t.call("Terminate"), {"event", "continuous"}),
+    "Reset": (lambda t: t.call("Reset"), set(MODES)),
+    "DoStep": (lambda t: t.do_step(0.0, 0.1)[0], set()),
+    "EnterStepMode": (lambda t: t.call("EnterStepMode"), set()),
+    "EvaluateDiscreteStates": (lambda t: t.call("EvaluateDiscreteStates"), set()),
+    "GetFMUState": (lambda t: t.call("GetFMUState", c.byref(c.c_void_p())), set(MODES)),
+}
+
+
+def bring_to(tool: Exchange3, mode: str) -> None:
+    assert mode == "instantiated" or tool.enter() == OK
+    for step in ("ExitInitializationMode", "EnterContinuousTimeMode", "Terminate")[: max(0, MODES.index(mode) - 1)]:
+        assert tool.call(step) == OK
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("function", CALLS)
+def test_every_function_in_every_mode(fmu3, function, mode):
+    call, allowed = CALLS[function]
+    with Exchange3(fmu3("cart")) as tool:
+        bring_to(tool, mode)
+        assert call(tool) == (OK if mode in allowed else ERROR), tool.errors
+        assert [text.split(":")[0] for text in tool.errors] == ([] if mode in allowed else [f"fmi3{function.split()[0]}"])
+
+
+def mistreatments():
+    for function in ("SetContinuousStates", "GetContinuousStates", "GetContinuousStateDerivatives", "GetNominalsOfContinuousStates"):
+        yield f"{function} of one too many", lambda t, f=function: t.call(f, *room(t, len(t.states) + 1))
+        yield f"{function} of one too few", lambda t, f=function: t.call(f, *room(t, len(t.states) - 1))
+        yield f"{function} of 2^64 - 1", lambda t, f=function: t.call(f, room(t)[0], count(2**64 - 1))
+        yield f"{function} null", lambda t, f=function: t.call(f, None, count(len(t.states)))
+    for bad in (math.nan, math.inf, -math.inf):
+        yield f"time {bad}", lambda t, v=bad: t.set_time(v)
+        yield f"state {bad}", lambda t, v=bad: t.set_states([v, *t.get_states()[1:]])
+        yield f"input {bad}", lambda t, v=bad: t.set(t.fmu.named("input")[0], v)
+    yield "a state set as a variable", lambda t: t.set(t.states[0], 0.5)
+    yield "an event indicator", lambda t: t.call("GetEventIndicators", *room(t, 1))
+    for function in ("GetNumberOfContinuousStates", "GetNumberOfEventIndicators"):
+        yield f"{function} null", lambda t, f=function: t.call(f, None)
+    for absent in ((0,), (1,), (0, 1)):
+        yield f"completed step without places {absent}", lambda t, a=absent: completed(t, *a)
+
+
+MISTREATMENTS = dict(mistreatments())
+
+
+@pytest.mark.parametrize("name", ["cart", "top", "four_bar"])
+@pytest.mark.parametrize("what", MISTREATMENTS)
+def test_mistreatment_is_refused_and_changes_nothing(fmu3, what, name):
+    with Exchange3(fmu3(name)) as tool:
+        tool.begin()
+        states, slopes = tool.get_states(), tool.derivatives()
+        assert MISTREATMENTS[what](tool) == ERROR
+        assert len(tool.errors) == 1 and tool.errors[0].startswith("fmi3")
+        assert (list(tool.get_states()), list(tool.derivatives())) == (list(states), list(slopes))
+        assert not tool.completed_step()
+
+
+def test_events_need_places_for_all_results(fmu3):
+    with Exchange3(fmu3("top")) as tool:
+        tool.initialize()
+        for absent in range(6):
+            assert update(tool, absent) == ERROR and "null pointer" in tool.errors[-1]
+        assert update(tool) == OK
+        quaternion = [k for k, name in enumerate(tool.states) if "quaternion" in name]
+        assert tool.call("EnterContinuousTimeMode") == OK
+        states = tool.get_states()
+        states[quaternion] = 0
+        assert tool.set_states(states) == ERROR and "no orientation" in tool.errors[-1]
+
+
+def test_infinite_accelerations_ask_for_a_smaller_step(fmu3):
+    with Exchange3(fmu3("cart")) as tool:
+        tool.begin()
+        assert tool.set("hinge.tau", 1e308) == OK and tool.set("rail.tau", -1e308) == OK
+        assert tool.call("GetContinuousStateDerivatives", *room(tool)) == DISCARD
+        assert tool.set("hinge.tau", 0.0) == OK and tool.set("rail.tau", 0.0) == OK
+        assert np.isfinite(tool.derivatives()).all()
+
+
+def test_discontinuous_contacts_have_no_model_exchange(fmu3):
+    small = fmu3("redysim_small_biped")
+    assert small.xml.find("ModelExchange") is None and small.xml.find("ModelStructure/ContinuousStateDerivative") is None
+    tool = Exchange3(small)
+    assert not tool.component.value
+    assert len(tool.errors) == 1 and 'law = "redysim"' in tool.errors[0]
+    assert tool.errors[0].startswith("fmi3InstantiateModelExchange: ")
+
+
+def test_restored_and_reset_instances_serve_model_exchange(fmu3):
+    with Exchange3(fmu3("top")) as tool:
+        tool.begin()
+        first = tool.derivatives()
+        state = tool.save()
+        moved(tool, 0.05)
+        assert tool.call("SetFMUState", state) == OK and list(tool.derivatives()) == list(first)
+        assert tool.call("Terminate") == OK and tool.call("Reset") == OK
+        assert tool.begin().new_nominals == 1
+        assert list(tool.derivatives()) == list(first)
