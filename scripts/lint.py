@@ -36,7 +36,7 @@ FOREIGN = (
     (re.compile(r"^fmi[23]"), ("fmi",), "the FMI headers"),
 )
 # folders of build_fmu in the order of the imports, as above; its plain modules (errors, files, native) come before all of them
-PACKAGES = ("model", "run", "draw", "importers", "report", "stress", "show", "fmu", "library", "cli")
+PACKAGES = ("model", "run", "draw", "importers", "report", "stress", "show", "fmu", "identify", "library", "cli")
 LONGEST = 600  # lines of a file
 LONGEST_FUNCTION = 60  # lines
 MOST_COMPLEX = 15  # McCabe's cyclomatic complexity of a C++ function, as lizard counts; ruff counts in Python

@@ -7,12 +7,12 @@ import sys
 from collections.abc import Sequence
 
 from build_fmu import __version__
-from build_fmu.cli import build, check, completion, equilibrium, import_model, linearise, modes, report, show, simulate, stress
+from build_fmu.cli import build, check, completion, equilibrium, identify, import_model, linearise, modes, report, show, simulate, stress
 from build_fmu.cli.parser import Parser
 from build_fmu.cli.streams import emit, standard_streams
 from build_fmu.errors import UserError
 
-COMMANDS = (build, import_model, check, simulate, linearise, modes, equilibrium, report, stress, show, completion)
+COMMANDS = (build, import_model, check, simulate, linearise, modes, equilibrium, identify, report, stress, show, completion)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -18,7 +18,13 @@ from build_fmu.errors import UserError
 
 STREAM = Path("-")
 READ = ("model", "models", "target", "targets", "source")  # the options that name input files
-WRITTEN = {"build": ("output", ".fmu"), "import": ("output", ".toml"), "show": ("output", ".html"), "simulate": ("csv", ".csv")}
+WRITTEN = {
+    "build": ("output", ".fmu"),
+    "identify": ("output", ".toml"),
+    "import": ("output", ".toml"),
+    "show": ("output", ".html"),
+    "simulate": ("csv", ".csv"),
+}
 
 
 def add_options(command: argparse.ArgumentParser, reports: bool) -> None:

@@ -16,10 +16,14 @@ from numpy.typing import ArrayLike
 
 from build_fmu.errors import UserError, unknown
 from build_fmu.fmu import build as packager
+from build_fmu.identify.design import Trajectory, design, limits_of
+from build_fmu.identify.parameters import Plant
+from build_fmu.identify.run import Identification, Run, identify
 from build_fmu.library.batch import Runs, simulate_batch
 from build_fmu.library.evaluation import Evaluation
 from build_fmu.library.flow import step_derivative
 from build_fmu.library.modes import Modes, modes_at
+from build_fmu.library.regression import plant_of
 from build_fmu.library.staging import Variant, stage
 from build_fmu.model.describe import describe
 from build_fmu.run.driver import Task, staged
@@ -148,6 +152,15 @@ class Model:
         session = self._open("inverse", Variant((), self._tunable, "given", True))
         return _rows(lambda *row: self._inverse(session, *row), q, qd, qdd)
 
+    def plant(self) -> Plant:
+        """Returns the driven joints and their parameters, with torques and regressor for any motion: the model of `identify`."""
+
+        def inverse(tunable: tuple[str, ...]) -> Session:
+            variant = Variant(("regressor",), tunable, "given", True, ("trajectory", "controller"))
+            return self._open(f"regressor of {len(tunable)}", variant)
+
+        return plant_of(self.file, inverse, self.parameters, _restart)
+
     def mass_matrix(self, q: ArrayLike | None = None) -> np.ndarray:
         """Returns M (v x v) of the tree, in the order of docs/equations.md."""
         equations = self._equations()
@@ -161,6 +174,44 @@ class Model:
         equations = self._equations()
         equations.place(*self._point(self.state(q, qd), None))
         return np.array(equations.read([n for n in equations.variables if n.startswith("bias[")]))
+
+    # identification
+
+    def identify(
+        self,
+        time: ArrayLike,
+        q: ArrayLike,
+        tau: ArrayLike,
+        qd: ArrayLike | None = None,
+        qdd: ArrayLike | None = None,
+        parameters: Sequence[str] = (),
+        cutoff: float | None = None,
+    ) -> Identification:
+        """Identifies links and `<joint>.damping`, `.friction`, `.armature` (with * as wildcard, default: all) from measured rows.
+
+        Missing velocities and accelerations follow from the positions, by a zero-phase filter of `cutoff` (Hz).
+        """
+        plant = self.plant()
+        rows = [
+            None if a is None else _measured(a, plant.joints, letter) for a, letter in ((q, "q"), (tau, "tau"), (qd, "qd"), (qdd, "qdd"))
+        ]
+        run = Run(_measured(np.reshape(time, (-1, 1)), ["time"], "time")[:, 0], *rows)
+        if any(part is not None and len(part) != len(run.time) for part in rows):
+            raise UserError(f"the rows of the run must be as many as its times, {len(run.time)}")
+        return identify(plant, run, parameters, cutoff)
+
+    def design(
+        self,
+        low: ArrayLike,
+        high: ArrayLike,
+        speed: ArrayLike,
+        duration: float = 10,
+        step: float = 0.01,
+        parameters: Sequence[str] = (),
+    ) -> Trajectory:
+        """Proposes a motion of the driven joints for `identify`, within positions (rad, m) and speeds."""
+        plant = self.plant()
+        return design(plant, limits_of(plant, low, high, speed), duration, step, parameters)
 
     # linearisation
 
@@ -324,6 +375,14 @@ def _array(values: ArrayLike, names: Sequence[str], letter: str) -> np.ndarray:
         raise UserError(f"'{letter}' must have the shape ({len(names)},) ({listed or 'no entries'}), got {array.shape}")
     if not np.isfinite(array).all():
         raise UserError(f"'{letter}' is not finite: entry '{names[int(np.argmin(np.isfinite(array)))]}'")
+    return array
+
+
+def _measured(values: ArrayLike, names: Sequence[str], letter: str) -> np.ndarray:
+    """Returns rows of measurements."""
+    array = np.asarray(values, dtype=float)
+    if array.ndim != 2 or array.shape[1] != len(names) or not np.isfinite(array).all():
+        raise UserError(f"'{letter}' must be finite and have the shape (rows, {len(names)}), got {array.shape}")
     return array
 
 

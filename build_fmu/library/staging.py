@@ -26,6 +26,7 @@ class Variant:
     tunable: Sequence[str] = ()
     start: str | None = None
     inverse: bool = False
+    without: Sequence[str] = ()  # tables that are omitted
 
 
 def stage(model: Path, resources: list[str], variant: Variant, folder: Path) -> Path:
@@ -50,6 +51,8 @@ def stage(model: Path, resources: list[str], variant: Variant, folder: Path) -> 
 def _changed(text: str, variant: Variant) -> str:
     """Returns the model file with the changes, everything else untouched."""
     document = tomlkit.parse(text)
+    for table in variant.without:
+        document.pop(table, None)
     if variant.start:
         document["start"] = variant.start
     if variant.outputs is not None or variant.tunable:

@@ -139,6 +139,12 @@ def start_values(session: Session, arguments: Sequence[str]) -> dict[str, Any]:
     return values
 
 
+def matches(pattern: str, names: Sequence[str]) -> list[str]:
+    """Returns the names that match; only * is special, because names such as position[1] contain brackets."""
+    rule = re.compile(".*".join(re.escape(part) for part in pattern.split("*")))
+    return [name for name in names if rule.fullmatch(name)]
+
+
 def select_outputs(session: Session, patterns: Sequence[str]) -> list[str]:
     """Returns the numeric outputs that match the names or `*` patterns (separated by commas or spaces), or all outputs."""
     numeric = [n for n in session.names("output") if session.variables[n].type != "String"]
@@ -150,12 +156,10 @@ def select_outputs(session: Session, patterns: Sequence[str]) -> list[str]:
     chosen: dict[str, None] = {}
     for pattern in wanted:
         if "*" in pattern:
-            # only * is special: names such as position[1] contain brackets
-            rule = re.compile(".*".join(re.escape(part) for part in pattern.split("*")))
-            matches = [n for n in numeric if rule.fullmatch(n)]
-            if not matches:
+            found = matches(pattern, numeric)
+            if not found:
                 raise UserError(f"no output matches '{pattern}'")
-            chosen |= dict.fromkeys(matches)
+            chosen |= dict.fromkeys(found)
         else:
             chosen[session.find(pattern, "output", readable)] = None
     return list(chosen)

@@ -1,0 +1,77 @@
+"""The torques and the regressor of a model for prescribed motions, by its inverse FMU."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+import tomlkit
+
+from build_fmu.errors import UserError
+from build_fmu.identify.parameters import LOSSES, Plant
+from build_fmu.run.session import Session
+
+REGRESSOR = re.compile(r"(.+)\.regressor\[(\d+),1\]")
+JOINT = re.compile(r"'([^']+)'$")
+EXTRA = ("friction_velocity", "static_friction")
+
+
+def plant_of(file: Path, open_inverse: Callable[[tuple[str, ...]], Session], parameters: Mapping[str, float], restart) -> Plant:
+    """Returns the model with prescribed motion. `open_inverse(tunable)` opens its inverse FMU; raises UserError if it cannot be used."""
+    document = tomlkit.parse(file.read_text(encoding="utf-8-sig")).unwrap()
+    session = open_inverse(())
+    _supported(document)
+    if session.description.derivatives:
+        state = session.description.derivatives[0].variable.name
+        raise UserError(
+            f"identification requires the motion of all joints, but '{state}' of the inverse model is not prescribed by an input"
+        )
+    joints = [n.removesuffix(".q") for n in session.names("input") if n.endswith(".q")]
+    rows: dict[str, dict[str, int]] = {}  # link -> joint -> row of its regressor
+    for name, variable in session.variables.items():
+        if found := REGRESSOR.fullmatch(name):
+            rows.setdefault(found[1], {})[JOINT.search(variable.description)[1]] = int(found[2])
+    numbers = [f"{link}.{what}" for link in rows for what in ("mass", *_indexed("com", 3), *_indexed("inertia", 6))]
+    numbers += [f"{joint}.{what}" for joint in joints for what in (*LOSSES, *EXTRA, *_limits(document, joint))]
+    session = open_inverse(tuple(numbers))
+    values = {name: float(session.variables[name].start) for name in numbers} | {n: v for n, v in parameters.items() if n in numbers}
+    given = {name: value for name, value in parameters.items() if name in session.variables}
+    torques = [next(n for n in session.names("output") if n in (f"{joint}.tau", f"{joint}.tau_joint")) for joint in joints]
+    matrix = [f"{link}.regressor[{rows[link][joint]},{k}]" for joint in joints for link in rows for k in range(1, 11)]
+    names = [f"{joint}.{letter}" for letter in ("q", "qd", "qdd") for joint in joints]
+
+    def evaluate(q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        result = np.empty((len(q), len(torques) + len(matrix)))
+        for row, motion in zip(result, np.hstack([q, qd, qdd]), strict=True):
+            restart(session, {**given, **dict(zip(names, motion, strict=True))})
+            row[:] = session.read([*torques, *matrix])
+        return result[:, : len(torques)], result[:, len(torques) :].reshape(len(q), len(joints), -1)
+
+    return Plant(joints, torques, list(rows), _losses(document, joints), values, evaluate)
+
+
+def _supported(document: Mapping) -> None:
+    for kind, word in (("loop", "loops"), ("coupling", "couplings")):
+        for table in document.get(kind, []):
+            if kind == "loop" or not table.get("stiffness"):
+                raise UserError(f"identification supports open trees only, and '{table.get('name')}' is one of the {word} of the model")
+
+
+def _losses(document: Mapping, joints: list[str]) -> list[str]:
+    """Parameters of the joints; that of a gyroscopic rotor acts on other joints, too, and stays as it is."""
+    gyroscopic = {table["joint"] for table in document.get("actuator", []) if table.get("gyroscopic")}
+    return [f"{joint}.{what}" for joint in joints for what in LOSSES if not (what == "armature" and joint in gyroscopic)]
+
+
+def _limits(document: Mapping, joint: str) -> list[str]:
+    """The limits of a joint that the file has."""
+    owner = joint.partition("[")[0]
+    table = next(t for t in document["link"] if t.get("joint_name", t["name"]) == owner)
+    driven = any(t["joint"] == joint and "speed_limit" in t for t in document.get("actuator", []))
+    return [what for what in ("lower", "upper") if what in table] + (["speed_limit"] if driven else [])
+
+
+def _indexed(name: str, count: int) -> list[str]:
+    return [f"{name}[{k}]" for k in range(1, count + 1)]
