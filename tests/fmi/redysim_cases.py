@@ -117,6 +117,24 @@ CHAIN = (
     3.27411193e-4,
     -5.81237964e-5,
 )
+BIPED = {  # positions, velocities, energies
+    0.28: (
+        (-0.4195917, 0.02073863, 0.8040260, -0.3844070, -1.591511, 3.141519)
+        + (-1.452489e-05, -1.549543, -0.6498017, 1.202481, -0.02116204, -0.5526483),
+        (-0.5639084, -0.01135105, -0.04721866, 0.6109472, 0.01125741, 3.147483e-04)
+        + (-8.052610e-04, -4.557634e-03, -1.053903, -1.040622, 3.953262e-03, 2.094293),
+        66.85529,
+        2.520810,
+    ),
+    0.5: (
+        (-0.5321184, 0.004882104, 0.7409941, -0.2088797, -1.575671, 3.141564)
+        + (-4.476445e-5, -1.564497, -0.5321234, 0.7409934, -0.006373922, -0.2088744),
+        (-0.4471314, -0.1370130, -0.6467219, 1.093729, 0.1369308, 1.134906e-04)
+        + (3.269874e-04, -0.1428500, 0.4469897, 0.6469064, 0.1429610, -1.094006),
+        65.62530,
+        1.777973,
+    ),
+}
 LEG = (-3.158557789, 4.063256685, -1.854666683, -0.591670424, -1.953723392, -1.953718943, -1.187881593)
 LEG_JOINTS = ("crank_joint.q", "rocker_joint.q", "coupler_joint.q", "hip.q", "upper_bar_joint.q", "knee.q", "lower_bar_joint.q")
 BASE = ("base[1].q", "base[2].q", "base.angle[1]")
@@ -125,6 +143,7 @@ LOOPS = "the reference program does not project loops"
 TORN = "ReDySim does not project loops; its tolerance is 1e-4"
 ROUNDED = "the start pose is given with few digits; here it satisfies the loops"
 
+PRINTED_STATE = "seven printed digits of the state"
 TOLERANCE = "ReDySim's tolerance 1e-4"
 FLIGHT = tuple(f"base[{i}].q" for i in (1, 2, 3))
 TURNS = tuple(f"base.angle[{i}]" for i in (1, 2, 3))
@@ -299,32 +318,19 @@ CASES = (
         0.01,
         (Known("potential energy", ("energy.potential",), (65.62890,), 0.0, 7, REDYSIM, True),),
     ),
-    Case(
-        "E13 biped",
-        "pose at 0.5 s",
-        "biped",
-        0.01,
-        (Known("potential energy", ("energy.potential",), (65.62530,), 0.0, 7, REDYSIM, True),),
-        start=dict(
-            zip(
-                joints(12, "q0"),
-                (
-                    -0.5321184,
-                    0.004882104,
-                    0.7409941,
-                    -0.2088797,
-                    -1.575671,
-                    3.141564,
-                    -4.476e-5,
-                    -1.564497,
-                    -0.5321234,
-                    0.7409934,
-                    -0.006373922,
-                    -0.2088744,
-                ),
-                strict=True,
-            )
-        ),
+    *(
+        Case(
+            "E13 biped",
+            f"state at {time:g} s of its walk",
+            "biped",
+            0.01,
+            (
+                Known("potential energy", ("energy.potential",), (potential,), 0.0, 7, REDYSIM, True),
+                Known("kinetic energy", ("energy.kinetic",), (kinetic,), 0.0, 6, REDYSIM, why=PRINTED_STATE),
+            ),
+            start=dict(zip((*joints(12, "q0"), *joints(12, "qd0")), (*q, *qd), strict=True)),
+        )
+        for time, (q, qd, potential, kinetic) in BIPED.items()
     ),
     Case(
         "E14 long chain",
