@@ -1,18 +1,22 @@
-"""Many runs of one FMU by the compiled driver: one process per worker, no Python between steps."""
+"""Many runs of one FMU by the compiled driver: one process per worker, no Python between steps; also over a Dask cluster."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from build_fmu import native
 from build_fmu.errors import UserError, unknown
-from build_fmu.run.driver import Outcome, Staged, Task, ask, head_lines
+from build_fmu.run.driver import Outcome, Staged, Task, ask, head_lines, staged
 
+RETRIES = 5  # of a part of a batch on a cluster
+PARTS = 4  # per worker of a cluster, so that little is repeated if one is lost
 BUDGET = 60.0  # s of CPU time of a run, on average over those of a worker
 
 
@@ -32,6 +36,61 @@ class Runs:
 
 def simulate_batch(fmu: Staged, task: Task, inputs: np.ndarray | None, parameters: Mapping[str, ArrayLike], workers: int) -> Runs:
     """Runs the task with each row of parameters (runs) and inputs (runs x steps x inputs); `inputs` None: as in the task."""
+    columns = _columns(fmu, inputs, parameters)
+    table = np.column_stack(list(columns.values()))
+    references = " ".join(str(fmu.variables[name].value_reference) for name in columns)
+
+    def chunk(runs: np.ndarray) -> tuple[list[str], np.ndarray]:
+        lines = head_lines(fmu, task) + [f"vary {references}"]
+        lines += ["values " + " ".join(map(repr, row)) for row in table[runs].tolist()]
+        if inputs is not None:
+            lines += ["input " + " ".join(map(repr, row)) for row in inputs[runs].reshape(-1, inputs.shape[2]).tolist()]
+            lines.append("inputs " + " ".join(str(fmu.variables[name].value_reference) for name in fmu.names("input")))
+        budget = BUDGET * len(runs)
+        return _results(ask(native.driver_program(), [*lines, f"budget {budget!r}"], budget), task, len(runs))
+
+    parts = _parts(len(table), workers)
+    with ThreadPoolExecutor(len(parts)) as pool:
+        return _joined(task, list(pool.map(chunk, parts)))
+
+
+def simulate_on_cluster(
+    client, archive: Path, fmu: Staged, task: Task, inputs: np.ndarray | None, parameters: Mapping[str, ArrayLike]
+) -> Runs:
+    """Runs the same over the workers of a Dask client; the runs of a lost worker are repeated by another one.
+
+    The FMU is passed as bytes, so a worker needs no files but those of this package.
+    """
+    columns = _columns(fmu, inputs, parameters)
+    count = len(next(iter(columns.values())))
+    shared = client.scatter(archive.read_bytes(), broadcast=True, hash=True)
+    futures = [
+        client.submit(
+            _remote_part,
+            shared,
+            task,
+            None if inputs is None else inputs[runs],
+            {name: values[runs] for name, values in columns.items()},
+            retries=RETRIES,
+            pure=False,
+        )
+        for runs in _parts(count, PARTS * max(1, sum(client.nthreads().values())))
+    ]
+    return _joined(task, client.gather(futures))
+
+
+def _remote_part(archive: bytes, task: Task, inputs: np.ndarray | None, columns: Mapping[str, np.ndarray]) -> tuple[list[str], np.ndarray]:
+    """Returns status and values of some runs, on a worker."""
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "model.fmu"
+        file.write_bytes(archive)
+        with staged(file) as fmu:
+            runs = simulate_batch(fmu, task, inputs, columns, 1)
+    return runs.status, runs.values
+
+
+def _columns(fmu: Staged, inputs: np.ndarray | None, parameters: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
+    """Returns one value per run of each parameter; raises UserError."""
     for name in parameters:
         known = fmu.names("parameter")
         if name not in known:
@@ -44,23 +103,17 @@ def simulate_batch(fmu: Staged, task: Task, inputs: np.ndarray | None, parameter
             raise UserError(f"{what} must be a number or have the shape ({count},), got {shape}")
     # a batch varies at least one parameter
     columns = columns or {"solver.rtol": np.array(fmu.variables["solver.rtol"].start)}
-    table = np.column_stack([np.broadcast_to(values, count) for values in columns.values()])
-    if not np.isfinite(table).all() or (inputs is not None and not np.isfinite(inputs).all()):
+    columns = {name: np.broadcast_to(values, count) for name, values in columns.items()}
+    if not np.isfinite(list(columns.values())).all() or (inputs is not None and not np.isfinite(inputs).all()):
         raise UserError("the parameters and inputs of a batch must be finite")
-    references = " ".join(str(fmu.variables[name].value_reference) for name in columns)
+    return columns
 
-    def chunk(runs: np.ndarray) -> tuple[list[str], np.ndarray]:
-        lines = head_lines(fmu, task) + [f"vary {references}"]
-        lines += ["values " + " ".join(map(repr, row)) for row in table[runs].tolist()]
-        if inputs is not None:
-            lines += ["input " + " ".join(map(repr, row)) for row in inputs[runs].reshape(-1, inputs.shape[2]).tolist()]
-            lines.append("inputs " + " ".join(str(fmu.variables[name].value_reference) for name in fmu.names("input")))
-        budget = BUDGET * len(runs)
-        return _results(ask(native.driver_program(), [*lines, f"budget {budget!r}"], budget), task, len(runs))
 
-    parts = [part for part in np.array_split(np.arange(count), max(1, workers)) if len(part)]
-    with ThreadPoolExecutor(len(parts)) as pool:
-        done = list(pool.map(chunk, parts))
+def _parts(count: int, number: int) -> list[np.ndarray]:
+    return [part for part in np.array_split(np.arange(count), max(1, number)) if len(part)]
+
+
+def _joined(task: Task, done: Sequence[tuple[list[str], np.ndarray]]) -> Runs:
     status = [text for states, _ in done for text in states]
     return Runs(_times(task), list(task.outputs), np.concatenate([values for _, values in done]), status)
 

@@ -19,7 +19,7 @@ from build_fmu.fmu import build as packager
 from build_fmu.identify.design import Trajectory, design, limits_of
 from build_fmu.identify.parameters import Plant
 from build_fmu.identify.run import Identification, Run, identify
-from build_fmu.library.batch import Runs, simulate_batch
+from build_fmu.library.batch import Runs, simulate_batch, simulate_on_cluster
 from build_fmu.library.evaluation import Evaluation
 from build_fmu.library.flow import step_derivative
 from build_fmu.library.modes import Modes, modes_at
@@ -86,12 +86,15 @@ class Model:
         step: float | None = None,
         outputs: Sequence[str] = (),
         every: int = 0,
+        client=None,
     ) -> Runs:
         """Simulates a batch in compiled code: inputs (runs x steps x k), held during each step; parameters (runs) by name.
 
-        Rows of outputs are recorded at the start, after each `every` steps (0: none) and at the end.
+        Rows of outputs are recorded at the start, after each `every` steps (0: none) and at the end. `client` is a Dask client, whose
+        workers run the batch in place of local `workers`.
         """
-        with staged(self._fmu(Variant(tunable=self._tunable))) as fmu:
+        archive = self._fmu(Variant(tunable=self._tunable))
+        with staged(archive) as fmu:
             size = fmu.step if step is None else step
             steps = max(1, round((fmu.stop if stop is None else stop) / size))
             chosen = list(outputs) or fmu.reals()
@@ -102,7 +105,10 @@ class Model:
             if given is not None and (given.ndim != 3 or given.shape[1:] != (steps, len(fmu.names("input")))):
                 raise UserError(f"'inputs' must have the shape (runs, {steps}, {len(fmu.names('input'))}), got {given.shape}")
             task = Task(size, steps, every or steps, outputs=chosen)
-            return simulate_batch(fmu, task, given, {**self.parameters, **(parameters or {})}, workers)
+            values = {**self.parameters, **(parameters or {})}
+            if client is not None:
+                return simulate_on_cluster(client, archive, fmu, task, given, values)
+            return simulate_batch(fmu, task, given, values, workers)
 
     # equations of motion
 

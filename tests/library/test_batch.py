@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,6 +14,7 @@ import build_fmu as rds
 from build_fmu import native
 from build_fmu.errors import UserError
 
+ROOT = Path(__file__).parents[2]
 CART = "name = 'cart'\ngravity = [0, 0, 0]\n[[link]]\nname = 'cart'\njoint = 'prismatic'\nmass = 2\n[fmu]\nstep_size = 0.1\n"
 
 
@@ -54,3 +60,70 @@ def test_wrong_arguments_are_one_sentence(cart):
     ):
         with pytest.raises(UserError, match=sentence):
             call()
+
+
+LOST = """
+import os, time
+import numpy as np
+import build_fmu as rds
+from build_fmu.library import batch
+from dask.distributed import Client, LocalCluster
+
+
+def slow_part(*arguments, real=batch._remote_part):
+    # the first worker that gets a part ends while it runs
+    try:
+        os.close(os.open("lost", os.O_CREAT | os.O_EXCL))
+    except FileExistsError:
+        time.sleep(0.1)
+        return real(*arguments)
+    os.kill(os.getpid(), 9)
+
+
+if __name__ == "__main__":
+    batch._remote_part = slow_part
+    mass, force = np.linspace(1, 3, 30), np.linspace(1, 2, 30)
+    held = np.repeat(force, 10).reshape(30, 10, 1)
+    with rds.load("cart.toml", tunable=["cart.mass"]) as model:
+        local = model.simulate_many(held, {"cart.mass": mass}, outputs=["cart.q"], every=5)
+        with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+            runs = model.simulate_many(held, {"cart.mass": mass}, outputs=["cart.q"], every=5, client=client)
+    assert os.path.exists("lost") and runs.status == ["ok"] * 30, runs.status
+    assert (runs.values == local.values).all() and (runs.time == local.time).all()
+    assert abs(runs["cart.q"][:, -1] - force / mass / 2).max() < 1e-7
+    print("all runs are there")
+"""
+
+
+@pytest.mark.slow
+def test_a_lost_worker_of_a_cluster_costs_no_run(cart, tmp_path):
+    pytest.importorskip("dask.distributed")
+    (tmp_path / "lose.py").write_text(LOST)
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    program = [sys.executable, str(tmp_path / "lose.py")]
+    done = subprocess.run(program, cwd=tmp_path, env=environment, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=300)
+    assert done.returncode == 0 and "all runs are there" in done.stdout, done.stderr
+
+
+class Here:
+    """A cluster of one worker in this process."""
+
+    def scatter(self, data, **_):
+        return data
+
+    def nthreads(self):
+        return {"here": 1}
+
+    def submit(self, function, *arguments, **_):
+        return function(*arguments)
+
+    def gather(self, results):
+        return results
+
+
+def test_a_cluster_gives_what_local_workers_give(cart):
+    mass = np.array([2.0, 1, -1, 2, 3])
+    options = {"parameters": {"cart.mass": mass, "cart.qd0": 1.0}, "outputs": ["cart.q"], "every": 5}
+    local, remote = cart.simulate_many(**options), cart.simulate_many(**options, client=Here())
+    assert remote.status == local.status == ["ok", "ok", "refused", "ok", "ok"]
+    np.testing.assert_array_equal(remote.values, local.values)
