@@ -156,6 +156,8 @@ def _model(mechanism: Path, kept: ExitStack) -> tuple:
     try:
         return describe(mechanism), mechanism
     except UserError as error:
+        if not mechanism.is_file():
+            raise
         # a model without masses cannot be simulated, but its joints can be prescribed
         model, file = kept.enter_context(inverse_of(mechanism))
         warn([str(error), f"'{mechanism}' cannot be simulated: the page shows its kinematics; move joints with --input JOINT.q=EXPR"])

@@ -47,18 +47,30 @@ function travelOf(poses) {
   return grounds.length ? without(moved, up) : moved;
 }
 
+// directions in which the outermost points are kept
+const WAYS = [up, scaled(up, -1)];
+for (let x = -2; x <= 2; x++)
+  for (let y = -2; y <= 2; y++)
+    for (let z = -2; z <= 2; z++) if (Math.max(Math.abs(x), Math.abs(y), Math.abs(z)) === 2) WAYS.push([x, y, z]);
+
 class Extent {
   constructor() {
-    this.points = [];
+    this.outermost = WAYS.map(() => [-Infinity, [0, 0, 0]]);
     this.low = [Infinity, Infinity, Infinity];
     this.high = [-Infinity, -Infinity, -Infinity];
   }
   include(point) {
-    point.forEach((x, k) => {
-      this.low[k] = Math.min(this.low[k], x);
-      this.high[k] = Math.max(this.high[k], x);
-    });
-    this.points.push(point);
+    for (let k = 0; k < 3; k++) {
+      this.low[k] = Math.min(this.low[k], point[k]);
+      this.high[k] = Math.max(this.high[k], point[k]);
+    }
+    for (let i = 0; i < WAYS.length; i++) {
+      const far = dot(WAYS[i], point);
+      if (far > this.outermost[i][0]) this.outermost[i] = [far, point];
+    }
+  }
+  get points() {
+    return [...new Set(this.outermost.map(([, point]) => point))];
   }
   get middle() {
     return [0, 1, 2].map((k) => (this.low[k] + this.high[k]) / 2);

@@ -14,7 +14,7 @@ import numpy as np
 from build_fmu.draw.groups import GROUPS, group_of, joint_parts, label_of, largest_energy, noise_of, noise_range, rank_of, title_of
 from build_fmu.model.describe import Description
 
-SCRIPTS = ("data.js", "mechanism.js", "extent.js", "view.js", "pose.js", "contacts.js", "shapes.js", "paint.js", "plots.js", "player.js")
+SCRIPTS = [f"{name}.js" for name in ("data", "mechanism", "extent", "gl", "view", "pose", "contacts", "shapes", "paint", "plots", "player")]
 MOST_VALUES = 60_000  # in the page; of longer results every k-th row is kept
 HIDDEN = ("solver",)
 

@@ -19,6 +19,8 @@ function onFloor(point) {
   return plus(point, floorNormal, floorHeight - dot(point, floorNormal));
 }
 
+const SUN = unit(plus(plus(scaled(floorNormal, 1.6), right, -0.55), normal ? up : front, 0.75));
+
 function paintFloor(poses) {
   if (hasFloor) paintGrid(floorNormal, floorHeight);
   for (const shape of terrains)
@@ -33,6 +35,10 @@ function paintGrid(facing, height) {
   const across = without(right, facing), floorU = long(across) > 0.1 ? unit(across) : unit(without(up, facing)), floorV = cross(facing, floorU);
   const centre = plus(middle, travelled), cu = dot(centre, floorU), cv = dot(centre, floorV), reach = 2.2 * radius;
   const base = scaled(facing, height);
+  if (gpu) {
+    gpu.floor(plus(plus(base, floorU, cu), floorV, cv), floorU, floorV, reach);
+    return;
+  }
   const at = (u, v) => project(plus(plus(base, floorU, u), floorV, v));
   pen.lineWidth = 1;
   const first = (x) => Math.ceil((x - reach) / floorStep), last = (x) => Math.floor((x + reach) / floorStep);
@@ -184,20 +190,32 @@ function paintLabels() {
 function paintTraces(t) {
   const window_ = Math.max((stopTime - startTime) / 4, 1e-9);
   traces.forEach((points, n) => {
-    pen.strokeStyle = links[traced[n]].colour;
-    pen.lineWidth = 1.8;
-    for (let i = 1; i < points.length && points[i].t <= t; i++) {
-      const age = (t - points[i].t) / window_;
+    const colour = links[traced[n]].colour;
+    let last = null;
+    for (const point of points) {
+      const age = (t - point.t) / window_;
+      if (age < 0) break;
       if (age > 1) continue;
-      const a = project(points[i - 1].p), b = project(points[i].p);
-      pen.globalAlpha = 0.75 * (1 - age);
-      pen.beginPath();
-      pen.moveTo(a[0], a[1]);
-      pen.lineTo(b[0], b[1]);
-      pen.stroke();
+      const b = project(point.p), a = last && last.flat;
+      if (a && Math.hypot(b[0] - a[0], b[1] - a[1]) < 2.5) continue; // px
+      if (a) traceLine(last.p, point.p, a, b, colour, 0.75 * (1 - age));
+      last = { p: point.p, flat: b };
     }
-    pen.globalAlpha = 1;
   });
+}
+function traceLine(from, to, a, b, colour, opacity) {
+  if (gpu) {
+    gpu.ribbon(from, to, 3.6 / (a[3] + b[3]), colour, opacity);
+    return;
+  }
+  pen.strokeStyle = colour;
+  pen.lineWidth = 1.8;
+  pen.globalAlpha = opacity;
+  pen.beginPath();
+  pen.moveTo(a[0], a[1]);
+  pen.lineTo(b[0], b[1]);
+  pen.stroke();
+  pen.globalAlpha = 1;
 }
 
 function paint(t) {
@@ -216,15 +234,17 @@ function paint(t) {
   aim(width, height, travelled);
   parts = [];
   labels = [];
+  if (gpu) gpu.begin(canvas.width, canvas.height);
   paintFloor(poses);
-  if (hasFloor) paintShadow(poses);
+  if (hasFloor && !gpu) paintShadow(poses);
   if (tick("trace") && !posed) paintTraces(t);
   paintLinks(poses);
-  paintShapes(poses);
+  if (!gpu) paintShapes(poses);
   if (tick("contacts")) paintContacts(poses, row);
   paintAxes(IDENTITY, 0.2 * radius, 2);
   if (tick("frames")) poses.forEach((pose) => paintAxes(pose, 5 * thick, 2));
   if (tick("names")) paintNames(poses);
+  if (gpu) gpu.end(placedShapes(poses), SUN, plus(middle, travelled));
   parts.sort((a, b) => b[0] - a[0]);
   for (const [, draw] of parts) draw();
   paintLabels();
@@ -237,5 +257,6 @@ function paint(t) {
   document.documentElement.dataset.floor = JSON.stringify(hasFloor ? [...floorNormal, floorHeight] : []);
   document.documentElement.dataset.extent = JSON.stringify([extents.run.radius, extents.robot.radius, leaves, travelled]);
   document.documentElement.dataset.up = JSON.stringify(up);
-  document.documentElement.dataset.faces = parts.length;
+  document.documentElement.dataset.faces = gpu ? gpu.stores.opaque.used / STRIDE : parts.length;
+  document.documentElement.dataset.drawn = gpu ? "WebGL" : "canvas";
 }

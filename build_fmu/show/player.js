@@ -49,7 +49,7 @@ byId("scrub").oninput = (event) => seek(Number(event.target.value));
 byId("play").onclick = () => play(!playing);
 for (const id of ["names", "frames", "trace", "contacts", "shapes"]) byId(id).onchange = () => refresh(false);
 byId("touching").hidden = !contacts.length;
-byId("solid").hidden = !shapes.length;
+byId("shaped").hidden = !shapes.length;
 byId("names").checked = links.length <= 8;
 function look(from) {
   view = from;
@@ -114,13 +114,13 @@ new ResizeObserver(redraw).observe(byId("plots"));
 new ResizeObserver(() => refresh(false)).observe(byId("stage"));
 matchMedia("(prefers-color-scheme: dark)").onchange = redraw;
 redraw();
-// page.html#t=0.5 opens at that time, paused; page.html#pose=0.5,1.2 with these values of the sliders (rad, m)
-const asked = /^#t=([\d.eE+-]+)$/.exec(location.hash);
-const askedPose = /^#pose=([\d.eE+,-]*)$/.exec(location.hash);
-if (asked) seek(Number(asked[1]));
-else if (askedPose && sliders.length) {
+// page.html#t=0.5 opens at that time, paused; #pose=0.5,1.2 with these values of the sliders (rad, m); &shadows draws by WebGL
+const asked = new URLSearchParams(location.hash.slice(1));
+if (asked.has("shadows") && !gpu) byId("shadows").click();
+if (asked.has("t")) seek(Number(asked.get("t")));
+else if (asked.has("pose") && sliders.length) {
   pose(true);
-  askedPose[1].split(",").slice(0, sliders.length).forEach((text, k) => { sliders[k].input.value = posed[k] = Number(text); });
+  asked.get("pose").split(",").slice(0, sliders.length).forEach((text, k) => { sliders[k].input.value = posed[k] = Number(text); });
   refresh(true);
 }
 else if (matchMedia("(prefers-reduced-motion: reduce)").matches) play(false);

@@ -16,12 +16,8 @@ function isShaped(i) {
   return i < 0 || shapedLinks.has(i) || links[i].mass === 0 || (links[i].type === "fixed" && isShaped(links[i].parent));
 }
 
-const tones = new Map();
-// The colour in one of 64 brightnesses, which are computed once.
-function toned(colour, shade) {
-  const step = Math.round(shade * 48), key = colour + step;
-  if (!tones.has(key)) tones.set(key, shaded(colour, step / 48));
-  return tones.get(key);
+function placedShapes(poses) {
+  return tick("shapes") ? shapes.map((shape) => ({ shape, pose: shape.link < 0 ? IDENTITY : poses[shape.link] })) : [];
 }
 function paintShapes(poses) {
   if (!tick("shapes")) return;
@@ -35,17 +31,7 @@ function paintShapes(poses) {
       if ((q[0] - p[0]) * (r[1] - p[1]) - (r[0] - p[0]) * (q[1] - p[1]) >= 0) continue;
       const light = turnedToCamera(turned(pose.R, normal));
       const fill = toned(colour, 0.5 + 0.5 * Math.max(0, dot(light, LIGHT)) + 0.12 * Math.max(0, light[1]));
-      parts.push([(p[2] + q[2] + r[2]) / 3, () => {
-        pen.beginPath();
-        pen.moveTo(p[0], p[1]);
-        pen.lineTo(q[0], q[1]);
-        pen.lineTo(r[0], r[1]);
-        pen.closePath();
-        pen.fillStyle = pen.strokeStyle = fill;
-        pen.lineWidth = 0.7; // covers gaps between triangles
-        pen.fill();
-        pen.stroke();
-      }]);
+      parts.push([(p[2] + q[2] + r[2]) / 3, () => fillFace([p, q, r], fill, 1)]);
     }
   }
 }

@@ -1,4 +1,4 @@
-// The view: solids of flat faces, sorted by distance, on a plain canvas; no graphics card is needed.
+// The view: solids of faces, drawn by WebGL or, without it, sorted by distance on a plain canvas.
 const canvas = document.getElementById("view");
 const pen = canvas.getContext("2d");
 const lengths = links.filter((link) => !link.floats).map((link) => long(link.p)).filter((x) => x > 1e-9);
@@ -50,7 +50,11 @@ function project(point) {
 }
 
 let parts = []; // [depth, draw] of the visible parts
-function face(points, colour, facing, both = false, opacity = 1) {
+function face(points, colour, facing, both = false, opacity = 1, normals = facing) {
+  if (gpu) {
+    gpu.face(points, colour, normals, opacity);
+    return;
+  }
   const flat = points.map(project);
   if (flat.some((q) => q[2] < 0.02 * radius)) return;
   let area = 0, depth = 0;
@@ -62,30 +66,47 @@ function face(points, colour, facing, both = false, opacity = 1) {
   if (area >= 0 && !both) return; // back face
   const light = turnedToCamera(facing);
   const shade = 0.5 + 0.5 * Math.max(0, dot(light, LIGHT)) + 0.12 * Math.max(0, light[1]);
-  parts.push([depth, () => {
-    pen.beginPath();
-    flat.forEach((q, i) => (i ? pen.lineTo(q[0], q[1]) : pen.moveTo(q[0], q[1])));
-    pen.closePath();
-    pen.fillStyle = pen.strokeStyle = shaded(colour, shade);
-    pen.lineWidth = 0.7; // covers gaps between faces
-    pen.globalAlpha = opacity;
-    pen.fill();
-    if (opacity === 1) pen.stroke();
-    pen.globalAlpha = 1;
-  }]);
+  parts.push([depth, () => fillFace(flat, toned(colour, shade), opacity)]);
+}
+// Fills a polygon that is moved outwards by a part of a pixel, so that there are no gaps between faces.
+function fillFace(flat, fill, opacity) {
+  let x = 0, y = 0;
+  for (const q of flat) {
+    x += q[0] / flat.length;
+    y += q[1] / flat.length;
+  }
+  pen.beginPath();
+  flat.forEach((q, i) => {
+    const [dx, dy] = [q[0] - x, q[1] - y], k = opacity === 1 ? 1 + 0.7 / Math.max(0.7, Math.hypot(dx, dy)) : 1;
+    if (i) pen.lineTo(x + k * dx, y + k * dy); else pen.moveTo(x + k * dx, y + k * dy);
+  });
+  pen.fillStyle = fill;
+  pen.globalAlpha = opacity;
+  pen.fill();
+  pen.globalAlpha = 1;
 }
 function turnedToCamera(v) {
   return [dot(v, sight.across), dot(v, sight.above), dot(v, sight.back)];
 }
 
 const rgb = new Map();
-function shaded(colour, shade) {
+function rgbOf(colour) {
   if (!rgb.has(colour)) {
     pen.fillStyle = "#000";
     pen.fillStyle = colour; // the canvas turns any colour into #rrggbb
     rgb.set(colour, [1, 3, 5].map((i) => parseInt(pen.fillStyle.slice(i, i + 2), 16)));
   }
-  const tone = rgb.get(colour).map((x) => Math.round(shade <= 1 ? x * shade : x + (255 - x) * (shade - 1)));
+  return rgb.get(colour);
+}
+const tones = new Map();
+// The colour in one of 64 brightnesses, which are computed once.
+function toned(colour, shade) {
+  const step = Math.round(shade * 48), key = colour + step;
+  if (!tones.has(key)) tones.set(key, shaded(colour, step / 48));
+  return tones.get(key);
+}
+function shaded(colour, shade) {
+  const tone = rgbOf(colour).map((x) => Math.round(shade <= 1 ? x * shade : x + (255 - x) * (shade - 1)));
   return `rgb(${tone})`;
 }
 
@@ -100,13 +121,14 @@ function tube(a, b, ra, rb, colour, caps = true) {
     const angle = 2 * Math.PI * i / sides;
     ring.push(plus(scaled(u, Math.cos(angle)), v, Math.sin(angle)));
   }
-  const pieces = Math.min(6, Math.max(1, Math.round(length / (9 * Math.max(ra, rb)))));
+  const pieces = gpu ? 1 : Math.min(6, Math.max(1, Math.round(length / (9 * Math.max(ra, rb)))));
   const at = (k, i, r) => plus(plus(a, along, k), ring[i % sides], r);
   for (let piece = 0; piece < pieces; piece++) {
     const k0 = piece / pieces, k1 = (piece + 1) / pieces;
     const r0 = ra + (rb - ra) * k0, r1 = ra + (rb - ra) * k1;
     for (let i = 0; i < sides; i++)
-      face([at(k0, i, r0), at(k0, i + 1, r0), at(k1, i + 1, r1), at(k1, i, r1)], colour, unit(plus(ring[i], ring[(i + 1) % sides])));
+      face([at(k0, i, r0), at(k0, i + 1, r0), at(k1, i + 1, r1), at(k1, i, r1)], colour, unit(plus(ring[i], ring[(i + 1) % sides])), false, 1,
+        [0, 1, 1, 0].map((k) => ring[(i + k) % sides]));
   }
   if (caps) {
     face(ring.map((_, i) => at(1, i, rb)), colour, w);
@@ -129,6 +151,15 @@ function box(centre, R, half, colour, opacity = 1) {
     }
 }
 function ball(centre, r, colour) {
+  if (gpu) {
+    const at = (i, j) => [Math.cos(Math.PI * i / 6) * Math.sin(Math.PI * j / 8), Math.sin(Math.PI * i / 6) * Math.sin(Math.PI * j / 8), Math.cos(Math.PI * j / 8)];
+    for (let i = 0; i < 12; i++)
+      for (let j = 0; j < 8; j++) {
+        const normals = [at(i, j + 1), at(i + 1, j + 1), at(i + 1, j), at(i, j)];
+        face(normals.map((normal) => plus(centre, normal, r)), colour, normals[0], false, 1, normals);
+      }
+    return;
+  }
   const q = project(centre);
   if (q[2] < 0.02 * radius) return;
   parts.push([q[2] - r, () => {
@@ -167,6 +198,10 @@ function polyline(points, colour, width) {
   for (let i = 1; i < points.length; i++) {
     const a = project(points[i - 1]), b = project(points[i]);
     if (Math.min(a[2], b[2]) < 0.02 * radius) continue;
+    if (gpu) {
+      wire(points[i - 1], points[i], width / (a[3] + b[3]), colour);
+      continue;
+    }
     parts.push([(a[2] + b[2]) / 2, () => {
       pen.beginPath();
       pen.moveTo(a[0], a[1]);
@@ -176,6 +211,13 @@ function polyline(points, colour, width) {
       pen.stroke();
     }]);
   }
+}
+function wire(a, b, r, colour) {
+  const w = unit(plus(b, a, -1)), u = unit(cross(w, Math.abs(w[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0])), ring = [u, cross(w, u), scaled(u, -1), cross(u, w)];
+  ring.forEach((from, i) => {
+    const to = ring[(i + 1) % 4];
+    face([plus(a, from, r), plus(a, to, r), plus(b, to, r), plus(b, from, r)], colour, from, false, 1, [from, to, to, from]);
+  });
 }
 function coil(a, b) {
   const along = plus(b, a, -1), w = unit(along);

@@ -134,6 +134,7 @@ def test_an_fmu_and_a_record(model_file, tmp_path, capsys, monkeypatch):
         (["--input", "nothing.tau=1", "reach.toml"], "unknown input 'nothing.tau'"),
         (["reach.toml", "reach.toml"], "too many targets: give one FMU or model file"),
         (["missing.fmu"], "FMU 'missing.fmu' does not exist"),
+        (["missing.toml"], "model file 'missing.toml' does not exist"),
         (["missing.csv"], "cannot read 'missing.csv'"),
         (["broken.fmu"], "is not a readable FMU"),
         (["empty.csv"], "has no column except time"),
