@@ -1,7 +1,7 @@
 # Each target installs what is missing on a new Debian or Ubuntu machine.
 # The work is done in scripts/, which also support folders with spaces in their names.
 
-.PHONY: demo test build lint format sanitize fuzz fmu bench win64 darwin64 interop memcheck docs wheel coverage tidy clean distclean help
+.PHONY: demo test build lint format sanitize fuzz fmu bench benchmarks win64 darwin64 interop memcheck docs wheel coverage tidy clean distclean help
 
 demo: ## build the KUKA KR5 FMU, simulate it, leave a plot and a CSV in out/
 	@sh scripts/demo.sh
@@ -32,6 +32,9 @@ fmu: ## every model in models/ as an FMU in out/, validated and simulated by FMP
 
 bench: ## all figures and plots of docs/performance.md, docs/stability_peers.md and docs/contact.md in out/bench
 	@sh scripts/bench.sh
+
+benchmarks: ## the IFToMM multibody benchmarks of docs/benchmarks.md in out/bench
+	@sh scripts/bench.sh --stages benchmarks
 
 docs: ## the docs as a site in out/site, with the pages of the C++ headers
 	@sh scripts/docs.sh

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Measures every figure of docs/performance.md, docs/stability_peers.md, docs/contact.md and docs/specialise.md.
+"""Measures every figure of docs/performance.md, docs/stability_peers.md, docs/contact.md, docs/benchmarks.md and docs/specialise.md.
 
 scripts/bench.sh builds what it needs.
 
@@ -69,6 +69,7 @@ def stages(folder: Path) -> list[Stage]:
         ),
         Stage("extreme", "extreme cases, with other simulators", ("peers/extreme.py", *out), ("--limit", "5"), "", 12, 3),
         Stage("contact", "contact, with other simulators", ("contact.py", *out), ("-r", "1", "--longest", "0.05"), "", 12, 4),
+        Stage("benchmarks", "multibody benchmarks", ("benchmarks.py", *out), ("-r", "1"), "", 10, 3),
         Stage("picture", "work-precision diagram of the KUKA KR5", ("accuracy_picture.py", *out), ("--quick",), "", 6, 1),
     ]
 

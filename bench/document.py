@@ -19,8 +19,8 @@ from pathlib import Path
 import tables
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGES = ("performance.md", "stability_peers.md", "specialise.md", "contact.md")
-LINES = ("core.txt", "do_step.txt", "latency.txt", "accuracy.txt", "parts.txt", "straight_line.txt", "peers.txt")
+PAGES = ("performance.md", "stability_peers.md", "specialise.md", "contact.md", "benchmarks.md")
+LINES = ("core.txt", "do_step.txt", "latency.txt", "accuracy.txt", "parts.txt", "straight_line.txt", "peers.txt", "benchmarks.txt")
 PICTURES = ("peers_*.svg", "peers_*.png", "contact_scenes.*", "accuracy.png")
 
 
@@ -67,6 +67,7 @@ def blocks(folder: Path) -> dict[str, str]:
         "straight_line": ("straight_line.txt", tables.straight_lines),
         "extreme": ("extreme.md", str),
         "contact": ("contact_figures.md", str),
+        "benchmarks": ("benchmarks_table.md", str),
         "targets": ("figures.txt", tables.targets),
     }
     found = {}
