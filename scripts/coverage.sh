@@ -24,7 +24,7 @@ REDYSIM_FMU_DRIVER="$PWD/build/$preset/fmu_src/drive/fmu_driver"
 COVERAGE_FILE="$PWD/out/coverage/data"
 export REDYSIM_FMU_LIBRARY REDYSIM_FMU_DESCRIBE REDYSIM_FMU_DRIVER COVERAGE_FILE
 # not the tests of the released library's own properties: size, symbols, speed
-.venv/bin/python -m coverage run -m pytest -q tests/packager tests/fmi --ignore=tests/fmi/test_library.py </dev/null
+.venv/bin/python -m coverage run -m pytest -q tests/packager tests/fmi tests/library --ignore=tests/fmi/test_library.py </dev/null
 .venv/bin/python -m coverage combine --quiet
 .venv/bin/python -m coverage html --quiet -d out/coverage/python
 .venv/bin/python -m coverage report --sort=cover >out/coverage/python.txt

@@ -25,7 +25,7 @@ template <class Scalar>
 void add_generalized_force(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, const Scalar& f) {
   const JointPlan<Scalar>& joint = plan.joints[i];
   Force<Scalar> pair = Force<Scalar>::zero();
-  (joint.subspace == Subspace::translation ? pair.force : pair.moment).z() = f;
+  (turns(joint) ? pair.moment : pair.force).z() = f;
   ws.joints[i].p.moment -= pair.moment;
   ws.joints[i].p.force -= pair.force;
   if (joint.parent == ground) return;

@@ -57,7 +57,7 @@ JointPlan<Scalar> joint_plan(const Joint& joint, const Placement& placement, int
   plan.subspace = !slides(joint) ? Subspace::rotation
                   : turns(joint) ? Subspace::helix
                                  : Subspace::translation;
-  plan.pitch = joint.pitch;
+  plan.pitch = motion_subspace(joint).linear;
   plan.prescribed = joint.drive == Drive::motion || joint.drive == Drive::locked;
   plan.twist = twist_of(dh.alpha);
   if (plan.twist == Twist::none) {

@@ -57,7 +57,7 @@ struct Joint : JointParameters<double> {
 };
 
 // S = [angular e_z; linear e_z] in link axes: the twist of the link relative to its parent is S qd. q adds
-// angular q to theta and linear q to d.
+// angular q to theta and linear q to d. `angular` is 1 or 0, and `linear` of a joint that does not turn is 1.
 struct MotionSubspace {
   double angular, linear;
 };
