@@ -52,7 +52,7 @@ def _write_body(table, mass: float, com, inertia) -> None:
 
 def _write_loss(plant: Plant, joints: Mapping, actuator: Mapping, joint: str, what: str, value: float) -> None:
     """Writes a parameter of a joint, in its link or in its actuator."""
-    if what == "armature" and "rotor_inertia" in actuator and "stiffness" not in actuator:
+    if what == "armature" and "rotor_inertia" in actuator:
         actuator["rotor_inertia"] = _rounded(value / actuator.get("gear_ratio", 1) ** 2)
         return
     found = PART.fullmatch(joint)

@@ -163,9 +163,11 @@ class Model:
 
         def inverse(tunable: tuple[str, ...]) -> Session:
             variant = Variant(("regressor",), tunable, "given", True, ("trajectory", "controller"))
-            return self._open(f"regressor of {len(tunable)}", variant)
+            return self._open(f"regressor with {' '.join(tunable)}", variant)
 
-        return plant_of(self.file, inverse, self.parameters, _restart)
+        known = [*self._tunable, *(v.name for v in self.description.variables if v.variability == "tunable")]
+        used = {n: v for n, v in self.parameters.items() if n in known and not n.endswith((".kp", ".kd", ".target"))}
+        return plant_of(self.file, inverse, used, _restart)
 
     def mass_matrix(self, q: ArrayLike | None = None) -> np.ndarray:
         """Returns M (v x v) of the tree, in the order of docs/equations.md."""

@@ -15,19 +15,23 @@ from build_fmu.run.session import Session
 
 REGRESSOR = re.compile(r"(.+)\.regressor\[(\d+),1\]")
 JOINT = re.compile(r"'([^']+)'$")
+MOVING = re.compile(r"(.*?)(\[\d\])?\.(qd|omega\[1\])")
 EXTRA = ("friction_velocity", "static_friction")
 
 
 def plant_of(file: Path, open_inverse: Callable[[tuple[str, ...]], Session], parameters: Mapping[str, float], restart) -> Plant:
-    """Returns the model with prescribed motion. `open_inverse(tunable)` opens its inverse FMU; raises UserError if it cannot be used."""
+    """Returns the model with prescribed motion; raises UserError for loops and for joints without drive.
+
+    `open_inverse(tunable)` opens its inverse FMU; `parameters` are values of tunable parameters.
+    """
     document = tomlkit.parse(file.read_text(encoding="utf-8-sig")).unwrap()
     session = open_inverse(())
     _supported(document)
-    if session.description.derivatives:
-        state = session.description.derivatives[0].variable.name
-        raise UserError(
-            f"identification requires the motion of all joints, but '{state}' of the inverse model is not prescribed by an input"
-        )
+    for name in session.names("output"):
+        if found := MOVING.fullmatch(name):
+            raise UserError(
+                f"identification requires driven joints, but no input of the inverse model prescribes the motion of '{found[1]}'"
+            )
     joints = [n.removesuffix(".q") for n in session.names("input") if n.endswith(".q")]
     rows: dict[str, dict[str, int]] = {}  # link -> joint -> row of its regressor
     for name, variable in session.variables.items():
@@ -35,9 +39,9 @@ def plant_of(file: Path, open_inverse: Callable[[tuple[str, ...]], Session], par
             rows.setdefault(found[1], {})[JOINT.search(variable.description)[1]] = int(found[2])
     numbers = [f"{link}.{what}" for link in rows for what in ("mass", *_indexed("com", 3), *_indexed("inertia", 6))]
     numbers += [f"{joint}.{what}" for joint in joints for what in (*LOSSES, *EXTRA, *_limits(document, joint))]
-    session = open_inverse(tuple(numbers))
+    session = open_inverse(tuple(dict.fromkeys([*numbers, *parameters])))
     values = {name: float(session.variables[name].start) for name in numbers} | {n: v for n, v in parameters.items() if n in numbers}
-    given = {name: value for name, value in parameters.items() if name in session.variables}
+    speeds = {f"{t['joint']}.speed_limit": float(t["speed_limit"]) for t in document.get("actuator", []) if "speed_limit" in t}
     torques = [next(n for n in session.names("output") if n in (f"{joint}.tau", f"{joint}.tau_joint")) for joint in joints]
     matrix = [f"{link}.regressor[{rows[link][joint]},{k}]" for joint in joints for link in rows for k in range(1, 11)]
     names = [f"{joint}.{letter}" for letter in ("q", "qd", "qdd") for joint in joints]
@@ -45,11 +49,11 @@ def plant_of(file: Path, open_inverse: Callable[[tuple[str, ...]], Session], par
     def evaluate(q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         result = np.empty((len(q), len(torques) + len(matrix)))
         for row, motion in zip(result, np.hstack([q, qd, qdd]), strict=True):
-            restart(session, {**given, **dict(zip(names, motion, strict=True))})
+            restart(session, {**parameters, **dict(zip(names, motion, strict=True))})
             row[:] = session.read([*torques, *matrix])
         return result[:, : len(torques)], result[:, len(torques) :].reshape(len(q), len(joints), -1)
 
-    return Plant(joints, torques, list(rows), _losses(document, joints), values, evaluate)
+    return Plant(joints, torques, list(rows), _losses(document, joints), values | speeds, evaluate)
 
 
 def _supported(document: Mapping) -> None:
@@ -60,17 +64,16 @@ def _supported(document: Mapping) -> None:
 
 
 def _losses(document: Mapping, joints: list[str]) -> list[str]:
-    """Parameters of the joints; that of a gyroscopic rotor acts on other joints, too, and stays as it is."""
-    gyroscopic = {table["joint"] for table in document.get("actuator", []) if table.get("gyroscopic")}
-    return [f"{joint}.{what}" for joint in joints for what in LOSSES if not (what == "armature" and joint in gyroscopic)]
+    """Parameters of the joints. A gyroscopic rotor acts on other joints, too, and that of an elastic gear is no armature: both stay."""
+    rotors = {table["joint"] for table in document.get("actuator", []) if table.get("gyroscopic") or "stiffness" in table}
+    return [f"{joint}.{what}" for joint in joints for what in LOSSES if not (what == "armature" and joint in rotors)]
 
 
 def _limits(document: Mapping, joint: str) -> list[str]:
-    """The limits of a joint that the file has."""
+    """The stops of a joint that the file has."""
     owner = joint.partition("[")[0]
     table = next(t for t in document["link"] if t.get("joint_name", t["name"]) == owner)
-    driven = any(t["joint"] == joint and "speed_limit" in t for t in document.get("actuator", []))
-    return [what for what in ("lower", "upper") if what in table] + (["speed_limit"] if driven else [])
+    return [what for what in ("lower", "upper") if what in table]
 
 
 def _indexed(name: str, count: int) -> list[str]:

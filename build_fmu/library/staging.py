@@ -53,6 +53,8 @@ def _changed(text: str, variant: Variant) -> str:
     document = tomlkit.parse(text)
     for table in variant.without:
         document.pop(table, None)
+    if variant.without:
+        document.get("fmu", {}).pop("tunable", None)  # some may belong to these tables
     if variant.start:
         document["start"] = variant.start
     if variant.outputs is not None or variant.tunable:

@@ -262,11 +262,33 @@ def test_poor_runs_are_reported(model):
     assert any(line.startswith("no physically consistent parameters agree") for line in result.warnings)
 
 
+def test_parameters_and_drives_of_the_model_are_known(model):
+    m = model("kuka_kr5")
+    rows = np.random.default_rng(9).normal(size=(3, 4, 6))
+    torques = m.plant().equations(*rows)[0]
+    m.parameters = {"link6.mass": 2.0, "joint1.damping": 3.0}
+    try:
+        plant = m.plant()
+        heavy, W = plant.equations(*rows)
+        assert heavy == pytest.approx(m.inverse(*rows), abs=1e-12) and abs(heavy - torques).max() > 1
+        assert abs(W @ plant.start() - heavy).max() < 1e-12 * abs(heavy).max()
+    finally:
+        m.parameters = {}
+    # controllers and their gains are no part of the plant
+    assert model("kuka_kr5_computed_torque").plant().equations(*rows)[0] == pytest.approx(torques, abs=1e-12)
+    # elastic gears: the torque on the joint is measured; the speed limit of the motor is one of the joint
+    plant = model("kuka_kr5_harmonic").plant()
+    assert plant.torques[0] == "joint1.tau_joint" and "joint1.damping" in plant.losses and "joint1.armature" not in plant.losses
+    assert plant.values["joint1.speed_limit"] > 0
+
+
 def test_unsuitable_models_and_runs_are_refused(model):
     with pytest.raises(UserError, match="supports open trees only, and 'closure' is one of the loops"):
         model("four_bar").plant()
-    with pytest.raises(UserError, match="requires the motion of all joints, but 'trunk"):
+    with pytest.raises(UserError, match="requires driven joints, but no input of the inverse model prescribes the motion of 'trunk'"):
         model("quadruped").plant()
+    with pytest.raises(UserError, match="prescribes the motion of 'base'"):
+        model("redysim_quadruped").plant()
     m = model(DOUBLE)
     times = np.arange(0, 10, 0.02)
     q, qd, qdd = motion(times, 2)
