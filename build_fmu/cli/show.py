@@ -165,7 +165,7 @@ def _model(mechanism: Path, kept: ExitStack) -> tuple:
 
 
 def _simulated(mechanism: Path, model, folder: Path, options: argparse.Namespace) -> tuple:
-    from build_fmu.fmu.build import build
+    from build_fmu.fmu.build import build_for_run
     from build_fmu.run.session import Session
     from build_fmu.run.simulate import Settings, simulate, time_grid
     from build_fmu.show.runs import run_of
@@ -173,7 +173,7 @@ def _simulated(mechanism: Path, model, folder: Path, options: argparse.Namespace
     fmu = mechanism
     if mechanism.suffix == ".toml":
         fmu = folder / f"{model.model_identifier}.fmu"
-        build(model, mechanism, fmu)
+        build_for_run(model, mechanism, fmu)
     with Session(fmu) as session:
         step = options.step if options.step is not None or model is None else _smooth(time_grid(session, Settings(options.stop)))
         result = simulate(session, Settings(options.stop, step, None, options.start, options.input))

@@ -134,14 +134,14 @@ def _as_fmu(target: Path) -> Iterator[Path]:
     if target.suffix == ".fmu":
         yield target
         return
-    from build_fmu.fmu.build import build
+    from build_fmu.fmu.build import build_for_run
     from build_fmu.model.describe import describe
 
     model = describe(target)
     warn(model.warnings)
     with tempfile.TemporaryDirectory() as folder:
         fmu = Path(folder) / f"{model.model_identifier}.fmu"
-        build(model, target, fmu)
+        build_for_run(model, target, fmu)
         yield fmu
 
 

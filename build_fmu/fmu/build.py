@@ -65,10 +65,16 @@ def build(
     return Built(packed, reason, how, undrawn)
 
 
+def build_for_run(model: Description, model_file: Path, target: Path) -> None:
+    """Writes an FMU of this machine for a simulation, without picture."""
+    with with_chosen_tolerance(model, model_file) as (packed, file):
+        write_archive(target, contents(packed, file, None, {"linux64": native.library()}))
+
+
 def contents(
     model: Description,
     model_file: Path,
-    picture: bytes,
+    picture: bytes | None,
     libraries: Mapping[str, Path],
     played: bytes | None = None,
     fmi: int = 2,
@@ -79,7 +85,7 @@ def contents(
     grouped = terminals(model) if is_fmi3 else None
     return [
         Entry("modelDescription.xml", (description3 if is_fmi3 else description).model_description(model)),
-        Entry("documentation/diagram.png" if is_fmi3 else "model.png", picture),
+        *([Entry("documentation/diagram.png" if is_fmi3 else "model.png", picture)] if picture else []),
         *(
             Entry(f"binaries/{folder[platform]}/{model.model_identifier}{native.LIBRARIES[platform][1]}", library.read_bytes(), True)
             for platform, library in libraries.items()

@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from build_fmu.draw.shapes import mesh_parts
+from build_fmu.draw.meshes import mesh_parts
 
 
 @dataclass

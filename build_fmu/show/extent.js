@@ -81,6 +81,7 @@ class Extent {
 }
 const floats = links.some((link) => link.floats);
 const extents = { run: new Extent(), robot: new Extent() };
+const places = posesAt(rowAt(startTime)).map((pose) => pose.p); // of the links that stay there
 if (links.length) {
   // the ground frame is part of the picture, but a floating base leaves it
   extents.run.include([0, 0, 0]);
@@ -92,6 +93,7 @@ if (links.length) {
     traced.forEach((i, n) => traces[n].push({ t, p: tipOf(i, poses) }));
     if (k % every) continue;
     const travelled = travelOf(poses);
+    poses.forEach((pose, i) => { if (long(plus(pose.p, places[i], -1)) > 1e-9 * extents.run.radius) places[i] = [NaN, NaN, NaN]; });
     for (const point of pointsOf(poses)) {
       extents.run.include(point);
       extents.robot.include(plus(point, travelled, -1));
@@ -112,6 +114,7 @@ function pointsOf(poses) {
   }
   return points;
 }
-// a mechanism that leaves its place is followed
-const leaves = extents.run.radius > 1.5 * extents.robot.radius;
+// a mechanism that leaves its place is followed, unless a joint holds it
+const held = links.some((link, i) => link.type !== "fixed" && !link.floats && !isNaN(places[i][0]));
+const leaves = !held && extents.run.radius > 1.5 * extents.robot.radius;
 const { radius, middle } = extents[leaves ? "robot" : "run"];

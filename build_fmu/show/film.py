@@ -93,9 +93,17 @@ def views(drawings: list[dict]) -> np.ndarray:
         outer += [*points, np.zeros(3)]
         inner.append(points - moved)
     run, robot = (np.array([np.min(points, axis=0), np.max(points, axis=0)]) for points in (outer, np.concatenate(inner)))
-    if np.linalg.norm(run[1] - run[0]) > FOLLOWED * np.linalg.norm(robot[1] - robot[0]):
+    if not _held(drawings) and np.linalg.norm(run[1] - run[0]) > FOLLOWED * np.linalg.norm(robot[1] - robot[0]):
         return robot + travel[:, None]
     return np.broadcast_to(run, (len(drawings), 2, 3))
+
+
+def _held(drawings: list[dict]) -> bool:
+    """Returns whether a moving joint stays in its place."""
+    links = drawings[0]["links"]
+    floating = set().union(*free_joints(links))
+    places = np.array([[link["origin"] for link in drawing["links"]] for drawing in drawings])
+    return any(link["type"] != "fixed" and i not in floating and np.ptp(places[:, i], axis=0).max() < 1e-9 for i, link in enumerate(links))
 
 
 def _center(drawing: dict) -> np.ndarray:

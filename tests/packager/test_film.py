@@ -240,8 +240,9 @@ def test_the_view_follows_what_leaves_its_place():
     link = {"name": "body", "parent": -1, "type": "revolute", "turn": 1, "slide": 0, "rotation": np.eye(3).tolist(), "mass": 1.0}
     tables = {"loops": [], "springs": [], "contacts": []}
     falls = [{**tables, "links": [{**link, "origin": [0, 0, z], "com": [0.1, 0, z]}]} for z in (0.0, -2.0, -5.0)]
-    bounds = views(falls)
-    assert np.ptp(bounds, axis=1).max() < 5.2 and bounds[2][0] - bounds[0][0] == pytest.approx([0, 0, 0])
+    anchor = {**link, "origin": [0, 0, 0], "com": [0, 0, 0], "mass": 0}
+    bounds = views([{**frame, "links": [anchor, {**frame["links"][0], "parent": 0}]} for frame in falls])
+    assert np.ptp(bounds, axis=1).max() == pytest.approx(5) and bounds[2][0] - bounds[0][0] == pytest.approx([0, 0, 0])
     for frame in falls:
         frame["links"] = [
             {**link, "name": f"body[{k}]", "slide": 1, "turn": 0, "origin": [0, 0, 0], "com": [0, 0, 0], "mass": 0} for k in (1, 2, 3)

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from build_fmu.draw.drawing import draw
-from build_fmu.draw.shapes import _coarse, _solids, with_solids
+from build_fmu.draw.meshes import coarse as coarse_mesh
+from build_fmu.draw.meshes import drawn_mesh
+from build_fmu.draw.shapes import _solids, with_solids
 from build_fmu.errors import UserError
 from build_fmu.importers import urdf
 from build_fmu.importers.rigid import pose_of, rotation_x, rotation_y, rotation_z
@@ -143,9 +145,46 @@ def test_a_fine_mesh_is_made_coarse():
     at = i * 201 + j
     triangles = np.concatenate([np.stack([at, at + 201, at + 1], 1), np.stack([at + 1, at + 201, at + 202], 1)])
     for most in (2000, 300):
-        coarse, kept = _coarse(points, triangles, most)
+        coarse, kept, _ = coarse_mesh(points, triangles, most)
         assert most / 3 < len(kept) <= most
         assert volume(coarse, kept) == pytest.approx(4 / 3 * math.pi, rel=0.15)
+
+
+def test_materials_and_textures_give_colors(tmp_path):
+    """Of an OBJ with two materials and a part without area, and of one with a texture of two halves; a shape's own color wins."""
+    from PIL import Image
+
+    squares = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0\n"
+    (tmp_path / "paint.mtl").write_text("newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\nnewmtl line\nKd 1 1 1\n")
+    (tmp_path / "plain.obj").write_text(
+        f"mtllib paint.mtl\n{squares}usemtl red\nf 1 2 3\nf 1 3 4\nusemtl blue\nf 2 5 6\nf 2 6 3\n"
+        "usemtl line\nv 0 0 0.5\nv 1 0 0.5\nv 0.5 0 0.5\nf 7 8 9\n"
+    )
+    parts = drawn_mesh(str(tmp_path / "plain.obj"), 100)
+    assert {colour: points[:, 0].max() for points, _, colour in parts} == {"#ff0000": 1, "#0000ff": 2}
+    (tmp_path / "skin.mtl").write_text("newmtl skin\nKd 1 1 1\nmap_Kd skin.png\n")
+    picture = Image.new("RGB", (8, 8), (0, 200, 0))
+    picture.paste((200, 100, 0), (4, 0, 8, 8))
+    picture.save(tmp_path / "skin.png")
+    skin = "vt 0.1 0.5\nvt 0.9 0.5\n"
+    faces = "usemtl skin\nf 1/1 2/1 3/1\nf 1/1 3/1 4/1\nf 2/2 5/2 6/2\nf 2/2 6/2 3/2\n"
+    (tmp_path / "skin.obj").write_text(f"mtllib skin.mtl\n{squares}{skin}{faces}")
+    parts = drawn_mesh(str(tmp_path / "skin.obj"), 100)
+    assert {colour: points[:, 0].max() for points, _, colour in parts} == {"#00c800": 1, "#c86400": 2}
+    text = '[[shape]]\nlink = "upper"\nkind = "mesh"\nfile = "skin.obj"\ncolor = [0, 0, 1]\n'
+    shown, _ = with_solids(describe(model(tmp_path, text)))
+    assert {solid.colour for solid in shown.drawing["solids"]} == {"#0000ff"}
+
+
+def test_large_meshes_get_more_triangles(tmp_path):
+    """Of 8000 triangles for all meshes, and a changed file is read again."""
+    trimesh = pytest.importorskip("trimesh")
+    trimesh.creation.icosphere(subdivisions=5, radius=1.0).export(tmp_path / "ball.stl")
+    text = "".join(f'[[shape]]\nkind = "mesh"\nfile = "ball.stl"\nsize = [{s}, {s}, {s}]\n' for s in [1.0] + 40 * [0.1])
+    big, *small = [len(solid.triangles) for solid in with_solids(describe(model(tmp_path, text)))[0].drawing["solids"]]
+    assert big > 800 and max(small) < 200 and big + sum(small) <= 8000
+    (tmp_path / "ball.stl").write_bytes(trimesh.creation.box().export(file_type="stl"))
+    assert len(with_solids(describe(model(tmp_path, text)))[0].drawing["solids"][0].triangles) == 12
 
 
 def test_a_missing_or_damaged_mesh_is_one_warning(tmp_path):
