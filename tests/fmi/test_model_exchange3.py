@@ -51,11 +51,12 @@ def test_numbers_are_those_of_fmi2(fmu, fmu3, name):
         assert (new.number("GetNumberOfContinuousStates"), new.number("GetNumberOfEventIndicators")) == (len(old.states), 0)
         start = list(old.get_states()), list(old.derivatives()), list(old.numbers("GetNominalsOfContinuousStates"))
         assert (list(new.get_states()), list(new.derivatives()), list(new.numbers("GetNominalsOfContinuousStates"))) == start
-        states = moved(old, 0.05)
-        assert list(moved(new, 0.05)) == list(states)
+        time = 1e-5 if name in OTHERS else 0.05  # some are too stiff for longer explicit steps
+        states = moved(old, time)
+        assert list(moved(new, time)) == list(states)
         outputs = reals(fmu(name))
         assert new.get(outputs) == old.reals(outputs)
-        assert new.get(["time"]) == [0.05]
+        assert new.get(["time"]) == [time]
         # drifted states are corrected alike
         for tool in (old, new):
             assert tool.set_states(1.01 * states) == OK
