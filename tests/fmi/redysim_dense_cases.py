@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import acos, atan2, cos, hypot, pi, sin, sqrt
 
-from tests.fmi.redysim_cases import CASES, TURN, Case, Known, follow, joints, motion
+from tests.fmi.redysim_cases import CASES, LEG_JOINTS, TURN, Case, Known, follow, joints, motion
 
 DENSE = "dense formulation"
 START_GRIPPER, END_GRIPPER = (0, 0, 0, 90 * TURN), (60 * TURN, 80 * TURN, 80 * TURN, 120 * TURN)
@@ -132,6 +132,37 @@ DENSE_CASES = (
                 0.5: (2.1691366691, 3.667000903, -0.46054008911, 5.0922146834, -2.1645991323, 4.1101104473, 1.4216848184),
             },
         ),
+    ),
+    Case(
+        "E3 four-bar",
+        "free, assembled start pose",
+        "four_bar",
+        0.01,
+        known("positions", ("crank_joint.q", "joint2.q", "joint3.q"), {1.33: (-3.04935917749, 2.71687065684, 1.045587211)}, 8),
+    ),
+    Case(
+        "E4 Hoeken",
+        "free, assembled start pose",
+        "hoeken",
+        0.01,
+        known(
+            "positions",
+            ("crank_joint.q", "rocker_joint.q", "coupler_joint.q"),
+            {1.33: (0.00205832325819, 0.984986816212, 4.31443859661)},
+        ),
+    ),
+    Case(
+        "E7 leg",
+        "PD on the crank (stiff)",
+        "leg",
+        0.01,
+        known(
+            "positions",
+            LEG_JOINTS,
+            {0.2: (-3.15855808832, 4.06325677206, -1.85463840618, -0.591767889937, -1.953687895, -1.953687895, -1.18790475859)},
+            8,
+        ),
+        start={"crank_joint.stiffness": 49, "crank_joint.rest": -2 * pi, "crank_joint.damping": 14, "solver.method": "bdf"},
     ),
     platform(0, (4.53574904807, -9.60544254884, 27.520850895)),
     platform(0.4, (-3.59911753936, -19.4189743589, 8.45717224186)),
