@@ -1,4 +1,4 @@
-"""Payload identification: mass and centre of mass at the tool of a KUKA KR5 from motion and noisy torques, by the FMU's inverse."""
+"""Payload identification: the parameters of the tool of a KUKA KR5 from motion and noisy torques, with standard errors."""
 
 from pathlib import Path
 
@@ -6,8 +6,8 @@ import numpy as np
 
 import build_fmu as rds
 
+MASS, COM = 2.5, np.array([0.03, -0.02, 0.15])  # kg, m: flange with payload
 NAMES = ["link6.mass", "link6.com[1]", "link6.com[2]", "link6.com[3]"]
-TRUTH = np.array([2.5, 0.03, -0.02, 0.15])  # kg, m: flange with payload
 random = np.random.default_rng(1)
 m = rds.load(Path(__file__).parents[1] / "models" / "kuka_kr5.toml", tunable=NAMES)
 
@@ -16,19 +16,12 @@ t = np.arange(0, 10, 0.1)[:, None]
 w = np.array([0.7, 0.9, 1.1, 1.7, 2.1, 2.3])
 q, qd, qdd = 0.6 * np.sin(w * t), 0.6 * w * np.cos(w * t), -0.6 * w**2 * np.sin(w * t)
 
+# the measurement, of an arm that the identification does not know
+m.parameters = dict(zip(NAMES, [MASS, *COM], strict=True))
+measured = m.inverse(q, qd, qdd) + random.normal(0, 0.05, q.shape)  # N m
+m.parameters = {}
 
-def torques(values):
-    m.parameters = dict(zip(NAMES, values, strict=True))
-    return m.inverse(q, qd, qdd).ravel()
-
-
-noise = 0.05  # N m
-measured = torques(TRUTH) + random.normal(0, noise, q.size)
-estimate = np.array([1.0, 0, 0, 0.1])
-for _ in range(6):  # Gauss-Newton
-    now = torques(estimate)
-    Y = np.column_stack([(torques(estimate + 1e-4 * d) - torques(estimate - 1e-4 * d)) / 2e-4 for d in np.eye(4)])
-    estimate = estimate + np.linalg.lstsq(Y, measured - now, rcond=None)[0]
-errors = noise * np.sqrt(np.diag(np.linalg.inv(Y.T @ Y)))
-for name, value, error, true in zip(NAMES, estimate, errors, TRUTH, strict=True):
-    print(f"{name:13} {value:8.4f} +- {error:.4f}   true {true:8.4f}")
+result = m.identify(t, q, measured, qd, qdd, parameters=["link6"])
+true = [MASS, *(MASS * COM)]
+for name, value, error, truth in zip(result.names[:4], result.values, result.errors, true, strict=False):
+    print(f"{name:9} {value:9.5f} +- {error:.5f}   true {truth:9.5f}")  # mass (kg) and mass times center of mass (kg m)

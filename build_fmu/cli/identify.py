@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from build_fmu.cli.parser import number, positive
-from build_fmu.cli.streams import add_options, emit
+from build_fmu.cli.streams import STREAM, add_options, emit
 from build_fmu.cli.terminal import SEVERAL, console, output_file, warn
 from build_fmu.errors import UserError, did_you_mean, unknown
 
@@ -108,8 +108,8 @@ def _identify(options: argparse.Namespace, model: Model, chosen: list[str]) -> i
     target = _target(options, f"{options.model.stem}_identified.toml", model)
     measured = _read(options.runs, plant)
     result = identify(plant, measured, chosen, options.cutoff)
-    origin = f"Parameters identified by build-fmu identify from {', '.join(path.name for path in options.runs)}"
-    result.write(target, options.model, origin)
+    sources = ", ".join("standard input" if path == STREAM else path.name for path in options.runs)
+    result.write(target, options.model, f"Parameters identified by build-fmu identify from {sources}")
     # the residual of the file itself, not of the numbers in memory
     with load(target) as written:
         left = equations(written.plant(), measured, options.cutoff)[2]
@@ -125,6 +125,8 @@ def _identify(options: argparse.Namespace, model: Model, chosen: list[str]) -> i
 
 def _target(options: argparse.Namespace, name: str, model: Model) -> Path:
     """Returns the file to write; raises UserError if the model would not find its files from there."""
+    if options.on_stdout:
+        return options.output
     target = output_file(options.output, name, (Path(name).suffix,))
     if target.exists() and not options.force:
         raise UserError(f"'{target}' already exists; choose another name with -o or overwrite it with --force")

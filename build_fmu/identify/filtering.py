@@ -9,7 +9,7 @@ from build_fmu.errors import UserError
 ORDER = 6  # H = 1 / (1 + (f / cutoff)^6), real: no phase; 6e-5 of the amplitude is lost at a fifth of the cutoff
 END = 2.0  # periods of the cutoff that are omitted at each end of the run
 EQUAL = 1e-3  # relative differences of the step size
-PER_PERIOD = 8  # rows per period of the cutoff at which the regressor is evaluated
+PER_PERIOD = 24  # rows per period of the cutoff at which the regressor, with its jumps of friction, is evaluated
 
 
 def step_size(time: np.ndarray) -> float:

@@ -149,6 +149,12 @@ def test_wrong_use_is_one_sentence(arm, capsys, arguments, sentence):
     assert not list(arm.glob("arm_*"))
 
 
+def test_standard_output_takes_both_files(arm, capfd):
+    assert run(capfd, "arm.toml", "run.csv", "-o", "-", "-q")[1].startswith("# Parameters identified by build-fmu identify from run.csv\n")
+    out = run(capfd, "arm.toml", "--design", "--range", "*=-1:1", "--parameters", "wrist[1].damping", "-o", "-", "-q")[1]
+    assert out.startswith("time,upper.q,wrist[1].q,") and not list(arm.glob("arm_*"))
+
+
 def test_torques_in_a_file_of_their_own(arm, capsys):
     table = np.genfromtxt(arm / "run.csv", delimiter=",", skip_header=1)
     head = (arm / "run.csv").read_text().partition("\n")[0].split(",")
