@@ -118,3 +118,7 @@ function pointsOf(poses) {
 const held = links.some((link, i) => link.type !== "fixed" && !link.floats && !isNaN(places[i][0]));
 const leaves = !held && extents.run.radius > 1.5 * extents.robot.radius;
 const { radius, middle } = extents[leaves ? "robot" : "run"];
+// what the view contains: the mechanism that it follows, or the run
+function extentInView() {
+  return extents[tick("follow") ? "robot" : "run"];
+}

@@ -161,11 +161,11 @@ class Gpu {
     }
   }
   // Draws what was collected, and shapes at their poses.
-  end(solids, sun, centre) {
+  end(solids, sun, centre, reach) {
     const { gl } = this, { width, height } = gl.canvas, { opaque, clear, lines } = this.stores;
     for (const store of Object.values(this.stores)) this.upload(store);
     const bodies = [{ store: opaque, pose: IDENTITY }, ...solids.map(({ shape, pose }) => ({ store: this.mesh(shape), pose }))];
-    const light = lightMatrix(sun, centre), camera = cameraMatrix(), lift = 3 * LIT * radius / SHADOW_SIZE;
+    const light = lightMatrix(sun, centre, reach), camera = cameraMatrix(), lift = 3 * reach / SHADOW_SIZE;
     gl.enable(gl.DEPTH_TEST);
     gl.disable(gl.BLEND);
     gl.disable(gl.CULL_FACE);
@@ -209,9 +209,9 @@ function cameraMatrix() {
   last[2] -= 2 * far * near / (far - near);
   return [0, 1, 2].flatMap((k) => rows.map((row) => row[k])).concat(last);
 }
-const LIT = 1.6; // radius of the space in which shadows are cast, in radii of the mechanism
-function lightMatrix(sun, centre) {
-  const u = unit(cross(Math.abs(sun[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0], sun)), v = cross(sun, u), size = 1 / (LIT * radius);
+const LIT = 1.6; // radius of the space in which shadows are cast, in radii of what the view contains
+function lightMatrix(sun, centre, reach) {
+  const u = unit(cross(Math.abs(sun[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0], sun)), v = cross(sun, u), size = 1 / reach;
   const rows = [scaled(u, size), scaled(v, size), scaled(sun, -size / 2), [0, 0, 0]];
   return [0, 1, 2].flatMap((k) => rows.map((row) => row[k])).concat(rows.map((row, k) => (k === 3 ? 1 : -dot(row, centre))));
 }

@@ -30,10 +30,13 @@ function paintFloor(poses) {
     }
 }
 let travelled = [0, 0, 0]; // of the mechanism that the view follows
+function centreOfView() {
+  return plus(extentInView().middle, travelled);
+}
 // A grid on the plane with this unit normal and distance from the origin, around the mechanism.
 function paintGrid(facing, height) {
   const across = without(right, facing), floorU = long(across) > 0.1 ? unit(across) : unit(without(up, facing)), floorV = cross(facing, floorU);
-  const centre = plus(middle, travelled), cu = dot(centre, floorU), cv = dot(centre, floorV), reach = 2.2 * radius;
+  const centre = centreOfView(), cu = dot(centre, floorU), cv = dot(centre, floorV), reach = 2.2 * extentInView().radius;
   const base = scaled(facing, height);
   if (gpu) {
     gpu.floor(plus(plus(base, floorU, cu), floorV, cv), floorU, floorV, reach);
@@ -230,7 +233,7 @@ function paint(t) {
   pen.lineCap = pen.lineJoin = "round";
   const row = rowAt(t), poses = posesAt(row);
   travelled = tick("follow") ? travelOf(poses) : [0, 0, 0];
-  if (view) fit(width, height, posed ? pointsOf(poses).map((point) => plus(point, travelled, -1)) : []);
+  if (view) fit(width, height, posed && pointsOf(poses).map((point) => plus(point, travelled, -1)));
   aim(width, height, travelled);
   parts = [];
   labels = [];
@@ -244,7 +247,7 @@ function paint(t) {
   paintAxes(IDENTITY, 0.2 * radius, 2);
   if (tick("frames")) poses.forEach((pose) => paintAxes(pose, 5 * thick, 2));
   if (tick("names")) paintNames(poses);
-  if (gpu) gpu.end(placedShapes(poses), SUN, plus(middle, travelled));
+  if (gpu) gpu.end(placedShapes(poses), SUN, centreOfView(), LIT * extentInView().radius);
   parts.sort((a, b) => b[0] - a[0]);
   for (const [, draw] of parts) draw();
   paintLabels();

@@ -12,15 +12,15 @@ const LIGHT = unit([-0.45, 0.75, 0.6]); // from the camera: left, up, near
 const VIEWS = { home: normal ? [0.16, 0.1] : [0.75, 0.42], front: [0, 0], side: [Math.PI / 2, 0], top: [0, Math.PI / 2], iso: [Math.PI / 4, Math.atan(Math.SQRT1_2)] };
 let camera = {}, view = "home"; // null: moved by hand
 
-// Fits what must be visible, and more points, into a view by moving the target and the camera.
-function fit(width, height, more) {
-  const [yaw, pitch] = VIEWS[view], { points, middle } = extents[tick("follow") ? "robot" : "run"];
+// Fits the motion and a pose of the sliders into a view by moving the target and the camera.
+function fit(width, height, pose) {
+  const [yaw, pitch] = VIEWS[view], { points, middle } = extentInView(), visible = pose && leaves ? pose : [...points, ...(pose || [])];
   camera = { yaw, pitch, far: (normal ? 2.45 : 2.75) * radius, target: middle };
   const margin = 3 * thick;
   for (let round = 0; round < 6; round++) {
     aim(width, height);
     const box = [Infinity, Infinity, -Infinity, -Infinity];
-    for (const point of [...points, ...more]) {
+    for (const point of visible) {
       const [x, y, , k] = project(point), m = margin * k;
       box[0] = Math.min(box[0], x - m);
       box[1] = Math.min(box[1], y - m);

@@ -305,7 +305,7 @@ def test_the_view_follows_a_free_base(tmp_path):
 @needs_browser
 def test_the_run_plays_by_itself(model_file, tmp_path):
     out = tmp_path / "page.html"
-    assert main(["show", str(model_file), "-o", str(out)]) == 0
+    assert main(["show", str(model_file), "--stop", "5", "-o", str(out)]) == 0
     dom = browse(out.as_uri(), tmp_path, "--virtual-time-budget=1500", "--dump-dom")
     clock = re.search(r'<output id="clock">([\d.]+) of', dom)
     assert attribute(dom, "trouble") is None and float(clock[1]) > 0
