@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from bench.redysim_examples import BLOCK, PAGE, chosen, measure, page_block, rows
 from build_fmu.run.session import Session
@@ -45,6 +46,30 @@ def test_the_hexapod_walks_at_its_own_tolerance(fmu_file):
     assert own[0, -1] - own[0, 0] == pytest.approx(1.5258, abs=1e-4)
     # the steps of the gait lift the energy out of the drives and put it into the ground
     assert runs[0]["energy.contact"][-1] < -17 and np.abs(runs[0]["energy.balance"]).max() < 1e-6
+
+
+def test_a_sign_explains_the_sideways_error_of_the_biped():
+    """E13: the hip sways by y(t) at the height z, joint 2 is a = atan(y/z). ReDySim's a" has y" with the opposite sign and a' for a'^2."""
+    height, duration, sway = 0.92, 0.5, 0.06
+    w = np.sqrt(9.81 / height)
+    rate = sway * w * np.tanh(w * duration / 2)
+
+    def gait(t):
+        y = sway - sway * np.cosh(w * t) + rate / w * np.sinh(w * t)
+        dy, ddy = rate * np.cosh(w * t) - sway * w * np.sinh(w * t), w * w * (y - sway)
+        a = np.arctan2(y, height)
+        da, across = dy * np.cos(a) ** 2 / height, ddy * np.cos(a) ** 2 / height
+        return a, across - 2 * np.tan(a) * da * da, -across - 2 * np.tan(a) * da
+
+    def error(t, e):
+        _, right, theirs = gait(t)
+        return [e[1], theirs - right - 40 * e[1] - 225 * e[0]]
+
+    published = {0.02: 0.002942246, 0.26: 0.02085610, 0.28: 0.02073863, 0.5: 0.004882104}
+    run = solve_ivp(error, (0, duration), [0, 0], t_eval=list(published), rtol=1e-9, atol=1e-12)
+    positions = [gait(t)[0] for t in published]
+    assert np.abs(np.array(positions) + run.y[0] - list(published.values())).max() < 2e-5
+    assert np.abs(run.y[0]).max() > 3e-3
 
 
 def lines_of_the_page() -> list[str]:
