@@ -56,5 +56,5 @@ def test_figures_of_the_readme_are_those_of_the_pages():
     assert f"in {compiled} instead of {1e3 * float(paper):.0f} ms" in readme
 
     clients = page("interop.md").partition("| client |")[2].partition("\n\n")[0].splitlines()[2:]
-    masters = [line for line in clients if "a checker" not in line]
+    masters = [line for line in clients if "a checker" not in line and "| fails |" not in line]
     assert "tests in [eight masters]" in readme and len(masters) == 8
