@@ -122,6 +122,14 @@ def test_the_gripper_holds_the_box_above_its_threshold(slave, part):
         assert velocities[1] - velocities[0] == pytest.approx(-(1 - part) * G * 0.1, abs=1e-8)
 
 
+def test_steps_of_bdf_grow_soon_after_a_contact_sticks(slave):
+    """Sticking begins within microseconds. With CVODE's own bound of growth the ball takes a tenth more right-hand sides."""
+    one = slave("rolling_ball", rtol=1e-8, start={"solver.method": "bdf", "solver.atol": 1e-8})
+    for k in range(200):
+        assert one.step(k * 0.01, 0.01) == OK, one.errors
+    assert one.get("solver.rhs_evaluations") < 15400
+
+
 def test_the_block_rocks_as_housner_found(slave):
     """The time until the first impact, and the angular velocity that remains after it."""
     alpha, theta = math.atan(0.1 / 0.4), math.radians(7)
