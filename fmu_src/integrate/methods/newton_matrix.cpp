@@ -12,6 +12,7 @@ NewtonMatrix::NewtonMatrix(const StateLayout& layout)
     : layout_(layout),
       positions_(layout.q.count),
       others_(layout.size() - layout.q.count),
+      factored_(others_ - layout.work.count),
       columns_(static_cast<std::size_t>(others_)),
       pivots_(columns_.size()) {}
 
@@ -23,7 +24,7 @@ bool NewtonMatrix::factor(double** columns) {
     for (int i = 0; i < others_; ++i) by_velocity[i] += gamma * by_position[i];
   }
   for (int j = 0; j < others_; ++j) columns_[j] = columns[positions_ + j] + positions_;
-  return SUNDlsMat_denseGETRF(columns_.data(), others_, others_, pivots_.data()) == 0;
+  return SUNDlsMat_denseGETRF(columns_.data(), factored_, factored_, pivots_.data()) == 0;
 }
 
 void NewtonMatrix::solve(double** columns, double* x) {
@@ -32,7 +33,9 @@ void NewtonMatrix::solve(double** columns, double* x) {
     const double* const by_position = columns[k] + positions_;
     for (int i = 0; i < others_; ++i) others[i] -= by_position[i] * x[k];
   }
-  SUNDlsMat_denseGETRS(columns_.data(), others_, pivots_.data(), others);
+  SUNDlsMat_denseGETRS(columns_.data(), factored_, pivots_.data(), others);
+  for (int i = factored_; i < others_; ++i)
+    for (int j = 0; j < factored_; ++j) others[i] -= columns_[j][i] * others[j];
   for (int k = 0; k < positions_; ++k) x[k] -= columns[layout_.qd[k]][k] * x[layout_.qd[k]];
 }
 

@@ -13,6 +13,9 @@ namespace redysim {
 //
 // With D the rows and columns of the other states, C their columns of the positions and P the columns of the
 // velocities, (D + gamma C P) x_other = b_other - C b_q,  x_q = b_q + gamma P x_other.
+//
+// Nothing depends on the work. Its rows are not factored: a large power must not become a pivot and change
+// the rounding of the motion.
 class NewtonMatrix {
  public:
   explicit NewtonMatrix(const StateLayout& layout);
@@ -25,8 +28,8 @@ class NewtonMatrix {
 
  private:
   StateLayout layout_;
-  int positions_, others_;
-  std::vector<double*> columns_;  // of the others, from their first row on
+  int positions_, others_, factored_;  // factored: the others without the work
+  std::vector<double*> columns_;       // of the others, from their first row on
   std::vector<std::int64_t> pivots_;
 };
 

@@ -16,6 +16,7 @@ Eigen::MatrixXd random_matrix(const StateLayout& layout, double gamma) {
     J.row(layout.q[k]).setZero();
     J(layout.q[k], layout.qd[k]) = 1;
   }
+  if (layout.work.count > 0) J.col(layout.work.begin).setZero();
   return Eigen::MatrixXd::Identity(size, size) - gamma * J;
 }
 
@@ -41,6 +42,23 @@ TEST(NewtonMatrix, solves_like_the_factor_of_the_whole_matrix) {
       EXPECT_LT((x - expected).norm(), 1e-10 * expected.norm()) << joints << " joints, gamma " << gamma;
     }
   }
+}
+
+TEST(NewtonMatrix, solves_the_motion_with_equal_rounding_with_and_without_work) {
+  const StateLayout without(2, 1, 0), with(2, 1, 1);
+  Eigen::MatrixXd larger = random_matrix(with, 0.3);
+  larger.row(with.work.begin).head(without.size()) *= 1e6;
+  Eigen::MatrixXd smaller = larger.topLeftCorner(without.size(), without.size());
+  const Eigen::VectorXd b = Eigen::VectorXd::Random(with.size());
+  const auto solved = [&b](Eigen::MatrixXd& matrix, const StateLayout& layout) {
+    std::vector<double*> columns = columns_of(matrix);
+    NewtonMatrix newton(layout);
+    EXPECT_TRUE(newton.factor(columns.data()));
+    Eigen::VectorXd x = b.head(layout.size());
+    newton.solve(columns.data(), x.data());
+    return x;
+  };
+  EXPECT_EQ(solved(larger, with).head(without.size()), solved(smaller, without));
 }
 
 TEST(NewtonMatrix, refuses_a_singular_matrix) {
