@@ -1,6 +1,7 @@
 #include "model/read/csv.hpp"
 
-#include <cstdlib>
+#include <charconv>
+#include <system_error>
 
 namespace redysim {
 
@@ -19,10 +20,13 @@ std::vector<std::string> csv_cells(const std::string& line) {
   return out;
 }
 
+// In any locale, whose decimal separator may be a comma.
 bool csv_number(const std::string& cell, double& value) {
-  char* end = nullptr;
-  value = std::strtod(cell.c_str(), &end);
-  return !cell.empty() && *end == '\0';
+  const char* first = cell.c_str();
+  const char* const last = first + cell.size();
+  if (*first == '+' && first[1] != '-') ++first;
+  const auto [end, error] = std::from_chars(first, last, value);
+  return error == std::errc() && end == last;
 }
 
 }  // namespace redysim

@@ -1,0 +1,42 @@
+// libstdc++'s from_chars for floating point has tables and long arithmetic of 21 kB. glibc's strtod rounds
+// correctly, too, so the numbers are the same. toml++ reads the numbers of a model with it. The function is
+// not exported, so it serves this library only.
+
+#include <cerrno>
+#include <charconv>
+
+#if defined(__GLIBC__)
+
+#include <clocale>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+
+namespace std {
+
+// Decimal numbers of at most 1000 characters, without infinities and NaN.
+from_chars_result from_chars(const char* first, const char* last, double& value, chars_format) noexcept {
+  char text[1001];
+  size_t length = 0;
+  while (first + length != last && length < sizeof text - 1 && strchr("0123456789.eE+-", first[length]))
+    ++length;
+  if (length == 0 || *first == '+') return {first, errc::invalid_argument};
+  memcpy(text, first, length);
+  text[length] = '\0';
+  char* end = text;
+  const int before = errno;
+  errno = 0;
+  const double number = strtod_l(text, &end, newlocale(LC_ALL_MASK, "C", nullptr));  // a constant of glibc
+  // glibc reports subnormal numbers, too
+  const bool in_range = errno != ERANGE || (number != 0 && !isinf(number));
+  errno = before;
+  if (end == text) return {first, errc::invalid_argument};
+  const char* const behind = first + (end - text);
+  if (!in_range) return {behind, errc::result_out_of_range};
+  value = number;
+  return {behind, errc()};
+}
+
+}  // namespace std
+
+#endif
