@@ -34,6 +34,16 @@ class Derivatives {
                 const double* qdd, const double* tau, const double* ports,
                 const std::vector<JointVariable>& variables, double* columns, std::size_t length);
 
+  // Row instead of columns: sums of the derivatives of accelerations and power.
+  struct Gradient {
+    std::vector<double> q, qd, tau;  // nv each
+  };
+  // For plans with is_plain(): one sweep, whatever the number of variables. `weights`: of the accelerations.
+  // Requirements as above.
+  void evaluate_row(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
+                    const double* qdd, const double* tau, const double* weights, double weight_of_power,
+                    Gradient& row);
+
  private:
   // One body at the point of evaluation, in its own axes.
   struct Body {
@@ -57,6 +67,7 @@ class Derivatives {
   void move_ground_states(const Plan<double>& plan, const Workspace<double>& ws, int joint, bool velocity);
   double change_elements(const Plan<double>& plan);
   void change_loops(const Plan<double>& plan, Workspace<double>& ws);
+  void sweep_back(const Plan<double>& plan, const Workspace<double>& ws, const double* qd, Gradient& row);
   void collect_forces(const Plan<double>& plan, const Workspace<double>& ws, int joint, bool velocity);
 
   std::vector<Body> bodies_;

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import ctypes as c
 import math
+from itertools import cycle
+from time import perf_counter
 
 import numpy as np
 import pytest
 
+from tests.fmi.conftest import build_fmu
 from tests.fmi.exchange import Exchange, Exchange3
 from tests.fmi.raw import DISCARD, ERROR, OK
-from tests.fmi.raw3 import Slave3, count
+from tests.fmi.raw3 import Slave3, Unpacked3, count
 from tests.fmi.test_model_exchange import FINE, OTHERS, QUICK, moved, reals
 
 MODELS = [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS)]
@@ -75,12 +78,92 @@ def test_adjoint_derivatives_by_states(fmu3, name):
     with Exchange3(fmu3(name)) as tool:
         tool.begin()
         moved(tool, 0.05)
-        units = np.eye(len(tool.states))
-        jacobian = np.array([tool.derivative("GetDirectionalDerivative", tool.slopes, tool.states, unit)[1] for unit in units]).T
+        forward = jacobian(tool, tool.slopes, tool.states)
         seed = np.sin(1.0 + np.arange(len(tool.slopes)))
         status, gradient = tool.derivative("GetAdjointDerivative", tool.slopes, tool.states, seed)
         assert status == OK
-        assert (np.abs(seed @ jacobian - gradient) / (np.abs(seed) @ np.abs(jacobian) + 1e-300)).max() < 1e-13
+        assert (np.abs(seed @ forward - gradient) / (np.abs(seed) @ np.abs(forward) + 1e-300)).max() < 1e-13
+
+
+def chain(generator, joints: int = 14) -> str:
+    """Returns a random tree with joints of all simple types, and every law of a joint."""
+    number = lambda low, high: f"{generator.uniform(low, high):.3f}"
+    text = 'name = "chain"\ngravity = [1, -9.81, 2]\n'
+    for k in range(joints):
+        kind = ("revolute", "prismatic", "screw")[generator.integers(3)]
+        parent = "ground" if k == 0 else f"l{generator.integers(max(0, k - 3), k)}"
+        text += f'[[link]]\nname = "l{k}"\nparent = "{parent}"\njoint = "{kind}"\n' + "pitch = 0.07\n" * (kind == "screw")
+        text += "".join(f"{name} = {number(-1, 1)}\n" for name in ("alpha", "a", "theta", "d", "gamma", "b", "q", "qd"))
+        text += f"mass = {number(0.5, 2)}\ncom = [{number(-0.2, 0.2)}, 0.1, {number(-0.2, 0.2)}]\n"
+        text += f"inertia = [{number(0.2, 0.3)}, {number(0.2, 0.3)}, {number(0.2, 0.3)}, 0.02, -0.01, 0.03]\n"
+        text += f"damping = {number(0, 1)}\nstiffness = {number(0, 5)}\nrest = 0.1\narmature = {number(0, 0.1)}\n"
+        text += "friction = 0.3\nstatic_friction = 0.4\nfriction_velocity = 0.5\n" * (k % 3 == 0)
+        text += "lower = -0.2\nupper = 0.2\nstop_stiffness = 50\nstop_damping = 0.5\nstop_width = 0.05\n" * (k % 3 == 1)
+    return text + '[fmu]\noutputs = ["acceleration", "energy"]\n'
+
+
+@pytest.fixture(scope="module")
+def random_chain(tmp_path_factory):
+    """Returns a function: seed, number of joints -> the FMU of a random tree."""
+
+    def unpacked(seed: int, joints: int = 14) -> Unpacked3:
+        folder = tmp_path_factory.mktemp("chain")
+        (folder / "chain.toml").write_text(chain(np.random.default_rng(seed), joints))
+        return Unpacked3(build_fmu(folder / "chain.toml", folder / "chain.fmu", "--fmi", "3"), folder / "unpacked")
+
+    return unpacked
+
+
+def jacobian(tool: Exchange3, unknowns: list[str], knowns: list[str]) -> np.ndarray:
+    columns = [tool.derivative("GetDirectionalDerivative", unknowns, knowns, unit) for unit in np.eye(len(knowns))]
+    assert all(status == OK for status, _ in columns), tool.errors
+    return np.array([column for _, column in columns]).T
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_one_reverse_sweep_is_the_transposed_jacobian(random_chain, seed):
+    """Of slopes, states and accelerations by states and torques; forward derivatives are a different algorithm."""
+    with Exchange3(random_chain(seed)) as tool:
+        tool.begin()
+        for k, name in enumerate(tool.fmu.named("input")):
+            assert tool.set(name, 0.3 * math.sin(1 + k)) == OK
+        unknowns, knowns = tool.slopes + tool.states, tool.states + tool.fmu.named("input")
+        forward = jacobian(tool, unknowns, knowns)
+        assert np.abs(forward).max() > 1
+        for k in range(3):
+            weights = np.sin(1.0 + k + np.arange(len(unknowns)) * (k + 1))
+            status, gradient = tool.derivative("GetAdjointDerivative", unknowns, knowns, weights)
+            assert status == OK, tool.errors
+            assert (np.abs(weights @ forward - gradient) / (np.abs(weights) @ np.abs(forward) + 1e-300)).max() < 1e-13
+
+
+def test_cost_of_the_reverse_sweep_does_not_grow_with_the_knowns(random_chain):
+    """Against the right-hand side at a new state; one directional derivative for each known costs 400 times as much."""
+
+    def fastest(call) -> float:
+        times = []
+        for _ in range(40):
+            start = perf_counter()
+            call()
+            times.append(perf_counter() - start)
+        return min(times)
+
+    with Exchange3(random_chain(1, 60)) as tool:
+        tool.begin()
+        places, values = room(tool)
+        states = cycle([tool.get_states(), 1.001 * tool.get_states()])
+
+        def slopes() -> None:
+            tool.set_states(next(states))
+            tool.call("GetContinuousStateDerivatives", places, values)
+
+        unknowns, knowns = tool.slopes, tool.states + tool.fmu.named("input")
+        references = tool.fmu.references(unknowns), count(len(unknowns)), tool.fmu.references(knowns), count(len(knowns))
+        seed, result = (c.c_double * len(unknowns))(*[1.0] * len(unknowns)), (c.c_double * len(knowns))()
+        arguments = (*references, seed, count(len(unknowns)), result, count(len(knowns)))
+        assert tool.call("GetAdjointDerivative", *arguments) == OK
+        ratio = fastest(lambda: tool.call("GetAdjointDerivative", *arguments)) / fastest(slopes)
+        assert ratio < 10
 
 
 def test_saved_states_pass_between_the_versions(fmu, fmu3):

@@ -8,9 +8,6 @@
 
 namespace redysim {
 
-OutputDerivatives::OutputDerivatives(Simulation& simulation, CurrentState& state, Values& values)
-    : simulation_(simulation), state_(state), values_(values) {}
-
 std::string OutputDerivatives::objection(const Variable& known, double direction,
                                          bool in_initialization) const {
   if (!std::isfinite(direction))

@@ -13,6 +13,7 @@ namespace redysim {
 class OutputDerivatives {
  public:
   OutputDerivatives(Simulation& simulation, CurrentState& state, Values& values);
+  ~OutputDerivatives();
 
   // Along a direction: begin, set_direction of each known, follow, evaluate, read.
   std::string begin();
@@ -25,6 +26,11 @@ class OutputDerivatives {
     const RowGroup& group = *output.group;
     return group.derivative ? group.derivative(output.row_index, *this, output) : 0;
   }
+
+  // The seed times the derivatives, by one reverse sweep; false: not available for this model or for one of
+  // these variables.
+  bool pull_back(const unsigned* unknowns, std::size_t unknown_count, const unsigned* knowns,
+                 std::size_t known_count, const double* seed, double* sensitivity);
 
   // Why the derivative by a known does not exist; empty if it does.
   std::string objection(const Variable& known, double direction, bool in_initialization) const;
@@ -43,6 +49,9 @@ class OutputDerivatives {
   std::string follow_states();
   std::string follow_jumps();
   void change_state(const Variable& known, double direction);
+  bool add_weight(const Variable& unknown, double weight);
+  const double* gradient(const Variable& known) const;
+  bool sweep_back();
 
   // Derivative of the work: zero, that of the energy (a jump of a prescribed motion), the power, or what was
   // given for its state.
@@ -52,6 +61,8 @@ class OutputDerivatives {
   CurrentState& state_;
   Values& values_;
   std::unique_ptr<Tangent> tangent_;  // null before the first request
+  struct Reverse;
+  std::unique_ptr<Reverse> reverse_;  // the same
   bool jumps_ = false;                // the direction changes the position or velocity of a prescribed joint
   bool moves_state_ = false;          // the direction changes the state itself
   double work_change_[2] = {0, 0};    // of its last entries

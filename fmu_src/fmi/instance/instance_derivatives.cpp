@@ -56,7 +56,7 @@ fmi2Status Instance::get_directional_derivative(const unsigned* unknowns, std::s
                                 known_count, directions, derivatives);
 }
 
-// One forward pass for each known.
+// One reverse sweep where it exists, else one forward pass for each known.
 fmi2Status Instance::get_adjoint_derivative(const unsigned* unknowns, std::size_t unknown_count,
                                             const unsigned* knowns, std::size_t known_count,
                                             const double* seed, double* sensitivity) {
@@ -67,6 +67,9 @@ fmi2Status Instance::get_adjoint_derivative(const unsigned* unknowns, std::size_
   for (std::size_t i = 0; i < unknown_count; ++i)
     if (!std::isfinite(seed[i]))
       return refuse(function, "a seed must be a finite number, got " + shown(seed[i]));
+  if (life_.state != State::initialization &&
+      derivatives_.pull_back(unknowns, unknown_count, knowns, known_count, seed, sensitivity))
+    return fmi2OK;
   std::vector<double> column(unknown_count);
   for (std::size_t k = 0; k < known_count; ++k) {
     const double one = 1;
