@@ -154,3 +154,16 @@ def test_what_cannot_rest_is_refused(make, fields, sentence):
     one = make('name = "rod"\nstart = "equilibrium"\n[[link]]\nname = "rod"\nmass = 1\n' + fields + "\n")
     assert one.call("ExitInitializationMode") != OK
     assert any(sentence in text for text in one.errors), one.errors
+
+
+@pytest.mark.parametrize("gravity", [[0, -G, 0], [0, 0, 0], [G, 0, 0], [-G, 0, 0]])
+def test_a_parallelogram_rests_from_its_singular_configuration(make, gravity):
+    """All links lie on the x axis: it hangs down, or each pose is at rest, or only this one near the start is."""
+    text = (ROOT / "models/parallelogram.toml").read_text().replace("qd = 2\n", "").replace("qd = -2\n", "")
+    slave = make('start = "equilibrium"\n' + text.replace("gravity = [0, -9.81, 0]", f"gravity = {gravity}"))
+    assert slave.call("ExitInitializationMode") == OK, slave.errors
+    crank = -math.pi / 2 if gravity[1] else 0
+    before = slave.reals(["crank_joint.q", "rocker_joint.q", "coupler_joint.q"])
+    assert before == pytest.approx([crank, crank, -crank], abs=1e-8)
+    assert slave.step(0, 1.0) == OK and slave.get("closure.gap") < 1e-12
+    assert slave.reals(["crank_joint.q", "rocker_joint.q", "coupler_joint.q"]) == pytest.approx(before, abs=1e-8)
