@@ -74,6 +74,8 @@ class Automatic final : public Integrator {
     double interval = Tuning::first_estimate;      // right-hand sides between two estimates
     double estimate_due = Tuning::first_estimate;  // work
     double oscillation = 0;                        // step times radius of bdf, at the last estimate
+    double average_work = 0, average_time = 0;     // of the method before a trial, over many measurements
+    double interval_begun = 0, interval_work = 0;  // work at the last change, and of the interval before it
     double begun = 0;                              // work when the method in use began
     double mark_work = 0, mark_time = 0;           // start of the present measurement of cost
     double older_work = 0, older_time = 0;         // of that before it
@@ -99,6 +101,10 @@ class Automatic final : public Integrator {
     visit(memory.interval);
     visit(memory.estimate_due);
     visit(memory.oscillation);
+    visit(memory.interval_begun);
+    visit(memory.interval_work);
+    visit(memory.average_work);
+    visit(memory.average_time);
     visit(memory.begun);
     visit(memory.older_work);
     visit(memory.older_time);
@@ -152,11 +158,7 @@ class Automatic final : public Integrator {
   Choice instead_of_implicit(double radius, const Outlook& outlook);
   double expected_hold(double end) const { return std::max(memory_.hold, end - memory_.changed); }
   void begin_trial(Choice candidate, double span);
-  // Whether a trial that began within an interval between changes need not wait for its end.
-  bool is_hopeless(double spent, double passed) const {
-    return memory_.mark_time > memory_.changed && spent >= Tuning::settled_multistep &&
-           spent > Tuning::hopeless * memory_.home_cost * passed;
-  }
+  bool is_hopeless(double spent, double passed) const;
   void follow_trial(bool within_hold);
   void judge_trial(double cost);
   double work() const;
@@ -231,6 +233,9 @@ void Automatic::end_measurement() {
                                           Tuning::undecided_share * memory_.wait[memory_.rival]));
     memory_.failed_cost = 0;
   }
+  const double kept = std::exp(-spent / Tuning::horizon);
+  memory_.average_work = kept * memory_.average_work + spent;
+  memory_.average_time = kept * memory_.average_time + passed;
   const double before = (memory_.mark_work - memory_.older_work) / (memory_.mark_time - memory_.older_time);
   const double change = before * passed / spent;  // NaN after the first measurement
   memory_.steady = !(change > Tuning::steady_cost || change * Tuning::steady_cost < 1);
@@ -290,6 +295,8 @@ void Automatic::use(Choice choice) {
 void Automatic::note_change() {
   const double held = time() - memory_.changed;
   memory_.changed = time();
+  memory_.interval_work = work() - memory_.interval_begun;
+  memory_.interval_begun = work();
   if (held > 0)
     memory_.hold = memory_.hold == 0 || held < memory_.hold ? held : std::sqrt(memory_.hold * held);
 }
@@ -323,7 +330,10 @@ void Automatic::leave_multistep() {
   const bool was_trial = is_trial();
   note(Event::restarts, choice(), one_step_like(choice()), 0, 0);
   use(one_step_like(choice()));
-  if (was_trial) memory_.home = home;
+  if (was_trial)
+    memory_.home = home;
+  else
+    memory_.average_work = memory_.average_time = 0;
   memory_.measuring = memory_.extensions = 0;
   begin_account();
 }
@@ -333,7 +343,9 @@ void Automatic::consider(double end, double span) {
   // costs are those of whole intervals between changes of the inputs
   const bool within_hold = is_periodic() && time() != memory_.changed;
   if (is_trial()) return follow_trial(within_hold);
-  if (within_hold && (is_implicit(choice()) || work() - memory_.mark_work < Tuning::long_account)) return;
+  if (within_hold && (is_implicit(choice()) || work() - memory_.mark_work < Tuning::long_account ||
+                      work() - memory_.interval_begun < Tuning::long_interval * memory_.interval_work))
+    return;
   end_measurement();
   const Outlook outlook = {span, steps_held(end, span), expected_hold(end)};
   if (!within_hold && (is_multistep(choice()) ? consider_one_step(outlook) : consider_multistep(outlook)))
@@ -416,14 +428,28 @@ void Automatic::begin_trial(Choice candidate, double span) {
   const std::uint8_t home = memory_.choice;
   double home_cost = cost();
   // the present step, without those of a start
-  if (!is_multistep(choice()))
+  if (!is_multistep(choice()) && !is_periodic())
     home_cost = std::min(home_cost, Tuning::present_margin * stages(choice()) / std::min(step(), span));
+  // a short part that is difficult for the method in use, for example an impact, decides nothing
+  if (memory_.average_work > 0) home_cost = std::min(home_cost, memory_.average_work / memory_.average_time);
   note(Event::tried, candidate, choice(), 0, home_cost);
   use(candidate);
   memory_.home = home;
   memory_.home_cost = home_cost;
-  memory_.measuring = memory_.extensions = 0;
+  memory_.extensions = 0;
+  // after a change of the inputs each interval has a start
+  memory_.measuring =
+      is_periodic() && time() == memory_.changed && home_cost * memory_.hold > Tuning::trial_cost;
   begin_account();
+}
+
+// Whether a measurement need not wait for the end of an interval between changes: the method before would
+// have cost less until then, or in the part that has passed.
+bool Automatic::is_hopeless(double spent, double passed) const {
+  const double rest = memory_.changed + memory_.hold - time();
+  if (rest > 0 && spent > Tuning::lost * memory_.home_cost * (passed + rest)) return true;
+  return memory_.mark_time > memory_.changed && spent >= Tuning::settled_multistep &&
+         spent > Tuning::hopeless * memory_.home_cost * passed;
 }
 
 void Automatic::follow_trial(bool within_hold) {
@@ -458,10 +484,14 @@ void Automatic::judge_trial(double cost) {
   const bool better = ratio < Tuning::better;
   const int loser = static_cast<int>(better ? home : tried);
   double& wait = memory_.wait[loser];
+  // trials take a small share of the work
+  const double excess = std::fabs(cost - memory_.home_cost) * (time() - memory_.mark_time);
+  const double scale = std::max(1.0, excess / Tuning::usual_excess);
   if (better) {
-    memory_.due[loser] = work() + std::min(Tuning::first_wait / (ratio * ratio), Tuning::longest_wait);
+    memory_.due[loser] =
+        work() + scale * std::min(Tuning::first_wait / (ratio * ratio), Tuning::longest_wait);
   } else {
-    memory_.due[loser] = work() + wait;
+    memory_.due[loser] = work() + scale * wait;
     wait = std::min(Tuning::longer_wait * wait, Tuning::longest_wait);
   }
   memory_.wait[static_cast<int>(better ? tried : home)] = Tuning::first_wait;
@@ -472,6 +502,8 @@ void Automatic::judge_trial(double cost) {
     memory_.interval = Tuning::first_estimate;
     memory_.estimate_due = std::min(memory_.estimate_due, work() + memory_.interval);
     memory_.home = memory_.choice;
+    memory_.average_work = work() - memory_.mark_work;
+    memory_.average_time = time() - memory_.mark_time;
   } else {
     use(home);
   }

@@ -62,16 +62,24 @@ struct Tuning {
   static constexpr double trial_cost = 150;  // of the measurement
   static constexpr double longest_trial =
       20000;                                    // right-hand sides in which an interval between changes ends
-  static constexpr double long_account = 1500;  // the same, for stiffness that begins within one
+  static constexpr double long_account = 1500;  // the same, for stiffness that begins within one,
+  static constexpr double long_interval = 1.5;  // and its share of the interval before, at least
   static constexpr double outdated = 1500;      // after which a step size of another method is unknown
   static constexpr double steady_cost = 2;      // ratio of two measurements, at most
   static constexpr double growing = 1.5;        // growth of the step size that extends a trial
   static constexpr int most_extensions = 4;
+  // Work over that of the method before in a whole interval between changes, at which a trial ends early.
+  static constexpr double lost = 1.3;
+  // Right-hand sides of the average with which a trial is compared: over a shorter one, an impact decided
+  // (redysim_small_biped took 4.3 times the right-hand sides of bdf).
+  static constexpr double horizon = 2000;
   static constexpr double better = 0.95;  // cost of a method that stays over that before it
-  // Right-hand sides until the loser of a trial may be tried again.
+  // Right-hand sides until the loser of a trial may be tried again; more, in proportion, where it took more
+  // than so many in addition. So all trials of a method take 5 % of the work in the end.
+  static constexpr double usual_excess = 250;
   static constexpr double first_wait = 1000;
   static constexpr double longer_wait = 4;  // factor after each
-  static constexpr double longest_wait = 2e4;
+  static constexpr double longest_wait = 5000;
 
   // ---- tables of erk
   // Measured with bench/stepping on 46 cases: KR5, gripper, four-bar, pendulum, planar arm and top, at rest,
