@@ -57,7 +57,7 @@ struct Tuning {
   static constexpr double wait_at_floor = 250;  // where one-step methods take one step per communication step
   static constexpr double present_margin = 1.5;  // cost at the present step size, at most
   static constexpr double least_account = 24;    // right-hand sides before a trial
-  static constexpr double settling_cost = 60;    // of a trial, before its measurement
+  static constexpr double settling_cost = 120;   // of a trial, before its measurement
   static constexpr double settling_cost_erk = 30;
   static constexpr double trial_cost = 150;  // of the measurement
   static constexpr double longest_trial =
