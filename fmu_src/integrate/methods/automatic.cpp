@@ -96,23 +96,12 @@ class Automatic final : public Integrator {
     visit(memory.extensions);
     visit(memory.steady);
     visit(memory.rival);
-    visit(memory.changed);
-    visit(memory.hold);
-    visit(memory.interval);
-    visit(memory.estimate_due);
-    visit(memory.oscillation);
-    visit(memory.interval_begun);
-    visit(memory.interval_work);
-    visit(memory.average_work);
-    visit(memory.average_time);
-    visit(memory.begun);
-    visit(memory.older_work);
-    visit(memory.older_time);
-    visit(memory.failed_cost);
-    visit(memory.mark_work);
-    visit(memory.mark_time);
-    visit(memory.mark_step);
-    visit(memory.home_cost);
+    for (auto* value :
+         {&memory.changed, &memory.hold, &memory.interval, &memory.estimate_due, &memory.oscillation,
+          &memory.interval_begun, &memory.interval_work, &memory.average_work, &memory.average_time,
+          &memory.begun, &memory.older_work, &memory.older_time, &memory.failed_cost, &memory.mark_work,
+          &memory.mark_time, &memory.mark_step, &memory.home_cost})
+      visit(*value);
     for (auto* values : {&memory.step, &memory.due, &memory.wait})
       for (auto& value : *values) visit(value);
   }
