@@ -392,5 +392,13 @@ def test_a_rigid_neighbour_is_refused(tmp_path):
 
 
 def test_a_deep_start_is_warned(slave):
-    one = slave(body(q=[0, 0, -0.2, 1, 0, 0, 0]))
-    assert any("contact 'floor' starts 0.3 m deep, with a force of 29995 N" in text for _, _, text in one.messages)
+    heavy = '[[link]]\nname = "wagon"\nparent = "ground"\njoint = "prismatic"\nmass = 5000\n[[contact]]'
+    for text in (body(q=[0, 0, -0.2, 1, 0, 0, 0]), body(q=[0, 0, -0.2, 1, 0, 0, 0]).replace("[[contact]]", heavy)):
+        messages = slave(text).messages
+        assert any("contact 'floor' starts 0.3 m deep, with a force of 29995 N" in text for _, _, text in messages)
+
+
+def test_an_unknown_link_is_one_error(tmp_path):
+    said = refused(tmp_path, body().replace('link_a = "body"', 'link_a = "bdy"'))
+    assert "did you mean 'body'" in said
+    assert "no effect" not in said

@@ -37,6 +37,11 @@ constexpr double rows[][stages - 1] = {
 constexpr double embedded[stages] = {
     0, 0, 0.51752174615934821, -0.15173820706113939, 0.23672007870234135, 0.27544638219944978, 0.12205};
 
+constexpr double coefficient(int stage, int slope) {
+  if (slope >= stage) return slope == stage && stage > 0 ? diagonal : 0;
+  return stage == 1 ? diagonal : rows[stage - 2][slope];
+}
+
 constexpr double tightening = 1.0 / 5;  // to the global error of the explicit methods at the same rtol
 constexpr int newton_iterations = 4;    // one more than usual: the Jacobian is exact and expensive
 constexpr int remembered_slopes = 3;    // for the prediction of a stage
@@ -61,6 +66,7 @@ class Dirk final : public OneStep {
   void build();
   void set_table();
   void set_predictors();
+  void integrate_power(double time, double* y);
   int run(double first_step) override;
   double reached() const override;
   const double* last_slope() const override {
@@ -76,14 +82,16 @@ class Dirk final : public OneStep {
   std::unique_ptr<void, ArkStepDeleter> memory_;
 
   double weights_of_slopes_[stages][stages] = {};
-  const double* slopes_[stages] = {};  // where ARKStep keeps the stages' slopes
-  int stage_ = 0;                      // being solved
-  double step_begin_ = 0;              // time at which begin_slope_ holds
+  const double* slopes_[stages] = {};              // where ARKStep keeps the stages' slopes
+  std::vector<double> stage_state_, stage_slope_;  // of integrate_power, empty where it is not needed
+  int stage_ = 0;                                  // being solved
+  double step_begin_ = 0;                          // time at which begin_slope_ holds
   const double* begin_slope_ = nullptr;
 };
 
 Dirk::Dirk(System& system, const SolverSettings& settings)
     : OneStep(system, settings, SolverMethod::dirk, embedded_order + 1, tightening), jacobian_(system) {
+  if (system.with_work() && system.plan().has_motion()) stage_state_ = stage_slope_ = y_;
   build();
 }
 
@@ -130,10 +138,8 @@ void Dirk::build() {
 
 void Dirk::set_table() {
   double weights[stages * stages] = {}, step[stages] = {};
-  for (int i = 1; i < stages; ++i) {
-    weights[i * stages + i] = diagonal;
-    for (int j = 0; j < i; ++j) weights[i * stages + j] = i == 1 ? diagonal : rows[i - 2][j];
-  }
+  for (int i = 0; i < stages; ++i)
+    for (int j = 0; j < stages; ++j) weights[i * stages + j] = coefficient(i, j);
   std::copy_n(&weights[(stages - 1) * stages], stages, step);
   double c[stages], error[stages];
   std::copy_n(nodes, stages, c);
@@ -221,11 +227,37 @@ int Dirk::predict(double, N_Vector stage, void* self_pointer) {
 
 int Dirk::complete(double time, N_Vector y, void* self_pointer) {
   Dirk& self = static_cast<Dirk&>(*static_cast<OneStep*>(self_pointer));
+  if (!self.stage_state_.empty() && !self.warming_up_) self.integrate_power(time, data(y));
   const int flag = complete_step(time, y, self_pointer);
   self.skip_slope_ = false;
   self.step_begin_ = time;
   self.begin_slope_ = self.system_.has_constraints() ? nullptr : self.slopes_[stages - 1];
   return flag;
+}
+
+// Replaces the work of the step by the quadrature of the power at its stages. The slopes that ARKStep deduces
+// from a stage contain the power only as far as Newton's iteration resolves it, and the force of a prescribed
+// joint, which the Jacobian of the power holds constant, may change much faster than the state.
+void Dirk::integrate_power(double time, double* y) {
+  const double h = time - step_begin_;
+  const auto& work = system_.layout().work;
+  double correction[2] = {};  // of all that is not stored, of contacts
+  for (int i = 0; i < stages; ++i) {
+    const double weight = coefficient(stages - 1, i);
+    if (weight == 0) continue;
+    std::copy_n(y, stage_state_.size(), stage_state_.begin());
+    for (int j = 0; j < stages; ++j) {
+      const double factor = h * (coefficient(i, j) - coefficient(stages - 1, j));
+      if (factor == 0) continue;
+      for (std::size_t k = 0; k < stage_state_.size(); ++k) stage_state_[k] += factor * slopes_[j][k];
+    }
+    const double at = i + 1 == stages ? time : step_begin_ + nodes[i] * h;
+    ++statistics_.evaluations;
+    if (system_.right_hand_side(absolute(at), stage_state_.data(), stage_slope_.data()) != Status::ok) return;
+    for (int part = 0; part < work.count; ++part)
+      correction[part] += h * weight * (*work.of(stage_slope_.data(), part) - *work.of(slopes_[i], part));
+  }
+  for (int part = 0; part < work.count; ++part) *work.of(y, part) += correction[part];
 }
 
 int Dirk::run(double first_step) {

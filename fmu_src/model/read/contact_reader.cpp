@@ -225,7 +225,9 @@ Contact read_contact(Section section, const std::string& label, const LinkTable&
     section.error("shape_a", std::string("a contact between '") + word_of(contact.a.kind) + "' and '" +
                                  word_of(contact.b.kind) + "' is not supported (docs/contact.md)");
   const std::string rigid = rigid_pair(link_a, link_b, links);
-  if (!rigid.empty() && section.has("link_a"))
+  const bool known = (link_a != ground || section.text("link_a", "ground") == "ground") &&
+                     (link_b != ground || section.text("link_b", "ground") == "ground");
+  if (!rigid.empty() && section.has("link_a") && known)
     section.error(section.has("link_b") ? "link_b" : "link_a", rigid + "; this contact has no effect");
   return contact;
 }
