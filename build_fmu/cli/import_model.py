@@ -62,6 +62,7 @@ def add(commands) -> None:
         help="URDF, MJCF: start position (rad, m), with * as wildcard, for example '*_knee=-1.2'; once per joint or pattern",
     )
     command.add_argument("--keyframe", metavar="NAME", help="MJCF: start in this keyframe")
+    command.add_argument("--hold", action="store_true", help="URDF, MJCF: add a PD controller that holds the start position")
     command.add_argument("--floating", action="store_true", help="URDF: use a floating base instead of a fixed one")
     command.add_argument(
         "--stops",

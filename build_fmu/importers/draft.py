@@ -79,6 +79,7 @@ class Draft:
     contacts: list[DraftTie] = field(default_factory=list)
     frames: list[DraftTie] = field(default_factory=list)
     shapes: list[DraftTie] = field(default_factory=list)
+    controller: dict[str, object] = field(default_factory=dict)
     solver: dict[str, object] = field(default_factory=dict)
     fmu: dict[str, object] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)

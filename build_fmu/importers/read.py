@@ -9,6 +9,7 @@ from pathlib import Path
 
 from build_fmu.errors import UserError
 from build_fmu.importers.draft import Draft
+from build_fmu.importers.holding import hold_start
 
 # modules and the extensions of their files; dh_table suggests other formats for some of its extensions
 IMPORTERS = {"scene_json": (".json",), "mjcf": (".mjcf",), "urdf": (".urdf", ".xml", ".xacro"), "redysim": (".m", ".mat"),
@@ -18,7 +19,7 @@ TREES = ("urdf", "mjcf")
 OPTIONS = {
     "loop": ("redysim",), "pivot": ("redysim",), "dh": ("dh_table",), "angles": ("dh_table",), "stops": ("dh_table", *TREES),
     "snap": ("urdf",), "frames": TREES, "floating": ("urdf",), "contact": TREES, "limits": TREES, "pose": TREES,
-    "density": ("urdf", "dh_table"), "mass": ("urdf", "dh_table"), "keyframe": ("mjcf",), "arg": ("urdf",),
+    "density": ("urdf", "dh_table"), "mass": ("urdf", "dh_table"), "keyframe": ("mjcf",), "arg": ("urdf",), "hold": TREES,
 }  # fmt: skip
 WORDS = {"redysim": "ReDySim's files", "dh_table": "DH tables", "urdf": "URDF files", "mjcf": "MJCF files"}
 KINDS = (
@@ -42,7 +43,10 @@ def read(source: Path, options: Namespace) -> Draft:
         # options at their defaults are None, False or an empty list
         if name not in users and getattr(options, option, None):
             raise UserError(f"--{option} has no effect on '{source.name}': it applies to {' and '.join(WORDS[user] for user in users)}")
-    return import_module(f"build_fmu.importers.{name}").read(source, options)
+    draft = import_module(f"build_fmu.importers.{name}").read(source, options)
+    if options.hold:
+        hold_start(draft)
+    return draft
 
 
 def _root(source: Path) -> bytes:

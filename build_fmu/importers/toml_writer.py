@@ -43,7 +43,7 @@ def model_text(draft: Draft, file: str = "") -> str:
             lines += ["", *_tie(kind, tie)]
     for fragment in draft.fragments:
         lines += ["", *fragment.strip().splitlines()]
-    for section, fields in (("solver", draft.solver), ("fmu", draft.fmu)):
+    for section, fields in (("controller", draft.controller), ("solver", draft.solver), ("fmu", draft.fmu)):
         if fields:
             lines += ["", f"[{section}]", *(f"{key} = {_value(value)}" for key, value in fields.items())]
     return "\n".join(lines) + "\n"

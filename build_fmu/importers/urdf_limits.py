@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Container
 
-import numpy as np
-
-from build_fmu.importers.draft import Draft, DraftLink
-from build_fmu.importers.rigid import matrix_of, start_poses
+from build_fmu.importers.carried import carried
+from build_fmu.importers.draft import Draft
 from build_fmu.importers.urdf_losses import some
 
 INSIDE = 0.05  # of the range: distance of a chosen start position from the limit
@@ -46,11 +44,11 @@ def add_stops(limited: list, layout, stops: float | str | None) -> None:
         draft.lost.append(f"the limits of {some([body.joint for body in limited])}: omitted with --stops none")
     if stops == "none":
         return
-    moved = {} if stops or not limited else _moved_inertias(draft.links)
+    moved = {} if stops or not limited else carried(draft.links)
     chosen, idle = [], []
     for body in limited:
         link = links[layout.called[body.name]]
-        inertia = moved.get(link.name, 0.0)
+        inertia = moved[link.name].inertia if moved else 0.0
         if not stops and inertia <= 0:
             idle.append(body.joint)
             continue
@@ -65,24 +63,3 @@ def add_stops(limited: list, layout, stops: float | str | None) -> None:
         )
     if idle:
         draft.lost.append(f"the limits of {some(idle)}: these joints move no mass; --stops STIFFNESS converts them to stops")
-
-
-def _moved_inertias(links: list[DraftLink]) -> dict[str, float]:
-    """Returns what each joint moves in the start pose: the inertia about its axis, kg m2, or the mass, kg."""
-    poses, moved = start_poses(links), {}
-    # mass, its first moment and inertia about the ground's origin, of each link with all that it carries
-    carried = {link.name: [0.0, np.zeros(3), np.zeros((3, 3))] for link in links}
-    for link in reversed(links):
-        place, own = poses[link.name], carried[link.name]
-        turn, axis, origin = place[:3, :3], place[:3, 2], place[:3, 3]
-        com = turn @ link.com + origin
-        own[0] += link.mass
-        own[1] += link.mass * com
-        own[2] += turn @ matrix_of(link.inertia) @ turn.T + link.mass * (com @ com * np.eye(3) - np.outer(com, com))
-        for k in range(3 if link.parent in carried else 0):
-            carried[link.parent][k] += own[k]
-        mass, moment, inertia = own
-        arm = np.cross(axis, origin)
-        about_axis = axis @ inertia @ axis - 2 * np.cross(axis, moment) @ arm + mass * (arm @ arm)
-        moved[link.name] = link.armature + (mass if link.joint == "prismatic" else float(about_axis))
-    return moved
