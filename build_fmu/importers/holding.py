@@ -47,7 +47,7 @@ def hold_start(draft: Draft) -> None:
     draft.controller = {"law": "pd", "joints": list(controlled), "kp": kp, "kd": kd, "input": True}
     draft.solver.setdefault("method", "auto")
     draft.doubts.append(
-        f"a PD controller holds the start position of {some(list(controlled))}: its gains give what a joint moves at least {FREQUENCY:g} Hz "
+        f"a PD controller holds the start pose of {some(list(controlled))}: its gains give what a joint moves at least {FREQUENCY:g} Hz "
         f"and a sag of at most {SAG['revolute']:g} rad or {SAG['prismatic']:g} m under its weight; the inputs are added to its torques"
     )
 
