@@ -1,11 +1,11 @@
 #include "fmi/instance/instance.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "fmi/boundary/arrays.hpp"
 #include "fmi/boundary/assembly_messages.hpp"
+#include "fmi/instance/contact_warnings.hpp"
 #include "integrate/system/start.hpp"
 #include "model/read/number.hpp"
 
@@ -199,42 +199,11 @@ void Instance::report_drives() {
     log_.warning(misfit(simulation_.model, misfits.constraint, misfits.acceleration));
 }
 
-// Warns of contacts that start deep in each other: their force would hurl the bodies apart.
-namespace {
-
-// Per body: the mass of all bodies that joints and loops connect with it, kg.
-std::vector<double> connected_masses(const Plan<double>& plan) {
-  std::vector<int> group(plan.joints.size());
-  for (std::size_t i = 0; i < group.size(); ++i)
-    group[i] = plan.joints[i].parent == ground ? static_cast<int>(i) : group[plan.joints[i].parent];
-  for (const auto& loop : plan.loops)
-    if (loop.body_a != ground && loop.body_b != ground)
-      std::replace(group.begin(), group.end(), int(group[loop.body_b]), int(group[loop.body_a]));
-  std::vector<double> sums(group.size()), masses(group.size());
-  for (std::size_t i = 0; i < group.size(); ++i) sums[group[i]] += plan.joints[i].inertia.mass;
-  for (std::size_t i = 0; i < group.size(); ++i) masses[i] = sums[group[i]];
-  return masses;
-}
-
-}  // namespace
-
 void Instance::report_contacts() {
-  constexpr double hurled = 1000;  // m/s^2, of the lighter mechanism
-  const Plan<double>& plan = simulation_.plan;
-  if (!plan.has_contacts() || !log_.warnings()) return;
-  const std::vector<double> masses = connected_masses(plan);
-  for (std::size_t k = 0; k < simulation_.model.contacts.size(); ++k) {
-    const Contact& contact = simulation_.model.contacts[k];
-    const ContactResult<double> at =
-        contact_result(plan, simulation_.system.workspace(), static_cast<int>(k), contact.a.link);
-    double mass = std::numeric_limits<double>::infinity();
-    for (const int link : {contact.a.link, contact.b.link})
-      if (link != ground && plan.carrier[link] != ground) mass = std::min(mass, masses[plan.carrier[link]]);
-    if (at.force.norm() > hurled * mass)
-      log_.warning("contact '" + contact.name + "' starts " + rounded(at.depth) +
-                   " m deep, with a force of " + rounded(at.force.norm()) +
-                   " N: move the start pose, or set stiffness to the depth expected");
-  }
+  if (!simulation_.plan.has_contacts() || !log_.warnings()) return;
+  for (const std::string& text :
+       contact_warnings(simulation_.model, simulation_.plan, simulation_.system.workspace()))
+    log_.warning(text);
 }
 
 void Instance::report_unset_motion() {

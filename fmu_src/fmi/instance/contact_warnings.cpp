@@ -1,0 +1,76 @@
+#include "fmi/instance/contact_warnings.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "dynamics/contact/contact_force.hpp"
+#include "dynamics/contact/touch.hpp"
+#include "model/read/number.hpp"
+
+namespace redysim {
+namespace {
+
+constexpr double hurled = 1000;  // m/s^2, of the lighter mechanism
+constexpr double exact = 1e-6;   // of the size of a box
+
+// Per body: the mass of all bodies that joints and loops connect with it, kg.
+std::vector<double> connected_masses(const Plan<double>& plan) {
+  std::vector<int> group(plan.joints.size());
+  for (std::size_t i = 0; i < group.size(); ++i)
+    group[i] = plan.joints[i].parent == ground ? static_cast<int>(i) : group[plan.joints[i].parent];
+  for (const auto& loop : plan.loops)
+    if (loop.body_a != ground && loop.body_b != ground)
+      std::replace(group.begin(), group.end(), int(group[loop.body_b]), int(group[loop.body_a]));
+  std::vector<double> sums(group.size()), masses(group.size());
+  for (std::size_t i = 0; i < group.size(); ++i) sums[group[i]] += plan.joints[i].inertia.mass;
+  for (std::size_t i = 0; i < group.size(); ++i) masses[i] = sums[group[i]];
+  return masses;
+}
+
+// Whether a corner is at an edge of a box, or comes straight to one of its corners: there it has no depth
+// below the nearest face.
+bool meets_an_edge(const ContactPair<double>& pair, const Workspace<double>& ws) {
+  if (pair.surface.kind != ShapeKind::box || pair.radius > 0) return false;
+  const RelativeMotion<double> motion =
+      relative_motion(pair.surface, ground_state(ws, pair.ball_entry), ground_state(ws, pair.surface_entry));
+  const double tolerance = exact * pair.surface.half_size.maxCoeff();
+  return std::any_of(pair.balls.begin(), pair.balls.end(), [&](const Vec3<double>& ball) {
+    const Vec3<double> p = motion.point(ball);
+    int outside = 0, at_edge = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double beyond = std::abs(p[axis]) - pair.surface.half_size[axis];
+      outside += beyond > tolerance;
+      at_edge += std::abs(beyond) <= tolerance;
+    }
+    return outside <= 1 && at_edge >= 2;
+  });
+}
+
+}  // namespace
+
+std::vector<std::string> contact_warnings(const Model& model, const Plan<double>& plan,
+                                          const Workspace<double>& ws) {
+  std::vector<std::string> warnings;
+  const std::vector<double> masses = connected_masses(plan);
+  for (std::size_t k = 0; k < model.contacts.size(); ++k) {
+    const Contact& contact = model.contacts[k];
+    const int index = static_cast<int>(k);
+    const ContactResult<double> at = contact_result(plan, ws, index, contact.a.link);
+    double mass = std::numeric_limits<double>::infinity();
+    for (const int link : {contact.a.link, contact.b.link})
+      if (link != ground && plan.carrier[link] != ground) mass = std::min(mass, masses[plan.carrier[link]]);
+    if (at.force.norm() > hurled * mass)
+      warnings.push_back("contact '" + contact.name + "' starts " + rounded(at.depth) +
+                         " m deep, with a force of " + rounded(at.force.norm()) +
+                         " N: move the start pose, or set stiffness to the depth expected");
+    if (std::any_of(plan.contact_pairs.begin(), plan.contact_pairs.end(),
+                    [&](const auto& pair) { return pair.contact == index && meets_an_edge(pair, ws); }))
+      warnings.push_back("contact '" + contact.name +
+                         "': a corner meets an edge of a box exactly, where it has no depth: the bodies may "
+                         "pass through each other; change one of the sizes or the start pose slightly");
+  }
+  return warnings;
+}
+
+}  // namespace redysim
