@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import build_fmu as rds
-from build_fmu import native
 from build_fmu.errors import UserError
 from build_fmu.identify.base import base_of, estimate
 from build_fmu.identify.consistent import inner
@@ -17,7 +15,6 @@ from build_fmu.identify.filtering import low_pass
 from build_fmu.identify.parameters import body_of, inertial_vector, pseudo_inertia, symmetric, vector_of
 from build_fmu.identify.run import Run, arbitrary, equations, identify
 
-ROOT = Path(__file__).parents[2]
 DOUBLE = """
 name = "double"  # two links
 gravity = [9.81, 0, 0]
@@ -37,28 +34,6 @@ friction = 0.5
 static_friction = 0.7
 armature = 0.05
 """
-
-
-@pytest.fixture(scope="module")
-def model(tmp_path_factory):
-    """Returns a function: text of a model file, or a name in models/ -> the model."""
-    try:
-        native.library()
-    except UserError as error:
-        pytest.skip(str(error))
-    opened = []
-
-    def load(text: str, **options) -> rds.Model:
-        file = ROOT / "models" / f"{text}.toml"
-        if "\n" in text:
-            file = tmp_path_factory.mktemp("model") / "model.toml"
-            file.write_text(text)
-        opened.append(rds.load(file, **options))
-        return opened[-1]
-
-    yield load
-    for one in opened:
-        one.close()
 
 
 def motion(times, n, seed=3):

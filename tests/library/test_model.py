@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import build_fmu as rds
-from build_fmu import native
 from build_fmu.errors import UserError
 
-ROOT = Path(__file__).parents[2]
 LENGTHS, MASSES, G = (1.0, 0.8), (2.0, 1.5), 9.81
 
 # point masses at the ends of massless rods in a vertical plane; angles from the vertical
@@ -31,28 +27,6 @@ com = [0.8, 0, 0]
 q = -0.7
 qd = 0.5
 """
-
-
-@pytest.fixture
-def model(tmp_path):
-    """Returns a function: text of a model file, or a name in models/ -> the model."""
-    try:
-        native.library()
-    except UserError as error:
-        pytest.skip(str(error))
-    opened = []
-
-    def load(text: str, **options) -> rds.Model:
-        file = ROOT / "models" / f"{text}.toml"
-        if "\n" in text:
-            file = tmp_path / "model.toml"
-            file.write_text(text)
-        opened.append(rds.load(file, **options))
-        return opened[-1]
-
-    yield load
-    for one in opened:
-        one.close()
 
 
 def terms(q, qd):

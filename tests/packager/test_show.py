@@ -75,6 +75,28 @@ needs_library = pytest.mark.usefixtures("built_library")
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 needs_browser = pytest.mark.skipif(BROWSER is None, reason="there is no chromium")
 
+# a hinge and a ball joint
+BALL = """
+name = "ball"
+[[link]]
+name = "arm"
+alpha = 0.7
+mass = 1
+com = [0.5, 0, 0]
+inertia = [0.1, 0.1, 0.1]
+[[link]]
+name = "body"
+joint = "spherical"
+joint_name = "socket"
+a = 1
+alpha = 0.4
+mass = 1
+com = [0.3, 0.1, -0.4]
+inertia = [0.1, 0.2, 0.2]
+q = [0.3, -0.4, 0.5]
+qd = [1, 2, 3]
+"""
+
 
 @pytest.fixture
 def model_file(tmp_path):
@@ -223,29 +245,7 @@ def test_the_browser_puts_the_links_where_the_model_has_them(model_file, tmp_pat
 @needs_browser
 def test_a_spherical_joint_turns_by_its_quaternion(tmp_path):
     model, record, out = tmp_path / "ball.toml", tmp_path / "run.csv", tmp_path / "page.html"
-    model.write_text(
-        """
-name = "ball"
-[[link]]
-name = "arm"
-alpha = 0.7
-mass = 1
-com = [0.5, 0, 0]
-inertia = [0.1, 0.1, 0.1]
-[[link]]
-name = "body"
-joint = "spherical"
-joint_name = "socket"
-a = 1
-alpha = 0.4
-mass = 1
-com = [0.3, 0.1, -0.4]
-inertia = [0.1, 0.2, 0.2]
-q = [0.3, -0.4, 0.5]
-qd = [1, 2, 3]
-""",
-        encoding="utf-8",
-    )
+    model.write_text(BALL, encoding="utf-8")
     assert main(["simulate", str(model), "--stop", "0.5", "--step", "0.01", "--csv", str(record)]) == 0
     assert main(["show", str(model), str(record), "-o", str(out)]) == 0
     dom = browse(f"{out.as_uri()}#t=0.25", tmp_path, "--dump-dom")

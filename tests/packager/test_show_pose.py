@@ -10,30 +10,11 @@ from scipy.spatial.transform import Rotation
 from build_fmu.cli import main
 from build_fmu.importers.draft import DhFrame
 from build_fmu.importers.rigid import pose_of
-from tests.packager.test_show import attribute, browse, data_of, needs_browser, needs_library
+from tests.packager.test_show import BALL, attribute, browse, data_of, needs_browser, needs_library
 
-MODEL = """
-name = "ball"
-[[link]]
-name = "arm"
-alpha = 0.7
-mass = 1
-com = [0.5, 0, 0]
-inertia = [0.1, 0.1, 0.1]
-lower = -1
-upper = 1.5
-stop_stiffness = 100
-[[link]]
-name = "body"
-joint = "spherical"
-joint_name = "socket"
-a = 1
-alpha = 0.4
-mass = 1
-com = [0.3, 0.1, -0.4]
-inertia = [0.1, 0.2, 0.2]
-q = [0.3, -0.4, 0.5]
-"""
+MODEL = BALL.replace("inertia = [0.1, 0.1, 0.1]\n", "inertia = [0.1, 0.1, 0.1]\nlower = -1\nupper = 1.5\nstop_stiffness = 100\n").replace(
+    "qd = [1, 2, 3]\n", ""
+)
 LOOP = """
 [[loop]]
 name = "closure"
