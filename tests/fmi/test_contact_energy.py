@@ -15,6 +15,7 @@ from tests.fmi.raw import OK, Unpacked
 
 MODELS = Path(__file__).resolve().parents[2] / "models"
 METHODS = ("erk", "adams", "dirk", "bdf", "auto")
+CONTACT_MODELS = sorted(file.stem for file in MODELS.glob("*.toml") if "[[contact]]" in file.read_text(encoding="utf-8"))
 CASES = (
     *product(("bouncing_ball", "newtons_cradle"), METHODS),
     *product(("redysim_biped", "redysim_quadruped", "redysim_hexapod"), ("erk", "bdf")),
@@ -63,6 +64,10 @@ def test_the_energy_balance_holds_with_contact(variant, instance, name, method):
         ("redysim_quadruped", "bdf", 1e-5, 0.1),
         ("redysim_biped", "bdf", 1e-5, 0.4),
         ("parallel_gripper", "dirk", 1e-6, 0.4),
+        ("redysim_hexapod", "dirk", 1e-3, 0.5),
+        ("redysim_small_biped", "dirk", 1e-3, 0.2),
+        ("redysim_small_biped", "bdf", 1e-6, 0.2),
+        *(pytest.param(*case, 0.6, marks=pytest.mark.slow) for case in product(CONTACT_MODELS, METHODS[:-1], (1e-3, 1e-6))),
     ],
 )
 def test_energy_outputs_do_not_change_a_run(variant, instance, name, method, rtol, stop):
@@ -72,6 +77,6 @@ def test_energy_outputs_do_not_change_a_run(variant, instance, name, method, rto
         fmu, scene = variant(name, method, outputs)
         step, states = scene["fmu"]["step_size"], fmu.named("output", ".q") + fmu.named("output", ".qd")
         one = instance(fmu).initialize(start={"solver.rtol": rtol, "solver.atol": rtol / 100})
-        runs.append([(one.step(k * step, step), one.reals(states)) for k in range(round(stop / step))])
+        runs.append([(one.step(k * step, step), one.reals(states)) for k in range(round(min(stop, scene["fmu"]["stop_time"]) / step))])
         assert all(status == OK for status, _ in runs[-1])
     assert runs[0] == runs[1]

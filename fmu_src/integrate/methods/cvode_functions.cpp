@@ -76,7 +76,7 @@ bool Cvode::power(double time, void* self_pointer, double& power) {
   Cvode& self = *static_cast<Cvode*>(self_pointer);
   if (CVodeGetDky(self.memory_.get(), time, 0, self.weights_.get()) != CV_SUCCESS) return false;
   const Status status =
-      self.system_.right_hand_side(self.absolute(time), data(self.weights_), self.slope_.data());
+      self.system_.slope_within_step(self.absolute(time), data(self.weights_), self.slope_.data());
   power = self.work_of(self.slope_.data());
   return status == Status::ok;
 }

@@ -253,7 +253,8 @@ void Dirk::integrate_power(double time, double* y) {
     }
     const double at = i + 1 == stages ? time : step_begin_ + nodes[i] * h;
     ++statistics_.evaluations;
-    if (system_.right_hand_side(absolute(at), stage_state_.data(), stage_slope_.data()) != Status::ok) return;
+    if (system_.slope_within_step(absolute(at), stage_state_.data(), stage_slope_.data()) != Status::ok)
+      return;
     for (int part = 0; part < work.count; ++part)
       correction[part] += h * weight * (*work.of(stage_slope_.data(), part) - *work.of(slopes_[i], part));
   }

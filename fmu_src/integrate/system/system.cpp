@@ -41,7 +41,10 @@ System::System(const Plan<double>& plan, bool with_work, const Model* model)
       progress_(workspace_.loop.residual.size()) {
   if (features::control && model && (!model->trajectories.empty() || model->controller.law != Law::none))
     control_ = std::make_unique<Control>(*model, plan);
-  if (plan.has_contacts()) contact_search_ = std::make_unique<ContactSearch>(plan);
+  if (plan.has_contacts()) {
+    contact_search_ = std::make_unique<ContactSearch>(plan);
+    search_qdd_ = q_;
+  }
   set_layouts(with_work, model);
   scales_.assign(integrated_.size() + static_cast<std::size_t>(layout_.actuators()), 1.0);
   angles_.resize(plan.balls.size());
@@ -200,18 +203,23 @@ Status System::accelerations(double time, const double* y, double* qdd) {
 }
 
 Status System::right_hand_side(double time, const double* y, double* ydot) {
+  const Status status = slope_within_step(time, y, ydot);
+  if (contact_search_) {
+    std::copy_n(plan_.has_motion() ? qdd_.data() : layout_.qd.of(ydot), plan_.nv, search_qdd_.begin());
+    search_time_ = status == Status::ok ? time : std::numeric_limits<double>::quiet_NaN();
+  }
+  return status;
+}
+
+Status System::slope_within_step(double time, const double* y, double* ydot) {
   const bool some = plan_.has_motion();
   double* qdd = some ? qdd_.data() : layout_.qd.of(ydot);
   const Status status = accelerations<false>(time, y, qdd);
   for (int k = 0; k < layout_.q.count; ++k) ydot[k] = y[layout_.qd[k]];
-  if (some)
-    slope_of_integrated(y, qdd, ydot);
-  else if (contact_search_)
-    std::copy_n(qdd, plan_.nv, qdd_.data());
+  if (some) slope_of_integrated(y, qdd, ydot);
   if (with_work()) *layout_.work.of(ydot) = power(coordinates(time, y), qdd);
   if (layout_.work.count > 1) layout_.work.of(ydot)[1] = workspace_.contact_power;
   if (actuators()) add_actuators(y, ydot);
-  qdd_time_ = status == Status::ok ? time : std::numeric_limits<double>::quiet_NaN();
   return status;
 }
 
@@ -398,9 +406,13 @@ void System::project_velocity(double* velocity) {
 
 double System::step_to_touch(double time, const double* y, double h) {
   // those of the last stage of a step, or of its last iteration, are accurate enough for the next one
-  if (time != qdd_time_ && accelerations(time, y, qdd_.data()) != Status::ok) return h;
+  if (time != search_time_) {
+    search_time_ = std::numeric_limits<double>::quiet_NaN();
+    if (accelerations(time, y, search_qdd_.data()) != Status::ok) return h;
+    search_time_ = time;
+  }
   const Coordinates at = coordinates(time, y);
-  return contact_search_->step_to_touch(plan_, workspace_, at.q, at.qd, qdd_.data(), h);
+  return contact_search_->step_to_touch(plan_, workspace_, at.q, at.qd, search_qdd_.data(), h);
 }
 
 double System::energy(const double* q, const double* qd, const double* y) {

@@ -127,6 +127,9 @@ class System {
 
   // ydot = f(time, y). Fills the workspace for y. A non-finite result is recoverable.
   Status right_hand_side(double time, const double* y, double* ydot);
+  // The same for outputs, such as the work: the next step does not depend on it. The search for contacts
+  // continues from the accelerations of the last right_hand_side.
+  Status slope_within_step(double time, const double* y, double* ydot);
 
   // Moves y to the nearest point (mass metric) that satisfies the loop constraints of positions and
   // velocities. `error` (length size(), may be null): an error estimate, projected likewise.
@@ -226,12 +229,13 @@ class System {
   std::unique_ptr<ContactSearch> contact_search_;  // null: no contacts
   std::vector<double> inputs_;
   std::vector<double> scratch_inputs_, unmoved_, sampled_state_;
-  std::vector<double> q_, qd_;                                  // all joints
-  std::vector<BallAngles> angles_;                              // of the spherical joints, as in q_
-  bool charts_kept_ = false;                                    // during the corrections of a projection
-  std::vector<double> recursion_inputs_;                        // empty: those of inputs_
-  std::vector<double> qdd_, drive_;                             // all joints, of the last accelerations
-  double qdd_time_ = std::numeric_limits<double>::quiet_NaN();  // of the last right_hand_side
+  std::vector<double> q_, qd_;                                     // all joints
+  std::vector<BallAngles> angles_;                                 // of the spherical joints, as in q_
+  bool charts_kept_ = false;                                       // during the corrections of a projection
+  std::vector<double> recursion_inputs_;                           // empty: those of inputs_
+  std::vector<double> qdd_, drive_;                                // all joints, of the last accelerations
+  std::vector<double> search_qdd_;                                 // of the last right_hand_side
+  double search_time_ = std::numeric_limits<double>::quiet_NaN();  // of search_qdd_
   Workspace<double> workspace_;
   std::vector<double> scratch_;  // plan().nv
   ResidualProgress progress_;
