@@ -28,13 +28,13 @@ std::vector<double> connected_masses(const Plan<double>& plan) {
   return masses;
 }
 
-// Whether a corner is at an edge of a box, or comes straight to one of its corners: there it has no depth
-// below the nearest face.
-bool meets_an_edge(const ContactPair<double>& pair, const Workspace<double>& ws) {
+// Whether a corner is within `depth` of an edge of a box, or comes straight to one of its corners: there the
+// nearest face is not the one that is to carry it.
+bool meets_an_edge(const ContactPair<double>& pair, const Workspace<double>& ws, double depth) {
   if (pair.surface.kind != ShapeKind::box || pair.radius > 0) return false;
   const RelativeMotion<double> motion =
       relative_motion(pair.surface, ground_state(ws, pair.ball_entry), ground_state(ws, pair.surface_entry));
-  const double tolerance = exact * pair.surface.half_size.maxCoeff();
+  const double tolerance = std::max(depth, exact * pair.surface.half_size.maxCoeff());
   return std::any_of(pair.balls.begin(), pair.balls.end(), [&](const Vec3<double>& ball) {
     const Vec3<double> p = motion.point(ball);
     int outside = 0, at_edge = 0;
@@ -64,11 +64,17 @@ std::vector<std::string> contact_warnings(const Model& model, const Plan<double>
       warnings.push_back("contact '" + contact.name + "' starts " + rounded(at.depth) +
                          " m deep, with a force of " + rounded(at.force.norm()) +
                          " N: move the start pose, or set stiffness to the depth expected");
-    if (std::any_of(plan.contact_pairs.begin(), plan.contact_pairs.end(),
-                    [&](const auto& pair) { return pair.contact == index && meets_an_edge(pair, ws); }))
-      warnings.push_back("contact '" + contact.name +
-                         "': a corner meets an edge of a box exactly, where it has no depth: the bodies may "
-                         "pass through each other; change one of the sizes or the start pose slightly");
+    // twice the depth at which four corners carry the weight: that of a start without depth
+    const ContactLaw<double>& law = plan.contact_laws[k];
+    const double depth =
+        std::isfinite(mass) ? law.width + 0.5 * mass * plan.gravity.norm() / law.stiffness : law.width;
+    if (std::any_of(plan.contact_pairs.begin(), plan.contact_pairs.end(), [&](const auto& pair) {
+          return pair.contact == index && meets_an_edge(pair, ws, depth);
+        }))
+      warnings.push_back("contact '" + contact.name + "': a corner meets an edge of a box within " +
+                         rounded(depth) +
+                         " m, the depth expected: the bodies may pass through each other; let one of them "
+                         "overlap the other by more, or raise stiffness");
   }
   return warnings;
 }
