@@ -16,7 +16,11 @@ BallAnglesOf<Scalar> angles_at(const Scalar* chart) {
   return {false, chart[1], chart[2], chart[3]};
 }
 
-bool has_jacobian(const Frame& frame) { return frame.jacobian || frame.jacobian_rate; }
+bool has_inertia(const Frame& frame) { return frame.inverse_inertia; }
+
+bool has_jacobian(const Frame& frame) {
+  return frame.jacobian || frame.jacobian_rate || frame.inverse_inertia;
+}
 
 bool needs_bodies(const Model& model) {
   return std::any_of(model.frames.begin(), model.frames.end(), has_jacobian);
@@ -39,12 +43,14 @@ template <class Scalar>
 EquationTerms<Scalar>::EquationTerms(const Model& model, const Plan<Scalar>& plan)
     : plan_(plan), workspace_(plan) {
   const std::size_t joints = plan.joints.size(), n = joints - plan.balls.size();
-  const auto length = [&model, n](int term) {
-    return model.fmu.shows(groups[term]) ? term == mass ? n * n : n : 0;
+  const bool factored = std::any_of(model.frames.begin(), model.frames.end(), has_inertia);
+  const auto length = [&](int term) {
+    if (term == mass) return model.fmu.shows(groups[term]) || factored ? n * n : 0;
+    return model.fmu.shows(groups[term]) ? n : 0;
   };
   std::size_t size = 5 * joints;
   for (int term = 0; term < count; ++term) size += length(term);
-  numbers_.resize(size);
+  numbers_.resize(size + (factored ? n * (n + 2) : 0));
   rest_ = numbers_.data();
   q_ = rest_ + joints;
   qd_ = q_ + joints;
@@ -52,6 +58,7 @@ EquationTerms<Scalar>::EquationTerms(const Model& model, const Plan<Scalar>& pla
   qdd_ = now_ + joints;
   Scalar* next = qdd_ + joints;
   for (int term = 0; term < count; next += length(term++)) terms_[term] = next;
+  factor_ = next;
   if (needs_bodies(model)) bodies_ = std::make_unique<GroundState<Scalar>[]>(joints);
   if (model.fmu.shows(OutputGroup::reaction)) reactions_ = std::make_unique<Force<Scalar>[]>(joints);
 }
@@ -200,6 +207,52 @@ Scalar EquationTerms<Scalar>::jacobian(int body, const Vec3<double>& point, int 
     if (rate) column += z.cross(at.velocity - on.velocity);
   }
   return column[row - 3];
+}
+
+// M = L L^T. A prescribed joint has no row: no force moves it.
+template <class Scalar>
+void EquationTerms<Scalar>::factor_mass() {
+  using std::sqrt;
+  const int n = velocities();
+  if (renew(1u << mass)) compute(mass);
+  const Scalar* M = terms_[mass];
+  for (int i = 0; i < n; ++i) {
+    const bool held = plan_.joints[velocity_at(i).joint].prescribed;
+    for (int j = 0; j <= i; ++j) {
+      Scalar sum = M[i * n + j];
+      for (int k = 0; k < j; ++k) sum -= factor_[i * n + k] * factor_[j * n + k];
+      Scalar& entry = factor_[i * n + j];
+      if (held || (j < i && factor_[j * n + j] == Scalar(0)))
+        entry = Scalar(0);
+      else
+        entry = i == j ? Scalar(sqrt(sum)) : Scalar(sum / factor_[j * n + j]);
+    }
+  }
+}
+
+// x = L^-1 of a row of the Jacobian.
+template <class Scalar>
+void EquationTerms<Scalar>::solve_lower(int body, const Vec3<double>& point, int row, Scalar* x) {
+  const int n = velocities();
+  for (int i = 0; i < n; ++i) {
+    const Scalar& pivot = factor_[i * n + i];
+    x[i] = Scalar(0);
+    if (pivot == Scalar(0)) continue;
+    Scalar sum = jacobian(body, point, row * n + i, false);
+    for (int k = 0; k < i; ++k) sum -= factor_[i * n + k] * x[k];
+    x[i] = sum / pivot;
+  }
+}
+
+template <class Scalar>
+Scalar EquationTerms<Scalar>::inverse_inertia(int body, const Vec3<double>& point, int element) {
+  if (renew(factors)) factor_mass();
+  const int n = velocities();
+  Scalar *a = factor_ + n * n, *b = a + n, sum(0);
+  solve_lower(body, point, element / 6, a);
+  solve_lower(body, point, element % 6, b);
+  for (int k = 0; k < n; ++k) sum += a[k] * b[k];
+  return sum;
 }
 
 template <class Scalar>

@@ -30,6 +30,8 @@ class EquationTerms {
   // Angular velocity (rows 0 to 2) and velocity of a point of a body in ground axes, by v: 6 x n, by rows; or
   // its time derivative.
   Scalar jacobian(int body, const Vec3<double>& point, int element, bool rate);
+  // J M^-1 J^T of the same Jacobian, 6 x 6, by rows; prescribed joints keep their motion.
+  Scalar inverse_inertia(int body, const Vec3<double>& point, int element);
   // Force along velocity `element / 10` by one of the ten inertial parameters of a link: mass, first moment
   // (3), inertia about the link's origin (xx, yy, zz, xy, xz, yz), in link axes.
   Scalar regressor(int link, int element);
@@ -48,6 +50,8 @@ class EquationTerms {
   Velocity velocity_at(int k) const;
   void compute(Term term);
   void set_mass(Scalar* M);
+  void factor_mass();
+  void solve_lower(int body, const Vec3<double>& point, int row, Scalar* x);
   void set_passive(Scalar* forces);
   void set_inertial(const Vec3<Scalar>& weight, const Scalar* qd, Scalar* forces);
   void accelerate_ball(int chart, const Vec3<Scalar>& alpha);
@@ -61,10 +65,12 @@ class EquationTerms {
   std::vector<Scalar> numbers_;                    // all of the following
   Scalar *rest_, *q_, *qd_, *now_, *qdd_;          // of all joints; rest_: zeros; now_: qdd
   Scalar* terms_[count];                           // of no length if not requested
+  Scalar* factor_;                                 // L of M = L L^T, by rows, and two vectors; likewise
   std::unique_ptr<GroundState<Scalar>[]> bodies_;  // null if no Jacobian is requested
   std::unique_ptr<Force<Scalar>[]> reactions_;     // of all joints; null if not requested
-  // besides terms: bodies_, and the accelerations and the loop rows in the workspace
-  static constexpr unsigned bodies = 1u << count, accelerations = bodies << 1, rows = bodies << 2;
+  // besides terms: bodies_, the accelerations and the loop rows in the workspace, and factor_
+  static constexpr unsigned bodies = 1u << count, accelerations = bodies << 1, rows = bodies << 2,
+                            factors = bodies << 3;
   unsigned current_ = 0;  // bits
 };
 

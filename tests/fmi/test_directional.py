@@ -224,7 +224,7 @@ link = [
 name = "ankle"
 link = "sole"
 position = [0.1, 0, 0.1]
-outputs = ["wrench", "imu", "acceleration", "jacobian", "jacobian_rate"]
+outputs = ["wrench", "imu", "acceleration", "jacobian", "jacobian_rate", "inverse_inertia"]
 [[contact]]
 name = "foot"
 link_a = "sole"

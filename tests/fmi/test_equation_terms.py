@@ -29,7 +29,7 @@ def array(values: dict, name: str, *shape: int) -> np.ndarray:
 
 def kr5(library: Library) -> dict[str, float]:
     text = (ROOT / "models" / "kuka_kr5.toml").read_text()
-    frame = '\n[[frame]]\nname = "flange"\nlink = "link6"\nposition = [0.1, -0.2, 0.3]\noutputs = ["jacobian", "jacobian_rate"]\n'
+    frame = '\n[[frame]]\nname = "flange"\nlink = "link6"\nposition = [0.1, -0.2, 0.3]\noutputs = ["jacobian", "jacobian_rate", "inverse_inertia"]\n'
     assert "[fmu]" in text
     head, settings = text.split("[fmu]")
     settings = "\n".join(line for line in settings.splitlines() if not line.startswith("outputs"))
@@ -66,11 +66,50 @@ def test_terms_of_the_kr5_are_those_of_pinocchio(library, robot):
     axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
     assert close(array(values, "flange.jacobian", 6, 6), pin.getFrameJacobian(model, data, place, axes)[angular_first])
     assert close(array(values, "flange.jacobian_rate", 6, 6), pin.getFrameJacobianTimeVariation(model, data, place, axes)[angular_first])
+    J = array(values, "flange.jacobian", 6, 6)
+    inverse = array(values, "flange.inverse_inertia", 6, 6)
+    assert close(inverse, J @ np.linalg.solve(array(values, "mass_matrix", 6, 6), J.T))
+    assert np.array_equal(inverse, inverse.T)
     regressor = pin.computeJointTorqueRegressor(model, data, q, qd, qdd)
     own_order = [0, 1, 2, 3, 4, 6, 9, 5, 7, 8]  # Pinocchio: xx, xy, yy, xz, yz, zz
     for k in range(6):
         found = array(values, f"link{k + 1}.regressor", 6, 10)
         assert np.abs(found - regressor[:, 10 * k : 10 * k + 10][:, own_order]).max() < 1e-12 * np.abs(regressor).max()
+
+
+PUSHED = """
+name = "pushed"
+link = [
+  {name = "base", joint = "free", mass = 3, inertia = [0.3, 0.4, 0.5], q = [0.1, 0.2, 0.3, 0.3, 0.2, -0.4], qd = [0.1, 0, 0.2, 0.3, -0.2, 0.1]},
+  {name = "upper", parent = "base", drive = "motion", mass = 1, com = [0.3, 0, 0.1], inertia = [0.1, 0.2, 0.3], a = 0.5, alpha = 1, q = 0.2, qd = 0.3},
+  {name = "lower", parent = "upper", mass = 2, com = [0.2, 0.1, 0], inertia = [0.1, 0.1, 0.1], a = 0.4, alpha = -0.5, q = 0.7, armature = 0.2},
+]
+[[frame]]
+name = "tip"
+link = "lower"
+position = [0.1, 0.2, 0.3]
+port = "ground"
+outputs = ["acceleration", "inverse_inertia"]
+"""
+
+
+def test_the_inverse_inertia_is_what_a_wrench_at_the_frame_accelerates(library):
+    """The recursion answers a wrench linearly; a prescribed joint keeps its motion."""
+    library.load(PUSHED)
+    names = [f"tip.{kind}[{k}]" for kind in ("angular_acceleration", "acceleration") for k in (1, 2, 3)]
+    wrench = [f"tip.{kind}[{k}]" for kind in ("torque", "force") for k in (1, 2, 3)]
+
+    def at(values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
+        with Slave(library) as slave:
+            assert slave.setup() == OK and slave.call("EnterInitializationMode") == OK
+            assert all(slave.set(name, value) == OK for name, value in values.items())
+            assert slave.call("ExitInitializationMode") == OK
+            outputs = dict(zip(library.outputs, slave.reals(library.outputs), strict=True))
+            return np.array([outputs[name] for name in names]), array(outputs, "tip.inverse_inertia", 6, 6)
+
+    free, inverse = at({})
+    for k, name in enumerate(wrench):
+        assert np.abs(at({name: 10})[0] - free - 10 * inverse[:, k]).max() < 1e-12 * np.abs(free).max()
 
 
 def test_bad_requests_are_one_sentence(library):
@@ -79,14 +118,18 @@ def test_bad_requests_are_one_sentence(library):
         library.load('name = "a"\n' + arm + '[fmu]\noutputs = ["mass_matrx"]\n')
     with pytest.raises(Refused, match=r"fmu: outputs must be .*got 'jacobian'"):
         library.load('name = "a"\n' + arm + '[fmu]\noutputs = ["jacobian"]\n')
-    with pytest.raises(Refused, match=r"frame 'tip': outputs must be .*'jacobian_rate', got 'jacobi'; did you mean"):
+    with pytest.raises(Refused, match=r"frame 'tip': outputs must be .*'inverse_inertia', got 'jacobi'; did you mean"):
         library.load('name = "a"\n' + arm + '[[frame]]\nname = "tip"\nlink = "arm"\noutputs = ["jacobi"]\n')
 
 
 def test_nothing_exists_unless_requested(library):
     library.load((ROOT / "models" / "kuka_kr5.toml").read_text())
     names = " ".join(library.variables)
-    assert not [word for word in ("mass_matrix", "bias", "coriolis", "passive", "regressor", "reaction", "jacobian") if word in names]
+    assert not [
+        word
+        for word in ("mass_matrix", "bias", "coriolis", "passive", "regressor", "reaction", "jacobian", "inverse_inertia")
+        if word in names
+    ]
 
 
 # a planar four-bar whose cut joint is a hinge: three of its five rows are redundant

@@ -88,6 +88,27 @@ double quaternion_derivative(OutputDerivatives& of, const Variable& v) {
          quaternion_change({q.w(), q.x(), q.y(), q.z()}, {spin(2, 1), spin(0, 2), spin(1, 0)}, v.element);
 }
 
+double read_inverse_inertia(Values& at, const Variable& v) {
+  const Plan<double>& plan = at.plan();
+  return at.terms().inverse_inertia(plan.carrier[v.link], in_body(at.model(), plan, v).position, v.element);
+}
+
+double inverse_inertia_derivative(OutputDerivatives& of, const Variable& v) {
+  const Plan<double>& plan = of.values().plan();
+  return of.tangent()
+      .terms()
+      .inverse_inertia(plan.carrier[v.link], in_body(of.model(), plan, v).position, v.element)
+      .derivative;
+}
+
+void name_inverse_inertia(const Model&, const Variable& v, Presentation& shown) {
+  const auto name = [](int row, const char* turning, const char* moving) {
+    return std::string(row < 3 ? turning : moving) + " " + axes[row % 3];
+  };
+  shown.description += name(v.element / 6, "angular acceleration", "acceleration") + " by " +
+                       name(v.element % 6, "torque", "force");
+}
+
 void name_port_axes(const Model& model, const Variable& v, Presentation& shown) {
   const bool own = model.frames[v.frame].port == Frame::Port::frame_axes;
   shown.description += own ? "frame's axes" : "ground frame";
@@ -280,6 +301,15 @@ constexpr Entry entries[] = {
         .depends(at_point::jumps, initially::accelerations)
         .says("Time derivative of the Jacobian of %, ground frame: ")
         .adapted(name_jacobian),
+    output(Owner::frame, "inverse_inertia")
+        .array(6, 6)
+        .there_if(
+            [](const Scene& scene, const Variable& v) { return scene.model.frames[v.frame].inverse_inertia; })
+        .reads(read_inverse_inertia, Needs::accelerations)
+        .derivative(inverse_inertia_derivative)
+        .depends(at_point::jumps, initially::accelerations)
+        .says("Inverse of the operational-space inertia of %, ground frame: ")
+        .adapted(name_inverse_inertia),
 };
 
 }  // namespace

@@ -5,8 +5,9 @@ namespace {
 
 void read_outputs(Section& section, Frame& frame) {
   if (!section.has("outputs")) return;
-  const std::vector<bool> shown = section.flags("outputs", {"pose", "rotation", "velocity", "acceleration",
-                                                            "imu", "wrench", "jacobian", "jacobian_rate"});
+  const std::vector<bool> shown =
+      section.flags("outputs", {"pose", "rotation", "velocity", "acceleration", "imu", "wrench", "jacobian",
+                                "jacobian_rate", "inverse_inertia"});
   frame.pose = shown[0];
   frame.rotation_matrix = shown[1];
   frame.velocity = shown[2];
@@ -15,6 +16,7 @@ void read_outputs(Section& section, Frame& frame) {
   frame.wrench = shown[5];
   frame.jacobian = shown[6];
   frame.jacobian_rate = shown[7];
+  frame.inverse_inertia = shown[8];
 }
 
 // A wrist sensor is a fixed joint. A joint with several DOF consists of links "<name>[1]", ...
