@@ -45,7 +45,6 @@ def hold_start(draft: Draft) -> None:
         raise UserError("--hold: no joint with a drive moves a mass")
     kp, kd = (list(gains) for gains in zip(*controlled.values(), strict=True))
     draft.controller = {"law": "pd", "joints": list(controlled), "kp": kp, "kd": kd, "input": True}
-    draft.solver.setdefault("method", "auto")
     draft.doubts.append(
         f"a PD controller holds the start pose of {some(list(controlled))}: its gains give what a joint moves at least {FREQUENCY:g} Hz "
         f"and a sag of at most {SAG['revolute']:g} rad or {SAG['prismatic']:g} m under its weight; the inputs are added to its torques"

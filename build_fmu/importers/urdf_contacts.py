@@ -68,7 +68,6 @@ def add_contacts(solids: list[Solid], omitted: Counter, layout, feet_only: bool)
         for shape in _shapes(solid, poses[solid.link]):
             fields = {"link_a": solid.link, **shape, "stiffness": stiffness, **LAW, "outputs": ["force", "depth", "point"]}
             draft.contacts.append(DraftTie(layout.names.take(f"{solid.link}_contact"), fields))
-    draft.solver["method"] = "auto"
     shared = f"{mass:.4g} kg on {points} point{'s' if points > 1 else ''}"
     _report(draft, chosen, poses, f"stiffness {stiffness:g} N/m ({shared}: depth {1000 * STATIC_DEPTH:g} mm)")
     if feet_only and any(what.startswith("<mesh>") for what in omitted):

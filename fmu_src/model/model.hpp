@@ -135,7 +135,7 @@ struct Frame {
 enum class SolverMethod { automatic, erk, adams, bdf, dirk };
 
 struct SolverSettings {
-  SolverMethod method = SolverMethod::erk;
+  SolverMethod method = SolverMethod::automatic;
   double rtol = 1e-6;
   double atol = 1e-8;
   double max_step = 0;      // s; 0: no bound

@@ -26,9 +26,9 @@ ANGLES = {
     "epsilon": 1.048080741042263,
 }
 RUNS = {
-    "pendulum": ("pivot.q", 10, references.pendulum, 1e-8),
-    "iftomm_four_bars": ("rod0.q", 10, references.four_bars(40), 1e-7),
-    "iftomm_bricard": ("joint1.q", 10, references.bricard, 1e-9),
+    "pendulum": ("pivot.q", 10, references.pendulum, 5e-8),
+    "iftomm_four_bars": ("rod0.q", 10, references.four_bars(40), 3e-7),
+    "iftomm_bricard": ("joint1.q", 10, references.bricard, 2e-8),
     "iftomm_governor": ("lift.q", 10, references.governor, 3e-8),
     "slider_crank": ("crank_joint.q", 3, references.slider_crank, 1e-7),
 }

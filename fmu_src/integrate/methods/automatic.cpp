@@ -21,7 +21,7 @@
 //   steps of an explicit one; then dirk or bdf instead of the other, and explicit ones where they promise it.
 //
 // Inputs that change again and again are part of the cost: it is then measured over whole intervals between
-// changes.
+// changes. Where a method fails, the others continue in turn; the advance fails where all do.
 
 namespace redysim {
 namespace {
@@ -107,7 +107,7 @@ class Automatic final : public Integrator {
   }
 
   // The last decision, for the log.
-  enum class Event : std::uint8_t { tried, stays, returns, restarts };
+  enum class Event : std::uint8_t { tried, stays, returns, restarts, replaces };
   struct Note {
     Event event = Event::tried;
     Choice method = Choice::erk, other = Choice::erk;
@@ -132,6 +132,7 @@ class Automatic final : public Integrator {
   void use(Choice choice);
   void note_change();
   void leave_multistep();
+  bool replace_failed(unsigned& failed);
   void consider(double end, double span);
   // What is expected until the inputs change.
   struct Outlook {
@@ -300,17 +301,41 @@ Outcome Automatic::advance(double end, bool inputs_changed) {
   StepBudget budget(time(), end);
   const long before = statistics_.steps;
   bool changed = inputs_changed;
+  unsigned failed = 0;  // methods, at `failed_at`
+  double failed_at = time();
   while (time() < end) {
-    const Outcome outcome = current_->advance(end, changed);
-    changed = false;
+    Outcome outcome = current_->advance(end, changed);
     count();
-    if (!outcome.ok) return outcome;
+    if (!outcome.ok) {
+      if (time() > failed_at) failed = 0;
+      failed_at = time();
+      if (!replace_failed(failed)) return outcome;
+      continue;
+    }
+    changed = false;
     const long taken = statistics_.steps - before;
     if (budget.is_hopeless(taken, time(), end)) return failure(time(), budget.hopeless(name()));
     if (taken > budget.steps()) return failure(time(), budget.exceeded(system_, name(), time(), state()));
     if (time() < end) consider(end, span);
   }
   return {};
+}
+
+// Continues with a method that has not failed here; the one-step methods first, whose steps shrink best.
+bool Automatic::replace_failed(unsigned& failed) {
+  const Choice former = choice();
+  failed |= 1U << memory_.choice;
+  for (const Choice next : {Choice::dirk, Choice::erk, Choice::bdf, Choice::adams}) {
+    if ((failed >> static_cast<unsigned>(next) & 1U) != 0) continue;
+    use(next);
+    note(Event::replaces, former, next, 0, 0);
+    memory_.due[static_cast<int>(former)] = work() + Tuning::longest_wait;
+    memory_.measuring = memory_.extensions = 0;
+    memory_.average_work = memory_.average_time = 0;
+    begin_account();
+    return true;
+  }
+  return false;
 }
 
 // A trial goes on with the one-step method.
@@ -511,6 +536,8 @@ std::string Automatic::last_decision() const {
     print("auto tries %s instead of %s at %s s", method, other, at.c_str());
   else if (note_.event == Event::restarts)
     print("auto continues with %s at %s s: inputs change too often for %s", other, at.c_str(), method);
+  else if (note_.event == Event::replaces)
+    print("auto continues with %s at %s s: %s failed", other, at.c_str(), method);
   else
     print("auto %s %s at %s s: %s right-hand sides per second, %s took %s",
           note_.event == Event::stays ? "keeps" : "returns from", method, at.c_str(), cost.c_str(), other,

@@ -22,7 +22,7 @@ TEST(model_file, empty_fields_take_the_documented_defaults) {
   EXPECT_EQ(link.joint.type, JointType::revolute);
   EXPECT_EQ(link.joint.drive, Drive::torque);
   EXPECT_EQ(link.com, Vec3<double>(0, 0, 0));
-  EXPECT_EQ(model.solver.method, SolverMethod::erk);
+  EXPECT_EQ(model.solver.method, SolverMethod::automatic);
   EXPECT_EQ(model.solver.rtol, 1e-6);
   EXPECT_EQ(model.solver.atol, 1e-8);
   EXPECT_TRUE(model.fmu.shows(OutputGroup::acceleration) && model.fmu.shows(OutputGroup::energy) &&
