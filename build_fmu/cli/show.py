@@ -53,7 +53,7 @@ def add(commands) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes page and films and returns the exit code."""
+    """Writes page and films and returns the exit code. Of a failed simulation they show what precedes the failure, which is raised then."""
     from build_fmu.draw.shapes import with_solids
     from build_fmu.show.film import film
     from build_fmu.show.page import page
@@ -86,12 +86,13 @@ def run(options: argparse.Namespace) -> int:
             raise UserError(f"'{path}' requires the mechanism: add the FMU or the model file")
         count = film(path, name, shown, model, options.speed, options.rate)
         print(f"{path}  {path.stat().st_size / 1024:.0f} kB, {count} frames, t = {shown.time[0]:g} to {shown.time[-1]:g} s")
-    if (films or options.still) and not options.output:
-        return 0
-    text, stride = page(name, about(model, shown, record), shown, model)
-    whole_file(target, lambda temporary: temporary.write_text(text, encoding="utf-8", newline="\n"))
-    every = f", one row in {stride}" if stride > 1 else ""
-    print(f"{target}  {len(text.encode()) / 1024:.0f} kB, t = {shown.time[0]:g} to {shown.time[-1]:g} s{every}; open it in a browser")
+    if options.output or not (films or options.still):
+        text, stride = page(name, about(model, shown, record), shown, model)
+        whole_file(target, lambda temporary: temporary.write_text(text, encoding="utf-8", newline="\n"))
+        every = f", one row in {stride}" if stride > 1 else ""
+        print(f"{target}  {len(text.encode()) / 1024:.0f} kB, t = {shown.time[0]:g} to {shown.time[-1]:g} s{every}; open it in a browser")
+    if shown.failure:
+        raise shown.failure
     return 0
 
 
@@ -167,7 +168,7 @@ def _model(mechanism: Path, kept: ExitStack) -> tuple:
 def _simulated(mechanism: Path, model, folder: Path, options: argparse.Namespace) -> tuple:
     from build_fmu.fmu.build import build_for_run
     from build_fmu.run.session import Session
-    from build_fmu.run.simulate import Settings, simulate, time_grid
+    from build_fmu.run.simulate import Settings, Stopped, simulate, time_grid
     from build_fmu.show.runs import run_of
 
     fmu = mechanism
@@ -176,9 +177,13 @@ def _simulated(mechanism: Path, model, folder: Path, options: argparse.Namespace
         build_for_run(model, mechanism, fmu)
     with Session(fmu) as session:
         step = options.step if options.step is not None or model is None else _smooth(time_grid(session, Settings(options.stop)))
-        result = simulate(session, Settings(options.stop, step, None, options.start, options.input))
+        failure = None
+        try:
+            result = simulate(session, Settings(options.stop, step, None, options.start, options.input))
+        except Stopped as stopped:
+            failure, result = stopped, stopped.result
         warn(result.warnings)
-        return run_of(session, result), session.description.modelName
+        return run_of(session, result, failure), session.description.modelName
 
 
 def _smooth(times: list[float]) -> float:

@@ -142,7 +142,8 @@ class Session:
         """Returns the values of numeric variables (SI units)."""
         reals = [n for n in names if self.variables[n].type == "Real"]
         references = [self.variables[n].valueReference for n in reals]
-        values = dict(zip(reals, self._function("get", "Real")(references), strict=True))
+        numbers = self._guarded("when reading its outputs", lambda: self._function("get", "Real")(references))
+        values = dict(zip(reals, numbers, strict=True))
         for name in names:
             variable = self.variables[name]
             if variable.type in ("Integer", "Enumeration", "Boolean"):

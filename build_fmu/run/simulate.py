@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -56,8 +56,16 @@ class Result:
         return replace(self, names=list(names), values=self.values[:, [self.names.index(name) for name in names]])
 
 
+class Stopped(UserError):
+    """A simulation that failed. `result` holds the rows before the failure; without any, the start values of joint positions."""
+
+    def __init__(self, sentence: str, result: Result) -> None:
+        super().__init__(sentence)
+        self.result = result
+
+
 def simulate(session: Session, settings: Settings, progress: Callable[[float], None] = lambda _: None) -> Result:
-    """Simulates the FMU; `progress` gets the time reached (s). Raises UserError."""
+    """Simulates the FMU; `progress` gets the time reached (s). Raises UserError, after the start Stopped."""
     times = time_grid(session, settings)
     signals = parse_inputs(settings.inputs, lambda name: session.find(name, "input", session.names("input")))
     start = start_values(session, settings.start)
@@ -69,29 +77,41 @@ def simulate(session: Session, settings: Settings, progress: Callable[[float], N
     mode = settings.interpolate if session.follows_inputs else "none"
     real_inputs = [name for name in session.names("input") if session.variables[name].type == "Real"]
     course = Course(signals, times, _tolerance(session, settings, start), mode, real_inputs)
-    session.initialise(times[0], times[-1], settings.tolerance, start | course.at(times[0]))
-    prescribed = any(name.endswith(MOTION) for name in signals)
     values = np.empty((len(times), len(names)))
     recorded = {name: np.empty(len(times)) for name in real_inputs}
-    steps = course.steps()
-    for k, time in enumerate(times):
-        if k > 0:
-            for part in next(steps):
-                session.write(part.values)
-                session.write_slopes(part.slopes)
-                session.step(part.begin, part.end - part.begin)
-        now = course.at(time)
-        if prescribed:
-            session.write(now)
-        values[k] = session.read(names)
-        for name, column in recorded.items():
-            column[k] = now.get(name, start.get(name, session.variables[name].start or 0))
-        progress(time)
+    rows = 0
+    try:
+        session.initialise(times[0], times[-1], settings.tolerance, start | course.at(times[0]))
+        for row, now in _course(session, course, times, any(name.endswith(MOTION) for name in signals)):
+            values[row] = session.read(names)
+            for name, column in recorded.items():
+                column[row] = now.get(name, start.get(name, session.variables[name].start or 0))
+            rows = row + 1
+            progress(times[row])
+    except UserError as error:
+        positions = {name[:-1]: float(value) for name, value in start.items() if name.endswith(".q0") and name[:-1] in session.variables}
+        reached = Result(np.array(times[:rows]), names, values[:rows], {name: column[:rows] for name, column in recorded.items()})
+        before = Result(np.array(times[:1]), list(positions), np.array([list(positions.values())]))
+        raise Stopped(str(error), replace(reached if rows else before, warnings=session.warnings())) from None
     session.terminate()
     remarks = course.remarks({name: session.variables[name].unit or "" for name in real_inputs})
     if signals and mode != settings.interpolate:
         remarks.append("inputs: constant during each step, because this FMU does not support derivatives of inputs")
     return Result(np.array(times), names, values, recorded, session.warnings(), remarks)
+
+
+def _course(session: Session, course: Course, times: list[float], prescribed: bool) -> Iterator[tuple[int, dict[str, float]]]:
+    """Yields the number of each communication point, when it is reached, and its inputs."""
+    steps = course.steps()
+    for row, time in enumerate(times):
+        for part in next(steps) if row > 0 else ():
+            session.write(part.values)
+            session.write_slopes(part.slopes)
+            session.step(part.begin, part.end - part.begin)
+        now = course.at(time)
+        if prescribed:
+            session.write(now)
+        yield row, now
 
 
 def _tolerance(session: Session, settings: Settings, start: dict[str, Any]) -> float:

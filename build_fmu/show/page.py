@@ -26,6 +26,7 @@ class Run:
     time: np.ndarray
     columns: dict[str, np.ndarray]
     units: dict[str, tuple[str, float]] = field(default_factory=dict)  # name -> display unit, factor from SI
+    failure: Exception | None = None  # of the simulation, after the last row
 
 
 def page(title: str, about: str, run: Run, model: Description | None) -> tuple[str, int]:
@@ -33,7 +34,8 @@ def page(title: str, about: str, run: Run, model: Description | None) -> tuple[s
     columns = {name: values for name, values in run.columns.items() if name.split(".")[0] not in HIDDEN}
     stride = max(1, -(-len(run.time) * len(columns) // MOST_VALUES))
     rows = np.unique(np.append(np.arange(0, len(run.time), stride), len(run.time) - 1))
-    values = np.array([column[rows] for column in columns.values()], np.float32)
+    with np.errstate(over="ignore"):  # before a failure
+        values = np.array([column[rows] for column in columns.values()], np.float32)
     data = {
         "time": _base64(run.time[rows].astype(np.float64)),
         "values": _base64(values),
@@ -46,6 +48,7 @@ def page(title: str, about: str, run: Run, model: Description | None) -> tuple[s
     fields = {
         "TITLE": escape(title),
         "ABOUT": escape(about),
+        "FAILURE": f'<p id="failure">{escape(str(run.failure))}</p>' if run.failure else "",
         "STYLE": _file("style.css"),
         "SCRIPT": "\n".join(map(_file, SCRIPTS)),
         "DATA": text,

@@ -16,8 +16,8 @@ from build_fmu.run.simulate import Result
 from build_fmu.show.page import Run
 
 
-def run_of(session: Session, result: Result) -> Run:
-    """Returns outputs, nonzero inputs and units of a simulation."""
+def run_of(session: Session, result: Result, failure: UserError | None = None) -> Run:
+    """Returns outputs, nonzero inputs and units of a simulation, and why it failed."""
     columns = {name: result[name] for name in result.names} | {
         name: values for name, values in result.inputs.items() if np.any(values != 0)
     }
@@ -26,7 +26,7 @@ def run_of(session: Session, result: Result) -> Run:
         display = session.display(name)
         # offsets are ignored: they are wrong for differences, and no unit of this project has one
         units[name] = (display.unit, display.factor)
-    return Run(result.time, columns, units)
+    return Run(result.time, columns, units, failure)
 
 
 def recorded(record: Path, model: Description | None) -> Run:

@@ -133,6 +133,29 @@ def test_a_coarse_step_still_plays_smoothly(model_file, tmp_path):
 
 
 @needs_library
+@pytest.mark.parametrize(
+    ("options", "ends", "position", "sentence"),
+    [
+        (["--input", "mast.tau=1e200*(t>0.2)"], 0.2, 0.5, "the accelerations at the start of the step are not finite"),
+        (["--start", "mast.q0=1.2", "mast.qd0=1e300"], 0, 1.2, "the accelerations at 0 s are not finite"),
+    ],
+    ids=["in a step", "at the start"],
+)
+def test_a_run_that_fails_is_shown_until_then(model_file, tmp_path, capsys, options, ends, position, sentence):
+    out, picture = tmp_path / "page.html", tmp_path / "pose.png"
+    assert main(["show", str(model_file), *options, "-o", str(out), "--still", str(picture)]) == 1
+    assert sentence in capsys.readouterr().err and picture.is_file()
+    text = out.read_text(encoding="utf-8")
+    assert sentence in re.search(r'<p id="failure">(.*?)</p>', text)[1]
+    data = data_of(text)
+    times = np.frombuffer(base64.b64decode(data["time"]))
+    values = np.frombuffer(base64.b64decode(data["values"]), np.float32).reshape(len(data["names"]), len(times))
+    # up to one frame before the failure
+    assert times[0] == 0 and ends - 0.002 - 1e-9 <= times[-1] <= ends + 1e-9
+    assert values[data["names"].index("mast.q"), 0] == np.float32(position)
+
+
+@needs_library
 def test_an_fmu_and_a_record(model_file, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["build", str(model_file)]) == 0
@@ -317,3 +340,11 @@ def test_a_record_without_mechanism(tmp_path):
     assert main(["show", str(tmp_path / "a.csv"), "-o", str(tmp_path / "a.html")]) == 0
     dom = browse((tmp_path / "a.html").as_uri() + "#t=1", tmp_path, "--dump-dom")
     assert attribute(dom, "trouble") is None and dom.count('class="panel"') == 2 and 'class="plain"' in dom
+
+
+@needs_library
+def test_an_output_that_is_not_finite_is_one_sentence(tmp_path, capsys):
+    pendulum = tmp_path / "pendulum.toml"
+    pendulum.write_text('name = "pendulum"\n[[link]]\nname = "rod"\nmass = 1\ncom = [1, 0, 0]\n', encoding="utf-8")
+    assert main(["simulate", str(pendulum), "--start", "rod.qd0=1e300"]) == 1
+    assert "the FMU failed when reading its outputs: fmi2GetReal: energy.kinetic is not finite: inf" in capsys.readouterr().err
