@@ -23,6 +23,7 @@ def add(commands) -> None:
     )
     command.add_argument("--inverse", action="store_true", help="inverse dynamics (motion in, torques out): MODEL_inverse.fmu")
     command.add_argument("--fmi", type=int, choices=(2, 3), default=2, help="version of FMI (default: 2)")
+    command.add_argument("--arrays", action="store_true", help="arrays such as q[n] in place of scalars (FMI 3.0 only)")
     command.add_argument("--no-show", action="store_true", help="omit the page that plays the default experiment (documentation/run.html)")
     command.add_argument(
         "--report", action="store_true", help="add the report on accuracy and CPU time to the FMU's documentation (takes a minute)"
@@ -59,12 +60,21 @@ def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
     warn(model.warnings)
     if options.report and options.fmi == 3:
         raise UserError("--report supports FMI 2.0 only: remove it and run `build-fmu report` on the model file")
+    if options.arrays and options.fmi != 3:
+        raise UserError("--arrays: FMI 2.0 has scalars only; add --fmi 3")
     if options.specialise:
         if options.platforms != ["linux64"]:
             raise UserError("--specialise supports linux64 only: remove --platforms")
         print("compiling a library for this model (about a minute the first time)", file=sys.stderr)
     built = build(
-        model, source, target, show=not options.no_show, specialised=options.specialise, platforms=options.platforms, fmi=options.fmi
+        model,
+        source,
+        target,
+        show=not options.no_show,
+        specialised=options.specialise,
+        platforms=options.platforms,
+        fmi=options.fmi,
+        arrays=options.arrays,
     )
     warn(built.undrawn)
     if built.specialised:

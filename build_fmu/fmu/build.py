@@ -12,6 +12,7 @@ from build_fmu.draw.shapes import with_solids
 from build_fmu.errors import UserError
 from build_fmu.fmu import description, description3
 from build_fmu.fmu.archive import Entry, write_archive
+from build_fmu.fmu.arrays import with_arrays
 from build_fmu.fmu.documentation import documentation
 from build_fmu.fmu.licences import licence_files
 from build_fmu.fmu.terminals import terminals
@@ -37,11 +38,13 @@ def build(
     specialised: bool = False,
     platforms: Sequence[str] = ("linux64",),
     fmi: int = 2,
+    arrays: bool = False,
 ) -> Built:
     """Writes the FMU of a described model file, with the tolerance for its target_error.
 
     With `show` the FMU has a page that plays its default experiment. With `specialised` a library is compiled for this model; otherwise no
-    compiler is needed. `fmi` is the version of the standard, 2 or 3. On failure no file is written.
+    compiler is needed. `fmi` is the version of the standard, 2 or 3; `arrays` replaces scalars by arrays in 3.
+    On failure no file is written.
     """
     libraries = {platform: native.library(platform) for platform in platforms}
     if target.suffix != ".fmu":
@@ -61,7 +64,7 @@ def build(
             from build_fmu.fmu.run_page import attached_page
 
             played, reason = attached_page(replace(packed, drawing=drawn.drawing), lambda: contents(packed, file, picture, own))
-        write_archive(target, contents(packed, file, picture, libraries, played, fmi))
+        write_archive(target, contents(packed, file, picture, libraries, played, fmi, arrays))
     return Built(packed, reason, how, undrawn)
 
 
@@ -78,9 +81,11 @@ def contents(
     libraries: Mapping[str, Path],
     played: bytes | None = None,
     fmi: int = 2,
+    arrays: bool = False,
 ) -> list[Entry]:
     """Returns the files of the FMU, with a library for each platform, in the order in which they are stored."""
     is_fmi3 = fmi == 3
+    model = with_arrays(model) if arrays else model
     folder = native.PLATFORM_TUPLES if is_fmi3 else {platform: platform for platform in libraries}
     grouped = terminals(model) if is_fmi3 else None
     return [

@@ -1,10 +1,12 @@
 """Writes modelDescription.xml (FMI 3.0, model exchange and co-simulation) from a model's table.
 
-The variables are those of the FMI 2.0 description, with the same value references, and `time`. Equal tables give equal bytes.
+The variables are those of the FMI 2.0 description, with the same value references, and `time`, or arrays of them (`arrays.py`).
+Equal tables give equal bytes.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 from xml.etree import ElementTree as xml
 
@@ -95,11 +97,17 @@ def _variable(parent: xml.Element, variable: Variable, reference: dict[str, int]
             variability=variable.variability,
             initial=None if variable.causality == "input" else variable.initial,
             **details,
-            start=None if kind == "String" else number(variable.start),
+            start=None if kind == "String" else _start(variable, number),
         ),
     )
+    for length in variable.dimensions:
+        xml.SubElement(element, "Dimension", attributes(start=length))
     if kind == "String" and variable.start is not None:
         xml.SubElement(element, "Start", value=variable.start)
+
+
+def _start(variable: Variable, number: Callable[[Any], Any]) -> Any:
+    return " ".join(number(value) for value in variable.start) if isinstance(variable.start, tuple) else number(variable.start)
 
 
 def _dependencies(row: Unknown, reference: dict[str, int], and_time: bool) -> dict[str, str]:

@@ -107,4 +107,6 @@ def _table(variables: list[Variable]) -> str:
 
 
 def _value(value: object) -> str:
+    if isinstance(value, tuple):
+        return " ".join(map(_value, value))
     return f"{value:.12g}" if isinstance(value, float) else str(value).lower() if isinstance(value, bool) else str(value)

@@ -12,7 +12,7 @@ FLOWS = ("force", "torque")  # of a frame, as inputs
 
 def terminals(model: Description) -> bytes | None:
     """Returns the XML file's content, UTF-8, or None if no frame has force inputs."""
-    ports = dict.fromkeys(v.name.partition(".force[")[0] for v in model.select("input") if ".force[" in v.name)
+    ports = dict.fromkeys(v.name.rpartition(".")[0] for v in model.select("input") if v.name.rpartition(".")[2] in ("force", "force[1]"))
     if not ports:
         return None
     root = xml.Element("fmiTerminalsAndIcons", attributes(fmiVersion="3.0"))

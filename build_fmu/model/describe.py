@@ -38,6 +38,7 @@ class Variable:
     nominal: float | None = None
     description: str = ""
     derivative: str | None = None  # the state whose time derivative this is
+    dimensions: tuple[int, ...] = ()  # of an array, by rows; its start value is a tuple
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,17 @@ class Unknown:
     name: str
     dependencies: list[str] | None = None
     kinds: list[str] | None = None
+
+
+@dataclass(frozen=True)
+class Array:
+    """An array variable of FMI 3.0 and the names of its elements, by rows; `prescribed`: of joints with prescribed motion."""
+
+    name: str
+    value_reference: int
+    prescribed: bool
+    dimensions: list[int]
+    elements: list[str]
 
 
 @dataclass(frozen=True)
@@ -75,6 +87,7 @@ class Description:
     derivatives: list[Unknown] = field(default_factory=list)  # in the order of the states
     model_exchange: dict[str, Any] | None = None  # capabilities; None: not offered
     no_model_exchange: str = ""  # the reason
+    arrays: list[Array] = field(default_factory=list)
 
     def select(self, causality: str) -> list[Variable]:
         """Returns the variables of one causality, in the table's order."""
@@ -132,6 +145,7 @@ def from_table(table: dict[str, Any], warnings: list[str]) -> Description:
         derivatives=[_unknown(row) for row in table.get("derivatives", [])],
         model_exchange=table.get("model_exchange"),
         no_model_exchange=table.get("no_model_exchange", ""),
+        arrays=[Array(**row) for row in table.get("arrays", [])],
         warnings=[line for line in warnings if line.strip()],
     )
 

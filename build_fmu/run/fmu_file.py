@@ -31,8 +31,10 @@ def read_description(fmu: Path):
     if description.fmiVersion.startswith("3.0"):
         names = {new: old for old, new in FMI3_TYPES.items()}
         for variable in description.modelVariables:
-            if variable.type not in names or variable.dimensions:
-                kind = "array" if variable.dimensions else variable.type
-                raise UserError(f"'{fmu}': variable '{variable.name}' of type {kind} is not supported; supported: {', '.join(names)}")
+            if variable.dimensions:
+                raise UserError(f"'{fmu}': variable '{variable.name}' is an array, which is not supported; build the FMU without --arrays")
+            if variable.type not in names:
+                kind, known = variable.type, ", ".join(names)
+                raise UserError(f"'{fmu}': variable '{variable.name}' of type {kind} is not supported; supported: {known}")
             variable.type = names[variable.type]
     return description

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "fmi/boundary/arrays.hpp"
 #include "fmi/boundary/call_table.hpp"
@@ -33,19 +34,17 @@ constexpr const char* no_clocks = "this FMU has no clocks";
 constexpr const char* no_event_mode = "co-simulation has no event mode (hasEventMode = false)";
 constexpr const char* no_structure = "this FMU has no structural parameters and so no configuration mode";
 constexpr const char* no_elements =
-    "all variables are scalars, modelDescription.xml has their dependencies "
-    "(providesPerElementDependencies = false)";
+    "modelDescription.xml has the dependencies (providesPerElementDependencies = false)";
 
 fmi3Status guarded(fmi3Instance instance, Function function, InstanceCall call) noexcept {
   if (!instance) return fmi3Error;
   return static_cast<fmi3Status>(redysim::guarded(*static_cast<Instance*>(instance), function, call));
 }
 
-// Every variable is a scalar: one value for each reference.
-fmi2Status check_sizes(Instance& instance, Function function, std::size_t references, std::size_t values) {
-  if (references == values) return fmi2OK;
-  return instance.refuse(function, "all variables are scalars: " + std::to_string(references) +
-                                       " value references need as many values, got " +
+// One value for each scalar and each element of an array.
+fmi2Status check_sizes(Instance& instance, Function function, std::size_t elements, std::size_t values) {
+  if (elements == values) return fmi2OK;
+  return instance.refuse(function, "the value references need " + std::to_string(elements) + " values, got " +
                                        std::to_string(values));
 }
 
@@ -54,6 +53,34 @@ fmi3Status matched(fmi3Instance c, Function function, std::size_t references, st
                    InstanceCall call) noexcept {
   return guarded(c, function, [&](Instance& i) {
     const fmi2Status sizes = check_sizes(i, function, references, values);
+    return sizes == fmi2OK ? call(i) : sizes;
+  });
+}
+
+// References of arrays replaced by those of their elements, as long as this object lives.
+class Elements {
+ public:
+  Elements(const Instance& instance, const unsigned*& references, std::size_t& count) {
+    if (redysim::objection_to_arrays(count, {references})) return;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (references[i] < redysim::array_reference) continue;
+      for (std::size_t k = 0; k < count; ++k) instance.append_elements(references[k], elements_);
+      references = elements_.data();
+      count = elements_.size();
+      return;
+    }
+  }
+
+ private:
+  std::vector<unsigned> elements_;
+};
+
+// The same with the elements of arrays in place of their references.
+fmi3Status matched(fmi3Instance c, Function function, const unsigned*& references, std::size_t& count,
+                   const std::size_t& values, InstanceCall call) noexcept {
+  return guarded(c, function, [&](Instance& i) {
+    const Elements elements(i, references, count);
+    const fmi2Status sizes = check_sizes(i, function, count, values);
     return sizes == fmi2OK ? call(i) : sizes;
   });
 }
@@ -190,7 +217,8 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 current, fmi3Float64 size, fmi
 
 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t nvr, fmi3Float64 values[],
                           size_t n) {
-  return matched(c, Function::get_real, nvr, n, [&](Instance& i) { return get_float64(i, vr, nvr, values); });
+  return matched(c, Function::get_real, vr, nvr, n,
+                 [&](Instance& i) { return get_float64(i, vr, nvr, values); });
 }
 
 fmi3Status fmi3GetInt32(fmi3Instance c, const fmi3ValueReference vr[], size_t nvr, fmi3Int32 values[],
@@ -206,7 +234,7 @@ fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n
 
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t nvr,
                           const fmi3Float64 values[], size_t n) {
-  return matched(c, Function::set_real, nvr, n, [&](Instance& i) { return i.set_real(vr, nvr, values); });
+  return matched(c, Function::set_real, vr, nvr, n, [&](Instance& i) { return i.set_real(vr, nvr, values); });
 }
 
 fmi3Status fmi3SetInt32(fmi3Instance c, const fmi3ValueReference vr[], size_t nvr, const fmi3Int32[],
@@ -293,7 +321,8 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
                                         const fmi3Float64 seed[], size_t seeds, fmi3Float64 sensitivity[],
                                         size_t sensitivities) {
   constexpr Function function = Function::get_directional_derivative;
-  return matched(c, function, nk, seeds, [&](Instance& i) {
+  return matched(c, function, knowns, nk, seeds, [&](Instance& i) {
+    const Elements elements(i, unknowns, nu);
     const fmi2Status sizes = check_sizes(i, function, nu, sensitivities);
     if (sizes != fmi2OK) return sizes;
     return i.get_directional_derivative(unknowns, nu, knowns, nk, seed, sensitivity);
@@ -304,7 +333,8 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unk
                                     const fmi3ValueReference knowns[], size_t nk, const fmi3Float64 seed[],
                                     size_t seeds, fmi3Float64 sensitivity[], size_t sensitivities) {
   constexpr Function function = Function::get_adjoint_derivative;
-  return matched(c, function, nu, seeds, [&](Instance& i) {
+  return matched(c, function, unknowns, nu, seeds, [&](Instance& i) {
+    const Elements elements(i, knowns, nk);
     const fmi2Status sizes = check_sizes(i, function, nk, sensitivities);
     if (sizes != fmi2OK) return sizes;
     return i.get_adjoint_derivative(unknowns, nu, knowns, nk, seed, sensitivity);
@@ -313,8 +343,20 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unk
 
 fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference vr[], size_t nvr,
                                     const fmi3Int32 orders[], fmi3Float64 values[], size_t n) {
-  return matched(c, Function::get_real_output_derivatives, nvr, n,
-                 [&](Instance& i) { return i.get_real_output_derivatives(vr, nvr, orders, values); });
+  constexpr Function function = Function::get_real_output_derivatives;
+  return guarded(c, function, [&](Instance& i) {
+    if (const char* why = redysim::objection_to_arrays(nvr, {vr, orders, values}))
+      return i.refuse(function, why);
+    std::vector<unsigned> elements;
+    std::vector<int> order_of;
+    for (std::size_t k = 0; k < nvr; ++k) {
+      i.append_elements(vr[k], elements);
+      order_of.resize(elements.size(), orders[k]);
+    }
+    const fmi2Status sizes = check_sizes(i, function, elements.size(), n);
+    if (sizes != fmi2OK) return sizes;
+    return i.get_real_output_derivatives(elements.data(), n, order_of.data(), values);
+  });
 }
 
 // --- functions that this FMU does not offer ---

@@ -217,6 +217,31 @@ void write_variables(Json& json, const Model& model, const VariableTable& table,
   json.end_array();
 }
 
+// Their names are made unique by the packager.
+void write_arrays(Json& json, const Scene& scene, const VariableTable& table) {
+  json.key("arrays").begin_array();
+  for (const Variable& first : table.all()) {
+    const std::vector<unsigned> elements = table.array(scene.plan, first);
+    if (elements.empty()) continue;
+    const Row& row = *first.row;
+    // "arm.force" of "arm.force[1]", "q" of "elbow.q"
+    std::string name = first.name.substr(0, row.is_array() ? first.name.rfind('[') : first.name.npos);
+    if (!row.is_array()) name.erase(0, name.rfind('.') + 1);
+    const int columns = row.columns_of(scene.velocities());
+    const int rows = static_cast<int>(elements.size()) / std::max(columns, 1);
+    json.begin_object().member("name", name);
+    json.member("value_reference", array_reference + first.value_reference);
+    const bool state_of_joint = row.owner == Owner::joint && row.has_state();
+    json.member("prescribed", state_of_joint && scene.plan.joints[first.joint].prescribed);
+    json.key("dimensions").begin_array().value(rows);
+    if (columns > 0) json.value(columns);
+    json.end_array().key("elements").begin_array();
+    for (const unsigned element : elements) json.value(table.all()[element - 1].name);
+    json.end_array().end_object();
+  }
+  json.end_array();
+}
+
 void write_structure(Json& json, const char* key, const VariableTable& table,
                      const std::vector<Dependencies>& rows) {
   json.key(key).begin_array();
@@ -294,6 +319,7 @@ std::string description(const ModelFile& file, const std::string& path, std::vec
   const System system(plan, has_work(file.model, plan), &file.model);
   const StateVariables states = state_variables(table, file.model, system);
   write_variables(json, file.model, table, states);
+  write_arrays(json, scene, table);
   write_structure(json, "outputs", table, output_dependencies(table, scene, states));
   write_structure(json, "derivatives", table, slope_dependencies(table, scene, states));
   write_structure(json, "initial_unknowns", table, initial_dependencies(table, scene));

@@ -43,6 +43,8 @@ class Instance {
   fmi2Status set_real(const unsigned* references, std::size_t count, const double* values);
   fmi2Status set_integer(const unsigned* references, std::size_t count);
   fmi2Status set_string(const unsigned* references, std::size_t count, const fmi2String* values);
+  void append_elements(unsigned reference,
+                       std::vector<unsigned>& elements) const;  // of an array; else itself
   fmi2Status no_booleans(Function function, std::size_t count);
 
   // derivatives (instance_derivatives.cpp)

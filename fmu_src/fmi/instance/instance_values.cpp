@@ -22,6 +22,15 @@ std::string Instance::unknown_reference(unsigned reference, VariableType type) c
   return "there is no " + std::string(text) + " variable with value reference " + std::to_string(reference);
 }
 
+void Instance::append_elements(unsigned reference, std::vector<unsigned>& elements) const {
+  const Variable* first =
+      reference >= array_reference ? simulation_.table.real(reference - array_reference) : nullptr;
+  std::vector<unsigned> found;
+  if (first) found = simulation_.table.array(simulation_.plan, *first);
+  if (found.empty()) found.push_back(reference);
+  elements.insert(elements.end(), found.begin(), found.end());
+}
+
 fmi2Status Instance::get_real(const unsigned* references, std::size_t count, double* values) {
   constexpr Function function = Function::get_real;
   if (const char* why = objection_to_arrays(count, {references, values})) return refuse(function, why);

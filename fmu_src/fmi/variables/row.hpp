@@ -92,6 +92,7 @@ struct Row {
   int elements(int velocities) const {
     return (rows == per_velocity ? velocities : rows) * (columns ? columns_of(velocities) : 1);
   }
+  bool has_state() const { return state != StatePart::none || slope_of != StatePart::none; }
   bool is_array() const { return rows > 1 || columns > 0; }
 };
 

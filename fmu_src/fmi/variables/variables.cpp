@@ -227,6 +227,16 @@ Tunable parse_tunable(const Scene& scene, const OwnerNames& names, const std::st
   return result;
 }
 
+bool forms_arrays(const Row& row) {
+  return row.type == VariableType::real &&
+         (row.is_array() || (row.owner == Owner::joint && !is_tunable(row)));
+}
+
+// Whether one array contains variables of both joints.
+bool are_alike(const Plan<double>& plan, const Variable& a, const Variable& b) {
+  return !a.row->has_state() || plan.joints[a.joint].prescribed == plan.joints[b.joint].prescribed;
+}
+
 }  // namespace
 
 double Variable::min() const {
@@ -281,6 +291,31 @@ void VariableTable::add(const Scene& scene, const RowGroup& group, const Row& ro
   variable.name = name_of(scene, row, variable);
   variable.value_reference = static_cast<unsigned>(all_.size() + 1);
   all_.push_back(std::move(variable));
+}
+
+// Variables of one row are adjacent.
+bool VariableTable::is_first_of_joints(const Plan<double>& plan, const Variable& variable) const {
+  for (std::size_t k = variable.value_reference - 1; k > 0 && all_[k - 1].row == variable.row;)
+    if (are_alike(plan, all_[--k], variable)) return false;
+  return true;
+}
+
+std::vector<unsigned> VariableTable::array(const Plan<double>& plan, const Variable& first) const {
+  const Row& row = *first.row;
+  if (first.element > 0 || !forms_arrays(row)) return {};
+  if (!row.is_array() && !is_first_of_joints(plan, first)) return {};
+  std::vector<unsigned> elements;
+  for (std::size_t k = first.value_reference - 1; k < all_.size() && all_[k].row == &row; ++k) {
+    const bool next = row.is_array() ? all_[k].element == static_cast<int>(elements.size())
+                                     : are_alike(plan, all_[k], first);
+    if (next)
+      elements.push_back(static_cast<unsigned>(k + 1));
+    else if (row.is_array())
+      break;
+  }
+  // a file may list some elements as tunable
+  if (is_tunable(row) && static_cast<int>(elements.size()) < row.elements(0)) return {};
+  return elements;
 }
 
 // In the order of the model file.
