@@ -12,6 +12,7 @@ namespace {
 using namespace redysim::process;
 
 constexpr double step_size = 1e-3;
+constexpr double euler_step = 1e-6;  // stable for the stiff scenes, too
 int blocks = 0;
 
 void* allocate(std::size_t count, std::size_t size) {
@@ -107,8 +108,8 @@ void be_integrated(const Scene& scene) {
     slave.good(fmi2GetContinuousStates(slave, y.data(), y.size()));
     for (int k = 0; k < 10; ++k) {
       slave.good(fmi2GetDerivatives(slave, slope.data(), slope.size()));
-      for (std::size_t i = 0; i < y.size(); ++i) y[i] += step_size * slope[i];
-      slave.good(fmi2SetTime(slave, (k + 1) * step_size));
+      for (std::size_t i = 0; i < y.size(); ++i) y[i] += euler_step * slope[i];
+      slave.good(fmi2SetTime(slave, (k + 1) * euler_step));
       slave.good(fmi2SetContinuousStates(slave, y.data(), y.size()));
       slave.good(fmi2CompletedIntegratorStep(slave, fmi2True, &wants_event, &ends));
     }
