@@ -22,9 +22,9 @@ def add(commands) -> None:
     """Adds the command and its arguments."""
     command = commands.add_parser(
         "import",
-        help="convert a URDF, an MJCF, a DH table, ReDySim files or a scene to a model file",
-        description="Convert a URDF (.urdf, .xacro), an MJCF (.xml), a DH table (.csv, .xlsx), ReDySim's inputs.m, inputs.mat or folder, "
-        "or a scene (.json) to a model file. Omitted content is listed.",
+        help="convert a URDF, an MJCF, an SDF, a DH table, ReDySim files or a scene to a model file",
+        description="Convert a URDF (.urdf, .xacro), an MJCF (.xml), an SDF (.sdf), a DH table (.csv, .xlsx), ReDySim's inputs.m, "
+        "inputs.mat or folder, or a scene (.json) to a model file. Omitted content is listed.",
     )
     command.add_argument("source", type=Path, metavar="FILE", help="file or folder to import")
     command.add_argument(
@@ -43,37 +43,37 @@ def add(commands) -> None:
         "--pivot", action="append", default=[], metavar="LINK=x,y,z", help="ReDySim: joint position of a link on the ground (m)"
     )
     command.add_argument("--arg", action="append", default=[], metavar="NAME=VALUE", help="URDF: argument of a xacro file")
-    command.add_argument("--snap", action="store_true", help="URDF: round angles such as 1.5708 to exact multiples of 90 degrees")
+    command.add_argument("--snap", action="store_true", help="URDF, SDF: round angles such as 1.5708 to exact multiples of 90 degrees")
     command.add_argument(
-        "--frames", action="store_true", help="URDF, MJCF: add the link frames (MJCF: and sites) as [[frame]] tables, which have outputs"
+        "--frames", action="store_true", help="URDF, MJCF, SDF: add link frames (MJCF: and sites) as [[frame]] tables, which have outputs"
     )
     command.add_argument(
         "--contact",
         choices=("ground", "all"),
-        help="URDF, MJCF: convert collision shapes to contacts with the ground plane z = 0: those of the feet (ground) or all",
+        help="URDF, MJCF, SDF: convert collision shapes to contacts with the ground plane z = 0: those of the feet (ground) or all",
     )
-    command.add_argument("--no-shapes", dest="shapes", action="store_false", help="URDF, MJCF: omit shapes that are drawn only")
-    command.add_argument("--limits", action="store_true", help="URDF, MJCF: convert limits of drives to limits of [[actuator]] tables")
+    command.add_argument("--no-shapes", dest="shapes", action="store_false", help="URDF, MJCF, SDF: omit shapes that are drawn only")
+    command.add_argument("--limits", action="store_true", help="URDF, MJCF, SDF: convert limits of drives to limits of [[actuator]] tables")
     command.add_argument(
         "--pose",
         action="append",
         default=[],
         metavar="JOINT=VALUE",
-        help="URDF, MJCF: start position (rad, m), with * as wildcard, for example '*_knee=-1.2'; once per joint or pattern",
+        help="URDF, MJCF, SDF: start position (rad, m), with * as wildcard, for example '*_knee=-1.2'; once per joint or pattern",
     )
     command.add_argument("--keyframe", metavar="NAME", help="MJCF: start in this keyframe")
-    command.add_argument("--hold", action="store_true", help="URDF, MJCF: add a PD controller that holds the start position")
+    command.add_argument("--hold", action="store_true", help="URDF, MJCF, SDF: add a PD controller that holds the start position")
     command.add_argument("--floating", action="store_true", help="URDF: use a floating base instead of a fixed one")
     command.add_argument(
         "--stops",
         type=_stops,
         metavar="STIFFNESS|none",
-        help="URDF, MJCF, DH table: stiffness of stops at joint limits (N m/rad, N/m; default except for tables: by the masses), or none",
+        help="URDF, MJCF, SDF, DH table: stiffness of stops at joint limits (N m/rad, N/m; default: by the masses; tables: none), or none",
     )
     command.add_argument(
-        "--density", type=positive, metavar="D", help="URDF, DH table: density (kg/m3) of links without mass, by their shapes or lengths"
+        "--density", type=positive, metavar="D", help="URDF, SDF, DH table: density (kg/m3) of links without mass, by shapes or lengths"
     )
-    command.add_argument("--mass", type=positive, metavar="M", help="URDF, DH table: the same, by the total mass (kg) of these links")
+    command.add_argument("--mass", type=positive, metavar="M", help="URDF, SDF, DH table: the same, by the total mass (kg) of these links")
     command.add_argument("--dh", choices=("modified", "standard"), help="DH table: convention (modified: Craig, Khalil; standard: distal)")
     command.add_argument("--angles", choices=("rad", "deg"), help="DH table: unit of angles without a unit in the header")
     add_options(command, reports=True)

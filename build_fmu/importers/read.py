@@ -12,18 +12,21 @@ from build_fmu.importers.draft import Draft
 from build_fmu.importers.holding import hold_start
 
 # modules and the extensions of their files; dh_table suggests other formats for some of its extensions
-IMPORTERS = {"scene_json": (".json",), "mjcf": (".mjcf",), "urdf": (".urdf", ".xml", ".xacro"), "redysim": (".m", ".mat"),
+IMPORTERS = {"scene_json": (".json",), "mjcf": (".mjcf",), "sdf": (".sdf", ".world"), "urdf": (".urdf", ".xml", ".xacro"),
+             "redysim": (".m", ".mat"),
              "dh_table": (".csv", ".tsv", ".txt", ".xlsx", ".xls", ".ods", ".xlsb", ".numbers")}  # fmt: skip
 # the importers that use an option
-TREES = ("urdf", "mjcf")
+TREES = ("urdf", "mjcf", "sdf")
+ROOTS = {b"mujoco": "mjcf", b"sdf": "sdf"}  # of .xml files; others are URDF
 OPTIONS = {
     "loop": ("redysim",), "pivot": ("redysim",), "dh": ("dh_table",), "angles": ("dh_table",), "stops": ("dh_table", *TREES),
-    "snap": ("urdf",), "frames": TREES, "floating": ("urdf",), "contact": TREES, "limits": TREES, "pose": TREES,
-    "density": ("urdf", "dh_table"), "mass": ("urdf", "dh_table"), "keyframe": ("mjcf",), "arg": ("urdf",), "hold": TREES,
+    "snap": ("urdf", "sdf"), "frames": TREES, "floating": ("urdf",), "contact": TREES, "limits": TREES, "pose": TREES,
+    "density": ("urdf", "sdf", "dh_table"), "mass": ("urdf", "sdf", "dh_table"), "keyframe": ("mjcf",), "arg": ("urdf",), "hold": TREES,
 }  # fmt: skip
-WORDS = {"redysim": "ReDySim's files", "dh_table": "DH tables", "urdf": "URDF files", "mjcf": "MJCF files"}
+WORDS = {"redysim": "ReDySim's files", "dh_table": "DH tables", "urdf": "URDF files", "mjcf": "MJCF files", "sdf": "SDF files"}
 KINDS = (
-    ".json (mbs-scene/1), .urdf, .xacro, .xml (URDF or MJCF), inputs.m and inputs.mat (ReDySim) or their folder, .csv or .xlsx (DH table)"
+    ".json (mbs-scene/1), .urdf, .xacro, .sdf, .xml (URDF, MJCF or SDF), "
+    "inputs.m and inputs.mat (ReDySim) or their folder, .csv or .xlsx (DH table)"
 )
 ROOT = re.compile(rb"<(?![?!])\s*([^\s/>]+)")
 
@@ -35,8 +38,8 @@ def read(source: Path, options: Namespace) -> Draft:
     if source.suffix == ".toml":
         raise UserError(f"'{source}' is already a model file; build the FMU with `build-fmu build {source.name}`")
     name = "redysim" if source.is_dir() else next((name for name, endings in IMPORTERS.items() if source.suffix.lower() in endings), None)
-    if source.suffix.lower() == ".xml" and _root(source) == b"mujoco":
-        name = "mjcf"
+    if source.suffix.lower() == ".xml":
+        name = ROOTS.get(_root(source), name)
     if name is None:
         raise UserError(f"unsupported file type: '{source}'; supported: {KINDS}")
     for option, users in OPTIONS.items():

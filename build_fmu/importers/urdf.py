@@ -30,19 +30,27 @@ KINDS = {
     "floating": "free",
     "planar": "planar",
 }
+KINDS_OF = {"URDF": KINDS, "SDF": KINDS | {"ball": "spherical"}}
 WORLD = "world"  # the ground in some simulators, without a <link>
 RESIDUE = 1e-16  # m2: an inertia below this times the mass is a rounding error
 
 
 def read(path: Path, options: Namespace) -> Draft:
     """Returns the draft; raises UserError with file, line and element."""
+    return draft_of(Urdf(path, options.snap, options.arg), options)[0]
+
+
+def draft_of(urdf: Urdf, options: Namespace) -> tuple[Draft, TreeLayout]:
+    """Returns the draft of a parsed file, and where its links are."""
     if options.stops not in (None, "none") and not 0 < options.stops < math.inf:
         raise UserError(f"--stops: the stiffness must be > 0 and finite, got {options.stops:g}")
-    urdf = Urdf(path, options.snap, options.arg)
+    path = urdf.path
     bodies = _bodies(urdf)
     draft = Draft(name=legal(urdf.root.attrib.get("name") or path.stem), source=path.name)
     _joints(urdf, bodies, draft)
     by_joint = {body.joint: body for body in bodies.values() if body.joint}
+    for name, (stiffness, rest) in urdf.springs.items():
+        by_joint[name].stiffness, by_joint[name].rest = stiffness, rest
     mimics = read_mimics(urdf, by_joint, draft)
     limited, posed = [body for body in bodies.values() if body.limits], set_pose(bodies, options.pose)
     start_inside(limited, posed.union(mimic.joint for mimic in mimics), draft)
@@ -54,7 +62,7 @@ def read(path: Path, options: Namespace) -> Draft:
     elif bodies[root].mass or np.any(bodies[root].inertia):
         draft.lost.append(f"the mass of '{root}', {bodies[root].mass:g} kg: this link is the ground; --floating makes it a floating base")
     _check_reached(urdf, bodies, root)
-    layout = TreeLayout(draft, bodies, options, "URDF")
+    layout = TreeLayout(draft, bodies, options, urdf.source)
     layout.lay(root)
     add_masses(draft, solids_of(urdf, layout) if options.density or options.mass else {}, options)
     add_couplings(mimics, by_joint, layout)
@@ -67,7 +75,7 @@ def read(path: Path, options: Namespace) -> Draft:
     draft.notes.append(
         f"The ground frame is the frame of '{root}'{' at q = 0' if options.floating else ''}. Link frames are chosen anew (z: joint axis, "
         f"x: common normal); the motion is the same. {'A [[frame]]' if options.frames else 'A comment'} gives the pose of the "
-        "URDF's own frame (m, rad) if it differs."
+        f"{urdf.source}'s own frame (m, rad) if it differs."
     )
     report_losses(urdf.root, draft, bool(options.contact), options.shapes)
     draft.doubts += urdf.like_degrees
@@ -78,7 +86,7 @@ def read(path: Path, options: Namespace) -> Draft:
         )
     if not any(link.joint != "fixed" for link in draft.links):
         raise UserError(f"'{path}' has no moving joint; --floating makes its root link '{root}' a floating base")
-    return draft
+    return draft, layout
 
 
 def _bodies(urdf: Urdf) -> dict[str, Body]:
@@ -116,7 +124,8 @@ def _joints(urdf: Urdf, bodies: dict[str, Body], draft: Draft) -> None:
         if name in seen:
             raise urdf.error(element, f"duplicate joint '{name}'")
         seen.add(name)
-        if kind not in KINDS:
+        kinds = KINDS_OF[urdf.source]
+        if kind not in kinds:
             hint = did_you_mean(kind, KINDS) or f"; supported: {', '.join(KINDS)}"
             raise urdf.error(element, f"joint '{name}': unknown type '{kind}'{hint}")
         parent, child = (_end(urdf, element, tag, bodies) for tag in ("parent", "child"))
@@ -125,7 +134,7 @@ def _joints(urdf: Urdf, bodies: dict[str, Body], draft: Draft) -> None:
             raise urdf.error(
                 element, f"link '{child}' is the child of two joints, '{body.joint}' and '{name}'; add loops to the model file as [[loop]]"
             )
-        body.parent, body.joint, body.kind, body.origin = parent, name, KINDS[kind], urdf.pose(element)
+        body.parent, body.joint, body.kind, body.origin = parent, name, kinds[kind], urdf.pose(element)
         bodies[parent].children.append(child)
         _motion(urdf, element, body, draft)
 
@@ -149,7 +158,7 @@ def _motion(urdf: Urdf, joint: etree._Element, body: Body, draft: Draft) -> None
     for tag in ("dynamics", "limit") if kind in ("floating", "planar") else ():
         if joint.find(tag) is not None and (kind, tag) != ("planar", "dynamics"):
             draft.lost.append(f"<{tag}> of '{body.joint}': not supported for {kind} joints")
-    if kind in ("fixed", "floating"):
+    if kind in ("fixed", "floating", "ball"):
         return
     body.axis = _axis(urdf, joint, body.joint)
     dynamics = joint.find("dynamics")
@@ -179,7 +188,7 @@ def _limits(urdf: Urdf, joint: etree._Element, name: str, draft: Draft) -> tuple
     if low > high:
         draft.doubts.append(f"{where} are reversed and omitted")
     elif joint.attrib["type"] == "revolute" and DEGREES < max(abs(low), abs(high)) <= 720:
-        draft.doubts.append(f"{where} look like degrees; they were read in rad, as URDF defines them")
+        draft.doubts.append(f"{where} look like degrees; they were read in rad, as {urdf.source} defines them")
     # a file without limits has 0 to 0
     return (low, high) if low < high else None
 

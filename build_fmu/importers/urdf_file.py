@@ -21,10 +21,13 @@ NEAR_RIGHT = 1e-3  # rad: an angle within this of a multiple of 90 degrees is pr
 class Urdf:
     """The parsed file with checked access to attributes."""
 
+    source = "URDF"  # the name of the format
+
     def __init__(self, path: Path, snap: bool, arguments: Sequence[str] = ()) -> None:
         """`arguments` are those of xacro, NAME=VALUE."""
         self.path, self.snap, self.near_right = path, snap, 0
         self.like_degrees: list[str] = []
+        self.springs: dict[str, tuple[float, float]] = {}  # stiffness and rest by joint, which a URDF does not have
         text = read_text(path)
         macros = has_macros(path, text)
         self.shown = f"{path} (expanded)" if macros else f"{path}"  # lines of messages
@@ -64,10 +67,13 @@ class Urdf:
         if element is None:
             return np.eye(4)
         angles = self.numbers(element, "rpy", 3, "0 0 0")
+        return transform(self.rotation(element, angles, f"rpy = '{element.get('rpy')}'"), self.numbers(element, "xyz", 3, "0 0 0"))
+
+    def rotation(self, element: etree._Element, angles: list[float], shown: str) -> np.ndarray:
+        """Returns the rotation by roll, pitch and yaw (rad); counts angles near a multiple of 90 degrees, and rounds them with `snap`."""
         if max(map(abs, angles)) > DEGREES:
             self.like_degrees.append(
-                f"{self.shown}:{element.sourceline}: rpy = '{element.attrib['rpy']}' looks like degrees; it was read in rad, "
-                "as URDF defines it"
+                f"{self.shown}:{element.sourceline}: {shown} looks like degrees; it was read in rad, as {self.source} defines it"
             )
         for i, angle in enumerate(angles):
             nearest = round(angle / (math.pi / 2)) * (math.pi / 2)
@@ -77,7 +83,7 @@ class Urdf:
                     angles[i] = nearest
                 self.near_right += not self.snap and abs(angle - nearest) >= 1e-14
         roll, pitch, yaw = angles
-        return transform(rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll), self.numbers(element, "xyz", 3, "0 0 0"))
+        return rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll)
 
 
 def parsed(path: Path, text: bytes) -> etree._Element:

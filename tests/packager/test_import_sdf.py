@@ -1,0 +1,157 @@
+"""Conversion of SDF files: poses, joints, closed loops, defaults, losses, errors; the arm's accelerations are Drake's."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from build_fmu.errors import UserError
+from build_fmu.fmu.build import build_for_run
+from build_fmu.importers import sdf
+from build_fmu.importers.rigid import start_poses
+from build_fmu.importers.toml_writer import model_text
+from build_fmu.model.describe import describe
+from build_fmu.run.session import Session
+from tests.command_line import command
+from tests.packager.import_options import import_options
+
+ARM = Path(__file__).parent / "data" / "arm.sdf"
+needs_library = pytest.mark.usefixtures("built_library")
+
+BAR = "<inertial><pose>{0} 0 0 0 0 0</pose><mass>{1}</mass><inertia><ixx>0.01</ixx><iyy>{2}</iyy><izz>{2}</izz></inertia></inertial>"
+# two equal cranks of 0.5 m, hanging down, and a coupler of 1 m
+PARALLELOGRAM = f"""<sdf version="1.7"><model name="parallelogram">
+<link name="left"><pose>0 0 0 0 1.5707963267948966 0</pose>{BAR.format(0.25, 2, 0.04)}</link>
+<link name="right"><pose>1 0 0 0 1.5707963267948966 0</pose>{BAR.format(0.25, 2, 0.04)}</link>
+<link name="coupler"><pose>0 0 -0.5 0 0 0</pose>{BAR.format(0.5, 3, 0.1)}</link>
+<joint name="a" type="revolute"><parent>world</parent><child>left</child><axis><xyz>0 1 0</xyz></axis></joint>
+<joint name="b" type="continuous"><parent>world</parent><child>right</child><axis><xyz>0 1 0</xyz></axis></joint>
+<joint name="c" type="revolute"><parent>left</parent><child>coupler</child><axis><xyz>0 1 0</xyz></axis></joint>
+<joint name="d" type="revolute"><pose>1 0 0 0 0 0</pose><parent>right</parent><child>coupler</child><axis><xyz>0 1 0</xyz></axis></joint>
+</model></sdf>"""
+DOG = """<sdf version="1.11"><model name="dog"><pose>1 2 3 0 0 1.5707963267948966</pose>
+<link name="trunk"><collision name="c"><geometry><box><size>0.4 0.2 0.1</size></box></geometry></collision></link>
+<link name="hip"><pose>0.2 0 0 0 0 0</pose></link><link name="foot"><pose>0.2 0 -0.3 0 0 0</pose></link><link name="tail"><pose>-0.2 0 0 0 0 0</pose></link>
+<joint name="j1" type="revolute"><parent>trunk</parent><child>hip</child><axis><xyz>0 1 0</xyz>
+  <limit><lower>-1e16</lower><upper>0.5</upper><effort>inf</effort><velocity>3</velocity></limit></axis></joint>
+<joint name="j2" type="prismatic"><parent>hip</parent><child>foot</child><axis><xyz>0 0 1</xyz>
+  <mimic joint="j1"><multiplier>0.1</multiplier><offset>0.02</offset><reference>0.3</reference></mimic></axis></joint>
+<joint name="j3" type="ball"><parent>trunk</parent><child>tail</child></joint></model></sdf>"""
+
+
+def imported(tmp_path, text, **options):
+    path = tmp_path / "robot.sdf"
+    path.write_text(text, encoding="utf-8")
+    return sdf.read(path, import_options(**options))
+
+
+def outputs(draft, tmp_path, values, names):
+    """Returns outputs of the model's FMU at its start."""
+    model, fmu = tmp_path / "model.toml", tmp_path / "model.fmu"
+    model.write_text(model_text(draft), encoding="utf-8")
+    build_for_run(describe(model), model, fmu)
+    with Session(fmu) as session:
+        session.initialise(0, 1, None, values)
+        return session.read(names)
+
+
+@needs_library
+def test_accelerations_of_drake(tmp_path):
+    """Drake 1.51, MultibodyPlant, of the same file, with the gravity of its <world>."""
+    joints = ["shoulder", "elbow_1", "elbow_2", "slide"]
+    positions, velocities = [0.3, -0.4, 0.7, 0.15], [0.5, 1.1, -0.6, 0.2]
+    values = {f"{joint}.q0": x for joint, x in zip(joints, positions, strict=True)}
+    values |= {f"{joint}.qd0": x for joint, x in zip(joints, velocities, strict=True)}
+    found = outputs(sdf.read(ARM, import_options(stops="none")), tmp_path, values, [f"{joint}.qdd" for joint in joints])
+    np.testing.assert_allclose(found, [14.84159938450291, -7.296907347168234, 0.816276148928198, 0.7202824320143346], rtol=1e-12)
+
+
+@needs_library
+@pytest.mark.parametrize("angle", [0.3, 2.0])
+def test_a_closed_parallelogram_is_a_pendulum(tmp_path, angle):
+    draft = imported(tmp_path, PARALLELOGRAM, stops="none")
+    assert [(loop.name, loop.fields["type"], loop.fields["link_a"], loop.fields["link_b"]) for loop in draft.loops] == [
+        ("d", "revolute", "right", "coupler")
+    ]
+    values = {"a.q0": angle, "b.q0": angle, "c.q0": -angle}
+    acceleration, gap = outputs(draft, tmp_path, values, ["a.qdd", "d.gap"])
+    inertia = 2 * (0.04 + 2 * 0.25**2) + 3 * 0.5**2
+    assert acceleration == pytest.approx(-9.8 * (2 * 2 * 0.25 + 3 * 0.5) * math.sin(angle) / inertia, rel=1e-12)
+    assert gap < 1e-12
+
+
+def test_a_model_without_a_joint_to_the_world_floats(tmp_path):
+    draft = imported(tmp_path, DOG)
+    assert [(link.name, link.parent, link.joint, link.joint_name) for link in draft.links] == [
+        ("trunk", "ground", "free", "trunk"),
+        ("hip", "trunk", "revolute", "j1"),
+        ("foot", "hip", "prismatic", "j2"),
+        ("tail", "trunk", "spherical", "j3"),
+    ]
+    assert draft.gravity == [0, 0, -9.8]
+    turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    np.testing.assert_allclose(start_poses(draft.links)["trunk"][:3], np.column_stack([turn, [1, 2, 3]]), atol=1e-15)
+    # the follower is 0.1 (q - 0.3) + 0.02
+    assert draft.couplings[0].fields == {"joints": ["j2", "j1"], "ratios": [1, -0.1], "offset": pytest.approx(-0.01)}
+    for sentence in ("the limit of 'j1', which has one on one side only", "the effort and velocity limits of j1"):
+        assert any(sentence in line for line in draft.lost), draft.lost
+    assert sum("has no <inertial>: 1 kg and 1 kg m2, the default of SDF" in line for line in draft.doubts) == 4
+    assert [link.mass for link in draft.links] == [1, 1, 1, 1]
+
+
+def test_a_density_fills_links_without_inertia(tmp_path):
+    assert imported(tmp_path, DOG, density=1000).links[0].mass == pytest.approx(8)
+
+
+def test_losses_and_shapes_of_the_arm():
+    draft = sdf.read(ARM, import_options())
+    assert draft.lost[:3] == [
+        "1 x <surface> in <collision>, first in line 11",
+        "1 x <plugin> in <model>, first in line 20",
+        "1 x <light> in <world>, first in line 22",
+    ]
+    assert [(one.fields["link"], one.fields["size"], one.fields["color"]) for one in draft.shapes] == [
+        ("upper", [0.1, 0.2, 0.3], [1, 0, 0])
+    ]
+
+
+def test_other_content_is_listed(tmp_path):
+    text = PARALLELOGRAM.replace(
+        "</model>",
+        '<joint name="g" type="gearbox"><parent>left</parent><child>right</child></joint><include><uri>model://gripper</uri></include></model>'
+        '<model name="table"><static>true</static><link name="top"/></model>',
+    )
+    lost = "\n".join(imported(tmp_path, text).lost)
+    for sentence in ("the models table: one model is imported, 'parallelogram'", "joint 'g' of type gearbox", "1 x <include> in <model>"):
+        assert sentence in lost
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("sdf", "sd", "the root element must be <sdf>, got <sd>"),
+        ('type="continuous"', 'type="screw"', "robot.sdf:6: joint 'b': unsupported type 'screw'; supported: revolute"),
+        ("<parent>world</parent><child>left", "<parent>wold</parent><child>left", "robot.sdf:5: joint 'a': unknown link 'wold'"),
+        ("<child>coupler</child>", "<child>copler</child>", "robot.sdf:7: joint 'c': unknown link 'copler'; did you mean 'coupler'?"),
+        ("<pose>1 0 0 0 1.5", '<pose relative_to="b">1 0 0 0 1.5', "cyclic references of poses: right, b, right"),
+        ("<pose>1 0 0 0 0 0<", "<pose>1 0 0 0 0<", "robot.sdf:8: <pose> must be 6 numbers, got '1 0 0 0 0'"),
+        ("<xyz>0 1 0</xyz>", "<xyz>0 0 0</xyz>", "robot.sdf:5: joint 'a': the axis is zero"),
+        ('<link name="right">', '<link name="left">', "robot.sdf:3: duplicate name 'left'"),
+        ("<mass>2</mass>", "<mass>two</mass>", "robot.sdf:2: 'value' of <mass> must be a number, got 'two'"),
+    ],
+)
+def test_errors_have_file_line_and_element(tmp_path, old, new, sentence):
+    with pytest.raises(UserError) as error:
+        imported(tmp_path, PARALLELOGRAM.replace(old, new))
+    assert sentence in str(error.value) and "\n" not in str(error.value)
+
+
+@needs_library
+def test_the_command_recognises_an_sdf_by_its_root_element(tmp_path):
+    file = tmp_path / "model.xml"
+    file.write_text(PARALLELOGRAM, encoding="utf-8")
+    done = command("import", file, "-o", tmp_path / "p.toml")
+    assert done.returncode == 0 and "3 links, 3 moving joints, 1 loop" in done.stdout
+    done = command("import", file, "--floating")
+    assert done.returncode == 1 and "--floating has no effect on 'model.xml': it applies to URDF files" in done.stderr
