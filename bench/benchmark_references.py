@@ -102,3 +102,52 @@ def squeezer(times: np.ndarray) -> np.ndarray:
 
 def bricard(times: np.ndarray) -> np.ndarray:
     return known(BRICARD, times)
+
+
+def stewart_motion(t: float) -> tuple[np.ndarray, ...]:
+    """Position, velocity and acceleration of the platform's center, its rotation, angular velocity and acceleration (ground axes)."""
+    size, rate, phase = np.array([0.05, 0.04, 0.03]), np.array([5.0, 7.0, 6.0]), np.array([0.3, 0.0, 1.0])
+    center = np.array([0, 0, 0.8]) + size * np.sin(rate * t + phase)
+    velocity, acceleration = size * rate * np.cos(rate * t + phase), -size * rate**2 * np.sin(rate * t + phase)
+    # a rotation about a fixed axis, then one about z
+    axis = np.array([2.0, 1.0, 0.0]) / np.sqrt(5)
+    swings = ((0.3, 4.0), (0.2, 6.0))  # rad, rad/s
+    (a, da, dda), (b, db, ddb) = ((s * np.sin(w * t), s * w * np.cos(w * t), -s * w * w * np.sin(w * t)) for s, w in swings)
+    cross = np.array([[0, 0, axis[1]], [0, 0, -axis[0]], [-axis[1], axis[0], 0]])
+    inner = np.eye(3) + np.sin(a) * cross + (1 - np.cos(a)) * cross @ cross
+    outer = np.array([[np.cos(b), -np.sin(b), 0], [np.sin(b), np.cos(b), 0], [0, 0, 1]])
+    z, turned = np.array([0, 0, 1.0]), outer @ axis
+    omega = db * z + da * turned
+    alpha = ddb * z + dda * turned + da * np.cross(db * z, turned)
+    return center, velocity, acceleration, outer @ inner, omega, alpha
+
+
+def stewart_forces(motion: tuple[np.ndarray, ...]) -> np.ndarray:
+    """Rows of length, its two derivatives and force of the six pistons of `stewart_platform.toml`, by virtual power.
+
+    A leg with its top at x = B + L s has the masses at B + c s and B + (L - d) s; slender rods add I s'' ds. The forces of pistons and legs
+    on the platform balance its wrench: six linear equations.
+    """
+    center, velocity, acceleration, turn, omega, alpha = motion
+    gravity, tensor = np.array([0, 0, -G]), turn @ np.diag([0.3, 0.4, 0.6]) @ turn.T
+    wrench = np.concatenate([10 * (acceleration - gravity), tensor @ alpha + np.cross(omega, tensor @ omega)])
+    columns, kinematics = [], []
+    for base, top in zip((-10, 10, 110, 130, 230, 250), (-50, 50, 70, 170, 190, 290), strict=True):
+        arm = turn @ (0.3 * np.array([np.cos(np.radians(top)), np.sin(np.radians(top)), 0]))
+        leg = center + arm - 0.6 * np.array([np.cos(np.radians(base)), np.sin(np.radians(base)), 0])
+        v = velocity + np.cross(omega, arm)
+        a = acceleration + np.cross(alpha, arm) + np.cross(omega, np.cross(omega, arm))
+        length = np.linalg.norm(leg)
+        s = leg / length
+        dl = s @ v
+        ddl = (v @ v + leg @ a - dl**2) / length
+        ds = (v - dl * s) / length
+        dds = (a - ddl * s - 2 * dl * ds) / length
+        across = np.eye(3) - np.outer(s, s)
+        lower, upper = 0.2 * dds, ddl * s + 2 * dl * ds + (length - 0.25) * dds  # accelerations of both centers
+        needed = across @ (2 * 0.2 * (lower - gravity) + (0.03 + 0.02) * dds + 1 * (length - 0.25) * (upper - gravity)) / length
+        needed += 1 * s * (s @ (upper - gravity))
+        wrench += np.concatenate([needed, np.cross(arm, needed)])
+        columns.append(np.concatenate([s, np.cross(arm, s)]))
+        kinematics.append([length, dl, ddl])
+    return np.vstack([np.transpose(kinematics), np.linalg.solve(np.transpose(columns), wrench)])

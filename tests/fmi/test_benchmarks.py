@@ -1,4 +1,4 @@
-"""IFToMM multibody benchmarks A01 to A05 and a slider-crank, against closed forms, equations derived by hand and published values."""
+"""IFToMM multibody benchmarks A01 to A05, a slider-crank and a Stewart platform, against closed forms, equations derived by hand and published values."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from bench import benchmark_references as references
+from build_fmu import load
 from build_fmu.run.session import Session
 from build_fmu.run.simulate import Settings, simulate
 
@@ -63,8 +64,17 @@ def test_the_bars_never_part(fmu_file):
     assert flat.sum() >= 5
 
 
-def test_the_generator_writes_the_model():
-    written = subprocess.run(
-        [sys.executable, ROOT / "models" / "generate_iftomm_four_bars.py", "40"], capture_output=True, text=True, check=True
-    )
-    assert written.stdout == (ROOT / "models" / "iftomm_four_bars.toml").read_text(encoding="utf-8")
+@pytest.mark.parametrize(("name", "arguments"), [("iftomm_four_bars", ["40"]), ("stewart_platform", [])])
+def test_the_generator_writes_the_model(name, arguments):
+    command = [sys.executable, ROOT / "models" / f"generate_{name}.py", *arguments]
+    written = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert written.stdout == (ROOT / "models" / f"{name}.toml").read_text(encoding="utf-8")
+
+
+def test_forces_of_the_stewart_platform():
+    """Piston motions in, forces out; the platform and the passive joints follow by the loops."""
+    rows = np.array([references.stewart_forces(references.stewart_motion(t)) for t in np.linspace(0, 1, 41)])
+    length, rate, acceleration, force = rows.transpose(1, 0, 2)
+    found = load(ROOT / "models" / "stewart_platform.toml").inverse(length, rate, acceleration)
+    assert np.ptp(force) > 80 and np.ptp(length) > 0.1
+    assert np.abs(found - force).max() < 1e-11
