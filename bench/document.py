@@ -5,7 +5,7 @@
     python bench/document.py --docs     the same in docs/, with the plots
 
 The text between `<!-- measured NAME -->` and `<!-- end -->` is replaced. All lines `scene.metric value` of a run are also written to
-figures.txt.
+figures.txt. A run adds a line to the history of figures (history.py).
 """
 
 from __future__ import annotations
@@ -16,12 +16,13 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+import history
 import tables
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = ("performance.md", "stability_peers.md", "specialise.md", "contact.md", "benchmarks.md")
 LINES = ("core.txt", "do_step.txt", "latency.txt", "accuracy.txt", "parts.txt", "straight_line.txt", "peers.txt", "benchmarks.txt")
-PICTURES = ("peers_*.svg", "peers_*.png", "contact_scenes.*", "accuracy.png")
+PICTURES = ("peers_*.svg", "peers_*.png", "contact_scenes.*", "accuracy.png", history.PICTURE)
 
 
 def machine(folder: Path) -> str:
@@ -93,12 +94,18 @@ def main() -> None:
     def fresh(match: re.Match[str]) -> str:
         return f"{match[1]}\n{found[match[2]]}\n{match[3]}" if match[2] in found else match[0]
 
+    past, new = read(ROOT / "docs" / history.FILE), history.entry(read(options.figures / "figures.txt"), read(options.figures / "core.txt"))
+    if new:
+        (options.figures / history.FILE).write_text(history.with_entry(past, new), encoding="utf-8")
+        history.draw(history.with_entry(past, new), options.figures / history.PICTURE)
     for name in PAGES:
         page = re.sub(r"(<!-- measured (\w+) -->\n).*?(<!-- end -->)", fresh, read(ROOT / "docs" / name), flags=re.S)
         (options.figures / name).write_text(page, encoding="utf-8")
         if options.docs:
             (ROOT / "docs" / name).write_text(page, encoding="utf-8")
     if options.docs:
+        if new:
+            shutil.copy(options.figures / history.FILE, ROOT / "docs" / history.FILE)
         for pattern in PICTURES:
             for picture in sorted(options.figures.glob(pattern)):
                 shutil.copy(picture, ROOT / "docs" / "pictures" / picture.name)

@@ -152,13 +152,17 @@ class Target:
 
     def row(self, found: dict[str, float]) -> str:
         """Returns the table's row."""
-        values = {name: value for name, value in found.items() if re.fullmatch(self.metric, name)}
-        target = f"| {self.words} | {'≥' if self.at_least else '≤'} {self.show(self.bound)} "
-        if not values:
+        worst, target = self.worst(found), f"| {self.words} | {'≥' if self.at_least else '≤'} {self.show(self.bound)} "
+        if not worst:
             return f"{target}| not measured | |"
-        name = (min if self.at_least else max)(values, key=values.__getitem__)
-        good = values[name] >= self.bound if self.at_least else values[name] <= self.bound
-        return f"{target}| {self.show(values[name])}{'' if good else ', **missed**'} | `{name}` |"
+        name, value = worst
+        good = value >= self.bound if self.at_least else value <= self.bound
+        return f"{target}| {self.show(value)}{'' if good else ', **missed**'} | `{name}` |"
+
+    def worst(self, found: dict[str, float]) -> tuple[str, float] | None:
+        """Returns the worst of the matching metrics and its value."""
+        values = {name: value for name, value in found.items() if re.fullmatch(self.metric, name)}
+        return (min if self.at_least else max)(values.items(), key=lambda item: item[1], default=None)
 
 
 TARGETS = (
