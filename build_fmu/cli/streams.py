@@ -53,8 +53,10 @@ def standard_streams(options: argparse.Namespace) -> Iterator[None]:
             yield
         except UserError as error:
             raise UserError(_renamed(str(error), names)) from None
-        if written and written.is_file():
-            _copy(written, real)
+        finally:
+            # also a file that a failed command has completed
+            if written and written.is_file():
+                _copy(written, real)
 
 
 def emit(options: argparse.Namespace, facts: dict[str, Any]) -> None:

@@ -129,6 +129,8 @@ def test_results_go_to_stdout_and_messages_to_stderr(built_library, here):
     done = command("simulate", PENDULUM, "--stop", "0.1", "--step", "0.05", "--output", "pivot.q", "--csv", "-")
     assert done.stdout.splitlines()[0] == "time,pivot.q" and len(done.stdout.splitlines()) == 4
     assert done.stderr == "<stdout>  3 rows, 1 outputs\n"
+    done = command("show", PENDULUM, "--stop", "0.1", "--input", "pivot.tau=1e200*(t>0.05)", "-o", "-")
+    assert done.returncode == 1 and done.stdout.endswith("</html>") and 'id="failure"' in done.stdout
     assert command("simulate", PENDULUM, "--csv", "-", "--json").stderr.startswith("--json and an output file `-` both")
     assert command("report", PENDULUM, "-o", "-").stderr.startswith("report writes several files: -o requires the name of a folder")
     assert list(here.iterdir()) == []
