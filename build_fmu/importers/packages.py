@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr
@@ -78,5 +79,6 @@ def _finds_packages(folder: Path, missing: list[str]) -> Iterator[None]:
 
 
 def has_macros(path: Path, text: str) -> bool:
-    """Returns whether a file needs xacro."""
+    """Returns whether a file needs xacro. Expanded files often keep macros in comments."""
+    text = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
     return path.suffix.lower() == ".xacro" or "<xacro:" in text or "xmlns:xacro" in text and "${" in text

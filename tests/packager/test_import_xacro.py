@@ -56,6 +56,17 @@ def test_without_the_package_one_sentence_says_what_to_do(arm, monkeypatch):
             urdf.read(path, import_options())
 
 
+def test_macros_in_comments_of_an_expanded_file_need_no_xacro(arm, monkeypatch):
+    monkeypatch.setitem(sys.modules, "xacro", None)
+    path = arm.with_suffix(".urdf")
+    inner = PART[PART.index("<link") : PART.index("</xacro:macro>")]
+    for old, new in (("${2 * 1.5}", "3"), ("$(arg length)", "0.5"), ("${name}", "one"), ("${parent}", "base")):
+        inner = inner.replace(old, new)
+    comment = '<!-- <xacro:part name="two"\n mass="${1 + 2}"/> -->'
+    path.write_text(f'<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="base"/>{inner}{comment}</robot>')
+    assert [(link.joint_name, link.mass) for link in urdf.read(path, import_options()).links] == [("j_one", 3)]
+
+
 def test_the_expansion_is_what_is_read(arm, monkeypatch):
     text = ARM[: ARM.index("\n")] + '<link name="base"/><link name="b"/><joint name="j" type="hinge"/></robot>'
     seen = {}
