@@ -1,15 +1,18 @@
 """Writes modelDescription.xml (FMI 2.0, model exchange and co-simulation) from a model's table.
 
 Equal tables give equal bytes: variables are in the order of the table, numbers have the shortest exact form, and the file
-does not depend on date or machine.
+does not depend on date or machine. It contains a date only if the environment variable SOURCE_DATE_EPOCH sets it.
 """
 
 from __future__ import annotations
 
 import math
+import os
+from datetime import UTC, datetime
 from typing import Any
 from xml.etree import ElementTree as xml
 
+from build_fmu.errors import UserError
 from build_fmu.model.describe import Description, Unknown, Variable
 
 CAPABILITIES = (
@@ -46,6 +49,7 @@ def model_description(model: Description) -> bytes:
             guid=model.guid,
             description=model.description or None,
             generationTool=model.generation_tool,
+            generationDateAndTime=generation_date(),
             variableNamingConvention="structured",
             numberOfEventIndicators=None if model.model_exchange is None else 0,
         ),
@@ -64,6 +68,17 @@ def model_description(model: Description) -> bytes:
         _variable(variables, variable, index, variable.name in states)
     _structure(root, model, index)
     return file_content(root)
+
+
+def generation_date() -> str | None:
+    """Returns the time of SOURCE_DATE_EPOCH (s since 1970, UTC); None if the variable is not set."""
+    text = os.environ.get("SOURCE_DATE_EPOCH", "")
+    if not text:
+        return None
+    try:
+        return datetime.fromtimestamp(int(text), UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    except (ValueError, OverflowError, OSError):
+        raise UserError(f"environment variable SOURCE_DATE_EPOCH is '{text}', not a number of seconds since 1970") from None
 
 
 def corrects_states(model: Description) -> bool:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 from xml.etree import ElementTree as xml
 
-from build_fmu.fmu.description import attributes, common_elements, corrects_states, file_content, real
+from build_fmu.fmu.description import attributes, common_elements, corrects_states, file_content, generation_date, real
 from build_fmu.model.describe import Description, Unknown, Variable
 
 TIME = 0  # value reference of the independent variable; those of the table start at 1
@@ -37,6 +37,7 @@ def model_description(model: Description) -> bytes:
             instantiationToken=model.guid,
             description=model.description or None,
             generationTool=model.generation_tool,
+            generationDateAndTime=generation_date(),
             variableNamingConvention="structured",
         ),
     )

@@ -11,7 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lxml import etree
 
+from build_fmu.errors import UserError
 from build_fmu.fmu.description import model_description, real
+from build_fmu.fmu.description3 import model_description as model_description3
 from build_fmu.model.describe import from_table
 
 SCHEMA = Path(fmpy.__file__).parent / "schema" / "fmi2" / "fmi2ModelDescription.xsd"
@@ -36,9 +38,27 @@ def test_fmpy_accepts_names_structure_and_units(crane, tmp_path):
     assert [v.name for v in read.modelVariables] == [v.name for v in crane.variables]
 
 
-def test_nothing_depends_on_the_day(crane, root):
-    assert "generationDateAndTime" not in root.attrib
+def test_nothing_depends_on_the_day(crane, monkeypatch):
+    monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
+    assert b"generationDateAndTime" not in model_description(crane)
     assert model_description(crane) == model_description(copy.deepcopy(crane))
+
+
+@pytest.mark.parametrize("write", [model_description, model_description3], ids=["fmi2", "fmi3"])
+def test_the_date_is_that_of_the_environment(crane, monkeypatch, write):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "951868799")  # the last second of a leap day
+    root = etree.fromstring(write(crane))
+    assert root.get("generationDateAndTime") == "2000-02-29T23:59:59Z"
+    version = root.get("fmiVersion")[0]
+    schema = etree.XMLSchema(file=str(SCHEMA).replace("fmi2", f"fmi{version}"))
+    assert schema.validate(root), schema.error_log
+
+
+@pytest.mark.parametrize("text", ["today", "1.5", "1" * 30])
+def test_a_wrong_date_is_an_error(crane, monkeypatch, text):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", text)
+    with pytest.raises(UserError, match=f"SOURCE_DATE_EPOCH is '{text}', not a number of seconds since 1970"):
+        model_description(crane)
 
 
 def test_there_is_no_time_variable(root):
