@@ -227,7 +227,7 @@ void write_arrays(Json& json, const Scene& scene, const VariableTable& table) {
     // "arm.force" of "arm.force[1]", "q" of "elbow.q"
     std::string name = first.name.substr(0, row.is_array() ? first.name.rfind('[') : first.name.npos);
     if (!row.is_array()) name.erase(0, name.rfind('.') + 1);
-    const int columns = row.columns_of(scene.velocities());
+    const int columns = table.lengths().of(row.columns);
     const int rows = static_cast<int>(elements.size()) / std::max(columns, 1);
     json.begin_object().member("name", name);
     json.member("value_reference", array_reference + first.value_reference);

@@ -130,6 +130,8 @@ fmi2Status Instance::do_step(double current, double size) {
   const bool inputs_changed = parameters_.changed() || applied_inputs_ != system.inputs();
   system.forget_failure();
   const long decisions = integrator.decisions();
+  StepJacobian* const jacobian = values_.step_jacobian();
+  if (jacobian) jacobian->begin_step();
   const Outcome outcome = advance(integrator, system, end, inputs_changed);
   if (integrator.decisions() != decisions && log_.events()) log_.event(integrator.last_decision());
   applied_inputs_ = system.inputs();
@@ -139,6 +141,7 @@ fmi2Status Instance::do_step(double current, double size) {
   values_.changed();
   travel_.note(simulation_);
   simulation_.time = outcome.ok ? end : integrator.time();
+  if (jacobian) jacobian->end_step(outcome.ok);
   if (outcome.ok) return fmi2OK;
   life_.state = State::failed;
   return refuse(function, failed_step(outcome));
@@ -180,6 +183,7 @@ fmi2Status Instance::reset() {
   motion_.reset();
   state_.reset();
   values_.changed();
+  if (values_.step_jacobian()) values_.step_jacobian()->forget();
   log_.event("reset");
   return fmi2OK;
 }

@@ -33,6 +33,7 @@ void Instance::save(Bytes& bytes) {
   now.applied_inputs = applied_inputs_;
   now.scales = system.scales();
   now.motion = motion_.saved();
+  if (values_.step_jacobian()) now.step = values_.step_jacobian()->saved();
   bytes.clear();
   now.write(bytes);
   if (simulation_.integrator) simulation_.integrator->save(bytes);
@@ -46,6 +47,8 @@ bool Instance::restore(const Bytes& bytes) {
   System& system = simulation_.system;
   Snapshot saved;
   if (!saved.read(bytes, {parameters_.size(), system.scales().size(), motion_.size()}, system)) return false;
+  StepJacobian* const jacobian = values_.step_jacobian();
+  if (jacobian ? !jacobian->fits(saved.step) : !saved.step.empty()) return false;
   if (!restore_integrator(saved)) return false;
 
   life_ = saved.life;
@@ -59,6 +62,7 @@ bool Instance::restore(const Bytes& bytes) {
   system.swap_inputs(saved.inputs);
   applied_inputs_.swap(saved.applied_inputs);
   motion_.restore(std::move(saved.motion));
+  if (jacobian) jacobian->restore(saved.step);
   return true;
 }
 

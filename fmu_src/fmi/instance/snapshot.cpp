@@ -53,6 +53,8 @@ void Snapshot::write(Bytes& bytes) const {
   writer.put(scales.data(), scales.size());
   writer.put(motion.values.data(), motion.values.size());
   writer.put(motion.was_set.data(), motion.was_set.size());
+  writer.put<std::uint64_t>(step.size());
+  writer.put(step.data(), step.size());
 }
 
 bool Snapshot::read(const Bytes& bytes, const Sizes& sizes, const System& system) {
@@ -81,6 +83,10 @@ bool Snapshot::read(const Bytes& bytes, const Sizes& sizes, const System& system
   get(scales, sizes.scales);
   get(motion.values, sizes.motions);
   get(motion.was_set, sizes.motions);
+  std::uint64_t step_size = 0;
+  reader.get(step_size);
+  if (!reader.good() || step_size > reader.left() / sizeof(double)) return false;
+  get(step, step_size);
   integrator = reader.rest();
   integrator_size = reader.left();
   return reader.good() && is_valid();

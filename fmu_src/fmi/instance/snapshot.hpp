@@ -22,6 +22,7 @@ struct Snapshot {
   SolverMethod method = SolverMethod::erk;
   std::vector<double> parameters, inputs, applied_inputs, scales;
   PrescribedMotion::Saved motion;
+  std::vector<double> step;                   // StepJacobian::saved
   const unsigned char* integrator = nullptr;  // its own bytes, after all others
   std::size_t integrator_size = 0;
 

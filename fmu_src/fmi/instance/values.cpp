@@ -20,10 +20,12 @@ Values::Values(Simulation& simulation, CurrentState& state, ParameterSet& parame
     sensed_ = std::make_unique<SensedWrenches<double>>(simulation.model, simulation.plan);
   if (EquationTerms<double>::needed(simulation.model))
     terms_ = std::make_unique<EquationTerms<double>>(simulation.model, simulation.plan);
+  if (StepJacobian::needed(simulation.model)) step_jacobian_ = std::make_unique<StepJacobian>(simulation);
 }
 
 std::string Values::update(Needs needs) {
   if (are_current(needs)) return {};
+  if (needs == Needs::step_jacobian) return update_step_jacobian();
   std::string why = parameters_.bring_into_force();
   if (!why.empty() || needs <= Needs::parameters) return why;
   if (simulation_.model_exchange && state_.y() && !state_.can_follow())
@@ -60,6 +62,12 @@ std::string Values::update_slopes() {
     return not_finite();
   slopes_are_current_ = true;
   return {};
+}
+
+std::string Values::update_step_jacobian() {
+  if (parameters_.changed() && !step_jacobian_->saved().empty())
+    return "step_jacobian: parameters have changed since the last step; read it before";
+  return step_jacobian_->update();
 }
 
 std::string Values::not_finite() const {

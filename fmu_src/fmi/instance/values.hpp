@@ -9,6 +9,7 @@
 #include "dynamics/sensed_wrench.hpp"
 #include "fmi/instance/parameter_set.hpp"
 #include "fmi/instance/prescribed_motion.hpp"
+#include "fmi/instance/step_jacobian.hpp"
 #include "fmi/variables/state_place.hpp"
 #include "math/spatial.hpp"
 
@@ -32,6 +33,8 @@ class Values {
         return slopes_are_current_;
       case Needs::energies:
         return energies_are_current_;
+      case Needs::step_jacobian:
+        return step_jacobian_->is_current();
     }
     return false;
   }
@@ -58,6 +61,7 @@ class Values {
   }
   Force<double> sensed_wrench(int frame) const { return sensed_->of(model().frames[frame]); }
   EquationTerms<double>& terms() { return *terms_; }
+  StepJacobian* step_jacobian() { return step_jacobian_.get(); }  // null: not requested
   // Force or torque of a drive: the input, the controller's, or that of the prescribed motion.
   double drive_force(int joint) const {
     return has_drive_forces() ? drive_forces_[joint] : simulation_.system.recursion_inputs()[joint];
@@ -104,6 +108,7 @@ class Values {
   bool has_drive_forces() const { return simulation_.plan.has_motion() || simulation_.system.control(); }
   std::string update_accelerations();
   std::string update_slopes();
+  std::string update_step_jacobian();
   std::string not_finite() const;
   void update_sensed_wrenches();
 
@@ -115,6 +120,7 @@ class Values {
   std::vector<Vec3<double>> ball_accelerations_;
   std::unique_ptr<SensedWrenches<double>> sensed_;  // null: no frame shows its wrench
   std::unique_ptr<EquationTerms<double>> terms_;    // null: none requested
+  std::unique_ptr<StepJacobian> step_jacobian_;     // null: not requested
   std::vector<double> slopes_;                      // of y; empty before the first request
   double kinetic_energy_ = 0, potential_energy_ = 0;
   bool accelerations_are_current_ = false, slopes_are_current_ = false, energies_are_current_ = false;

@@ -100,6 +100,10 @@ struct SolverParameters {  // solver.cpp
   static const RowGroup rows;
   static const WordGroup words;
 };
+struct StepJacobianVariables {  // step_jacobian.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
 struct JointSlopes {  // joint.cpp
   static const RowGroup rows;
   static const WordGroup words;
@@ -118,11 +122,12 @@ struct WorkSlopes {  // energy.cpp
 };
 
 // In the order of the XML.
-using Groups = std::tuple<JointMotionVariables, BallMotionVariables, JointDriveVariables, ActuatorVariables,
-                          FrameVariables, LoopVariables, CouplingVariables, ContactVariables, EnergyVariables,
-                          EquationVariables, JointReactions, BallReactions, LinkRegressors, SolverHealth,
-                          JointStartValues, BallStartValues, JointParameterVariables,
-                          ActuatorParameterVariables, LinkParameterVariables, ContactParameterVariables,
-                          SolverParameters, JointSlopes, BallSlopes, ActuatorStates, WorkSlopes>;
+using Groups =
+    std::tuple<JointMotionVariables, BallMotionVariables, JointDriveVariables, ActuatorVariables,
+               FrameVariables, LoopVariables, CouplingVariables, ContactVariables, EnergyVariables,
+               EquationVariables, JointReactions, BallReactions, LinkRegressors, SolverHealth,
+               JointStartValues, BallStartValues, JointParameterVariables, ActuatorParameterVariables,
+               LinkParameterVariables, ContactParameterVariables, SolverParameters, JointSlopes, BallSlopes,
+               ActuatorStates, WorkSlopes, StepJacobianVariables>;
 
 }  // namespace redysim

@@ -25,7 +25,7 @@ enum class Variability : std::uint8_t { fixed, tunable, discrete, continuous };
 enum class Owner : std::uint8_t { model, joint, ball, frame, loop, coupling, contact, link };
 
 // What must be computed before a value is read.
-enum class Needs : std::uint8_t { nothing, parameters, accelerations, slopes, energies };
+enum class Needs : std::uint8_t { nothing, parameters, accelerations, slopes, energies, step_jacobian };
 
 // Where a value is stored: a parameter in Parameters, an input in System::inputs(), a prescribed motion as
 // one of its three derivatives.
@@ -64,7 +64,19 @@ struct Scene {
   int velocities() const { return plan.nv - static_cast<int>(plan.balls.size()); }
 };
 
-inline constexpr std::uint8_t per_velocity = 255;  // rows or columns of an array
+// Numbers of rows or columns of an array that depend on the model.
+inline constexpr std::uint8_t per_velocity = 255;  // of the tree (dynamics/equation_terms.hpp)
+inline constexpr std::uint8_t per_coordinate = 254, per_input = 253, per_tunable = 252;  // of a step Jacobian
+struct Lengths {
+  int velocities = 0, coordinates = 0, inputs = 0, tunables = 0;
+  int of(std::uint8_t length) const {
+    return length == per_velocity     ? velocities
+           : length == per_coordinate ? coordinates
+           : length == per_input      ? inputs
+           : length == per_tunable    ? tunables
+                                      : length;
+  }
+};
 
 struct Row {
   const char* name = "";
@@ -72,7 +84,7 @@ struct Row {
   VariableType type = VariableType::real;
   Causality causality = Causality::output;
   Variability variability = Variability::continuous;
-  // array with index "[i]", or "[i,j]" if columns > 0; 1, 0: scalar; each may be `per_velocity`
+  // array with index "[i]", or "[i,j]" if columns > 0; 1, 0: scalar; each may be one of Lengths
   std::uint8_t rows = 1, columns = 0;
   Bounds bounds = Bounds::none;
   std::uint8_t bounded = 255;  // the bounds hold for the first elements only
@@ -87,10 +99,8 @@ struct Row {
   StatePart state = StatePart::none, slope_of = StatePart::none;
   std::uint16_t acts = 0;
 
-  // `velocities`: of the tree (dynamics/equation_terms.hpp)
-  int columns_of(int velocities) const { return columns == per_velocity ? velocities : columns; }
-  int elements(int velocities) const {
-    return (rows == per_velocity ? velocities : rows) * (columns ? columns_of(velocities) : 1);
+  int elements(const Lengths& lengths) const {
+    return lengths.of(rows) * (columns ? lengths.of(columns) : 1);
   }
   bool has_state() const { return state != StatePart::none || slope_of != StatePart::none; }
   bool is_array() const { return rows > 1 || columns > 0; }

@@ -6,8 +6,10 @@
 #include <set>
 #include <utility>
 
+#include "fmi/instance/step_jacobian.hpp"
 #include "fmi/variables/groups.hpp"
 #include "fmi/variables/parameters.hpp"
+#include "integrate/actuator/actuators.hpp"
 #include "model/model_exchange.hpp"
 #include "model/read/model_error.hpp"
 #include "model/read/number.hpp"
@@ -149,18 +151,18 @@ std::string owner_name(const Model& model, const Row& row, const Variable& varia
 }
 
 // "[3]", or "[1,3]" of a matrix.
-std::string index_of(const Row& row, int element, int velocities) {
+std::string index_of(const Row& row, int element, const Lengths& lengths) {
   if (!row.is_array()) return {};
-  const int columns = row.columns_of(velocities);
+  const int columns = lengths.of(row.columns);
   if (columns == 0) return "[" + std::to_string(element + 1) + "]";
   return "[" + std::to_string(element / columns + 1) + "," + std::to_string(element % columns + 1) + "]";
 }
 
-std::string name_of(const Scene& scene, const Row& row, const Variable& variable) {
+std::string name_of(const Scene& scene, const Lengths& lengths, const Row& row, const Variable& variable) {
   const Model& model = scene.model;
   const bool added = row.adds_to_controller && controlled_joint(model.controller.joints, variable.link);
   return owner_name(model, row, variable) + row.name + (added ? "_added" : "") +
-         index_of(row, variable.element, scene.velocities());
+         index_of(row, variable.element, lengths);
 }
 
 // One parsed entry of model.fmu.tunable: "gravity[2]", "elbow.damping", "hand[1].damping", "link3.com".
@@ -222,9 +224,18 @@ Tunable parse_tunable(const Scene& scene, const OwnerNames& names, const std::st
   }
   find_parameter(scene, names, name, result);
   if (one && result.row &&
-      (!result.row->is_array() || result.element < 0 || result.element >= result.row->elements(0)))
+      (!result.row->is_array() || result.element < 0 || result.element >= result.row->elements({})))
     result.row = nullptr;
   return result;
+}
+
+// Positions and velocities of the tree and the states of actuators.
+int coordinates(const Scene& scene) {
+  std::vector<int> integrated;
+  for (int i = 0; i < scene.plan.nv; ++i)
+    if (!scene.plan.joints[i].prescribed && !scene.plan.joints[i].of_ball) integrated.push_back(i);
+  const ActuatorCounts states = Actuators(scene.model, integrated, scene.plan.carrier).counts();
+  return 2 * scene.velocities() + 2 * states.motors + states.currents + states.lags;
 }
 
 bool forms_arrays(const Row& row) {
@@ -254,6 +265,8 @@ bool has_work(const Model& model, const Plan<double>& plan) {
 
 VariableTable::VariableTable(const Model& model, const Plan<double>& plan) {
   const Scene scene{model, plan};
+  lengths_.velocities = scene.velocities();
+  lengths_.coordinates = StepJacobian::needed(model) ? coordinates(scene) : 0;
   bool tunables_are_there = false;
   for (const RowGroup* group : all_groups())
     if (!is_tunable(*group->begin()))
@@ -266,7 +279,7 @@ void VariableTable::add_of_all_owners(const Scene& scene, const RowGroup& group)
   const Owner kind = group.begin()->owner;
   const std::vector<Variable> all = owners(scene, kind);
   const auto add_of = [&](const Row& row, const Variable& owner) {
-    for (int element = 0; element < row.elements(scene.velocities()); ++element) {
+    for (int element = 0; element < row.elements(lengths_); ++element) {
       Variable variable = owner;
       variable.element = element;
       add(scene, group, row, std::move(variable));
@@ -288,8 +301,10 @@ void VariableTable::add(const Scene& scene, const RowGroup& group, const Row& ro
   if (row.causality == Causality::local && objection_to_model_exchange(scene.model)) return;
   if (row.in_group && scene.model.fmu.shows(row.group) == (row.causality == Causality::local)) return;
   if (group.exists && !group.exists(variable.row_index, scene, variable)) return;
-  variable.name = name_of(scene, row, variable);
+  variable.name = name_of(scene, lengths_, row, variable);
   variable.value_reference = static_cast<unsigned>(all_.size() + 1);
+  lengths_.inputs += is_force_input(variable);
+  lengths_.tunables += is_differentiable_tunable(variable);
   all_.push_back(std::move(variable));
 }
 
@@ -314,7 +329,7 @@ std::vector<unsigned> VariableTable::array(const Plan<double>& plan, const Varia
       break;
   }
   // a file may list some elements as tunable
-  if (is_tunable(row) && static_cast<int>(elements.size()) < row.elements(0)) return {};
+  if (is_tunable(row) && static_cast<int>(elements.size()) < row.elements({})) return {};
   return elements;
 }
 
@@ -335,10 +350,11 @@ void VariableTable::add_tunable(const Scene& scene) {
     (row.owner == Owner::contact ? variable.contact : variable.link) = tunable.owner;
     if (row.owner == Owner::joint) variable.joint = joint_of[tunable.owner];
     if (row.owner == Owner::contact) variable.joint = joint_at(scene, model.contacts[tunable.owner]);
-    for (int element = 0; element < row.elements(0); ++element) {
+    for (int element = 0; element < row.elements({}); ++element) {
       if (tunable.element >= 0 && element != tunable.element) continue;
       variable.element = element;
-      if (added.insert(name_of(scene, row, variable)).second) add(scene, *tunable.group, row, variable);
+      if (added.insert(name_of(scene, lengths_, row, variable)).second)
+        add(scene, *tunable.group, row, variable);
     }
   }
 }

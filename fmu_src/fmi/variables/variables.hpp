@@ -44,6 +44,7 @@ class VariableTable {
   VariableTable(const Model& model, const Plan<double>& plan);
 
   const std::vector<Variable>& all() const { return all_; }
+  const Lengths& lengths() const { return lengths_; }
 
   // The variable of a type with this value reference, or null. 0 is the time in FMI 3.0.
   const Variable* real(unsigned reference) const { return find(VariableType::real, reference); }
@@ -66,7 +67,16 @@ class VariableTable {
   }
 
   std::vector<Variable> all_;
+  Lengths lengths_;
 };
+
+// The knowns of a step Jacobian: force inputs, not prescribed motions, and tunable parameters.
+inline bool is_force_input(const Variable& variable) {
+  return variable.causality() == Causality::input && variable.row->storage == Storage::input;
+}
+inline bool is_differentiable_tunable(const Variable& variable) {
+  return variable.variability() == Variability::tunable && variable.row->has_direction;
+}
 
 // Whether the work of drives and dampers is integrated: energies are outputs and the model has a state.
 bool has_work(const Model& model, const Plan<double>& plan);

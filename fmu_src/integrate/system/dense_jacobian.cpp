@@ -7,7 +7,7 @@
 
 namespace redysim {
 
-DenseJacobian::DenseJacobian(System& system)
+DenseJacobian::DenseJacobian(System& system, bool by_inputs)
     : system_(system),
       derivatives_(system.plan()),
       qdd_(static_cast<std::size_t>(system.plan().nv)),
@@ -19,12 +19,12 @@ DenseJacobian::DenseJacobian(System& system)
   for (int chart : system.plan().balls)
     for (Kind kind : {Kind::position, Kind::velocity, Kind::force})
       for (int k = 1; k <= 3; ++k) variables_.push_back({kind, chart + k});
-  add_drives();
+  add_drives(by_inputs);
   columns_.resize(variables_.size() * change_.size());
 }
 
-// The forces of actuators and of controlled joints, which come last.
-void DenseJacobian::add_drives() {
+// The forces of actuators, of controlled joints and of the other ones, which come last.
+void DenseJacobian::add_drives(bool all) {
   const Control* control = system_.control();
   const Actuators* actuators = system_.actuators();
   const auto add = [this](int joint) { variables_.push_back({JointVariable::Kind::force, joint}); };
@@ -37,6 +37,24 @@ void DenseJacobian::add_drives() {
     while (variables_[v].joint != actuators->joint(k)) ++v;
     force_variable_.push_back(static_cast<int>(v));
   }
+  for (int k = 0; all && k < system_.simple(); ++k)
+    if (force_of(system_.joint_of(k)) < 0) add(system_.joint_of(k));
+}
+
+// Place of a joint's force among the variables, or -1.
+int DenseJacobian::force_of(int joint) const {
+  for (std::size_t v = 0; v < variables_.size(); ++v)
+    if (variables_[v].kind == JointVariable::Kind::force && variables_[v].joint == joint)
+      return static_cast<int>(v);
+  return -1;
+}
+
+bool DenseJacobian::by_input(int joint, double* column_of_input) const {
+  const int place = force_of(joint);
+  if (place < 0) return false;
+  std::fill_n(column_of_input, system_.size(), 0.0);
+  add_rows(column(place), column_of_input);
+  return true;
 }
 
 Status DenseJacobian::evaluate(double time, const double* y, double* matrix) {

@@ -11,11 +11,15 @@ namespace redysim {
 // d(ydot)/dy of a system, exact (dynamics/derivatives.hpp). Used by the implicit methods only.
 class DenseJacobian {
  public:
-  explicit DenseJacobian(System& system);
+  // `by_inputs`: with the columns of all joint inputs, too.
+  explicit DenseJacobian(System& system, bool by_inputs = false);
 
   // Fills `matrix` by columns of length System::size(). Costs about one right-hand side per column and one
   // more, which counts as an evaluation.
   Status evaluate(double time, const double* y, double* matrix);
+
+  // d(ydot)/d(input of a joint's drive) at the last point, length System::size(); false: there is no column.
+  bool by_input(int joint, double* column) const;
 
  private:
   const double* column(int variable) const {
@@ -23,7 +27,8 @@ class DenseJacobian {
   }
   double* column(int variable) { return const_cast<double*>(std::as_const(*this).column(variable)); }
   void add_rows(const double* change, double* column) const;
-  void add_drives();
+  int force_of(int joint) const;
+  void add_drives(bool all);
   void add_actuators(const double* y, double* matrix);
   void add_actuator(int index, const double* y, double* matrix);
   void set_ball(int ball, const double* y, double* matrix);

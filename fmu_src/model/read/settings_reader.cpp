@@ -13,7 +13,15 @@
 namespace redysim {
 namespace {
 
-void read_outputs(Section& section, FmuSettings& fmu) {
+// The motion within a step must have derivatives.
+const char* objection_to_step_jacobian(const Model& model) {
+  if (model.controller.sample_time > 0) return "a sampled controller";
+  for (const Contact& contact : model.contacts)
+    if (contact.law == Contact::Law::redysim) return "contacts with law = \"redysim\"";
+  return nullptr;
+}
+
+void read_outputs(Section& section, const Model& model, FmuSettings& fmu) {
   if (!section.has("outputs")) return;
   std::vector<std::string> names;
   for (const OutputGroupRow& row : output_groups) names.push_back(row.name);
@@ -21,6 +29,11 @@ void read_outputs(Section& section, FmuSettings& fmu) {
   fmu.outputs = {};
   for (std::size_t k = 0; k < shown.size(); ++k)
     if (shown[k]) fmu.outputs.add(output_groups[k].group);
+  const char* objection = objection_to_step_jacobian(model);
+  for (const OutputGroup group : {OutputGroup::step_jacobian, OutputGroup::parameter_jacobian})
+    if (objection && fmu.shows(group))
+      section.error("outputs", std::string("'") + output_groups[static_cast<int>(group)].name +
+                                   "' does not exist with " + objection);
 }
 
 void read_tunable(Section& section, const Model& model, FmuSettings& fmu) {
@@ -115,7 +128,7 @@ FmuSettings read_fmu(Section& top, const Model& model, Findings& findings) {
   const Value* table = top.table("fmu");
   if (!table) return fmu;
   Section section(*table, "fmu", findings);
-  read_outputs(section, fmu);
+  read_outputs(section, model, fmu);
   read_tunable(section, model, fmu);
   fmu.stop_time = section.number("stop_time", fmu.stop_time, Bound::positive);
   fmu.step_size = section.number("step_size", fmu.step_size, Bound::positive);

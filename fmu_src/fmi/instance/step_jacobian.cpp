@@ -1,0 +1,244 @@
+#include "fmi/instance/step_jacobian.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/ball.hpp"
+#include "fmi/variables/groups.hpp"
+#include "integrate/methods/methods.hpp"
+
+namespace redysim {
+namespace {
+
+constexpr double tightest = 1e-13;  // relative; the right-hand side rounds
+
+}  // namespace
+
+StepJacobian::StepJacobian(Simulation& simulation)
+    : simulation_(simulation), system_(simulation.plan, false, &simulation.model) {
+  set_coordinates();
+  for (const Variable& variable : simulation.table.all())
+    if (is_force_input(variable)) knowns_.push_back(&variable);
+  inputs_ = static_cast<int>(knowns_.size());
+  if (!simulation.model.fmu.shows(OutputGroup::parameter_jacobian)) return;
+  for (const Variable& variable : simulation.table.all())
+    if (is_differentiable_tunable(variable)) knowns_.push_back(&variable);
+}
+
+void StepJacobian::set_coordinates() {
+  const Plan<double>& plan = simulation_.plan;
+  const StateLayout& layout = system_.layout();
+  std::vector<int> place(static_cast<std::size_t>(plan.nv), -1);
+  for (int k = 0; k < system_.simple(); ++k) place[system_.joint_of(k)] = k;
+  int ball = -1;
+  for (int i = 0; i < plan.nv; ++i) {
+    if (!plan.joints[i].of_ball) {
+      const bool integrated = place[i] >= 0;
+      coordinates_.push_back(
+          {integrated ? layout.q[place[i]] : -1, integrated ? layout.qd[place[i]] : -1, i, -1, 0});
+    } else if (std::find(plan.balls.begin(), plan.balls.end(), i) != plan.balls.end()) {
+      ++ball;
+      for (int axis = 0; axis < 3; ++axis)
+        coordinates_.push_back(
+            {layout.quaternion[ball], layout.omega[ball] + axis, i + 1 + axis, ball, axis});
+    }
+  }
+  velocities_ = static_cast<int>(coordinates_.size());
+}
+
+void StepJacobian::begin_step() {
+  const double* y = simulation_.integrator->state();
+  const std::vector<double>& held = simulation_.system.inputs();
+  step_.assign({simulation_.time, simulation_.time});
+  step_.insert(step_.end(), y, y + size());
+  step_.insert(step_.end(), held.begin(), held.end());
+  is_current_ = false;
+}
+
+void StepJacobian::end_step(bool ok) {
+  if (ok)
+    step_[1] = simulation_.time;
+  else
+    forget();
+}
+
+void StepJacobian::forget() {
+  step_.clear();
+  is_current_ = false;
+}
+
+bool StepJacobian::fits(const std::vector<double>& step) const {
+  return step.empty() ||
+         (step.size() >= 2 + size() && step[1] > step[0] && system_.is_input_size(step.size() - 2 - size()));
+}
+
+void StepJacobian::restore(const std::vector<double>& step) {
+  step_ = step;
+  is_current_ = false;
+}
+
+double StepJacobian::entry(Part part, int element) const {
+  const auto rows = static_cast<std::size_t>(coordinates()), forces = static_cast<std::size_t>(inputs_);
+  const std::size_t counts[] = {rows, forces, knowns_.size() - forces};
+  const std::size_t firsts[] = {0, rows, rows + counts[inputs]};
+  const auto at = static_cast<std::size_t>(element);
+  return values_[(firsts[part] + at % counts[part]) * rows + at / counts[part]];
+}
+
+std::string StepJacobian::update() {
+  const int rows = coordinates();
+  const std::size_t all = static_cast<std::size_t>(rows) + knowns_.size();
+  if (!transition_ && !step_.empty()) {
+    transition_ = std::make_unique<Transition>(
+        system_, static_cast<int>(all), static_cast<int>(knowns_.size()),
+        [this](double time, const double* at, const DenseJacobian& jacobian, double* columns) {
+          return by_knowns(time, at, jacobian, columns);
+        });
+    tangent_ = std::make_unique<Tangent>(simulation_.model, system_);
+  }
+  std::vector<double> y(size());
+  columns_.assign(all * size(), 0.0);
+  values_.assign(all * static_cast<std::size_t>(rows), 0.0);
+  if (step_.empty()) {
+    for (int c = 0; c < rows; ++c)
+      if (c >= 2 * velocities_ || coordinates_[c % velocities_].position >= 0)
+        values_[static_cast<std::size_t>(c * (rows + 1))] = 1;
+  } else {
+    std::copy_n(&step_[2], size(), y.begin());
+    const double time = step_[0], end = step_[1];
+    system_.resize_inputs(step_.size() - 2 - size());
+    std::copy(step_.begin() + 2 + static_cast<std::ptrdiff_t>(size()), step_.end(), system_.inputs().begin());
+    system_.scales() = simulation_.system.scales();
+    system_.update_drives(simulation_.parameters);
+    if (system_.plan().has_motion() && !follow_motion(system_, time, y.data()))
+      return reasons::motion_impossible;
+    for (int c = 0; c < rows; ++c) {
+      double* const column = &columns_[static_cast<std::size_t>(c) * size()];
+      lift(y.data(), column, c);
+      if (system_.has_constraints()) close(time, y.data(), column);
+    }
+    std::string why = integrate(time, end, y.data());
+    if (!why.empty()) return why;
+    for (std::size_t c = 0; c < all; ++c)
+      for (int r = 0; r < rows; ++r)
+        values_[c * static_cast<std::size_t>(rows) + static_cast<std::size_t>(r)] =
+            lower(y.data(), &columns_[c * size()], r);
+  }
+  is_current_ = true;
+  return {};
+}
+
+// As advance_by_breakpoints.
+std::string StepJacobian::integrate(double time, double end, double* y) {
+  const double rtol = std::max(simulation_.integrator_settings.rtol, tightest);
+  for (;;) {
+    system_.enter_phases(time);
+    const double slack = 1e-12 * std::max(1.0, std::fabs(end)), breakpoint = system_.next_breakpoint(time);
+    const double halt = breakpoint < end - slack ? breakpoint : end;
+    Outcome outcome = transition_->advance(time, halt, rtol, y, columns_.data());
+    if (!outcome.ok) return "step_jacobian: " + outcome.message;
+    if (halt == end) return {};
+    time = halt;
+  }
+}
+
+// The change of the state that a coordinate is.
+void StepJacobian::lift(const double* y, double* column, int coordinate) const {
+  if (coordinate >= 2 * velocities_) {
+    column[system_.layout().motor_q.begin + coordinate - 2 * velocities_] = 1;
+    return;
+  }
+  const Coordinate& at = coordinates_[coordinate % velocities_];
+  if (at.position < 0) return;
+  if (coordinate >= velocities_) {
+    column[at.velocity] = 1;
+  } else if (at.ball < 0) {
+    column[at.position] = 1;
+  } else {
+    double turn[3] = {};
+    turn[at.axis] = 1;
+    quaternion_rate(y + at.position, turn, column + at.position);
+  }
+}
+
+// The coordinate of a change of the state at y.
+double StepJacobian::lower(const double* y, const double* column, int coordinate) const {
+  if (coordinate >= 2 * velocities_)
+    return column[system_.layout().motor_q.begin + coordinate - 2 * velocities_];
+  const Coordinate& at = coordinates_[coordinate % velocities_];
+  if (at.position < 0) return 0;
+  if (coordinate >= velocities_) return column[at.velocity];
+  if (at.ball < 0) return column[at.position];
+  // vector part of 2 conj(q) dq / |q|^2
+  const double *q = y + at.position, *dq = column + at.position;
+  const Eigen::Map<const Vec3<double>> v(q + 1), dv(dq + 1);
+  const Vec3<double> turn = q[0] * dv - dq[0] * v - v.cross(dv);
+  return 2 * turn[at.axis] / (q[0] * q[0] + v.squaredNorm());
+}
+
+// Moves a change of the state to those that satisfy the loop constraints, as System::project moves the state.
+void StepJacobian::close(double time, const double* y, double* column) {
+  const StateLayout& layout = system_.layout();
+  Tangent& tangent = *tangent_;
+  tangent.go_to(simulation_.parameters, system_, time, y);
+  for (int k = 0; k < system_.simple(); ++k) {
+    tangent.q[system_.joint_of(k)].derivative = column[layout.q[k]];
+    tangent.qd[system_.joint_of(k)].derivative = column[layout.qd[k]];
+  }
+  for (int ball = 0; ball < system_.balls(); ++ball) {
+    std::copy_n(layout.quaternion.of(column, ball), 4, tangent.balls[ball].quaternion);
+    std::copy_n(layout.omega.of(column, ball), 3, tangent.balls[ball].omega);
+  }
+  tangent.apply_parameters();
+  tangent.follow_constraints(system_, time, y);
+  for (int k = 0; k < system_.simple(); ++k) {
+    column[layout.q[k]] = tangent.q[system_.joint_of(k)].derivative;
+    column[layout.qd[k]] = tangent.qd[system_.joint_of(k)].derivative;
+  }
+  for (int ball = 0; ball < system_.balls(); ++ball) {
+    std::copy_n(tangent.balls[ball].quaternion, 4, layout.quaternion.of(column, ball));
+    std::copy_n(tangent.balls[ball].omega, 3, layout.omega.of(column, ball));
+  }
+}
+
+Status StepJacobian::by_knowns(double time, const double* y, const DenseJacobian& jacobian, double* columns) {
+  std::fill_n(columns, knowns_.size() * size(), 0.0);
+  for (std::size_t k = 0; k < knowns_.size(); ++k) {
+    const Variable& known = *knowns_[k];
+    double* const column = columns + k * size();
+    const bool of_drive = known.row->storage == Storage::input && known.row->owner == Owner::joint;
+    if (!(of_drive && jacobian.by_input(known.joint, column)) && !by_known(known, time, y, column))
+      return Status::recoverable;
+  }
+  return Status::ok;
+}
+
+// False: not finite.
+bool StepJacobian::by_known(const Variable& known, double time, const double* y, double* column) {
+  const StateLayout& layout = system_.layout();
+  Tangent& tangent = *tangent_;
+  tangent.go_to(simulation_.parameters, system_, time, y);
+  if (known.row->storage == Storage::input)
+    tangent.force[known.group->input(known.row_index, system_, known)].derivative = 1;
+  else
+    known.group->dual_place(known.row_index, tangent.parameters, known)->derivative = 1;
+  tangent.apply_parameters();
+  if (!tangent.evaluate()) return false;
+  for (int i = 0; i < system_.simple(); ++i)
+    column[layout.qd[i]] = tangent.qdd[system_.joint_of(i)].derivative;
+  for (int ball = 0; ball < system_.balls(); ++ball) {
+    const Vec3<Dual> alpha = tangent.ball(ball).alpha;
+    for (int axis = 0; axis < 3; ++axis) layout.omega.of(column, ball)[axis] = alpha[axis].derivative;
+  }
+  const Actuators* actuators = system_.actuators();
+  for (int i = 0; actuators && i < actuators->size(); ++i) {
+    const Actuators::Places places = actuators->places(i);
+    const ActuatorResponse<Dual>& response = tangent.actuator(i);
+    if (places.motor_qd >= 0) column[places.motor_qd] = response.motor_qdd.derivative;
+    if (places.current >= 0) column[places.current] = response.current_rate.derivative;
+    if (places.lagged >= 0) column[places.lagged] = response.lagged_rate.derivative;
+  }
+  return true;
+}
+
+}  // namespace redysim

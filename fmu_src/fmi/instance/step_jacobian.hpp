@@ -1,0 +1,68 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "fmi/instance/simulation.hpp"
+#include "integrate/methods/transition.hpp"
+#include "integrate/system/tangent.hpp"
+
+namespace redysim {
+
+// Derivatives of the state at the end of the last communication step by the state at its start, by force
+// inputs held in it, and by tunable parameters. Coordinates are tangential: positions and velocities of the
+// tree (rotation vectors and angular velocities in link axes of spherical joints), then the states of
+// actuators. Rows and columns of prescribed joints are 0. Computed when read, by a system of its own: the run
+// does not depend on it.
+class StepJacobian {
+ public:
+  enum Part { state, inputs, parameters };
+
+  explicit StepJacobian(Simulation& simulation);
+  static bool needed(const Model& model) {
+    return model.fmu.shows(OutputGroup::step_jacobian) || model.fmu.shows(OutputGroup::parameter_jacobian);
+  }
+
+  void begin_step();
+  void end_step(bool ok);
+  void forget();  // there is no last step: its derivative is the identity
+  bool is_current() const { return is_current_; }
+  std::string update();  // returns why there are none, empty on success
+  double entry(Part part, int element) const;
+
+  // The last step, which the values depend on, for saved states.
+  const std::vector<double>& saved() const { return step_; }
+  bool fits(const std::vector<double>& step) const;
+  void restore(const std::vector<double>& step);
+
+ private:
+  struct Coordinate {
+    int position, velocity;  // of the state, the first ones of a spherical joint; -1: prescribed
+    int joint;               // of the plan
+    int ball, axis;          // ball -1: of a joint with one degree of freedom
+  };
+  void set_coordinates();
+  int coordinates() const { return 2 * velocities_ + system_.layout().actuators(); }
+  std::size_t size() const { return static_cast<std::size_t>(system_.size()); }
+  void lift(const double* y, double* column, int coordinate) const;
+  double lower(const double* y, const double* column, int coordinate) const;
+  void close(double time, const double* y, double* column);
+  Status by_knowns(double time, const double* y, const DenseJacobian& jacobian, double* columns);
+  bool by_known(const Variable& known, double time, const double* y, double* column);
+  std::string integrate(double time, double end, double* y);
+
+  Simulation& simulation_;
+  System system_;
+  std::unique_ptr<Transition> transition_;  // null: never read
+  std::unique_ptr<Tangent> tangent_;
+  std::vector<Coordinate> coordinates_;  // per velocity of the tree
+  int velocities_ = 0;
+  std::vector<const Variable*> knowns_;  // force inputs, then parameters
+  int inputs_ = 0;
+  std::vector<double> step_;              // start, end, state and inputs at the start; empty: none
+  std::vector<double> columns_, values_;  // values_: coordinates() x (coordinates() + knowns), by columns
+  bool is_current_ = false;
+};
+
+}  // namespace redysim

@@ -1,0 +1,190 @@
+"""Derivatives of a whole communication step: closed forms, products of steps, differences, saved states, refusals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from tests.command_line import command
+from tests.fmi.conftest import ROOT
+from tests.fmi.raw import ERROR, OK, Slave
+from tests.fmi.test_model_exchange import SAMPLED
+
+OSCILLATOR = """
+name = "oscillator"
+gravity = [0, 0, 0]
+
+[[link]]
+name = "cart"
+joint = "prismatic"
+joint_name = "slide"
+mass = 2.0
+stiffness = 50.0
+damping = 3.0
+q = 0.1
+
+[fmu]
+outputs = ["step_jacobian", "parameter_jacobian"]
+tunable = ["cart.mass", "slide.stiffness"]
+"""
+TIGHT = {"solver.rtol": 1e-12, "solver.atol": 1e-14}
+
+
+def with_groups(model: str, groups: str = '"step_jacobian", "mass_matrix"') -> str:
+    """Returns the text of a model in models/ with these outputs."""
+    head, _, settings = (ROOT / "models" / f"{model}.toml").read_text().partition("[fmu]")
+    settings = "\n".join(line for line in settings.splitlines() if not line.startswith("outputs"))
+    return f"{head}\n[fmu]\noutputs = [{groups}]\n{settings}\n"
+
+
+def jacobian(slave: Slave, part: str = "a") -> np.ndarray:
+    names = slave.fmu.named("output")
+    names = [name for name in names if name.startswith(f"step_jacobian.{part}[")]
+    rows = int(names[-1].partition("[")[2].partition(",")[0])
+    return np.array(slave.reals(names)).reshape(rows, -1)
+
+
+def after(slave: Slave, *sizes: float) -> list[np.ndarray]:
+    """Returns A of each of these steps."""
+    found, time = [], 0.0
+    for size in sizes:
+        assert slave.step(time, size) == OK, slave.errors
+        found.append(jacobian(slave))
+        time += size
+    return found
+
+
+@pytest.mark.parametrize(("rtol", "bound"), [(1e-4, 1e-4), (1e-6, 1e-6), (1e-12, 1e-11)])
+def test_oscillator(built, instance, rtol, bound):
+    slave = instance(built(OSCILLATOR)).initialize(start={"solver.rtol": rtol, "solver.atol": rtol / 100})
+    (A,) = after(slave, 0.3)
+    continuous = np.zeros((5, 5))  # q, qd, and the constants tau, m, k
+    continuous[:2, :3] = [[0, 1, 0], [-25, -1.5, 0.5]]
+    expected = expm(0.3 * continuous)[:2]
+    assert np.abs(A - expected[:, :2]).max() < bound and np.abs(jacobian(slave, "b") - expected[:, 2:3]).max() < bound
+
+    def end(m: float, k: float) -> np.ndarray:
+        return expm(0.3 * np.array([[0, 1], [-k / m, -3 / m]])) @ [0.1, 0]
+
+    by_mass = (end(2 + 1e-5, 50) - end(2 - 1e-5, 50)) / 2e-5
+    by_stiffness = (end(2, 50 + 1e-4) - end(2, 50 - 1e-4)) / 2e-4
+    assert np.abs(jacobian(slave, "c") - np.stack([by_mass, by_stiffness], axis=1)).max() < bound + 1e-10
+
+
+@pytest.mark.parametrize("model", ["double_pendulum", "four_bar", "top", "rolling_ball", "kuka_kr5_harmonic", "series_elastic_leg"])
+def test_two_steps_are_one(built, instance, model):
+    """Trees, loops, spherical joints, contact, elastic drives and limits: the Jacobian of a step is the product of those of its parts."""
+    fmu = built(with_groups(model))
+    first, second = after(instance(fmu).initialize(start=TIGHT), 0.02, 0.03)
+    (whole,) = after(instance(fmu).initialize(start=TIGHT), 0.05)
+    assert np.abs(second @ first - whole).max() < 1e-10 * max(1, np.abs(whole).max())
+
+
+def test_a_conservative_arm_is_symplectic(built, instance):
+    """In (q, p = M qd), with dM/dq by differences."""
+    slave = instance(built(with_groups("double_pendulum"))).initialize(start=TIGHT)
+    names = slave.fmu.named("output")
+    joints = [name[:-2] for name in names if name.endswith(".q")]
+
+    def by_momentum() -> np.ndarray:
+        M = np.array(slave.reals([n for n in names if n.startswith("mass_matrix[")])).reshape(2, 2)
+        qd = np.array(slave.reals([j + ".qd" for j in joints]))
+        q = slave.reals([j + ".q" for j in joints])
+
+        def momentum(angles: list[float]) -> np.ndarray:
+            other = instance(slave.fmu).initialize(start=dict(zip([j + ".q0" for j in joints], angles, strict=True)))
+            return np.array(other.reals([n for n in names if n.startswith("mass_matrix[")])).reshape(2, 2) @ qd
+
+        change = np.empty((2, 2))
+        for k in range(2):
+            moved = [momentum([a + e * 1e-3 * (i == k) for i, a in enumerate(q)]) for e in (-2, -1, 1, 2)]
+            change[:, k] = (moved[0] - 8 * moved[1] + 8 * moved[2] - moved[3]) / 12e-3
+        return np.block([[np.eye(2), np.zeros((2, 2))], [change, M]])
+
+    before = by_momentum()
+    (A,) = after(slave, 0.2)
+    canonical = by_momentum() @ A @ np.linalg.inv(before)
+    J = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.eye(2), np.zeros((2, 2))]])
+    assert np.abs(canonical.T @ J @ canonical - J).max() < 1e-9
+
+
+@pytest.mark.parametrize("method", ["erk", "bdf", "auto"])
+def test_inputs_of_the_kr5_by_differences(built, instance, method):
+    fmu = built(with_groups("kuka_kr5"))
+    joints = [name[:-2] for name in fmu.named("output") if name.endswith(".q")]
+    torques = [5.0, -8.0, 3.0, 0.01, -0.02, 0.005]
+    state = [j + ending for ending in (".q", ".qd") for j in joints]
+
+    def run(k: int = 0, change: float = 0) -> Slave:
+        slave = instance(fmu).initialize(start={**TIGHT, "solver.method": method})
+        for i, joint in enumerate(joints):
+            assert slave.set(joint + ".tau", torques[i] + change * (i == k)) == OK
+        assert slave.step(0, 0.01) == OK
+        return slave
+
+    B = jacobian(run(), "b")
+    for k in range(6):
+        step = 1e-3 * (1 if k < 3 else 1e-2)
+        moved = [np.array(run(k, e * step).reals(state)) for e in (-2, -1, 1, 2)]
+        difference = (moved[0] - 8 * moved[1] + 8 * moved[2] - moved[3]) / (12 * step)
+        assert np.abs(B[:, k] - difference).max() < 1e-7 * np.abs(B[:, k]).max()
+
+
+@pytest.mark.parametrize("model", ["four_bar", "rolling_ball"])
+def test_reading_it_does_not_change_the_run(built, instance, model):
+    fmu = built(with_groups(model, '"acceleration", "energy", "solver", "step_jacobian"'))
+    others = [n for n in fmu.named("output") if not n.startswith("step_jacobian") and fmu.variables[n][0] == "Real"]
+
+    def run(read: bool) -> list[float]:
+        slave, found = instance(fmu).initialize(), []
+        for k in range(20):
+            assert slave.step(k * 0.01, 0.01) == OK
+            if read:
+                jacobian(slave)
+            found += slave.reals(others)
+        return found
+
+    assert run(False) == run(True)
+
+
+def test_saved_states_contain_the_last_step(built, instance):
+    fmu = built(with_groups("four_bar"))
+    slave = instance(fmu).initialize()
+    assert slave.step(0, 0.01) == OK
+    saved = slave.save()
+    expected = jacobian(slave)
+    assert slave.step(0.01, 0) == OK and np.array_equal(jacobian(slave), expected)
+    assert slave.step(0.01, 0.02) == OK and not np.array_equal(jacobian(slave), expected)
+    assert slave.call("SetFMUstate", saved) == OK
+    assert np.array_equal(jacobian(slave), expected)
+
+
+def test_without_a_step_it_is_the_identity(built, instance):
+    slave = instance(built(OSCILLATOR)).initialize()
+    assert np.array_equal(jacobian(slave), np.eye(2)) and not jacobian(slave, "b").any()
+    assert slave.step(0, 0.1) == OK and not np.array_equal(jacobian(slave), np.eye(2))
+    assert slave.call("Reset") == OK
+    slave.initialize()
+    assert np.array_equal(jacobian(slave), np.eye(2))
+
+
+def test_parameters_may_not_change_before_it_is_read(built, instance):
+    slave = instance(built(OSCILLATOR)).initialize()
+    assert slave.step(0, 0.1) == OK and slave.set("cart.mass", 3.0) == OK
+    name = "step_jacobian.a[1,1]"
+    assert slave.try_get(name)[0] == ERROR
+    assert "parameters have changed since the last step" in slave.errors[-1]
+    assert slave.step(0.1, 0.1) == OK and slave.reals([name])
+
+
+@pytest.mark.parametrize("group", ["step_jacobian", "parameter_jacobian"])
+def test_motions_without_derivatives_are_refused(tmp_path, group):
+    walking = with_groups("redysim_biped", f'"{group}"')
+    for table in (ROOT / "models").glob("redysim_biped*.csv"):
+        (tmp_path / table.name).write_bytes(table.read_bytes())
+    sampled = f'{SAMPLED}[fmu]\noutputs = ["{group}"]\n'
+    for text, why in ((walking, 'contacts with law = "redysim"'), (sampled, "a sampled controller")):
+        (tmp_path / "m.toml").write_text(text)
+        done = command("check", tmp_path / "m.toml")
+        assert done.returncode != 0 and f"'{group}' does not exist with {why}" in done.stderr
