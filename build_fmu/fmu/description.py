@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from datetime import UTC, datetime
 from typing import Any
 from xml.etree import ElementTree as xml
@@ -36,6 +37,7 @@ EXCHANGE = (
     "canSerializeFMUstate",
     "providesDirectionalDerivative",
 )
+FORBIDDEN = re.compile("[^\\t\\n\\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")
 
 
@@ -48,6 +50,7 @@ def model_description(model: Description) -> bytes:
             modelName=model.model_name,
             guid=model.guid,
             description=model.description or None,
+            **model.origin,
             generationTool=model.generation_tool,
             generationDateAndTime=generation_date(),
             variableNamingConvention="structured",
@@ -87,7 +90,10 @@ def corrects_states(model: Description) -> bool:
 
 
 def file_content(root: xml.Element) -> bytes:
-    """Returns the indented XML file, UTF-8."""
+    """Returns the indented XML file, UTF-8; raises UserError for a character that XML does not have."""
+    for field, text in root.items():
+        if wrong := FORBIDDEN.search(text):
+            raise UserError(f"{field} of the FMU contains the character U+{ord(wrong[0]):04X}, which XML does not allow")
     xml.indent(root)
     return b'<?xml version="1.0" encoding="UTF-8"?>\n' + xml.tostring(root, encoding="utf-8") + b"\n"
 

@@ -88,6 +88,7 @@ class Description:
     model_exchange: dict[str, Any] | None = None  # capabilities; None: not offered
     no_model_exchange: str = ""  # the reason
     arrays: list[Array] = field(default_factory=list)
+    origin: dict[str, str] = field(default_factory=dict)  # version, author, license and copyright where the model file gives them
 
     def select(self, causality: str) -> list[Variable]:
         """Returns the variables of one causality, in the table's order."""
@@ -146,6 +147,7 @@ def from_table(table: dict[str, Any], warnings: list[str]) -> Description:
         model_exchange=table.get("model_exchange"),
         no_model_exchange=table.get("no_model_exchange", ""),
         arrays=[Array(**row) for row in table.get("arrays", [])],
+        origin=table.get("origin", {}),
         warnings=[line for line in warnings if line.strip()],
     )
 

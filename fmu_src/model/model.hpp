@@ -148,6 +148,8 @@ struct FmuSettings {
   bool shows(OutputGroup group) const { return outputs.has(group); }
   std::vector<std::string> tunable;        // parameters such as "link3.mass" that a master may change
   double stop_time = 1, step_size = 1e-3;  // default experiment, s
+  static constexpr const char* origin_fields[] = {"version", "author", "license", "copyright"};
+  std::vector<std::string> origin;  // the text of each; empty: not given
 };
 
 // Reference solution of `build-fmu report`.

@@ -54,6 +54,7 @@ def test_numbers_are_those_of_fmi2(fmu, fmu3, name):
         assert (new.number("GetNumberOfContinuousStates"), new.number("GetNumberOfEventIndicators")) == (len(old.states), 0)
         start = list(old.get_states()), list(old.derivatives()), list(old.numbers("GetNominalsOfContinuousStates"))
         assert (list(new.get_states()), list(new.derivatives()), list(new.numbers("GetNominalsOfContinuousStates"))) == start
+        assert start[2] == [float(new.fmu.elements[state].get("nominal", 1)) for state in new.states]
         time = 1e-5 if name in OTHERS else 0.05  # some are too stiff for longer explicit steps
         states = moved(old, time)
         assert list(moved(new, time)) == list(states)

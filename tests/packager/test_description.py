@@ -54,6 +54,24 @@ def test_the_date_is_that_of_the_environment(crane, monkeypatch, write):
     assert schema.validate(root), schema.error_log
 
 
+@pytest.mark.parametrize("write", [model_description, model_description3], ids=["fmi2", "fmi3"])
+def test_the_origin_is_that_of_the_model_file(table, write):
+    origin = {"version": "2.1 <beta>", "author": 'A. & "B."', "license": "CC-BY-4.0", "copyright": "© 2026"}
+    root = etree.fromstring(write(from_table({**table, "origin": origin}, [])))
+    assert {field: root.get(field) for field in origin} == origin
+    schema = etree.XMLSchema(file=str(SCHEMA).replace("fmi2", f"fmi{root.get('fmiVersion')[0]}"))
+    assert schema.validate(root), schema.error_log
+    assert etree.fromstring(write(from_table(table, []))).get("author") is None
+
+
+@pytest.mark.parametrize("write", [model_description, model_description3], ids=["fmi2", "fmi3"])
+def test_a_character_that_xml_does_not_have_is_an_error(table, write):
+    for character, name in (("\a", "0007"), ("\uffff", "FFFF")):
+        with pytest.raises(UserError, match=rf"author of the FMU contains the character U\+{name}, which XML does not allow"):
+            write(from_table({**table, "origin": {"author": f"A{character}"}}, []))
+    write(from_table({**table, "origin": {"author": "A\tB\nC \U0001f916"}}, []))
+
+
 @pytest.mark.parametrize("text", ["today", "1.5", "1" * 30])
 def test_a_wrong_date_is_an_error(crane, monkeypatch, text):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", text)

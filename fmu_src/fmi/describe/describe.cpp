@@ -52,7 +52,10 @@ void write_header(Json& json, const ModelFile& file) {
   json.end_array();
   json.member("depends_on_time", !model.trajectories.empty());
   json.member("generation_tool", "ReDySim-FMU " REDYSIM_VERSION);
-  json.key("default_experiment").begin_object();
+  json.key("origin").begin_object();
+  for (std::size_t i = 0; i < model.fmu.origin.size(); ++i)
+    if (!model.fmu.origin[i].empty()) json.member(FmuSettings::origin_fields[i], model.fmu.origin[i]);
+  json.end_object().key("default_experiment").begin_object();
   json.member("start_time", 0).member("stop_time", model.fmu.stop_time);
   json.member("tolerance", model.solver.rtol).member("step_size", model.fmu.step_size).end_object();
 }
@@ -182,7 +185,7 @@ void write_start(Json& json, const Model& model, Parameters<double>& parameters,
 }
 
 void write_variable(Json& json, const Model& model, Parameters<double>& parameters, const Variable& variable,
-                    const Variable* derivative_of) {
+                    const Variable* derivative_of, double nominal) {
   json.begin_object().member("name", variable.name).member("value_reference", variable.value_reference);
   json.member("type", text(variable.type())).member("causality", text(variable.causality()));
   json.member("variability", text(variable.variability())).key("initial");
@@ -193,6 +196,7 @@ void write_variable(Json& json, const Model& model, Parameters<double>& paramete
   if (unit && unit->display_name) json.member("display_unit", unit->display_name);
   if (shown.quantity.name) json.member("quantity", shown.quantity.name);
   if (derivative_of) json.member("derivative", derivative_of->name);
+  if (nominal != 1) json.member("nominal", nominal);
   if (std::isfinite(variable.min())) json.member("min", variable.min());
   if (std::isfinite(variable.max())) json.member("max", variable.max());
   json.member("description", shown.description).end_object();
@@ -205,15 +209,19 @@ void write_features(Json& json, const Model& model) {
   json.end_array();
 }
 
-void write_variables(Json& json, const Model& model, const VariableTable& table,
-                     const StateVariables& states) {
+void write_variables(Json& json, const Model& model, const VariableTable& table, const StateVariables& states,
+                     const System& system) {
   Parameters<double> parameters = parameters_of(model);
   std::vector<const Variable*> derivative_of(table.all().size());
-  for (std::size_t place = 0; place < states.states.size(); ++place)
+  std::vector<double> nominals(static_cast<std::size_t>(system.size())), nominal(table.all().size(), 1.0);
+  system.nominals(nominals.data());
+  for (std::size_t place = 0; place < states.states.size(); ++place) {
     derivative_of[states.slopes[place]] = &table.all()[states.states[place]];
+    nominal[states.states[place]] = nominals[place];
+  }
   json.key("variables").begin_array();
   for (std::size_t k = 0; k < table.all().size(); ++k)
-    write_variable(json, model, parameters, table.all()[k], derivative_of[k]);
+    write_variable(json, model, parameters, table.all()[k], derivative_of[k], nominal[k]);
   json.end_array();
 }
 
@@ -318,7 +326,7 @@ std::string description(const ModelFile& file, const std::string& path, std::vec
   const Scene scene{file.model, plan};
   const System system(plan, has_work(file.model, plan), &file.model);
   const StateVariables states = state_variables(table, file.model, system);
-  write_variables(json, file.model, table, states);
+  write_variables(json, file.model, table, states, system);
   write_arrays(json, scene, table);
   write_structure(json, "outputs", table, output_dependencies(table, scene, states));
   write_structure(json, "derivatives", table, slope_dependencies(table, scene, states));

@@ -166,11 +166,7 @@ fmi2Status Instance::get_nominals(double* nominals, std::size_t count) {
   if (count != static_cast<std::size_t>(system.size()))
     return refuse(function, wrong_count(count, system.size()));
   if (const char* why = objection_to_arrays(count, {nominals})) return refuse(function, why);
-  const StateLayout& layout = system.layout();
-  std::fill_n(nominals, count, 1.0);
-  std::copy_n(system.scales().begin(), layout.q.count, layout.q.of(nominals));
-  std::copy_n(system.scales().begin(), layout.q.count, layout.qd.of(nominals));
-  std::copy_n(system.scales().begin() + layout.q.count, layout.actuators(), layout.motor_q.of(nominals));
+  system.nominals(nominals);
   return fmi2OK;
 }
 

@@ -92,6 +92,13 @@ void System::set_scales(const Model& model, const Parameters<double>& parameters
   if (actuators()) set_actuator_scales(parameters);
 }
 
+void System::nominals(double* y) const {
+  std::fill_n(y, size(), 1.0);
+  std::copy_n(scales_.begin(), layout_.q.count, layout_.q.of(y));
+  std::copy_n(scales_.begin(), layout_.q.count, layout_.qd.of(y));
+  std::copy_n(scales_.begin() + layout_.q.count, layout_.actuators(), layout_.motor_q.of(y));
+}
+
 // A motor moves N times its joint. A torque counts as much as the velocity that it gives the joint in its
 // time constant.
 void System::set_actuator_scales(const Parameters<double>& parameters) {

@@ -47,6 +47,7 @@ class System {
   void set_scales(const Model& model, const Parameters<double>& parameters);
   std::vector<double>& scales() { return scales_; }
   const std::vector<double>& scales() const { return scales_; }
+  void nominals(double* y) const;  // the scale of each entry of y
 
   // The values set last (InputLayout). The torque of an undriven joint is 0. Equal inputs mean an equal
   // right-hand side.

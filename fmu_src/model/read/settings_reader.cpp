@@ -132,6 +132,7 @@ FmuSettings read_fmu(Section& top, const Model& model, Findings& findings) {
   read_tunable(section, model, fmu);
   fmu.stop_time = section.number("stop_time", fmu.stop_time, Bound::positive);
   fmu.step_size = section.number("step_size", fmu.step_size, Bound::positive);
+  for (const char* field : FmuSettings::origin_fields) fmu.origin.push_back(section.text(field));
   section.refuse_unknown();
   return fmu;
 }

@@ -184,7 +184,7 @@ TEST(model_file, settings_are_read) {
       read(arm +
            "[solver]\nmethod = 'bdf'\nrtol = 1e-4\nmax_step = 0.5\n[fmu]\noutputs = ['energy']\n"
            "tunable = ['a.mass', 'a.inertia[6]', 'a.damping', 'gravity[3]']\nstop_time = 3\n"
-           "step_size = 0.25\n");
+           "step_size = 0.25\nauthor = 'A. & B.'\nversion = '2.1'\n");
   EXPECT_EQ(model.solver.method, SolverMethod::bdf);
   EXPECT_EQ(model.solver.rtol, 1e-4);
   EXPECT_EQ(model.solver.atol, 1e-6);
@@ -195,6 +195,8 @@ TEST(model_file, settings_are_read) {
   EXPECT_EQ(model.fmu.tunable, (Lines{"a.mass", "a.inertia[6]", "a.damping", "gravity[3]"}));
   EXPECT_EQ(model.fmu.stop_time, 3);
   EXPECT_EQ(model.fmu.step_size, 0.25);
+  EXPECT_EQ(errors(arm + "[fmu]\nauthor = 3\n"), (Lines{"7: fmu: author must be a string, got a number"}));
+  EXPECT_EQ(model.fmu.origin, (Lines{"2.1", "A. & B.", "", ""}));
 }
 
 TEST(model_file, numbers_do_not_depend_on_the_locale) {
