@@ -36,6 +36,7 @@ def model_description(model: Description) -> bytes:
             modelName=model.model_name,
             instantiationToken=model.guid,
             description=model.description or None,
+            **model.origin,
             generationTool=model.generation_tool,
             generationDateAndTime=generation_date(),
             variableNamingConvention="structured",
@@ -44,7 +45,8 @@ def model_description(model: Description) -> bytes:
     if model.model_exchange is not None:
         needed = {"needsCompletedIntegratorStep": corrects_states(model)}
         xml.SubElement(root, "ModelExchange", attributes(modelIdentifier=model.model_identifier, **_flags(model.model_exchange), **needed))
-    xml.SubElement(root, "CoSimulation", attributes(modelIdentifier=model.model_identifier, **_flags(model.capabilities)))
+    updates = {"providesIntermediateUpdate": True, "canReturnEarlyAfterIntermediateUpdate": True}
+    xml.SubElement(root, "CoSimulation", attributes(modelIdentifier=model.model_identifier, **_flags(model.capabilities), **updates))
     common_elements(root, model)
     variables = xml.SubElement(root, "ModelVariables")
     time = {"name": "time", "valueReference": TIME, "description": "Simulation time", "causality": "independent"}
@@ -86,7 +88,8 @@ def _variable(parent: xml.Element, variable: Variable, reference: dict[str, int]
     if variable.type == "Real":
         details |= {"unit": variable.unit, "displayUnit": variable.display_unit, "nominal": real(variable.nominal)}
         derivative = None if variable.derivative is None else reference[variable.derivative]
-        details |= {"derivative": derivative, "reinit": reinit or None}
+        readable = variable.causality == "output" and variable.variability == "continuous"
+        details |= {"derivative": derivative, "reinit": reinit or None, "intermediateUpdate": readable or None}
     element = xml.SubElement(
         parent,
         kind,

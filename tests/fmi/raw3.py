@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import ctypes as c
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from xml.etree import ElementTree as xml
 
 from tests.fmi.raw import ERROR, OK
 
 Logger = c.CFUNCTYPE(None, c.c_void_p, c.c_int, c.c_char_p, c.c_char_p)
+Update = c.CFUNCTYPE(None, c.c_void_p, c.c_double, *[c.c_bool] * 4, c.POINTER(c.c_bool), c.POINTER(c.c_double))
 TYPES = {"Float64": c.c_double, "Int32": c.c_int32, "String": c.c_char_p}
 
 
@@ -59,12 +60,14 @@ class Slave3:
         name: bytes | None = b"slave",
         interface: str = "CoSimulation",
         event_mode: bool = False,
-        intermediate: int = 0,
+        update: Callable | None = None,
+        early_return: bool = False,
     ) -> None:
         self.fmu, self.messages, self.logger = fmu, [], Logger(self._log)
         path = str(fmu.folder / "resources").encode() + b"/" if resources == b"" else resources
-        of_cs = (c.c_bool(event_mode), c.c_bool(False), array(c.c_uint, [1] * intermediate), count(intermediate))
-        callbacks = {"CoSimulation": [None], "ScheduledExecution": [None] * 3}.get(interface, [])
+        of_cs = (c.c_bool(event_mode), c.c_bool(early_return), None, count(0))
+        self.update = Update(update) if update else None
+        callbacks = {"CoSimulation": [self.update], "ScheduledExecution": [None] * 3}.get(interface, [])
         self.component = c.c_void_p(
             getattr(fmu.library, f"fmi3Instantiate{interface}")(
                 name,

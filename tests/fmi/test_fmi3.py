@@ -338,7 +338,6 @@ def test_mistreatment_is_refused_and_changes_nothing(fmu3, what, name, joint):
         ({"name": b" "}, "the instance has no name"),
         ({"name": None}, "the instance has no name"),
         ({"event_mode": True}, "no event mode"),
-        ({"intermediate": 1}, "no intermediate update"),
         ({"interface": "ModelExchange", "token": "{00000000-0000-0000-0000-000000000000}"}, "belongs to another model file"),
         ({"interface": "ModelExchange", "name": None}, "the instance has no name"),
         ({"interface": "ScheduledExecution"}, "no scheduled execution"),

@@ -52,6 +52,8 @@ def test_flags_have_their_names_in_fmi3(crane):
         "canHandleVariableCommunicationStepSize",
         "providesDirectionalDerivatives",
         "providesAdjointDerivatives",
+        "providesIntermediateUpdate",
+        "canReturnEarlyAfterIntermediateUpdate",
     }
     assert {flag for flag, value in flags.items() if value == "true"} == true
     assert flags["canSerializeFMUState"] == "false" and flags["maxOutputDerivativeOrder"] == "0"
@@ -63,6 +65,8 @@ def test_variables_are_those_of_the_fmi2_description(crane, root):
     for scalar, variable in zip(old.iter("ScalarVariable"), root.find("ModelVariables")[1:], strict=True):
         assert variable.tag == types[scalar[0].tag]
         expected = {**scalar.attrib, **scalar[0].attrib}
+        if (expected["causality"], expected.get("variability"), scalar[0].tag) == ("output", "continuous", "Real"):
+            expected["intermediateUpdate"] = "true"
         start = variable.find("Start")
         assert dict(variable.attrib) | ({} if start is None else {"start": start.get("value")}) == expected
 

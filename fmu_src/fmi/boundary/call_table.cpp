@@ -12,6 +12,7 @@ constexpr unsigned F = static_cast<unsigned>(State::failed);
 constexpr unsigned T = static_cast<unsigned>(State::terminated);
 constexpr unsigned E = static_cast<unsigned>(State::event);
 constexpr unsigned C = static_cast<unsigned>(State::continuous);
+constexpr unsigned U = static_cast<unsigned>(State::intermediate);
 
 struct Row {
   Function function;
@@ -27,7 +28,7 @@ constexpr Row rows[] = {
     {Function::exit_initialization_mode, "fmi2ExitInitializationMode", M},
     {Function::terminate, "fmi2Terminate", S | F | E | C},
     {Function::reset, "fmi2Reset", I | M | S | F | T | E | C},
-    {Function::get_real, "fmi2GetReal", I | M | S | F | T | E | C},
+    {Function::get_real, "fmi2GetReal", I | M | S | F | T | E | C | U},
     {Function::get_integer, "fmi2GetInteger", I | M | S | F | T | E | C},
     {Function::get_boolean, "fmi2GetBoolean", I | M | S | F | T | E | C},
     {Function::get_string, "fmi2GetString", I | M | S | F | T | E | C},
@@ -44,7 +45,7 @@ constexpr Row rows[] = {
     {Function::get_directional_derivative, "fmi2GetDirectionalDerivative", M | S | F | T | E | C},
     {Function::get_adjoint_derivative, "fmi3GetAdjointDerivative", M | S | F | T | E | C},
     {Function::set_real_input_derivatives, "fmi2SetRealInputDerivatives", I | M | S},
-    {Function::get_real_output_derivatives, "fmi2GetRealOutputDerivatives", S | F | T},
+    {Function::get_real_output_derivatives, "fmi2GetRealOutputDerivatives", S | F | T | U},
     {Function::do_step, "fmi2DoStep", S},
     {Function::cancel_step, "fmi2CancelStep", 0},  // steps are synchronous
     {Function::get_status, "fmi2GetStatus", S | F | T},
@@ -121,6 +122,8 @@ const char* name(State state) {
       return "in event mode";
     case State::continuous:
       return "in continuous-time mode";
+    case State::intermediate:
+      return "in intermediate update mode";
   }
   return "";
 }

@@ -8,7 +8,7 @@
 namespace redysim {
 
 // An instance's life. `failed` follows a failed step, until reset, restored or freed. Co-simulation has
-// `step`, model exchange `event` and `continuous`.
+// `step` and, in a callback during a step, `intermediate`; model exchange has `event` and `continuous`.
 enum class State : unsigned {
   instantiated = 1,
   initialization = 2,
@@ -16,7 +16,8 @@ enum class State : unsigned {
   failed = 8,
   terminated = 16,
   event = 32,
-  continuous = 64
+  continuous = 64,
+  intermediate = 128
 };
 
 enum class Function {

@@ -146,16 +146,14 @@ Instance* instantiated(const char* function, fmi3String name, fmi3String token, 
 const char* fmi3GetVersion() { return fmi3Version; }
 
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean,
-                                         fmi3Boolean logging_on, fmi3Boolean event_mode_used, fmi3Boolean,
-                                         const fmi3ValueReference[], size_t intermediate_count,
+                                         fmi3Boolean logging_on, fmi3Boolean event_mode_used,
+                                         fmi3Boolean early_return_allowed, const fmi3ValueReference[], size_t,
                                          fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger,
-                                         fmi3IntermediateUpdateCallback) {
-  const char* function = __func__;
-  const char* why = event_mode_used ? no_event_mode
-                    : intermediate_count > 0
-                        ? "this FMU has no intermediate update (providesIntermediateUpdate = false)"
-                        : nullptr;
-  return instantiated(function, name, token, resources, environment, logger, logging_on, false, why);
+                                         fmi3IntermediateUpdateCallback update) {
+  Instance* const instance = instantiated(__func__, name, token, resources, environment, logger, logging_on,
+                                          false, event_mode_used ? no_event_mode : nullptr);
+  if (instance) instance->ask_for_updates({update, environment, early_return_allowed});
+  return instance;
 }
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources,
@@ -207,8 +205,9 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 current, fmi3Float64 size, fmi
     if (!event_needed || !terminate || !early_return || !last_successful_time)
       return i.refuse(Function::do_step, "an argument is a null pointer");
     const fmi2Status status = i.do_step(current, size);
-    *event_needed = *terminate = *early_return = false;
+    *event_needed = *terminate = false;
     *last_successful_time = i.last_successful_time();
+    *early_return = status == fmi2OK && !redysim::is_empty_step(*last_successful_time, current + size);
     return status;
   });
 }

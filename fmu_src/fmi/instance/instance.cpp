@@ -119,7 +119,7 @@ fmi2Status Instance::do_step(double current, double size) {
   constexpr Function function = Function::do_step;
   if (const std::string why = life_.objection_to_step(simulation_.time, current, size); !why.empty())
     return refuse(function, why);
-  const double end = current + size;
+  double end = current + size;
   if (is_empty_step(simulation_.time, end)) return fmi2OK;
   if (!parameters_.in_force())
     if (const std::string why = parameters_.bring_into_force(); !why.empty()) return refuse(function, why);
@@ -132,7 +132,8 @@ fmi2Status Instance::do_step(double current, double size) {
   const long decisions = integrator.decisions();
   StepJacobian* const jacobian = values_.step_jacobian();
   if (jacobian) jacobian->begin_step();
-  const Outcome outcome = advance(integrator, system, end, inputs_changed);
+  const Outcome outcome = update_.callback ? advance_with_updates(end, inputs_changed)
+                                           : advance(integrator, system, end, inputs_changed);
   if (integrator.decisions() != decisions && log_.events()) log_.event(integrator.last_decision());
   applied_inputs_ = system.inputs();
   end_input_slopes(outcome.ok ? end : integrator.time());
@@ -145,6 +146,30 @@ fmi2Status Instance::do_step(double current, double size) {
   if (outcome.ok) return fmi2OK;
   life_.state = State::failed;
   return refuse(function, failed_step(outcome));
+}
+
+// Integrator::advance with the callback after each internal step; an early return changes `end`.
+Outcome Instance::advance_with_updates(double& end, bool inputs_changed) {
+  Integrator& integrator = *simulation_.integrator;
+  integrator.pause_after(1);
+  for (;;) {
+    Outcome outcome = advance(integrator, simulation_.system, end, inputs_changed);
+    simulation_.time = integrator.time();
+    if (!outcome.ok || !(simulation_.time < end)) return outcome;
+    inputs_changed = false;
+    values_.changed();
+    bool early = false;
+    double at = end;
+    life_.state = State::intermediate;
+    update_.callback(update_.environment, simulation_.time, false, true, true, update_.may_return_early,
+                     &early, &at);
+    life_.state = State::step;
+    if (!early || !update_.may_return_early) continue;
+    if (at < end) end = at;
+    if (!is_empty_step(simulation_.time, end)) continue;
+    end = simulation_.time;
+    return outcome;
+  }
 }
 
 std::string Instance::failed_step(const Outcome& outcome) {

@@ -10,11 +10,19 @@
 #include "fmi/instance/saved_states.hpp"
 #include "fmi/instance/travel.hpp"
 #include "fmi2Functions.h"
+#include "fmi3FunctionTypes.h"
 
 namespace redysim {
 
 class GivenState;
 struct Snapshot;
+
+// What FMI 3.0 calls after each internal step before the end of a communication step; null: nothing.
+struct IntermediateUpdate {
+  fmi3IntermediateUpdateCallback callback = nullptr;
+  fmi3InstanceEnvironment environment = nullptr;
+  bool may_return_early = false;
+};
 
 // One FMI instance: its parts and the functions of the standard. Functions log the reason of a refusal. The
 // FMI state is checked before (call_table.hpp). A refused call changes nothing.
@@ -31,6 +39,7 @@ class Instance {
   fmi2Status enter_initialization_mode();
   fmi2Status exit_initialization_mode();
   fmi2Status do_step(double current, double size);
+  void ask_for_updates(const IntermediateUpdate& update) { update_ = update; }
   fmi2Status terminate();
   fmi2Status reset();
   double last_successful_time() const { return simulation_.time; }
@@ -94,6 +103,7 @@ class Instance {
   void report_unset_motion();
   std::string failed_step(const Outcome& outcome);
   void end_input_slopes(double time);
+  Outcome advance_with_updates(double& end, bool inputs_changed);
 
   // "there is no Real variable with value reference 7", with the name of the type in the version of FMI
   std::string unknown_reference(unsigned reference, VariableType type) const;
@@ -128,6 +138,7 @@ class Instance {
   OutputDerivatives derivatives_;
   SavedStates saved_;
   Travel travel_;
+  IntermediateUpdate update_;
   std::vector<double> applied_inputs_;  // of the last step
   bool nominals_are_new_ = false;       // since the last event, in model exchange
 };

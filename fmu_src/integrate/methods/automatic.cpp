@@ -47,6 +47,10 @@ class Automatic final : public Integrator {
 
   Outcome start(double time, const double* y) override;
   Outcome advance(double end, bool inputs_changed) override;
+  void pause_after(long steps) override {
+    pause_after_ = steps;
+    for (Integrator* method : methods()) method->pause_after(steps);
+  }
 
   double time() const override { return current_->time(); }
   const double* state() const override { return current_->state(); }
@@ -316,6 +320,7 @@ Outcome Automatic::advance(double end, bool inputs_changed) {
     const long taken = statistics_.steps - before;
     if (budget.is_hopeless(taken, time(), end)) return failure(time(), budget.hopeless(name()));
     if (taken > budget.steps()) return failure(time(), budget.exceeded(system_, name(), time(), state()));
+    if (pause_after_ > 0) return {};
     if (time() < end) consider(end, span);
   }
   return {};

@@ -43,7 +43,8 @@ Outcome advance_by_breakpoints(Integrator& integrator, System& system, double en
     const double slack = 1e-12 * std::max(1.0, std::fabs(end)), breakpoint = system.next_breakpoint(time);
     const double halt = breakpoint < end - slack ? breakpoint : end;
     const Outcome outcome = integrator.advance(halt, inputs_changed || entered);
-    if (!outcome.ok || halt == end || !(halt > time)) return outcome;
+    const bool paused = integrator.time() < halt;
+    if (!outcome.ok || halt == end || !(halt > time) || paused) return outcome;
     inputs_changed = false;
   }
 }

@@ -37,7 +37,7 @@ class Integrator {
   virtual Outcome advance(double end, bool inputs_changed) = 0;
 
   // From now on an advance ends after so many internal steps at the latest, successful; 0: at its end only.
-  void pause_after(long steps) { pause_after_ = steps; }
+  virtual void pause_after(long steps) { pause_after_ = steps; }
 
   virtual double time() const = 0;
   virtual const double* state() const = 0;  // length System::size()
