@@ -194,12 +194,9 @@ TEST(model_error, settings_have_bounds) {
   EXPECT_EQ(
       errors(arm + "[fmu]\noutputs = ['energi', 'solver', 'solver', 1]\nstep_size = 0\n"),
       (Lines{"7: fmu: outputs must be 'acceleration', 'energy', 'solver', 'momentum', 'reference', 'power', "
-             "'actuator', 'mass_matrix', 'bias', 'gravity_torque', 'coriolis', 'passive', 'reaction', "
-             "'regressor' or "
-             "'constraint_jacobian', got "
-             "'energi'; "
-             "did you mean "
-             "'energy'?",
+             "'actuator', 'step_jacobian', 'parameter_jacobian', 'mass_matrix', 'bias', 'gravity_torque', "
+             "'coriolis', 'passive', 'reaction', 'regressor' or 'constraint_jacobian', got 'energi'; did you "
+             "mean 'energy'?",
              "7: fmu: outputs lists 'solver' twice", "7: fmu: outputs must contain strings, got a number",
              "8: fmu: step_size must be > 0, got 0"}));
 }
