@@ -99,11 +99,6 @@ Plan<Dual> elements_of(const Plan<double>& plan) {
   return elements;
 }
 
-// Contacts are evaluated outside the clones, whose size they would double.
-[[gnu::noinline]] void change_contacts(const Plan<Dual>& plan, Workspace<Dual>& ws) {
-  if constexpr (Plan<Dual>::may_have_contacts) add_contact_wrenches(plan, ws);
-}
-
 Vec3<Dual> with(const Vec3<double>& value, const Vec3<double>& change) {
   return {Dual(value.x(), change.x()), Dual(value.y(), change.y()), Dual(value.z(), change.z())};
 }
@@ -243,8 +238,8 @@ REDYSIM_CLONES void Derivatives::move_subtree(const Plan<double>& plan, const Wo
 }
 
 // Derivatives of the ground-frame motions of bodies with springs, ports and loops: (6)-(8).
-void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<double>& ws, int joint,
-                                     bool velocity) {
+[[gnu::flatten]] void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<double>& ws,
+                                                      int joint, bool velocity) {
   const JointPlan<double>& at = plan.joints[joint];
   const Vec3<double> zero = Vec3<double>::Zero();
   int parent = at.parent;  // entry
@@ -295,13 +290,24 @@ void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<d
   }
 }
 
+// Contacts are evaluated outside the clones, whose size they would double. The joint changes the force of a
+// pair, in link axes, only if it moves one of the two bodies.
+[[gnu::noinline]] void Derivatives::change_contacts() {
+  const auto moved = [this](int body) { return body != ground && changes_[body].moved; };
+  if constexpr (Plan<Dual>::may_have_contacts) {
+    workspace_.contact_power = Dual(0);
+    for (const ContactPair<Dual>& pair : plan_.contact_pairs)
+      if (moved(pair.ball_body) != moved(pair.surface_body)) add_contact_wrenches(plan_, workspace_, pair);
+  }
+}
+
 // Derivatives of the wrenches of springs, contacts and ports; returns that of the power of springs and
 // contacts.
 REDYSIM_CLONES double Derivatives::change_elements(const Plan<double>& plan) {
   for (auto& s : workspace_.joints) s.p = Force<Dual>::zero();
   add_spring_wrenches(plan_, workspace_);
   if constexpr (Plan<Dual>::may_have_bushings) add_bushing_wrenches(plan_, workspace_);
-  if (plan_.has_contacts()) change_contacts(plan_, workspace_);
+  if (plan_.has_contacts()) change_contacts();
   add_port_wrenches(plan_, workspace_, port_wrenches_.data());
   for (std::size_t i = 0; i < plan.joints.size(); ++i)
     add(changes_[i].wrench, change_of(workspace_.joints[i].p));

@@ -65,6 +65,7 @@ class Derivatives {
   void move_subtree(const Plan<double>& plan, const Workspace<double>& ws, const double* qd, int joint,
                     bool velocity);
   void move_ground_states(const Plan<double>& plan, const Workspace<double>& ws, int joint, bool velocity);
+  void change_contacts();
   double change_elements(const Plan<double>& plan);
   void change_loops(const Plan<double>& plan, Workspace<double>& ws);
   void sweep_back(const Plan<double>& plan, const Workspace<double>& ws, const double* qd, Gradient& row);

@@ -127,18 +127,22 @@ void visit_pressed(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const 
 }  // namespace
 
 template <class Scalar>
+void add_contact_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ContactPair<Scalar>& pair) {
+  visit_pressed(
+      plan, ws, pair,
+      [&](const ContactLaw<Scalar>& law, const Touch<Scalar>& touch, const RelativeMotion<Scalar>& motion) {
+        const ContactForce<Scalar> force = contact_force(law, touch);
+        const auto wrench = in_ground_frame(force, touch, motion);
+        act_on(ws, pair.ball_body, pair.ball_entry, wrench, 1);
+        act_on(ws, pair.surface_body, pair.surface_entry, wrench, -1);
+        ws.contact_power += contact_loss(law, touch, force);
+      });
+}
+
+template <class Scalar>
 void add_contact_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
   ws.contact_power = Scalar(0);
-  for (const ContactPair<Scalar>& pair : plan.contact_pairs)
-    visit_pressed(
-        plan, ws, pair,
-        [&](const ContactLaw<Scalar>& law, const Touch<Scalar>& touch, const RelativeMotion<Scalar>& motion) {
-          const ContactForce<Scalar> force = contact_force(law, touch);
-          const auto wrench = in_ground_frame(force, touch, motion);
-          act_on(ws, pair.ball_body, pair.ball_entry, wrench, 1);
-          act_on(ws, pair.surface_body, pair.surface_entry, wrench, -1);
-          ws.contact_power += contact_loss(law, touch, force);
-        });
+  for (const ContactPair<Scalar>& pair : plan.contact_pairs) add_contact_wrenches(plan, ws, pair);
 }
 
 template <class Scalar>
@@ -190,6 +194,7 @@ template void add_contact_wrenches(const Plan<double>&, Workspace<double>&);
 template double contact_energy(const Plan<double>&, const Workspace<double>&);
 template ContactResult<double> contact_result(const Plan<double>&, const Workspace<double>&, int, int);
 template void add_contact_wrenches(const Plan<Dual>&, Workspace<Dual>&);
+template void add_contact_wrenches(const Plan<Dual>&, Workspace<Dual>&, const ContactPair<Dual>&);
 template Dual contact_energy(const Plan<Dual>&, const Workspace<Dual>&);
 template ContactResult<Dual> contact_result(const Plan<Dual>&, const Workspace<Dual>&, int, int);
 

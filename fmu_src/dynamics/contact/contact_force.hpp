@@ -14,6 +14,10 @@ namespace redysim {
 template <class Scalar>
 void add_contact_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws);
 
+// The same for one pair, with its power added to ws.contact_power.
+template <class Scalar>
+void add_contact_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ContactPair<Scalar>& pair);
+
 // Energy stored in all contacts, J.
 template <class Scalar>
 Scalar contact_energy(const Plan<Scalar>& plan, const Workspace<Scalar>& ws);
