@@ -42,6 +42,13 @@ void compiled_inverse_dynamics(const Plan<double>& plan, Workspace<double>& ws, 
   inverse(plan, ws, q, qd, qdd, tau);
 }
 
+// Without calls, which are copies optimised for size.
+[[gnu::flatten]] void compiled_ground_motion(const Plan<double>& plan, Workspace<double>& ws, const double* q,
+                                             const double* qd) {
+  set_positions(plan, ws, q);
+  set_ground_motion(plan, ws, qd);
+}
+
 double compiled_prescribed_force(const Plan<double>& plan, const Workspace<double>& ws, int i,
                                  const double* q, const double* qd, const double* qdd) {
   return prescribed_force(plan, ws, i, q, qd, qdd);

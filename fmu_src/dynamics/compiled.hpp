@@ -16,6 +16,11 @@ void compiled_forward_dynamics(const Plan<double>& plan, Workspace<double>& ws, 
 void compiled_inverse_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
                                const double* qd, const double* qdd, double* tau);
 
+// set_positions of dynamics/bias.hpp and set_ground_motion of dynamics/ground_motion.hpp, one version for all
+// processors.
+void compiled_ground_motion(const Plan<double>& plan, Workspace<double>& ws, const double* q,
+                            const double* qd);
+
 // prescribed_force of dynamics/joint_elimination.hpp, one version for all processors.
 double compiled_prescribed_force(const Plan<double>& plan, const Workspace<double>& ws, int i,
                                  const double* q, const double* qd, const double* qdd);

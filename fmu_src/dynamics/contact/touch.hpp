@@ -21,10 +21,11 @@ struct RelativeMotion {
   }
 };
 
+// Once in the code, for size; without calls, which are copies optimised for size.
 template <class Scalar>
-[[gnu::noinline]] RelativeMotion<Scalar> relative_motion(const Surface<Scalar>& surface,
-                                                         const GroundState<Scalar>& balls,
-                                                         const GroundState<Scalar>& carrier) {
+[[gnu::noinline, gnu::flatten]] RelativeMotion<Scalar> relative_motion(const Surface<Scalar>& surface,
+                                                                       const GroundState<Scalar>& balls,
+                                                                       const GroundState<Scalar>& carrier) {
   RelativeMotion<Scalar> m;
   m.axes = carrier.rotation * surface.rotation;
   m.origin = carrier.position + carrier.rotation * surface.position;

@@ -4,8 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "dynamics/bias.hpp"
+#include "dynamics/compiled.hpp"
 #include "dynamics/contact/separation.hpp"
+#include "dynamics/ground_motion.hpp"
 #include "dynamics/motion_subspace.hpp"
 
 namespace redysim {
@@ -71,8 +72,7 @@ void ContactSearch::predict(const Plan<double>& plan, Workspace<double>& ws, con
     q_[i] = start_q_[i] + after * (start_qd_[i] + 0.5 * after * qdd[i]);
     qd_[i] = start_qd_[i] + after * qdd[i];
   }
-  set_positions(plan, ws, q_.data());
-  set_ground_motion(plan, ws, qd_.data());
+  compiled_ground_motion(plan, ws, q_.data(), qd_.data());
 }
 
 // Upper bound of the change of a joint in `h` s.
@@ -130,7 +130,8 @@ void ContactSearch::set_distances(const Workspace<double>& ws, std::vector<Conta
 double ContactSearch::find_waiting_points(double h) {
   double longest = h;
   waiting_.clear();
-  const auto has_none_waiting = [&](const NearPair& near) {
+  std::size_t kept = 0;
+  for (const NearPair& near : near_) {
     const std::size_t waiting_before = waiting_.size();
     // the depth in a height map may change more than the point moves
     const bool bounded = near.pair->surface.kind != ShapeKind::heightmap;
@@ -143,9 +144,9 @@ double ContactSearch::find_waiting_points(double h) {
         longest = std::min(longest, deepest / -at.rate);
       }
     }
-    return waiting_.size() == waiting_before;
-  };
-  near_.erase(std::remove_if(near_.begin(), near_.end(), has_none_waiting), near_.end());
+    if (waiting_.size() != waiting_before) near_[kept++] = near;
+  }
+  near_.erase(near_.begin() + static_cast<std::ptrdiff_t>(kept), near_.end());
   return longest;
 }
 

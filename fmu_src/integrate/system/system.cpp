@@ -303,8 +303,7 @@ double System::violation_at(double time, const double* y) {
 // Called several times in a projection; without calls, which are copies optimised for size.
 [[gnu::flatten]] void System::set_residuals(double time, const double* y) {
   const Coordinates at = coordinates(time, y);
-  set_positions(plan_, workspace_, at.q);
-  set_ground_motion(plan_, workspace_, at.qd);
+  compiled_ground_motion(plan_, workspace_, at.q, at.qd);
   set_constraint_residuals(plan_, workspace_, at.q, at.qd);
 }
 
