@@ -1,7 +1,7 @@
 # Each target installs what is missing on a new Debian or Ubuntu machine.
 # The work is done in scripts/, which also support folders with spaces in their names.
 
-.PHONY: demo test build lint format sanitize fuzz fmu bench benchmarks win64 darwin64 interop memcheck docs wheel coverage tidy clean distclean help
+.PHONY: demo test build lint format sanitize fuzz fmu bench benchmarks win64 aarch64-linux darwin64 interop memcheck docs wheel coverage tidy clean distclean help
 
 demo: ## build the KUKA KR5 FMU, simulate it, leave a plot and a CSV in out/
 	@sh scripts/demo.sh
@@ -51,6 +51,9 @@ coverage: ## line coverage of C++ and Python by the tests, in out/coverage
 win64: ## the library for 64-bit Windows in build/win64, run under Wine
 	@sh scripts/cross.sh win64
 
+aarch64-linux: ## the library for Linux on 64-bit Arm processors in build/aarch64-linux, run under QEMU
+	@sh scripts/cross.sh aarch64-linux
+
 darwin64: ## the library for macOS on x86-64 in build/darwin64, linked by zig; it cannot run here
 	@sh scripts/cross.sh darwin64
 
@@ -64,4 +67,4 @@ distclean: clean ## and the Python environment and SUNDIALS
 	@rm -rf .venv .sundials
 
 help: ## this list
-	@sed -n 's/^\([a-z0-9]*\):.*## /\1\t/p' Makefile
+	@sed -n 's/^\([a-z0-9-]*\):.*## /\1\t/p' Makefile

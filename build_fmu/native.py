@@ -18,9 +18,12 @@ BUILT = SOURCE_TREE / "build" / "release" / "fmu_src"
 LIBRARIES = {
     "linux64": ("libredysim_fmu.so", ".so"),
     "win64": ("libredysim_fmu.dll", ".dll"),
+    "aarch64-linux": ("libredysim_fmu.so", ".so"),
     "darwin64": ("libredysim_fmu.dylib", ".dylib"),
 }
-PLATFORM_TUPLES = {"linux64": "x86_64-linux", "win64": "x86_64-windows", "darwin64": "x86_64-darwin"}  # names in FMI 3.0
+# names in FMI 3.0; FMI 2.0.5 has them, too, for what it does not name itself
+PLATFORM_TUPLES = {"linux64": "x86_64-linux", "win64": "x86_64-windows", "aarch64-linux": "aarch64-linux", "darwin64": "x86_64-darwin"}
+TRIED = ("win64", "aarch64-linux")  # tests run models with these, so FMUs contain them
 ROOMS = {"describe": "fmi", "libredysim_fmu.so": "fmi", "fmu_driver": "drive"}
 
 
@@ -40,7 +43,21 @@ def library(platform: str = "linux64") -> Path:
         return _find("REDYSIM_FMU_LIBRARY", "libredysim_fmu.so")
     name = LIBRARIES[platform][0]
     places = [PACKAGE / "native" / platform / name, SOURCE_TREE / "build" / platform / "fmu_src" / "fmi" / name]
-    return _find(f"REDYSIM_FMU_LIBRARY_{platform.upper()}", name, places, f"make {platform}")
+    return _find(f"REDYSIM_FMU_LIBRARY_{platform.upper().replace('-', '_')}", name, places, f"make {platform}")
+
+
+def platforms() -> list[str]:
+    """Returns the platforms of an FMU by default: this one, and those with a tested library that is not older."""
+    found = ["linux64"]
+    for platform in TRIED:
+        try:
+            other = library(platform)
+        except UserError:
+            continue
+        # one that was built before the last change
+        if SOURCE_TREE not in other.parents or PACKAGE in other.parents or other.stat().st_mtime >= library().stat().st_mtime:
+            found.append(platform)
+    return found
 
 
 def licence_text() -> str:

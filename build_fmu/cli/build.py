@@ -36,9 +36,9 @@ def add(commands) -> None:
     command.add_argument(
         "--platforms",
         type=_platforms,
-        default=["linux64"],
         metavar="LIST",
-        help=f"platforms of the FMU, separated by commas: {', '.join(native.LIBRARIES)} (default: linux64)",
+        help=f"platforms of the FMU, separated by commas: {', '.join(native.LIBRARIES)} "
+        f"(default: linux64, and {' and '.join(native.TRIED)} where their libraries are installed)",
     )
     add_options(command, reports=True)
     command.set_defaults(run=run)
@@ -63,7 +63,7 @@ def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
     if options.arrays and options.fmi != 3:
         raise UserError("--arrays: FMI 2.0 has scalars only; add --fmi 3")
     if options.specialise:
-        if options.platforms != ["linux64"]:
+        if options.platforms not in (None, ["linux64"]):
             raise UserError("--specialise supports linux64 only: remove --platforms")
         print("compiling a library for this model (about a minute the first time)", file=sys.stderr)
     built = build(
@@ -72,7 +72,7 @@ def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
         target,
         show=not options.no_show,
         specialised=options.specialise,
-        platforms=options.platforms,
+        platforms=options.platforms or (["linux64"] if options.specialise else native.platforms()),
         fmi=options.fmi,
         arrays=options.arrays,
     )

@@ -86,14 +86,14 @@ def contents(
     """Returns the files of the FMU, with a library for each platform, in the order in which they are stored."""
     is_fmi3 = fmi == 3
     model = with_arrays(model) if arrays else model
-    folder = native.PLATFORM_TUPLES if is_fmi3 else {platform: platform for platform in libraries}
     grouped = terminals(model) if is_fmi3 else None
     return [
         Entry("modelDescription.xml", (description3 if is_fmi3 else description).model_description(model)),
         *([Entry("documentation/diagram.png" if is_fmi3 else "model.png", picture)] if picture else []),
         *(
-            Entry(f"binaries/{folder[platform]}/{model.model_identifier}{native.LIBRARIES[platform][1]}", library.read_bytes(), True)
+            Entry(f"binaries/{folder}/{model.model_identifier}{native.LIBRARIES[platform][1]}", library.read_bytes(), True)
             for platform, library in libraries.items()
+            for folder in _folders(platform, libraries, is_fmi3)
         ),
         Entry("resources/model.toml", model_file.read_bytes()),
         *(Entry(f"resources/{name}", (model_file.parent / name).read_bytes()) for name in model.resources),
@@ -102,3 +102,10 @@ def contents(
         *([Entry("documentation/run.html", played)] if played else []),
         *(Entry(f"documentation/licenses/{name}", text) for name, text in licence_files(libraries).items()),
     ]
+
+
+def _folders(platform: str, libraries: Mapping[str, Path], is_fmi3: bool) -> list[str]:
+    """Returns the folders of a library. On Arm, importers of FMI 2.0 look into `linux64`, which is left to them where it is free."""
+    if is_fmi3:
+        return [native.PLATFORM_TUPLES[platform]]
+    return [platform, *(["linux64"] if platform == "aarch64-linux" and "linux64" not in libraries else [])]

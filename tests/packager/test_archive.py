@@ -8,6 +8,7 @@ import zipfile
 import pytest
 from fmpy.validation import validate_fmu
 
+from build_fmu import native
 from build_fmu.errors import UserError
 from build_fmu.files import whole_file
 from build_fmu.fmu import archive
@@ -144,6 +145,44 @@ def test_a_library_for_each_platform(compiled, model, tmp_path, monkeypatch):
         assert "mingw-w64.txt" in file.read("documentation/licenses/license.txt").decode()
     with zipfile.ZipFile(tmp_path / "one.fmu") as file:
         assert [name for name in file.namelist() if name.startswith("binaries/")] == ["binaries/win64/crane.dll"]
+
+
+def test_an_arm_library_lies_where_importers_look(compiled, model, tmp_path, monkeypatch):
+    (tmp_path / "library.so").write_bytes(b"for Arm")
+    monkeypatch.setenv("REDYSIM_FMU_LIBRARY_AARCH64_LINUX", str(tmp_path / "library.so"))
+    folders = {
+        (2, "linux64", "aarch64-linux"): ["linux64", "aarch64-linux"],
+        (2, "aarch64-linux"): ["aarch64-linux", "linux64"],
+        (3, "linux64", "aarch64-linux"): ["x86_64-linux", "aarch64-linux"],
+        (3, "aarch64-linux"): ["aarch64-linux"],
+    }
+    for (fmi, *platforms), expected in folders.items():
+        build(describe(model), model, tmp_path / "crane.fmu", platforms=platforms, fmi=fmi)
+        with zipfile.ZipFile(tmp_path / "crane.fmu") as file:
+            assert [name for name in file.namelist() if name.startswith("binaries/")] == [f"binaries/{f}/crane.so" for f in expected]
+            assert file.read("binaries/aarch64-linux/crane.so") == b"for Arm"
+            assert (file.read(f"binaries/{expected[-1]}/crane.so") == b"for Arm") or expected[-1] == "x86_64-linux"
+
+
+def test_tested_libraries_that_are_not_older_are_packed_by_default(compiled, monkeypatch, tmp_path):
+    monkeypatch.setattr(native, "SOURCE_TREE", tmp_path)
+    monkeypatch.setattr(native, "PACKAGE", tmp_path / "build_fmu")
+    for variable in ("WIN64", "AARCH64_LINUX"):
+        monkeypatch.delenv(f"REDYSIM_FMU_LIBRARY_{variable}", raising=False)
+    assert native.platforms() == ["linux64"]
+    for platform, (name, _) in native.LIBRARIES.items():
+        if platform != "linux64":
+            folder = tmp_path / "build" / platform / "fmu_src" / "fmi"
+            folder.mkdir(parents=True)
+            (folder / name).touch()
+    assert native.platforms() == ["linux64", "win64", "aarch64-linux"]
+    os.utime(tmp_path / "build" / "win64" / "fmu_src" / "fmi" / "libredysim_fmu.dll", (1, 1))
+    assert native.platforms() == ["linux64", "aarch64-linux"]
+    installed = tmp_path / "build_fmu" / "native" / "win64" / "libredysim_fmu.dll"
+    installed.parent.mkdir(parents=True)
+    installed.touch()
+    os.utime(installed, (1, 1))
+    assert native.platforms() == ["linux64", "win64", "aarch64-linux"], "those of a wheel belong together"
 
 
 def test_picture_is_of_a_useful_size(fmu):

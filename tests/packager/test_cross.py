@@ -1,5 +1,5 @@
-"""Cross-compiled libraries: what they export and need; the win64 library runs under Wine like the Linux library. A machine without macOS
-cannot run the darwin64 library. Slow; `make win64` and `make darwin64` build what is needed."""
+"""Cross-compiled libraries: what they export and need; the win64 library runs under Wine and the aarch64-linux library under QEMU like the
+library for x86-64. A machine without macOS cannot run the darwin64 library. Slow; `make win64` and so on build what is needed."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from build_fmu.model.describe import describe
 
 ROOT = Path(__file__).parents[2]
 CROSS = "x86_64-w64-mingw32-gcc-posix"
+ARM = "aarch64-linux-gnu"
 WINDOWS = {"KERNEL32.dll", "msvcrt.dll"}
 pytestmark = pytest.mark.slow
 
@@ -40,6 +41,7 @@ def library(request) -> Path:
 
 
 win64 = pytest.mark.parametrize("library", ["win64"], indirect=True)
+aarch64 = pytest.mark.parametrize("library", ["aarch64-linux"], indirect=True)
 darwin64 = pytest.mark.parametrize("library", ["darwin64"], indirect=True)
 
 
@@ -115,6 +117,73 @@ def test_runs_like_the_linux_library(library, players, wine, tmp_path, name, ste
     assert np.ptp(ours, axis=0).max() > 1e-3, "the model must move"
     scale = np.maximum(1, np.abs(ours).max(axis=0))
     assert (np.abs(theirs - ours) / scale).max() < 1e-9
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory) -> list[str]:
+    """Returns the command that plays a library for Arm."""
+    if not shutil.which("qemu-aarch64-static") or not shutil.which(f"{ARM}-gcc"):
+        pytest.skip("QEMU or the compiler for Arm is not installed")
+    program = tmp_path_factory.mktemp("arm") / "play"
+    command(
+        f"{ARM}-gcc", "-O1", f"-I{Path(fmpy.__file__).parent / 'c-code'}", ROOT / "tests" / "packager" / "play.c", "-o", program, "-ldl"
+    )
+    return ["qemu-aarch64-static", "-L", f"/usr/{ARM}", str(program)]
+
+
+@pytest.fixture(scope="module")
+def here(tmp_path_factory) -> list[str]:
+    program = tmp_path_factory.mktemp("here") / "play"
+    command("cc", "-O1", f"-I{Path(fmpy.__file__).parent / 'c-code'}", ROOT / "tests" / "packager" / "play.c", "-o", program, "-ldl")
+    return [str(program)]
+
+
+def on_both(name: str, here: list[str], arm: list[str], shown: str, step: float, steps: int, folder: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the variables that match `shown`, of both processors."""
+    model = describe(ROOT / "models" / f"{name}.toml")
+    with zipfile.ZipFile(both(name, "aarch64-linux", folder)) as archive:
+        archive.extractall(folder / "unpacked")
+    inputs, read = (
+        ",".join(str(v.value_reference) for v in chosen[:200])
+        for chosen in (
+            [v for v in model.select("input") if v.type == "Real"],
+            [v for v in model.variables if v.type == "Real" and v.causality in ("output", "local") and re.search(shown, v.name)],
+        )
+    )
+    rows = []
+    for player, platform in ((here, "linux64"), (arm, "aarch64-linux")):
+        library = folder / "unpacked" / "binaries" / platform / f"{model.model_identifier}.so"
+        text = command(*player, library, (folder / "unpacked" / "resources").as_uri(), model.guid, repr(step), steps, inputs, read)
+        rows.append(np.array([[float(word) for word in line.split()] for line in text.splitlines()]))
+    assert rows[0].shape == rows[1].shape and rows[0].shape[0] == steps and rows[0].size
+    return rows[0], rows[1]
+
+
+@aarch64
+def test_exports_fmi_and_needs_the_c_library_alone(library):
+    text = dumped(f"{ARM}-objdump", "-Tp", library)
+    needed = set(re.findall(r"NEEDED +(\S+)", text))
+    assert needed <= {"libc.so.6", "libm.so.6", "ld-linux-aarch64.so.1"}
+    assert exports_fmi_alone(set(re.findall(r" g +DF .text\s+\w+\s+(?:Base|FMI\w*)?\s*(\w+)$", text, re.MULTILINE)), "fmi")
+    assert {version for version in re.findall(r"GLIBC_([\d.]+)", text)} == {"2.17"}, "the first glibc for these processors"
+
+
+@aarch64
+@pytest.mark.parametrize("name", sorted(path.stem for path in (ROOT / "models").glob("*.toml") if not path.stem.startswith("redysim_")))
+def test_accelerations_are_those_of_the_other_processor(library, here, arm, tmp_path, name):
+    # after a step that moves nothing
+    ours, theirs = on_both(name, here, arm, r"\.(qdd|alpha\[\d\])$", 1e-9, 1, tmp_path)
+    assert np.isfinite(ours).all()
+    assert np.abs(theirs - ours).max() < 1e-12 * max(1, np.abs(ours).max())
+
+
+@aarch64
+@pytest.mark.parametrize("name", ["kuka_kr5", "four_bar", "stiff_strut", "series_elastic_leg", "rolling_ball", "mimic_hand", "quadruped"])
+def test_trajectories_are_those_of_the_other_processor(library, here, arm, tmp_path, name):
+    ours, theirs = on_both(name, here, arm, r"\.(q|qd|omega\[\d\])$", 1e-3, 100, tmp_path)
+    assert np.ptp(ours, axis=0).max() > 1e-4, "the model must move"
+    rtol = next(v.start for v in describe(ROOT / "models" / f"{name}.toml").variables if v.name == "solver.rtol")
+    assert np.abs(theirs - ours).max() < 100 * rtol * max(1, np.abs(ours).max())
 
 
 @darwin64

@@ -4,7 +4,7 @@
 
 #include <cstdlib>  // names the C library
 
-#if defined(__GLIBC__) && defined(__x86_64__)
+#if defined(__GLIBC__) && (defined(__x86_64__) || defined(__aarch64__))
 
 #include <elf.h>
 #include <link.h>
@@ -14,7 +14,11 @@
 #include <cstdint>
 
 // C functions with errno handling that 2.29 and 2.35 dropped; the values are the same
+#ifdef __x86_64__
 #define REDYSIM_FIRST_VERSION(name) __asm__(".symver redysim_" #name ", " #name "@GLIBC_2.2.5")
+#else
+#define REDYSIM_FIRST_VERSION(name) __asm__(".symver redysim_" #name ", " #name "@GLIBC_2.17")
+#endif
 REDYSIM_FIRST_VERSION(exp);
 REDYSIM_FIRST_VERSION(log);
 REDYSIM_FIRST_VERSION(pow);
@@ -43,7 +47,14 @@ double our_pow(double x, double y) { return redysim_pow(x, y); }
 double our_hypot(double x, double y) { return redysim_hypot(x, y); }
 
 int our_fstat(int descriptor, struct stat* status) REDYSIM_OURS(fstat);
-int our_fstat(int descriptor, struct stat* status) { return redysim___fxstat(1, descriptor, status); }
+int our_fstat(int descriptor, struct stat* status) {
+#ifdef __x86_64__
+  constexpr int kernels = 1;
+#else
+  constexpr int kernels = 0;
+#endif
+  return redysim___fxstat(kernels, descriptor, status);
+}
 
 // libstdc++ counts references without atomics when this says so (2.32); atomics are always right
 extern char our_single_threaded REDYSIM_OURS(__libc_single_threaded);
@@ -68,7 +79,7 @@ int our_pthread_key_create() REDYSIM_OURS(__pthread_key_create);
 int our_pthread_key_create() { return 0; }
 
 // libgcc's unwinder asks where the unwind table of the code at `pc` is (2.35)
-struct FoundObject {  // struct dl_find_object of x86-64
+struct FoundObject {  // struct dl_find_object of both
   unsigned long long flags;
   void* map_start;
   void* map_end;
