@@ -237,7 +237,8 @@ int Dirk::complete(double time, N_Vector y, void* self_pointer) {
 
 // Replaces the work of the step by the quadrature of the power at its stages. The slopes that ARKStep deduces
 // from a stage contain the power only as far as Newton's iteration resolves it, and the force of a prescribed
-// joint, which the Jacobian of the power holds constant, may change much faster than the state.
+// joint, which the Jacobian of the power holds constant, may change much faster than the state. Not counted
+// as right-hand sides: `auto` decides by their number, and a request for energies must not change a run.
 void Dirk::integrate_power(double time, double* y) {
   const double h = time - step_begin_;
   const auto& work = system_.layout().work;
@@ -252,7 +253,6 @@ void Dirk::integrate_power(double time, double* y) {
       for (std::size_t k = 0; k < stage_state_.size(); ++k) stage_state_[k] += factor * slopes_[j][k];
     }
     const double at = i + 1 == stages ? time : step_begin_ + nodes[i] * h;
-    ++statistics_.evaluations;
     if (system_.slope_within_step(absolute(at), stage_state_.data(), stage_slope_.data()) != Status::ok)
       return;
     for (int part = 0; part < work.count; ++part)
