@@ -2,6 +2,7 @@
 
 import importlib.util
 import itertools
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -94,6 +95,22 @@ def test_the_notebook_runs(tmp_path):
     falls = [float(part.split("(")[-1].rstrip("}) ").split(":")[-1]) for part in ends.split(",")]
     # the stronger the damper, the less joint 2 falls
     assert falls == sorted(falls) and len(falls) == 4
+
+
+def test_an_optimal_motion_arrives(tmp_path):
+    pytest.importorskip("casadi")
+    done = subprocess.run(
+        [sys.executable, str(EXAMPLES / "mpc_casadi.py")],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        stdin=subprocess.DEVNULL,
+        timeout=500,
+    )
+    assert done.returncode == 0, done.stderr
+    # adjoint derivatives, which the optimiser does not use, and another solver find what it promises
+    gradient, angle, speed = (float(number) for number in re.findall(r"\d\.\de-\d\d", done.stdout))
+    assert gradient < 1e-6 and angle < 1e-4 and speed < 1e-3
 
 
 @pytest.mark.interop

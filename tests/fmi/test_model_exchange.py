@@ -467,6 +467,31 @@ def test_mistreatment_changes_nothing(fmu):
         assert list(tool.get_states()) == list(states) and list(tool.derivatives()) == list(slopes)
 
 
+@pytest.mark.parametrize("name", ["top", "four_bar", "series_elastic_leg"])
+def test_states_can_be_set_as_variables(fmu, name):
+    """As CasADi does, together with inputs."""
+    with Exchange(fmu(name)) as tool, Exchange(fmu(name)) as other:
+        for each in (tool, other):
+            each.begin()
+        states = tool.get_states() + 1e-3 * np.sin(1.0 + np.arange(len(tool.states)))
+        inputs = [n for n in tool.fmu.named("input") if n.endswith(".tau")]
+        values = [*states, *np.cos(np.arange(len(inputs)))]
+        assert tool.set_reals(tool.states + inputs, values) == OK, tool.errors
+        assert other.set_states(states) == OK and other.set_reals(inputs, values[len(states) :]) == OK
+        assert list(tool.get_states()) == list(states)
+        assert list(tool.derivatives()) == list(other.derivatives())
+        # all or nothing
+        assert tool.set_reals(inputs + tool.states[-1:], [1.0] * len(inputs) + [np.nan]) == ERROR
+        assert tool.set_reals(tool.states + tool.slopes[-1:], [0.0] * (len(states) + 1)) == ERROR
+        quaternion = [n for n in tool.states if ".quaternion[" in n]
+        if quaternion:
+            assert tool.set_reals(quaternion, [0.0] * len(quaternion)) == ERROR and "fmi2SetReal: a quaternion is zero" in tool.errors[-1]
+        assert list(tool.get_states()) == list(states)
+        assert list(tool.derivatives()) == list(other.derivatives())
+        assert tool.call("EnterEventMode") == OK and tool.set_reals(tool.states, states) == OK
+        assert tool.call("Terminate") == OK and tool.set_reals(tool.states, states) == ERROR
+
+
 def test_infinite_accelerations_ask_for_a_smaller_step(fmu):
     with Exchange(fmu("cart")) as tool:
         tool.begin()
@@ -497,6 +522,7 @@ CALLS = {
     "SetReal input": (lambda t: t.set("hinge.tau", 1.0), set(MODES) - {"terminated"}),
     "SetReal tunable": (lambda t: t.set("pole.mass", 1.0), {"instantiated", "initialization", "event"}),
     "SetReal fixed": (lambda t: t.set("hinge.q0", 1.0), {"instantiated", "initialization"}),
+    "SetReal state": (lambda t: t.set("hinge.q", 1.0), {"event", "continuous"}),
     "SetReal local": (lambda t: t.set("energy.power", 1.0), set()),
     "SetString": (lambda t: t.set("solver.method", "bdf"), {"instantiated", "initialization"}),
     "GetReal local": (lambda t: t.try_get("energy.power")[0], set(MODES) - {"instantiated"}),

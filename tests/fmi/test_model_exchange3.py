@@ -230,6 +230,7 @@ CALLS = {
     "SetFloat64 input": (lambda t: t.set("hinge.tau", 1.0), set(MODES) - {"terminated"}),
     "SetFloat64 tunable": (lambda t: t.set("pole.mass", 1.0), {"instantiated", "initialization", "event"}),
     "SetFloat64 fixed": (lambda t: t.set("hinge.q0", 1.0), {"instantiated", "initialization"}),
+    "SetFloat64 state": (lambda t: t.set("hinge.q", 1.0), {"event", "continuous"}),
     "SetFloat64 local": (lambda t: t.set("energy.power", 1.0), set()),
     "SetString": (lambda t: t.set("solver.method", "bdf"), {"instantiated", "initialization"}),
     "Terminate": (lambda t: t.call("Terminate"), {"event", "continuous"}),
@@ -267,7 +268,7 @@ def mistreatments():
         yield f"time {bad}", lambda t, v=bad: t.set_time(v)
         yield f"state {bad}", lambda t, v=bad: t.set_states([v, *t.get_states()[1:]])
         yield f"input {bad}", lambda t, v=bad: t.set(t.fmu.named("input")[0], v)
-    yield "a state set as a variable", lambda t: t.set(t.states[0], 0.5)
+    yield "a state set as a variable to nan", lambda t: t.set(t.states[0], math.nan)
     yield "an event indicator", lambda t: t.call("GetEventIndicators", *room(t, 1))
     for function in ("GetNumberOfContinuousStates", "GetNumberOfEventIndicators"):
         yield f"{function} null", lambda t, f=function: t.call(f, None)

@@ -117,6 +117,9 @@ class Instance {
   fmi2Status read_derivatives(Function function, const unsigned* references, std::size_t count,
                               double* derivatives);
 
+  static constexpr const char* zero_quaternion = "a quaternion is zero: it has no orientation";
+  bool is_given_state(const Variable& variable) const;
+  bool set_states(const unsigned* references, std::size_t count, const double* values);
   GivenState& given();
   double drift_bound() const;
   bool has_drifted();

@@ -127,10 +127,28 @@ fmi2Status Instance::set_continuous_states(const double* states, std::size_t cou
     if (!std::isfinite(states[i]))
       return refuse(function, "state " + std::to_string(i + 1) + " must be finite, got " + shown(states[i]));
   if (!GivenState::has_orientations(simulation_.system.layout(), states))
-    return refuse(function, "a quaternion is zero: it has no orientation");
+    return refuse(function, zero_quaternion);
   std::copy_n(states, count, given().y());
   states_given();
   return fmi2OK;
+}
+
+// Wider than the standard: CasADi sets states as variables.
+bool Instance::is_given_state(const Variable& variable) const {
+  return (life_.state == State::event || life_.state == State::continuous) && values_.place(variable) >= 0;
+}
+
+// The states among some variables; false: a quaternion would be zero.
+bool Instance::set_states(const unsigned* references, std::size_t count, const double* values) {
+  std::vector<double> y(given().state(), given().state() + simulation_.system.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const Variable& variable = *simulation_.table.real(references[i]);
+    if (variable.is_calculated()) y[static_cast<std::size_t>(values_.place(variable))] = values[i];
+  }
+  if (!GivenState::has_orientations(simulation_.system.layout(), y.data())) return false;
+  std::copy(y.begin(), y.end(), given().y());
+  states_given();
+  return true;
 }
 
 fmi2Status Instance::get_continuous_states(double* states, std::size_t count) {

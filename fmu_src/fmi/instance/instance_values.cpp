@@ -76,6 +76,7 @@ fmi2Status Instance::get_string(const unsigned* references, std::size_t count, f
 }
 
 std::string Instance::objection_to_setting(const Variable& variable) const {
+  if (is_given_state(variable)) return {};
   if (variable.is_calculated())
     return variable.name +
            (variable.causality() == Causality::output ? " is an output" : " is a local variable") +
@@ -96,15 +97,21 @@ fmi2Status Instance::set_real(const unsigned* references, std::size_t count, con
   constexpr Function function = Function::set_real;
   if (const char* why = objection_to_arrays(count, {references, values})) return refuse(function, why);
   // all are checked before the first is set
+  bool has_states = false;
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = simulation_.table.real(references[i]);
     if (!variable) return refuse(function, unknown_reference(references[i], VariableType::real));
     if (takes_any_number(*variable) && std::isfinite(values[i])) continue;
+    has_states |= variable->is_calculated();
     std::string why = objection_to_setting(*variable);
     if (why.empty()) why = objection(*variable, values[i]);
     if (!why.empty()) return refuse(function, why);
   }
-  for (std::size_t i = 0; i < count; ++i) set_value(*simulation_.table.real(references[i]), values[i]);
+  if (has_states && !set_states(references, count, values)) return refuse(function, zero_quaternion);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Variable& variable = *simulation_.table.real(references[i]);
+    if (!variable.is_calculated()) set_value(variable, values[i]);
+  }
   return fmi2OK;
 }
 
