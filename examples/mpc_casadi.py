@@ -4,11 +4,11 @@ A model-exchange FMU gives the accelerations and their exact derivatives. Its so
 Requires `pip install casadi`.
 """
 
-import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import casadi as ca
 import numpy as np
+from fmi3_for_casadi import readable
 from fmpy import extract, simulate_fmu
 from ready import FOLDER, MODELS
 
@@ -18,17 +18,6 @@ JOINTS = [f"joint{i}" for i in range(1, 7)]
 START, GOAL = np.zeros(6), np.array([0.8, 0.6, -0.9, 0.5, 0.7, 0.3])  # rad, at rest
 SPEED, TORQUE = 6.0, np.array([400, 400, 200, 10, 5, 0.01])  # rad/s, N m, limits
 STOP, INTERVALS, DEGREE = 0.8, 16, 5  # s, 1, 1; the torques are constant in an interval
-
-
-def readable(folder: Path) -> str:
-    """Removes what CasADi 3.8 cannot read in FMI 3.0: Strings, initial unknowns that depend on everything."""
-    tree = ElementTree.parse(folder / "modelDescription.xml")
-    for group, tag in (("ModelVariables", "String"), ("ModelStructure", "InitialUnknown")):
-        parent = tree.find(group)
-        for element in parent.findall(tag):
-            parent.remove(element)
-    tree.write(folder / "modelDescription.xml")
-    return str(folder)
 
 
 def planned(arm: ca.Function) -> tuple[np.ndarray, float]:

@@ -4,7 +4,7 @@ set -eu
 cd "$(dirname "$0")/.."
 sh scripts/build.sh release redysim_fmu describe
 [ -x build/interop/bin/python ] || python3 -m venv build/interop
-for package in ecospy tbb libcosimpy fmu-manipulation-toolbox pythonfmu fmpy; do
+for package in ecospy tbb libcosimpy fmu-manipulation-toolbox pythonfmu fmpy casadi; do
   build/interop/bin/python -m pip show --quiet "$package" >/dev/null 2>&1 && continue
   echo "== install $package"
   build/interop/bin/python -m pip install --quiet --disable-pip-version-check "$package" </dev/null || echo "$package cannot be installed here"

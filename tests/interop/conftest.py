@@ -34,7 +34,7 @@ def place() -> Path:
 def ask(place, tmp_path):
     """Runs a client of tests/interop/clients; returns its version and rows."""
 
-    def run(client: str, fmus: dict[str, Path], outputs: list, step: float, steps: int, connections=()) -> tuple[str, list]:
+    def run(client: str, fmus: dict[str, Path], outputs: list, step: float, steps: int, connections=(), **more) -> tuple[str, list]:
         answer, job = tmp_path / "answer.json", tmp_path / "job.json"
         job.write_text(
             json.dumps(
@@ -45,6 +45,7 @@ def ask(place, tmp_path):
                     "step": step,
                     "steps": steps,
                     "answer": str(answer),
+                    **more,
                 }
             )
         )
@@ -83,9 +84,9 @@ def java(place):
 def expected(fmu):  # noqa: F811
     """Our own loop over an FMU: rows of outputs, with inputs by `law` from the outputs of the step before, as parallel masters do."""
 
-    def run(model: str, outputs: list[str], step: float, steps: int, law=None) -> list[list[float]]:
+    def run(model: str, outputs: list[str], step: float, steps: int, law=None, **start) -> list[list[float]]:
         with Slave(fmu(model)) as slave:
-            slave.initialize()
+            slave.initialize(start=start)
             rows, inputs = [slave.reals(outputs)], {}
             for k in range(steps):
                 following = law(slave.get) if law else {}
