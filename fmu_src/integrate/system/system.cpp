@@ -224,7 +224,10 @@ Status System::slope_within_step(double time, const double* y, double* ydot) {
   const Status status = accelerations<false>(time, y, qdd);
   for (int k = 0; k < layout_.q.count; ++k) ydot[k] = y[layout_.qd[k]];
   if (some) slope_of_integrated(y, qdd, ydot);
-  if (with_work()) *layout_.work.of(ydot) = power(coordinates(time, y), qdd);
+  if (with_work()) {
+    const Coordinates at = some ? Coordinates{q_.data(), qd_.data()} : Coordinates{y, y + plan_.nv};
+    *layout_.work.of(ydot) = power(at, qdd);
+  }
   if (layout_.work.count > 1) layout_.work.of(ydot)[1] = workspace_.contact_power;
   if (actuators()) add_actuators(y, ydot);
   return status;
