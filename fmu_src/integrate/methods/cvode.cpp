@@ -88,7 +88,7 @@ void Cvode::build() {
 void Cvode::build_newton() {
   void* cvode = memory_.get();
   jacobian_ = std::make_unique<DenseJacobian>(system_);
-  matrix_.reset(created(SUNDenseMatrix(system_.size(), system_.size(), context_)));
+  matrix_ = make_matrix(system_.size(), context_);
   linear_solver_ = make_linear_solver(system_.layout(), context_);
   CVodeSetLinearSolver(cvode, linear_solver_.get(), matrix_.get());
   CVodeSetJacFn(cvode, &Cvode::jacobian);

@@ -114,7 +114,7 @@ void Dirk::build() {
   ARKStepSetMaxErrTestFails(ark, 100);  // StepControl stops before
   if (settings_.max_step > 0) ARKStepSetMaxStep(ark, settings_.max_step);
 
-  matrix_.reset(created(SUNDenseMatrix(system_.size(), system_.size(), context_)));
+  matrix_ = make_matrix(system_.size(), context_);
   linear_solver_ = make_linear_solver(system_.layout(), context_);
   ARKStepSetLinearSolver(ark, linear_solver_.get(), matrix_.get());
   ARKStepSetJacFn(ark, &Dirk::jacobian);

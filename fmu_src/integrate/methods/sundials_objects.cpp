@@ -41,6 +41,26 @@ int linear_combination(int terms, double* c, N_Vector* vectors, N_Vector z_vecto
   return 0;
 }
 
+// z[k] = of(k); z may be one of its vectors
+template <class Of>
+inline void set_each(long n, double* z, Of of) {
+#pragma GCC ivdep
+  for (long k = 0; k < n; ++k) z[k] = of(k);
+}
+
+// z = a x + b y, with the roundings of SUNDIALS' own operation
+void linear_sum(double a, N_Vector x_vector, double b, N_Vector y_vector, N_Vector z_vector) {
+  const long n = NV_LENGTH_S(z_vector);
+  const double *x = data(x_vector), *y = data(y_vector);
+  double* z = data(z_vector);
+  if (a == b)
+    set_each(n, z, [=](long k) { return a * (x[k] + y[k]); });
+  else if (a == -b)
+    set_each(n, z, [=](long k) { return a * (x[k] - y[k]); });
+  else
+    set_each(n, z, [=](long k) { return a * x[k] + b * y[k]; });
+}
+
 void scale(double factor, N_Vector x, N_Vector z) {
   if (factor != 1.0) return N_VScale_Serial(factor, x, z);
   if (x != z) std::memcpy(data(z), data(x), static_cast<std::size_t>(NV_LENGTH_S(z)) * sizeof(double));
@@ -58,6 +78,21 @@ double weighted_norm(N_Vector x_vector, N_Vector w_vector) {
   }
   return counted > 0 ? std::sqrt(sum / static_cast<double>(counted)) : 0.0;
 }
+
+int copy_matrix(SUNMatrix from, SUNMatrix to) {
+  const auto bytes = static_cast<std::size_t>(SM_LDATA_D(from)) * sizeof(double);
+  std::memcpy(SM_DATA_D(to), SM_DATA_D(from), bytes);
+  return SUNMAT_SUCCESS;
+}
+
+int scale_and_add_identity(double factor, SUNMatrix matrix) {
+  double* entries = SM_DATA_D(matrix);
+  set_each(SM_LDATA_D(matrix), entries, [=](long k) { return factor * entries[k]; });
+  for (long k = 0; k < SM_ROWS_D(matrix); ++k) SM_ELEMENT_D(matrix, k, k) += 1;
+  return SUNMAT_SUCCESS;
+}
+
+SUNMatrix clone_matrix(SUNMatrix matrix) { return make_matrix(SM_ROWS_D(matrix), matrix->sunctx).release(); }
 
 NewtonMatrix& newton_matrix(SUNLinearSolver solver) { return *static_cast<NewtonMatrix*>(solver->content); }
 
@@ -92,9 +127,18 @@ LinearSolver make_linear_solver(const StateLayout& layout, SUNContext context) {
   return LinearSolver(solver);
 }
 
+Matrix make_matrix(long size, SUNContext context) {
+  Matrix matrix(created(SUNDenseMatrix(size, size, context)));
+  matrix->ops->clone = clone_matrix;
+  matrix->ops->copy = copy_matrix;
+  matrix->ops->scaleaddi = scale_and_add_identity;
+  return matrix;
+}
+
 Vector make_vector(long size, SUNContext context) {
   Vector vector(created(N_VNew_Serial(size, context)));
   vector->ops->nvlinearcombination = linear_combination;
+  vector->ops->nvlinearsum = linear_sum;
   vector->ops->nvscale = scale;
   vector->ops->nvwrmsnorm = weighted_norm;
   for (long k = 0; k < size; ++k) data(vector)[k] = 0;

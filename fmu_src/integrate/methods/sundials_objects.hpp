@@ -55,6 +55,9 @@ class Context {
 // positive weight.
 Vector make_vector(long size, SUNContext context);
 
+// A dense square matrix with faster operations.
+Matrix make_matrix(long size, SUNContext context);
+
 // A direct solver for dense matrices I - gamma J of states with this layout.
 LinearSolver make_linear_solver(const StateLayout& layout, SUNContext context);
 

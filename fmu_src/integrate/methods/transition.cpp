@@ -1,12 +1,11 @@
 #include "integrate/methods/transition.hpp"
 
-#include <sundials/sundials_dense.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "integrate/methods/methods.hpp"
+#include "integrate/system/dense_lu.hpp"
 
 namespace redysim {
 namespace {
@@ -161,12 +160,12 @@ bool Transition::factor(double h, const double* const (&jacobians)[stages]) {
           (i == j ? 1.0 : 0.0) -
           h * table[i / size_][j / size_] * jacobians[i / size_][(j % size_) * size_ + i % size_];
   const auto count = static_cast<std::int64_t>(rows);
-  return SUNDlsMat_denseGETRF(matrix_columns_.data(), count, count, pivots_.data()) == 0;
+  return factor_lu(matrix_columns_.data(), count, pivots_.data());
 }
 
 void Transition::solve(double* right_hand_side) {
-  SUNDlsMat_denseGETRS(matrix_columns_.data(), static_cast<std::int64_t>(stages * size_), pivots_.data(),
-                       right_hand_side);
+  solve_lu(matrix_columns_.data(), static_cast<std::int64_t>(stages * size_), pivots_.data(),
+           right_hand_side);
 }
 
 // Slopes K of Y at the stages, K_i = J_i (Y + h sum_j table_ij K_j) + G_i, into unknowns_; Y at the end into

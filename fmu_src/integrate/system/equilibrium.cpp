@@ -1,12 +1,11 @@
 #include "integrate/system/equilibrium.hpp"
 
-#include <sundials/sundials_dense.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "dynamics/ball.hpp"
 #include "integrate/system/dense_jacobian.hpp"
+#include "integrate/system/dense_lu.hpp"
 
 namespace redysim {
 namespace {
@@ -62,7 +61,7 @@ class RestSearch {
   DenseJacobian jacobian_;
   std::vector<double> matrix_, tangent_, factors_, slope_, before_, step_, scales_;
   std::vector<double*> columns_;
-  std::vector<sunindextype> pivots_;
+  std::vector<std::int64_t> pivots_;
   double length_ = first_length;               // s^2
   double size_ = 0, largest_ = 0, least_ = 0;  // scaled accelerations: now, and of all so far, 1/s^2
   int idle_ = 0;                               // steps of the largest length that did not decrease them
@@ -104,15 +103,15 @@ bool RestSearch::linearise() {
 bool RestSearch::solve() {
   for (std::size_t i = 0; i < tangent_.size(); ++i) factors_[i] = -tangent_[i];
   for (std::size_t k = 0; k < count_; ++k) columns_[k][k] += 1 / length_;
-  const auto n = static_cast<sunindextype>(count_);
-  if (SUNDlsMat_denseGETRF(columns_.data(), n, n, pivots_.data()) != 0) return false;
+  const auto n = static_cast<std::int64_t>(count_);
+  if (!factor_lu(columns_.data(), n, pivots_.data())) return false;
   bool positive = true;  // the determinant
   for (std::size_t k = 0; k < count_; ++k)
-    if ((pivots_[k] != static_cast<sunindextype>(k)) != (columns_[k][k] < 0)) positive = !positive;
+    if ((pivots_[k] != static_cast<std::int64_t>(k)) != (columns_[k][k] < 0)) positive = !positive;
   if (!positive) return false;
   const double* accelerations = &slope_[first_velocity_];
   std::copy_n(accelerations, count_, step_.begin());
-  SUNDlsMat_denseGETRS(columns_.data(), n, pivots_.data(), step_.data());
+  solve_lu(columns_.data(), n, pivots_.data(), step_.data());
   double along = 0;
   for (std::size_t k = 0; k < step_.size(); ++k)
     along += step_[k] / scales_[k] * (accelerations[k] / scales_[k]);
