@@ -122,7 +122,7 @@ int main(int argc, char** argv) {
   benchmark::AddCustomContext("flags", REDYSIM_BENCH_FLAGS);
   benchmark::AddCustomContext("compiler", "g++ " __VERSION__);
 #ifdef REDYSIM_WITH_PINOCCHIO
-  benchmark::AddCustomContext("pinocchio", bench::PinocchioTree::version() + " " REDYSIM_PINOCCHIO_FLAGS);
+  benchmark::AddCustomContext("pinocchio", bench::PinocchioTree::version());
 #endif
   measure_open_tree(std::make_shared<Scene>("kuka_kr5", model_file("kuka_kr5")));
   for (const bool right_angles : {true, false})

@@ -9,7 +9,7 @@ namespace redysim::bench {
 
 // The open tree of a model in Pinocchio, with its data. Revolute joints only. Pinocchio's headers are
 // hidden, so that only one file needs its compile options.
-class PinocchioTree {
+class __attribute__((visibility("default"))) PinocchioTree {
  public:
   explicit PinocchioTree(const Model& model);
   ~PinocchioTree();

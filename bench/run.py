@@ -109,7 +109,7 @@ def main():
     print(f"# system {platform.system()} {platform.release()}")
     print(f"# compiler {context.get('compiler', '?')}, flags {context.get('flags', '?')}")
     if "pinocchio" in context:
-        print(f"# Pinocchio {context['pinocchio'].strip()}, the faster of its LOCAL and WORLD conventions")
+        print(f"# Pinocchio {context['pinocchio'].strip()}, -march=native, the faster of its LOCAL and WORLD conventions")
     print(f"# commit {commit()}, median of {options.repetitions} repetitions")
     for name, value in figures(times):
         print(f"{name} {value:.4g}")

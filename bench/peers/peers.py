@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
+import re
 import subprocess
 import sys
 import zipfile
@@ -18,6 +20,7 @@ from worker import Worker
 
 HERE = Path(__file__).resolve().parent
 TOLERANCES = tuple(10.0 ** (-k) for k in range(2, 13))
+TAYLOR_TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)  # each is compiled for itself
 CUTS = tuple(float(2**k) for k in range(14))
 
 
@@ -34,9 +37,12 @@ class Curve:
 def curves(scene: Scene) -> list[Curve]:
     """The suitable methods for the scene. docs/performance.md lists the limitations of the simulators."""
     found = [Curve("ReDySim-FMU", method, f"ReDySim-FMU, {method}", TOLERANCES) for method in scene.methods]
+    if not (scene.has_loops or scene.stiff):
+        found += [Curve("specialised", "erk", "ReDySim-FMU --specialise, erk", TOLERANCES)]
     if scene.stiff:
         found += [
             Curve("Pinocchio", "bdf", "Pinocchio + CVODE BDF", TOLERANCES),
+            Curve("Pinocchio", "bdf_exact", "Pinocchio + CVODE BDF, derivatives", TOLERANCES),
             Curve("Pinocchio", "erk5", "Pinocchio + ARKODE ERK 5", TOLERANCES),
         ]
     else:
@@ -44,6 +50,7 @@ def curves(scene: Scene) -> list[Curve]:
             Curve("Pinocchio", "adams", "Pinocchio + CVODE Adams", TOLERANCES),
             Curve("Pinocchio", "erk5", "Pinocchio + ARKODE ERK 5", TOLERANCES),
             Curve("Pinocchio", "erk8", "Pinocchio + ARKODE ERK 8", TOLERANCES),
+            Curve("Pinocchio", "erk8_stop", "Pinocchio + ARKODE ERK 8, stops", TOLERANCES),
         ]
     found += [Curve("MuJoCo", "RK4", "MuJoCo RK4", CUTS), Curve("MuJoCo", "implicitfast", "MuJoCo implicitfast", CUTS)]
     if scene.has_loops:
@@ -52,6 +59,12 @@ def curves(scene: Scene) -> list[Curve]:
         found += [Curve("Drake", method, f"Drake {method}", TOLERANCES) for method in ("radau3", "implicit_euler", "runge_kutta3")]
     else:
         found += [Curve("Drake", method, f"Drake {method}", TOLERANCES) for method in ("runge_kutta3", "runge_kutta5")]
+    if not (scene.has_loops or scene.stiff):
+        found += [
+            Curve("CasADi", "dense", "CasADi C + DOP853", (*TOLERANCES, 1e-13, 1e-14)),
+            Curve("CasADi", "stop", "CasADi C + DOP853, stops", (*TOLERANCES, 1e-13, 1e-14)),
+            Curve("heyoka", "taylor", "heyoka Taylor", TAYLOR_TOLERANCES),
+        ]
     if not scene.has_loops:
         found += [
             Curve("Exudyn", "RK44", "Exudyn RK44", CUTS),
@@ -90,7 +103,7 @@ class Peers:
         for peer, program in (("Pinocchio", "pinocchio_runner"), ("MuJoCo", "mujoco_runner")):
             if not (self.programs / program).exists():
                 found[peer] = f"{program} was not built, its PyPI package is not installed"
-        for peer, module in (("Drake", "pydrake"), ("Exudyn", "exudyn")):
+        for peer, module in (("Drake", "pydrake"), ("Exudyn", "exudyn"), ("CasADi", "casadi, scipy"), ("heyoka", "heyoka")):
             if not self.python.exists() or subprocess.run([self.python, "-c", f"import {module}"], capture_output=True).returncode:
                 found[peer] = f"Python cannot import {module}"
         return found
@@ -101,20 +114,27 @@ class Peers:
         if not self.python.exists():
             return {}
         installed = json.loads(subprocess.run([self.python, "-c", code], capture_output=True, text=True, check=True).stdout)
-        names = {"Pinocchio": "pin", "MuJoCo": "mujoco", "Drake": "drake", "Exudyn": "exudyn"}
+        names = {"Pinocchio": "pin", "MuJoCo": "mujoco", "Drake": "drake", "Exudyn": "exudyn", "CasADi": "casadi", "heyoka": "heyoka"}
         return {peer: installed[name] for peer, name in names.items() if name in installed}
 
     def start(self, peer: str, scene: Scene) -> Worker:
         command = getattr(self, f"_{peer.lower().replace('-', '_')}")(scene)
         return Worker(command, str(self.work / f"{scene.name}_{peer}.log"))
 
-    def _redysim_fmu(self, scene: Scene) -> list:
+    def _redysim_fmu(self, scene: Scene, *options: str) -> list:
         # the other simulators do not integrate the work
-        folder = self.work / "bare"
+        folder = self.work / "-".join(("bare", *options))
         folder.mkdir(exist_ok=True)
-        return fmu_command(
-            self.programs / "fmu_runner", bare(scene.model, folder, ("solver",)), self.work, scene.rows, scene.step, scene.torques
-        )
+        model = bare(scene.model, folder, ("solver",))
+        if options:
+            # the only method of such a library
+            text = re.sub(r"(?m)^method = .*\n", "", model.read_text(encoding="utf-8"))
+            text = text.replace("[solver]", '[solver]\nmethod = "erk"') if "[solver]" in text else f'{text}\n[solver]\nmethod = "erk"\n'
+            model.write_text(text, encoding="utf-8")
+        return fmu_command(self.programs / "fmu_runner", model, folder, scene.rows, scene.step, scene.torques, *options)
+
+    def _specialised(self, scene: Scene) -> list:
+        return self._redysim_fmu(scene, "--specialise")
 
     def _pinocchio(self, scene: Scene) -> list:
         file = self.work / f"{scene.name}.txt"
@@ -132,11 +152,19 @@ class Peers:
     def _exudyn(self, scene: Scene) -> list:
         return [self.python, HERE / "exudyn_peer.py", scene.file]
 
+    def _heyoka(self, scene: Scene) -> list:
+        return [self.python, HERE / "heyoka_peer.py", scene.file]
 
-def fmu_command(runner: Path, model: Path, work: Path, rows: int, step: float, torques: list[float]) -> list:
-    """Builds the model's FMU, unpacks it and returns the command line of fmu_runner."""
+    def _casadi(self, scene: Scene) -> list:
+        folder = self.work / f"{scene.name}_generated"
+        subprocess.run([self.python, HERE / "generated.py", scene.file, folder, os.environ.get("CXX", "c++")], check=True)
+        return [folder / f"dop853_{scene.name}", scene.rows, repr(scene.step)]
+
+
+def fmu_command(runner: Path, model: Path, work: Path, rows: int, step: float, torques: list[float], *options: str) -> list:
+    """Builds the model's FMU with options of `build-fmu build`, unpacks it and returns the command line of fmu_runner."""
     archive = work / f"{model.stem}.fmu"
-    build = [sys.executable, "-m", "build_fmu", "build", model, "-o", archive]
+    build = [sys.executable, "-m", "build_fmu", "build", model, "-o", archive, *options]
     subprocess.run(build, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
     folder = work / model.stem
     with zipfile.ZipFile(archive) as opened:

@@ -1,7 +1,8 @@
 // Pinocchio's forward dynamics with SUNDIALS' solvers, for work_precision.py (see serve.hpp).
 //   pinocchio_runner SCENE_TEXT
-// Methods: adams and bdf (CVODE, its own interpolation to the output times, no restart), erk5 and erk8
-// (ARKODE). Value: rtol; atol is a hundredth of it.
+// Methods: adams and bdf (CVODE, its own interpolation to the output times, no restart), bdf_exact with the
+// derivatives of the forward dynamics, erk5 and erk8 (ARKODE), erk8_stop with a stop at each output time.
+// Value: rtol; atol is a hundredth of it.
 
 #include <arkode/arkode_erkstep.h>
 #include <cvode/cvode.h>
@@ -13,9 +14,11 @@
 #include <cmath>
 #include <pinocchio/multibody.hpp>
 // require multibody.hpp
+#include <pinocchio/algorithm/aba-derivatives.hpp>
 #include <pinocchio/algorithm/aba.hpp>
 #include <pinocchio/algorithm/constrained-dynamics.hpp>
 #include <pinocchio/algorithm/frames.hpp>
+#include <pinocchio/algorithm/jacobian.hpp>
 #include <pinocchio/algorithm/kinematics.hpp>
 
 #include "scene_text.hpp"
@@ -57,6 +60,7 @@ class Peer {
     if (!constraints_.empty()) pin::initConstraintDynamics(model_, data_, constraints_, constraint_data_);
     tau_.resize(model_.nv);
     forces_.assign(model_.njoints, pin::Force::Zero());
+    choose_convention();
   }
 
   int size() const { return 2 * model_.nv; }
@@ -71,26 +75,68 @@ class Peer {
   int slope(const double* y, double* ydot) {
     const int n = model_.nv;
     const State q(y, n), qd(y + n, n);
-    for (int i = 0; i < n; ++i) {
-      const auto& body = scene_.bodies[i];
-      tau_[i] = body.tau;
-      if (passive_) tau_[i] -= body.stiffness * (q[i] - body.rest) + body.damping * qd[i];
-    }
+    load(q, qd);
     Eigen::Map<Eigen::VectorXd>(ydot, n) = qd;
     Eigen::Map<Eigen::VectorXd> qdd(ydot + n, n);
     if (!constraints_.empty()) {
       qdd = pin::constraintDynamics(model_, data_, q, qd, tau_, constraints_, constraint_data_, settings_);
     } else if (!scene_.springs.empty()) {
       pull(q, qd);
-      qdd = pin::aba(model_, data_, q, qd, tau_, forces_, pin::Convention::LOCAL);
+      qdd = pin::aba(model_, data_, q, qd, tau_, forces_, convention_);
     } else {
-      qdd = pin::aba(model_, data_, q, qd, tau_, pin::Convention::LOCAL);
+      qdd = pin::aba(model_, data_, q, qd, tau_, convention_);
     }
     return qdd.allFinite() ? 0 : 1;
   }
 
+  // Jacobian of the slope of a tree. The rate of a spring is differentiated by velocities only.
+  void jacobian(const double* y, Eigen::Ref<Eigen::MatrixXd> J) {
+    const int n = model_.nv;
+    const State q(y, n), qd(y + n, n);
+    load(q, qd);
+    if (!scene_.springs.empty()) pull(q, qd);
+    pin::computeABADerivatives(model_, data_, q, qd, tau_, forces_);
+    const Eigen::MatrixXd inverse = data_.Minv.selfadjointView<Eigen::Upper>();
+    J.topLeftCorner(n, n).setZero();
+    J.topRightCorner(n, n).setIdentity();
+    J.bottomLeftCorner(n, n) = data_.ddq_dq;
+    J.bottomRightCorner(n, n) = data_.ddq_dv;
+    for (int i = 0; passive_ && i < n; ++i) {
+      J.bottomLeftCorner(n, n).col(i) -= scene_.bodies[i].stiffness * inverse.col(i);
+      J.bottomRightCorner(n, n).col(i) -= scene_.bodies[i].damping * inverse.col(i);
+    }
+    if (scene_.springs.empty()) return;
+    pin::computeJointJacobians(model_, data_, q);
+    for (const auto& spring : scene_.springs) stiffen(spring, inverse, J);
+  }
+
  private:
   static pin::JointIndex joint_of(int body) { return static_cast<pin::JointIndex>(body + 1); }
+
+  // The faster one of a thousand calls each at the start
+  void choose_convention() {
+    std::vector<double> y(size());
+    start(y.data());
+    const State q(y.data(), model_.nv), qd(y.data() + model_.nv, model_.nv);
+    load(q, qd);
+    double seconds[2] = {};
+    const pin::Convention conventions[] = {pin::Convention::LOCAL, pin::Convention::WORLD};
+    for (int call = 0; call < 20; ++call)
+      for (int k = 0; k < 2; ++k) {
+        const double begin = redysim::bench::cpu_seconds();
+        for (int repeat = 0; repeat < 50; ++repeat) pin::aba(model_, data_, q, qd, tau_, conventions[k]);
+        seconds[k] += redysim::bench::cpu_seconds() - begin;
+      }
+    convention_ = conventions[seconds[1] < seconds[0]];
+  }
+
+  void load(const State& q, const State& qd) {
+    for (int i = 0; i < model_.nv; ++i) {
+      const auto& body = scene_.bodies[i];
+      tau_[i] = body.tau;
+      if (passive_) tau_[i] -= body.stiffness * (q[i] - body.rest) + body.damping * qd[i];
+    }
+  }
 
   struct Tip {
     Eigen::Vector3d position, velocity;
@@ -109,19 +155,58 @@ class Peer {
     forces_[joint_of(body)] += pin::Force(local, point.cross(local));
   }
 
+  struct Pull {
+    Eigen::Vector3d direction;
+    double length, force;
+  };
+
+  Pull pull_of(const SceneText::Tie& spring) const {
+    const Tip a = tip(spring.a, spring.point_a), b = tip(spring.b, spring.point_b);
+    const Eigen::Vector3d line = b.position - a.position;
+    const double length = line.norm();
+    const Eigen::Vector3d direction = line / length;
+    const double rate = direction.dot(b.velocity - a.velocity);
+    return {direction, length, spring.stiffness * (length - spring.length) + spring.damping * rate};
+  }
+
   void pull(const State& q, const State& qd) {
     pin::forwardKinematics(model_, data_, q, qd);
     for (auto& force : forces_) force.setZero();
     for (const auto& spring : scene_.springs) {
-      const Tip a = tip(spring.a, spring.point_a), b = tip(spring.b, spring.point_b);
-      const Eigen::Vector3d line = b.position - a.position;
-      const double length = line.norm();
-      const double rate = line.dot(b.velocity - a.velocity) / length;
-      const Eigen::Vector3d force =
-          (spring.stiffness * (length - spring.length) + spring.damping * rate) / length * line;
-      push(spring.a, spring.point_a, force);
-      push(spring.b, spring.point_b, -force);
+      const Pull pull = pull_of(spring);
+      push(spring.a, spring.point_a, pull.force * pull.direction);
+      push(spring.b, spring.point_b, -pull.force * pull.direction);
     }
+  }
+
+  struct PointJacobian {
+    Eigen::Matrix3Xd linear, angular;
+  };
+
+  PointJacobian jacobian_of(int body, const Eigen::Vector3d& point) const {
+    const int n = model_.nv;
+    if (body < 0) return {Eigen::Matrix3Xd::Zero(3, n), Eigen::Matrix3Xd::Zero(3, n)};
+    Eigen::Matrix<double, 6, Eigen::Dynamic> J = Eigen::MatrixXd::Zero(6, n);
+    pin::getJointJacobian(model_, data_, joint_of(body), pin::LOCAL_WORLD_ALIGNED, J);
+    const Eigen::Vector3d arm = data_.oMi[joint_of(body)].rotation() * point;
+    return {J.topRows(3) - pin::skew(arm) * J.bottomRows(3), J.bottomRows(3)};
+  }
+
+  // Adds the derivatives of a spring's force in axes of the bodies, which computeABADerivatives keeps
+  // constant
+  void stiffen(const SceneText::Tie& spring, const Eigen::MatrixXd& inverse, Eigen::Ref<Eigen::MatrixXd> J) {
+    const int n = model_.nv;
+    const Pull pull = pull_of(spring);
+    const Eigen::Matrix3d along = pull.direction * pull.direction.transpose();
+    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - along;
+    const Eigen::Matrix3d stiffness = spring.stiffness * along + pull.force / pull.length * across;
+    const PointJacobian a = jacobian_of(spring.a, spring.point_a), b = jacobian_of(spring.b, spring.point_b);
+    const Eigen::Matrix3Xd stretch = b.linear - a.linear;
+    const Eigen::Matrix3d turn = pin::skew((pull.force * pull.direction).eval());
+    const Eigen::MatrixXd by_q = a.linear.transpose() * (stiffness * stretch + turn * a.angular) -
+                                 b.linear.transpose() * (stiffness * stretch + turn * b.angular);
+    J.bottomLeftCorner(n, n) += inverse * by_q;
+    J.bottomRightCorner(n, n) -= inverse * (spring.damping * stretch.transpose() * along * stretch);
   }
 
   SceneText scene_;
@@ -133,10 +218,18 @@ class Peer {
   PINOCCHIO_ALIGNED_STD_VECTOR(pin::Force) forces_;
   Eigen::VectorXd tau_;
   bool passive_ = false;
+  pin::Convention convention_ = pin::Convention::LOCAL;
 };
 
 int right_hand_side(double, N_Vector y, N_Vector ydot, void* peer) {
   return static_cast<Peer*>(peer)->slope(N_VGetArrayPointer(y), N_VGetArrayPointer(ydot));
+}
+
+int jacobian(double, N_Vector y, N_Vector, SUNMatrix matrix, void* peer, N_Vector, N_Vector, N_Vector) {
+  const auto n = SM_ROWS_D(matrix);
+  static_cast<Peer*>(peer)->jacobian(N_VGetArrayPointer(y),
+                                     Eigen::Map<Eigen::MatrixXd>(SM_DATA_D(matrix), n, n));
+  return 0;
 }
 
 // Computes all rows; `advance` is one call of a solver.
@@ -162,7 +255,9 @@ Run record(const SceneText& scene, N_Vector y, const Advance& advance) {
 
 void silent(int, const char*, const char*, char*, void*) {}
 
-Run multistep(Peer& peer, const SceneText& scene, SUNContext context, N_Vector y, bool stiff, double rtol) {
+Run multistep(Peer& peer, const SceneText& scene, SUNContext context, N_Vector y, const std::string& method,
+              double rtol) {
+  const bool stiff = method != "adams";
   void* cvode = CVodeCreate(stiff ? CV_BDF : CV_ADAMS, context);
   CVodeInit(cvode, right_hand_side, 0, y);
   CVodeSetErrHandlerFn(cvode, silent, nullptr);
@@ -176,6 +271,7 @@ Run multistep(Peer& peer, const SceneText& scene, SUNContext context, N_Vector y
     matrix = SUNDenseMatrix(peer.size(), peer.size(), context);
     linear = SUNLinSol_Dense(y, matrix, context);
     CVodeSetLinearSolver(cvode, linear, matrix);
+    if (method == "bdf_exact") CVodeSetJacFn(cvode, jacobian);
   } else {
     fixed_point = SUNNonlinSol_FixedPoint(y, 0, context);
     CVodeSetNonlinearSolver(cvode, fixed_point);
@@ -189,15 +285,18 @@ Run multistep(Peer& peer, const SceneText& scene, SUNContext context, N_Vector y
   return run;
 }
 
-Run one_step(Peer& peer, const SceneText& scene, SUNContext context, N_Vector y, bool eighth, double rtol) {
+Run one_step(Peer& peer, const SceneText& scene, SUNContext context, N_Vector y, const std::string& method,
+             double rtol) {
   void* erk = ERKStepCreate(right_hand_side, 0, y, context);
   ERKStepSetErrHandlerFn(erk, silent, nullptr);
-  ERKStepSetTableNum(erk, eighth ? ARKODE_FEHLBERG_13_7_8 : ARKODE_DORMAND_PRINCE_7_4_5);
+  ERKStepSetTableNum(erk, method == "erk5" ? ARKODE_DORMAND_PRINCE_7_4_5 : ARKODE_FEHLBERG_13_7_8);
   ERKStepSStolerances(erk, rtol, rtol / 100);
   ERKStepSetUserData(erk, &peer);
   ERKStepSetMaxNumSteps(erk, 10000000);
-  const Run run = record(
-      scene, y, [&](double end, double* time) { return ERKStepEvolve(erk, end, y, time, ARK_NORMAL); });
+  const Run run = record(scene, y, [&](double end, double* time) {
+    if (method == "erk8_stop") ERKStepSetStopTime(erk, end);
+    return ERKStepEvolve(erk, end, y, time, ARK_NORMAL);
+  });
   ERKStepFree(&erk);
   return run;
 }
@@ -214,11 +313,10 @@ int main(int count, char** arguments) {
   SUNContext context = nullptr;
   SUNContext_Create(nullptr, &context);
   N_Vector y = N_VNew_Serial(peer.size(), context);
-  redysim::bench::serve(scene.bodies.size(), [&](const std::string& method, double rtol) {
+  redysim::bench::serve(scene.bodies.size(), [&](const std::string& method, double rtol) -> Run {
     peer.start(N_VGetArrayPointer(y));
-    if (method == "erk5" || method == "erk8")
-      return one_step(peer, scene, context, y, method == "erk8", rtol);
-    return multistep(peer, scene, context, y, method == "bdf", rtol);
+    return method.rfind("erk", 0) == 0 ? one_step(peer, scene, context, y, method, rtol)
+                                       : multistep(peer, scene, context, y, method, rtol);
   });
   N_VDestroy(y);
   SUNContext_Free(&context);

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib
@@ -12,7 +14,18 @@ import matplotlib.pyplot as plt
 
 SMALLEST = 1e-12  # rad or m: below, the result is limited by the reference and by rounding
 TARGETS = (1e-2, 1e-3, 1e-6, 1e-9)
-COLOURS = {"ReDySim-FMU": "#c1121f", "Pinocchio": "#1d4e89", "MuJoCo": "#2a9d5c", "Drake": "#8a5a00", "Exudyn": "#7b3fa0"}
+OWN = {"ReDySim-FMU": "ReDySim-FMU", "specialised": "`--specialise`"}  # the general library, and one compiled for the scene
+COLOURS = {
+    "ReDySim-FMU": "#c1121f",
+    "specialised": "#e5798a",
+    "Pinocchio": "#1d4e89",
+    "MuJoCo": "#2a9d5c",
+    "Drake": "#8a5a00",
+    "Exudyn": "#7b3fa0",
+    "CasADi": "#555555",
+    "heyoka": "#e07a00",
+}
+OTHERS = [peer for peer in COLOURS if peer not in OWN]
 STYLES = (("-", "o"), ("--", "s"), (":", "^"), ("-.", "D"), ("--", "v"))
 OURS = {"erk": 0, "dirk": 1, "bdf": 3, "adams": 4, "auto": 2}
 
@@ -27,7 +40,7 @@ def plot(axes, scene, points, quantity: str) -> None:
     used: dict[str, int] = {}
     for curve in dict.fromkeys(point.curve for point in points):
         mine = [point for point in points if point.curve == curve and point.error > 0]
-        ours = curve.peer == "ReDySim-FMU"
+        ours = curve.peer in OWN
         line, marker = STYLES[OURS[curve.method] if ours else used.get(curve.peer, 0) % len(STYLES)]
         used[curve.peer] = used.get(curve.peer, 0) + 1
         axes.loglog(
@@ -62,10 +75,37 @@ def draw(scene, points, folder: Path) -> None:
     write(figure, folder, f"peers_{scene.name}")
 
 
-def cheapest(points, peer: str, target: float):
-    """The fastest run of a simulator that meets the target."""
-    good = [point for point in points if point.curve.peer == peer and point.error <= target]
-    return min(good, key=lambda point: point.median, default=None)
+@dataclass(frozen=True)
+class Best:
+    """A curve and its CPU time in s at an error."""
+
+    curve: object
+    seconds: float
+
+
+def seconds_at(points: list, target: float) -> float | None:
+    """CPU time of a curve at an error: its fastest accurate run, or less between it and a faster, coarser one (log-log)."""
+    edge = front(points)
+    good = [point for point in edge if point.error <= target]
+    if not good:
+        return None
+    fine = good[-1]
+    coarse = next((point for point in edge if point.error > target), None)
+    if coarse is None:
+        return fine.median
+    least = max(fine.error, SMALLEST)
+    share = math.log(target / least) / math.log(coarse.error / least) if target > least else 0.0
+    return fine.median * (coarse.median / fine.median) ** share
+
+
+def cheapest(points, peer: str, target: float) -> Best | None:
+    """The fastest curve of a simulator at an error."""
+    found = []
+    for curve in dict.fromkeys(point.curve for point in points if point.curve.peer == peer):
+        seconds = seconds_at([point for point in points if point.curve == curve], target)
+        if seconds is not None:
+            found.append(Best(curve, seconds))
+    return min(found, key=lambda best: best.seconds, default=None)
 
 
 def table(scene, points) -> str:
@@ -74,7 +114,7 @@ def table(scene, points) -> str:
     lines = [
         f"**{scene.title}**, CPU time in ms per simulated second (ratio to ours)",
         "",
-        "| error ≤ | " + " | ".join(peers) + " |",
+        "| error | " + " | ".join(OWN.get(peer, peer) for peer in peers) + " |",
         "| --- " * (len(peers) + 1) + "|",
     ]
     for target in TARGETS:
@@ -85,45 +125,50 @@ def table(scene, points) -> str:
             if best is None:
                 cells.append("not reached")
                 continue
-            name = best.curve.label.removeprefix(peer).strip(" ,+")
-            ratio = f" ({best.median / ours.median:.1f}×)" if ours and peer != "ReDySim-FMU" else ""
-            cells.append(f"{1e3 * best.median / scene.end:.3g}{ratio}, {name}")
+            name = best.curve.label.removeprefix(peer).removeprefix("ReDySim-FMU --specialise").strip(" ,+")
+            ratio = f" ({best.seconds / ours.seconds:.2g}×)" if ours and peer != "ReDySim-FMU" else ""
+            cells.append(f"{1e3 * best.seconds / scene.end:.3g}{ratio}, {name}")
         lines.append(f"| {target:.0e} | " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
 
 
 def lines(scene, points) -> list[tuple[str, float]]:
-    """(scene.metric, value): CPU time of each simulator, and of the fastest one, relative to ours at equal error."""
+    """(scene.metric, value): CPU time of each simulator, and of the fastest other one, relative to ours at equal error."""
     found = []
     for power in range(2, 11):
         ours = cheapest(points, "ReDySim-FMU", 10.0**-power)
         if not ours:
             continue
-        found.append((f"{scene.name}.us_a_ms_at_1e-{power:02d}", 1e3 * ours.median / scene.end))
-        ratios = {
-            peer: best.median / ours.median for peer in COLOURS if peer != "ReDySim-FMU" and (best := cheapest(points, peer, 10.0**-power))
-        }
+        found.append((f"{scene.name}.us_a_ms_at_1e-{power:02d}", 1e3 * ours.seconds / scene.end))
+        best = {peer: cheapest(points, peer, 10.0**-power) for peer in COLOURS if peer != "ReDySim-FMU"}
+        ratios = {peer: run.seconds / ours.seconds for peer, run in best.items() if run}
         found += [(f"{scene.name}.{peer.lower()}_times_slower_at_1e-{power:02d}", ratio) for peer, ratio in ratios.items()]
-        if ratios:
-            found.append((f"{scene.name}.nearest_peer_times_slower_at_1e-{power:02d}", min(ratios.values())))
+        others = [ratio for peer, ratio in ratios.items() if peer in OTHERS]
+        if others:
+            found.append((f"{scene.name}.nearest_peer_times_slower_at_1e-{power:02d}", min(others)))
     return found
 
 
 def losses(scene, points) -> str:
-    """A line of Markdown: the error bounds from 0.3 to 1e-11 at which a run of another simulator is cheaper than ours."""
+    """Lines of Markdown: the errors from 0.3 to 1e-11 at which another simulator is cheaper than each of our libraries."""
+    return "".join(_losses(scene, points, own) for own in OWN if any(point.curve.peer == own for point in points))
+
+
+def _losses(scene, points, own: str) -> str:
     ahead: dict[str, list[tuple[float, float]]] = {}
     for fourth in range(2, 45):
         bound = 10.0 ** (-fourth / 4)
-        ours = cheapest(points, "ReDySim-FMU", bound)
-        for peer in COLOURS:
+        ours = cheapest(points, own, bound)
+        for peer in OTHERS:
             best = cheapest(points, peer, bound)
-            if peer != "ReDySim-FMU" and best and (not ours or best.median < ours.median):
-                ahead.setdefault(best.curve.label, []).append((bound, ours.median / best.median if ours else float("inf")))
+            if best and (not ours or best.seconds < ours.seconds):
+                ahead.setdefault(best.curve.label, []).append((bound, ours.seconds / best.seconds if ours else float("inf")))
+    title = f"* **{scene.title}**" + (", `--specialise`" if own == "specialised" else "")
     if not ahead:
-        return f"* **{scene.title}**: nowhere.\n"
+        return f"{title}: nowhere.\n"
     words = []
     for label, cases in ahead.items():
         largest, smallest, most = max(b for b, _ in cases), min(b for b, _ in cases), max(r for _, r in cases)
         where = f"at {largest:.1g} rad" if largest == smallest else f"between {largest:.1g} and {smallest:.1g} rad"
         words.append(f"{label} {where}, {'where no run of ours is as accurate' if most == float('inf') else f'by up to {most:.2f}×'}")
-    return f"* **{scene.title}**: {'; '.join(words)}.\n"
+    return f"{title}: {'; '.join(words)}.\n"
