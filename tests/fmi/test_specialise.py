@@ -13,6 +13,7 @@ from build_fmu.fmu.build import build
 from build_fmu.model.describe import describe
 
 MODELS = native.SOURCE_TREE / "models"
+METHODS = ["erk", "adams", "dirk", "bdf"]  # of auto
 
 
 def run(fmu, **start):
@@ -22,7 +23,7 @@ def run(fmu, **start):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name, parts", [("kuka_kr5", ["energies", "erk"]), ("four_bar", ["loops", "energies", "erk"])])
+@pytest.mark.parametrize("name, parts", [("kuka_kr5", ["energies", *METHODS]), ("four_bar", ["loops", "energies", *METHODS])])
 def test_a_specialised_library_is_smaller_and_gives_the_same_motion(name, parts, tmp_path):
     if not shutil.which("cmake"):
         pytest.skip("cmake is not installed")
@@ -38,6 +39,19 @@ def test_a_specialised_library_is_smaller_and_gives_the_same_motion(name, parts,
     for column in a.dtype.names:
         if not column.startswith("solver."):
             assert np.allclose(a[column], b[column], rtol=1e-7, atol=1e-7), column
+
+
+@pytest.mark.slow
+def test_a_library_without_energies_takes_its_method_by_name(tmp_path):
+    file, special = tmp_path / "arm.toml", tmp_path / "arm.fmu"
+    text = (MODELS / "double_pendulum.toml").read_text(encoding="utf-8").replace("[solver]", '[solver]\nmethod = "erk"')
+    file.write_text(re.sub(r"(?m)^outputs = .*\n", "", text).replace("[fmu]", "[fmu]\noutputs = []"), encoding="utf-8")
+    model = describe(file)
+    assert model.features == ["erk"]
+    build(model, file, special, specialised=True)
+    assert np.array_equal(run(special)["elbow.q"], run(special, **{"solver.method": "erk"})["elbow.q"])
+    with pytest.raises(Exception, match="error"):
+        run(special, **{"solver.method": "bdf"})
 
 
 @pytest.mark.slow
