@@ -5,32 +5,31 @@
 #include <cmath>
 #include <cstring>
 
+#include "dynamics/clones.hpp"
 #include "integrate/methods/newton_matrix.hpp"
 #include "math/vec3.hpp"
 
 namespace redysim::sundials {
 namespace {
 
-constexpr int most_terms = 16;  // more than a method of 13 stages needs
-constexpr int block = 4;        // components that stay in registers while the terms are added
+constexpr int block = 4;  // components that stay in registers while the terms are added
 
-// z[k] = sum c[i] x[i][k] for Count components from `at`, terms in order
+// z[k] = sum c[i] x[i][k] for Count components from `at`, terms in order, without those that a Butcher table
+// leaves out: a slope that is not finite makes all later ones so.
 template <int Count>
-inline void combine_block(int terms, const double* c, const double* const* x, long at, double* z) {
+inline void combine_block(int terms, const double* c, const N_Vector* x, long at, double* z) {
   using Block = Eigen::Array<double, Count, 1>;
   using Part = Eigen::Map<const Block>;
-  Block sum = c[0] * Part(x[0] + at);
-  for (int i = 1; i < terms; ++i) sum += c[i] * Part(x[i] + at);
+  Block sum = c[0] * Part(data(x[0]) + at);
+  for (int i = 1; i < terms; ++i)
+    if (c[i] != 0) sum += c[i] * Part(data(x[i]) + at);
   Eigen::Map<Block>(z + at) = sum;
 }
 
 // block by block, so z may be any of the x
-int linear_combination(int terms, double* c, N_Vector* vectors, N_Vector z_vector) {
-  if (terms > most_terms) return N_VLinearCombination_Serial(terms, c, vectors, z_vector);
+REDYSIM_CLONES int linear_combination(int terms, double* c, N_Vector* x, N_Vector z_vector) {
   const long n = NV_LENGTH_S(z_vector);
   double* z = data(z_vector);
-  const double* x[most_terms];
-  for (int i = 0; i < terms; ++i) x[i] = data(vectors[i]);
   long at = 0;
   for (; at + block <= n; at += block) combine_block<block>(terms, c, x, at, z);
   if (at + 2 <= n) {

@@ -191,10 +191,15 @@ TEST(Automatic, a_trial_is_not_judged_by_its_start) {
   EXPECT_LT(work_of("gripper_pd", SolverMethod::automatic, 1e-10, 1e-2, 100, 0), 1.5 * bdf);
 }
 
-// An impact before a trial chose the method for up to 20000 right-hand sides: 2.4 times.
+// An impact before a trial chose the method for up to 20000 right-hand sides: 2.4 times. The impacts of one
+// run depend on rounding.
 TEST(Automatic, an_impact_does_not_decide_a_trial) {
-  const double bdf = work_of("redysim_small_biped", SolverMethod::bdf, 1e-7, 0.5, 4, 0);
-  EXPECT_LT(work_of("redysim_small_biped", SolverMethod::automatic, 1e-7, 0.5, 4, 0), 1.5 * bdf);
+  double bdf = 0, automatic = 0;
+  for (const double rtol : {0.8e-7, 0.9e-7, 1e-7, 1.1e-7, 1.2e-7}) {
+    bdf += work_of("redysim_small_biped", SolverMethod::bdf, rtol, 0.5, 4, 0);
+    automatic += work_of("redysim_small_biped", SolverMethod::automatic, rtol, 0.5, 4, 0);
+  }
+  EXPECT_LT(automatic, 1.4 * bdf);
 }
 
 // Trials took two whole intervals between changes of the inputs each, even where they were lost at once.
