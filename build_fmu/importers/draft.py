@@ -115,5 +115,6 @@ class Names:
         return name
 
     def sentences(self) -> list[str]:
-        """Returns a sentence for each changed name."""
-        return [f"'{old}' is renamed to '{new}': names must be unique and consist of letters, digits and _" for old, new in self.changed]
+        """Returns one sentence with all changed names, if there are any."""
+        pairs = [f"'{old}' is renamed to '{new}'" for old, new in self.changed]
+        return [f"{', '.join(pairs)}: names must be unique and consist of letters, digits and _"] if pairs else []

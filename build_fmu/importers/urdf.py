@@ -12,6 +12,7 @@ from lxml import etree
 from build_fmu.errors import UserError, did_you_mean
 from build_fmu.importers.draft import Draft, legal
 from build_fmu.importers.masses import add_masses
+from build_fmu.importers.physical import lock_massless, possible, warn_of_singularity
 from build_fmu.importers.rigid import matrix_of
 from build_fmu.importers.tree import Body, TreeLayout, set_pose
 from build_fmu.importers.urdf_actuators import add_actuators
@@ -45,8 +46,8 @@ def draft_of(urdf: Urdf, options: Namespace) -> tuple[Draft, TreeLayout]:
     if options.stops not in (None, "none") and not 0 < options.stops < math.inf:
         raise UserError(f"--stops: the stiffness must be > 0 and finite, got {options.stops:g}")
     path = urdf.path
-    bodies = _bodies(urdf)
     draft = Draft(name=legal(urdf.root.attrib.get("name") or path.stem), source=path.name)
+    bodies = _bodies(urdf, draft)
     _joints(urdf, bodies, draft)
     by_joint = {body.joint: body for body in bodies.values() if body.joint}
     for name, (stiffness, rest) in urdf.springs.items():
@@ -66,8 +67,10 @@ def draft_of(urdf: Urdf, options: Namespace) -> tuple[Draft, TreeLayout]:
     layout.lay(root)
     add_masses(draft, solids_of(urdf, layout) if options.density or options.mass else {}, options)
     add_couplings(mimics, by_joint, layout)
-    add_stops(limited, layout, options.stops)
     add_actuators(urdf, by_joint, layout, options.limits)
+    lock_massless(draft)
+    add_stops(limited, layout, options.stops)
+    warn_of_singularity(draft)
     if options.shapes:
         add_shapes(urdf, layout)
     if options.contact:
@@ -89,7 +92,7 @@ def draft_of(urdf: Urdf, options: Namespace) -> tuple[Draft, TreeLayout]:
     return draft, layout
 
 
-def _bodies(urdf: Urdf) -> dict[str, Body]:
+def _bodies(urdf: Urdf, draft: Draft) -> dict[str, Body]:
     bodies: dict[str, Body] = {}
     for element in urdf.root.findall("link"):
         body = Body(urdf.text(element, "name"), element.sourceline)
@@ -97,14 +100,14 @@ def _bodies(urdf: Urdf) -> dict[str, Body]:
             raise urdf.error(element, f"duplicate link '{body.name}'")
         inertial = element.find("inertial")
         if inertial is not None:
-            _inertial(urdf, inertial, body)
+            _inertial(urdf, inertial, body, draft)
         bodies[body.name] = body
     if not bodies:
         raise UserError(f"'{urdf.path}' has no <link>")
     return bodies
 
 
-def _inertial(urdf: Urdf, inertial: etree._Element, body: Body) -> None:
+def _inertial(urdf: Urdf, inertial: etree._Element, body: Body, draft: Draft) -> None:
     pose = urdf.pose(inertial)
     mass, tensor = inertial.find("mass"), inertial.find("inertia")
     if mass is not None:
@@ -113,8 +116,17 @@ def _inertial(urdf: Urdf, inertial: etree._Element, body: Body) -> None:
         six = [urdf.numbers(tensor, key, 1, "0")[0] for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")]
         # rounding residues of an exporter are often impossible inertias
         if max(map(abs, six)) > RESIDUE * body.mass:
-            body.inertia = pose[:3, :3] @ matrix_of(six) @ pose[:3, :3].T
+            given = matrix_of(six)
+            inertia = possible(given)
+            if inertia is not given:
+                _report_change(f"{urdf.shown}:{tensor.sourceline}: the inertia of '{body.name}'", given, inertia, draft)
+            body.inertia = pose[:3, :3] @ inertia @ pose[:3, :3].T
     body.com = pose[:3, 3]
+
+
+def _report_change(where: str, given: np.ndarray, used: np.ndarray, draft: Draft) -> None:
+    before, after = (", ".join(f"{x:.3g}" for x in np.linalg.eigvalsh(matrix)) for matrix in (given, used))
+    draft.doubts.append(f"{where} has a negative principal moment ({before} kg m2); the nearest possible one is used ({after} kg m2)")
 
 
 def _joints(urdf: Urdf, bodies: dict[str, Body], draft: Draft) -> None:

@@ -47,7 +47,8 @@ def add_actuators(urdf: Urdf, joints: dict, layout, limits: bool) -> None:
 
 
 def _read_transmissions(urdf: Urdf, joints: dict, drives: dict[str, Drive], draft: Draft) -> None:
-    still = []
+    still: list[str] = []
+    refused: dict[str, list[tuple[int, str]]] = {}
     for element in urdf.root.findall("transmission"):
         named = [urdf.text(joint, "name") for joint in element.findall("joint")]
         reason = _reason(element, named, joints, drives)
@@ -56,7 +57,7 @@ def _read_transmissions(urdf: Urdf, joints: dict, drives: dict[str, Drive], draf
             continue
         if reason:
             name = element.get("name") or element.get("type") or ""
-            draft.lost.append(f"line {element.sourceline}: <transmission> '{name}': {reason}")
+            refused.setdefault(reason, []).append((element.sourceline, f"'{name}'"))
             continue
         reduction, inertia = (_inner(urdf, element, tag) for tag in ("mechanicalReduction", "motorInertia"))
         reduction = 1.0 if reduction is None else reduction
@@ -69,6 +70,8 @@ def _read_transmissions(urdf: Urdf, joints: dict, drives: dict[str, Drive], draf
             drive.fields = ({} if reduction == 1 else {"gear_ratio": reduction}) | {"rotor_inertia": inertia}
         elif reduction != 1:
             drive.idle_reduction = reduction
+    for reason, places in refused.items():
+        draft.lost.append(f"line {places[0][0]}: <transmission> {some([name for _, name in places])}: {reason}")
     if still:
         draft.lost.append(f"<transmission> of {some(still)}: only revolute, continuous and prismatic joints have drives")
 
@@ -77,7 +80,7 @@ def _reason(element: etree._Element, named: list[str], joints: dict, drives: dic
     """Returns why a <transmission> cannot be converted; empty if it can."""
     kind = (element.findtext("type") or element.get("type") or "SimpleTransmission").strip()
     if not kind.endswith("SimpleTransmission") or len(named) != 1 or len(element.findall("actuator")) > 1:
-        return f"{kind} of {some(named)}: only simple transmissions of one joint and one actuator are supported" if named else "no <joint>"
+        return f"{kind}: only simple transmissions of one joint and one actuator are supported" if named else "no <joint>"
     if named[0] not in joints:
         return f"unknown joint '{named[0]}'{did_you_mean(named[0], joints)}"
     return f"'{named[0]}' already has a transmission" if named[0] in drives else ""

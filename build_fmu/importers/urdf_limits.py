@@ -48,6 +48,8 @@ def add_stops(limited: list, layout, stops: float | str | None) -> None:
     chosen, idle = [], []
     for body in limited:
         link = links[layout.called[body.name]]
+        if link.drive == "locked":
+            continue
         inertia = moved[link.name].inertia if moved else 0.0
         if not stops and inertia <= 0:
             idle.append(body.joint)
