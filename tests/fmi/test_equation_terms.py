@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tomllib
 
 import numpy as np
 import pytest
@@ -110,6 +111,29 @@ def test_the_inverse_inertia_is_what_a_wrench_at_the_frame_accelerates(library):
     free, inverse = at({})
     for k, name in enumerate(wrench):
         assert np.abs(at({name: 10})[0] - free - 10 * inverse[:, k]).max() < 1e-12 * np.abs(free).max()
+
+
+ON_CONSTRAINT = """
+name = "rope"
+link = [
+  {name = "drum", joint = "revolute", mass = 1, inertia = [0.1, 0.1, 0.1]},
+  {name = "weight", joint = "prismatic", parent = "ground", mass = 2},
+]
+frame = [{name = "hook", link = "weight", outputs = ["inverse_inertia"]}]
+"""
+COUPLING = '[[coupling]]\nname = "winding"\njoints = ["drum", "weight"]\nratios = [0.2, 1]\n'
+
+
+def test_the_inverse_inertia_does_not_ignore_constraints(library):
+    """Through the rope the drum moves with the weight: M of the tree alone would give 1/2 per kg."""
+    four_bar = (ROOT / "models" / "four_bar.toml").read_text()
+    link = tomllib.loads(four_bar)["link"][-1]["name"]
+    looped = f'{four_bar}\n[[frame]]\nname = "hook"\nlink = "{link}"\noutputs = ["inverse_inertia"]\n'
+    for text in (looped, ON_CONSTRAINT + COUPLING):
+        with pytest.raises(Refused, match=r"frame 'hook': outputs contains 'inverse_inertia', which does not support loops and rigid"):
+            library.load(text)
+    library.load(ON_CONSTRAINT + COUPLING + "stiffness = 100\n")  # a force, not a constraint
+    library.load(ON_CONSTRAINT)
 
 
 def test_bad_requests_are_one_sentence(library):

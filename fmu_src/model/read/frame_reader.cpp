@@ -1,5 +1,7 @@
 #include "model/read/frame_reader.hpp"
 
+#include <algorithm>
+
 namespace redysim {
 namespace {
 
@@ -32,8 +34,18 @@ void check_sensor(Section& section, const Frame& frame, const LinkTable& links) 
                       "' can move relative to its parent");
 }
 
-Frame read_frame(Section section, const std::string& label, const LinkTable& links, bool degrees,
-                 Names& names) {
+// The factors of the mass matrix know the tree only.
+void check_inertia(Section& section, const Frame& frame, const Model& model) {
+  const auto& couplings = model.couplings;
+  const bool has_rigid = std::any_of(couplings.begin(), couplings.end(),
+                                     [](const Coupling& coupling) { return coupling.rigid(); });
+  if (frame.inverse_inertia && (!model.loops.empty() || has_rigid))
+    section.error("outputs",
+                  "outputs contains 'inverse_inertia', which does not support loops and rigid couplings");
+}
+
+Frame read_frame(Section section, const std::string& label, const Model& model, const LinkTable& links,
+                 bool degrees, Names& names) {
   Frame frame;
   frame.name = names.take(section, label);
   if (!section.has("link")) section.error("link", "link is required");
@@ -46,6 +58,7 @@ Frame read_frame(Section section, const std::string& label, const LinkTable& lin
   frame.rotation = section.rotation("rpy", degrees);
   read_outputs(section, frame);
   check_sensor(section, frame, links);
+  check_inertia(section, frame, model);
   frame.port = section.choice<Frame::Port>(
       "port",
       {{"none", Frame::Port::none}, {"ground", Frame::Port::ground_axes}, {"frame", Frame::Port::frame_axes}},
@@ -56,12 +69,12 @@ Frame read_frame(Section section, const std::string& label, const LinkTable& lin
 
 }  // namespace
 
-std::vector<Frame> read_frames(Section& top, const LinkTable& links, bool degrees, Names& names,
-                               Findings& findings) {
+std::vector<Frame> read_frames(Section& top, const Model& model, const LinkTable& links, bool degrees,
+                               Names& names, Findings& findings) {
   std::vector<Frame> frames;
   for (const Value* table : top.tables("frame")) {
     const std::string label = label_of("frame", frames.size() + 1, *table);
-    frames.push_back(read_frame(Section(*table, label, findings), label, links, degrees, names));
+    frames.push_back(read_frame(Section(*table, label, findings), label, model, links, degrees, names));
   }
   return frames;
 }

@@ -10,8 +10,8 @@
 
 namespace redysim {
 
-// Reads all [[frame]] tables. Every error becomes a finding.
-std::vector<Frame> read_frames(Section& top, const LinkTable& links, bool degrees, Names& names,
-                               Findings& findings);
+// Reads all [[frame]] tables, after loops and couplings. Every error becomes a finding.
+std::vector<Frame> read_frames(Section& top, const Model& model, const LinkTable& links, bool degrees,
+                               Names& names, Findings& findings);
 
 }  // namespace redysim

@@ -106,7 +106,7 @@ Model read_model(Section& top, const std::string& folder, std::vector<AttachedFi
   model.springs = read_springs(top, links, names, findings);
   model.bushings = read_bushings(top, links, degrees, names, findings);
   model.contacts = read_contacts(top, links, degrees, names, folder, files, findings);
-  model.frames = read_frames(top, links, degrees, names, findings);
+  model.frames = read_frames(top, model, links, degrees, names, findings);
   model.solver = read_solver(top, findings);
   read_guidance(top, model, degrees, inverse, folder, files, findings);
   model.fmu = read_fmu(top, model, findings);
