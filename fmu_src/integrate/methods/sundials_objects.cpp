@@ -2,8 +2,10 @@
 
 #include <sunmatrix/sunmatrix_dense.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <new>
 
 #include "dynamics/clones.hpp"
 #include "integrate/methods/newton_matrix.hpp"
@@ -11,6 +13,15 @@
 
 namespace redysim::sundials {
 namespace {
+
+// A vector is one block of memory: this header, then its components. All vectors share one table of
+// operations.
+struct Header {
+  _generic_N_Vector vector;  // content: the components
+  long size;
+};
+
+long size(N_Vector vector) { return reinterpret_cast<const Header*>(vector)->size; }
 
 constexpr int block = 4;  // components that stay in registers while the terms are added
 
@@ -28,7 +39,7 @@ inline void combine_block(int terms, const double* c, const N_Vector* x, long at
 
 // block by block, so z may be any of the x
 REDYSIM_CLONES int linear_combination(int terms, double* c, N_Vector* x, N_Vector z_vector) {
-  const long n = NV_LENGTH_S(z_vector);
+  const long n = size(z_vector);
   double* z = data(z_vector);
   long at = 0;
   for (; at + block <= n; at += block) combine_block<block>(terms, c, x, at, z);
@@ -49,7 +60,7 @@ inline void set_each(long n, double* z, Of of) {
 
 // z = a x + b y, with the roundings of SUNDIALS' own operation
 void linear_sum(double a, N_Vector x_vector, double b, N_Vector y_vector, N_Vector z_vector) {
-  const long n = NV_LENGTH_S(z_vector);
+  const long n = size(z_vector);
   const double *x = data(x_vector), *y = data(y_vector);
   double* z = data(z_vector);
   if (a == b)
@@ -60,13 +71,44 @@ void linear_sum(double a, N_Vector x_vector, double b, N_Vector y_vector, N_Vect
     set_each(n, z, [=](long k) { return a * x[k] + b * y[k]; });
 }
 
+// z[k] = of(x[k])
+template <class Of>
+void set_from(N_Vector x_vector, N_Vector z_vector, Of of) {
+  const double* x = data(x_vector);
+  set_each(size(z_vector), data(z_vector), [=](long k) { return of(x[k]); });
+}
+
 void scale(double factor, N_Vector x, N_Vector z) {
-  if (factor != 1.0) return N_VScale_Serial(factor, x, z);
-  if (x != z) std::memcpy(data(z), data(x), static_cast<std::size_t>(NV_LENGTH_S(z)) * sizeof(double));
+  if (factor != 1.0) return set_from(x, z, [factor](double value) { return factor * value; });
+  if (x != z) std::memcpy(data(z), data(x), static_cast<std::size_t>(size(z)) * sizeof(double));
+}
+
+void multiply(N_Vector x_vector, N_Vector y_vector, N_Vector z) {
+  const double *x = data(x_vector), *y = data(y_vector);
+  set_each(size(z), data(z), [=](long k) { return x[k] * y[k]; });
+}
+
+void divide(N_Vector x_vector, N_Vector y_vector, N_Vector z) {
+  const double *x = data(x_vector), *y = data(y_vector);
+  set_each(size(z), data(z), [=](long k) { return x[k] / y[k]; });
+}
+
+double dot_product(N_Vector x_vector, N_Vector y_vector) {
+  const double *x = data(x_vector), *y = data(y_vector);
+  double sum = 0;
+  for (long k = 0; k < size(x_vector); ++k) sum += x[k] * y[k];
+  return sum;
+}
+
+double maximum_norm(N_Vector vector) {
+  const double* x = data(vector);
+  double largest = 0;
+  for (long k = 0; k < size(vector); ++k) largest = std::max(largest, std::fabs(x[k]));
+  return largest;
 }
 
 double weighted_norm(N_Vector x_vector, N_Vector w_vector) {
-  const long n = NV_LENGTH_S(x_vector);
+  const long n = size(x_vector);
   const double *x = data(x_vector), *w = data(w_vector);
   double sum = 0;
   long counted = 0;
@@ -77,6 +119,50 @@ double weighted_norm(N_Vector x_vector, N_Vector w_vector) {
   }
   return counted > 0 ? std::sqrt(sum / static_cast<double>(counted)) : 0.0;
 }
+
+N_Vector clone(N_Vector vector);
+
+// What CVODE and ARKODE require, and what they call often; the rest has SUNDIALS' defaults.
+_generic_N_Vector_Ops vector_operations() {
+  _generic_N_Vector_Ops operations{};
+  operations.nvclone = clone;
+  operations.nvdestroy = [](N_Vector vector) { ::operator delete(vector); };
+  operations.nvgetlength = [](N_Vector vector) -> sunindextype { return size(vector); };
+  operations.nvgetarraypointer = [](N_Vector vector) { return data(vector); };
+  operations.nvlinearsum = linear_sum;
+  operations.nvlinearcombination = linear_combination;
+  operations.nvconst = [](double value, N_Vector z) {
+    set_each(size(z), data(z), [value](long) { return value; });
+  };
+  operations.nvprod = multiply;
+  operations.nvdiv = divide;
+  operations.nvscale = scale;
+  operations.nvabs = [](N_Vector x, N_Vector z) {
+    set_from(x, z, [](double value) { return std::fabs(value); });
+  };
+  operations.nvinv = [](N_Vector x, N_Vector z) { set_from(x, z, [](double value) { return 1 / value; }); };
+  operations.nvaddconst = [](N_Vector x, double term, N_Vector z) {
+    set_from(x, z, [term](double value) { return value + term; });
+  };
+  operations.nvdotprod = dot_product;
+  operations.nvmaxnorm = maximum_norm;
+  operations.nvwrmsnorm = weighted_norm;
+  return operations;
+}
+
+N_Vector new_vector(long size, SUNContext context) {
+  static _generic_N_Vector_Ops operations = vector_operations();
+  const std::size_t components = static_cast<std::size_t>(size) * sizeof(double);
+  auto* header = static_cast<Header*>(::operator new(sizeof(Header) + components, std::nothrow));
+  if (!header) return nullptr;
+  header->vector.content = std::memset(header + 1, 0, components);
+  header->vector.ops = &operations;
+  header->vector.sunctx = context;
+  header->size = size;
+  return &header->vector;
+}
+
+N_Vector clone(N_Vector vector) { return new_vector(size(vector), vector->sunctx); }
 
 int copy_matrix(SUNMatrix from, SUNMatrix to) {
   const auto bytes = static_cast<std::size_t>(SM_LDATA_D(from)) * sizeof(double);
@@ -134,15 +220,7 @@ Matrix make_matrix(long size, SUNContext context) {
   return matrix;
 }
 
-Vector make_vector(long size, SUNContext context) {
-  Vector vector(created(N_VNew_Serial(size, context)));
-  vector->ops->nvlinearcombination = linear_combination;
-  vector->ops->nvlinearsum = linear_sum;
-  vector->ops->nvscale = scale;
-  vector->ops->nvwrmsnorm = weighted_norm;
-  for (long k = 0; k < size; ++k) data(vector)[k] = 0;
-  return vector;
-}
+Vector make_vector(long size, SUNContext context) { return Vector(created(new_vector(size, context))); }
 
 const char* LastMessage::reason() const {
   const char* comma = std::strncmp(text, "At ", 3) == 0 ? std::strstr(text, ", ") : nullptr;

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <nvector/nvector_serial.h>
 #include <sundials/sundials_context.h>
 #include <sundials/sundials_linearsolver.h>
 #include <sundials/sundials_matrix.h>
 #include <sundials/sundials_nonlinearsolver.h>
+#include <sundials/sundials_nvector.h>
 
 #include <cstdio>
 #include <memory>
@@ -51,8 +51,8 @@ class Context {
   SUNContext context_ = nullptr;
 };
 
-// A serial vector with operations for the short states of robots. The norm includes only components of
-// positive weight.
+// A vector of zeros for the short states of robots, in one block of memory. The norm includes only components
+// of positive weight.
 Vector make_vector(long size, SUNContext context);
 
 // A dense square matrix with faster operations.
@@ -61,8 +61,8 @@ Matrix make_matrix(long size, SUNContext context);
 // A direct solver for dense matrices I - gamma J of states with this layout.
 LinearSolver make_linear_solver(const StateLayout& layout, SUNContext context);
 
-inline double* data(N_Vector vector) { return NV_DATA_S(vector); }
-inline double* data(const Vector& vector) { return NV_DATA_S(vector.get()); }
+inline double* data(N_Vector vector) { return static_cast<double*>(vector->content); }
+inline double* data(const Vector& vector) { return data(vector.get()); }
 
 // Keeps the last message of SUNDIALS instead of printing it; an ARKErrHandlerFn and CVErrHandlerFn.
 struct LastMessage {

@@ -37,10 +37,12 @@ void read_outputs(Section& section, const Model& model, FmuSettings& fmu) {
 }
 
 void read_tunable(Section& section, const Model& model, FmuSettings& fmu) {
+  const auto names = section.texts("tunable");
+  if (names.empty()) return;
   const std::vector<std::string> legal = tunable_names(model);
   const std::set<std::string> known(legal.begin(), legal.end());
   std::set<std::string> listed;
-  for (const auto& [name, place] : section.texts("tunable")) {
+  for (const auto& [name, place] : names) {
     if (known.count(name) == 0)
       section.error(place,
                     "tunable '" + name + "' is not a parameter of this model" + did_you_mean(name, legal));
