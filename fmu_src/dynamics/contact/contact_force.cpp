@@ -185,8 +185,9 @@ ContactResult<Scalar> contact_result(const Plan<Scalar>& plan, const Workspace<S
 
 void contact_distances(const ContactPair<double>& pair, const Workspace<double>& ws,
                        ContactDistance* distances) {
+  const double finite = pair.surface.is_finite() ? 1 : 0;
   visit_touches(pair, ws, [&](const Touch<double>& touch, const RelativeMotion<double>&) {
-    *distances++ = {-touch.depth, -touch.growth};
+    *distances++ = {-touch.depth, -touch.growth, finite * touch.velocity};
   });
 }
 

@@ -22,9 +22,11 @@ void add_contact_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
 template <class Scalar>
 Scalar contact_energy(const Plan<Scalar>& plan, const Workspace<Scalar>& ws);
 
-// Distance of a contact point from the surface, m, and its rate, m/s.
+// Distance of a contact point from the surface, m, and its rate, m/s. `velocity` of its ball in the frame of
+// a finite surface, zero on others.
 struct ContactDistance {
   double value, rate;
+  Vec3<double> velocity;
 };
 
 // Of the contact points of a pair.

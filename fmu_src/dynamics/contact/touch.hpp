@@ -41,10 +41,11 @@ template <class Scalar>
 // One contact point in the frame of the surface. `position` is half way between both surfaces (of ReDySim's
 // law the point itself), `slip` and `spin` are the relative motion of the bodies there; `rate` = -normal .
 // velocity. `growth` is the time derivative of the depth, from which `rate` differs on curved ground.
+// `velocity` is that of the ball's center.
 template <class Scalar>
 struct Touch {
   Scalar depth, rate, growth;
-  Vec3<Scalar> normal, position, slip, spin;
+  Vec3<Scalar> normal, position, slip, spin, velocity;
 };
 
 // Rate of the unit normal of a surface below p, which moves with `velocity`.
@@ -90,6 +91,7 @@ template <class Scalar>
   const Vec3<Scalar> velocity = motion.velocity_at(touch.position);
   touch.rate = -surface.normal.dot(velocity);
   touch.growth = surface.gradient.dot(rate);
+  touch.velocity = rate;
   touch.slip = velocity + surface.normal * touch.rate;
   touch.spin = motion.omega;
   return touch;

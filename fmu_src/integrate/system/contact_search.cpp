@@ -13,14 +13,16 @@ namespace redysim {
 namespace {
 
 constexpr double largest_turn = 0.5;  // rad, of a joint in a segment
+constexpr double largest_move = 0.5;  // of the spacing of a height map, in a segment
+constexpr int most_segments = 1000;   // a step that needs more of them is shortened
 constexpr double shortest = 1e-9;     // part of a step
 constexpr double accurate = 0.9;      // part of a segment after which its cubic is accurate
 constexpr double slightly = 0.01;     // of the width: almost no force
 constexpr double deepening = 2;       // largest depth after a step, of the depth before it or the width
 
-// A distance at both ends of a segment of length 1.
+// A distance at both ends of a segment of length 1, and a bound of how fast its path turns away from a line.
 struct Course {
-  double start, start_rate, end, end_rate;
+  double start, start_rate, end, end_rate, bend;
 
   double at(double u) const {  // cubic Hermite polynomial
     const double w = 1 - u;
@@ -35,11 +37,11 @@ struct Course {
     }
     return high;
   }
-  // Whether the distance may be negative in between: distances from convex bodies are above their tangents.
+  // Whether the distance may be negative in between: distances from convex bodies are above their tangents
+  // on a line, and above parabolas on other paths.
   bool may_touch() const {
-    if (!(start_rate < 0 && end_rate > 0)) return false;
-    const double meeting = (end - start - end_rate) / (start_rate - end_rate);
-    return start + start_rate * meeting < 0;
+    const double meeting = (start - end + end_rate + 0.5 * bend) / (end_rate - start_rate + bend);
+    return meeting > 0 && meeting < 1 && start + (start_rate - 0.5 * bend * meeting) * meeting < 0;
   }
 };
 
@@ -164,12 +166,16 @@ double ContactSearch::step_to_touch(const Plan<double>& plan, Workspace<double>&
 }
 
 double ContactSearch::search(const Plan<double>& plan, Workspace<double>& ws, const double* qdd, double h) {
-  double turn = 0;
+  double parts = 1;
   for (std::size_t i = 0; i < start_q_.size(); ++i)
-    if (turns(plan.joints[i])) turn = std::max(turn, travel(i, qdd, h));
-  const double longest = h / std::max(turn / largest_turn, 1.0);
+    if (turns(plan.joints[i])) parts = std::max(parts, travel(i, qdd, h) / largest_turn);
+  for (const NearPair& near : near_)
+    if (const BicubicSpline* heights = near.pair->surface.heights)
+      parts = std::max(parts, near.moved / (largest_move * heights->spacing()));
+  const double longest = h / parts;
   double begin = 0, length = longest;
-  while (begin < h) {
+  for (int segment = 0; begin < h; ++segment) {
+    if (segment > most_segments && begin > 0) return begin;
     length = std::min(length, h - begin);
     predict(plan, ws, qdd, begin + length);
     set_distances(ws, after_);
@@ -193,7 +199,8 @@ double ContactSearch::part_to_touch(double length, bool may_be_shorter) const {
   double part = 1;
   for (const std::size_t k : waiting_) {
     const Course course{before_[k].value + pressed_[k], length * before_[k].rate,
-                        after_[k].value + pressed_[k], length * after_[k].rate};
+                        after_[k].value + pressed_[k], length * after_[k].rate,
+                        length * (after_[k].velocity - before_[k].velocity).norm()};
     if (course.end < 0)
       part = std::min(part, course.root());
     else if (course.may_touch())

@@ -11,12 +11,13 @@ namespace redysim {
 //
 // Joints are predicted by Taylor polynomials of order 2. The change of the joints since a reference bounds
 // the displacement of the bodies, which excludes contact points that are further away. For the others, poses
-// and distances are computed at the ends of segments in which no joint turns more than half a radian. A
-// segment is halved where the tangents of a distance at both ends do not exclude a touch (conservative
-// advancement). Works without allocation after construction.
+// and distances are computed at the ends of segments in which no joint turns more than half a radian and no
+// point passes more than half the spacing of a height map. A segment is halved where the tangents of a
+// distance at both ends do not exclude a touch (conservative advancement). Works without allocation after
+// construction.
 class ContactSearch {
  public:
-  explicit ContactSearch(const Plan<double>& plan);
+  [[gnu::cold]] explicit ContactSearch(const Plan<double>& plan);
 
   // The part of the step `h` (s) from q, qd with the accelerations qdd (plan.nv) in which no contact point
   // that is apart now is pressed by more than a hundredth of the width of its law, and no touching point much
