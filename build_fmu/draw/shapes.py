@@ -56,7 +56,9 @@ def _extent(model: Description, shape: dict) -> float:
 
 
 def _file(model: Description, shape: dict) -> str:
-    return str(Path(model.folder or ".") / shape["file"])
+    """Returns the file of a mesh beside the model file; of an FMU that was built into another folder, below the current one."""
+    file = Path(model.folder or ".") / shape["file"]
+    return str(file if file.is_file() or not Path(shape["file"]).is_file() else shape["file"])
 
 
 def _solids(model: Description, shape: dict, most: int) -> list[Solid]:

@@ -18,7 +18,7 @@ from build_fmu.importers.urdf_contacts import add_contacts
 from build_fmu.importers.urdf_losses import some
 
 DRAWN = ("box", "cylinder", "sphere", "capsule", "mesh")
-TOUCHING = {"sphere": "sphere", "capsule": "capsule", "cylinder": "cylinder", "box": "box"}
+TOUCHING = ("sphere", "capsule", "cylinder", "box", "mesh")
 HIDDEN = 3  # group from which on MuJoCo's viewer does not draw geoms
 
 
@@ -221,8 +221,8 @@ class Parts:
             if geom.kind == "plane":
                 if link != GROUND or abs(geom.pose[2, 3]) > 1e-9 or geom.pose[2, 2] < 1 - 1e-9:
                     self.draft.lost.append(f"{self.mj.place(geom.element)}: contact with a plane other than z = 0")
-            elif geom.kind in TOUCHING:
-                solids.append(ContactSolid(geom.kind, link, frame @ geom.solid.pose, list(geom.solid.size)))
+            elif geom.kind in TOUCHING and geom.solid:
+                solids.append(ContactSolid(geom.kind, link, frame @ geom.solid.pose, list(geom.solid.size), geom.solid.file))
             else:
                 omitted[f"<geom> of type {geom.kind}"] += 1
         if not solids:

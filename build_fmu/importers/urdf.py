@@ -54,7 +54,8 @@ def draft_of(urdf: Urdf, options: Namespace) -> tuple[Draft, TreeLayout]:
         by_joint[name].stiffness, by_joint[name].rest = stiffness, rest
     mimics = read_mimics(urdf, by_joint, draft)
     limited, posed = [body for body in bodies.values() if body.limits], set_pose(bodies, options.pose)
-    start_inside(limited, posed.union(mimic.joint for mimic in mimics), draft)
+    legs = (bodies, _places_of_shapes(urdf)) if options.floating and options.contact else None
+    start_inside(limited, posed.union(mimic.joint for mimic in mimics), draft, legs)
     follow(mimics, by_joint, posed, draft)
     report_outside(limited, draft)
     root = _root(urdf, bodies)
@@ -105,6 +106,13 @@ def _bodies(urdf: Urdf, draft: Draft) -> dict[str, Body]:
     if not bodies:
         raise UserError(f"'{urdf.path}' has no <link>")
     return bodies
+
+
+def _places_of_shapes(urdf: Urdf) -> dict[str, list[np.ndarray]]:
+    """Returns the positions of the <collision> shapes in the frames of the links."""
+    links = urdf.root.findall("link")
+    origins = {link.attrib["name"]: link.findall("collision/origin") for link in links}
+    return {name: [np.array(urdf.numbers(origin, "xyz", 3, "0 0 0")) for origin in found] for name, found in origins.items()}
 
 
 def _inertial(urdf: Urdf, inertial: etree._Element, body: Body, draft: Draft) -> None:

@@ -5,43 +5,60 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from lxml import etree
 
+from build_fmu.draw.meshes import mesh_parts
 from build_fmu.errors import UserError
 from build_fmu.importers.draft import GROUND, Draft, DraftTie
 from build_fmu.importers.masses import fixed_to_ground
 from build_fmu.importers.rigid import position_and_angles, start_poses
 from build_fmu.importers.urdf_file import Urdf
 from build_fmu.importers.urdf_losses import some
+from build_fmu.importers.urdf_visuals import mesh_file
 
 STATIC_DEPTH = 1e-3  # m, of the points that carry the weight
 WIDTH = 1e-4  # m, the default of the model file
 LAW = {"damping": 2.0, "friction": 0.8, "friction_velocity": 1e-3}  # s/m, -, m/s
 FEET = 0.02  # shapes within this fraction of the height of all shapes are feet
 RIM_POINTS = 8  # on each rim of a cylinder that stands upright
+# the extreme points of a mesh in these directions touch: down, and 8 each at these angles from it
+DIRECTIONS = np.array(
+    [(0, 0, -1)]
+    + [
+        (math.sin(slope) * math.cos(turn), math.sin(slope) * math.sin(turn), -math.cos(slope))
+        for slope in np.radians([15, 45, 90, 135])
+        for turn in np.radians(range(0, 360, 45))
+    ]
+)
 SHAPES = {"sphere": ("radius",), "capsule": ("radius", "length"), "cylinder": ("radius", "length"), "box": ("size",)}
 
 
 @dataclass
 class Solid:
-    """A <collision> shape. `pose`: its frame relative to the link of the model; `size`: edges, or radius and length (m)."""
+    """A <collision> shape. `pose`: its frame relative to the link of the model; `size`: edges, or radius and length (m), or scale."""
 
     kind: str
     link: str
     pose: np.ndarray
     size: list[float]
+    file: str = ""  # of a mesh
+    points: list[list[float]] = field(default_factory=list)  # of a mesh, in the frame of the link
 
 
 def add_urdf_contacts(urdf: Urdf, layout, feet_only: bool) -> None:
     """Fills the contacts of layout.draft by <collision> shapes."""
-    omitted = Counter()
-    solids = [solid for link in urdf.root.findall("link") for solid in _solids(urdf, link, layout, omitted)]
+    omitted, links = Counter(), urdf.root.findall("link")
+    tag = "collision" if any(link.find("collision") is not None for link in links) else "visual"
+    solids = [solid for link in links for solid in _solids(urdf, link, tag, layout, omitted)]
     if not solids:
         found = "".join(f"; {count} {what} are not supported" for what, count in omitted.items())
-        raise UserError(f"--contact: '{urdf.path}' has no <collision> of {', '.join(SHAPES)}{found}; write [[contact]] by hand")
+        what = "<collision>" if tag == "collision" else "<collision> or <visual>"
+        raise UserError(f"--contact: '{urdf.path}' has no {what} of {', '.join(SHAPES)}, mesh{found}; write [[contact]] by hand")
+    if tag == "visual":
+        layout.draft.doubts.append("the file has no <collision>: the <visual> shapes touch the ground")
     add_contacts(solids, omitted, layout, feet_only)
 
 
@@ -50,7 +67,7 @@ def add_contacts(solids: list[Solid], omitted: Counter, layout, feet_only: bool)
     draft = layout.draft
     poses, still = start_poses(draft.links), fixed_to_ground(draft.links)
     omitted["shapes of links that are fixed to the ground"] += sum(solid.link in still for solid in solids)
-    moving = [solid for solid in solids if solid.link not in still]
+    moving = _read_meshes([solid for solid in solids if solid.link not in still], poses, omitted)
     heights = [_heights(solid, poses[solid.link]) for solid in moving]
     lowest, highest = min(map(min, heights), default=0.0), max(map(max, heights), default=0.0)
     near = lowest + FEET * (highest - lowest) + 1e-9
@@ -75,12 +92,16 @@ def add_contacts(solids: list[Solid], omitted: Counter, layout, feet_only: bool)
     _lift(draft, poses, lowest)
 
 
-def _solids(urdf: Urdf, link: etree._Element, layout, omitted: Counter) -> list[Solid]:
+def _solids(urdf: Urdf, link: etree._Element, tag: str, layout, omitted: Counter) -> list[Solid]:
     """Returns the supported shapes of a <link>; counts the others."""
     solids, name = [], link.attrib["name"]
-    for collision in link.findall("collision"):
-        pose = layout.own[name] @ urdf.pose(collision)
-        for shape in collision.iterfind("geometry/*"):
+    for element in link.findall(tag):
+        pose = layout.own[name] @ urdf.pose(element)
+        for shape in element.iterfind("geometry/*"):
+            if shape.tag == "mesh":
+                file, scale = mesh_file(urdf.text(shape, "filename"), urdf.path), urdf.numbers(shape, "scale", 3, "1 1 1")
+                solids.append(Solid("mesh", layout.called[name], pose, scale, str(file or shape.get("filename"))))
+                continue
             if shape.tag not in SHAPES:
                 omitted[f"<{shape.tag}> shapes"] += 1
                 continue
@@ -91,8 +112,36 @@ def _solids(urdf: Urdf, link: etree._Element, layout, omitted: Counter) -> list[
     return solids
 
 
+def _read_meshes(solids: list[Solid], poses: dict[str, np.ndarray], omitted: Counter) -> list[Solid]:
+    """Fills the points of meshes; returns the solids without meshes that cannot be read, which are counted."""
+    failed: list[str] = []
+    for solid in solids:
+        if solid.kind == "mesh":
+            try:
+                solid.points = _extreme_points(solid, poses[solid.link])
+            except UserError as error:
+                failed.append(str(error))
+    if failed and len(failed) == len(solids):
+        raise UserError(f"--contact: {len(failed)} <mesh> shapes cannot be converted: {failed[0]}; write [[contact]] by hand")
+    if failed:
+        omitted[f"<mesh> shapes: {failed[0]}"] += len(failed)
+    return [solid for solid in solids if solid.kind != "mesh" or solid.points]
+
+
+def _extreme_points(solid: Solid, pose: np.ndarray) -> list[list[float]]:
+    """Returns corners of the convex hull of a mesh, in the frame of its link, which has this initial pose."""
+    corners = np.concatenate([points[np.unique(triangles)] for points, triangles, _ in mesh_parts(solid.file)]) * solid.size
+    corners = np.round(corners @ solid.pose[:3, :3].T + solid.pose[:3, 3], 7)
+    world = corners @ pose[:3, :3].T
+    # a mesh is stretched to a cube, so that a long flat foot has its four corners
+    world /= np.maximum(np.ptp(world, axis=0), 1e-9)
+    return corners[np.unique(np.argmax(world @ DIRECTIONS.T, axis=0))].tolist()
+
+
 def _shapes(solid: Solid, pose: np.ndarray) -> list[dict[str, object]]:
     """Returns the shape fields of the contacts of a solid whose link has this initial pose."""
+    if solid.kind == "mesh":
+        return [{"shape_a": "points", "points_a": solid.points}]
     position, angles = position_and_angles(solid.pose)
     if solid.kind == "sphere":
         return [{"shape_a": "sphere", "point_a": position, "radius_a": solid.size[0]}]
@@ -116,6 +165,8 @@ def _is_upright(solid: Solid, pose: np.ndarray) -> bool:
 
 def _heights(solid: Solid, pose: np.ndarray) -> list[float]:
     """Returns the heights of the contact points above the horizontal plane through the ground's origin."""
+    if solid.kind == "mesh":
+        return [_at(pose, point)[2] for point in solid.points]
     world = pose @ solid.pose
     if solid.kind == "sphere":
         return [world[2, 3] - solid.size[0]]
@@ -149,9 +200,17 @@ def _report(draft: Draft, chosen: list[Solid], poses: dict[str, np.ndarray], sti
             found = list(dict.fromkeys(found))
             draft.doubts.append(f"<cylinder> of {some(found)}: each is {words}")
 
+    meshes = [solid for solid in chosen if solid.kind == "mesh"]
+    if meshes:
+        found, most = list(dict.fromkeys(solid.link for solid in meshes)), max(len(solid.points) for solid in meshes)
+        draft.doubts.append(f"<mesh> of {some(found)}: each is at most {most} points of its convex hull; it does not roll smoothly")
+
 
 def _lift(draft: Draft, poses: dict[str, np.ndarray], lowest: float) -> None:
-    """Moves the floating base such that the lowest contact point touches the ground; without one, or with several, reports the distance."""
+    """Moves the floating base such that the lowest contact point touches the ground, or lowers the ground below a fixed base.
+
+    Other distances are reported.
+    """
     bases = [link for link in draft.links if link.joint == "free" and link.parent == GROUND]
     if len(bases) == 1:
         # the translations are along the axes of the joint frame
@@ -159,6 +218,10 @@ def _lift(draft: Draft, poses: dict[str, np.ndarray], lowest: float) -> None:
         bases[0].q = [*(round(float(x), 13) for x in shift), 1.0, 0.0, 0.0, 0.0]
         bases[0].drive = "free"
         draft.notes.append(f"Initial height of '{bases[0].name}': the lowest contact point touches the ground plane.")
+    elif lowest < -1e-9 and not bases:
+        for contact in draft.contacts:
+            contact.fields["point_b"] = [0.0, 0.0, round(float(lowest), 13)]
+        draft.doubts.append(f"the ground plane is at z = {lowest:.4g} m, the height of the lowest contact point: the base is not floating")
     elif abs(lowest) > 1e-9:
         side = "above" if lowest > 0 else "below"
         why = "there are several floating bases" if bases else "the base is not floating"

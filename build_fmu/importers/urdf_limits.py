@@ -7,6 +7,7 @@ from collections.abc import Container
 
 from build_fmu.importers.carried import carried
 from build_fmu.importers.draft import Draft
+from build_fmu.importers.standing import feet_below
 from build_fmu.importers.urdf_losses import some
 
 INSIDE = 0.05  # of the range: distance of a chosen start position from the limit
@@ -14,8 +15,11 @@ FREQUENCY = 20.0  # Hz, of what a joint moves against its stop
 DAMPING = {"revolute": 1.0, "prismatic": 2.0}  # s/rad, s/m: about half of the impact speed remains at 1 rad/s or 1 m/s
 
 
-def start_inside(limited: list, asked: Container[str], draft: Draft) -> None:
-    """Moves the start positions of limited joints into their limits, except those of `asked`, the joints of --pose; reports them."""
+def start_inside(limited: list, asked: Container[str], draft: Draft, legs: tuple[dict, dict] | None = None) -> None:
+    """Moves the start positions of limited joints into their limits, except those of `asked`, the joints of --pose; reports them.
+
+    With `legs`, all bodies of a robot that stands and the positions of their shapes, hips keep the feet below them.
+    """
     moved = []
     for body in limited:
         low, high = body.limits
@@ -25,9 +29,12 @@ def start_inside(limited: list, asked: Container[str], draft: Draft) -> None:
         wanted = low + margin if body.q < low else high - margin
         rounded = float(f"{wanted:.3g}")
         body.q = rounded if low <= rounded <= high else wanted
-        moved.append(f"{body.joint} = {body.q:g}")
+        moved.append(body)
     if moved:
-        draft.doubts.append(f"start positions inside the limits are chosen: {some(moved)}; --pose JOINT=VALUE sets others")
+        chosen = some([f"{body.joint} = {body.q:g}" for body in moved])
+        hips = feet_below(moved, *legs, asked) if legs else []
+        below = f"; the feet stay below: {some([f'{body.joint} = {body.q:g}' for body in hips])}" if hips else ""
+        draft.doubts.append(f"start positions inside the limits are chosen: {chosen}{below}; --pose JOINT=VALUE sets others")
 
 
 def report_outside(limited: list, draft: Draft) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -32,6 +33,7 @@ def model_in(fmu: Path) -> Description | None:
                 plain = name.removeprefix(RESOURCES)
                 if plain and name.startswith(RESOURCES) and "/" not in plain and "\\" not in plain:
                     (Path(folder) / plain).write_bytes(archive.read(name))
-            return describe(Path(folder) / "model.toml")
+            # meshes are not in the FMU: they are looked for beside it, where `build` writes it
+            return replace(describe(Path(folder) / "model.toml"), folder=fmu.parent)
     except (zipfile.BadZipFile, zipfile.LargeZipFile, OSError) as error:
         raise UserError(f"'{fmu}' is not a readable FMU: {error}") from None

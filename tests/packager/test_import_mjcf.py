@@ -136,7 +136,7 @@ def test_geoms_become_contacts(tmp_path):
     draft = imported(tmp_path, BAR.replace("EXTRA", ""), contact="all")
     assert [one.fields["shape_a"] for one in draft.contacts] == ["capsule", "capsule", "sphere"]
     assert draft.contacts[2].fields["radius_a"] == 0.05
-    with pytest.raises(UserError, match="has no <geom> of sphere, capsule, cylinder, box that collides"):
+    with pytest.raises(UserError, match="has no <geom> of sphere, capsule, cylinder, box, mesh that collides"):
         imported(tmp_path, BAR.replace("EXTRA", "").replace("<geom", '<geom contype="0" conaffinity="0"'), contact="all")
 
 

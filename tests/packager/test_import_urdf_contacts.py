@@ -146,6 +146,77 @@ def test_the_height_of_several_floating_bases_stays(tmp_path):
     assert any("starts 0.4 m above the ground plane; there are several floating bases" in doubt for doubt in draft.doubts)
 
 
+def block(tmp_path, length, width, height):
+    """Writes a box as a mesh, with a point in the middle of each face, which is not needed for contact."""
+    import trimesh
+
+    trimesh.creation.box((length, width, height)).subdivide().export(tmp_path / "block.stl")
+    return '<mesh filename="block.stl"/>'
+
+
+def test_a_mesh_touches_with_its_extreme_points(tmp_path):
+    """A long flat foot as a mesh, tilted in its link: its corners are contact points, and the lowest ones touch the ground."""
+    foot = block(tmp_path, 0.3, 0.08, 0.02)
+    flat = TWO_LEGS.replace('<sphere radius="0.03"/>', foot).replace(
+        'rpy="0 0 0"/><geometry><mesh', 'rpy="0.3 0 1.5707963267948966"/><geometry><mesh'
+    )
+    draft = imported(tmp_path, flat)
+    assert [contact.fields["shape_a"] for contact in draft.contacts] == ["points", "points"]
+    turn = rotation_z(math.pi / 2) @ rotation_x(0.3)
+    for contact, x in zip(draft.contacts, (0.15, -0.15), strict=True):
+        pose = poses_of(draft)["trunk"]
+        center = pose[:3, 3] + [x + 0.01, 0, -0.45]
+        found = [poses_of(draft)[contact.fields["link_a"]] @ [*point, 1] for point in contact.fields["points_a"]]
+        for corner in np.ndindex(2, 2, 2):
+            place = center + turn @ (np.array([0.3, 0.08, 0.02]) * (np.array(corner) - 0.5))
+            assert min(np.linalg.norm(point[:3] - place) for point in found) < 1e-6, corner
+        assert min(point[2] for point in found) == pytest.approx(0, abs=1e-7)
+        assert len(found) <= 33
+    said = " | ".join(draft.lost + draft.doubts)
+    assert "contact of 2 x <mesh> (left_foot, right_foot) with the plane z = 0" in said
+    assert "points of its convex hull; it does not roll smoothly" in said and "meshes are ignored" not in said
+
+
+def test_without_collision_the_visual_shapes_touch(tmp_path):
+    draft = imported(tmp_path, TWO_LEGS.replace("collision>", "visual>"))
+    assert [contact.name for contact in draft.contacts] == ["left_foot_contact", "right_foot_contact"]
+    assert "the file has no <collision>: the <visual> shapes touch the ground" in draft.doubts
+    with pytest.raises(UserError, match="has no <collision> or <visual> of sphere"):
+        imported(tmp_path, link("trunk") + link("arm") + joint("j", "trunk", "arm"))
+
+
+def test_the_ground_is_below_a_fixed_base(tmp_path):
+    """A hand at the origin whose finger hangs down does not start deep in the ground."""
+    content = link("palm") + link("finger", '<sphere radius="0.01"/>', xyz="0 0 -0.1") + joint("j", "palm", "finger")
+    draft = imported(tmp_path, content, floating=False)
+    assert draft.contacts[0].fields["point_b"] == pytest.approx([0, 0, -0.11])
+    assert any("the ground plane is at z = -0.11 m" in doubt for doubt in draft.doubts)
+
+
+def limited_knees(low, high):
+    free = 'type="continuous"><parent link="{0}_thigh"/>'
+    legs = TWO_LEGS
+    for side in ("left", "right"):
+        head, tail = legs.split(free.format(side), 1)
+        tail = tail.replace("</joint>", f'<limit lower="{low}" upper="{high}"/></joint>', 1)
+        legs = head + free.format(side).replace("continuous", "revolute") + tail
+    return legs
+
+
+def test_the_feet_of_bent_legs_stay_below_the_hips(tmp_path):
+    """Knees that cannot be straight: the hips turn back, so that the foot has the direction of the straight leg."""
+    draft = imported(tmp_path, limited_knees(-2.0, -0.9))
+    of = {link.name: link for link in draft.links}
+    assert of["left_foot"].q == pytest.approx(-0.955)
+    assert any("the feet stay below: left_hip = " in doubt for doubt in draft.doubts)
+    for side, x in (("left", 0.15), ("right", -0.15)):
+        contact = next(c for c in draft.contacts if c.fields["link_a"] == f"{side}_foot")
+        assert in_ground(draft, contact, "point_a")[0] == pytest.approx(x, abs=0.02)
+    turned = imported(tmp_path, limited_knees(-2.0, -0.9), pose=["*_hip=0.1"])
+    assert not any("the feet stay below" in doubt for doubt in turned.doubts)
+    assert {link.name: link for link in turned.links}["left_thigh"].q == 0.1
+
+
 def test_what_is_not_converted(tmp_path):
     base = link("base", '<box size="1 1 0.1"/>')
     arm = link("arm", '<sphere radius="0.1" colour="red"/>') + link("tool", '<mesh filename="a.stl"/>')
@@ -153,7 +224,7 @@ def test_what_is_not_converted(tmp_path):
     draft = imported(tmp_path, content, floating=False)
     said = " | ".join(draft.lost + draft.doubts)
     for part in (
-        "contact of 1 <mesh> shapes",
+        "contact of 1 <mesh> shapes: mesh file 'a.stl' does not exist",
         "contact of 1 shapes of links that are fixed to the ground",
         "meshes are ignored, but the feet may be among them",
         "the lowest contact point starts 0.3 m above the ground plane; the base is not floating",
@@ -170,9 +241,9 @@ def test_what_is_not_converted(tmp_path):
     ("content", "pose", "sentence"),
     [
         (
-            TWO_LEGS.replace("<sphere", "<mesh").replace("<box", "<mesh").replace("<cylinder", "<mesh"),
+            TWO_LEGS.replace("<sphere", '<mesh filename="a.stl"').replace("<box", '<mesh filename="a.stl"').replace("<cylinder", "<cone"),
             [],
-            "5 <mesh> shapes are not supported",
+            "--contact: 3 <mesh> shapes cannot be converted: mesh file 'a.stl' does not exist; write [[contact]] by hand",
         ),
         (TWO_LEGS.replace('radius="0.03"', 'radius="0"', 1), [], "the size of <sphere> in link 'left_foot' must be > 0, got 0"),
         (TWO_LEGS.replace('size="0.4 0.2 0.1"', 'size="0.4 0.2"'), [], "'size' of <box> must be 3 numbers, got '0.4 0.2'"),

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 
+from build_fmu.cli import main
 from build_fmu.draw.drawing import draw
 from build_fmu.draw.meshes import coarse as coarse_mesh
 from build_fmu.draw.meshes import drawn_mesh
@@ -195,6 +196,20 @@ def test_a_missing_or_damaged_mesh_is_one_warning(tmp_path):
     assert "gone.stl' does not exist; not drawn (2 more)" in done.stderr
     only = describe(model(tmp_path, '[[shape]]\nkind = "mesh"\nfile = "bad.stl"\n'))
     assert "bad.stl'" in with_solids(only)[1][0]
+
+
+def test_the_meshes_of_an_fmu_are_beside_it_or_in_the_current_folder(tmp_path, monkeypatch, capsys):
+    """`show arm.fmu` draws the same solids as `show arm.toml`, although the FMU does not contain the mesh."""
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes" / "part.stl").write_text(stl())
+    (tmp_path / "arm.toml").write_text(ARM + '[[shape]]\nlink = "lower"\nkind = "mesh"\nfile = "meshes/part.stl"\n')
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path)
+    for target in ("arm.fmu", "elsewhere/arm.fmu"):
+        assert main(["build", "--no-show", "arm.toml", "-o", target]) == 0
+        assert main(["show", target, "-o", "page.html", "--stop", "0.1"]) == 0
+        assert '"solids":[{"link":1' in (tmp_path / "page.html").read_text()
+        assert "not drawn" not in capsys.readouterr().err
 
 
 def test_stills_and_films_draw_them(tmp_path):
