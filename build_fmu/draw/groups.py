@@ -22,9 +22,9 @@ class Group:
 # in the order of the panels
 GROUPS = {
     "q": Group("joint position", "$q$", steady=True),
-    "angle": Group("angles about z, x, y", "angle"),
+    "angle": Group("angles about z, x, y", "angle", steady=True),
     "qd": Group("joint velocity", r"$\dot{q}$", steady=True),
-    "omega": Group("angular velocity in link axes", r"$\omega$"),
+    "omega": Group("angular velocity in link axes", r"$\omega$", steady=True),
     "tau": Group("joint torque or force", r"$\tau$", steady=True),
     "energy": Group("energy", "$E$", steady=True),
     "balance": Group("energy balance error", r"$\Delta E$"),
@@ -36,7 +36,7 @@ GROUPS = {
     "velocity": Group("frame velocity", "velocity", drawn=False),
     "quaternion": Group("quaternion (w, x, y, z)", "quaternion", drawn=False),
     "qdd": Group("joint acceleration", r"$\ddot{q}$", drawn=False, steady=True),
-    "alpha": Group("angular acceleration in link axes", r"$\alpha$", drawn=False),
+    "alpha": Group("angular acceleration in link axes", r"$\alpha$", drawn=False, steady=True),
     "torque": Group("torque", "$T$", drawn=False),
     "point": Group("contact point", "point", drawn=False),
     "lambda": Group("multipliers of loops and couplings", r"$\lambda$", drawn=False),

@@ -21,15 +21,15 @@ GRAVITY = 9.81  # m/s2
 def hold_start(draft: Draft) -> None:
     """Adds the controller to the draft. A leg that stands on the ground carries its share of the whole robot."""
     poses, moved = start_poses(draft.links), carried(draft.links)
-    share, feet = _standing(draft, poses)
+    share, feet, center = _standing(draft, poses)
     controlled, idle = {}, []
     for link in draft.links:
         if link.joint not in SAG or link.drive != "torque":
             continue
         name, load = link.joint_name or link.name, moved[link.name]
         turns, stands = link.joint == "revolute", link.name in feet
-        reach = max((_distance(poses[link.name], foot) for foot in feet.get(link.name, ())), default=0.0)
-        # of a leg also those of the robot on its foot
+        # of a leg also those of the robot on its foot; an ankle balances the robot above it
+        reach = max(_distance(poses[link.name], point) for point in (*feet[link.name], center)) if stands else 0.0
         lever, foot_lever = (load.lever, reach) if turns else (1.0, 1.0)
         weight = GRAVITY * max(load.mass * lever, stands * share * foot_lever)
         inertia = max(load.inertia, stands * share * foot_lever**2)
@@ -51,11 +51,11 @@ def hold_start(draft: Draft) -> None:
     )
 
 
-def _standing(draft: Draft, poses: dict[str, np.ndarray]) -> tuple[float, dict[str, list[np.ndarray]]]:
-    """Returns the mass on each foot of a floating robot with contacts, kg, and where the feet are that each link carries, m."""
+def _standing(draft: Draft, poses: dict[str, np.ndarray]) -> tuple[float, dict[str, list[np.ndarray]], np.ndarray]:
+    """Returns the mass on each foot of a floating robot with contacts, kg, where the feet are that each link carries, and its center, m."""
     links = {link.name: link for link in draft.links}
     if not any(link.joint == "free" for link in draft.links):
-        return 0.0, {}
+        return 0.0, {}, np.zeros(3)
     feet: dict[str, list[np.ndarray]] = {}
     for contact in draft.contacts:
         name = str(contact.fields["link_a"])
@@ -65,7 +65,9 @@ def _standing(draft: Draft, poses: dict[str, np.ndarray]) -> tuple[float, dict[s
             feet.setdefault(link.name, []).extend((poses[name] @ [*point, 1])[:3] for point in points)
             link = links.get(link.parent)
     touching = {contact.fields["link_a"] for contact in draft.contacts}
-    return sum(link.mass for link in draft.links) / max(1, len(touching)), feet
+    mass = sum(link.mass for link in draft.links)
+    center = sum(link.mass * (poses[link.name] @ [*link.com, 1])[:3] for link in draft.links) / (mass or 1.0)
+    return mass / max(1, len(touching)), feet, center
 
 
 def _distance(place: np.ndarray, point: np.ndarray) -> float:

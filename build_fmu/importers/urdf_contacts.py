@@ -14,7 +14,7 @@ from build_fmu.draw.meshes import mesh_parts
 from build_fmu.errors import UserError
 from build_fmu.importers.draft import GROUND, Draft, DraftTie
 from build_fmu.importers.masses import fixed_to_ground
-from build_fmu.importers.rigid import position_and_angles, start_poses
+from build_fmu.importers.rigid import position_and_angles, start_poses, transform
 from build_fmu.importers.urdf_file import Urdf
 from build_fmu.importers.urdf_losses import some
 from build_fmu.importers.urdf_visuals import mesh_file
@@ -22,6 +22,7 @@ from build_fmu.importers.urdf_visuals import mesh_file
 STATIC_DEPTH = 1e-3  # m, of the points that carry the weight
 WIDTH = 1e-4  # m, the default of the model file
 LAW = {"damping": 2.0, "friction": 0.8, "friction_velocity": 1e-3}  # s/m, -, m/s
+BALANCE = 0.002  # m: a center of mass nearer to the edge of the feet is reported
 FEET = 0.02  # shapes within this fraction of the height of all shapes are feet
 RIM_POINTS = 8  # on each rim of a cylinder that stands upright
 # the extreme points of a mesh in these directions touch: down, and 8 each at these angles from it
@@ -68,7 +69,8 @@ def add_contacts(solids: list[Solid], omitted: Counter, layout, feet_only: bool)
     poses, still = start_poses(draft.links), fixed_to_ground(draft.links)
     omitted["shapes of links that are fixed to the ground"] += sum(solid.link in still for solid in solids)
     moving = _read_meshes([solid for solid in solids if solid.link not in still], poses, omitted)
-    heights = [_heights(solid, poses[solid.link]) for solid in moving]
+    places = [_lowest_points(solid, poses[solid.link]) for solid in moving]
+    heights = [[place[2] for place in of_solid] for of_solid in places]
     lowest, highest = min(map(min, heights), default=0.0), max(map(max, heights), default=0.0)
     near = lowest + FEET * (highest - lowest) + 1e-9
     chosen = [solid for solid, at in zip(moving, heights, strict=True) if not feet_only or min(at) <= near]
@@ -89,6 +91,8 @@ def add_contacts(solids: list[Solid], omitted: Counter, layout, feet_only: bool)
     _report(draft, chosen, poses, f"stiffness {stiffness:g} N/m ({shared}: depth {1000 * STATIC_DEPTH:g} mm)")
     if feet_only and any(what.startswith("<mesh>") for what in omitted):
         draft.doubts.append("meshes are ignored, but the feet may be among them: check the contacts, or add [[contact]] by hand")
+    feet = [(of_solid, min(at)) for of_solid, at in zip(places, heights, strict=True) if min(at) <= near]
+    _falls_over(draft, poses, [place for of_solid, low in feet for place in of_solid if place[2] <= low + 2 * STATIC_DEPTH])
     _lift(draft, poses, lowest)
 
 
@@ -163,22 +167,42 @@ def _is_upright(solid: Solid, pose: np.ndarray) -> bool:
     return solid.kind == "cylinder" and abs((pose @ solid.pose)[2, 2]) > math.sqrt(0.5)
 
 
-def _heights(solid: Solid, pose: np.ndarray) -> list[float]:
-    """Returns the heights of the contact points above the horizontal plane through the ground's origin."""
+def _lowest_points(solid: Solid, pose: np.ndarray) -> list[list[float]]:
+    """Returns the contact points in the ground frame, in the start pose of the link; of round shapes those that are lowest."""
     if solid.kind == "mesh":
-        return [_at(pose, point)[2] for point in solid.points]
+        return [_at(pose, point) for point in solid.points]
     world = pose @ solid.pose
     if solid.kind == "sphere":
-        return [world[2, 3] - solid.size[0]]
+        return [_at(_lowered(world, solid.size[0]), (0, 0, 0))]
     if solid.kind == "box":
-        return [_at(world, np.array(solid.size) * (np.array(corner) - 0.5))[2] for corner in np.ndindex(2, 2, 2)]
+        return [_at(world, np.array(solid.size) * (np.array(corner) - 0.5)) for corner in np.ndindex(2, 2, 2)]
     radius, half = solid.size[0], solid.size[1] / 2
-    if solid.kind == "capsule":
-        return [_at(world, (0, 0, z))[2] - radius for z in (-half, half)]
     if _is_upright(solid, pose):
-        return [_at(pose, point)[2] for point in _shapes(solid, pose)[0]["points_a"]]
-    slope = math.sqrt(max(0.0, 1 - world[2, 2] ** 2))
-    return [_at(world, (0, 0, z))[2] - radius * slope for z in (-half, half)]
+        return [_at(pose, point) for point in _shapes(solid, pose)[0]["points_a"]]
+    slope = 1.0 if solid.kind == "capsule" else math.sqrt(max(0.0, 1 - world[2, 2] ** 2))
+    return [_at(_lowered(world, radius * slope), (0, 0, z)) for z in (-half, half)]
+
+
+def _lowered(pose: np.ndarray, height: float) -> np.ndarray:
+    return transform(None, (0, 0, -height)) @ pose
+
+
+def _falls_over(draft: Draft, poses: dict[str, np.ndarray], points: list[list[float]]) -> None:
+    """Reports a floating robot whose center of mass is not above its contact points."""
+    mass = sum(link.mass for link in draft.links)
+    if not mass or not any(link.joint == "free" and link.parent == GROUND for link in draft.links):
+        return
+    center = sum(link.mass * (poses[link.name] @ [*link.com, 1])[:2] for link in draft.links) / mass
+    turns = np.radians(np.arange(0, 360, 2))
+    # in each horizontal direction, how far the points reach beyond the center
+    reach = (np.array(points)[:, :2] - center) @ np.array([np.cos(turns), np.sin(turns)])
+    margin = float(reach.max(axis=0).min())
+    if margin < BALANCE:
+        where = f"{-margin:.2g} m outside the feet" if margin < 0 else f"{margin:.2g} m inside the edge of the feet"
+        draft.doubts.append(
+            f"the center of mass is {where}, so that the robot may fall over: set a start pose with --pose JOINT=VALUE; "
+            "only shapes with contact stay above the ground, --contact all converts all"
+        )
 
 
 def _at(pose: np.ndarray, point: Iterable[float]) -> list[float]:

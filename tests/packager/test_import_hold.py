@@ -49,6 +49,20 @@ def test_a_dog_stands(tmp_path, monkeypatch):
     assert np.ptp(values[:, -1]) < 0.01
 
 
+def test_an_ankle_balances_the_robot_above_it(tmp_path):
+    """A tall body of 10 kg on one flat foot, 1 m above the ankle: the ankle needs more than m g h."""
+    body = '<inertial><mass value="{}"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial>'
+    shape = '<collision><origin xyz="0 0 -0.05"/><geometry><box size="0.3 0.3 0.02"/></geometry></collision>'
+    joint = (
+        '<joint name="ankle" type="continuous"><parent link="body"/><child link="foot"/><origin xyz="0 0 -1"/><axis xyz="0 1 0"/></joint>'
+    )
+    text = f'<robot name="tall"><link name="body">{body.format(10)}</link><link name="foot">{body.format(0.1)}{shape}</link>{joint}</robot>'
+    (tmp_path / "tall.urdf").write_text(text)
+    held = read(tmp_path / "tall.urdf", import_options(hold=True, floating=True, contact="ground")).controller
+    above = 10 / 10.1  # m, height of the center of mass above the ankle
+    assert held["kp"] == pytest.approx([10.1 * 9.81 * above / 0.02], rel=0.03)
+
+
 def test_an_arm_stays_where_it_is(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "drives.urdf").write_text(ROBOT.replace("@", ""))

@@ -217,6 +217,21 @@ def test_the_feet_of_bent_legs_stay_below_the_hips(tmp_path):
     assert {link.name: link for link in turned.links}["left_thigh"].q == 0.1
 
 
+def test_a_center_of_mass_outside_the_feet_is_reported(tmp_path):
+    """Feet at x = 0.15 and -0.15 m; the trunk of 2 of 3.5 kg is moved along x, the legs stay."""
+    feet = TWO_LEGS.replace('<sphere radius="0.03"/>', '<box size="0.1 0.2 0.01"/>')
+
+    def said(x):
+        content = feet.replace('<inertial><mass value="2.0"/>', f'<inertial><origin xyz="{x} 0 0"/><mass value="2.0"/>')
+        return [doubt for doubt in imported(tmp_path, content).doubts if "center of mass" in doubt]
+
+    # the boxes are at 0.16 and -0.14 m and reach 0.05 m farther
+    edge = 0.21 * 3.5 / 2
+    assert not said(0) and not said(edge - 0.005)
+    assert "the center of mass is 0.01 m outside the feet" in said(edge + 0.01 * 3.5 / 2)[0]
+    assert "m inside the edge of the feet" in said(edge - 0.001 * 3.5 / 2)[0]
+
+
 def test_what_is_not_converted(tmp_path):
     base = link("base", '<box size="1 1 0.1"/>')
     arm = link("arm", '<sphere radius="0.1" colour="red"/>') + link("tool", '<mesh filename="a.stl"/>')
