@@ -28,7 +28,7 @@ from build_fmu.report.machine import machine_lines
 
 def longest_line() -> int:
     """Returns the maximum number of operations for which `describe` writes straight-line code."""
-    text = (ROOT / "fmu_src" / "dynamics" / "straight_line.hpp").read_text(encoding="utf-8")
+    text = (ROOT / "fmu_src" / "dynamics" / "straight_line" / "straight_line.hpp").read_text(encoding="utf-8")
     return int(re.search(r"longest_line = (\d+);", text)[1])
 
 

@@ -108,6 +108,11 @@ def cheapest(points, peer: str, target: float) -> Best | None:
     return min(found, key=lambda best: best.seconds, default=None)
 
 
+def two_digits(ratio: float) -> str:
+    """Two significant digits without an exponent, all digits before the point: "0.21", "5.4", "131"."""
+    return f"{ratio:.2g}" if ratio < 100 else f"{ratio:.0f}"
+
+
 def table(scene, points) -> str:
     """Markdown table: CPU time of each simulator per target, and its ratio to ours."""
     peers = [peer for peer in COLOURS if any(point.curve.peer == peer for point in points)]
@@ -126,7 +131,7 @@ def table(scene, points) -> str:
                 cells.append("not reached")
                 continue
             name = best.curve.label.removeprefix(peer).removeprefix("ReDySim-FMU --specialise").strip(" ,+")
-            ratio = f" ({best.seconds / ours.seconds:.2g}×)" if ours and peer != "ReDySim-FMU" else ""
+            ratio = f" ({two_digits(best.seconds / ours.seconds)}×)" if ours and peer != "ReDySim-FMU" else ""
             cells.append(f"{1e3 * best.seconds / scene.end:.3g}{ratio}, {name}")
         lines.append(f"| {target:.0e} | " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
@@ -166,9 +171,21 @@ def _losses(scene, points, own: str) -> str:
     title = f"* **{scene.title}**" + (", `--specialise`" if own == "specialised" else "")
     if not ahead:
         return f"{title}: nowhere.\n"
+    return f"{title}: {'; '.join(_lead(label, cases) for label, cases in ahead.items())}.\n"
+
+
+def _lead(label: str, cases: list[tuple[float, float]]) -> str:
+    """Where a simulator leads; infinite: no run of ours has this error."""
+    compared = [bound for bound, ratio in cases if ratio < float("inf")]
     words = []
-    for label, cases in ahead.items():
-        largest, smallest, most = max(b for b, _ in cases), min(b for b, _ in cases), max(r for _, r in cases)
-        where = f"at {largest:.1g} rad" if largest == smallest else f"between {largest:.1g} and {smallest:.1g} rad"
-        words.append(f"{label} {where}, {'where no run of ours is as accurate' if most == float('inf') else f'by up to {most:.2f}×'}")
-    return f"{title}: {'; '.join(words)}.\n"
+    if compared:
+        most = max(ratio for _, ratio in cases if ratio < float("inf"))
+        words.append(f"{_range(compared)}, by up to {most:.2f}×")
+    if len(compared) < len(cases):
+        words.append(f"{_range([bound for bound, ratio in cases if ratio == float('inf')])}, where no run of ours is as accurate")
+    return f"{label} {' and '.join(words)}"
+
+
+def _range(bounds: list[float]) -> str:
+    largest, smallest = max(bounds), min(bounds)
+    return f"at {largest:.1g} rad" if largest == smallest else f"between {largest:.1g} and {smallest:.1g} rad"
