@@ -22,7 +22,9 @@ from build_fmu.importers.urdf_visuals import mesh_file
 STATIC_DEPTH = 1e-3  # m, of the points that carry the weight
 WIDTH = 1e-4  # m, the default of the model file
 LAW = {"damping": 2.0, "friction": 0.8, "friction_velocity": 1e-3}  # s/m, -, m/s
-BALANCE = 0.002  # m: a center of mass nearer to the edge of the feet is reported
+UPRIGHT = 5.0  # moment of tilted feet over the overturning moment of the weight, at least
+NARROW = 5e-3  # m: root mean square of the distances of contact points from a line
+TILT = 0.02  # rad, by which a robot must be able to lean: as much as joints sag (holding.py)
 FEET = 0.02  # shapes within this fraction of the height of all shapes are feet
 RIM_POINTS = 8  # on each rim of a cylinder that stands upright
 # the extreme points of a mesh in these directions touch: down, and 8 each at these angles from it
@@ -79,21 +81,65 @@ def add_contacts(solids: list[Solid], omitted: Counter, layout, feet_only: bool)
     draft.lost.append("contact between links of the robot")
     if not chosen:
         return
-    # of a flat foot only its lowest points carry weight
-    points = sum(height <= min(at) + STATIC_DEPTH for at in heights if min(at) <= near for height in at)
+    # of a flat foot only its lowest points carry weight, and nothing of the ankle above it
+    feet = [(solid, of_solid) for solid, of_solid, at in zip(moving, places, heights, strict=True) if min(at) <= near]
+    carrying = [place for solid, of_solid in feet if not _above(solid, of_solid, feet, draft) for place in _lowest(of_solid)]
+    points = len(carrying)
     mass = sum(link.mass for link in draft.links if link.name not in still)
-    stiffness = float(f"{max(9.81 * mass, 1e-3) / (points * (STATIC_DEPTH - WIDTH / 2)):.2g}")
+    enough = max(9.81 * mass, 1e-3) / (points * (STATIC_DEPTH - WIDTH / 2))
+    upright = _against_tilting(draft, poses, carrying)
+    stiffness = float(f"{max(enough, upright):.2g}")
     for solid in chosen:
         for shape in _shapes(solid, poses[solid.link]):
             fields = {"link_a": solid.link, **shape, "stiffness": stiffness, **LAW, "outputs": ["force", "depth", "point"]}
             draft.contacts.append(DraftTie(layout.names.take(f"{solid.link}_contact"), fields))
     shared = f"{mass:.4g} kg on {points} point{'s' if points > 1 else ''}"
-    _report(draft, chosen, poses, f"stiffness {stiffness:g} N/m ({shared}: depth {1000 * STATIC_DEPTH:g} mm)")
+    why = f"{UPRIGHT:g} times what keeps the robot upright" if upright > enough else f"depth {1000 * STATIC_DEPTH:g} mm"
+    _report(draft, chosen, poses, f"stiffness {stiffness:g} N/m ({shared}: {why})")
     if feet_only and any(what.startswith("<mesh>") for what in omitted):
         draft.doubts.append("meshes are ignored, but the feet may be among them: check the contacts, or add [[contact]] by hand")
-    feet = [(of_solid, min(at)) for of_solid, at in zip(places, heights, strict=True) if min(at) <= near]
-    _falls_over(draft, poses, [place for of_solid, low in feet for place in of_solid if place[2] <= low + 2 * STATIC_DEPTH])
+    _falls_over(draft, poses, [place for _, of_solid in feet for place in _lowest(of_solid)])
     _lift(draft, poses, lowest)
+
+
+def _lowest(places: list[list[float]]) -> list[list[float]]:
+    """Returns the points that carry weight: of a flat foot only the lowest ones."""
+    low = min(place[2] for place in places)
+    return [place for place in places if place[2] <= low + STATIC_DEPTH]
+
+
+def _above(solid: Solid, places: list[list[float]], feet: list[tuple[Solid, list[list[float]]]], draft: Draft) -> bool:
+    """Returns whether a shape of the same link, or of one that this link carries, is lower: an ankle above its foot."""
+    parents, low = {link.name: link.parent for link in draft.links}, min(place[2] for place in places)
+    for other, others in feet:
+        name = other.link if min(place[2] for place in others) < low - STATIC_DEPTH else GROUND
+        while name not in (GROUND, solid.link):
+            name = parents[name]
+        if name == solid.link:
+            return True
+    return False
+
+
+def _center(draft: Draft, poses: dict[str, np.ndarray]) -> tuple[float, np.ndarray]:
+    """Returns mass and center of mass of a robot with a floating base; otherwise a mass of 0."""
+    mass = sum(link.mass for link in draft.links)
+    if not mass or not any(link.joint == "free" and link.parent == GROUND for link in draft.links):
+        return 0.0, np.zeros(3)
+    return mass, sum(link.mass * (poses[link.name] @ [*link.com, 1])[:3] for link in draft.links) / mass
+
+
+def _against_tilting(draft: Draft, poses: dict[str, np.ndarray], points: list[list[float]]) -> float:
+    """Returns the stiffness of each point with which the feet resist tilting UPRIGHT times as much as the weight overturns, N/m.
+
+    The robot is rigid. For points in one line, or almost, no stiffness is enough, and 0 is returned.
+    """
+    mass, center = _center(draft, poses)
+    feet = np.array(points)
+    spread = (feet - feet.mean(axis=0))[:, :2]
+    least = float(np.linalg.eigvalsh(spread.T @ spread)[0])
+    if least < len(feet) * NARROW**2:
+        return 0.0
+    return UPRIGHT * 9.81 * mass * max(0.0, center[2] - feet[:, 2].min()) / least
 
 
 def _solids(urdf: Urdf, link: etree._Element, tag: str, layout, omitted: Counter) -> list[Solid]:
@@ -189,15 +235,13 @@ def _lowered(pose: np.ndarray, height: float) -> np.ndarray:
 
 def _falls_over(draft: Draft, poses: dict[str, np.ndarray], points: list[list[float]]) -> None:
     """Reports a floating robot whose center of mass is not above its contact points."""
-    mass = sum(link.mass for link in draft.links)
-    if not mass or not any(link.joint == "free" and link.parent == GROUND for link in draft.links):
-        return
-    center = sum(link.mass * (poses[link.name] @ [*link.com, 1])[:2] for link in draft.links) / mass
+    mass, center = _center(draft, poses)
+    feet = np.array(points)
     turns = np.radians(np.arange(0, 360, 2))
     # in each horizontal direction, how far the points reach beyond the center
-    reach = (np.array(points)[:, :2] - center) @ np.array([np.cos(turns), np.sin(turns)])
+    reach = (feet - center)[:, :2] @ np.array([np.cos(turns), np.sin(turns)])
     margin = float(reach.max(axis=0).min())
-    if margin < BALANCE:
+    if mass and margin < TILT * (center[2] - feet[:, 2].min()):
         where = f"{-margin:.2g} m outside the feet" if margin < 0 else f"{margin:.2g} m inside the edge of the feet"
         draft.doubts.append(
             f"the center of mass is {where}, so that the robot may fall over: set a start pose with --pose JOINT=VALUE; "

@@ -83,10 +83,21 @@ def test_feet_touch_the_ground_in_the_start_pose(tmp_path):
 
 
 def test_a_flat_foot_has_four_points(tmp_path):
-    flat = TWO_LEGS.replace('<sphere radius="0.03"/>', '<box size="0.1 0.05 0.006"/>')
+    flat = TWO_LEGS.replace('<sphere radius="0.03"/>', '<box size="0.1 0.3 0.006"/>')
     draft = imported(tmp_path, flat)
     assert [contact.fields["shape_a"] for contact in draft.contacts] == ["box", "box"]
     assert any("(3.5 kg on 8 points: depth 1 mm)" in doubt for doubt in draft.doubts)
+
+
+def test_narrow_feet_resist_tilting(tmp_path):
+    """Feet of 0.05 m below a center of mass at 0.403 m: the stiffness follows from the moment of tilted feet, not from the depth."""
+    draft = imported(tmp_path, TWO_LEGS.replace('<sphere radius="0.03"/>', '<box size="0.1 0.05 0.006"/>'))
+    assert draft.contacts[0].fields["stiffness"] == pytest.approx(5 * 3.5 * 9.81 * 0.403 / (8 * 0.025**2), rel=0.05)
+    assert any("(3.5 kg on 8 points: 5 times what keeps the robot upright)" in doubt for doubt in draft.doubts)
+    # an ankle that is a little higher, of a link above the foot, carries no weight
+    ankle = '</inertial><collision><origin xyz="0.01 0 -0.347"/><geometry><box size="0.05 0.05 0.1"/></geometry></collision>'
+    both = imported(tmp_path, TWO_LEGS.replace('<sphere radius="0.03"/>', '<box size="0.1 0.05 0.006"/>').replace("</inertial>", ankle, 2))
+    assert len(both.contacts) == 3 and both.contacts[0].fields["stiffness"] == draft.contacts[0].fields["stiffness"]
 
 
 def test_all_shapes(tmp_path):
@@ -227,9 +238,10 @@ def test_a_center_of_mass_outside_the_feet_is_reported(tmp_path):
 
     # the boxes are at 0.16 and -0.14 m and reach 0.05 m farther
     edge = 0.21 * 3.5 / 2
-    assert not said(0) and not said(edge - 0.005)
+    # 0.4 m above the ground a tilt of 0.02 rad moves the center by 8 mm
+    assert not said(0) and not said(edge - 0.012 * 3.5 / 2)
     assert "the center of mass is 0.01 m outside the feet" in said(edge + 0.01 * 3.5 / 2)[0]
-    assert "m inside the edge of the feet" in said(edge - 0.001 * 3.5 / 2)[0]
+    assert "m inside the edge of the feet" in said(edge - 0.005 * 3.5 / 2)[0]
 
 
 def test_what_is_not_converted(tmp_path):
