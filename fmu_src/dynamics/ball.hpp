@@ -19,6 +19,8 @@ struct BallAnglesOf {
 };
 using BallAngles = BallAnglesOf<double>;
 
+inline constexpr double half_pi = 1.5707963267948966;
+
 inline Mat3<double> rotation_of(const double* quaternion) {
   return Eigen::Quaterniond(quaternion[0], quaternion[1], quaternion[2], quaternion[3])
       .normalized()

@@ -241,15 +241,15 @@ name = "body"
 joint = "free"
 mass = 1
 inertia = [0.05, 0.05, 0.05]
-q = [{x}, -1, 0.002, 1, 0, 0, 0]
-qd = [0, 1, 0, 0, 0, 0]
+q = [{position}, 1, 0, 0, 0]
+qd = [{velocity}, 0, 0, 0]
 [[link]]
 name = "plate"
 parent = "ground"
 joint = "free"
 mass = 1
 inertia = [0.05, 0.05, 0.05]
-qd = [0, 0, 0, 0, 0, 0.4]
+qd = [0, 0, 0, {spin}]
 [[contact]]
 name = "edge"
 link_a = "body"
@@ -268,9 +268,20 @@ method = "{method}"
 def test_no_step_passes_a_body_that_turns_slowly(slave, method):
     """Seen from the turning plate the path is curved, so that tangents of the distance at both ends do not bound it."""
     for x in (-0.3, 0.3):
-        one = slave(PLATES.format(x=x, method=method))
+        one = slave(PLATES.format(position=f"{x}, -1, 0.002", velocity="0, 1, 0", spin="0, 0, 0.4", method=method))
         assert one.step(0, 2.0) == OK
         assert abs(one.get("body[2].qd") - 1) > 0.1, x
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_no_step_passes_a_spinning_body(slave, method):
+    """A sphere flies along the axis of spin and meets the rod after nearly five turns."""
+    axis, across, spin, speed, meeting = np.array([0, 0.6, 0.8]), np.array([0, 0.8, -0.6]), 30, 5, 1
+    start = 0.3 * (np.array([math.cos(spin * meeting), 0, 0]) + math.sin(spin * meeting) * across) - speed * meeting * axis
+    show = lambda vector: ", ".join(map(str, vector.tolist()))
+    one = slave(PLATES.format(position=show(start), velocity=show(speed * axis), spin=show(spin * axis), method=method))
+    assert one.step(0, 2.0) == OK
+    assert abs(one.get("body[3].qd") - speed * axis[2]) > 0.1
 
 
 def test_free_flight_keeps_long_steps(slave):

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "dynamics/ball.hpp"
 #include "dynamics/compiled.hpp"
 #include "dynamics/contact/separation.hpp"
 #include "dynamics/ground_motion.hpp"
@@ -67,6 +68,26 @@ ContactSearch::ContactSearch(const Plan<double>& plan)
   after_.resize(pressed_.size());
 }
 
+// Spherical joints of a spinning body: constant angular acceleration in link axes, not of the angles.
+void ContactSearch::predict_balls(const Plan<double>& plan, const double* qdd, double after) {
+  for (const int chart : plan.balls) {
+    const double* q = &start_q_[chart + 1];
+    const BallAngles start{start_q_[chart] != 0, q[0], q[1], q[2]};
+    const Vec3<double> rates(&start_qd_[chart + 1]), accelerations(qdd + chart + 1);
+    const Mat3<double> E = rate_matrix(start);
+    const Vec3<double> omega = E * rates, alpha = E * accelerations + rate_bias(start, rates);
+    const Vec3<double> turn = after * (omega + 0.5 * after * alpha);
+    const double angle = safe_norm(turn);
+    const BallAngles end =
+        ball_angles(rotation_of(start) * Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix());
+    q_[chart] = end.turned ? half_pi : 0;
+    const double angles[] = {end.phi, end.theta, end.psi};
+    const Vec3<double> end_rates = angle_rates(end, Vec3<double>(omega + after * alpha));
+    std::copy_n(angles, 3, &q_[chart + 1]);
+    std::copy_n(end_rates.data(), 3, &qd_[chart + 1]);
+  }
+}
+
 // Sets the ground motion `after` s after the start.
 void ContactSearch::predict(const Plan<double>& plan, Workspace<double>& ws, const double* qdd,
                             double after) {
@@ -74,6 +95,7 @@ void ContactSearch::predict(const Plan<double>& plan, Workspace<double>& ws, con
     q_[i] = start_q_[i] + after * (start_qd_[i] + 0.5 * after * qdd[i]);
     qd_[i] = start_qd_[i] + after * qdd[i];
   }
+  if (after > 0) predict_balls(plan, qdd, after);
   compiled_ground_motion(plan, ws, q_.data(), qd_.data());
 }
 

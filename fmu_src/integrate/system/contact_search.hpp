@@ -41,6 +41,7 @@ class ContactSearch {
     double moved;  // bound of the displacement of its points relative to its surface, m
   };
 
+  void predict_balls(const Plan<double>& plan, const double* qdd, double after);
   void predict(const Plan<double>& plan, Workspace<double>& ws, const double* qdd, double after);
   double travel(std::size_t joint, const double* qdd, double h) const;
   void set_reference(const Plan<double>& plan, const Workspace<double>& ws);

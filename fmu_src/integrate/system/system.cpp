@@ -16,8 +16,6 @@ namespace redysim {
 
 namespace {
 
-constexpr double half_pi = 1.5707963267948966;
-
 // The quaternion of a rotation with the sign nearer to the one it replaces.
 void write_quaternion(const Mat3<double>& rotation, double* quaternion) {
   const Eigen::Quaterniond q(rotation);

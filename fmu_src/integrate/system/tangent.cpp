@@ -14,8 +14,6 @@
 namespace redysim {
 namespace {
 
-constexpr double half_pi = 1.5707963267948966;
-
 Vec3<Dual> with(const Vec3<double>& value, const double* change) {
   return {Dual(value[0], change[0]), Dual(value[1], change[1]), Dual(value[2], change[2])};
 }
