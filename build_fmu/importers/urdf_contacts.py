@@ -234,7 +234,9 @@ def _lowered(pose: np.ndarray, height: float) -> np.ndarray:
 
 
 def _falls_over(draft: Draft, poses: dict[str, np.ndarray], points: list[list[float]]) -> None:
-    """Reports a floating robot whose center of mass is not above its contact points."""
+    """Reports a floating robot whose center of mass is not above its contact points. A single body has no pose to choose."""
+    if len(draft.links) < 2:
+        return
     mass, center = _center(draft, poses)
     feet = np.array(points)
     turns = np.radians(np.arange(0, 360, 2))

@@ -244,6 +244,12 @@ def test_a_center_of_mass_outside_the_feet_is_reported(tmp_path):
     assert "m inside the edge of the feet" in said(edge - 0.005 * 3.5 / 2)[0]
 
 
+def test_a_single_ball_has_no_pose_to_choose(tmp_path):
+    draft = imported(tmp_path, link("ball", '<sphere radius="0.1"/>'))
+    assert len(draft.contacts) == 1
+    assert not any("center of mass" in doubt for doubt in draft.doubts)
+
+
 def test_what_is_not_converted(tmp_path):
     base = link("base", '<box size="1 1 0.1"/>')
     arm = link("arm", '<sphere radius="0.1" colour="red"/>') + link("tool", '<mesh filename="a.stl"/>')
