@@ -48,8 +48,9 @@ class Automatic final : public Integrator {
   Outcome start(double time, const double* y) override;
   Outcome advance(double end, bool inputs_changed) override;
   void pause_after(long steps) override {
-    pause_after_ = steps;
-    for (Integrator* method : methods()) method->pause_after(steps);
+    pause_after_ = pause_ = steps;
+    for (const auto& method : methods_)
+      if (method) method->pause_after(steps);
   }
 
   double time() const override { return current_->time(); }
@@ -123,10 +124,8 @@ class Automatic final : public Integrator {
   }
 
   Choice choice() const { return static_cast<Choice>(memory_.choice); }
-  std::array<Integrator*, choices> methods() const {  // as Choice numbers them
-    return {erk_.get(), adams_.get(), dirk_.get(), bdf_.get()};
-  }
-  Integrator& integrator(Choice choice) const { return *methods()[static_cast<std::size_t>(choice)]; }
+  Integrator& integrator(Choice choice);
+  std::unique_ptr<Integrator> made(Choice choice);
   bool is_trial() const { return memory_.home != memory_.choice; }
   bool may_try(Choice choice) const { return work() >= memory_.due[static_cast<int>(choice)]; }
   double step() const;
@@ -169,9 +168,10 @@ class Automatic final : public Integrator {
   System& system_;
   SolverSettings settings_;
   SpectralRadius radius_;
-  // all are created at initialization, so that no step allocates
-  std::unique_ptr<OneStep> erk_, dirk_;
-  std::unique_ptr<Integrator> adams_, bdf_;
+  // As Choice numbers them, all created at initialization, so that no step allocates. The matrices of implicit
+  // methods grow with the square of the size: those of large systems are created when they are first tried.
+  std::array<std::unique_ptr<Integrator>, choices> methods_;
+  long pause_ = Tuning::steps_between_choices;  // internal steps
   Integrator* current_;
   Memory memory_;
   Statistics before_;      // of the methods used before the one in use
@@ -184,12 +184,32 @@ Automatic::Automatic(System& system, const SolverSettings& settings)
     : system_(system),
       settings_(settings),
       radius_(system),
-      erk_(make_erk(system, settings)),
-      dirk_(make_dirk(system, settings)),
-      adams_(make_adams(system, settings)),
-      bdf_(make_bdf(system, settings)),
-      current_(erk_.get()) {
-  for (Integrator* method : methods()) method->pause_after(Tuning::steps_between_choices);
+      current_(&integrator(Choice::erk)) {
+  for (const Choice choice : {Choice::adams, Choice::dirk, Choice::bdf})
+    if (!is_implicit(choice) || system.size() <= Tuning::implicit_from_start) integrator(choice);
+}
+
+Integrator& Automatic::integrator(Choice choice) {
+  auto& method = methods_[static_cast<std::size_t>(choice)];
+  if (!method) {
+    method = made(choice);
+    method->pause_after(pause_);
+  }
+  return *method;
+}
+
+std::unique_ptr<Integrator> Automatic::made(Choice choice) {
+  switch (choice) {
+    case Choice::adams:
+      return make_adams(system_, settings_);
+    case Choice::dirk:
+      return make_dirk(system_, settings_);
+    case Choice::bdf:
+      return make_bdf(system_, settings_);
+    case Choice::erk:
+      break;
+  }
+  return make_erk(system_, settings_);
 }
 
 Outcome Automatic::start(double time, const double* y) {
@@ -197,7 +217,7 @@ Outcome Automatic::start(double time, const double* y) {
   memory_.mark_time = memory_.older_time = memory_.changed = time;
   std::fill_n(memory_.wait, choices, Tuning::first_wait);
   before_ = statistics_ = {};
-  current_ = erk_.get();
+  current_ = &integrator(Choice::erk);
   return current_->start(time, y);
 }
 
@@ -266,7 +286,7 @@ double Automatic::steps_held(double end, double span) const {
 bool Automatic::limited_by_stability(double radius, double of_hold) const {
   return choice() == Choice::adams
              ? step() * radius > Tuning::adams_stability
-             : erk_->stability_used(radius) >
+             : static_cast<const OneStep*>(current_)->stability_used(radius) >
                    (of_hold >= Tuning::long_hold ? Tuning::erk_stability_held : Tuning::erk_stability);
 }
 

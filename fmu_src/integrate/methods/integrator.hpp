@@ -24,7 +24,8 @@ struct Outcome {
   std::string message;  // the reason of a failure, one sentence; empty when ok, which does not allocate
 };
 
-// One time-stepping method over one System. Neither throws nor allocates in a successful advance.
+// One time-stepping method over one System. Neither throws nor allocates in a successful advance, except
+// where auto first uses an implicit method in a large system.
 class Integrator {
  public:
   virtual ~Integrator() = default;
