@@ -277,35 +277,34 @@ VariableTable::VariableTable(const Model& model, const Plan<double>& plan) {
 
 void VariableTable::add_of_all_owners(const Scene& scene, const RowGroup& group) {
   const Owner kind = group.begin()->owner;
-  const std::vector<Variable> all = owners(scene, kind);
-  const auto add_of = [&](const Row& row, const Variable& owner) {
-    for (int element = 0; element < row.elements(lengths_); ++element) {
-      Variable variable = owner;
-      variable.element = element;
-      add(scene, group, row, std::move(variable));
-    }
+  std::vector<Variable> all = owners(scene, kind);
+  const auto add_of = [&](const Row& row, Variable& owner) {
+    const int elements = row.elements(lengths_);
+    for (owner.element = 0; owner.element < elements; ++owner.element) add(scene, group, row, owner);
   };
   if (by_owner(kind)) {
-    for (const Variable& owner : all)
+    for (Variable& owner : all)
       for (const Row& row : group) add_of(row, owner);
   } else {
     for (const Row& row : group)
-      for (const Variable& owner : all) add_of(row, owner);
+      for (Variable& owner : all) add_of(row, owner);
   }
 }
 
-void VariableTable::add(const Scene& scene, const RowGroup& group, const Row& row, Variable variable) {
-  variable.group = &group;
-  variable.row = &row;
-  variable.row_index = static_cast<int>(&row - group.rows);
+// Adds the variable of a row for its owner and element if it exists.
+void VariableTable::add(const Scene& scene, const RowGroup& group, const Row& row, Variable& owner) {
+  owner.group = &group;
+  owner.row = &row;
+  owner.row_index = static_cast<int>(&row - group.rows);
   if (row.causality == Causality::local && objection_to_model_exchange(scene.model)) return;
   if (row.in_group && scene.model.fmu.shows(row.group) == (row.causality == Causality::local)) return;
-  if (group.exists && !group.exists(variable.row_index, scene, variable)) return;
+  if (group.exists && !group.exists(owner.row_index, scene, owner)) return;
+  all_.push_back(owner);
+  Variable& variable = all_.back();
   variable.name = name_of(scene, lengths_, row, variable);
-  variable.value_reference = static_cast<unsigned>(all_.size() + 1);
+  variable.value_reference = static_cast<unsigned>(all_.size());
   lengths_.inputs += is_force_input(variable);
   lengths_.tunables += is_differentiable_tunable(variable);
-  all_.push_back(std::move(variable));
 }
 
 // Variables of one row are adjacent.

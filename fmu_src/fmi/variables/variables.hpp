@@ -56,7 +56,7 @@ class VariableTable {
   std::vector<unsigned> array(const Plan<double>& plan, const Variable& first) const;
 
  private:
-  void add(const Scene& scene, const RowGroup& group, const Row& row, Variable owner);
+  void add(const Scene& scene, const RowGroup& group, const Row& row, Variable& owner);
   void add_of_all_owners(const Scene& scene, const RowGroup& group);
   void add_tunable(const Scene& scene);
   bool is_first_of_joints(const Plan<double>& plan, const Variable& variable) const;
