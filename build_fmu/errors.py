@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import SequenceMatcher, get_close_matches
 
+ALIKE = 0.6  # ratio of two names from which one may be a misspelling of the other
+
 
 class UserError(Exception):
     """An error that the user can correct; its text is one sentence, or the messages of `describe`."""
@@ -24,10 +26,17 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> UserError:
     return UserError(f"unknown {kind} '{name}'{did_you_mean(name, known) or named(known)}")
 
 
+def _same_kind(known: str, name: str) -> bool:
+    """Returns whether options are alike without their dashes, and the last parts of variables share a letter: not joint.tau for joint.q."""
+    if name.startswith("--"):
+        return SequenceMatcher(None, known.lstrip("-"), name.lstrip("-")).ratio() >= ALIKE
+    return "." not in name or "." not in known or bool(set(known.rpartition(".")[2]) & set(name.rpartition(".")[2]))
+
+
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Returns `; did you mean 'x'?` for the nearest known name, or an empty string."""
     known = list(known)
-    near = get_close_matches(name, known, n=len(known) or 1, cutoff=0.6)
+    near = [k for k in get_close_matches(name, known, n=len(known) or 1, cutoff=ALIKE) if _same_kind(k, name)]
     # of equally similar names the first in the model's order
     near.sort(key=lambda k: (-SequenceMatcher(None, k, name).ratio(), known.index(k)))
     if not near:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import json
 import math
+import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
@@ -13,9 +15,19 @@ from build_fmu.errors import did_you_mean
 class Parser(argparse.ArgumentParser):
     """An ArgumentParser whose errors are one line, with the most similar option, command or value."""
 
+    wants_json = False
+
+    def parse_known_args(self, args: Sequence[str] | None = None, namespace: Any = None) -> Any:
+        """Remembers whether errors are printed as JSON, too."""
+        self.wants_json = "--json" in (sys.argv if args is None else args)
+        return super().parse_known_args(args, namespace)
+
     def error(self, message: str) -> NoReturn:
         """Exits with code 2."""
-        self.exit(2, f"{self.prog}: {message.removeprefix('argument ')}; `{self.prog} --help` lists the options\n")
+        sentence = f"{self.prog}: {message.removeprefix('argument ')}; `{self.prog} --help` lists the options"
+        if self.wants_json:
+            print(json.dumps({"errors": [sentence]}, indent=2, ensure_ascii=False))
+        self.exit(2, sentence + "\n")
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is not None and value not in action.choices:

@@ -14,6 +14,7 @@ from build_fmu.cli.streams import add_options
 from build_fmu.cli.terminal import SEVERAL, output_file, targets_after, warn
 from build_fmu.errors import UserError
 from build_fmu.files import whole_file
+from build_fmu.model.describe import FOREIGN
 
 FEWEST_PICTURES = 250
 
@@ -137,7 +138,8 @@ def _targets(targets: list[Path]) -> tuple[Path | None, Path | None]:
     records = [t for t in targets if t.suffix.lower() == ".csv"]
     for other in targets:
         if other not in mechanisms and other not in records:
-            raise UserError(f"unsupported file type: '{other}'; supported: FMU (.fmu), model file (.toml), results (.csv)")
+            hint = f"; {FOREIGN[other.suffix.lower()]}" if other.suffix.lower() in FOREIGN else ""
+            raise UserError(f"unsupported file type: '{other}'; supported: FMU (.fmu), model file (.toml), results (.csv){hint}")
     if len(mechanisms) > 1 or len(records) > 1:
         raise UserError("too many targets: give one FMU or model file, one CSV, or both")
     return next(iter(mechanisms), None), next(iter(records), None)

@@ -16,7 +16,9 @@ from build_fmu.errors import UserError
 
 FORMAT = 1
 IMPORTED = "convert it with `build-fmu import`"
-FOREIGN = {".fmu": "it is already an FMU", ".urdf": IMPORTED, ".m": IMPORTED, ".mat": IMPORTED, ".csv": IMPORTED, ".json": IMPORTED}
+FOREIGN = {".fmu": "it is already an FMU"} | dict.fromkeys(
+    (".urdf", ".xacro", ".xml", ".sdf", ".m", ".mat", ".csv", ".xlsx", ".json"), IMPORTED
+)
 
 
 @dataclass(frozen=True)

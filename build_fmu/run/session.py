@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from build_fmu.errors import UserError, unknown
+from build_fmu.errors import UserError, did_you_mean, unknown
 from build_fmu.run.fmu_file import FMI3_TYPES, read_description
 
 WARNING = 1  # fmi2Warning and fmi3Warning; higher is worse
@@ -76,9 +76,10 @@ class Session:
             return name
         if not among:
             raise UserError(f"unknown {kind} '{name}': '{self.description.modelName}' has no {kind}s")
-        if name in self.variables:
-            raise UserError(f"'{name}' is {_article(self.variables[name].causality)}, not {_article(kind)}")
         own = [known for known in among if self.variables[known].causality == kind] or among
+        if name in self.variables:
+            found = _article(self.variables[name].causality)
+            raise UserError(f"'{name}' is {found}, not {_article(kind)}{did_you_mean(name, own)}")
         raise unknown(kind, name, own)
 
     def display(self, name: str) -> Display:

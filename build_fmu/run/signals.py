@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Protocol
 
-from build_fmu.errors import UserError, did_you_mean
+from build_fmu.errors import UserError, did_you_mean, named
 from build_fmu.run.branches import Split
 from build_fmu.run.expressions import compile_expression
 from build_fmu.run.taylor import Interval
@@ -104,7 +104,7 @@ def read_table(path: Path) -> dict[str, list[float]]:
     head = rows[0] if rows else []
     if "time" not in head:
         if "t" not in head:
-            raise UserError(f"'{path}' has no column 'time' or 't' in the first line")
+            raise UserError(f"'{path}' has no column 'time' or 't' in the first line{named(head) if any(head) else ''}")
         head[head.index("t")] = "time"
     table: dict[str, list[float]] = {name: [] for name in head}
     if len(table) != len(head):

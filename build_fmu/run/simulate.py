@@ -153,7 +153,10 @@ def start_values(session: Session, arguments: Sequence[str]) -> dict[str, Any]:
                 raise UserError(f"'{name}' must be true or false, got '{text}'")
             values[name] = text.lower() in ("true", "1")
         else:
-            values[name] = compile_expression(text)(0.0)
+            try:
+                values[name] = compile_expression(text)(0.0)
+            except UserError as error:
+                raise UserError(f"start value of '{name}': {error}") from None
             if kind == "Integer" and values[name] != int(values[name]):
                 raise UserError(f"'{name}' must be an integer, got '{text}'")
     return values

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from build_fmu.cli import main
-from build_fmu.errors import did_you_mean
+from build_fmu.errors import UserError, did_you_mean
 from build_fmu.run.signals import read_table
 from tests.command_line import command
 
@@ -176,7 +176,7 @@ def test_separators_and_decimal_commas(tmp_path, text):
 def test_suggestions_are_of_the_kind_that_is_meant(built_library, here):
     # the input is more similar to each name than any output or parameter
     for arguments, sentence in (
-        (["--output", "pivot.tua"], "unknown output 'pivot.tua'; did you mean 'pivot.q'?"),
+        (["--output", "pivot.tua"], "unknown output 'pivot.tua'; available: pivot.q, pivot.qd, pivot.qdd, energy.kinetic and 9 more"),
         (["--output", "rod.q"], "unknown output 'rod.q'; did you mean 'pivot.q'?"),
         (["--input", "rod.tau=1"], "unknown input 'rod.tau'; did you mean 'pivot.tau'?"),
     ):
@@ -184,6 +184,46 @@ def test_suggestions_are_of_the_kind_that_is_meant(built_library, here):
         assert done.returncode == 1 and done.stderr.strip() == sentence
     done = command("simulate", PENDULUM, "--start", "pivot.tauu=1")
     assert "unknown parameter" in done.stderr and "tau'?" not in done.stderr
+
+
+def test_no_suggestion_of_another_kind(built_library, here, capsys):
+    """Neither a torque for a position, nor an option that shares only its dashes and two letters."""
+    assert did_you_mean("pivot.q", ["pivot.tau"]) == "" and did_you_mean("pivot.tua", ["pivot.tau"]) == "; did you mean 'pivot.tau'?"
+    for words, sentence in (
+        (["show", "x.fmu", "--json"], "unknown option '--json'; `build-fmu"),
+        (["build", "x.toml", "--jsn"], "unknown option '--jsn'; did you mean '--json'?"),
+    ):
+        with pytest.raises(SystemExit):
+            main(words)
+        assert sentence in capsys.readouterr().err
+    for words, sentence in (
+        (["--start", "pivot.q=1"], "'pivot.q' is an output, not a parameter; did you mean 'pivot.q0'?"),
+        (["--input", "pivot.q=1"], "'pivot.q' is an output, not an input"),
+        (["--start", "pivot.q0=x"], "start value of 'pivot.q0': 'x': unknown name 'x'"),
+    ):
+        assert command("simulate", PENDULUM, *words).stderr.strip() == sentence
+
+
+@pytest.mark.parametrize("ending", [".urdf", ".xml", ".sdf", ".xacro", ".xlsx"])
+def test_a_robot_file_in_place_of_a_model_is_sent_to_import(here, capsys, ending):
+    (here / f"arm{ending}").touch()
+    for verb in ("build", "show"):
+        assert main([verb, f"arm{ending}"]) == 1
+        assert "convert it with `build-fmu import`" in capsys.readouterr().err
+
+
+def test_json_of_a_wrong_argument(capsys):
+    with pytest.raises(SystemExit) as left:
+        main(["build", "arm.toml", "--fmi", "4", "--json"])
+    printed = capsys.readouterr()
+    assert left.value.code == 2 and json.loads(printed.out)["errors"] == [printed.err.strip()]
+    assert "--fmi: unknown value '4'" in printed.err
+
+
+def test_a_table_without_time_shows_its_columns(tmp_path):
+    (tmp_path / "units.csv").write_text("t [s],pivot.tau\n0,1\n")
+    with pytest.raises(UserError, match=r"no column 'time' or 't' in the first line; available: t \[s\], pivot.tau"):
+        read_table(tmp_path / "units.csv")
 
 
 def test_another_owner_of_the_same_variable_must_be_unique():
