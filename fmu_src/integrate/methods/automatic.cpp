@@ -168,8 +168,9 @@ class Automatic final : public Integrator {
   System& system_;
   SolverSettings settings_;
   SpectralRadius radius_;
-  // As Choice numbers them, all created at initialization, so that no step allocates. The matrices of implicit
-  // methods grow with the square of the size: those of large systems are created when they are first tried.
+  // As Choice numbers them, all created at initialization, so that no step allocates. The matrices of
+  // implicit methods grow with the square of the size: those of large systems are created when they are first
+  // tried.
   std::array<std::unique_ptr<Integrator>, choices> methods_;
   long pause_ = Tuning::steps_between_choices;  // internal steps
   Integrator* current_;
@@ -181,10 +182,7 @@ class Automatic final : public Integrator {
 };
 
 Automatic::Automatic(System& system, const SolverSettings& settings)
-    : system_(system),
-      settings_(settings),
-      radius_(system),
-      current_(&integrator(Choice::erk)) {
+    : system_(system), settings_(settings), radius_(system), current_(&integrator(Choice::erk)) {
   for (const Choice choice : {Choice::adams, Choice::dirk, Choice::bdf})
     if (!is_implicit(choice) || system.size() <= Tuning::implicit_from_start) integrator(choice);
 }
@@ -199,16 +197,9 @@ Integrator& Automatic::integrator(Choice choice) {
 }
 
 std::unique_ptr<Integrator> Automatic::made(Choice choice) {
-  switch (choice) {
-    case Choice::adams:
-      return make_adams(system_, settings_);
-    case Choice::dirk:
-      return make_dirk(system_, settings_);
-    case Choice::bdf:
-      return make_bdf(system_, settings_);
-    case Choice::erk:
-      break;
-  }
+  if (choice == Choice::adams) return make_adams(system_, settings_);
+  if (choice == Choice::dirk) return make_dirk(system_, settings_);
+  if (choice == Choice::bdf) return make_bdf(system_, settings_);
   return make_erk(system_, settings_);
 }
 
