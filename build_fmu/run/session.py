@@ -100,7 +100,14 @@ class Session:
             self._guarded(f"when setting '{name}' = {value}", lambda n=name, v=value: self.write({n: v}))
         experiment = (tolerance, start, stop) if self.is_fmi3 else ()
         self._guarded("during initialisation", lambda: self.instance.enterInitializationMode(*experiment))
+        self._log("logStatusError", "logStatusWarning")
         self._guarded("during initialisation", self.instance.exitInitializationMode)
+        self._log("logStatusError")
+
+    def _log(self, *categories: str) -> None:
+        """Switches on these categories of messages alone; FMPy knows all or none."""
+        if {category.name for category in self.description.logCategories}.issuperset(categories):
+            self._guarded("when its log was switched", lambda: self.instance.setDebugLogging(True, categories))
 
     def write(self, values: dict[str, Any]) -> None:
         """Sets variables by name (SI units)."""

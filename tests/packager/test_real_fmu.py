@@ -211,6 +211,15 @@ def test_a_motion_given_by_its_position_takes_the_torques_of_the_whole_motion(fo
 BASE = "name = 'm'\n[[link]]\nname = 'base'\njoint = 'free'\nTHE_MASS[[link]]\nname = 'arm'\nalpha = 0.7\nmass = 1\ncom = [0.1, 0.2, 0.3]\ninertia = [1, 1.1, 1.2]\n"
 
 
+@pytest.mark.parametrize("version", ["2", "3"])
+def test_a_start_with_a_deep_contact_is_warned(folder, version):
+    assert run("build", "--fmi", version, ROOT / "models" / "bouncing_ball.toml", cwd=folder).returncode == 0
+    for height, warned in (("0.5", False), ("-0.5", True)):
+        said = run("simulate", "bouncing_ball.fmu", "--stop", "0.01", "--start", f"ball.q0={height}", cwd=folder)
+        assert said.returncode == 0
+        assert (" m deep, with a force of " in said.stderr) is warned
+
+
 def test_check_refuses_what_moves_nothing_with_its_place(tmp_path):
     (tmp_path / "m.toml").write_text(BASE.replace("THE_MASS", ""))
     refused = run("check", "m.toml", cwd=tmp_path)
