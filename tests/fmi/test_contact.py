@@ -451,6 +451,12 @@ def test_height_maps_with_holes_are_refused(tmp_path, heights, sentence):
     assert sentence in refused(tmp_path, body(shape=SPHERE + "\n" + MAP))
 
 
+def test_a_height_map_without_spacing_is_refused_in_one_sentence(tmp_path):
+    (tmp_path / "ground.csv").write_text("1,2\n3,4\n")
+    message = refused(tmp_path, body(shape=SPHERE + "\n" + MAP.replace("spacing = 0.2\n", "")))
+    assert "spacing is required for shape 'heightmap'" in message and "unknown field" not in message
+
+
 def test_a_rigid_neighbour_is_refused(tmp_path):
     text = (
         body()

@@ -147,10 +147,10 @@ class ShapeReader {
   }
 
   void read_height_map(Shape& shape, const std::string& folder, std::vector<AttachedFile>& files) {
-    const bool complete = required("file") && required("spacing");
+    const bool spaced = required("spacing");
     const double spacing = section_.number("spacing", 1, Bound::positive);
-    const AttachedFile* file = complete ? attach(section_, folder, files) : nullptr;
-    if (file) {
+    const AttachedFile* file = required("file") ? attach(section_, folder, files) : nullptr;
+    if (file && spaced) {
       const std::string why = read_heights(file->bytes, spacing, shape.heights);
       if (!why.empty()) section_.error("file", "file '" + file->name + "' " + why);
     }
