@@ -41,6 +41,7 @@ class DifferenceBdf final : public Integrator {
     return {};
   }
 
+  void set_state(const double* y) override { std::copy_n(y, system_.size(), data(now_)); }
   Outcome advance(double end, bool inputs_changed) override {
     if (inputs_changed) CVodeReInit(memory_, time_, now_.get());
     const int flag = CVode(memory_, end, now_.get(), &time_, CV_NORMAL);

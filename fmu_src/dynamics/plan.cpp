@@ -58,7 +58,7 @@ JointPlan<Scalar> joint_plan(const Joint& joint, const Placement& placement, int
                   : turns(joint) ? Subspace::helix
                                  : Subspace::translation;
   plan.pitch = motion_subspace(joint).linear;
-  plan.prescribed = joint.drive == Drive::motion || joint.drive == Drive::locked;
+  plan.prescribed = is_prescribed(joint);
   plan.twist = twist_of(dh.alpha);
   if (plan.twist == Twist::none) {
     // the z axes are parallel: offsets along them add up, and so do the angles when nothing lies between

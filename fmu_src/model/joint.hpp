@@ -77,6 +77,9 @@ inline MotionSubspace motion_subspace(const Joint& joint) {
 }
 
 inline bool moves(const Joint& joint) { return joint.type != JointType::fixed; }
+inline bool is_prescribed(const Joint& joint) {
+  return joint.drive == Drive::motion || joint.drive == Drive::locked;
+}
 
 // The coordinate of a joint that turns is an angle (rad, with N m), of any other a displacement (m, with N).
 inline bool turns(const Joint& joint) { return motion_subspace(joint).angular != 0; }

@@ -14,6 +14,7 @@ enum class OutputGroup : unsigned char {
   actuator,
   step_jacobian,
   parameter_jacobian,
+  state,  // by `[fmu] tunable`
   mass_matrix,
   bias,
   gravity_torque,

@@ -3,6 +3,53 @@
 #include <utility>
 
 namespace redysim {
+namespace {
+
+// The ball whose four joints contain that of a link; null: none.
+const Ball* ball_of(const Model& model, std::size_t link) {
+  const int at = static_cast<int>(link);
+  for (const Ball& ball : model.balls)
+    if (ball.chart_link <= at && at < ball.chart_link + 4) return &ball;
+  return nullptr;
+}
+
+void add_actuators(const Model& model, std::vector<double>& states) {
+  std::vector<double> positions, velocities, others;
+  for (const Actuator& actuator : model.actuators) {
+    const Joint& joint = model.links[actuator.link].joint;
+    if (!actuator.acts() || is_prescribed(joint)) continue;
+    if (actuator.is_elastic()) {
+      positions.push_back(actuator.gear_ratio * joint.q0);
+      velocities.push_back(actuator.gear_ratio * joint.qd0);
+    }
+    others.insert(others.end(), actuator.has_inductance() + actuator.lags(), 0.0);
+  }
+  for (const auto* part : {&positions, &velocities, &others})
+    states.insert(states.end(), part->begin(), part->end());
+}
+
+StateToApply start_state(const Model& model) {
+  StateToApply state;
+  if (!model.fmu.shows(OutputGroup::state)) return state;
+  const auto append = [](std::vector<double>& to, const auto& numbers) {
+    to.insert(to.end(), numbers.begin(), numbers.end());
+  };
+  for (std::size_t i = 0; i < model.links.size(); ++i) {
+    const Joint& joint = model.links[i].joint;
+    if (const Ball* ball = ball_of(model, i)) {
+      if (ball->chart_link != static_cast<int>(i)) continue;
+      append(state.q, ball->quaternion);
+      append(state.qd, ball->omega);
+    } else if (moves(joint)) {
+      state.q.push_back(joint.q0);
+      state.qd.push_back(joint.qd0);
+    }
+  }
+  add_actuators(model, state.actuator);
+  return state;
+}
+
+}  // namespace
 
 Parameters<double> parameters_of(const Model& model) {
   std::vector<JointParameters<double>> joints;
@@ -14,7 +61,8 @@ Parameters<double> parameters_of(const Model& model) {
           {model.balls.begin(), model.balls.end()},
           {model.contacts.begin(), model.contacts.end()},
           model.actuators,
-          model.solver};
+          model.solver,
+          start_state(model)};
 }
 
 }  // namespace redysim

@@ -15,6 +15,14 @@ auto cast_each(const std::vector<Part>& parts) {
   return result;
 }
 
+// A state that a master gives (tunable "state"); empty: none can be given. Positions and velocities of the
+// tree in the order of its joints, a spherical joint as quaternion and angular velocity, then the states of
+// actuators.
+struct StateToApply {
+  std::vector<double> q, qd, actuator;
+  double number = 0;  // when it changes, the state is applied
+};
+
 // The numbers of a model that a master may set. On dual numbers each of them carries its derivative along one
 // direction, and so does all that is computed from them.
 template <class Scalar>
@@ -27,16 +35,22 @@ struct Parameters {
   std::vector<ContactParameters<Scalar>> contacts;
   std::vector<ActuatorOf<Scalar>> actuators;
   SolverSettings solver;
+  StateToApply state;  // without derivatives
 
   template <class Other>
   Parameters<Other> cast() const {
     if constexpr (std::is_same_v<Other, Scalar>)
       return *this;
     else
-      return {gravity.template cast<Other>(), cast_each<Other>(links),
-              cast_each<Other>(joints),       cast_each<Other>(controlled),
-              cast_each<Other>(balls),        cast_each<Other>(contacts),
-              cast_each<Other>(actuators),    solver};
+      return {gravity.template cast<Other>(),
+              cast_each<Other>(links),
+              cast_each<Other>(joints),
+              cast_each<Other>(controlled),
+              cast_each<Other>(balls),
+              cast_each<Other>(contacts),
+              cast_each<Other>(actuators),
+              solver,
+              {}};
   }
 };
 

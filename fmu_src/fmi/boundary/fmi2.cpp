@@ -165,8 +165,9 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
   return guarded(c, Function::set_real, [&](Instance& i) { return i.set_real(vr, nvr, value); });
 }
 
-fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer[]) {
-  return guarded(c, Function::set_integer, [&](Instance& i) { return i.set_integer(vr, nvr); });
+fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                          const fmi2Integer values[]) {
+  return guarded(c, Function::set_integer, [&](Instance& i) { return i.set_integer(vr, nvr, values); });
 }
 
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference[], size_t nvr, const fmi2Boolean[]) {

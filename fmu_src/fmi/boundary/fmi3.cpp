@@ -236,9 +236,10 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t 
   return matched(c, Function::set_real, vr, nvr, n, [&](Instance& i) { return i.set_real(vr, nvr, values); });
 }
 
-fmi3Status fmi3SetInt32(fmi3Instance c, const fmi3ValueReference vr[], size_t nvr, const fmi3Int32[],
+fmi3Status fmi3SetInt32(fmi3Instance c, const fmi3ValueReference vr[], size_t nvr, const fmi3Int32 values[],
                         size_t n) {
-  return matched(c, Function::set_integer, nvr, n, [&](Instance& i) { return i.set_integer(vr, nvr); });
+  return matched(c, Function::set_integer, nvr, n,
+                 [&](Instance& i) { return i.set_integer(vr, nvr, values); });
 }
 
 fmi3Status fmi3SetString(fmi3Instance c, const fmi3ValueReference vr[], size_t nvr, const fmi3String values[],

@@ -34,6 +34,15 @@ bool CurrentState::project(double* y) {
   return simulation_.system.close_loops(simulation_.time, y);
 }
 
+bool CurrentState::replace(double* y) {
+  if (!project(y)) return false;
+  simulation_.system.forget_jumps();
+  simulation_.integrator->set_state(y);
+  follows_motion_ = true;
+  if (simulation_.model_exchange) given();
+  return true;
+}
+
 void CurrentState::given() {
   follows_motion_ = !simulation_.system.has_constraints();
   following_is_current_ = false;

@@ -28,6 +28,9 @@ class CurrentState {
   void motion_changed();
   void stepped() { follows_motion_ = true; }
   void given();  // model exchange: by the master
+  // Replaces y by the nearest state to a given one that satisfies the loop constraints; a jump of prescribed
+  // joints does not move it. False: they cannot be satisfied, nothing changed.
+  bool replace(double* y);
   void restored(bool follows_motion);
   void reset() { restored(true); }
 

@@ -66,8 +66,11 @@ fmi2Status Instance::exit_initialization_mode() {
   if (!why.empty()) return refuse(function, why);
   applied_inputs_ = simulation_.system.inputs();
   travel_.begin(simulation_);
-  parameters_.stepped();
   simulation_.time = life_.start_time;
+  why = parameters_.bring_into_force();
+  if (!why.empty()) return refuse(function, why);
+  values_.changed();
+  parameters_.stepped();
   life_.state = simulation_.model_exchange ? State::event : State::step;
   if (simulation_.model_exchange) states_given();
   nominals_are_new_ = true;
@@ -127,7 +130,7 @@ fmi2Status Instance::do_step(double current, double size) {
 
   System& system = simulation_.system;
   Integrator& integrator = *simulation_.integrator;
-  const bool inputs_changed = parameters_.changed() || applied_inputs_ != system.inputs();
+  const bool inputs_changed = parameters_.void_history() || applied_inputs_ != system.inputs();
   system.forget_failure();
   const long decisions = integrator.decisions();
   StepJacobian* const jacobian = values_.step_jacobian();

@@ -50,7 +50,7 @@ class Instance {
   fmi2Status get_integer(const unsigned* references, std::size_t count, int* values);
   fmi2Status get_string(const unsigned* references, std::size_t count, fmi2String* values);
   fmi2Status set_real(const unsigned* references, std::size_t count, const double* values);
-  fmi2Status set_integer(const unsigned* references, std::size_t count);
+  fmi2Status set_integer(const unsigned* references, std::size_t count, const int* values);
   fmi2Status set_string(const unsigned* references, std::size_t count, const fmi2String* values);
   void append_elements(unsigned reference,
                        std::vector<unsigned>& elements) const;  // of an array; else itself

@@ -79,6 +79,8 @@ fmi2Status Instance::new_discrete_states(fmi2EventInfo* info) {
   std::string why = parameters_.bring_into_force();
   if (why.empty()) why = settle_states(states_changed);
   if (!why.empty()) return refuse(function, why);
+  states_changed |= parameters_.given() == ParameterSet::Given::applied;
+  parameters_.stepped();
 
   double time = simulation_.time;
   const double due = system.next_breakpoint(time);  // at which knots, phases and samples are entered

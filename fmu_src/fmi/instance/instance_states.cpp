@@ -27,6 +27,7 @@ void Instance::save(Bytes& bytes) {
   now.energy_offset = parameters_.energy_offset;
   now.parameters_changed = parameters_.changed();
   now.follows_motion = state_.follows_motion();
+  now.given = parameters_.given();
   now.method = simulation_.parameters.solver.method;
   now.parameters = parameters_.values();
   now.inputs = system.inputs();
@@ -55,7 +56,7 @@ bool Instance::restore(const Bytes& bytes) {
   // the clock of the integrator, whatever the bytes contain
   simulation_.time = saved.is_running() ? simulation_.integrator->time() : saved.time;
   parameters_.energy_offset = saved.energy_offset;
-  parameters_.restored(saved.parameters_changed);
+  parameters_.restored(saved.parameters_changed, saved.given);
   state_.restored(saved.follows_motion);
   values_.changed();
   nominals_are_new_ = true;

@@ -56,7 +56,7 @@ fmi2Status Instance::get_integer(const unsigned* references, std::size_t count, 
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = simulation_.table.integer(references[i]);
     if (!variable) return refuse(function, unknown_reference(references[i], VariableType::integer));
-    if (life_.state == State::instantiated)
+    if (life_.state == State::instantiated && variable->is_calculated())
       return refuse(function, variable->name + " has no value before initialization mode");
     const double number = values_.read(*variable);
     values[i] = static_cast<int>(std::min<double>(number, std::numeric_limits<int>::max()));
@@ -141,13 +141,17 @@ void Instance::set_motion(int joint, int order, double value) {
   state_.motion_changed();
 }
 
-fmi2Status Instance::set_integer(const unsigned* references, std::size_t count) {
+fmi2Status Instance::set_integer(const unsigned* references, std::size_t count, const int* values) {
   constexpr Function function = Function::set_integer;
-  if (count == 0) return fmi2OK;
-  if (const char* why = objection_to_arrays(count, {references})) return refuse(function, why);
-  const Variable* variable = simulation_.table.integer(references[0]);
-  return refuse(function, variable ? objection_to_setting(*variable)
-                                   : unknown_reference(references[0], VariableType::integer));
+  if (const char* why = objection_to_arrays(count, {references, values})) return refuse(function, why);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Variable* variable = simulation_.table.integer(references[i]);
+    const std::string why =
+        variable ? objection_to_setting(*variable) : unknown_reference(references[i], VariableType::integer);
+    if (!why.empty()) return refuse(function, why);
+  }
+  for (std::size_t i = 0; i < count; ++i) set_value(*simulation_.table.integer(references[i]), values[i]);
+  return fmi2OK;
 }
 
 fmi2Status Instance::set_string(const unsigned* references, std::size_t count, const fmi2String* values) {

@@ -1,9 +1,14 @@
 #include "fmi/instance/parameter_set.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "fmi/boundary/assembly_messages.hpp"
+#include "fmi/variables/groups.hpp"
 #include "fmi/variables/parameters.hpp"
+#include "fmi/variables/state_place.hpp"
+#include "integrate/methods/given_state.hpp"
+#include "model/read/number.hpp"
 
 namespace redysim {
 namespace {
@@ -38,36 +43,47 @@ void ParameterSet::reset() {
   simulation_.parameters = parameters_of(simulation_.model);
   energy_offset = 0;
   in_force_ = changed_ = false;
+  given_ = Given::none;
 }
 
 void ParameterSet::set(const Variable& variable) {
   if (variable.variability() != Variability::tunable) return;
+  if (variable.group == &StateParameters::rows) {
+    if (variable.type() == VariableType::integer) given_ = Given::due;
+    return;
+  }
   in_force_ = false;
   changed_ = true;
   inertia_tuned_ = inertia_tuned_ || (variable.row->acts & (acts::mass | acts::armature)) != 0;
 }
 
 std::string ParameterSet::bring_into_force() {
-  if (in_force_) return {};
-  std::string why = impossible();
-  if (why.empty()) {
-    renew_plan();
-    if (simulation_.integrator && inertia_tuned_) why = immovable();
-    inertia_tuned_ = !why.empty();
+  if (!in_force_) {
+    std::string why = impossible();
+    if (why.empty()) {
+      renew_plan();
+      if (simulation_.integrator && inertia_tuned_) why = immovable();
+      inertia_tuned_ = !why.empty();
+    }
+    if (!why.empty()) return why;
+    in_force_ = true;
   }
-  in_force_ = why.empty();
-  return why;
+  return state_is_due() ? apply_state() : std::string();
 }
 
 void ParameterSet::bring_into_force_if_possible() {
-  if (in_force_ || !impossible().empty()) return;
-  renew_plan();
-  in_force_ = true;
+  if (!in_force_) {
+    if (!impossible().empty()) return;
+    renew_plan();
+    in_force_ = true;
+  }
+  if (state_is_due()) apply_state();
 }
 
-void ParameterSet::restored(bool changed) {
+void ParameterSet::restored(bool changed, Given given) {
   in_force_ = impossible().empty();
   changed_ = changed;
+  given_ = given;
 }
 
 void ParameterSet::renew_plan() {
@@ -76,6 +92,35 @@ void ParameterSet::renew_plan() {
   simulation_.plan.update(simulation_.parameters);
   simulation_.system.update_drives(simulation_.parameters);
   if (balanced) energy_offset += simulation_.mechanical_energy(state_.y()) - before;
+}
+
+// The energy balance keeps its value, as when a parameter is tuned.
+std::string ParameterSet::apply_state() {
+  const StateToApply& wanted = simulation_.parameters.state;
+  System& system = simulation_.system;
+  const double* now = state_.y();
+  std::vector<double> y(now, now + system.size());
+  const double* q = wanted.q.data();
+  const double* qd = wanted.qd.data();
+  for (const CoordinatePlace& at : coordinate_places(system)) {
+    const int positions = at.ball < 0 ? 1 : at.axis == 0 ? 4 : 0;
+    if (at.position >= 0) {
+      std::copy_n(q, positions, y.begin() + at.position);
+      y[at.velocity] = *qd;
+    }
+    q += positions;
+    ++qd;
+  }
+  std::copy(wanted.actuator.begin(), wanted.actuator.end(), y.begin() + system.layout().motor_q.begin);
+  if (!GivenState::has_orientations(system.layout(), y.data()))
+    return "state.apply: a quaternion of state.q is zero: it has no orientation";
+  const double before = system.with_work() ? simulation_.mechanical_energy(now) : 0;
+  if (!state_.replace(y.data()))
+    return "state.apply: the loop constraints cannot be satisfied near state.q at " +
+           shown(simulation_.time) + " s";
+  if (system.with_work()) energy_offset += simulation_.mechanical_energy(state_.y()) - before;
+  given_ = Given::applied;
+  return {};
 }
 
 std::string ParameterSet::impossible() const {

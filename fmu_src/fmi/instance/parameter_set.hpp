@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -21,15 +22,24 @@ class ParameterSet {
   // Notes that a value was set.
   void set(const Variable& variable);
   bool changed() const { return changed_; }  // since the last step
-  void stepped() { changed_ = false; }
+  void stepped() {
+    changed_ = false;
+    if (!state_is_due()) given_ = Given::none;
+  }
+  // The state that the master gives is part of the parameters: `state.apply` was set, or it has replaced the
+  // state.
+  enum class Given : std::uint8_t { none, due, applied };
+  bool void_history() const { return changed_ || given_ != Given::none; }  // of the solver
+  Given given() const { return given_; }
+  bool state_is_due() const { return given_ == Given::due && simulation_.integrator; }
 
-  bool in_force() const { return in_force_; }
-  // Applies the values to the plan. Returns why they are contradictory or leave a joint without inertia,
-  // empty on success.
+  bool in_force() const { return in_force_ && !state_is_due(); }
+  // Applies the values to the plan, and the given state. Returns why they are contradictory, leave a joint
+  // without inertia or cannot satisfy the loops, empty on success.
   std::string bring_into_force();
   // The same if the values are consistent. The energy balance keeps its value: tuning is not an energy error.
   void bring_into_force_if_possible();
-  void restored(bool changed);
+  void restored(bool changed, Given given);
 
   std::string impossible() const;  // contradictory values; empty: none
   std::string immovable();         // joint without inertia in every pose; empty: none. Uses the workspace
@@ -37,12 +47,14 @@ class ParameterSet {
 
  private:
   void renew_plan();
+  std::string apply_state();
 
   Simulation& simulation_;
   CurrentState& state_;
   const std::size_t size_;
   bool in_force_ = true, changed_ = false;
   bool inertia_tuned_ = false;  // since the plan was current
+  Given given_ = Given::none;
 };
 
 }  // namespace redysim

@@ -34,6 +34,7 @@ void Snapshot::each_number(Self& self, const Visit& visit) {
   visit(self.energy_offset);
   visit(self.parameters_changed);
   visit(self.follows_motion);
+  visit(self.given);
   visit(self.method);
 }
 
@@ -95,7 +96,7 @@ bool Snapshot::read(const Bytes& bytes, const Sizes& sizes, const System& system
 bool Snapshot::is_valid() const {
   for (double scale : scales)
     if (!(scale > 0) || !std::isfinite(scale)) return false;
-  return is_a_state(life.state) && is_a_method(method);
+  return is_a_state(life.state) && is_a_method(method) && given <= ParameterSet::Given::applied;
 }
 
 }  // namespace redysim

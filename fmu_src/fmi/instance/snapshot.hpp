@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "fmi/instance/life.hpp"
+#include "fmi/instance/parameter_set.hpp"
 #include "fmi/instance/prescribed_motion.hpp"
 #include "fmi/instance/saved_states.hpp"
 
@@ -19,6 +20,7 @@ struct Snapshot {
   Life life;
   double time = 0, energy_offset = 0;
   bool parameters_changed = false, follows_motion = true;
+  ParameterSet::Given given = ParameterSet::Given::none;
   SolverMethod method = SolverMethod::erk;
   std::vector<double> parameters, inputs, applied_inputs, scales;
   PrescribedMotion::Saved motion;

@@ -15,35 +15,16 @@ constexpr double tightest = 1e-13;  // relative; the right-hand side rounds
 }  // namespace
 
 StepJacobian::StepJacobian(Simulation& simulation)
-    : simulation_(simulation), system_(simulation.plan, false, &simulation.model) {
-  set_coordinates();
+    : simulation_(simulation),
+      system_(simulation.plan, false, &simulation.model),
+      coordinates_(coordinate_places(system_)),
+      velocities_(static_cast<int>(coordinates_.size())) {
   for (const Variable& variable : simulation.table.all())
     if (is_force_input(variable)) knowns_.push_back(&variable);
   inputs_ = static_cast<int>(knowns_.size());
   if (!simulation.model.fmu.shows(OutputGroup::parameter_jacobian)) return;
   for (const Variable& variable : simulation.table.all())
     if (is_differentiable_tunable(variable)) knowns_.push_back(&variable);
-}
-
-void StepJacobian::set_coordinates() {
-  const Plan<double>& plan = simulation_.plan;
-  const StateLayout& layout = system_.layout();
-  std::vector<int> place(static_cast<std::size_t>(plan.nv), -1);
-  for (int k = 0; k < system_.simple(); ++k) place[system_.joint_of(k)] = k;
-  int ball = -1;
-  for (int i = 0; i < plan.nv; ++i) {
-    if (!plan.joints[i].of_ball) {
-      const bool integrated = place[i] >= 0;
-      coordinates_.push_back(
-          {integrated ? layout.q[place[i]] : -1, integrated ? layout.qd[place[i]] : -1, i, -1, 0});
-    } else if (std::find(plan.balls.begin(), plan.balls.end(), i) != plan.balls.end()) {
-      ++ball;
-      for (int axis = 0; axis < 3; ++axis)
-        coordinates_.push_back(
-            {layout.quaternion[ball], layout.omega[ball] + axis, i + 1 + axis, ball, axis});
-    }
-  }
-  velocities_ = static_cast<int>(coordinates_.size());
 }
 
 void StepJacobian::begin_step() {
@@ -148,7 +129,7 @@ void StepJacobian::lift(const double* y, double* column, int coordinate) const {
     column[system_.layout().motor_q.begin + coordinate - 2 * velocities_] = 1;
     return;
   }
-  const Coordinate& at = coordinates_[coordinate % velocities_];
+  const CoordinatePlace& at = coordinates_[coordinate % velocities_];
   if (at.position < 0) return;
   if (coordinate >= velocities_) {
     column[at.velocity] = 1;
@@ -165,7 +146,7 @@ void StepJacobian::lift(const double* y, double* column, int coordinate) const {
 double StepJacobian::lower(const double* y, const double* column, int coordinate) const {
   if (coordinate >= 2 * velocities_)
     return column[system_.layout().motor_q.begin + coordinate - 2 * velocities_];
-  const Coordinate& at = coordinates_[coordinate % velocities_];
+  const CoordinatePlace& at = coordinates_[coordinate % velocities_];
   if (at.position < 0) return 0;
   if (coordinate >= velocities_) return column[at.velocity];
   if (at.ball < 0) return column[at.position];

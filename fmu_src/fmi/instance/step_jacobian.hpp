@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "fmi/instance/simulation.hpp"
+#include "fmi/variables/state_place.hpp"
 #include "integrate/methods/transition.hpp"
 #include "integrate/system/tangent.hpp"
 
@@ -37,12 +38,6 @@ class StepJacobian {
   void restore(const std::vector<double>& step);
 
  private:
-  struct Coordinate {
-    int position, velocity;  // of the state, the first ones of a spherical joint; -1: prescribed
-    int joint;               // of the plan
-    int ball, axis;          // ball -1: of a joint with one degree of freedom
-  };
-  void set_coordinates();
   int coordinates() const { return 2 * velocities_ + system_.layout().actuators(); }
   std::size_t size() const { return static_cast<std::size_t>(system_.size()); }
   void lift(const double* y, double* column, int coordinate) const;
@@ -56,7 +51,7 @@ class StepJacobian {
   System system_;
   std::unique_ptr<Transition> transition_;  // null: never read
   std::unique_ptr<Tangent> tangent_;
-  std::vector<Coordinate> coordinates_;  // per velocity of the tree
+  std::vector<CoordinatePlace> coordinates_;
   int velocities_ = 0;
   std::vector<const Variable*> knowns_;  // force inputs, then parameters
   int inputs_ = 0;

@@ -24,7 +24,8 @@ class Values {
   bool are_current(Needs needs) const {
     switch (needs) {
       case Needs::nothing:  // a start in equilibrium depends on all parameters
-        return integrator() || !simulation_.model.starts_in_equilibrium || parameters_.in_force();
+        return integrator() ? !parameters_.state_is_due()
+                            : !simulation_.model.starts_in_equilibrium || parameters_.in_force();
       case Needs::parameters:
         return parameters_.in_force();
       case Needs::accelerations:

@@ -59,6 +59,11 @@ struct Entry {
     e.row.type = type;
     return e;
   }
+  constexpr Entry integer() const {
+    Entry e = *this;
+    e.row.type = VariableType::integer;
+    return e;
+  }
   constexpr Entry adds_to_controller() const {
     Entry e = *this;
     e.row.adds_to_controller = true;

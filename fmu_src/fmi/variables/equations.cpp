@@ -10,14 +10,14 @@ namespace {
 using Terms = EquationTerms<double>;
 
 void name_force(const Model& model, const Variable& v, Presentation& shown) {
-  const VelocityName at = velocity_names(model)[v.element];
+  const TreeCoordinate at = tree_velocities(model)[v.element];
   shown.description += at.name;
   if (at.slides) shown.quantity = quantity::force;
 }
 
 void name_mass(const Model& model, const Variable& v, Presentation& shown) {
-  const std::vector<VelocityName> all = velocity_names(model);
-  const VelocityName &row = all[v.element / all.size()], &column = all[v.element % all.size()];
+  const std::vector<TreeCoordinate> all = tree_velocities(model);
+  const TreeCoordinate &row = all[v.element / all.size()], &column = all[v.element % all.size()];
   shown.description += row.name + ", " + column.name;
   constexpr Quantity quantities[] = {quantity::moment_of_inertia, {&units::kilogram_metre}, quantity::mass};
   shown.quantity = quantities[row.slides + column.slides];
@@ -117,7 +117,7 @@ void name_regressor(const Model& model, const Variable& v, Presentation& shown) 
   constexpr const char* parameters[] = {"mass", "m cx", "m cy", "m cz", "Ixx",
                                         "Iyy",  "Izz",  "Ixy",  "Ixz",  "Iyz"};
   shown.description +=
-      std::string(parameters[v.element % 10]) + " on " + velocity_names(model)[v.element / 10].name;
+      std::string(parameters[v.element % 10]) + " on " + tree_velocities(model)[v.element / 10].name;
 }
 
 constexpr Entry link_entries[] = {

@@ -131,7 +131,7 @@ double jacobian_derivative(OutputDerivatives& of, const Variable& v) {
 }
 
 void name_jacobian(const Model& model, const Variable& v, Presentation& shown) {
-  const std::vector<VelocityName> all = velocity_names(model);
+  const std::vector<TreeCoordinate> all = tree_velocities(model);
   const std::size_t row = static_cast<std::size_t>(v.element) / all.size();
   shown.description += std::string(row < 3 ? "angular velocity " : "velocity ") + axes[row % 3] + " by " +
                        all[static_cast<std::size_t>(v.element) % all.size()].name;

@@ -100,6 +100,10 @@ struct SolverParameters {  // solver.cpp
   static const RowGroup rows;
   static const WordGroup words;
 };
+struct StateParameters {  // state.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
 struct StepJacobianVariables {  // step_jacobian.cpp
   static const RowGroup rows;
   static const WordGroup words;
@@ -128,6 +132,6 @@ using Groups =
                EquationVariables, JointReactions, BallReactions, LinkRegressors, SolverHealth,
                JointStartValues, BallStartValues, JointParameterVariables, ActuatorParameterVariables,
                LinkParameterVariables, ContactParameterVariables, SolverParameters, JointSlopes, BallSlopes,
-               ActuatorStates, WorkSlopes, StepJacobianVariables>;
+               ActuatorStates, WorkSlopes, StepJacobianVariables, StateParameters>;
 
 }  // namespace redysim

@@ -62,7 +62,7 @@ void name_multiplier(const Model& model, const Variable& v, Presentation& shown)
 }
 
 void name_constraint(const Model& model, const Variable& v, Presentation& shown) {
-  const std::vector<VelocityName> all = velocity_names(model);
+  const std::vector<TreeCoordinate> all = tree_velocities(model);
   const std::size_t element = static_cast<std::size_t>(v.element);
   shown.description += std::to_string(element / all.size() + 1) + " on " + all[element % all.size()].name;
 }

@@ -44,22 +44,30 @@ const Words& words_of(const Variable& variable) {
   return words_of(variable, static_cast<const Groups*>(nullptr));
 }
 
-std::vector<VelocityName> velocity_names(const Model& model) {
-  std::vector<VelocityName> found;
+namespace {
+
+// Of a spherical joint four positions or three velocities.
+std::vector<TreeCoordinate> tree_coordinates(const Model& model, bool positions) {
+  std::vector<TreeCoordinate> found;
   for (std::size_t i = 0; i < model.links.size(); ++i) {
     const Joint& joint = model.links[i].joint;
     if (!moves(joint)) continue;
-    VelocityName velocity{"joint '" + joint.name + "'", !turns(joint)};
-    int part = -2;  // of no spherical joint
+    TreeCoordinate coordinate{"joint '" + joint.name + "'", !turns(joint)};
+    int part = -1;  // of no spherical joint
     for (const Ball& ball : model.balls)
-      if (const int k = static_cast<int>(i) - ball.chart_link - 1; - 1 <= k && k < 3) {
+      if (const int k = static_cast<int>(i) - ball.chart_link; 0 <= k && k < 4) {
         part = k;
-        velocity.name = "joint '" + ball.name + "' (" + (k < 0 ? "" : axes[k]) + ")";
+        coordinate = {"joint '" + ball.name + "' (" + quaternion_components[k] + ")", false, positions};
       }
-    if (part != -1) found.push_back(velocity);
+    if (positions || part != 0) found.push_back(coordinate);
   }
   return found;
 }
+
+}  // namespace
+
+std::vector<TreeCoordinate> tree_velocities(const Model& model) { return tree_coordinates(model, false); }
+std::vector<TreeCoordinate> tree_positions(const Model& model) { return tree_coordinates(model, true); }
 
 Presentation presentation(const Model& model, const Variable& variable) {
   const Words& words = words_of(variable);

@@ -31,12 +31,14 @@ struct Words {
   ConstantFactor constant = ConstantFactor::no;
 };
 
-// The velocities of the tree (dynamics/equation_terms.hpp).
-struct VelocityName {
+// The velocities of the tree (dynamics/equation_terms.hpp), and its positions, with the quaternions of
+// spherical joints.
+struct TreeCoordinate {
   std::string name;
-  bool slides = false;
+  bool slides = false, is_quaternion = false;
 };
-std::vector<VelocityName> velocity_names(const Model& model);
+std::vector<TreeCoordinate> tree_velocities(const Model& model);
+std::vector<TreeCoordinate> tree_positions(const Model& model);
 
 Presentation presentation(const Model& model, const Variable& variable);
 const Words& words_of(const Variable& variable);

@@ -62,19 +62,32 @@ struct Scene {
   const Model& model;
   const Plan<double>& plan;
   int velocities() const { return plan.nv - static_cast<int>(plan.balls.size()); }
+  int positions() const { return plan.nv; }  // a quaternion of each spherical joint
 };
 
 // Numbers of rows or columns of an array that depend on the model.
 inline constexpr std::uint8_t per_velocity = 255;  // of the tree (dynamics/equation_terms.hpp)
 inline constexpr std::uint8_t per_coordinate = 254, per_input = 253, per_tunable = 252;  // of a step Jacobian
+inline constexpr std::uint8_t per_position = 251, per_actuator_state = 250;  // of a state to apply
 struct Lengths {
-  int velocities = 0, coordinates = 0, inputs = 0, tunables = 0;
+  int velocities = 0, positions = 0, actuator_states = 0, inputs = 0, tunables = 0;
   int of(std::uint8_t length) const {
-    return length == per_velocity     ? velocities
-           : length == per_coordinate ? coordinates
-           : length == per_input      ? inputs
-           : length == per_tunable    ? tunables
-                                      : length;
+    switch (length) {
+      case per_velocity:
+        return velocities;
+      case per_coordinate:
+        return 2 * velocities + actuator_states;
+      case per_input:
+        return inputs;
+      case per_tunable:
+        return tunables;
+      case per_position:
+        return positions;
+      case per_actuator_state:
+        return actuator_states;
+      default:
+        return length;
+    }
   }
 };
 

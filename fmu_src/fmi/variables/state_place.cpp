@@ -1,5 +1,7 @@
 #include "fmi/variables/state_place.hpp"
 
+#include <algorithm>
+
 namespace redysim {
 namespace {
 
@@ -45,6 +47,24 @@ int place_of(const System& system, StatePart part, const Variable& variable) {
     default:
       return actuator_place(system, part, variable.joint);
   }
+}
+
+std::vector<CoordinatePlace> coordinate_places(const System& system) {
+  const Plan<double>& plan = system.plan();
+  const StateLayout& layout = system.layout();
+  std::vector<CoordinatePlace> places;
+  int ball = -1;
+  for (int i = 0; i < plan.nv; ++i) {
+    if (!plan.joints[i].of_ball) {
+      const int place = integrated_place(system, i);
+      places.push_back({place < 0 ? -1 : layout.q[place], place < 0 ? -1 : layout.qd[place], i, -1, 0});
+    } else if (std::find(plan.balls.begin(), plan.balls.end(), i) != plan.balls.end()) {
+      ++ball;
+      for (int axis = 0; axis < 3; ++axis)
+        places.push_back({layout.quaternion[ball], layout.omega[ball] + axis, i + 1 + axis, ball, axis});
+    }
+  }
+  return places;
 }
 
 }  // namespace redysim

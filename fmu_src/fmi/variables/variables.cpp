@@ -23,7 +23,8 @@ std::array<const RowGroup*, sizeof...(Group)> all_groups(const std::tuple<Group.
 }
 auto all_groups() { return all_groups(static_cast<const Groups*>(nullptr)); }
 
-bool is_tunable(const Row& row) { return row.variability == Variability::tunable; }
+// That the model file lists one by one.
+bool is_tunable(const Row& row) { return row.variability == Variability::tunable && !row.in_group; }
 
 // In the XML the variables of one frame, loop, coupling or contact are adjacent; of joints, one variable of
 // all joints is.
@@ -229,13 +230,12 @@ Tunable parse_tunable(const Scene& scene, const OwnerNames& names, const std::st
   return result;
 }
 
-// Positions and velocities of the tree and the states of actuators.
-int coordinates(const Scene& scene) {
+int actuator_states(const Scene& scene) {
   std::vector<int> integrated;
   for (int i = 0; i < scene.plan.nv; ++i)
     if (!scene.plan.joints[i].prescribed && !scene.plan.joints[i].of_ball) integrated.push_back(i);
   const ActuatorCounts states = Actuators(scene.model, integrated, scene.plan.carrier).counts();
-  return 2 * scene.velocities() + 2 * states.motors + states.currents + states.lags;
+  return 2 * states.motors + states.currents + states.lags;
 }
 
 bool forms_arrays(const Row& row) {
@@ -266,7 +266,9 @@ bool has_work(const Model& model, const Plan<double>& plan) {
 VariableTable::VariableTable(const Model& model, const Plan<double>& plan) {
   const Scene scene{model, plan};
   lengths_.velocities = scene.velocities();
-  lengths_.coordinates = StepJacobian::needed(model) ? coordinates(scene) : 0;
+  lengths_.positions = scene.positions();
+  if (StepJacobian::needed(model) || model.fmu.shows(OutputGroup::state))
+    lengths_.actuator_states = actuator_states(scene);
   bool tunables_are_there = false;
   for (const RowGroup* group : all_groups())
     if (!is_tunable(*group->begin()))

@@ -46,6 +46,7 @@ class Automatic final : public Integrator {
   Automatic(System& system, const SolverSettings& settings);
 
   Outcome start(double time, const double* y) override;
+  void set_state(const double* y) override { current_->set_state(y); }
   Outcome advance(double end, bool inputs_changed) override;
   void pause_after(long steps) override {
     pause_after_ = pause_ = steps;

@@ -107,6 +107,11 @@ Outcome Cvode::start(double time, const double* y) {
   return check_start(time, y_);
 }
 
+void Cvode::set_state(const double* y) {
+  std::copy_n(y, y_.size(), y_.begin());
+  restart_due_ = true;
+}
+
 // At (time, y) with the present inputs: two right-hand sides.
 bool Cvode::restart(double time, const double* y, bool repeated) {
   restart_.repeated = repeated;

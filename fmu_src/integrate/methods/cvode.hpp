@@ -26,6 +26,7 @@ class Cvode final : public Integrator {
   Cvode(System& system, const SolverSettings& settings, SolverMethod method);
 
   Outcome start(double time, const double* y) override;
+  void set_state(const double* y) override;
   Outcome advance(double end, bool inputs_changed) override;
 
   double time() const override { return time_; }

@@ -11,7 +11,8 @@ class GivenState final : public Integrator {
  public:
   explicit GivenState(const System& system);
 
-  Outcome start(double time, const double* y) override;       // quaternions are normalised
+  Outcome start(double time, const double* y) override;  // quaternions are normalised
+  void set_state(const double* y) override { y_.assign(y, y + y_.size()); }
   Outcome advance(double end, bool inputs_changed) override;  // impossible
   double time() const override { return time_; }
   const double* state() const override { return y_.data(); }

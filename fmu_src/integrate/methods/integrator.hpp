@@ -33,6 +33,9 @@ class Integrator {
   // Starts at (time, y) without history.
   virtual Outcome start(double time, const double* y) = 0;
 
+  // Replaces the state at time(). The next advance is one with changed inputs.
+  virtual void set_state(const double* y) = 0;
+
   // Integrates from time() to exactly `end`. `inputs_changed`: the right-hand side differs from that of the
   // last advance, so the history is discarded; otherwise it is kept.
   virtual Outcome advance(double end, bool inputs_changed) = 0;

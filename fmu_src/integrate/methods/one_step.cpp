@@ -79,6 +79,11 @@ Outcome OneStep::start(double time, const double* y) {
   return check_start(time, y_);
 }
 
+void OneStep::set_state(const double* y) {
+  std::copy_n(y, y_.size(), y_.begin());
+  slope_known_ = false;
+}
+
 void OneStep::expect_step(double step) {
   control_.start(step);
   needs_first_step_ = false;

@@ -22,6 +22,7 @@ class StepBudget;
 class OneStep : public Integrator {
  public:
   Outcome start(double time, const double* y) override;
+  void set_state(const double* y) override;
   Outcome advance(double end, bool inputs_changed) override;
 
   double time() const override { return origin_ + since_; }

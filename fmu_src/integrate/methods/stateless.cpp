@@ -12,6 +12,7 @@ class Stateless final : public Integrator {
     time_ = time;
     return {};
   }
+  void set_state(const double*) override {}
   Outcome advance(double end, bool) override {
     if (end != time_ && !is_later(end, time_)) return failure(time_, reasons::end_not_later);
     time_ = end;

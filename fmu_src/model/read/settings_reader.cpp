@@ -36,6 +36,8 @@ void read_outputs(Section& section, const Model& model, FmuSettings& fmu) {
                                    "' does not exist with " + objection);
 }
 
+constexpr const char* settable_state = "state";  // in tunable: state.q[i], state.qd[i] ... state.apply
+
 void read_tunable(Section& section, const Model& model, FmuSettings& fmu) {
   const auto names = section.texts("tunable");
   if (names.empty()) return;
@@ -48,6 +50,8 @@ void read_tunable(Section& section, const Model& model, FmuSettings& fmu) {
                     "tunable '" + name + "' is not a parameter of this model" + did_you_mean(name, legal));
     else if (!listed.insert(name).second)
       section.error(place, "tunable lists '" + name + "' twice");
+    else if (name == settable_state)
+      fmu.outputs.add(OutputGroup::state);
     else
       fmu.tunable.push_back(name);
   }
@@ -95,6 +99,7 @@ std::vector<std::string> tunable_names(const Model& model) {
       names.push_back(contact.name + parameter);
   }
   add_indexed(names, "gravity", 3);
+  names.push_back(settable_state);
   return names;
 }
 
