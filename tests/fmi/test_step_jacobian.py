@@ -188,3 +188,23 @@ def test_motions_without_derivatives_are_refused(tmp_path, group):
         (tmp_path / "m.toml").write_text(text)
         done = command("check", tmp_path / "m.toml")
         assert done.returncode != 0 and f"'{group}' does not exist with {why}" in done.stderr
+
+
+@pytest.mark.parametrize(("model", "scene"), [("double_pendulum", "double_pendulum"), ("kuka_kr5", "kr5_freefall")])
+def test_heyoka_integrates_the_same_variational_equations(built, instance, monkeypatch, model, scene):
+    """Taylor's method on symbolic equations of the same mechanism."""
+    hy = pytest.importorskip("heyoka")
+    monkeypatch.syspath_prepend(str(ROOT / "bench" / "peers"))
+    import scenes
+    import symbolic
+
+    data = scenes.read(ROOT / "tests" / "scenes" / f"{scene}.json")
+    variables = np.array(hy.make_vars(*(f"{name}{i}" for name in "qw" for i in range(data.joints))), dtype=object)
+    q, qd = variables.reshape(2, -1)
+    equations = list(zip(variables, [*qd, *symbolic.Tree(data, q, qd, hy.sin, hy.cos).accelerations()], strict=True))
+    start = [*data.data["initial"]["q"], *data.data["initial"]["qd"]]
+    taylor = hy.taylor_adaptive(hy.var_ode_sys(equations, hy.var_args.vars, order=1), start, tol=1e-16, compact_mode=True)
+    taylor.propagate_until(0.2)
+    expected = taylor.state[len(start) :].reshape(len(start), -1)
+    (A,) = after(instance(built(with_groups(model))).initialize(start=TIGHT), 0.2)
+    assert np.abs(A - expected).max() < 1e-9 * np.abs(expected).max()
