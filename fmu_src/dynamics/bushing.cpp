@@ -50,18 +50,21 @@ Scalar weighted(const Vec3<Scalar>& v, const Vec3<Scalar>& weights) {
 }  // namespace
 
 template <class Scalar>
+void add_bushing_wrench(const BushingPlan<Scalar>& bushing, Workspace<Scalar>& ws) {
+  const BushingMotion<Scalar> m = bushing_motion(bushing, ws);
+  const RotationVector<Scalar> phi(m.rotation);
+  const Vec3<Scalar> pull =
+      m.axes * Vec3<Scalar>(bushing.stiffness.cwiseProduct(m.d) + bushing.damping.cwiseProduct(m.rate));
+  const Vec3<Scalar> gradient = bushing.turning_stiffness.cwiseProduct(phi.value());
+  const Vec3<Scalar> twist =
+      m.axes * Vec3<Scalar>(phi.moment(gradient) + bushing.turning_damping.cwiseProduct(m.omega));
+  act_on(ws, bushing.body_a, m.arm_a, pull, twist);
+  act_on(ws, bushing.body_b, m.arm_b, Vec3<Scalar>(-pull), Vec3<Scalar>(-twist));
+}
+
+template <class Scalar>
 void add_bushing_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
-  for (const BushingPlan<Scalar>& bushing : plan.bushings) {
-    const BushingMotion<Scalar> m = bushing_motion(bushing, ws);
-    const RotationVector<Scalar> phi(m.rotation);
-    const Vec3<Scalar> pull =
-        m.axes * Vec3<Scalar>(bushing.stiffness.cwiseProduct(m.d) + bushing.damping.cwiseProduct(m.rate));
-    const Vec3<Scalar> gradient = bushing.turning_stiffness.cwiseProduct(phi.value());
-    const Vec3<Scalar> twist =
-        m.axes * Vec3<Scalar>(phi.moment(gradient) + bushing.turning_damping.cwiseProduct(m.omega));
-    act_on(ws, bushing.body_a, m.arm_a, pull, twist);
-    act_on(ws, bushing.body_b, m.arm_b, Vec3<Scalar>(-pull), Vec3<Scalar>(-twist));
-  }
+  for (const BushingPlan<Scalar>& bushing : plan.bushings) add_bushing_wrench(bushing, ws);
 }
 
 template <class Scalar>
@@ -76,12 +79,15 @@ Scalar bushing_energy(const Plan<Scalar>& plan, const Workspace<Scalar>& ws) {
 }
 
 template <class Scalar>
+Scalar bushing_loss(const BushingPlan<Scalar>& bushing, const Workspace<Scalar>& ws) {
+  const BushingMotion<Scalar> m = bushing_motion(bushing, ws);
+  return -(weighted(m.rate, bushing.damping) + weighted(m.omega, bushing.turning_damping));
+}
+
+template <class Scalar>
 Scalar bushing_loss(const Plan<Scalar>& plan, const Workspace<Scalar>& ws) {
   Scalar loss(0);
-  for (const BushingPlan<Scalar>& bushing : plan.bushings) {
-    const BushingMotion<Scalar> m = bushing_motion(bushing, ws);
-    loss -= weighted(m.rate, bushing.damping) + weighted(m.omega, bushing.turning_damping);
-  }
+  for (const BushingPlan<Scalar>& bushing : plan.bushings) loss += bushing_loss(bushing, ws);
   return loss;
 }
 
@@ -91,5 +97,7 @@ template double bushing_loss(const Plan<double>&, const Workspace<double>&);
 template void add_bushing_wrenches(const Plan<Dual>&, Workspace<Dual>&);
 template Dual bushing_energy(const Plan<Dual>&, const Workspace<Dual>&);
 template Dual bushing_loss(const Plan<Dual>&, const Workspace<Dual>&);
+template void add_bushing_wrench(const BushingPlan<Dual>&, Workspace<Dual>&);
+template Dual bushing_loss(const BushingPlan<Dual>&, const Workspace<Dual>&);
 
 }  // namespace redysim

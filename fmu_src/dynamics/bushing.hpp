@@ -16,6 +16,10 @@ namespace redysim {
 template <class Scalar>
 [[gnu::noinline]] void add_bushing_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws);
 
+// The same for one bushing.
+template <class Scalar>
+void add_bushing_wrench(const BushingPlan<Scalar>& bushing, Workspace<Scalar>& ws);
+
 // Potential energy, J. Uses ws.ground.
 template <class Scalar>
 [[gnu::noinline]] Scalar bushing_energy(const Plan<Scalar>& plan, const Workspace<Scalar>& ws);
@@ -23,5 +27,7 @@ template <class Scalar>
 // Power of the dampers, W, <= 0. Uses ws.ground.
 template <class Scalar>
 [[gnu::noinline]] Scalar bushing_loss(const Plan<Scalar>& plan, const Workspace<Scalar>& ws);
+template <class Scalar>
+Scalar bushing_loss(const BushingPlan<Scalar>& bushing, const Workspace<Scalar>& ws);
 
 }  // namespace redysim

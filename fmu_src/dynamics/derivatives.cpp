@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "dynamics/changes.hpp"
 #include "dynamics/clones.hpp"
 #include "dynamics/energy.hpp"
 #include "dynamics/input_layout.hpp"
@@ -97,17 +98,6 @@ Plan<Dual> elements_of(const Plan<double>& plan) {
   copy_elements(plan, elements);
   copy_loops(plan, elements);
   return elements;
-}
-
-Vec3<Dual> with(const Vec3<double>& value, const Vec3<double>& change) {
-  return {Dual(value.x(), change.x()), Dual(value.y(), change.y()), Dual(value.z(), change.z())};
-}
-
-Force<double> change_of(const Force<Dual>& f) {
-  const auto part = [](const Vec3<Dual>& v) {
-    return Vec3<double>(v[0].derivative, v[1].derivative, v[2].derivative);
-  };
-  return {part(f.moment), part(f.force)};
 }
 
 // Derivative of the bias wrench along a change of the angular velocity.
@@ -407,65 +397,24 @@ void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, cons
   }
 }
 
-// (10)-(12): `row.tau` holds lambda; `row.q` and `row.qd` lose the derivatives of the inverse dynamics.
-void Derivatives::sweep_back(const Plan<double>& plan, const Workspace<double>& ws, const double* qd,
-                             Gradient& row) {
-  const Vec3<double> axis = Vec3<double>::UnitZ();
-  // root to leaves: motion of each body along lambda; weights of its changes of omega and acceleration
-  for (std::size_t i = 0; i < changes_.size(); ++i) {
-    const JointPlan<double>& at = plan.joints[i];
-    const Body& body = bodies_[i];
-    Motion<double> v = Motion<double>::zero();
-    if (at.parent != ground) v = changes_[at.parent].acceleration;
-    to_body(at, ws.joints[i], v);
-    const Force<double>& whole = body.wrench;
-    if (turns(at))
-      row.q[i] -= v.angular.dot(axis.cross(whole.moment)) + v.linear.dot(axis.cross(whole.force));
-    if (slides(at)) row.q[i] -= advance(at) * v.angular.dot(axis.cross(whole.force));
-    add_motion(at, row.tau[i], v);
-    changes_[i].acceleration = v;
-    changes_[i].wrench = at.inertia * v;
-    const Vec3<double>& h = at.inertia.h;
-    changes_[i].omega = (at.inertia.inertia * body.omega).cross(v.angular) +
-                        at.inertia.inertia * v.angular.cross(body.omega) + body.omega.dot(h) * v.linear +
-                        v.linear.dot(body.omega) * h - 2 * v.linear.dot(h) * body.omega;
-  }
-  // leaves to root: each body adds the weights of its motion to those of its parent
-  for (std::size_t i = changes_.size(); i-- > 0;) {
-    const JointPlan<double>& at = plan.joints[i];
-    const Body& body = bodies_[i];
-    const Motion<double>& a = body.acceleration;
-    Force<double> f = changes_[i].wrench;
-    Vec3<double> g = changes_[i].omega;
-    const Vec3<double> turning = body.omega.cross(axis);
-    Vec3<double> product = 2 * advance(at) * f.force;
-    if (turns(at)) {
-      product += f.moment;
-      row.q[i] -= g.dot(turning) + f.moment.dot(a.angular.cross(axis)) + f.force.dot(a.linear.cross(axis));
-      row.qd[i] -= g.z();
-    }
-    if (slides(at)) row.q[i] -= advance(at) * f.force.dot(a.angular.cross(axis) + body.omega.cross(turning));
-    row.qd[i] -= product.dot(turning);
-    if (at.parent == ground) continue;
-    const Vec3<double>& w = body.omega_carried;
-    g += w.cross(body.arm).cross(f.force) + body.arm.cross(f.force.cross(w)) + qd[i] * axis.cross(product);
-    Force<double> turned{g, Vec3<double>::Zero()};
-    to_parent(at, ws.joints[i], turned);
-    to_parent(at, ws.joints[i], f);
-    changes_[at.parent].omega += turned.moment;
-    add(changes_[at.parent].wrench, f);
-  }
-}
-
 void Derivatives::evaluate_row(const Plan<double>& plan, Workspace<double>& ws, const double* q,
-                               const double* qd, const double* qdd, const double* tau, const double* weights,
-                               double weight_of_power, Gradient& row) {
+                               const double* qd, const double* qdd, const double* tau, const double* ports,
+                               const double* weights, double weight_of_power, Gradient& row) {
   const std::size_t n = bodies_.size();
   row.q.assign(n, 0.0);
   row.qd.assign(n, 0.0);
   row.tau.resize(n);
-  set_point(plan, ws, q, qd, qdd, nullptr);
+  row.ports.resize(port_wrenches_.size());
+  set_point(plan, ws, q, qd, qdd, ports);
+  std::fill(ws.loop.b.begin(), ws.loop.b.end(), 0.0);
   solve_accelerations(plan, ws, weights, row.tau.data());
+  move_along(plan, ws, row);
+  if (has_elements_) {
+    copy_elements(plan, plan_);
+    std::copy_n(ports, port_wrenches_.size(), port_wrenches_.begin());
+    pull_elements(plan, ws, qd, weight_of_power, row);
+  }
+  if (plan.has_elastic_couplings()) pull_couplings(plan, q, qd, weight_of_power, row);
   sweep_back(plan, ws, qd, row);
   for (std::size_t i = 0; i < n; ++i) {
     const int joint = static_cast<int>(i);

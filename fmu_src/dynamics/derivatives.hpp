@@ -37,12 +37,12 @@ class Derivatives {
   // Row instead of columns: sums of the derivatives of accelerations and power.
   struct Gradient {
     std::vector<double> q, qd, tau;  // nv each
+    std::vector<double> ports;       // 6 numbers each, without their power
   };
-  // For plans with is_plain(): one sweep, whatever the number of variables. `weights`: of the accelerations.
-  // Requirements as above.
+  // One sweep, whatever the number of variables. `weights`: of the accelerations. Requirements as above.
   void evaluate_row(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
-                    const double* qdd, const double* tau, const double* weights, double weight_of_power,
-                    Gradient& row);
+                    const double* qdd, const double* tau, const double* ports, const double* weights,
+                    double weight_of_power, Gradient& row);
 
  private:
   // One body at the point of evaluation, in its own axes.
@@ -59,6 +59,17 @@ class Derivatives {
     Motion<double> acceleration;
     Force<double> wrench;
   };
+  // What acts between up to three bodies: one entry of the plan.
+  struct Element {
+    enum class Kind { spring, bushing, contact, port, loop } kind;
+    std::size_t index;
+    int bodies[3], entries[3];  // entries: of Workspace::ground
+  };
+  // Weights of changes of an entry of Workspace::ground: rotation vector, position, omega, velocity.
+  struct Pulled {
+    Vec3<double> of[4] = {Vec3<double>::Zero(), Vec3<double>::Zero(), Vec3<double>::Zero(),
+                          Vec3<double>::Zero()};
+  };
 
   void set_point(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
                  const double* qdd, const double* ports);
@@ -68,7 +79,18 @@ class Derivatives {
   void change_contacts();
   double change_elements(const Plan<double>& plan);
   void change_loops(const Plan<double>& plan, Workspace<double>& ws);
+  void move_along(const Plan<double>& plan, const Workspace<double>& ws, Gradient& row);
   void sweep_back(const Plan<double>& plan, const Workspace<double>& ws, const double* qd, Gradient& row);
+  double change_of_element(const Element& element, const Workspace<double>& ws, double weight);
+  double change_of_loop(const Element& element, const Workspace<double>& ws);
+  void pull_element(const Element& element, const Workspace<double>& ws, double weight);
+  void weigh_loop(const Element& element, const Workspace<double>& ws);
+  void pull_elements(const Plan<double>& plan, const Workspace<double>& ws, const double* qd, double weight,
+                     Gradient& row);
+  void push_ground_weights(const Plan<double>& plan, const Workspace<double>& ws, const double* qd,
+                           Gradient& row);
+  void pull_couplings(const Plan<double>& plan, const double* q, const double* qd, double weight,
+                      Gradient& row);
   void collect_forces(const Plan<double>& plan, const Workspace<double>& ws, int joint, bool velocity);
 
   std::vector<Body> bodies_;
@@ -80,6 +102,9 @@ class Derivatives {
   Plan<Dual> plan_;
   Workspace<Dual> workspace_;
   std::vector<Dual> port_wrenches_;
+  // of a row
+  std::vector<Pulled> pulled_;
+  Vec3<double> gravity_;
 };
 
 }  // namespace redysim

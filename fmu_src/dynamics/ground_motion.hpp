@@ -114,30 +114,39 @@ SpringLine<Scalar> spring_line(const SpringPlan<Scalar>& spring, const Workspace
 }
 
 template <class Scalar>
-void add_spring_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
-  for (const auto& spring : plan.springs) {
-    const SpringLine<Scalar> line = spring_line(spring, ws);
-    const Vec3<Scalar> pull = line.direction * line.tension;
-    subtract_force(ws, spring.body_a, line.a.arm, pull);
-    subtract_force(ws, spring.body_b, line.b.arm, Vec3<Scalar>(-pull));
-  }
+void add_spring_wrench(const SpringPlan<Scalar>& spring, Workspace<Scalar>& ws) {
+  const SpringLine<Scalar> line = spring_line(spring, ws);
+  const Vec3<Scalar> pull = line.direction * line.tension;
+  subtract_force(ws, spring.body_a, line.a.arm, pull);
+  subtract_force(ws, spring.body_b, line.b.arm, Vec3<Scalar>(-pull));
 }
 
-// `wrenches`: per port moment (N m) and force (N), 6 numbers.
+template <class Scalar>
+void add_spring_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
+  for (const auto& spring : plan.springs) add_spring_wrench(spring, ws);
+}
+
+// `wrench`: moment (N m) and force (N), 6 numbers.
+template <class Scalar>
+void add_port_wrench(const PortPlan<Scalar>& port, Workspace<Scalar>& ws, const Scalar* wrench) {
+  Vec3<Scalar> moment(wrench[0], wrench[1], wrench[2]), force(wrench[3], wrench[4], wrench[5]);
+  if (port.in_ground_axes) {
+    moment = ws.ground[port.body].rotation.transpose() * moment;
+    force = ws.ground[port.body].rotation.transpose() * force;
+  } else {
+    moment = port.rotation * moment;
+    force = port.rotation * force;
+  }
+  ws.joints[port.body].p.moment -= moment + port.position.cross(force);
+  ws.joints[port.body].p.force -= force;
+}
+
+// The same for all ports.
 template <class Scalar>
 void add_port_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* wrenches) {
   for (const auto& port : plan.ports) {
-    Vec3<Scalar> moment(wrenches[0], wrenches[1], wrenches[2]), force(wrenches[3], wrenches[4], wrenches[5]);
+    add_port_wrench(port, ws, wrenches);
     wrenches += 6;
-    if (port.in_ground_axes) {
-      moment = ws.ground[port.body].rotation.transpose() * moment;
-      force = ws.ground[port.body].rotation.transpose() * force;
-    } else {
-      moment = port.rotation * moment;
-      force = port.rotation * force;
-    }
-    ws.joints[port.body].p.moment -= moment + port.position.cross(force);
-    ws.joints[port.body].p.force -= force;
   }
 }
 

@@ -120,28 +120,31 @@ Scalar squared_moment_rounding(const LoopGeometry<Scalar>& g, const ConstraintRo
           g.point_b.arm.squaredNorm());
 }
 
-// Fills residual, rate, wrenches and b = -phi'' at zero accelerations for the rows of all loops. Uses
-// ws.ground.
+// Fills residual, rate, wrenches and b = -phi'' at zero accelerations of loop `n`. Uses ws.ground.
+template <class Scalar>
+void set_rows_of_loop(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t n) {
+  LoopState<Scalar>& state = ws.loop;
+  const LoopPlan<Scalar>& loop = plan.loops[n];
+  const LoopGeometry<Scalar> geometry = loop_geometry(loop, ws);
+  state.path[0][n] = state.path[1][n] = {geometry.point_b.position};
+  for (std::size_t k = 0; k < loop.rows.size(); ++k) {
+    const std::size_t row = static_cast<std::size_t>(loop.first_row) + k;
+    const RowValues<Scalar> values = row_values(geometry, loop.rows[k]);
+    state.residual[row] = values.residual;
+    state.rate[row] = values.rate;
+    state.b[row] = -values.quadratic;
+    state.squared_moment_rounding[row] = squared_moment_rounding(geometry, loop.rows[k]);
+    state.wrench[0][row] = values.on_a;
+    state.wrench[1][row] = values.on_b;
+    state.K[row].moment = values.carrier_moment;
+    state.K[row].force.setZero();
+  }
+}
+
+// The same for all loops.
 template <class Scalar>
 void set_loop_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
-  LoopState<Scalar>& state = ws.loop;
-  for (std::size_t n = 0; n < plan.loops.size(); ++n) {
-    const LoopPlan<Scalar>& loop = plan.loops[n];
-    const LoopGeometry<Scalar> geometry = loop_geometry(loop, ws);
-    state.path[0][n] = state.path[1][n] = {geometry.point_b.position};
-    for (std::size_t k = 0; k < loop.rows.size(); ++k) {
-      const std::size_t row = static_cast<std::size_t>(loop.first_row) + k;
-      const RowValues<Scalar> values = row_values(geometry, loop.rows[k]);
-      state.residual[row] = values.residual;
-      state.rate[row] = values.rate;
-      state.b[row] = -values.quadratic;
-      state.squared_moment_rounding[row] = squared_moment_rounding(geometry, loop.rows[k]);
-      state.wrench[0][row] = values.on_a;
-      state.wrench[1][row] = values.on_b;
-      state.K[row].moment = values.carrier_moment;
-      state.K[row].force.setZero();
-    }
-  }
+  for (std::size_t n = 0; n < plan.loops.size(); ++n) set_rows_of_loop(plan, ws, n);
 }
 
 // Magnitudes of the terms of a loop's residuals: m, m/s and rad/s. Over all its bodies, because the motions

@@ -51,7 +51,11 @@ class OutputDerivatives {
   void change_state(const Variable& known, double direction);
   bool add_weight(const Variable& unknown, double weight);
   const double* gradient(const Variable& known) const;
+  bool take_weights(const unsigned* unknowns, std::size_t count, const double* seed);
   bool sweep_back();
+  void pull_ball(int ball, const double* qdd);
+  void pull_actuators(const System::Coordinates& at);
+  ActuatorGradient gradient_of(int actuator, const System::Coordinates& at);
 
   // Derivative of the work: zero, that of the energy (a jump of a prescribed motion), the power, or what was
   // given for its state.

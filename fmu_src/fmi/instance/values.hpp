@@ -93,9 +93,10 @@ class Values {
     return place_of(simulation_.system, variable.row->state, variable);
   }
   double state(const Variable& variable) { return state_.y()[place(variable)]; }
-  double slope(const Variable& variable) const {
-    return slopes_[place_of(simulation_.system, variable.row->slope_of, variable)];
+  int place_of_slope(const Variable& variable) const {
+    return place_of(simulation_.system, variable.row->slope_of, variable);
   }
+  double slope(const Variable& variable) const { return slopes_[place_of_slope(variable)]; }
   const std::vector<double>& slopes() const { return slopes_; }
   bool is_integrated_outside() const { return simulation_.model_exchange && simulation_.integrator; }
   double kinetic_energy() const { return kinetic_energy_; }

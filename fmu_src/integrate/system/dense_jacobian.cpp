@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "dynamics/ball.hpp"
+#include "integrate/system/ball_change.hpp"
 
 namespace redysim {
 
@@ -145,56 +146,66 @@ void DenseJacobian::add_actuator(int index, const double* y, double* matrix) {
   std::copy(change_.begin(), change_.end(), force);
 }
 
-// Columns of a spherical joint's quaternion and angular velocity, by the chain rule: dual numbers give the
-// derivatives of its angles, rates and forces, `columns_` those of all accelerations by these.
+// By the chain rule: dual numbers give the derivatives of its angles, rates and forces.
+BallStateChange ball_state_change(const System& system, int ball, const double* y, const double* qdd,
+                                  int variable) {
+  const StateLayout& layout = system.layout();
+  const double* quaternion = layout.quaternion.of(y, ball);
+  const Vec3<double> omega(layout.omega.of(y, ball)), torque(system.recursion_ball_torque(ball));
+  const BallAngles angles = system.angles_of_ball(ball);
+  BallStateChange change;
+  const bool velocity = variable >= 4;
+  double unit[4] = {0, 0, 0, 0};
+  unit[velocity ? variable - 4 : variable] = 1;
+  quaternion_rate(velocity ? quaternion : unit, velocity ? unit : omega.data(),
+                  change.quaternion_rate.data());
+
+  // rotation vector of a change of the quaternion: vector part of 2 conj(q) dq
+  Vec3<double> turn = Vec3<double>::Zero(), spin = turn;
+  if (velocity) {
+    spin[variable - 4] = 1;
+  } else {
+    const Eigen::Map<const Vec3<double>> v(quaternion + 1), dv(unit + 1);
+    turn = 2 / Eigen::Map<const Eigen::Vector4d>(quaternion).squaredNorm() *
+           (quaternion[0] * dv - unit[0] * v - v.cross(dv));
+  }
+  change.angles = angle_rates(angles, turn);
+  const BallAnglesOf<Dual> moved{angles.turned, Dual(angles.phi, change.angles[0]),
+                                 Dual(angles.theta, change.angles[1]), Dual(angles.psi, change.angles[2])};
+  Vec3<Dual> rates = omega.cast<Dual>();
+  for (int k = 0; k < 3; ++k) rates[k].derivative = spin[k];
+  rates = angle_rates(moved, rates);
+  const Vec3<Dual> forces = rate_matrix(moved).transpose() * Vec3<Dual>(torque.cast<Dual>());
+  // the link axes rotate as well
+  const Eigen::Map<const Vec3<double>> held(qdd + system.plan().balls[ball] + 1);
+  const Vec3<Dual> own = rate_matrix(moved) * Vec3<Dual>(held.cast<Dual>()) + rate_bias(moved, rates);
+  for (int k = 0; k < 3; ++k) {
+    change.rates[k] = rates[k].derivative;
+    change.forces[k] = forces[k].derivative;
+    change.alpha[k] = own[k].derivative;
+  }
+  return change;
+}
+
+// Columns of a spherical joint's quaternion and angular velocity, from the derivatives of all accelerations
+// by its angles, rates and forces.
 void DenseJacobian::set_ball(int ball, const double* y, double* matrix) {
   const StateLayout& layout = system_.layout();
-  const int chart = system_.plan().balls[ball];
   const std::ptrdiff_t size = system_.size();
-  const double* quaternion = layout.quaternion.of(y, ball);
-  const Vec3<double> omega(layout.omega.of(y, ball)), torque(system_.recursion_ball_torque(ball));
-  const BallAngles angles = system_.angles_of_ball(ball);
   const double* columns = column(2 * layout.q.count + 9 * ball);
-  double squared = 0;
-  for (int k = 0; k < 4; ++k) squared += quaternion[k] * quaternion[k];
   for (int variable = 0; variable < 7; ++variable) {
-    const bool velocity = variable >= 4;
-    double* column =
-        matrix + size * (velocity ? layout.omega[ball] + variable - 4 : layout.quaternion[ball] + variable);
-    double unit[4] = {0, 0, 0, 0};
-    unit[velocity ? variable - 4 : variable] = 1;
-    quaternion_rate(velocity ? quaternion : unit, velocity ? unit : omega.data(),
-                    layout.quaternion.of(column, ball));
-
-    // rotation vector of a change of the quaternion: vector part of 2 conj(q) dq
-    Vec3<double> turn = Vec3<double>::Zero(), spin = turn;
-    if (velocity) {
-      spin[variable - 4] = 1;
-    } else {
-      const Eigen::Map<const Vec3<double>> v(quaternion + 1), dv(unit + 1);
-      turn = 2 / squared * (quaternion[0] * dv - unit[0] * v - v.cross(dv));
-    }
-    const Vec3<double> angle_change = angle_rates(angles, turn);
-    const BallAnglesOf<Dual> moved{angles.turned, Dual(angles.phi, angle_change[0]),
-                                   Dual(angles.theta, angle_change[1]), Dual(angles.psi, angle_change[2])};
-    Vec3<Dual> rates = omega.cast<Dual>();
-    for (int k = 0; k < 3; ++k) rates[k].derivative = spin[k];
-    rates = angle_rates(moved, rates);
-    const Vec3<Dual> forces = rate_matrix(moved).transpose() * Vec3<Dual>(torque.cast<Dual>());
-
+    const BallStateChange of = ball_state_change(system_, ball, y, qdd_.data(), variable);
+    double* column = matrix + size * (variable >= 4 ? layout.omega[ball] + variable - 4
+                                                    : layout.quaternion[ball] + variable);
+    Eigen::Map<Eigen::Vector4d>(layout.quaternion.of(column, ball)) = of.quaternion_rate;
     std::fill(change_.begin(), change_.end(), 0.0);
     for (int k = 0; k < 9; ++k) {
-      const double factor = k < 3   ? angle_change[k]
-                            : k < 6 ? rates[k - 3].derivative
-                                    : forces[k - 6].derivative;
+      const double factor = k < 3 ? of.angles[k] : k < 6 ? of.rates[k - 3] : of.forces[k - 6];
       for (std::size_t i = 0; i < change_.size(); ++i)
         change_[i] += factor * columns[static_cast<std::size_t>(k) * change_.size() + i];
     }
     add_rows(change_.data(), column);
-    // the link axes rotate as well
-    const Eigen::Map<const Vec3<double>> held(&qdd_[static_cast<std::size_t>(chart) + 1]);
-    const Vec3<Dual> own = rate_matrix(moved) * Vec3<Dual>(held.cast<Dual>()) + rate_bias(moved, rates);
-    for (int k = 0; k < 3; ++k) column[layout.omega[ball] + k] += own[k].derivative;
+    Eigen::Map<Vec3<double>>(layout.omega.of(column, ball)) += of.alpha;
   }
 }
 
