@@ -307,6 +307,16 @@ q = [0, 0.2, 0.1, 0.4, 0.25]
 """
 
 
+@pytest.mark.parametrize(("velocity", "is_event"), [(1e-12, False), (1e-3, True)])
+def test_velocities_of_rounding_size_are_no_drift(fmu, velocity, is_event):
+    """At rest all terms of a loop's rate are rounding."""
+    with Exchange(fmu("four_bar")) as tool:
+        tool.begin()
+        states = tool.get_states()
+        states[tool.states.index("crank_joint.qd")] = velocity  # the others do not follow
+        assert tool.set_states(states) == OK and tool.completed_step() == is_event
+
+
 def test_knots_of_a_table_are_time_events(built):
     with Exchange(built(TABLED)) as tool:
         info = tool.begin()
