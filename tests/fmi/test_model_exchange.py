@@ -268,6 +268,8 @@ def test_open_loops_are_closed(fmu):
     """The right-hand side is that of the nearest state that satisfies the constraints; past the bound an event corrects the given one."""
     with Exchange(fmu("four_bar")) as tool:
         tool.begin()
+        rounded = [1e-12 if name == "crank_joint.qd" else x for name, x in zip(tool.states, tool.get_states(), strict=True)]
+        assert tool.set_states(rounded) == OK and not tool.completed_step()  # at rest all terms of a rate are rounding
         states = moved(tool, 0.05)
         slope = tool.slope_at(0.05, states)
         opened = states.copy()
@@ -305,16 +307,6 @@ type = "table"
 time = [0, 0.1, 0.3, 0.35, 0.6]
 q = [0, 0.2, 0.1, 0.4, 0.25]
 """
-
-
-@pytest.mark.parametrize(("velocity", "is_event"), [(1e-12, False), (1e-3, True)])
-def test_velocities_of_rounding_size_are_no_drift(fmu, velocity, is_event):
-    """At rest all terms of a loop's rate are rounding."""
-    with Exchange(fmu("four_bar")) as tool:
-        tool.begin()
-        states = tool.get_states()
-        states[tool.states.index("crank_joint.qd")] = velocity  # the others do not follow
-        assert tool.set_states(states) == OK and tool.completed_step() == is_event
 
 
 def test_knots_of_a_table_are_time_events(built):
