@@ -30,28 +30,30 @@ struct DualNumber {
   DualNumber(double v) : value(v) {}  // a constant; implicit, as double's own conversions
   DualNumber(double v, const Derivative& d) : value(v), derivative(d) {}
 
-  DualNumber& operator+=(const DualNumber& o) {
+  [[gnu::always_inline]] DualNumber& operator+=(const DualNumber& o) {
     value += o.value;
     derivative += o.derivative;
     return *this;
   }
-  DualNumber& operator-=(const DualNumber& o) {
+  [[gnu::always_inline]] DualNumber& operator-=(const DualNumber& o) {
     value -= o.value;
     derivative -= o.derivative;
     return *this;
   }
-  DualNumber& operator*=(const DualNumber& o) {
+  [[gnu::always_inline]] DualNumber& operator*=(const DualNumber& o) {
     return *this = {value * o.value, derivative * o.value + value * o.derivative};
   }
   DualNumber& operator/=(const DualNumber& o) {
     const double quotient = value / o.value, inverse = 1 / o.value;
     return *this = {quotient, (derivative - quotient * o.derivative) * inverse};
   }
-  friend DualNumber operator+(DualNumber a, const DualNumber& b) { return a += b; }
-  friend DualNumber operator-(DualNumber a, const DualNumber& b) { return a -= b; }
-  friend DualNumber operator*(DualNumber a, const DualNumber& b) { return a *= b; }
+  [[gnu::always_inline]] friend DualNumber operator+(DualNumber a, const DualNumber& b) { return a += b; }
+  [[gnu::always_inline]] friend DualNumber operator-(DualNumber a, const DualNumber& b) { return a -= b; }
+  [[gnu::always_inline]] friend DualNumber operator*(DualNumber a, const DualNumber& b) { return a *= b; }
   friend DualNumber operator/(DualNumber a, const DualNumber& b) { return a /= b; }
-  friend DualNumber operator-(const DualNumber& a) { return {-a.value, -a.derivative}; }
+  [[gnu::always_inline]] friend DualNumber operator-(const DualNumber& a) {
+    return {-a.value, -a.derivative};
+  }
   friend bool operator<(const DualNumber& a, const DualNumber& b) { return a.value < b.value; }
   friend bool operator>(const DualNumber& a, const DualNumber& b) { return a.value > b.value; }
   friend bool operator<=(const DualNumber& a, const DualNumber& b) { return a.value <= b.value; }
