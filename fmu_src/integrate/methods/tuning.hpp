@@ -10,9 +10,9 @@ struct Tuning {
   // 1e-10, in six uses of the files of models/ (docs/solvers.md).
 
   static constexpr long steps_between_choices = 16;  // internal steps
-  // Up to so many states, about 20 DOF, the implicit methods are created before they are needed. Their
-  // matrices then take up to 100 kB.
-  static constexpr int implicit_from_start = 45;
+  // Up to so many states, about 60 DOF, the implicit methods are created before they are needed. Their
+  // matrices then take up to 600 kB.
+  static constexpr int implicit_from_start = 128;
 
   // Multistep or one step: number of steps of the one-step method, for which inputs are held, from which on
   // the multistep method is tried, and below which it is left at once.
