@@ -24,6 +24,7 @@ from build_fmu.run.fmu_file import read_description
 
 HEALTH = ("solver.steps", "solver.rejected", "solver.rhs_evaluations")
 PATIENCE = 10.0  # s that a single call may exceed the budget before it counts as a hang
+LONGEST_WAIT = 1e6  # s, less than the operating system accepts
 
 
 @dataclass(frozen=True)
@@ -210,7 +211,7 @@ def ask(program: Path, lines: list[str], budget: float) -> dict[str, Any] | Outc
             text=True,
             errors="replace",
             capture_output=True,
-            timeout=12 * (budget + PATIENCE),
+            timeout=min(12 * (budget + PATIENCE), LONGEST_WAIT),
             check=False,
             env={**os.environ, "LC_ALL": "C"},
         )

@@ -41,6 +41,11 @@ def test_runs_have_their_own_inputs_and_parameters(cart):
         assert runs["cart.qd"] == pytest.approx(np.column_stack([0 * a, a / 2, 0 * a]), abs=1e-7)
 
 
+def test_a_time_limit_beyond_that_of_the_operating_system(cart, monkeypatch):
+    monkeypatch.setattr("build_fmu.library.batch.BUDGET", 1e9)
+    assert cart.simulate_many(parameters={"cart.q0": [1.0]}, outputs=["cart.q"])["cart.q"] == pytest.approx(1)
+
+
 def test_a_run_that_fails_leaves_the_others(cart):
     runs = cart.simulate_many(parameters={"cart.mass": [1.0, -1.0, 2.0], "cart.qd0": [1.0, 1.0, 2.0]}, outputs=["cart.q"])
     assert runs.status == ["ok", "refused", "ok"]
