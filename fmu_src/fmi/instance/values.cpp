@@ -58,7 +58,7 @@ std::string Values::update_accelerations() {
 
 std::string Values::update_slopes() {
   slopes_.resize(static_cast<std::size_t>(system().size()));
-  if (system().right_hand_side(simulation_.time, state_.y(), slopes_.data()) != Status::ok)
+  if (system().slope_within_step(simulation_.time, state_.y(), slopes_.data()) != Status::ok)
     return not_finite();
   slopes_are_current_ = true;
   return {};

@@ -138,6 +138,7 @@ void Cvode::reset_cvode() {
   ahead_time_ = 0;
   steps_taken_ = 0;
   slope_known_ = projection_failed_ = false;
+  if (!system_.searched().empty()) system_.searched()[0] = NAN;
 }
 
 Outcome Cvode::restart_between_steps() {

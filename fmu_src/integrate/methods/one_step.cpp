@@ -234,6 +234,7 @@ void OneStep::save(std::vector<unsigned char>& bytes) const {
   writer.put(slope_known_);
   writer.put(y_.data(), y_.size());
   writer.put(slope_.data(), slope_.size());
+  writer.put(system_.searched().data(), system_.searched().size());
   put(writer, statistics_);
   put_choice(writer);
 }
@@ -245,7 +246,7 @@ bool OneStep::restore(const unsigned char* bytes, std::size_t size) {
   if (!matches(reader, state_header(system_, settings_, method_))) return false;
   double origin = 0, since = 0, wanted = 0, previous_error = 0;
   unsigned char fresh = 0, slope_known = 0;
-  std::vector<double> y(y_.size()), slope(slope_.size());
+  std::vector<double> y(y_.size()), slope(slope_.size()), searched(system_.searched().size());
   Statistics statistics;
   reader.get(origin);
   reader.get(since);
@@ -255,6 +256,7 @@ bool OneStep::restore(const unsigned char* bytes, std::size_t size) {
   reader.get(slope_known);
   reader.get(y.data(), y.size());
   reader.get(slope.data(), slope.size());
+  reader.get(searched.data(), searched.size());
   get(reader, statistics);
   const bool steps_possible = fresh == 1 || (wanted > 0 && previous_error > 0);
   if (!std::isfinite(origin) || !std::isfinite(since) || fresh > 1 || slope_known > 1 || !steps_possible)
@@ -268,6 +270,7 @@ bool OneStep::restore(const unsigned char* bytes, std::size_t size) {
   slope_known_ = slope_known;
   y_.swap(y);
   slope_.swap(slope);
+  system_.searched().swap(searched);
   statistics_ = statistics;
   return true;
 }

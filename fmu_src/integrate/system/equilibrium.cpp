@@ -69,7 +69,7 @@ class RestSearch {
 
 // The accelerations at y.
 bool RestSearch::evaluate() {
-  if (system_.right_hand_side(time_, y_, slope_.data()) != Status::ok) return false;
+  if (system_.slope_within_step(time_, y_, slope_.data()) != Status::ok) return false;
   size_ = scaled(&slope_[first_velocity_]);
   largest_ = std::max(largest_, size_);
   return true;

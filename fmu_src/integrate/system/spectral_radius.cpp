@@ -16,7 +16,7 @@ SpectralRadius::SpectralRadius(const System& system)
 
 double SpectralRadius::estimate(System& system, double time, const double* y) {
   const std::size_t n = static_cast<std::size_t>(system.layout().work.begin);
-  if (system.right_hand_side(time, y, slope_.data()) != Status::ok) return 0;
+  if (system.slope_within_step(time, y, slope_.data()) != Status::ok) return 0;
   // a direction with components along all eigenvectors
   double angle = 1;
   for (std::size_t i = 0; i < n; ++i, angle += 2.4) direction_[i] = std::sin(angle);
@@ -38,7 +38,7 @@ bool SpectralRadius::apply(System& system, double time, const double* y, double&
   if (!(size > 0) || !std::isfinite(size)) return false;
   const double step = nudge / size;
   for (std::size_t i = 0; i < n; ++i) at_[i] = y[i] + step * direction_[i];
-  if (system.right_hand_side(time, at_.data(), moved_slope_.data()) != Status::ok) return false;
+  if (system.slope_within_step(time, at_.data(), moved_slope_.data()) != Status::ok) return false;
   double grown = 0;
   for (std::size_t i = 0; i < n; ++i) {
     direction_[i] = (moved_slope_[i] - slope_[i]) / nudge;

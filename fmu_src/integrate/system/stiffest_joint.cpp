@@ -15,13 +15,13 @@ class RateProbe {
   RateProbe(System& system, double time, const double* y)
       : system_(system), time_(time), at_(y, y + system.size()), slope_(at_.size()), moved_(at_.size()) {}
 
-  bool start() { return system_.right_hand_side(time_, at_.data(), slope_.data()) == Status::ok; }
+  bool start() { return system_.slope_within_step(time_, at_.data(), slope_.data()) == Status::ok; }
   // From the derivative of the slope of `of`, a component itself or the velocity of a position. 0: not
   // finite.
   double rate(int component, int of) {
     const double value = at_[component], step = difference * std::max(1.0, std::fabs(value));
     at_[component] = value + step;
-    const bool ok = system_.right_hand_side(time_, at_.data(), moved_.data()) == Status::ok;
+    const bool ok = system_.slope_within_step(time_, at_.data(), moved_.data()) == Status::ok;
     at_[component] = value;
     const double change = ok ? std::fabs(moved_[of] - slope_[of]) / step : 0;
     return component == of ? change : std::sqrt(change);

@@ -41,7 +41,7 @@ System::System(const Plan<double>& plan, bool with_work, const Model* model)
     control_ = std::make_unique<Control>(*model, plan);
   if (plan.has_contacts()) {
     contact_search_ = std::make_unique<ContactSearch>(plan);
-    search_qdd_ = q_;
+    searched_.assign(1 + q_.size(), NAN);
   }
   set_layouts(with_work, model);
   scales_.assign(integrated_.size() + static_cast<std::size_t>(layout_.actuators()), 1.0);
@@ -210,8 +210,8 @@ Status System::accelerations(double time, const double* y, double* qdd) {
 Status System::right_hand_side(double time, const double* y, double* ydot) {
   const Status status = slope_within_step(time, y, ydot);
   if (contact_search_) {
-    std::copy_n(plan_.has_motion() ? qdd_.data() : layout_.qd.of(ydot), plan_.nv, search_qdd_.begin());
-    search_time_ = status == Status::ok ? time : std::numeric_limits<double>::quiet_NaN();
+    std::copy_n(plan_.has_motion() ? qdd_.data() : layout_.qd.of(ydot), plan_.nv, searched_.begin() + 1);
+    searched_[0] = status == Status::ok ? time : NAN;
   }
   return status;
 }
@@ -418,13 +418,13 @@ void System::project_velocity(double* velocity) {
 
 double System::step_to_touch(double time, const double* y, double h) {
   // those of the last stage of a step, or of its last iteration, are accurate enough for the next one
-  if (time != search_time_) {
-    search_time_ = std::numeric_limits<double>::quiet_NaN();
-    if (accelerations(time, y, search_qdd_.data()) != Status::ok) return h;
-    search_time_ = time;
+  if (time != searched_[0]) {
+    searched_[0] = NAN;
+    if (accelerations(time, y, &searched_[1]) != Status::ok) return h;
+    searched_[0] = time;
   }
   const Coordinates at = coordinates(time, y);
-  return contact_search_->step_to_touch(plan_, workspace_, at.q, at.qd, search_qdd_.data(), h);
+  return contact_search_->step_to_touch(plan_, workspace_, at.q, at.qd, &searched_[1], h);
 }
 
 double System::energy(const double* q, const double* qd, const double* y) {

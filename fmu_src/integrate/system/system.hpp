@@ -128,7 +128,7 @@ class System {
 
   // ydot = f(time, y). Fills the workspace for y. A non-finite result is recoverable.
   Status right_hand_side(double time, const double* y, double* ydot);
-  // The same for outputs, such as the work: the next step does not depend on it. The search for contacts
+  // The same for all but the steps of an integrator, which do not depend on it: the search for contacts
   // continues from the accelerations of the last right_hand_side.
   Status slope_within_step(double time, const double* y, double* ydot);
 
@@ -155,6 +155,9 @@ class System {
 
   // The part of a step of `h` s from (time, y) until the first contact point touches (contact_search.hpp).
   double step_to_touch(double time, const double* y, double h);
+  // What it depends on besides: the accelerations of the last right_hand_side, and their time. Without
+  // contacts empty.
+  std::vector<double>& searched() { return searched_; }
 
   // The angles of a spherical joint in the recursion, after `coordinates`.
   const BallAngles& angles_of_ball(int ball) const { return angles_[ball]; }
@@ -230,13 +233,12 @@ class System {
   std::unique_ptr<ContactSearch> contact_search_;  // null: no contacts
   std::vector<double> inputs_;
   std::vector<double> scratch_inputs_, unmoved_, sampled_state_;
-  std::vector<double> q_, qd_;                                     // all joints
-  std::vector<BallAngles> angles_;                                 // of the spherical joints, as in q_
-  bool charts_kept_ = false;                                       // during the corrections of a projection
-  std::vector<double> recursion_inputs_;                           // empty: those of inputs_
-  std::vector<double> qdd_, drive_;                                // all joints, of the last accelerations
-  std::vector<double> search_qdd_;                                 // of the last right_hand_side
-  double search_time_ = std::numeric_limits<double>::quiet_NaN();  // of search_qdd_
+  std::vector<double> q_, qd_;            // all joints
+  std::vector<BallAngles> angles_;        // of the spherical joints, as in q_
+  bool charts_kept_ = false;              // during the corrections of a projection
+  std::vector<double> recursion_inputs_;  // empty: those of inputs_
+  std::vector<double> qdd_, drive_;       // all joints, of the last accelerations
+  std::vector<double> searched_;          // time, accelerations of all joints
   Workspace<double> workspace_;
   std::vector<double> scratch_;  // plan().nv
   ResidualProgress progress_;
