@@ -53,11 +53,14 @@ SMALLEST = 1e-6  # m
 def toml(file: dict) -> str:
     """The model file of a scene."""
     show = lambda v: "true" if v is True else json.dumps(v).replace("Infinity", "inf")
-    kinds = ("link", "loop", "coupling", "spring", "bushing", "contact", "frame", "trajectory")
-    lines = [f"{key} = {show(value)}" for key, value in file.items() if key not in kinds]
+    kinds = ("link", "loop", "coupling", "spring", "bushing", "contact", "frame", "trajectory", "actuator")
+    lines = [f"{key} = {show(value)}" for key, value in file.items() if key not in kinds and not isinstance(value, dict)]
     for kind in kinds:
         for table in file.get(kind, []):
             lines += ["", f"[[{kind}]]", *(f"{key} = {show(value)}" for key, value in table.items())]
+    for section, table in file.items():
+        if isinstance(table, dict):
+            lines += ["", f"[{section}]", *(f"{key} = {show(value)}" for key, value in table.items())]
     return "\n".join(lines) + "\n"
 
 

@@ -1,0 +1,24 @@
+"""Runs of random scenes with actuators, controllers and contacts: energy, scale, saved states, model exchange and the dense formulation."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.crosscheck.scene_fmu import Library
+from tests.crosscheck.scene_runs import main, restored, scene_of
+
+
+def test_a_saved_state_continues_after_an_estimate_of_stiffness(tmp_path):
+    """`auto` estimates the spectral radius with perturbed states before a step that ends at a contact."""
+    assert restored(scene_of(2, 25, Library(tmp_path))) == ""
+
+
+@pytest.mark.parametrize("first", [0, 4])
+def test_runs_agree(first):
+    assert main(["--seed", "1", "--first", str(first), "--count", "1", "--exchange"]) == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_many_runs_agree(seed):
+    assert main(["--seed", str(seed), "--count", "60", "--exchange"]) == 0
