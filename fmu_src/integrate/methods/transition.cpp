@@ -22,6 +22,12 @@ constexpr double at_start(int stage) {
     if (k != stage) value *= times[k] / (times[k] - times[stage]);
   return value;
 }
+// Entry of the square of the table.
+constexpr double squared(int i, int j) {
+  double sum = 0;
+  for (int k = 0; k < 3; ++k) sum += table[i][k] * table[k][j];
+  return sum;
+}
 // Weight of the slope at the start in the embedded formula of order 3.
 constexpr double embedded = 0.27;
 
@@ -35,6 +41,9 @@ Transition::Transition(System& system, int columns, int knowns, Knowns by_knowns
       jacobian_(system, knowns > 0),
       by_knowns_(std::move(by_knowns)),
       size_(static_cast<std::size_t>(system.size())),
+      positions_(static_cast<std::size_t>(system.layout().q.count)),
+      velocity_(static_cast<std::size_t>(system.layout().qd.begin)),
+      rest_(size_ - positions_),
       columns_(static_cast<std::size_t>(columns)),
       knowns_(static_cast<std::size_t>(knowns)),
       weights_(size_),
@@ -43,13 +52,14 @@ Transition::Transition(System& system, int columns, int knowns, Knowns by_knowns
       gains_((stages + 1) * size_ * knowns_),
       move_(stages * size_),
       slopes_(move_),
-      matrix_(stages * size_ * stages * size_),
+      matrix_(stages * rest_ * stages * rest_),
+      reduced_(stages * rest_),
       unknowns_(stages * size_ * columns_),
-      matrix_columns_(stages * size_),
+      matrix_columns_(stages * rest_),
       pivots_(matrix_columns_.size()),
       y_next_(size_),
       next_(size_ * columns_) {
-  for (std::size_t j = 0; j < matrix_columns_.size(); ++j) matrix_columns_[j] = &matrix_[j * stages * size_];
+  for (std::size_t j = 0; j < matrix_columns_.size(); ++j) matrix_columns_[j] = &matrix_[j * stages * rest_];
 }
 
 Outcome Transition::advance(double time, double end, double rtol, double* y, double* columns) {
@@ -151,21 +161,63 @@ bool Transition::solve_stages(double time, double h) {
   return false;
 }
 
-// LU of I - h (table x J) with a Jacobian for each stage.
+// LU of I - h (table x J) with a Jacobian for each stage, without the positions of joints with one degree of
+// freedom: their rates are velocities.
 bool Transition::factor(double h, const double* const (&jacobians)[stages]) {
-  const std::size_t rows = stages * size_;
-  for (std::size_t j = 0; j < rows; ++j)
-    for (std::size_t i = 0; i < rows; ++i)
-      matrix_columns_[j][i] =
-          (i == j ? 1.0 : 0.0) -
-          h * table[i / size_][j / size_] * jacobians[i / size_][(j % size_) * size_ + i % size_];
-  const auto count = static_cast<std::int64_t>(rows);
-  return factor_lu(matrix_columns_.data(), count, pivots_.data());
+  h_ = h;
+  std::copy_n(jacobians, stages, solved_);
+  for (std::size_t j = 0; j < stages; ++j)
+    for (std::size_t c = 0; c < rest_; ++c) {
+      double* const column = matrix_columns_[j * rest_ + c];
+      const bool moves = c + positions_ >= velocity_ && c + positions_ < velocity_ + positions_;
+      for (std::size_t i = 0; i < stages; ++i) {
+        const double* const by_rest = jacobians[i] + (positions_ + c) * size_ + positions_;
+        double* const block = column + i * rest_;
+        for (std::size_t r = 0; r < rest_; ++r) block[r] = -h * table[i][j] * by_rest[r];
+        if (moves)
+          subtract(static_cast<std::int64_t>(rest_),
+                   h * h * squared(static_cast<int>(i), static_cast<int>(j)),
+                   jacobians[i] + (positions_ + c - velocity_) * size_ + positions_, block);
+      }
+      column[j * rest_ + c] += 1;
+    }
+  return factor_lu(matrix_columns_.data(), static_cast<std::int64_t>(stages * rest_), pivots_.data());
 }
 
-void Transition::solve(double* right_hand_side) {
-  solve_lu(matrix_columns_.data(), static_cast<std::int64_t>(stages * size_), pivots_.data(),
-           right_hand_side);
+void Transition::solve(double* x) {
+  const auto count = static_cast<std::int64_t>(rest_);
+  for (std::size_t i = 0; i < stages; ++i) {
+    double* const block = &reduced_[i * rest_];
+    std::copy_n(x + i * size_ + positions_, rest_, block);
+    for (std::size_t k = 0; k < positions_; ++k) {
+      double position = 0;
+      for (std::size_t j = 0; j < stages; ++j) position += table[i][j] * x[j * size_ + k];
+      subtract(count, -h_ * position, solved_[i] + k * size_ + positions_, block);
+    }
+  }
+  solve_lu(matrix_columns_.data(), stages * count, pivots_.data(), reduced_.data());
+  for (std::size_t i = 0; i < stages; ++i) {
+    std::copy_n(&reduced_[i * rest_], rest_, x + i * size_ + positions_);
+    for (std::size_t k = 0; k < positions_; ++k)
+      for (std::size_t j = 0; j < stages; ++j)
+        x[i * size_ + k] += h_ * table[i][j] * reduced_[j * rest_ + velocity_ - positions_ + k];
+  }
+}
+
+// Slope of a column y of Y at the start (place 0) or a stage: J y + G.
+void Transition::set_slope(std::size_t column, int place, const double* y, double* slope) const {
+  const double* const jacobian = &jacobians_[static_cast<std::size_t>(place) * size_ * size_];
+  const std::size_t first_known = columns_ - knowns_;
+  if (column < first_known)
+    std::fill_n(slope, size_, 0.0);
+  else
+    std::copy_n(&gains_[(static_cast<std::size_t>(place) * knowns_ + column - first_known) * size_], size_,
+                slope);
+  std::copy_n(y + velocity_, positions_, slope);
+  for (std::size_t j = 0; j < size_; ++j)
+    if (y[j] != 0)
+      subtract(static_cast<std::int64_t>(rest_), -y[j], jacobian + j * size_ + positions_,
+               slope + positions_);
 }
 
 // Slopes K of Y at the stages, K_i = J_i (Y + h sum_j table_ij K_j) + G_i, into unknowns_; Y at the end into
@@ -177,20 +229,10 @@ void Transition::differentiate(double h) {
     next_.assign(next_.size(), NAN);
     return;
   }
-  const std::size_t first_known = columns_ - knowns_;
   for (std::size_t c = 0; c < columns_; ++c) {
     double* const slopes = &unknowns_[c * stages * size_];
     const double* const y = y_ + c * size_;
-    for (int i = 0; i < stages; ++i) {
-      double* const k = slopes + static_cast<std::size_t>(i) * size_;
-      const double* const jacobian = all + static_cast<std::size_t>(i + 1) * square;
-      const double* const gain = &gains_[static_cast<std::size_t>(i + 1) * size_ * knowns_];
-      for (std::size_t r = 0; r < size_; ++r)
-        k[r] = c < first_known ? 0.0 : gain[(c - first_known) * size_ + r];
-      for (std::size_t j = 0; j < size_; ++j)
-        if (y[j] != 0)
-          for (std::size_t r = 0; r < size_; ++r) k[r] += jacobian[j * size_ + r] * y[j];
-    }
+    for (int i = 0; i < stages; ++i) set_slope(c, i + 1, y, slopes + static_cast<std::size_t>(i) * size_);
     solve(slopes);
     for (std::size_t r = 0; r < size_; ++r) {
       double sum = 0;
@@ -205,7 +247,6 @@ void Transition::differentiate(double h) {
 // is rtol^(2/3).
 double Transition::error(double h) const {
   constexpr double left[] = {at_start(0), at_start(1), at_start(2)};
-  const std::size_t first_known = columns_ - knowns_;
   std::vector<double> defect(size_);
   const double bound = std::cbrt(rtol_ * rtol_);
   double worst = 1e-8;
@@ -219,10 +260,7 @@ double Transition::error(double h) const {
   compare(slopes_.data(), y0_, y_next_.data());
   for (std::size_t c = 0; c < columns_; ++c) {
     const double* const y = y_ + c * size_;
-    for (std::size_t r = 0; r < size_; ++r)
-      defect[r] = c < first_known ? 0.0 : gains_[(c - first_known) * size_ + r];
-    for (std::size_t j = 0; j < size_; ++j)
-      for (std::size_t r = 0; r < size_; ++r) defect[r] += jacobians_[j * size_ + r] * y[j];
+    set_slope(c, 0, y, defect.data());
     compare(&unknowns_[c * stages * size_], y, &next_[c * size_]);
   }
   return worst;

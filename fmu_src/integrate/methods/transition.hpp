@@ -32,9 +32,10 @@ class Transition {
   bool step(double time, double h);
   bool set_residuals(double time, double h);
   bool solve_stages(double time, double h);
-  void solve(double* right_hand_side);
+  void solve(double* x);  // the right-hand side before
   bool factor(double h, const double* const (&jacobians)[stages]);
   Status linearise(int place, double time, const double* y);
+  void set_slope(std::size_t column, int place, const double* y, double* slope) const;
   void differentiate(double h);
   double error(double h) const;
   void set_weights();
@@ -44,16 +45,22 @@ class Transition {
   System& system_;
   DenseJacobian jacobian_;
   Knowns by_knowns_;
-  std::size_t size_, columns_, knowns_;
+  std::size_t size_;
+  std::size_t positions_,
+      velocity_;      // of joints with one degree of freedom: their number, the first velocity
+  std::size_t rest_;  // entries of the state without these positions
+  std::size_t columns_, knowns_;
   double span_ = 0, rtol_ = 0;                 // of the advance
   std::vector<double> weights_;                // of the rows of a column, all as velocities
   const double *y_ = nullptr, *y0_ = nullptr;  // Y and y at the start of the step
   std::vector<double> slope_;                  // at the start of the step
   std::vector<double> jacobians_, gains_;      // at the start and the stages
   std::vector<double> move_, slopes_;          // of the stages
-  std::vector<double> matrix_, unknowns_;
+  std::vector<double> matrix_, reduced_, unknowns_;
   std::vector<double*> matrix_columns_;
   std::vector<std::int64_t> pivots_;
+  double h_ = 0;                       // of the matrix
+  const double* solved_[stages]{};     // its Jacobians
   std::vector<double> y_next_, next_;  // y and Y at the end of the step
 };
 
