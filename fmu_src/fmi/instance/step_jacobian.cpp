@@ -93,6 +93,11 @@ std::string StepJacobian::update() {
     system_.update_drives(simulation_.parameters);
     if (system_.plan().has_motion() && !follow_motion(system_, time, y.data()))
       return reasons::motion_impossible;
+    if (system_.has_constraints()) {
+      tangent_->go_to(simulation_.parameters, system_, time, y.data());
+      tangent_->apply_parameters();
+      tangent_->follow_constraints(system_, time, y.data());
+    }
     for (int c = 0; c < rows; ++c) {
       double* const column = &columns_[static_cast<std::size_t>(c) * size()];
       lift(y.data(), column, c);
@@ -157,11 +162,11 @@ double StepJacobian::lower(const double* y, const double* column, int coordinate
   return 2 * turn[at.axis] / (q[0] * q[0] + v.squaredNorm());
 }
 
-// Moves a change of the state to those that satisfy the loop constraints, as System::project moves the state.
+// Moves a change of the state to those that satisfy the loop constraints, as System::project moves the state;
+// after Tangent::follow_constraints at the same point.
 void StepJacobian::close(double time, const double* y, double* column) {
   const StateLayout& layout = system_.layout();
   Tangent& tangent = *tangent_;
-  tangent.go_to(simulation_.parameters, system_, time, y);
   for (int k = 0; k < system_.simple(); ++k) {
     tangent.q[system_.joint_of(k)].derivative = column[layout.q[k]];
     tangent.qd[system_.joint_of(k)].derivative = column[layout.qd[k]];
@@ -170,8 +175,7 @@ void StepJacobian::close(double time, const double* y, double* column) {
     std::copy_n(layout.quaternion.of(column, ball), 4, tangent.balls[ball].quaternion);
     std::copy_n(layout.omega.of(column, ball), 3, tangent.balls[ball].omega);
   }
-  tangent.apply_parameters();
-  tangent.follow_constraints(system_, time, y);
+  tangent.follow_constraints(system_, time, y, true);
   for (int k = 0; k < system_.simple(); ++k) {
     column[layout.q[k]] = tangent.q[system_.joint_of(k)].derivative;
     column[layout.qd[k]] = tangent.qd[system_.joint_of(k)].derivative;

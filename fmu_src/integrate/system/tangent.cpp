@@ -167,7 +167,7 @@ void Tangent::follow_jumps(System& system, double time, const double* y) {
   set_directions(at, speed);
 }
 
-void Tangent::follow_constraints(System& system, double time, const double* y) {
+void Tangent::follow_constraints(System& system, double time, const double* y, bool same_elimination) {
   const System::Coordinates from = system.coordinates(time, y);
   Duals at(q.size()), speed(q.size());
   for (std::size_t i = 0; i < q.size(); ++i) {
@@ -181,7 +181,12 @@ void Tangent::follow_constraints(System& system, double time, const double* y) {
     put_ball(ball, system.angles_of_ball(ball), turn_of(quaternion, balls[k].quaternion),
              with(omega, balls[k].omega), at, speed);
   }
-  project(at, speed);
+  if (same_elimination) {
+    renew_charts(at, speed);
+    for (const bool velocity : {false, true}) reduce(at, speed, velocity, false);
+  } else {
+    project(at, speed);
+  }
   set_directions(at, speed);
 }
 
@@ -222,8 +227,7 @@ void Tangent::project_within_rank(Duals& at, Duals& speed, double pivot_toleranc
   workspace_.loop.pivot_tolerance = pivot_tolerance;
   forward_dynamics(plan_, workspace_, at.data(), speed.data(), force.data(), unused.data());
   workspace_.loop.pivot_tolerance = dynamics_pivot_tolerance;
-  reduce(at, speed, false);
-  reduce(at, speed, true);
+  for (const bool velocity : {false, true}) reduce(at, speed, velocity, true);
 }
 
 // Residuals at these positions and velocities.
@@ -238,8 +242,8 @@ Tangent::ResidualSize Tangent::residual_size(const Duals& at, const Duals& speed
 }
 
 // Newton corrections with one elimination: values and derivatives as in System::reduce_residual, and after
-// these have converged the derivatives alone until they have, too.
-void Tangent::reduce(Duals& at, Duals& speed, bool velocity) {
+// these have converged the derivatives alone until they have, too. `values`: false where they have.
+void Tangent::reduce(Duals& at, Duals& speed, bool velocity, bool values) {
   LoopState<Dual>& loop = workspace_.loop;
   Duals correction(at.size());
   const Duals& residual = velocity ? loop.rate : loop.residual;
@@ -247,7 +251,6 @@ void Tangent::reduce(Duals& at, Duals& speed, bool velocity) {
   double before = infinity;
   ResidualProgress progress(residual.size());
   progress.restart();
-  bool values = true;
   for (int k = 0; k < 3 * System::projection_iterations; ++k) {
     const ResidualSize size = residual_size(at, speed, velocity);
     values =

@@ -40,9 +40,9 @@ class Tangent {
   // from (time, y), the state before the jump; loop constraints remain satisfied.
   void follow_jumps(System& system, double time, const double* y);
 
-  // Model exchange: completes the directions of q, qd and balls, those of (time, y), as System::project moves
-  // y.
-  void follow_constraints(System& system, double time, const double* y);
+  // Completes the directions of q, qd and balls, those of (time, y), as System::project moves y.
+  // `same_elimination`: this function was the last that was called, at the same point and parameters.
+  void follow_constraints(System& system, double time, const double* y, bool same_elimination = false);
 
   // The directions of start values become those of the assembled start. Returns the reason of a failure;
   // null: success.
@@ -113,7 +113,7 @@ class Tangent {
     double value, derivative;  // maximum over all rows; the value relative, the derivative not
   };
   ResidualSize residual_size(const Duals& at, const Duals& speed, bool velocity);
-  void reduce(Duals& at, Duals& speed, bool velocity);
+  void reduce(Duals& at, Duals& speed, bool velocity, bool values);
 
   Plan<Dual> plan_;
   Workspace<Dual> workspace_;
