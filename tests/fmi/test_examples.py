@@ -48,6 +48,17 @@ def test_payload_lies_within_its_standard_errors(example):
         assert 0 < error < 0.001 and abs(value - true) < 3 * error + 1e-4
 
 
+def test_rates_of_outputs_couple_two_arms(example):
+    *fixed, controlled = ([float(x) for x in re.findall(r"\d+(?:\.\d+)?(?:e-\d+)?(?= m\b)", line)] for line in example("coupled_arms.py"))
+    held, with_rates, repeated = (list(column) for column in zip(*fixed, strict=True))
+    assert len(held) == 4
+    assert all(b < 0.01 * a for a, b in zip(held, with_rates, strict=True))
+    # from 1 to 8 ms: orders 1, 2 and 3
+    for errors, order in ((held, 1), (with_rates, 1.8), (repeated, 2.8)):
+        assert errors[3] / errors[0] > 8**order
+    assert controlled[-1] < repeated[3]
+
+
 @pytest.mark.parametrize("program", ["lqr", "ukf", "payload"])
 def test_examples_of_control_stay_short(program):
     assert len((EXAMPLES / f"{program}.py").read_text(encoding="utf-8").splitlines()) < 40
