@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+import re
 import sys
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
@@ -16,6 +17,8 @@ from build_fmu.run.branches import Split
 from build_fmu.run.expressions import compile_expression
 from build_fmu.run.taylor import Interval
 
+# after names in tables, without signs of multiplication
+UNITS = ("s", "m", "m/s", "m/s2", "rad", "rad/s", "rad/s2", "N", "Nm", "V", "A", "W", "J", "1", "")
 MODES = ("none", "expressions", "all")  # the signals that change during a step
 
 
@@ -90,7 +93,8 @@ def _is_table(source: str) -> bool:
 def read_table(path: Path) -> dict[str, list[float]]:
     """Reads a CSV of numbers with a column `time` or `t` (s) that never decreases, returned as `time`; `-` is standard input.
 
-    Columns are separated by semicolons, tabs or commas; with the first two numbers may have decimal commas. Raises UserError with the line.
+    Columns are separated by semicolons, tabs or commas; with the first two numbers may have decimal commas. A unit after a name, `t [s]`,
+    must be an SI unit or rad. Raises UserError with the line.
     """
     try:
         text = (sys.stdin.buffer.read() if path == Path("-") else path.read_bytes()).decode("utf-8-sig")
@@ -101,7 +105,7 @@ def read_table(path: Path) -> dict[str, list[float]]:
     rows = [[cell.strip().strip('"') for cell in row] for row in csv.reader(io.StringIO(text, newline=""), delimiter=separator)]
     if separator != ",":
         rows[1:] = [[cell.replace(",", ".") for cell in row] for row in rows[1:]]
-    head = rows[0] if rows else []
+    head = [_without_unit(path, cell) for cell in rows[0]] if rows else []
     if "time" not in head:
         if "t" not in head:
             raise UserError(f"'{path}' has no column 'time' or 't' in the first line{named(head) if any(head) else ''}")
@@ -118,6 +122,15 @@ def read_table(path: Path) -> dict[str, list[float]]:
             table[name].append(_number(cell, f"{path}:{line}: column '{name}'"))
     _check_times(path, table["time"])
     return table
+
+
+def _without_unit(path: Path, cell: str) -> str:
+    found = re.fullmatch(r"(\S+)\s+[\[(](.*)[\])]", cell)
+    if found is None:
+        return cell
+    if re.sub(r"[\s.*·^]", "", found[2]) not in UNITS:
+        raise UserError(f"'{path}': column '{cell}': values must be in SI units and rad")
+    return found[1]
 
 
 def _check_times(path: Path, times: Sequence[float]) -> None:

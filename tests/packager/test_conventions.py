@@ -221,8 +221,21 @@ def test_json_of_a_wrong_argument(capsys):
 
 
 def test_a_table_without_time_shows_its_columns(tmp_path):
-    (tmp_path / "units.csv").write_text("t [s],pivot.tau\n0,1\n")
-    with pytest.raises(UserError, match=r"no column 'time' or 't' in the first line; available: t \[s\], pivot.tau"):
+    (tmp_path / "units.csv").write_text("T [s],pivot.tau\n0,1\n")
+    with pytest.raises(UserError, match=r"no column 'time' or 't' in the first line; available: T, pivot.tau"):
+        read_table(tmp_path / "units.csv")
+
+
+@pytest.mark.parametrize(("time", "torque"), [("t [s]", "pivot.tau [N m]"), ("time (s)", "pivot.tau [N·m]"), ("t", "pivot.tau (N.m)")])
+def test_units_in_the_first_line_of_a_table(tmp_path, time, torque):
+    (tmp_path / "units.csv").write_text(f"{time},{torque},ball.tau[1]\n0,1,2\n", encoding="utf-8")
+    assert read_table(tmp_path / "units.csv") == {"time": [0], "pivot.tau": [1], "ball.tau[1]": [2]}
+
+
+@pytest.mark.parametrize("column", ["t [ms]", "pivot.q (deg)"])
+def test_other_units_are_refused(tmp_path, column):
+    (tmp_path / "units.csv").write_text(f"time,{column}\n0,1\n")
+    with pytest.raises(UserError, match=r"values must be in SI units and rad"):
         read_table(tmp_path / "units.csv")
 
 
