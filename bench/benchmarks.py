@@ -6,7 +6,7 @@
 
 The error is the maximum difference of one output variable from its reference (benchmark_references.py) over the output times; the time is
 the CPU time of the steps, median of the repetitions. Exudyn runs the benchmarks that its joint coordinates describe, if it is
-installed (scripts/peers.sh). Writes benchmarks_table.md and benchmarks.txt (lines `scene.metric value`).
+installed (scripts/peers.sh). Writes benchmarks.svg, benchmarks_table.md and benchmarks.txt (lines `scene.metric value`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import matplotlib
 import numpy as np
+from matplotlib.figure import Figure
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "models"), str(ROOT / "bench" / "peers")]
@@ -48,7 +50,6 @@ class Benchmark:
     unit: str
     stop: float
     step: float
-    method: str
     reference: Callable[[np.ndarray], np.ndarray]
     source: str  # of the reference
     published: str  # an entry of others: CPU time
@@ -69,6 +70,7 @@ class Benchmark:
 
 
 OPENSIM = "OpenSim 3.2 {} s"
+OURS = "ReDySim-FMU"
 BENCHMARKS = (
     Benchmark(
         "pendulum",
@@ -77,7 +79,6 @@ BENCHMARKS = (
         "rad",
         10,
         0.01,
-        "erk",
         references.pendulum,
         "closed form",
         OPENSIM.format(0.637),
@@ -90,7 +91,6 @@ BENCHMARKS = (
         "rad",
         10,
         0.01,
-        "erk",
         references.four_bars(2),
         "equation of motion in one coordinate",
         OPENSIM.format(0.455),
@@ -104,7 +104,6 @@ BENCHMARKS = (
         "rad",
         10,
         0.01,
-        "erk",
         references.four_bars(40),
         "equation of motion in one coordinate",
         "",
@@ -118,7 +117,6 @@ BENCHMARKS = (
         "rad",
         0.03,
         0.0003,
-        "erk",
         references.squeezer,
         "published, 16 digits at 0.03 s",
         OPENSIM.format(0.384) + " for 0.05 s",
@@ -132,7 +130,6 @@ BENCHMARKS = (
         "rad",
         10,
         0.01,
-        "erk",
         references.bricard,
         "dense formulation, each second",
         OPENSIM.format(0.258),
@@ -144,7 +141,6 @@ BENCHMARKS = (
         "m",
         10,
         0.01,
-        "bdf",
         references.governor,
         "equations of motion in two coordinates",
         OPENSIM.format(0.233),
@@ -156,7 +152,6 @@ BENCHMARKS = (
         "rad",
         3,
         0.01,
-        "erk",
         references.slider_crank,
         "equation of motion in one coordinate",
         "",
@@ -197,7 +192,7 @@ def ours(benchmark: Benchmark, folder: Path, rtol: float, repetitions: int) -> R
         raise RuntimeError(f"{benchmark.title}: {outcomes[0].message}")
     values = outcomes[0].values[:, 0]
     reference = benchmark.reference(benchmark.times)
-    label = f"ReDySim-FMU, `{benchmark.method}`, tolerance {rtol:g}"
+    label = f"{OURS}, tolerance {rtol:g}"
     return Row(label, worst(reference[-len(values) :], values), statistics.median(outcome.seconds for outcome in outcomes))
 
 
@@ -268,13 +263,42 @@ def cell(value: float, form: str) -> str:
     return format(value, form) if np.isfinite(value) else "–"
 
 
+def published(benchmark: Benchmark) -> tuple[float, str]:
+    """CPU time (s) of the published entry, and what is said of it."""
+    seconds, _, rest = benchmark.published.removeprefix("OpenSim 3.2 ").partition(" s")
+    return float(seconds), rest
+
+
+def draw(results: list[tuple[Benchmark, list[Row]]], file: Path) -> None:
+    """Error against CPU time, one diagram a benchmark; published entries state no error."""
+    matplotlib.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "redysim"})
+    figure = Figure(figsize=(10.4, 2.7 * -(-len(results) // 3)), layout="constrained")
+    for i, (benchmark, rows) in enumerate(results):
+        axes = figure.add_subplot(-(-len(results) // 3), 3, i + 1)
+        for program, colour in ((OURS, "#c0392b"), ("Exudyn", "#2c6fa6")):
+            points = [(1e3 * row.seconds, row.error) for row in rows if row.label.startswith(program) and np.isfinite(row.error)]
+            if points:
+                axes.loglog(*zip(*points, strict=True), marker="o", ms=4, color=colour, label=program)
+        if benchmark.published:
+            axes.axvline(1e3 * published(benchmark)[0], color="#5a6872", ls="--", lw=1, label="OpenSim 3.2, published time")
+        axes.set_title(benchmark.title, fontsize=9)
+        axes.set_xlim(0.3, 1e5)
+        axes.set_xlabel("CPU time, ms", fontsize=8)
+        axes.set_ylabel(f"maximum error, {benchmark.unit}", fontsize=8)
+        axes.tick_params(labelsize=7)
+        axes.grid(alpha=0.3)
+    named = {label: line for axes in figure.axes for line, label in zip(*axes.get_legend_handles_labels(), strict=True)}
+    figure.legend(named.values(), named.keys(), loc="lower right", fontsize=9)
+    figure.savefig(file, metadata={"Date": None})
+
+
 def table(benchmark: Benchmark, rows: list[Row]) -> str:
     lines = [f"**{benchmark.title}**: {benchmark.stop:g} s, `{benchmark.variable}`, reference: {benchmark.source}", ""]
     lines += [f"| program | maximum error, {benchmark.unit} | CPU time, ms |", "| --- | --- | --- |"]
     lines += [f"| {row.label} | {cell(row.error, '.1e')} | {cell(1e3 * row.seconds, '.3g')} |" for row in rows]
     if benchmark.published:
-        seconds, _, rest = benchmark.published.removeprefix("OpenSim 3.2 ").partition(" s")
-        lines.append(f"| OpenSim 3.2, published{rest} | not stated | {1e3 * float(seconds):.0f} |")
+        seconds, rest = published(benchmark)
+        lines.append(f"| OpenSim 3.2, published{rest} | not stated | {1e3 * seconds:.0f} |")
     return "\n".join(lines) + "\n"
 
 
@@ -289,7 +313,7 @@ def main() -> None:
     absent = peers.missing().get("Exudyn", "")
     if absent:
         print(f"Exudyn is skipped: {absent}")
-    texts, figures = [], []
+    texts, figures, results = [], [], []
     for benchmark in BENCHMARKS:
         if not re.search(options.filter, benchmark.name):
             continue
@@ -300,9 +324,11 @@ def main() -> None:
         if benchmark.exudyn and not absent:
             rows += exudyn(benchmark, peers, work)
         texts.append(table(benchmark, rows))
+        results.append((benchmark, rows))
         print(texts[-1], flush=True)
     version = "" if absent else f"Exudyn {peers.versions().get('Exudyn', '?')}.\n\n"
     (options.output / "benchmarks_table.md").write_text("\n" + version + "\n".join(texts) + "\n", encoding="utf-8")
+    draw(results, options.output / "benchmarks.svg")
     (options.output / "benchmarks.txt").write_text("\n".join(figures) + "\n", encoding="utf-8")
 
 
