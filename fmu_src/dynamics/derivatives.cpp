@@ -312,33 +312,38 @@ REDYSIM_CLONES double Derivatives::change_elements(const Plan<double>& plan) {
 }
 
 // Derivatives of the row accelerations phi'' = sum of wrench . acceleration + quadratic part, with opposite
-// sign, into ws.loop.b, and of the wrenches at constant lambda.
-void Derivatives::change_loops(const Plan<double>& plan, Workspace<double>& ws) {
-  set_loop_rows(plan_, workspace_);
+// sign, into ws.loop.b, and of the wrenches at constant lambda: by a velocity they are constant.
+void Derivatives::change_loops(const Plan<double>& plan, Workspace<double>& ws, bool velocity) {
+  if (velocity)
+    set_quadratic_parts(plan_, workspace_);
+  else
+    set_loop_rows(plan_, workspace_);
   LoopState<Dual>& state = workspace_.loop;
   for (const auto& loop : plan_.loops) {
     const int bodies[] = {loop.body_a, loop.body_b, loop.root};
     for (std::size_t row = loop.first_row; row < loop.first_row + loop.rows.size(); ++row) {
       const Force<Dual>* const wrenches[] = {&state.wrench[0][row], &state.wrench[1][row], &state.K[row]};
       ws.loop.b[row] = state.b[row].derivative;
-      for (int side = 0; side < 3; ++side) {
-        const Force<Dual>& wrench = *wrenches[side];
-        const Force<double> change = change_of(wrench);
-        if (bodies[side] == ground) {
-          ws.loop.b[row] += change.force.dot(plan.gravity);
-          continue;
-        }
-        const Motion<double>& a = bodies_[bodies[side]].acceleration;
-        ws.loop.b[row] -= dot(change, a);
-        Change& body = changes_[bodies[side]];
-        for (int k = 0; body.moved && k < 3; ++k)
-          ws.loop.b[row] -= wrench.moment[k].value * body.acceleration.angular[k] +
-                            wrench.force[k].value * body.acceleration.linear[k];
-        body.wrench.moment -= lambda_[row] * change.moment;
-        body.wrench.force -= lambda_[row] * change.force;
-      }
+      for (int side = 0; side < 3; ++side) change_row(plan, ws, row, bodies[side], *wrenches[side], velocity);
     }
   }
+}
+
+// What the wrench of a row on one body adds.
+void Derivatives::change_row(const Plan<double>& plan, Workspace<double>& ws, std::size_t row, int of,
+                             const Force<Dual>& wrench, bool velocity) {
+  const Force<double> change = velocity ? Force<double>::zero() : change_of(wrench);
+  if (of == ground) {
+    ws.loop.b[row] += change.force.dot(plan.gravity);
+    return;
+  }
+  ws.loop.b[row] -= dot(change, bodies_[of].acceleration);
+  Change& body = changes_[of];
+  for (int k = 0; body.moved && k < 3; ++k)
+    ws.loop.b[row] -= wrench.moment[k].value * body.acceleration.angular[k] +
+                      wrench.force[k].value * body.acceleration.linear[k];
+  body.wrench.moment -= lambda_[row] * change.moment;
+  body.wrench.force -= lambda_[row] * change.force;
 }
 
 // Leaves to root: derivatives of the joint forces, with opposite sign: (9).
@@ -387,7 +392,7 @@ void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, cons
         power += change_elements(plan);
       }
       std::fill(ws.loop.b.begin(), ws.loop.b.end(), 0.0);  // that of couplings
-      if (has_elements_ && plan.has_constraints()) change_loops(plan, ws);
+      if (has_elements_ && plan.has_constraints()) change_loops(plan, ws, velocity);
       collect_forces(plan, ws, joint, velocity);
       forces_[joint] += passive.force;
       if (plan.has_elastic_couplings())

@@ -78,7 +78,9 @@ class Derivatives {
   void move_ground_states(const Plan<double>& plan, const Workspace<double>& ws, int joint, bool velocity);
   void change_contacts();
   double change_elements(const Plan<double>& plan);
-  void change_loops(const Plan<double>& plan, Workspace<double>& ws);
+  void change_loops(const Plan<double>& plan, Workspace<double>& ws, bool velocity);
+  void change_row(const Plan<double>& plan, Workspace<double>& ws, std::size_t row, int of,
+                  const Force<Dual>& wrench, bool velocity);
   void move_along(const Plan<double>& plan, const Workspace<double>& ws, Gradient& row);
   void sweep_back(const Plan<double>& plan, const Workspace<double>& ws, const double* qd, Gradient& row);
   double change_of_element(const Element& element, const Workspace<double>& ws, double weight);

@@ -208,3 +208,58 @@ def test_heyoka_integrates_the_same_variational_equations(built, instance, monke
     expected = taylor.state[len(start) :].reshape(len(start), -1)
     (A,) = after(instance(built(with_groups(model))).initialize(start=TIGHT), 0.2)
     assert np.abs(A - expected).max() < 1e-9 * np.abs(expected).max()
+
+
+BOUNCE = """
+name = "bounce"
+gravity = [0, 0, -9.81]
+
+[[link]]
+name = "ball"
+joint = "prismatic"
+joint_name = "z"
+mass = 1.0
+q = 0.1
+
+[[contact]]
+name = "floor"
+link_a = "ball"
+shape_a = "points"
+points_a = [[0, 0, 0]]
+stiffness = 1e5
+
+[fmu]
+outputs = ["step_jacobian"]
+"""
+
+
+@pytest.mark.parametrize("method", ["erk", "auto"])
+def test_a_bounce_within_a_step_counts(built, instance, method):
+    """The contact lasts from 0.14 to 0.15 s: neither the ends of the step nor its neighbourhood show it."""
+    fmu = built(BOUNCE)
+    start = {**TIGHT, "solver.method": method}
+
+    def end(**change: float) -> np.ndarray:
+        slave = instance(fmu).initialize(start={**start, **{f"z.{name}": value for name, value in change.items()}})
+        assert slave.step(0, 0.25) == OK, slave.errors
+        return np.array(slave.reals(["z.q", "z.qd"]))
+
+    slave = instance(fmu).initialize(start=start)
+    (A,) = after(slave, 0.25)
+    for column, (name, at) in enumerate([("q0", 0.1), ("qd0", 0.0)]):
+        moved = [end(**{name: at + e * 1e-5}) for e in (-2, -1, 1, 2)]
+        difference = (moved[0] - 8 * moved[1] + 8 * moved[2] - moved[3]) / 12e-5
+        assert np.abs(A[:, column] - difference).max() < 1e-6 * np.abs(A).max()
+
+
+@pytest.mark.parametrize("model", ["kuka_kr5", "four_bar"])
+def test_columns_that_are_read_together_or_apart(built, instance, model):
+    """By inputs only what is read is computed; both orders give the same derivatives within the tolerance."""
+    fmu = built(with_groups(model))
+    names = [name for name in fmu.named("output") if name.startswith("step_jacobian.")]
+    together, apart = (instance(fmu).initialize(start=TIGHT) for _ in range(2))
+    for slave in (together, apart):
+        assert slave.step(0, 0.01) == OK
+    expected = np.array(together.reals(names))
+    found = np.concatenate([jacobian(apart, part).ravel() for part in "ab"])
+    assert np.abs(found - expected).max() < 1e-10 * np.abs(expected).max()

@@ -120,6 +120,16 @@ Scalar squared_moment_rounding(const LoopGeometry<Scalar>& g, const ConstraintRo
           g.point_b.arm.squaredNorm());
 }
 
+// b of all loops, as set_loop_rows.
+template <class Scalar>
+void set_quadratic_parts(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
+  for (const auto& loop : plan.loops) {
+    const LoopGeometry<Scalar> geometry = loop_geometry(loop, ws);
+    for (std::size_t k = 0; k < loop.rows.size(); ++k)
+      ws.loop.b[static_cast<std::size_t>(loop.first_row) + k] = -row_values(geometry, loop.rows[k]).quadratic;
+  }
+}
+
 // Fills residual, rate, wrenches and b = -phi'' at zero accelerations of loop `n`. Uses ws.ground.
 template <class Scalar>
 void set_rows_of_loop(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t n) {

@@ -104,6 +104,7 @@ class Instance {
   std::string failed_step(const Outcome& outcome);
   void end_input_slopes(double time);
   Outcome advance_with_updates(double& end, bool inputs_changed);
+  Needs needs_of(const unsigned* references, std::size_t count) const;
 
   // "there is no Real variable with value reference 7", with the name of the type in the version of FMI
   std::string unknown_reference(unsigned reference, VariableType type) const;

@@ -31,6 +31,17 @@ void Instance::append_elements(unsigned reference, std::vector<unsigned>& elemen
   elements.insert(elements.end(), found.begin(), found.end());
 }
 
+// Of the first variable; those of others that contain them.
+Needs Instance::needs_of(const unsigned* references, std::size_t count) const {
+  const Needs first = simulation_.table.real(*references)->row->needs;
+  if (first != Needs::step_jacobian) return first;
+  const bool more = std::any_of(references + 1, references + count, [&](unsigned reference) {
+    const Variable* variable = simulation_.table.real(reference);
+    return variable && variable->row->needs == Needs::step_jacobian_by_knowns;
+  });
+  return more ? Needs::step_jacobian_by_knowns : first;
+}
+
 fmi2Status Instance::get_real(const unsigned* references, std::size_t count, double* values) {
   constexpr Function function = Function::get_real;
   if (const char* why = objection_to_arrays(count, {references, values})) return refuse(function, why);
@@ -40,7 +51,7 @@ fmi2Status Instance::get_real(const unsigned* references, std::size_t count, dou
     if (life_.state == State::instantiated && variable->is_calculated())
       return refuse(function, variable->name + " has no value before initialization mode");
     if (!values_.are_current(variable->row->needs)) {
-      const std::string why = values_.update(variable->row->needs);
+      const std::string why = values_.update(needs_of(references + i, count - i));
       if (!why.empty()) return refuse(function, why);
     }
     const double value = values_.read(*variable);

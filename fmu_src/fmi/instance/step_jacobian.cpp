@@ -31,31 +31,30 @@ void StepJacobian::begin_step() {
   const double* y = simulation_.integrator->state();
   const std::vector<double>& held = simulation_.system.inputs();
   step_.assign({simulation_.time, simulation_.time});
-  step_.insert(step_.end(), y, y + size());
+  for (int end = 0; end < 2; ++end) step_.insert(step_.end(), y, y + size());
   step_.insert(step_.end(), held.begin(), held.end());
-  is_current_ = false;
+  current_ = Current::none;
 }
 
 void StepJacobian::end_step(bool ok) {
-  if (ok)
-    step_[1] = simulation_.time;
-  else
-    forget();
+  if (!ok) return forget();
+  step_[1] = simulation_.time;
+  std::copy_n(simulation_.integrator->state(), size(), &step_[2 + size()]);
 }
 
 void StepJacobian::forget() {
   step_.clear();
-  is_current_ = false;
+  current_ = Current::none;
 }
 
 bool StepJacobian::fits(const std::vector<double>& step) const {
-  return step.empty() ||
-         (step.size() >= 2 + size() && step[1] > step[0] && system_.is_input_size(step.size() - 2 - size()));
+  return step.empty() || (step.size() >= first_input() && step[1] > step[0] &&
+                          system_.is_input_size(step.size() - first_input()));
 }
 
 void StepJacobian::restore(const std::vector<double>& step) {
   step_ = step;
-  is_current_ = false;
+  current_ = Current::none;
 }
 
 double StepJacobian::entry(Part part, int element) const {
@@ -66,17 +65,9 @@ double StepJacobian::entry(Part part, int element) const {
   return values_[(firsts[part] + at % counts[part]) * rows + at / counts[part]];
 }
 
-std::string StepJacobian::update() {
+std::string StepJacobian::update(bool with_knowns) {
   const int rows = coordinates();
-  const std::size_t all = static_cast<std::size_t>(rows) + knowns_.size();
-  if (!transition_ && !step_.empty()) {
-    transition_ = std::make_unique<Transition>(
-        system_, static_cast<int>(all), static_cast<int>(knowns_.size()),
-        [this](double time, const double* at, const DenseJacobian& jacobian, double* columns) {
-          return by_knowns(time, at, jacobian, columns);
-        });
-    tangent_ = std::make_unique<Tangent>(simulation_.model, system_);
-  }
+  const std::size_t knowns = with_knowns ? knowns_.size() : 0, all = static_cast<std::size_t>(rows) + knowns;
   std::vector<double> y(size());
   columns_.assign(all * size(), 0.0);
   values_.assign(all * static_cast<std::size_t>(rows), 0.0);
@@ -86,65 +77,99 @@ std::string StepJacobian::update() {
         values_[static_cast<std::size_t>(c * (rows + 1))] = 1;
   } else {
     std::copy_n(&step_[2], size(), y.begin());
-    const double time = step_[0], end = step_[1];
-    system_.resize_inputs(step_.size() - 2 - size());
-    std::copy(step_.begin() + 2 + static_cast<std::ptrdiff_t>(size()), step_.end(), system_.inputs().begin());
-    system_.scales() = simulation_.system.scales();
-    system_.update_drives(simulation_.parameters);
-    if (system_.plan().has_motion() && !follow_motion(system_, time, y.data()))
-      return reasons::motion_impossible;
-    if (system_.has_constraints()) {
-      tangent_->go_to(simulation_.parameters, system_, time, y.data());
-      tangent_->apply_parameters();
-      tangent_->follow_constraints(system_, time, y.data());
-    }
-    for (int c = 0; c < rows; ++c) {
-      double* const column = &columns_[static_cast<std::size_t>(c) * size()];
-      lift(y.data(), column, c);
-      if (system_.has_constraints()) close(time, y.data(), column);
-    }
-    std::string why = integrate(time, end, y.data());
-    if (!why.empty()) return why;
+    if (const std::string why = go_to_start(y.data()); !why.empty()) return why;
+    for (int c = 0; c < rows; ++c)
+      lift(step_[0], y.data(), &columns_[static_cast<std::size_t>(c) * size()], c);
+    if (const std::string why = integrate(transition(knowns), y.data()); !why.empty()) return why;
     for (std::size_t c = 0; c < all; ++c)
       for (int r = 0; r < rows; ++r)
         values_[c * static_cast<std::size_t>(rows) + static_cast<std::size_t>(r)] =
             lower(y.data(), &columns_[c * size()], r);
   }
-  is_current_ = true;
+  current_ = with_knowns ? Current::all : Current::by_state;
+  return {};
+}
+
+Transition& StepJacobian::transition(std::size_t knowns) {
+  std::unique_ptr<Transition>& found = transitions_[knowns > 0];
+  if (!found)
+    found = std::make_unique<Transition>(
+        system_, coordinates() + static_cast<int>(knowns), static_cast<int>(knowns),
+        [this](double time, const double* at, const DenseJacobian& jacobian, double* columns) {
+          return by_knowns(time, at, jacobian, columns);
+        });
+  return *found;
+}
+
+// The system at the start of the step. Returns why it cannot be there, empty on success.
+std::string StepJacobian::go_to_start(double* y) {
+  const double time = step_[0];
+  system_.resize_inputs(step_.size() - first_input());
+  std::copy(step_.begin() + static_cast<std::ptrdiff_t>(first_input()), step_.end(),
+            system_.inputs().begin());
+  system_.scales() = simulation_.system.scales();
+  system_.update_drives(simulation_.parameters);
+  if (system_.plan().has_motion() && !follow_motion(system_, time, y)) return reasons::motion_impossible;
+  if (!tangent_) tangent_ = std::make_unique<Tangent>(simulation_.model, system_);
+  if (system_.has_constraints()) {  // the elimination for lift
+    tangent_->go_to(simulation_.parameters, system_, time, y);
+    tangent_->apply_parameters();
+  }
   return {};
 }
 
 // As advance_by_breakpoints.
-std::string StepJacobian::integrate(double time, double end, double* y) {
+std::string StepJacobian::integrate(Transition& transition, double* y) {
+  double time = step_[0];
+  const double end = step_[1];
   const double rtol = std::max(simulation_.integrator_settings.rtol, tightest);
+  const double* y_end = &step_[2 + size()];
   for (;;) {
     system_.enter_phases(time);
     const double slack = 1e-12 * std::max(1.0, std::fabs(end)), breakpoint = system_.next_breakpoint(time);
     const double halt = breakpoint < end - slack ? breakpoint : end;
-    Outcome outcome = transition_->advance(time, halt, rtol, y, columns_.data());
+    if (halt != end || time != step_[0]) y_end = nullptr;
+    Outcome outcome = transition.advance(time, halt, rtol, y, columns_.data(), y_end);
     if (!outcome.ok) return "step_jacobian: " + outcome.message;
     if (halt == end) return {};
     time = halt;
   }
 }
 
-// The change of the state that a coordinate is.
-void StepJacobian::lift(const double* y, double* column, int coordinate) const {
+// The change of the state by a coordinate, moved to those that satisfy the loop constraints.
+void StepJacobian::lift(double time, const double* y, double* column, int coordinate) {
+  const StateLayout& layout = system_.layout();
   if (coordinate >= 2 * velocities_) {
-    column[system_.layout().motor_q.begin + coordinate - 2 * velocities_] = 1;
+    column[layout.motor_q.begin + coordinate - 2 * velocities_] = 1;
     return;
   }
   const CoordinatePlace& at = coordinates_[coordinate % velocities_];
   if (at.position < 0) return;
+  double* const velocities = column + layout.nq();
   if (coordinate >= velocities_) {
-    column[at.velocity] = 1;
-  } else if (at.ball < 0) {
-    column[at.position] = 1;
-  } else {
-    double turn[3] = {};
-    turn[at.axis] = 1;
-    quaternion_rate(y + at.position, turn, column + at.position);
+    velocities[at.velocity - layout.nq()] = 1;
+    if (system_.has_constraints()) system_.project_velocity(velocities);
+    return;
   }
+  // positions, and rotation vectors of spherical joints, as the velocities that lead to them
+  std::vector<double> positions(static_cast<std::size_t>(layout.nv()));
+  positions[at.velocity - layout.nq()] = 1;
+  if (system_.has_constraints()) system_.project_velocity(positions.data());
+  for (int k = 0; k < system_.simple(); ++k) column[layout.q[k]] = positions[layout.qd[k] - layout.nq()];
+  for (int ball = 0; ball < system_.balls(); ++ball)
+    quaternion_rate(layout.quaternion.of(y, ball), &positions[layout.omega[ball] - layout.nq()],
+                    layout.quaternion.of(column, ball));
+  if (system_.has_constraints()) system_.cancel_rates(row_rates(time, y, column), column);
+}
+
+// Rates of the constraint rows along a change of the positions.
+const std::vector<Dual>& StepJacobian::row_rates(double time, const double* y, const double* column) {
+  const StateLayout& layout = system_.layout();
+  for (int k = 0; k < system_.simple(); ++k)
+    tangent_->q[system_.joint_of(k)].derivative = column[layout.q[k]];
+  for (int ball = 0; ball < system_.balls(); ++ball)
+    std::copy_n(layout.quaternion.of(column, ball), 4, tangent_->balls[ball].quaternion);
+  return tangent_->row_rates(system_, time, y);
 }
 
 // The coordinate of a change of the state at y.
@@ -160,30 +185,6 @@ double StepJacobian::lower(const double* y, const double* column, int coordinate
   const Eigen::Map<const Vec3<double>> v(q + 1), dv(dq + 1);
   const Vec3<double> turn = q[0] * dv - dq[0] * v - v.cross(dv);
   return 2 * turn[at.axis] / (q[0] * q[0] + v.squaredNorm());
-}
-
-// Moves a change of the state to those that satisfy the loop constraints, as System::project moves the state;
-// after Tangent::follow_constraints at the same point.
-void StepJacobian::close(double time, const double* y, double* column) {
-  const StateLayout& layout = system_.layout();
-  Tangent& tangent = *tangent_;
-  for (int k = 0; k < system_.simple(); ++k) {
-    tangent.q[system_.joint_of(k)].derivative = column[layout.q[k]];
-    tangent.qd[system_.joint_of(k)].derivative = column[layout.qd[k]];
-  }
-  for (int ball = 0; ball < system_.balls(); ++ball) {
-    std::copy_n(layout.quaternion.of(column, ball), 4, tangent.balls[ball].quaternion);
-    std::copy_n(layout.omega.of(column, ball), 3, tangent.balls[ball].omega);
-  }
-  tangent.follow_constraints(system_, time, y, true);
-  for (int k = 0; k < system_.simple(); ++k) {
-    column[layout.q[k]] = tangent.q[system_.joint_of(k)].derivative;
-    column[layout.qd[k]] = tangent.qd[system_.joint_of(k)].derivative;
-  }
-  for (int ball = 0; ball < system_.balls(); ++ball) {
-    std::copy_n(tangent.balls[ball].quaternion, 4, layout.quaternion.of(column, ball));
-    std::copy_n(tangent.balls[ball].omega, 3, layout.omega.of(column, ball));
-  }
 }
 
 Status StepJacobian::by_knowns(double time, const double* y, const DenseJacobian& jacobian, double* columns) {

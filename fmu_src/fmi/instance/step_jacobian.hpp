@@ -28,8 +28,11 @@ class StepJacobian {
   void begin_step();
   void end_step(bool ok);
   void forget();  // there is no last step: its derivative is the identity
-  bool is_current() const { return is_current_; }
-  std::string update();  // returns why there are none, empty on success
+  // `with_knowns`: with the derivatives by inputs and parameters.
+  bool is_current(bool with_knowns) const {
+    return current_ >= (with_knowns ? Current::all : Current::by_state);
+  }
+  std::string update(bool with_knowns);  // returns why there are none, empty on success
   double entry(Part part, int element) const;
 
   // The last step, which the values depend on, for saved states.
@@ -40,24 +43,27 @@ class StepJacobian {
  private:
   int coordinates() const { return 2 * velocities_ + system_.layout().actuators(); }
   std::size_t size() const { return static_cast<std::size_t>(system_.size()); }
-  void lift(const double* y, double* column, int coordinate) const;
+  std::size_t first_input() const { return 2 + 2 * size(); }  // in step_
+  void lift(double time, const double* y, double* column, int coordinate);
+  const std::vector<Dual>& row_rates(double time, const double* y, const double* column);
   double lower(const double* y, const double* column, int coordinate) const;
-  void close(double time, const double* y, double* column);
   Status by_knowns(double time, const double* y, const DenseJacobian& jacobian, double* columns);
   bool by_known(const Variable& known, double time, const double* y, double* column);
-  std::string integrate(double time, double end, double* y);
+  Transition& transition(std::size_t knowns);
+  std::string go_to_start(double* y);
+  std::string integrate(Transition& transition, double* y);
 
   Simulation& simulation_;
   System system_;
-  std::unique_ptr<Transition> transition_;  // null: never read
+  std::unique_ptr<Transition> transitions_[2];  // without and with knowns; null: never read
   std::unique_ptr<Tangent> tangent_;
   std::vector<CoordinatePlace> coordinates_;
   int velocities_ = 0;
   std::vector<const Variable*> knowns_;  // force inputs, then parameters
   int inputs_ = 0;
-  std::vector<double> step_;              // start, end, state and inputs at the start; empty: none
+  std::vector<double> step_;              // start, end, states at both, inputs; empty: none
   std::vector<double> columns_, values_;  // values_: coordinates() x (coordinates() + knowns), by columns
-  bool is_current_ = false;
+  enum class Current { none, by_state, all } current_ = Current::none;
 };
 
 }  // namespace redysim

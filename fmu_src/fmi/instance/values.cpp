@@ -25,7 +25,7 @@ Values::Values(Simulation& simulation, CurrentState& state, ParameterSet& parame
 
 std::string Values::update(Needs needs) {
   if (are_current(needs)) return {};
-  if (needs == Needs::step_jacobian) return update_step_jacobian();
+  if (needs >= Needs::step_jacobian) return update_step_jacobian(needs == Needs::step_jacobian_by_knowns);
   std::string why = parameters_.bring_into_force();
   if (!why.empty() || needs <= Needs::parameters) return why;
   if (simulation_.model_exchange && state_.y() && !state_.can_follow())
@@ -64,10 +64,10 @@ std::string Values::update_slopes() {
   return {};
 }
 
-std::string Values::update_step_jacobian() {
+std::string Values::update_step_jacobian(bool by_knowns) {
   if (parameters_.changed() && !step_jacobian_->saved().empty())
     return "step_jacobian: parameters have changed since the last step; read it before";
-  return step_jacobian_->update();
+  return step_jacobian_->update(by_knowns);
 }
 
 std::string Values::not_finite() const {

@@ -35,7 +35,8 @@ class Values {
       case Needs::energies:
         return energies_are_current_;
       case Needs::step_jacobian:
-        return step_jacobian_->is_current();
+      case Needs::step_jacobian_by_knowns:
+        return step_jacobian_->is_current(needs == Needs::step_jacobian_by_knowns);
     }
     return false;
   }
@@ -110,7 +111,7 @@ class Values {
   bool has_drive_forces() const { return simulation_.plan.has_motion() || simulation_.system.control(); }
   std::string update_accelerations();
   std::string update_slopes();
-  std::string update_step_jacobian();
+  std::string update_step_jacobian(bool by_knowns);
   std::string not_finite() const;
   void update_sensed_wrenches();
 

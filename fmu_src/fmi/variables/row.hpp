@@ -25,7 +25,15 @@ enum class Variability : std::uint8_t { fixed, tunable, discrete, continuous };
 enum class Owner : std::uint8_t { model, joint, ball, frame, loop, coupling, contact, link };
 
 // What must be computed before a value is read.
-enum class Needs : std::uint8_t { nothing, parameters, accelerations, slopes, energies, step_jacobian };
+enum class Needs : std::uint8_t {
+  nothing,
+  parameters,
+  accelerations,
+  slopes,
+  energies,
+  step_jacobian,
+  step_jacobian_by_knowns
+};
 
 // Where a value is stored: a parameter in Parameters, an input in System::inputs(), a prescribed motion as
 // one of its three derivatives.

@@ -25,7 +25,7 @@ constexpr Entry entries[] = {
         .array(per_coordinate, per_input)
         .in(OutputGroup::step_jacobian)
         .discrete()
-        .reads(read, Needs::step_jacobian)
+        .reads(read, Needs::step_jacobian_by_knowns)
         .says("Derivative of the state after the last communication step by a held input (columns: force "
               "inputs "
               "in the order of this file)"),
@@ -33,7 +33,7 @@ constexpr Entry entries[] = {
         .array(per_coordinate, per_tunable)
         .in(OutputGroup::parameter_jacobian)
         .discrete()
-        .reads(read, Needs::step_jacobian)
+        .reads(read, Needs::step_jacobian_by_knowns)
         .says("Derivative of the state after the last communication step by a tunable parameter (columns: in "
               "the "
               "order of this file)"),

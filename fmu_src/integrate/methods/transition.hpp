@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <vector>
 
 #include "integrate/methods/integrator.hpp"
@@ -10,9 +11,10 @@
 namespace redysim {
 
 // Integrates a system together with the derivatives of its state by the state at the start and by constant
-// knowns (the variational equations Y' = J Y + G). Radau IIA of order 5 (Hairer and Wanner, Solving Ordinary
-// Differential Equations II, IV.5 and table 5.6), differentiated exactly at its stages, so the derivatives
-// are those of the discrete motion; the step size follows from their error.
+// knowns (the variational equations Y' = J Y + G), by collocation with exact derivatives at the stages. A
+// smooth motion is one step of Gauss's method of order 4, 6 or 8 which ends where the motion is known to end.
+// Any other is integrated by Radau IIA of order 5, whose step size follows from the error of the derivatives
+// (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.5).
 class Transition {
  public:
   // Columns of length System::size(): the derivatives of ydot by the knowns. `jacobian`: at the same point,
@@ -24,23 +26,53 @@ class Transition {
   Transition(System& system, int columns, int knowns, Knowns by_knowns);
 
   // Moves y and Y (by columns) from `time` to `end`; the relative error of each column of Y is about `rtol`.
-  Outcome advance(double time, double end, double rtol, double* y, double* columns);
+  // `y_end`: y at `end` by another method of this tolerance; null: unknown.
+  Outcome advance(double time, double end, double rtol, double* y, double* columns, const double* y_end);
 
  private:
-  static constexpr int stages = 3;
+  static constexpr std::size_t most_stages = 4;
 
+  // A collocation method: integrals of the Lagrange polynomials of its nodes.
+  struct Method {
+    explicit Method(std::initializer_list<double> nodes);
+    std::size_t stages;
+    double times[most_stages];
+    double table[most_stages][most_stages], weights[most_stages];  // up to the nodes, up to 1
+    double start[most_stages];                                     // the polynomials at 0
+    double highest[most_stages];                                   // their derivatives of order stages - 1
+    // Of Gauss's methods, for exp(z): error of the polynomial through exp at the nodes, at both ends,
+    // relative to z^stages; error of the step relative to z^(2 stages + 1).
+    double extrapolation, error;
+    double squared(std::size_t i, std::size_t j) const;  // entry of the square of the table
+  };
+
+  bool advance_smoothly(double time, const double* y_end);
+  double smooth_step(double time, const double* y_end);
+  double iterate_stages(double time, const double* y_end);
+  double angle_of_motion();
+  bool is_accurate(double angle) const;
+  bool agrees(const double* y_end) const;
+  Outcome advance_by_steps(double time, double end, double* y);
   bool step(double time, double h);
-  bool set_residuals(double time, double h);
+  double error(double h);
   bool solve_stages(double time, double h);
-  void solve(double* x);  // the right-hand side before
-  bool factor(double h, const double* const (&jacobians)[stages]);
-  Status linearise(int place, double time, const double* y);
-  void set_slope(std::size_t column, int place, const double* y, double* slope) const;
-  void differentiate(double h);
-  double error(double h) const;
+  bool set_residuals(double time, double h);
+  bool factor(double h, const double* const (&jacobians)[most_stages]);
+  void solve(double* x, std::size_t count);
+  Status linearise(std::size_t place, double time, const double* y);
+  bool linearise_stages(double time, double h);
+  void set_slopes(std::size_t place, double* slopes) const;
+  bool differentiate(double h);
   void set_weights();
-  double norm(const double* column) const;
-  double* stage(std::vector<double>& of, int index) { return &of[static_cast<std::size_t>(index) * size_]; }
+  // Slopes of columns at the stages, and the columns before and after the step, all by rows. `known_weights`:
+  // those of the columns from `first_known` on.
+  struct Rows {
+    const double *slopes, *before, *after;
+    std::size_t count, first_known;
+    const double* known_weights;
+  };
+  double relative_size(const Rows& rows, const double* factors, const double* at_start);
+  double* stage(std::vector<double>& of, std::size_t index) { return &of[index * size_]; }
 
   System& system_;
   DenseJacobian jacobian_;
@@ -50,18 +82,24 @@ class Transition {
       velocity_;      // of joints with one degree of freedom: their number, the first velocity
   std::size_t rest_;  // entries of the state without these positions
   std::size_t columns_, knowns_;
-  double span_ = 0, rtol_ = 0;                 // of the advance
-  std::vector<double> weights_;                // of the rows of a column, all as velocities
-  const double *y_ = nullptr, *y0_ = nullptr;  // Y and y at the start of the step
-  std::vector<double> slope_;                  // at the start of the step
-  std::vector<double> jacobians_, gains_;      // at the start and the stages
-  std::vector<double> move_, slopes_;          // of the stages
-  std::vector<double> matrix_, reduced_, unknowns_;
+  std::vector<Method> methods_;  // Gauss's, then Radau's
+  const Method* method_;
+  double span_ = 0, rtol_ = 0;  // of the advance
+  std::vector<double> weights_,
+      rate_weights_;                       // of the rows of Y, as velocities; the latter without positions
+  const double* y0_ = nullptr;             // y at the start of the step
+  std::vector<double> slope_, end_slope_;  // at the start of the step; at the known end
+  std::vector<double> jacobians_, gains_;  // at the start (place 0) and the stages
+  std::vector<double> move_, slopes_;      // of the stages
+  std::vector<double> matrix_;
   std::vector<double*> matrix_columns_;
   std::vector<std::int64_t> pivots_;
-  double h_ = 0;                       // of the matrix
-  const double* solved_[stages]{};     // its Jacobians
-  std::vector<double> y_next_, next_;  // y and Y at the end of the step
+  double h_ = 0;                         // of the matrix
+  const double* solved_[most_stages]{};  // its Jacobians
+  std::vector<double> reduced_, position_, defects_, sizes_;
+  std::vector<double> y_next_;                   // at the end of the step
+  std::vector<double> columns_before_, before_;  // Y and its slopes at the start of the step, by rows
+  std::vector<double> changes_, next_;           // slopes of Y at the stages, Y at the end, by rows
 };
 
 }  // namespace redysim

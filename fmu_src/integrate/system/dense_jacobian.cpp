@@ -58,9 +58,10 @@ bool DenseJacobian::by_input(int joint, double* column_of_input) const {
   return true;
 }
 
-Status DenseJacobian::evaluate(double time, const double* y, double* matrix) {
+Status DenseJacobian::evaluate(double time, const double* y, double* matrix, double* slope) {
   const Status status = system_.accelerations(time, y, qdd_.data());
   if (status != Status::ok) return status;
+  if (slope != nullptr) system_.slope_from(y, qdd_.data(), slope);
   const System::Coordinates at = system_.coordinates(time, y);
   system_.drive_forces(at, qdd_.data(), tau_.data());
   derivatives_.evaluate(system_.plan(), system_.workspace(), at.q, at.qd, qdd_.data(), tau_.data(),

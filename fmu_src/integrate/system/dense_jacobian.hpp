@@ -14,9 +14,9 @@ class DenseJacobian {
   // `by_inputs`: with the columns of all joint inputs, too.
   explicit DenseJacobian(System& system, bool by_inputs = false);
 
-  // Fills `matrix` by columns of length System::size(). Costs about one right-hand side per column and one
-  // more, which counts as an evaluation.
-  Status evaluate(double time, const double* y, double* matrix);
+  // Fills `matrix` by columns of length System::size(), and `slope`, ydot without work (null: not needed).
+  // Costs about one right-hand side per column and one more, which counts as an evaluation.
+  Status evaluate(double time, const double* y, double* matrix, double* slope = nullptr);
 
   // d(ydot)/d(input of a joint's drive) at the last point, length System::size(); false: there is no column.
   bool by_input(int joint, double* column) const;

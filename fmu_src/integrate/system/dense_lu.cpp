@@ -1,5 +1,6 @@
 #include "integrate/system/dense_lu.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -33,6 +34,19 @@ void solve_lu(const double* const* columns, std::int64_t n, const std::int64_t* 
   for (std::int64_t k = n; k-- > 0;) {
     b[k] /= columns[k][k];
     subtract(k, b[k], columns[k], b);
+  }
+}
+
+void solve_lu(const double* const* columns, std::int64_t n, const std::int64_t* pivots, double* b,
+              std::int64_t count) {
+  const auto row = [=](std::int64_t k) { return b + k * count; };
+  for (std::int64_t k = 0; k < n; ++k)
+    if (pivots[k] != k) std::swap_ranges(row(k), row(k) + count, row(pivots[k]));
+  for (std::int64_t k = 0; k < n; ++k)
+    for (std::int64_t i = k + 1; i < n; ++i) subtract(count, columns[k][i], row(k), row(i));
+  for (std::int64_t k = n; k-- > 0;) {
+    for (std::int64_t c = 0; c < count; ++c) row(k)[c] /= columns[k][k];
+    for (std::int64_t i = 0; i < k; ++i) subtract(count, columns[k][i], row(k), row(i));
   }
 }
 

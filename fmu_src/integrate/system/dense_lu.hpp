@@ -15,5 +15,8 @@ bool factor_lu(double* const* columns, std::int64_t n, std::int64_t* pivots);
 
 // b -> x, with the matrix as factor_lu left it.
 void solve_lu(const double* const* columns, std::int64_t n, const std::int64_t* pivots, double* b);
+// The same for `count` of them, by rows.
+void solve_lu(const double* const* columns, std::int64_t n, const std::int64_t* pivots, double* b,
+              std::int64_t count);
 
 }  // namespace redysim

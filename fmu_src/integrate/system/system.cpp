@@ -231,6 +231,12 @@ Status System::slope_within_step(double time, const double* y, double* ydot) {
   return status;
 }
 
+void System::slope_from(const double* y, const double* qdd, double* ydot) const {
+  for (int k = 0; k < layout_.q.count; ++k) ydot[k] = y[layout_.qd[k]];
+  slope_of_integrated(y, qdd, ydot);
+  if (actuators()) actuators_->set_slopes(y, ydot);
+}
+
 // The slope of velocities and quaternions from the accelerations of all joints.
 void System::slope_of_integrated(const double* y, const double* qdd, double* ydot) const {
   for (int k = 0; k < simple(); ++k) ydot[layout_.qd[k]] = qdd[integrated_[k]];
@@ -414,6 +420,11 @@ void System::project_velocity(double* velocity) {
   for (int k = 0; k < simple(); ++k) velocity[layout_.qd[k] - nq()] = drive_[integrated_[k]];
   for (int ball = 0; ball < balls(); ++ball)
     omega(ball) = rate_matrix(angles_[ball]) * Vec3<double>(rates(ball));
+}
+
+void System::cancel_rates(const std::vector<Dual>& rates, double* change) {
+  for (std::size_t row = 0; row < rates.size(); ++row) workspace_.loop.b[row] = -rates[row].derivative;
+  add_correction(change, true);
 }
 
 double System::step_to_touch(double time, const double* y, double h) {

@@ -131,6 +131,8 @@ class System {
   // The same for all but the steps of an integrator, which do not depend on it: the search for contacts
   // continues from the accelerations of the last right_hand_side.
   Status slope_within_step(double time, const double* y, double* ydot);
+  // The same without work from what `accelerations` gave at the same y.
+  void slope_from(const double* y, const double* qdd, double* ydot) const;
 
   // Moves y to the nearest point (mass metric) that satisfies the loop constraints of positions and
   // velocities. `error` (length size(), may be null): an error estimate, projected likewise.
@@ -142,6 +144,9 @@ class System {
   // Moves a change of the velocities of the state (nv()) to the nearest one that satisfies the constraints.
   // After `accelerations` at the same state.
   void project_velocity(double* velocity);
+  // Adds to the velocities of a change of the state the smallest ones (mass metric) that cancel these rates
+  // of the constraint rows. Likewise.
+  void cancel_rates(const std::vector<Dual>& rates, double* change);
   static constexpr int projection_iterations = 8;
   // Bounds of relative_violation (dynamics/loops/loop_rows.hpp):
   static constexpr double rounding = 1e-15;

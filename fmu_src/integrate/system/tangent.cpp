@@ -167,9 +167,9 @@ void Tangent::follow_jumps(System& system, double time, const double* y) {
   set_directions(at, speed);
 }
 
-void Tangent::follow_constraints(System& system, double time, const double* y, bool same_elimination) {
+// Coordinates of all joints at (time, y), with the directions of q, qd and balls.
+void Tangent::expand(System& system, double time, const double* y, Duals& at, Duals& speed) const {
   const System::Coordinates from = system.coordinates(time, y);
-  Duals at(q.size()), speed(q.size());
   for (std::size_t i = 0; i < q.size(); ++i) {
     at[i] = Dual(from.q[i], q[i].derivative);
     speed[i] = Dual(from.qd[i], qd[i].derivative);
@@ -181,13 +181,20 @@ void Tangent::follow_constraints(System& system, double time, const double* y, b
     put_ball(ball, system.angles_of_ball(ball), turn_of(quaternion, balls[k].quaternion),
              with(omega, balls[k].omega), at, speed);
   }
-  if (same_elimination) {
-    renew_charts(at, speed);
-    for (const bool velocity : {false, true}) reduce(at, speed, velocity, false);
-  } else {
-    project(at, speed);
-  }
+}
+
+void Tangent::follow_constraints(System& system, double time, const double* y) {
+  Duals at(q.size()), speed(q.size());
+  expand(system, time, y, at, speed);
+  project(at, speed);
   set_directions(at, speed);
+}
+
+const std::vector<Dual>& Tangent::row_rates(System& system, double time, const double* y) {
+  Duals at(q.size()), speed(q.size());
+  expand(system, time, y, at, speed);
+  residual_size(at, speed, true);
+  return workspace_.loop.rate;
 }
 
 // Effect of a jump of prescribed joints on the others: positions and velocities depend on jumps as
@@ -227,7 +234,7 @@ void Tangent::project_within_rank(Duals& at, Duals& speed, double pivot_toleranc
   workspace_.loop.pivot_tolerance = pivot_tolerance;
   forward_dynamics(plan_, workspace_, at.data(), speed.data(), force.data(), unused.data());
   workspace_.loop.pivot_tolerance = dynamics_pivot_tolerance;
-  for (const bool velocity : {false, true}) reduce(at, speed, velocity, true);
+  for (const bool velocity : {false, true}) reduce(at, speed, velocity);
 }
 
 // Residuals at these positions and velocities.
@@ -242,8 +249,8 @@ Tangent::ResidualSize Tangent::residual_size(const Duals& at, const Duals& speed
 }
 
 // Newton corrections with one elimination: values and derivatives as in System::reduce_residual, and after
-// these have converged the derivatives alone until they have, too. `values`: false where they have.
-void Tangent::reduce(Duals& at, Duals& speed, bool velocity, bool values) {
+// these have converged the derivatives alone until they have, too.
+void Tangent::reduce(Duals& at, Duals& speed, bool velocity) {
   LoopState<Dual>& loop = workspace_.loop;
   Duals correction(at.size());
   const Duals& residual = velocity ? loop.rate : loop.residual;
@@ -251,6 +258,7 @@ void Tangent::reduce(Duals& at, Duals& speed, bool velocity, bool values) {
   double before = infinity;
   ResidualProgress progress(residual.size());
   progress.restart();
+  bool values = true;
   for (int k = 0; k < 3 * System::projection_iterations; ++k) {
     const ResidualSize size = residual_size(at, speed, velocity);
     values =

@@ -41,8 +41,10 @@ class Tangent {
   void follow_jumps(System& system, double time, const double* y);
 
   // Completes the directions of q, qd and balls, those of (time, y), as System::project moves y.
-  // `same_elimination`: this function was the last that was called, at the same point and parameters.
-  void follow_constraints(System& system, double time, const double* y, bool same_elimination = false);
+  void follow_constraints(System& system, double time, const double* y);
+
+  // The rates of all constraint rows at (time, y) and their directions, from those of q, qd and balls.
+  const std::vector<Dual>& row_rates(System& system, double time, const double* y);
 
   // The directions of start values become those of the assembled start. Returns the reason of a failure;
   // null: success.
@@ -94,6 +96,7 @@ class Tangent {
  private:
   using Duals = std::vector<Dual>;  // per joint of the plan
   void set_balls();
+  void expand(System& system, double time, const double* y, Duals& at, Duals& speed) const;
   void apply_actuators();
   int actuator_count() const { return actuators_ ? actuators_->size() : 0; }
   const ActuatorOf<Dual>& actuator_law(int index) const {
@@ -113,7 +116,7 @@ class Tangent {
     double value, derivative;  // maximum over all rows; the value relative, the derivative not
   };
   ResidualSize residual_size(const Duals& at, const Duals& speed, bool velocity);
-  void reduce(Duals& at, Duals& speed, bool velocity, bool values);
+  void reduce(Duals& at, Duals& speed, bool velocity);
 
   Plan<Dual> plan_;
   Workspace<Dual> workspace_;
