@@ -12,6 +12,10 @@ class UserError(Exception):
     """An error that the user can correct; its text is one sentence, or the messages of `describe`."""
 
 
+class InvalidArgument(UserError):
+    """An option, value or combination of a command line that is wrong for every file."""
+
+
 def named(known: Iterable[str]) -> str:
     """Returns `; available: a, b and 7 more`, for a name that is similar to none of them."""
     known = list(known)

@@ -1,4 +1,4 @@
-"""The command line `build-fmu`, one module per command. Errors are one sentence on stderr with exit code 1."""
+"""The command line `build-fmu`, one module per command. Errors are one sentence on stderr with exit code 1, of wrong arguments 2."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from build_fmu import __version__
 from build_fmu.cli import build, check, completion, equilibrium, identify, import_model, linearise, modes, report, show, simulate, stress
 from build_fmu.cli.parser import Parser
 from build_fmu.cli.streams import emit, standard_streams
-from build_fmu.errors import UserError
+from build_fmu.errors import InvalidArgument, UserError
 
 COMMANDS = (build, import_model, check, simulate, linearise, modes, equilibrium, identify, report, stress, show, completion)
 
@@ -28,6 +28,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with standard_streams(options):
             return options.run(options) or 0
+    except InvalidArgument as error:
+        return options.parser.complain(str(error))
     except UserError as error:
         print(error, file=sys.stderr)
         emit(options, {"errors": str(error).splitlines()})

@@ -9,7 +9,7 @@ from pathlib import Path
 from build_fmu import native
 from build_fmu.cli.streams import add_options, emit
 from build_fmu.cli.terminal import output_file, sweep_bar, warn
-from build_fmu.errors import UserError
+from build_fmu.errors import InvalidArgument
 from build_fmu.model.describe import Description, describe
 from build_fmu.model.inverse import inverse_of
 
@@ -59,12 +59,12 @@ def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
     target = output_file(options.output, f"{options.model.stem}{'_inverse' if options.inverse else ''}.fmu", (".fmu",))
     warn(model.warnings)
     if options.report and options.fmi == 3:
-        raise UserError("--report supports FMI 2.0 only: remove it and run `build-fmu report` on the model file")
+        raise InvalidArgument("--report supports FMI 2.0 only: remove it and run `build-fmu report` on the model file")
     if options.arrays and options.fmi != 3:
-        raise UserError("--arrays: FMI 2.0 has scalars only; add --fmi 3")
+        raise InvalidArgument("--arrays: FMI 2.0 has scalars only; add --fmi 3")
     if options.specialise:
         if options.platforms not in (None, ["linux64"]):
-            raise UserError("--specialise supports linux64 only: remove --platforms")
+            raise InvalidArgument("--specialise supports linux64 only: remove --platforms")
         print("compiling a library for this model (about a minute the first time)", file=sys.stderr)
     built = build(
         model,

@@ -11,7 +11,7 @@ import numpy as np
 from build_fmu.cli.parser import number, positive
 from build_fmu.cli.streams import STREAM, add_options, emit
 from build_fmu.cli.terminal import SEVERAL, console, output_file, warn
-from build_fmu.errors import UserError, did_you_mean, unknown
+from build_fmu.errors import InvalidArgument, UserError, did_you_mean, unknown
 
 if TYPE_CHECKING:
     from build_fmu.identify.parameters import Plant
@@ -89,7 +89,7 @@ def run(options: argparse.Namespace) -> int:
     from build_fmu.library.model import load
 
     if options.design == bool(options.runs):
-        raise UserError("identify requires a measured run, or --design" if not options.runs else "--design takes no measured run")
+        raise InvalidArgument("identify requires a measured run, or --design" if not options.runs else "--design takes no measured run")
     with load(options.model) as model:
         warn(model.description.warnings)
         chosen = [*options.parameters, *([options.payload] if options.payload else [])]

@@ -10,7 +10,7 @@ from pathlib import Path
 from build_fmu.cli.parser import positive
 from build_fmu.cli.streams import add_options, emit
 from build_fmu.cli.terminal import output_file, warn
-from build_fmu.errors import UserError
+from build_fmu.errors import InvalidArgument, UserError
 from build_fmu.files import whole_file
 from build_fmu.importers.draft import Draft, legal
 from build_fmu.importers.read import read
@@ -89,7 +89,7 @@ def run(options: argparse.Namespace) -> int:
     draft = read(options.source, options)
     if options.name:
         if legal(options.name) != options.name:
-            raise UserError(
+            raise InvalidArgument(
                 f"--name: '{options.name}' is not a valid model name; use letters, digits and _, for example '{legal(options.name)}'"
             )
         draft.name = options.name

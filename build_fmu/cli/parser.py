@@ -24,10 +24,15 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Exits with code 2."""
-        sentence = f"{self.prog}: {message.removeprefix('argument ')}; `{self.prog} --help` lists the options"
+        self.exit(self.complain(message.removeprefix("argument ")))
+
+    def complain(self, message: str) -> int:
+        """Prints the line on wrong arguments and returns the exit code."""
+        sentence = f"{self.prog}: {message}; `{self.prog} --help` lists the options"
         if self.wants_json:
             print(json.dumps({"errors": [sentence]}, indent=2, ensure_ascii=False))
-        self.exit(2, sentence + "\n")
+        print(sentence, file=sys.stderr)
+        return 2
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is not None and value not in action.choices:

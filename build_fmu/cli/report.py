@@ -8,7 +8,7 @@ from pathlib import Path
 from build_fmu.cli.parser import positive, tolerance
 from build_fmu.cli.streams import add_options, emit
 from build_fmu.cli.terminal import SEVERAL, sweep_bar, targets_after
-from build_fmu.errors import UserError
+from build_fmu.errors import InvalidArgument, UserError
 
 
 def add(commands) -> None:
@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
         seconds=options.seconds,
     )
     if not targets:
-        raise UserError("report requires an FMU or a model file, for example `build-fmu report arm.toml`")
+        raise InvalidArgument("report requires an FMU or a model file, for example `build-fmu report arm.toml`")
     failed, facts = [], []
     with sweep_bar() as progress:
         for target in targets:
@@ -69,6 +69,8 @@ def run(options: argparse.Namespace) -> int:
                 files = write(report, options.output or Path("."), f"{target.stem}_report")
                 print(*files, *(f"  {line}" for line in advice(report)), sep="\n")
                 facts.append({"target": target, "files": files, "unit": report.unit, "advice": advice(report), "runs": run_rows(report)})
+            except InvalidArgument:
+                raise
             except UserError as error:
                 failed.append(str(error))
     if failed:

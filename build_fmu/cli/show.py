@@ -12,7 +12,7 @@ from pathlib import Path
 from build_fmu.cli.parser import number, positive
 from build_fmu.cli.streams import add_options
 from build_fmu.cli.terminal import SEVERAL, output_file, targets_after, warn
-from build_fmu.errors import UserError
+from build_fmu.errors import InvalidArgument, UserError
 from build_fmu.files import whole_file
 from build_fmu.model.describe import FOREIGN
 
@@ -69,7 +69,7 @@ def run(options: argparse.Namespace) -> int:
         if value
     ]
     if record and asked:
-        raise UserError(f"{asked[0]} applies to a simulation, but '{record}' contains results")
+        raise InvalidArgument(f"{asked[0]} applies to a simulation, but '{record}' contains results")
     with tempfile.TemporaryDirectory() as folder, ExitStack() as kept:
         model, mechanism = _model(mechanism, kept) if mechanism else (None, None)
         if model:
@@ -101,7 +101,7 @@ def _films(options: argparse.Namespace) -> list[Path]:
     """Returns the requested films; invalid options are reported before the run."""
     films = [path for path in (options.gif, options.mp4) if path]
     if options.at is not None and not options.still:
-        raise UserError("--at is the time of a picture: add --still PICTURE.png")
+        raise InvalidArgument("--at is the time of a picture: add --still PICTURE.png")
     for path, ending in ((options.still, ".png"), (options.gif, ".gif"), (options.mp4, ".mp4")):
         if path:
             output_file(path, path.name, (ending,))
@@ -133,7 +133,7 @@ def _still(options: argparse.Namespace, name: str, shown, model) -> None:
 def _targets(targets: list[Path]) -> tuple[Path | None, Path | None]:
     """Returns the FMU or model and the CSV among the targets."""
     if not targets:
-        raise UserError("show requires an FMU, a model file or a CSV with results, for example `build-fmu show arm.fmu`")
+        raise InvalidArgument("show requires an FMU, a model file or a CSV with results, for example `build-fmu show arm.fmu`")
     mechanisms = [t for t in targets if t.suffix in (".fmu", ".toml")]
     records = [t for t in targets if t.suffix.lower() == ".csv"]
     for other in targets:
@@ -141,7 +141,7 @@ def _targets(targets: list[Path]) -> tuple[Path | None, Path | None]:
             hint = f"; {FOREIGN[other.suffix.lower()]}" if other.suffix.lower() in FOREIGN else ""
             raise UserError(f"unsupported file type: '{other}'; supported: FMU (.fmu), model file (.toml), results (.csv){hint}")
     if len(mechanisms) > 1 or len(records) > 1:
-        raise UserError("too many targets: give one FMU or model file, one CSV, or both")
+        raise InvalidArgument("too many targets: give one FMU or model file, one CSV, or both")
     return next(iter(mechanisms), None), next(iter(records), None)
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from build_fmu.cli.parser import number, positive, tolerance
 from build_fmu.cli.streams import add_options, emit
 from build_fmu.cli.terminal import SEVERAL, bar, console, output_file, targets_after, warn
-from build_fmu.errors import UserError
+from build_fmu.errors import InvalidArgument, UserError
 from build_fmu.run.signals import MODES
 
 
@@ -124,7 +124,7 @@ def _simulated_file(options: argparse.Namespace) -> Path:
         return options.target
     found = targets_after(options.input, options.start, options.output)
     if not found:
-        raise UserError("simulate requires an FMU or a model file, for example `build-fmu simulate arm.fmu`")
+        raise InvalidArgument("simulate requires an FMU or a model file, for example `build-fmu simulate arm.fmu`")
     return found[0]
 
 

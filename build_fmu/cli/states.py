@@ -12,9 +12,8 @@ import numpy as np
 
 from build_fmu.cli.streams import add_options
 from build_fmu.cli.terminal import SEVERAL, console, warn
-from build_fmu.errors import UserError, unknown
-from build_fmu.run.expressions import compile_expression
-from build_fmu.run.signals import parse_start
+from build_fmu.errors import InvalidArgument, unknown
+from build_fmu.run.signals import expression_of, parse_start
 
 if TYPE_CHECKING:
     from build_fmu.library.model import Model
@@ -61,18 +60,18 @@ def facts_of_state(model: Model, x: np.ndarray, u: np.ndarray) -> dict:
 
 def given_state(model: Model, options: argparse.Namespace) -> tuple[np.ndarray, np.ndarray]:
     """Returns state and inputs; raises UserError."""
-    model.parameters = {name: compile_expression(text)(0.0) for name, text in parse_start(options.start).items()}
+    model.parameters = {name: expression_of(text)(0.0) for name, text in parse_start(options.start).items()}
     u = np.zeros(len(model.inputs))
     for name, text in parse_start(options.input).items():
         if name not in model.inputs:
             raise unknown("input", name, model.inputs)
-        u[model.inputs.index(name)] = compile_expression(text)(0.0)
+        u[model.inputs.index(name)] = expression_of(text)(0.0)
     where = getattr(options, "at", "equilibrium")
     if where == "equilibrium":
         return model.equilibrium(u), u
     if where == "held":
         if options.input:
-            raise UserError("--at held finds the inputs: remove --input")
+            raise InvalidArgument("--at held finds the inputs: remove --input")
         x = model.state(qd=np.zeros(len(model.velocities)))
         return x, model.hold(x)
     return model.start(), u

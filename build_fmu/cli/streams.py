@@ -14,7 +14,7 @@ from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdo
 from pathlib import Path
 from typing import Any, TextIO
 
-from build_fmu.errors import UserError
+from build_fmu.errors import InvalidArgument, UserError
 
 STREAM = Path("-")
 READ = ("model", "models", "target", "targets", "source")  # the options that name input files
@@ -44,7 +44,7 @@ def standard_streams(options: argparse.Namespace) -> Iterator[None]:
         written = next((Path(path) for path, name in names.items() if name == "<stdout>"), None)
         options.on_stdout = written is not None
         if written and wants_json:
-            raise UserError("--json and an output file `-` both write to stdout: remove one of them")
+            raise InvalidArgument("--json and an output file `-` both write to stdout: remove one of them")
         real, nothing = sys.stdout, io.StringIO()
         options.stdout, errors = (_Renamed(stream, names) if names else stream for stream in (sys.stdout, sys.stderr))
         kept.enter_context(redirect_stderr(nothing if quiet else errors))
@@ -52,7 +52,8 @@ def standard_streams(options: argparse.Namespace) -> Iterator[None]:
         try:
             yield
         except UserError as error:
-            raise UserError(_renamed(str(error), names)) from None
+            error.args = (_renamed(str(error), names),)
+            raise
         finally:
             # also a file that a failed command has completed
             if written and written.is_file():
@@ -85,7 +86,7 @@ def _files(options: argparse.Namespace, folder: Path) -> dict[str, str]:
             names[str(file)] = "<stdin>"
     key, ending = WRITTEN.get(options.command, ("", ""))
     if not key and getattr(options, "output", None) == STREAM:
-        raise UserError(f"{options.command} writes several files: -o requires the name of a folder, not `-`")
+        raise InvalidArgument(f"{options.command} writes several files: -o requires the name of a folder, not `-`")
     if getattr(options, key, None) == STREAM:
         file = folder / f"stdout{ending}"
         file.unlink(missing_ok=True)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from build_fmu.errors import UserError
+from build_fmu.errors import InvalidArgument, UserError
 
 # an option with several values that may be repeated
 SEVERAL = {"nargs": "+", "action": "extend", "default": []}
@@ -27,7 +27,7 @@ def output_file(given: Path | None, name: str, endings: Sequence[str]) -> Path:
     target = Path(name) if given is None else given / name if given.is_dir() else given
     if target.suffix.lower() not in endings:
         missing = "; to write into a folder, create it first" if not target.suffix else ""
-        raise UserError(f"'{target}' must end in {' or '.join(endings)}{missing}")
+        raise InvalidArgument(f"'{target}' must end in {' or '.join(endings)}{missing}")
     if not target.parent.is_dir():
         raise UserError(f"cannot write '{target}': the folder '{target.parent}' does not exist")
     return target

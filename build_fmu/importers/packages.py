@@ -11,7 +11,7 @@ from contextlib import contextmanager, redirect_stderr
 from pathlib import Path
 from types import ModuleType
 
-from build_fmu.errors import UserError
+from build_fmu.errors import InvalidArgument, UserError
 
 
 def places_of(package: str, folder: Path) -> list[Path]:
@@ -36,7 +36,7 @@ def expanded(path: Path, arguments: Sequence[str]) -> bytes:
     for text in arguments:
         name, equals, value = text.partition("=")
         if not equals or not name.strip(":"):
-            raise UserError(f"--arg: '{text}' must be NAME=VALUE")
+            raise InvalidArgument(f"--arg: '{text}' must be NAME=VALUE")
         values[name.removesuffix(":")] = value
     missing: list[str] = []
     try:

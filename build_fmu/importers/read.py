@@ -7,7 +7,7 @@ from argparse import Namespace
 from importlib import import_module
 from pathlib import Path
 
-from build_fmu.errors import UserError
+from build_fmu.errors import InvalidArgument, UserError
 from build_fmu.importers.draft import Draft
 from build_fmu.importers.holding import hold_start
 
@@ -45,7 +45,8 @@ def read(source: Path, options: Namespace) -> Draft:
     for option, users in OPTIONS.items():
         # options at their defaults are None, False or an empty list
         if name not in users and getattr(options, option, None):
-            raise UserError(f"--{option} has no effect on '{source.name}': it applies to {' and '.join(WORDS[user] for user in users)}")
+            kinds = " and ".join(WORDS[user] for user in users)
+            raise InvalidArgument(f"--{option} has no effect on '{source.name}': it applies to {kinds}")
     draft = import_module(f"build_fmu.importers.{name}").read(source, options)
     if options.hold:
         hold_start(draft)

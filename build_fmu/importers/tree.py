@@ -10,7 +10,7 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
-from build_fmu.errors import UserError, did_you_mean
+from build_fmu.errors import InvalidArgument, UserError, did_you_mean
 from build_fmu.importers.draft import GROUND, Draft, DraftLink, DraftTie, Names
 from build_fmu.importers.layout import far, joint_frame, place, settle, side_frame
 from build_fmu.importers.rigid import pose_of, position_and_angles, six_of, transform
@@ -58,7 +58,7 @@ def set_pose(bodies: dict[str, Body], asked: Sequence[str]) -> set[str]:
         except ValueError:
             q = math.nan
         if not math.isfinite(q):
-            raise UserError(f"--pose: '{text}' must be JOINT=VALUE with a number in rad or m")
+            raise InvalidArgument(f"--pose: '{text}' must be JOINT=VALUE with a number in rad or m")
         for body in found:
             body.q = q
             named.add(body.joint)

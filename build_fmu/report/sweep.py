@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
-from build_fmu.errors import UserError
+from build_fmu.errors import InvalidArgument, UserError
 from build_fmu.report.motion import Positions
 from build_fmu.report.reference import Reference
 from build_fmu.run.driver import Outcome, Staged, Task, drive
@@ -66,9 +66,9 @@ class Plan:
 
 
 def known_method(name: str) -> None:
-    """Raises UserError for an unknown solver method."""
+    """Raises InvalidArgument for an unknown solver method."""
     if name not in METHODS:
-        raise UserError(f"unknown method '{name}'; available: {', '.join(METHODS)}")
+        raise InvalidArgument(f"unknown method '{name}'; available: {', '.join(METHODS)}")
 
 
 def offered_methods(fmu: Staged, wanted: Sequence[str] = METHODS) -> list[str]:

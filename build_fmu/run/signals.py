@@ -12,9 +12,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Protocol
 
-from build_fmu.errors import UserError, did_you_mean, named
+from build_fmu.errors import InvalidArgument, UserError, did_you_mean, named
 from build_fmu.run.branches import Split
-from build_fmu.run.expressions import compile_expression
+from build_fmu.run.expressions import Expression, compile_expression
 from build_fmu.run.taylor import Interval
 
 # after names in tables, without signs of multiplication
@@ -73,17 +73,25 @@ def parse_inputs(arguments: Sequence[str], find: Callable[[str], str]) -> dict[s
             found = {find(column): (column, table) for column in table if column != "time"}
             new = {column: _column(table, column) for column in found}
         elif not equals or not source:
-            raise UserError(f"'{argument}' is not an input: write NAME=EXPRESSION, NAME=FILE.csv or FILE.csv")
+            raise InvalidArgument(f"'{argument}' is not an input: write NAME=EXPRESSION, NAME=FILE.csv or FILE.csv")
         elif _is_table(source):
             new = {find(name): _only_column(Path(source), name)}
         else:
             # equal expressions share one signal, which is analysed once
-            new = {find(name): expressions.setdefault(source, compile_expression(source))}
+            new = {find(name): expressions.setdefault(source, expression_of(source))}
         for key, signal in new.items():
             if key in signals:
-                raise UserError(f"duplicate input '{key}'")
+                raise InvalidArgument(f"duplicate input '{key}'")
             signals[key] = signal
     return signals
+
+
+def expression_of(argument: str) -> Expression:
+    """Returns the function of t (s) in an argument; raises InvalidArgument."""
+    try:
+        return compile_expression(argument)
+    except UserError as error:
+        raise InvalidArgument(str(error)) from None
 
 
 def _is_table(source: str) -> bool:
@@ -147,9 +155,9 @@ def parse_start(arguments: Sequence[str]) -> dict[str, str]:
     for argument in arguments:
         name, equals, value = (part.strip() for part in argument.partition("="))
         if not equals or not name or not value:
-            raise UserError(f"'{argument}' is not a start value: write NAME=VALUE")
+            raise InvalidArgument(f"'{argument}' is not a start value: write NAME=VALUE")
         if name in values:
-            raise UserError(f"duplicate start value of '{name}'")
+            raise InvalidArgument(f"duplicate start value of '{name}'")
         values[name] = value
     return values
 

@@ -15,10 +15,9 @@ from typing import Any
 import numpy as np
 
 from build_fmu.errors import UserError
-from build_fmu.run.expressions import compile_expression
 from build_fmu.run.input_course import MOTION, Course
 from build_fmu.run.session import Session
-from build_fmu.run.signals import parse_inputs, parse_start
+from build_fmu.run.signals import expression_of, parse_inputs, parse_start
 
 MOST_STEPS = 100_000_000
 
@@ -154,9 +153,10 @@ def start_values(session: Session, arguments: Sequence[str]) -> dict[str, Any]:
             values[name] = text.lower() in ("true", "1")
         else:
             try:
-                values[name] = compile_expression(text)(0.0)
+                values[name] = expression_of(text)(0.0)
             except UserError as error:
-                raise UserError(f"start value of '{name}': {error}") from None
+                error.args = (f"start value of '{name}': {error}",)
+                raise
             if kind == "Integer" and values[name] != int(values[name]):
                 raise UserError(f"'{name}' must be an integer, got '{text}'")
     return values

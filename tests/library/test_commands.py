@@ -77,4 +77,3 @@ def test_equilibrium_of_contact_and_loops(run):
 
 def test_wrong_inputs_are_one_sentence(run):
     assert run("linearise", "--input", "rod.ta=2")[::2] == (1, "unknown input 'rod.ta'; did you mean 'rod.tau'?\n")
-    assert run("modes", "--at", "held", "--input", "rod.tau=2")[::2] == (1, "--at held finds the inputs: remove --input\n")

@@ -73,13 +73,8 @@ def test_check_summary(compiled, model, tmp_path):
         (["build", "missing.toml"], "model file 'missing.toml' does not exist"),
         (["check", "."], "'.' is a folder"),
         (["simulate", "missing.fmu"], "FMU 'missing.fmu' does not exist"),
-        (["simulate"], "requires an FMU or a model file"),
         (["simulate", "--input", "a=1", "missing.fmu"], "FMU 'missing.fmu' does not exist"),
         (["simulate", "broken.fmu"], "is not a readable FMU"),
-        (["simulate", "x.fmu", "--csv", "out.txt"], "must end in .csv"),
-        (["simulate", "x.fmu", "--plot", "out.toml"], "must end in .png"),
-        (["report", "x.fmu", "--method", "erk", "rk4"], "unknown method 'rk4'; available: auto, "),
-        (["stress", "crane.toml", "--method", "foo"], "unknown method 'foo'; available: auto, "),
     ],
 )
 def test_sentences(compiled, tmp_path, arguments, sentence):
@@ -88,6 +83,52 @@ def test_sentences(compiled, tmp_path, arguments, sentence):
     assert done.returncode == 1
     assert sentence in done.stderr and "Traceback" not in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["simulate"], "requires an FMU or a model file"),
+        (["simulate", "{fmu}", "--csv", "out.txt"], "'out.txt' must end in .csv"),
+        (["simulate", "{fmu}", "--plot", "out.doc"], "'out.doc' must end in .png or .svg or .pdf"),
+        (["simulate", "{fmu}", "--input", "pivot.tau"], "'pivot.tau' is not an input: write NAME=EXPRESSION"),
+        (["simulate", "{fmu}", "--input", "pivot.tau=2*"], "cannot read the expression '2*'"),
+        (["simulate", "{fmu}", "--start", "pivot.q0=1", "pivot.q0=2"], "duplicate start value of 'pivot.q0'"),
+        (["simulate", "{fmu}", "--start", "pivot.q0=cot(1)"], "start value of 'pivot.q0': 'cot(1)': unknown function 'cot'"),
+        (["simulate", "{fmu}", "--csv", "-", "--json"], "both write to stdout"),
+        (["show"], "show requires an FMU, a model file or a CSV with results"),
+        (["show", "{fmu}", "{fmu}"], "too many targets: give one FMU or model file"),
+        (["show", "run.csv", "--stop", "1"], "--stop applies to a simulation"),
+        (["show", "{fmu}", "-o", "page.pdf"], "'page.pdf' must end in .html or .htm"),
+        (["show", "{fmu}", "--still", "x.doc"], "'x.doc' must end in .png"),
+        (["show", "{fmu}", "--gif", "x.mp4"], "'x.mp4' must end in .gif"),
+        (["show", "{fmu}", "--mp4", "x.gif"], "'x.gif' must end in .mp4"),
+        (["show", "{fmu}", "--at", "1"], "--at is the time of a picture"),
+        (["build", "{model}", "-o", "pendulum.zip"], "'pendulum.zip' must end in .fmu"),
+        (["build", "{model}", "--arrays"], "add --fmi 3"),
+        (["import", "arm.csv", "--dh", "modified", "-o", "x.urdf"], "'x.urdf' must end in .toml"),
+        (["import", "arm.urdf", "--dh", "standard"], "--dh has no effect on 'arm.urdf'"),
+        (["identify", "{model}"], "identify requires a measured run, or --design"),
+        (["identify", "{model}", "run.csv", "--design"], "--design takes no measured run"),
+        (["linearise", "{model}", "--at", "held", "--input", "pivot.tau=1"], "--at held finds the inputs"),
+        (["report", "{fmu}", "-o", "-"], "-o requires the name of a folder"),
+        (["report", "{fmu}", "--method", "erk", "rk4"], "unknown method 'rk4'; available: auto, "),
+        (["report", "{fmu}", "--input", "pivot.tau"], "'pivot.tau' is not an input"),
+        (["stress", "{model}", "--method", "foo"], "unknown method 'foo'; available: auto, "),
+    ],
+)
+def test_wrong_arguments(built_library, tmp_path, monkeypatch, capsys, arguments, sentence):
+    """They end a command with code 2 and one sentence, although each of its files is right."""
+    monkeypatch.chdir(tmp_path)
+    files = {"model": ROOT / "models" / "pendulum.toml", "fmu": tmp_path / "pendulum.fmu"}
+    (tmp_path / "arm.urdf").write_text('<robot name="arm"><link name="base"/></robot>')
+    (tmp_path / "arm.csv").write_text("name, a [m], mass [kg]\nrod, 0, 1\n")
+    if "{fmu}" in arguments:
+        assert main(["build", str(files["model"]), "--no-show"]) == 0
+    capsys.readouterr()
+    assert main([word.format(**files) for word in arguments]) == 2
+    text = capsys.readouterr().err
+    assert text.startswith(f"build-fmu {arguments[0]}: ") and sentence in text and len(text.splitlines()) == 1
 
 
 def test_a_library_that_cannot_be_loaded(compiled, model, tmp_path):
@@ -130,7 +171,7 @@ def test_platforms(compiled, model, tmp_path, monkeypatch, capsys):
     (tmp_path / "CMakeLists.txt").touch()
     assert main(["build", str(model), "-o", str(target), "--platforms", "linux64,win64"]) == 1
     assert "'libredysim_fmu.dll' is not built: run `make win64`" in capsys.readouterr().err and not target.exists()
-    assert main(["build", str(model), "-o", str(target), "--platforms", "linux64,win64", "--specialise"]) == 1
+    assert main(["build", str(model), "-o", str(target), "--platforms", "linux64,win64", "--specialise"]) == 2
     assert "--specialise supports linux64 only" in capsys.readouterr().err
     with pytest.raises(SystemExit):
         main(["build", str(model), "--platforms", "win32"])

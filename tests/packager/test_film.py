@@ -151,18 +151,11 @@ def test_an_mp4_goes_through_ffmpeg(tmp_path, capsys, monkeypatch):
     assert capsys.readouterr().err.strip() == "ffmpeg failed: no such codec" and not (tmp_path / "b.mp4").exists()
 
 
-@pytest.mark.parametrize(
-    ("options", "sentence"),
-    [
-        (["--gif", "a.png"], "must end in .gif"),
-        (["--gif", "a.gif", "--speed", "0.001"], "the film would have"),
-    ],
-)
-def test_films_that_cannot_be(options, sentence, tmp_path, monkeypatch, capsys):
+def test_a_film_of_too_many_frames(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert main(["show", str(ROOT / "models" / "pendulum.toml"), *options]) == 1
+    assert main(["show", str(ROOT / "models" / "pendulum.toml"), "--gif", "a.gif", "--speed", "0.001"]) == 1
     said = capsys.readouterr().err
-    assert sentence in said and len(said.strip().splitlines()) == 1 and not list(tmp_path.iterdir())
+    assert "the film would have" in said and len(said.strip().splitlines()) == 1 and not list(tmp_path.iterdir())
 
 
 def test_a_record_alone_has_no_mechanism_to_film(tmp_path, capsys):

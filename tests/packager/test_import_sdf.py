@@ -154,4 +154,4 @@ def test_the_command_recognises_an_sdf_by_its_root_element(tmp_path):
     done = command("import", file, "-o", tmp_path / "p.toml")
     assert done.returncode == 0 and "3 links, 3 moving joints, 1 loop" in done.stdout
     done = command("import", file, "--floating")
-    assert done.returncode == 1 and "--floating has no effect on 'model.xml': it applies to URDF files" in done.stderr
+    assert done.returncode == 2 and "--floating has no effect on 'model.xml': it applies to URDF files" in done.stderr

@@ -297,7 +297,7 @@ def test_mistakes(tmp_path, content, pose, sentence):
 ])  # fmt: skip
 def test_an_option_of_another_format_is_refused(tmp_path, capsys, words, sentence):
     (tmp_path / "arm.csv").write_text("name, a [m], mass [kg]\nrod, 0, 1\n")
-    assert main(["import", str(tmp_path / "arm.csv"), "--dh", "modified", *words, "-o", str(tmp_path / "arm.toml")]) == 1
+    assert main(["import", str(tmp_path / "arm.csv"), "--dh", "modified", *words, "-o", str(tmp_path / "arm.toml")]) == 2
     assert sentence in capsys.readouterr().err and not (tmp_path / "arm.toml").exists()
 
 

@@ -175,16 +175,12 @@ def test_an_fmu_and_a_record(model_file, tmp_path, capsys, monkeypatch):
     ("targets", "sentence"),
     [
         (["a.txt"], "unsupported file type: 'a.txt'"),
-        ([], "show requires an FMU, a model file or a CSV with results"),
         (["--input", "nothing.tau=1", "reach.toml"], "unknown input 'nothing.tau'"),
-        (["reach.toml", "reach.toml"], "too many targets: give one FMU or model file"),
         (["missing.fmu"], "FMU 'missing.fmu' does not exist"),
         (["missing.toml"], "model file 'missing.toml' does not exist"),
         (["missing.csv"], "cannot read 'missing.csv'"),
         (["broken.fmu"], "is not a readable FMU"),
         (["empty.csv"], "has no column except time"),
-        (["reach.toml", "-o", "page.pdf"], "must end in .html"),
-        (["empty.csv", "--stop", "1"], "--stop applies to a simulation"),
     ],
 )
 def test_mistakes(model_file, tmp_path, monkeypatch, capsys, targets, sentence):
