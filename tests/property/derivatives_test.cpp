@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "dynamics/energy.hpp"
+#include "dynamics/joint_elimination.hpp"
 #include "support/mechanisms.hpp"
 #include "support/random_loops.hpp"
 

@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
 #include "dynamics/assembly/freedom.hpp"
+#include "dynamics/energy.hpp"
+#include "dynamics/input_layout.hpp"
+#include "dynamics/joint_elimination.hpp"
 #include "support/random_loops.hpp"
 
 // Every mix of drives is the same plant: what a prescribed motion needs as a force gives that motion when it

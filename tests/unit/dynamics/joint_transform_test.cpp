@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "dynamics/bias.hpp"
 #include "support/evaluate.hpp"
 #include "support/random_tree.hpp"
 

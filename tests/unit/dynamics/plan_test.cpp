@@ -4,7 +4,11 @@
 
 #include <cmath>
 
+#include "dynamics/aba.hpp"
 #include "dynamics/compiled.hpp"
+#include "dynamics/crba.hpp"
+#include "dynamics/energy.hpp"
+#include "dynamics/rnea.hpp"
 #include "support/allocation_count.hpp"
 #include "support/evaluate.hpp"
 #include "support/mechanisms.hpp"

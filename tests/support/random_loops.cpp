@@ -1,0 +1,155 @@
+#include "support/random_loops.hpp"
+
+#include <algorithm>
+
+#include "model/dh.hpp"
+
+namespace redysim::test {
+
+std::vector<Pose> poses_at(const Model& model, const Vector& q) {
+  std::vector<Pose> poses;
+  Eigen::Index next = 0;
+  for (const Link& link : model.links) {
+    DhParameters dh = link.joint.dh;
+    switch (link.joint.type) {
+      case JointType::revolute:
+        dh.theta += q[next++];
+        break;
+      case JointType::prismatic:
+        dh.d += q[next++];
+        break;
+      case JointType::screw:
+        dh.d += link.joint.pitch * q[next];
+        dh.theta += q[next++];
+        break;
+      case JointType::fixed:
+        break;
+    }
+    const Pose own = pose_of(dh);
+    poses.push_back(link.parent == ground ? own : poses[link.parent] * own);
+  }
+  return poses;
+}
+
+int moving_joints(const Model& model) {
+  return static_cast<int>(std::count_if(model.links.begin(), model.links.end(), [](const Link& link) {
+    return link.joint.type != JointType::fixed;
+  }));
+}
+
+Loop closed_loop(Random& random, LoopType type, int a, int b, const std::vector<Pose>& poses) {
+  const Pose at_a = a == ground ? Pose() : poses[a], at_b = b == ground ? Pose() : poses[b];
+  Loop loop;
+  loop.name = "loop";
+  loop.type = type;
+  loop.link_a = a;
+  loop.link_b = b;
+  loop.point_a = random.vector(0.5);
+  const Mat3<double> into_b = at_b.rotation.transpose() * at_a.rotation;
+  loop.point_b = at_b.rotation.transpose() * (at_a.rotation * loop.point_a + at_a.position - at_b.position);
+  loop.axis_a = random.direction();
+  loop.x_a = loop.axis_a.cross(random.direction()).normalized();
+  loop.axis_b = into_b * (type == LoopType::universal ? loop.x_a : loop.axis_a);
+  loop.x_b = into_b * loop.x_a;
+  if (type == LoopType::cylindrical || type == LoopType::prismatic)
+    loop.point_b += loop.axis_b * random.between(-0.3, 0.3);
+  const int directions = 1 + random.index(3);
+  if (type == LoopType::point)
+    for (int k = 0; k < directions; ++k) {
+      Vec3<double> direction = random.direction();
+      for (const Vec3<double>& other : loop.directions) direction -= other * other.dot(direction);
+      loop.directions.push_back(direction.normalized());
+    }
+  return loop;
+}
+
+Loop repeated_joint(Random& random, const Model& model, int link) {
+  Loop loop;
+  loop.name = "again";
+  loop.link_a = model.links[link].parent;
+  loop.link_b = link;
+  const JointType joint = model.links[link].joint.type;
+  const bool slides = joint == JointType::prismatic, screw = joint == JointType::screw;
+  const LoopType turning[] = {LoopType::revolute, LoopType::cylindrical, LoopType::spherical,
+                              LoopType::point};
+  const LoopType sliding[] = {LoopType::prismatic, LoopType::cylindrical};
+  loop.type = screw ? LoopType::cylindrical : slides ? sliding[random.index(2)] : turning[random.index(4)];
+  loop.point_b = {0, 0, random.chance(0.3) ? 0 : random.between(-1, 1)};
+  if (slides) loop.point_b = random.vector(1);
+  loop.directions = {Vec3<double>::UnitX(), Vec3<double>::UnitY(), Vec3<double>::UnitZ()};
+  return loop;
+}
+
+void match_ends(Loop& loop, const std::vector<Pose>& poses) {
+  const Pose at_a = loop.link_a == ground ? Pose() : poses[loop.link_a], at_b = poses[loop.link_b];
+  const Mat3<double> into_a = at_a.rotation.transpose() * at_b.rotation;
+  loop.point_a = at_a.rotation.transpose() * (at_b.rotation * loop.point_b + at_b.position - at_a.position);
+  loop.axis_a = into_a * loop.axis_b;
+  loop.x_a = into_a * loop.x_b;
+}
+
+Model resized(Model model, double size) {
+  const double area = size * size, volume = area * size;
+  model.gravity *= size;
+  for (Link& link : model.links) {
+    link.joint.dh.a *= size;
+    link.joint.dh.b *= size;
+    link.joint.dh.d *= size;
+    link.mass *= volume;
+    link.com *= size;
+    for (double& entry : link.inertia) entry *= volume * area;
+    link.joint.pitch *= size;
+    link.joint.armature *= link.joint.type == JointType::prismatic ? volume : volume * area;
+  }
+  for (Loop& loop : model.loops) {
+    loop.point_a *= size;
+    loop.point_b *= size;
+  }
+  return model;
+}
+
+Eigen::CompleteOrthogonalDecomposition<Matrix> rank_revealing(const Matrix& S) {
+  Eigen::CompleteOrthogonalDecomposition<Matrix> out;
+  out.setThreshold(1e-10);
+  out.compute(S);
+  return out;
+}
+
+Matrix loop_jacobian(const Model& model, const Vector& q) {
+  Evaluate<Dual> exact(model);
+  const Vector zero = Vector::Zero(q.size());
+  Matrix J(static_cast<Eigen::Index>(exact.ws.loop.residual.size()), q.size());
+  for (Eigen::Index j = 0; j < q.size(); ++j)
+    J.col(j) = derivative(exact.residual(dual(q, Vector::Unit(q.size(), j)), dual(zero, zero)));
+  return J;
+}
+
+DenseSolution dense_solution(const Model& model, const Vector& q, const Vector& qd, const Vector& tau) {
+  Evaluate<double> tree(model);
+  Evaluate<Dual> exact(model);
+  const Vector zero = Vector::Zero(q.size());
+  DenseSolution out;
+  out.M = tree.inertia(q);
+  out.bias = tree.tau(q, qd, zero);
+  out.J = loop_jacobian(model, q);
+  // J' qd: how the rates J qd change along qd
+  out.quadratic = derivative(exact.rate(dual(q, qd), dual(qd, zero)));
+  const Eigen::LLT<Matrix> factor(out.M);
+  const Vector free = factor.solve(tau - out.bias);
+  const Matrix response = factor.solve(out.J.transpose());
+  out.S = out.J * response;
+  const auto decomposition = rank_revealing(out.S);
+  out.rank = decomposition.rank();
+  out.lambda = decomposition.solve(-out.quadratic - out.J * free);
+  out.qdd = free + response * out.lambda;
+  return out;
+}
+
+Vector closed_velocity(const Model& model, const Vector& q, const Vector& qd) {
+  Evaluate<double> tree(model);
+  const Matrix J = loop_jacobian(model, q);
+  const Matrix response = tree.inertia(q).llt().solve(J.transpose());
+  return qd - response * rank_revealing(J * response).solve(J * qd);
+}
+
+}  // namespace redysim::test
