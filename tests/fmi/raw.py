@@ -31,18 +31,17 @@ class Unpacked:
         self.guid = self.xml.get("guid")
         self.identifier = self.xml.find("CoSimulation").get("modelIdentifier")
         self.library_path = folder / "binaries" / "linux64" / f"{self.identifier}.so"
-        self.variables = {}
+        self.variables, self.causalities = {}, {}
         for scalar in self.xml.iter("ScalarVariable"):
-            self.variables[scalar.get("name")] = (scalar[0].tag, int(scalar.get("valueReference")))
+            name = scalar.get("name")
+            self.variables[name], self.causalities[name] = (scalar[0].tag, int(scalar.get("valueReference"))), scalar.get("causality")
         self.library = c.CDLL(str(self.library_path))
         self.library.fmi2Instantiate.restype = c.c_void_p
         self.library.fmi2GetVersion.restype = self.library.fmi2GetTypesPlatform.restype = c.c_char_p
 
     def named(self, causality: str, ending: str = "") -> list[str]:
         """Returns the names of one causality in the order of the description."""
-        return [
-            s.get("name") for s in self.xml.iter("ScalarVariable") if s.get("causality") == causality and s.get("name").endswith(ending)
-        ]
+        return [name for name, own in self.causalities.items() if own == causality and name.endswith(ending)]
 
     def dependencies(self, group: str) -> dict[str, set[str]]:
         """Returns what may be set and each unknown of Outputs or InitialUnknowns depends on; where no list stands, on all of it."""

@@ -6,6 +6,7 @@ import ctypes as c
 import math
 import random
 
+import numpy as np
 import pytest
 
 from tests.fmi.conftest import ROOT
@@ -347,10 +348,11 @@ def differences(slave, unknowns, direction: dict[str, float], size: float = STEP
 
 
 def assert_equal(slave, unknowns, direction, relative, size: float = STEP) -> None:
-    exact, estimate = derivative(slave, unknowns, direction), differences(slave, unknowns, direction, size)
-    scale = max(1.0, *(abs(x) for x in estimate))
-    for name, a, b in zip(unknowns, exact, estimate, strict=True):
-        assert a == pytest.approx(b, rel=relative, abs=relative * scale), f"{name} along {direction}"
+    exact, estimate = np.array(derivative(slave, unknowns, direction)), np.array(differences(slave, unknowns, direction, size))
+    # not pytest.approx for each of a million pairs, which takes longer than the FMU
+    near = abs(exact - estimate) <= relative * max(1.0, abs(estimate).max())
+    wrong = {unknowns[k]: (exact[k], estimate[k]) for k in np.flatnonzero(~near)}
+    assert not wrong, f"along {direction}"
 
 
 MIXED = [f"mixed {seed}" for seed in range(6)]
@@ -573,8 +575,9 @@ def test_what_is_refused(fmu):
 def test_no_derivative_by_what_the_description_does_not_name(model, name):
     with Slave(model(name)) as slave:
         slave.initialize()
+        inputs = slave.fmu.named("input")
         for output, named in slave.fmu.dependencies("Outputs").items():
             if slave.fmu.variables[output][0] != "Real":
                 continue
-            others = {known: 1.0 for known in slave.fmu.named("input") if known not in named}
+            others = {known: 1.0 for known in inputs if known not in named}
             assert derivative(slave, [output], others) == [0], output
