@@ -4,10 +4,12 @@ REDYSIM_FMU_WHEEL names a wheel that is built already; otherwise the test builds
 """
 
 import os
+import re
 import subprocess
 import sys
 import zipfile
 from pathlib import Path
+from platform import machine
 
 import pytest
 
@@ -48,13 +50,29 @@ def wheel(tmp_path_factory):
 
 
 def test_the_wheel_carries_what_was_compiled(wheel):
-    assert wheel.name.startswith("build_fmu-") and "-py3-none-linux" in wheel.name
+    assert re.fullmatch(r"build_fmu-[0-9.]+-py3-none-(many)?linux_\w+\.whl", wheel.name)
     names = zipfile.ZipFile(wheel).namelist()
     for name in ("libredysim_fmu.so", "describe", "fmu_driver", "LICENSE", "licenses/sundials.txt"):
         assert f"build_fmu/native/{name}" in names
     assert not [name for name in names if name.startswith(("tests/", "fmu_src/"))]
     for platform, (name, _) in OTHERS.items():
         assert {f"build_fmu/native/{platform}/{name}", f"build_fmu/native/{platform}/licenses/sundials.txt"} <= set(names)
+
+
+def test_the_tag_is_the_newest_symbol_version_of_the_system_libraries(wheel, tmp_path):
+    if "-manylinux_" not in wheel.name:
+        pytest.skip("scripts/wheel.sh gives a wheel its tag")
+    needed, versions = set(), set()
+    with zipfile.ZipFile(wheel) as archive:
+        assert not [name for name in archive.namelist() if name.startswith("build_fmu.libs/")]  # foreign libraries
+        for name in ("libredysim_fmu.so", "describe", "fmu_driver"):
+            file = archive.extract(f"build_fmu/native/{name}", tmp_path)
+            needed |= set(re.findall(r"\(NEEDED\).*\[(\w+)", command("readelf", "-d", file)))
+            versions |= {int(n) for n in re.findall(r"GLIBC_2\.([0-9]+)", command("readelf", "-V", file))}
+        facts = archive.read(next(n for n in archive.namelist() if n.endswith(".dist-info/WHEEL"))).decode()
+    assert needed <= {"libc", "libm", "ld"}
+    tag = f"py3-none-manylinux_2_{max(versions)}_{machine()}"
+    assert wheel.name.endswith(f"-{tag}.whl") and f"Tag: {tag}\n" in facts
 
 
 def test_an_empty_environment_builds_and_runs_an_fmu(wheel, tmp_path):
