@@ -3,6 +3,7 @@ library for x86-64. A machine without macOS cannot run the darwin64 library. Slo
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 import shutil
@@ -23,6 +24,8 @@ ROOT = Path(__file__).parents[2]
 CROSS = "x86_64-w64-mingw32-gcc-posix"
 ARM = "aarch64-linux-gnu"
 WINDOWS = {"KERNEL32.dll", "msvcrt.dll"}
+KINDS = ["2cs", "2me", "3cs", "3me"]  # of play.c
+STIFF = ["stiff_strut", "series_elastic_leg", "rolling_ball", "mimic_hand", "quadruped"]
 pytestmark = pytest.mark.slow
 
 
@@ -59,29 +62,70 @@ def exports_fmi_alone(names: set[str], prefix: str) -> bool:
     return {f"{prefix}2DoStep", f"{prefix}3DoStep"} < names and all(re.match(rf"{prefix}[23]", name) for name in names)
 
 
-def both(name: str, platform: str, folder: Path) -> Path:
-    """Returns an FMU with the Linux library and another one."""
-    file = ROOT / "models" / f"{name}.toml"
-    build(describe(file), file, folder / "both.fmu", platforms=["linux64", platform])
-    return folder / "both.fmu"
+@pytest.fixture(scope="module")
+def player(tmp_path_factory):
+    """Compiles the player of libraries; skips where the compiler or the program that runs its result is missing."""
+
+    def compiled(compiler: str, *runner: str, options: tuple[str, ...] = ("-ldl",), name: str = "play") -> list[str]:
+        for program in (compiler, *runner[:1]):
+            if not shutil.which(program):
+                pytest.skip(f"{program} is not installed")
+        target = tmp_path_factory.mktemp("player") / name
+        headers = Path(fmpy.__file__).parent / "c-code"
+        command(compiler, "-O1", f"-I{headers}", ROOT / "tests" / "packager" / "play.c", "-o", target, *options)
+        return [*runner, str(target)]
+
+    return compiled
 
 
 @pytest.fixture(scope="module")
-def players(tmp_path_factory) -> tuple[list[str], list[str]]:
-    """Returns the command that plays a library here and the one that plays a DLL under Wine."""
-    if not shutil.which("wine") or not shutil.which(CROSS):
-        pytest.skip("Wine or mingw-w64 is not installed")
-    folder = tmp_path_factory.mktemp("players")
-    headers = Path(fmpy.__file__).parent / "c-code"
-    source = ROOT / "tests" / "packager" / "play.c"
-    command("cc", "-O1", f"-I{headers}", source, "-o", folder / "play", "-ldl")
-    command(CROSS, "-O1", f"-I{headers}", source, "-o", folder / "play.exe", "-static")
-    return [str(folder / "play")], ["wine", str(folder / "play.exe")]
+def here(player) -> list[str]:
+    return player("cc")
+
+
+@pytest.fixture(scope="module")
+def arm(player) -> list[str]:
+    return player(f"{ARM}-gcc", "qemu-aarch64-static", "-L", f"/usr/{ARM}")
+
+
+@pytest.fixture(scope="module")
+def windows(player) -> list[str]:
+    return player(CROSS, "wine", options=("-static",), name="play.exe")
 
 
 @pytest.fixture(scope="module")
 def wine(tmp_path_factory) -> dict[str, str]:
     return {**os.environ, "WINEPREFIX": str(tmp_path_factory.mktemp("wine")), "WINEDEBUG": "-all", "DISPLAY": "", "LC_ALL": "C.UTF-8"}
+
+
+class Job:
+    """Runs an FMU with the libraries of two systems; `kind` as in play.c."""
+
+    def __init__(self, name: str, platform: str, kind: str, shown: str, folder: Path, *causalities: str) -> None:
+        file = ROOT / "models" / f"{name}.toml"
+        self.model, self.kind, self.folder = describe(file), kind, folder / "unpacked fmu ü"
+        build(self.model, file, folder / "both.fmu", platforms=["linux64", platform], fmi=int(kind[0]))
+        with zipfile.ZipFile(folder / "both.fmu") as archive:
+            archive.extractall(self.folder)
+        real = [v for v in self.model.variables if v.type == "Real"]
+        inputs = [v for v in real if v.causality == "input"]
+        outputs = [v for v in real if v.causality in (causalities or ("output",)) and re.search(shown, v.name)]
+        self.references = [",".join(str(v.value_reference) for v in chosen[:200]) for chosen in (inputs, outputs)]
+
+    def rows(self, player: list[str], platform: str, step: float, steps: int, **more) -> np.ndarray:
+        """Returns the outputs after each step, with the library of one platform."""
+        fmi3, wine = self.kind[0] == "3", platform == "win64"
+        binaries = self.folder / "binaries" / (native.PLATFORM_TUPLES[platform] if fmi3 else platform)
+        library, place = str(binaries / f"{self.model.model_identifier}.{'dll' if wine else 'so'}"), f"{self.folder}/resources/"
+        if wine:  # drive Z is the root of this machine
+            library, place = (f"Z:{path}".replace("/", "\\") for path in (library, place))
+        if not fmi3:
+            place = f"file:///{'Z:/' if wine else ''}{(self.folder / 'resources').as_uri().removeprefix('file:///')}"
+        states = len(self.model.derivatives)
+        text = command(*player, library, self.kind, place, self.model.guid, states, repr(step), steps, *self.references, **more)
+        rows = np.array([[float(word) for word in line.split()] for line in text.splitlines()])
+        assert len(rows) == steps and rows.size and np.isfinite(rows).all()
+        return rows
 
 
 @win64
@@ -92,71 +136,13 @@ def test_exports_fmi_and_needs_windows_alone(library):
 
 
 @win64
-@pytest.mark.parametrize(("name", "step", "steps"), [("kuka_kr5", 1e-3, 300), ("four_bar", 1e-3, 300), ("stiff_strut", 1e-3, 100)])
-def test_runs_like_the_linux_library(library, players, wine, tmp_path, name, step, steps):
-    model = describe(ROOT / "models" / f"{name}.toml")
-    folder = tmp_path / "unpacked fmu ü"
-    with zipfile.ZipFile(both(name, "win64", tmp_path)) as archive:
-        archive.extractall(folder)
-    inputs = ",".join(str(v.value_reference) for v in model.select("input") if v.type == "Real")
-    shown = [v for v in model.select("output") if v.type == "Real" and re.search(r"\.(q|qd)$|^energy\.(kinetic|potential)$", v.name)]
-    outputs = ",".join(str(v.value_reference) for v in shown)
-    arguments = [model.guid, repr(step), str(steps), inputs, outputs]
-    here, there = players
-    linux = command(*here, folder / "binaries" / "linux64" / f"{name}.so", (folder / "resources").as_uri(), *arguments)
-    # Wine's drive Z is the root of this machine
-    windows = command(
-        *there,
-        f"Z:{folder}/binaries/win64/{name}.dll".replace("/", "\\"),
-        f"file:///Z:{(folder / 'resources').as_uri()[7:]}",
-        *arguments,
-        env=wine,
-    )
-    ours, theirs = (np.array([[float(word) for word in line.split()] for line in text.splitlines()]) for text in (linux, windows))
-    assert ours.shape == (steps, len(shown)) and theirs.shape == ours.shape
+@pytest.mark.parametrize(("name", "kind"), [*itertools.product(["kuka_kr5", "four_bar"], KINDS), ("stiff_strut", "2cs")])
+def test_runs_like_the_linux_library(library, here, windows, wine, tmp_path, name, kind):
+    job = Job(name, "win64", kind, r"\.(q|qd)$|^energy\.(kinetic|potential)$", tmp_path)
+    steps = 100 if name == "stiff_strut" else 300
+    ours, theirs = job.rows(here, "linux64", 1e-3, steps), job.rows(windows, "win64", 1e-3, steps, env=wine)
     assert np.ptp(ours, axis=0).max() > 1e-3, "the model must move"
-    scale = np.maximum(1, np.abs(ours).max(axis=0))
-    assert (np.abs(theirs - ours) / scale).max() < 1e-9
-
-
-@pytest.fixture(scope="module")
-def arm(tmp_path_factory) -> list[str]:
-    """Returns the command that plays a library for Arm."""
-    if not shutil.which("qemu-aarch64-static") or not shutil.which(f"{ARM}-gcc"):
-        pytest.skip("QEMU or the compiler for Arm is not installed")
-    program = tmp_path_factory.mktemp("arm") / "play"
-    command(
-        f"{ARM}-gcc", "-O1", f"-I{Path(fmpy.__file__).parent / 'c-code'}", ROOT / "tests" / "packager" / "play.c", "-o", program, "-ldl"
-    )
-    return ["qemu-aarch64-static", "-L", f"/usr/{ARM}", str(program)]
-
-
-@pytest.fixture(scope="module")
-def here(tmp_path_factory) -> list[str]:
-    program = tmp_path_factory.mktemp("here") / "play"
-    command("cc", "-O1", f"-I{Path(fmpy.__file__).parent / 'c-code'}", ROOT / "tests" / "packager" / "play.c", "-o", program, "-ldl")
-    return [str(program)]
-
-
-def on_both(name: str, here: list[str], arm: list[str], shown: str, step: float, steps: int, folder: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the variables that match `shown`, of both processors."""
-    model = describe(ROOT / "models" / f"{name}.toml")
-    with zipfile.ZipFile(both(name, "aarch64-linux", folder)) as archive:
-        archive.extractall(folder / "unpacked")
-    inputs, read = (
-        ",".join(str(v.value_reference) for v in chosen[:200])
-        for chosen in (
-            [v for v in model.select("input") if v.type == "Real"],
-            [v for v in model.variables if v.type == "Real" and v.causality in ("output", "local") and re.search(shown, v.name)],
-        )
-    )
-    rows = []
-    for player, platform in ((here, "linux64"), (arm, "aarch64-linux")):
-        library = folder / "unpacked" / "binaries" / platform / f"{model.model_identifier}.so"
-        text = command(*player, library, (folder / "unpacked" / "resources").as_uri(), model.guid, repr(step), steps, inputs, read)
-        rows.append(np.array([[float(word) for word in line.split()] for line in text.splitlines()]))
-    assert rows[0].shape == rows[1].shape and rows[0].shape[0] == steps and rows[0].size
-    return rows[0], rows[1]
+    assert (np.abs(theirs - ours) / np.maximum(1, np.abs(ours).max(axis=0))).max() < 1e-9
 
 
 @aarch64
@@ -172,17 +158,18 @@ def test_exports_fmi_and_needs_the_c_library_alone(library):
 @pytest.mark.parametrize("name", sorted(path.stem for path in (ROOT / "models").glob("*.toml") if not path.stem.startswith("redysim_")))
 def test_accelerations_are_those_of_the_other_processor(library, here, arm, tmp_path, name):
     # after a step that moves nothing
-    ours, theirs = on_both(name, here, arm, r"\.(qdd|alpha\[\d\])$", 1e-9, 1, tmp_path)
-    assert np.isfinite(ours).all()
+    job = Job(name, "aarch64-linux", "2cs", r"\.(qdd|alpha\[\d\])$", tmp_path, "output", "local")
+    ours, theirs = job.rows(here, "linux64", 1e-9, 1), job.rows(arm, "aarch64-linux", 1e-9, 1)
     assert np.abs(theirs - ours).max() < 1e-12 * max(1, np.abs(ours).max())
 
 
 @aarch64
-@pytest.mark.parametrize("name", ["kuka_kr5", "four_bar", "stiff_strut", "series_elastic_leg", "rolling_ball", "mimic_hand", "quadruped"])
-def test_trajectories_are_those_of_the_other_processor(library, here, arm, tmp_path, name):
-    ours, theirs = on_both(name, here, arm, r"\.(q|qd|omega\[\d\])$", 1e-3, 100, tmp_path)
+@pytest.mark.parametrize(("name", "kind"), [*itertools.product(["kuka_kr5", "four_bar"], KINDS), *((name, "2cs") for name in STIFF)])
+def test_trajectories_are_those_of_the_other_processor(library, here, arm, tmp_path, name, kind):
+    job = Job(name, "aarch64-linux", kind, r"\.(q|qd|omega\[\d\])$", tmp_path, "output", "local")
+    ours, theirs = job.rows(here, "linux64", 1e-3, 100), job.rows(arm, "aarch64-linux", 1e-3, 100)
     assert np.ptp(ours, axis=0).max() > 1e-4, "the model must move"
-    rtol = next(v.start for v in describe(ROOT / "models" / f"{name}.toml").variables if v.name == "solver.rtol")
+    rtol = next(v.start for v in job.model.variables if v.name == "solver.rtol")
     assert np.abs(theirs - ours).max() < 100 * rtol * max(1, np.abs(ours).max())
 
 
@@ -209,6 +196,8 @@ def test_shares_nothing_with_other_libraries(library):
 
 @darwin64
 def test_lies_beside_the_linux_library(library, tmp_path):
-    with zipfile.ZipFile(both("pendulum", "darwin64", tmp_path)) as archive:
+    file = ROOT / "models" / "pendulum.toml"
+    build(describe(file), file, tmp_path / "both.fmu", platforms=["linux64", "darwin64"])
+    with zipfile.ZipFile(tmp_path / "both.fmu") as archive:
         assert archive.read("binaries/darwin64/pendulum.dylib") == library.read_bytes()
         assert "binaries/linux64/pendulum.so" in archive.namelist()
