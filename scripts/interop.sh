@@ -4,7 +4,7 @@ set -eu
 cd "$(dirname "$0")/.."
 sh scripts/build.sh release redysim_fmu describe
 [ -x build/interop/bin/python ] || python3 -m venv build/interop
-for package in ecospy tbb libcosimpy fmu-manipulation-toolbox pythonfmu fmpy casadi; do
+for package in ecospy tbb libcosimpy fmu-manipulation-toolbox pythonfmu fmpy casadi OMSimulator; do
   build/interop/bin/python -m pip show --quiet "$package" >/dev/null 2>&1 && continue
   echo "== install $package"
   build/interop/bin/python -m pip install --quiet --disable-pip-version-check "$package" </dev/null || echo "$package cannot be installed here"
@@ -36,7 +36,7 @@ if command -v java >/dev/null && command -v mvn >/dev/null; then
   jars org.into-cps.vdmcheck.fmi2 vdmcheck2 1.1.3 vdmcheck
   # Maestro's jar contains its dependencies
   [ -d build/interop/maestro ] ||
-    mvn -q -B dependency:copy -Dartifact=org.into-cps.maestro:maestro:2.3.0:jar:jar-with-dependencies \
+    mvn -q -B dependency:copy -Dartifact=org.into-cps.maestro:maestro:3.1.1:jar:jar-with-dependencies \
       -DoutputDirectory="$PWD/build/interop/maestro" </dev/null ||
     { rm -rf build/interop/maestro; echo "Maestro cannot be fetched here and is skipped"; }
   # the checker reads its rules from files beside its jar
