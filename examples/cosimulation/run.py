@@ -9,9 +9,6 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
-import json
-import math
-import subprocess
 import sys
 from pathlib import Path
 
@@ -19,31 +16,11 @@ import matplotlib
 import numpy as np
 
 matplotlib.use("Agg")
-from masters import MASTERS
+from masters import MASTERS, NAMES, Job, run
 from matplotlib import pyplot
-from system import JOINTS, STEP, make_fmus, pack, watched
+from system import JOINTS, STEP, STOP, connections, make_fmus, pack, watched
 
-NAMES = {"fmpy": "FMPy", "ecospy": "Ecos", "libcosimpy": "libcosim"}
 STYLES = {"fmpy": {"linewidth": 3, "alpha": 0.35}, "ecospy": {"linestyle": "--"}, "libcosimpy": {"linestyle": ":", "linewidth": 2}}
-
-
-def run(master: str, ssp: Path) -> dict | None:
-    """Runs one master in a separate process; returns its version, its rows and its wall-clock time."""
-    if importlib.util.find_spec(master) is None:
-        print(f"{NAMES[master]} is omitted; to install it: `pip install {master}`")
-        return None
-    answer = ssp.with_name(f"{master}.json")
-    answer.unlink(missing_ok=True)
-    done = subprocess.run(
-        [sys.executable, str(Path(__file__).parent / "masters.py"), master, str(ssp), str(answer)], capture_output=True, text=True
-    )
-    if done.returncode != 0 or not answer.exists():
-        print(f"{NAMES[master]} failed: {(done.stderr or done.stdout).strip().splitlines()[-1:]}")
-        return None
-    told = json.loads(answer.read_text())
-    columns = len(watched())
-    told["rows"] = np.array([row or [math.nan] * columns for row in told["rows"]])
-    return told
 
 
 def table(results: dict[str, dict]) -> None:
@@ -83,8 +60,9 @@ def main() -> int:
         print("PythonFMU is required for the controller and the drive: `pip install 'build-fmu[cosimulation]'`", file=sys.stderr)
         return 1
     ssp = folder / "kuka_kr5.ssp"
-    pack(make_fmus(folder), ssp)
-    results = {name: told for name in MASTERS if (told := run(name, ssp)) is not None}
+    pack(ssp, make_fmus(folder), connections(), watched(), STOP)
+    job = Job(str(ssp), STEP, round(STOP / STEP), watched())
+    results = {name: told for name in MASTERS if (told := run(name, job)) is not None}
     if "fmpy" not in results:
         return 1
     table(results)

@@ -18,7 +18,8 @@ JOINTS = [f"joint{i}" for i in range(1, 7)]
 STEP, STOP = 0.001, 2.0  # s
 SSD, SSC = "http://ssp-standard.org/SSP1/SystemStructureDescription", "http://ssp-standard.org/SSP1/SystemStructureCommon"
 
-# ((element, output), (element, input)) for each joint
+Wire = tuple[tuple[str, str], tuple[str, str]]  # ((element, output), (element, input))
+# for each joint
 WIRES = [
     (("arm", "q"), ("controller", "q")),
     (("arm", "qd"), ("controller", "qd")),
@@ -42,7 +43,7 @@ def make_fmus(folder: Path) -> dict[str, Path]:
     return {name: folder / file for name, file in files.items()}
 
 
-def connections() -> list[tuple[tuple[str, str], tuple[str, str]]]:
+def connections() -> list[Wire]:
     """All connections of all joints."""
     return [((a, f"{joint}.{output}"), (b, f"{joint}.{given}")) for (a, output), (b, given) in WIRES for joint in JOINTS]
 
@@ -51,38 +52,37 @@ def watched() -> list[tuple[str, str]]:
     return [(element, f"{joint}.{kind}") for element, kind in WATCHED for joint in JOINTS]
 
 
-def structure(fmus: dict[str, Path]) -> bytes:
+def structure(name: str, fmus: dict[str, Path], wires: list[Wire], watched: list[tuple[str, str]], stop: float) -> bytes:
     """Returns SystemStructure.ssd: each element with its connected or watched connectors."""
     ET.register_namespace("ssd", SSD)
     ET.register_namespace("ssc", SSC)
-    root = ET.Element(f"{{{SSD}}}SystemStructureDescription", version="1.0", name="kuka_kr5_cosimulation")
-    system = ET.SubElement(root, f"{{{SSD}}}System", name="robot", description="KUKA KR5 with drives and controller")
+    root = ET.Element(f"{{{SSD}}}SystemStructureDescription", version="1.0", name=name)
+    system = ET.SubElement(root, f"{{{SSD}}}System", name=name)
     elements = ET.SubElement(system, f"{{{SSD}}}Elements")
-    wires = connections()
-    outputs = list(dict.fromkeys([*(source for source, _ in wires), *watched()]))
-    for name, file in fmus.items():
+    outputs = list(dict.fromkeys([*(source for source, _ in wires), *watched]))
+    for element, file in fmus.items():
         component = ET.SubElement(
-            elements, f"{{{SSD}}}Component", name=name, type="application/x-fmu-sharedlibrary", source=f"resources/{file.name}"
+            elements, f"{{{SSD}}}Component", name=element, type="application/x-fmu-sharedlibrary", source=f"resources/{file.name}"
         )
         connectors = ET.SubElement(component, f"{{{SSD}}}Connectors")
         for kind, ends in (("output", outputs), ("input", [sink for _, sink in wires])):
-            for variable in (variable for element, variable in ends if element == name):
+            for variable in (variable for owner, variable in ends if owner == element):
                 connector = ET.SubElement(connectors, f"{{{SSD}}}Connector", name=variable, kind=kind)
                 ET.SubElement(connector, f"{{{SSC}}}Real")
     lines = ET.SubElement(system, f"{{{SSD}}}Connections")
     for (start, output), (end, given) in wires:
         ET.SubElement(lines, f"{{{SSD}}}Connection", startElement=start, startConnector=output, endElement=end, endConnector=given)
-    ET.SubElement(root, f"{{{SSD}}}DefaultExperiment", startTime="0", stopTime=str(STOP))
+    ET.SubElement(root, f"{{{SSD}}}DefaultExperiment", startTime="0", stopTime=str(stop))
     ET.indent(root)
     return ET.tostring(root, encoding="UTF-8", xml_declaration=True)
 
 
-def pack(fmus: dict[str, Path], target: Path) -> None:
+def pack(target: Path, fmus: dict[str, Path], wires: list[Wire], watched: list[tuple[str, str]], stop: float) -> None:
     """Writes the .ssp: the structure and the FMUs in resources/. It is validated against the schema of FMPy."""
     from fmpy.ssp.ssd import read_ssd
 
     with ZipFile(target, "w") as archive:
-        archive.writestr("SystemStructure.ssd", structure(fmus))
+        archive.writestr("SystemStructure.ssd", structure(target.stem, fmus, wires, watched, stop))
         for file in fmus.values():
             archive.write(file, f"resources/{file.name}")
     read_ssd(str(target), validate=True)

@@ -128,6 +128,7 @@ struct Frame {
   bool acceleration = false;  // outputs acceleration and angular_acceleration
   bool imu = false;           // outputs proper_acceleration and angular_rate
   bool wrench = false;        // outputs sensed_force and sensed_torque; the link is fixed
+  bool power = false;         // output power, of the wrench of the port
   bool jacobian = false, jacobian_rate = false, inverse_inertia = false;
   Port port = Port::none;  // inputs force and torque
 };

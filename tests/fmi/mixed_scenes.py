@@ -89,7 +89,7 @@ class Scene:
                 "name": "tool",
                 "link": self.draw.choice(self.links)["name"],
                 "position": self.near(0.3, 3),
-                "outputs": ["pose", "velocity", "acceleration"],
+                "outputs": ["pose", "velocity", "acceleration", "power"],
                 "port": self.draw.choice(["ground", "frame"]),
             }
         ]

@@ -54,6 +54,7 @@ mass = 0.1
 name = "touch"
 link = "finger"
 port = "frame"
+outputs = ["pose", "power"]
 rpy = [0.3, 0, 0.2]
 [[spring]]
 name = "band"
@@ -117,7 +118,7 @@ damping = {abs(near(0.2)) if i % 2 else 0}
 name = "f{k}"
 link = "b{3 + k}"
 position = [{near(0.3)}, {near(0.3)}, {near(0.3)}]
-outputs = ["pose", "rotation", "velocity", "acceleration", "imu"]
+outputs = ["pose", "rotation", "velocity", "acceleration", "imu", "power"]
 port = "{port}"
 """
     text += WRIST.replace("PARENT", draw.choice(names[:3]))
@@ -155,7 +156,7 @@ trajectory = [
   {{joint = "arm", type = "{"cycloid" if law == "pd" else "quintic"}", to = 1, start = 0.01, duration = 0.4}},
   {'{joint = "hand", type = "polynomial", coefficients = [-0.4, 1, 2, -3, 4]},' if feed_forward else ""}
 ]
-frame = [{{name = "tool", link = "hand", position = [0.1, 0.2, 0], port = "ground", outputs = ["pose", "velocity"]}}]
+frame = [{{name = "tool", link = "hand", position = [0.1, 0.2, 0], port = "ground", outputs = ["pose", "velocity", "power"]}}]
 [controller]
 law = "{law}"
 joints = ["arm", "hand"]
@@ -270,7 +271,7 @@ actuator = [
   {{joint = "slide", gear_ratio = 30, rotor_inertia = 1e-3, stiffness = 40, damping = 1, time_constant = 0.2}},
   {{joint = "wrist", torque_limit = 3, torque_limit_width = 3, speed_limit = 4, speed_limit_width = 4}},
 ]
-frame = [{{name = "tool", link = "wrist", position = [0.1, 0.2, 0], port = "ground", outputs = ["pose", "velocity"]}}]
+frame = [{{name = "tool", link = "wrist", position = [0.1, 0.2, 0], port = "ground", outputs = ["pose", "velocity", "power"]}}]
 {control if law != "none" else ""}
 [fmu]
 outputs = ["acceleration", "energy", "solver", "momentum", "power", "actuator"]

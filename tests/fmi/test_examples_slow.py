@@ -2,13 +2,17 @@
 
 import importlib.util
 import itertools
+import json
 import re
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from fmpy import simulate_fmu
 
+from tests.command_line import command
 from tests.fmi.test_examples import EXAMPLES, ROOT
 
 pytestmark = pytest.mark.slow
@@ -131,3 +135,60 @@ def test_a_system_runs_alike_in_three_masters(tmp_path):
         # the drives' torques are held for a step and start from nothing: the arm sags, then follows
         assert difference < 1e-9 and 0.001 < error < 0.05
     assert (tmp_path / "ein Ordner" / "cosimulation.png").stat().st_size > 20_000
+
+
+BOTH = """
+name = "both"
+gravity = [0, -9.81, 0]
+solver = {rtol = 1e-10, atol = 1e-12}
+LEFT
+RIGHT
+[[bushing]]
+name = "pad"
+link_a = "lower"
+point_a = [0.3, 0, 0]
+link_b = "right_lower"
+point_b = [0.3, 0, 0]
+stiffness = [2000, 2000, 2000, 0, 0, 0]
+damping = [10, 10, 10, 0, 0, 0]
+[[frame]]
+name = "tip"
+link = "lower"
+position = [0.3, 0, 0]
+"""
+
+
+@pytest.mark.interop
+def test_ports_are_connected_by_their_terminals(tmp_path, monkeypatch):
+    for package in ("pythonfmu", "ecospy"):
+        if importlib.util.find_spec(package) is None:
+            pytest.skip(f"{package} is not installed")
+    monkeypatch.syspath_prepend(str(EXAMPLES / "cosimulation"))
+    ports = importlib.import_module("ports")
+    monkeypatch.setattr(sys, "argv", ["ports.py", "-o", str(tmp_path)])
+    assert ports.main() == 0
+    fmpy, ecos = (np.array(json.loads((tmp_path / f"{master}.json").read_text())["rows"]) for master in ("fmpy", "ecospy"))
+    assert np.abs(fmpy - ecos).max() < 1e-8  # up to 14 W
+    # motions, forces and nothing else: position, velocity and acceleration to the pad, its force to the arm
+    wires = ports.connect({name: tmp_path / f"{name}.fmu" for name in ("left", "right")} | {"pad": tmp_path / "Pad.fmu"})
+    assert len(wires) == 2 * 12 and {(a[0], b[0]) for a, b in wires} == {
+        ("left", "pad"),
+        ("right", "pad"),
+        ("pad", "left"),
+        ("pad", "right"),
+    }
+    assert all(a[1].rpartition(".")[2] == b[1].rpartition(".")[2] for a, b in wires)
+    # one model of both arms: the values held over 1 ms are the only error
+    left, right = (ports.LINK.format(**ports.ARMS[arm]) for arm in ("left", "right"))
+    right = right.replace('"upper"', '"right_upper"\nparent = "ground"').replace('"lower"', '"right_lower"\nparent = "right_upper"')
+    (tmp_path / "both.toml").write_text(BOTH.replace("LEFT", left).replace("RIGHT", right))
+    assert command("build", "--no-show", tmp_path / "both.toml", "-o", tmp_path / "both.fmu").returncode == 0
+    names = ["tip.position[1]", "tip.position[2]"]
+    both = simulate_fmu(str(tmp_path / "both.fmu"), stop_time=ports.STOP, output_interval=ports.STEP, output=names)
+    tip = fmpy[:, [ports.WATCHED.index(("left", name)) for name in names]]
+    assert np.ptp(tip, axis=0).max() > 0.1
+    assert np.abs(tip - np.column_stack([both[name] for name in names])).max() < 1e-3
+    # the ports' power is that of the pad but for this error
+    work = ports.STEP * np.abs(fmpy[:, :2]).sum()
+    added = ports.added_energy(fmpy)
+    assert 0 < abs(added) < 1e-3 * work, (added, work)

@@ -1,9 +1,10 @@
-"""The output group "power": <joint>.power, the power of each drive."""
+"""The output group "power": <joint>.power, the power of each drive; <frame>.power, that of a port."""
 
 from __future__ import annotations
 
 import ctypes as c
 
+import numpy as np
 import pytest
 
 from tests.fmi.raw import OK, Slave
@@ -79,3 +80,52 @@ def test_the_description_of_power(arm):
 
 def test_power_is_there_on_request_only(arm):
     assert not arm("").named("output", ".power")
+
+
+# a body on a moved rail that ports in both kinds of axes push and turn; nothing else does work on it
+PUSHED = """
+name = "pushed"
+link = [
+  {name = "rail", joint = "prismatic", drive = "RAIL", mass = 2, alpha = 1.57},
+  {name = "base", joint = "free", drive = "free", parent = "ground", mass = 3, inertia = [0.3, 0.4, 0.5], q = [0.1, 0.2, 0.3, 0.3, 0.2, -0.4]},
+  {name = "arm", mass = 1, drive = "free", com = [0.3, 0, 0.1], inertia = [0.1, 0.2, 0.3], a = 0.5, alpha = 1, q = 0.2, qd = 0.3},
+]
+frame = [
+  {name = "hook", link = "arm", position = [0.3, -0.1, 0.2], port = "ground", outputs = ["power"]},
+  {name = "jet", link = "base", position = [0.1, 0.4, 0], rpy = [0.4, 0.5, 0.6], port = "frame", outputs = ["power"]},
+]
+fmu = {outputs = ["energy"]}
+"""
+WRENCH = {"force[1]": 3.0, "force[2]": -2.0, "force[3]": 30.0, "torque[1]": 0.3, "torque[2]": -0.5, "torque[3]": 0.4}
+
+
+def test_the_power_of_ports_is_the_change_of_energy(built):
+    step, ends = 1e-3, 100
+    with Slave(built(PUSHED.replace("RAIL", "free"))) as slave:
+        slave.initialize()
+        total, powers = [], []
+        for k in range(2 * ends + 1):
+            for sign, port in ((1, "hook"), (-1, "jet")):
+                for name, value in WRENCH.items():
+                    assert slave.set(f"{port}.{name}", sign * value) == OK
+            if k:
+                assert slave.step((k - 1) * step, step) == OK
+            total.append(slave.get("energy.total"))
+            powers.append(slave.reals(["hook.power", "jet.power"]))
+        powers = np.array(powers)
+        assert np.abs(powers).max(axis=0).min() > 1, "each port does work"
+        # Simpson's rule
+        work = step / 3 * (powers[:-2:2] + 4 * powers[1:-1:2] + powers[2::2]).sum()
+        assert work == pytest.approx(total[-1] - total[0], rel=1e-6)
+        # a changed input counts at once, through its own port only
+        hook, jet = powers[-1]
+        for name, value in WRENCH.items():
+            assert slave.set(f"hook.{name}", 2 * value) == OK
+        assert slave.reals(["hook.power", "jet.power"]) == pytest.approx([2 * hook, jet], rel=1e-12)
+
+
+def test_the_power_of_a_port_depends_on_its_wrench_and_on_jumps(built):
+    fmu = built(PUSHED.replace("RAIL", "motion").replace('parent = "ground", ', ""))
+    assert fmu.dependencies("Outputs")["hook.power"] == {"rail.q", "rail.qd", *(f"hook.{name}" for name in WRENCH)}
+    scalar = next(s for s in fmu.xml.iter("ScalarVariable") if s.get("name") == "hook.power")
+    assert (scalar.get("causality"), scalar[0].get("unit"), scalar[0].get("quantity")) == ("output", "W", "Power")

@@ -24,11 +24,24 @@ bool is_port(const Scene& scene, const Variable& v) {
   return scene.model.frames[v.frame].port != Frame::Port::none && scene.plan.carrier[v.link] != ground;
 }
 
+bool shows_power(const Scene& scene, const Variable& v) {
+  return scene.model.frames[v.frame].power && is_port(scene, v);
+}
+
+// Number of the frame's port in the plan.
+int port_of(const Plan<double>& plan, const Variable& v) {
+  int port = 0;
+  while (plan.ports[port].frame != v.frame) ++port;
+  return port;
+}
+
 // Index of its wrench (moment, force) in System::inputs().
 int wrench_of(const System& system, const Variable& v) {
-  int port = 0;
-  while (system.plan().ports[port].frame != v.frame) ++port;
-  return system.input_layout().port_wrench[port];
+  return system.input_layout().port_wrench[port_of(system.plan(), v)];
+}
+
+bool power_at_point(const Variable& unknown, const Variable& known, const Components& components) {
+  return known.frame == unknown.frame || at_point::jumps(unknown, known, components);
 }
 
 Pose in_body(const Model& model, const Plan<double>& plan, const Variable& v) {
@@ -284,6 +297,19 @@ constexpr Entry entries[] = {
         .measures(quantity::torque)
         .says("Moment of the outboard bodies about the origin of %, $ in the frame's axes")
         .labels(axes),
+    output(Owner::frame, "power")
+        .there_if(shows_power)
+        .reads(
+            [](Values& at, const Variable& v) {
+              return at.system().port_power(at.coordinates(), port_of(at.plan(), v));
+            },
+            Needs::accelerations)
+        .derivative([](OutputDerivatives& of, const Variable& v) {
+          return of.tangent().port_power(port_of(of.values().plan(), v)).derivative;
+        })
+        .depends(power_at_point, initially::accelerations)
+        .measures(quantity::power)
+        .says("Power of the force and torque on %"),
     output(Owner::frame, "jacobian")
         .array(6, per_velocity)
         .there_if([](const Scene& scene, const Variable& v) { return scene.model.frames[v.frame].jacobian; })

@@ -261,9 +261,13 @@ double System::power(const Coordinates& at, const double* qdd) {
   }
   double power = external_power(plan_, workspace_, at.q, at.qd, drive);
   for (int k = 0; k < input_layout_.port_wrench.count; ++k)
-    power += port_power(plan_, workspace_, plan_.ports[k], at.qd,
-                        input_layout_.port_wrench.of(recursion_inputs(), k));
+    power += port_power(at, k);
   return power;
+}
+
+double System::port_power(const Coordinates& at, int port) const {
+  return redysim::port_power(plan_, workspace_, plan_.ports[port], at.qd,
+                             input_layout_.port_wrench.of(recursion_inputs(), port));
 }
 
 void System::drive_forces(const Coordinates& at, const double* qdd, double* drive) const {

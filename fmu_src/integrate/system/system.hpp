@@ -174,6 +174,9 @@ class System {
   // a prescribed joint what its motion takes, else the input.
   void drive_forces(const Coordinates& at, const double* qdd, double* drive) const;
 
+  // Power of the wrench of a port, likewise.
+  double port_power(const Coordinates& at, int port) const;
+
   // Columns of Derivatives by `variables`, `length` apart, at held inputs of drives become those of the
   // controlled system.
   void add_feedback(double time, const Coordinates& at, const std::vector<JointVariable>& variables,

@@ -412,8 +412,7 @@ bool Tangent::evaluate() {
                    : force[i];
   power = external_power(plan_, workspace_, q.data(), qd.data(), drive.data());
   for (int k = 0; k < inputs_.port_wrench.count; ++k)
-    power +=
-        port_power(plan_, workspace_, plan_.ports[k], qd.data(), inputs_.port_wrench.of(force.data(), k));
+    power += port_power(k);
   for (const ActuatorResponse<Dual>& response : responses_) power += response.power;
   if (sensed_)
     sensed_->evaluate(q.data(), qd.data(), qdd.data(), inputs_.port_wrench.of(force.data()), multipliers);
@@ -423,6 +422,11 @@ bool Tangent::evaluate() {
   for (const Dual& a : qdd) sum += a.value * 0.0 + a.derivative * 0.0;
   for (const Dual& a : drive) sum += a.derivative * 0.0;
   return sum == 0;
+}
+
+Dual Tangent::port_power(int port) const {
+  return redysim::port_power(plan_, workspace_, plan_.ports[port], qd.data(),
+                             inputs_.port_wrench.of(force.data(), port));
 }
 
 Eigen::Vector4d Tangent::quaternion_slope(int ball) const {

@@ -77,6 +77,7 @@ class Tangent {
   Eigen::Vector4d quaternion_slope(int ball) const;
   Dual power;  // of drives, dampers, ports and contacts
   Dual contact_power() const { return workspace_.contact_power; }
+  Dual port_power(int port) const;  // of its wrench
   std::vector<Dual> multipliers;  // per loop row
   Dual kinetic_energy(), potential_energy();
   Force<Dual> momentum();

@@ -9,7 +9,7 @@ void read_outputs(Section& section, Frame& frame) {
   if (!section.has("outputs")) return;
   const std::vector<bool> shown =
       section.flags("outputs", {"pose", "rotation", "velocity", "acceleration", "imu", "wrench", "jacobian",
-                                "jacobian_rate", "inverse_inertia"});
+                                "jacobian_rate", "inverse_inertia", "power"});
   frame.pose = shown[0];
   frame.rotation_matrix = shown[1];
   frame.velocity = shown[2];
@@ -19,6 +19,7 @@ void read_outputs(Section& section, Frame& frame) {
   frame.jacobian = shown[6];
   frame.jacobian_rate = shown[7];
   frame.inverse_inertia = shown[8];
+  frame.power = shown[9];
 }
 
 // A wrist sensor is a fixed joint. A joint with several DOF consists of links "<name>[1]", ...
@@ -63,6 +64,8 @@ Frame read_frame(Section section, const std::string& label, const Model& model, 
       "port",
       {{"none", Frame::Port::none}, {"ground", Frame::Port::ground_axes}, {"frame", Frame::Port::frame_axes}},
       Frame::Port::none);
+  if (frame.power && frame.port == Frame::Port::none)
+    section.error("outputs", "outputs contains 'power', which requires a port");
   section.refuse_unknown();
   return frame;
 }

@@ -67,13 +67,19 @@ TEST(frame, its_link_is_a_link) {
 TEST(frame, what_it_does_not_know_is_refused) {
   EXPECT_EQ(errors(frame("outputs = ['pose', 'velocty']")),
             (Lines{"13: frame 'f': outputs must be 'pose', 'rotation', 'velocity', 'acceleration', 'imu', "
-                   "'wrench', 'jacobian', 'jacobian_rate' or 'inverse_inertia', got 'velocty'; did you mean "
-                   "'velocity'?"}));
+                   "'wrench', 'jacobian', 'jacobian_rate', 'inverse_inertia' or 'power', got 'velocty'; did you "
+                   "mean 'velocity'?"}));
   EXPECT_EQ(errors(frame("outputs = ['pose', 'pose']")),
             (Lines{"13: frame 'f': outputs lists 'pose' twice"}));
   EXPECT_EQ(errors(frame("port = 'world'")),
             (Lines{"13: frame 'f': port must be 'none', 'ground' or 'frame', got 'world'"}));
   EXPECT_EQ(errors(frame("offset = [1, 0, 0]")), (Lines{"13: frame 'f': unknown field 'offset'"}));
+}
+
+TEST(frame, power_is_that_of_a_port) {
+  EXPECT_EQ(errors(frame("outputs = ['power']")),
+            (Lines{"13: frame 'f': outputs contains 'power', which requires a port"}));
+  EXPECT_TRUE(errors(frame("outputs = ['power']\nport = 'frame'")).empty());
 }
 
 TEST(frame, its_name_is_its_own) {
