@@ -1,7 +1,6 @@
-/* Plays an FMU's library on Linux and on Windows: play LIBRARY KIND RESOURCES TOKEN STATES STEP STEPS INPUTS
-   OUTPUTS. KIND is 2cs, 2me, 3cs or 3me: the version of FMI and co-simulation or model exchange, which
-   integrates by Euler's method and needs the number of STATES. The last two are value references with commas
-   between. The inputs change at each step; the outputs of each step go to stdout, every digit. */
+/* Plays an FMU's library on Linux and on Windows: play LIBRARY KIND RESOURCES TOKEN STATES STEP STEPS INPUTS OUTPUTS. KIND is 2cs, 2me, 3cs or
+   3me: the version of FMI and co-simulation or model exchange, which integrates by Euler's method and needs the number of STATES. The last two
+   are value references with commas between. The inputs change at each step; the outputs of each step go to stdout, every digit. */
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,24 +10,35 @@
 #include "fmi3FunctionTypes.h"
 
 #ifdef _WIN32
-#include <shellapi.h>
 #include <windows.h>
-static void* open_library(const char* path) {
+#include <shellapi.h>
+/* the words of main are in a code page, which may not hold a path */
+static wchar_t *wide_word(int i) {
   int count = 0;
-  /* the words of main are in a code page, which may not hold the path */
-  wchar_t** words = CommandLineToArgvW(GetCommandLineW(), &count);
-  (void)path;
-  return words && count > 1 ? LoadLibraryW(words[1]) : 0;
+  return CommandLineToArgvW(GetCommandLineW(), &count)[i];
 }
-static void* symbol(void* library, const char* name) { return (void*)GetProcAddress((HMODULE)library, name); }
+static void *open_library(char **words) {
+  (void)words;
+  return LoadLibraryW(wide_word(1));
+}
+/* FMI has strings in UTF-8 */
+static char *utf8_word(char **words, int i) {
+  const int size = WideCharToMultiByte(CP_UTF8, 0, wide_word(i), -1, 0, 0, 0, 0);
+  char *text = malloc((size_t)size);
+  (void)words;
+  WideCharToMultiByte(CP_UTF8, 0, wide_word(i), -1, text, size, 0, 0);
+  return text;
+}
+static void *symbol(void *library, const char *name) { return (void *)GetProcAddress((HMODULE)library, name); }
 #else
 #include <dlfcn.h>
-static void* open_library(const char* path) { return dlopen(path, RTLD_NOW); }
-static void* symbol(void* library, const char* name) { return dlsym(library, name); }
+static void *open_library(char **words) { return dlopen(words[1], RTLD_NOW); }
+static char *utf8_word(char **words, int i) { return words[i]; }
+static void *symbol(void *library, const char *name) { return dlsym(library, name); }
 #endif
 
 /* declares the function `name` of one version of FMI, from the library */
-#define BIND(version, name) version##name##TYPE* name = (version##name##TYPE*)symbol(library, #version #name)
+#define BIND(version, name) version##name##TYPE *name = (version##name##TYPE *)symbol(library, #version #name)
 
 enum { MOST = 200 };
 
@@ -57,7 +67,7 @@ static void log_fmi3(fmi3InstanceEnvironment environment, fmi3Status status, fmi
   fprintf(stderr, "%s\n", message);
 }
 
-static size_t references(char* text, unsigned* list) {
+static size_t references(char *text, unsigned *list) {
   size_t count = 0;
   while (*text && count < MOST) {
     list[count++] = (unsigned)strtoul(text, &text, 10);
@@ -66,20 +76,20 @@ static size_t references(char* text, unsigned* list) {
   return count;
 }
 
-static void fill(double* values, int k, size_t n) {
+static void fill(double *values, int k, size_t n) {
   for (size_t i = 0; i < n; ++i) values[i] = 0.01 * (double)((k + (int)i) % 7 - 3);
 }
 
-static void print(const double* values, size_t m) {
+static void print(const double *values, size_t m) {
   for (size_t i = 0; i < m; ++i) printf("%.17g ", values[i]);
   printf("\n");
 }
 
-static void euler(double* x, const double* slopes, const Job* job) {
+static void euler(double *x, const double *slopes, const Job *job) {
   for (size_t i = 0; i < job->states; ++i) x[i] += job->step * slopes[i];
 }
 
-static int play2(void* library, const Job* job) {
+static int play2(void *library, const Job *job) {
   BIND(fmi2, Instantiate);
   BIND(fmi2, SetupExperiment);
   BIND(fmi2, EnterInitializationMode);
@@ -127,7 +137,7 @@ static int play2(void* library, const Job* job) {
   return 0;
 }
 
-static int play3(void* library, const Job* job) {
+static int play3(void *library, const Job *job) {
   BIND(fmi3, InstantiateCoSimulation);
   BIND(fmi3, InstantiateModelExchange);
   BIND(fmi3, EnterInitializationMode);
@@ -175,20 +185,14 @@ static int play3(void* library, const Job* job) {
   return 0;
 }
 
-int main(int count, char** words) {
+int main(int count, char **words) {
   if (count != 10) return 2;
-  void* library = open_library(words[1]);
+  void *library = open_library(words);
   if (!library) return 3;
-  Job job = {!strcmp(words[2] + 1, "me"),
-             words[3],
-             words[4],
-             strtoul(words[5], 0, 10),
-             0,
-             0,
-             atof(words[6]),
-             atoi(words[7]),
-             {0},
-             {0}};
+  Job job = {.exchange = !strcmp(words[2] + 1, "me"), .resources = utf8_word(words, 3), .token = words[4]};
+  job.states = strtoul(words[5], 0, 10);
+  job.step = atof(words[6]);
+  job.steps = atoi(words[7]);
   if (job.states > MOST) return 2;
   job.n = references(words[8], job.inputs);
   job.m = references(words[9], job.outputs);
