@@ -225,6 +225,12 @@ struct Column {
   static constexpr std::array<Item, count> items = made();
 };
 
+// Whether a function pointer is not null, by the identity of types: where gcc checks for undefined behaviour,
+// its comparison with null is not a constant.
+template <auto function>
+inline constexpr bool is_set = !std::is_same_v<std::integral_constant<decltype(function), function>,
+                                               std::integral_constant<decltype(function), nullptr>>;
+
 // The functions of all entries of a group, by the index of the row. A call is a chain of comparisons with
 // constants. Tables of function pointers would be relocated when the library is loaded.
 template <const auto& entries>
@@ -234,7 +240,7 @@ struct Functions {
     if constexpr (i < std::size(entries)) {
       constexpr auto called = entries[i].*function;
       if (row != static_cast<int>(i)) return call<function, i + 1>(row, otherwise, arguments...);
-      if constexpr (called != nullptr) {
+      if constexpr (is_set<called>) {
         using Returned = decltype(called(arguments...));
         if constexpr (std::is_void_v<Returned>)
           called(arguments...);
@@ -267,23 +273,23 @@ struct Functions {
   }
 };
 
-template <const auto& entries, class Function>
-constexpr bool any_has(Function Entry::*function) {
-  for (const Entry& entry : entries)
-    if (entry.*function != nullptr) return true;
-  return false;
+template <const auto& entries, auto function, std::size_t... i>
+constexpr bool any_of(std::index_sequence<i...>) {
+  return (is_set<entries[i].*function> || ...);
 }
+template <const auto& entries, auto function>
+inline constexpr bool any_has = any_of<entries, function>(std::make_index_sequence<std::size(entries)>());
 
 template <const auto& entries>
 inline constexpr RowGroup rows_in{
     Column<entries, Row, &Entry::row>::items.data(),
     static_cast<int>(std::size(entries)),
-    any_has<entries>(&Entry::condition) ? Functions<entries>::exists : nullptr,
-    any_has<entries>(&Entry::value) ? Functions<entries>::read : nullptr,
-    any_has<entries>(&Entry::place) ? Functions<entries>::place : nullptr,
-    any_has<entries>(&Entry::dual_place) ? Functions<entries>::dual_place : nullptr,
-    any_has<entries>(&Entry::index) ? Functions<entries>::input : nullptr,
-    any_has<entries>(&Entry::rate_of_change) ? Functions<entries>::derivative : nullptr};
+    any_has<entries, &Entry::condition> ? Functions<entries>::exists : nullptr,
+    any_has<entries, &Entry::value> ? Functions<entries>::read : nullptr,
+    any_has<entries, &Entry::place> ? Functions<entries>::place : nullptr,
+    any_has<entries, &Entry::dual_place> ? Functions<entries>::dual_place : nullptr,
+    any_has<entries, &Entry::index> ? Functions<entries>::input : nullptr,
+    any_has<entries, &Entry::rate_of_change> ? Functions<entries>::derivative : nullptr};
 
 template <const auto& entries>
 inline constexpr WordGroup words_in{Column<entries, Words, &Entry::words>::items.data(),
