@@ -260,8 +260,7 @@ double System::power(const Coordinates& at, const double* qdd) {
     drive = drive_.data();
   }
   double power = external_power(plan_, workspace_, at.q, at.qd, drive);
-  for (int k = 0; k < input_layout_.port_wrench.count; ++k)
-    power += port_power(at, k);
+  for (int k = 0; k < input_layout_.port_wrench.count; ++k) power += port_power(at, k);
   return power;
 }
 

@@ -411,8 +411,7 @@ bool Tangent::evaluate() {
                    ? prescribed_force(plan_, workspace_, static_cast<int>(i), q.data(), qd.data(), qdd.data())
                    : force[i];
   power = external_power(plan_, workspace_, q.data(), qd.data(), drive.data());
-  for (int k = 0; k < inputs_.port_wrench.count; ++k)
-    power += port_power(k);
+  for (int k = 0; k < inputs_.port_wrench.count; ++k) power += port_power(k);
   for (const ActuatorResponse<Dual>& response : responses_) power += response.power;
   if (sensed_)
     sensed_->evaluate(q.data(), qd.data(), qdd.data(), inputs_.port_wrench.of(force.data()), multipliers);

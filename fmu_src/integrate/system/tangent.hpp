@@ -78,7 +78,7 @@ class Tangent {
   Dual power;  // of drives, dampers, ports and contacts
   Dual contact_power() const { return workspace_.contact_power; }
   Dual port_power(int port) const;  // of its wrench
-  std::vector<Dual> multipliers;  // per loop row
+  std::vector<Dual> multipliers;    // per loop row
   Dual kinetic_energy(), potential_energy();
   Force<Dual> momentum();
   AcceleratedBody<Dual> body(int index);

@@ -65,10 +65,11 @@ TEST(frame, its_link_is_a_link) {
 }
 
 TEST(frame, what_it_does_not_know_is_refused) {
-  EXPECT_EQ(errors(frame("outputs = ['pose', 'velocty']")),
-            (Lines{"13: frame 'f': outputs must be 'pose', 'rotation', 'velocity', 'acceleration', 'imu', "
-                   "'wrench', 'jacobian', 'jacobian_rate', 'inverse_inertia' or 'power', got 'velocty'; did you "
-                   "mean 'velocity'?"}));
+  EXPECT_EQ(
+      errors(frame("outputs = ['pose', 'velocty']")),
+      (Lines{"13: frame 'f': outputs must be 'pose', 'rotation', 'velocity', 'acceleration', 'imu', "
+             "'wrench', 'jacobian', 'jacobian_rate', 'inverse_inertia' or 'power', got 'velocty'; did you "
+             "mean 'velocity'?"}));
   EXPECT_EQ(errors(frame("outputs = ['pose', 'pose']")),
             (Lines{"13: frame 'f': outputs lists 'pose' twice"}));
   EXPECT_EQ(errors(frame("port = 'world'")),
