@@ -139,10 +139,11 @@ def test_exports_fmi_and_needs_windows_alone(library):
 @pytest.mark.parametrize(("name", "kind"), [*itertools.product(["kuka_kr5", "four_bar"], KINDS), ("stiff_strut", "2cs")])
 def test_runs_like_the_linux_library(library, here, windows, wine, tmp_path, name, kind):
     job = Job(name, "win64", kind, r"\.(q|qd)$|^energy\.(kinetic|potential)$", tmp_path)
-    steps = 100 if name == "stiff_strut" else 300
+    # the method of a stiff model corrects its fast motion to the tolerance only
+    steps, bound = (100, 1e-8) if name == "stiff_strut" else (300, 1e-9)
     ours, theirs = job.rows(here, "linux64", 1e-3, steps), job.rows(windows, "win64", 1e-3, steps, env=wine)
     assert np.ptp(ours, axis=0).max() > 1e-3, "the model must move"
-    assert (np.abs(theirs - ours) / np.maximum(1, np.abs(ours).max(axis=0))).max() < 1e-9
+    assert (np.abs(theirs - ours) / np.maximum(1, np.abs(ours).max(axis=0))).max() < bound
 
 
 @aarch64
