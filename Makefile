@@ -1,7 +1,7 @@
 # Each target installs what is missing on a new Debian or Ubuntu machine.
 # The work is done in scripts/, which also support folders with spaces in their names.
 
-.PHONY: demo test build lint format sanitize fuzz fmu bench benchmarks win64 aarch64-linux darwin64 interop memcheck docs wheel coverage tidy clean distclean help
+.PHONY: demo test build lint format sanitize fuzz fmu bench benchmarks win64 aarch64-linux darwin64 wasm interop memcheck docs wheel coverage tidy clean distclean help
 
 demo: ## build the KUKA KR5 FMU, simulate it, leave a plot and a CSV in out/
 	@sh scripts/demo.sh
@@ -56,6 +56,9 @@ aarch64-linux: ## the library for Linux on 64-bit Arm processors in build/aarch6
 
 darwin64: ## the library for macOS on x86-64 in build/darwin64, linked by zig; it cannot run here
 	@sh scripts/cross.sh darwin64
+
+wasm: ## the library for the page of `build-fmu show --live` in build/wasm, run by Node and Chromium
+	@sh scripts/cross.sh wasm
 
 interop: ## the FMUs in other masters: Ecos, libcosim, FMU containers, FMI4j, JavaFMI, Maestro, fmi-sim, VDMCheck
 	@sh scripts/interop.sh

@@ -46,6 +46,17 @@ def library(platform: str = "linux64") -> Path:
     return _find(f"REDYSIM_FMU_LIBRARY_{platform.upper().replace('-', '_')}", name, places, f"make {platform}")
 
 
+def web_library() -> Path:
+    """Returns the library for web pages (WebAssembly); raises UserError if it is not built or older than the library for this machine."""
+    name = "libredysim_fmu.wasm"
+    places = [PACKAGE / "native" / "wasm" / name, SOURCE_TREE / "build" / "wasm" / "fmu_src" / "fmi" / name]
+    found = _find("REDYSIM_FMU_LIBRARY_WASM", name, places, "make wasm")
+    # value references may have changed
+    if found == places[1] and found.stat().st_mtime < library().stat().st_mtime:
+        raise UserError(f"'{name}' is older than the library for this machine: run `make wasm` in the source tree")
+    return found
+
+
 def platforms() -> list[str]:
     """Returns the platforms of an FMU by default: this one, and those with a tested library that is not older."""
     found = ["linux64"]
@@ -72,7 +83,8 @@ def licences_of_parts(platforms: Iterable[str] = ("linux64",)) -> dict[str, str]
     """Returns the licence terms of the parts of the libraries, by name; empty if they were not available at build time."""
     texts = {}
     for platform in platforms:
-        for path in sorted((library(platform).parent / "licenses").glob("*.txt")):
+        found = web_library() if platform == "wasm" else library(platform)
+        for path in sorted((found.parent / "licenses").glob("*.txt")):
             texts.setdefault(path.stem, path.read_text(encoding="utf-8"))
     return texts
 

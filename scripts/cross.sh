@@ -1,9 +1,11 @@
 #!/bin/sh
-# cross.sh win64|aarch64-linux|darwin64: the library for another system in build/SYSTEM, cross-compiled, then its tests.
+# cross.sh win64|aarch64-linux|darwin64|wasm: the library for another system in build/SYSTEM, cross-compiled, then its tests.
 # win64: 64-bit Windows by mingw-w64; three models run under Wine and are compared with the Linux library.
 # aarch64-linux: Linux on 64-bit Arm processors by gcc; models run under QEMU and are compared likewise.
 # darwin64: macOS on x86-64, 11 and newer, by zig from the package `ziglang` of PyPI, which contains clang, libc++ and the symbols of
 # macOS' own library. It cannot run here: its symbols and dependencies are checked.
+# wasm: WebAssembly for the page of `build-fmu show --live`, by Emscripten; Node runs all models and compares them likewise, then
+# Chromium opens pages.
 # `build-fmu build --platforms linux64,SYSTEM` packs the library into an FMU.
 set -eu
 cd "$(dirname "$0")/.."
@@ -12,7 +14,8 @@ case "$system" in
   win64) packages="g++-mingw-w64-x86-64-posix wine wine64" ;;
   aarch64-linux) packages="g++-aarch64-linux-gnu qemu-user-static" ;;
   darwin64) packages=llvm ;;
-  *) echo "usage: cross.sh win64|aarch64-linux|darwin64" >&2; exit 2 ;;
+  wasm) packages="emscripten nodejs chromium" ;;
+  *) echo "usage: cross.sh win64|aarch64-linux|darwin64|wasm" >&2; exit 2 ;;
 esac
 sh scripts/setup.sh $packages
 sh scripts/build.sh release redysim_fmu describe
@@ -53,5 +56,6 @@ cmake -S . -B "build/$system" -G Ninja -DCMAKE_TOOLCHAIN_FILE="$PWD/scripts/$sys
   exit 1
 }
 cmake --build "build/$system" --parallel "$(nproc)" --target redysim_fmu
+[ "$system" != wasm ] || exec .venv/bin/python -m pytest -q -s -m slow tests/packager/test_live.py </dev/null
 # a name of a test has no hyphen
 exec .venv/bin/python -m pytest -q -m slow tests/packager/test_cross.py -k "${system%-linux}" </dev/null

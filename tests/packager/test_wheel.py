@@ -17,7 +17,8 @@ from build_fmu.native import LIBRARIES
 
 ROOT = Path(__file__).parents[2]
 # what `make win64` and `make darwin64` have left here goes into the wheel, too
-OTHERS = {p: names for p, names in LIBRARIES.items() if (ROOT / "build" / p / "fmu_src" / "fmi" / names[0]).is_file()}
+BUILDS = {**LIBRARIES, "wasm": ("libredysim_fmu.wasm", "")}
+OTHERS = {p: names for p, names in BUILDS.items() if (ROOT / "build" / p / "fmu_src" / "fmi" / names[0]).is_file()}
 pytestmark = pytest.mark.slow
 
 

@@ -4,7 +4,7 @@
 #include <windows.h>
 #elif defined(__APPLE__)
 #include <dlfcn.h>
-#else
+#elif !defined(__EMSCRIPTEN__)
 #include <link.h>
 #endif
 
@@ -99,6 +99,8 @@ std::string own_resource_folder() {
   const std::size_t slash = path.rfind('/');
   return (slash == std::string::npos ? std::string(".") : path.substr(0, slash)) + "/../../resources";
 }
+#elif defined(__EMSCRIPTEN__)
+std::string own_resource_folder() { return {}; }  // the library is not in a file
 #else
 std::string own_resource_folder() {
   // the loaded object that holds this very function

@@ -1,11 +1,11 @@
-// libstdc++'s from_chars for floating point has tables and long arithmetic of 21 kB. glibc's strtod rounds
-// correctly, too, so the numbers are the same. toml++ reads the numbers of a model with it. The function is
-// not exported, so it serves this library only.
+// libstdc++'s from_chars for floating point has tables and long arithmetic of 21 kB, and Emscripten's libc++
+// has none. The strtod of glibc and musl rounds correctly, too, so the numbers are the same. toml++ reads the
+// numbers of a model with it. The function is not exported, so it serves this library only.
 
 #include <cerrno>
 #include <charconv>
 
-#if defined(__GLIBC__)
+#if defined(__GLIBC__) || defined(__EMSCRIPTEN__)
 
 #include <clocale>
 #include <cmath>
@@ -26,8 +26,8 @@ from_chars_result from_chars(const char* first, const char* last, double& value,
   char* end = text;
   const int before = errno;
   errno = 0;
-  const double number = strtod_l(text, &end, newlocale(LC_ALL_MASK, "C", nullptr));  // a constant of glibc
-  // glibc reports subnormal numbers, too
+  const double number = strtod_l(text, &end, newlocale(LC_ALL_MASK, "C", nullptr));  // a constant
+  // subnormal numbers are reported, too
   const bool in_range = errno != ERANGE || (number != 0 && !isinf(number));
   errno = before;
   if (end == text) return {first, errc::invalid_argument};

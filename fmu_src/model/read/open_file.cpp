@@ -4,7 +4,7 @@
 
 #ifdef _WIN32
 #include <windows.h>
-#else
+#elif !defined(__EMSCRIPTEN__)
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -29,6 +29,28 @@ std::FILE* open_file(const std::string& path, const char*& why) {
   std::FILE* file = _wfopen(wide.c_str(), L"rb");
   if (!file && errno == ENOENT) why = missing;
   return file;
+}
+#elif defined(__EMSCRIPTEN__)
+// The files of the web page: their size, or -1, and their bytes.
+extern "C" {
+__attribute__((import_module("host"), import_name("file_size"))) int redysim_host_file_size(const char* path);
+__attribute__((import_module("host"), import_name("file_bytes"))) void redysim_host_file_bytes(
+    const char* path, char* bytes);
+}
+
+std::FILE* open_file(const std::string& path, const char*& why) {
+  const int size = redysim_host_file_size(path.c_str());
+  why = size < 0 ? missing : unreadable;
+  if (size < 0) return nullptr;
+  std::string bytes(static_cast<std::size_t>(size), '\0');
+  redysim_host_file_bytes(path.c_str(), bytes.data());
+  std::FILE* file = fmemopen(nullptr, bytes.size() + 1, "w+");
+  if (!file) return nullptr;
+  const bool whole = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
+  std::rewind(file);
+  if (whole) return file;
+  std::fclose(file);
+  return nullptr;
 }
 #else
 std::FILE* open_file(const std::string& path, const char*& why) {

@@ -1,0 +1,16 @@
+#pragma once
+
+// Declares what Emscripten's libc++ lacks. from_chars.cpp defines from_chars; to_chars occurs in functions of
+// toml++ that nothing calls. CMake includes this file in front of each file of the model reader.
+
+#include <charconv>
+
+namespace std {
+
+from_chars_result from_chars(const char* first, const char* last, double& value,
+                             chars_format format = chars_format::general) noexcept;
+to_chars_result to_chars(char* first, char* last, double value);
+to_chars_result to_chars(char* first, char* last, double value, chars_format format);
+to_chars_result to_chars(char* first, char* last, double value, chars_format format, int precision);
+
+}  // namespace std
