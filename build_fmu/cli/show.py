@@ -9,6 +9,7 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
+from build_fmu import native
 from build_fmu.cli.parser import number, positive
 from build_fmu.cli.streams import add_options
 from build_fmu.cli.terminal import SEVERAL, output_file, targets_after, warn
@@ -49,6 +50,7 @@ def add(commands) -> None:
     command.add_argument("--mp4", type=Path, metavar="FILM", help="write a film (.mp4); requires the program ffmpeg")
     command.add_argument("--speed", type=positive, default=1.0, metavar="X", help="film: simulated seconds per second (default: 1)")
     command.add_argument("--rate", type=positive, default=20.0, metavar="N", help="film: frames per second (default: 20)")
+    command.add_argument("--live", action="store_true", help="write a page that computes: sliders and the mouse act on the running model")
     add_options(command, reports=False)
     command.set_defaults(run=run)
 
@@ -70,6 +72,9 @@ def run(options: argparse.Namespace) -> int:
     ]
     if record and asked:
         raise InvalidArgument(f"{asked[0]} applies to a simulation, but '{record}' contains results")
+    if options.live:
+        _check_live(record, options)
+    live = None
     with tempfile.TemporaryDirectory() as folder, ExitStack() as kept:
         model, mechanism = _model(mechanism, kept) if mechanism else (None, None)
         if model:
@@ -77,8 +82,10 @@ def run(options: argparse.Namespace) -> int:
             warn(trouble)
         if record:
             shown, title = recorded(record, model), record.stem
+        elif options.live:
+            shown, live, title = _live(mechanism, model, Path(folder), options)
         else:
-            shown, title = _simulated(mechanism, model, Path(folder), options)
+            shown, title, _ = _simulated(mechanism, model, Path(folder), options)
     name = model.model_name if model else title
     if options.still:
         _still(options, name, shown, model)
@@ -88,7 +95,7 @@ def run(options: argparse.Namespace) -> int:
         count = film(path, name, shown, model, options.speed, options.rate)
         print(f"{path}  {path.stat().st_size / 1024:.0f} kB, {count} frames, t = {shown.time[0]:g} to {shown.time[-1]:g} s")
     if options.output or not (films or options.still):
-        text, stride = page(name, about(model, shown, record), shown, model)
+        text, stride = page(name, about(model, shown, record), shown, model, live)
         whole_file(target, lambda temporary: temporary.write_text(text, encoding="utf-8", newline="\n"))
         every = f", one row in {stride}" if stride > 1 else ""
         print(f"{target}  {len(text.encode()) / 1024:.0f} kB, t = {shown.time[0]:g} to {shown.time[-1]:g} s{every}; open it in a browser")
@@ -167,10 +174,34 @@ def _model(mechanism: Path, kept: ExitStack) -> tuple:
         return replace(model, model_name=model.model_name.removesuffix("_inverse")), file
 
 
+def _check_live(record: Path | None, options: argparse.Namespace) -> None:
+    """Raises UserError for options that a page that computes cannot follow, or without the library that it needs."""
+    if record:
+        raise UserError(f"--live requires a model file or an FMU; '{record}' contains results")
+    if options.input:
+        raise UserError("--input applies to a recorded run; in a page that computes, sliders set the inputs")
+    native.web_library()
+
+
+def _live(mechanism: Path, model, folder: Path, options: argparse.Namespace) -> tuple:
+    """Runs the model with a port on each link; returns the run, the data of the page that computes, and its title."""
+    from build_fmu.model.resources import unpack_model
+    from build_fmu.show.live import prepared, with_ports
+
+    if mechanism.suffix != ".toml":
+        if model is None:
+            raise UserError(f"'{mechanism}' contains no model file: a page cannot compute it")
+        unpack_model(mechanism, folder)
+        mechanism = folder / "model.toml"
+    with with_ports(model, mechanism) as (ported, file, frames):
+        shown, title, start = _simulated(file, ported, folder, options)
+        return (*prepared(ported, file, frames, shown, start), title)
+
+
 def _simulated(mechanism: Path, model, folder: Path, options: argparse.Namespace) -> tuple:
     from build_fmu.fmu.build import build_for_run
     from build_fmu.run.session import Session
-    from build_fmu.run.simulate import Settings, Stopped, simulate, time_grid
+    from build_fmu.run.simulate import Settings, Stopped, simulate, start_values, time_grid
     from build_fmu.show.runs import run_of
 
     fmu = mechanism
@@ -185,7 +216,7 @@ def _simulated(mechanism: Path, model, folder: Path, options: argparse.Namespace
         except Stopped as stopped:
             failure, result = stopped, stopped.result
         warn(result.warnings)
-        return run_of(session, result, failure), session.description.modelName
+        return run_of(session, result, failure), session.description.modelName, start_values(session, options.start)
 
 
 def _smooth(times: list[float]) -> float:

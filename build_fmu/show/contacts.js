@@ -58,12 +58,13 @@ function forcesAt(row) {
   }).filter(({ value }) => long(value) > 0);
 }
 function paintForces(row) {
-  for (const { from, value, length } of forcesAt(row)) {
-    const along = unit(value), head = Math.min(length, 2.4 * thick), neck = plus(from, along, length - head);
-    ball(from, 0.6 * thick, FORCE);
-    if (length > head) tube(from, neck, 0.3 * thick, 0.3 * thick, FORCE);
-    tube(neck, plus(from, along, length), 0.8 * thick, 0.02 * thick, FORCE);
-  }
+  for (const { from, value, length } of forcesAt(row)) paintForce(from, value, length);
+}
+function paintForce(from, value, length) {
+  const along = unit(value), head = Math.min(length, 2.4 * thick), neck = plus(from, along, length - head);
+  ball(from, 0.6 * thick, FORCE);
+  if (length > head) tube(from, neck, 0.3 * thick, 0.3 * thick, FORCE);
+  tube(neck, plus(from, along, length), 0.8 * thick, 0.02 * thick, FORCE);
 }
 function paintContacts(poses, row) {
   for (const shape of solids) paintSolid(shape, poses);

@@ -1,4 +1,4 @@
-// The results: columns by name, stored in the page, in SI units.
+// The results: columns by name, stored in the page, in SI units. A live page replaces them while it computes.
 const run = JSON.parse(document.getElementById("run").textContent);
 
 function numbers(text, Kind) {
@@ -6,13 +6,18 @@ function numbers(text, Kind) {
   return new Kind(bytes.buffer);
 }
 
-const time = numbers(run.time, Float64Array);
+const live = run.live; // of a page that computes: the library, the model and its variables
+let time = numbers(run.time, Float64Array);
 const columns = new Map();
 {
   const all = numbers(run.values, Float32Array);
-  run.names.forEach((name, i) => columns.set(name, all.subarray(i * time.length, (i + 1) * time.length)));
+  run.names.forEach((name, i) => {
+    const column = new Float32Array(live ? Math.max(live.rows, time.length) : time.length);
+    column.set(all.subarray(i * time.length, (i + 1) * time.length));
+    columns.set(name, column);
+  });
 }
-const startTime = time[0], stopTime = time[time.length - 1];
+let startTime = time[0], stopTime = time[time.length - 1];
 
 // The rows before and after a time, and the interpolation weight.
 function rowAt(t) {

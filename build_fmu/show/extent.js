@@ -90,14 +90,20 @@ if (links.length) {
   const count = Math.min(3000, Math.max(400, time.length)), every = Math.ceil(count * links.length / 4000);
   for (let k = 0; k <= count; k++) {
     const t = startTime + (stopTime - startTime) * k / count, poses = posesAt(rowAt(t));
-    traced.forEach((i, n) => traces[n].push({ t, p: tipOf(i, poses) }));
+    trace(t, poses);
     if (k % every) continue;
-    const travelled = travelOf(poses);
     poses.forEach((pose, i) => { if (long(plus(pose.p, places[i], -1)) > 1e-9 * extents.run.radius) places[i] = [NaN, NaN, NaN]; });
-    for (const point of pointsOf(poses)) {
-      extents.run.include(point);
-      extents.robot.include(plus(point, travelled, -1));
-    }
+    contain(poses);
+  }
+}
+function trace(t, poses) {
+  traced.forEach((i, n) => traces[n].push({ t, p: tipOf(i, poses) }));
+}
+function contain(poses) {
+  const travelled = travelOf(poses);
+  for (const point of pointsOf(poses)) {
+    extents.run.include(point);
+    extents.robot.include(plus(point, travelled, -1));
   }
 }
 function pointsOf(poses) {

@@ -15,6 +15,7 @@ from build_fmu.draw.groups import GROUPS, group_of, joint_parts, label_of, large
 from build_fmu.model.describe import Description
 
 SCRIPTS = [f"{name}.js" for name in ("data", "mechanism", "extent", "gl", "view", "pose", "contacts", "shapes", "paint", "plots", "player")]
+LIVE_SCRIPTS = ["core.js", "live.js"]
 MOST_VALUES = 60_000  # in the page; of longer results every k-th row is kept
 HIDDEN = ("solver",)
 
@@ -29,8 +30,8 @@ class Run:
     failure: Exception | None = None  # of the simulation, after the last row
 
 
-def page(title: str, about: str, run: Run, model: Description | None) -> tuple[str, int]:
-    """Returns the HTML text and the stride (1: all rows are included)."""
+def page(title: str, about: str, run: Run, model: Description | None, live: dict[str, Any] | None = None) -> tuple[str, int]:
+    """Returns the HTML text and the stride (1: all rows are included). With `live` (see live.py) the page computes."""
     columns = {name: values for name, values in run.columns.items() if name.split(".")[0] not in HIDDEN}
     stride = max(1, -(-len(run.time) * len(columns) // MOST_VALUES))
     rows = np.unique(np.append(np.arange(0, len(run.time), stride), len(run.time) - 1))
@@ -40,8 +41,9 @@ def page(title: str, about: str, run: Run, model: Description | None) -> tuple[s
         "time": _base64(run.time[rows].astype(np.float64)),
         "values": _base64(values),
         "names": list(columns),
-        "panels": _panels(columns, run.units),
+        "panels": _panels(columns, run.units, live is not None),
         "drawing": _drawing(model, columns),
+        **({"live": live} if live else {}),
     }
     # names must not end the script element
     text = json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
@@ -50,7 +52,8 @@ def page(title: str, about: str, run: Run, model: Description | None) -> tuple[s
         "ABOUT": escape(about),
         "FAILURE": f'<p id="failure">{escape(str(run.failure))}</p>' if run.failure else "",
         "STYLE": _file("style.css"),
-        "SCRIPT": "\n".join(map(_file, SCRIPTS)),
+        "COMPUTES": " 'wasm-unsafe-eval'" if live else "",
+        "SCRIPT": "\n".join(map(_file, [*SCRIPTS[:-1], *(LIVE_SCRIPTS if live else []), SCRIPTS[-1]])),
         "DATA": text,
     }
     filled = _file("page.html")
@@ -96,13 +99,13 @@ def _drawing(model: Description | None, columns: dict[str, np.ndarray]) -> dict[
     return {**table, "links": links, "balls": balls, **({"solids": solids} if solids else {})}
 
 
-def _panels(columns: dict[str, np.ndarray], units: dict[str, tuple[str, float]]) -> list[dict[str, Any]]:
+def _panels(columns: dict[str, np.ndarray], units: dict[str, tuple[str, float]], with_zeros: bool) -> list[dict[str, Any]]:
     joints = [name.removesuffix(".q") for name in columns if name.endswith(".q")]
     parts, energy = joint_parts(columns), largest_energy(columns)
     found: dict[tuple[str, str], dict[str, Any]] = {}
     for name, values in columns.items():
         kind = group_of(name)
-        if kind == "tau" and not np.any(values != 0):
+        if kind == "tau" and not with_zeros and not np.any(values != 0):
             continue
         unit, factor = units.get(name, ("", 1.0))
         title, noise = title_of(kind), noise_of(kind, 0.0, energy * factor)

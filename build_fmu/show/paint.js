@@ -101,23 +101,23 @@ function paintShadow(poses) {
 
 // the contact shape at the end of an end link, which extends to it
 const footOf = links.map((link, i) => tips.includes(i) && !link.floats && solids.find((shape) => shape.link === i && long(shape.p) > 1e-9));
-// the rods of the links: [from, to, colour, width]
+// the rods of the links: [from, to, colour, width, link]
 function bonesOf(poses) {
   const rods = [];
   links.forEach((link, i) => {
     const base = link.parent < 0 ? [0, 0, 0] : poses[link.parent].p;
     const colour = link.parent < 0 ? css("--metal") : links[link.parent].colour;
-    if (!link.floats && !isShaped(link.parent) && long(plus(poses[i].p, base, -1)) > 1e-9) rods.push([base, poses[i].p, colour, link.parent < 0 ? 0.55 : 1]);
+    if (!link.floats && !isShaped(link.parent) && long(plus(poses[i].p, base, -1)) > 1e-9) rods.push([base, poses[i].p, colour, link.parent < 0 ? 0.55 : 1, link.parent]);
     const isTip = tips.includes(i), centre = place(poses[i], link.centre);
     if (link.mass > 0 && !isShaped(i) && long(link.centre) > 1e-9) {
       const held = footOf[i] || ties.some((tie) => tie.kind === "loops" && tie.ends.some((end) => end.link === i));
-      rods.push([poses[i].p, centre, link.colour, isTip && !held ? 1 : 0.35]);
+      rods.push([poses[i].p, centre, link.colour, isTip && !held ? 1 : 0.35, i]);
     }
   });
-  footOf.forEach((shape, i) => shape && !isShaped(i) && rods.push([poses[i].p, shapePose(shape, poses).p, links[i].colour, 1]));
+  footOf.forEach((shape, i) => shape && !isShaped(i) && rods.push([poses[i].p, shapePose(shape, poses).p, links[i].colour, 1, i]));
   for (const tie of ties)
     for (const end of tie.ends)
-      if (end.link >= 0 && !isShaped(end.link) && tie.kind === "loops") rods.push([poses[end.link].p, endOf(end, poses), links[end.link].colour, 1]);
+      if (end.link >= 0 && !isShaped(end.link) && tie.kind === "loops") rods.push([poses[end.link].p, endOf(end, poses), links[end.link].colour, 1, end.link]);
   return rods;
 }
 
@@ -244,6 +244,7 @@ function paint(t) {
   paintLinks(poses);
   if (!gpu) paintShapes(poses);
   if (tick("contacts")) paintContacts(poses, row);
+  if (hand) hand.paint(poses);
   paintAxes(IDENTITY, 0.2 * radius, 2);
   if (tick("frames")) poses.forEach((pose) => paintAxes(pose, 5 * thick, 2));
   if (tick("names")) paintNames(poses);

@@ -5,36 +5,40 @@ let now = startTime, playing = false, before = 0, lastLegend = 0;
 function seek(t, pause = true) {
   now = Math.min(stopTime, Math.max(startTime, t));
   if (pause) play(false);
-  pose(false);
+  if (posed) pose(false);
   refresh(true);
 }
 function play(on) {
   playing = on && stopTime > startTime;
   byId("play").querySelector("path").setAttribute("d", playing ? "M3 2h4v12H3zM9 2h4v12H9z" : "M4 1.5v13l10-6.5z");
   if (playing) {
-    pose(false);
+    if (posed) pose(false);
     if (now >= stopTime) now = startTime;
     before = 0;
     requestAnimationFrame(step);
   }
 }
+let advance = (seconds) => {
+  now += seconds;
+  if (now > stopTime) now = startTime;
+};
 function step(stamp) {
   if (!playing) return;
-  if (before) now += (stamp - before) / 1000 * Number(byId("speed").value);
+  if (before) advance((stamp - before) / 1000 * Number(byId("speed").value));
   before = stamp;
-  if (now > stopTime) now = startTime;
   const legend = stamp - lastLegend > 90;
   if (legend) lastLegend = stamp;
   refresh(legend);
   requestAnimationFrame(step);
 }
 const digits = Math.min(4, Math.max(2, 2 - Math.floor(Math.log10(stopTime - startTime || 1))));
+let clockText = () => `${now.toFixed(digits)} of ${stopTime.toFixed(digits)} s`;
 function refresh(legend) {
   paint(now);
   const row = legend ? rowAt(now) : null;
   for (const panel of panels) panel.moveTo(now, row);
-  byId("scrub").value = now;
-  byId("clock").textContent = `${now.toFixed(digits)} of ${stopTime.toFixed(digits)} s`;
+  Object.assign(byId("scrub"), { min: startTime, max: stopTime, value: now });
+  byId("clock").textContent = clockText();
 }
 function redraw() {
   for (const panel of panels) panel.draw();
@@ -43,8 +47,6 @@ function redraw() {
 
 const panels = run.panels.map((panel) => new Panel(byId("plots"), panel, seek));
 if (!links.length) document.querySelector("main").classList.add("plain");
-byId("scrub").min = startTime;
-byId("scrub").max = stopTime;
 byId("scrub").oninput = (event) => seek(Number(event.target.value));
 byId("play").onclick = () => play(!playing);
 for (const id of ["names", "frames", "trace", "contacts", "shapes"]) byId(id).onchange = () => refresh(false);
@@ -65,7 +67,7 @@ byId("pose").onchange = () => {
 byId("follow").checked = leaves;
 byId("follow").onchange = () => look(view || "home");
 window.addEventListener("keydown", (event) => {
-  if (event.target.matches("select, .legend button, #sliders input")) return;
+  if (event.target.matches("select, .legend button, #sliders input, .controls input")) return;
   const small = (stopTime - startTime) / (event.shiftKey ? 20 : 200);
   const actions = { " ": () => play(!playing), ArrowLeft: () => seek(now - small), ArrowRight: () => seek(now + small), Home: () => seek(startTime), End: () => seek(stopTime) };
   if (!actions[event.key] || (event.key === " " && event.target.matches("button, input[type=checkbox]"))) return;
@@ -75,13 +77,19 @@ window.addEventListener("keydown", (event) => {
 
 // rotate, pan and zoom the view with mouse, pen or touch
 const fingers = new Map();
+let hand = null; // of a live page: holds a link with the mouse
 canvas.onpointerdown = (event) => {
   canvas.setPointerCapture(event.pointerId);
+  if (hand && !event.shiftKey && event.button === 0 && !fingers.size && hand.take(event)) return;
   fingers.set(event.pointerId, event);
 };
-canvas.onpointerup = canvas.onpointercancel = (event) => fingers.delete(event.pointerId);
+canvas.onpointerup = canvas.onpointercancel = (event) => {
+  fingers.delete(event.pointerId);
+  if (hand) hand.release();
+};
 canvas.oncontextmenu = (event) => event.preventDefault();
 canvas.onpointermove = (event) => {
+  if (hand && hand.move(event)) return;
   const last = fingers.get(event.pointerId);
   if (!last) return;
   const dx = event.clientX - last.clientX, dy = event.clientY - last.clientY;
@@ -117,7 +125,8 @@ redraw();
 // page.html#t=0.5 opens at that time, paused; #pose=0.5,1.2 with these values of the sliders (rad, m); &shadows draws by WebGL
 const asked = new URLSearchParams(location.hash.slice(1));
 if (asked.has("shadows") && !gpu) byId("shadows").click();
-if (asked.has("t")) seek(Number(asked.get("t")));
+if (live) compute();
+else if (asked.has("t")) seek(Number(asked.get("t")));
 else if (asked.has("pose") && sliders.length) {
   pose(true);
   asked.get("pose").split(",").slice(0, sliders.length).forEach((text, k) => { sliders[k].input.value = posed[k] = Number(text); });

@@ -84,7 +84,7 @@ class Panel {
   range() {
     let low = Infinity, high = -Infinity;
     for (const curve of this.curves)
-      if (curve.on) for (const x of curve.values) if (isFinite(x)) [low, high] = [Math.min(low, x), Math.max(high, x)];
+      if (curve.on) for (const x of curve.values.subarray(0, time.length)) if (isFinite(x)) [low, high] = [Math.min(low, x), Math.max(high, x)];
     if (!(high >= low)) [low, high] = [-1, 1];
     low *= this.factor;
     high *= this.factor;

@@ -24,20 +24,25 @@ function quaternionOf([a, b, c]) {
 }
 
 function pose(on) {
-  if (on) play(false);
+  if (on && !live) play(false);
   document.getElementById("pose").checked = on;
   document.getElementById("joints").hidden = !on;
   if (on) document.getElementById("plots").scrollTop = 0;
+  if (live) return; // there the sliders hold the start pose
   posed = on ? sliders.map((slider) => slider.value(rowAt(now))) : null;
-  if (on) sliders.forEach(({ input, low, high }, k) => {
-    input.min = Math.min(low, posed[k]);
-    input.max = Math.max(high, posed[k]);
-    input.value = posed[k];
-  });
+  if (on) sliders.forEach((slider, k) => setSlider(slider, posed[k]));
+}
+function setSlider({ input, low, high }, value) {
+  input.min = Math.min(low, value);
+  input.max = Math.max(high, value);
+  input.value = value;
+}
+function writeSlider({ output, factor, unit }, value) {
+  output.textContent = `${(value * factor).toFixed(unit === "m" ? 3 : 1).replace("-", "−")} ${unit === "deg" ? "°" : unit}`;
 }
 // What the sliders cannot do right is said: a pose of theirs need not satisfy loops and couplings.
 function reportPose(poses) {
-  sliders.forEach(({ output, factor, unit }, k) => { output.textContent = `${(posed[k] * factor).toFixed(unit === "m" ? 3 : 1).replace("-", "−")} ${unit === "deg" ? "°" : unit}`; });
+  sliders.forEach((slider, k) => writeSlider(slider, posed[k]));
   const gaps = ties.filter((tie) => tie.kind === "loops").map(({ name, ends }) => `${name} ${shown(1000 * long(plus(endOf(ends[0], poses), endOf(ends[1], poses), -1)))} mm`);
   const coupled = (run.drawing.couplings || []).map(({ name }) => name);
   document.getElementById("open").textContent = [
@@ -55,15 +60,19 @@ function startOf() {
   }
   return moved.length ? `--start ${moved.join(" ")}` : "";
 }
-for (const [k, slider] of sliders.entries()) {
+// Adds a row of a slider to a panel.
+function sliderRow(panel, label, moved) {
   const row = document.createElement("label"), name = document.createElement("span");
-  slider.input = Object.assign(document.createElement("input"), { type: "range", step: "any" });
-  slider.output = document.createElement("output");
-  name.textContent = name.title = slider.label;
-  slider.input.oninput = () => {
-    posed[k] = Number(slider.input.value);
-    refresh(false);
-  };
-  row.append(name, slider.input, slider.output);
-  document.getElementById("sliders").append(row);
+  const input = Object.assign(document.createElement("input"), { type: "range", step: "any" }), output = document.createElement("output");
+  name.textContent = name.title = label;
+  input.oninput = () => moved(Number(input.value));
+  row.append(name, input, output);
+  panel.append(row);
+  return { input, output };
 }
+let movePose = (k, value) => {
+  posed[k] = value;
+  refresh(false);
+};
+for (const [k, slider] of sliders.entries())
+  Object.assign(slider, sliderRow(document.getElementById("sliders"), slider.label, (value) => movePose(k, value)));

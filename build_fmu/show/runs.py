@@ -37,10 +37,7 @@ def recorded(record: Path, model: Description | None) -> Run:
         raise UserError(f"'{record}' has no column except time")
     units = {}
     if model:
-        shown = {unit["name"]: {d["name"]: float(d.get("factor", 1)) for d in unit.get("display", [])} for unit in model.units}
-        for variable in model.variables:
-            factor = shown.get(variable.unit, {}).get(variable.display_unit)
-            units[variable.name] = (variable.display_unit, factor) if factor else (variable.unit or "", 1.0)
+        units = display_units(model)
         known = {v.name for v in model.variables}
         joints = [f"{link.get('joint')}.q" for link in model.drawing["links"] if link["type"] != "fixed"]
         missing = [name for name in joints if name in known and name not in columns]
@@ -48,6 +45,16 @@ def recorded(record: Path, model: Description | None) -> Run:
             more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
             print(f"'{record}' has no column '{missing[0]}'{more}: these joints do not move", file=sys.stderr)
     return Run(np.array(table["time"]), columns, units)
+
+
+def display_units(model: Description) -> dict[str, tuple[str, float]]:
+    """Returns the display unit of each variable and its factor from SI."""
+    shown = {unit["name"]: {d["name"]: float(d.get("factor", 1)) for d in unit.get("display", [])} for unit in model.units}
+    units = {}
+    for variable in model.variables:
+        factor = shown.get(variable.unit, {}).get(variable.display_unit)
+        units[variable.name] = (variable.display_unit, factor) if factor else (variable.unit or "", 1.0)
+    return units
 
 
 def about(model: Description | None, shown: Run, record: Path | None) -> str:

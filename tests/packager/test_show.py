@@ -73,6 +73,17 @@ PITCHES = {"hand": -0.15}
 
 needs_library = pytest.mark.usefixtures("built_library")
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+FLAGS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--window-size=1300,800",
+)
 needs_browser = pytest.mark.skipif(BROWSER is None, reason="there is no chromium")
 
 # a hinge and a ball joint
@@ -215,21 +226,7 @@ def test_the_crane_of_a_record(crane):
 
 def browse(path, folder, *options):
     profile = folder / "profile"
-    command = [
-        BROWSER,
-        "--headless",
-        "--no-sandbox",
-        "--disable-gpu",
-        "--disable-quic",
-        "--no-first-run",
-        "--disable-background-networking",
-        "--disable-component-update",
-        "--disable-sync",
-        "--window-size=1300,800",
-        f"--user-data-dir={profile}",
-        *options,
-        path,
-    ]
+    command = [BROWSER, *FLAGS, f"--user-data-dir={profile}", *options, path]
     return subprocess.run(command, capture_output=True, text=True, timeout=120, check=True, cwd=folder).stdout
 
 
