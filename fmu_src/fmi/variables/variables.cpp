@@ -26,6 +26,13 @@ auto all_groups() { return all_groups(static_cast<const Groups*>(nullptr)); }
 // That the model file lists one by one.
 bool is_tunable(const Row& row) { return row.variability == Variability::tunable && !row.in_group; }
 
+// A local variable exists where the output of its group does not.
+bool is_requested(const Model& model, const Row& row) {
+  const bool local = row.causality == Causality::local;
+  if (local && objection_to_model_exchange(model)) return false;
+  return !row.in_group || model.fmu.shows(row.group) != local;
+}
+
 // In the XML the variables of one frame, loop, coupling or contact are adjacent; of joints, one variable of
 // all joints is.
 bool by_owner(Owner owner) {
@@ -275,12 +282,14 @@ VariableTable::VariableTable(const Model& model, const Plan<double>& plan) {
       add_of_all_owners(scene, *group);
     else if (!std::exchange(tunables_are_there, true))
       add_tunable(scene);
+  all_.shrink_to_fit();
 }
 
 void VariableTable::add_of_all_owners(const Scene& scene, const RowGroup& group) {
   const Owner kind = group.begin()->owner;
   std::vector<Variable> all = owners(scene, kind);
   const auto add_of = [&](const Row& row, Variable& owner) {
+    if (!is_requested(scene.model, row)) return;
     const int elements = row.elements(lengths_);
     for (owner.element = 0; owner.element < elements; ++owner.element) add(scene, group, row, owner);
   };
@@ -298,8 +307,6 @@ void VariableTable::add(const Scene& scene, const RowGroup& group, const Row& ro
   owner.group = &group;
   owner.row = &row;
   owner.row_index = static_cast<int>(&row - group.rows);
-  if (row.causality == Causality::local && objection_to_model_exchange(scene.model)) return;
-  if (row.in_group && scene.model.fmu.shows(row.group) == (row.causality == Causality::local)) return;
   if (group.exists && !group.exists(owner.row_index, scene, owner)) return;
   all_.push_back(owner);
   Variable& variable = all_.back();

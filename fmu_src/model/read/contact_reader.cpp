@@ -1,7 +1,6 @@
 #include "model/read/contact_reader.hpp"
 
 #include <algorithm>
-#include <iterator>
 #include <utility>
 
 #include "model/model.hpp"
@@ -64,8 +63,7 @@ class ShapeReader {
   Shape read(int link, ShapeKind fallback, const std::string& folder, std::vector<AttachedFile>& files) {
     Shape shape;
     shape.link = link;
-    shape.kind =
-        section_.choice<ShapeKind>(key("shape"), {std::begin(shape_kinds), std::end(shape_kinds)}, fallback);
+    shape.kind = section_.choice<ShapeKind>(key("shape"), shape_kinds, fallback);
     kind_ = word_of(shape.kind);
     if (shape.kind == ShapeKind::points)
       read_points(shape);

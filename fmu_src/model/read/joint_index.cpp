@@ -24,11 +24,11 @@ JointIndex::JointIndex(const Model& model) {
   }
 }
 
-int JointIndex::find(const std::string& name, const std::string& key, Place place, Section& section) const {
+int JointIndex::find(const std::string& name, std::string_view key, Place place, Section& section) const {
   const auto found = std::find(names_.begin(), names_.end(), name);
   if (found != names_.end()) return links_[static_cast<std::size_t>(found - names_.begin())];
-  section.error(place,
-                key + " '" + name + "' is not a moving joint with one DOF" + did_you_mean(name, names_));
+  section.error(place, std::string(key) + " '" + name + "' is not a moving joint with one DOF" +
+                           did_you_mean(name, names_));
   return -1;
 }
 

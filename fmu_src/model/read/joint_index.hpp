@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "model/model.hpp"
@@ -14,7 +15,7 @@ class JointIndex {
   explicit JointIndex(const Model& model);
 
   // The link whose joint has this name, or -1 with a finding at `place`.
-  int find(const std::string& name, const std::string& key, Place place, Section& section) const;
+  int find(const std::string& name, std::string_view key, Place place, Section& section) const;
 
  private:
   std::vector<std::string> names_;

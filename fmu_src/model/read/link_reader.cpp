@@ -19,12 +19,12 @@ double to_radians(double angle, bool degrees) { return degrees ? angle * pi / 18
 // in radians.
 double read_angle(Section& section, const char* key, bool degrees) {
   const double angle = section.number(key, 0);
-  const std::string text = std::string(key) + " = " + shown(angle);
+  const auto text = [&] { return std::string(key) + " = " + shown(angle); };
   const double turns = std::abs(angle) / (2 * pi), quarters = 4 * turns;
   if (!degrees && turns > 1 + 1e-9)
-    section.warn(key, text + " rad is more than a full turn; for degrees set angle_unit = \"deg\"");
+    section.warn(key, text() + " rad is more than a full turn; for degrees set angle_unit = \"deg\"");
   if (degrees && std::abs(quarters - std::round(quarters)) < 1e-5 && std::round(quarters) > 0 && turns < 1.1)
-    section.warn(key, text + " deg is a multiple of pi/2; for radians set angle_unit = \"rad\"");
+    section.warn(key, text() + " deg is a multiple of pi/2; for radians set angle_unit = \"rad\"");
   return to_radians(angle, degrees);
 }
 

@@ -83,14 +83,16 @@ void check_inertia(const Link& link, Section& section) {
   const Vec3<double> moments =
       Eigen::SelfAdjointEigenSolver<Mat3<double>>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
   const double scale = moments.cwiseAbs().maxCoeff();
-  const std::string list = rounded(moments[0]) + ", " + rounded(moments[1]) + ", " + rounded(moments[2]);
+  const auto list = [&] {
+    return " (" + rounded(moments[0]) + ", " + rounded(moments[1]) + ", " + rounded(moments[2]) + ")";
+  };
   if (moments[0] < -1e-12 * scale)
-    section.error("inertia", "inertia has a negative principal moment (" + list + ")");
+    section.error("inertia", "inertia has a negative principal moment" + list());
   else if (moments[2] > moments[0] + moments[1] + 1e-9 * scale)
     section.warn(
         "inertia",
-        "inertia is not physically possible: its largest principal moment exceeds the sum of the others (" +
-            list + ")");
+        "inertia is not physically possible: its largest principal moment exceeds the sum of the others" +
+            list());
 }
 
 std::vector<int> rigid_carriers(const std::vector<LinkDraft>& drafts) {

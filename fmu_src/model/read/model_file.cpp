@@ -96,6 +96,7 @@ Model read_model(Section& top, const std::string& folder, std::vector<AttachedFi
   arrange_tree(drafts);
   model.balls = expand_compound_joints(drafts);
   const bool sound = findings.error_count() == 0;
+  model.links.reserve(drafts.size());
   for (const LinkDraft& draft : drafts) model.links.push_back(draft.link);
   read_actuators(top, inverse, model, drafts, findings);
   if (sound) check_movable(drafts, top);

@@ -26,27 +26,26 @@ std::string Names::take(Section& section, const std::string& owner) {
   return name;
 }
 
-void Names::claim(const std::string& name, const std::string& key, const std::string& owner,
-                  Section& section) {
+void Names::claim(const std::string& name, std::string_view key, const std::string& owner, Section& section) {
   if (is_reserved(name)) {
-    section.error(key, key + " '" + name + "' is reserved");
+    section.error(key, std::string(key) + " '" + name + "' is reserved");
     return;
   }
   const auto [found, is_new] = owners_.insert({name, {owner, section.place(key).line}});
   if (is_new) return;
-  section.error(key, key + " '" + name + "' is already used by " + found->second.label + " (line " +
-                         std::to_string(found->second.line) + ")");
+  section.error(key, std::string(key) + " '" + name + "' is already used by " + found->second.label +
+                         " (line " + std::to_string(found->second.line) + ")");
 }
 
 void LinkIndex::add(const std::string& name, int index) {
   if (indices_.insert({name, index}).second) candidates_.push_back(name);
 }
 
-int LinkIndex::find(const std::string& name, const std::string& key, Section& section, int fallback) const {
+int LinkIndex::find(const std::string& name, std::string_view key, Section& section, int fallback) const {
   if (name == "ground") return ground;
   const auto found = indices_.find(name);
   if (found != indices_.end()) return found->second;
-  section.error(key, key + " '" + name + "' is not a link" + did_you_mean(name, candidates_));
+  section.error(key, std::string(key) + " '" + name + "' is not a link" + did_you_mean(name, candidates_));
   return fallback;
 }
 

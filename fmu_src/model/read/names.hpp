@@ -2,6 +2,7 @@
 
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "model/read/section.hpp"
@@ -18,7 +19,7 @@ class Names {
   // Reads the required field `name` and claims it for `owner`; empty when missing or bad.
   std::string take(Section& section, const std::string& owner);
 
-  void claim(const std::string& name, const std::string& key, const std::string& owner, Section& section);
+  void claim(const std::string& name, std::string_view key, const std::string& owner, Section& section);
 
  private:
   struct Owner {
@@ -35,7 +36,7 @@ class LinkIndex {
   void add(const std::string& name, int index);
 
   // Index of `name`, `ground` for "ground", or `fallback` with a finding on the field `key`.
-  int find(const std::string& name, const std::string& key, Section& section, int fallback) const;
+  int find(const std::string& name, std::string_view key, Section& section, int fallback) const;
 
  private:
   std::map<std::string, int> indices_;

@@ -25,18 +25,18 @@ bool is_identifier(const std::string& text) {
 Section::Section(const Value& table, std::string label, Findings& findings)
     : table_(&table), label_(std::move(label)), findings_(&findings) {}
 
-Place Section::place(const std::string& key) const {
+Place Section::place(std::string_view key) const {
   const Value* value = table_->find(key);
   return value ? value->place : table_->place;
 }
 
-void Section::error(const std::string& key, const std::string& message) { error(place(key), message); }
+void Section::error(std::string_view key, const std::string& message) { error(place(key), message); }
 
 void Section::error(Place place, const std::string& message) {
   findings_->error(place, label_.empty() ? message : label_ + ": " + message);
 }
 
-void Section::warn(const std::string& key, const std::string& message) {
+void Section::warn(std::string_view key, const std::string& message) {
   findings_->warn(place(key), label_.empty() ? message : label_ + ": " + message);
 }
 
@@ -46,61 +46,61 @@ void Section::refuse_unknown() {
       error(entry.place, "unknown field '" + entry.key + "'" + did_you_mean(entry.key, known_));
 }
 
-const Value* Section::ask(const std::string& key) {
-  if (std::find(known_.begin(), known_.end(), key) == known_.end()) known_.push_back(key);
+const Value* Section::ask(std::string_view key) {
+  known_.emplace_back(key);
   return table_->find(key);
 }
 
-const Value* Section::ask(const std::string& key, Value::Kind kind, const char* kind_name) {
+const Value* Section::ask(std::string_view key, Value::Kind kind, const char* kind_name) {
   const Value* value = ask(key);
   if (!value || value->kind == kind) return value;
-  error(value->place, key + " must be " + kind_name + ", got " + value->kind_name());
+  error(value->place, std::string(key) + " must be " + kind_name + ", got " + value->kind_name());
   return nullptr;
 }
 
-std::string Section::text(const std::string& key, const std::string& fallback) {
+std::string Section::text(std::string_view key, const std::string& fallback) {
   const Value* value = ask(key, Value::Kind::text, "a string");
   return value ? value->text : fallback;
 }
 
-std::string Section::identifier(const std::string& key, const std::string& fallback) {
+std::string Section::identifier(std::string_view key, const std::string& fallback) {
   const Value* value = ask(key, Value::Kind::text, "a string");
   if (!value) return fallback;
   if (is_identifier(value->text)) return value->text;
-  error(value->place,
-        key + " '" + value->text + "' must be letters, digits and _ (ASCII) and not start with a digit");
+  error(value->place, std::string(key) + " '" + value->text +
+                          "' must be letters, digits and _ (ASCII) and not start with a digit");
   return fallback;
 }
 
-bool Section::flag(const std::string& key, bool fallback) {
+bool Section::flag(std::string_view key, bool fallback) {
   const Value* value = ask(key, Value::Kind::flag, "true or false");
   return value ? value->flag : fallback;
 }
 
-bool Section::finite(const std::string& key, const Value& value) {
+bool Section::finite(std::string_view key, const Value& value) {
   if (std::isfinite(value.number)) return true;
-  error(value.place, key + " must be finite, got " + shown(value.number));
+  error(value.place, std::string(key) + " must be finite, got " + shown(value.number));
   return false;
 }
 
-double Section::number(const std::string& key, double fallback, Bound bound) {
+double Section::number(std::string_view key, double fallback, Bound bound) {
   const Value* value = ask(key, Value::Kind::number, "a number");
   if (!value || !finite(key, *value)) return fallback;
   return within(key, value->number, bound) ? value->number : fallback;
 }
 
-bool Section::within(const std::string& key, double number, Bound bound) {
+bool Section::within(std::string_view key, double number, Bound bound) {
   const std::string why = below(minimum_of(bound), number);
-  if (!why.empty()) error(key, key + " " + why);
+  if (!why.empty()) error(key, std::string(key) + " " + why);
   return why.empty();
 }
 
-bool Section::read_numbers(const std::string& key, const Value& list, std::vector<double>& numbers,
+bool Section::read_numbers(std::string_view key, const Value& list, std::vector<double>& numbers,
                            bool infinite) {
   bool good = true;
   for (const Value& item : list.items) {
     if (item.kind != Value::Kind::number) {
-      error(item.place, key + " must contain numbers, got " + item.kind_name());
+      error(item.place, std::string(key) + " must contain numbers, got " + item.kind_name());
       good = false;
     } else {
       good = ((infinite && std::isinf(item.number)) || finite(key, item)) && good;
@@ -110,12 +110,12 @@ bool Section::read_numbers(const std::string& key, const Value& list, std::vecto
   return good;
 }
 
-bool Section::numbers(const std::string& key, std::vector<double>& numbers, bool infinite) {
+bool Section::numbers(std::string_view key, std::vector<double>& numbers, bool infinite) {
   const Value* list = ask(key, Value::Kind::list, "a list of numbers");
   return list && read_numbers(key, *list, numbers, infinite);
 }
 
-std::vector<double> Section::numbers_each(const std::string& key, std::size_t count, double fallback,
+std::vector<double> Section::numbers_each(std::string_view key, std::size_t count, double fallback,
                                           Bound bound) {
   const Value* value = ask(key);
   std::vector<double> each(count, fallback), given;
@@ -123,53 +123,53 @@ std::vector<double> Section::numbers_each(const std::string& key, std::size_t co
   if (value->kind != Value::Kind::list) return std::vector<double>(count, number(key, fallback, bound));
   if (!read_numbers(key, *value, given)) return each;
   if (given.size() != count) {
-    error(value->place, key + " must be a number or a list of " + std::to_string(count) + ", got " +
-                            std::to_string(given.size()) + " numbers");
+    error(value->place, std::string(key) + " must be a number or a list of " + std::to_string(count) +
+                            ", got " + std::to_string(given.size()) + " numbers");
     return each;
   }
   for (std::size_t k = 0; k < count; ++k) {
     const std::string why = below(minimum_of(bound), given[k]);
     if (why.empty()) continue;
-    error(value->items[k].place, key + " " + why);
+    error(value->items[k].place, std::string(key) + " " + why);
     return each;
   }
   return given;
 }
 
-bool Section::read_vector(const std::string& key, const Value& list, Vec3<double>& vector) {
+bool Section::read_vector(std::string_view key, const Value& list, Vec3<double>& vector) {
   std::vector<double> numbers;
   if (!read_numbers(key, list, numbers)) return false;
   if (numbers.size() != 3) {
-    error(list.place, key + " must be 3 numbers, got " + std::to_string(numbers.size()));
+    error(list.place, std::string(key) + " must be 3 numbers, got " + std::to_string(numbers.size()));
     return false;
   }
   vector = {numbers[0], numbers[1], numbers[2]};
   return true;
 }
 
-Vec3<double> Section::vector(const std::string& key, const Vec3<double>& fallback) {
+Vec3<double> Section::vector(std::string_view key, const Vec3<double>& fallback) {
   const Value* list = ask(key, Value::Kind::list, "3 numbers");
   Vec3<double> vector;
   return list && read_vector(key, *list, vector) ? vector : fallback;
 }
 
-bool Section::normalise(const std::string& key, const Value& list, Vec3<double>& vector) {
+bool Section::normalise(std::string_view key, const Value& list, Vec3<double>& vector) {
   const double length = vector.stableNorm();
   if (length > 0) {
     vector /= length;
     return true;
   }
-  error(list.place, key + " must not be the zero vector");
+  error(list.place, std::string(key) + " must not be the zero vector");
   return false;
 }
 
-Vec3<double> Section::direction(const std::string& key, const Vec3<double>& fallback) {
+Vec3<double> Section::direction(std::string_view key, const Vec3<double>& fallback) {
   const Value* list = ask(key, Value::Kind::list, "3 numbers");
   Vec3<double> vector;
   return list && read_vector(key, *list, vector) && normalise(key, *list, vector) ? vector : fallback;
 }
 
-Mat3<double> Section::rotation(const std::string& key, bool degrees) {
+Mat3<double> Section::rotation(std::string_view key, bool degrees) {
   using Eigen::AngleAxisd;
   const Vec3<double> rpy = (degrees ? 3.14159265358979323846 / 180 : 1) * vector(key, Vec3<double>::Zero());
   return (AngleAxisd(rpy.z(), Vec3<double>::UnitZ()) * AngleAxisd(rpy.y(), Vec3<double>::UnitY()) *
@@ -177,29 +177,29 @@ Mat3<double> Section::rotation(const std::string& key, bool degrees) {
       .toRotationMatrix();
 }
 
-bool Section::directions(const std::string& key, std::vector<Vec3<double>>& directions) {
+bool Section::directions(std::string_view key, std::vector<Vec3<double>>& directions) {
   return read_list(key, "directions such as [[1, 0, 0], [0, 1, 0]]", true, directions);
 }
 
-bool Section::points(const std::string& key, std::vector<Vec3<double>>& points) {
+bool Section::points(std::string_view key, std::vector<Vec3<double>>& points) {
   return read_list(key, "points such as [[0.1, 0, 0], [-0.1, 0, 0]]", false, points);
 }
 
-bool Section::read_list(const std::string& key, const char* what, bool of_unit_length,
+bool Section::read_list(std::string_view key, const char* what, bool of_unit_length,
                         std::vector<Vec3<double>>& vectors) {
   const Value* list = ask(key, Value::Kind::list, (std::string("a list of ") + what).c_str());
   if (!list) return false;
   for (const Value& item : list->items) {
     Vec3<double> vector;
     if (item.kind != Value::Kind::list)
-      error(item.place, key + " must contain lists of 3 numbers, got " + item.kind_name());
+      error(item.place, std::string(key) + " must contain lists of 3 numbers, got " + item.kind_name());
     else if (read_vector(key, item, vector) && (!of_unit_length || normalise(key, item, vector)))
       vectors.push_back(vector);
   }
   return vectors.size() == list->items.size();
 }
 
-std::vector<std::pair<std::string, Place>> Section::texts(const std::string& key) {
+std::vector<std::pair<std::string, Place>> Section::texts(std::string_view key) {
   const Value* list = ask(key, Value::Kind::list, "a list of strings");
   std::vector<std::pair<std::string, Place>> texts;
   if (!list) return texts;
@@ -207,62 +207,54 @@ std::vector<std::pair<std::string, Place>> Section::texts(const std::string& key
     if (item.kind == Value::Kind::text)
       texts.emplace_back(item.text, item.place);
     else
-      error(item.place, key + " must contain strings, got " + item.kind_name());
+      error(item.place, std::string(key) + " must contain strings, got " + item.kind_name());
   }
   return texts;
 }
 
-std::vector<bool> Section::flags(const std::string& key, const std::vector<std::string>& words) {
+std::vector<bool> Section::flags(std::string_view key, const std::vector<std::string>& words) {
   std::vector<bool> flags(words.size(), false);
   for (const auto& [word, place] : texts(key)) {
     const auto found = std::find(words.begin(), words.end(), word);
     if (found == words.end()) {
-      error(place, key + " must be " + one_of(words) + ", got '" + word + "'" + did_you_mean(word, words));
+      error(place, std::string(key) + " must be " + one_of(words) + ", got '" + word + "'" +
+                       did_you_mean(word, words));
       continue;
     }
     const std::size_t index = static_cast<std::size_t>(found - words.begin());
-    if (flags[index]) error(place, key + " lists '" + word + "' twice");
+    if (flags[index]) error(place, std::string(key) + " lists '" + word + "' twice");
     flags[index] = true;
   }
   return flags;
 }
 
-std::vector<const Value*> Section::tables(const std::string& key) {
+std::vector<const Value*> Section::tables(std::string_view key) {
   const Value* list = ask(key);
   std::vector<const Value*> tables;
   if (!list) return tables;
   if (list->kind != Value::Kind::list) {
-    error(list->place, key + " must be written [[" + key + "]], once for each");
+    error(list->place, std::string(key) + " must be written [[" + std::string(key) + "]], once for each");
     return tables;
   }
   for (const Value& item : list->items) {
     if (item.kind == Value::Kind::table)
       tables.push_back(&item);
     else
-      error(item.place, key + " must be written [[" + key + "]], once for each");
+      error(item.place, std::string(key) + " must be written [[" + std::string(key) + "]], once for each");
   }
   return tables;
 }
 
-const Value* Section::table(const std::string& key) {
+const Value* Section::table(std::string_view key) {
   const Value* value = ask(key);
   if (!value || value->kind == Value::Kind::table) return value;
-  error(value->place, key + " must be written [" + key + "], once");
+  error(value->place, std::string(key) + " must be written [" + std::string(key) + "], once");
   return nullptr;
 }
 
-int Section::chosen_word(const std::string& key, const std::vector<std::string>& words,
-                         const std::vector<std::string>& later) {
-  const Value* value = ask(key, Value::Kind::text, "a string");
-  if (!value) return -1;
-  const auto found = std::find(words.begin(), words.end(), value->text);
-  if (found != words.end()) return static_cast<int>(found - words.begin());
-  if (std::find(later.begin(), later.end(), value->text) != later.end())
-    error(value->place, key + " '" + value->text + "' is not available yet; use " + one_of(words));
-  else
-    error(value->place, key + " must be " + one_of(words) + ", got '" + value->text + "'" +
-                            did_you_mean(value->text, words));
-  return -1;
+void Section::refuse_word(std::string_view key, const Value& value, const std::vector<std::string>& words) {
+  error(value.place, std::string(key) + " must be " + one_of(words) + ", got '" + value.text + "'" +
+                         did_you_mean(value.text, words));
 }
 
 }  // namespace redysim

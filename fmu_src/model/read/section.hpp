@@ -1,6 +1,8 @@
 #pragma once
 
+#include <initializer_list>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -23,66 +25,69 @@ class Section {
  public:
   Section(const Value& table, std::string label, Findings& findings);
 
-  bool has(const std::string& key) const { return table_->find(key) != nullptr; }
+  bool has(std::string_view key) const { return table_->find(key) != nullptr; }
   Place place() const { return table_->place; }
-  Place place(const std::string& key) const;  // of the field's value, or of the table when it is absent
+  Place place(std::string_view key) const;  // of the field's value, or of the table when it is absent
 
-  std::string text(const std::string& key, const std::string& fallback = {});
-  std::string identifier(const std::string& key, const std::string& fallback = {});
-  bool flag(const std::string& key, bool fallback);
-  double number(const std::string& key, double fallback, Bound bound = Bound::any);
-  bool numbers(const std::string& key, std::vector<double>& numbers,
-               bool infinite = false);                              // false: absent or invalid
-  bool within(const std::string& key, double number, Bound bound);  // reports the error
+  std::string text(std::string_view key, const std::string& fallback = {});
+  std::string identifier(std::string_view key, const std::string& fallback = {});
+  bool flag(std::string_view key, bool fallback);
+  double number(std::string_view key, double fallback, Bound bound = Bound::any);
+  bool numbers(std::string_view key, std::vector<double>& numbers,
+               bool infinite = false);                            // false: absent or invalid
+  bool within(std::string_view key, double number, Bound bound);  // reports the error
   // One number for all, or a list of `count`; any other length is a finding and returns the fallback.
-  std::vector<double> numbers_each(const std::string& key, std::size_t count, double fallback,
+  std::vector<double> numbers_each(std::string_view key, std::size_t count, double fallback,
                                    Bound bound = Bound::any);
-  Vec3<double> vector(const std::string& key, const Vec3<double>& fallback);
-  Vec3<double> direction(const std::string& key, const Vec3<double>& fallback);  // of unit length
+  Vec3<double> vector(std::string_view key, const Vec3<double>& fallback);
+  Vec3<double> direction(std::string_view key, const Vec3<double>& fallback);  // of unit length
   // Fixed-axis roll, pitch, yaw (URDF's rpy): R = Rz(yaw) Ry(pitch) Rx(roll).
-  Mat3<double> rotation(const std::string& key, bool degrees);
-  bool directions(const std::string& key, std::vector<Vec3<double>>& directions);  // false: absent or invalid
-  bool points(const std::string& key, std::vector<Vec3<double>>& points);          // likewise, m
-  std::vector<std::pair<std::string, Place>> texts(const std::string& key);
+  Mat3<double> rotation(std::string_view key, bool degrees);
+  bool directions(std::string_view key, std::vector<Vec3<double>>& directions);  // false: absent or invalid
+  bool points(std::string_view key, std::vector<Vec3<double>>& points);          // likewise, m
+  std::vector<std::pair<std::string, Place>> texts(std::string_view key);
   // Which of `words` a list of strings contains; an unknown word and a repeated one are findings.
-  std::vector<bool> flags(const std::string& key, const std::vector<std::string>& words);
+  std::vector<bool> flags(std::string_view key, const std::vector<std::string>& words);
 
   // The tables under `key`: written [[key]] (many) or [key] (one).
-  std::vector<const Value*> tables(const std::string& key);
-  const Value* table(const std::string& key);
+  std::vector<const Value*> tables(std::string_view key);
+  const Value* table(std::string_view key);
 
-  // One of `choices`; the words in `later` are refused as not available yet.
-  template <class Enum>
-  Enum choice(const std::string& key, const std::vector<std::pair<const char*, Enum>>& choices, Enum fallback,
-              const std::vector<std::string>& later = {}) {
+  // One of `choices`, a list of pairs of a word and what it stands for.
+  template <class Chosen, class Choices = std::initializer_list<std::pair<const char*, Chosen>>>
+  Chosen choice(std::string_view key, const Choices& choices, Chosen fallback) {
+    const Value* value = ask(key, Value::Kind::text, "a string");
+    if (!value) return fallback;
     std::vector<std::string> words;
-    for (const auto& option : choices) words.push_back(option.first);
-    const int chosen = chosen_word(key, words, later);
-    return chosen < 0 ? fallback : choices[static_cast<std::size_t>(chosen)].second;
+    for (const auto& [word, chosen] : choices) {
+      if (value->text == word) return chosen;
+      words.push_back(word);
+    }
+    refuse_word(key, *value, words);
+    return fallback;
   }
 
-  void error(const std::string& key, const std::string& message);
+  void error(std::string_view key, const std::string& message);
   void error(Place place, const std::string& message);
-  void warn(const std::string& key, const std::string& message);
+  void warn(std::string_view key, const std::string& message);
   void refuse_unknown();
 
  private:
-  const Value* ask(const std::string& key);
-  const Value* ask(const std::string& key, Value::Kind kind, const char* kind_name);
-  bool finite(const std::string& key, const Value& value);
-  bool read_numbers(const std::string& key, const Value& list, std::vector<double>& numbers,
+  const Value* ask(std::string_view key);
+  const Value* ask(std::string_view key, Value::Kind kind, const char* kind_name);
+  bool finite(std::string_view key, const Value& value);
+  bool read_numbers(std::string_view key, const Value& list, std::vector<double>& numbers,
                     bool infinite = false);
-  bool read_vector(const std::string& key, const Value& list, Vec3<double>& vector);
-  bool read_list(const std::string& key, const char* what, bool of_unit_length,
+  bool read_vector(std::string_view key, const Value& list, Vec3<double>& vector);
+  bool read_list(std::string_view key, const char* what, bool of_unit_length,
                  std::vector<Vec3<double>>& vectors);
-  bool normalise(const std::string& key, const Value& list, Vec3<double>& vector);
-  int chosen_word(const std::string& key, const std::vector<std::string>& words,
-                  const std::vector<std::string>& later);
+  bool normalise(std::string_view key, const Value& list, Vec3<double>& vector);
+  void refuse_word(std::string_view key, const Value& value, const std::vector<std::string>& words);
 
   const Value* table_;
   std::string label_;
   Findings* findings_;
-  std::vector<std::string> known_;
+  std::vector<std::string> known_;  // requested fields
 };
 
 }  // namespace redysim

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <set>
 
 #include "model/read/actuator_reader.hpp"
@@ -108,8 +107,7 @@ SolverSettings read_solver(Section& top, Findings& findings) {
   const Value* table = top.table("solver");
   if (!table) return solver;
   Section section(*table, "solver", findings);
-  solver.method = section.choice<SolverMethod>(
-      "method", {std::begin(solver_methods), std::end(solver_methods)}, SolverMethod::automatic);
+  solver.method = section.choice<SolverMethod>("method", solver_methods, SolverMethod::automatic);
   solver.rtol = section.number("rtol", solver.rtol, Bound::positive);
   if (solver.rtol > 0.1) section.error("rtol", "rtol must be <= 0.1, got " + shown(solver.rtol));
   solver.atol = section.number("atol", solver.rtol / 100, Bound::not_negative);

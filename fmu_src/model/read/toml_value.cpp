@@ -45,8 +45,7 @@ void refuse_deep_keys(const std::string& text, const std::string& name) {
   }
 }
 
-Value converted(const toml::node& node) {
-  Value value;
+void convert(const toml::node& node, Value& value) {
   value.place = place_of(node.source());
   if (const auto* text = node.as_string()) {
     value.kind = Value::Kind::text;
@@ -62,18 +61,21 @@ Value converted(const toml::node& node) {
     value.flag = flag->get();
   } else if (const auto* list = node.as_array()) {
     value.kind = Value::Kind::list;
-    for (const toml::node& item : *list) value.items.push_back(converted(item));
+    value.items.resize(list->size());
+    for (std::size_t i = 0; i < list->size(); ++i) convert((*list)[i], value.items[i]);
   } else if (const auto* table = node.as_table()) {
     value.kind = Value::Kind::table;
-    for (const auto& [key, item] : *table)
-      value.entries.push_back({std::string(key.str()), place_of(key.source()), converted(item)});
+    value.entries.reserve(table->size());
+    for (const auto& [key, item] : *table) {
+      value.entries.push_back({std::string(key.str()), place_of(key.source()), {}});
+      convert(item, value.entries.back().value);
+    }
   }
-  return value;
 }
 
 }  // namespace
 
-const Value* Value::find(const std::string& key) const {
+const Value* Value::find(std::string_view key) const {
   for (const Entry& entry : entries)
     if (entry.key == key) return &entry.value;
   return nullptr;
@@ -99,8 +101,13 @@ std::string Value::kind_name() const {
 
 Value parse_toml(const std::string& text, const std::string& name) {
   refuse_deep_keys(text, name);
-  const toml::parse_result result = toml::parse(text, name);
-  if (result) return converted(result.table());
+  // without a name, of which each node would hold a counted reference
+  const toml::parse_result result = toml::parse(text);
+  if (result) {
+    Value document;
+    convert(result.table(), document);
+    return document;
+  }
   const toml::parse_error& error = result.error();
   refuse(name, place_of(error.source()), plain(std::string(error.description())));
 }

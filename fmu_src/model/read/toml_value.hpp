@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "model/read/findings.hpp"
@@ -20,7 +21,7 @@ struct Value {
   std::vector<Value> items;    // of a list
   std::vector<Entry> entries;  // of a table
 
-  const Value* find(const std::string& key) const;
+  const Value* find(std::string_view key) const;
   std::string kind_name() const;  // "a number", as in "must be a string, got a number"
 };
 
