@@ -65,47 +65,49 @@ void Derivatives::sweep_back(const Plan<double>& plan, const Workspace<double>& 
 // The product of the motions along lambda with the change of one element's wrenches, power included.
 [[gnu::cold]] double Derivatives::change_of_element(const Element& element, const Workspace<double>& ws,
                                                     double weight) {
+  auto& [elements, dual] = *elements_;
   for (int body : element.bodies)
-    if (body != ground) workspace_.joints[body].p = Force<Dual>::zero();
+    if (body != ground) dual.joints[body].p = Force<Dual>::zero();
   double sum = 0;
   switch (element.kind) {
     case Element::Kind::spring: {
-      const SpringPlan<Dual>& spring = plan_.springs[element.index];
-      add_spring_wrench(spring, workspace_);
-      const Dual rate = spring_line(spring, workspace_).rate;
+      const SpringPlan<Dual>& spring = elements.springs[element.index];
+      add_spring_wrench(spring, dual);
+      const Dual rate = spring_line(spring, dual).rate;
       sum = -weight * (spring.damping * rate * rate).derivative;
       break;
     }
     case Element::Kind::bushing:
       if constexpr (Plan<Dual>::may_have_bushings) {
-        const BushingPlan<Dual>& bushing = plan_.bushings[element.index];
-        add_bushing_wrench(bushing, workspace_);
-        sum = weight * bushing_loss(bushing, workspace_).derivative;
+        const BushingPlan<Dual>& bushing = elements.bushings[element.index];
+        add_bushing_wrench(bushing, dual);
+        sum = weight * bushing_loss(bushing, dual).derivative;
       }
       break;
     case Element::Kind::contact:
       if constexpr (Plan<Dual>::may_have_contacts) {
-        workspace_.contact_power = Dual(0);
-        add_contact_wrenches(plan_, workspace_, plan_.contact_pairs[element.index]);
-        sum = weight * workspace_.contact_power.derivative;
+        dual.contact_power = Dual(0);
+        add_contact_wrenches(elements, dual, elements.contact_pairs[element.index]);
+        sum = weight * dual.contact_power.derivative;
       }
       break;
     case Element::Kind::port:
-      add_port_wrench(plan_.ports[element.index], workspace_, &port_wrenches_[6 * element.index]);
+      add_port_wrench(elements.ports[element.index], dual, &port_wrenches_[6 * element.index]);
       break;
     case Element::Kind::loop:
       return change_of_loop(element, ws);
   }
   for (int body : element.bodies)
-    if (body != ground) sum -= dot(change_of(workspace_.joints[body].p), changes_[body].acceleration);
+    if (body != ground) sum -= dot(change_of(dual.joints[body].p), changes_[body].acceleration);
   return sum;
 }
 
 // The same for a loop: wrenches at constant multipliers, and its rows times the multipliers of lambda.
 [[gnu::cold]] double Derivatives::change_of_loop(const Element& element, const Workspace<double>& ws) {
-  const LoopPlan<Dual>& loop = plan_.loops[element.index];
-  LoopState<Dual>& state = workspace_.loop;
-  set_rows_of_loop(plan_, workspace_, element.index);
+  auto& [elements, dual] = *elements_;
+  const LoopPlan<Dual>& loop = elements.loops[element.index];
+  LoopState<Dual>& state = dual.loop;
+  set_rows_of_loop(elements, dual, element.index);
   double sum = 0;
   for (std::size_t row = loop.first_row; row < loop.first_row + loop.rows.size(); ++row) {
     const double weight = ws.loop.lambda[row];
@@ -127,14 +129,15 @@ void Derivatives::sweep_back(const Plan<double>& plan, const Workspace<double>& 
 // Weights of the twelve changes of the motion of each of its entries, in ground axes.
 [[gnu::cold]] void Derivatives::pull_element(const Element& element, const Workspace<double>& ws,
                                              double weight) {
+  Workspace<Dual>& dual = elements_->workspace;
   for (int side = 0; side < 3; ++side) {
     const int body = element.bodies[side], entry = element.entries[side];
     if (body == ground || std::find(element.entries, element.entries + side, entry) != element.entries + side)
       continue;
-    const GroundState<Dual> held = workspace_.ground[entry];
-    Mat3<Dual>& own = workspace_.ground[body].rotation;
+    const GroundState<Dual> held = dual.ground[entry];
+    Mat3<Dual>& own = dual.ground[body].rotation;
     for (int k = 0; k < 12; ++k) {
-      GroundState<Dual>& at = workspace_.ground[entry];
+      GroundState<Dual>& at = dual.ground[entry];
       at = held;
       Vec3<double> unit = Vec3<double>::Unit(k % 3);
       Vec3<Dual>* const linear[] = {nullptr, &at.position, &at.omega, &at.velocity};
@@ -148,15 +151,15 @@ void Derivatives::sweep_back(const Plan<double>& plan, const Workspace<double>& 
       own = at.rotation;
       pulled_[entry].of[k / 3][k % 3] += change_of_element(element, ws, weight);
     }
-    workspace_.ground[entry] = held;
+    dual.ground[entry] = held;
     own = held.rotation;
   }
 }
 
-// The accelerations of the bodies change the rows of a loop, which are in workspace_.
+// The accelerations of the bodies change the rows of a loop, which are in the elements' workspace.
 [[gnu::cold]] void Derivatives::weigh_loop(const Element& element, const Workspace<double>& ws) {
-  const LoopPlan<Dual>& loop = plan_.loops[element.index];
-  const LoopState<Dual>& state = workspace_.loop;
+  const LoopPlan<Dual>& loop = elements_->plan.loops[element.index];
+  const LoopState<Dual>& state = elements_->workspace.loop;
   for (std::size_t row = loop.first_row; row < loop.first_row + loop.rows.size(); ++row) {
     const Force<Dual>* const wrenches[] = {&state.wrench[0][row], &state.wrench[1][row], &state.K[row]};
     for (int side = 0; side < 3; ++side) {
@@ -176,8 +179,8 @@ void Derivatives::sweep_back(const Plan<double>& plan, const Workspace<double>& 
   using Kind = Element::Kind;
   for (std::size_t i = 0; i < ws.ground.size(); ++i) {
     const GroundState<double>& from = ws.ground[i];
-    workspace_.ground[i] = {from.rotation.cast<Dual>(), from.position.cast<Dual>(), from.omega.cast<Dual>(),
-                            from.velocity.cast<Dual>()};
+    elements_->workspace.ground[i] = {from.rotation.cast<Dual>(), from.position.cast<Dual>(),
+                                      from.omega.cast<Dual>(), from.velocity.cast<Dual>()};
   }
   pulled_.assign(ws.ground.size(), Pulled());
   gravity_ = plan.gravity;

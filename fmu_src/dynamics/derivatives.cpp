@@ -90,7 +90,6 @@ namespace {
 
 Plan<Dual> elements_of(const Plan<double>& plan) {
   Plan<Dual> elements;
-  if (!plan.has_poses()) return elements;
   elements.origin = plan.origin.cast<Dual>();
   elements.joints.resize(plan.joints.size());
   elements.poses = plan.poses;
@@ -150,13 +149,14 @@ REDYSIM_PLAIN void solve_accelerations(const Plan<double>& plan, Workspace<doubl
 
 }  // namespace
 
+[[gnu::cold]] Derivatives::Elements::Elements(const Plan<double>& of)
+    : plan(elements_of(of)), workspace(plan) {}
+
 [[gnu::cold]] Derivatives::Derivatives(const Plan<double>& plan)
     : bodies_(plan.joints.size()),
       changes_(plan.joints.size()),
       forces_(plan.joints.size()),
-      has_elements_(plan.has_poses()),
-      plan_(elements_of(plan)),
-      workspace_(plan_),
+      elements_(plan.has_poses() ? std::make_unique<Elements>(plan) : nullptr),
       port_wrenches_(static_cast<std::size_t>(InputLayout(plan).port_wrench.size())) {
   for (const ClusterPlan& cluster : plan.clusters) lambda_.resize(lambda_.size() + cluster.row_count);
   K_.resize(lambda_.size());
@@ -230,12 +230,13 @@ REDYSIM_CLONES void Derivatives::move_subtree(const Plan<double>& plan, const Wo
 // Derivatives of the ground-frame motions of bodies with springs, ports and loops: (6)-(8).
 [[gnu::flatten]] void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<double>& ws,
                                                       int joint, bool velocity) {
+  Workspace<Dual>& dual = elements_->workspace;
   const JointPlan<double>& at = plan.joints[joint];
   const Vec3<double> zero = Vec3<double>::Zero();
   int parent = at.parent;  // entry
   for (const PoseStep& step : plan.poses) {
     if (step.kind != PoseStep::Kind::moved) {
-      set_seen_from(step, workspace_);
+      set_seen_from(step, dual);
       continue;
     }
     if (step.body == joint) parent = step.from;
@@ -269,7 +270,7 @@ REDYSIM_CLONES void Derivatives::move_subtree(const Plan<double>& plan, const Wo
         }
       }
     }
-    GroundState<Dual>& to = workspace_.ground[step.entry];
+    GroundState<Dual>& to = dual.ground[step.entry];
     for (int column = 0; column < 3; ++column) {
       const Vec3<double> direction = g.rotation.col(column);
       to.rotation.col(column) = with(direction, turn.cross(direction));
@@ -285,41 +286,43 @@ REDYSIM_CLONES void Derivatives::move_subtree(const Plan<double>& plan, const Wo
 [[gnu::noinline]] void Derivatives::change_contacts() {
   const auto moved = [this](int body) { return body != ground && changes_[body].moved; };
   if constexpr (Plan<Dual>::may_have_contacts) {
-    workspace_.contact_power = Dual(0);
-    for (const ContactPair<Dual>& pair : plan_.contact_pairs)
-      if (moved(pair.ball_body) != moved(pair.surface_body)) add_contact_wrenches(plan_, workspace_, pair);
+    auto& [elements, dual] = *elements_;
+    dual.contact_power = Dual(0);
+    for (const ContactPair<Dual>& pair : elements.contact_pairs)
+      if (moved(pair.ball_body) != moved(pair.surface_body)) add_contact_wrenches(elements, dual, pair);
   }
 }
 
 // Derivatives of the wrenches of springs, contacts and ports; returns that of the power of springs and
 // contacts.
 REDYSIM_CLONES double Derivatives::change_elements(const Plan<double>& plan) {
-  for (auto& s : workspace_.joints) s.p = Force<Dual>::zero();
-  add_spring_wrenches(plan_, workspace_);
-  if constexpr (Plan<Dual>::may_have_bushings) add_bushing_wrenches(plan_, workspace_);
-  if (plan_.has_contacts()) change_contacts();
-  add_port_wrenches(plan_, workspace_, port_wrenches_.data());
-  for (std::size_t i = 0; i < plan.joints.size(); ++i)
-    add(changes_[i].wrench, change_of(workspace_.joints[i].p));
+  auto& [elements, dual] = *elements_;
+  for (auto& s : dual.joints) s.p = Force<Dual>::zero();
+  add_spring_wrenches(elements, dual);
+  if constexpr (Plan<Dual>::may_have_bushings) add_bushing_wrenches(elements, dual);
+  if (elements.has_contacts()) change_contacts();
+  add_port_wrenches(elements, dual, port_wrenches_.data());
+  for (std::size_t i = 0; i < plan.joints.size(); ++i) add(changes_[i].wrench, change_of(dual.joints[i].p));
   double power = 0;
-  for (const auto& spring : plan_.springs) {
-    const Dual rate = spring_line(spring, workspace_).rate;
+  for (const auto& spring : elements.springs) {
+    const Dual rate = spring_line(spring, dual).rate;
     power -= (spring.damping * rate * rate).derivative;
   }
-  if constexpr (Plan<Dual>::may_have_bushings) power += bushing_loss(plan_, workspace_).derivative;
-  if constexpr (Plan<Dual>::may_have_contacts) power += workspace_.contact_power.derivative;
+  if constexpr (Plan<Dual>::may_have_bushings) power += bushing_loss(elements, dual).derivative;
+  if constexpr (Plan<Dual>::may_have_contacts) power += dual.contact_power.derivative;
   return power;
 }
 
 // Derivatives of the row accelerations phi'' = sum of wrench . acceleration + quadratic part, with opposite
 // sign, into ws.loop.b, and of the wrenches at constant lambda: by a velocity they are constant.
 void Derivatives::change_loops(const Plan<double>& plan, Workspace<double>& ws, bool velocity) {
+  auto& [elements, dual] = *elements_;
   if (velocity)
-    set_quadratic_parts(plan_, workspace_);
+    set_quadratic_parts(elements, dual);
   else
-    set_loop_rows(plan_, workspace_);
-  LoopState<Dual>& state = workspace_.loop;
-  for (const auto& loop : plan_.loops) {
+    set_loop_rows(elements, dual);
+  LoopState<Dual>& state = dual.loop;
+  for (const auto& loop : elements.loops) {
     const int bodies[] = {loop.body_a, loop.body_b, loop.root};
     for (std::size_t row = loop.first_row; row < loop.first_row + loop.rows.size(); ++row) {
       const Force<Dual>* const wrenches[] = {&state.wrench[0][row], &state.wrench[1][row], &state.K[row]};
@@ -369,8 +372,8 @@ void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, cons
                            const double* qdd, const double* tau, const double* ports,
                            const std::vector<JointVariable>& variables, double* columns, std::size_t length) {
   set_point(plan, ws, q, qd, qdd, ports);
-  if (has_elements_) {
-    copy_elements(plan, plan_);
+  if (elements_) {
+    copy_elements(plan, elements_->plan);
     std::copy_n(ports, port_wrenches_.size(), port_wrenches_.begin());
   }
   for (std::size_t k = 0; k < variables.size(); ++k) {
@@ -387,12 +390,12 @@ void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, cons
       const PassiveChange passive = passive_change(plan, joint, q[joint], qd[joint], velocity);
       power = (velocity ? tau[joint] : 0) + passive.loss;
       move_subtree(plan, ws, qd, joint, velocity);
-      if (has_elements_) {
+      if (elements_) {
         move_ground_states(plan, ws, joint, velocity);
         power += change_elements(plan);
       }
       std::fill(ws.loop.b.begin(), ws.loop.b.end(), 0.0);  // that of couplings
-      if (has_elements_ && plan.has_constraints()) change_loops(plan, ws, velocity);
+      if (elements_ && plan.has_constraints()) change_loops(plan, ws, velocity);
       collect_forces(plan, ws, joint, velocity);
       forces_[joint] += passive.force;
       if (plan.has_elastic_couplings())
@@ -414,8 +417,8 @@ void Derivatives::evaluate_row(const Plan<double>& plan, Workspace<double>& ws, 
   std::fill(ws.loop.b.begin(), ws.loop.b.end(), 0.0);
   solve_accelerations(plan, ws, weights, row.tau.data());
   move_along(plan, ws, row);
-  if (has_elements_) {
-    copy_elements(plan, plan_);
+  if (elements_) {
+    copy_elements(plan, elements_->plan);
     std::copy_n(ports, port_wrenches_.size(), port_wrenches_.begin());
     pull_elements(plan, ws, qd, weight_of_power, row);
   }

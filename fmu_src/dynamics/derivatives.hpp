@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "dynamics/plan.hpp"
@@ -99,10 +100,13 @@ class Derivatives {
   std::vector<Change> changes_;
   std::vector<double> lambda_, forces_;
   std::vector<Force<double>> K_;
-  // springs, ports and loops only
-  bool has_elements_;
-  Plan<Dual> plan_;
-  Workspace<Dual> workspace_;
+  // springs, contacts, ports and loops, with the constants of the plan and the motion of their bodies
+  struct Elements {
+    explicit Elements(const Plan<double>& of);
+    Plan<Dual> plan;
+    Workspace<Dual> workspace;
+  };
+  std::unique_ptr<Elements> elements_;  // null: there are none
   std::vector<Dual> port_wrenches_;
   // of a row
   std::vector<Pulled> pulled_;

@@ -176,7 +176,12 @@ Plan<Scalar>::Plan(const Model& model, const Parameters<Scalar>& parameters) {
 
 template <class Scalar>
 void Plan<Scalar>::add_joints(const Model& model) {
-  for (std::size_t i = 0; i < model.links.size(); ++i) {
+  const std::size_t links = model.links.size();
+  carrier.reserve(links);
+  frame_in_carrier.reserve(links);
+  joints.reserve(static_cast<std::size_t>(std::count_if(model.links.begin(), model.links.end(),
+                                                        [](const Link& link) { return moves(link.joint); })));
+  for (std::size_t i = 0; i < links; ++i) {
     const Link& link = model.links[i];
     const bool on_ground = link.parent == ground;
     const int parent = on_ground ? ground : carrier[link.parent];

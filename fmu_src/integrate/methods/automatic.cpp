@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "integrate/methods/one_step.hpp"
 #include "integrate/methods/state_bytes.hpp"
@@ -43,7 +44,7 @@ void add(const Statistics& more, Statistics& sum) {
 
 class Automatic final : public Integrator {
  public:
-  Automatic(System& system, const SolverSettings& settings);
+  Automatic(System& system, const SolverSettings& settings, Room room);
 
   Outcome start(double time, const double* y) override;
   void set_state(const double* y) override { current_->set_state(y); }
@@ -168,13 +169,14 @@ class Automatic final : public Integrator {
 
   System& system_;
   SolverSettings settings_;
+  Room room_;
   SpectralRadius radius_;
   // As Choice numbers them, all created at initialization, so that no step allocates. The matrices of
   // implicit methods grow with the square of the size: those of large systems are created when they are first
   // tried.
   std::array<std::unique_ptr<Integrator>, choices> methods_;
   long pause_ = Tuning::steps_between_choices;  // internal steps
-  Integrator* current_;
+  Integrator* current_ = &integrator(Choice::erk);
   Memory memory_;
   Statistics before_;      // of the methods used before the one in use
   Statistics statistics_;  // all
@@ -182,8 +184,8 @@ class Automatic final : public Integrator {
   long noted_ = 0;
 };
 
-Automatic::Automatic(System& system, const SolverSettings& settings)
-    : system_(system), settings_(settings), radius_(system), current_(&integrator(Choice::erk)) {
+Automatic::Automatic(System& system, const SolverSettings& settings, Room room)
+    : system_(system), settings_(settings), room_(std::move(room)), radius_(system) {
   for (const Choice choice : {Choice::adams, Choice::dirk, Choice::bdf})
     if (!is_implicit(choice) || system.size() <= Tuning::implicit_from_start) integrator(choice);
 }
@@ -198,10 +200,10 @@ Integrator& Automatic::integrator(Choice choice) {
 }
 
 std::unique_ptr<Integrator> Automatic::made(Choice choice) {
-  if (choice == Choice::adams) return make_adams(system_, settings_);
-  if (choice == Choice::dirk) return make_dirk(system_, settings_);
-  if (choice == Choice::bdf) return make_bdf(system_, settings_);
-  return make_erk(system_, settings_);
+  if (choice == Choice::adams) return make_adams(system_, settings_, room_);
+  if (choice == Choice::dirk) return make_dirk(system_, settings_, room_);
+  if (choice == Choice::bdf) return make_bdf(system_, settings_, room_);
+  return make_erk(system_, settings_, room_);
 }
 
 Outcome Automatic::start(double time, const double* y) {
@@ -589,8 +591,8 @@ bool Automatic::restore(const unsigned char* bytes, std::size_t size) {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_automatic(System& system, const SolverSettings& settings) {
-  return std::make_unique<Automatic>(system, settings);
+std::unique_ptr<Integrator> make_automatic(System& system, const SolverSettings& settings, Room room) {
+  return std::make_unique<Automatic>(system, settings, std::move(room));
 }
 
 }  // namespace redysim

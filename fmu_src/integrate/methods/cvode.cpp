@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "integrate/methods/step_budget.hpp"
 #include "integrate/methods/step_control.hpp"
@@ -42,15 +43,15 @@ double tightened(double tolerance, SolverMethod method) {
 
 void CvodeDeleter::operator()(void* memory) const { CVodeFree(&memory); }
 
-Cvode::Cvode(System& system, const SolverSettings& settings, SolverMethod method)
+Cvode::Cvode(System& system, const SolverSettings& settings, Room room, SolverMethod method)
     : system_(system),
       settings_(settings),
       method_(method),
       error_weights_(system, tightened(settings.rtol, method), tightened(settings.atol, method)),
-      room_(system.size()),
-      ahead_(make_vector(system.size(), context_)),
-      weights_(make_vector(system.size(), context_)),
-      error_(make_vector(system.size(), context_)),
+      room_(std::move(room)),
+      ahead_(make_vector(system.size(), room_->context)),
+      weights_(make_vector(system.size(), room_->context)),
+      error_(make_vector(system.size(), room_->context)),
       y_(static_cast<std::size_t>(system.size())),
       slope_(y_) {
   restart_.y = y_;
@@ -60,9 +61,9 @@ Cvode::Cvode(System& system, const SolverSettings& settings, SolverMethod method
 
 void Cvode::build() {
   const bool bdf = method_ == SolverMethod::bdf;
-  memory_.reset(created(CVodeCreate(bdf ? CV_BDF : CV_ADAMS, context_)));
+  memory_.reset(created(CVodeCreate(bdf ? CV_BDF : CV_ADAMS, room_->context)));
   void* cvode = memory_.get();
-  CVodeSetErrHandlerFn(cvode, &LastMessage::keep, &message_);
+  CVodeSetErrHandlerFn(cvode, &LastMessage::keep, &room_->message);
   CVodeInit(cvode, &Cvode::right_hand_side, 0.0, ahead_.get());
   CVodeSetUserData(cvode, this);
   CVodeWFtolerances(cvode, &Cvode::weights);
@@ -72,7 +73,7 @@ void Cvode::build() {
   if (bdf) {
     build_newton();
   } else {
-    nonlinear_solver_.reset(created(SUNNonlinSol_FixedPoint(ahead_.get(), 0, context_)));
+    nonlinear_solver_.reset(created(SUNNonlinSol_FixedPoint(ahead_.get(), 0, room_->context)));
     project_history_ = system_.has_constraints();
   }
   CVodeSetNonlinearSolver(cvode, nonlinear_solver_.get());
@@ -87,14 +88,14 @@ void Cvode::build() {
 
 void Cvode::build_newton() {
   void* cvode = memory_.get();
-  jacobian_ = std::make_unique<DenseJacobian>(system_);
-  matrix_ = make_matrix(system_.size(), context_);
-  linear_solver_ = make_linear_solver(system_.layout(), context_);
+  jacobian_ = &room_->jacobian();
+  matrix_ = make_matrix(system_.size(), room_->context);
+  linear_solver_ = make_linear_solver(system_.layout(), room_->context);
   CVodeSetLinearSolver(cvode, linear_solver_.get(), matrix_.get());
   CVodeSetJacFn(cvode, &Cvode::jacobian);
   CVodeSetNonlinConvCoef(cvode, newton_tolerance);
   if (system_.plan().has_contacts()) CVodeSetEtaFixedStepBounds(cvode, 0, contact_growth);
-  nonlinear_solver_.reset(created(SUNNonlinSol_Newton(ahead_.get(), context_)));
+  nonlinear_solver_.reset(created(SUNNonlinSol_Newton(ahead_.get(), room_->context)));
   if (system_.has_constraints()) CVodeSetProjFn(cvode, &Cvode::project);
 }
 
@@ -123,7 +124,7 @@ bool Cvode::restart(double time, const double* y, bool repeated) {
   if (system_.right_hand_side(time, restart_.y.data(), slope_.data()) != Status::ok) return false;
   ++statistics_.evaluations;
   restart_.first_step = first_step(system_, error_weights_, 1, time, restart_.y.data(), slope_.data(),
-                                   step_limit(settings_.max_step), room_);
+                                   step_limit(settings_.max_step), room_->first_step);
   if (!(restart_.first_step > 0)) return false;
   reset_cvode();
   if (integrates_work()) work_.begin(work_of(restart_.y.data()));
@@ -284,16 +285,16 @@ Outcome Cvode::failed(int flag) {
     case CV_TOO_MUCH_ACC:
       return failure(time, reasons::tolerance_below_rounding);
     default:
-      return failure(time, message_.reason());
+      return failure(time, room_->message.reason());
   }
 }
 
-std::unique_ptr<Integrator> make_adams(System& system, const SolverSettings& settings) {
-  return std::make_unique<Cvode>(system, settings, SolverMethod::adams);
+std::unique_ptr<Integrator> make_adams(System& system, const SolverSettings& settings, Room room) {
+  return std::make_unique<Cvode>(system, settings, std::move(room), SolverMethod::adams);
 }
 
-std::unique_ptr<Integrator> make_bdf(System& system, const SolverSettings& settings) {
-  return std::make_unique<Cvode>(system, settings, SolverMethod::bdf);
+std::unique_ptr<Integrator> make_bdf(System& system, const SolverSettings& settings, Room room) {
+  return std::make_unique<Cvode>(system, settings, std::move(room), SolverMethod::bdf);
 }
 
 }  // namespace redysim

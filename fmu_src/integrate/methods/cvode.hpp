@@ -1,10 +1,8 @@
 #pragma once
 
-#include "integrate/methods/first_step.hpp"
 #include "integrate/methods/methods.hpp"
+#include "integrate/methods/shared_room.hpp"
 #include "integrate/methods/step_work.hpp"
-#include "integrate/methods/sundials_objects.hpp"
-#include "integrate/system/dense_jacobian.hpp"
 
 // Variable-order multistep methods by SUNDIALS' CVODE: Adams (functional iteration) and BDF (Newton
 // iteration).
@@ -23,7 +21,7 @@ struct CvodeDeleter {
 
 class Cvode final : public Integrator {
  public:
-  Cvode(System& system, const SolverSettings& settings, SolverMethod method);
+  Cvode(System& system, const SolverSettings& settings, Room room, SolverMethod method);
 
   Outcome start(double time, const double* y) override;
   void set_state(const double* y) override;
@@ -84,12 +82,10 @@ class Cvode final : public Integrator {
   SolverSettings settings_;
   SolverMethod method_;
   ErrorWeights error_weights_;
-  FirstStepRoom room_;
 
-  sundials::Context context_;
-  sundials::LastMessage message_;
+  Room room_;
   sundials::Vector ahead_, weights_, error_;  // ahead_: the state at ahead_time_
-  std::unique_ptr<DenseJacobian> jacobian_;   // BDF alone
+  DenseJacobian* jacobian_ = nullptr;         // BDF alone
   sundials::Matrix matrix_;
   sundials::LinearSolver linear_solver_;
   sundials::NonlinearSolver nonlinear_solver_;

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "integrate/methods/one_step.hpp"
-#include "integrate/system/dense_jacobian.hpp"
 
 // Diagonally implicit Runge-Kutta steps by SUNDIALS' ARKODE (ARKStep) with the exact Jacobian: L-stable and
 // stiffly accurate, each first stage explicit. It has no history, so inputs may change at every communication
@@ -53,7 +53,7 @@ struct ArkStepDeleter {
 
 class Dirk final : public OneStep {
  public:
-  Dirk(System& system, const SolverSettings& settings);
+  Dirk(System& system, const SolverSettings& settings, Room room);
   const char* name() const override { return "dirk (Kennedy-Carpenter 4(3))"; }
 
  private:
@@ -75,7 +75,7 @@ class Dirk final : public OneStep {
   const char* reason(int flag) const override;
   long unsolved() const override;
 
-  DenseJacobian jacobian_;
+  DenseJacobian& jacobian_;
   Matrix matrix_;
   LinearSolver linear_solver_;
   NonlinearSolver nonlinear_solver_;
@@ -89,17 +89,18 @@ class Dirk final : public OneStep {
   const double* begin_slope_ = nullptr;
 };
 
-Dirk::Dirk(System& system, const SolverSettings& settings)
-    : OneStep(system, settings, SolverMethod::dirk, embedded_order + 1, tightening), jacobian_(system) {
+Dirk::Dirk(System& system, const SolverSettings& settings, Room room)
+    : OneStep(system, settings, std::move(room), SolverMethod::dirk, embedded_order + 1, tightening),
+      jacobian_(room_->jacobian()) {
   if (system.with_work() && system.plan().has_motion()) stage_state_ = stage_slope_ = y_;
   build();
 }
 
 void Dirk::build() {
-  memory_.reset(created(ARKStepCreate(nullptr, &Dirk::right_hand_side, 0.0, start_.get(), context_)));
+  memory_.reset(created(ARKStepCreate(nullptr, &Dirk::right_hand_side, 0.0, start_.get(), room_->context)));
   void* ark = memory_.get();
   OneStep* self = this;
-  ARKStepSetErrHandlerFn(ark, &LastMessage::keep, &message_);
+  ARKStepSetErrHandlerFn(ark, &LastMessage::keep, &room_->message);
   ARKStepSetUserData(ark, self);
   set_table();
   // Lagrange: never used between step ends, and Hermite's costs right-hand sides
@@ -114,11 +115,11 @@ void Dirk::build() {
   ARKStepSetMaxErrTestFails(ark, 100);  // StepControl stops before
   if (settings_.max_step > 0) ARKStepSetMaxStep(ark, settings_.max_step);
 
-  matrix_ = make_matrix(system_.size(), context_);
-  linear_solver_ = make_linear_solver(system_.layout(), context_);
+  matrix_ = make_matrix(system_.size(), room_->context);
+  linear_solver_ = make_linear_solver(system_.layout(), room_->context);
   ARKStepSetLinearSolver(ark, linear_solver_.get(), matrix_.get());
   ARKStepSetJacFn(ark, &Dirk::jacobian);
-  nonlinear_solver_.reset(created(SUNNonlinSol_Newton(start_.get(), context_)));
+  nonlinear_solver_.reset(created(SUNNonlinSol_Newton(start_.get(), room_->context)));
   ARKStepSetNonlinearSolver(ark, nonlinear_solver_.get());
   ARKStepSetDeduceImplicitRhs(ark, SUNTRUE);
   ARKStepSetStagePredictFn(ark, &Dirk::predict);
@@ -299,8 +300,8 @@ const char* Dirk::reason(int flag) const {
 
 }  // namespace
 
-std::unique_ptr<OneStep> make_dirk(System& system, const SolverSettings& settings) {
-  return std::make_unique<Dirk>(system, settings);
+std::unique_ptr<OneStep> make_dirk(System& system, const SolverSettings& settings, Room room) {
+  return std::make_unique<Dirk>(system, settings, std::move(room));
 }
 
 }  // namespace redysim

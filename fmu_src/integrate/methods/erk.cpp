@@ -4,6 +4,7 @@
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "integrate/methods/dormand_prince_8.hpp"
 #include "integrate/methods/one_step.hpp"
@@ -55,7 +56,7 @@ struct ErkStepDeleter {
 
 class Erk final : public OneStep {
  public:
-  Erk(System& system, const SolverSettings& settings);
+  Erk(System& system, const SolverSettings& settings, Room room);
   const char* name() const override {
     return choice_ ? "erk (Dormand-Prince 5(4) and 8(7))" : alone_for(settings_.rtol, system_).name;
   }
@@ -94,8 +95,9 @@ class Erk final : public OneStep {
   bool reuse_slope_ = false;            // the next slope asked for is slope_
 };
 
-Erk::Erk(System& system, const SolverSettings& settings)
-    : OneStep(system, settings, SolverMethod::erk, alone_for(settings.rtol, system).error_order, 1) {
+Erk::Erk(System& system, const SolverSettings& settings, Room room)
+    : OneStep(system, settings, std::move(room), SolverMethod::erk,
+              alone_for(settings.rtol, system).error_order, 1) {
   if (!is_third_order(settings.rtol, system) && is_smooth(system.plan())) {
     set_error_order(fifth.error_order);
     lower_ = made(fifth);
@@ -109,9 +111,9 @@ Erk::Erk(System& system, const SolverSettings& settings)
 }
 
 Erk::Memory Erk::made(const Table& table) {
-  Memory memory(created(ERKStepCreate(&Erk::right_hand_side, 0.0, start_.get(), context_)));
+  Memory memory(created(ERKStepCreate(&Erk::right_hand_side, 0.0, start_.get(), room_->context)));
   void* erk = memory.get();
-  ERKStepSetErrHandlerFn(erk, &LastMessage::keep, &message_);
+  ERKStepSetErrHandlerFn(erk, &LastMessage::keep, &room_->message);
   ERKStepSetUserData(erk, static_cast<OneStep*>(this));
   if (table.id == ARKODE_ERK_NONE)
     ERKStepSetTable(erk, dormand_prince_8().get());  // copies it
@@ -225,8 +227,8 @@ double Erk::reached() const {
 
 }  // namespace
 
-std::unique_ptr<OneStep> make_erk(System& system, const SolverSettings& settings) {
-  return std::make_unique<Erk>(system, settings);
+std::unique_ptr<OneStep> make_erk(System& system, const SolverSettings& settings, Room room) {
+  return std::make_unique<Erk>(system, settings, std::move(room));
 }
 
 }  // namespace redysim

@@ -13,24 +13,25 @@ namespace redysim {
 
 std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings& settings) {
   if (system.size() == 0) return make_stateless();
+  const Room room = std::make_shared<SharedRoom>(system);
   switch (settings.method) {
     case SolverMethod::adams:
-      if constexpr (features::adams) return make_adams(system, settings);
+      if constexpr (features::adams) return make_adams(system, settings, room);
       break;
     case SolverMethod::bdf:
-      if constexpr (features::bdf) return make_bdf(system, settings);
+      if constexpr (features::bdf) return make_bdf(system, settings, room);
       break;
     case SolverMethod::dirk:
-      if constexpr (features::dirk) return make_dirk(system, settings);
+      if constexpr (features::dirk) return make_dirk(system, settings, room);
       break;
     case SolverMethod::automatic:
       if constexpr (features::erk && features::adams && features::dirk && features::bdf)
-        return make_automatic(system, settings);
+        return make_automatic(system, settings, room);
       break;
     case SolverMethod::erk:
       break;
   }
-  if constexpr (features::erk) return make_erk(system, settings);
+  if constexpr (features::erk) return make_erk(system, settings, room);
   return nullptr;  // missing_feature has already refused the model
 }
 

@@ -11,12 +11,15 @@
 namespace redysim {
 
 class OneStep;
+class SharedRoom;
+using Room = std::shared_ptr<SharedRoom>;
 
-std::unique_ptr<OneStep> make_erk(System& system, const SolverSettings& settings);
-std::unique_ptr<OneStep> make_dirk(System& system, const SolverSettings& settings);
-std::unique_ptr<Integrator> make_adams(System& system, const SolverSettings& settings);
-std::unique_ptr<Integrator> make_bdf(System& system, const SolverSettings& settings);
-std::unique_ptr<Integrator> make_automatic(System& system, const SolverSettings& settings);
+// `room`: that of `system`.
+std::unique_ptr<OneStep> make_erk(System& system, const SolverSettings& settings, Room room);
+std::unique_ptr<OneStep> make_dirk(System& system, const SolverSettings& settings, Room room);
+std::unique_ptr<Integrator> make_adams(System& system, const SolverSettings& settings, Room room);
+std::unique_ptr<Integrator> make_bdf(System& system, const SolverSettings& settings, Room room);
+std::unique_ptr<Integrator> make_automatic(System& system, const SolverSettings& settings, Room room);
 std::unique_ptr<Integrator> make_stateless();  // for a system without state
 
 // Whether an advance may go from `time` to `end`.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "integrate/methods/state_bytes.hpp"
 #include "integrate/methods/step_budget.hpp"
@@ -12,20 +13,20 @@ namespace redysim {
 
 using namespace sundials;
 
-OneStep::OneStep(System& system, const SolverSettings& settings, SolverMethod method, int error_order,
-                 double tightening)
+OneStep::OneStep(System& system, const SolverSettings& settings, Room room, SolverMethod method,
+                 int error_order, double tightening)
     : system_(system),
       settings_(settings),
       error_weights_(system, tightening * settings.rtol, tightening * settings.atol),
       control_(error_order, settings.max_step),
-      start_(make_vector(system.size(), context_)),
-      result_(make_vector(system.size(), context_)),
+      room_(std::move(room)),
+      start_(make_vector(system.size(), room_->context)),
+      result_(make_vector(system.size(), room_->context)),
       y_(static_cast<std::size_t>(system.size())),
       slope_(y_),
       y_before_(y_),
       method_(method),
-      error_order_(error_order),
-      room_(system.size()) {}
+      error_order_(error_order) {}
 
 int OneStep::weights(N_Vector y, N_Vector weights, void* self) {
   static_cast<OneStep*>(self)->error_weights_.evaluate(data(y), data(weights));
@@ -95,7 +96,7 @@ bool OneStep::first_step_from_here() {
   slope_known_ = true;
   ++statistics_.evaluations;
   const double step = first_step(system_, error_weights_, error_order_ - 1, time(), y_.data(), slope_.data(),
-                                 control_.step_limit(), room_);
+                                 control_.step_limit(), room_->first_step);
   if (!(step > 0)) return false;
   control_.start(step);
   return true;
@@ -219,7 +220,7 @@ std::string OneStep::reason_of(int flag, const StepBudget& budget) {
     case ARK_TOO_MUCH_ACC:
       return reasons::tolerance_below_rounding;
     default:
-      return message_.reason();
+      return room_->message.reason();
   }
 }
 

@@ -2,10 +2,9 @@
 
 #include <limits>
 
-#include "integrate/methods/first_step.hpp"
 #include "integrate/methods/methods.hpp"
+#include "integrate/methods/shared_room.hpp"
 #include "integrate/methods/step_control.hpp"
-#include "integrate/methods/sundials_objects.hpp"
 
 // Base of the Runge-Kutta methods of SUNDIALS' ARKODE, explicit and implicit.
 //
@@ -44,7 +43,7 @@ class OneStep : public Integrator {
  protected:
   // `error_order`: the error estimate is proportional to h^error_order. `tightening`: the error per step over
   // the user's tolerance.
-  OneStep(System& system, const SolverSettings& settings, SolverMethod method, int error_order,
+  OneStep(System& system, const SolverSettings& settings, Room room, SolverMethod method, int error_order,
           double tightening);
 
   // Runs ARKODE from (since_, y_) to end_ into result_ in at most allowed_ steps; returns its flag.
@@ -82,8 +81,7 @@ class OneStep : public Integrator {
   SolverSettings settings_;
   ErrorWeights error_weights_;
   StepControl control_;
-  sundials::Context context_;
-  sundials::LastMessage message_;
+  Room room_;
   sundials::Vector start_, result_;
 
   // what the continuation depends on
@@ -120,7 +118,6 @@ class OneStep : public Integrator {
 
   SolverMethod method_;
   int error_order_;
-  FirstStepRoom room_;
   bool needs_first_step_ = true;  // no step size yet
   long unsolved_before_ = 0;
   bool step_at_floor_ = false;

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <memory>
+
+#include "integrate/methods/first_step.hpp"
+#include "integrate/methods/sundials_objects.hpp"
+#include "integrate/system/dense_jacobian.hpp"
+
+namespace redysim {
+
+// What the methods of `auto` share, because one of them runs at a time: a method keeps nothing here between
+// its calls.
+class SharedRoom {
+ public:
+  explicit SharedRoom(System& system) : first_step(system.size()), system_(system) {}
+
+  sundials::Context context;
+  sundials::LastMessage message;
+  FirstStepRoom first_step;
+
+  // Created for the first implicit method.
+  DenseJacobian& jacobian() {
+    if (!jacobian_) jacobian_ = std::make_unique<DenseJacobian>(system_);
+    return *jacobian_;
+  }
+
+ private:
+  System& system_;
+  std::unique_ptr<DenseJacobian> jacobian_;
+};
+
+}  // namespace redysim
