@@ -10,7 +10,8 @@ namespace redysim {
 
 // (10)-(11), root to leaves: `row.tau` holds lambda; motion of each body along lambda, weights of the changes
 // of its omega and acceleration. `row.q` and `row.qd` lose the derivatives of the inverse dynamics.
-void Derivatives::move_along(const Plan<double>& plan, const Workspace<double>& ws, Gradient& row) {
+[[gnu::flatten]] void Derivatives::move_along(const Plan<double>& plan, const Workspace<double>& ws,
+                                              Gradient& row) {
   const Vec3<double> axis = Vec3<double>::UnitZ();
   for (std::size_t i = 0; i < changes_.size(); ++i) {
     const JointPlan<double>& at = plan.joints[i];
@@ -33,8 +34,8 @@ void Derivatives::move_along(const Plan<double>& plan, const Workspace<double>& 
 }
 
 // (12), leaves to root: each body adds the weights of its motion to those of its parent.
-void Derivatives::sweep_back(const Plan<double>& plan, const Workspace<double>& ws, const double* qd,
-                             Gradient& row) {
+[[gnu::flatten]] void Derivatives::sweep_back(const Plan<double>& plan, const Workspace<double>& ws,
+                                              const double* qd, Gradient& row) {
   const Vec3<double> axis = Vec3<double>::UnitZ();
   for (std::size_t i = changes_.size(); i-- > 0;) {
     const JointPlan<double>& at = plan.joints[i];

@@ -69,23 +69,7 @@ namespace {
   to.clusters = from.clusters;
   to.couplings = from.couplings;
   to.joint_units = from.joint_units;
-  for (const LoopPlan<double>& loop : from.loops) {
-    LoopPlan<Dual> copy{loop.loop,
-                        loop.body_a,
-                        loop.body_b,
-                        loop.root,
-                        loop.entry_a,
-                        loop.entry_b,
-                        loop.entry_root,
-                        loop.point_a.cast<Dual>(),
-                        loop.point_b.cast<Dual>(),
-                        loop.first_row,
-                        {}};
-    for (const ConstraintRow<double>& row : loop.rows)
-      copy.rows.push_back({static_cast<ConstraintRow<Dual>::Kind>(row.kind), row.index, row.u.cast<Dual>(),
-                           row.v.cast<Dual>()});
-    to.loops.push_back(std::move(copy));
-  }
+  to.loops = cast_each<Dual>(from.loops);
 }
 
 Plan<Dual> elements_of(const Plan<double>& plan) {
@@ -184,8 +168,8 @@ void Derivatives::set_point(const Plan<double>& plan, Workspace<double>& ws, con
 
 // Derivatives of accelerations and wrenches of the bodies outboard of `joint`: (1)-(4) at the joint, (5)
 // beyond.
-REDYSIM_CLONES void Derivatives::move_subtree(const Plan<double>& plan, const Workspace<double>& ws,
-                                              const double* qd, int joint, bool velocity) {
+inline void Derivatives::set_subtree(const Plan<double>& plan, const Workspace<double>& ws, const double* qd,
+                                     int joint, bool velocity) {
   const Vec3<double> axis = Vec3<double>::UnitZ();
   for (std::size_t i = 0; i < changes_.size(); ++i) {
     const JointPlan<double>& at = plan.joints[i];
@@ -295,7 +279,7 @@ REDYSIM_CLONES void Derivatives::move_subtree(const Plan<double>& plan, const Wo
 
 // Derivatives of the wrenches of springs, contacts and ports; returns that of the power of springs and
 // contacts.
-REDYSIM_CLONES double Derivatives::change_elements(const Plan<double>& plan) {
+inline double Derivatives::set_elements(const Plan<double>& plan) {
   auto& [elements, dual] = *elements_;
   for (auto& s : dual.joints) s.p = Force<Dual>::zero();
   add_spring_wrenches(elements, dual);
@@ -312,6 +296,22 @@ REDYSIM_CLONES double Derivatives::change_elements(const Plan<double>& plan) {
   if constexpr (Plan<Dual>::may_have_contacts) power += dual.contact_power.derivative;
   return power;
 }
+
+#ifdef REDYSIM_AVX2
+REDYSIM_AVX2 void Derivatives::move_subtree(const Plan<double>& plan, const Workspace<double>& ws,
+                                            const double* qd, int joint, bool velocity) {
+  set_subtree(plan, ws, qd, joint, velocity);
+}
+
+REDYSIM_AVX2 double Derivatives::change_elements(const Plan<double>& plan) { return set_elements(plan); }
+#endif
+
+REDYSIM_PLAIN void Derivatives::move_subtree(const Plan<double>& plan, const Workspace<double>& ws,
+                                             const double* qd, int joint, bool velocity) {
+  set_subtree(plan, ws, qd, joint, velocity);
+}
+
+REDYSIM_PLAIN double Derivatives::change_elements(const Plan<double>& plan) { return set_elements(plan); }
 
 // Derivatives of the row accelerations phi'' = sum of wrench . acceleration + quadratic part, with opposite
 // sign, into ws.loop.b, and of the wrenches at constant lambda: by a velocity they are constant.

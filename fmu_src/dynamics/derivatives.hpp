@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "dynamics/clones.hpp"
 #include "dynamics/plan.hpp"
 #include "dynamics/workspace.hpp"
 #include "math/dual.hpp"
@@ -74,11 +75,19 @@ class Derivatives {
 
   void set_point(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
                  const double* qdd, const double* ports);
-  void move_subtree(const Plan<double>& plan, const Workspace<double>& ws, const double* qd, int joint,
-                    bool velocity);
+  void set_subtree(const Plan<double>& plan, const Workspace<double>& ws, const double* qd, int joint,
+                   bool velocity);
+  double set_elements(const Plan<double>& plan);
+#ifdef REDYSIM_AVX2
+  REDYSIM_AVX2 void move_subtree(const Plan<double>& plan, const Workspace<double>& ws, const double* qd,
+                                 int joint, bool velocity);
+  REDYSIM_AVX2 double change_elements(const Plan<double>& plan);
+#endif
+  REDYSIM_PLAIN void move_subtree(const Plan<double>& plan, const Workspace<double>& ws, const double* qd,
+                                  int joint, bool velocity);
+  REDYSIM_PLAIN double change_elements(const Plan<double>& plan);
   void move_ground_states(const Plan<double>& plan, const Workspace<double>& ws, int joint, bool velocity);
   void change_contacts();
-  double change_elements(const Plan<double>& plan);
   void change_loops(const Plan<double>& plan, Workspace<double>& ws, bool velocity);
   void change_row(const Plan<double>& plan, Workspace<double>& ws, std::size_t row, int of,
                   const Force<Dual>& wrench, bool velocity);

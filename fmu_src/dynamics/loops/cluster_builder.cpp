@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 #include <set>
+#include <utility>
 
 #include "dynamics/loops/coupling_chains.hpp"
 #include "dynamics/loops/coupling_crossings.hpp"
@@ -163,19 +164,19 @@ class ClusterBuilder {
       for (std::size_t j = 0; j < n; ++j)
         if (i != j && coupled(paths_[group.paths[i]], paths_[group.paths[j]])) neighbours[i].push_back(j);
     auto fewer = [&neighbours](std::size_t i, std::size_t j) {
-      return neighbours[i].size() < neighbours[j].size();
+      return std::pair(neighbours[i].size(), i) < std::pair(neighbours[j].size(), j);
     };
     std::vector<std::size_t> order, seeds(n);
     std::vector<char> seen(n, 0);
     std::iota(seeds.begin(), seeds.end(), std::size_t{0});
-    std::stable_sort(seeds.begin(), seeds.end(), fewer);
+    std::sort(seeds.begin(), seeds.end(), fewer);
     for (std::size_t seed : seeds) {
       if (seen[seed]) continue;
       seen[seed] = 1;
       order.push_back(seed);
       for (std::size_t at = order.size() - 1; at < order.size(); ++at) {
         std::vector<std::size_t> next = neighbours[order[at]];
-        std::stable_sort(next.begin(), next.end(), fewer);
+        std::sort(next.begin(), next.end(), fewer);
         for (std::size_t j : next)
           if (!seen[j]) {
             seen[j] = 1;
@@ -195,28 +196,27 @@ class ClusterBuilder {
 };
 
 // Rows of a loop with points and axes transformed from link frames to the body frames of their carriers.
-template <class Scalar>
-LoopPlan<Scalar> loop_plan(const Model& model, const Plan<Scalar>& plan, const LoopPath& path,
+LoopPlan<double> loop_plan(const Model& model, const Plan<double>& plan, const LoopPath& path,
                            const LoopRows& rows) {
   const Loop& loop = model.loops[path.loop];
   const Pose in_a = loop.link_a == ground ? Pose() : plan.frame_in_carrier[loop.link_a];
   const Pose in_b = loop.link_b == ground ? Pose() : plan.frame_in_carrier[loop.link_b];
-  LoopPlan<Scalar> out;
+  LoopPlan<double> out;
   out.loop = path.loop;
   out.body_a = path.body_a;
   out.body_b = path.body_b;
-  out.point_a = (in_a.rotation * loop.point_a + in_a.position).template cast<Scalar>();
-  out.point_b = (in_b.rotation * loop.point_b + in_b.position).template cast<Scalar>();
+  out.point_a = in_a.rotation * loop.point_a + in_a.position;
+  out.point_b = in_b.rotation * loop.point_b + in_b.position;
   for (std::size_t k = 0; k < rows.rows.size(); ++k) {
     const LoopRow& given = rows.rows[k];
-    ConstraintRow<Scalar> row;
-    using Kind = typename ConstraintRow<Scalar>::Kind;
+    ConstraintRow<double> row;
+    using Kind = ConstraintRow<double>::Kind;
     row.index = given.index;
     row.kind = given.rotation    ? Kind::rotation
                : given.on_ground ? Kind::position_on_root
                                  : Kind::position_on_a;
-    row.u = (given.on_ground ? given.u : Vec3<double>(in_a.rotation * given.u)).template cast<Scalar>();
-    row.v = (in_b.rotation * given.v).eval().template cast<Scalar>();
+    row.u = given.on_ground ? given.u : Vec3<double>(in_a.rotation * given.u);
+    row.v = in_b.rotation * given.v;
     out.rows.push_back(row);
   }
   return out;
@@ -224,8 +224,7 @@ LoopPlan<Scalar> loop_plan(const Model& model, const Plan<Scalar>& plan, const L
 
 // The loops and couplings of the cluster are plan.loops from cluster.first_loop on and plan.couplings from
 // cluster.first_coupling on, in the order of `paths`.
-template <class Scalar>
-void add_crossings(const Plan<Scalar>& plan, const ClusterBuilder& builder, const std::vector<int>& paths,
+void add_crossings(const Plan<double>& plan, const ClusterBuilder& builder, const std::vector<int>& paths,
                    ClusterPlan& cluster) {
   auto contains = [](const std::vector<int>& list, int joint) {
     return std::count(list.begin(), list.end(), joint) > 0;
@@ -243,7 +242,7 @@ void add_crossings(const Plan<Scalar>& plan, const ClusterBuilder& builder, cons
         cluster.crossings.push_back(coupling_crossing(plan.couplings[static_cast<std::size_t>(at)], joint));
         continue;
       }
-      const LoopPlan<Scalar>& loop = plan.loops[static_cast<std::size_t>(at)];
+      const LoopPlan<double>& loop = plan.loops[static_cast<std::size_t>(at)];
       for (int row = loop.first_row; row < loop.first_row + static_cast<int>(loop.rows.size()); ++row)
         cluster.crossings.push_back(
             {row, at, shared || on_a ? 0 : 1, row == loop.first_row, shared, joint == path.meeting});
@@ -272,8 +271,7 @@ void set_envelope(ClusterPlan& cluster) {
 }
 
 // Per joint the step that eliminates it: its cluster, or itself outside all clusters.
-template <class Scalar>
-std::vector<EliminationStep> steps_of_joints(const Plan<Scalar>& plan) {
+std::vector<EliminationStep> steps_of_joints(const Plan<double>& plan) {
   std::vector<EliminationStep> step_of;
   for (std::size_t i = 0; i < plan.joints.size(); ++i)
     step_of.push_back({EliminationStep::Kind::joint, static_cast<int>(i)});
@@ -284,16 +282,14 @@ std::vector<EliminationStep> steps_of_joints(const Plan<Scalar>& plan) {
 }
 
 // The body into which a step eliminates its joints.
-template <class Scalar>
-int root_of(const Plan<Scalar>& plan, const EliminationStep& step) {
+int root_of(const Plan<double>& plan, const EliminationStep& step) {
   if (step.kind == EliminationStep::Kind::cluster) return plan.clusters[step.index].root;
   if (step.kind == EliminationStep::Kind::front) return plan.fronts[step.index].root;
   return plan.joints[step.index].parent;
 }
 
 // Order of the steps from the leaves to the root, over the tree in which each step is one node.
-template <class Scalar>
-std::vector<EliminationStep> elimination_order(const Plan<Scalar>& plan,
+std::vector<EliminationStep> elimination_order(const Plan<double>& plan,
                                                const std::vector<EliminationStep>& step_of) {
   using Kind = EliminationStep::Kind;
   const int n = static_cast<int>(plan.joints.size());
@@ -303,30 +299,24 @@ std::vector<EliminationStep> elimination_order(const Plan<Scalar>& plan,
     const int root = root_of(plan, step_of[i]);
     depth[i] = root == ground ? 0 : depth[root] + 1;
   }
-  struct Node {
-    int depth;
-    EliminationStep step;
-  };
-  std::vector<Node> nodes;
+  std::vector<std::vector<EliminationStep>> of_depth(plan.joints.size());
   for (int i = n - 1; i >= 0; --i) {
     const EliminationStep& step = step_of[i];
     const bool leaf = step.kind == Kind::joint ||
                       (step.kind == Kind::cluster ? plan.clusters[step.index].joints.front()
                                                   : plan.fronts[step.index].joints.front()) == i;
-    if (leaf) nodes.push_back({depth[i], step});
+    if (leaf) of_depth[static_cast<std::size_t>(depth[i])].push_back(step);
   }
-  std::stable_sort(nodes.begin(), nodes.end(),
-                   [](const Node& x, const Node& y) { return x.depth > y.depth; });
   std::vector<EliminationStep> order;
-  for (const Node& node : nodes) order.push_back(node.step);
+  for (auto steps = of_depth.rbegin(); steps != of_depth.rend(); ++steps)
+    order.insert(order.end(), steps->begin(), steps->end());
   return order;
 }
 
 // Adds one cluster with its loops and couplings to the plan. `coupling_rows` receives the global row of each
 // of CouplingSystem::rows.
-template <class Scalar>
 void add_cluster(const Model& model, const std::vector<LoopRows>& rows, const ClusterBuilder& builder,
-                 const ClusterBuilder::Group& group, std::vector<int>& coupling_rows, Plan<Scalar>& plan) {
+                 const ClusterBuilder::Group& group, std::vector<int>& coupling_rows, Plan<double>& plan) {
   ClusterPlan cluster;
   cluster.root = group.root;
   cluster.joints = group.joints;
@@ -344,7 +334,7 @@ void add_cluster(const Model& model, const std::vector<LoopRows>& rows, const Cl
       plan.couplings.push_back({builder.coupling_row(path), path.meeting, row});
       continue;
     }
-    LoopPlan<Scalar> loop = loop_plan(model, plan, path, rows[path.loop]);
+    LoopPlan<double> loop = loop_plan(model, plan, path, rows[path.loop]);
     loop.root = path.meeting;
     loop.first_row = cluster.first_row + cluster.row_count;
     cluster.row_count += static_cast<int>(loop.rows.size());
@@ -357,12 +347,12 @@ void add_cluster(const Model& model, const std::vector<LoopRows>& rows, const Cl
   plan.clusters.push_back(cluster);
 }
 
-// Fronts, and the orders of elimination with and without them.
-template <class Scalar>
-void set_elimination(Plan<Scalar>& plan) {
+// Fronts where the recursion has any, and the orders of elimination with and without them.
+void set_elimination(Plan<double>& plan, bool with_fronts) {
   std::vector<EliminationStep> step_of = steps_of_joints(plan);
   plan.elimination = elimination_order(plan, step_of);
-  if constexpr (Plan<Scalar>::may_have_fronts) build_fronts(plan);
+  if constexpr (Plan<double>::may_have_fronts)
+    if (with_fronts) build_fronts(plan);
   if (!plan.has_fronts()) return;
   for (std::size_t f = 0; f < plan.fronts.size(); ++f)
     for (int joint : plan.fronts[f].joints)
@@ -372,8 +362,7 @@ void set_elimination(Plan<Scalar>& plan) {
 
 }  // namespace
 
-template <class Scalar>
-void build_clusters(const Model& model, Plan<Scalar>& plan) {
+void build_clusters(const Model& model, Plan<double>& plan, bool with_fronts) {
   if (!features::loops || (model.loops.empty() && model.couplings.empty())) return;
   std::vector<int> parents;
   for (const auto& joint : plan.joints) parents.push_back(joint.parent);
@@ -382,7 +371,7 @@ void build_clusters(const Model& model, Plan<Scalar>& plan) {
   const ClusterBuilder builder(model, parents, plan.carrier, rows, couplings);
   std::vector<int> coupling_rows(couplings.rows.size());
   for (const auto& group : builder.groups()) add_cluster(model, rows, builder, group, coupling_rows, plan);
-  if (!plan.clusters.empty()) set_elimination(plan);
+  if (!plan.clusters.empty()) set_elimination(plan, with_fronts);
   if (plan.couplings.empty()) return;
   plan.coupling_multipliers = couplings.multipliers;
   for (auto& parts : plan.coupling_multipliers)
@@ -392,8 +381,28 @@ void build_clusters(const Model& model, Plan<Scalar>& plan) {
     plan.joint_units.push_back(motion_scale(model, parameters, joint.link));
 }
 
-template void build_clusters<double>(const Model&, Plan<double>&);
-template void build_clusters<Dual>(const Model&, Plan<Dual>&);
-template void build_clusters<Recorded>(const Model&, Plan<Recorded>&);
+// All of it is structure, apart from constants of the loops.
+template <class Scalar>
+void build_clusters(const Model& model, Plan<Scalar>& plan) {
+  Plan<double> built;
+  built.carrier = plan.carrier;
+  built.frame_in_carrier = plan.frame_in_carrier;
+  for (const JointPlan<Scalar>& joint : plan.joints) {
+    JointPlan<double>& same = built.joints.emplace_back();
+    same.parent = joint.parent;
+    same.link = joint.link;
+    same.prescribed = joint.prescribed;
+  }
+  build_clusters(model, built, false);
+  plan.loops = cast_each<Scalar>(built.loops);
+  plan.couplings = std::move(built.couplings);
+  plan.joint_units = std::move(built.joint_units);
+  plan.coupling_multipliers = std::move(built.coupling_multipliers);
+  plan.clusters = std::move(built.clusters);
+  plan.elimination = std::move(built.elimination);
+}
+
+template void build_clusters(const Model&, Plan<Dual>&);
+template void build_clusters(const Model&, Plan<Recorded>&);
 
 }  // namespace redysim

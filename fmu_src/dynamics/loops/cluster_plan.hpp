@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "math/vec3.hpp"
-#include "model/model.hpp"
+#include "model/parameters.hpp"
 
 // Closed loops and rigid couplings prepared for the recursion. Those that share a joint form a cluster. A
 // cluster is eliminated when the recursion arrives at its root body, so clusters are independent of each
@@ -19,6 +19,12 @@ struct ConstraintRow {
   int index = 0;   // among the multipliers of its loop
   Vec3<Scalar> u;  // position: direction, in body a's frame or (on_root) in ground axes; rotation: in a
   Vec3<Scalar> v;  // rotation: direction in body b's frame
+
+  template <class Other>
+  ConstraintRow<Other> cast() const {
+    return {static_cast<typename ConstraintRow<Other>::Kind>(kind), index, u.template cast<Other>(),
+            v.template cast<Other>()};
+  }
 };
 
 template <class Scalar>
@@ -30,6 +36,21 @@ struct LoopPlan {
   Vec3<Scalar> point_a, point_b;                                // body frames
   int first_row = 0;                                            // global index
   std::vector<ConstraintRow<Scalar>> rows;
+
+  template <class Other>
+  LoopPlan<Other> cast() const {
+    return {loop,
+            body_a,
+            body_b,
+            root,
+            entry_a,
+            entry_b,
+            entry_root,
+            point_a.template cast<Other>(),
+            point_b.template cast<Other>(),
+            first_row,
+            cast_each<Other>(rows)};
+  }
 };
 
 // y = sum of ratios[k] q[joints[k]] - offset.

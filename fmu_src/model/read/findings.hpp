@@ -23,8 +23,8 @@ class Findings {
   std::size_t error_count() const { return errors_.size(); }
 
   // In file order.
-  std::vector<Diagnostic> errors() const;
-  std::vector<Diagnostic> warnings() const;
+  const std::vector<Diagnostic>& errors() const { return errors_; }
+  const std::vector<Diagnostic>& warnings() const { return warnings_; }
 
  private:
   std::string file_;
