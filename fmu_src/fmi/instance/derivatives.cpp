@@ -41,10 +41,10 @@ void OutputDerivatives::set_direction(const Variable& known, double direction) {
     case Storage::none:
       break;
     case Storage::parameter:
-      add(*known.group->dual_place(known.row_index, at.parameters, known));
+      add(*known.group->dual_place(known.row_index(), at.parameters, known));
       break;
     case Storage::input:
-      add(at.force[known.group->input(known.row_index, simulation_.system, known)]);
+      add(at.force[known.group->input(known.row_index(), simulation_.system, known)]);
       break;
     case Storage::motion:
       std::vector<Dual>* const of_order[] = {&at.q, &at.qd, &at.force};

@@ -24,7 +24,7 @@ class OutputDerivatives {
   std::string evaluate();
   double read(const Variable& output) {
     const RowGroup& group = *output.group;
-    return group.derivative ? group.derivative(output.row_index, *this, output) : 0;
+    return group.derivative ? group.derivative(output.row_index(), *this, output) : 0;
   }
 
   // The seed times the derivatives, by one reverse sweep; false: not available for this model or for one of

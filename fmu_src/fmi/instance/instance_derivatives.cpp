@@ -44,7 +44,7 @@ void Instance::set_input_derivative(const Variable& variable, int order, double 
   }
   const int slope = motion >= 0 ? motion + order - 2 : order;
   const int input =
-      motion >= 0 ? variable.joint : variable.group->input(variable.row_index, system, variable);
+      motion >= 0 ? variable.joint : variable.group->input(variable.row_index(), system, variable);
   if (value == 0 && !system.has_input_slopes()) return;
   system.set_input_slope(simulation_.time, input, slope, value);
 }

@@ -134,7 +134,7 @@ void Instance::set_value(const Variable& variable, double value) {
   }
   System& system = simulation_.system;
   double& place = row.storage == Storage::input
-                      ? system.inputs()[variable.group->input(variable.row_index, system, variable)]
+                      ? system.inputs()[variable.group->input(variable.row_index(), system, variable)]
                       : *parameter(simulation_.parameters, variable);
   if (place == value) return;
   place = value;

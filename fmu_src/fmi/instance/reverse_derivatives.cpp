@@ -51,7 +51,7 @@ const double* OutputDerivatives::gradient(const Variable& known) const {
     return &reverse_->states[static_cast<std::size_t>(place)];
   }
   if (known.row->storage != Storage::input) return nullptr;
-  const std::size_t input = static_cast<std::size_t>(known.group->input(known.row_index, system, known));
+  const std::size_t input = static_cast<std::size_t>(known.group->input(known.row_index(), system, known));
   return input < reverse_->forces.size() ? &reverse_->forces[input] : nullptr;
 }
 

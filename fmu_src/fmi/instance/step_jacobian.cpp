@@ -205,9 +205,9 @@ bool StepJacobian::by_known(const Variable& known, double time, const double* y,
   Tangent& tangent = *tangent_;
   tangent.go_to(simulation_.parameters, system_, time, y);
   if (known.row->storage == Storage::input)
-    tangent.force[known.group->input(known.row_index, system_, known)].derivative = 1;
+    tangent.force[known.group->input(known.row_index(), system_, known)].derivative = 1;
   else
-    known.group->dual_place(known.row_index, tangent.parameters, known)->derivative = 1;
+    known.group->dual_place(known.row_index(), tangent.parameters, known)->derivative = 1;
   tangent.apply_parameters();
   if (!tangent.evaluate()) return false;
   for (int i = 0; i < system_.simple(); ++i)

@@ -95,7 +95,7 @@ double Values::read_known(const Variable& variable) {
     case Storage::parameter:
       return *parameter(simulation_.parameters, variable);
     case Storage::input:
-      return system().inputs()[variable.group->input(variable.row_index, system(), variable)];
+      return system().inputs()[variable.group->input(variable.row_index(), system(), variable)];
     case Storage::motion:
       return motion_.value(variable.joint, variable.row->motion_order);
   }
@@ -103,7 +103,7 @@ double Values::read_known(const Variable& variable) {
 }
 
 double Values::read_rate(const Variable& variable) {
-  return variable.group->read(variable.row_index + 1, *this, variable);
+  return variable.group->read(variable.row_index() + 1, *this, variable);
 }
 
 }  // namespace redysim

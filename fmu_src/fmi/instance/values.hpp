@@ -44,8 +44,9 @@ class Values {
   std::string update(Needs needs);
   // The value, and the time derivative of a row with rate_is_next. What they need is up to date.
   double read(const Variable& variable) {
-    return variable.row->storage == Storage::none ? variable.group->read(variable.row_index, *this, variable)
-                                                  : read_known(variable);
+    return variable.row->storage == Storage::none
+               ? variable.group->read(variable.row_index(), *this, variable)
+               : read_known(variable);
   }
   double read_rate(const Variable& variable);
 

@@ -26,10 +26,10 @@ void name_mass(const Model& model, const Variable& v, Presentation& shown) {
 // The terms of the rows of `entries`.
 constexpr Terms::Term terms[] = {Terms::mass, Terms::bias, Terms::gravity, Terms::coriolis, Terms::passive};
 
-double read(Values& at, const Variable& v) { return at.terms().entry(terms[v.row_index], v.element); }
+double read(Values& at, const Variable& v) { return at.terms().entry(terms[v.row_index()], v.element); }
 
 double derivative(OutputDerivatives& of, const Variable& v) {
-  const int term = terms[v.row_index];
+  const int term = terms[v.row_index()];
   return of.tangent().terms().entry(static_cast<EquationTerms<Dual>::Term>(term), v.element).derivative;
 }
 
@@ -83,7 +83,7 @@ constexpr Entry entries[] = {
 // Rows: force, moment.
 template <class Scalar>
 const Scalar& reaction(const Force<Scalar>& wrench, const Variable& v) {
-  return component(wrench, v.element + (v.row_index == 0 ? 3 : 0));
+  return component(wrench, v.element + (v.row_index() == 0 ? 3 : 0));
 }
 double read_reaction(Values& at, const Variable& v) { return reaction(at.terms().reaction(v.joint), v); }
 double reaction_derivative(OutputDerivatives& of, const Variable& v) {

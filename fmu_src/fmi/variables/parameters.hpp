@@ -31,7 +31,7 @@ auto& actuator_at(Actuators& actuators, int link) {
 // The place of a Real parameter; null for other variables.
 inline double* parameter(Parameters<double>& parameters, const Variable& variable) {
   return variable.row->storage == Storage::parameter
-             ? variable.group->place(variable.row_index, parameters, variable)
+             ? variable.group->place(variable.row_index(), parameters, variable)
              : nullptr;
 }
 

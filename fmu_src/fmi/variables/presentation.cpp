@@ -9,7 +9,7 @@ template <class... Group>
 const Words& words_of(const Variable& variable, const std::tuple<Group...>*) {
   const Words* found = nullptr;
   (void)((&Group::rows == variable.group && (found = Group::words.words, true)) || ...);
-  return found[variable.row_index];
+  return found[variable.row_index()];
 }
 
 std::string owner_of(const Model& model, const Variable& variable) {

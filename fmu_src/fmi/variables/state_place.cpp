@@ -5,9 +5,9 @@
 namespace redysim {
 namespace {
 
-// Of a joint with one DOF, among those in the state; -1: prescribed.
+// Of a joint with one DOF, among those in the state, which are in the order of the plan; -1: prescribed.
 int integrated_place(const System& system, int joint) {
-  for (int k = 0; k < system.simple(); ++k)
+  for (int k = std::min(joint, system.simple() - 1); k >= 0; --k)
     if (system.joint_of(k) == joint) return k;
   return -1;
 }

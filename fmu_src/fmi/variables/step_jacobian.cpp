@@ -10,7 +10,7 @@ namespace {
 
 // Rows are the parts in their order.
 double read(Values& at, const Variable& v) {
-  return at.step_jacobian()->entry(static_cast<StepJacobian::Part>(v.row_index), v.element);
+  return at.step_jacobian()->entry(static_cast<StepJacobian::Part>(v.row_index()), v.element);
 }
 
 constexpr Entry entries[] = {

@@ -306,8 +306,7 @@ void VariableTable::add_of_all_owners(const Scene& scene, const RowGroup& group)
 void VariableTable::add(const Scene& scene, const RowGroup& group, const Row& row, Variable& owner) {
   owner.group = &group;
   owner.row = &row;
-  owner.row_index = static_cast<int>(&row - group.rows);
-  if (group.exists && !group.exists(owner.row_index, scene, owner)) return;
+  if (group.exists && !group.exists(owner.row_index(), scene, owner)) return;
   all_.push_back(owner);
   Variable& variable = all_.back();
   variable.name = name_of(scene, lengths_, row, variable);

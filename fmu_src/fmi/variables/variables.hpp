@@ -14,7 +14,6 @@ struct Variable {
   std::string name;
   const Row* row = nullptr;
   const RowGroup* group = nullptr;
-  int row_index = 0;             // in the group
   int link = ground;             // index into Model::links; ground: of the whole model
   int joint = -1;                // index into Plan::joints; -1: not of a moving joint
   int frame = -1;                // index into Model::frames
@@ -26,6 +25,7 @@ struct Variable {
   int element = 0;               // of an array
   unsigned value_reference = 0;  // in the table: 1, 2, ...
 
+  int row_index() const { return static_cast<int>(row - group->rows); }
   VariableType type() const { return row->type; }
   Causality causality() const { return row->causality; }
   Variability variability() const { return row->variability; }

@@ -49,9 +49,9 @@ Cvode::Cvode(System& system, const SolverSettings& settings, Room room, SolverMe
       method_(method),
       error_weights_(system, tightened(settings.rtol, method), tightened(settings.atol, method)),
       room_(std::move(room)),
+      weights_(room_->vectors[0]),
+      error_(room_->vectors[1]),
       ahead_(make_vector(system.size(), room_->context)),
-      weights_(make_vector(system.size(), room_->context)),
-      error_(make_vector(system.size(), room_->context)),
       y_(static_cast<std::size_t>(system.size())),
       slope_(y_) {
   restart_.y = y_;

@@ -84,8 +84,9 @@ class Cvode final : public Integrator {
   ErrorWeights error_weights_;
 
   Room room_;
-  sundials::Vector ahead_, weights_, error_;  // ahead_: the state at ahead_time_
-  DenseJacobian* jacobian_ = nullptr;         // BDF alone
+  sundials::Vector &weights_, &error_;  // of the room
+  sundials::Vector ahead_;              // the state at ahead_time_
+  DenseJacobian* jacobian_ = nullptr;   // BDF alone
   sundials::Matrix matrix_;
   sundials::LinearSolver linear_solver_;
   sundials::NonlinearSolver nonlinear_solver_;

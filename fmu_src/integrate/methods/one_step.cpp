@@ -20,11 +20,10 @@ OneStep::OneStep(System& system, const SolverSettings& settings, Room room, Solv
       error_weights_(system, tightening * settings.rtol, tightening * settings.atol),
       control_(error_order, settings.max_step),
       room_(std::move(room)),
-      start_(make_vector(system.size(), room_->context)),
-      result_(make_vector(system.size(), room_->context)),
+      start_(room_->vectors[0]),
+      result_(room_->vectors[1]),
       y_(static_cast<std::size_t>(system.size())),
       slope_(y_),
-      y_before_(y_),
       method_(method),
       error_order_(error_order) {}
 
@@ -150,14 +149,14 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
   goal_ = end;
   end_ = end - origin_;
   const double origin_before = origin_, since_before = since_;
-  std::copy(y_.begin(), y_.end(), y_before_.begin());
+  std::copy(y_.begin(), y_.end(), room_->start.begin());
   Outcome outcome = run_to_end(!step_guessed);
   if (outcome.ok) return {};
   needs_first_step_ = true;
   slope_known_ = false;
   origin_ = origin_before;
   since_ = since_before;
-  std::copy(y_before_.begin(), y_before_.end(), y_.begin());
+  std::copy(room_->start.begin(), room_->start.end(), y_.begin());
   return outcome;
 }
 

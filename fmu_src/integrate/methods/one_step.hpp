@@ -82,7 +82,7 @@ class OneStep : public Integrator {
   ErrorWeights error_weights_;
   StepControl control_;
   Room room_;
-  sundials::Vector start_, result_;
+  sundials::Vector &start_, &result_;  // of the room
 
   // what the continuation depends on
   double origin_ = 0;  // end of the last advance that was not paused
@@ -93,13 +93,12 @@ class OneStep : public Integrator {
   Statistics statistics_;
 
   // of the present advance
-  std::vector<double> y_before_;  // its start
-  double goal_ = 0;               // its end
-  double end_ = 0;                // goal_ since origin_
-  long allowed_ = 0;              // steps of this run
-  bool warming_up_ = false;       // first step, in which ARKODE allocates: of a system at rest
-  bool stage_failed_ = false;     // a stage had no slope: reject this attempt
-  bool skip_slope_ = false;       // the next slope is not used: the advance is complete
+  double goal_ = 0;            // its end
+  double end_ = 0;             // goal_ since origin_
+  long allowed_ = 0;           // steps of this run
+  bool warming_up_ = false;    // first step, in which ARKODE allocates: of a system at rest
+  bool stage_failed_ = false;  // a stage had no slope: reject this attempt
+  bool skip_slope_ = false;    // the next slope is not used: the advance is complete
 
  private:
   // How a run of ARKODE ended: at the end of the advance, after the allowed steps, after them with the end of
