@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "integrate/methods/dormand_prince_8.hpp"
+#include "integrate/methods/explicit_tables.hpp"
 #include "integrate/methods/one_step.hpp"
 #include "integrate/methods/table_choice.hpp"
 #include "integrate/methods/tuning.hpp"
@@ -20,7 +20,7 @@ namespace {
 using namespace sundials;
 
 struct Table {
-  ARKODE_ERKTableID id;     // ARKODE_ERK_NONE: dormand_prince_8
+  ButcherTable (*coefficients)();
   int error_order;          // local error estimate ~ h^error_order
   bool first_same_as_last;  // its last stage is f at the new state
   double stability;         // its interval on the negative real axis
@@ -31,9 +31,9 @@ struct Table {
 // loose tolerance; not with loops, where a larger error takes longer to project. At tighter ones the fifth
 // suits communication steps that are one step (7 slopes, not 13), the eighth those of several. Verner's 6(5)
 // and Cash-Karp's 5(4) lie between and are nowhere the best.
-constexpr Table third = {ARKODE_BOGACKI_SHAMPINE_4_2_3, 3, true, 2.5, "erk (Bogacki-Shampine 3(2))"};
-constexpr Table fifth = {ARKODE_DORMAND_PRINCE_7_4_5, 5, true, 3.3, "erk (Dormand-Prince 5(4))"};
-constexpr Table eighth = {ARKODE_ERK_NONE, 8, false, 5.2, "erk (Dormand-Prince 8(7))"};
+constexpr Table third = {bogacki_shampine_3, 3, true, 2.5, "erk (Bogacki-Shampine 3(2))"};
+constexpr Table fifth = {dormand_prince_5, 5, true, 3.3, "erk (Dormand-Prince 5(4))"};
+constexpr Table eighth = {dormand_prince_8, 8, false, 5.2, "erk (Dormand-Prince 8(7))"};
 
 bool is_third_order(double rtol, const System& system) {
   return rtol > Tuning::third_order_rtol && !system.has_constraints();
@@ -115,10 +115,7 @@ Erk::Memory Erk::made(const Table& table) {
   void* erk = memory.get();
   ERKStepSetErrHandlerFn(erk, &LastMessage::keep, &room_->message);
   ERKStepSetUserData(erk, static_cast<OneStep*>(this));
-  if (table.id == ARKODE_ERK_NONE)
-    ERKStepSetTable(erk, dormand_prince_8().get());  // copies it
-  else
-    ERKStepSetTableNum(erk, table.id);
+  ERKStepSetTable(erk, table.coefficients().get());  // copies it
   ERKStepSetInterpolantDegree(erk, 1);  // never used between step ends; higher ones cost right-hand sides
   ERKStepWFtolerances(erk, &OneStep::weights);
   ERKStepSetAdaptivityFn(erk, &OneStep::adapt, static_cast<OneStep*>(this));

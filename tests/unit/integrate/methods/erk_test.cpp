@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
-#include "integrate/methods/dormand_prince_8.hpp"
+#include "integrate/methods/explicit_tables.hpp"
 #include "unit/integrate/rig.hpp"
 
 namespace redysim {
@@ -45,19 +46,29 @@ TEST(Erk, order_is_eight_in_a_long_advance) {
   EXPECT_GT(1 / growth, 6.5);
 }
 
-TEST(Erk, eighth_order_table_meets_its_quadrature_conditions) {
-  const ButcherTable table = dormand_prince_8();
-  for (int order = 1; order <= 8; ++order) {
+// Of order and embedded order; rows of A sum to c.
+void expect_quadrature_conditions(const ButcherTable& table) {
+  for (int order = 1; order <= table->q; ++order) {
     double sum = 0, embedded = 0;
     for (int i = 0; i < table->stages; ++i) {
       sum += table->b[i] * std::pow(table->c[i], order - 1);
       embedded += table->d[i] * std::pow(table->c[i], order - 1);
     }
     EXPECT_NEAR(sum, 1.0 / order, 1e-13);
-    if (order < 8) {
+    if (order <= table->p) {
       EXPECT_NEAR(embedded, 1.0 / order, 1e-13);
     }
   }
+  for (int i = 0; i < table->stages; ++i)
+    EXPECT_NEAR(std::accumulate(table->A[i], table->A[i] + table->stages, 0.0), table->c[i], 1e-13);
+}
+
+TEST(Erk, tables_meet_their_quadrature_conditions) {
+  const ButcherTable third = bogacki_shampine_3(), fifth = dormand_prince_5(), eighth = dormand_prince_8();
+  EXPECT_EQ(third->q, 3);
+  EXPECT_EQ(fifth->q, 5);
+  EXPECT_EQ(eighth->q, 8);
+  for (const ButcherTable* table : {&third, &fifth, &eighth}) expect_quadrature_conditions(*table);
 }
 
 // Right-hand sides of one-step advances, once the first step size is known.

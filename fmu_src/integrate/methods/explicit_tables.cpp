@@ -1,19 +1,43 @@
-#include "integrate/methods/dormand_prince_8.hpp"
+#include "integrate/methods/explicit_tables.hpp"
 
 #include "integrate/methods/sundials_objects.hpp"
 
 namespace redysim {
 namespace {
 
-constexpr int stages = 13;
+// `A` row by row; `b`: weights of the step, `d`: of the embedded order.
+template <int stages>
+struct Table {
+  double c[stages], A[stages * stages], b[stages], d[stages];
+};
 
 // clang-format off
-constexpr double c[] = {
-    0, 1.0 / 18, 1.0 / 12, 1.0 / 8, 5.0 / 16, 3.0 / 8, 59.0 / 400, 93.0 / 200, 5490023248.0 / 9719169821,
-    13.0 / 20, 1201146811.0 / 1299019798, 1, 1};
+constexpr Table<4> third = {
+    {0, 1.0 / 2, 3.0 / 4, 1},
+    {0, 0, 0, 0,
+     1.0 / 2, 0, 0, 0,
+     0, 3.0 / 4, 0, 0,
+     2.0 / 9, 1.0 / 3, 4.0 / 9, 0},
+    {2.0 / 9, 1.0 / 3, 4.0 / 9, 0},
+    {7.0 / 24, 1.0 / 4, 1.0 / 3, 1.0 / 8}};
 
-// row by row
-constexpr double A[] = {
+constexpr Table<7> fifth = {
+    {0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1, 1},
+    {0, 0, 0, 0, 0, 0, 0,
+     1.0 / 5, 0, 0, 0, 0, 0, 0,
+     3.0 / 40, 9.0 / 40, 0, 0, 0, 0, 0,
+     44.0 / 45, -56.0 / 15, 32.0 / 9, 0, 0, 0, 0,
+     19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729, 0, 0, 0,
+     9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656, 0, 0,
+     35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84, 0},
+    {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84, 0},
+    {5179.0 / 57600, 0, 7571.0 / 16695, 393.0 / 640, -92097.0 / 339200, 187.0 / 2100, 1.0 / 40}};
+
+constexpr Table<13> eighth = {
+   {
+    0, 1.0 / 18, 1.0 / 12, 1.0 / 8, 5.0 / 16, 3.0 / 8, 59.0 / 400, 93.0 / 200, 5490023248.0 / 9719169821,
+    13.0 / 20, 1201146811.0 / 1299019798, 1, 1},
+   {
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     1.0 / 18, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     1.0 / 48, 1.0 / 16, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
@@ -37,29 +61,31 @@ constexpr double A[] = {
       -4093664535.0 / 808688257, 3962137247.0 / 1805957418, 65686358.0 / 487910083, 0, 0,
     403863854.0 / 491063109, 0, 0, -5068492393.0 / 434740067, -411421997.0 / 543043805,
       652783627.0 / 914296604, 11173962825.0 / 925320556, -13158990841.0 / 6184727034,
-      3936647629.0 / 1978049680, -160528059.0 / 685178525, 248638103.0 / 1413531060, 0, 0};
-static_assert(sizeof A == stages * stages * sizeof(double));
-
-constexpr double eighth[] = {
+      3936647629.0 / 1978049680, -160528059.0 / 685178525, 248638103.0 / 1413531060, 0, 0},
+   {
     14005451.0 / 335480064, 0, 0, 0, 0, -59238493.0 / 1068277825, 181606767.0 / 758867731,
     561292985.0 / 797845732, -1041891430.0 / 1371343529, 760417239.0 / 1151165299, 118820643.0 / 751138087,
-    -528747749.0 / 2220607170, 1.0 / 4};
-
-constexpr double seventh[] = {
+    -528747749.0 / 2220607170, 1.0 / 4},
+   {
     13451932.0 / 455176623, 0, 0, 0, 0, -808719846.0 / 976000145, 1757004468.0 / 5645159321,
     656045339.0 / 265891186, -3867574721.0 / 1518517206, 465885868.0 / 322736535, 53011238.0 / 667516719,
-    2.0 / 45, 0};
+    2.0 / 45, 0}};
 
 // clang-format on
 
 // SUNDIALS copies the numbers, but takes pointers to mutable ones.
 double* read_only(const double* numbers) { return const_cast<double*>(numbers); }
 
+template <int stages>
+ButcherTable butcher_table(const Table<stages>& of, int order, int embedded_order) {
+  return ButcherTable(sundials::created(ARKodeButcherTable_Create(
+      stages, order, embedded_order, read_only(of.c), read_only(of.A), read_only(of.b), read_only(of.d))));
+}
+
 }  // namespace
 
-ButcherTable dormand_prince_8() {
-  return ButcherTable(sundials::created(ARKodeButcherTable_Create(stages, 8, 7, read_only(c), read_only(A),
-                                                                  read_only(eighth), read_only(seventh))));
-}
+ButcherTable bogacki_shampine_3() { return butcher_table(third, 3, 2); }
+ButcherTable dormand_prince_5() { return butcher_table(fifth, 5, 4); }
+ButcherTable dormand_prince_8() { return butcher_table(eighth, 8, 7); }
 
 }  // namespace redysim
