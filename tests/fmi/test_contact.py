@@ -335,6 +335,53 @@ def test_a_spinning_arm_meets_what_comes_slowly_within_its_reach(slave, method):
     assert abs(one.get("arm.qd") - 50) > 1
 
 
+GRAZE = """
+name = "graze"
+[[link]]
+name = "upper"
+joint = "revolute"
+alpha = 0.964
+mass = 0.832
+com = [0.276, 0, 0.0706]
+inertia = [0.02, 0.05, 0.05]
+q = 1.49
+qd = -1.23
+[[link]]
+name = "lower"
+joint = "revolute"
+alpha = -1.57
+a = 0.4
+mass = 1.76
+com = [0.464, 0, 0.0172]
+inertia = [0.02, 0.05, 0.05]
+q = 0.416
+qd = 1.58
+[[contact]]
+name = "wall"
+link_a = "lower"
+shape_a = "sphere"
+point_a = [0.36, 0, 0]
+radius_a = 0.02
+point_b = [-0.42597, -0.43433, -0.35108]
+normal_b = [0.60625, 0.61826, 0.50021]
+stiffness = 1e5
+damping = 0.3
+[fmu]
+outputs = ["energy"]
+[solver]
+method = "{method}"
+rtol = {rtol}
+"""
+
+
+@pytest.mark.parametrize(("method", "rtol"), [("dirk", 1e-2), ("erk", 1e-8)])
+def test_a_step_that_touches_by_a_change_of_the_acceleration_is_repeated(slave, method, rtol):
+    """A step of 0.05 s of dirk passes a depth of 2 mm that constant accelerations of the joints do not reach."""
+    one = slave(GRAZE.format(method=method, rtol=rtol))
+    assert one.step(0, 0.76) == OK
+    assert one.get("energy.contact") < 0
+
+
 def test_a_contact_out_of_reach_takes_no_evaluations(slave):
     near, far = (
         slave(SPINNER.format(place=place, method="erk").replace("radius_b = 1e-3", radius))

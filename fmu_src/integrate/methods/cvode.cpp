@@ -159,7 +159,7 @@ void Cvode::stop_at_contacts() {
     step = restart_.first_step;
   else
     CVodeGetCurrentStep(memory_.get(), &step);
-  const double touch = system_.step_to_touch(absolute(ahead_time_), data(ahead_), step);
+  const double touch = system_.step_to_touch(absolute(ahead_time_), data(ahead_), step, false);
   const double never = std::numeric_limits<double>::max();
   CVodeSetStopTime(memory_.get(), touch < step ? ahead_time_ + touch : never);
 }

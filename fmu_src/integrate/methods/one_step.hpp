@@ -109,7 +109,9 @@ class OneStep : public Integrator {
   Outcome run_to_end(bool may_choose);
   // Step size of the next attempt: no step passes a contact unseen.
   double step_from(double since, const double* y);
+  bool passes_contact(double since, const double* y, double h);
   int attempt();
+  int attempt_until_touch();
   int attempt_until_closed();
   RunEnd end_of_run(int flag, long taken, StepBudget& budget) const;
   void arrive(double since);
@@ -121,6 +123,9 @@ class OneStep : public Integrator {
   long unsolved_before_ = 0;
   bool step_at_floor_ = false;
   bool projection_failed_ = false;
+  double searched_from_ = 0;  // start of the present step
+  // time from there to a contact that the step passed, maximum: none
+  double touch_ = std::numeric_limits<double>::max();
 };
 
 }  // namespace redysim

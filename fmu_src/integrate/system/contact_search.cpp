@@ -20,23 +20,36 @@ constexpr double shortest = 1e-9;     // part of a step
 constexpr double accurate = 0.9;      // part of a segment after which its cubic is accurate
 constexpr double slightly = 0.01;     // of the width: almost no force
 constexpr double deepening = 2;       // largest depth after a step, of the depth before it or the width
+constexpr double rising = 0.5;        // largest rise in a step, of the depth before it or the width
+
+}  // namespace
 
 // A distance at both ends of a segment of length 1, and a bound of how fast its path turns away from a line.
-struct Course {
+struct ContactSearch::Course {
   double start, start_rate, end, end_rate, bend;
 
   double at(double u) const {  // cubic Hermite polynomial
     const double w = 1 - u;
     return w * w * (start * (1 + 2 * u) + start_rate * u) + u * u * (end * (1 + 2 * w) - end_rate * w);
   }
-  // The zero of a distance with start > 0 and end < 0.
-  double root() const {
-    double low = 0, high = 1;
+  // The zero of a distance that is positive at the start and negative at `high`.
+  double root(double high = 1) const {
+    double low = 0;
     for (int k = 0; k < 40; ++k) {
       const double middle = 0.5 * (low + high);
       (at(middle) < 0 ? high : low) = middle;
     }
     return high;
+  }
+  // Where the distance passes zero if it is positive at both ends and negative in between; otherwise 1.
+  double passed_root() const {
+    const double a = 2 * (start - end) + start_rate + end_rate,
+                 b = 3 * (end - start) - 2 * start_rate - end_rate;
+    const double discriminant = b * b - 3 * a * start_rate;
+    if (!(end > 0 && start_rate < 0 && end_rate > 0 && discriminant > 0)) return 1;
+    const double lowest = -start_rate / (b + std::sqrt(discriminant));
+    if (!(lowest > 0 && lowest < 1 && at(lowest) < 0)) return 1;
+    return root(lowest);
   }
   // Whether the distance may be negative in between: distances from convex bodies are above their tangents
   // on a line, and above parabolas on other paths.
@@ -45,8 +58,6 @@ struct Course {
     return meeting > 0 && meeting < 1 && start + (start_rate - 0.5 * bend * meeting) * meeting < 0;
   }
 };
-
-}  // namespace
 
 ContactSearch::ContactSearch(const Plan<double>& plan)
     : start_q_(static_cast<std::size_t>(plan.nv)),
@@ -66,6 +77,7 @@ ContactSearch::ContactSearch(const Plan<double>& plan)
   waiting_.reserve(pressed_.size());
   before_.resize(pressed_.size());
   after_.resize(pressed_.size());
+  start_.resize(pressed_.size());
 }
 
 // Spherical joints of a spinning body: constant angular acceleration in link axes, not of the angles.
@@ -150,10 +162,9 @@ void ContactSearch::set_distances(const Workspace<double>& ws, std::vector<Conta
 }
 
 // Selects the pairs with points that may begin to touch. Returns the step in which no touching point is
-// pressed much deeper.
-double ContactSearch::find_waiting_points(double h) {
+// pressed much deeper or, if asked, rises much.
+double ContactSearch::find_waiting_points(double h, bool or_separation) {
   double longest = h;
-  waiting_.clear();
   std::size_t kept = 0;
   for (const NearPair& near : near_) {
     const std::size_t waiting_before = waiting_.size();
@@ -166,6 +177,9 @@ double ContactSearch::find_waiting_points(double h) {
       } else if (at.rate < 0) {
         const double deepest = deepening * std::max(-at.value, pressed_[k] / slightly);
         longest = std::min(longest, deepest / -at.rate);
+      } else if (or_separation && at.rate > 0) {
+        const double rise = rising * std::max(-at.value, pressed_[k] / slightly);
+        longest = std::min(longest, rise / at.rate);
       }
     }
     if (waiting_.size() != waiting_before) near_[kept++] = near;
@@ -175,16 +189,28 @@ double ContactSearch::find_waiting_points(double h) {
 }
 
 double ContactSearch::step_to_touch(const Plan<double>& plan, Workspace<double>& ws, const double* q,
-                                    const double* qd, const double* qdd, double h) {
+                                    const double* qd, const double* qdd, double h, bool or_separation) {
   std::copy_n(q, start_q_.size(), start_q_.begin());
   std::copy_n(qd, start_qd_.size(), start_qd_.begin());
+  waiting_.clear();
   if (!find_near_pairs(plan, qdd, h)) return h;
   predict(plan, ws, qdd, 0);
   set_reference(plan, ws);
   if (!find_near_pairs(plan, qdd, h)) return h;
   set_distances(ws, before_);
-  h = find_waiting_points(h);
+  h = find_waiting_points(h, or_separation);
+  for (const std::size_t k : waiting_) start_[k] = before_[k];
   return waiting_.empty() ? h : search(plan, ws, qdd, h);
+}
+
+double ContactSearch::passed_touch(const Plan<double>& plan, Workspace<double>& ws, const double* q,
+                                   const double* qd, double h) {
+  if (waiting_.empty()) return h;
+  compiled_ground_motion(plan, ws, q, qd);
+  set_distances(ws, after_);
+  double part = 1;
+  for (const std::size_t k : waiting_) part = std::min(part, course(start_[k], k, h).passed_root());
+  return part * h;
 }
 
 double ContactSearch::search(const Plan<double>& plan, Workspace<double>& ws, const double* qdd, double h) {
@@ -215,17 +241,23 @@ double ContactSearch::search(const Plan<double>& plan, Workspace<double>& ws, co
   return h;
 }
 
+// Of a point from `from` to after_, in `length` s.
+ContactSearch::Course ContactSearch::course(const ContactDistance& from, std::size_t point,
+                                            double length) const {
+  const ContactDistance& to = after_[point];
+  return {from.value + pressed_[point], length * from.rate, to.value + pressed_[point], length * to.rate,
+          length * (to.velocity - from.velocity).norm()};
+}
+
 // The part of the segment between before_ and after_ until a point touches; 1: none touches, -1: the segment
 // is too long for a decision.
 double ContactSearch::part_to_touch(double length, bool may_be_shorter) const {
   double part = 1;
   for (const std::size_t k : waiting_) {
-    const Course course{before_[k].value + pressed_[k], length * before_[k].rate,
-                        after_[k].value + pressed_[k], length * after_[k].rate,
-                        length * (after_[k].velocity - before_[k].velocity).norm()};
-    if (course.end < 0)
-      part = std::min(part, course.root());
-    else if (course.may_touch())
+    const Course path = course(before_[k], k, length);
+    if (path.end < 0)
+      part = std::min(part, path.root());
+    else if (path.may_touch())
       return may_be_shorter ? -1 : part;
   }
   return part;

@@ -21,9 +21,16 @@ class ContactSearch {
 
   // The part of the step `h` (s) from q, qd with the accelerations qdd (plan.nv) in which no contact point
   // that is apart now is pressed by more than a hundredth of the width of its law, and no touching point much
-  // deeper than now; `h` if there is no such point. Overwrites the ground motion in the workspace.
+  // deeper than now; `h` if there is no such point. `or_separation`: nor does a touching point rise by more
+  // than half its depth. Overwrites the ground motion in the workspace.
   double step_to_touch(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
-                       const double* qdd, double h);
+                       const double* qdd, double h, bool or_separation);
+
+  // After such a step of `h` s, which ended at q, qd: the part of it until a point touched that is apart at
+  // both ends, by the cubic through the actual distances and rates; `h` if none did. Overwrites the ground
+  // motion in the workspace.
+  double passed_touch(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
+                      double h);
 
  private:
   // Bounds of the displacement of a body's origin and of its rotation since the reference, m and rad.
@@ -41,6 +48,9 @@ class ContactSearch {
     double moved;  // bound of the displacement of its points relative to its surface, m
   };
 
+  struct Course;
+
+  Course course(const ContactDistance& from, std::size_t point, double length) const;
   void predict_balls(const Plan<double>& plan, const double* qdd, double after);
   void predict(const Plan<double>& plan, Workspace<double>& ws, const double* qdd, double after);
   double travel(std::size_t joint, const double* qdd, double h) const;
@@ -50,7 +60,7 @@ class ContactSearch {
     return body == ground ? Displacement{0, 0} : displacements_[static_cast<std::size_t>(body)];
   }
   void set_distances(const Workspace<double>& ws, std::vector<ContactDistance>& distances);
-  double find_waiting_points(double h);
+  double find_waiting_points(double h, bool or_separation);
   double search(const Plan<double>& plan, Workspace<double>& ws, const double* qdd, double h);
   double part_to_touch(double length, bool may_be_shorter) const;
 
@@ -61,6 +71,7 @@ class ContactSearch {
   std::vector<NearPair> near_;                   // those that may touch in the step
   std::vector<std::size_t> waiting_;             // their points that may begin to touch
   std::vector<ContactDistance> before_, after_;  // of all contact points
+  std::vector<ContactDistance> start_;           // of the waiting points at the start of the step
   std::vector<double> pressed_;                  // depth at which a step may end, m
 };
 

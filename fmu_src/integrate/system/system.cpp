@@ -430,7 +430,7 @@ void System::cancel_rates(const std::vector<Dual>& rates, double* change) {
   add_correction(change, true);
 }
 
-double System::step_to_touch(double time, const double* y, double h) {
+double System::step_to_touch(double time, const double* y, double h, bool or_separation) {
   // those of the last stage of a step, or of its last iteration, are accurate enough for the next one
   if (time != searched_[0]) {
     searched_[0] = NAN;
@@ -438,7 +438,12 @@ double System::step_to_touch(double time, const double* y, double h) {
     searched_[0] = time;
   }
   const Coordinates at = coordinates(time, y);
-  return contact_search_->step_to_touch(plan_, workspace_, at.q, at.qd, &searched_[1], h);
+  return contact_search_->step_to_touch(plan_, workspace_, at.q, at.qd, &searched_[1], h, or_separation);
+}
+
+double System::passed_touch(double time, const double* y, double h) {
+  const Coordinates at = coordinates(time, y);
+  return contact_search_->passed_touch(plan_, workspace_, at.q, at.qd, h);
 }
 
 double System::energy(const double* q, const double* qd, const double* y) {

@@ -159,7 +159,9 @@ class System {
   Status accelerations(double time, const double* y, double* qdd);
 
   // The part of a step of `h` s from (time, y) until the first contact point touches (contact_search.hpp).
-  double step_to_touch(double time, const double* y, double h);
+  double step_to_touch(double time, const double* y, double h, bool or_separation);
+  // After this step, of `h` s, to (time, y): the part until a contact point touched that separated again.
+  double passed_touch(double time, const double* y, double h);
   // What it depends on besides: the accelerations of the last right_hand_side, and their time. Without
   // contacts empty.
   std::vector<double>& searched() { return searched_; }
