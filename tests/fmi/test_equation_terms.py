@@ -142,7 +142,7 @@ def test_bad_requests_are_one_sentence(library):
         library.load('name = "a"\n' + arm + '[fmu]\noutputs = ["mass_matrx"]\n')
     with pytest.raises(Refused, match=r"fmu: outputs must be .*got 'jacobian'"):
         library.load('name = "a"\n' + arm + '[fmu]\noutputs = ["jacobian"]\n')
-    with pytest.raises(Refused, match=r"frame 'tip': outputs must be .*'inverse_inertia', got 'jacobi'; did you mean"):
+    with pytest.raises(Refused, match=r"frame 'tip': outputs must be .*'inverse_inertia' or 'power', got 'jacobi'; did you mean"):
         library.load('name = "a"\n' + arm + '[[frame]]\nname = "tip"\nlink = "arm"\noutputs = ["jacobi"]\n')
 
 
