@@ -314,7 +314,8 @@ REDYSIM_PLAIN void Derivatives::move_subtree(const Plan<double>& plan, const Wor
 REDYSIM_PLAIN double Derivatives::change_elements(const Plan<double>& plan) { return set_elements(plan); }
 
 // Derivatives of the row accelerations phi'' = sum of wrench . acceleration + quadratic part, with opposite
-// sign, into ws.loop.b, and of the wrenches at constant lambda: by a velocity they are constant.
+// sign, into ws.loop.b, and of the wrenches at constant lambda. By a velocity the wrenches are constant: they
+// keep their values from the positions, which come first among the variables.
 void Derivatives::change_loops(const Plan<double>& plan, Workspace<double>& ws, bool velocity) {
   auto& [elements, dual] = *elements_;
   if (velocity)
