@@ -121,7 +121,8 @@ def browser(program: str, flags: tuple[str, ...], profile: str) -> Iterator[Brow
 def measure(program: str, page: Path, drawn_by: str, seconds: float) -> dict[str, float]:
     """Returns frames per second and the CPU time of all processes of the browser for a frame (ms)."""
     fragment, flags = DRAWN_BY[drawn_by]
-    with tempfile.TemporaryDirectory() as profile, browser(program, flags, profile) as chromium:
+    # helpers of the browser write to their folder until after its end
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile, browser(program, flags, profile) as chromium:
         target = chromium.call("Target.createTarget", url="about:blank")["targetId"]
         session = chromium.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         chromium.call("Page.enable", session)
