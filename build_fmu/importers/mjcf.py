@@ -31,6 +31,7 @@ SECTIONS = (
     "visual",
     "statistic",
 )
+FORCES = ("constraint", "equality", "frictionloss", "limit", "spring", "damper", "actuation")  # that a <flag> can disable
 LISTED = ("contact", "sensor", "custom", "extension", "deformable")
 # attributes of bodies and joints without an effect on the motion
 KNOWN = {
@@ -92,6 +93,9 @@ def _options(mj: Mjcf, draft: Draft) -> None:
         for flag in element.findall("flag"):
             if flag.get("gravity") == "disable":
                 draft.gravity = [0.0, 0.0, 0.0]
+            off = [key for key in FORCES if flag.get(key) == "disable"]
+            if off:
+                draft.lost.append(f"{mj.place(flag)}: <flag> disables {some(off)}: the model has these forces")
         for key in ("wind", "density", "viscosity"):
             if any(mj.numbers(element, element.attrib, key, None, "0")):
                 draft.lost.append(f"{mj.place(element)}: '{key}' of <option>: forces of a medium")

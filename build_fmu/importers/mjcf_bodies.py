@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,6 +18,7 @@ from build_fmu.importers.tree import Body
 
 WORLD = "world"
 KINDS = {"hinge": "revolute", "slide": "prismatic", "ball": "spherical", "free": "free"}
+JOINTS = ("joint", "freejoint")
 EXPAND = ("replicate", "attach", "composite", "flexcomp")
 LENGTHS = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3}
 DENSITY = 1000.0  # kg/m3, the default of MJCF
@@ -37,12 +39,13 @@ class Geom:
 
 @dataclass
 class Joint:
-    """A joint of the file; `link` is the key of its body in `Tree.bodies`. Positions count from `ref`."""
+    """A joint of the file; `link` is the key of its body in `Tree.bodies`. Positions count from `ref`, tendons rest at `spring`."""
 
     name: str
     link: str
     kind: str
     ref: float = 0.0
+    spring: float = 0.0
 
 
 @dataclass
@@ -66,35 +69,45 @@ class Tree:
         self._limit_masses()
 
     def _contents(self, element: etree._Element, body: str, inherited: str, outer: np.ndarray) -> None:
-        """Reads the children of a body or of a <frame> inside it, whose pose in the body is `outer`."""
-        for child in elements(element):
+        """Reads the children of a body, also those inside a <frame>, but its joints and its <inertial>."""
+        for child, inner, pose in self._inside(element, inherited, outer):
             if child.tag == "body":
-                self._body(child, body, child.get("childclass") or inherited, outer)
-            elif child.tag == "frame":
-                self._contents(child, body, child.get("childclass") or inherited, outer @ self.mj.pose(child, child.attrib))
+                self._body(child, body, inner, pose)
             elif child.tag == "geom":
-                self._geom(child, body, inherited, outer)
+                self._geom(child, body, inner, pose)
             elif child.tag == "site":
-                values = self.mj.attributes(child, inherited)
-                self.sites[values.get("name", f"site{len(self.sites)}")] = (body, outer @ self._pose_of_shape(child, values)[0])
+                values = self.mj.attributes(child, inner)
+                self.sites[values.get("name", f"site{len(self.sites)}")] = (body, pose @ self._pose_of_shape(child, values)[0])
             elif child.tag in EXPAND:
                 raise self.mj.error(child, f"<{child.tag}> is not supported: save the expanded model from MuJoCo and import that file")
-            elif child.tag not in ("joint", "freejoint", "inertial"):
+            elif child.tag not in (*JOINTS, "inertial"):
                 self.omitted[f"<{child.tag}>"] += 1
+
+    def _inside(self, element: etree._Element, inherited: str, outer: np.ndarray) -> Iterator[tuple[etree._Element, str, np.ndarray]]:
+        """Yields the children of a body and of its frames, with the class that they inherit and the pose of their <frame> in the body."""
+        for child in elements(element):
+            inner = child.get("childclass") or inherited
+            if child.tag == "frame":
+                yield from self._inside(child, inner, outer @ self.mj.pose(child, child.attrib))
+            else:
+                yield child, inner, outer
 
     def _body(self, element: etree._Element, parent: str, inherited: str, outer: np.ndarray) -> None:
         self.unnamed += "name" not in element.attrib
         name = element.get("name") or f"body{self.unnamed}"
         if name in self.bodies:
             raise self.mj.error(element, f"duplicate body '{name}'")
-        joints = [child for child in elements(element) if child.tag in ("joint", "freejoint")]
+        own = [part for part in self._inside(element, inherited, np.eye(4)) if part[0].tag in (*JOINTS, "inertial")]
+        joints = [part for part in own if part[0].tag in JOINTS]
         frame, before = self.shift[parent] @ outer @ self.mj.pose(element, element.attrib), np.zeros(3)
         last = parent
         if not joints:
             self._add(Body(name, element.sourceline, parent=parent, origin=frame))
-        for i, joint in enumerate(joints):
+        for i, (joint, inner, pose) in enumerate(joints):
             link = Body(name if i == len(joints) - 1 else "", element.sourceline, parent=last)
-            at = self._joint(joint, inherited, link, (name, i, len(joints)))
+            at = self._joint(joint, inner, link, (name, i, len(joints)))
+            if link.kind != "free":
+                at, link.axis = pose[:3, :3] @ at + pose[:3, 3], pose[:3, :3] @ link.axis
             self.joints[-1].link = link.name
             ref = self.joints[-1].ref
             back = turn(link.axis, -ref) if link.kind == "revolute" else None
@@ -108,7 +121,8 @@ class Tree:
                 self.omitted[f"'{key}' of <body>"] += 1
         first = len(self.geoms)
         self._contents(element, name, inherited, np.eye(4))
-        self._inertia(element, name, [geom for geom in self.geoms[first:] if geom.body == name])
+        inertial = next((part for part in own if part[0].tag == "inertial"), None)
+        self._inertia(inertial, name, [geom for geom in self.geoms[first:] if geom.body == name])
 
     def _add(self, body: Body) -> None:
         self.bodies[body.name] = body
@@ -143,8 +157,8 @@ class Tree:
             raise mj.error(element, f"joint '{name}': the axis is zero")
         link.axis = axis / length if abs(length - 1) > 1e-15 else axis
         scale = mj.angle if kind == "hinge" else float
-        joint.ref = scale(mj.numbers(element, values, "ref", 1, "0")[0])
-        link.q, link.rest = joint.ref, scale(mj.numbers(element, values, "springref", 1, "0")[0])
+        joint.ref, joint.spring = (scale(mj.numbers(element, values, key, 1, "0")[0]) for key in ("ref", "springref"))
+        link.q, link.rest = joint.ref, joint.spring
         for key, own in (("stiffness", "stiffness"), ("damping", "damping"), ("armature", "armature"), ("frictionloss", "friction")):
             amounts = mj.numbers(element, values, key, None, "0") or [0.0]
             if amounts[0] < 0:
@@ -192,6 +206,8 @@ class Tree:
         geom = Geom(body, element, values, outer @ own, kind)
         if kind == "mesh":
             geom.solid, geom.rule = self._mesh(element, values, geom.pose)
+        elif kind in LENGTHS and "mesh" in values:
+            self.omitted[f"<geom> of type {kind} that is fitted to a mesh, with its mass"] += 1
         elif kind in LENGTHS:
             size = mj.numbers(element, values, "size", None, "")
             if half is not None and size:
@@ -224,9 +240,10 @@ class Tree:
             return Solid("mesh", scale, pose @ inverse(self.mj.pose(asset, moved)), str(path)), of_asset.get("inertia", "legacy")
         raise self.mj.error(element, f"unknown mesh '{name}'")
 
-    def _inertia(self, element: etree._Element, name: str, geoms: list[Geom]) -> None:
+    def _inertia(self, given: tuple[etree._Element, str, np.ndarray] | None, name: str, geoms: list[Geom]) -> None:
         """Sets mass, center and inertia of a body by <inertial> or by its geoms."""
-        mj, body, inertial = self.mj, self.bodies[name], element.find("inertial")
+        mj, body = self.mj, self.bodies[name]
+        inertial, _, outer = given or (None, "", np.eye(4))
         rule = mj.compiler.get("inertiafromgeom", "auto")
         if rule == "true" or (rule == "auto" and inertial is None):
             low, high = mj.setting("inertiagrouprange", 2, "0 5")
@@ -238,7 +255,7 @@ class Tree:
                 own = matrix_of(mj.numbers(inertial, values, "fullinertia", 6))
             else:
                 own = np.diag(mj.numbers(inertial, values, "diaginertia", 3, "0 0 0"))
-            at = mj.pose(inertial, values)
+            at = outer @ mj.pose(inertial, values)
             mass = Mass(mj.numbers(inertial, values, "mass", 1)[0], np.zeros(3), own).moved(at)
         else:
             mass = Mass()

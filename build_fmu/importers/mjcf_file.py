@@ -15,6 +15,8 @@ from build_fmu.importers.urdf_file import parsed
 
 TURNS = {"x": rotation_x, "y": rotation_y, "z": rotation_z}
 ACTUATORS = ("general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion", "plugin", "dcmotor")
+ORIENTATIONS = ("quat", "axisangle", "euler", "xyaxes", "zaxis")
+SHARED = ("actuator", "equality", "tendon")  # all kinds of these have the same defaults
 FILE = "__file__"  # attribute of included elements
 BOOLEANS = {"true": True, "false": False}
 
@@ -33,7 +35,7 @@ class Mjcf:
         self.degrees = self.compiler.get("angle", "degree") != "radian"
         self.classes: dict[str, dict[str, dict[str, str]]] = {"main": {}}
         for element in self.root.findall("default"):
-            self._read_class(element, {}, element.get("class", "main"))
+            self._read_class(element, self.classes["main"], element.get("class", "main"))
 
     def error(self, element: etree._Element, sentence: str) -> UserError:
         """Returns an exception with file and line."""
@@ -53,8 +55,9 @@ class Mjcf:
         name = element.get("class") or inherited or "main"
         if name not in self.classes:
             raise self.error(element, f"unknown default class '{name}'")
-        tag = "actuator" if element.tag in ACTUATORS else element.tag
-        return {**self.classes[name].get(tag, {}), **element.attrib}
+        outer = element.getparent().tag
+        tag = outer if outer in SHARED else element.tag
+        return _over(self.classes[name].get(tag, {}), dict(element.attrib))
 
     def numbers(self, element: etree._Element, values: dict[str, str], key: str, count: int | None, default: str = "") -> list[float]:
         """Returns the numbers of an attribute; None: any number of them."""
@@ -139,10 +142,16 @@ class Mjcf:
         for child in element:
             if child.tag != "default":
                 tag = "actuator" if child.tag in ACTUATORS else child.tag
-                own.setdefault(tag, {}).update({key: value for key, value in child.attrib.items() if key != FILE})
+                own[tag] = _over(own.get(tag, {}), {key: value for key, value in child.attrib.items() if key != FILE})
         self.classes[name] = own
         for child in element.findall("default"):
             self._read_class(child, own, child.get("class", ""))
+
+
+def _over(inherited: dict[str, str], own: dict[str, str]) -> dict[str, str]:
+    """Returns attributes over inherited ones: any orientation replaces an inherited one of another form."""
+    turned = any(key in own for key in ORIENTATIONS)
+    return {key: value for key, value in inherited.items() if not (turned and key in ORIENTATIONS)} | own
 
 
 def elements(parent: etree._Element) -> Iterator[etree._Element]:

@@ -51,6 +51,8 @@ class Parts:
             elif element.tag == "joint":
                 made += self._joint_equality(element, values)
             elif element.tag in ("connect", "weld"):
+                if not self.mj.numbers(element, values, "torquescale", 1, "1")[0]:
+                    self.tree.omitted['torquescale="0" of <weld>, which is rigid here'] += 1
                 self._loop(element, values, poses)
                 made += 1
             else:
@@ -111,7 +113,10 @@ class Parts:
         """Converts springs and dampers of fixed tendons to elastic couplings."""
         for element in (child for section in self.mj.root.findall("tendon") for child in elements(section)):
             values = self.mj.attributes(element)
-            stiffness, damping = ((self.mj.numbers(element, values, key, None, "0") or [0.0])[0] for key in ("stiffness", "damping"))
+            given = {key: self.mj.numbers(element, values, key, None, "0") or [0.0] for key in ("stiffness", "damping")}
+            stiffness, damping = (amounts[0] for amounts in given.values())
+            for key, amounts in given.items():
+                self.tree.omitted[f"nonlinear {key} of tendons"] += any(amounts[1:])
             if element.tag != "fixed":
                 self.tree.omitted[f"<{element.tag}> tendons"] += 1
                 continue
@@ -127,8 +132,10 @@ class Parts:
                 self.tree.omitted["springs of tendons over one joint, or over others than hinge and slide joints"] += 1
                 continue
             rest = self.mj.numbers(element, values, "springlength", None, "-1")
-            at_start = sum(factor * self.joints[name].ref for name, factor in parts)
-            low, high = (at_start, at_start) if rest[0] < 0 else (rest[0], rest[-1])
+            # without a length: at rest where the springs of its joints are
+            own = sum(factor * self.joints[name].spring for name, factor in parts)
+            low, high = (own, own) if rest[0] < 0 else (rest[0], rest[-1])
+            self.tree.omitted["<fixed> tendon with a range of lengths at rest: onset is smooth, no damping in it"] += high > low
             fields = {"joints": [self.link_of(name).joint_name for name, _ in parts], "ratios": [factor for _, factor in parts]}
             fields |= {"offset": (low + high) / 2, "stiffness": stiffness, "damping": damping, "backlash": high - low}
             name = self.layout.names.take(values.get("name", "") or "tendon")
@@ -140,7 +147,7 @@ class Parts:
         if not found:
             self.draft.doubts.append("the file has no actuators: each hinge and slide joint has a torque input")
             return
-        driven, bounds, servos, geared, bounded = [], {}, [], [], []
+        driven, bounds, servos, geared = [], {}, [], []
         for element in found:
             values = self.mj.attributes(element)
             joint = values.get("joint") or values.get("jointinparent") or ""
@@ -154,19 +161,21 @@ class Parts:
                 servos.append(f"{joint} (<{element.tag}>)")
             elif gear != 1:
                 geared.append(f"{joint} ({gear:g})")
-            most = self._most(element, values, gear)
-            if most:
-                bounds[joint] = bounds.get(joint, 0.0) + most
+            bounds[joint] = bounds.get(joint, 0.0) + self._range(element, values, gear)
         own = {self.layout.called[self.joints[name].link] for name in driven}
         for link in self.draft.links:
-            if link.joint != "fixed" and link.name not in own and link.drive == "torque":
-                link.drive = "free"
-        for joint, most in bounds.items():
-            bounded.append(joint)
-            if limits and self.link_of(joint).drive == "torque":
+            if link.joint != "fixed" and link.drive != "locked":
+                link.drive = "torque" if link.name in own else "free"
+        bounds = {joint: both for joint, both in bounds.items() if np.isfinite(both).all() and both.any()}
+        for joint, both in bounds.items() if limits else ():
+            if self.link_of(joint).drive == "torque":
+                most = float(np.abs(both).max())
                 self.draft.actuators.append(DraftTie("", {"joint": self.link_of(joint).joint_name, "torque_limit": most}))
-        if bounded and not limits:
-            self.draft.lost.append(f"the ranges of the actuators of {some(bounded)}: --limits converts them to torque limits")
+        uneven = [joint for joint, both in bounds.items() if both.sum()]
+        if bounds and not limits:
+            self.draft.lost.append(f"the ranges of the actuators of {some(list(bounds))}: --limits converts them to torque limits")
+        elif uneven:
+            self.draft.lost.append(f"the smaller bounds of the actuators of {some(uneven)}: a torque limit acts in both directions")
         if geared:
             self.draft.doubts.append(
                 f"inputs are torques or forces on the joint, gear times control: the gears of {some(geared)} are omitted"
@@ -174,15 +183,15 @@ class Parts:
         if servos:
             self.draft.lost.append(f"the laws of the actuators of {some(servos)}: the input is the torque on the joint; add a [controller]")
 
-    def _most(self, element: etree._Element, values: dict[str, str], gear: float) -> float:
-        """Returns the largest torque on the joint; 0: not limited."""
-        found = []
+    def _range(self, element: etree._Element, values: dict[str, str], gear: float) -> np.ndarray:
+        """Returns the bounds of the torque on the joint."""
+        both = np.array([-np.inf, np.inf])
         for key, flag, usable in (("ctrlrange", "ctrllimited", element.tag == "motor"), ("forcerange", "forcelimited", True)):
             low, high = self.mj.numbers(element, values, key, 2, "0 0")
             limited = values.get(flag, "auto")
             if usable and low < high and (limited == "true" or (limited == "auto" and self.mj.flag("autolimits", True))):
-                found.append(abs(gear) * max(abs(low), abs(high)))
-        return min(found, default=0.0)
+                both = np.array([max(both[0], low), min(both[1], high)])
+        return np.sort(both * gear) if gear else np.zeros(2)
 
     def add_shapes(self) -> None:
         """Converts visible geoms to shapes."""

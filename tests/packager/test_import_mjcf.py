@@ -105,6 +105,60 @@ def test_tendon_springs_are_elastic_couplings(tmp_path):
     expected = {"joints": ["c", "r"], "ratios": [2, -1], "offset": 0.3, "stiffness": 5, "damping": 0.2, "backlash": 0.4}
     assert tendon.fields == expected
     assert "1 x <spatial> tendons" in draft.lost
+    assert any("range of lengths at rest" in line for line in draft.lost)
+
+
+def test_a_tendon_without_a_length_rests_where_the_springs_of_its_joints_do(tmp_path):
+    text = '<tendon><fixed stiffness="5"><joint joint="c" coef="2"/><joint joint="r" coef="-1"/></fixed></tendon>'
+    draft = imported(tmp_path, BAR.replace('ref="20"', 'ref="20" springref="30"').replace("EXTRA", text))
+    assert draft.couplings[0].fields["offset"] == pytest.approx(-math.radians(30))
+
+
+def test_frames_move_the_joints_and_the_inertia_inside_them(tmp_path):
+    joints = '<joint name="a" axis="AXIS" pos="POINT" ref="10"/><joint name="b" type="slide" axis="0 0 1" pos="END"/>'
+    body = '<mujoco><worldbody><body name="x" pos="1 2 3">PARTS</body></worldbody></mujoco>'
+    inertial = '<inertial pos="POINT" mass="2" diaginertia="DIAGONAL"/>'
+    turned = joints.replace("AXIS", "0.6 0.8 0").replace("POINT", "0.1 0.2 0.3") + inertial.replace("DIAGONAL", "1 2 2.5")
+    framed = '<frame pos="1 0 0"><frame euler="0 0 90">' + turned.replace("POINT", "0.3 0 0.4").replace("END", "0 0 0") + "</frame></frame>"
+    plain = joints.replace("AXIS", "-0.8 0.6 0").replace("POINT", "0.8 0.1 0.3") + inertial.replace("DIAGONAL", "2 1 2.5")
+    one, other = (
+        imported(tmp_path, body.replace("PARTS", parts)) for parts in (framed, plain.replace("POINT", "1 0.3 0.4").replace("END", "1 0 0"))
+    )
+    for ours, wanted in zip(one.links, other.links, strict=True):
+        np.testing.assert_allclose(start_poses(one.links)[ours.name], start_poses(other.links)[wanted.name], atol=1e-12)
+        np.testing.assert_allclose(ours.com, wanted.com, atol=1e-12)
+        np.testing.assert_allclose(ours.inertia, wanted.inertia, atol=1e-12)
+        assert (ours.joint, ours.joint_name, ours.mass) == (wanted.joint, wanted.joint_name, wanted.mass)
+
+
+def test_defaults_of_several_sections_and_of_all_kinds_of_constraints_count(tmp_path):
+    text = """<default><joint damping="3"/><equality active="false"/><tendon stiffness="5"/><geom euler="0 90 0"/></default><default>
+      <joint armature="2"/></default><equality><joint joint1="r" joint2="c"/></equality><tendon><fixed><joint joint="c" coef="2"/><joint joint="r"
+      coef="-1"/></fixed></tendon>"""
+    text = BAR.replace("EXTRA", text).replace(
+        "</worldbody>", '<body><joint name="p"/><geom type="box" size="1 2 3" quat="1 0 0 0"/></body></worldbody>'
+    )
+    draft = imported(tmp_path, text)
+    assert (link(draft, "c").damping, link(draft, "c").armature) == (3, 2)
+    assert [one.fields.get("stiffness") for one in draft.couplings] == [5]
+    assert "1 x inactive equality constraints" in draft.lost
+    # any orientation of an element replaces that of its class
+    np.testing.assert_allclose(np.diff(np.sort(link(draft, "p").inertia[:3])), np.array([5, 3]) * 8000 * 6 * 4 / 12)
+    assert "rpy" not in draft.shapes[-1].fields
+
+
+def test_a_constrained_joint_with_an_actuator_keeps_its_input(tmp_path):
+    text = '<equality><joint joint1="r" joint2="c"/></equality><actuator><motor joint="r"/></actuator>'
+    draft = imported(tmp_path, BAR.replace("EXTRA", text))
+    assert [link(draft, name).drive for name in "cro"] == ["free", "torque", "free"]
+
+
+def test_limits_add_up_and_are_symmetric(tmp_path):
+    motors = '<motor joint="c" gear="-2" ctrlrange="-1 3"/><motor joint="c" ctrlrange="0 1"/><motor joint="r"/><motor joint="r" ctrlrange="0 1"/>'
+    draft = imported(tmp_path, BAR.replace("EXTRA", f"<actuator>{motors}</actuator>"), limits=True)
+    # -2 [-1, 3] + [0, 1] = [-6, 3]; one unlimited motor leaves the sum unlimited
+    assert [one.fields for one in draft.actuators] == [{"joint": "c", "torque_limit": 6.0}]
+    assert "the smaller bounds of the actuators of c: a torque limit acts in both directions" in draft.lost
 
 
 def test_actuators_decide_which_joints_have_inputs(tmp_path):
@@ -166,6 +220,10 @@ def test_includes_and_nested_classes(tmp_path):
         ("EXTRA", '<equality><joint joint1="c" joint2="r" polycoef="0 1 2 0 0"/></equality>', "1 x nonlinear <joint> in <equality>"),
         ("EXTRA", '<equality><connect active="false" body1="rod" anchor="0 0 0"/></equality>', "1 x inactive equality constraints"),
         ('axis="0 1 0" range', 'axis="0 1 0" springdamper="1 1" range', "1 x 'springdamper' of <joint>"),
+        ("EXTRA", '<option><flag spring="disable" limit="disable"/></option>', "<flag> disables limit, spring: the model has these forces"),
+        ("EXTRA", '<equality><weld body1="rod" torquescale="0"/></equality>', '1 x torquescale="0" of <weld>, which is rigid here'),
+        ("EXTRA", '<tendon><fixed stiffness="1 2"><joint joint="c" coef="1"/></fixed></tendon>', "1 x nonlinear stiffness of tendons"),
+        ('type="sphere" size="0.05"', 'type="sphere" mesh="m"', "1 x <geom> of type sphere that is fitted to a mesh"),
     ],
 )
 def test_losses_are_listed(tmp_path, old, new, sentence):
