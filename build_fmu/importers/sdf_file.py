@@ -16,6 +16,7 @@ from build_fmu.errors import UserError, did_you_mean
 from build_fmu.importers.mjcf_file import elements, of_quaternion
 from build_fmu.importers.rigid import inverse, transform
 from build_fmu.importers.urdf_file import Urdf, parsed
+from build_fmu.importers.urdf_losses import some
 
 MODEL, WORLD = "__model__", "world"
 # the children of each element that are read
@@ -107,7 +108,12 @@ class Sdf(Urdf):
                     raise self.error(element, f"duplicate name '{name}'" if name in self.places else f"'{name}' is a reserved name")
                 default = self._name(element, "child") if tag == "joint" else element.get("attached_to", "") if tag == "frame" else ""
                 self.places[name] = element, default or MODEL
-        self.known: dict[str, np.ndarray] = {WORLD: np.eye(4), MODEL: self._own_pose(self.model)}
+        self.known: dict[str, np.ndarray] = {WORLD: np.eye(4), MODEL: np.eye(4)}
+        # the pose of the model is that of its placement frame
+        placed = self.place(self.model.get("placement_frame") or MODEL, self.model)
+        self.known = {WORLD: np.eye(4), MODEL: self._own_pose(self.model) @ inverse(placed)}
+        if self._relative_to(self.model) not in ("", WORLD):
+            self.lost.append(f"the place of '{self._relative_to(self.model)}', to which the <pose> of the model is relative")
 
     def place(self, name: str, by: etree._Element, seen: tuple[str, ...] = ()) -> np.ndarray:
         """Returns the pose of a link, joint or frame in the world."""
@@ -214,6 +220,9 @@ class Sdf(Urdf):
                 where = " that closes a loop" if closes else ""
                 raise self.error(joint, f"joint '{name}'{where}: unsupported type '{kind}'; supported: {supported}")
             elif closes:
+                forces = [child.tag for child in joint.iterfind("axis/*") if child.tag in ("dynamics", "limit", "mimic")]
+                if forces:
+                    self.lost.append(f"{self.shown}:{joint.sourceline}: {some(forces)} of '{name}', which closes a loop")
                 at = self.place(name, joint)
                 poses = tuple(inverse(self.frame[end]) @ at for end in (parent, child))
                 axis = self._axis(joint, "axis", at) if joint.find("axis") is not None else np.array([0.0, 0, 1])

@@ -89,7 +89,8 @@ def draft_of(urdf: Urdf, options: Namespace) -> tuple[Draft, TreeLayout]:
             "for shorter numbers and a faster model"
         )
     if not any(link.joint != "fixed" for link in draft.links):
-        raise UserError(f"'{path}' has no moving joint; --floating makes its root link '{root}' a floating base")
+        hint = f"; --floating makes its root link '{root}' a floating base" if urdf.source == "URDF" else ""
+        raise UserError(f"'{path}' has no moving joint{hint}")
     return draft, layout
 
 

@@ -127,6 +127,22 @@ def test_other_content_is_listed(tmp_path):
         assert sentence in lost
 
 
+def test_the_pose_of_the_model_is_that_of_its_placement_frame(tmp_path):
+    one, other = (
+        imported(tmp_path, PARALLELOGRAM.replace('name="parallelogram">', f'name="parallelogram"{text}>', 1)).links
+        for text in (' placement_frame="right"><pose>1 2 3 0 0 0</pose', "><pose>1 2 2 0 -1.5707963267948966 0</pose")
+    )
+    ours, wanted = start_poses(one), start_poses(other)
+    assert len(ours) == 4
+    for name, pose in ours.items():
+        np.testing.assert_allclose(pose, wanted[name], atol=1e-12)
+
+
+def test_forces_of_a_joint_that_closes_a_loop_are_listed(tmp_path):
+    text = PARALLELOGRAM.replace("</axis></joint>\n</model>", "<dynamics><damping>2</damping></dynamics></axis></joint></model>")
+    assert any(line.endswith("robot.sdf:8: dynamics of 'd', which closes a loop") for line in imported(tmp_path, text).lost)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
