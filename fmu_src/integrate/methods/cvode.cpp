@@ -90,7 +90,7 @@ void Cvode::build_newton() {
   void* cvode = memory_.get();
   jacobian_ = &room_->jacobian();
   matrix_ = make_matrix(system_.size(), room_->context);
-  linear_solver_ = make_linear_solver(system_.layout(), room_->context);
+  linear_solver_ = make_linear_solver(system_, room_->context);
   CVodeSetLinearSolver(cvode, linear_solver_.get(), matrix_.get());
   CVodeSetJacFn(cvode, &Cvode::jacobian);
   CVodeSetNonlinConvCoef(cvode, newton_tolerance);

@@ -33,6 +33,7 @@ int Cvode::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_po
     return 0;
   }
   ++self.statistics_.evaluations;
+  if (self.linear_solver_) newton_matrix(self.linear_solver_).set_present(data(y));
   return static_cast<int>(self.system_.right_hand_side(self.absolute(time), data(y), data(ydot)));
 }
 
@@ -57,6 +58,7 @@ int Cvode::jacobian(double time, N_Vector y, N_Vector, SUNMatrix matrix, void* s
   if (self.warming_up_) return SUNMatZero(matrix);
   ++self.statistics_.jacobians;
   ++self.statistics_.evaluations;
+  newton_matrix(self.linear_solver_).set_reference(data(y));
   return static_cast<int>(self.jacobian_->evaluate(self.absolute(time), data(y), SM_DATA_D(matrix)));
 }
 

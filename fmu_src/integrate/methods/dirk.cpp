@@ -116,7 +116,7 @@ void Dirk::build() {
   if (settings_.max_step > 0) ARKStepSetMaxStep(ark, settings_.max_step);
 
   matrix_ = make_matrix(system_.size(), room_->context);
-  linear_solver_ = make_linear_solver(system_.layout(), room_->context);
+  linear_solver_ = make_linear_solver(system_, room_->context);
   ARKStepSetLinearSolver(ark, linear_solver_.get(), matrix_.get());
   ARKStepSetJacFn(ark, &Dirk::jacobian);
   nonlinear_solver_.reset(created(SUNNonlinSol_Newton(start_.get(), room_->context)));
@@ -185,6 +185,7 @@ int Dirk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_poi
     }
   }
   ++self.statistics_.evaluations;
+  newton_matrix(self.linear_solver_).set_present(data(y));
   const Status status = self.system_.right_hand_side(self.absolute(time), data(y), slope);
   if (time == self.step_begin_ && status == Status::ok) {
     if (time == self.since_) {
@@ -203,6 +204,7 @@ int Dirk::jacobian(double time, N_Vector y, N_Vector, SUNMatrix matrix, void* se
   if (self.warming_up_) return SUNMatZero(matrix);
   ++self.statistics_.jacobians;
   ++self.statistics_.evaluations;
+  newton_matrix(self.linear_solver_).set_reference(data(y));
   return static_cast<int>(self.jacobian_.evaluate(self.absolute(time), data(y), SM_DATA_D(matrix)));
 }
 

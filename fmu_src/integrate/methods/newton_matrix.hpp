@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "integrate/system/state_layout.hpp"
+#include "math/vec3.hpp"
 
 namespace redysim {
 
@@ -16,9 +17,17 @@ namespace redysim {
 //
 // Nothing depends on the work. Its rows are not factored: a large power must not become a pivot and change
 // the rounding of the motion.
+//
+// The Jacobian may be of an earlier state. The stiff directions of a body in contact hardly turn in the axes
+// of its parent, but quickly in its own where it rolls: solve() turns its part of the vector to the
+// orientation that it had then, if its spherical joint is one of `turning_balls`.
 class NewtonMatrix {
  public:
-  explicit NewtonMatrix(const StateLayout& layout);
+  explicit NewtonMatrix(const StateLayout& layout, const std::vector<int>& turning_balls = {});
+
+  // The state of the Jacobian, and that of the next solutions.
+  void set_reference(const double* y) { keep(y, &TurningBall::reference); }
+  void set_present(const double* y) { keep(y, &TurningBall::present); }
 
   // Overwrites a matrix given by its columns; false: it is singular.
   bool factor(double** columns);
@@ -27,10 +36,22 @@ class NewtonMatrix {
   void solve(double** columns, double* x);
 
  private:
+  using Quaternion = Eigen::Quaternion<double, Eigen::DontAlign>;
+  struct TurningBall {
+    int ball;
+    Quaternion reference, present;
+  };
+
+  void keep(const double* y, Quaternion TurningBall::*orientation);
+  void turn_to_reference(double* x) const;
+  void turn_to_present(double* x) const;
+  void turn(int ball, const Quaternion& rotation, double* x) const;
+
   StateLayout layout_;
   int positions_, others_, factored_;  // factored: the others without the work
   std::vector<double*> columns_;       // of the others, from their first row on
   std::vector<std::int64_t> pivots_;
+  std::vector<TurningBall> turning_;
 };
 
 }  // namespace redysim

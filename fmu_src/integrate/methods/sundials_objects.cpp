@@ -8,7 +8,6 @@
 #include <new>
 
 #include "dynamics/clones.hpp"
-#include "integrate/methods/newton_matrix.hpp"
 #include "math/vec3.hpp"
 
 namespace redysim::sundials {
@@ -179,8 +178,6 @@ int scale_and_add_identity(double factor, SUNMatrix matrix) {
 
 SUNMatrix clone_matrix(SUNMatrix matrix) { return make_matrix(SM_ROWS_D(matrix), matrix->sunctx).release(); }
 
-NewtonMatrix& newton_matrix(SUNLinearSolver solver) { return *static_cast<NewtonMatrix*>(solver->content); }
-
 SUNLinearSolver_Type type_of(SUNLinearSolver) { return SUNLINEARSOLVER_DIRECT; }
 
 int set_up(SUNLinearSolver solver, SUNMatrix matrix) {
@@ -193,6 +190,19 @@ int solve(SUNLinearSolver solver, SUNMatrix matrix, N_Vector x, N_Vector b, doub
   return SUNLS_SUCCESS;
 }
 
+// Of the bodies that a spherical joint carries.
+std::vector<int> balls_with_contacts(const System& system) {
+  const auto& pairs = system.plan().contact_pairs;
+  std::vector<int> balls;
+  for (int ball = 0; ball < system.balls(); ++ball) {
+    const int body = system.plan().balls[ball] + 3;
+    if (std::any_of(pairs.begin(), pairs.end(),
+                    [body](const auto& pair) { return pair.ball_body == body || pair.surface_body == body; }))
+      balls.push_back(ball);
+  }
+  return balls;
+}
+
 int free_solver(SUNLinearSolver solver) {
   delete &newton_matrix(solver);
   SUNLinSolFreeEmpty(solver);
@@ -201,8 +211,8 @@ int free_solver(SUNLinearSolver solver) {
 
 }  // namespace
 
-LinearSolver make_linear_solver(const StateLayout& layout, SUNContext context) {
-  auto matrix = std::make_unique<NewtonMatrix>(layout);
+LinearSolver make_linear_solver(const System& system, SUNContext context) {
+  auto matrix = std::make_unique<NewtonMatrix>(system.layout(), balls_with_contacts(system));
   SUNLinearSolver solver = created(SUNLinSolNewEmpty(context));
   solver->ops->gettype = type_of;
   solver->ops->setup = set_up;

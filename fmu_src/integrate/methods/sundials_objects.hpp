@@ -11,7 +11,8 @@
 #include <new>
 #include <type_traits>
 
-#include "integrate/system/state_layout.hpp"
+#include "integrate/methods/newton_matrix.hpp"
+#include "integrate/system/system.hpp"
 
 // Owners of SUNDIALS' C objects. Creation throws std::bad_alloc, the only way in which it fails here.
 
@@ -58,8 +59,12 @@ Vector make_vector(long size, SUNContext context);
 // A dense square matrix with faster operations.
 Matrix make_matrix(long size, SUNContext context);
 
-// A direct solver for dense matrices I - gamma J of states with this layout.
-LinearSolver make_linear_solver(const StateLayout& layout, SUNContext context);
+// A direct solver for dense matrices I - gamma J of the system.
+LinearSolver make_linear_solver(const System& system, SUNContext context);
+inline NewtonMatrix& newton_matrix(SUNLinearSolver solver) {
+  return *static_cast<NewtonMatrix*>(solver->content);
+}
+inline NewtonMatrix& newton_matrix(const LinearSolver& solver) { return newton_matrix(solver.get()); }
 
 inline double* data(N_Vector vector) { return static_cast<double*>(vector->content); }
 inline double* data(const Vector& vector) { return data(vector.get()); }

@@ -4,6 +4,9 @@
 
 #include <Eigen/LU>
 
+#include "integrate/system/dense_jacobian.hpp"
+#include "unit/integrate/rig.hpp"
+
 namespace redysim {
 namespace {
 
@@ -59,6 +62,55 @@ TEST(NewtonMatrix, solves_the_motion_with_equal_rounding_with_and_without_work) 
     return x;
   };
   EXPECT_EQ(solved(larger, with).head(without.size()), solved(smaller, without));
+}
+
+void put(const Eigen::Quaterniond& orientation, double* q) {
+  q[0] = orientation.w();
+  Eigen::Map<Vec3<double>>(q + 1) = orientation.vec();
+}
+
+// I - gamma J of the system at y, and its state.
+struct At {
+  std::vector<double> y;
+  Eigen::MatrixXd matrix;
+
+  At(System& system, std::vector<double> state, double gamma) : y(std::move(state)) {
+    const int size = system.size();
+    matrix.resize(size, size);
+    EXPECT_EQ(DenseJacobian(system).evaluate(0, y.data(), matrix.data()), Status::ok);
+    matrix = Eigen::MatrixXd::Identity(size, size) - gamma * matrix;
+  }
+};
+
+// It slides and spins on the floor.
+TEST(NewtonMatrix, of_a_sphere_that_has_turned_is_that_of_its_new_orientation) {
+  test::Rig rig("rolling_ball", test::solver(SolverMethod::bdf), false);
+  const StateLayout& layout = rig.system.layout();
+  const Eigen::Quaterniond turn = Eigen::Quaterniond(0.7, -0.4, 0.3, 0.9).normalized(),
+                           start = Eigen::Quaterniond(0.2, 0.5, -0.8, 0.1).normalized();
+  const Vec3<double> spin(3, 20, -1);
+  std::vector<double> before = rig.start_state();
+  before[layout.q[2]] = 0.0995;
+  std::vector<double> after = before;
+  for (auto [y, orientation] : {std::pair(&before, start), std::pair(&after, turn * start)}) {
+    put(orientation, layout.quaternion.of(y->data(), 0));
+    Eigen::Map<Vec3<double>>(layout.omega.of(y->data(), 0)) = orientation.conjugate() * spin;
+  }
+  const double gamma = 1e-3;
+  At old(rig.system, before, gamma);
+  const At present(rig.system, after, gamma);
+  ASSERT_GT((old.matrix - present.matrix).norm(), 0.1 * present.matrix.norm());
+
+  NewtonMatrix newton(layout, {0});
+  std::vector<double*> columns = columns_of(old.matrix);
+  newton.set_reference(before.data());
+  newton.set_present(after.data());
+  ASSERT_TRUE(newton.factor(columns.data()));
+  for (int k = 0; k < layout.size(); ++k) {
+    Eigen::VectorXd x = present.matrix.col(k);
+    newton.solve(columns.data(), x.data());
+    EXPECT_LT((x - Eigen::VectorXd::Unit(layout.size(), k)).norm(), 1e-9) << k;
+  }
 }
 
 TEST(NewtonMatrix, refuses_a_singular_matrix) {
