@@ -129,49 +129,53 @@ void read_compound(LinkDraft& draft, bool degrees) {
     section.error("drive", "a " + section.text("joint") + " joint takes drive 'torque' or 'free'");
 }
 
+namespace {
+
+// Appends the massless links of a compound joint, and its ball; the link itself moves to the last of them.
+void add_carriers(LinkDraft& draft, std::vector<LinkDraft>& links, std::vector<Ball>& balls) {
+  const bool with_ball = has_ball(*draft.compound);
+  const std::vector<Dof> dofs = dofs_of(*draft.compound);
+  const std::size_t ball_at = with_ball ? dofs.size() - 4 : dofs.size();
+  int parent = draft.link.parent;
+  Pose frame = pose_of(draft.link.joint.dh);  // of the next carrier in the one before
+  for (std::size_t k = 0; k < dofs.size(); ++k) {
+    const bool of_ball = k >= ball_at;
+    const std::string index = !of_ball       ? "[" + std::to_string(k + 1) + "]"
+                              : k == ball_at ? "[chart]"
+                                             : std::string("[") + "zxy"[k - ball_at - 1] + "]";
+    links.push_back(carrier(draft, dofs[k], frame * z_along(dofs[k].axis), parent, index));
+    parent = static_cast<int>(links.size()) - 1;
+    frame = inverse(z_along(dofs[k].axis));
+    Joint& joint = links.back().link.joint;
+    if (of_ball) {
+      joint.drive = k == ball_at ? Drive::locked : Drive::free;
+      continue;
+    }
+    for (const JointParameter& parameter : joint_parameters)
+      joint.*parameter.value = draft.dofs[k].*parameter.value;
+  }
+  if (with_ball) {
+    Ball& ball = draft.ball;
+    ball.name = draft.link.joint.name;
+    ball.chart_link = parent - 3;
+    ball.driven = draft.link.joint.drive == Drive::torque;
+    balls.push_back(ball);
+  }
+  draft.compound.reset();
+  draft.link.joint.dh = dh_of(frame);
+  draft.link.parent = parent;
+}
+
+}  // namespace
+
 std::vector<Ball> expand_compound_joints(std::vector<LinkDraft>& drafts) {
   std::vector<Ball> balls;
   std::vector<LinkDraft> expanded;
   std::vector<int> place(drafts.size());  // new index of a link
   for (std::size_t i = 0; i < drafts.size(); ++i) {
     LinkDraft& draft = drafts[i];
-    int parent = draft.link.parent == ground ? ground : place[draft.link.parent];
-    if (!draft.compound) {
-      draft.link.parent = parent;
-      place[i] = static_cast<int>(expanded.size());
-      expanded.push_back(std::move(draft));
-      continue;
-    }
-    const bool with_ball = has_ball(*draft.compound);
-    const std::vector<Dof> dofs = dofs_of(*draft.compound);
-    Pose frame = pose_of(draft.link.joint.dh);  // of the next carrier in the one before
-    const std::size_t ball_at = with_ball ? dofs.size() - 4 : dofs.size();
-    for (std::size_t k = 0; k < dofs.size(); ++k) {
-      const bool of_ball = k >= ball_at;
-      const std::string index = !of_ball       ? "[" + std::to_string(k + 1) + "]"
-                                : k == ball_at ? "[chart]"
-                                               : std::string("[") + "zxy"[k - ball_at - 1] + "]";
-      expanded.push_back(carrier(draft, dofs[k], frame * z_along(dofs[k].axis), parent, index));
-      parent = static_cast<int>(expanded.size()) - 1;
-      frame = inverse(z_along(dofs[k].axis));
-      Joint& joint = expanded.back().link.joint;
-      if (of_ball) {
-        joint.drive = k == ball_at ? Drive::locked : Drive::free;
-        continue;
-      }
-      for (const JointParameter& parameter : joint_parameters)
-        joint.*parameter.value = draft.dofs[k].*parameter.value;
-    }
-    if (with_ball) {
-      Ball& ball = draft.ball;
-      ball.name = draft.link.joint.name;
-      ball.chart_link = parent - 3;
-      ball.driven = draft.link.joint.drive == Drive::torque;
-      balls.push_back(ball);
-    }
-    draft.compound.reset();
-    draft.link.joint.dh = dh_of(frame);
-    draft.link.parent = parent;
+    if (draft.link.parent != ground) draft.link.parent = place[draft.link.parent];
+    if (draft.compound) add_carriers(draft, expanded, balls);
     place[i] = static_cast<int>(expanded.size());
     expanded.push_back(std::move(draft));
   }

@@ -153,7 +153,7 @@ std::string read_csv(const std::string& text, const std::string& joint, MotionTa
     at = end + 1;
     ++line_number;
     if (row.size() == 1 && row[0].empty()) continue;
-    if (row[0].rfind("#", 0) == 0) continue;
+    if (!row[0].empty() && row[0].front() == '#') continue;
     if (names.empty()) {
       names = row;
       continue;

@@ -62,6 +62,21 @@ bool attach_table(Section& section, const std::string& folder, const std::string
   return why.empty();
 }
 
+// The columns in the model file.
+bool read_columns(Section& section, MotionTable& table) {
+  bool good = true;
+  for (const char* key : {"time", "q"})
+    if (!section.has(key)) {
+      section.error(key, std::string(key) + " or file is required");
+      good = false;
+    }
+  const std::pair<const char*, std::vector<double>*> columns[] = {
+      {"time", &table.time}, {"q", &table.q}, {"qd", &table.qd}, {"qdd", &table.qdd}};
+  for (const auto& [key, column] : columns)
+    if (section.has(key)) good = section.numbers(key, *column) && good;
+  return good;
+}
+
 void read_table(Section& section, double unit, const Joint& joint, const std::string& folder,
                 std::vector<AttachedFile>& files, Trajectory& trajectory) {
   MotionTable table;
@@ -71,15 +86,7 @@ void read_table(Section& section, double unit, const Joint& joint, const std::st
       if (section.has(key)) section.error(key, std::string(key) + " and file must not both be given");
     good = attach_table(section, folder, joint.name, files, table);
   } else {
-    for (const char* key : {"time", "q"})
-      if (!section.has(key)) {
-        section.error(key, std::string(key) + " or file is required");
-        good = false;
-      }
-    const std::pair<const char*, std::vector<double>*> columns[] = {
-        {"time", &table.time}, {"q", &table.q}, {"qd", &table.qd}, {"qdd", &table.qdd}};
-    for (const auto& [key, column] : columns)
-      if (section.has(key)) good = section.numbers(key, *column) && good;
+    good = read_columns(section, table);
   }
   if (!good) return;
   const std::string why = objection(table);
