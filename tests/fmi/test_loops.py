@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from math import hypot, pi, radians, sin, tan
@@ -321,6 +322,61 @@ def test_check_says_what_assembly_moves():
     check = command("check", ROOT / "models" / "four_bar_redysim.toml")
     assert check.returncode == 0
     assert "corrected: joint2 by -0.262 rad" in " ".join((check.stdout + check.stderr).split())
+
+
+# --- dead points ---
+
+# The slider leaves at 0.5 m with 0.1 m/s; crank and rod reach 0.6 m.
+STRETCHED = """
+name = "stretched"
+gravity = [0, 0, 0]
+
+[[link]]
+name = "crank"
+drive = "free"
+mass = 1
+inertia = [0.01, 0.01, 0.01]
+q = -0.7
+
+[[link]]
+name = "rod"
+drive = "free"
+a = 0.2
+mass = 1
+inertia = [0.02, 0.02, 0.02]
+q = -1.2
+
+[[link]]
+name = "slider"
+parent = "ground"
+joint = "prismatic"
+drive = "motion"
+alpha = 1.5707963267948966
+q = 0.5
+qd = 0.1
+
+[[loop]]
+name = "pin"
+type = "revolute"
+link_a = "rod"
+link_b = "slider"
+point_a = [0.4, 0, 0]
+axis_a = [0, 0, 1]
+axis_b = [0, 1, 0]
+"""
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_prescribed_motion_beyond_the_reach_of_a_loop_stops_there(built, method):
+    with Slave(built(STRETCHED)) as slave:
+        slave.initialize(start={"solver.method": method})
+        for k in range(9):
+            assert slave.step(0.11 * k, 0.11) == OK, slave.errors
+        assert slave.step(0.99, 0.11) == ERROR
+        message = slave.errors[-1]
+        assert "dead point" in message
+        stopped = float(re.search(r"stopped at t = (\S+) s", message)[1])
+        assert 1 - 1e-5 < stopped < 1 + 1e-5
 
 
 # --- description ---

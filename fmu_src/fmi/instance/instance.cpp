@@ -178,8 +178,14 @@ Outcome Instance::advance_with_updates(double& end, bool inputs_changed) {
 std::string Instance::failed_step(const Outcome& outcome) {
   const std::string joint = simulation_.failed_joint();
   const bool named = joint.empty() || outcome.message.find(joint) != std::string::npos;
-  return outcome.message + (named ? "" : " (joint '" + joint + "')") + "; the state is the one at " +
-         shown(simulation_.time) + " s";
+  const Plan<double>& plan = simulation_.plan;
+  // there velocities grow without bound, and no step is short enough
+  const char* const possible_cause =
+      plan.has_motion() && plan.has_constraints()
+          ? "; the prescribed motion may have reached a dead point of the loops or couplings"
+          : "";
+  return outcome.message + (named ? "" : " (joint '" + joint + "')") + possible_cause +
+         "; the state is the one at " + shown(simulation_.time) + " s";
 }
 
 // Inputs keep their final values, which replace the values last set.
