@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from build_fmu.importers.rigid import rotation_x, rotation_z, transform
 from tests.command_line import command
 from tests.fmi.conftest import ROOT
 from tests.fmi.raw import ERROR, OK, Slave
@@ -70,6 +71,43 @@ def test_oscillator(built, instance, rtol, bound):
     by_mass = (end(2 + 1e-5, 50) - end(2 - 1e-5, 50)) / 2e-5
     by_stiffness = (end(2, 50 + 1e-4) - end(2, 50 - 1e-4)) / 2e-4
     assert np.abs(jacobian(slave, "c") - np.stack([by_mass, by_stiffness], axis=1)).max() < bound + 1e-10
+
+
+@pytest.mark.parametrize("controlled", ["a", "b"])
+def test_feedback_of_one_joint_beside_the_torque_of_another(built, instance, controlled):
+    links = "".join(f'[[link]]\nname = "{name}"\njoint = "prismatic"\nmass = {mass}\n' for name, mass in (("a", 2.0), ("b", 3.0)))
+    law = f'[controller]\nlaw = "pd"\njoints = ["{controlled}"]\nkp = 40\nkd = 6\n'
+    slave = instance(built(f'name = "carts"\n{links}{law}[fmu]\noutputs = ["step_jacobian"]\n')).initialize(start=TIGHT)
+    own = "ab".index(controlled)
+    continuous, force = np.zeros((5, 5)), np.linalg.inv([[5.0, 3.0], [3.0, 3.0]])  # b slides on a
+    continuous[:2, 2:4] = np.eye(2)
+    continuous[2:4, [own, 2 + own]] = np.outer(force[:, own], [-40, -6])
+    continuous[2:4, 4] = force[:, 1 - own]
+    assert slave.step(0, 0.3) == OK
+    expected = expm(0.3 * continuous)[:4]
+    for part, columns in (("b", expected[:, 4:]), ("a", expected[:, :4])):
+        assert np.abs(jacobian(slave, part) - columns).max() < 1e-10
+
+
+def test_a_force_at_a_pin_to_the_ground_has_no_effect(built, instance):
+    """The derivatives by such a force are rounding errors alone, which no step size makes accurate."""
+    links, pose = "", np.eye(4)
+    for k in range(4):
+        alpha, a, theta, d = 0.3 + k, 0.2 + 0.1 * k, 0.4, 0.1
+        links += f"[[link]]\nname = 'b{k}'\nalpha = {alpha}\na = {a}\ntheta = {theta}\nd = {d}\nmass = 1\ncom = [0.1, 0.05, 0.2]\n"
+        links += "inertia = [0.02, 0.03, 0.04]\n"
+        pose = pose @ transform(rotation_x(alpha), [0, 0, 0]) @ transform(rotation_z(theta), [a, 0, 0]) @ transform(None, [0, 0, d])
+    point = [float(x) for x in (pose @ [0.1, 0.2, 0.3, 1])[:3]]
+    ends = f"link_a = 'b3'\npoint_a = [0.1, 0.2, 0.3]\nlink_b = 'ground'\npoint_b = {point}\n"
+    tip = "[[frame]]\nname = 'tip'\nlink = 'b3'\nposition = [0.1, 0.2, 0.3]\nport = 'ground'\n"
+    text = f"name = 'pinned'\n{links}[[loop]]\nname = 'pin'\ntype = 'spherical'\n{ends}{tip}[fmu]\noutputs = ['step_jacobian']\n"
+    slave = instance(built(text)).initialize()
+    assert slave.step(0, 0.01) == OK
+    B = jacobian(slave, "b")
+    inputs = [name.partition("[")[0] for name in slave.fmu.named("input")]
+    effects = np.abs(B).max(axis=0)
+    for name, effect in zip(inputs, effects, strict=True):
+        assert effect < 1e-14 if name == "tip.force" else effect > 1e-4
 
 
 @pytest.mark.parametrize("model", ["double_pendulum", "four_bar", "top", "rolling_ball", "kuka_kr5_harmonic", "series_elastic_leg"])

@@ -99,6 +99,7 @@ Outcome Transition::advance(double time, double end, double rtol, double* y, dou
                             const double* y_end) {
   span_ = end - time;
   rtol_ = rtol;
+  rounding_.assign(knowns_, 0.0);
   set_weights();
   y0_ = y;
   for (std::size_t c = 0; c < columns_; ++c)
@@ -109,6 +110,7 @@ Outcome Transition::advance(double time, double end, double rtol, double* y, dou
     columns_before_.swap(next_);
   } else {
     method_ = &methods_.back();
+    if (system_.has_constraints() && knowns_ > 0) set_rounding(time, y);
     outcome = advance_by_steps(time, end, y);
   }
   for (std::size_t c = 0; c < columns_; ++c)
@@ -254,6 +256,22 @@ Status Transition::linearise(std::size_t place, double time, const double* y) {
   if (status == Status::ok && knowns_ > 0)
     status = by_knowns_(time, y, jacobian_, &gains_[place * size_ * knowns_]);
   return status;
+}
+
+// A known that constraints leave without effect has a G of rounding errors alone: by comparison with G at a
+// point that is equal but for rounding.
+void Transition::set_rounding(double time, const double* y) {
+  constexpr double nudge = 1e-15, sample = 100;  // one difference may be small by chance
+  for (std::size_t r = 0; r < size_; ++r) {
+    const double size = static_cast<int>(r) < system_.layout().nq() ? 1 / (span_ * weights_[r]) : 0;
+    y_next_[r] = y[r] + nudge * std::max(std::fabs(y[r]), size);
+  }
+  if (linearise(0, time, y) != Status::ok || linearise(1, time, y_next_.data()) != Status::ok) return;
+  for (std::size_t k = 0; k < knowns_; ++k)
+    for (std::size_t r = 0; r < size_; ++r) {
+      const double change = gains_[k * size_ + r] - gains_[(knowns_ + k) * size_ + r];
+      rounding_[k] = std::max(rounding_[k], sample * weights_[r] * std::fabs(change));
+    }
 }
 
 bool Transition::linearise_stages(double time, double h) {
@@ -416,6 +434,12 @@ double Transition::relative_size(const Rows& rows, const double* factors, const 
           std::max(sizes_[c], weights_[r] * std::max(std::fabs(rows.before[at]), std::fabs(rows.after[at])));
     }
   }
+  // no more digits than G has
+  if (count == columns_)
+    for (std::size_t k = 0; k < knowns_; ++k) {
+      double& size = sizes_[columns_ - knowns_ + k];
+      size = std::max(size, span_ * rounding_[k] / rtol_);
+    }
   double worst = 0;
   for (std::size_t c = 0; c < count; ++c)
     if (sizes_[c] > 0) worst = std::max(worst, defects_[c] / sizes_[c]);

@@ -64,6 +64,7 @@ class Transition {
   void set_slopes(std::size_t place, double* slopes) const;
   bool differentiate(double h);
   void set_weights();
+  void set_rounding(double time, const double* y);
   // Slopes of columns at the stages, and the columns before and after the step, all by rows. `known_weights`:
   // those of the columns from `first_known` on.
   struct Rows {
@@ -87,6 +88,7 @@ class Transition {
   double span_ = 0, rtol_ = 0;  // of the advance
   std::vector<double> weights_,
       rate_weights_;                       // of the rows of Y, as velocities; the latter without positions
+  std::vector<double> rounding_;           // of G, per known, as velocities; 0: not known
   const double* y0_ = nullptr;             // y at the start of the step
   std::vector<double> slope_, end_slope_;  // at the start of the step; at the known end
   std::vector<double> jacobians_, gains_;  // at the start (place 0) and the stages

@@ -24,22 +24,24 @@ DenseJacobian::DenseJacobian(System& system, bool by_inputs)
   columns_.resize(variables_.size() * change_.size());
 }
 
-// The forces of actuators, of controlled joints and of the other ones, which come last.
+// The forces of actuators, of all other joints if asked for, and of controlled joints: Control::add_feedback
+// expects these at the end.
 void DenseJacobian::add_drives(bool all) {
   const Control* control = system_.control();
   const Actuators* actuators = system_.actuators();
   const auto add = [this](int joint) { variables_.push_back({JointVariable::Kind::force, joint}); };
+  const auto is_free = [&](int joint) { return !control || !control->controls(joint); };
   const std::size_t first = variables_.size();
   for (int k = 0; actuators && k < actuators->size(); ++k)
-    if (!control || !control->controls(actuators->joint(k))) add(actuators->joint(k));
+    if (is_free(actuators->joint(k))) add(actuators->joint(k));
+  for (int k = 0; all && k < system_.simple(); ++k)
+    if (const int joint = system_.joint_of(k); is_free(joint) && force_of(joint) < 0) add(joint);
   if (control) std::for_each(control->joints().begin(), control->joints().end(), add);
   for (int k = 0; actuators && k < actuators->size(); ++k) {
     std::size_t v = first;
     while (variables_[v].joint != actuators->joint(k)) ++v;
     force_variable_.push_back(static_cast<int>(v));
   }
-  for (int k = 0; all && k < system_.simple(); ++k)
-    if (force_of(system_.joint_of(k)) < 0) add(system_.joint_of(k));
 }
 
 // Place of a joint's force among the variables, or -1.
