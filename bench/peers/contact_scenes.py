@@ -181,7 +181,7 @@ def scenes() -> list[ContactScene]:
         ContactScene(
             "roll", "ball slides, then rolls", ("erk", "dirk", "bdf", "auto"), Data(ball, 2.0, 1e5, [0, 0, ball], [3, 0, 0], friction=0.3)
         ),
-        ContactScene("slide", "block slides on an incline", ("erk", "bdf", "auto"), block(0.6, 0.1)),
+        ContactScene("slide", "block slides on an incline", ("erk", "dirk", "bdf", "auto"), block(0.6, 0.1)),
         ContactScene("creep", "block held by friction on an incline", ("dirk", "bdf", "auto"), block(0.2, 0.0, rows=2)),
     ]
 
