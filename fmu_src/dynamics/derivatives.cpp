@@ -211,57 +211,63 @@ inline void Derivatives::set_subtree(const Plan<double>& plan, const Workspace<d
   }
 }
 
-// Derivatives of the ground-frame motions of bodies with springs, ports and loops: (6)-(8).
+// (6)-(8) for an entry of the poses; `parent`: the entry that carries the joint.
+Derivatives::GroundChange Derivatives::ground_change(const Plan<double>& plan, const Workspace<double>& ws,
+                                                     int joint, int parent, const PoseStep& step,
+                                                     bool velocity) const {
+  const JointPlan<double>& at = plan.joints[joint];
+  const GroundState<double>&carrier = ground_state(ws, parent), &own = ws.ground[joint],
+        &g = ws.ground[step.entry];
+  const Vec3<double> e = own.rotation.col(2);
+  // a point of reference that the joint moves is the origin of the other positions and velocities
+  const bool moves_reference = step.reference != ground && changes_[step.reference].moved;
+  // displacement of the body per unit of q
+  Vec3<double> angular = Vec3<double>::Zero(), shift = angular;
+  add_motion(at, e, angular, shift);
+  if (moves_reference) shift.setZero();
+  if (turns(at)) shift += e.cross(moves_reference ? g.position : Vec3<double>(g.position - own.position));
+  GroundChange change;
+  if (velocity) {
+    change.velocity = shift;
+    change.omega = angular;
+    return change;
+  }
+  change.position = shift;
+  change.velocity = carrier.omega.cross(shift);
+  if (!turns(at)) return change;
+  Vec3<double> from = g.position, velocity_from = g.velocity;
+  if (!moves_reference) {
+    from -= carrier.position;
+    velocity_from -= carrier.velocity;
+  }
+  change.turn = e;
+  change.omega = e.cross(g.omega - carrier.omega);
+  change.velocity += e.cross(velocity_from - carrier.omega.cross(from));
+  return change;
+}
+
+// Derivatives of the ground-frame motions of bodies with springs, ports and loops.
 [[gnu::flatten]] void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<double>& ws,
                                                       int joint, bool velocity) {
   Workspace<Dual>& dual = elements_->workspace;
-  const JointPlan<double>& at = plan.joints[joint];
-  const Vec3<double> zero = Vec3<double>::Zero();
-  int parent = at.parent;  // entry
+  int parent = plan.joints[joint].parent;  // entry
   for (const PoseStep& step : plan.poses) {
     if (step.kind != PoseStep::Kind::moved) {
       set_seen_from(step, dual);
       continue;
     }
     if (step.body == joint) parent = step.from;
+    GroundChange change;
+    if (changes_[step.body].moved) change = ground_change(plan, ws, joint, parent, step, velocity);
     const GroundState<double>& g = ws.ground[step.entry];
-    Vec3<double> turn = zero, position = zero, omega = zero, rate = zero;
-    if (changes_[step.body].moved) {
-      const GroundState<double>&carrier = ground_state(ws, parent), &own = ws.ground[joint];
-      const Vec3<double> e = own.rotation.col(2);
-      // a point of reference that the joint moves is the origin of the other positions and velocities
-      const bool moves_reference = step.reference != ground && changes_[step.reference].moved;
-      // displacement of the body per unit of q
-      Vec3<double> angular = zero, shift = zero;
-      add_motion(at, e, angular, shift);
-      if (moves_reference) shift.setZero();
-      if (turns(at)) shift += e.cross(moves_reference ? g.position : Vec3<double>(g.position - own.position));
-      if (velocity) {
-        rate = shift;
-        omega = angular;
-      } else {
-        position = shift;
-        rate = carrier.omega.cross(shift);
-        if (turns(at)) {
-          Vec3<double> from = g.position, velocity_from = g.velocity;
-          if (!moves_reference) {
-            from -= carrier.position;
-            velocity_from -= carrier.velocity;
-          }
-          turn = e;
-          omega = e.cross(g.omega - carrier.omega);
-          rate += e.cross(velocity_from - carrier.omega.cross(from));
-        }
-      }
-    }
     GroundState<Dual>& to = dual.ground[step.entry];
     for (int column = 0; column < 3; ++column) {
       const Vec3<double> direction = g.rotation.col(column);
-      to.rotation.col(column) = with(direction, turn.cross(direction));
+      to.rotation.col(column) = with(direction, change.turn.cross(direction));
     }
-    to.position = with(g.position, position);
-    to.omega = with(g.omega, omega);
-    to.velocity = with(g.velocity, rate);
+    to.position = with(g.position, change.position);
+    to.omega = with(g.omega, change.omega);
+    to.velocity = with(g.velocity, change.velocity);
   }
 }
 

@@ -67,8 +67,12 @@ class Derivatives {
     std::size_t index;
     int bodies[3], entries[3];  // entries: of Workspace::ground
   };
+  // Derivative of an entry of Workspace::ground by a position or velocity; turn: a rotation vector.
+  struct GroundChange {
+    Vec3<double> turn = Vec3<double>::Zero(), position = turn, omega = turn, velocity = turn;
+  };
   // Weights of changes of an entry of Workspace::ground: rotation vector, position, omega, velocity.
-  struct Pulled {
+  struct Pulled {  // NOLINT(bugprone-reserved-identifier): of an index that clang makes
     Vec3<double> of[4] = {Vec3<double>::Zero(), Vec3<double>::Zero(), Vec3<double>::Zero(),
                           Vec3<double>::Zero()};
   };
@@ -87,6 +91,8 @@ class Derivatives {
                                   int joint, bool velocity);
   REDYSIM_PLAIN double change_elements(const Plan<double>& plan);
   void move_ground_states(const Plan<double>& plan, const Workspace<double>& ws, int joint, bool velocity);
+  GroundChange ground_change(const Plan<double>& plan, const Workspace<double>& ws, int joint, int parent,
+                             const PoseStep& step, bool velocity) const;
   void change_contacts();
   void change_loops(const Plan<double>& plan, Workspace<double>& ws, bool velocity);
   void change_row(const Plan<double>& plan, Workspace<double>& ws, std::size_t row, int of,

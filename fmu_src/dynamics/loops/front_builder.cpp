@@ -163,19 +163,18 @@ class FrontBuilder {
       FrontPlan& front = fronts_[front_at(deepest[joint])];
       front.joints.push_back(joint);
       front.crossing_begin.push_back(static_cast<int>(front.crossings.size()));
-      for (const FrontLoop& loop : loops_) {
-        if (!loop.crosses(joint)) continue;
-        if (loop.coupling) {
-          front.crossings.push_back(coupling_crossing(*loop.coupling, joint));
-          continue;
-        }
-        const bool shared = loop.on_a(joint) && loop.on_b(joint);
-        for (int row = 0; row < loop.row_count; ++row)
-          front.crossings.push_back(
-              {loop.first_row + row, loop.loop, loop.on_a(joint) ? 0 : 1, row == 0, shared, false});
-      }
+      for (const FrontLoop& loop : loops_)
+        if (loop.crosses(joint)) add_crossings(loop, joint, front);
     }
     for (FrontPlan& front : fronts_) front.crossing_begin.push_back(static_cast<int>(front.crossings.size()));
+  }
+
+  static void add_crossings(const FrontLoop& loop, int joint, FrontPlan& front) {
+    if (loop.coupling) return front.crossings.push_back(coupling_crossing(*loop.coupling, joint));
+    const bool shared = loop.on_a(joint) && loop.on_b(joint);
+    for (int row = 0; row < loop.row_count; ++row)
+      front.crossings.push_back(
+          {loop.first_row + row, loop.loop, loop.on_a(joint) ? 0 : 1, row == 0, shared, false});
   }
 
   // Rows are coupled if they cross a common joint. The elimination of other rows adds no coupling between two

@@ -34,6 +34,7 @@ double redysim_exp(double);
 double redysim_log(double);
 double redysim_pow(double, double);
 double redysim_hypot(double, double);
+// NOLINTNEXTLINE(bugprone-reserved-identifier)
 int redysim___fxstat(int version, int descriptor, struct stat* status);
 
 double our_exp(double x) REDYSIM_OURS(exp);

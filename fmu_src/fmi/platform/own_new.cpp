@@ -2,6 +2,7 @@
 // loader would share them among all libraries. These are hidden (-fvisibility-global-new-delete=force-hidden)
 // and serve this one only. All of them are here, or the linker would take libc++'s file of them as well.
 
+#include <cstddef>
 #include <cstdlib>
 #include <new>
 

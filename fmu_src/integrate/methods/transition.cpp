@@ -20,6 +20,9 @@ constexpr int most_iterations = 12;
 constexpr long most_steps = 100000;
 constexpr double safety = 0.7;  // the angle is an estimate
 
+// The size of a step; equal ones where two of them reach the end.
+double fitted(double h, double rest) { return h <= 0.5 * rest ? h : h >= 0.99 * rest ? rest : 0.5 * rest; }
+
 }  // namespace
 
 Transition::Method::Method(std::initializer_list<double> nodes) : stages(nodes.size()), extrapolation(1) {
@@ -228,23 +231,18 @@ Outcome Transition::advance_by_steps(double time, double end, double* y) {
     is_linearised = true;
     if (h < smallest_step(time, end))
       return failure(time, "the derivatives of the motion require too small steps");
-    double ratio = 0.25;
-    if (step(time, h)) {
-      const double found = error(h);
-      ratio = std::clamp(0.8 / std::sqrt(std::sqrt(found)), 0.1, 5.0);
-      if (found <= 1) {
-        time = h == end - time ? end : time + h;
-        std::copy(y_next_.begin(), y_next_.end(), y);
-        columns_before_.swap(next_);
-        if (!system_.close_loops(time, y)) return failure(time, reasons::loops_open);
-        if (time == end) return {};
-        is_linearised = false;
-        ratio = std::max(ratio, 0.2);
-      }
+    const double found = step(time, h) ? error(h) : NAN;
+    double ratio = std::isfinite(found) ? std::clamp(0.8 / std::sqrt(std::sqrt(found)), 0.1, 5.0) : 0.25;
+    if (found <= 1) {
+      time = h == end - time ? end : time + h;
+      std::copy(y_next_.begin(), y_next_.end(), y);
+      columns_before_.swap(next_);
+      if (!system_.close_loops(time, y)) return failure(time, reasons::loops_open);
+      if (time == end) return {};
+      is_linearised = false;
+      ratio = std::max(ratio, 0.2);
     }
-    const double rest = end - time;
-    h *= ratio;
-    if (h > 0.5 * rest) h = h >= 0.99 * rest ? rest : 0.5 * rest;
+    h = fitted(ratio * h, end - time);
   }
   return failure(time, "the derivatives of the motion require too many steps");
 }
