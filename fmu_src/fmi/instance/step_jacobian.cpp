@@ -74,7 +74,7 @@ std::string StepJacobian::update(bool with_knowns) {
   if (step_.empty()) {
     for (int c = 0; c < rows; ++c)
       if (c >= 2 * velocities_ || coordinates_[c % velocities_].position >= 0)
-        values_[static_cast<std::size_t>(c * (rows + 1))] = 1;
+        values_[static_cast<std::size_t>(c) * static_cast<std::size_t>(rows + 1)] = 1;
   } else {
     std::copy_n(&step_[2], size(), y.begin());
     if (const std::string why = go_to_start(y.data()); !why.empty()) return why;
