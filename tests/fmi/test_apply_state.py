@@ -35,6 +35,53 @@ q = 0.3
 [fmu]
 tunable = ["state"]
 """
+# Loops of equal cranks: one of their rows is redundant where they are closed, and none elsewhere.
+CRANKS = """
+name = "cranks"
+gravity = [0, -9.81, 0]
+
+[[link]]
+name = "a"
+mass = 1.0
+com = [0.2, 0, 0]
+inertia = [0.01, 0.03, 0.03]
+q = 1.0
+
+[[link]]
+name = "rod"
+a = 0.5
+mass = 3.0
+com = [0.7, 0, 0]
+inertia = [0.1, 0.5, 0.5]
+q = -1.0
+PINS
+[fmu]
+outputs = ["mass_matrix"]
+tunable = ["state"]
+""".replace(
+    "PINS",
+    "".join(
+        f"""
+[[link]]
+name = "{name}"
+parent = "ground"
+a = {place}
+mass = {place}
+com = [0.3, 0, 0]
+inertia = [0.01, 0.05, 0.05]
+q = 1.0
+
+[[loop]]
+name = "pin_{name}"
+type = "revolute"
+link_a = "rod"
+point_a = [{place}, 0, 0]
+link_b = "{name}"
+point_b = [0.5, 0, 0]
+"""
+        for name, place in (("b", 1.0), ("c", 2.0))
+    ),
+)
 MODELS = ["double_pendulum", "four_bar", "top", "rolling_ball", "kuka_kr5_harmonic", "series_elastic_leg", "parallel_gripper", "governor"]
 
 
@@ -226,3 +273,17 @@ def test_absent_unless_listed(fmu, tmp_path):
     (tmp_path / "m.toml").write_text(settable("double_pendulum").replace('"state"', '"states"'))
     done = command("check", tmp_path / "m.toml")
     assert done.returncode != 0 and "did you mean 'state'" in done.stderr
+
+
+@pytest.mark.parametrize("change", [0.02, -1e-4])
+def test_the_nearest_state_is_found_where_constraints_are_redundant(built, instance, change):
+    """In the mass metric the rest of the way to the given state has no component along the only free motion."""
+    slave, joints, motion = instance(built(CRANKS)).initialize(), ["a", "rod", "b", "c"], np.array([1.0, -1.0, 1.0, 1.0])
+    for k in range(4):
+        given = motion + change * np.eye(4)[k]
+        assert slave.set_reals([f"state.q[{i}]" for i in range(1, 5)], given) == OK
+        assert slave.set("state.apply", k + 1) == OK
+        q = np.array(slave.reals([f"{joint}.q" for joint in joints]))
+        assert np.ptp(q * motion) < 1e-12
+        M = np.array(slave.reals([f"mass_matrix[{i},{j}]" for i in range(1, 5) for j in range(1, 5)])).reshape(4, 4)
+        assert abs(motion @ M @ (given - q)) < 1e-5 * abs(change) * (motion @ M @ motion)

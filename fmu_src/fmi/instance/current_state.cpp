@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "integrate/methods/given_state.hpp"
+#include "integrate/system/nearest.hpp"
 
 namespace redysim {
 
@@ -35,7 +36,8 @@ bool CurrentState::project(double* y) {
 }
 
 bool CurrentState::replace(double* y) {
-  if (!project(y)) return false;
+  GivenState::normalise(simulation_.system.layout(), y);
+  if (!close_loops_nearest(simulation_.system, simulation_.time, y)) return false;
   simulation_.system.forget_jumps();
   simulation_.integrator->set_state(y);
   follows_motion_ = true;
