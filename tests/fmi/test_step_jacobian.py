@@ -89,6 +89,43 @@ def test_feedback_of_one_joint_beside_the_torque_of_another(built, instance, con
         assert np.abs(jacobian(slave, part) - columns).max() < 1e-10
 
 
+@pytest.mark.parametrize("rtol", [1e-4, 1e-10])
+def test_parameters_of_a_contact_that_begins_in_the_step(built, instance, rtol):
+    """Their columns are 0 up to the touch-down at 0.101 s."""
+    text = """name = "drop"
+[[link]]
+name = "ball"
+joint = "prismatic"
+mass = 1
+q = 0.15
+[[contact]]
+name = "floor"
+link_a = "ball"
+shape_a = "sphere"
+radius_a = 0.1
+stiffness = 1e4
+damping = 0.5
+[fmu]
+outputs = ["step_jacobian", "parameter_jacobian"]
+tunable = ["floor.stiffness", "floor.damping", "ball.mass"]
+"""
+    start = {"floor.stiffness": 1e4, "floor.damping": 0.5, "ball.mass": 1.0}
+
+    def run(tolerance: float = 1e-12, **change: float) -> Slave:
+        values = {name: value * change.get(name, 1) for name, value in start.items()}
+        slave = instance(built(text)).initialize(start=values | {"solver.rtol": tolerance, "solver.atol": tolerance / 100})
+        for k in range(11):
+            assert slave.step(0.01 * k, 0.01) == OK
+        return slave
+
+    C, names = jacobian(run(rtol), "c"), list(start)
+    for name, value in start.items():
+        moved = [np.array(run(**{name: 1 + e}).reals(["ball.q", "ball.qd"])) for e in (-1e-4, 1e-4)]
+        difference = (moved[1] - moved[0]) / (2e-4 * value)
+        column = C[:, [n for n in run().fmu.named("parameter") if n in names].index(name)]
+        assert np.abs(column - difference).max() < max(1e-5, 30 * rtol) * np.abs(difference).max()
+
+
 def test_a_force_at_a_pin_to_the_ground_has_no_effect(built, instance):
     """The derivatives by such a force are rounding errors alone, which no step size makes accurate."""
     links, pose = "", np.eye(4)

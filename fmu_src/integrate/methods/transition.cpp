@@ -432,16 +432,29 @@ double Transition::relative_size(const Rows& rows, const double* factors, const 
           std::max(sizes_[c], weights_[r] * std::max(std::fabs(rows.before[at]), std::fabs(rows.after[at])));
     }
   }
-  // no more digits than G has
-  if (count == columns_)
-    for (std::size_t k = 0; k < knowns_; ++k) {
-      double& size = sizes_[columns_ - knowns_ + k];
-      size = std::max(size, span_ * rounding_[k] / rtol_);
-    }
+  for (std::size_t k = 0; method_ == &methods_.back() && count == columns_ && k < knowns_; ++k) {
+    double& size = sizes_[columns_ - knowns_ + k];
+    size = std::max(size, least_size(rows, k));
+  }
   double worst = 0;
   for (std::size_t c = 0; c < count; ++c)
     if (sizes_[c] > 0) worst = std::max(worst, defects_[c] / sizes_[c]);
   return worst;
+}
+
+// A known's column has no more digits than G. Where it begins, as at a touch-down, no step is short compared
+// with it: its size is then what its rate makes of it in the whole advance.
+double Transition::least_size(const Rows& rows, std::size_t known) const {
+  constexpr double begun = 0.1;
+  const std::size_t c = columns_ - knowns_ + known;
+  double before = 0, rate = 0;
+  for (std::size_t r = 0; r < size_; ++r) {
+    before = std::max(before, weights_[r] * std::fabs(rows.before[r * columns_ + c]));
+    for (std::size_t i = 0; i < method_->stages; ++i)
+      rate = std::max(rate, weights_[r] * std::fabs(rows.slopes[(i * size_ + r) * columns_ + c]));
+  }
+  const double least = span_ * rounding_[known] / rtol_;
+  return before < begun * span_ * rate ? std::max(least, span_ * rate) : least;
 }
 
 // The difference d between the embedded formula, of order 3, and that of order 5, for y and all columns of Y,

@@ -73,6 +73,7 @@ class Transition {
     const double* known_weights;
   };
   double relative_size(const Rows& rows, const double* factors, const double* at_start);
+  double least_size(const Rows& rows, std::size_t known) const;
   double* stage(std::vector<double>& of, std::size_t index) { return &of[index * size_]; }
 
   System& system_;
