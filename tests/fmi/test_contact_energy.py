@@ -84,13 +84,14 @@ rtol = {rtol}
 """
 
 
-@pytest.mark.parametrize("method", ["erk", "dirk"])
+@pytest.mark.parametrize("method", ["erk", "adams", "dirk", "auto"])
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6])
 def test_a_step_that_leaves_a_contact_keeps_the_energy(built, instance, method, rtol):
     """Elastic bounces of both ends of a thin rod, each of a few ms; the fall releases 5 J."""
     one = instance(built(ROD.format(method=method, rtol=rtol))).initialize()
     one.run(0.75, 0.0125)
-    assert abs(one.get("energy.balance")) < 10 * rtol * 5
+    share = 10 if method in ("erk", "dirk") else 20
+    assert abs(one.get("energy.balance")) < share * rtol * 5
 
 
 @pytest.mark.parametrize(
