@@ -39,7 +39,7 @@ template <class Scalar>
                               const Vec3<Scalar>& force, const Vec3<Scalar>& moment) {
   if (body == ground) return;
   subtract_force(ws, body, arm, force);
-  ws.joints[body].p.moment -= ws.ground[body].rotation.transpose() * moment;
+  ws.joints[body].p.moment -= transposed_product(ws.ground[body].rotation, moment);
 }
 
 template <class Scalar>

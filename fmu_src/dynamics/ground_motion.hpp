@@ -87,9 +87,9 @@ PointMotion<Scalar> point_motion(const GroundState<Scalar>& body, const Vec3<Sca
 template <class Scalar>
 void subtract_force(Workspace<Scalar>& ws, int body, const Vec3<Scalar>& arm, const Vec3<Scalar>& force) {
   if (body == ground) return;
-  const auto into_body = ws.ground[body].rotation.transpose();
-  ws.joints[body].p.moment -= into_body * arm.cross(force);
-  ws.joints[body].p.force -= into_body * force;
+  const Mat3<Scalar>& rotation = ws.ground[body].rotation;
+  ws.joints[body].p.moment -= transposed_product<Scalar>(rotation, arm.cross(force));
+  ws.joints[body].p.force -= transposed_product(rotation, force);
 }
 
 // Line of a spring-damper: length (m) and its rate (m/s), direction from a to b.
@@ -131,11 +131,11 @@ template <class Scalar>
 void add_port_wrench(const PortPlan<Scalar>& port, Workspace<Scalar>& ws, const Scalar* wrench) {
   Vec3<Scalar> moment(wrench[0], wrench[1], wrench[2]), force(wrench[3], wrench[4], wrench[5]);
   if (port.in_ground_axes) {
-    moment = ws.ground[port.body].rotation.transpose() * moment;
-    force = ws.ground[port.body].rotation.transpose() * force;
+    moment = transposed_product(ws.ground[port.body].rotation, moment);
+    force = transposed_product(ws.ground[port.body].rotation, force);
   } else {
-    moment = port.rotation * moment;
-    force = port.rotation * force;
+    moment = product(port.rotation, moment);
+    force = product(port.rotation, force);
   }
   ws.joints[port.body].p.moment -= moment + port.position.cross(force);
   ws.joints[port.body].p.force -= force;

@@ -23,22 +23,22 @@ namespace redysim {
 
 template <class Scalar>
 struct LoopGeometry {
-  GroundState<Scalar> a, b, root;
+  const GroundState<Scalar>&a, &b, &root;
   PointMotion<Scalar> point_a, point_b;
   Vec3<Scalar> r, r_rate;
 };
 
 template <class Scalar>
 LoopGeometry<Scalar> loop_geometry(const LoopPlan<Scalar>& loop, const Workspace<Scalar>& ws) {
-  LoopGeometry<Scalar> g;
-  g.a = ground_state(ws, loop.entry_a);
-  g.b = ground_state(ws, loop.entry_b);
-  g.root = ground_state(ws, loop.entry_root);
-  g.point_a = point_motion(g.a, loop.point_a);
-  g.point_b = point_motion(g.b, loop.point_b);
-  g.r = g.point_b.position - g.point_a.position;
-  g.r_rate = g.point_b.velocity - g.point_a.velocity;
-  return g;
+  const GroundState<Scalar>&a = ground_state(ws, loop.entry_a), &b = ground_state(ws, loop.entry_b);
+  const PointMotion<Scalar> at_a = point_motion(a, loop.point_a), at_b = point_motion(b, loop.point_b);
+  return {a,
+          b,
+          ground_state(ws, loop.entry_root),
+          at_a,
+          at_b,
+          at_b.position - at_a.position,
+          at_b.velocity - at_a.velocity};
 }
 
 // One row at the current state: residual, rate, the part of phi'' quadratic in velocities, and the wrenches
@@ -50,24 +50,40 @@ struct RowValues {
   Vec3<Scalar> carrier_moment = Vec3<Scalar>::Zero();
 };
 
+// Of a position row: its direction, the angular velocity of the carrier, and r' as seen from there.
+template <class Scalar>
+struct PositionRow {
+  bool on_a;
+  Vec3<Scalar> d, omega_c, slip;
+
+  PositionRow(const LoopGeometry<Scalar>& g, const ConstraintRow<Scalar>& row)
+      : on_a(row.kind == ConstraintRow<Scalar>::Kind::position_on_a),
+        d(on_a ? product(g.a.rotation, row.u) : row.u),
+        omega_c(on_a ? g.a.omega : g.root.omega),
+        slip(g.r_rate - omega_c.cross(g.r)) {}
+
+  Scalar quadratic(const LoopGeometry<Scalar>& g) const {
+    const Vec3<Scalar> centripetal = g.b.omega.cross(g.b.omega.cross(g.point_b.arm)) -
+                                     g.a.omega.cross(g.a.omega.cross(g.point_a.arm)) -
+                                     omega_c.cross(omega_c.cross(g.r)) - Scalar(2) * omega_c.cross(slip);
+    return d.dot(centripetal);
+  }
+};
+
 template <class Scalar>
 RowValues<Scalar> position_row(const LoopGeometry<Scalar>& g, const ConstraintRow<Scalar>& row) {
-  const bool on_a = row.kind == ConstraintRow<Scalar>::Kind::position_on_a;
-  const Vec3<Scalar> d = on_a ? product(g.a.rotation, row.u) : row.u;
-  const Vec3<Scalar> omega_c = on_a ? g.a.omega : g.root.omega;
-  const Vec3<Scalar> slip = g.r_rate - omega_c.cross(g.r);
+  const PositionRow<Scalar> at(g, row);
   RowValues<Scalar> values;
-  values.residual = d.dot(g.r);
-  values.rate = d.dot(slip);
-  const Vec3<Scalar> centripetal = g.b.omega.cross(g.b.omega.cross(g.point_b.arm)) -
-                                   g.a.omega.cross(g.a.omega.cross(g.point_a.arm)) -
-                                   omega_c.cross(omega_c.cross(g.r)) - Scalar(2) * omega_c.cross(slip);
-  values.quadratic = d.dot(centripetal);
+  values.residual = at.d.dot(g.r);
+  values.rate = at.d.dot(at.slip);
+  values.quadratic = at.quadratic(g);
   // if a is the carrier, the force on a acts at x_b
-  const Vec3<Scalar> arm_a = on_a ? Vec3<Scalar>(g.point_a.arm + g.r) : g.point_a.arm;
-  values.on_b = {g.b.rotation.transpose() * g.point_b.arm.cross(d), g.b.rotation.transpose() * d};
-  values.on_a = {g.a.rotation.transpose() * d.cross(arm_a), -(g.a.rotation.transpose() * d)};
-  if (!on_a) values.carrier_moment = g.root.rotation.transpose() * d.cross(g.r);
+  const Vec3<Scalar> arm_a = at.on_a ? Vec3<Scalar>(g.point_a.arm + g.r) : g.point_a.arm;
+  values.on_b = {transposed_product<Scalar>(g.b.rotation, g.point_b.arm.cross(at.d)),
+                 transposed_product(g.b.rotation, at.d)};
+  values.on_a = {transposed_product<Scalar>(g.a.rotation, at.d.cross(arm_a)),
+                 -transposed_product(g.a.rotation, at.d)};
+  if (!at.on_a) values.carrier_moment = transposed_product<Scalar>(g.root.rotation, at.d.cross(g.r));
   return values;
 }
 
@@ -81,8 +97,8 @@ RowValues<Scalar> rotation_row(const LoopGeometry<Scalar>& g, const ConstraintRo
   values.rate = moment.dot(g.b.omega - g.a.omega);
   values.quadratic =
       g.a.omega.cross(u_rate).dot(v) + u.dot(g.b.omega.cross(v_rate)) + Scalar(2) * u_rate.dot(v_rate);
-  values.on_b = {g.b.rotation.transpose() * moment, Vec3<Scalar>::Zero()};
-  values.on_a = {-(g.a.rotation.transpose() * moment), Vec3<Scalar>::Zero()};
+  values.on_b = {transposed_product(g.b.rotation, moment), Vec3<Scalar>::Zero()};
+  values.on_a = {-transposed_product(g.a.rotation, moment), Vec3<Scalar>::Zero()};
   return values;
 }
 
@@ -125,8 +141,12 @@ template <class Scalar>
 void set_quadratic_parts(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
   for (const auto& loop : plan.loops) {
     const LoopGeometry<Scalar> geometry = loop_geometry(loop, ws);
-    for (std::size_t k = 0; k < loop.rows.size(); ++k)
-      ws.loop.b[static_cast<std::size_t>(loop.first_row) + k] = -row_values(geometry, loop.rows[k]).quadratic;
+    for (std::size_t k = 0; k < loop.rows.size(); ++k) {
+      const ConstraintRow<Scalar>& row = loop.rows[k];
+      ws.loop.b[static_cast<std::size_t>(loop.first_row) + k] =
+          -(row.kind == ConstraintRow<Scalar>::Kind::rotation ? rotation_row(geometry, row).quadratic
+                                                              : PositionRow(geometry, row).quadratic(geometry));
+    }
   }
 }
 

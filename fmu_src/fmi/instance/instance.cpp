@@ -134,7 +134,7 @@ fmi2Status Instance::do_step(double current, double size) {
   system.forget_failure();
   const long decisions = integrator.decisions();
   StepJacobian* const jacobian = values_.step_jacobian();
-  if (jacobian) jacobian->begin_step();
+  if (jacobian) jacobian->begin_step(parameters_.changed());
   const Outcome outcome = update_.callback ? advance_with_updates(end, inputs_changed)
                                            : advance(integrator, system, end, inputs_changed);
   if (integrator.decisions() != decisions && log_.events()) log_.event(integrator.last_decision());

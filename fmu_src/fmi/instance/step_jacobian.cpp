@@ -27,7 +27,8 @@ StepJacobian::StepJacobian(Simulation& simulation)
     if (is_differentiable_tunable(variable)) knowns_.push_back(&variable);
 }
 
-void StepJacobian::begin_step() {
+void StepJacobian::begin_step(bool parameters_changed) {
+  has_parameters_ = has_parameters_ && !parameters_changed;
   const double* y = simulation_.integrator->state();
   const std::vector<double>& held = simulation_.system.inputs();
   step_.assign({simulation_.time, simulation_.time});
@@ -42,10 +43,7 @@ void StepJacobian::end_step(bool ok) {
   std::copy_n(simulation_.integrator->state(), size(), &step_[2 + size()]);
 }
 
-void StepJacobian::forget() {
-  step_.clear();
-  current_ = Current::none;
-}
+void StepJacobian::forget() { restore({}); }
 
 bool StepJacobian::fits(const std::vector<double>& step) const {
   return step.empty() || (step.size() >= first_input() && step[1] > step[0] &&
@@ -55,6 +53,7 @@ bool StepJacobian::fits(const std::vector<double>& step) const {
 void StepJacobian::restore(const std::vector<double>& step) {
   step_ = step;
   current_ = Current::none;
+  has_parameters_ = false;
 }
 
 double StepJacobian::entry(Part part, int element) const {
@@ -113,7 +112,8 @@ std::string StepJacobian::go_to_start(double* y) {
   if (!tangent_) tangent_ = std::make_unique<Tangent>(simulation_.model, system_);
   if (system_.has_constraints()) {  // the elimination for lift
     tangent_->go_to(simulation_.parameters, system_, time, y);
-    tangent_->apply_parameters();
+    if (!has_parameters_) tangent_->apply_parameters();
+    has_parameters_ = true;
   }
   return {};
 }
@@ -208,6 +208,7 @@ bool StepJacobian::by_known(const Variable& known, double time, const double* y,
     tangent.force[known.group->input(known.row_index(), system_, known)].derivative = 1;
   else
     known.group->dual_place(known.row_index(), tangent.parameters, known)->derivative = 1;
+  has_parameters_ = false;
   tangent.apply_parameters();
   if (!tangent.evaluate()) return false;
   for (int i = 0; i < system_.simple(); ++i)

@@ -25,7 +25,7 @@ class StepJacobian {
     return model.fmu.shows(OutputGroup::step_jacobian) || model.fmu.shows(OutputGroup::parameter_jacobian);
   }
 
-  void begin_step();
+  void begin_step(bool parameters_changed);
   void end_step(bool ok);
   void forget();  // there is no last step: its derivative is the identity
   // `with_knowns`: with the derivatives by inputs and parameters.
@@ -57,6 +57,7 @@ class StepJacobian {
   System system_;
   std::unique_ptr<Transition> transitions_[2];  // without and with knowns; null: never read
   std::unique_ptr<Tangent> tangent_;
+  bool has_parameters_ = false;  // those of the step, as constants
   std::vector<CoordinatePlace> coordinates_;
   int velocities_ = 0;
   std::vector<const Variable*> knowns_;  // force inputs, then parameters
