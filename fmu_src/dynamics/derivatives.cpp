@@ -97,8 +97,8 @@ struct PassiveChange {
 PassiveChange passive_change(const Plan<double>& plan, int joint, double q, double qd, bool velocity) {
   if (!plan.joints[joint].has_passive_force) return {};
   const Dual position(q, velocity ? 0 : 1), rate(qd, velocity ? 1 : 0);
-  return {joint_force(plan, joint, position, rate, Dual(0)).derivative,
-          joint_loss(plan, joint, position, rate).derivative};
+  const PassiveForce<Dual> force = passive_force(plan, joint, position, rate);
+  return {force.stored.derivative + force.lost.derivative, (force.lost * rate).derivative};
 }
 
 // Derivatives of the forces of elastic couplings on all joints, added to `forces`, and of their dissipation.

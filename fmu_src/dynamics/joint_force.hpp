@@ -58,6 +58,25 @@ Scalar joint_force(const Plan<Constant>& plan, int i, const Scalar& q, const Sca
   return force;
 }
 
+// The same without the drive, divided by what the work becomes.
+template <class Scalar>
+struct PassiveForce {
+  Scalar stored, lost;
+};
+template <class Constant, class Scalar>
+PassiveForce<Scalar> passive_force(const Plan<Constant>& plan, int i, const Scalar& q, const Scalar& qd) {
+  const JointPlan<Constant>& joint = plan.joints[i];
+  PassiveForce<Scalar> force{-(joint.stiffness * (q - joint.rest)), -(joint.damping * qd)};
+  if (features::friction && joint.has_friction) force.lost -= dry_friction(plan.resistances[i], qd);
+  if (features::friction && joint.has_stops) {
+    const PressedStop<Constant, Scalar> stop(plan.resistances[i], q);
+    const Scalar elastic = stop.side * stop.elastic_force();
+    force.stored -= elastic;
+    force.lost -= elastic * (stop.growth(qd) - Scalar(1));
+  }
+  return force;
+}
+
 // Energy of the spring and the stops of joint i, J.
 template <class Constant, class Scalar>
 Scalar joint_energy(const Plan<Constant>& plan, int i, const Scalar& q) {
@@ -71,14 +90,7 @@ Scalar joint_energy(const Plan<Constant>& plan, int i, const Scalar& q) {
 // Power of the damper, the friction and the stops' damping of joint i, W; never positive.
 template <class Constant, class Scalar>
 Scalar joint_loss(const Plan<Constant>& plan, int i, const Scalar& q, const Scalar& qd) {
-  const JointPlan<Constant>& joint = plan.joints[i];
-  Scalar force = -(joint.damping * qd);
-  if (features::friction && joint.has_friction) force -= dry_friction(plan.resistances[i], qd);
-  if (features::friction && joint.has_stops) {
-    const PressedStop<Constant, Scalar> stop(plan.resistances[i], q);
-    force -= stop.side * stop.elastic_force() * (stop.growth(qd) - Scalar(1));
-  }
-  return force * qd;
+  return passive_force(plan, i, q, qd).lost * qd;
 }
 
 }  // namespace redysim
