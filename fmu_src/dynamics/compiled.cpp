@@ -8,38 +8,28 @@ namespace redysim {
 
 namespace {
 
-#ifdef REDYSIM_AVX2
-REDYSIM_AVX2 void forward(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
-                          const double* inputs, double* qdd) {
+REDYSIM_AVX2 void forward_with_avx2(const Plan<double>& plan, Workspace<double>& ws, const double* q,
+                                    const double* qd, const double* inputs, double* qdd) {
   forward_dynamics(plan, ws, q, qd, inputs, qdd);
 }
 
-REDYSIM_AVX2 void inverse(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
-                          const double* qdd, double* tau) {
-  inverse_dynamics(plan, ws, q, qd, qdd, tau);
-}
-#endif
-
-REDYSIM_PLAIN void forward(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
-                           const double* inputs, double* qdd) {
+// apart: its registers are not saved in calls of the other version
+[[gnu::noinline]] void plain_forward(const Plan<double>& plan, Workspace<double>& ws, const double* q,
+                                     const double* qd, const double* inputs, double* qdd) {
   forward_dynamics(plan, ws, q, qd, inputs, qdd);
-}
-
-REDYSIM_PLAIN void inverse(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
-                           const double* qdd, double* tau) {
-  inverse_dynamics(plan, ws, q, qd, qdd, tau);
 }
 
 }  // namespace
 
 void compiled_forward_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
                                const double* qd, const double* inputs, double* qdd) {
-  forward(plan, ws, q, qd, inputs, qdd);
+  return has_avx2 ? forward_with_avx2(plan, ws, q, qd, inputs, qdd)
+                  : plain_forward(plan, ws, q, qd, inputs, qdd);
 }
 
 void compiled_inverse_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
                                const double* qd, const double* qdd, double* tau) {
-  inverse(plan, ws, q, qd, qdd, tau);
+  fastest([&] { inverse_dynamics(plan, ws, q, qd, qdd, tau); });
 }
 
 // Without calls, which are copies optimised for size.

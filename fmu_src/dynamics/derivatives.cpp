@@ -119,18 +119,6 @@ PassiveChange passive_change(const Plan<double>& plan, int joint, double q, doub
   return loss;
 }
 
-#ifdef REDYSIM_AVX2
-REDYSIM_AVX2 void solve_accelerations(const Plan<double>& plan, Workspace<double>& ws, const double* forces,
-                                      double* qdd) {
-  respond(plan, ws, forces, qdd);
-}
-#endif
-
-REDYSIM_PLAIN void solve_accelerations(const Plan<double>& plan, Workspace<double>& ws, const double* forces,
-                                       double* qdd) {
-  respond(plan, ws, forces, qdd);
-}
-
 }  // namespace
 
 [[gnu::cold]] Derivatives::Elements::Elements(const Plan<double>& of)
@@ -162,7 +150,7 @@ void Derivatives::set_point(const Plan<double>& plan, Workspace<double>& ws, con
     Vec3<double> position;
     joint_pose(joint, s, rotation, position);
     const Vec3<double> own = turns(joint) ? Vec3<double>(qd[i] * axis) : Vec3<double>::Zero();
-    bodies_[i] = {s.omega, s.omega - own, rotation.transpose() * position, s.acceleration, s.p};
+    bodies_[i] = {s.omega, s.omega - own, transposed_product(rotation, position), s.acceleration, s.p};
   }
 }
 
@@ -303,22 +291,6 @@ inline double Derivatives::set_elements(const Plan<double>& plan) {
   return power;
 }
 
-#ifdef REDYSIM_AVX2
-REDYSIM_AVX2 void Derivatives::move_subtree(const Plan<double>& plan, const Workspace<double>& ws,
-                                            const double* qd, int joint, bool velocity) {
-  set_subtree(plan, ws, qd, joint, velocity);
-}
-
-REDYSIM_AVX2 double Derivatives::change_elements(const Plan<double>& plan) { return set_elements(plan); }
-#endif
-
-REDYSIM_PLAIN void Derivatives::move_subtree(const Plan<double>& plan, const Workspace<double>& ws,
-                                             const double* qd, int joint, bool velocity) {
-  set_subtree(plan, ws, qd, joint, velocity);
-}
-
-REDYSIM_PLAIN double Derivatives::change_elements(const Plan<double>& plan) { return set_elements(plan); }
-
 // Derivatives of the row accelerations phi'' = sum of wrench . acceleration + quadratic part, with opposite
 // sign, into ws.loop.b, and of the wrenches at constant lambda. By a velocity the wrenches are constant: they
 // keep their values from the positions, which come first among the variables.
@@ -357,8 +329,8 @@ void Derivatives::change_row(const Plan<double>& plan, Workspace<double>& ws, st
 }
 
 // Leaves to root: derivatives of the joint forces, with opposite sign: (9).
-REDYSIM_CLONES void Derivatives::collect_forces(const Plan<double>& plan, const Workspace<double>& ws,
-                                                int joint, bool velocity) {
+inline void Derivatives::collect_forces(const Plan<double>& plan, const Workspace<double>& ws, int joint,
+                                        bool velocity) {
   const Vec3<double> axis = Vec3<double>::UnitZ();
   for (int i = plan.nv - 1; i >= 0; --i) {
     const JointPlan<double>& at = plan.joints[i];
@@ -396,19 +368,19 @@ void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, cons
       const bool velocity = kind == JointVariable::Kind::velocity;
       const PassiveChange passive = passive_change(plan, joint, q[joint], qd[joint], velocity);
       power = (velocity ? tau[joint] : 0) + passive.loss;
-      move_subtree(plan, ws, qd, joint, velocity);
+      fastest([&] { set_subtree(plan, ws, qd, joint, velocity); });
       if (elements_) {
         move_ground_states(plan, ws, joint, velocity);
-        power += change_elements(plan);
+        fastest([&] { power += set_elements(plan); });
       }
       std::fill(ws.loop.b.begin(), ws.loop.b.end(), 0.0);  // that of couplings
       if (elements_ && plan.has_constraints()) change_loops(plan, ws, velocity);
-      collect_forces(plan, ws, joint, velocity);
+      fastest([&] { collect_forces(plan, ws, joint, velocity); });
       forces_[joint] += passive.force;
       if (plan.has_elastic_couplings())
         power += change_coupling_forces(plan, joint, q, qd, velocity, forces_);
     }
-    solve_accelerations(plan, ws, forces_.data(), column);
+    fastest([&] { respond(plan, ws, forces_.data(), column); });
   }
 }
 
@@ -422,7 +394,7 @@ void Derivatives::evaluate_row(const Plan<double>& plan, Workspace<double>& ws, 
   row.ports.resize(port_wrenches_.size());
   set_point(plan, ws, q, qd, qdd, ports);
   std::fill(ws.loop.b.begin(), ws.loop.b.end(), 0.0);
-  solve_accelerations(plan, ws, weights, row.tau.data());
+  fastest([&] { respond(plan, ws, weights, row.tau.data()); });
   move_along(plan, ws, row);
   if (elements_) {
     copy_elements(plan, elements_->plan);

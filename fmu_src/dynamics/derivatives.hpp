@@ -3,7 +3,6 @@
 #include <memory>
 #include <vector>
 
-#include "dynamics/clones.hpp"
 #include "dynamics/plan.hpp"
 #include "dynamics/workspace.hpp"
 #include "math/dual.hpp"
@@ -82,14 +81,6 @@ class Derivatives {
   void set_subtree(const Plan<double>& plan, const Workspace<double>& ws, const double* qd, int joint,
                    bool velocity);
   double set_elements(const Plan<double>& plan);
-#ifdef REDYSIM_AVX2
-  REDYSIM_AVX2 void move_subtree(const Plan<double>& plan, const Workspace<double>& ws, const double* qd,
-                                 int joint, bool velocity);
-  REDYSIM_AVX2 double change_elements(const Plan<double>& plan);
-#endif
-  REDYSIM_PLAIN void move_subtree(const Plan<double>& plan, const Workspace<double>& ws, const double* qd,
-                                  int joint, bool velocity);
-  REDYSIM_PLAIN double change_elements(const Plan<double>& plan);
   void move_ground_states(const Plan<double>& plan, const Workspace<double>& ws, int joint, bool velocity);
   GroundChange ground_change(const Plan<double>& plan, const Workspace<double>& ws, int joint, int parent,
                              const PoseStep& step, bool velocity) const;

@@ -37,7 +37,7 @@ inline void combine_block(int terms, const double* c, const N_Vector* x, long at
 }
 
 // block by block, so z may be any of the x
-REDYSIM_CLONES int linear_combination(int terms, double* c, N_Vector* x, N_Vector z_vector) {
+inline int linear_combination(int terms, double* c, N_Vector* x, N_Vector z_vector) {
   const long n = size(z_vector);
   double* z = data(z_vector);
   long at = 0;
@@ -48,6 +48,10 @@ REDYSIM_CLONES int linear_combination(int terms, double* c, N_Vector* x, N_Vecto
   }
   if (at < n) combine_block<1>(terms, c, x, at, z);
   return 0;
+}
+
+REDYSIM_AVX2 int linear_combination_with_avx2(int terms, double* c, N_Vector* x, N_Vector z) {
+  return linear_combination(terms, c, x, z);
 }
 
 // z[k] = of(k); z may be one of its vectors
@@ -129,7 +133,7 @@ _generic_N_Vector_Ops vector_operations() {
   operations.nvgetlength = [](N_Vector vector) -> sunindextype { return size(vector); };
   operations.nvgetarraypointer = [](N_Vector vector) { return data(vector); };
   operations.nvlinearsum = linear_sum;
-  operations.nvlinearcombination = linear_combination;
+  operations.nvlinearcombination = has_avx2 ? linear_combination_with_avx2 : linear_combination;
   operations.nvconst = [](double value, N_Vector z) {
     set_each(size(z), data(z), [value](long) { return value; });
   };

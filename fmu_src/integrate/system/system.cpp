@@ -27,7 +27,7 @@ void write_quaternion(const Mat3<double>& rotation, double* quaternion) {
 
 }  // namespace
 
-System::System(const Plan<double>& plan, bool with_work, const Model* model)
+[[gnu::cold]] System::System(const Plan<double>& plan, bool with_work, const Model* model)
     : plan_(plan),
       motion_slot_(static_cast<std::size_t>(plan.nv), -1),
       q_(static_cast<std::size_t>(plan.nv), 0.0),
@@ -58,7 +58,7 @@ System::System(const Plan<double>& plan, bool with_work, const Model* model)
 }
 
 // Each joint is integrated, or its motion is held between settings, or a trajectory moves it.
-void System::set_layouts(bool with_work, const Model* model) {
+[[gnu::cold]] void System::set_layouts(bool with_work, const Model* model) {
   int held_motions = 0;
   for (int i = 0; i < plan_.nv; ++i) {
     if (plan_.joints[i].of_ball) continue;
@@ -84,7 +84,7 @@ ActuatorCounts System::place_actuators(const Model& model) {
   return actuators_ ? actuators_->counts() : ActuatorCounts();
 }
 
-void System::set_scales(const Model& model, const Parameters<double>& parameters) {
+[[gnu::cold]] void System::set_scales(const Model& model, const Parameters<double>& parameters) {
   for (int k = 0; k < simple(); ++k)
     scales_[k] = motion_scale(model, parameters, plan_.joints[joint_of(k)].link);
   if (actuators()) set_actuator_scales(parameters);
@@ -99,7 +99,7 @@ void System::nominals(double* y) const {
 
 // A motor moves N times its joint. A torque counts as much as the velocity that it gives the joint in its
 // time constant.
-void System::set_actuator_scales(const Parameters<double>& parameters) {
+[[gnu::cold]] void System::set_actuator_scales(const Parameters<double>& parameters) {
   Workspace<double> workspace(plan_);
   std::vector<double> q(q_), qd(q_.size(), 0.0), free(qd), moved(qd);
   std::vector<double> forces(static_cast<std::size_t>(input_layout_.recursion_size()), 0.0);
