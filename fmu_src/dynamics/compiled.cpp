@@ -13,10 +13,9 @@ REDYSIM_AVX2 void forward_with_avx2(const Plan<double>& plan, Workspace<double>&
   forward_dynamics(plan, ws, q, qd, inputs, qdd);
 }
 
-// apart: its registers are not saved in calls of the other version
-[[gnu::noinline]] void plain_forward(const Plan<double>& plan, Workspace<double>& ws, const double* q,
-                                     const double* qd, const double* inputs, double* qdd) {
-  forward_dynamics(plan, ws, q, qd, inputs, qdd);
+REDYSIM_AVX2 void inverse_with_avx2(const Plan<double>& plan, Workspace<double>& ws, const double* q,
+                                    const double* qd, const double* qdd, double* tau) {
+  inverse_dynamics(plan, ws, q, qd, qdd, tau);
 }
 
 }  // namespace
@@ -24,12 +23,13 @@ REDYSIM_AVX2 void forward_with_avx2(const Plan<double>& plan, Workspace<double>&
 void compiled_forward_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
                                const double* qd, const double* inputs, double* qdd) {
   return has_avx2 ? forward_with_avx2(plan, ws, q, qd, inputs, qdd)
-                  : plain_forward(plan, ws, q, qd, inputs, qdd);
+                  : plain_forward_dynamics(plan, ws, q, qd, inputs, qdd);
 }
 
 void compiled_inverse_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
                                const double* qd, const double* qdd, double* tau) {
-  fastest([&] { inverse_dynamics(plan, ws, q, qd, qdd, tau); });
+  return has_avx2 ? inverse_with_avx2(plan, ws, q, qd, qdd, tau)
+                  : plain_inverse_dynamics(plan, ws, q, qd, qdd, tau);
 }
 
 // Without calls, which are copies optimised for size.

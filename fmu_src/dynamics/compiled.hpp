@@ -4,7 +4,7 @@
 #include "dynamics/workspace.hpp"
 
 // The hot recursions for double, compiled once for any x86-64 and once for processors with AVX2 and FMA
-// (about twice as fast); the loader selects the version. On other platforms there is one version.
+// (about twice as fast). On other platforms there is one version.
 
 namespace redysim {
 
@@ -15,6 +15,12 @@ void compiled_forward_dynamics(const Plan<double>& plan, Workspace<double>& ws, 
 // inverse_dynamics of dynamics/rnea.hpp.
 void compiled_inverse_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
                                const double* qd, const double* qdd, double* tau);
+
+// Their versions for any processor.
+void plain_forward_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
+                            const double* qd, const double* inputs, double* qdd);
+void plain_inverse_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
+                            const double* qd, const double* qdd, double* tau);
 
 // set_positions of dynamics/bias.hpp and set_ground_motion of dynamics/ground_motion.hpp, one version for all
 // processors.

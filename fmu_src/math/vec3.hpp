@@ -13,7 +13,8 @@ using Vec3 = Eigen::Matrix<Scalar, 3, 1>;
 template <class Scalar>
 using Mat3 = Eigen::Matrix<Scalar, 3, 3>;
 
-// R v, its transpose and A B, written out. In code that is optimised for size, Eigen computes each entry in a function call.
+// R v, its transpose and A B, written out. In code that is optimised for size, Eigen computes each entry in a
+// function call.
 template <class Scalar>
 Vec3<Scalar> product(const Mat3<Scalar>& R, const Vec3<Scalar>& v) {
   return {R(0, 0) * v[0] + (R(0, 1) * v[1] + R(0, 2) * v[2]),

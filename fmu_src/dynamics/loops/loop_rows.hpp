@@ -143,9 +143,9 @@ void set_quadratic_parts(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
     const LoopGeometry<Scalar> geometry = loop_geometry(loop, ws);
     for (std::size_t k = 0; k < loop.rows.size(); ++k) {
       const ConstraintRow<Scalar>& row = loop.rows[k];
-      ws.loop.b[static_cast<std::size_t>(loop.first_row) + k] =
-          -(row.kind == ConstraintRow<Scalar>::Kind::rotation ? rotation_row(geometry, row).quadratic
-                                                              : PositionRow(geometry, row).quadratic(geometry));
+      ws.loop.b[static_cast<std::size_t>(loop.first_row) + k] = -(
+          row.kind == ConstraintRow<Scalar>::Kind::rotation ? rotation_row(geometry, row).quadratic
+                                                            : PositionRow(geometry, row).quadratic(geometry));
     }
   }
 }
