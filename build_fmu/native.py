@@ -23,12 +23,15 @@ LIBRARIES = {
 }
 # names in FMI 3.0; FMI 2.0.5 has them, too, for what it does not name itself
 PLATFORM_TUPLES = {"linux64": "x86_64-linux", "win64": "x86_64-windows", "aarch64-linux": "aarch64-linux", "darwin64": "x86_64-darwin"}
+HOST = "win64" if os.name == "nt" else "linux64"  # the system of this process
 TRIED = ("win64", "aarch64-linux")  # tests run models with these, so FMUs contain them
 ROOMS = {"describe": "fmi", "libredysim_fmu.so": "fmi", "fmu_driver": "drive"}
 
 
 def describe_program() -> Path:
     """Returns the program that prints a model file's variable table; raises UserError if it is not built."""
+    if HOST == "win64":
+        return _find("REDYSIM_FMU_DESCRIBE", "describe.exe", _of_system("win64", "describe.exe"), "make win64")
     return _find("REDYSIM_FMU_DESCRIBE", "describe")
 
 
@@ -42,14 +45,14 @@ def library(platform: str = "linux64") -> Path:
     if platform == "linux64":
         return _find("REDYSIM_FMU_LIBRARY", "libredysim_fmu.so")
     name = LIBRARIES[platform][0]
-    places = [PACKAGE / "native" / platform / name, SOURCE_TREE / "build" / platform / "fmu_src" / "fmi" / name]
+    places = _of_system(platform, name)
     return _find(f"REDYSIM_FMU_LIBRARY_{platform.upper().replace('-', '_')}", name, places, f"make {platform}")
 
 
 def web_library() -> Path:
     """Returns the library for web pages (WebAssembly); raises UserError if it is not built or older than the library for this machine."""
     name = "libredysim_fmu.wasm"
-    places = [PACKAGE / "native" / "wasm" / name, SOURCE_TREE / "build" / "wasm" / "fmu_src" / "fmi" / name]
+    places = _of_system("wasm", name)
     found = _find("REDYSIM_FMU_LIBRARY_WASM", name, places, "make wasm")
     # value references may have changed
     if found == places[1] and found.stat().st_mtime < library().stat().st_mtime:
@@ -87,6 +90,10 @@ def licences_of_parts(platforms: Iterable[str] = ("linux64",)) -> dict[str, str]
         for path in sorted((found.parent / "licenses").glob("*.txt")):
             texts.setdefault(path.stem, path.read_text(encoding="utf-8"))
     return texts
+
+
+def _of_system(system: str, name: str) -> list[Path]:
+    return [PACKAGE / "native" / system / name, SOURCE_TREE / "build" / system / "fmu_src" / "fmi" / name]
 
 
 def _find(variable: str, name: str, places: Sequence[Path] = (), how: str = "make build") -> Path:

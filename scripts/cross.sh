@@ -55,7 +55,9 @@ cmake -S . -B "build/$system" -G Ninja -DCMAKE_TOOLCHAIN_FILE="$PWD/scripts/$sys
   cat "build/$system.log" >&2
   exit 1
 }
-cmake --build "build/$system" --parallel "$(nproc)" --target redysim_fmu
+programs=
+[ "$system" != win64 ] || programs=describe  # for build_fmu there
+cmake --build "build/$system" --parallel "$(nproc)" --target redysim_fmu $programs
 [ "$system" != wasm ] || exec .venv/bin/python -m pytest -q -s -m slow tests/packager/test_live.py </dev/null
 # a name of a test has no hyphen
 exec .venv/bin/python -m pytest -q -m slow tests/packager/test_cross.py -k "${system%-linux}" </dev/null

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -36,15 +35,14 @@ def add(commands) -> None:
     )
     command.add_argument("--method", metavar="NAME", help="solver method (default: as in the model)")
     command.add_argument("--seconds", type=positive, default=2, metavar="S", help="CPU time limit of each run in s (default: 2)")
-    command.add_argument(
-        "--jobs", type=count, default=len(os.sched_getaffinity(0)), metavar="N", help="parallel runs (default: one per processor)"
-    )
+    command.add_argument("--jobs", type=count, metavar="N", help="parallel runs (default: one per processor)")
     add_options(command, reports=True)
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Writes the results and returns the exit code: 1 if a case failed."""
+    from build_fmu.report.machine import processors
     from build_fmu.report.sweep import known_method
     from build_fmu.stress.html import write_html
     from build_fmu.stress.pages import KINDS, not_finished, write_csv, write_page, write_pictures
@@ -56,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
     work = work_of(options.models, options.only)
     with _progress(len(work)) as progress:
         found = {}
-        for number, verdict in run_all(work, options.seconds, options.method, options.jobs):
+        for number, verdict in run_all(work, options.seconds, options.method, options.jobs or processors()):
             found[number] = verdict
             progress(verdict, len(found))
     verdicts = [found[number] for number in range(len(work))]

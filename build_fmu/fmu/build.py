@@ -53,7 +53,7 @@ def build(
     picture = draw(drawn.drawing, model.model_name)
     played, reason = None, ""
     with with_chosen_tolerance(model, model_file) as (packed, file):
-        own, how = {"linux64": native.library()}, ""
+        own, how = {native.HOST: native.library(native.HOST)}, ""
         if specialised:
             from build_fmu.fmu.specialise import specialise
 
@@ -71,7 +71,7 @@ def build(
 def build_for_run(model: Description, model_file: Path, target: Path) -> None:
     """Writes an FMU of this machine for a simulation, without picture."""
     with with_chosen_tolerance(model, model_file) as (packed, file):
-        write_archive(target, contents(packed, file, None, {"linux64": native.library()}))
+        write_archive(target, contents(packed, file, None, {native.HOST: native.library(native.HOST)}))
 
 
 def contents(

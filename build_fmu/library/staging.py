@@ -31,14 +31,14 @@ class Variant:
 
 def stage(model: Path, resources: list[str], variant: Variant, folder: Path) -> Path:
     """Writes the FMU of a variant into an empty folder; raises UserError with the name of the user's file."""
-    copy, fmu = folder / model.name, folder / "model.fmu"
+    copy, fmu, ending = folder / model.name, folder / "model.fmu", native.LIBRARIES[native.HOST][1]
     copy.write_text(_changed(model.read_text(encoding="utf-8-sig"), variant), encoding="utf-8", newline="\n")
     attach(resources, model, folder)
     try:
         with inverse_of(copy) if variant.inverse else nullcontext((describe(copy), copy)) as (table, file):
             entries = [
                 Entry("modelDescription.xml", model_description(table)),
-                Entry(f"binaries/linux64/{table.model_identifier}.so", native.library().read_bytes(), True),
+                Entry(f"binaries/{native.HOST}/{table.model_identifier}{ending}", native.library(native.HOST).read_bytes(), True),
                 Entry("resources/model.toml", file.read_bytes()),
                 *(Entry(f"resources/{name}", (folder / name).read_bytes()) for name in resources),
             ]

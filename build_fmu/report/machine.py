@@ -40,12 +40,17 @@ def load() -> float:
     return os.getloadavg()[0]
 
 
+def processors() -> int:
+    """Returns the number of processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def busy(before: float, after: float) -> str:
     """Returns a sentence if other programs used the machine, from the load before and after a measurement."""
-    others, processors = max(before, after - 1), len(os.sched_getaffinity(0))
-    if others <= 0.5 * processors:
+    others, available = max(before, after - 1), processors()
+    if others <= 0.5 * available:
         return ""
-    return f"busy machine: other programs had a load of {others:.1f} on {processors} processors; repeat the measurement on an idle machine"
+    return f"busy machine: other programs had a load of {others:.1f} on {available} processors; repeat the measurement on an idle machine"
 
 
 def machine_lines() -> list[str]:
