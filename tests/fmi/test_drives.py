@@ -216,7 +216,7 @@ def test_a_jump_of_the_velocity_is_that_of_a_very_fast_drive(mixed):
     states = {}
     for duration in (0, 1e-7):
         with Slave(mixed) as slave:
-            slave.initialize(start={"solver.method": "erk"})
+            slave.initialize()
             if duration:
                 assert slave.set_reals(["rail.q", "rail.qd", "rail.qdd"], [0.1, 0.2, 1.5 / duration]) == OK
                 assert slave.step(0, duration) == OK, slave.errors

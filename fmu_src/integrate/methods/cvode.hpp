@@ -74,7 +74,9 @@ class Cvode final : public Integrator {
   void count_step();
   void count_last_step();
   void count_work(double before);
-  bool integrates_work() const { return system_.with_work() && (system_.control() || system_.actuators()); }
+  bool integrates_work() const {
+    return system_.with_work() && (system_.control() || system_.actuators() || system_.plan().has_motion());
+  }
   double& work_of(double* y) const { return *system_.layout().work.of(y); }
   Outcome failed(int flag);
 
