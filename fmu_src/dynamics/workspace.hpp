@@ -100,7 +100,7 @@ struct LoopState {
 // detected.
 template <class Scalar>
 struct Workspace {
-  explicit Workspace(const Plan<Scalar>& plan);
+  [[gnu::cold]] explicit Workspace(const Plan<Scalar>& plan);
 
   std::vector<JointState<Scalar>> joints;
   std::vector<CompositeMass<Scalar>> composite;  // per body; potential energy alone

@@ -95,7 +95,7 @@ class Erk final : public OneStep {
   bool reuse_slope_ = false;            // the next slope asked for is slope_
 };
 
-Erk::Erk(System& system, const SolverSettings& settings, Room room)
+[[gnu::cold]] Erk::Erk(System& system, const SolverSettings& settings, Room room)
     : OneStep(system, settings, std::move(room), SolverMethod::erk,
               alone_for(settings.rtol, system).error_order, 1) {
   if (!is_third_order(settings.rtol, system) && is_smooth(system.plan())) {
@@ -110,7 +110,7 @@ Erk::Erk(System& system, const SolverSettings& settings, Room room)
   statistics_ = {};
 }
 
-Erk::Memory Erk::made(const Table& table) {
+[[gnu::cold]] Erk::Memory Erk::made(const Table& table) {
   Memory memory(created(ERKStepCreate(&Erk::right_hand_side, 0.0, start_.get(), room_->context)));
   void* erk = memory.get();
   ERKStepSetErrHandlerFn(erk, &LastMessage::keep, &room_->message);
@@ -224,7 +224,7 @@ double Erk::reached() const {
 
 }  // namespace
 
-std::unique_ptr<OneStep> make_erk(System& system, const SolverSettings& settings, Room room) {
+[[gnu::cold]] std::unique_ptr<OneStep> make_erk(System& system, const SolverSettings& settings, Room room) {
   return std::make_unique<Erk>(system, settings, std::move(room));
 }
 

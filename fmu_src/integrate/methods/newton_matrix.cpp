@@ -9,9 +9,9 @@ NewtonMatrix::NewtonMatrix(const StateLayout& layout, const std::vector<int>& tu
       others_(layout.size() - layout.q.count),
       factored_(others_ - layout.work.count),
       columns_(static_cast<std::size_t>(others_)),
-      pivots_(columns_.size()) {
-  const Quaternion none = Quaternion::Identity();
-  for (int ball : turning_balls) turning_.push_back({ball, none, none});
+      pivots_(columns_.size()),
+      turning_(turning_balls.size()) {
+  for (std::size_t i = 0; i < turning_.size(); ++i) turning_[i].ball = turning_balls[i];
 }
 
 bool NewtonMatrix::factor(double** columns) {
@@ -25,14 +25,14 @@ bool NewtonMatrix::factor(double** columns) {
 }
 
 void NewtonMatrix::solve(double** columns, double* x) {
-  turn_to_reference(x);
+  turn(x, true);
   double* const others = x + positions_;
   for (int k = 0; k < positions_; ++k) subtract(others_, x[k], columns[k] + positions_, others);
   solve_lu(columns_.data(), factored_, pivots_.data(), others);
   for (int i = factored_; i < others_; ++i)
     for (int j = 0; j < factored_; ++j) others[i] -= columns_[j][i] * others[j];
   for (int k = 0; k < positions_; ++k) x[k] -= columns[layout_.qd[k]][k] * x[layout_.qd[k]];
-  turn_to_present(x);
+  turn(x, false);
 }
 
 void NewtonMatrix::keep(const double* y, Quaternion TurningBall::*orientation) {
@@ -42,25 +42,19 @@ void NewtonMatrix::keep(const double* y, Quaternion TurningBall::*orientation) {
   }
 }
 
-void NewtonMatrix::turn_to_reference(double* x) const {
-  for (const TurningBall& turning : turning_)
-    turn(turning.ball, turning.reference.conjugate() * turning.present, x);
-}
-
-void NewtonMatrix::turn_to_present(double* x) const {
-  for (const TurningBall& turning : turning_)
-    turn(turning.ball, turning.present.conjugate() * turning.reference, x);
-}
-
 // A change of the orientation by a small rotation in the parent's axes is p * orientation / 2, with p its
 // vector: the orientation is exchanged from the right.
-void NewtonMatrix::turn(int ball, const Quaternion& rotation, double* x) const {
-  double* q = layout_.quaternion.of(x, ball);
-  const Quaternion turned = Quaternion(q[0], q[1], q[2], q[3]) * rotation.conjugate();
-  q[0] = turned.w();
-  Eigen::Map<Vec3<double>>(q + 1) = turned.vec();
-  Eigen::Map<Vec3<double>> omega(layout_.omega.of(x, ball));
-  omega = rotation * Vec3<double>(omega);
+void NewtonMatrix::turn(double* x, bool to_reference) const {
+  for (const TurningBall& turning : turning_) {
+    Quaternion rotation = turning.reference.conjugate() * turning.present;
+    if (!to_reference) rotation = rotation.conjugate();
+    double* q = layout_.quaternion.of(x, turning.ball);
+    const Quaternion turned = Quaternion(q[0], q[1], q[2], q[3]) * rotation.conjugate();
+    q[0] = turned.w();
+    Eigen::Map<Vec3<double>>(q + 1) = turned.vec();
+    Eigen::Map<Vec3<double>> omega(layout_.omega.of(x, turning.ball));
+    omega = rotation * Vec3<double>(omega);
+  }
 }
 
 }  // namespace redysim

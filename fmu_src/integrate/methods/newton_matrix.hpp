@@ -23,7 +23,7 @@ namespace redysim {
 // orientation that it had then, if its spherical joint is one of `turning_balls`.
 class NewtonMatrix {
  public:
-  explicit NewtonMatrix(const StateLayout& layout, const std::vector<int>& turning_balls = {});
+  [[gnu::cold]] explicit NewtonMatrix(const StateLayout& layout, const std::vector<int>& turning_balls = {});
 
   // The state of the Jacobian, and that of the next solutions.
   void set_reference(const double* y) { keep(y, &TurningBall::reference); }
@@ -38,14 +38,12 @@ class NewtonMatrix {
  private:
   using Quaternion = Eigen::Quaternion<double, Eigen::DontAlign>;
   struct TurningBall {
-    int ball;
-    Quaternion reference, present;
+    int ball = 0;
+    Quaternion reference = Quaternion::Identity(), present = reference;
   };
 
   void keep(const double* y, Quaternion TurningBall::*orientation);
-  void turn_to_reference(double* x) const;
-  void turn_to_present(double* x) const;
-  void turn(int ball, const Quaternion& rotation, double* x) const;
+  void turn(double* x, bool to_reference) const;
 
   StateLayout layout_;
   int positions_, others_, factored_;  // factored: the others without the work

@@ -195,7 +195,7 @@ int solve(SUNLinearSolver solver, SUNMatrix matrix, N_Vector x, N_Vector b, doub
 }
 
 // Of the bodies that a spherical joint carries.
-std::vector<int> balls_with_contacts(const System& system) {
+[[gnu::cold]] std::vector<int> balls_with_contacts(const System& system) {
   const auto& pairs = system.plan().contact_pairs;
   std::vector<int> balls;
   for (int ball = 0; ball < system.balls(); ++ball) {
