@@ -274,7 +274,7 @@ def directions_must_be_finite(subject, slave, case):
 def directional_derivatives_of_the_wrong_thing(subject, slave, case):
     at(subject, slave)
     output, known = subject.reference(subject.output), subject.reference(subject.input)
-    no_state = subject.reference(next(name for name in subject.outputs if name.endswith(".qdd")))
+    no_state = subject.reference(next(name for name in subject.outputs if name.endswith((".qdd", ".tau"))))
     pairs = {
         "known as unknown": (known, known),
         "unknown as known": (output, no_state),

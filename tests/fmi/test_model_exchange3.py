@@ -17,7 +17,7 @@ from tests.fmi.conftest import build_fmu
 from tests.fmi.exchange import Exchange, Exchange3
 from tests.fmi.raw import DISCARD, ERROR, OK
 from tests.fmi.raw3 import Slave3, Unpacked3, count
-from tests.fmi.test_model_exchange import FINE, OTHERS, QUICK, moved, reals
+from tests.fmi.test_model_exchange import FINE, MOVED, OTHERS, QUICK, moved, reals
 
 MODELS = [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS)]
 
@@ -28,15 +28,16 @@ def test_cvode_follows_co_simulation(fmu3_file, fmu3, name):
     from fmpy import simulate_fmu
     from fmpy.validation import validate_fmu
 
-    stop, file = 0.5, str(fmu3_file(name))
+    file = str(fmu3_file(name))
+    stop, inputs = MOVED.get(name, (0.5, {}))
     assert validate_fmu(file) == []
     with Exchange3(fmu3(name)) as tool:
         outputs = set(fmu3(name).named("output"))
         names = [state for state in tool.states if state in outputs]
     options = {"stop_time": stop, "output": names, "output_interval": FINE.get(name, 0.01)}
     tight = {"solver.rtol": 1e-10, "solver.atol": 1e-12}
-    own = simulate_fmu(file, fmi_type="CoSimulation", start_values=tight, **options)
-    free = simulate_fmu(file, fmi_type="ModelExchange", solver="CVode", relative_tolerance=1e-9, **options)
+    own = simulate_fmu(file, fmi_type="CoSimulation", start_values=tight | inputs, **options)
+    free = simulate_fmu(file, fmi_type="ModelExchange", solver="CVode", relative_tolerance=1e-9, start_values=inputs, **options)
     assert free["time"][-1] == pytest.approx(stop)
     # of the samples at an event the last one counts
     place = np.searchsorted(free["time"], own["time"] + 1e-9, side="right") - 1
@@ -86,9 +87,10 @@ def test_adjoint_derivatives_by_states(fmu3, name):
         seed = np.sin(1.0 + np.arange(len(tool.slopes)))
         status, gradient = tool.derivative("GetAdjointDerivative", tool.slopes, tool.states, seed)
         assert status == OK
-        # sums below 1 are what remains of larger terms, and so are derivatives by quaternions
+        # sums below 1 or far below the others are what remains of larger terms, and so are derivatives by quaternions
         most = 1e-12 if any("quaternion" in state for state in tool.states) else 1e-13
-        assert (np.abs(seed @ forward - gradient) / np.maximum(1, np.abs(seed) @ np.abs(forward))).max() < most
+        terms = np.abs(seed) @ np.abs(forward)
+        assert (np.abs(seed @ forward - gradient) / np.maximum(terms, max(1, 1e-3 * terms.max()))).max() < most
 
 
 def chain(generator, joints: int = 14) -> str:
