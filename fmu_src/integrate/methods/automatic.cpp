@@ -1,17 +1,39 @@
-#include "integrate/methods/automatic.hpp"
-
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <utility>
 
-#include "integrate/methods/cvode.hpp"
 #include "integrate/methods/one_step.hpp"
 #include "integrate/methods/state_bytes.hpp"
 #include "integrate/methods/step_budget.hpp"
+#include "integrate/methods/tuning.hpp"
+#include "integrate/system/spectral_radius.hpp"
 #include "model/read/number.hpp"
+
+// Chooses among the four methods during the run (docs/solvers.md, constants in tuning.hpp).
+//
+// A method that promises to be cheaper is tried: it continues the run, and after its start its right-hand
+// sides per second of motion are compared with those of the method before it. If it is not cheaper, that
+// method returns, and the next trial waits longer. Candidates are
+//
+// * multistep methods, where inputs are held for several steps of the one-step method;
+// * implicit methods, where the spectral radius, estimated from time to time, shows that stability limits the
+//   steps of an explicit one; then dirk or bdf instead of the other, and explicit ones where they promise it.
+//
+// Inputs that change again and again are part of the cost: it is then measured over whole intervals between
+// changes. Where a method fails, the others continue in turn; the advance fails where all do.
 
 namespace redysim {
 namespace {
+
+enum class Choice : std::uint8_t { erk, adams, dirk, bdf };
+constexpr int choices = 4;
+
+bool is_implicit(Choice choice) { return choice >= Choice::dirk; }
+bool is_multistep(Choice choice) { return choice == Choice::adams || choice == Choice::bdf; }
+Choice one_step_like(Choice choice) { return is_implicit(choice) ? Choice::dirk : Choice::erk; }
+Choice multistep_like(Choice choice) { return is_implicit(choice) ? Choice::bdf : Choice::adams; }
 
 void add(const Statistics& more, Statistics& sum) {
   sum.steps += more.steps;
@@ -20,11 +42,151 @@ void add(const Statistics& more, Statistics& sum) {
   sum.jacobians += more.jacobians;
 }
 
-}  // namespace
+class Automatic final : public Integrator {
+ public:
+  Automatic(System& system, const SolverSettings& settings, Room room);
+
+  Outcome start(double time, const double* y) override;
+  void set_state(const double* y) override { current_->set_state(y); }
+  Outcome advance(double end, bool inputs_changed) override;
+  void pause_after(long steps) override {
+    pause_after_ = pause_ = steps;
+    for (const auto& method : methods_)
+      if (method) method->pause_after(steps);
+  }
+
+  double time() const override { return current_->time(); }
+  const double* state() const override { return current_->state(); }
+  const Statistics& statistics() const override { return statistics_; }
+  const char* name() const override { return current_->name(); }
+  SolverMethod method() const override { return current_->method(); }
+
+  long decisions() const override { return noted_; }
+  std::string last_decision() const override;
+
+  void save(std::vector<unsigned char>& bytes) const override;
+  bool restore(const unsigned char* bytes, std::size_t size) override;
+
+ private:
+  // What the continuation depends on, in addition to the method in use.
+  struct Memory {
+    std::uint8_t choice = 0;                       // a Choice
+    std::uint8_t home = 0;                         // during a trial the method before it, otherwise `choice`
+    std::uint8_t measuring = 0;                    // second part of a trial
+    std::uint8_t extensions = 0;                   // of a trial whose step size still grows
+    std::uint8_t steady = 1;                       // the last two measurements agree
+    std::uint8_t rival = 0;                        // the other method of the last trial
+    double changed = 0;                            // s, when the inputs changed last
+    double hold = 0;                               // s, for which they were held before that; 0: unknown
+    double interval = Tuning::first_estimate;      // right-hand sides between two estimates
+    double estimate_due = Tuning::first_estimate;  // work
+    double oscillation = 0;                        // step times radius of bdf, at the last estimate
+    double average_work = 0, average_time = 0;     // of the method before a trial, over many measurements
+    double interval_begun = 0, interval_work = 0;  // work at the last change, and of the interval before it
+    double begun = 0;                              // work when the method in use began
+    double mark_work = 0, mark_time = 0;           // start of the present measurement of cost
+    double older_work = 0, older_time = 0;         // of that before it
+    double failed_cost = 0;                        // of the last failed trial, right-hand sides per second
+    double mark_step = 0;                          // s
+    double home_cost = 0;                          // right-hand sides per second before the trial
+    double step[choices] = {};                     // s, last of each method, 0: unknown
+    double due[choices] = {},
+           wait[choices] = {};  // work at which each may be tried, and after a failed trial
+  };
+
+  // All of Memory, to be saved and restored.
+  template <class SomeMemory, class Visit>
+  static void each_part(SomeMemory& memory, const Visit& visit) {
+    visit(memory.choice);
+    visit(memory.home);
+    visit(memory.measuring);
+    visit(memory.extensions);
+    visit(memory.steady);
+    visit(memory.rival);
+    for (auto* value :
+         {&memory.changed, &memory.hold, &memory.interval, &memory.estimate_due, &memory.oscillation,
+          &memory.interval_begun, &memory.interval_work, &memory.average_work, &memory.average_time,
+          &memory.begun, &memory.older_work, &memory.older_time, &memory.failed_cost, &memory.mark_work,
+          &memory.mark_time, &memory.mark_step, &memory.home_cost})
+      visit(*value);
+    for (auto* values : {&memory.step, &memory.due, &memory.wait})
+      for (auto& value : *values) visit(value);
+  }
+
+  // The last decision, for the log.
+  enum class Event : std::uint8_t { tried, stays, returns, restarts, replaces };
+  struct Note {
+    Event event = Event::tried;
+    Choice method = Choice::erk, other = Choice::erk;
+    double time = 0, cost = 0, other_cost = 0;
+  };
+  void note(Event event, Choice method, Choice other, double cost, double other_cost) {
+    note_ = {event, method, other, time(), cost, other_cost};
+    ++noted_;
+  }
+
+  Choice choice() const { return static_cast<Choice>(memory_.choice); }
+  Integrator& integrator(Choice choice);
+  std::unique_ptr<Integrator> made(Choice choice);
+  bool is_trial() const { return memory_.home != memory_.choice; }
+  bool may_try(Choice choice) const { return work() >= memory_.due[static_cast<int>(choice)]; }
+  double step() const;
+  double steps_held(double end, double span) const;
+  bool is_periodic() const { return memory_.hold > 0 && time() - memory_.changed <= 1.5 * memory_.hold; }
+  bool limited_by_stability(double radius, double of_hold) const;
+  void use(Choice choice);
+  void note_change();
+  void leave_multistep();
+  bool replace_failed(unsigned& failed);
+  void consider(double end, double span);
+  // What is expected until the inputs change.
+  struct Outlook {
+    double span;   // s, of the communication step
+    double steps;  // of the one-step method
+    double hold;   // s, between two changes
+  };
+  bool consider_one_step(const Outlook& outlook);
+  bool consider_multistep(const Outlook& outlook);
+  bool adams_pays(const Outlook& outlook, double used) const;
+  void consider_stiffness(const Outlook& outlook);
+  Choice instead_of_explicit(double radius, const Outlook& outlook) const;
+  Choice instead_of_implicit(double radius, const Outlook& outlook);
+  double expected_hold(double end) const { return std::max(memory_.hold, end - memory_.changed); }
+  void begin_trial(Choice candidate, double span);
+  bool is_hopeless(double spent, double passed) const;
+  void follow_trial(bool within_hold);
+  void judge_trial(double cost);
+  double work() const;
+  double cost() const;
+  // Right-hand sides after which the step size is that of the method, not of its start.
+  double settled_work() const { return is_multistep(choice()) ? Tuning::settled_multistep : Tuning::settled; }
+  static double stages(Choice choice) {
+    return is_implicit(choice) ? Tuning::dirk_step : Tuning::explicit_stages;
+  }
+  void begin_account();
+  void end_measurement();
+  void count();
+
+  System& system_;
+  SolverSettings settings_;
+  Room room_;
+  SpectralRadius radius_;
+  // As Choice numbers them, all created at initialization, so that no step allocates. The matrices of
+  // implicit methods grow with the square of the size: those of large systems are created when they are first
+  // tried.
+  std::array<std::unique_ptr<Integrator>, choices> methods_;
+  long pause_ = Tuning::steps_between_choices;  // internal steps
+  Integrator* current_ = &integrator(Choice::erk);
+  Memory memory_;
+  Statistics before_;      // of the methods used before the one in use
+  Statistics statistics_;  // all
+  Note note_;
+  long noted_ = 0;
+};
 
 Automatic::Automatic(System& system, const SolverSettings& settings, Room room)
     : system_(system), settings_(settings), room_(std::move(room)), radius_(system) {
-  for (const Choice choice : {Choice::erk, Choice::dirk, Choice::bdf})
+  for (const Choice choice : {Choice::adams, Choice::dirk, Choice::bdf})
     if (!is_implicit(choice) || system.size() <= Tuning::implicit_from_start) integrator(choice);
 }
 
@@ -49,24 +211,19 @@ Outcome Automatic::start(double time, const double* y) {
   memory_.mark_time = memory_.older_time = memory_.changed = time;
   std::fill_n(memory_.wait, choices, Tuning::first_wait);
   before_ = statistics_ = {};
-  memory_.choice = memory_.home = static_cast<std::uint8_t>(Choice::adams);
-  current_ = &integrator(choice());
+  current_ = &integrator(Choice::erk);
   return current_->start(time, y);
-}
-
-double Automatic::jacobian_work() const {
-  return Tuning::jacobian_column * (system_.nq() + system_.nv() + system_.layout().actuators());
 }
 
 double Automatic::work() const {
   return static_cast<double>(statistics_.evaluations) +
-         jacobian_work() * static_cast<double>(statistics_.jacobians);
+         Tuning::jacobian_column * (system_.nq() + system_.nv() + system_.layout().actuators()) *
+             static_cast<double>(statistics_.jacobians);
 }
 
 void Automatic::begin_account() {
-  memory_.mark_work = memory_.older_work = memory_.sampled_work = work();
-  memory_.mark_time = memory_.older_time = memory_.sampled = time();
-  memory_.explicit_work = 0;
+  memory_.mark_work = memory_.older_work = work();
+  memory_.mark_time = memory_.older_time = time();
 }
 
 // Right-hand sides per second of the method in use, over its last two measurements.
@@ -113,20 +270,18 @@ double Automatic::steps_held(double end, double span) const {
   const double expected = expected_hold(end);
   double own = step();
   if (is_multistep(choice())) {
-    double known = memory_.step[static_cast<int>(one_step_like(choice()))];
-    if (known == 0) known = memory_.step[static_cast<int>(Choice::erk)];
-    own = known > 0 ? known : Tuning::explicit_stages * own;  // of equal cost
+    own = memory_.step[static_cast<int>(one_step_like(choice()))];
+    if (own == 0) own = memory_.step[static_cast<int>(Choice::erk)];
   }
   return expected / (own > 0 ? std::min(own, span) : span);
 }
 
 // Whether stability limits the steps of the explicit method in use.
 bool Automatic::limited_by_stability(double radius, double of_hold) const {
-  if (choice() == Choice::adams)
-    return static_cast<const Cvode*>(current_)->stability_used(radius) > Tuning::adams_stability ||
-           (is_stuck() && step() * radius > Tuning::stuck_stability);
-  return static_cast<const OneStep*>(current_)->stability_used(radius) >
-         (of_hold >= Tuning::long_hold ? Tuning::erk_stability_held : Tuning::erk_stability);
+  return choice() == Choice::adams
+             ? step() * radius > Tuning::adams_stability
+             : static_cast<const OneStep*>(current_)->stability_used(radius) >
+                   (of_hold >= Tuning::long_hold ? Tuning::erk_stability_held : Tuning::erk_stability);
 }
 
 // Continues with another method from the same state.
@@ -159,7 +314,7 @@ Outcome Automatic::advance(double end, bool inputs_changed) {
   const double span = end - time();
   if (inputs_changed) note_change();
   // a multistep method does not pay for its restarts
-  if (is_multistep(choice()) && !restarts_pay(end, span)) leave_multistep();
+  if (is_multistep(choice()) && steps_held(end, span) < Tuning::held_for_restart) leave_multistep();
   if (inputs_changed || !is_periodic()) consider(end, span);
   StepBudget budget(time(), end);
   const long before = statistics_.steps;
@@ -179,7 +334,7 @@ Outcome Automatic::advance(double end, bool inputs_changed) {
     const long taken = statistics_.steps - before;
     if (budget.is_hopeless(taken, time(), end)) return failure(time(), budget.hopeless(name()));
     if (taken > budget.steps()) return failure(time(), budget.exceeded(system_, name(), time(), state()));
-    if (is_pause_due(taken)) return {};
+    if (pause_after_ > 0) return {};
     if (time() < end) consider(end, span);
   }
   return {};
@@ -213,6 +368,178 @@ void Automatic::leave_multistep() {
   else
     memory_.average_work = memory_.average_time = 0;
   memory_.measuring = memory_.extensions = 0;
+  begin_account();
+}
+
+void Automatic::consider(double end, double span) {
+  if (!(time() > memory_.mark_time)) return;
+  // costs are those of whole intervals between changes of the inputs
+  const bool within_hold = is_periodic() && time() != memory_.changed;
+  if (is_trial()) return follow_trial(within_hold);
+  if (within_hold && (is_implicit(choice()) || work() - memory_.mark_work < Tuning::long_account ||
+                      work() - memory_.interval_begun < Tuning::long_interval * memory_.interval_work))
+    return;
+  end_measurement();
+  const Outlook outlook = {span, steps_held(end, span), expected_hold(end)};
+  if (!within_hold && (is_multistep(choice()) ? consider_one_step(outlook) : consider_multistep(outlook)))
+    return;
+  // one step of an explicit method for each input cannot be undercut
+  const bool is_settled = work() - memory_.begun >= settled_work();
+  if (is_settled && work() >= memory_.estimate_due && outlook.steps >= Tuning::held_for_estimate)
+    consider_stiffness(outlook);
+}
+
+// The one-step method of the same kind.
+bool Automatic::consider_one_step(const Outlook& outlook) {
+  const Choice other = one_step_like(choice());
+  const double used = work() - memory_.begun, known = memory_.step[static_cast<int>(other)];
+  if (used < settled_work() || !may_try(other)) return false;
+  if (!is_periodic()) {
+    if (memory_.steady == 0 || known == 0) return false;
+    // what it would cost, as far as its step size is not out of date
+    if (used < Tuning::outdated && stages(other) / std::min(known, outlook.span) > cost()) return false;
+  }
+  begin_trial(other, outlook.span);
+  return true;
+}
+
+// The multistep method of the same kind.
+bool Automatic::consider_multistep(const Outlook& outlook) {
+  const Choice other = multistep_like(choice());
+  if (outlook.steps < (is_implicit(choice()) ? Tuning::held_for_bdf : Tuning::held_for_adams)) return false;
+  const double used = work() - memory_.begun;
+  // one step for each communication step: much to gain
+  const bool at_floor = step() >= outlook.span && used >= Tuning::wait_at_floor;
+  if (!may_try(other) && !at_floor) return false;
+  if (work() - memory_.older_work < Tuning::least_account) return false;
+  if (other == Choice::adams && !adams_pays(outlook, used)) return false;
+  begin_trial(other, outlook.span);
+  return true;
+}
+
+bool Automatic::adams_pays(const Outlook& outlook, double used) const {
+  // in long communication steps the gain is small
+  if (outlook.span > Tuning::longest_for_adams * step() && used < Tuning::long_trial_after) return false;
+  return cost() * outlook.hold >= Tuning::adams_restart + Tuning::adams_step * outlook.hold / step();
+}
+
+void Automatic::consider_stiffness(const Outlook& outlook) {
+  before_.evaluations += SpectralRadius::evaluations;
+  const double radius = radius_.estimate(system_, time(), state());
+  count();
+  memory_.interval = std::min(2 * memory_.interval, Tuning::rarest_estimate);
+  memory_.estimate_due = work() + memory_.interval;
+  if (!(time() > memory_.older_time)) return;
+  const Choice candidate =
+      is_implicit(choice()) ? instead_of_implicit(radius, outlook) : instead_of_explicit(radius, outlook);
+  if (candidate != choice()) begin_trial(candidate, outlook.span);
+}
+
+Choice Automatic::instead_of_explicit(double radius, const Outlook& outlook) const {
+  const double of_hold = cost() * outlook.hold;
+  if (!limited_by_stability(radius, of_hold)) return choice();
+  if (outlook.steps >= Tuning::held_for_bdf && of_hold > Tuning::bdf_restart && may_try(Choice::bdf))
+    return Choice::bdf;
+  return of_hold > Tuning::dirk_step && may_try(Choice::dirk) ? Choice::dirk : choice();
+}
+
+Choice Automatic::instead_of_implicit(double radius, const Outlook& outlook) {
+  // cost of explicit steps, limited by stability and communication steps
+  const double rate = is_multistep(choice()) ? 0.0 : 1 / outlook.span;
+  const double explicit_cost = Tuning::explicit_stages * std::max(radius / Tuning::explicit_step, rate);
+  const Choice other = is_multistep(choice()) && may_try(Choice::adams) ? Choice::adams : Choice::erk;
+  if (explicit_cost < Tuning::promised_gain * cost() && may_try(other)) return other;
+  // bdf whose steps are bound to the spectral radius
+  const double before = memory_.oscillation, now = step() * radius;
+  memory_.oscillation = now;
+  const bool bound =
+      now < Tuning::bdf_oscillatory && now < Tuning::steady * before && before < Tuning::steady * now;
+  return choice() == Choice::bdf && bound && may_try(Choice::dirk) ? Choice::dirk : choice();
+}
+
+void Automatic::begin_trial(Choice candidate, double span) {
+  const std::uint8_t home = memory_.choice;
+  double home_cost = cost();
+  // the present step, without those of a start
+  if (!is_multistep(choice()) && !is_periodic())
+    home_cost = std::min(home_cost, Tuning::present_margin * stages(choice()) / std::min(step(), span));
+  // a short part that is difficult for the method in use, for example an impact, decides nothing
+  if (memory_.average_work > 0) home_cost = std::min(home_cost, memory_.average_work / memory_.average_time);
+  note(Event::tried, candidate, choice(), 0, home_cost);
+  use(candidate);
+  memory_.home = home;
+  memory_.home_cost = home_cost;
+  memory_.extensions = 0;
+  // after a change of the inputs each interval has a start
+  memory_.measuring =
+      is_periodic() && time() == memory_.changed && home_cost * memory_.hold > Tuning::trial_cost;
+  begin_account();
+}
+
+// Whether a measurement need not wait for the end of an interval between changes: the method before would
+// have cost less until then, or in the part that has passed.
+bool Automatic::is_hopeless(double spent, double passed) const {
+  const double rest = memory_.changed + memory_.hold - time();
+  if (rest > 0 && spent > Tuning::lost * memory_.home_cost * (passed + rest)) return true;
+  return memory_.mark_time > memory_.changed && spent >= Tuning::settled_multistep &&
+         spent > Tuning::hopeless * memory_.home_cost * passed;
+}
+
+void Automatic::follow_trial(bool within_hold) {
+  const double spent = work() - memory_.mark_work, passed = time() - memory_.mark_time;
+  if (within_hold) {
+    if (is_hopeless(spent, passed)) return judge_trial(spent / passed);
+    if (spent < Tuning::longest_trial) return;
+  }
+  if (memory_.measuring == 0) {
+    if (spent < (choice() == Choice::erk ? Tuning::settling_cost_erk : Tuning::settling_cost)) return;
+    memory_.measuring = 1;
+    memory_.mark_step = step();
+    begin_account();
+    return;
+  }
+  if (spent < Tuning::trial_cost) return;
+  const double cost = spent / passed;
+  // steps that still grow will cost less
+  if (cost > memory_.home_cost && step() > Tuning::growing * memory_.mark_step &&
+      memory_.extensions < Tuning::most_extensions) {
+    ++memory_.extensions;
+    memory_.mark_step = step();
+    begin_account();
+    return;
+  }
+  judge_trial(cost);
+}
+
+void Automatic::judge_trial(double cost) {
+  const Choice home = static_cast<Choice>(memory_.home), tried = choice();
+  const double ratio = cost / memory_.home_cost;
+  const bool better = ratio < Tuning::better;
+  const int loser = static_cast<int>(better ? home : tried);
+  double& wait = memory_.wait[loser];
+  // trials take a small share of the work
+  const double excess = std::fabs(cost - memory_.home_cost) * (time() - memory_.mark_time);
+  const double scale = std::max(1.0, excess / Tuning::usual_excess);
+  if (better) {
+    memory_.due[loser] =
+        work() + scale * std::min(Tuning::first_wait / (ratio * ratio), Tuning::longest_wait);
+  } else {
+    memory_.due[loser] = work() + scale * wait;
+    wait = std::min(Tuning::longer_wait * wait, Tuning::longest_wait);
+  }
+  memory_.wait[static_cast<int>(better ? tried : home)] = Tuning::first_wait;
+  memory_.rival = static_cast<std::uint8_t>(loser);
+  memory_.failed_cost = better ? memory_.home_cost : cost;
+  note(better ? Event::stays : Event::returns, tried, home, cost, memory_.home_cost);
+  if (better) {
+    memory_.interval = Tuning::first_estimate;
+    memory_.estimate_due = std::min(memory_.estimate_due, work() + memory_.interval);
+    memory_.home = memory_.choice;
+    memory_.average_work = work() - memory_.mark_work;
+    memory_.average_time = time() - memory_.mark_time;
+  } else {
+    use(home);
+  }
   begin_account();
 }
 
@@ -261,6 +588,8 @@ bool Automatic::restore(const unsigned char* bytes, std::size_t size) {
   count();
   return true;
 }
+
+}  // namespace
 
 std::unique_ptr<Integrator> make_automatic(System& system, const SolverSettings& settings, Room room) {
   return std::make_unique<Automatic>(system, settings, std::move(room));

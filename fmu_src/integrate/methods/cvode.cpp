@@ -273,14 +273,6 @@ void Cvode::count_last_step() {
   statistics_.error_estimate = error_weights_.norm(data(error_), data(weights_));
 }
 
-double Cvode::stability_used(double radius) const {
-  // Adams-Moulton on the negative real axis, order 1 to 12; up to 6 functional iteration contracts in less
-  static constexpr double intervals[] = {1, 1, 1, 1, 1, 1, 0.77, 0.49, 0.31, 0.19, 0.115, 0.068};
-  int order = 1;
-  if (restart_due_ || steps_taken_ == 0 || CVodeGetLastOrder(memory_.get(), &order) != CV_SUCCESS) return 0;
-  return statistics_.step_size * radius / intervals[std::clamp(order, 1, 12) - 1];
-}
-
 Outcome Cvode::failed(int flag) {
   const double time = absolute(ahead_time_);
   if (projection_failed_) return failure(time, reasons::loops_open);

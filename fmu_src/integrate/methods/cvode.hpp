@@ -33,9 +33,6 @@ class Cvode final : public Integrator {
   SolverMethod method() const override { return method_; }
   const char* name() const override { return method_ == SolverMethod::bdf ? "bdf" : "adams"; }
 
-  // Step size times a spectral radius, as a share of the stability interval of the order in use.
-  double stability_used(double radius) const;
-
   void save(std::vector<unsigned char>& bytes) const override;
   bool restore(const unsigned char* bytes, std::size_t size) override;
 

@@ -31,23 +31,17 @@ struct Tuning {
   static constexpr double first_estimate = 100;
   static constexpr double rarest_estimate = 3000;
   static constexpr double held_for_estimate = 1.5;
-  // Step times spectral radius, as a share of the stability interval, from which on an explicit method counts
-  // as limited by its stability; for erk smaller where inputs are held and bdf needs no restart (without it
-  // the governor took 9 times the right-hand sides of bdf).
+  // Step times spectral radius from which on an explicit method counts as limited by its stability: for erk
+  // as a share of its stability interval, smaller where inputs are held and bdf needs no restart (without it
+  // the governor took 9 times the right-hand sides of bdf); for adams as it is, since its iteration must
+  // contract.
   static constexpr double erk_stability = 0.6;
   static constexpr double erk_stability_held = 0.2;
   static constexpr double adams_stability = 0.3;
   static constexpr double long_hold = 200;  // right-hand sides until the inputs change
-  // Adams steps of one iteration are stable in a small part of the interval: so many right-hand sides with
-  // the same step, and this step times the spectral radius, count as limited, too (iftomm_governor at 1e-10).
-  static constexpr double stuck_work = 150, stuck_stability = 0.02;
-  // Before an implicit method is tried, the method in use has taken the work of so many Jacobians.
-  static constexpr double jacobians_of_trial = 4;
-  // Right-hand sides between the estimates in the trial of an implicit method.
-  static constexpr double sample_work = 80;
   // Step times spectral radius below which bdf counts as limited by its stability, by a highly oscillatory
   // part of the motion: dirk is tried (stiff_arm took 3 times the right-hand sides of dirk without it).
-  static constexpr double bdf_oscillatory = 3;
+  static constexpr double bdf_oscillatory = 10;
   static constexpr double steady = 1.5;  // ratio of two such estimates, at most
   // What explicit steps would cost instead of implicit ones: stages a step, and step times spectral radius.
   static constexpr double explicit_stages = 7;

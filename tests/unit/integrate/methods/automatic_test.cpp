@@ -71,7 +71,7 @@ TEST(Automatic, goes_there_and_back_without_a_jump) {
       for (Cart* each : {&cart, &exact}) each->set_damping(k == 101 ? 1e5 : 0.1);
     ASSERT_TRUE(cart.integrator->advance(k * 0.02, changes).ok);
     ASSERT_TRUE(exact.integrator->advance(k * 0.02, changes).ok);
-    EXPECT_LT(test::largest_difference(cart.state(), exact.state()), 4e-4) << k;  // 2.3e-4 with adams alone
+    EXPECT_LT(test::largest_difference(cart.state(), exact.state()), 1e-4) << k;
     if (k == 100 || k == 200 || k == 800) used.push_back(cart.integrator->method());
   }
   EXPECT_EQ(used[1], SolverMethod::bdf);
@@ -146,18 +146,6 @@ TEST(Automatic, one_long_advance_costs_no_more_than_twice_the_best) {
   }
 }
 
-// A master that interrupts advances after many steps must not keep `auto` from choosing in between.
-TEST(Automatic, pauses_do_not_delay_its_choices) {
-  const auto cost = [](long pause) {
-    Cart cart(1e6);
-    if (pause > 0) cart.integrator->pause_after(pause);
-    while (cart.integrator->time() < 2)
-      EXPECT_TRUE(cart.integrator->advance(2, cart.integrator->time() == 0).ok);
-    return static_cast<double>(cart.integrator->statistics().evaluations);
-  };
-  EXPECT_LT(cost(1000), 1.2 * cost(0));
-}
-
 // Lightly damped vibration at 7e4 rad/s, where BDF of higher order is unstable.
 TEST(Automatic, takes_dirk_where_bdf_would_follow_what_rings) {
   const auto evaluations = [](SolverMethod method) {
@@ -192,9 +180,9 @@ TEST(Automatic, learns_for_how_long_inputs_are_held) {
 
 // Estimates of the spectral radius doubled the longest communication steps.
 TEST(Automatic, costs_what_erk_costs_where_inputs_change_in_each_step) {
-  const int start = 40;  // before the first change: a start of adams
+  const int one_estimate = 19;  // at the start
   EXPECT_LE(work_of("kuka_kr5", SolverMethod::automatic, 1e-6, 1e-3, 300, 1),
-            work_of("kuka_kr5", SolverMethod::erk, 1e-6, 1e-3, 300, 1) + start);
+            work_of("kuka_kr5", SolverMethod::erk, 1e-6, 1e-3, 300, 1) + one_estimate);
 }
 
 // The start of bdf was judged as if it were bdf: 16 times.
