@@ -50,9 +50,10 @@ class Automatic final : public Integrator {
   void set_state(const double* y) override { current_->set_state(y); }
   Outcome advance(double end, bool inputs_changed) override;
   void pause_after(long steps) override {
-    pause_after_ = pause_ = steps;
+    pause_after_ = steps;
+    pause_ = steps > 0 ? std::min(steps, Tuning::steps_between_choices) : Tuning::steps_between_choices;
     for (const auto& method : methods_)
-      if (method) method->pause_after(steps);
+      if (method) method->pause_after(pause_);
   }
 
   double time() const override { return current_->time(); }
@@ -132,6 +133,7 @@ class Automatic final : public Integrator {
   bool may_try(Choice choice) const { return work() >= memory_.due[static_cast<int>(choice)]; }
   double step() const;
   double steps_held(double end, double span) const;
+  bool is_pause_due(long taken) const { return pause_after_ > 0 && taken + pause_ > pause_after_; }
   bool is_periodic() const { return memory_.hold > 0 && time() - memory_.changed <= 1.5 * memory_.hold; }
   bool limited_by_stability(double radius, double of_hold) const;
   void use(Choice choice);
@@ -334,7 +336,7 @@ Outcome Automatic::advance(double end, bool inputs_changed) {
     const long taken = statistics_.steps - before;
     if (budget.is_hopeless(taken, time(), end)) return failure(time(), budget.hopeless(name()));
     if (taken > budget.steps()) return failure(time(), budget.exceeded(system_, name(), time(), state()));
-    if (pause_after_ > 0) return {};
+    if (is_pause_due(taken)) return {};
     if (time() < end) consider(end, span);
   }
   return {};

@@ -146,6 +146,18 @@ TEST(Automatic, one_long_advance_costs_no_more_than_twice_the_best) {
   }
 }
 
+// A master that interrupts advances after many steps must not keep `auto` from choosing in between.
+TEST(Automatic, pauses_do_not_delay_its_choices) {
+  const auto cost = [](long pause) {
+    Cart cart(1e6);
+    if (pause > 0) cart.integrator->pause_after(pause);
+    while (cart.integrator->time() < 2)
+      EXPECT_TRUE(cart.integrator->advance(2, cart.integrator->time() == 0).ok);
+    return static_cast<double>(cart.integrator->statistics().evaluations);
+  };
+  EXPECT_LT(cost(1000), 1.2 * cost(0));
+}
+
 // Lightly damped vibration at 7e4 rad/s, where BDF of higher order is unstable.
 TEST(Automatic, takes_dirk_where_bdf_would_follow_what_rings) {
   const auto evaluations = [](SolverMethod method) {
