@@ -193,7 +193,13 @@ def solver_settings_out_of_bounds(subject, slave, setting):
         refused(slave, slave.set(f"solver.{setting}", value))
 
 
-@check("rtol 1e-300", "rtol 0.1", "atol 0", "atol 1e300", "max_step 1e-300", "max_step 1e300")
+@check("erk", "adams", "dirk", "bdf", "auto")
+def every_method_runs_at_the_smallest_rtol(subject, slave, method):
+    slave.initialize(start={"solver.method": method, "solver.rtol": 1e-300})
+    slave.step(0, 0.001)
+
+
+@check("rtol 0.1", "atol 0", "atol 1e300", "max_step 1e-300", "max_step 1e300")
 def solver_settings_at_their_bounds(subject, slave, case):
     setting, value = case.split()
     assert slave.setup() == OK and slave.call("EnterInitializationMode") == OK

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace redysim {
 namespace {
 
+constexpr double finest = 16 * std::numeric_limits<double>::epsilon();  // relative tolerance
 constexpr int count = 6;
 constexpr double points[count] = {-0.9324695142031521, -0.6612093864662645, -0.2386191860831969,
                                   0.2386191860831969,  0.6612093864662645,  0.9324695142031521};
@@ -32,9 +34,9 @@ void StepWork::step(double from, double to, double work, double error, double rt
   from_ = to_ = from;
   step_end_ = to;
   method_end_ = work;
-  rtol_ = rtol;
+  rtol_ = std::max(rtol, finest);
   const double increment = work + offset_ - begin_;
-  integrated_ = !(std::fabs(error) <= rtol * (moved_ + std::fabs(increment)));
+  integrated_ = !(std::fabs(error) <= rtol_ * (moved_ + std::fabs(increment)));
   if (integrated_ != 0) return;
   end_ = work + offset_;
   moved_ += std::fabs(increment);
@@ -46,7 +48,10 @@ bool StepWork::fit(Power power, void* owner) {
   for (double& coefficient : coefficients_) coefficient = 0;
   for (int j = 0; j < nodes; ++j) {
     double value = 0, polynomials[nodes + 1];
-    if (!power(from_ + 0.5 * (1 + points[j]) * (to_ - from_), owner, value)) return false;
+    if (!power(from_ + 0.5 * (1 + points[j]) * (to_ - from_), owner, value)) {
+      coefficients_[0] = NAN;
+      return false;
+    }
     legendre(points[j], polynomials);
     for (int k = 0; k < nodes; ++k) coefficients_[k] += (k + 0.5) * weights[j] * value * polynomials[k];
   }
@@ -67,6 +72,9 @@ void StepWork::next_part(Power power, void* owner) {
   if (std::isfinite(increment)) {
     end_ = begin_ + increment;
     moved_ += std::fabs(increment);
+  } else {
+    std::fill_n(coefficients_, nodes, 0.0);  // no power from here on
+    to_ = step_end_;
   }
 }
 
