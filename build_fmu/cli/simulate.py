@@ -70,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
         keep_other_files(options.csv, options.input)
     if options.redysim_layout and options.redysim_layout.is_file():
         raise UserError(f"'{options.redysim_layout}' is a file: --redysim-layout requires the name of a folder")
-    with _as_fmu(target) as fmu, Session(fmu) as session:
+    with _as_fmu(target) as (fmu, said), Session(fmu) as session:
         model = model_in(fmu) if options.redysim_layout else None
         if options.redysim_layout:
             if model is None:
@@ -82,7 +82,7 @@ def run(options: argparse.Namespace) -> int:
         settings = Settings(options.stop, options.step, options.tolerance, options.start, options.input, recorded, options.interpolate)
         with _progress(session, settings) as progress:
             result = simulate(session, settings, progress)
-        warn([*result.warnings, *result.remarks])
+        warn([line for line in (*result.warnings, *result.remarks) if not any(known.endswith(line) for known in said)])
         if model:
             written = write_layout(options.redysim_layout, model, result)
             print(f"{options.redysim_layout}  {len(result.time)} rows in {', '.join(written)}")
@@ -129,10 +129,10 @@ def _simulated_file(options: argparse.Namespace) -> Path:
 
 
 @contextmanager
-def _as_fmu(target: Path) -> Iterator[Path]:
-    """Yields the FMU itself, or one built from a model file in a temporary folder."""
+def _as_fmu(target: Path) -> Iterator[tuple[Path, list[str]]]:
+    """Yields the FMU itself, or one built from a model file in a temporary folder, and the warnings that were printed."""
     if target.suffix == ".fmu":
-        yield target
+        yield target, []
         return
     from build_fmu.fmu.build import build_for_run
     from build_fmu.model.describe import describe
@@ -142,7 +142,7 @@ def _as_fmu(target: Path) -> Iterator[Path]:
     with tempfile.TemporaryDirectory() as folder:
         fmu = Path(folder) / f"{model.model_identifier}.fmu"
         build_for_run(model, target, fmu)
-        yield fmu
+        yield fmu, model.warnings
 
 
 @contextmanager

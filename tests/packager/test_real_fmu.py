@@ -220,6 +220,15 @@ def test_a_start_with_a_deep_contact_is_warned(folder, version):
         assert (" m deep, with a force of " in said.stderr) is warned
 
 
+def test_check_and_simulate_warn_of_a_deep_contact_once_with_its_place(folder):
+    text = (ROOT / "models" / "bouncing_ball.toml").read_text().replace("q = 1.0335", "q = -0.5")
+    (folder / "deep.toml").write_text(text)
+    line = text[: text.index("[[contact]]")].count("\n") + 1
+    for verb in (("check",), ("simulate", "--stop", "0.01")):
+        said = run(*verb, "deep.toml", cwd=folder).stderr
+        assert said.count(" m deep, with a force of ") == 1 and f"deep.toml:{line}:1: warning: contact 'floor' starts 0.5335 m deep" in said
+
+
 def test_check_refuses_what_moves_nothing_with_its_place(tmp_path):
     (tmp_path / "m.toml").write_text(BASE.replace("THE_MASS", ""))
     refused = run("check", "m.toml", cwd=tmp_path)

@@ -14,6 +14,7 @@
 #include "fmi/boundary/log.hpp"
 #include "fmi/describe/drawing.hpp"
 #include "fmi/describe/json.hpp"
+#include "fmi/instance/contact_warnings.hpp"
 #include "fmi/variables/dependencies.hpp"
 #include "fmi/variables/parameters.hpp"
 #include "fmi/variables/presentation.hpp"
@@ -282,6 +283,16 @@ void check_movable(const Model& model, const Plan<double>& plan, const std::stri
   if (joint >= 0) throw ModelError(ModelError::Reason::invalid, {at_joint(model, plan, joint, path, "")});
 }
 
+void warn_of_contacts(const ModelFile& file, const std::string& path, System& system, const double* y,
+                      std::vector<Diagnostic>& warnings) {
+  std::vector<double> slope(static_cast<std::size_t>(system.size()));
+  if (!system.plan().has_contacts() || system.right_hand_side(0, y, slope.data()) != Status::ok) return;
+  for (const ContactWarning& found : contact_warnings(file.model, system.plan(), system.workspace())) {
+    const Contact& contact = file.model.contacts[static_cast<std::size_t>(found.contact)];
+    warnings.push_back({path, contact.line, contact.column, found.sentence});
+  }
+}
+
 // The model at the start of the FMU. Corrections by the assembly are warnings, impossible loops are errors.
 Model assembled(const ModelFile& file, const std::string& path, const Plan<double>& plan,
                 std::vector<Diagnostic>& warnings) {
@@ -308,6 +319,7 @@ Model assembled(const ModelFile& file, const std::string& path, const Plan<doubl
   if (!no_rest.empty()) warnings.push_back({path, 1, 1, no_rest + " (inputs at 0)"});
   const int singular = singular_joint(plan, system.workspace(), system.coordinates(0, y.data()).q);
   if (singular >= 0) warnings.push_back(at_joint(file.model, plan, singular, path, " at the start pose"));
+  warn_of_contacts(file, path, system, y.data(), warnings);
   return at_start(file.model, system, 0, y.data());
 }
 

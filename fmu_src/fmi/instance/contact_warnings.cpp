@@ -49,9 +49,9 @@ bool meets_an_edge(const ContactPair<double>& pair, const Workspace<double>& ws,
 
 }  // namespace
 
-std::vector<std::string> contact_warnings(const Model& model, const Plan<double>& plan,
-                                          const Workspace<double>& ws) {
-  std::vector<std::string> warnings;
+std::vector<ContactWarning> contact_warnings(const Model& model, const Plan<double>& plan,
+                                             const Workspace<double>& ws) {
+  std::vector<ContactWarning> warnings;
   const std::vector<double> masses = connected_masses(plan);
   for (std::size_t k = 0; k < model.contacts.size(); ++k) {
     const Contact& contact = model.contacts[k];
@@ -61,9 +61,9 @@ std::vector<std::string> contact_warnings(const Model& model, const Plan<double>
     for (const int link : {contact.a.link, contact.b.link})
       if (link != ground && plan.carrier[link] != ground) mass = std::min(mass, masses[plan.carrier[link]]);
     if (at.force.norm() > hurled * mass)
-      warnings.push_back("contact '" + contact.name + "' starts " + rounded(at.depth) +
-                         " m deep, with a force of " + rounded(at.force.norm()) +
-                         " N: move the start pose, or set stiffness to the depth expected");
+      warnings.push_back({index, "contact '" + contact.name + "' starts " + rounded(at.depth) +
+                                     " m deep, with a force of " + rounded(at.force.norm()) +
+                                     " N: move the start pose, or set stiffness to the depth expected"});
     // twice the depth at which four corners carry the weight: that of a start without depth
     const ContactLaw<double>& law = plan.contact_laws[k];
     const double depth =
@@ -71,10 +71,10 @@ std::vector<std::string> contact_warnings(const Model& model, const Plan<double>
     if (std::any_of(plan.contact_pairs.begin(), plan.contact_pairs.end(), [&](const auto& pair) {
           return pair.contact == index && meets_an_edge(pair, ws, depth);
         }))
-      warnings.push_back("contact '" + contact.name + "': a corner meets an edge of a box within " +
-                         rounded(depth) +
-                         " m, the depth expected: the bodies may pass through each other; let one of them "
-                         "overlap the other by more, or raise stiffness");
+      warnings.push_back(
+          {index, "contact '" + contact.name + "': a corner meets an edge of a box within " + rounded(depth) +
+                      " m, the depth expected: the bodies may pass through each other; let one of them "
+                      "overlap the other by more, or raise stiffness"});
   }
   return warnings;
 }

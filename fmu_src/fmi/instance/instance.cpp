@@ -239,9 +239,9 @@ void Instance::report_drives() {
 
 void Instance::report_contacts() {
   if (!simulation_.plan.has_contacts() || !log_.warnings()) return;
-  for (const std::string& text :
+  for (const ContactWarning& warning :
        contact_warnings(simulation_.model, simulation_.plan, simulation_.system.workspace()))
-    log_.warning(text);
+    log_.warning(warning.sentence);
 }
 
 void Instance::report_unset_motion() {
