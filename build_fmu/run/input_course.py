@@ -133,7 +133,7 @@ class Course:
 
     def remarks(self, units: Mapping[str, str]) -> list[str]:
         """Returns sentences on the error of the inputs."""
-        lines = []
+        lines = self._outside_tables()
         if self.moved:
             far = max(self.moving, key=lambda moving: moving.worst / (moving.scale or 1.0))
             left = f"with an error of at most {far.worst:.1g} {units[far.names[0]]} (input '{far.names[0]}')" if far.worst else "exactly"
@@ -146,6 +146,21 @@ class Course:
                     "`--interpolate all` interpolates it"
                 )
         return lines
+
+    def _outside_tables(self) -> list[str]:
+        """Returns a sentence for each range of tables that does not contain the starts of all steps."""
+        begin, end = self.times[0], self.times[-2 if len(self.times) > 1 else 0]
+        ranges: dict[tuple[float, float], list[str]] = {}
+        for name, (signal, derivative) in self.values.items():
+            if isinstance(signal, Table) and derivative == 0 and len(signal.times) > 1:
+                ranges.setdefault((signal.times[0], signal.times[-1]), []).append(name)
+        slack = 1e-9 * (end - begin)
+        return [
+            f"inputs: the table of '{names[0]}'{f' and {len(names) - 1} more' if len(names) > 1 else ''} covers {first:g} to {last:g} s "
+            f"of a run from {begin:g} to {self.times[-1]:g} s; outside, the nearest row holds"
+            for (first, last), names in ranges.items()
+            if first > begin + slack or last < end - slack
+        ]
 
     def _add(self, name: str, signal: Signal, derivative: int) -> None:
         for moving in self.moving:
