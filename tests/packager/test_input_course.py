@@ -150,7 +150,9 @@ def test_tables_hold_unless_they_are_to_be_followed(tmp_path):
 @pytest.mark.parametrize(("first", "last", "told"), [(0, 0.9, False), (0, 0.8, True), (0.05, 1, True), (7, 8, True)])
 def test_a_table_that_does_not_contain_the_run_is_told(first, last, told):
     rows = Course({"a.tau": Table([first, last], [1, 2]), "b.tau": Table([first, last], [0, 1])}, TIMES, 1e-9, "all", ["a.tau", "b.tau"])
-    sentence = f"inputs: the table of 'a.tau' and 1 more covers {first:g} to {last:g} s of a run from 0 to 1 s; outside, the nearest row holds"
+    sentence = (
+        f"inputs: the table of 'a.tau' and 1 more covers {first:g} to {last:g} s of a run from 0 to 1 s; outside, the nearest row holds"
+    )
     assert rows.remarks({"a.tau": "N.m", "b.tau": "N.m"})[:1] == [sentence][:told]
 
 
