@@ -121,9 +121,10 @@ class Instance {
   static constexpr const char* zero_quaternion = "a quaternion is zero: it has no orientation";
   bool is_given_state(const Variable& variable) const;
   bool set_states(const unsigned* references, std::size_t count, const double* values);
-  GivenState& given();
-  double drift_bound() const;
+  GivenState& given() const;
+  double drift();
   bool has_drifted();
+  bool is_stretched() const;
   void states_given();
   std::string settle_states(bool& changed);
 

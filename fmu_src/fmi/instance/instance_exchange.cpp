@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "fmi/boundary/arrays.hpp"
 #include "fmi/instance/instance.hpp"
@@ -17,6 +18,11 @@ constexpr const char* null_pointer = "an argument is a null pointer";
 // A time event is due if the master is that close to it, relative: it may add up its steps.
 constexpr double time_slack = 1e-12;
 
+// Of the states of loops, relative: too little for a correction, and too much for the slopes of the nearest
+// state to be those of the given one.
+constexpr double least_drift = 1e-9, most_drift = 1e-2;
+constexpr long steps_between_corrections = 50;
+
 // Of a wrong number of states, derivatives or nominals.
 std::string wrong_count(std::size_t count, int states) {
   return "the model has " + std::to_string(states) + " continuous states, got " + std::to_string(count);
@@ -24,36 +30,46 @@ std::string wrong_count(std::size_t count, int states) {
 
 }  // namespace
 
-GivenState& Instance::given() { return static_cast<GivenState&>(*simulation_.integrator); }
+GivenState& Instance::given() const { return static_cast<GivenState&>(*simulation_.integrator); }
 
-// The relative violation of a loop at which the states are corrected. The right-hand side is that of the
-// nearest state without violation, and its relative error grows with the distance. A bound below some errors
-// of a step would interrupt the master after every step.
-double Instance::drift_bound() const {
-  const double tolerance =
-      std::isfinite(life_.tolerance) ? life_.tolerance : simulation_.parameters.solver.rtol;
-  return std::clamp(10 * tolerance, 1e-9, 1e-4);
+// Of the given states from the nearest ones that close the loops, relative to their sizes and nominal values.
+double Instance::drift() {
+  const System& system = simulation_.system;
+  if (!system.has_constraints()) return 0;
+  const double* nearest = state_.y();
+  if (!state_.can_follow()) return std::numeric_limits<double>::infinity();
+  std::vector<double> y(given().state(), given().state() + system.size()), nominal(y.size());
+  GivenState::normalise(system.layout(), y.data());
+  system.nominals(nominal.data());
+  double largest = 0;
+  for (std::size_t i = 0; i < y.size(); ++i)
+    largest = std::max(largest, std::abs(y[i] - nearest[i]) / (std::abs(nearest[i]) + nominal[i]));
+  return largest;
+}
+
+// Whether the drift is worth an event, after which the master starts anew: its errors then cost more than
+// the drift of some steps, which follows from the same errors. The tolerance of the master is often unknown.
+bool Instance::has_drifted() {
+  if (is_stretched()) return true;
+  const double found = drift();
+  return found > most_drift || (found > least_drift && given().steps() >= steps_between_corrections);
 }
 
 // The motion does not depend on the length of quaternions.
-bool Instance::has_drifted() {
-  System& system = simulation_.system;
-  if (given().stretch() > 10 * drift_bound()) return true;
-  if (!system.has_constraints()) return false;
-  values_.changed();  // the workspace becomes that of the given states
-  return !(system.violation_at(simulation_.time, given().y()) <= drift_bound());
+bool Instance::is_stretched() const {
+  const double tolerance =
+      std::isfinite(life_.tolerance) ? life_.tolerance : simulation_.parameters.solver.rtol;
+  return given().stretch() > std::clamp(100 * tolerance, 1e-8, 1e-3);
 }
 
 // Returns why the loops cannot be closed, empty on success.
 std::string Instance::settle_states(bool& changed) {
   changed = false;
-  if (!has_drifted()) return {};
-  System& system = simulation_.system;
+  if (!is_stretched() && !(drift() > least_drift)) return {};
   const double* nearest = state_.y();
   if (!state_.can_follow())
     return "the loop constraints cannot be satisfied at " + shown(simulation_.time) + " s";
-  std::copy_n(nearest, system.size(), given().y());
-  given().normalise();
+  given().start(simulation_.time, nearest);
   states_given();
   changed = true;
   if (log_.events()) log_.event("states corrected at " + shown(simulation_.time) + " s");
@@ -105,6 +121,7 @@ fmi2Status Instance::enter_continuous_time_mode() {
 
 fmi2Status Instance::completed_integrator_step(fmi2Boolean* enter_event_mode, fmi2Boolean* terminate) {
   if (!enter_event_mode || !terminate) return refuse(Function::completed_integrator_step, null_pointer);
+  given().completed_step();
   *enter_event_mode = has_drifted();
   *terminate = fmi2False;
   return fmi2OK;

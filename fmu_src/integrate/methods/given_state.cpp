@@ -19,6 +19,7 @@ GivenState::GivenState(const System& system)
 
 Outcome GivenState::start(double time, const double* y) {
   time_ = time;
+  steps_ = 0;
   std::copy_n(y, y_.size(), y_.begin());
   normalise();
   return check_start(time, y_);
@@ -50,20 +51,24 @@ void GivenState::save(std::vector<unsigned char>& bytes) const {
   ByteWriter writer(bytes);
   writer.put(mark);
   writer.put(time_);
+  writer.put(steps_);
   writer.put(y_.data(), y_.size());
 }
 
 bool GivenState::restore(const unsigned char* bytes, std::size_t size) {
   ByteReader reader(bytes, size);
   double marked = 0, time = 0;
+  long steps = 0;
   std::vector<double> y(y_.size());
   reader.get(marked);
   reader.get(time);
+  reader.get(steps);
   reader.get(y.data(), y.size());
   if (!reader.finished() || marked != mark || !check_start(time, y).ok ||
       !has_orientations(layout_, y.data()))
     return false;
   time_ = time;
+  steps_ = steps;
   y_.swap(y);
   return true;
 }

@@ -23,6 +23,8 @@ class GivenState final : public Integrator {
   bool restore(const unsigned char* bytes, std::size_t size) override;
 
   double* y() { return y_.data(); }
+  void completed_step() { ++steps_; }
+  long steps() const { return steps_; }  // completed since the start
   void set_time(double time) { time_ = time; }
   // The largest deviation of the length of a quaternion from 1.
   double stretch() const;
@@ -33,6 +35,7 @@ class GivenState final : public Integrator {
  private:
   const StateLayout layout_;
   double time_ = 0;
+  long steps_ = 0;
   std::vector<double> y_;
   Statistics statistics_;
 };

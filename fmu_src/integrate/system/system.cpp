@@ -304,17 +304,6 @@ bool System::loops_are_violated() const {
   return plan_.has_constraints() && relative_violation(workspace_.loop, false) > violation;
 }
 
-double System::violation_at(double time, const double* y) {
-  if (!plan_.has_constraints()) return 0;
-  set_residuals(time, y);
-  // near rest the velocities are errors below the absolute tolerance, and so are the terms of the rates
-  constexpr double rest = 1e-2;  // 1/s: solver.atol is by default so much of solver.rtol
-  LoopState<double>& loop = workspace_.loop;
-  for (std::size_t row = 0; row < loop.rate.size(); ++row)
-    loop.rate_size[row] = std::max(loop.rate_size[row], rest * loop.residual_size[row]);
-  return std::max(relative_violation(loop, false), relative_violation(loop, true));
-}
-
 // Called several times in a projection; without calls, which are copies optimised for size.
 [[gnu::flatten]] void System::set_residuals(double time, const double* y) {
   const Coordinates at = coordinates(time, y);

@@ -152,7 +152,6 @@ class System {
   static constexpr double rounding = 1e-15;
   static constexpr double rank_violation = 1e-11;     // larger after projection: too small a rank
   static constexpr double violation = 1e-8;           // a loop is violated
-  double violation_at(double time, const double* y);  // relative, of positions and velocities
   bool loops_are_violated() const;                    // the last project omitted rows that a loop needs
 
   // Accelerations of all joints at (time, y) into qdd (plan().nv): the same solve as the right-hand side.
