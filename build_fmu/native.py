@@ -30,14 +30,12 @@ ROOMS = {"describe": "fmi", "libredysim_fmu.so": "fmi", "fmu_driver": "drive"}
 
 def describe_program() -> Path:
     """Returns the program that prints a model file's variable table; raises UserError if it is not built."""
-    if HOST == "win64":
-        return _find("REDYSIM_FMU_DESCRIBE", "describe.exe", _of_system("win64", "describe.exe"), "make win64")
-    return _find("REDYSIM_FMU_DESCRIBE", "describe")
+    return _program("REDYSIM_FMU_DESCRIBE", "describe")
 
 
 def driver_program() -> Path:
     """Returns the program that runs an FMU without Python; raises UserError if it is not built."""
-    return _find("REDYSIM_FMU_DRIVER", "fmu_driver")
+    return _program("REDYSIM_FMU_DRIVER", "fmu_driver")
 
 
 def library(platform: str = "linux64") -> Path:
@@ -92,8 +90,15 @@ def licences_of_parts(platforms: Iterable[str] = ("linux64",)) -> dict[str, str]
     return texts
 
 
-def _of_system(system: str, name: str) -> list[Path]:
-    return [PACKAGE / "native" / system / name, SOURCE_TREE / "build" / system / "fmu_src" / "fmi" / name]
+def _program(variable: str, name: str) -> Path:
+    if HOST == "win64":
+        file = f"{name}.exe"
+        return _find(variable, file, _of_system("win64", file, ROOMS[name]), "make win64")
+    return _find(variable, name)
+
+
+def _of_system(system: str, name: str, room: str = "fmi") -> list[Path]:
+    return [PACKAGE / "native" / system / name, SOURCE_TREE / "build" / system / "fmu_src" / room / name]
 
 
 def _find(variable: str, name: str, places: Sequence[Path] = (), how: str = "make build") -> Path:

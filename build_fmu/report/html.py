@@ -6,7 +6,7 @@ from html import escape
 from pathlib import Path
 
 from build_fmu.draw.html_page import figures, from_markdown, write_html_page
-from build_fmu.report.machine import machine_lines
+from build_fmu.report.machine import TIME, machine_lines
 from build_fmu.report.pages import Report, advice, cost, duration, method
 from build_fmu.report.sweep import Point
 
@@ -17,7 +17,7 @@ STYLE = """
 
 def write_html(path: Path, report: Report, picture: Path) -> None:
     """Writes the page; `picture` is the diagram (.svg)."""
-    title = f"{report.name}: accuracy and CPU time"
+    title = f"{report.name}: accuracy and {TIME}"
     drawn = picture.read_text(encoding="utf-8")
     lines = [*([report.note] if report.note else []), *machine_lines(), f"{len(report.points)} runs in {report.seconds:.0f} s"]
     parts = [

@@ -11,6 +11,9 @@ from pathlib import Path
 from build_fmu import __version__
 from build_fmu.native import SOURCE_TREE
 
+HAS_LOAD = hasattr(os, "getloadavg")  # not on Windows
+TIME = "wall-clock time" if os.name == "nt" else "CPU time"  # what fmu_driver measures, see drive/computing_time.hpp
+
 
 def processor() -> str:
     """Returns the processor's name."""
@@ -36,8 +39,8 @@ def commit() -> str:
 
 
 def load() -> float:
-    """Returns the mean number of runnable processes during the last minute."""
-    return os.getloadavg()[0]
+    """Returns the mean number of runnable processes during the last minute; 0 where the system does not count them."""
+    return os.getloadavg()[0] if HAS_LOAD else 0.0
 
 
 def processors() -> int:
@@ -55,7 +58,8 @@ def busy(before: float, after: float) -> str:
 
 def machine_lines() -> list[str]:
     """Returns processor, load, system, version and date."""
-    lines = [f"{processor()}, {os.cpu_count()} processors, load {os.getloadavg()[0]:.1f}, {platform.system()} {platform.release()}"]
+    at_load = f"load {load():.1f}, " if HAS_LOAD else ""
+    lines = [f"{processor()}, {os.cpu_count()} processors, {at_load}{platform.system()} {platform.release()}"]
     at = commit()
     lines.append(f"build-fmu {__version__}{f', commit {at}' if at else ''}, {date.today().isoformat()}")
     return lines

@@ -10,7 +10,7 @@ from pathlib import Path
 from build_fmu.draw.figure import INK, plain_axes, save, titled_figure
 from build_fmu.files import whole_file
 from build_fmu.report.advise import best, curves, seconds_for_all
-from build_fmu.report.machine import machine_lines
+from build_fmu.report.machine import TIME, machine_lines
 from build_fmu.report.reference import Reference
 from build_fmu.report.sweep import Point
 
@@ -134,7 +134,7 @@ def write_page(path: Path, report: Report, picture: str) -> None:
 def page_lines(report: Report, picture: str) -> list[str]:
     """Returns the lines of the Markdown page."""
     lines = [
-        f"# {report.name}: accuracy and CPU time",
+        f"# {report.name}: accuracy and {TIME}",
         "",
         *(f"* {line}" for line in advice(report)),
         "",
@@ -156,7 +156,7 @@ def method(report: Report) -> str:
     known = f"uncertainty {reference.uncertainty:.1g} {report.unit}" if reference.uncertainty else "taken as exact"
     return (
         f"Duration of the motion: {duration(report.stop)}; {report.inputs}. The error is the maximum over all joints and output rows. "
-        f"Reference: {reference.origin} ({known}). The cost is the CPU time of `fmi2SetReal` and `fmi2DoStep` per millisecond of motion, "
+        f"Reference: {reference.origin} ({known}). The cost is the {TIME} of `fmi2SetReal` and `fmi2DoStep` per millisecond of motion, "
         "the median of repeated runs in a compiled master. With *changing inputs*, every force or torque changes by 1e-100 at each "
         "communication step: the motion stays the same, but multistep methods restart."
     )
@@ -174,13 +174,13 @@ def _table(points: Sequence[Point], unit: str) -> list[str]:
 def write_pictures(paths: Sequence[Path], report: Report) -> None:
     """Draws the work–precision diagrams, one panel per communication step size, as .svg and .png files."""
     steps = report.steps
-    with titled_figure(f"{report.name}: accuracy and CPU time", 1.2 + 4.4 * len(steps), 4.6) as figure:
+    with titled_figure(f"{report.name}: accuracy and {TIME}", 1.2 + 4.4 * len(steps), 4.6) as figure:
         all_axes = figure.subplots(1, len(steps), sharex=True, sharey=True, squeeze=False)[0]
         for axes, step in zip(all_axes, steps, strict=True):
             draw_panel(axes, [p for p in report.points if p.step == step], report)
             axes.set_title(f"communication step size {duration(step)}", loc="left", fontsize=10, color=INK)
             axes.set_xlabel(f"maximum error in {duration(report.stop)} of motion [{report.unit}]")
-        all_axes[0].set_ylabel("CPU time per 1 ms of motion [µs]")
+        all_axes[0].set_ylabel(f"{TIME} per 1 ms of motion [µs]")
         all_axes[-1].legend(loc="upper left", bbox_to_anchor=(1.0, 1.02), frameon=False, fontsize=8.5)
         save(figure, paths)
 

@@ -25,6 +25,8 @@ from build_fmu.run.fmu_file import read_description
 HEALTH = ("solver.steps", "solver.rejected", "solver.rhs_evaluations")
 PATIENCE = 10.0  # s that a single call may exceed the budget before it counts as a hang
 LONGEST_WAIT = 1e6  # s, less than the operating system accepts
+EXCEPTIONS = 0xC0000000  # exit codes of crashed processes on Windows
+SYSTEMS = {"linux64": "Linux on x86-64", "win64": "64-bit Windows"}
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,7 @@ def stage_model(model: Path, folder: Path, description: Description | None = Non
     experiment = table.default_experiment
     return Staged(
         table.model_name,
-        native.library(),
+        native.library(native.HOST),
         (folder / "resources").as_uri(),
         table.guid,
         {v.name: v for v in table.variables},
@@ -116,9 +118,9 @@ def stage_fmu(fmu: Path, folder: Path) -> Staged:
             archive.extractall(folder)
     except (zipfile.BadZipFile, OSError) as error:
         raise UserError(f"'{fmu}' cannot be unpacked: {error}") from None
-    library = folder / "binaries" / "linux64" / f"{description.coSimulation.modelIdentifier}.so"
+    library = folder / "binaries" / native.HOST / f"{description.coSimulation.modelIdentifier}{native.LIBRARIES[native.HOST][1]}"
     if not library.is_file():
-        raise UserError(f"'{fmu}' contains no library for Linux on x86-64")
+        raise UserError(f"'{fmu}' contains no library for {SYSTEMS[native.HOST]}")
     experiment = description.defaultExperiment
     stop = float(getattr(experiment, "stopTime", None) or 1)
     variables = {v.name: _variable(v) for v in description.modelVariables}
@@ -208,7 +210,7 @@ def ask(program: Path, lines: list[str], budget: float) -> dict[str, Any] | Outc
         done = subprocess.run(
             [str(program)],
             input="\n".join(lines) + "\n",
-            text=True,
+            encoding="utf-8",
             errors="replace",
             capture_output=True,
             timeout=min(12 * (budget + PATIENCE), LONGEST_WAIT),
@@ -219,6 +221,8 @@ def ask(program: Path, lines: list[str], budget: float) -> dict[str, Any] | Outc
         return Outcome("hang", "the process does not respond")
     except OSError as error:
         raise UserError(f"cannot run '{program}': {error.strerror}") from None
+    if done.returncode >= EXCEPTIONS:
+        return Outcome("crash", f"the process was terminated by exception {done.returncode:#x}")
     if done.returncode < 0:
         return Outcome("crash", f"the process was terminated by signal {-done.returncode}")
     if done.returncode != 0:

@@ -1,6 +1,10 @@
 #include "drive/fmu_library.hpp"
 
+#ifdef _WIN32
+#include <windows.h>
+#else
 #include <dlfcn.h>
+#endif
 
 #include <cstdarg>
 #include <cstdio>
@@ -10,9 +14,37 @@ namespace {
 
 constexpr std::size_t most_lines = 20;
 
+#ifdef _WIN32
+using Library = HMODULE;
+
+// Windows takes the bytes of a narrow name as the machine's code page
+Library open_library(const std::string& path, std::string& why) {
+  std::wstring wide(path.size() + 1, L'\0');
+  Library library = nullptr;
+  if (MultiByteToWideChar(CP_UTF8, 0, path.c_str(), -1, wide.data(), static_cast<int>(wide.size())) > 0)
+    library = LoadLibraryW(wide.c_str());
+  if (!library) why = path + " cannot be loaded: error " + std::to_string(GetLastError()) + " of Windows";
+  return library;
+}
+
+void* symbol(Library library, const char* name) {
+  return reinterpret_cast<void*>(GetProcAddress(library, name));
+}
+#else
+using Library = void*;
+
+Library open_library(const std::string& path, std::string& why) {
+  void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (!library) why = dlerror();
+  return library;
+}
+
+void* symbol(Library library, const char* name) { return dlsym(library, name); }
+#endif
+
 template <class Type>
-bool find(void* library, const char* name, Type*& function, std::string& missing) {
-  function = reinterpret_cast<Type*>(dlsym(library, name));
+bool find(Library library, const char* name, Type*& function, std::string& missing) {
+  function = reinterpret_cast<Type*>(symbol(library, name));
   if (!function && missing.empty()) missing = std::string("the library has no function ") + name;
   return function != nullptr;
 }
@@ -20,9 +52,9 @@ bool find(void* library, const char* name, Type*& function, std::string& missing
 }  // namespace
 
 std::string FmuLibrary::load(const std::string& path) {
-  void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (!library) return dlerror();
   std::string missing;
+  const Library library = open_library(path, missing);
+  if (!library) return missing;
   find(library, "fmi2Instantiate", instantiate, missing);
   find(library, "fmi2FreeInstance", free_instance, missing);
   find(library, "fmi2SetupExperiment", setup_experiment, missing);
