@@ -39,7 +39,7 @@ benchmarks: ## the IFToMM multibody benchmarks of docs/benchmarks.md in out/benc
 docs: ## the docs as a site in out/site, with the pages of the C++ headers
 	@sh scripts/docs.sh
 
-wheel: ## the Python package with the compiled library in out/wheel, tested in an empty environment
+wheel: ## the Python package with the compiled library in out/wheel, tested in an empty environment; after `make win64` also for Windows
 	@sh scripts/wheel.sh
 
 tidy: ## clang-tidy on the C++ files

@@ -1,11 +1,13 @@
 #!/bin/sh
-# cross.sh win64|aarch64-linux|darwin64|wasm: the library for another system in build/SYSTEM, cross-compiled, then its tests.
+# cross.sh win64|aarch64-linux|darwin64|wasm|linux64: the library for another system in build/SYSTEM, cross-compiled, then its tests.
 # win64: 64-bit Windows by mingw-w64; three models run under Wine and are compared with the Linux library.
 # aarch64-linux: Linux on 64-bit Arm processors by gcc; models run under QEMU and are compared likewise.
 # darwin64: macOS on x86-64, 11 and newer, by zig from the package `ziglang` of PyPI, which contains clang, libc++ and the symbols of
 # macOS' own library. It cannot run here: its symbols and dependencies are checked.
 # wasm: WebAssembly for the page of `build-fmu show --live`, by Emscripten; Node runs all models and compares them likewise, then
 # Chromium opens pages.
+# linux64: not a library, but the programs `describe` and `fmu_driver` of a wheel for Linux on x86-64 with glibc 2.17 or newer, by zig, which
+# contains the symbol versions of each glibc; they are compared with those of gcc.
 # `build-fmu build --platforms linux64,SYSTEM` packs the library into an FMU.
 set -eu
 cd "$(dirname "$0")/.."
@@ -15,27 +17,33 @@ case "$system" in
   aarch64-linux) packages="g++-aarch64-linux-gnu qemu-user-static" ;;
   darwin64) packages=llvm ;;
   wasm) packages="emscripten nodejs chromium" ;;
-  *) echo "usage: cross.sh win64|aarch64-linux|darwin64|wasm" >&2; exit 2 ;;
+  linux64) packages=binutils ;;
+  *) echo "usage: cross.sh win64|aarch64-linux|darwin64|wasm|linux64" >&2; exit 2 ;;
 esac
 sh scripts/setup.sh $packages
 sh scripts/build.sh release redysim_fmu describe
 
 mkdir -p "build/$system/include"
-if [ "$system" = darwin64 ]; then
+case "$system" in
+  darwin64) triple=x86_64-macos.11.0-none ;;
+  linux64) triple=x86_64-linux-gnu.2.17 ;;
+  *) triple= ;;
+esac
+if [ -n "$triple" ]; then
   .venv/bin/python -c 'import ziglang' 2>/dev/null ||
     .venv/bin/python -m pip install --quiet --disable-pip-version-check --retries 5 ziglang </dev/null
   # zig is one program with subcommands; CMake needs one program for each
   zig="$(.venv/bin/python -c 'import ziglang, os; print(os.path.join(os.path.dirname(ziglang.__file__), "zig"))')"
-  mkdir -p build/darwin64/zig
+  mkdir -p "build/$system/zig"
   for part in cc c++ ar ranlib; do
     case "$part" in
-      c*) target="-target x86_64-macos.11.0-none" ;;
+      c*) target="-target $triple" ;;
       *) target= ;;
     esac
-    printf '#!/bin/sh\nexec "%s" %s %s "$@"\n' "$zig" "$part" "$target" >"build/darwin64/zig/$part"
-    chmod +x "build/darwin64/zig/$part"
+    printf '#!/bin/sh\nexec "%s" %s %s "$@"\n' "$zig" "$part" "$target" >"build/$system/zig/$part"
+    chmod +x "build/$system/zig/$part"
   done
-  cp "$(dirname "$zig")/lib/libcxx/LICENSE.TXT" build/darwin64/zig/libcxx.txt
+  cp "$(dirname "$zig")/lib/libcxx/LICENSE.TXT" "build/$system/zig/libcxx.txt"
 fi
 
 sh scripts/sundials.sh "$system"
@@ -55,9 +63,12 @@ cmake -S . -B "build/$system" -G Ninja -DCMAKE_TOOLCHAIN_FILE="$PWD/scripts/$sys
   cat "build/$system.log" >&2
   exit 1
 }
-programs=
-[ "$system" != win64 ] || programs=describe  # for build_fmu there
-cmake --build "build/$system" --parallel "$(nproc)" --target redysim_fmu $programs
+case "$system" in
+  win64) targets="redysim_fmu describe fmu_driver" ;;  # for build_fmu there
+  linux64) targets="describe fmu_driver" ;;
+  *) targets=redysim_fmu ;;
+esac
+cmake --build "build/$system" --parallel "$(nproc)" --target $targets
 [ "$system" != wasm ] || exec .venv/bin/python -m pytest -q -s -m slow tests/packager/test_live.py </dev/null
 # a name of a test has no hyphen
 exec .venv/bin/python -m pytest -q -m slow tests/packager/test_cross.py -k "${system%-linux}" </dev/null

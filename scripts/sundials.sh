@@ -1,5 +1,5 @@
 #!/bin/sh
-# sundials.sh [native|win64|aarch64-linux|darwin64|wasm]: builds the required parts of SUNDIALS, optimised for size, from the source package of
+# sundials.sh [native|win64|aarch64-linux|darwin64|wasm|linux64]: builds the required parts of SUNDIALS, optimised for size, from the source package of
 # the distribution into .sundials/TARGET. Does nothing if this exists. If the source is not available, it prints a message
 # and succeeds: CMake then links the distribution's archives, and the library is larger.
 set -eu
@@ -11,9 +11,9 @@ case "$target" in
   native) compiler="${CC:-cc}" ;;
   win64) compiler=x86_64-w64-mingw32-gcc-posix ;;
   aarch64-linux) compiler=aarch64-linux-gnu-gcc ;;
-  darwin64) compiler="$PWD/build/darwin64/zig/cc" ;;  # as scripts/cross.sh creates it
+  darwin64 | linux64) compiler="$PWD/build/$target/zig/cc" ;;  # as scripts/cross.sh creates it
   wasm) compiler=emcc ;;
-  *) echo "usage: sundials.sh [native|win64|aarch64-linux|darwin64|wasm]" >&2; exit 2 ;;
+  *) echo "usage: sundials.sh [native|win64|aarch64-linux|darwin64|wasm|linux64]" >&2; exit 2 ;;
 esac
 
 # one section per function, so that the linker removes unused functions; no exceptions pass through C code
@@ -73,7 +73,7 @@ tar -xJf "$archive" -C "$work/source" --strip-components=1
 set -- -DCMAKE_C_COMPILER="$compiler" -DCMAKE_C_FLAGS="$flags" -DCMAKE_BUILD_TYPE=None
 case "$target" in
   win64) set -- "$@" -DCMAKE_SYSTEM_NAME=Windows -DCMAKE_SYSTEM_PROCESSOR=AMD64 ;;
-  darwin64 | aarch64-linux | wasm) set -- "$@" -DCMAKE_TOOLCHAIN_FILE="$PWD/scripts/$target.cmake" ;;
+  darwin64 | aarch64-linux | wasm | linux64) set -- "$@" -DCMAKE_TOOLCHAIN_FILE="$PWD/scripts/$target.cmake" ;;
 esac
 {
   cmake -S "$work/source" -B "$work/build" -G Ninja "$@" -DCMAKE_INSTALL_PREFIX="$work/installed" -DCMAKE_INSTALL_LIBDIR=lib \

@@ -1,5 +1,6 @@
 """Cross-compiled libraries: what they export and need; the win64 library runs under Wine and the aarch64-linux library under QEMU like the
-library for x86-64. A machine without macOS cannot run the darwin64 library. Slow; `make win64` and so on build what is needed."""
+library for x86-64. A machine without macOS cannot run the darwin64 library. The programs of a wheel for Linux agree with those of gcc. Slow;
+`make win64` and so on build what is needed."""
 
 from __future__ import annotations
 
@@ -18,7 +19,9 @@ import pytest
 from build_fmu import native
 from build_fmu.errors import UserError
 from build_fmu.fmu.build import build
+from build_fmu.library.batch import simulate_batch
 from build_fmu.model.describe import describe
+from build_fmu.run.driver import Task, drive, staged
 
 ROOT = Path(__file__).parents[2]
 CROSS = "x86_64-w64-mingw32-gcc-posix"
@@ -172,6 +175,42 @@ def test_trajectories_are_those_of_the_other_processor(library, here, arm, tmp_p
     assert np.ptp(ours, axis=0).max() > 1e-4, "the model must move"
     rtol = next(v.start for v in job.model.variables if v.name == "solver.rtol")
     assert np.abs(theirs - ours).max() < 100 * rtol * max(1, np.abs(ours).max())
+
+
+@pytest.fixture
+def linux64(request) -> Path:
+    """A program that scripts/linux64.cmake has compiled for a wheel."""
+    name = request.param
+    path = ROOT / "build" / "linux64" / "fmu_src" / native.ROOMS[name] / name
+    if not path.is_file():
+        pytest.skip(f"'{name}' is not built: run `make wheel`")
+    return path
+
+
+@pytest.mark.parametrize("linux64", ["describe", "fmu_driver"], indirect=True)
+def test_linux64_needs_glibc_2_17(linux64):
+    needed = set(re.findall(r"\(NEEDED\).*\[(\w+)", dumped("readelf", "-d", linux64)))
+    assert needed <= {"libc", "libm", "libpthread", "libdl", "librt", "ld"}
+    assert max(int(n) for n in re.findall(r"GLIBC_2\.([0-9]+)", dumped("readelf", "-V", linux64))) <= 17
+
+
+@pytest.mark.parametrize("linux64", ["describe"], indirect=True)
+@pytest.mark.parametrize("name", sorted(path.stem for path in (ROOT / "models").glob("*.toml")))
+def test_linux64_describes_like_gcc(linux64, name):
+    file = ROOT / "models" / f"{name}.toml"
+    assert command(linux64, file) == command(native.describe_program(), file)
+
+
+@pytest.mark.parametrize("linux64", ["fmu_driver"], indirect=True)
+def test_linux64_drives_like_gcc(linux64, monkeypatch):
+    with staged(ROOT / "models" / "kuka_kr5.toml") as fmu:
+        task = Task(1e-3, 100, outputs=fmu.reals())
+        theirs = drive(fmu, task)
+        monkeypatch.setenv("REDYSIM_FMU_DRIVER", str(linux64))
+        ours = drive(fmu, task)
+        batch = simulate_batch(fmu, task, None, {"solver.rtol": [1e-4, 1e-6, 1e-8]}, 2)
+    assert ours.status == "ok" and ours.health == theirs.health and np.array_equal(ours.values, theirs.values)
+    assert batch.status == ["ok"] * 3 and np.isfinite(batch.values).all()
 
 
 @darwin64
