@@ -150,9 +150,9 @@ class System {
   static constexpr int projection_iterations = 8;
   // Bounds of relative_violation (dynamics/loops/loop_rows.hpp):
   static constexpr double rounding = 1e-15;
-  static constexpr double rank_violation = 1e-11;     // larger after projection: too small a rank
-  static constexpr double violation = 1e-8;           // a loop is violated
-  bool loops_are_violated() const;                    // the last project omitted rows that a loop needs
+  static constexpr double rank_violation = 1e-11;  // larger after projection: too small a rank
+  static constexpr double violation = 1e-8;        // a loop is violated
+  bool loops_are_violated() const;                 // the last project omitted rows that a loop needs
 
   // Accelerations of all joints at (time, y) into qdd (plan().nv): the same solve as the right-hand side.
   Status accelerations(double time, const double* y, double* qdd);
