@@ -356,7 +356,9 @@ void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, cons
     std::copy_n(ports, port_wrenches_.size(), port_wrenches_.begin());
   }
   for (std::size_t k = 0; k < variables.size(); ++k) {
-    const auto [kind, joint] = variables[k];
+    // no structured binding: a lambda of C++17 cannot capture one
+    const JointVariable::Kind kind = variables[k].kind;
+    const int joint = variables[k].joint;
     double* column = columns + k * length;
     double& power = column[plan.nv];
     if (kind == JointVariable::Kind::force) {
