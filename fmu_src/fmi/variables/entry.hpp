@@ -218,9 +218,9 @@ template <const auto& entries, class Item, Item Entry::*part>
 struct Column {
   static constexpr std::size_t count = std::size(entries);
   static constexpr std::array<Item, count> made() {
-    std::array<Item, count> items{};
-    for (std::size_t i = 0; i < count; ++i) items[i] = entries[i].*part;
-    return items;
+    std::array<Item, count> column{};
+    for (std::size_t i = 0; i < count; ++i) column[i] = entries[i].*part;
+    return column;
   }
   static constexpr std::array<Item, count> items = made();
 };
