@@ -192,7 +192,7 @@ void Cvode::count_work(double before) {
   if (!integrates_work()) return;
   CVodeGetEstLocalErrors(memory_.get(), error_.get());
   work_.step(before, ahead_time_, work_of(data(ahead_)), work_of(data(error_)),
-             tightening(method_, system_) * settings_.rtol);
+             std::max(tightening(method_, system_) * settings_.rtol, ErrorWeights::finest));
 }
 
 // CVODE's time of an `end` that it has reached, or is to reach.

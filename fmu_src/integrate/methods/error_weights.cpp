@@ -7,11 +7,6 @@
 #include "dynamics/motion_subspace.hpp"
 
 namespace redysim {
-namespace {
-
-constexpr double finest = 16 * std::numeric_limits<double>::epsilon();  // of |y|
-
-}  // namespace
 
 ErrorWeights::ErrorWeights(const System& system, double rtol, double atol)
     : system_(system), rtol_(rtol), atol_(atol) {

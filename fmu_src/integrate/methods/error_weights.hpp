@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "integrate/system/system.hpp"
@@ -15,6 +16,8 @@ namespace redysim {
 //   integrate it, so its error is of the size of the state's error.
 class ErrorWeights {
  public:
+  static constexpr double finest = 16 * std::numeric_limits<double>::epsilon();  // relative tolerance
+
   ErrorWeights(const System& system, double rtol, double atol);
 
   // Arrays of System::size(). `share`: of the tolerance.

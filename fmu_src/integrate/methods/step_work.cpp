@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace redysim {
 namespace {
 
-constexpr double finest = 16 * std::numeric_limits<double>::epsilon();  // relative tolerance
 constexpr int count = 6;
 constexpr double points[count] = {-0.9324695142031521, -0.6612093864662645, -0.2386191860831969,
                                   0.2386191860831969,  0.6612093864662645,  0.9324695142031521};
@@ -34,9 +32,9 @@ void StepWork::step(double from, double to, double work, double error, double rt
   from_ = to_ = from;
   step_end_ = to;
   method_end_ = work;
-  rtol_ = std::max(rtol, finest);
+  rtol_ = rtol;
   const double increment = work + offset_ - begin_;
-  integrated_ = !(std::fabs(error) <= rtol_ * (moved_ + std::fabs(increment)));
+  integrated_ = !(std::fabs(error) <= rtol * (moved_ + std::fabs(increment)));
   if (integrated_ != 0) return;
   end_ = work + offset_;
   moved_ += std::fabs(increment);
