@@ -15,72 +15,11 @@ namespace redysim {
 
 namespace {
 
-// Springs, contacts, ports and loops with constants as dual numbers; allocates in the first call only.
-[[gnu::cold]] void copy_elements(const Plan<double>& from, Plan<Dual>& to) {
-  to.springs.resize(from.springs.size());
-  for (std::size_t i = 0; i < from.springs.size(); ++i) {
-    const SpringPlan<double>& spring = from.springs[i];
-    to.springs[i] = {spring.body_a,
-                     spring.body_b,
-                     spring.entry_a,
-                     spring.entry_b,
-                     spring.point_a.cast<Dual>(),
-                     spring.point_b.cast<Dual>(),
-                     spring.stiffness,
-                     spring.damping,
-                     spring.rest_length};
-  }
-  to.bushings.resize(from.bushings.size());
-  for (std::size_t i = 0; i < from.bushings.size(); ++i) {
-    const BushingPlan<double>& bushing = from.bushings[i];
-    to.bushings[i] = {bushing.body_a,
-                      bushing.body_b,
-                      bushing.entry_a,
-                      bushing.entry_b,
-                      bushing.point_a.cast<Dual>(),
-                      bushing.point_b.cast<Dual>(),
-                      bushing.rotation_a.cast<Dual>(),
-                      bushing.rotation_b.cast<Dual>(),
-                      bushing.stiffness.cast<Dual>(),
-                      bushing.turning_stiffness.cast<Dual>(),
-                      bushing.damping.cast<Dual>(),
-                      bushing.turning_damping.cast<Dual>()};
-  }
-  if constexpr (Plan<Dual>::may_have_contacts) {
-    if (to.contact_pairs.empty())
-      for (const auto& pair : from.contact_pairs) to.contact_pairs.push_back(with_constants_of<Dual>(pair));
-    to.contact_laws.resize(from.contact_laws.size());
+// Of elements, the only parameters that may change.
+void update_contact_laws(const Plan<double>& from, Plan<Dual>& to) {
+  if constexpr (Plan<Dual>::may_have_contacts)
     for (std::size_t i = 0; i < from.contact_laws.size(); ++i)
       to.contact_laws[i] = with_constants_of<Dual>(from.contact_laws[i]);
-  }
-  to.ports.resize(from.ports.size());
-  for (std::size_t i = 0; i < from.ports.size(); ++i) {
-    const PortPlan<double>& port = from.ports[i];
-    to.ports[i] = {port.frame,
-                   port.body,
-                   port.entry,
-                   port.in_ground_axes,
-                   port.rotation.cast<Dual>(),
-                   port.position.cast<Dual>()};
-  }
-}
-
-[[gnu::cold]] void copy_loops(const Plan<double>& from, Plan<Dual>& to) {
-  to.clusters = from.clusters;
-  to.couplings = from.couplings;
-  to.joint_units = from.joint_units;
-  to.loops = cast_each<Dual>(from.loops);
-}
-
-Plan<Dual> elements_of(const Plan<double>& plan) {
-  Plan<Dual> elements;
-  elements.origin = plan.origin.cast<Dual>();
-  elements.joints.resize(plan.joints.size());
-  elements.poses = plan.poses;
-  elements.pose_count = plan.pose_count;
-  copy_elements(plan, elements);
-  copy_loops(plan, elements);
-  return elements;
 }
 
 // Derivative of the bias wrench along a change of the angular velocity.
@@ -121,8 +60,7 @@ PassiveChange passive_change(const Plan<double>& plan, int joint, double q, doub
 
 }  // namespace
 
-[[gnu::cold]] Derivatives::Elements::Elements(const Plan<double>& of)
-    : plan(elements_of(of)), workspace(plan) {}
+[[gnu::cold]] Derivatives::Elements::Elements(const Plan<double>& of) : plan(of), workspace(plan) {}
 
 [[gnu::cold]] Derivatives::Derivatives(const Plan<double>& plan)
     : bodies_(plan.joints.size()),
@@ -352,7 +290,7 @@ void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, cons
                            const std::vector<JointVariable>& variables, double* columns, std::size_t length) {
   set_point(plan, ws, q, qd, qdd, ports);
   if (elements_) {
-    copy_elements(plan, elements_->plan);
+    update_contact_laws(plan, elements_->plan);
     std::copy_n(ports, port_wrenches_.size(), port_wrenches_.begin());
   }
   for (std::size_t k = 0; k < variables.size(); ++k) {
@@ -399,7 +337,7 @@ void Derivatives::evaluate_row(const Plan<double>& plan, Workspace<double>& ws, 
   fastest([&] { respond(plan, ws, weights, row.tau.data()); });
   move_along(plan, ws, row);
   if (elements_) {
-    copy_elements(plan, elements_->plan);
+    update_contact_laws(plan, elements_->plan);
     std::copy_n(ports, port_wrenches_.size(), port_wrenches_.begin());
     pull_elements(plan, ws, qd, weight_of_power, row);
   }

@@ -48,10 +48,9 @@ Placement placement_of(const Pose& pose) {
   return placement_of(dh, Eigen::AngleAxisd(-dh.gamma, Vec3<double>::UnitZ()) * pose.position);
 }
 
-template <class Scalar>
-JointPlan<Scalar> joint_plan(const Joint& joint, const Placement& placement, int parent, int link) {
+JointPlan<double> joint_plan(const Joint& joint, const Placement& placement, int parent, int link) {
   DhParameters dh = placement.dh;
-  JointPlan<Scalar> plan;
+  JointPlan<double> plan;
   plan.parent = parent;
   plan.link = link;
   plan.subspace = !slides(joint) ? Subspace::rotation
@@ -120,8 +119,8 @@ Resistance<Scalar> resistance_of(const JointParameters<Scalar>& joint) {
 
 // First joint of the tree whose digits matter most: the first tree, or one with loops, springs or contacts
 // that is smaller by two orders of magnitude.
-template <class Joints>
-std::size_t smallest_tree(const Model& model, const std::vector<int>& carrier, const Joints& joints) {
+std::size_t smallest_tree(const Model& model, const std::vector<int>& carrier,
+                          const std::vector<JointPlan<double>>& joints) {
   std::vector<std::size_t> roots;
   for (const auto& joint : joints)
     roots.push_back(joint.parent == ground ? roots.size() : roots[static_cast<std::size_t>(joint.parent)]);
@@ -152,10 +151,21 @@ std::size_t smallest_tree(const Model& model, const std::vector<int>& carrier, c
   return smallest;
 }
 
-}  // namespace
+// The plan of a model.
+struct BuiltPlan : Plan<double> {
+  BuiltPlan(const Model& model, const Parameters<double>& parameters);
 
-template <class Scalar>
-Plan<Scalar>::Plan(const Model& model, const Parameters<Scalar>& parameters) {
+ private:
+  void add_joints(const Model& model);
+  void add_rotors(const Model& model);
+  void add_springs(const Model& model);
+  void add_elastic_couplings(const Model& model);
+  void add_bushings(const Model& model);
+  void add_contacts(const Model& model);
+  void add_ports(const Model& model);
+};
+
+BuiltPlan::BuiltPlan(const Model& model, const Parameters<double>& parameters) {
   add_joints(model);
   add_rotors(model);
   if (may_resist(model)) resistances.resize(joints.size());
@@ -174,8 +184,7 @@ Plan<Scalar>::Plan(const Model& model, const Parameters<Scalar>& parameters) {
           contact_pairs.empty() && ports.empty() && prescribed_count == 0;
 }
 
-template <class Scalar>
-void Plan<Scalar>::add_joints(const Model& model) {
+void BuiltPlan::add_joints(const Model& model) {
   const std::size_t links = model.links.size();
   carrier.reserve(links);
   frame_in_carrier.reserve(links);
@@ -196,14 +205,14 @@ void Plan<Scalar>::add_joints(const Model& model) {
         base_moved ? placement_of(base * pose_of(link.joint.dh)) : placement_of(link.joint.dh);
     carrier.push_back(static_cast<int>(joints.size()));
     frame_in_carrier.push_back(Pose());
-    joints.push_back(joint_plan<Scalar>(link.joint, placement, parent, static_cast<int>(i)));
+    joints.push_back(joint_plan(link.joint, placement, parent, static_cast<int>(i)));
     prescribed_count += joints.back().prescribed ? 1 : 0;
   }
   nq = nv = static_cast<int>(joints.size());
   if (!joints.empty()) {
     const Link& first = model.links[joints[smallest_tree(model, carrier, joints)].link];
     const Pose base = first.parent == ground ? Pose() : frame_in_carrier[first.parent];
-    origin = (base * pose_of(first.joint.dh)).position.template cast<Scalar>();
+    origin = (base * pose_of(first.joint.dh)).position;
   }
   for (const Ball& ball : model.balls) {
     balls.push_back(carrier[ball.chart_link]);
@@ -211,8 +220,7 @@ void Plan<Scalar>::add_joints(const Model& model) {
   }
 }
 
-template <class Scalar>
-void Plan<Scalar>::add_rotors(const Model& model) {
+void BuiltPlan::add_rotors(const Model& model) {
   for (const Actuator& actuator : model.actuators) {
     const Link& link = model.links[actuator.link];
     if (!actuator.gyroscopic) continue;
@@ -223,6 +231,125 @@ void Plan<Scalar>::add_rotors(const Model& model) {
     rotor.axis = base.rotation * pose_of(link.joint.dh).rotation.col(2);
     rotor.inertia = actuator.rotor_inertia;
     rotor.ratio = actuator.gear_ratio;
+  }
+}
+
+void BuiltPlan::add_springs(const Model& model) {
+  auto on_carrier = [this](int link, const Vec3<double>& point) -> Vec3<double> {
+    return link == ground ? point : frame_in_carrier[link].rotation * point + frame_in_carrier[link].position;
+  };
+  for (const SpringDamper& given : model.springs) {
+    SpringPlan<double>& spring = springs.emplace_back();
+    spring.body_a = given.link_a == ground ? ground : carrier[given.link_a];
+    spring.body_b = given.link_b == ground ? ground : carrier[given.link_b];
+    spring.point_a = on_carrier(given.link_a, given.point_a);
+    spring.point_b = on_carrier(given.link_b, given.point_b);
+    spring.stiffness = given.stiffness;
+    spring.damping = given.damping;
+    spring.rest_length = given.rest_length;
+  }
+}
+
+void BuiltPlan::add_elastic_couplings(const Model& model) {
+  for (std::size_t k = 0; k < model.couplings.size(); ++k) {
+    const Coupling& given = model.couplings[k];
+    if (given.rigid()) continue;
+    ElasticCouplingPlan& coupling = elastic_couplings.emplace_back();
+    coupling.coupling = static_cast<int>(k);
+    for (int link : given.links) coupling.joints.push_back(carrier[link]);
+    coupling.ratios = given.ratios;
+    coupling.offset = given.offset;
+    coupling.stiffness = given.stiffness;
+    coupling.damping = given.damping;
+    coupling.half_play = given.backlash / 2;
+    coupling.width = given.width;
+  }
+}
+
+void BuiltPlan::add_bushings(const Model& model) {
+  const auto frame_of = [this](int link, const Mat3<double>& rotation, const Vec3<double>& point) {
+    const Pose frame{rotation, point};
+    return link == ground ? frame : frame_in_carrier[link] * frame;
+  };
+  for (const Bushing& given : model.bushings) {
+    const Pose a = frame_of(given.link_a, given.rotation_a, given.point_a);
+    const Pose b = frame_of(given.link_b, given.rotation_b, given.point_b);
+    BushingPlan<double>& bushing = bushings.emplace_back();
+    bushing.body_a = given.link_a == ground ? ground : carrier[given.link_a];
+    bushing.body_b = given.link_b == ground ? ground : carrier[given.link_b];
+    bushing.point_a = a.position;
+    bushing.point_b = b.position;
+    bushing.rotation_a = a.rotation;
+    bushing.rotation_b = b.rotation;
+    bushing.stiffness = given.stiffness;
+    bushing.turning_stiffness = given.turning_stiffness;
+    bushing.damping = given.damping;
+    bushing.turning_damping = given.turning_damping;
+  }
+}
+
+void BuiltPlan::add_contacts(const Model& model) {
+  if constexpr (may_have_contacts) {
+    const auto body_of = [this](int link) { return link == ground ? ground : carrier[link]; };
+    const auto frame_of = [this](int link) { return link == ground ? Pose() : frame_in_carrier[link]; };
+    for (std::size_t k = 0; k < model.contacts.size(); ++k) {
+      const Contact& contact = model.contacts[k];
+      for (const auto& [points, surface] : shape_pairs(contact)) {
+        ContactPair<double> pair =
+            contact_pair(*points, frame_of(points->link), *surface, frame_of(surface->link));
+        pair.contact = static_cast<int>(k);
+        // ReDySim's forces act at the points themselves
+        if (contact.law == Contact::Law::redysim) pair.half_way = 0;
+        pair.ball_body = body_of(points->link);
+        pair.surface_body = body_of(surface->link);
+        pair.balls_on_b = points == &contact.b;
+        contact_pairs.push_back(pair);
+      }
+    }
+  }
+}
+
+void BuiltPlan::add_ports(const Model& model) {
+  for (std::size_t i = 0; i < model.frames.size(); ++i) {
+    const Frame& frame = model.frames[i];
+    if (frame.port == Frame::Port::none || carrier[frame.link] == ground) continue;
+    const Pose in_body = frame_in_carrier[frame.link] * Pose{frame.rotation, frame.position};
+    PortPlan<double> port;
+    port.frame = static_cast<int>(i);
+    port.body = carrier[frame.link];
+    port.in_ground_axes = frame.port == Frame::Port::ground_axes;
+    port.rotation = in_body.rotation;
+    port.position = in_body.position;
+    ports.push_back(port);
+  }
+}
+
+}  // namespace
+
+template <>
+Plan<double>::Plan(const Model& model, const Parameters<double>& parameters)
+    : Plan(BuiltPlan(model, parameters)) {}
+
+template <class Scalar>
+Plan<Scalar>::Plan(const Model& model, const Parameters<Scalar>& parameters) : Plan(Plan<double>(model)) {
+  update(parameters);
+}
+
+template <class Scalar>
+template <class Other>
+Plan<Scalar>::Plan(const Plan<Other>& plan)
+    : PlanStructure(plan),
+      gravity(plan.gravity.template cast<Scalar>()),
+      origin(plan.origin.template cast<Scalar>()),
+      joints(cast_each<Scalar>(plan.joints)),
+      resistances(plan.resistances.size()),
+      springs(cast_each<Scalar>(plan.springs)),
+      ports(cast_each<Scalar>(plan.ports)),
+      loops(cast_each<Scalar>(plan.loops)) {
+  if constexpr (may_have_bushings) bushings = cast_each<Scalar>(plan.bushings);
+  if constexpr (may_have_contacts) {
+    for (const auto& pair : plan.contact_pairs) contact_pairs.push_back(with_constants_of<Scalar>(pair));
+    for (const auto& law : plan.contact_laws) contact_laws.push_back(with_constants_of<Scalar>(law));
   }
 }
 
@@ -276,101 +403,6 @@ void Plan<Scalar>::update(const Parameters<Scalar>& parameters) {
   for (auto& joint : joints) joint.rigid = articulated(joint.inertia);
   for (std::size_t k = 0; k < contact_laws.size(); ++k)
     contact_laws[k] = contact_law(contact_laws[k].redysim, parameters.contacts[k]);
-}
-
-template <class Scalar>
-void Plan<Scalar>::add_springs(const Model& model) {
-  auto on_carrier = [this](int link, const Vec3<double>& point) -> Vec3<double> {
-    return link == ground ? point : frame_in_carrier[link].rotation * point + frame_in_carrier[link].position;
-  };
-  for (const SpringDamper& given : model.springs) {
-    SpringPlan<Scalar>& spring = springs.emplace_back();
-    spring.body_a = given.link_a == ground ? ground : carrier[given.link_a];
-    spring.body_b = given.link_b == ground ? ground : carrier[given.link_b];
-    spring.point_a = on_carrier(given.link_a, given.point_a).template cast<Scalar>();
-    spring.point_b = on_carrier(given.link_b, given.point_b).template cast<Scalar>();
-    spring.stiffness = given.stiffness;
-    spring.damping = given.damping;
-    spring.rest_length = given.rest_length;
-  }
-}
-
-template <class Scalar>
-void Plan<Scalar>::add_elastic_couplings(const Model& model) {
-  for (std::size_t k = 0; k < model.couplings.size(); ++k) {
-    const Coupling& given = model.couplings[k];
-    if (given.rigid()) continue;
-    ElasticCouplingPlan& coupling = elastic_couplings.emplace_back();
-    coupling.coupling = static_cast<int>(k);
-    for (int link : given.links) coupling.joints.push_back(carrier[link]);
-    coupling.ratios = given.ratios;
-    coupling.offset = given.offset;
-    coupling.stiffness = given.stiffness;
-    coupling.damping = given.damping;
-    coupling.half_play = given.backlash / 2;
-    coupling.width = given.width;
-  }
-}
-
-template <class Scalar>
-void Plan<Scalar>::add_bushings(const Model& model) {
-  const auto frame_of = [this](int link, const Mat3<double>& rotation, const Vec3<double>& point) {
-    const Pose frame{rotation, point};
-    return link == ground ? frame : frame_in_carrier[link] * frame;
-  };
-  for (const Bushing& given : model.bushings) {
-    const Pose a = frame_of(given.link_a, given.rotation_a, given.point_a);
-    const Pose b = frame_of(given.link_b, given.rotation_b, given.point_b);
-    BushingPlan<Scalar>& bushing = bushings.emplace_back();
-    bushing.body_a = given.link_a == ground ? ground : carrier[given.link_a];
-    bushing.body_b = given.link_b == ground ? ground : carrier[given.link_b];
-    bushing.point_a = a.position.template cast<Scalar>();
-    bushing.point_b = b.position.template cast<Scalar>();
-    bushing.rotation_a = a.rotation.template cast<Scalar>();
-    bushing.rotation_b = b.rotation.template cast<Scalar>();
-    bushing.stiffness = given.stiffness.template cast<Scalar>();
-    bushing.turning_stiffness = given.turning_stiffness.template cast<Scalar>();
-    bushing.damping = given.damping.template cast<Scalar>();
-    bushing.turning_damping = given.turning_damping.template cast<Scalar>();
-  }
-}
-
-template <class Scalar>
-void Plan<Scalar>::add_contacts(const Model& model) {
-  if constexpr (may_have_contacts) {
-    const auto body_of = [this](int link) { return link == ground ? ground : carrier[link]; };
-    const auto frame_of = [this](int link) { return link == ground ? Pose() : frame_in_carrier[link]; };
-    for (std::size_t k = 0; k < model.contacts.size(); ++k) {
-      const Contact& contact = model.contacts[k];
-      for (const auto& [points, surface] : shape_pairs(contact)) {
-        ContactPair<double> pair =
-            contact_pair(*points, frame_of(points->link), *surface, frame_of(surface->link));
-        pair.contact = static_cast<int>(k);
-        // ReDySim's forces act at the points themselves
-        if (contact.law == Contact::Law::redysim) pair.half_way = 0;
-        pair.ball_body = body_of(points->link);
-        pair.surface_body = body_of(surface->link);
-        pair.balls_on_b = points == &contact.b;
-        contact_pairs.push_back(with_constants_of<Scalar>(pair));
-      }
-    }
-  }
-}
-
-template <class Scalar>
-void Plan<Scalar>::add_ports(const Model& model) {
-  for (std::size_t i = 0; i < model.frames.size(); ++i) {
-    const Frame& frame = model.frames[i];
-    if (frame.port == Frame::Port::none || carrier[frame.link] == ground) continue;
-    const Pose in_body = frame_in_carrier[frame.link] * Pose{frame.rotation, frame.position};
-    PortPlan<Scalar> port;
-    port.frame = static_cast<int>(i);
-    port.body = carrier[frame.link];
-    port.in_ground_axes = frame.port == Frame::Port::ground_axes;
-    port.rotation = in_body.rotation.template cast<Scalar>();
-    port.position = in_body.position.template cast<Scalar>();
-    ports.push_back(port);
-  }
 }
 
 template struct Plan<double>;

@@ -25,8 +25,7 @@ enum class Twist { none, plus_90, minus_90, general };
 enum class Subspace : unsigned char { rotation, translation, helix };
 
 // One moving joint and the body it carries. Parents have smaller indices.
-template <class Scalar>
-struct JointPlan {
+struct JointStructure {
   int parent = ground;  // joint index of the carrier
   int link = 0;         // index into Model::links
   Subspace subspace = Subspace::rotation;
@@ -41,14 +40,38 @@ struct JointPlan {
   bool has_stops = false;
   bool axis_free = true;  // rotation without armature: no moment about z is transmitted
   Twist twist = Twist::none;
+};
+
+template <class Scalar>
+struct JointPlan : JointStructure {
   // Rz(gamma) T(0, aside, b) Rx(alpha) Tx(a) Rz(theta) Tz(d); aside replaces b and d where axes are nearly
   // parallel
   Scalar cos_gamma = 1, sin_gamma = 0, b = 0, aside = 0;
   Scalar cos_alpha = 1, sin_alpha = 0, a = 0;
   Scalar theta = 0, cos_theta = 1, sin_theta = 0, d = 0;
+  // parameters
   RigidInertia<Scalar> inertia;
   ArticulatedInertia<Scalar> rigid;  // the same, entry by entry
   Scalar stiffness = 0, rest = 0, damping = 0, armature = 0;
+
+  // Without parameters.
+  template <class Other>
+  JointPlan<Other> cast() const {
+    JointPlan<Other> to;
+    static_cast<JointStructure&>(to) = *this;
+    to.cos_gamma = cos_gamma;
+    to.sin_gamma = sin_gamma;
+    to.b = b;
+    to.aside = aside;
+    to.cos_alpha = cos_alpha;
+    to.sin_alpha = sin_alpha;
+    to.a = a;
+    to.theta = theta;
+    to.cos_theta = cos_theta;
+    to.sin_theta = sin_theta;
+    to.d = d;
+    return to;
+  }
 };
 
 // Dry friction and stops of one joint (dynamics/joint_force.hpp).
@@ -65,6 +88,19 @@ struct SpringPlan {
   int entry_a = ground, entry_b = ground;  // of Workspace::ground
   Vec3<Scalar> point_a, point_b;
   Scalar stiffness = 0, damping = 0, rest_length = 0;
+
+  template <class Other>
+  SpringPlan<Other> cast() const {
+    return {body_a,
+            body_b,
+            entry_a,
+            entry_b,
+            point_a.template cast<Other>(),
+            point_b.template cast<Other>(),
+            stiffness,
+            damping,
+            rest_length};
+  }
 };
 
 // dynamics/elastic_coupling.hpp
@@ -78,6 +114,22 @@ struct BushingPlan {
   Vec3<Scalar> point_a, point_b;
   Mat3<Scalar> rotation_a, rotation_b;
   Vec3<Scalar> stiffness, turning_stiffness, damping, turning_damping;
+
+  template <class Other>
+  BushingPlan<Other> cast() const {
+    return {body_a,
+            body_b,
+            entry_a,
+            entry_b,
+            point_a.template cast<Other>(),
+            point_b.template cast<Other>(),
+            rotation_a.template cast<Other>(),
+            rotation_b.template cast<Other>(),
+            stiffness.template cast<Other>(),
+            turning_stiffness.template cast<Other>(),
+            damping.template cast<Other>(),
+            turning_damping.template cast<Other>()};
+  }
 };
 
 // A frame with force inputs: moment and force at its origin, in its own axes or in ground axes.
@@ -89,21 +141,48 @@ struct PortPlan {
   bool in_ground_axes = true;
   Mat3<Scalar> rotation;  // frame in body
   Vec3<Scalar> position;
+
+  template <class Other>
+  PortPlan<Other> cast() const {
+    return {
+        frame, body, entry, in_ground_axes, rotation.template cast<Other>(), position.template cast<Other>()};
+  }
+};
+
+// What a plan contains besides scalars of its own type.
+struct PlanStructure {
+  int nq = 0, nv = 0;
+  int prescribed_count = 0;
+  bool plain = false;      // no loops, couplings, springs, bushings, contacts, ports or prescribed joints
+  std::vector<int> balls;  // chart joint of each spherical joint; its z, x and y joints follow it
+  std::vector<CouplingPlan> couplings;  // rigid
+  std::vector<double> joint_units;      // 1 rad, or the scale of a prismatic joint, m; empty without these
+  std::vector<std::vector<MultiplierPart>> coupling_multipliers;  // per coupling of the model
+  std::vector<ElasticCouplingPlan> elastic_couplings;
+  std::vector<RotorPlan> rotors;  // gyroscopic
+  std::vector<ClusterPlan> clusters;
+  std::vector<EliminationStep> elimination;  // leaves to root; empty for an open tree
+  std::vector<PoseStep> poses;  // of the bodies with loops or forces between bodies, parents first
+  int pose_count = 0;           // entries of Workspace::ground
+  // Per link of the model: the joint that carries it (ground if fixed to it), and its frame in the body frame
+  // of that joint.
+  std::vector<int> carrier;
+  std::vector<Pose> frame_in_carrier;
 };
 
 template <class Scalar>
-struct Plan {
+struct Plan : PlanStructure {
   Plan() = default;
   Plan(const Model& model, const Parameters<Scalar>& parameters);
   explicit Plan(const Model& model) : Plan(model, parameters_of(model).cast<Scalar>()) {}
+  // The same without parameters of joints, and without fronts.
+  template <class Other>
+  explicit Plan(const Plan<Other>& plan);
 
   // Applies changed parameters; does not allocate. Friction and stops apply only where may_resist(model)
   // holds.
   void update(const Parameters<Scalar>& parameters);
 
-  int nq = 0, nv = 0;
-  int prescribed_count = 0;
-  bool plain = false;  // no loops, couplings, springs, bushings, contacts, ports or prescribed joints
   Vec3<Scalar> gravity = Vec3<Scalar>::Zero();
   Vec3<Scalar> grounded = Vec3<Scalar>::Zero();  // first moment, kg m, of links fixed to the ground
   // position of the first joint of a tree (smallest_tree): positions are relative to this point, so that they
@@ -116,20 +195,10 @@ struct Plan {
   std::vector<ContactPair<Scalar>> contact_pairs;
   std::vector<ContactLaw<Scalar>> contact_laws;  // of Model::contacts
   std::vector<PortPlan<Scalar>> ports;
-  std::vector<int> balls;  // chart joint of each spherical joint; its z, x and y joints follow it
   std::vector<LoopPlan<Scalar>> loops;
-  std::vector<CouplingPlan> couplings;  // rigid
-  std::vector<double> joint_units;      // 1 rad, or the scale of a prismatic joint, m; empty without these
-  std::vector<std::vector<MultiplierPart>> coupling_multipliers;  // per coupling of the model
-  std::vector<ElasticCouplingPlan> elastic_couplings;
-  std::vector<RotorPlan> rotors;  // gyroscopic
-  std::vector<ClusterPlan> clusters;
-  std::vector<EliminationStep> elimination;  // leaves to root; empty for an open tree
   std::vector<FrontPlan> fronts;
   std::vector<EliminationStep>
-      elimination_by_fronts;    // with the fronts of the clusters that are split; else empty
-  std::vector<PoseStep> poses;  // of the bodies with loops or forces between bodies, parents first
-  int pose_count = 0;           // entries of Workspace::ground
+      elimination_by_fronts;  // with the fronts of the clusters that are split; else empty
 
   // Parts that a recursion may omit; constant in a library built without them.
   bool is_open() const { return is_plain() || !has_constraints(); }
@@ -162,22 +231,11 @@ struct Plan {
            !poses.empty();
   }
 
-  // Per link of the model: the joint that carries it (ground if fixed to it), and its frame in the body frame
-  // of that joint.
-  std::vector<int> carrier;
-  std::vector<Pose> frame_in_carrier;
-
  private:
-  void add_joints(const Model& model);
-  void add_rotors(const Model& model);
   void update_rotors();
-  void add_springs(const Model& model);
-  void add_bushings(const Model& model);
-  void add_elastic_couplings(const Model& model);
-  void add_contacts(const Model& model);
-  void add_ports(const Model& model);
 };
 
-extern template struct Plan<double>;
+template <>
+Plan<double>::Plan(const Model& model, const Parameters<double>& parameters);
 
 }  // namespace redysim

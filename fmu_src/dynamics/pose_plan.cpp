@@ -4,16 +4,13 @@
 #include <vector>
 
 #include "dynamics/plan.hpp"
-#include "math/dual.hpp"
-#include "math/recorded.hpp"
 
 namespace redysim {
 namespace {
 
-template <class Scalar>
 class PoseBuilder {
  public:
-  explicit PoseBuilder(Plan<Scalar>& plan) : plan_(plan), bodies_(plan.joints.size()) {}
+  explicit PoseBuilder(Plan<double>& plan) : plan_(plan), bodies_(plan.joints.size()) {}
 
   void build() {
     mark_bodies();
@@ -102,7 +99,7 @@ class PoseBuilder {
     for (ClusterPlan& cluster : plan_.clusters) {
       if (cluster.root != ground) cluster.root_entry = bodies_[cluster.root].as_root;
       for (int k = cluster.first_loop; k < cluster.first_loop + cluster.loop_count; ++k) {
-        LoopPlan<Scalar>& loop = plan_.loops[k];
+        LoopPlan<double>& loop = plan_.loops[k];
         loop.entry_a = seen_from(cluster.root, loop.body_a);
         loop.entry_b = seen_from(cluster.root, loop.body_b);
         loop.entry_root = seen_from(cluster.root, loop.root);
@@ -131,19 +128,12 @@ class PoseBuilder {
     element.entry_b = lifted(element.body_b);
   }
 
-  Plan<Scalar>& plan_;
+  Plan<double>& plan_;
   std::vector<Body> bodies_;
 };
 
 }  // namespace
 
-template <class Scalar>
-void set_poses(Plan<Scalar>& plan) {
-  PoseBuilder<Scalar>(plan).build();
-}
-
-template void set_poses(Plan<double>&);
-template void set_poses(Plan<Dual>&);
-template void set_poses(Plan<Recorded>&);
+void set_poses(Plan<double>& plan) { PoseBuilder(plan).build(); }
 
 }  // namespace redysim

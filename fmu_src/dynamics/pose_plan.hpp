@@ -27,7 +27,6 @@ struct PoseStep {
 };
 
 // Sets plan.poses, and the entries that loops, springs, bushings, contacts and ports use.
-template <class Scalar>
-void set_poses(Plan<Scalar>& plan);
+void set_poses(Plan<double>& plan);
 
 }  // namespace redysim

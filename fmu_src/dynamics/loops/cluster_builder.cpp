@@ -9,8 +9,6 @@
 #include "dynamics/loops/coupling_chains.hpp"
 #include "dynamics/loops/coupling_crossings.hpp"
 #include "dynamics/loops/front_builder.hpp"
-#include "math/dual.hpp"
-#include "math/recorded.hpp"
 #include "model/loop_rows_of.hpp"
 #include "model/motion_scale.hpp"
 
@@ -348,11 +346,10 @@ void add_cluster(const Model& model, const std::vector<LoopRows>& rows, const Cl
 }
 
 // Fronts where the recursion has any, and the orders of elimination with and without them.
-void set_elimination(Plan<double>& plan, bool with_fronts) {
+void set_elimination(Plan<double>& plan) {
   std::vector<EliminationStep> step_of = steps_of_joints(plan);
   plan.elimination = elimination_order(plan, step_of);
-  if constexpr (Plan<double>::may_have_fronts)
-    if (with_fronts) build_fronts(plan);
+  if constexpr (Plan<double>::may_have_fronts) build_fronts(plan);
   if (!plan.has_fronts()) return;
   for (std::size_t f = 0; f < plan.fronts.size(); ++f)
     for (int joint : plan.fronts[f].joints)
@@ -362,7 +359,7 @@ void set_elimination(Plan<double>& plan, bool with_fronts) {
 
 }  // namespace
 
-void build_clusters(const Model& model, Plan<double>& plan, bool with_fronts) {
+void build_clusters(const Model& model, Plan<double>& plan) {
   if (!features::loops || (model.loops.empty() && model.couplings.empty())) return;
   std::vector<int> parents;
   for (const auto& joint : plan.joints) parents.push_back(joint.parent);
@@ -371,7 +368,7 @@ void build_clusters(const Model& model, Plan<double>& plan, bool with_fronts) {
   const ClusterBuilder builder(model, parents, plan.carrier, rows, couplings);
   std::vector<int> coupling_rows(couplings.rows.size());
   for (const auto& group : builder.groups()) add_cluster(model, rows, builder, group, coupling_rows, plan);
-  if (!plan.clusters.empty()) set_elimination(plan, with_fronts);
+  if (!plan.clusters.empty()) set_elimination(plan);
   if (plan.couplings.empty()) return;
   plan.coupling_multipliers = couplings.multipliers;
   for (auto& parts : plan.coupling_multipliers)
@@ -380,29 +377,5 @@ void build_clusters(const Model& model, Plan<double>& plan, bool with_fronts) {
   for (const auto& joint : plan.joints)
     plan.joint_units.push_back(motion_scale(model, parameters, joint.link));
 }
-
-// All of it is structure, apart from constants of the loops.
-template <class Scalar>
-void build_clusters(const Model& model, Plan<Scalar>& plan) {
-  Plan<double> built;
-  built.carrier = plan.carrier;
-  built.frame_in_carrier = plan.frame_in_carrier;
-  for (const JointPlan<Scalar>& joint : plan.joints) {
-    JointPlan<double>& same = built.joints.emplace_back();
-    same.parent = joint.parent;
-    same.link = joint.link;
-    same.prescribed = joint.prescribed;
-  }
-  build_clusters(model, built, false);
-  plan.loops = cast_each<Scalar>(built.loops);
-  plan.couplings = std::move(built.couplings);
-  plan.joint_units = std::move(built.joint_units);
-  plan.coupling_multipliers = std::move(built.coupling_multipliers);
-  plan.clusters = std::move(built.clusters);
-  plan.elimination = std::move(built.elimination);
-}
-
-template void build_clusters(const Model&, Plan<Dual>&);
-template void build_clusters(const Model&, Plan<Recorded>&);
 
 }  // namespace redysim

@@ -6,10 +6,6 @@ namespace redysim {
 
 // Groups the model's loops and rigid couplings into clusters: fills loops, couplings, clusters, fronts and
 // both elimination orders of the plan. Uses its joints and carriers. Called once at load.
-void build_clusters(const Model& model, Plan<double>& plan, bool with_fronts = true);
-
-// The same, without fronts.
-template <class Scalar>
-void build_clusters(const Model& model, Plan<Scalar>& plan);
+void build_clusters(const Model& model, Plan<double>& plan);
 
 }  // namespace redysim

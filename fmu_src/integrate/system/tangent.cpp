@@ -44,7 +44,7 @@ void set_values(const double* from, std::size_t count, std::vector<Dual>& to) {
 
 Tangent::Tangent(const Model& model, const System& system)
     : balls(static_cast<std::size_t>(system.balls())),
-      plan_(model),
+      plan_(system.plan()),
       workspace_(plan_),
       actuators_(system.actuators()) {
   angles_.resize(balls.size());

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+namespace redysim {
+
+// P J Q = L U with complete pivoting (Golub and Van Loan 2013, 3.4.8): which columns of J determine the
+// others. For small matrices.
+class CompletePivoting {
+ public:
+  // Ends after `most` pivots, or where no entry above `smallest` is left.
+  CompletePivoting(Eigen::MatrixXd J, Eigen::Index most, double smallest) : LU_(std::move(J)) {
+    rows_.resize(static_cast<std::size_t>(LU_.rows()));
+    columns_.resize(static_cast<std::size_t>(LU_.cols()));
+    std::iota(rows_.begin(), rows_.end(), 0);
+    std::iota(columns_.begin(), columns_.end(), 0);
+    most = std::min({most, LU_.rows(), LU_.cols()});
+    while (rank_ < most && take_largest(smallest)) ++rank_;
+  }
+
+  Eigen::Index rank() const { return rank_; }
+  double smallest_pivot() const { return rank_ == 0 ? 0 : std::abs(LU_(rank_ - 1, rank_ - 1)); }
+  // Of J: those of the pivots, then the others.
+  const std::vector<int>& columns() const { return columns_; }
+
+  // x with J x = b in the rows of the pivots; zero but in their columns.
+  Eigen::VectorXd solve(const Eigen::VectorXd& b) const {
+    Eigen::VectorXd z(rank_), x = Eigen::VectorXd::Zero(LU_.cols());
+    for (Eigen::Index i = 0; i < rank_; ++i) {
+      z[i] = b[rows_[i]];
+      for (Eigen::Index k = 0; k < i; ++k) z[i] -= LU_(i, k) * z[k];
+    }
+    for (Eigen::Index i = rank_; i-- > 0;) {
+      for (Eigen::Index k = i + 1; k < rank_; ++k) z[i] -= LU_(i, k) * z[k];
+      z[i] /= LU_(i, i);
+      x[columns_[i]] = z[i];
+    }
+    return x;
+  }
+
+ private:
+  bool take_largest(double smallest) {
+    const Eigen::Index n = rank_;
+    Eigen::Index row = n, column = n;
+    for (Eigen::Index j = n; j < LU_.cols(); ++j)
+      for (Eigen::Index i = n; i < LU_.rows(); ++i)
+        if (std::abs(LU_(i, j)) > std::abs(LU_(row, column))) row = i, column = j;
+    if (!(std::abs(LU_(row, column)) > smallest)) return false;
+    for (Eigen::Index j = 0; j < LU_.cols(); ++j) std::swap(LU_(n, j), LU_(row, j));
+    for (Eigen::Index i = 0; i < LU_.rows(); ++i) std::swap(LU_(i, n), LU_(i, column));
+    std::swap(rows_[n], rows_[row]);
+    std::swap(columns_[n], columns_[column]);
+    for (Eigen::Index i = n + 1; i < LU_.rows(); ++i) LU_(i, n) /= LU_(n, n);
+    for (Eigen::Index j = n + 1; j < LU_.cols(); ++j)
+      for (Eigen::Index i = n + 1; i < LU_.rows(); ++i) LU_(i, j) -= LU_(i, n) * LU_(n, j);
+    return true;
+  }
+
+  Eigen::MatrixXd LU_;
+  std::vector<int> rows_, columns_;
+  Eigen::Index rank_ = 0;
+};
+
+}  // namespace redysim
