@@ -17,7 +17,7 @@ case "$target" in
 esac
 
 # one section per function, so that the linker removes unused functions; no exceptions pass through C code
-flags="-Os -ffunction-sections -fdata-sections -fno-asynchronous-unwind-tables -fvisibility=hidden"
+flags="-Oz -ffunction-sections -fdata-sections -fno-asynchronous-unwind-tables -fvisibility=hidden"
 # zig writes a file to the current folder
 version="$(mkdir -p "$place" && cd "$place" && "$compiler" --version | sed -n 1p)"
 case "$version" in

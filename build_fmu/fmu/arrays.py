@@ -36,11 +36,11 @@ def with_arrays(model: Description) -> Description:
 
 
 def _names(arrays: Sequence[Array], scalars: dict[str, Variable]) -> list[str]:
-    """Returns unique names: inputs end in `_input` and prescribed motions in `_prescribed` where another array has the same name."""
+    """Returns unique names: inputs end in `_input`, others in their suffix, where another array has the same name."""
     count = Counter(array.name for array in arrays)
     names = []
     for array in arrays:
-        kind = "_input" if scalars[array.elements[0]].causality == "input" else "_prescribed" if array.prescribed else ""
+        kind = "_input" if scalars[array.elements[0]].causality == "input" else array.suffix
         names.append(array.name + (kind if count[array.name] > 1 else ""))
     assert len({*names, *scalars}) == len(names) + len(scalars), "two variables have the same name"
     return names

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,8 +13,15 @@ from build_fmu.errors import UserError
 from build_fmu.run.session import Session
 
 
+INDEPENDENT = re.compile(r"independent\.(q|qd|qdd)\[(\d+)\]")
+
+
 class Evaluation(Session):
-    """An instance whose states and inputs are given: x' = f(x, u, t). `states` and `inputs` are names, in the order of x and u."""
+    """An instance whose states and inputs are given: x' = f(x, u, t).
+
+    `states`, `slopes` and `inputs` are variables, in the order of x, x' and u; `names_of_states` those of the joints that
+    `independent.q[i]` and `.qd[i]` are.
+    """
 
     kind = "ModelExchange"
 
@@ -28,6 +36,7 @@ class Evaluation(Session):
         self.states = [v.derivative.name for v in slopes]
         self.inputs = [n for n in self.names("input") if self.variables[n].type == "Real"]
         self.size = len(self.states)
+        self.names_of_states = self.states
         self.next_event = np.inf  # s: point of a trajectory or instant of a sampled controller after t = 0
 
     def begin(self, values: dict[str, float]) -> None:
@@ -37,6 +46,18 @@ class Evaluation(Session):
         *_, has_next, time = self._guarded("in the first event", self.instance.newDiscreteStates)
         self.next_event = time if has_next else np.inf
         self._guarded("in the first event", self.instance.enterContinuousTimeMode)
+        self.names_of_states = [self.name_of(n) for n in self.states]
+
+    def name_of(self, variable: str) -> str:
+        """Returns `elbow.q` for an independent coordinate that is the position of this joint, else the name itself."""
+        found = INDEPENDENT.fullmatch(variable)
+        if not found:
+            return variable
+        letter, number = found.groups()
+        reference = self.references([f"independent.joint[{number}]"])
+        (joint,) = self._guarded("when reading a joint", lambda: self.instance.getString(reference))
+        name = f"{joint.decode() if isinstance(joint, bytes) else joint}.{letter}"
+        return name if name in self.variables or letter == "qdd" else variable
 
     def given_states(self) -> np.ndarray:
         """Returns the state of the instance."""

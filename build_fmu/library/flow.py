@@ -42,7 +42,7 @@ def step_derivative(equations: Evaluation, x: np.ndarray, u: np.ndarray, h: floa
 
 def _derivative(equations: Evaluation, x: np.ndarray, u: np.ndarray, h: float, count: int) -> np.ndarray | None:
     """Returns [A, B] with `count` intervals, or None if Newton's iteration fails."""
-    n, total = len(x), np.hstack([_corrected(equations, x, u, 0.0), np.zeros((len(x), len(u)))])
+    n, total = len(x), np.hstack([np.eye(len(x)), np.zeros((len(x), len(u)))])
     slope = np.tile(equations.slope(x, u), (3, 1))
     step = h / count
     for k in range(count):
@@ -53,7 +53,7 @@ def _derivative(equations: Evaluation, x: np.ndarray, u: np.ndarray, h: float, c
         x = x + step * WEIGHTS @ slope
         total = by_state @ total
         total[:, n:] += by_input
-    return _corrected(equations, x, u, h) @ total
+    return total
 
 
 def _interval(equations: Evaluation, x: np.ndarray, u: np.ndarray, times: np.ndarray, h: float, slope: np.ndarray):
@@ -78,9 +78,3 @@ def _interval(equations: Evaluation, x: np.ndarray, u: np.ndarray, times: np.nda
             summed = [h * np.einsum("i,ijk->jk", WEIGHTS, part) for part in (by_state, by_input)]
             return slope, np.eye(n) + summed[0], summed[1]
     return None
-
-
-def _corrected(equations: Evaluation, x: np.ndarray, u: np.ndarray, time: float) -> np.ndarray:
-    """Returns the derivative of the movement to the constraints of loops: the identity without loops."""
-    equations.place(x, u, time)
-    return equations.jacobian(equations.states, equations.states)

@@ -115,7 +115,7 @@ class Model:
     @property
     def states(self) -> list[str]:
         """Names of the entries of x."""
-        return self._equations().states
+        return self._equations().names_of_states
 
     @property
     def inputs(self) -> list[str]:
@@ -144,6 +144,14 @@ class Model:
             if values is not None:
                 x[self._rows_of(names)] = _array(values, names, letter)
         return x
+
+    def start_values(self, x: ArrayLike | None = None) -> dict[str, float]:
+        """Returns the start values of all joints, also of those in loops, at the state x: for `start` of `simulate`."""
+        equations = self._equations()
+        equations.place(*self._point(x, None))
+        starts = {n: _start_of(n) for n in [*equations.names("output"), *equations.states] if START.fullmatch(n)}
+        starts = {n: start for n, start in starts.items() if start in equations.names("parameter")}
+        return dict(zip(starts.values(), equations.read(list(starts)), strict=True))
 
     def slope(self, x: ArrayLike | None = None, u: ArrayLike | None = None) -> np.ndarray:
         """Returns x' (n) of the state x and the inputs u (k); by default the start state and zero."""
@@ -239,12 +247,11 @@ class Model:
         """Returns the state after h (s) with u held, by the solver of the model file."""
         x, u = self._point(x, u)
         session = self._open("step", Variant(TERMS, self._tunable, "given"))
-        starts = [_start_of(n) for n in self.states]
-        settable = session.names("parameter")
-        unknown = [n for n, s in zip(self.states, starts, strict=True) if s not in settable]
-        if unknown:
-            raise UserError(f"step: state '{unknown[0]}' has no start parameter")
-        _restart(session, {**self.parameters, **dict(zip(starts, x, strict=True)), **dict(zip(self.inputs, u, strict=True))})
+        starts = self.start_values(x)
+        without = [n for n in self.states if _start_of(n) not in starts]
+        if without:
+            raise UserError(f"step: state '{without[0]}' has no start parameter")
+        _restart(session, {**self.parameters, **starts, **dict(zip(self.inputs, u, strict=True))})
         session.step(0.0, h)
         return np.array(session.read(self.states))
 
@@ -252,12 +259,11 @@ class Model:
         """Returns the state at rest nearest to q (default: the start) under held inputs u; raises UserError if none is found."""
         x, u = self._point(None if q is None else self.state(q), u)
         x[self._rows_of(self.velocities)] = 0
-        starts = {_start_of(n): value for n, value in zip(self.states, x, strict=True)}
+        starts = self.start_values(x)
         variant = replace(Variant(TERMS, self._tunable), start="equilibrium")
         with Evaluation(self._fmu(variant)) as session:
-            known = {n: v for n, v in starts.items() if n in session.names("parameter")}
-            session.begin({**self.parameters, **known, **dict(zip(self.inputs, u, strict=True))})
-            return session.given_states()
+            session.begin({**self.parameters, **starts, **dict(zip(self.inputs, u, strict=True))})
+            return np.array(session.read(self.states))
 
     def hold(self, x: ArrayLike | None = None) -> np.ndarray:
         """Returns the inputs u (k) of least norm that hold the pose of x at rest; raises UserError if none do."""
@@ -270,7 +276,7 @@ class Model:
         left = self.slope(x, u)
         worst = int(abs(left).argmax()) if left.size else 0
         if left.size and abs(left[worst]) > HELD * max(first, 1.0):
-            name = self._equations().slopes[worst]
+            name = self._equations().name_of(self._equations().slopes[worst])
             raise UserError(f"no inputs hold the model at rest: '{name}' is {left[worst]:.3g} with the best ones")
         return u
 
@@ -329,7 +335,7 @@ class Model:
 
     def _point(self, x: ArrayLike | None, u: ArrayLike | None) -> tuple[np.ndarray, np.ndarray]:
         equations = self._equations()
-        x = self.start() if x is None else _array(x, equations.states, "x")
+        x = self.start() if x is None else _array(x, self.states, "x")
         if u is None:
             u = [float(equations.variables[n].start or 0) for n in equations.inputs]
         return x, _array(u, equations.inputs, "u")

@@ -10,10 +10,9 @@ import numpy as np
 from build_fmu.errors import UserError
 from build_fmu.library.evaluation import Evaluation
 
-COORDINATE = re.compile(r".*\.(q|quaternion\[\d\]|motor_q)")
-RATE = re.compile(r".*\.(qd|omega\[\d\]|motor_qd)")
+COORDINATE = re.compile(r".*\.(q(\[\d+\])?|quaternion\[\d\]|motor_q)")
+RATE = re.compile(r".*\.(qd(\[\d+\])?|omega\[\d\]|motor_qd)")
 AT_REST = 1e-6  # rad/s2, m/s2: acceleration of a state at rest
-INDEPENDENT = 1e-9  # singular value of an independent velocity; those of loops are of order 1 or rounding
 ROUNDING = 1e-14  # a square of a free motion, relative to the largest square
 REAL = 1e-8  # imaginary part of a square that is rounding, relative to the largest square
 
@@ -35,8 +34,7 @@ class Modes:
 def modes_at(equations: Evaluation, x: np.ndarray, u: np.ndarray) -> Modes:
     """Returns the modes; raises UserError if the state is not at rest.
 
-    With q' = G v and v' = a(q), small motions follow v'' = (da/dq) G v. Loops make G singular: the velocities that it maps to zero are
-    not possible and are left out.
+    With q' = G v and v' = a(q), small motions follow v'' = (da/dq) G v.
     """
     coordinates = [n for n in equations.states if COORDINATE.fullmatch(n)]
     rates = [n for n in equations.states if RATE.fullmatch(n)]
@@ -46,17 +44,15 @@ def modes_at(equations: Evaluation, x: np.ndarray, u: np.ndarray) -> Modes:
     if worst is None:
         return Modes(np.empty(0), np.empty((0, 0)), [])
     if abs(moving[worst]) > AT_REST:
-        name = slopes[worst]
+        name = equations.name_of(slopes[worst])
         raise UserError(f"modes require a state at rest, but '{name}' is {moving[worst]:.3g}: use an equilibrium or holding inputs")
     G = equations.jacobian([slopes[n] for n in coordinates], rates)
     stiffness = -equations.jacobian([slopes[n] for n in rates], coordinates)
-    _, values, right = np.linalg.svd(G)
-    free = right[: int((values > INDEPENDENT * values[0]).sum())].T
-    squares, vectors = np.linalg.eig(free.T @ stiffness @ G @ free)
+    squares, vectors = np.linalg.eig(stiffness @ G)
     if abs(squares.imag).max(initial=0) > REAL * abs(squares).max(initial=0):
         raise UserError("the forces at this state have no potential, so there are no undamped modes: use `linearise`")
     squares = np.where(abs(squares) <= ROUNDING * abs(squares).max(initial=0), 0, squares.real)
     order = np.argsort(squares)
-    shapes = (G @ free @ vectors).real[:, order]
+    shapes = (G @ vectors).real[:, order]
     largest = np.take_along_axis(shapes, abs(shapes).argmax(axis=0)[None, :], axis=0)
-    return Modes(squares[order], shapes / largest, coordinates)
+    return Modes(squares[order], shapes / largest, [equations.name_of(n) for n in coordinates])

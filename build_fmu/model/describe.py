@@ -54,11 +54,11 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Array:
-    """An array variable of FMI 3.0 and the names of its elements, by rows; `prescribed`: of joints with prescribed motion."""
+    """An array variable of FMI 3.0 and the names of its elements, by rows; `suffix` tells it from others of the same name."""
 
     name: str
     value_reference: int
-    prescribed: bool
+    suffix: str
     dimensions: list[int]
     elements: list[str]
 

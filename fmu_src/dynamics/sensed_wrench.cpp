@@ -1,6 +1,7 @@
 #include "dynamics/sensed_wrench.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "dynamics/joint_wrenches.hpp"
 
@@ -21,8 +22,7 @@ Model with_cuts(Model model) {
   return model;
 }
 
-template <class Scalar>
-std::vector<int> joints_by_link(const Plan<Scalar>& plan, const Plan<Scalar>& of) {
+std::vector<int> joints_by_link(const Plan<double>& plan, const Plan<double>& of) {
   std::vector<int> result;
   for (const auto& joint : plan.joints) {
     const auto same = [&joint](const auto& other) { return other.link == joint.link; };
@@ -33,8 +33,7 @@ std::vector<int> joints_by_link(const Plan<Scalar>& plan, const Plan<Scalar>& of
 }
 
 // A planar loop may have fewer rows in `of`. Rows of couplings transmit no wrench.
-template <class Scalar>
-std::vector<int> rows_by_loop(const Plan<Scalar>& plan, const Plan<Scalar>& of) {
+std::vector<int> rows_by_loop(const Plan<double>& plan, const Plan<double>& of) {
   std::vector<int> result;
   for (const ClusterPlan& cluster : plan.clusters)
     result.resize(result.size() + static_cast<std::size_t>(cluster.row_count), -1);
@@ -48,8 +47,7 @@ std::vector<int> rows_by_loop(const Plan<Scalar>& plan, const Plan<Scalar>& of) 
 }
 
 // A port on a link that is fixed to the ground is a port here only.
-template <class Scalar>
-std::vector<int> ports_by_frame(const Plan<Scalar>& plan, const Plan<Scalar>& of) {
+std::vector<int> ports_by_frame(const Plan<double>& plan, const Plan<double>& of) {
   std::vector<int> result;
   for (const auto& port : plan.ports) {
     const auto same = [&port](const auto& other) { return other.frame == port.frame; };
@@ -74,12 +72,16 @@ bool SensedWrenches<Scalar>::needed(const Model& model) {
 }
 
 template <class Scalar>
-SensedWrenches<Scalar>::SensedWrenches(const Model& model, const Plan<Scalar>& plan)
-    : plan_(with_cuts(model)),
+SensedWrenches<Scalar>::SensedWrenches(const Model& model, const Plan<double>& plan)
+    : SensedWrenches(Plan<double>(with_cuts(model)), plan) {}
+
+template <class Scalar>
+SensedWrenches<Scalar>::SensedWrenches(Plan<double>&& cut, const Plan<double>& plan)
+    : joint_(joints_by_link(cut, plan)),
+      row_(rows_by_loop(cut, plan)),
+      port_(ports_by_frame(cut, plan)),
+      plan_(std::move(cut)),
       workspace_(plan_),
-      joint_(joints_by_link(plan_, plan)),
-      row_(rows_by_loop(plan_, plan)),
-      port_(ports_by_frame(plan_, plan)),
       q_(joint_.size(), Scalar(0)),
       qd_(q_),
       qdd_(q_),

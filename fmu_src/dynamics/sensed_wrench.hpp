@@ -13,8 +13,8 @@ template <class Scalar>
 class SensedWrenches {
  public:
   static bool needed(const Model& model);
-  // `plan`: that of the model. The values are those of the model file until `update`.
-  SensedWrenches(const Model& model, const Plan<Scalar>& plan);
+  // `plan`: that of the model. `update` follows before the first evaluation.
+  SensedWrenches(const Model& model, const Plan<double>& plan);
   void update(const Parameters<Scalar>& parameters) { plan_.update(parameters); }
 
   // From q, qd, qdd of all joints of the plan, moments and forces of its ports, and multipliers of its rows.
@@ -25,9 +25,11 @@ class SensedWrenches {
   Force<Scalar> of(const Frame& frame) const;
 
  private:
+  SensedWrenches(Plan<double>&& cut, const Plan<double>& plan);
+
+  std::vector<int> joint_, row_, port_;  // of the plan, per joint, row and port here; -1: none
   Plan<Scalar> plan_;
   Workspace<Scalar> workspace_;
-  std::vector<int> joint_, row_, port_;  // of the plan, per joint, row and port here; -1: none
   std::vector<Scalar> q_, qd_, qdd_, tau_, ports_, lambda_;
 };
 

@@ -13,18 +13,16 @@ namespace redysim {
 // others. For small matrices.
 class CompletePivoting {
  public:
-  // Ends after `most` pivots, or where no entry above `smallest` is left.
-  CompletePivoting(Eigen::MatrixXd J, Eigen::Index most, double smallest) : LU_(std::move(J)) {
-    rows_.resize(static_cast<std::size_t>(LU_.rows()));
-    columns_.resize(static_cast<std::size_t>(LU_.cols()));
-    std::iota(rows_.begin(), rows_.end(), 0);
-    std::iota(columns_.begin(), columns_.end(), 0);
-    most = std::min({most, LU_.rows(), LU_.cols()});
-    while (rank_ < most && take_largest(smallest)) ++rank_;
+  // Ends after `most` pivots, all in the first `eligible` columns, or where no entry above `smallest` is left.
+  CompletePivoting(Eigen::MatrixXd J, Eigen::Index most, double smallest, Eigen::Index eligible)
+      : LU_(std::move(J)),
+        rows_(in_order(LU_.rows())),
+        columns_(in_order(LU_.cols())),
+        eligible_(eligible) {
+    while (rank_ < std::min({most, LU_.rows(), eligible_}) && take_largest(smallest)) ++rank_;
   }
 
   Eigen::Index rank() const { return rank_; }
-  double smallest_pivot() const { return rank_ == 0 ? 0 : std::abs(LU_(rank_ - 1, rank_ - 1)); }
   // Of J: those of the pivots, then the others.
   const std::vector<int>& columns() const { return columns_; }
 
@@ -35,19 +33,40 @@ class CompletePivoting {
       z[i] = b[rows_[i]];
       for (Eigen::Index k = 0; k < i; ++k) z[i] -= LU_(i, k) * z[k];
     }
-    for (Eigen::Index i = rank_; i-- > 0;) {
-      for (Eigen::Index k = i + 1; k < rank_; ++k) z[i] -= LU_(i, k) * z[k];
-      z[i] /= LU_(i, i);
-      x[columns_[i]] = z[i];
-    }
+    solve_upper(z.data());
+    for (Eigen::Index i = 0; i < rank_; ++i) x[columns_[i]] = z[i];
     return x;
   }
 
+  // The largest entry of x in the columns of the pivots, with J x = 0 and a unit vector in the other ones.
+  double leverage() {
+    double largest = 0;
+    for (Eigen::Index j = rank_; j < LU_.cols(); ++j) {
+      double* column = LU_.data() + j * LU_.rows();
+      solve_upper(column);
+      for (Eigen::Index i = 0; i < rank_; ++i) largest = std::max(largest, std::abs(column[i]));
+    }
+    return largest;
+  }
+
  private:
+  static std::vector<int> in_order(Eigen::Index count) {
+    std::vector<int> numbers(static_cast<std::size_t>(count));
+    std::iota(numbers.begin(), numbers.end(), 0);
+    return numbers;
+  }
+
+  void solve_upper(double* z) const {
+    for (Eigen::Index i = rank_; i-- > 0;) {
+      for (Eigen::Index k = i + 1; k < rank_; ++k) z[i] -= LU_(i, k) * z[k];
+      z[i] /= LU_(i, i);
+    }
+  }
+
   bool take_largest(double smallest) {
     const Eigen::Index n = rank_;
     Eigen::Index row = n, column = n;
-    for (Eigen::Index j = n; j < LU_.cols(); ++j)
+    for (Eigen::Index j = n; j < eligible_; ++j)
       for (Eigen::Index i = n; i < LU_.rows(); ++i)
         if (std::abs(LU_(i, j)) > std::abs(LU_(row, column))) row = i, column = j;
     if (!(std::abs(LU_(row, column)) > smallest)) return false;
@@ -63,7 +82,7 @@ class CompletePivoting {
 
   Eigen::MatrixXd LU_;
   std::vector<int> rows_, columns_;
-  Eigen::Index rank_ = 0;
+  Eigen::Index rank_ = 0, eligible_;
 };
 
 }  // namespace redysim

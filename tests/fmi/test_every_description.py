@@ -84,7 +84,7 @@ def test_start_values_stand_where_they_must_and_nowhere_else(description):
         legal = {
             "input": (("continuous",), None, True),
             "output": (("continuous", "discrete"), "calculated", False),
-            "local": (("continuous",), "calculated", False),
+            "local": (("discrete",) if scalar[0].tag == "String" else ("continuous",), "calculated", False),
             "parameter": (("fixed", "tunable"), "exact", True),
         }[causality]
         assert variability in legal[0] and initial == legal[1] and (start is not None) == legal[2], scalar.get("name")
@@ -147,7 +147,7 @@ def test_the_structure_is_complete(description):
     states = [int(scalars[i - 1][0].get("derivative")) for i in slopes]
     assert sorted(slopes) == [i for i, scalar in enumerate(scalars, 1) if "derivative" in scalar[0].attrib]
     assert len(set(states)) == len(states)
-    local = [i for i, scalar in enumerate(scalars, 1) if scalar.get("causality") == "local"]
+    local = [i for i, scalar in enumerate(scalars, 1) if scalar.get("causality") == "local" and scalar[0].tag == "Real"]
     assert set(local) <= {*slopes, *states}, "for model exchange alone"
     for group, unknowns in (("Outputs", outputs), ("Derivatives", slopes), ("InitialUnknowns", outputs + local)):
         rows = description.findall(f"ModelStructure/{group}/Unknown")

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "fmi/variables/variables.hpp"
+#include "fmi/instance/simulation.hpp"
 #include "model/read/model_file.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -13,9 +13,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const ModelFile file =
         read_model_text(std::string(reinterpret_cast<const char*>(data), size), "fuzz.toml");
     if (file.model.links.size() > 200) return 0;
-    const Plan<double> plan(file.model);
-    const VariableTable table(file.model, plan);
-    if (table.all().empty()) __builtin_trap();
+    const Simulation simulation(file.model, false);
+    if (simulation.table.all().empty()) __builtin_trap();
   } catch (const ModelError& error) {
     if (error.diagnostics().empty()) __builtin_trap();
   }

@@ -6,9 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "fmi/variables/variables.hpp"
+#include "fmi/instance/simulation.hpp"
 #include "fmi2Functions.h"
-#include "integrate/system/system.hpp"
 #include "model/read/fingerprint.hpp"
 #include "model/read/model_file.hpp"
 
@@ -39,11 +38,11 @@ struct Scene {
     folder = (fs::temp_directory_path() / ("redysim_" + name + "_XXXXXX")).string();
     if (!mkdtemp(folder.data())) fail("no temporary folder can be made");
     fs::copy_file(path, folder + "/model.toml");
-    const Plan<double> plan(file.model);
-    const VariableTable table(file.model, plan);
-    states = System(plan, has_work(file.model, plan), &file.model).size();
-    for (const Variable& variable : table.all()) {
-      if (variable.type() == VariableType::string) method = variable.value_reference;
+    Simulation simulation(file.model, false);
+    states = simulation.independent().size();
+    for (const Variable& variable : simulation.table.all()) {
+      if (variable.type() == VariableType::string && !variable.is_calculated())
+        method = variable.value_reference;
       if (variable.type() != VariableType::real) continue;
       if (variable.causality() == Causality::output) outputs.push_back(variable.value_reference);
       if (variable.causality() != Causality::input) continue;

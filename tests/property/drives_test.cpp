@@ -167,7 +167,7 @@ TEST_P(Drives, any_mix_in_closed_loops_is_the_same_plant) {
   const Vector qdd = closed.qdd(q, qd, tau);
   for (int mix = 0; mix < 5; ++mix) {
     const Model other = with_random_drives(random, model);
-    const Freedom found = freedom(other, parameters_of(other), q.data());
+    const Freedom found = freedom(other, Plan<double>(other), q.data());
     Evaluate<double> mixed(other);
     Vector inputs = tau;
     for (int i = 0; i < n; ++i)

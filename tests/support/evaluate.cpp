@@ -66,7 +66,10 @@ VectorOf<Scalar> Evaluate<Scalar>::lambda() const {
 
 template <class Scalar>
 int Evaluate<Scalar>::rank() const {
-  return loop_rank(plan, ws);
+  int rank = 0;
+  for (std::size_t c = 0; c < plan.clusters.size(); ++c)
+    rank += is_by_fronts(plan, ws.loop, c) ? plan.clusters[c].row_count : ws.loop.S[c].rank();
+  return rank;
 }
 
 template <class Scalar>

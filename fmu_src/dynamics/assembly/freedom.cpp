@@ -1,48 +1,50 @@
 #include "dynamics/assembly/freedom.hpp"
 
-#include <vector>
+#include <algorithm>
+#include <numeric>
 
 #include "dynamics/compiled.hpp"
-#include "dynamics/input_layout.hpp"
-#include "dynamics/loops/loop_elimination.hpp"
+#include "math/complete_pivoting.hpp"
 
 namespace redysim {
 namespace {
 
-// Rank of the loop rows with respect to the joints that are not prescribed, that of J M^-1 J^T for any M > 0.
-int rank_of_loops(const Model& model, const Parameters<double>& parameters, const double* q) {
-  const Plan<double> plan(model, parameters);
-  Workspace<double> ws(plan);
-  const std::vector<double> rest(static_cast<std::size_t>(InputLayout(plan).recursion_size()), 0.0);
-  std::vector<double> qdd(static_cast<std::size_t>(plan.nv));
-  compiled_forward_dynamics(plan, ws, q, rest.data(), rest.data(), qdd.data());
-  return loop_rank(plan, ws);
-}
+constexpr double dependent = 1e-8;  // of the assembly, too
 
 }  // namespace
 
-Freedom freedom(const Model& model, const Parameters<double>& parameters, const double* q) {
-  Model any = model;
-  any.actuators.clear();  // rotors
-  Parameters<double> with_armature = parameters;
-  Freedom result;
-  int joints = 0;
-  // the chart joint of a spherical joint is not a degree of freedom
-  std::vector<char> moving;
-  for (const Link& link : any.links) moving.push_back(moves(link.joint));
-  for (const Ball& ball : any.balls) moving[ball.chart_link] = false;
-  for (std::size_t i = 0; i < any.links.size(); ++i) {
-    Link& link = any.links[i];
-    if (!moving[i]) continue;
-    ++joints;
-    if (link.joint.drive == Drive::motion || link.joint.drive == Drive::locked) ++result.motions;
-    // M > 0: the rank is that of the rows alone
-    with_armature.joints[i].armature = 1;
+ConstraintRanks constraint_ranks(const Model& model, const Plan<double>& plan, const double* q,
+                                 FreeJoints free, double smallest) {
+  ConstraintRanks found;
+  Workspace<double> workspace(plan);
+  const std::vector<double> rest(static_cast<std::size_t>(plan.nv));
+  compiled_ground_motion(plan, workspace, q, rest.data());
+  for (const ClusterPlan& cluster : plan.clusters) {
+    ClusterRows<double> rows(model, plan, workspace, cluster, free);
+    rows.set_pose(q);
+    rows.measure();
+    rows.set_rows();
+    const auto& J = rows.jacobian();
+    const Eigen::Index rank = CompletePivoting(J, J.cols(), smallest, J.cols()).rank();
+    found.ranks.push_back(static_cast<int>(rank));
+    found.joints.push_back(static_cast<int>(J.cols()));
+    found.are_full = found.are_full && rank == std::min(J.rows(), J.cols());
+    found.gap = std::max(found.gap, rows.residuals().lpNorm<Eigen::Infinity>());
   }
-  result.left = joints - result.motions - rank_of_loops(any, with_armature, q);
-  for (std::size_t i = 0; i < any.links.size(); ++i)
-    if (moving[i]) any.links[i].joint.drive = Drive::free;
-  result.system = joints - rank_of_loops(any, with_armature, q);
+  return found;
+}
+
+Freedom freedom(const Model& model, const Plan<double>& plan, const double* q) {
+  const auto rank = [&](FreeJoints free) {
+    const std::vector<int> ranks = constraint_ranks(model, plan, q, free, dependent).ranks;
+    return std::accumulate(ranks.begin(), ranks.end(), 0);
+  };
+  // the chart joint of a spherical joint is prescribed, but not a degree of freedom
+  const int charts = static_cast<int>(plan.balls.size());
+  Freedom result;
+  result.motions = plan.prescribed_count - charts;
+  result.left = plan.nv - plan.prescribed_count - rank(FreeJoints::integrated);
+  result.system = plan.nv - charts - rank(FreeJoints::all);
   result.surplus = result.motions + result.left - result.system;
   return result;
 }

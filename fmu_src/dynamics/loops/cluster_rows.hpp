@@ -11,6 +11,9 @@
 
 namespace redysim {
 
+// Joints of a cluster that move: in the assembly, those that are not prescribed, or all.
+enum class FreeJoints { assembled, integrated, all };
+
 // The rows of one cluster at one configuration: residuals phi, their Jacobian J with respect to the free
 // joints, and rates. Lengths are measured in units of the size of the mechanism. Uses the pose of the
 // cluster's root in the workspace.
@@ -19,13 +22,16 @@ class ClusterRows {
  public:
   using Rows = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
 
-  ClusterRows(const Model& model, const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ClusterPlan& cluster)
+  ClusterRows(const Model& model, const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ClusterPlan& cluster,
+              FreeJoints free = FreeJoints::assembled)
       : plan_(plan), ws_(ws), cluster_(cluster) {
     column_.assign(plan.joints.size(), -1);
     // cluster.joints are descending
     for (auto joint = cluster.joints.rbegin(); joint != cluster.joints.rend(); ++joint) {
       joints_.push_back(*joint);
-      if (model.links[plan.joints[*joint].link].joint.hold || plan.joints[*joint].prescribed) continue;
+      const JointPlan<Scalar>& at = plan.joints[*joint];
+      if (free == FreeJoints::all ? at.prescribed && at.of_ball : at.prescribed) continue;
+      if (free == FreeJoints::assembled && model.links[at.link].joint.hold) continue;
       column_[*joint] = static_cast<int>(free_.size());
       free_.push_back(*joint);
     }
@@ -48,6 +54,15 @@ class ClusterRows {
   const Rows& residuals() const { return phi_; }
   const Rows& rates() const { return rate_; }
   const Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>& jacobian() const { return J_; }
+
+  // Values of the columns of some free joints.
+  Eigen::MatrixXd jacobian(const std::vector<int>& joints) const {
+    Eigen::MatrixXd columns(J_.rows(), static_cast<Eigen::Index>(joints.size()));
+    for (std::size_t k = 0; k < joints.size(); ++k)
+      for (Eigen::Index row = 0; row < J_.rows(); ++row)
+        columns(row, k) = value_of(J_(row, column_[joints[k]]));
+    return columns;
+  }
 
   // q: per joint of the plan.
   void set_pose(const Scalar* q) {

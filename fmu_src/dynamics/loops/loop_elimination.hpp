@@ -250,13 +250,4 @@ void accelerate_with_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, Scal
   }
 }
 
-// Number of independent rows of all loops in the last elimination.
-template <class Scalar>
-int loop_rank(const Plan<Scalar>& plan, const Workspace<Scalar>& ws) {
-  int rank = 0;
-  for (std::size_t c = 0; c < plan.clusters.size(); ++c)
-    rank += is_by_fronts(plan, ws.loop, c) ? plan.clusters[c].row_count : ws.loop.S[c].rank();
-  return rank;
-}
-
 }  // namespace redysim

@@ -19,6 +19,7 @@
 #include "fmi/variables/parameters.hpp"
 #include "fmi/variables/presentation.hpp"
 #include "fmi/variables/variables.hpp"
+#include "integrate/system/independent_coordinates.hpp"
 #include "integrate/system/start.hpp"
 #include "model/features.hpp"
 #include "model/model_exchange.hpp"
@@ -181,7 +182,7 @@ void write_start(Json& json, const Model& model, Parameters<double>& parameters,
       if (const double* value = parameter(parameters, variable))
         json.value(*value);
       else
-        json.value(method_name(model.solver.method));  // the only String
+        json.value(method_name(model.solver.method));  // the only String parameter
   }
 }
 
@@ -211,11 +212,11 @@ void write_features(Json& json, const Model& model) {
 }
 
 void write_variables(Json& json, const Model& model, const VariableTable& table, const StateVariables& states,
-                     const System& system) {
+                     const IndependentCoordinates& exchanged) {
   Parameters<double> parameters = parameters_of(model);
   std::vector<const Variable*> derivative_of(table.all().size());
-  std::vector<double> nominals(static_cast<std::size_t>(system.size())), nominal(table.all().size(), 1.0);
-  system.nominals(nominals.data());
+  std::vector<double> nominals(static_cast<std::size_t>(exchanged.size())), nominal(table.all().size(), 1.0);
+  exchanged.nominals(nominals.data());
   for (std::size_t place = 0; place < states.states.size(); ++place) {
     derivative_of[states.slopes[place]] = &table.all()[states.states[place]];
     nominal[states.states[place]] = nominals[place];
@@ -230,7 +231,7 @@ void write_variables(Json& json, const Model& model, const VariableTable& table,
 void write_arrays(Json& json, const Scene& scene, const VariableTable& table) {
   json.key("arrays").begin_array();
   for (const Variable& first : table.all()) {
-    const std::vector<unsigned> elements = table.array(scene.plan, first);
+    const std::vector<unsigned> elements = table.array(scene, first);
     if (elements.empty()) continue;
     const Row& row = *first.row;
     // "arm.force" of "arm.force[1]", "q" of "elbow.q"
@@ -241,7 +242,10 @@ void write_arrays(Json& json, const Scene& scene, const VariableTable& table) {
     json.begin_object().member("name", name);
     json.member("value_reference", array_reference + first.value_reference);
     const bool state_of_joint = row.owner == Owner::joint && row.has_state();
-    json.member("prescribed", state_of_joint && scene.plan.joints[first.joint].prescribed);
+    json.member("suffix", !state_of_joint                               ? ""
+                          : scene.plan.joints[first.joint].prescribed ? "_prescribed"
+                          : scene.is_in_cluster(first.joint)          ? "_dependent"
+                                                                      : "");
     json.key("dimensions").begin_array().value(rows);
     if (columns > 0) json.value(columns);
     json.end_array().key("elements").begin_array();
@@ -323,9 +327,23 @@ Model assembled(const ModelFile& file, const std::string& path, const Plan<doubl
   return at_start(file.model, system, 0, y.data());
 }
 
+void choose_at_start(const Model& model, const Parameters<double>& parameters, System& system,
+                     IndependentCoordinates& exchanged) {
+  std::vector<double> y(static_cast<std::size_t>(system.size()));
+  begin_motions(model, system, 0);
+  assemble_start(model, parameters, system, 0, y.data());
+  exchanged.choose(0, y.data());
+}
+
 std::string description(const ModelFile& file, const std::string& path, std::vector<Diagnostic>& warnings) {
   const Plan<double> plan(file.model);
-  const VariableTable table(file.model, plan);
+  System system(plan, has_work(file.model, plan), &file.model);
+  const Model start = assembled(file, path, plan, warnings);
+  const Parameters<double> parameters = parameters_of(start);
+  const std::vector<int> independent = independent_joints(start, parameters, system);
+  const VariableTable table(file.model, plan, independent);
+  IndependentCoordinates exchanged(file.model, system, independent);
+  choose_at_start(start, parameters, system, exchanged);
   Json json;
   json.begin_object();
   write_header(json, file);
@@ -336,16 +354,15 @@ std::string description(const ModelFile& file, const std::string& path, std::vec
   write_features(json, file.model);
   write_units(json, file.model, table);
   const Scene scene{file.model, plan};
-  const System system(plan, has_work(file.model, plan), &file.model);
-  const StateVariables states = state_variables(table, file.model, system);
-  write_variables(json, file.model, table, states, system);
+  const StateVariables states = state_variables(table, file.model, system, exchanged);
+  write_variables(json, file.model, table, states, exchanged);
   write_arrays(json, scene, table);
   write_structure(json, "outputs", table, output_dependencies(table, scene, states));
   write_structure(json, "derivatives", table, slope_dependencies(table, scene, states));
   write_structure(json, "initial_unknowns", table, initial_dependencies(table, scene));
   json.key("drawing");
   const std::vector<DrawnShape> shapes = read_shapes(path, file.model);
-  write_drawing(json, assembled(file, path, plan, warnings), shapes);
+  write_drawing(json, start, shapes);
   json.end_object();
   return json.text() + "\n";
 }

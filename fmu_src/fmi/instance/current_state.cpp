@@ -23,16 +23,17 @@ const double* CurrentState::follow_motion() {
   if (!following_is_current_) {
     std::copy_n(simulation_.integrator->state(), following_.size(), following_.begin());
     can_follow_ = simulation_.model_exchange
-                      ? project(following_.data())
+                      ? static_cast<GivenState&>(*simulation_.integrator).close(simulation_.time, following_.data())
                       : simulation_.system.follow_jumps(simulation_.time, following_.data());
     following_is_current_ = true;
   }
   return following_.data();
 }
 
-bool CurrentState::project(double* y) {
-  GivenState::normalise(simulation_.system.layout(), y);
-  return simulation_.system.close_loops(simulation_.time, y);
+IndependentCoordinates& CurrentState::independent() {
+  IndependentCoordinates& states = simulation_.independent();
+  if (!simulation_.model_exchange || !simulation_.integrator) states.choose(simulation_.time, y());
+  return states;
 }
 
 bool CurrentState::replace(double* y) {

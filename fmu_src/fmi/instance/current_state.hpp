@@ -9,8 +9,7 @@ namespace redysim {
 
 // The state y at the last communication point: the assembled start before the first step, then the state of
 // the integrator. If a prescribed motion has jumped since the last step, y follows the jump in the same way
-// as at the begin of the next step. In model exchange with loops y is the nearest state that satisfies their
-// constraints: those of the master drift.
+// as at the begin of the next step. In model exchange with loops y follows from independent coordinates.
 class CurrentState {
  public:
   explicit CurrentState(Simulation& simulation);
@@ -19,6 +18,8 @@ class CurrentState {
     if (simulation_.integrator && follows_motion_) return simulation_.integrator->state();
     return simulation_.integrator ? follow_motion() : start();
   }
+  // As chosen at the last event of model exchange, else for y.
+  IndependentCoordinates& independent();
   const Start& how_started() const { return how_started_; }
 
   bool follows_motion() const { return follows_motion_; }  // false: a motion changed since the last step
@@ -37,7 +38,6 @@ class CurrentState {
  private:
   const double* start();
   const double* follow_motion();
-  bool project(double* y);
 
   Simulation& simulation_;
   std::vector<double> start_, following_;

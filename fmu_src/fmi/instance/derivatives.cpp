@@ -13,7 +13,7 @@ std::string OutputDerivatives::objection(const Variable& known, double direction
   if (!std::isfinite(direction))
     return "the direction of " + known.name + " must be a finite number, got " + shown(direction);
   if (known.is_calculated()) {
-    if (values_.place(known) < 0) return known.name + " is neither an input nor a state, not a known";
+    if (values_.exchanged_place(known) < 0) return known.name + " is neither an input nor a state, not a known";
     return in_initialization ? "derivatives by " + known.name + ", a state, exist after initialization only"
                              : std::string();
   }
@@ -30,6 +30,7 @@ std::string OutputDerivatives::begin() {
   tangent_->go_to(simulation_.parameters, simulation_.system, simulation_.time, state_.y());
   jumps_ = moves_state_ = false;
   work_change_[0] = work_change_[1] = 0;
+  independent_.clear();
   return {};
 }
 
@@ -70,6 +71,14 @@ void OutputDerivatives::change_state(const Variable& known, double direction) {
     case StatePart::omega:
       at.balls[known.ball].omega[known.element] += direction;
       break;
+    case StatePart::independent_q:
+    case StatePart::independent_qd: {
+      const std::size_t count = static_cast<std::size_t>(simulation_.independent().count());
+      independent_.resize(2 * count);
+      independent_[(known.row->state == StatePart::independent_q ? 0 : count) +
+                   static_cast<std::size_t>(known.element)] += direction;
+      break;
+    }
     case StatePart::work:
       work_change_[0] += direction;
       break;
@@ -92,17 +101,21 @@ std::string OutputDerivatives::follow(bool in_initialization) {
     work_ = Work::none;
     return {};
   }
-  const std::string why = simulation_.model_exchange ? follow_states() : follow_jumps();
-  if (!why.empty()) return why;
+  if (!simulation_.model_exchange)
+    if (const std::string why = follow_jumps(); !why.empty()) return why;
+  follow_independent();
   work_ = jumps_ && !simulation_.model_exchange ? Work::of_energy : Work::given;
   return {};
 }
 
-// Model exchange: the state moves to the loop constraints.
-std::string OutputDerivatives::follow_states() {
-  if ((jumps_ || moves_state_) && simulation_.system.has_constraints())
-    tangent_->follow_constraints(simulation_.system, simulation_.time, simulation_.integrator->state());
-  return {};
+// The joints in loops and rigid couplings move with independent ones, in model exchange also with motions.
+void OutputDerivatives::follow_independent() {
+  const bool by_motion = simulation_.model_exchange && jumps_ && simulation_.system.has_constraints();
+  if (independent_.empty() && !by_motion) return;
+  const IndependentCoordinates& states = state_.independent();
+  independent_.resize(2 * static_cast<std::size_t>(states.count()));
+  tangent_->follow_independent(simulation_.model, simulation_.system, simulation_.time, state_.y(), states,
+                               independent_.data(), independent_.data() + states.count());
 }
 
 // Prescribed motions jump at a communication point.

@@ -44,10 +44,13 @@ class OutputDerivatives {
   double work();
   double contact_work();
   double balance();
+  IndependentCoordinates::Direction independent(int k) {
+    return state_.independent().direction(k, state_.y(), *tangent_);
+  }
 
  private:
-  std::string follow_states();
   std::string follow_jumps();
+  void follow_independent();
   void change_state(const Variable& known, double direction);
   bool add_weight(const Variable& unknown, double weight);
   const double* gradient(const Variable& known) const;
@@ -70,6 +73,7 @@ class OutputDerivatives {
   bool jumps_ = false;                // the direction changes the position or velocity of a prescribed joint
   bool moves_state_ = false;          // the direction changes the state itself
   double work_change_[2] = {0, 0};    // of its last entries
+  std::vector<double> independent_;   // the directions of independent positions, then velocities; empty: none
   Work work_ = Work::none;
 };
 

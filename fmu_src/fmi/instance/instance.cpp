@@ -226,7 +226,7 @@ fmi2Status Instance::reset() {
 void Instance::report_drives() {
   if (!simulation_.plan.has_constraints() || !simulation_.plan.has_motion()) return;
   if (!log_.events() && !log_.warnings()) return;
-  const Freedom found = freedom(simulation_.model, simulation_.parameters, values_.coordinates().q);
+  const Freedom found = freedom(simulation_.model, simulation_.plan, values_.coordinates().q);
   if (found.surplus > 0)
     log_.warning(sentence(found));
   else

@@ -122,9 +122,8 @@ class Instance {
   bool is_given_state(const Variable& variable) const;
   bool set_states(const unsigned* references, std::size_t count, const double* values);
   GivenState& given() const;
-  double drift();
-  bool has_drifted();
   bool is_stretched() const;
+  bool should_choose();
   void states_given();
   std::string settle_states(bool& changed);
 

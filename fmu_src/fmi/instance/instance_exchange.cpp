@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "fmi/boundary/arrays.hpp"
@@ -18,11 +17,6 @@ constexpr const char* null_pointer = "an argument is a null pointer";
 // A time event is due if the master is that close to it, relative: it may add up its steps.
 constexpr double time_slack = 1e-12;
 
-// Of the states of loops, relative: too little for a correction, and too much for the slopes of the nearest
-// state to be those of the given one.
-constexpr double least_drift = 1e-9, most_drift = 1e-2;
-constexpr long steps_between_corrections = 50;
-
 // Of a wrong number of states, derivatives or nominals.
 std::string wrong_count(std::size_t count, int states) {
   return "the model has " + std::to_string(states) + " continuous states, got " + std::to_string(count);
@@ -32,29 +26,6 @@ std::string wrong_count(std::size_t count, int states) {
 
 GivenState& Instance::given() const { return static_cast<GivenState&>(*simulation_.integrator); }
 
-// Of the given states from the nearest ones that close the loops, relative to their sizes and nominal values.
-double Instance::drift() {
-  const System& system = simulation_.system;
-  if (!system.has_constraints()) return 0;
-  const double* nearest = state_.y();
-  if (!state_.can_follow()) return std::numeric_limits<double>::infinity();
-  std::vector<double> y(given().state(), given().state() + system.size()), nominal(y.size());
-  GivenState::normalise(system.layout(), y.data());
-  system.nominals(nominal.data());
-  double largest = 0;
-  for (std::size_t i = 0; i < y.size(); ++i)
-    largest = std::max(largest, std::abs(y[i] - nearest[i]) / (std::abs(nearest[i]) + nominal[i]));
-  return largest;
-}
-
-// Whether the drift is worth an event, after which the master starts anew: its errors then cost more than
-// the drift of some steps, which follows from the same errors. The tolerance of the master is often unknown.
-bool Instance::has_drifted() {
-  if (is_stretched()) return true;
-  const double found = drift();
-  return found > most_drift || (found > least_drift && given().steps() >= steps_between_corrections);
-}
-
 // The motion does not depend on the length of quaternions.
 bool Instance::is_stretched() const {
   const double tolerance =
@@ -62,17 +33,28 @@ bool Instance::is_stretched() const {
   return given().stretch() > std::clamp(100 * tolerance, 1e-8, 1e-3);
 }
 
-// Returns why the loops cannot be closed, empty on success.
+bool Instance::should_choose() {
+  return simulation_.system.has_constraints() &&
+         simulation_.independent().should_choose(simulation_.time, state_.y());
+}
+
+// Changes the states where this is due. Returns why the loops cannot be closed, empty on success.
 std::string Instance::settle_states(bool& changed) {
-  changed = false;
-  if (!is_stretched() && !(drift() > least_drift)) return {};
-  const double* nearest = state_.y();
+  const bool stretched = is_stretched();
+  const double* y = state_.y();
   if (!state_.can_follow())
     return "the loop constraints cannot be satisfied at " + shown(simulation_.time) + " s";
-  given().start(simulation_.time, nearest);
+  const bool chosen = should_choose();
+  changed = stretched || chosen;
+  given().completed_step(y);
+  if (stretched) given().normalise();
+  if (chosen) given().choose();
+  nominals_are_new_ |= chosen;
   states_given();
-  changed = true;
-  if (log_.events()) log_.event("states corrected at " + shown(simulation_.time) + " s");
+  if (changed && log_.events()) {
+    log_.event((chosen ? "independent coordinates chosen at " : "quaternions normalised at ") +
+               shown(simulation_.time) + " s");
+  }
   return {};
 }
 
@@ -121,9 +103,12 @@ fmi2Status Instance::enter_continuous_time_mode() {
 
 fmi2Status Instance::completed_integrator_step(fmi2Boolean* enter_event_mode, fmi2Boolean* terminate) {
   if (!enter_event_mode || !terminate) return refuse(Function::completed_integrator_step, null_pointer);
-  given().completed_step();
-  *enter_event_mode = has_drifted();
+  const double* y = state_.y();
+  const bool is_closed = state_.can_follow();
+  if (is_closed) given().completed_step(y);
+  *enter_event_mode = is_closed && (is_stretched() || should_choose());
   *terminate = fmi2False;
+  if (simulation_.system.has_constraints()) states_given();
   return fmi2OK;
 }
 
@@ -139,51 +124,55 @@ fmi2Status Instance::set_time(double time) {
 
 fmi2Status Instance::set_continuous_states(const double* states, std::size_t count) {
   constexpr Function function = Function::set_continuous_states;
-  const int size = simulation_.system.size();
+  const int size = simulation_.independent().size();
   if (count != static_cast<std::size_t>(size)) return refuse(function, wrong_count(count, size));
   if (const char* why = objection_to_arrays(count, {states})) return refuse(function, why);
   for (std::size_t i = 0; i < count; ++i)
     if (!std::isfinite(states[i]))
       return refuse(function, "state " + std::to_string(i + 1) + " must be finite, got " + shown(states[i]));
-  if (!GivenState::has_orientations(simulation_.system.layout(), states))
-    return refuse(function, zero_quaternion);
-  std::copy_n(states, count, given().y());
+  if (!given().set(states)) return refuse(function, zero_quaternion);
   states_given();
   return fmi2OK;
 }
 
 // Wider than the standard: CasADi sets states as variables.
 bool Instance::is_given_state(const Variable& variable) const {
-  return (life_.state == State::event || life_.state == State::continuous) && values_.place(variable) >= 0;
+  return (life_.state == State::event || life_.state == State::continuous) && values_.exchanged_place(variable) >= 0;
 }
 
 // The states among some variables; false: a quaternion would be zero.
 bool Instance::set_states(const unsigned* references, std::size_t count, const double* values) {
-  std::vector<double> y(given().state(), given().state() + simulation_.system.size());
+  std::vector<double> states(static_cast<std::size_t>(simulation_.independent().size()));
+  given().get(states.data());
   for (std::size_t i = 0; i < count; ++i) {
     const Variable& variable = *simulation_.table.real(references[i]);
-    if (variable.is_calculated()) y[static_cast<std::size_t>(values_.place(variable))] = values[i];
+    if (variable.is_calculated())
+      states[static_cast<std::size_t>(values_.exchanged_place(variable))] = values[i];
   }
-  if (!GivenState::has_orientations(simulation_.system.layout(), y.data())) return false;
-  std::copy(y.begin(), y.end(), given().y());
+  if (!given().set(states.data())) return false;
   states_given();
   return true;
 }
 
 fmi2Status Instance::get_continuous_states(double* states, std::size_t count) {
   constexpr Function function = Function::get_continuous_states;
-  const int size = simulation_.system.size();
+  const int size = simulation_.independent().size();
   if (count != static_cast<std::size_t>(size)) return refuse(function, wrong_count(count, size));
   if (const char* why = objection_to_arrays(count, {states})) return refuse(function, why);
-  std::copy_n(simulation_.integrator ? given().state() : state_.y(), count, states);
-  if (!simulation_.integrator) GivenState::normalise(simulation_.system.layout(), states);
+  if (simulation_.integrator) {
+    given().get(states);
+  } else {
+    GivenState start(simulation_.system, simulation_.independent());
+    start.start(simulation_.time, state_.y());
+    start.get(states);
+  }
   return fmi2OK;
 }
 
 // Accelerations that are not finite are no error of the master: a smaller step may avoid them.
 fmi2Status Instance::get_derivatives(double* derivatives, std::size_t count) {
   constexpr Function function = Function::get_derivatives;
-  const int size = simulation_.system.size();
+  const int size = simulation_.independent().size();
   if (count != static_cast<std::size_t>(size)) return refuse(function, wrong_count(count, size));
   if (const char* why = objection_to_arrays(count, {derivatives})) return refuse(function, why);
   std::string why = values_.update(Needs::parameters);
@@ -193,17 +182,23 @@ fmi2Status Instance::get_derivatives(double* derivatives, std::size_t count) {
     log_.warning(name_of(function) + ": " + why);
     return fmi2Discard;
   }
-  std::copy_n(values_.slopes().begin(), count, derivatives);
+  const IndependentCoordinates& of = state_.independent();
+  const double* slopes = values_.slopes().data();
+  for (int i : of.kept()) *derivatives++ = slopes[i];
+  for (int k = 0; k < of.count(); ++k) {
+    const IndependentCoordinates::Motion motion = values_.independent(k);
+    derivatives[k] = motion.qd;
+    derivatives[of.count() + k] = motion.qdd;
+  }
   return fmi2OK;
 }
 
 fmi2Status Instance::get_nominals(double* nominals, std::size_t count) {
   constexpr Function function = Function::get_nominals;
-  const System& system = simulation_.system;
-  if (count != static_cast<std::size_t>(system.size()))
-    return refuse(function, wrong_count(count, system.size()));
+  const int size = simulation_.independent().size();
+  if (count != static_cast<std::size_t>(size)) return refuse(function, wrong_count(count, size));
   if (const char* why = objection_to_arrays(count, {nominals})) return refuse(function, why);
-  system.nominals(nominals);
+  state_.independent().nominals(nominals);
   return fmi2OK;
 }
 
@@ -217,7 +212,7 @@ fmi2Status Instance::get_event_indicators(const double*, std::size_t count) {
 fmi2Status Instance::get_number(Function function, std::size_t* count) {
   if (!count) return refuse(function, null_pointer);
   const bool of_states = function == Function::get_number_of_continuous_states;
-  *count = of_states ? static_cast<std::size_t>(simulation_.system.size()) : 0;
+  *count = of_states ? static_cast<std::size_t>(simulation_.independent().size()) : 0;
   return fmi2OK;
 }
 

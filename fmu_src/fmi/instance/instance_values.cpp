@@ -26,7 +26,7 @@ void Instance::append_elements(unsigned reference, std::vector<unsigned>& elemen
   const Variable* first =
       reference >= array_reference ? simulation_.table.real(reference - array_reference) : nullptr;
   std::vector<unsigned> found;
-  if (first) found = simulation_.table.array(simulation_.plan, *first);
+  if (first) found = simulation_.table.array({simulation_.model, simulation_.plan}, *first);
   if (found.empty()) found.push_back(reference);
   elements.insert(elements.end(), found.begin(), found.end());
 }
@@ -79,9 +79,10 @@ fmi2Status Instance::get_string(const unsigned* references, std::size_t count, f
   constexpr Function function = Function::get_string;
   if (const char* why = objection_to_arrays(count, {references, values})) return refuse(function, why);
   for (std::size_t i = 0; i < count; ++i) {
-    if (!simulation_.table.string(references[i]))
-      return refuse(function, unknown_reference(references[i], VariableType::string));
-    values[i] = method_name(simulation_.parameters.solver.method);  // the only String
+    const Variable* variable = simulation_.table.string(references[i]);
+    if (!variable) return refuse(function, unknown_reference(references[i], VariableType::string));
+    values[i] = variable->is_calculated() ? values_.independent_joint(variable->element).c_str()
+                                          : method_name(simulation_.parameters.solver.method);
   }
   return fmi2OK;
 }

@@ -46,8 +46,8 @@ const double* OutputDerivatives::gradient(const Variable& known) const {
   const System& system = simulation_.system;
   if (known.is_calculated()) {
     const int place = values_.place(known);
-    // model exchange moves states to the constraints
-    if (place < 0 || (simulation_.model_exchange && system.has_constraints())) return nullptr;
+    const bool depends = system.has_constraints() && values_.exchanged_place(known) < 0;
+    if (place < 0 || depends) return nullptr;
     return &reverse_->states[static_cast<std::size_t>(place)];
   }
   if (known.row->storage != Storage::input) return nullptr;

@@ -11,11 +11,18 @@ Simulation::Simulation(Model given, bool for_model_exchange)
       model_exchange(for_model_exchange),
       parameters(parameters_of(model)),
       plan(model, parameters),
-      table(model, plan),
-      system(plan, has_work(model, plan), &model) {}
+      system(plan, has_work(model, plan), &model),
+      independent_counts(independent_joints(model, parameters, system)),
+      table(model, plan, independent_counts) {}
+
+IndependentCoordinates& Simulation::independent() {
+  if (!independent_)
+    independent_ = std::make_unique<IndependentCoordinates>(model, system, independent_counts);
+  return *independent_;
+}
 
 std::unique_ptr<Integrator> Simulation::make_integrator(const SolverSettings& settings) {
-  if (model_exchange) return std::make_unique<GivenState>(system);
+  if (model_exchange) return std::make_unique<GivenState>(system, independent());
   return redysim::make_integrator(system, settings);
 }
 

@@ -5,6 +5,7 @@
 
 #include "fmi/variables/variables.hpp"
 #include "integrate/methods/integrator.hpp"
+#include "integrate/system/independent_coordinates.hpp"
 #include "integrate/system/system.hpp"
 #include "model/model.hpp"
 
@@ -16,6 +17,8 @@ struct Simulation {
   // Integrates the system, or holds what the master integrates.
   std::unique_ptr<Integrator> make_integrator(const SolverSettings& settings);
   std::string failed_joint() const;  // cause of the last failure; empty: unknown
+  // The states of a master of model exchange.
+  IndependentCoordinates& independent();
   double mechanical_energy(const double* y) {
     return system.kinetic_energy(time, y) + system.potential_energy(time, y);
   }
@@ -24,11 +27,15 @@ struct Simulation {
   const bool model_exchange;      // the master integrates: `integrator` is a GivenState
   Parameters<double> parameters;  // the current ones
   Plan<double> plan;
+  System system;  // uses plan; holds the inputs
+  const std::vector<int> independent_counts;
   VariableTable table;
-  System system;                           // uses plan; holds the inputs
   std::unique_ptr<Integrator> integrator;  // from the end of initialization on
   SolverSettings integrator_settings;      // that it was made with
   double time = 0;                         // of the last communication point
+
+ private:
+  std::unique_ptr<IndependentCoordinates> independent_;  // null before the first request
 };
 
 }  // namespace redysim

@@ -98,6 +98,16 @@ class Values {
   int place_of_slope(const Variable& variable) const {
     return place_of(simulation_.system, variable.row->slope_of, variable);
   }
+  IndependentCoordinates::Motion independent(int k) {
+    return state_.independent().motion(k, state_.y(), slopes_are_current_ ? slopes_.data() : nullptr);
+  }
+  const std::string& independent_joint(int k) {
+    return model().links[plan().joints[state_.independent().joint(k)].link].joint.name;
+  }
+  // Among the states of a master.
+  int exchanged_place(const Variable& variable) const {
+    return redysim::exchanged_place(simulation_.system, simulation_.independent(), variable.row->state, variable);
+  }
   double slope(const Variable& variable) const { return slopes_[place_of_slope(variable)]; }
   const std::vector<double>& slopes() const { return slopes_; }
   bool is_integrated_outside() const { return simulation_.model_exchange && simulation_.integrator; }

@@ -93,9 +93,15 @@ constexpr Entry motion_entries[] = {
         .labels(angle_axes),
 };
 
+// Those in loops follow from independent coordinates.
+bool is_integrated(const Scene& scene, const Variable& variable) {
+  return !scene.is_in_cluster(variable.joint + 1);
+}
+
 constexpr Entry slope_entries[] = {
     output(Owner::ball, "quaternion_rate")
         .local()
+        .there_if(is_integrated)
         .array(4)
         .slope_of(StatePart::quaternion)
         .reads([](Values& at, const Variable& v) { return at.slope(v); }, Needs::slopes)
@@ -106,7 +112,7 @@ constexpr Entry slope_entries[] = {
         .measures({&units::per_second})
         .says("Time derivative of the orientation of %, quaternion component $")
         .labels(quaternion_components),
-    acceleration_entry.local(),
+    acceleration_entry.local().there_if(is_integrated),
 };
 
 constexpr Entry start_entries[] = {

@@ -124,11 +124,17 @@ bool is_same_state(const Variable& unknown, const Variable& known) {
          (known.row->state == StatePart::quaternion || known.element == unknown.element);
 }
 
+bool is_independent(const Variable& variable) {
+  return variable.row->state == StatePart::independent_q || variable.row->state == StatePart::independent_qd;
+}
+
 // Whether `unknown`, which is no state, depends on the state `known`.
 bool by_state(const Variable& unknown, const Variable& known, const Components& components) {
   const Row& row = *unknown.row;
   if (row.type != VariableType::real || row.variability == Variability::discrete) return false;
-  if (known.row->owner == Owner::model) return std::string_view(row.name) == "energy.balance";
+  if (is_independent(known))
+    return row.owner == Owner::model || unknown.joint == ground || components.is_constrained(unknown.joint);
+  if (known.row->owner == Owner::model) return std::string_view(row.name.text) == "energy.balance";
   if (row.slope_of == StatePart::quaternion) return known.ball == unknown.ball;
   return row.owner == Owner::model || at_point::sensed(unknown, known, components);
 }
@@ -195,15 +201,16 @@ class Collector {
 
 }  // namespace
 
-StateVariables state_variables(const VariableTable& table, const Model& model, const System& system) {
+StateVariables state_variables(const VariableTable& table, const Model& model, const System& system,
+                               const IndependentCoordinates& states) {
   if (objection_to_model_exchange(model)) return {};
   StateVariables found;
-  found.states.assign(static_cast<std::size_t>(system.size()), -1);
+  found.states.assign(static_cast<std::size_t>(states.size()), -1);
   found.slopes = found.states;
   for (std::size_t k = 0; k < table.all().size(); ++k) {
     const Variable& variable = table.all()[k];
-    const int state = place_of(system, variable.row->state, variable);
-    const int slope = place_of(system, variable.row->slope_of, variable);
+    const int state = exchanged_place(system, states, variable.row->state, variable);
+    const int slope = exchanged_place(system, states, variable.row->slope_of, variable);
     if (state >= 0) found.states[state] = static_cast<int>(k);
     if (slope >= 0) found.slopes[slope] = static_cast<int>(k);
   }
@@ -240,7 +247,10 @@ std::vector<Dependencies> initial_dependencies(const VariableTable& table, const
   const Components& components = collector.components();
   std::vector<Dependencies> rows;
   for (std::size_t k = 0; k < table.all().size(); ++k)
-    if (table.all()[k].is_calculated()) rows.push_back(collector.of(static_cast<int>(k)));
+    if (const Variable& variable = table.all()[k];
+        variable.causality() == Causality::output ||
+        (variable.causality() == Causality::local && variable.row->has_state()))
+      rows.push_back(collector.of(static_cast<int>(k)));
   for (Dependencies& row : rows) {
     const Variable& unknown = table.all()[row.unknown];
     const ConstantFactor constant = words_of(unknown).constant;

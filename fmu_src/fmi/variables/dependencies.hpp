@@ -8,6 +8,8 @@
 
 namespace redysim {
 
+class IndependentCoordinates;
+
 // Sets of coupled joints: those of one tree, and of trees connected by a loop or a spring. Connections to
 // ground do not couple joints.
 class Components {
@@ -18,6 +20,7 @@ class Components {
   int of(int joint) const { return joint == ground ? ground : leader_[joint]; }
   int of(const Variable& known) const;  // component that a known acts on; ground: none
   bool has_constraints(int component) const { return has_constraint_[component]; }
+  bool is_constrained(int joint) const { return joint != ground && has_constraints(of(joint)); }
 
  private:
   int leader_of(int joint) const;
@@ -63,12 +66,13 @@ struct Dependencies {
   bool constant = false;
 };
 
-// The variables that are the entries of y, and their time derivatives; by index into VariableTable::all().
-// Empty if the model has no model exchange.
+// The variables that are the states of a master, and their time derivatives; by index into
+// VariableTable::all(). Empty if the model has no model exchange.
 struct StateVariables {
   std::vector<int> states, slopes;
 };
-StateVariables state_variables(const VariableTable& table, const Model& model, const System& system);
+StateVariables state_variables(const VariableTable& table, const Model& model, const System& system,
+                               const IndependentCoordinates& states);
 
 // At a communication point or a time of model exchange: direct dependencies on inputs and states, of all
 // outputs and of all slopes.

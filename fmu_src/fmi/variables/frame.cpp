@@ -127,7 +127,7 @@ void name_port_axes(const Model& model, const Variable& v, Presentation& shown) 
   shown.description += own ? "frame's axes" : "ground frame";
 }
 
-bool is_rate(const Variable& v) { return v.row->name[sizeof "jacobian" - 1] != 0; }
+bool is_rate(const Variable& v) { return v.row->name.text[sizeof "jacobian" - 1] != 0; }
 
 double read_jacobian(Values& at, const Variable& v) {
   const Plan<double>& plan = at.plan();

@@ -104,6 +104,10 @@ struct StateParameters {  // state.cpp
   static const RowGroup rows;
   static const WordGroup words;
 };
+struct IndependentVariables {  // independent.cpp
+  static const RowGroup rows;
+  static const WordGroup words;
+};
 struct StepJacobianVariables {  // step_jacobian.cpp
   static const RowGroup rows;
   static const WordGroup words;
@@ -132,6 +136,6 @@ using Groups =
                EquationVariables, JointReactions, BallReactions, LinkRegressors, SolverHealth,
                JointStartValues, BallStartValues, JointParameterVariables, ActuatorParameterVariables,
                LinkParameterVariables, ContactParameterVariables, SolverParameters, JointSlopes, BallSlopes,
-               ActuatorStates, WorkSlopes, StepJacobianVariables, StateParameters>;
+               ActuatorStates, WorkSlopes, IndependentVariables, StepJacobianVariables, StateParameters>;
 
 }  // namespace redysim

@@ -177,7 +177,7 @@ constexpr Entry motion_entries[] = {
 };
 
 bool is_integrated(const Scene& scene, const Variable& variable) {
-  return !scene.plan.joints[variable.joint].prescribed;
+  return !scene.plan.joints[variable.joint].prescribed && !scene.is_in_cluster(variable.joint);
 }
 
 constexpr Entry slope_entries[] = {acceleration_entry.local().there_if(is_integrated)};

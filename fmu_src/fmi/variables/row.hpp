@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 
 #include "dynamics/plan.hpp"
 #include "math/dual.hpp"
@@ -51,7 +53,9 @@ enum class StatePart : std::uint8_t {
   current,
   lagged,
   work,
-  contact_work
+  contact_work,
+  independent_q,
+  independent_qd
 };
 
 enum class Bounds : std::uint8_t { none, not_negative, positive, tolerance };
@@ -71,14 +75,21 @@ struct Scene {
   const Plan<double>& plan;
   int velocities() const { return plan.nv - static_cast<int>(plan.balls.size()); }
   int positions() const { return plan.nv; }  // a quaternion of each spherical joint
+  bool is_in_cluster(int joint) const {
+    for (const ClusterPlan& cluster : plan.clusters)
+      if (std::binary_search(cluster.joints.begin(), cluster.joints.end(), joint, std::greater<>()))
+        return true;
+    return false;
+  }
 };
 
 // Numbers of rows or columns of an array that depend on the model.
 inline constexpr std::uint8_t per_velocity = 255;  // of the tree (dynamics/equation_terms.hpp)
 inline constexpr std::uint8_t per_coordinate = 254, per_input = 253, per_tunable = 252;  // of a step Jacobian
 inline constexpr std::uint8_t per_position = 251, per_actuator_state = 250;  // of a state to apply
+inline constexpr std::uint8_t per_independent = 249;
 struct Lengths {
-  int velocities = 0, positions = 0, actuator_states = 0, inputs = 0, tunables = 0;
+  int velocities = 0, positions = 0, actuator_states = 0, inputs = 0, tunables = 0, independent = 0;
   int of(std::uint8_t length) const {
     switch (length) {
       case per_velocity:
@@ -93,14 +104,24 @@ struct Lengths {
         return positions;
       case per_actuator_state:
         return actuator_states;
+      case per_independent:
+        return independent;
       default:
         return length;
     }
   }
 };
 
+// Characters in place: a pointer would be relocated when the library is loaded.
+struct RowName {
+  constexpr RowName(const char* name) {
+    for (int i = 0; name[i]; ++i) text[i] = name[i];  // a longer name is no constant
+  }
+  char text[24] = {};
+};
+
 struct Row {
-  const char* name = "";
+  RowName name = "";
   Owner owner = Owner::model;
   VariableType type = VariableType::real;
   Causality causality = Causality::output;

@@ -30,6 +30,8 @@ int place_of(const System& system, StatePart part, const Variable& variable) {
   const auto work = [&layout](int entry) { return entry < layout.work.count ? layout.work[entry] : -1; };
   switch (part) {
     case StatePart::none:
+    case StatePart::independent_q:
+    case StatePart::independent_qd:
       return -1;
     case StatePart::q:
     case StatePart::qd: {
@@ -47,6 +49,18 @@ int place_of(const System& system, StatePart part, const Variable& variable) {
     default:
       return actuator_place(system, part, variable.joint);
   }
+}
+
+int exchanged_place(const System& system, const IndependentCoordinates& states, StatePart part,
+                    const Variable& variable) {
+  const std::vector<int>& kept = states.kept();
+  const int first = static_cast<int>(kept.size());
+  if (part == StatePart::independent_q) return first + variable.element;
+  if (part == StatePart::independent_qd) return first + states.count() + variable.element;
+  const int place = place_of(system, part, variable);
+  if (first == system.size()) return place;
+  const auto found = std::lower_bound(kept.begin(), kept.end(), place);
+  return found == kept.end() || *found != place ? -1 : static_cast<int>(found - kept.begin());
 }
 
 std::vector<CoordinatePlace> coordinate_places(const System& system) {

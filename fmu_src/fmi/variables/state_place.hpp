@@ -3,12 +3,18 @@
 #include <vector>
 
 #include "fmi/variables/variables.hpp"
+#include "integrate/system/independent_coordinates.hpp"
 #include "integrate/system/system.hpp"
 
 namespace redysim {
 
 // The place in y of the part of a variable; -1: the model does not integrate it.
 int place_of(const System& system, StatePart part, const Variable& variable);
+
+// The place among the states of a master: entries of y that it keeps, independent positions, independent
+// velocities; -1: none.
+int exchanged_place(const System& system, const IndependentCoordinates& states, StatePart part,
+                    const Variable& variable);
 
 // A velocity of the tree and its position in the state.
 struct CoordinatePlace {

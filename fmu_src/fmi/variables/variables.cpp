@@ -3,6 +3,7 @@
 #include <array>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <set>
 #include <utility>
 
@@ -169,7 +170,7 @@ std::string index_of(const Row& row, int element, const Lengths& lengths) {
 std::string name_of(const Scene& scene, const Lengths& lengths, const Row& row, const Variable& variable) {
   const Model& model = scene.model;
   const bool added = row.adds_to_controller && controlled_joint(model.controller.joints, variable.link);
-  return owner_name(model, row, variable) + row.name + (added ? "_added" : "") +
+  return owner_name(model, row, variable) + row.name.text + (added ? "_added" : "") +
          index_of(row, variable.element, lengths);
 }
 
@@ -208,7 +209,7 @@ void find_parameter(const Scene& scene, const OwnerNames& names, const std::stri
   const std::string field = dot == name.npos ? name : name.substr(dot + 1);
   for (const RowGroup* group : all_groups())
     for (const Row& row : *group) {
-      if (!is_tunable(row) || row.name != field || (row.owner == Owner::model) != owner.empty()) continue;
+      if (!is_tunable(row) || row.name.text != field || (row.owner == Owner::model) != owner.empty()) continue;
       Variable variable;
       const int found = names.find(row.owner, owner);
       if (row.owner != Owner::model && found == ground) continue;
@@ -250,9 +251,12 @@ bool forms_arrays(const Row& row) {
          (row.is_array() || (row.owner == Owner::joint && !is_tunable(row)));
 }
 
-// Whether one array contains variables of both joints.
-bool are_alike(const Plan<double>& plan, const Variable& a, const Variable& b) {
-  return !a.row->has_state() || plan.joints[a.joint].prescribed == plan.joints[b.joint].prescribed;
+// Whether one array contains variables of both joints: only states, or none.
+bool are_alike(const Scene& scene, const Variable& a, const Variable& b) {
+  if (!a.row->has_state()) return true;
+  const std::vector<JointPlan<double>>& joints = scene.plan.joints;
+  return joints[a.joint].prescribed == joints[b.joint].prescribed &&
+         scene.is_in_cluster(a.joint) == scene.is_in_cluster(b.joint);
 }
 
 }  // namespace
@@ -270,8 +274,10 @@ bool has_work(const Model& model, const Plan<double>& plan) {
   return model.fmu.shows(OutputGroup::energy) && plan.prescribed_count < plan.nv;
 }
 
-VariableTable::VariableTable(const Model& model, const Plan<double>& plan) {
+VariableTable::VariableTable(const Model& model, const Plan<double>& plan,
+                             const std::vector<int>& independent) {
   const Scene scene{model, plan};
+  lengths_.independent = std::accumulate(independent.begin(), independent.end(), 0);
   lengths_.velocities = scene.velocities();
   lengths_.positions = scene.positions();
   if (StepJacobian::needed(model) || model.fmu.shows(OutputGroup::state))
@@ -316,20 +322,20 @@ void VariableTable::add(const Scene& scene, const RowGroup& group, const Row& ro
 }
 
 // Variables of one row are adjacent.
-bool VariableTable::is_first_of_joints(const Plan<double>& plan, const Variable& variable) const {
+bool VariableTable::is_first_of_joints(const Scene& scene, const Variable& variable) const {
   for (std::size_t k = variable.value_reference - 1; k > 0 && all_[k - 1].row == variable.row;)
-    if (are_alike(plan, all_[--k], variable)) return false;
+    if (are_alike(scene, all_[--k], variable)) return false;
   return true;
 }
 
-std::vector<unsigned> VariableTable::array(const Plan<double>& plan, const Variable& first) const {
+std::vector<unsigned> VariableTable::array(const Scene& scene, const Variable& first) const {
   const Row& row = *first.row;
   if (first.element > 0 || !forms_arrays(row)) return {};
-  if (!row.is_array() && !is_first_of_joints(plan, first)) return {};
+  if (!row.is_array() && !is_first_of_joints(scene, first)) return {};
   std::vector<unsigned> elements;
   for (std::size_t k = first.value_reference - 1; k < all_.size() && all_[k].row == &row; ++k) {
     const bool next = row.is_array() ? all_[k].element == static_cast<int>(elements.size())
-                                     : are_alike(plan, all_[k], first);
+                                     : are_alike(scene, all_[k], first);
     if (next)
       elements.push_back(static_cast<unsigned>(k + 1));
     else if (row.is_array())

@@ -40,8 +40,9 @@ inline constexpr unsigned array_reference = 1u << 30;
 
 class VariableTable {
  public:
-  // `plan` is the plan of `model`. Throws ModelError if a tunable parameter does not exist.
-  VariableTable(const Model& model, const Plan<double>& plan);
+  // `plan` is the plan of `model`, with so many independent joints in clusters. Throws ModelError if a
+  // tunable parameter does not exist.
+  VariableTable(const Model& model, const Plan<double>& plan, const std::vector<int>& independent);
 
   const std::vector<Variable>& all() const { return all_; }
   const Lengths& lengths() const { return lengths_; }
@@ -53,13 +54,13 @@ class VariableTable {
 
   // The elements of the array variable of FMI 3.0 that starts with this variable; empty: none does. An array
   // is a vector or matrix of one owner, or one quantity of all joints: states apart from prescribed motions.
-  std::vector<unsigned> array(const Plan<double>& plan, const Variable& first) const;
+  std::vector<unsigned> array(const Scene& scene, const Variable& first) const;
 
  private:
   void add(const Scene& scene, const RowGroup& group, const Row& row, Variable& owner);
   void add_of_all_owners(const Scene& scene, const RowGroup& group);
   void add_tunable(const Scene& scene);
-  bool is_first_of_joints(const Plan<double>& plan, const Variable& variable) const;
+  bool is_first_of_joints(const Scene& scene, const Variable& variable) const;
   const Variable* find(VariableType type, unsigned reference) const {
     if (reference == 0 || reference > all_.size()) return nullptr;
     const Variable& variable = all_[reference - 1];

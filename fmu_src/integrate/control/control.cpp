@@ -38,12 +38,16 @@ Control::Control(const Model& model, const Plan<double>& plan)
     trajectory_of_[plan.carrier[trajectories_[k].link]] = static_cast<int>(k);
   for (const ControlledJoint& joint : gains_) joints_.push_back(plan.carrier[joint.link]);
   if (law_ == Law::none || law_ == Law::pd) return;
-  internal_model_ = std::make_unique<InternalModel<double>>(model);
+  internal_model_ = std::make_unique<InternalModel<double>>(Plan<double>(with_controlled_motions(model)));
   for (std::vector<double>* values : {&changed_.q, &changed_.qd, &changed_.inputs, &changed_.torques})
     values->resize(trajectory_of_.size());
 }
 
 Control::~Control() = default;
+
+const Plan<double>* Control::internal_plan() const {
+  return internal_model_ ? &internal_model_->plan : nullptr;
+}
 
 void Control::update(const Parameters<double>& parameters) {
   gains_ = parameters.controlled;

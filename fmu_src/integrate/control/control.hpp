@@ -51,6 +51,7 @@ class Control {
   // torques of the law to those of the controlled joints. `q`, `qd`: of all joints.
   void apply(double time, const double* phases, const double* q, const double* qd, double* inputs);
 
+  const Plan<double>* internal_plan() const;  // null: the law has no model of the plant
   // The reference of a controlled joint.
   JointMotion reference(int joint, double time, const double* phases) const;
   double jerk(int joint, double time, const double* phases) const;  // along its trajectory

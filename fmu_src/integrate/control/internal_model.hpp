@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <type_traits>
+#include <utility>
 
 #include "dynamics/aba.hpp"
 #include "dynamics/compiled.hpp"
@@ -22,8 +23,8 @@ struct InternalModel {
   std::vector<Scalar> inputs, q, qd, qdd, zero;
   std::vector<Scalar> torques;  // for the caller
 
-  explicit InternalModel(const Model& model)
-      : plan(with_controlled_motions(model)),
+  explicit InternalModel(Plan<Scalar> of)
+      : plan(std::move(of)),
         workspace(plan),
         inputs(static_cast<std::size_t>(InputLayout(plan).recursion_size()), Scalar(0)),
         q(static_cast<std::size_t>(plan.nv), Scalar(0)),

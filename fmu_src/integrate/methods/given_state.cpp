@@ -14,15 +14,54 @@ constexpr double mark = 7.3e-217;
 
 }  // namespace
 
-GivenState::GivenState(const System& system)
-    : layout_(system.layout()), y_(static_cast<std::size_t>(system.size())) {}
+GivenState::GivenState(const System& system, IndependentCoordinates& independent)
+    : layout_(system.layout()),
+      coordinates_(independent),
+      y_(static_cast<std::size_t>(system.size())),
+      independent_(2 * static_cast<std::size_t>(independent.count())) {}
 
 Outcome GivenState::start(double time, const double* y) {
   time_ = time;
-  steps_ = 0;
+  set_state(y);
+  return check_start(time, y_);
+}
+
+void GivenState::set_state(const double* y) {
   std::copy_n(y, y_.size(), y_.begin());
   normalise();
-  return check_start(time, y_);
+  choose();
+}
+
+void GivenState::choose() {
+  coordinates_.choose(time_, y_.data());
+  for (int k = 0; k < coordinates_.count(); ++k) {
+    const IndependentCoordinates::Motion motion = coordinates_.motion(k, y_.data());
+    independent_[static_cast<std::size_t>(k)] = motion.q;
+    independent_[static_cast<std::size_t>(coordinates_.count() + k)] = motion.qd;
+  }
+}
+
+void GivenState::get(double* states) const {
+  for (int i : coordinates_.kept()) *states++ = y_[static_cast<std::size_t>(i)];
+  std::copy(independent_.begin(), independent_.end(), states);
+}
+
+bool GivenState::set(const double* states) {
+  std::vector<double> y = y_;
+  for (int i : coordinates_.kept()) y[static_cast<std::size_t>(i)] = *states++;
+  if (!has_orientations(layout_, y.data())) return false;
+  y_.swap(y);
+  std::copy_n(states, independent_.size(), independent_.begin());
+  return true;
+}
+
+bool GivenState::close(double time, double* y) const {
+  normalise(layout_, y);
+  return coordinates_.close(time, independent_.data(), independent_.data() + coordinates_.count(), y);
+}
+
+void GivenState::completed_step(const double* y) {
+  for (int i : coordinates_.dependent()) y_[static_cast<std::size_t>(i)] = y[i];
 }
 
 Outcome GivenState::advance(double, bool) { return failure(time_, "the master integrates"); }
@@ -51,25 +90,26 @@ void GivenState::save(std::vector<unsigned char>& bytes) const {
   ByteWriter writer(bytes);
   writer.put(mark);
   writer.put(time_);
-  writer.put(steps_);
   writer.put(y_.data(), y_.size());
+  writer.put(independent_.data(), independent_.size());
+  const std::vector<double> choice = coordinates_.choice();
+  writer.put(choice.data(), choice.size());
 }
 
 bool GivenState::restore(const unsigned char* bytes, std::size_t size) {
   ByteReader reader(bytes, size);
   double marked = 0, time = 0;
-  long steps = 0;
-  std::vector<double> y(y_.size());
+  std::vector<double> y(y_.size()), independent(independent_.size()), choice = coordinates_.choice();
   reader.get(marked);
   reader.get(time);
-  reader.get(steps);
-  reader.get(y.data(), y.size());
+  for (std::vector<double>* part : {&y, &independent, &choice}) reader.get(part->data(), part->size());
   if (!reader.finished() || marked != mark || !check_start(time, y).ok ||
-      !has_orientations(layout_, y.data()))
+      !has_orientations(layout_, y.data()) || !check_start(time, independent).ok ||
+      !coordinates_.restore(choice))
     return false;
   time_ = time;
-  steps_ = steps;
   y_.swap(y);
+  independent_.swap(independent);
   return true;
 }
 

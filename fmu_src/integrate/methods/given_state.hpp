@@ -3,16 +3,18 @@
 #include <vector>
 
 #include "integrate/methods/integrator.hpp"
+#include "integrate/system/independent_coordinates.hpp"
 
 namespace redysim {
 
-// Model exchange: a master integrates, and this holds the time and the state it has set.
+// Model exchange: a master integrates, and this holds the time and the states it has set: entries of y and
+// independent coordinates. The other entries of y are those at the last completed step.
 class GivenState final : public Integrator {
  public:
-  explicit GivenState(const System& system);
+  GivenState(const System& system, IndependentCoordinates& independent);
 
   Outcome start(double time, const double* y) override;  // quaternions are normalised
-  void set_state(const double* y) override { y_.assign(y, y + y_.size()); }
+  void set_state(const double* y) override;
   Outcome advance(double end, bool inputs_changed) override;  // impossible
   double time() const override { return time_; }
   const double* state() const override { return y_.data(); }
@@ -22,9 +24,14 @@ class GivenState final : public Integrator {
   void save(std::vector<unsigned char>& bytes) const override;
   bool restore(const unsigned char* bytes, std::size_t size) override;
 
-  double* y() { return y_.data(); }
-  void completed_step() { ++steps_; }
-  long steps() const { return steps_; }  // completed since the start
+  void get(double* states) const;
+  bool set(const double* states);  // false: a quaternion would be zero
+  double position(int k) const { return independent_[static_cast<std::size_t>(k)]; }
+  double velocity(int k) const { return independent_[static_cast<std::size_t>(coordinates_.count() + k)]; }
+  // Moves y to the constraints; false: impossible.
+  bool close(double time, double* y) const;
+  void completed_step(const double* y);  // y: closed
+  void choose();  // independent coordinates, where the step was completed
   void set_time(double time) { time_ = time; }
   // The largest deviation of the length of a quaternion from 1.
   double stretch() const;
@@ -35,8 +42,8 @@ class GivenState final : public Integrator {
  private:
   const StateLayout layout_;
   double time_ = 0;
-  long steps_ = 0;
-  std::vector<double> y_;
+  IndependentCoordinates& coordinates_;
+  std::vector<double> y_, independent_;  // positions, velocities
   Statistics statistics_;
 };
 

@@ -6,12 +6,13 @@
 
 namespace redysim {
 
-ControlTangent::ControlTangent(const Model& model, const Control& control)
+ControlTangent::ControlTangent(const Control& control)
     : law_(control.law()), joints_(control.joints()), gains_(joints_.size()), references_(joints_.size()) {
   for (int joint : joints_) follows_.push_back(control.follows(joint));
   for (int joint = 0; joint < control.joint_count(); ++joint)
     if (control.prescribes(joint)) on_trajectories_.push_back(joint);
-  if (law_ != Law::none && law_ != Law::pd) internal_model_ = std::make_unique<InternalModel<Dual>>(model);
+  if (const Plan<double>* plan = control.internal_plan())
+    internal_model_ = std::make_unique<InternalModel<Dual>>(Plan<Dual>(*plan));
 }
 
 ControlTangent::~ControlTangent() = default;

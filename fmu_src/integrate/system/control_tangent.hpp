@@ -12,7 +12,7 @@ namespace redysim {
 // one direction of change.
 class ControlTangent {
  public:
-  ControlTangent(const Model& model, const Control& control);
+  explicit ControlTangent(const Control& control);
   ~ControlTangent();
 
   // With direction 0. Torques that a sampled controller holds do not depend on the state.

@@ -58,7 +58,7 @@ Tangent::Misfit misfit_of_accelerations(const Model& model, const Parameters<dou
                                         System& system, double time, const double* y) {
   const Plan<double>& plan = system.plan();
   if (!plan.has_constraints() || plan.prescribed_count == static_cast<int>(plan.balls.size())) return {};
-  if (freedom(model, parameters, system.coordinates(time, y).q).surplus == 0) return {};
+  if (freedom(model, plan, system.coordinates(time, y).q).surplus == 0) return {};
   Tangent tangent(model, system);
   tangent.go_to(parameters, system, time, y);
   tangent.go_with_time(system, time, y);

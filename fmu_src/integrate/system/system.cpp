@@ -163,7 +163,7 @@ void System::collect(const double* q, const double* qd, double* y) const {
   }
   for (int ball = 0; ball < balls(); ++ball) {
     const int first = plan_.balls[ball] + 1;
-    const BallAngles angles{angles_[ball].turned, q[first], q[first + 1], q[first + 2]};
+    const BallAngles angles{q[first - 1] != 0, q[first], q[first + 1], q[first + 2]};
     write_quaternion(rotation_of(angles), layout_.quaternion.of(y, ball));
     const Eigen::Map<const Vec3<double>> rates(qd + first);
     Eigen::Map<Vec3<double>>(layout_.omega.of(y, ball)) = rate_matrix(angles) * rates;

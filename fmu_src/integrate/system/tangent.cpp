@@ -7,9 +7,11 @@
 #include "dynamics/aba.hpp"
 #include "dynamics/assembly/assembly_tangent.hpp"
 #include "dynamics/energy.hpp"
-#include "dynamics/loops/coupling_rows.hpp"
+#include "dynamics/loops/cluster_rows.hpp"
 #include "dynamics/loops/loop_correction.hpp"
 #include "dynamics/momentum.hpp"
+#include "integrate/system/independent_coordinates.hpp"
+#include "math/complete_pivoting.hpp"
 
 namespace redysim {
 namespace {
@@ -53,10 +55,10 @@ Tangent::Tangent(const Model& model, const System& system)
   ball_quaternion_.resize(balls.size());
   moved_.resize(balls.size());
   if (features::control && system.control())
-    control_ = std::make_unique<ControlTangent>(model, *system.control());
+    control_ = std::make_unique<ControlTangent>(*system.control());
   actuator_inputs_.resize(static_cast<std::size_t>(actuator_count()));
   responses_.resize(actuator_inputs_.size());
-  if (SensedWrenches<Dual>::needed(model)) sensed_ = std::make_unique<SensedWrenches<Dual>>(model, plan_);
+  if (SensedWrenches<Dual>::needed(model)) sensed_ = std::make_unique<SensedWrenches<Dual>>(model, system.plan());
   if (EquationTerms<Dual>::needed(model)) terms_ = std::make_unique<EquationTerms<Dual>>(model, plan_);
 }
 
@@ -183,10 +185,31 @@ void Tangent::expand(System& system, double time, const double* y, Duals& at, Du
   }
 }
 
-void Tangent::follow_constraints(System& system, double time, const double* y) {
+// J dq of the dependent joints is the negative change of the residuals, and likewise of the rates.
+void Tangent::follow_independent(const Model& model, System& system, double time, const double* y,
+                                 const IndependentCoordinates& chosen, const double* dq, const double* dqd) {
   Duals at(q.size()), speed(q.size());
   expand(system, time, y, at, speed);
-  project(at, speed);
+  chosen.seed(y, dq, dqd, at, speed);
+  set_positions(plan_, workspace_, at.data());
+  set_ground_motion(plan_, workspace_, speed.data());
+  for (std::size_t k = 0; k < plan_.clusters.size(); ++k) {
+    const std::vector<int>& dependent = chosen.dependent_joints(k);
+    ClusterRows<Dual> rows(model, plan_, workspace_, plan_.clusters[k], FreeJoints::integrated);
+    rows.set_pose(at.data());
+    rows.measure();
+    for (const bool velocity : {false, true}) {
+      rows.set_pose(at.data());
+      rows.set_motion(speed.data());
+      const ClusterRows<Dual>::Rows& violated = velocity ? rows.rates() : rows.residuals();
+      Eigen::VectorXd change(violated.size());
+      for (Eigen::Index row = 0; row < change.size(); ++row) change[row] = violated[row].derivative;
+      const auto count = static_cast<Eigen::Index>(dependent.size());
+      change = CompletePivoting(rows.jacobian(dependent), count, 1e-9, count).solve(change);
+      for (std::size_t i = 0; i < dependent.size(); ++i)
+        (velocity ? speed : at)[dependent[i]].derivative -= change[i] * rows.unit(dependent[i]);
+    }
+  }
   set_directions(at, speed);
 }
 

@@ -14,6 +14,8 @@
 
 namespace redysim {
 
+class IndependentCoordinates;
+
 // A System at one point with one direction of change, as dual numbers: exact directional derivatives. Created
 // when a master first requests derivatives.
 class Tangent {
@@ -40,8 +42,10 @@ class Tangent {
   // from (time, y), the state before the jump; loop constraints remain satisfied.
   void follow_jumps(System& system, double time, const double* y);
 
-  // Completes the directions of q, qd and balls, those of (time, y), as System::project moves y.
-  void follow_constraints(System& system, double time, const double* y);
+  // Completes the directions of q, qd and balls, those of (time, y), where these directions of independent
+  // positions and velocities move the joints in loops and rigid couplings.
+  void follow_independent(const Model& model, System& system, double time, const double* y,
+                          const IndependentCoordinates& chosen, const double* dq, const double* dqd);
 
   // The rates of all constraint rows at (time, y) and their directions, from those of q, qd and balls.
   const std::vector<Dual>& row_rates(System& system, double time, const double* y);

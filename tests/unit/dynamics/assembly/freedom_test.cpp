@@ -17,7 +17,7 @@ struct Chain {
   Freedom with(const std::vector<int>& motions) {
     for (Link& link : model.links) link.joint.drive = Drive::free;
     for (int i : motions) model.links[i].joint.drive = Drive::motion;
-    return freedom(model, parameters_of(model), q.data());
+    return freedom(model, Plan<double>(model), q.data());
   }
 };
 
@@ -49,7 +49,7 @@ TEST(freedom, locked_joints_count_as_motions) {
   Chain chain;
   chain.with({0});
   chain.model.links[3].joint.drive = Drive::locked;
-  EXPECT_EQ(freedom(chain.model, parameters_of(chain.model), chain.q.data()).left, 0);
+  EXPECT_EQ(freedom(chain.model, Plan<double>(chain.model), chain.q.data()).left, 0);
 }
 
 TEST(freedom, a_spherical_joint_has_three) {
@@ -62,7 +62,7 @@ TEST(freedom, a_spherical_joint_has_three) {
                           "m.toml")
                           .model;
   const std::vector<double> q(5, 0.0);
-  const Freedom found = freedom(model, parameters_of(model), q.data());
+  const Freedom found = freedom(model, Plan<double>(model), q.data());
   EXPECT_EQ(found.motions, 1);
   EXPECT_EQ(found.system, 3);
   EXPECT_EQ(found.left, 2);

@@ -1,4 +1,4 @@
-#include "fmi/variables/variables.hpp"
+#include "fmi/instance/simulation.hpp"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,8 @@ TEST(VariableTable, names_and_references_are_unique_in_every_model) {
   for (const auto& file : std::filesystem::directory_iterator(REDYSIM_MODELS)) {
     if (file.path().extension() != ".toml") continue;
     const Model model = read_model_file(file.path().string()).model;
-    const VariableTable table(model, Plan<double>(model));
+    const Simulation simulation(model, false);
+    const VariableTable& table = simulation.table;
     std::set<std::string> names;
     for (const Variable& variable : table.all()) {
       EXPECT_TRUE(names.insert(variable.name).second) << file.path() << ": " << variable.name;
@@ -29,7 +30,7 @@ TEST(VariableTable, names_and_references_are_unique_in_every_model) {
 
 TEST(VariableTable, unknown_references_mean_nothing) {
   const Model model = read_model_file(REDYSIM_MODELS "/pendulum.toml").model;
-  const VariableTable table(model, Plan<double>(model));
+  const VariableTable table(model, Plan<double>(model), {});
   EXPECT_EQ(table.real(static_cast<unsigned>(-1)), nullptr);
   EXPECT_EQ(table.integer(1u << 30), nullptr);
   EXPECT_EQ(table.string(1u << 30), nullptr);

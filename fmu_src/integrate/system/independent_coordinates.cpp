@@ -1,0 +1,337 @@
+#include "integrate/system/independent_coordinates.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/freedom.hpp"
+#include "dynamics/ball.hpp"
+#include "dynamics/compiled.hpp"
+#include "integrate/system/start.hpp"
+#include "math/complete_pivoting.hpp"
+
+namespace redysim {
+namespace {
+
+using Vector = Eigen::VectorXd;
+using Matrix = Eigen::MatrixXd;
+
+// Of residuals, relative to the size of the mechanism, or rad.
+constexpr double near_start = 1e-6;  // ranks are those of the assembled configuration
+constexpr double closed = 1e-8;
+constexpr double singular = 1e-9;            // pivot of a direction in which joints keep their motion
+constexpr double longest_move = 0.7;         // of a correction, in units of the joints: else another branch
+constexpr double shortest_share = 1.0 / 64;  // of the way to a configuration
+
+// A point nearby, the same in each run.
+void disturb(const System& system, int attempt, std::vector<double>& y) {
+  const StateLayout& layout = system.layout();
+  const auto some = [attempt](int k) { return 0.03 * std::sin(1.0 + 2.0 * k + 5.0 * attempt); };
+  for (int k = 0; k < system.simple(); ++k) y[k] += some(k) * system.scales()[k];
+  for (int k = layout.quaternion.begin; k < layout.quaternion.end(); ++k) y[k] += some(k);
+}
+
+}  // namespace
+
+std::vector<int> independent_joints(const Model& model, const Parameters<double>& parameters,
+                                    System& system) {
+  const Plan<double>& plan = system.plan();
+  if (!plan.has_constraints()) return {};
+  begin_motions(model, system, 0);
+  std::vector<double> y(static_cast<std::size_t>(system.size()));
+  set_start_values(parameters, system, y.data());
+  const auto ranks_at = [&](const std::vector<double>& state, double smallest) {
+    return constraint_ranks(model, plan, system.coordinates(0, state.data()).q, FreeJoints::integrated,
+                            smallest);
+  };
+  ConstraintRanks found = ranks_at(y, 1e-3);
+  if (!(found.gap < near_start) || !found.are_full) {
+    // redundant rows are dependent only where the loops are closed, and others at singular configurations
+    const System::Coordinates at = system.coordinates(0, y.data());
+    std::vector<double> q(at.q, at.q + plan.nv), qd(at.qd, at.qd + plan.nv);
+    const Assembly assembly = assemble(model, plan, system.workspace(), q.data(), qd.data());
+    if (!assembly.moved.empty()) system.collect(q.data(), qd.data(), y.data());
+    found = ranks_at(y, 1e-7);
+    for (int attempt = 0; attempt < 3 && assembly.closed && !found.are_full; ++attempt) {
+      std::vector<double> nearby = y;
+      disturb(system, attempt, nearby);
+      if (!system.close_loops(0, nearby.data())) continue;
+      const std::vector<int> there = ranks_at(nearby, 1e-6).ranks;
+      for (std::size_t k = 0; k < there.size(); ++k) found.ranks[k] = std::max(found.ranks[k], there[k]);
+    }
+  }
+  std::vector<int> counts = found.joints;
+  for (std::size_t k = 0; k < counts.size(); ++k) counts[k] -= found.ranks[k];
+  return counts;
+}
+
+IndependentCoordinates::IndependentCoordinates(const Model& model, System& system,
+                                               const std::vector<int>& counts)
+    : system_(system),
+      workspace_(system.plan()),
+      turned_(static_cast<std::size_t>(system.balls())),
+      in_cluster_(static_cast<std::size_t>(system.plan().nv)),
+      q_(in_cluster_.size()),
+      qd_(q_),
+      y_(static_cast<std::size_t>(system.size())) {
+  const Plan<double>& plan = system.plan();
+  int first = 0;
+  for (std::size_t k = 0; k < counts.size(); ++k) {
+    clusters_.emplace_back(new Cluster{{model, plan, workspace_, plan.clusters[k], FreeJoints::integrated}, first, counts[k], {}});
+    for (int joint : clusters_.back()->rows.free_joints()) in_cluster_[static_cast<std::size_t>(joint)] = 1;
+    first += counts[k];
+  }
+  entries_.resize(static_cast<std::size_t>(first));
+  const StateLayout& layout = system.layout();
+  std::vector<char> depends(y_.size());
+  for (int k = 0; k < system.simple(); ++k)
+    depends[layout.q[k]] = depends[layout.qd[k]] = in_cluster_[system.joint_of(k)];
+  for (int ball = 0; ball < system.balls(); ++ball) {
+    std::fill_n(&depends[layout.quaternion[ball]], 4, is_in_cluster(ball));
+    std::fill_n(&depends[layout.omega[ball]], 3, is_in_cluster(ball));
+  }
+  for (std::size_t i = 0; i < depends.size(); ++i)
+    (depends[i] ? dependent_ : kept_).push_back(static_cast<int>(i));
+}
+
+IndependentCoordinates::Entry IndependentCoordinates::entry(int joint) const {
+  Entry entry;
+  entry.joint = joint;
+  for (int ball = 0; ball < system_.balls(); ++ball)
+    if (const int axis = joint - system_.plan().balls[ball] - 1; 0 <= axis && axis < 3) {
+      entry.ball = ball;
+      entry.axis = axis;
+    }
+  while (entry.ball < 0 && system_.joint_of(entry.place) != joint) ++entry.place;
+  return entry;
+}
+
+void IndependentCoordinates::nominals(double* states) const {
+  std::vector<double> of_y(y_.size());
+  system_.nominals(of_y.data());
+  for (int i : kept_) *states++ = of_y[i];
+  for (int k = 0; k < count(); ++k)
+    states[k] = states[count() + k] = entries_[k].ball < 0 ? system_.scales()[entries_[k].place] : 1;
+}
+
+IndependentCoordinates::BallMotion IndependentCoordinates::motion_of(int ball, const double* y) const {
+  BallMotion motion;
+  motion.angles = angles_in_chart(rotation_of(system_.layout().quaternion.of(y, ball)), turned_[ball] != 0);
+  motion.rates = angle_rates(motion.angles, Vec3<double>(system_.layout().omega.of(y, ball)));
+  return motion;
+}
+
+// All joints, those of clusters in the kept charts, and the rows of these.
+void IndependentCoordinates::expand(double time, const double* y) {
+  const System::Coordinates at = system_.coordinates(time, y);
+  std::copy_n(at.q, q_.size(), q_.begin());
+  std::copy_n(at.qd, qd_.size(), qd_.begin());
+  for (int ball = 0; ball < system_.balls(); ++ball) {
+    if (!is_in_cluster(ball)) continue;
+    const int chart = system_.plan().balls[ball];
+    const auto [angles, rates] = motion_of(ball, y);
+    const double values[] = {angles.turned ? half_pi : 0, angles.phi, angles.theta, angles.psi};
+    std::copy_n(values, 4, &q_[chart]);
+    std::copy_n(rates.data(), 3, &qd_[chart + 1]);
+  }
+  compiled_ground_motion(system_.plan(), workspace_, q_.data(), qd_.data());
+  for (const auto& of : clusters_) {
+    of->rows.set_pose(q_.data());
+    of->rows.measure();
+    of->rows.set_motion(qd_.data());
+  }
+}
+
+void IndependentCoordinates::choose(double time, const double* y) {
+  for (int ball = 0; ball < system_.balls(); ++ball)
+    turned_[ball] = ball_angles(rotation_of(system_.layout().quaternion.of(y, ball))).turned;
+  expand(time, y);
+  std::vector<char> independent(in_cluster_.size());
+  for (const auto& of : clusters_) {
+    Cluster& cluster = *of;
+    const ClusterRows<double>& rows = cluster.rows;
+    const CompletePivoting factor(rows.jacobian(), cluster.rank(), 0, rows.jacobian().cols());
+    for (int k = 0; k < cluster.count; ++k)
+      independent[rows.free_joints()[factor.columns()[cluster.rank() + k]]] = 1;
+  }
+  take(independent);
+}
+
+void IndependentCoordinates::take(const std::vector<char>& independent) {
+  auto next = entries_.begin();
+  for (const auto& of : clusters_) {
+    Cluster& cluster = *of;
+    cluster.dependent.clear();
+    for (int joint : cluster.rows.free_joints())
+      if (independent[joint])
+        *next++ = entry(joint);
+      else
+        cluster.dependent.push_back(joint);
+  }
+}
+
+bool IndependentCoordinates::should_choose(double time, const double* y) {
+  constexpr double accepted = 5;
+  expand(time, y);
+  for (const auto& of : clusters_) {
+    std::vector<int> joints = of->dependent;
+    for (int k = of->first; k < of->first + of->count; ++k) joints.push_back(entries_[k].joint);
+    const Matrix J = of->rows.jacobian(joints);
+    const double now = CompletePivoting(J, of->rank(), singular, of->rank()).leverage();
+    if (now > accepted && CompletePivoting(J, of->rank(), singular, J.cols()).leverage() < 0.5 * now) return true;
+  }
+  return false;
+}
+
+IndependentCoordinates::Motion IndependentCoordinates::motion(int k, const double* y,
+                                                              const double* ydot) const {
+  const Entry& at = entries_[k];
+  const StateLayout& layout = system_.layout();
+  if (at.ball < 0)
+    return {y[layout.q[at.place]], y[layout.qd[at.place]], ydot ? ydot[layout.qd[at.place]] : 0};
+  const auto [angles, rates] = motion_of(at.ball, y);
+  const double positions[] = {angles.phi, angles.theta, angles.psi};
+  Motion result{positions[at.axis], rates[at.axis], 0};
+  if (!ydot) return result;
+  const Vec3<double> alpha(layout.omega.of(ydot, at.ball));
+  result.qdd = angle_rates(angles, Vec3<double>(alpha - rate_bias(angles, rates)))[at.axis];
+  return result;
+}
+
+IndependentCoordinates::Direction IndependentCoordinates::direction(int k, const double* y,
+                                                                    const Tangent& tangent) const {
+  const Entry& at = entries_[k];
+  if (at.ball < 0) return {tangent.q[at.joint], tangent.qd[at.joint], tangent.qdd[at.joint]};
+  const BallAngles angles = motion_of(at.ball, y).angles;
+  const Tangent::BallMotion motion = tangent.ball(at.ball);
+  const Vec3<double> change = angle_rates(angles, motion.turn);
+  const BallAnglesOf<Dual> moved{angles.turned, Dual(angles.phi, change[0]), Dual(angles.theta, change[1]),
+                                 Dual(angles.psi, change[2])};
+  const Vec3<Dual> rates = angle_rates(moved, motion.omega);
+  const Vec3<Dual> accelerations =
+      angle_rates(moved, Vec3<Dual>(motion.alpha - rate_bias(moved, rates)));
+  const Dual positions[] = {moved.phi, moved.theta, moved.psi};
+  return {positions[at.axis], rates[at.axis], accelerations[at.axis]};
+}
+
+// Newton's iteration for the dependent joints. False: it leads nowhere, or far away.
+bool IndependentCoordinates::solve_positions(Cluster& cluster, std::vector<double>& q) {
+  ClusterRows<double>& rows = cluster.rows;
+  double before = std::numeric_limits<double>::infinity();
+  for (;;) {
+    rows.set_pose(q.data());
+    rows.set_rows();
+    const double now = rows.residuals().lpNorm<Eigen::Infinity>();
+    if (!(now > System::rounding && now < 0.5 * before)) return now <= closed;
+    before = now;
+    const CompletePivoting factor(rows.jacobian(cluster.dependent), cluster.rank(), singular, cluster.rank());
+    const Vector change = factor.solve(rows.residuals());
+    if (!(change.lpNorm<Eigen::Infinity>() < longest_move)) return false;
+    for (std::size_t k = 0; k < cluster.dependent.size(); ++k)
+      q[cluster.dependent[k]] -= change[k] * rows.unit(cluster.dependent[k]);
+  }
+}
+
+// From q_ to the given independent positions, in several moves if one is too long. The velocities predict the
+// dependent ones: where branches meet, they tell which one to follow.
+bool IndependentCoordinates::follow_positions(Cluster& cluster, const double* q) {
+  const auto joint = [&](int k) { return entries_[cluster.first + k].joint; };
+  double done = 0, share = 1;
+  const std::vector<double> from = q_;
+  double along = 0, squared = 0;
+  for (int k = 0; k < cluster.count; ++k) {
+    along += qd_[joint(k)] * (q[cluster.first + k] - from[joint(k)]);
+    squared += qd_[joint(k)] * qd_[joint(k)];
+  }
+  const double span = squared > 0 ? along / squared : 0;  // s
+  while (done < 1) {
+    std::vector<double> trial = q_;
+    for (int k : cluster.dependent) trial[k] += share * span * qd_[k];
+    for (int k = 0; k < cluster.count; ++k) {
+      const double to = q[cluster.first + k], part = done + share;
+      trial[joint(k)] = part < 1 ? from[joint(k)] + part * (to - from[joint(k)]) : to;
+    }
+    if (solve_positions(cluster, trial)) {
+      q_.swap(trial);
+      done += share;
+      share = std::min(2 * share, 1 - done);
+    } else if ((share *= 0.5) < shortest_share) {
+      return false;
+    }
+  }
+  return true;
+}
+
+// Those of the dependent joints; the second pass removes rounding errors.
+bool IndependentCoordinates::solve_velocities(Cluster& cluster) {
+  ClusterRows<double>& rows = cluster.rows;
+  for (int pass = 0; pass < 2; ++pass) {
+    rows.set_motion(qd_.data());
+    const CompletePivoting factor(rows.jacobian(cluster.dependent), cluster.rank(), singular, cluster.rank());
+    const Vector change = factor.solve(rows.rates());
+    for (std::size_t k = 0; k < cluster.dependent.size(); ++k)
+      qd_[cluster.dependent[k]] -= change[k] * rows.unit(cluster.dependent[k]);
+    if (!change.allFinite()) return false;
+  }
+  return true;
+}
+
+bool IndependentCoordinates::close(double time, const double* q, const double* qd, double* y) {
+  expand(time, y);
+  for (const auto& of : clusters_) {
+    Cluster& cluster = *of;
+    if (!follow_positions(cluster, q)) return false;
+    for (int k = cluster.first; k < cluster.first + cluster.count; ++k) qd_[entries_[k].joint] = qd[k];
+    if (!solve_velocities(cluster)) return false;
+  }
+  std::copy_n(y, y_.size(), y_.begin());
+  system_.collect(q_.data(), qd_.data(), y_.data());
+  for (int i : dependent_) y[i] = y_[i];
+  return true;
+}
+
+void IndependentCoordinates::seed(const double* y, const double* dq, const double* dqd, std::vector<Dual>& q,
+                                  std::vector<Dual>& qd) const {
+  const Plan<double>& plan = system_.plan();
+  for (int k = 0; k < system_.simple(); ++k) {
+    const int joint = system_.joint_of(k);
+    if (in_cluster_[joint]) q[joint].derivative = qd[joint].derivative = 0;
+  }
+  for (int ball = 0; ball < system_.balls(); ++ball) {
+    if (!is_in_cluster(ball)) continue;
+    const auto [angles, rates] = motion_of(ball, y);
+    const double values[] = {angles.turned ? half_pi : 0, angles.phi, angles.theta, angles.psi};
+    for (int i = 0; i < 4; ++i) q[plan.balls[ball] + i] = Dual(values[i]);
+    for (int i = 0; i < 3; ++i) qd[plan.balls[ball] + 1 + i] = Dual(rates[i]);
+  }
+  for (int k = 0; k < count(); ++k) {
+    q[entries_[k].joint].derivative = dq[k];
+    qd[entries_[k].joint].derivative = dqd[k];
+  }
+}
+
+std::vector<double> IndependentCoordinates::choice() const {
+  std::vector<double> choice(turned_.begin(), turned_.end());
+  for (const Entry& entry : entries_) choice.push_back(entry.joint);
+  return choice;
+}
+
+bool IndependentCoordinates::restore(const std::vector<double>& choice) {
+  std::vector<char> independent(in_cluster_.size());
+  const double* next = choice.data() + turned_.size();
+  for (const auto& cluster : clusters_) {
+    const double* const end = next + cluster->count;
+    for (int joint : cluster->rows.free_joints())
+      if (next != end && *next == joint) {
+        independent[joint] = 1;
+        ++next;
+      }
+    if (next != end) return false;
+  }
+  for (std::size_t ball = 0; ball < turned_.size(); ++ball) turned_[ball] = choice[ball] != 0;
+  take(independent);
+  return true;
+}
+
+}  // namespace redysim
