@@ -12,7 +12,6 @@ import numpy as np
 from build_fmu.errors import UserError
 from build_fmu.run.session import Session
 
-
 INDEPENDENT = re.compile(r"independent\.(q|qd|qdd)\[(\d+)\]")
 
 

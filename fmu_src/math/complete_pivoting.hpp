@@ -13,12 +13,10 @@ namespace redysim {
 // others. For small matrices.
 class CompletePivoting {
  public:
-  // Ends after `most` pivots, all in the first `eligible` columns, or where no entry above `smallest` is left.
+  // Ends after `most` pivots, all in the first `eligible` columns, or where no entry above `smallest` is
+  // left.
   CompletePivoting(Eigen::MatrixXd J, Eigen::Index most, double smallest, Eigen::Index eligible)
-      : LU_(std::move(J)),
-        rows_(in_order(LU_.rows())),
-        columns_(in_order(LU_.cols())),
-        eligible_(eligible) {
+      : LU_(std::move(J)), rows_(in_order(LU_.rows())), columns_(in_order(LU_.cols())), eligible_(eligible) {
     while (rank_ < std::min({most, LU_.rows(), eligible_}) && take_largest(smallest)) ++rank_;
   }
 

@@ -264,64 +264,6 @@ def test_stretched_quaternions_are_normalised_in_event_mode(fmu):
         assert tool.call("EnterContinuousTimeMode") == OK and not tool.completed_step()
 
 
-LOOPS = ("bennett", "cognate", "differential_wrist", "five_bar", "four_bar", "leg", "mimic_hand", "parallelogram", "slider_crank", "stewart_platform", "three_rrr")
-
-
-@pytest.mark.parametrize("name", LOOPS)
-def test_loops_have_independent_states(fmu, name):
-    """As many as degrees of freedom; all values of them close the loops."""
-    freedom = {"differential_wrist": 2, "five_bar": 2, "stewart_platform": 6, "three_rrr": 3}.get(name, 1)
-    with Exchange(fmu(name)) as tool:
-        tool.begin()
-        independent = [f"independent.{kind}[{k + 1}]" for kind in ("q", "qd") for k in range(freedom)]
-        assert tool.states == ["energy.work", *independent]
-        states = moved(tool, 0.02)
-        gaps = reals(fmu(name), ".gap")
-        assert np.abs(tool.reals(gaps)).max(initial=0) < 1e-11
-        there = states + 0.02
-        assert tool.set_states(there) == OK
-        assert np.abs(tool.reals(gaps)).max(initial=0) < 1e-11
-        assert list(tool.get_states()) == list(there)
-        assert tool.derivatives()[1 : freedom + 1] == pytest.approx(there[freedom + 1 :], rel=1e-12)
-        assert not tool.completed_step()
-
-
-def test_independent_coordinates_are_chosen_anew(fmu):
-    """Where the states of a five-bar no longer determine the other joints well, an event changes them; the motion goes on."""
-    with Exchange(fmu("five_bar")) as tool:
-        tool.begin()
-        states, h, chosen = tool.get_states(), 2e-4, 0
-        joints = reals(fmu("five_bar"), ".q", ".qd", ".qdd")
-        for k in range(2000):
-            middle = states + h / 2 * tool.slope_at(k * h, states)
-            states = states + h * tool.slope_at((k + 0.5) * h, middle)
-            assert (tool.set_time((k + 1) * h), tool.set_states(states)) == (OK, OK)
-            if not tool.completed_step():
-                continue
-            before = tool.reals(joints)
-            assert tool.call("EnterEventMode") == OK
-            info = tool.event()
-            assert (info.new_values, info.new_nominals) == (1, 1)
-            states = tool.get_states()
-            assert tool.reals(joints) == pytest.approx(before, rel=1e-9, abs=1e-9)
-            assert tool.call("EnterContinuousTimeMode") == OK and not tool.completed_step()
-            chosen += 1
-        assert 0 < chosen < 10
-
-
-def test_states_far_away_are_refused_or_closed(fmu):
-    """A master may try any state: the FMU closes the loops there, or asks for a shorter step."""
-    with Exchange(fmu("slider_crank")) as tool:
-        tool.begin()
-        states = tool.get_states()
-        for far in (0.5, 3.0, 100.0, 1e9):
-            assert (tool.set_states(states + far), tool.set_time(0.0)) == (OK, OK)
-            slopes = np.empty(len(states))
-            status = tool.call("GetDerivatives", slopes.ctypes.data_as(c.c_void_p), c.c_size_t(len(slopes)))
-            assert status == OK and np.isfinite(slopes).all() or status == DISCARD
-        assert tool.set_states(states) == OK and np.isfinite(tool.derivatives()).all()
-
-
 TABLED = """
 name = "tabled"
 gravity = [0, -9.81, 0]

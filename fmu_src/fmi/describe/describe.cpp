@@ -242,7 +242,7 @@ void write_arrays(Json& json, const Scene& scene, const VariableTable& table) {
     json.begin_object().member("name", name);
     json.member("value_reference", array_reference + first.value_reference);
     const bool state_of_joint = row.owner == Owner::joint && row.has_state();
-    json.member("suffix", !state_of_joint                               ? ""
+    json.member("suffix", !state_of_joint                             ? ""
                           : scene.plan.joints[first.joint].prescribed ? "_prescribed"
                           : scene.is_in_cluster(first.joint)          ? "_dependent"
                                                                       : "");

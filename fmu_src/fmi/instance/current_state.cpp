@@ -22,9 +22,10 @@ const double* CurrentState::start() {
 const double* CurrentState::follow_motion() {
   if (!following_is_current_) {
     std::copy_n(simulation_.integrator->state(), following_.size(), following_.begin());
-    can_follow_ = simulation_.model_exchange
-                      ? static_cast<GivenState&>(*simulation_.integrator).close(simulation_.time, following_.data())
-                      : simulation_.system.follow_jumps(simulation_.time, following_.data());
+    can_follow_ =
+        simulation_.model_exchange
+            ? static_cast<GivenState&>(*simulation_.integrator).close(simulation_.time, following_.data())
+            : simulation_.system.follow_jumps(simulation_.time, following_.data());
     following_is_current_ = true;
   }
   return following_.data();

@@ -13,7 +13,8 @@ std::string OutputDerivatives::objection(const Variable& known, double direction
   if (!std::isfinite(direction))
     return "the direction of " + known.name + " must be a finite number, got " + shown(direction);
   if (known.is_calculated()) {
-    if (values_.exchanged_place(known) < 0) return known.name + " is neither an input nor a state, not a known";
+    if (values_.exchanged_place(known) < 0)
+      return known.name + " is neither an input nor a state, not a known";
     return in_initialization ? "derivatives by " + known.name + ", a state, exist after initialization only"
                              : std::string();
   }

@@ -137,7 +137,8 @@ fmi2Status Instance::set_continuous_states(const double* states, std::size_t cou
 
 // Wider than the standard: CasADi sets states as variables.
 bool Instance::is_given_state(const Variable& variable) const {
-  return (life_.state == State::event || life_.state == State::continuous) && values_.exchanged_place(variable) >= 0;
+  return (life_.state == State::event || life_.state == State::continuous) &&
+         values_.exchanged_place(variable) >= 0;
 }
 
 // The states among some variables; false: a quaternion would be zero.

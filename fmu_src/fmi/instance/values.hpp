@@ -106,7 +106,8 @@ class Values {
   }
   // Among the states of a master.
   int exchanged_place(const Variable& variable) const {
-    return redysim::exchanged_place(simulation_.system, simulation_.independent(), variable.row->state, variable);
+    return redysim::exchanged_place(simulation_.system, simulation_.independent(), variable.row->state,
+                                    variable);
   }
   double slope(const Variable& variable) const { return slopes_[place_of_slope(variable)]; }
   const std::vector<double>& slopes() const { return slopes_; }

@@ -209,7 +209,8 @@ void find_parameter(const Scene& scene, const OwnerNames& names, const std::stri
   const std::string field = dot == name.npos ? name : name.substr(dot + 1);
   for (const RowGroup* group : all_groups())
     for (const Row& row : *group) {
-      if (!is_tunable(row) || row.name.text != field || (row.owner == Owner::model) != owner.empty()) continue;
+      if (!is_tunable(row) || row.name.text != field || (row.owner == Owner::model) != owner.empty())
+        continue;
       Variable variable;
       const int found = names.find(row.owner, owner);
       if (row.owner != Owner::model && found == ground) continue;

@@ -31,7 +31,7 @@ class GivenState final : public Integrator {
   // Moves y to the constraints; false: impossible.
   bool close(double time, double* y) const;
   void completed_step(const double* y);  // y: closed
-  void choose();  // independent coordinates, where the step was completed
+  void choose();                         // independent coordinates, where the step was completed
   void set_time(double time) { time_ = time; }
   // The largest deviation of the length of a quaternion from 1.
   double stretch() const;

@@ -78,7 +78,8 @@ IndependentCoordinates::IndependentCoordinates(const Model& model, System& syste
   const Plan<double>& plan = system.plan();
   int first = 0;
   for (std::size_t k = 0; k < counts.size(); ++k) {
-    clusters_.emplace_back(new Cluster{{model, plan, workspace_, plan.clusters[k], FreeJoints::integrated}, first, counts[k], {}});
+    clusters_.emplace_back(new Cluster{
+        {model, plan, workspace_, plan.clusters[k], FreeJoints::integrated}, first, counts[k], {}});
     for (int joint : clusters_.back()->rows.free_joints()) in_cluster_[static_cast<std::size_t>(joint)] = 1;
     first += counts[k];
   }
@@ -172,14 +173,17 @@ void IndependentCoordinates::take(const std::vector<char>& independent) {
 }
 
 bool IndependentCoordinates::should_choose(double time, const double* y) {
-  constexpr double accepted = 5;
+  constexpr double accepted = 5, nearly_singular = 0.5;  // leverage; cosine of the second angle of a chart
+  for (int ball = 0; ball < system_.balls(); ++ball)
+    if (is_in_cluster(ball) && std::cos(motion_of(ball, y).angles.theta) < nearly_singular) return true;
   expand(time, y);
   for (const auto& of : clusters_) {
     std::vector<int> joints = of->dependent;
     for (int k = of->first; k < of->first + of->count; ++k) joints.push_back(entries_[k].joint);
     const Matrix J = of->rows.jacobian(joints);
     const double now = CompletePivoting(J, of->rank(), singular, of->rank()).leverage();
-    if (now > accepted && CompletePivoting(J, of->rank(), singular, J.cols()).leverage() < 0.5 * now) return true;
+    if (now > accepted && CompletePivoting(J, of->rank(), singular, J.cols()).leverage() < 0.5 * now)
+      return true;
   }
   return false;
 }
@@ -209,8 +213,7 @@ IndependentCoordinates::Direction IndependentCoordinates::direction(int k, const
   const BallAnglesOf<Dual> moved{angles.turned, Dual(angles.phi, change[0]), Dual(angles.theta, change[1]),
                                  Dual(angles.psi, change[2])};
   const Vec3<Dual> rates = angle_rates(moved, motion.omega);
-  const Vec3<Dual> accelerations =
-      angle_rates(moved, Vec3<Dual>(motion.alpha - rate_bias(moved, rates)));
+  const Vec3<Dual> accelerations = angle_rates(moved, Vec3<Dual>(motion.alpha - rate_bias(moved, rates)));
   const Dual positions[] = {moved.phi, moved.theta, moved.psi};
   return {positions[at.axis], rates[at.axis], accelerations[at.axis]};
 }
@@ -239,9 +242,13 @@ bool IndependentCoordinates::follow_positions(Cluster& cluster, const double* q)
   const auto joint = [&](int k) { return entries_[cluster.first + k].joint; };
   double done = 0, share = 1;
   const std::vector<double> from = q_;
+  std::vector<double> way;
   double along = 0, squared = 0;
   for (int k = 0; k < cluster.count; ++k) {
-    along += qd_[joint(k)] * (q[cluster.first + k] - from[joint(k)]);
+    way.push_back(q[cluster.first + k] - from[joint(k)]);
+    // angles of spherical joints are between -pi and pi
+    if (entries_[cluster.first + k].ball >= 0) way.back() = std::remainder(way.back(), 4 * half_pi);
+    along += qd_[joint(k)] * way.back();
     squared += qd_[joint(k)] * qd_[joint(k)];
   }
   const double span = squared > 0 ? along / squared : 0;  // s
@@ -249,8 +256,9 @@ bool IndependentCoordinates::follow_positions(Cluster& cluster, const double* q)
     std::vector<double> trial = q_;
     for (int k : cluster.dependent) trial[k] += share * span * qd_[k];
     for (int k = 0; k < cluster.count; ++k) {
-      const double to = q[cluster.first + k], part = done + share;
-      trial[joint(k)] = part < 1 ? from[joint(k)] + part * (to - from[joint(k)]) : to;
+      const bool exact = done + share == 1 && entries_[cluster.first + k].ball < 0;
+      trial[joint(k)] =
+          exact ? q[cluster.first + k] : from[joint(k)] + (done + share) * way[static_cast<std::size_t>(k)];
     }
     if (solve_positions(cluster, trial)) {
       q_.swap(trial);

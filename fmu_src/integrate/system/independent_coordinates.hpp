@@ -23,7 +23,7 @@ class IndependentCoordinates {
   IndependentCoordinates(const IndependentCoordinates&) = delete;
   IndependentCoordinates& operator=(const IndependentCoordinates&) = delete;
 
-  int count() const { return static_cast<int>(entries_.size()); }   // of independent positions
+  int count() const { return static_cast<int>(entries_.size()); }  // of independent positions
   int size() const { return static_cast<int>(kept_.size()) + 2 * count(); }
   const std::vector<int>& kept() const { return kept_; }            // entries of y, ascending
   const std::vector<int>& dependent() const { return dependent_; }  // the other ones
@@ -32,8 +32,8 @@ class IndependentCoordinates {
 
   // Chooses those of which the others depend least, at a state that satisfies the constraints.
   void choose(double time, const double* y);
-  // Whether a dependent joint moves much more than the independent ones, in the units of the joints, and other
-  // coordinates would be better.
+  // Whether a dependent joint moves much more than the independent ones, in the units of the joints, and
+  // other coordinates would be better.
   bool should_choose(double time, const double* y);
 
   // Position, velocity and acceleration of an independent joint.
@@ -52,7 +52,9 @@ class IndependentCoordinates {
   // Coordinates of all joints in clusters, in the kept charts, with the directions of the independent ones.
   void seed(const double* y, const double* dq, const double* dqd, std::vector<Dual>& q,
             std::vector<Dual>& qd) const;
-  const std::vector<int>& dependent_joints(std::size_t cluster) const { return clusters_[cluster]->dependent; }
+  const std::vector<int>& dependent_joints(std::size_t cluster) const {
+    return clusters_[cluster]->dependent;
+  }
 
   // The choice, as numbers. false: as many numbers, but no choice for this plan.
   std::vector<double> choice() const;

@@ -54,11 +54,11 @@ Tangent::Tangent(const Model& model, const System& system)
   ball_turn_.resize(balls.size());
   ball_quaternion_.resize(balls.size());
   moved_.resize(balls.size());
-  if (features::control && system.control())
-    control_ = std::make_unique<ControlTangent>(*system.control());
+  if (features::control && system.control()) control_ = std::make_unique<ControlTangent>(*system.control());
   actuator_inputs_.resize(static_cast<std::size_t>(actuator_count()));
   responses_.resize(actuator_inputs_.size());
-  if (SensedWrenches<Dual>::needed(model)) sensed_ = std::make_unique<SensedWrenches<Dual>>(model, system.plan());
+  if (SensedWrenches<Dual>::needed(model))
+    sensed_ = std::make_unique<SensedWrenches<Dual>>(model, system.plan());
   if (EquationTerms<Dual>::needed(model)) terms_ = std::make_unique<EquationTerms<Dual>>(model, plan_);
 }
 

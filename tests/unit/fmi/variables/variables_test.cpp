@@ -1,10 +1,9 @@
-#include "fmi/instance/simulation.hpp"
-
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <set>
 
+#include "fmi/instance/simulation.hpp"
 #include "model/read/model_file.hpp"
 
 namespace redysim {

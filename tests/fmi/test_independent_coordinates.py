@@ -1,0 +1,136 @@
+"""Model exchange of loops and rigid couplings: independent coordinates are the states."""
+
+from __future__ import annotations
+
+import ctypes as c
+
+import numpy as np
+import pytest
+
+from tests.fmi.exchange import Exchange
+from tests.fmi.raw import DISCARD, OK
+from tests.fmi.test_model_exchange import moved, reals
+
+# a plate on a spherical joint, held by a rod between spherical joints: angles are independent, and the bodies turn many times
+HELD_PLATE = """
+name = "held_plate"
+gravity = [0, 0, -9.81]
+[[link]]
+name = "plate"
+joint = "spherical"
+mass = 2
+com = [0.3, 0, 0]
+inertia = [0.02, 0.05, 0.06]
+qd = [2.0, -0.5, 3.0]
+[[link]]
+name = "rod"
+parent = "plate"
+joint = "spherical"
+a = 0.6
+mass = 0.4
+com = [0, 0, 0.2]
+inertia = [0.006, 0.006, 0.0005]
+qd = [0.0, 0.0, 5.0]
+[[loop]]
+name = "pivot"
+type = "spherical"
+link_a = "rod"
+point_a = [0, 0, 0.5]
+link_b = "ground"
+point_b = [0.6, 0, 0.5]
+[fmu]
+outputs = ["acceleration", "energy"]
+"""
+
+LOOPS = (
+    "bennett",
+    "cognate",
+    "differential_wrist",
+    "five_bar",
+    "four_bar",
+    "leg",
+    "mimic_hand",
+    "parallelogram",
+    "slider_crank",
+    "stewart_platform",
+    "three_rrr",
+)
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_loops_have_independent_states(fmu, name):
+    """As many as degrees of freedom; all values of them close the loops."""
+    freedom = {"differential_wrist": 2, "five_bar": 2, "stewart_platform": 6, "three_rrr": 3}.get(name, 1)
+    with Exchange(fmu(name)) as tool:
+        tool.begin()
+        independent = [f"independent.{kind}[{k + 1}]" for kind in ("q", "qd") for k in range(freedom)]
+        assert tool.states == ["energy.work", *independent]
+        states = moved(tool, 0.02)
+        gaps = reals(fmu(name), ".gap")
+        assert np.abs(tool.reals(gaps)).max(initial=0) < 1e-11
+        there = states + 0.02
+        assert tool.set_states(there) == OK
+        assert np.abs(tool.reals(gaps)).max(initial=0) < 1e-11
+        assert list(tool.get_states()) == list(there)
+        assert tool.derivatives()[1 : freedom + 1] == pytest.approx(there[freedom + 1 :], rel=1e-12)
+        assert not tool.completed_step()
+
+
+def test_independent_coordinates_are_chosen_anew(fmu):
+    """Where the states of a five-bar no longer determine the other joints well, an event changes them; the motion goes on."""
+    with Exchange(fmu("five_bar")) as tool:
+        tool.begin()
+        states, h, chosen = tool.get_states(), 2e-4, 0
+        joints = reals(fmu("five_bar"), ".q", ".qd", ".qdd")
+        for k in range(2000):
+            middle = states + h / 2 * tool.slope_at(k * h, states)
+            states = states + h * tool.slope_at((k + 0.5) * h, middle)
+            assert (tool.set_time((k + 1) * h), tool.set_states(states)) == (OK, OK)
+            if not tool.completed_step():
+                continue
+            before = tool.reals(joints)
+            assert tool.call("EnterEventMode") == OK
+            info = tool.event()
+            assert (info.new_values, info.new_nominals) == (1, 1)
+            states = tool.get_states()
+            assert tool.reals(joints) == pytest.approx(before, rel=1e-9, abs=1e-9)
+            assert tool.call("EnterContinuousTimeMode") == OK and not tool.completed_step()
+            chosen += 1
+        assert 0 < chosen < 10
+
+
+def test_states_far_away_are_refused_or_closed(fmu):
+    """A master may try any state: the FMU closes the loops there, or asks for a shorter step."""
+    with Exchange(fmu("slider_crank")) as tool:
+        tool.begin()
+        states = tool.get_states()
+        for far in (0.5, 3.0, 100.0, 1e9):
+            assert (tool.set_states(states + far), tool.set_time(0.0)) == (OK, OK)
+            slopes = np.empty(len(states))
+            status = tool.call("GetDerivatives", slopes.ctypes.data_as(c.c_void_p), c.c_size_t(len(slopes)))
+            assert status == OK and np.isfinite(slopes).all() or status == DISCARD
+        assert tool.set_states(states) == OK and np.isfinite(tool.derivatives()).all()
+
+
+def test_angles_of_spherical_joints_are_independent(built):
+    """CVode of FMPy against the solver of the FMU, through several choices of charts and coordinates; the Jacobian is exact."""
+    from fmpy import simulate_fmu
+
+    fmu = built(HELD_PLATE)
+    archive = str(fmu.folder.parent / "model.fmu")
+    with Exchange(fmu) as tool:
+        tool.begin()
+        assert len(tool.states) == 1 + 2 * 3
+        states = moved(tool, 0.05)
+        exact = tool.jacobian(tool.slopes, tool.states)
+        for column, change in zip(exact.T, 1e-4 * np.eye(len(states)), strict=True):
+            near, far = (tool.slope_at(0.05, states + k * change) - tool.slope_at(0.05, states - k * change) for k in (1, 2))
+            assert column == pytest.approx((8 * near - far) / 12e-4, rel=1e-6, abs=1e-6 * (1 + np.abs(column).max()))
+    turning = [name for name in reals(fmu) if ".omega[" in name]
+    options = {"stop_time": 2.0, "output": turning, "output_interval": 0.005}
+    own = simulate_fmu(archive, fmi_type="CoSimulation", start_values={"solver.rtol": 1e-11, "solver.atol": 1e-13}, **options)
+    free = simulate_fmu(archive, fmi_type="ModelExchange", solver="CVode", relative_tolerance=1e-9, **options)
+    place = np.searchsorted(free["time"], own["time"] + 1e-9, side="right") - 1
+    assert len(free["time"]) > len(own["time"]) + 3, "events in which coordinates were chosen"
+    for name in turning:
+        assert np.abs(free[name][place] - own[name]).max() < 1e-5 * (1 + np.abs(own[name]).max())
