@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import re
 
 import numpy as np
 
-from build_fmu.cli.states import add_state_options, facts_of_state, model_at_state, print_matrix
+from build_fmu.cli.states import add_state_options, facts_of_state, given_parameters, model_at_state, print_matrix
 from build_fmu.cli.streams import emit
+
+POSITION = re.compile(r"(.*\.(?:q|quaternion))0(\[\d\])?")
 
 
 def add(commands) -> None:
@@ -25,10 +28,17 @@ def run(options: argparse.Namespace) -> int:
     """Prints the pose."""
     with model_at_state(options) as (model, x, u):
         left = abs(model.slope(x, u)).max(initial=0)
-        rows = [model.states.index(n) for n in model.positions]
-        positions = dict(zip(model.positions, x[rows].tolist(), strict=True))
-        emit(options, {**facts_of_state(model, x, u), "positions": positions, "largest_rate": left})
-        values = np.column_stack([model.start()[rows], x[rows]])
-        print_matrix(f"{model.description.model_name}: rest pose", model.positions, ["start", "at rest"], values)
+        at_rest = _positions(model.start_values(x))
+        emit(options, {**facts_of_state(model, x, u), "positions": at_rest, "largest_rate": left})
+        model.parameters = given_parameters(options)
+        start = _positions(model.start_values())
+        values = np.column_stack([list(start.values()), list(at_rest.values())])
+        print_matrix(f"{model.description.model_name}: rest pose", list(at_rest), ["start", "at rest"], values)
         print(f"largest velocity or acceleration there: {left:.1e}")
     return 0
+
+
+def _positions(starts: dict[str, float]) -> dict[str, float]:
+    """Returns the positions among start values, without the 0 of their names."""
+    found = {name: POSITION.fullmatch(name) for name in starts}
+    return {"".join(match.groups("")): starts[name] for name, match in found.items() if match}

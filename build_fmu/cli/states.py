@@ -58,9 +58,14 @@ def facts_of_state(model: Model, x: np.ndarray, u: np.ndarray) -> dict:
     }
 
 
+def given_parameters(options: argparse.Namespace) -> dict[str, float]:
+    """Returns the values of --start; raises UserError."""
+    return {name: expression_of(text)(0.0) for name, text in parse_start(options.start).items()}
+
+
 def given_state(model: Model, options: argparse.Namespace) -> tuple[np.ndarray, np.ndarray]:
     """Returns state and inputs; raises UserError."""
-    model.parameters = {name: expression_of(text)(0.0) for name, text in parse_start(options.start).items()}
+    model.parameters = given_parameters(options)
     u = np.zeros(len(model.inputs))
     for name, text in parse_start(options.input).items():
         if name not in model.inputs:
@@ -68,7 +73,7 @@ def given_state(model: Model, options: argparse.Namespace) -> tuple[np.ndarray, 
         u[model.inputs.index(name)] = expression_of(text)(0.0)
     where = getattr(options, "at", "equilibrium")
     if where == "equilibrium":
-        return model.equilibrium(u), u
+        return model.start_at_rest(u), u
     if where == "held":
         if options.input:
             raise InvalidArgument("--at held finds the inputs: remove --input")

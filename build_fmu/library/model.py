@@ -149,9 +149,7 @@ class Model:
         """Returns the start values of all joints, also of those in loops, at the state x: for `start` of `simulate`."""
         equations = self._equations()
         equations.place(*self._point(x, None))
-        starts = {n: _start_of(n) for n in [*equations.names("output"), *equations.states] if START.fullmatch(n)}
-        starts = {n: start for n, start in starts.items() if start in equations.names("parameter")}
-        return dict(zip(starts.values(), equations.read(list(starts)), strict=True))
+        return _joints(equations)
 
     def slope(self, x: ArrayLike | None = None, u: ArrayLike | None = None) -> np.ndarray:
         """Returns x' (n) of the state x and the inputs u (k); by default the start state and zero."""
@@ -257,13 +255,26 @@ class Model:
 
     def equilibrium(self, u: ArrayLike | None = None, q: ArrayLike | None = None) -> np.ndarray:
         """Returns the state at rest nearest to q (default: the start) under held inputs u; raises UserError if none is found."""
+        return self._at_rest(u, q)[1]
+
+    def start_at_rest(self, u: ArrayLike | None = None) -> np.ndarray:
+        """Makes this equilibrium the start of a model with loops, whose coordinates are chosen there; returns the state at rest."""
+        starts, x = self._at_rest(u, None)
+        if self.states == self._equations().states:
+            return x
+        found = dict(zip(self.states, x, strict=True))
+        self.parameters = self.parameters | starts
+        start = dict(zip(self.states, self.start(), strict=True))
+        return np.array([found.get(n, value) if _start_of(n) not in starts else value for n, value in start.items()])
+
+    def _at_rest(self, u: ArrayLike | None, q: ArrayLike | None) -> tuple[dict[str, float], np.ndarray]:
         x, u = self._point(None if q is None else self.state(q), u)
         x[self._rows_of(self.velocities)] = 0
         starts = self.start_values(x)
         variant = replace(Variant(TERMS, self._tunable), start="equilibrium")
         with Evaluation(self._fmu(variant)) as session:
             session.begin({**self.parameters, **starts, **dict(zip(self.inputs, u, strict=True))})
-            return np.array(session.read(self.states))
+            return _joints(session), np.array(session.read(self.states))
 
     def hold(self, x: ArrayLike | None = None) -> np.ndarray:
         """Returns the inputs u (k) of least norm that hold the pose of x at rest; raises UserError if none do."""
@@ -362,6 +373,13 @@ class Model:
 def _start_of(state: str) -> str:
     """Returns the name of the start parameter of a state."""
     return START.sub(r"\g<1>\g<2>0\g<3>", state)
+
+
+def _joints(session: Evaluation) -> dict[str, float]:
+    """Returns the start parameters of positions and velocities, with the values of the current state."""
+    starts = {n: _start_of(n) for n in session.names("output") if START.fullmatch(n)}
+    starts = {n: start for n, start in starts.items() if start in session.names("parameter")}
+    return dict(zip(starts.values(), session.read(list(starts)), strict=True))
 
 
 def _restart(session: Session, values: Mapping[str, float]) -> None:

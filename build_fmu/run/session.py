@@ -178,7 +178,8 @@ class Session:
             raise UserError(f"the FMU failed {when}: {self._reason(str(error), seen)}") from None
 
     def _reason(self, fallback: str, since: int = 0) -> str:
-        texts = [text for status, text in self.log[since:] if status > WARNING]
+        said = self.log[since:]
+        texts = [text for status, text in said if status > WARNING] or [text for status, text in said if status == WARNING]
         return texts[-1] if texts else fallback
 
     def _logged(self, *arguments: Any) -> None:

@@ -7,7 +7,8 @@ namespace redysim {
 namespace {
 
 bool is_reserved(const std::string& name) {
-  return name == "time" || name == "energy" || name == "solver" || name == "gravity" || name == "ground";
+  return name == "time" || name == "energy" || name == "solver" || name == "gravity" || name == "ground" ||
+         name == "independent";
 }
 
 }  // namespace
