@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import ctypes as c
+import re
 
 import numpy as np
 import pytest
 
+from tests.fmi.conftest import ROOT
 from tests.fmi.exchange import Exchange
-from tests.fmi.raw import DISCARD, OK
+from tests.fmi.raw import DISCARD, OK, Slave
 from tests.fmi.test_model_exchange import moved, reals
 
 # a plate on a spherical joint, held by a rod between spherical joints: angles are independent, and the bodies turn many times
@@ -134,3 +136,27 @@ def test_angles_of_spherical_joints_are_independent(built):
     assert len(free["time"]) > len(own["time"]) + 3, "events in which coordinates were chosen"
     for name in turning:
         assert np.abs(free[name][place] - own[name]).max() < 1e-5 * (1 + np.abs(own[name]).max())
+
+
+def test_driven_loops_follow_their_motion(built):
+    """A crank with prescribed motion leaves a four-bar no states; the other joints follow it over long ways, too."""
+    text = (ROOT / "models" / "four_bar.toml").read_text()
+    text = text.replace('joint_name = "crank_joint"', 'joint_name = "crank_joint"\ndrive = "motion"', 1)
+    fmu = built(re.sub(r"(?m)^tunable = .*$", "", text))
+    with Exchange(fmu) as tool, Slave(fmu) as slave:
+        tool.begin()
+        slave.initialize()
+        assert not any(name.startswith("independent") for name in tool.states)
+        positions, rates = (reals(fmu, *(f"joint{k}.{letter}" for k in (2, 3))) for letter in ("q", "qd"))
+        for k, angle in enumerate((0.0, 0.05, 0.6, 1.4, 0.9, -0.8)):
+            for name, value in {"q": angle, "qd": 1.5, "qdd": -2.0}.items():
+                assert tool.set(f"crank_joint.{name}", value) == OK and slave.set(f"crank_joint.{name}", value) == OK
+            assert tool.reals(positions) == pytest.approx(slave.reals(positions), abs=1e-9)
+            found, near = np.array(tool.reals(rates)), []
+            for change in (1e-5, -1e-5):
+                assert tool.set("crank_joint.q", angle + change) == OK
+                near.append(np.array(tool.reals(positions)))
+            assert found == pytest.approx(1.5 * (near[0] - near[1]) / 2e-5, abs=1e-9)
+            assert tool.set("crank_joint.q", angle) == OK
+            if k % 2:
+                assert not tool.completed_step()

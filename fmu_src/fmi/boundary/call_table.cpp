@@ -1,7 +1,5 @@
 #include "fmi/boundary/call_table.hpp"
 
-#include <utility>
-
 namespace redysim {
 namespace {
 
@@ -14,10 +12,15 @@ constexpr unsigned E = static_cast<unsigned>(State::event);
 constexpr unsigned C = static_cast<unsigned>(State::continuous);
 constexpr unsigned U = static_cast<unsigned>(State::intermediate);
 
+// Characters in place: pointers would be relocated when the library is loaded.
 struct Row {
   Function function;
-  const char* name;
+  char name[34];
   unsigned states;
+};
+struct Name {
+  Function function;
+  char text[34];
 };
 
 // Reading in `instantiated` is wider than the standard: parameters and inputs have their start values there.
@@ -68,7 +71,7 @@ constexpr Row rows[] = {
 };
 
 // Functions that FMI 3.0 calls otherwise than fmi3 and the same words.
-constexpr std::pair<Function, const char*> names_of_fmi3[] = {
+constexpr Name names_of_fmi3[] = {
     {Function::setup_experiment, "fmi3EnterInitializationMode"},
     {Function::get_real, "fmi3GetFloat64"},
     {Function::get_integer, "fmi3GetInt32"},
@@ -100,8 +103,8 @@ const Row& row_of(Function function) { return rows[static_cast<int>(function)]; 
 std::string name(Function function, FmiVersion version) {
   std::string result = row_of(function).name;
   if (version == FmiVersion::two) return result;
-  for (const auto& [renamed, fmi3_name] : names_of_fmi3)
-    if (renamed == function) return fmi3_name;
+  for (const Name& renamed : names_of_fmi3)
+    if (renamed.function == function) return renamed.text;
   result[3] = '3';
   return result;
 }

@@ -18,7 +18,8 @@ GivenState::GivenState(const System& system, IndependentCoordinates& independent
     : layout_(system.layout()),
       coordinates_(independent),
       y_(static_cast<std::size_t>(system.size())),
-      independent_(2 * static_cast<std::size_t>(independent.count())) {}
+      independent_(2 * static_cast<std::size_t>(independent.count())),
+      driven_(coordinates_.driven(0, y_.data())) {}
 
 Outcome GivenState::start(double time, const double* y) {
   time_ = time;
@@ -33,6 +34,7 @@ void GivenState::set_state(const double* y) {
 }
 
 void GivenState::choose() {
+  driven_ = coordinates_.driven(time_, y_.data());
   coordinates_.choose(time_, y_.data());
   for (int k = 0; k < coordinates_.count(); ++k) {
     const IndependentCoordinates::Motion motion = coordinates_.motion(k, y_.data());
@@ -57,11 +59,13 @@ bool GivenState::set(const double* states) {
 
 bool GivenState::close(double time, double* y) const {
   normalise(layout_, y);
-  return coordinates_.close(time, independent_.data(), independent_.data() + coordinates_.count(), y);
+  const double* velocities = independent_.data() + coordinates_.count();
+  return coordinates_.close(time, independent_.data(), velocities, driven_, y);
 }
 
 void GivenState::completed_step(const double* y) {
   for (int i : coordinates_.dependent()) y_[static_cast<std::size_t>(i)] = y[i];
+  driven_ = coordinates_.driven(time_, y);
 }
 
 Outcome GivenState::advance(double, bool) { return failure(time_, "the master integrates"); }
@@ -92,6 +96,7 @@ void GivenState::save(std::vector<unsigned char>& bytes) const {
   writer.put(time_);
   writer.put(y_.data(), y_.size());
   writer.put(independent_.data(), independent_.size());
+  writer.put(driven_.data(), driven_.size());
   const std::vector<double> choice = coordinates_.choice();
   writer.put(choice.data(), choice.size());
 }
@@ -99,17 +104,20 @@ void GivenState::save(std::vector<unsigned char>& bytes) const {
 bool GivenState::restore(const unsigned char* bytes, std::size_t size) {
   ByteReader reader(bytes, size);
   double marked = 0, time = 0;
-  std::vector<double> y(y_.size()), independent(independent_.size()), choice = coordinates_.choice();
+  std::vector<double> y(y_.size()), independent(independent_.size()), driven(driven_.size()),
+      choice = coordinates_.choice();
   reader.get(marked);
   reader.get(time);
-  for (std::vector<double>* part : {&y, &independent, &choice}) reader.get(part->data(), part->size());
+  for (std::vector<double>* part : {&y, &independent, &driven, &choice})
+    reader.get(part->data(), part->size());
   if (!reader.finished() || marked != mark || !check_start(time, y).ok ||
       !has_orientations(layout_, y.data()) || !check_start(time, independent).ok ||
-      !coordinates_.restore(choice))
+      !check_start(time, driven).ok || !coordinates_.restore(choice))
     return false;
   time_ = time;
   y_.swap(y);
   independent_.swap(independent);
+  driven_.swap(driven);
   return true;
 }
 

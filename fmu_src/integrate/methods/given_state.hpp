@@ -44,6 +44,7 @@ class GivenState final : public Integrator {
   double time_ = 0;
   IndependentCoordinates& coordinates_;
   std::vector<double> y_, independent_;  // positions, velocities
+  std::vector<double> driven_;           // at y_
   Statistics statistics_;
 };
 

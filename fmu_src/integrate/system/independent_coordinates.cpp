@@ -79,7 +79,10 @@ IndependentCoordinates::IndependentCoordinates(const Model& model, System& syste
   int first = 0;
   for (std::size_t k = 0; k < counts.size(); ++k) {
     clusters_.emplace_back(new Cluster{
-        {model, plan, workspace_, plan.clusters[k], FreeJoints::integrated}, first, counts[k], {}});
+        {model, plan, workspace_, plan.clusters[k], FreeJoints::integrated}, first, counts[k], {}, {}});
+    for (int joint : clusters_.back()->rows.joints())
+      if (plan.joints[joint].prescribed && !plan.joints[joint].of_ball)
+        clusters_.back()->driven.push_back(joint);
     for (int joint : clusters_.back()->rows.free_joints()) in_cluster_[static_cast<std::size_t>(joint)] = 1;
     first += counts[k];
   }
@@ -236,30 +239,37 @@ bool IndependentCoordinates::solve_positions(Cluster& cluster, std::vector<doubl
   }
 }
 
-// From q_ to the given independent positions, in several moves if one is too long. The velocities predict the
-// dependent ones: where branches meet, they tell which one to follow.
-bool IndependentCoordinates::follow_positions(Cluster& cluster, const double* q) {
-  const auto joint = [&](int k) { return entries_[cluster.first + k].joint; };
-  double done = 0, share = 1;
-  const std::vector<double> from = q_;
-  std::vector<double> way;
-  double along = 0, squared = 0;
-  for (int k = 0; k < cluster.count; ++k) {
-    way.push_back(q[cluster.first + k] - from[joint(k)]);
+// From the last point to the given positions of independent and prescribed joints, in several moves if one is
+// too long. The velocities predict the dependent ones: where branches meet, they tell which one to follow.
+bool IndependentCoordinates::follow_positions(Cluster& cluster, const double* q, const double*& driven) {
+  struct Way {
+    int joint;
+    double from, to, length;
+  };
+  std::vector<Way> ways;
+  for (int k = cluster.first; k < cluster.first + cluster.count; ++k) {
+    const double from = q_[entries_[k].joint], length = q[k] - from;
     // angles of spherical joints are between -pi and pi
-    if (entries_[cluster.first + k].ball >= 0) way.back() = std::remainder(way.back(), 4 * half_pi);
-    along += qd_[joint(k)] * way.back();
-    squared += qd_[joint(k)] * qd_[joint(k)];
+    const bool is_angle = entries_[k].ball >= 0;
+    ways.push_back({entries_[k].joint, from, q[k], is_angle ? std::remainder(length, 4 * half_pi) : length});
+    if (is_angle) ways.back().to = from + ways.back().length;
+  }
+  for (int joint : cluster.driven) {
+    ways.push_back({joint, *driven, q_[joint], q_[joint] - *driven});
+    ++driven;
+  }
+  double along = 0, squared = 0;
+  for (const Way& way : ways) {
+    along += qd_[way.joint] * way.length;
+    squared += qd_[way.joint] * qd_[way.joint];
   }
   const double span = squared > 0 ? along / squared : 0;  // s
+  double done = 0, share = 1;
   while (done < 1) {
     std::vector<double> trial = q_;
-    for (int k : cluster.dependent) trial[k] += share * span * qd_[k];
-    for (int k = 0; k < cluster.count; ++k) {
-      const bool exact = done + share == 1 && entries_[cluster.first + k].ball < 0;
-      trial[joint(k)] =
-          exact ? q[cluster.first + k] : from[joint(k)] + (done + share) * way[static_cast<std::size_t>(k)];
-    }
+    for (int joint : cluster.dependent) trial[joint] += share * span * qd_[joint];
+    for (const Way& way : ways)
+      trial[way.joint] = done + share < 1 ? way.from + (done + share) * way.length : way.to;
     if (solve_positions(cluster, trial)) {
       q_.swap(trial);
       done += share;
@@ -285,11 +295,21 @@ bool IndependentCoordinates::solve_velocities(Cluster& cluster) {
   return true;
 }
 
-bool IndependentCoordinates::close(double time, const double* q, const double* qd, double* y) {
+std::vector<double> IndependentCoordinates::driven(double time, const double* y) const {
+  const System::Coordinates at = system_.coordinates(time, y);
+  std::vector<double> positions;
+  for (const auto& cluster : clusters_)
+    for (int joint : cluster->driven) positions.push_back(at.q[joint]);
+  return positions;
+}
+
+bool IndependentCoordinates::close(double time, const double* q, const double* qd,
+                                   const std::vector<double>& driven, double* y) {
   expand(time, y);
+  const double* next = driven.data();
   for (const auto& of : clusters_) {
     Cluster& cluster = *of;
-    if (!follow_positions(cluster, q)) return false;
+    if (!follow_positions(cluster, q, next)) return false;
     for (int k = cluster.first; k < cluster.first + cluster.count; ++k) qd_[entries_[k].joint] = qd[k];
     if (!solve_velocities(cluster)) return false;
   }

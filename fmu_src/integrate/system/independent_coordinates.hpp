@@ -46,9 +46,11 @@ class IndependentCoordinates {
   };
   Direction direction(int k, const double* y, const Tangent& tangent) const;
 
-  // Moves the dependent entries of y, which is near, to those that satisfy the constraints. False: none do,
-  // or the way is too long.
-  bool close(double time, const double* q, const double* qd, double* y);
+  // Positions of the prescribed joints in clusters.
+  std::vector<double> driven(double time, const double* y) const;
+  // Moves the dependent entries of y, at which prescribed joints were `driven`, to those that satisfy the
+  // constraints. False: there are none on the way.
+  bool close(double time, const double* q, const double* qd, const std::vector<double>& driven, double* y);
   // Coordinates of all joints in clusters, in the kept charts, with the directions of the independent ones.
   void seed(const double* y, const double* dq, const double* dqd, std::vector<Dual>& q,
             std::vector<Dual>& qd) const;
@@ -68,8 +70,8 @@ class IndependentCoordinates {
   };
   struct Cluster {
     ClusterRows<double> rows;
-    int first, count;            // of the independent ones
-    std::vector<int> dependent;  // joints of the plan
+    int first, count;                    // of the independent ones
+    std::vector<int> dependent, driven;  // joints of the plan
     int rank() const { return static_cast<int>(rows.free_joints().size()) - count; }
   };
   Entry entry(int joint) const;
@@ -82,7 +84,7 @@ class IndependentCoordinates {
   void expand(double time, const double* y);
   void take(const std::vector<char>& independent);  // per joint of the plan
   bool solve_positions(Cluster& cluster, std::vector<double>& q);
-  bool follow_positions(Cluster& cluster, const double* q);
+  bool follow_positions(Cluster& cluster, const double* q, const double*& driven);
   bool solve_velocities(Cluster& cluster);
 
   System& system_;
