@@ -181,7 +181,7 @@ std::string Instance::failed_step(const Outcome& outcome) {
   const Plan<double>& plan = simulation_.plan;
   // there velocities grow without bound, and no step is short enough
   const char* const possible_cause =
-      plan.has_motion() && plan.has_constraints()
+      plan.has_constraints() && plan.prescribed_count > static_cast<int>(plan.balls.size())
           ? "; the prescribed motion may have reached a dead point of the loops or couplings"
           : "";
   return outcome.message + (named ? "" : " (joint '" + joint + "')") + possible_cause +
