@@ -67,10 +67,13 @@ def test_python_masters(client, fmi, model, archive, ask, expected):
 
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_casadi_integrates(fmi, model, archive, ask, expected):
-    names = outputs_of(model)
-    reference = expected(model, names, STEP, STEPS, **TIGHT)
-    fmus, start = {"plant": archive(model, "--fmi", str(fmi))}, dict(zip(names, reference[0], strict=True))
-    version, rows = ask("daebuilder", fmus, [["plant", name] for name in names], STEP, STEPS, start=start)
+    """The states: of the four-bar those of its independent joint, the crank."""
+    states = {name: name for name in outputs_of(model)}
+    if model == "four_bar":
+        states = {"crank_joint.q": "independent.q[1]", "crank_joint.qd": "independent.qd[1]"}
+    reference = expected(model, list(states), STEP, STEPS, **TIGHT)
+    fmus, start = {"plant": archive(model, "--fmi", str(fmi))}, dict(zip(states.values(), reference[0], strict=True))
+    version, rows = ask("daebuilder", fmus, [["plant", state] for state in states.values()], STEP, STEPS, start=start)
     print(f"casadi {version}")
     agree(rows, reference, 1e-6)
 

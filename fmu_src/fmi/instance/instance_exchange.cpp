@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "fmi/boundary/arrays.hpp"
@@ -181,6 +182,8 @@ fmi2Status Instance::get_derivatives(double* derivatives, std::size_t count) {
   why = values_.update(Needs::slopes);
   if (!why.empty()) {
     log_.warning(name_of(function) + ": " + why);
+    // of clients that do not look at the status
+    std::fill_n(derivatives, count, std::numeric_limits<double>::quiet_NaN());
     return fmi2Discard;
   }
   const IndependentCoordinates& of = state_.independent();

@@ -8,7 +8,8 @@
 namespace redysim {
 
 // Model exchange: a master integrates, and this holds the time and the states it has set: entries of y and
-// independent coordinates. The other entries of y are those at the last completed step.
+// independent coordinates. The other entries of y are those at the last completed step, or at a later
+// place.
 class GivenState final : public Integrator {
  public:
   GivenState(const System& system, IndependentCoordinates& independent);
@@ -28,8 +29,8 @@ class GivenState final : public Integrator {
   bool set(const double* states);  // false: a quaternion would be zero
   double position(int k) const { return independent_[static_cast<std::size_t>(k)]; }
   double velocity(int k) const { return independent_[static_cast<std::size_t>(coordinates_.count() + k)]; }
-  // Moves y to the constraints; false: impossible.
-  bool close(double time, double* y) const;
+  // Moves y to the constraints; false: impossible. Far from the last completed step this place replaces it.
+  bool close(double time, double* y);
   void completed_step(const double* y);  // y: closed
   void choose();                         // independent coordinates, where the step was completed
   void set_time(double time) { time_ = time; }

@@ -274,8 +274,9 @@ bool IndependentCoordinates::follow_positions(Cluster& cluster, const double* q,
       q_.swap(trial);
       done += share;
       share = std::min(2 * share, 1 - done);
-    } else if ((share *= 0.5) < shortest_share) {
-      return false;
+    } else {
+      was_far_ = true;
+      if ((share *= 0.5) < shortest_share) return false;
     }
   }
   return true;
@@ -306,6 +307,7 @@ std::vector<double> IndependentCoordinates::driven(double time, const double* y)
 bool IndependentCoordinates::close(double time, const double* q, const double* qd,
                                    const std::vector<double>& driven, double* y) {
   expand(time, y);
+  was_far_ = false;
   const double* next = driven.data();
   for (const auto& of : clusters_) {
     Cluster& cluster = *of;

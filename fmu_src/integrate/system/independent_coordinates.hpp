@@ -51,6 +51,7 @@ class IndependentCoordinates {
   // Moves the dependent entries of y, at which prescribed joints were `driven`, to those that satisfy the
   // constraints. False: there are none on the way.
   bool close(double time, const double* q, const double* qd, const std::vector<double>& driven, double* y);
+  bool was_far() const { return was_far_; }  // the last point that was closed, in more than one move
   // Coordinates of all joints in clusters, in the kept charts, with the directions of the independent ones.
   void seed(const double* y, const double* dq, const double* dqd, std::vector<Dual>& q,
             std::vector<Dual>& qd) const;
@@ -95,6 +96,7 @@ class IndependentCoordinates {
   std::vector<char> turned_;        // charts of the spherical joints
   std::vector<char> in_cluster_;    // per joint of the plan: free in a cluster
   std::vector<double> q_, qd_, y_;  // of all joints, in these charts
+  bool was_far_ = false;
 };
 
 }  // namespace redysim
