@@ -407,6 +407,7 @@ void Plan<Scalar>::update(const Parameters<Scalar>& parameters) {
 
 template struct Plan<double>;
 template struct Plan<Dual>;
+template Plan<Dual>::Plan(const Plan<double>&);
 template struct Plan<Recorded>;
 
 }  // namespace redysim
