@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from itertools import chain, count
 
 GROUND = "ground"
-RESERVED = ("time", "energy", "solver", "gravity", GROUND)
+RESERVED = ("time", "energy", "solver", "gravity", "independent", GROUND)
 
 
 @dataclass

@@ -27,8 +27,6 @@ class GivenState final : public Integrator {
 
   void get(double* states) const;
   bool set(const double* states);  // false: a quaternion would be zero
-  double position(int k) const { return independent_[static_cast<std::size_t>(k)]; }
-  double velocity(int k) const { return independent_[static_cast<std::size_t>(coordinates_.count() + k)]; }
   // Moves y to the constraints; false: impossible. Far from the last completed step this place replaces it.
   bool close(double time, double* y);
   void completed_step(const double* y);  // y: closed

@@ -20,7 +20,6 @@ using Matrix = Eigen::MatrixXd;
 // Of residuals, relative to the size of the mechanism, or rad.
 constexpr double near_start = 1e-6;  // ranks are those of the assembled configuration
 constexpr double closed = 1e-8;
-constexpr double singular = 1e-9;             // pivot of a direction in which joints keep their motion
 constexpr double longest_move = 0.1;          // of a correction, in units of the joints: else another branch
 constexpr double shortest_share = 1.0 / 512;  // of the way to a configuration
 

@@ -18,6 +18,9 @@ std::vector<int> independent_joints(const Model& model, const Parameters<double>
 // joints are the independent ones; of a spherical joint one of its angles in a chart that is kept.
 class IndependentCoordinates {
  public:
+  // Pivot of a direction in which dependent joints keep their motion.
+  static constexpr double singular = 1e-9;
+
   // `counts`: independent_joints.
   IndependentCoordinates(const Model& model, System& system, const std::vector<int>& counts);
   IndependentCoordinates(const IndependentCoordinates&) = delete;

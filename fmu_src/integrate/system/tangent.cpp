@@ -205,7 +205,8 @@ void Tangent::follow_independent(const Model& model, System& system, double time
       Eigen::VectorXd change(violated.size());
       for (Eigen::Index row = 0; row < change.size(); ++row) change[row] = violated[row].derivative;
       const auto count = static_cast<Eigen::Index>(dependent.size());
-      change = CompletePivoting(rows.jacobian(dependent), count, 1e-9, count).solve(change);
+      change = CompletePivoting(rows.jacobian(dependent), count, IndependentCoordinates::singular, count)
+                   .solve(change);
       for (std::size_t i = 0; i < dependent.size(); ++i)
         (velocity ? speed : at)[dependent[i]].derivative -= change[i] * rows.unit(dependent[i]);
     }
