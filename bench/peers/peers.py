@@ -32,13 +32,21 @@ class Curve:
     method: str
     label: str
     values: tuple[float, ...]
+    process: str = ""  # empty: that of the simulator
+
+    @property
+    def worker(self) -> str:
+        return self.process or self.peer
 
 
 def curves(scene: Scene) -> list[Curve]:
     """The suitable methods for the scene. docs/performance.md lists the limitations of the simulators."""
     found = [Curve("ReDySim-FMU", method, f"ReDySim-FMU, {method}", TOLERANCES) for method in scene.methods]
     if not (scene.has_loops or scene.stiff):
-        found += [Curve("specialised", "erk", "ReDySim-FMU --specialise, erk", TOLERANCES)]
+        found += [
+            Curve("specialised", "erk", "ReDySim-FMU --specialise, erk", TOLERANCES),
+            Curve("specialised", "taylor", "ReDySim-FMU --specialise, taylor", TOLERANCES, "specialised-taylor"),
+        ]
     if scene.stiff:
         found += [
             Curve("Pinocchio", "bdf", "Pinocchio + CVODE BDF", TOLERANCES),
@@ -121,20 +129,24 @@ class Peers:
         command = getattr(self, f"_{peer.lower().replace('-', '_')}")(scene)
         return Worker(command, str(self.work / f"{scene.name}_{peer}.log"))
 
-    def _redysim_fmu(self, scene: Scene, *options: str) -> list:
+    def _redysim_fmu(self, scene: Scene, method: str = "") -> list:
         # the other simulators do not integrate the work
-        folder = self.work / "-".join(("bare", *options))
+        folder = self.work / "-".join(filter(None, ("bare", method)))
         folder.mkdir(exist_ok=True)
         model = bare(scene.model, folder, ("solver",))
-        if options:
-            # the only method of such a library
+        if method:
+            # the only one of a specialised library
             text = re.sub(r"(?m)^method = .*\n", "", model.read_text(encoding="utf-8"))
-            text = text.replace("[solver]", '[solver]\nmethod = "erk"') if "[solver]" in text else f'{text}\n[solver]\nmethod = "erk"\n'
-            model.write_text(text, encoding="utf-8")
+            line = f'[solver]\nmethod = "{method}"'
+            model.write_text(text.replace("[solver]", line) if "[solver]" in text else f"{text}\n{line}\n", encoding="utf-8")
+        options = ["--specialise"] if method else []
         return fmu_command(self.programs / "fmu_runner", model, folder, scene.rows, scene.step, scene.torques, *options)
 
     def _specialised(self, scene: Scene) -> list:
-        return self._redysim_fmu(scene, "--specialise")
+        return self._redysim_fmu(scene, "erk")
+
+    def _specialised_taylor(self, scene: Scene) -> list:
+        return self._redysim_fmu(scene, "taylor")
 
     def _pinocchio(self, scene: Scene) -> list:
         file = self.work / f"{scene.name}.txt"

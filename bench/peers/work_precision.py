@@ -74,24 +74,24 @@ def compare(
     """Runs the chosen curves; `judge` returns the error of a result."""
     failures: list[str] = []
     points: list[Point] = []
-    workers = {peer: peers.start(peer, scene) for peer in {curve.peer for curve in chosen}}
+    workers = {peer: peers.start(peer, scene) for peer in {curve.worker for curve in chosen}}
     try:
         for curve in chosen:
             print(f"  {curve.label}", flush=True)
             try:
-                points += first_round(scene, curve, workers[curve.peer], failures, longest, judge)
+                points += first_round(scene, curve, workers[curve.worker], failures, longest, judge)
             except Gone:
-                failures.append(f"{curve.label}: its process ended, see {workers[curve.peer].log.name}")
-                workers[curve.peer] = peers.start(curve.peer, scene)
+                failures.append(f"{curve.label}: its process ended, see {workers[curve.worker].log.name}")
+                workers[curve.worker] = peers.start(curve.worker, scene)
         order = random.Random(seed)
         for k in range(1, rounds):
             print(f"  round {k + 1} of {rounds}, {len(points)} runs", flush=True)
             for point in order.sample(points, len(points)):
                 try:
-                    point.seconds.append(workers[point.curve.peer].ask(point.curve.method, point.value).seconds)
+                    point.seconds.append(workers[point.curve.worker].ask(point.curve.method, point.value).seconds)
                 except Gone:
                     failures.append(f"{point.curve.label}, {point.value:g}: its process ended")
-                    workers[point.curve.peer] = peers.start(point.curve.peer, scene)
+                    workers[point.curve.worker] = peers.start(point.curve.worker, scene)
     finally:
         for worker in workers.values():
             worker.close()

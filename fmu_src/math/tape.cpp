@@ -24,6 +24,11 @@ bool Tape::is_constant(int node, double value) const {
   return given.operation == Operation::constant && given.value == value;
 }
 
+bool Tape::is_turn(int node) const {
+  const Node& given = (*this)[node];
+  return given.operation == Operation::function && (given.name == "sin" || given.name == "cos");
+}
+
 int Tape::add(Node node, const Key& key) {
   const auto [place, fresh] = known_.try_emplace(key, size());
   if (fresh) nodes_.push_back(std::move(node));

@@ -28,6 +28,7 @@ class Tape {
   const Node& operator[](int node) const { return nodes_[static_cast<std::size_t>(node)]; }
   int size() const { return static_cast<int>(nodes_.size()); }
   bool is_constant(int node, double value) const;
+  bool is_turn(int node) const;  // a sine or cosine
 
   // Per node: whether `results` depend on it.
   std::vector<char> needed_by(const std::vector<int>& results) const;

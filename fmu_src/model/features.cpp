@@ -58,6 +58,9 @@ constexpr Feature all_features[] = {
     {"bdf", features::bdf, [](const Model& model) { return uses_method(model, SolverMethod::bdf); }},
 };
 
+// The general library reads a model file with this method, but cannot step with it.
+bool uses_taylor(const Model& model) { return model.solver.method == SolverMethod::taylor; }
+
 }  // namespace
 
 bool may_resist(const Model& model) {
@@ -75,6 +78,7 @@ std::vector<std::string> features_of(const Model& model) {
   std::vector<std::string> names;
   for (const Feature& feature : all_features)
     if (feature.used(model)) names.push_back(feature.name);
+  if (uses_taylor(model)) names.push_back("taylor");
   return names;
 }
 
@@ -84,11 +88,18 @@ std::string missing_feature(const Model& model) {
   return {};
 }
 
-bool has_method(SolverMethod method) {
+std::string objection_to_method(SolverMethod method) {
+  if (method == SolverMethod::taylor)
+    return features::taylor ? ""
+                            : "solver.method 'taylor' requires a library for the model: build-fmu build "
+                              "--specialise with method = \"taylor\" in [solver]";
   Model bare;
   bare.fmu.outputs = {};
   bare.solver.method = method;
-  return missing_feature(bare).empty();
+  const std::string missing = missing_feature(bare);
+  return missing.empty()
+             ? missing
+             : "this library was specialised for its scene and does not include the method " + missing;
 }
 
 }  // namespace redysim

@@ -17,15 +17,17 @@ namespace features {
 #define REDYSIM_FEATURES "all"
 #endif
 
-// Whether REDYSIM_FEATURES ("all", or names with a comma after each) contains a feature.
-constexpr bool holds(std::string_view part) {
+// Whether REDYSIM_FEATURES ("all", or names with a comma after each) names a feature.
+constexpr bool names(std::string_view part) {
   std::string_view parts = REDYSIM_FEATURES;
-  if (parts == "all") return true;
   for (std::size_t comma = parts.find(','); comma != parts.npos; comma = parts.find(',')) {
     if (parts.substr(0, comma) == part) return true;
     parts.remove_prefix(comma + 1);
   }
   return false;
+}
+constexpr bool holds(std::string_view part) {
+  return std::string_view(REDYSIM_FEATURES) == "all" || names(part);
 }
 
 inline constexpr bool loops = holds("loops");
@@ -43,6 +45,7 @@ inline constexpr bool erk = holds("erk");
 inline constexpr bool adams = holds("adams");
 inline constexpr bool dirk = holds("dirk");
 inline constexpr bool bdf = holds("bdf");
+inline constexpr bool taylor = names("taylor");  // only with straight_line
 #ifdef REDYSIM_HAS_STRAIGHT_LINE
 inline constexpr bool straight_line = true;  // forward dynamics compiled for one scene
 #else
@@ -60,7 +63,7 @@ std::vector<std::string> features_of(const Model& model);
 // The first feature that the model uses and this library omits; empty: none.
 std::string missing_feature(const Model& model);
 
-// Whether this library includes a method.
-bool has_method(SolverMethod method);
+// Why this library cannot use a method, as a sentence; empty: it can.
+std::string objection_to_method(SolverMethod method);
 
 }  // namespace redysim

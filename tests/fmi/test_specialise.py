@@ -1,4 +1,4 @@
-"""A library compiled for one scene does what the general one does; slow: run with `pytest -m slow`."""
+"""A library compiled for one scene does what the general one does; slow, because it is compiled: run with `pytest -m slow`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from build_fmu import native
-from build_fmu.fmu.build import build
+from build_fmu.errors import UserError
+from build_fmu.fmu.build import build, build_for_run
 from build_fmu.model.describe import describe
 
 MODELS = native.SOURCE_TREE / "models"
@@ -20,6 +21,14 @@ def run(fmu, **start):
     from fmpy import simulate_fmu
 
     return simulate_fmu(str(fmu), stop_time=0.5, output_interval=0.01, start_values=start)
+
+
+def simulate(fmu, lines, start):
+    from fmpy import simulate_fmu
+
+    return simulate_fmu(
+        str(fmu), stop_time=0.5, output_interval=0.01, start_values=start, logger=lambda *given: lines.append(given[-1].decode())
+    )
 
 
 @pytest.mark.slow
@@ -63,3 +72,49 @@ def test_a_straight_line_follows_tunable_parameters(tmp_path):
     start = {"link6.mass": 3.0, "joint2.damping": 20.0}
     assert np.allclose(run(general, **start)["joint2.q"], run(special, **start)["joint2.q"], atol=1e-7)
     assert not np.allclose(run(general)["joint2.q"], run(special, **start)["joint2.q"], atol=1e-3)
+
+
+@pytest.fixture(scope="module")
+def series_model(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("taylor")
+    file = folder / "pendulum.toml"
+    file.write_text(
+        (MODELS / "double_pendulum.toml").read_text(encoding="utf-8").replace("[solver]", '[solver]\nmethod = "taylor"'), encoding="utf-8"
+    )
+    return file
+
+
+def test_the_general_library_refuses_taylor_and_runs_other_methods(series_model, tmp_path):
+    with pytest.raises(UserError, match="method taylor requires --specialise"):
+        build(describe(series_model), series_model, tmp_path / "pendulum.fmu")
+    fmu = tmp_path / "run.fmu"
+    build_for_run(describe(series_model), series_model, fmu)
+    lines = []
+    with pytest.raises(Exception, match="error"):
+        simulate(fmu, lines, {})
+    assert any("solver.method 'taylor' requires a library for the model" in line for line in lines)
+    assert simulate(fmu, lines, {"solver.method": "auto"})["time"][-1] == 0.5
+
+
+@pytest.mark.slow
+def test_taylor_series_agree_with_runge_kutta(series_model, tmp_path):
+    special, general = tmp_path / "special.fmu", tmp_path / "general.fmu"
+    model = describe(series_model)
+    assert model.features == ["energies", "taylor"]
+    build(model, series_model, special, specialised=True)
+    build_for_run(model, series_model, general)
+    a, b = run(special, **{"solver.rtol": 1e-10}), run(general, **{"solver.method": "erk", "solver.rtol": 1e-12})
+    for column in a.dtype.names:
+        if not column.startswith("solver."):
+            assert np.allclose(a[column], b[column], rtol=1e-7, atol=1e-8), column
+    assert a["solver.rhs_evaluations"][-1] < b["solver.rhs_evaluations"][-1]
+
+
+def test_taylor_refuses_a_controlled_model(tmp_path):
+    if not shutil.which("ninja"):
+        pytest.skip("ninja is not installed")
+    file = tmp_path / "gripper.toml"
+    text = (MODELS / "gripper_pd.toml").read_text(encoding="utf-8")
+    file.write_text(text.replace("[solver]", '[solver]\nmethod = "taylor"'), encoding="utf-8")
+    with pytest.raises(UserError, match="without controllers and actuators"):
+        build(describe(file), file, tmp_path / "gripper.fmu", specialised=True)

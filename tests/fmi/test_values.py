@@ -76,7 +76,7 @@ def test_tuning_to_the_same_value_changes_nothing(fmu, method):
         ("solver.rtol", 0.5, "solver.rtol must be <= 0.1, got 0.5"),
         ("solver.atol", -1.0, "solver.atol must be >= 0, got -1"),
         ("solver.max_step", -1.0, "solver.max_step must be >= 0, got -1"),
-        ("solver.method", "magic", "solver.method must be 'erk', 'adams', 'dirk', 'bdf' or 'auto', got 'magic'"),
+        ("solver.method", "magic", "solver.method must be 'erk', 'adams', 'dirk', 'bdf', 'taylor' or 'auto', got 'magic'"),
         ("hinge.q", 1.0, "hinge.q is an output and cannot be set"),
         ("solver.steps", 1, "solver.steps is an output and cannot be set"),
     ],

@@ -1,18 +1,16 @@
 #include "dynamics/straight_line/straight_line.hpp"
 
-#include <cstdio>
 #include <stdexcept>
 #include <utility>
 
 #include "dynamics/aba.hpp"
+#include "dynamics/energy.hpp"
+#include "dynamics/straight_line/series_statements.hpp"
+#include "dynamics/straight_line/statements.hpp"
 #include "math/recorded.hpp"
 
 namespace redysim {
 namespace {
-
-std::string indexed(const char* name, std::size_t index) {
-  return std::string(name) + "[" + std::to_string(index) + "]";
-}
 
 // The plan with tunable parameters as symbols for entries of the plan of doubles.
 class TunablePlan {
@@ -87,105 +85,6 @@ std::vector<Recorded> symbols(Tape& tape, const char* name, int count) {
   return list;
 }
 
-std::string number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, value < 0 ? "(%.17g)" : "%.17g", value);
-  std::string result = text;
-  if (result.find_first_of(".en") == std::string::npos)
-    result.insert(result.size() - (value < 0 ? 1 : 0), ".0");
-  return result;
-}
-
-// Writes the required nodes of one tape as statements.
-class Writer {
- public:
-  explicit Writer(const StraightLine& line) : tape_(line.tape), needed_(tape_.needed_by(line.qdd)) {
-    write_angles();
-    for (int node = 0; node < tape_.size(); ++node) write(node);
-    for (std::size_t i = 0; i < line.qdd.size(); ++i)
-      text_ += "  " + indexed("qdd", i) + " = " + value(line.qdd[i]) + ";\n";
-  }
-  const std::string& text() const { return text_; }
-
- private:
-  using Operation = Tape::Operation;
-
-  static bool is_turn(const Tape::Node& node) {
-    return node.operation == Operation::function && (node.name == "sin" || node.name == "cos");
-  }
-
-  // sines and cosines first, four angles at a time
-  void write_angles() {
-    std::vector<int> angles;
-    std::vector<char> listed(static_cast<std::size_t>(tape_.size()), 0);
-    for (int node = 0; node < tape_.size(); ++node) {
-      if (!needed_[static_cast<std::size_t>(node)] || !is_turn(tape_[node])) continue;
-      const int angle = tape_[node].left;
-      if (!listed[static_cast<std::size_t>(angle)]) angles.push_back(angle);
-      listed[static_cast<std::size_t>(angle)] = 1;
-    }
-    lane_of_.assign(static_cast<std::size_t>(tape_.size()), -1);
-    written_.assign(static_cast<std::size_t>(tape_.size()), 0);
-    for (std::size_t first = 0; first < angles.size(); first += 4) {
-      std::string four;
-      for (std::size_t k = first; k < first + 4; ++k) {
-        if (k < angles.size()) {
-          write(angles[k]);
-          lane_of_[static_cast<std::size_t>(angles[k])] = static_cast<int>(k);
-        }
-        four += (k > first ? ", " : "") + (k < angles.size() ? value(angles[k]) : std::string("0.0"));
-      }
-      text_ += "  const SinCos<double> turn" + std::to_string(first / 4) + " = sin_cos(Lanes<double>::of(" +
-               four + "));\n";
-    }
-  }
-
-  std::string value(int node) const {
-    const Tape::Node& given = tape_[node];
-    if (given.operation == Operation::constant) return number(given.value);
-    if (given.operation == Operation::symbol) return given.name;
-    return "v" + std::to_string(node);
-  }
-
-  void write(int node) {
-    const std::size_t place = static_cast<std::size_t>(node);
-    const Tape::Node& given = tape_[node];
-    if (!needed_[place] || written_[place]) return;
-    written_[place] = 1;
-    if (given.operation == Operation::constant || given.operation == Operation::symbol) return;
-    // angles are already written
-    for (int operand : {given.left, given.right})
-      if (operand >= 0) write(operand);
-    text_ += "  const double v" + std::to_string(node) + " = " + expression(given) + ";\n";
-  }
-
-  std::string expression(const Tape::Node& node) const {
-    switch (node.operation) {
-      case Operation::add:
-        return value(node.left) + " + " + value(node.right);
-      case Operation::subtract:
-        return value(node.left) + " - " + value(node.right);
-      case Operation::multiply:
-        return value(node.left) + " * " + value(node.right);
-      case Operation::divide:
-        return value(node.left) + " / " + value(node.right);
-      case Operation::negate:
-        return "-" + value(node.left);
-      default:
-        break;
-    }
-    if (!is_turn(node)) return "std::" + node.name + "(" + value(node.left) + ")";
-    const int lane = lane_of_[static_cast<std::size_t>(node.left)];
-    return "turn" + std::to_string(lane / 4) + (node.name == "sin" ? ".sine[" : ".cosine[") +
-           std::to_string(lane % 4) + "]";
-  }
-
-  const Tape& tape_;
-  std::vector<char> needed_, written_;
-  std::vector<int> lane_of_;  // of an angle: its place among all angles
-  std::string text_;
-};
-
 }  // namespace
 
 StraightLine straight_line(const Model& model) {
@@ -204,6 +103,9 @@ StraightLine straight_line(const Model& model) {
   std::vector<Recorded> qdd(q.size());
   forward_dynamics(plan, ws, q.data(), qd.data(), tau.data(), qdd.data());
   for (const Recorded& one : qdd) line.qdd.push_back(one.node_on(line.tape));
+  line.has_series = model.solver.method == SolverMethod::taylor;
+  if (line.has_series && model.fmu.shows(OutputGroup::energy))
+    line.power = {external_power(plan, ws, q.data(), qd.data(), tau.data()).node_on(line.tape)};
   return line;
 }
 
@@ -219,19 +121,26 @@ int operations(const StraightLine& line) {
   return count;
 }
 
-std::string straight_line_source(const StraightLine& line, const std::string& scene) {
-  return "// Written by describe --straight-line: forward dynamics of one scene.\n"
-         "#include <cmath>\n\n"
-         "#include \"dynamics/clones.hpp\"\n#include \"dynamics/straight_line/straight_line.hpp\"\n#include "
-         "\"math/sin_cos.hpp\"\n\n"
-         "namespace redysim {\n\n"
-         "const char straight_line_scene[] = \"" +
-         scene +
-         "\";\n\n"
-         "REDYSIM_CLONES void straight_line_forward_dynamics([[maybe_unused]] const Plan<double>& plan, "
-         "const double* q,\n"
-         "    const double* qd, const double* tau, double* qdd) {\n" +
-         Writer(line).text() + "}\n\n}  // namespace redysim\n";
+std::string straight_line_source(StraightLine& line, const std::string& scene) {
+  std::string text =
+      "// Written by describe --straight-line: forward dynamics of one scene.\n"
+      "#include <cmath>\n\n"
+      "#include \"dynamics/clones.hpp\"\n#include \"dynamics/straight_line/taylor_series.hpp\"\n#include "
+      "\"dynamics/straight_line/straight_line.hpp\"\n#include "
+      "\"math/sin_cos.hpp\"\n\n"
+      "namespace redysim {\n\n"
+      "const char straight_line_scene[] = \"" +
+      scene +
+      "\";\n\n"
+      "REDYSIM_CLONES void straight_line_forward_dynamics([[maybe_unused]] const Plan<double>& plan, "
+      "const double* q,\n"
+      "    const double* qd, const double* tau, double* qdd) {\n" +
+      value_statements(line.tape, line.qdd, [](int) { return std::string(); });
+  for (std::size_t i = 0; i < line.qdd.size(); ++i)
+    text += "  " + indexed("qdd", i) + " = " + operand(line.tape, line.qdd[i]) + ";\n";
+  text += "}\n";
+  if (line.has_series) text += series_definitions(line);
+  return text + "\n}  // namespace redysim\n";
 }
 
 }  // namespace redysim

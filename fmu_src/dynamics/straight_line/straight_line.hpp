@@ -11,7 +11,9 @@ namespace redysim {
 // entries of `plan`.
 struct StraightLine {
   Tape tape;
-  std::vector<int> qdd;  // nodes
+  std::vector<int> qdd;     // nodes
+  bool has_series = false;  // for method taylor
+  std::vector<int> power;   // then with energies: of drives and dampers, W
 };
 
 // Records dynamics/aba.hpp for an open tree of joints that are driven by forces. Throws std::domain_error
@@ -25,8 +27,9 @@ int operations(const StraightLine& line);
 // (measured: 1.3 to 2.1 times as fast up to 1500 operations, 1.1 at 2000, 0.8 at 4700).
 inline constexpr int longest_line = 2000;
 
-// The C++ file that defines the two symbols below for one model; `scene` is the fingerprint of its file.
-std::string straight_line_source(const StraightLine& line, const std::string& scene);
+// The C++ file that defines the two symbols below, and those of taylor_series.hpp, for one model; `scene` is
+// the fingerprint of its file.
+std::string straight_line_source(StraightLine& line, const std::string& scene);
 
 // Only in a library built with such a file (CMake variable REDYSIM_STRAIGHT_LINE): forward_dynamics of the
 // scene with this fingerprint, qdd from q, qd, tau (plan.nv each).

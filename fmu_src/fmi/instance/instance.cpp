@@ -103,6 +103,7 @@ std::string Instance::immovable_at_start() {
 std::string Instance::start_integrator() {
   System& system = simulation_.system;
   const SolverSettings settings = life_.effective(simulation_.parameters.solver);
+  if (std::string why = objection_to_method(settings.method); !why.empty()) return why;
   simulation_.integrator_settings = settings;
   system.set_scales(simulation_.model, simulation_.parameters);
   std::unique_ptr<Integrator> integrator = simulation_.make_integrator(settings);

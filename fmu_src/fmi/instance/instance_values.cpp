@@ -179,9 +179,7 @@ fmi2Status Instance::set_string(const unsigned* references, std::size_t count, c
     if (!parse_method(values[i], method))
       return refuse(function, variable->name + " must be " + method_names() + ", got '" + values[i] + "'");
   }
-  if (!has_method(method))
-    return refuse(function, "this library was specialised for its scene and does not include the method " +
-                                std::string(method_name(method)));
+  if (const std::string why = objection_to_method(method); !why.empty()) return refuse(function, why);
   simulation_.parameters.solver.method = method;
   return fmi2OK;
 }

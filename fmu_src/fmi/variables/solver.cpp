@@ -27,6 +27,7 @@ double read_method(Values& at, const Variable&) {
       return 3;
     case SolverMethod::bdf:
       return 4;
+    case SolverMethod::taylor:
     case SolverMethod::automatic:
       break;
   }

@@ -11,9 +11,10 @@
 
 namespace redysim {
 
-std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings& settings) {
-  if (system.size() == 0) return make_stateless();
-  const Room room = std::make_shared<SharedRoom>(system);
+namespace {
+
+std::unique_ptr<Integrator> make_of_sundials(System& system, const SolverSettings& settings,
+                                             const Room& room) {
   switch (settings.method) {
     case SolverMethod::adams:
       if constexpr (features::adams) return make_adams(system, settings, room);
@@ -24,15 +25,23 @@ std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings
     case SolverMethod::dirk:
       if constexpr (features::dirk) return make_dirk(system, settings, room);
       break;
-    case SolverMethod::automatic:
-      if constexpr (features::erk && features::adams && features::dirk && features::bdf)
-        return make_automatic(system, settings, room);
-      break;
-    case SolverMethod::erk:
+    default:
       break;
   }
   if constexpr (features::erk) return make_erk(system, settings, room);
   return nullptr;  // missing_feature has already refused the model
+}
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings& settings) {
+  if (system.size() == 0) return make_stateless();
+  if constexpr (features::taylor)
+    if (settings.method == SolverMethod::taylor) return make_taylor(system, settings);
+  const Room room = std::make_shared<SharedRoom>(system);
+  if constexpr (features::erk && features::adams && features::dirk && features::bdf)
+    if (settings.method == SolverMethod::automatic) return make_automatic(system, settings, room);
+  return make_of_sundials(system, settings, room);
 }
 
 Outcome advance_by_breakpoints(Integrator& integrator, System& system, double end, bool inputs_changed) {

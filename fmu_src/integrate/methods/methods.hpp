@@ -19,6 +19,7 @@ std::unique_ptr<OneStep> make_erk(System& system, const SolverSettings& settings
 std::unique_ptr<OneStep> make_dirk(System& system, const SolverSettings& settings, Room room);
 std::unique_ptr<Integrator> make_adams(System& system, const SolverSettings& settings, Room room);
 std::unique_ptr<Integrator> make_bdf(System& system, const SolverSettings& settings, Room room);
+std::unique_ptr<Integrator> make_taylor(System& system, const SolverSettings& settings);  // without loops
 std::unique_ptr<Integrator> make_automatic(System& system, const SolverSettings& settings, Room room);
 std::unique_ptr<Integrator> make_stateless();  // for a system without state
 

@@ -49,6 +49,15 @@ double System::input_slope(int input) const {
   return has_input_slopes() ? inputs_[input_layout_.slope(1, input)] : 0;
 }
 
+double System::input_derivative(double time, int input, int order) const {
+  if (!has_input_slopes()) return order == 0 ? inputs_[input] : 0.0;
+  const double since = time - inputs_[input_layout_.slope_time()];
+  double sum = 0;
+  for (int k = orders; k >= order; --k)
+    sum = sum * since / (k - order + 1) + (k == 0 ? inputs_[input] : inputs_[input_layout_.slope(k, input)]);
+  return sum;
+}
+
 void System::anchor_input_slopes(double time) {
   if (has_input_slopes()) inputs_[input_layout_.slope_time()] = time;
 }

@@ -62,6 +62,7 @@ class System {
   void set_input_slope(double time, int input, int order, double value);
   bool has_input_slopes() const { return inputs_.size() > base_size(); }
   double input_slope(int input) const;  // the first derivative at their start; 0: none
+  double input_derivative(double time, int input, int order) const;  // order 0: the value
   void anchor_input_slopes(double time);
   void end_input_slopes(double time);
   std::size_t base_size() const {  // of inputs() without them

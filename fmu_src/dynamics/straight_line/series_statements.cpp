@@ -1,0 +1,218 @@
+#include "dynamics/straight_line/series_statements.hpp"
+
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include "dynamics/straight_line/statements.hpp"
+
+// Recursions of Taylor coefficients, for each operation on a tape (Hairer, Norsett, Wanner 1993, I.8;
+// Griewank, Walther 2008, 13.2). Coefficient k of a product x y is
+//   x_0 y_k + x_k y_0 + sum of x_j y_(k - j) over 0 < j < k
+// The sums contain lower orders only. They are computed before, and the statements of order k are linear in
+// its coefficients.
+
+namespace redysim {
+namespace {
+
+using Operation = Tape::Operation;
+using Places = std::map<int, std::vector<std::size_t>>;  // of a node in an array
+
+// Functions satisfy linear differential equations. The coefficient j of dx is rate_j = j x_j:
+//   sine: cos(x) dx    cosine: -sin(x) dx    t = tanh x: (1 - t^2) dx
+class SeriesWriter {
+ public:
+  explicit SeriesWriter(StraightLine& line) : tape_(line.tape), slopes_(line.qdd) {
+    slopes_.insert(slopes_.end(), line.power.begin(), line.power.end());
+    results_ = slopes_;
+    add_partners();
+    classify();
+    for (int node = 0; node < tape_.size(); ++node)
+      if (is_needed(node) && varies(node)) list_product(node);
+    mark_factors();
+  }
+
+  std::string text() {
+    std::string text =
+        "\nconst std::size_t series_products = " + std::to_string(products_) +
+        ", series_quotients = " + std::to_string(reciprocals_.size()) +
+        ";\n\nREDYSIM_CLONES void series_values([[maybe_unused]] const Plan<double>& plan, const double* q, "
+        "const double* qd,\n    const double* tau, double* __restrict left, double* __restrict right, "
+        "[[maybe_unused]] double* reciprocals,\n    double* slope) {\n" +
+        value_statements(tape_, results_, [this](int node) { return kept(node) + reciprocal(node); });
+    for (std::size_t i = 0; i < slopes_.size(); ++i) text += assigned("slope", i, name(slopes_[i]));
+    text +=
+        "}\n\nREDYSIM_CLONES void series_terms([[maybe_unused]] const Plan<double>& plan, [[maybe_unused]] "
+        "double order,\n    [[maybe_unused]] double per_order, double factor, const double* q, const double* "
+        "qd, const double* tau,\n    const double* sums, const double* left_0, const double* right_0, "
+        "[[maybe_unused]] const double* reciprocals,\n    double* __restrict left, double* __restrict right, "
+        "double* __restrict next) {\n";
+    for (int node = 0; node < tape_.size(); ++node) text += term(node);
+    for (std::size_t i = 0; i < slopes_.size(); ++i)
+      text += assigned("next", i, varies(slopes_[i]) ? "factor * " + name(slopes_[i]) : "0.0");
+    return text + "}\n";
+  }
+
+ private:
+  bool is_needed(int node) const { return needed_[static_cast<std::size_t>(node)]; }
+  bool varies(int node) const { return node >= 0 && varies_[static_cast<std::size_t>(node)]; }
+  std::string name(int node) const { return operand(tape_, node); }
+
+  // What the recursion of a function needs besides: the sine a cosine, tanh its square.
+  void add_partners() {
+    const std::vector<char> needed = tape_.needed_by(results_);
+    for (int node = 0; node < static_cast<int>(needed.size()); ++node) {
+      const Tape::Node given = tape_[node];
+      if (!needed[static_cast<std::size_t>(node)] || given.operation != Operation::function) continue;
+      int partner = -1;
+      if (tape_.is_turn(node))
+        partner = tape_.function(given.name == "sin" ? "cos" : "sin", given.left);
+      else if (given.name == "tanh")
+        partner = tape_.apply(Operation::multiply, node, node);
+      else
+        throw std::domain_error("method taylor has no recursion of " + given.name);
+      partner_[node] = partner;
+      partner_.emplace(partner, node);
+      results_.push_back(partner);
+    }
+  }
+
+  // Nodes that depend on the state or the inputs have more than one coefficient.
+  void classify() {
+    needed_ = tape_.needed_by(results_);
+    varies_.assign(needed_.size(), 0);
+    for (int node = 0; node < tape_.size(); ++node) {
+      const Tape::Node& given = tape_[node];
+      varies_[static_cast<std::size_t>(node)] = given.operation == Operation::symbol
+                                                    ? given.name.rfind("plan.", 0) != 0
+                                                    : varies(given.left) || varies(given.right);
+    }
+  }
+
+  void list_product(int node) {
+    const Tape::Node& given = tape_[node];
+    if (given.operation == Operation::multiply && varies(given.left) && varies(given.right)) {
+      add_product(node, left_[given.left], given.right);
+    } else if (given.operation == Operation::divide && varies(given.right)) {
+      add_product(node, left_[node], given.right);
+      reciprocals_.emplace(node, reciprocals_.size());
+    } else if (given.operation == Operation::function) {
+      add_product(node, rate_[given.left], partner_.at(node));
+    }
+  }
+
+  void add_product(int node, std::vector<std::size_t>& left, int right) {
+    left.push_back(products_);
+    right_[right].push_back(products_);
+    product_[node] = products_++;
+  }
+
+  // Nodes with one coefficient that multiply or divide others.
+  void mark_factors() {
+    factor_.assign(needed_.size(), 0);
+    for (int node = tape_.size() - 1; node >= 0; --node) {
+      const std::size_t place = static_cast<std::size_t>(node);
+      const Operation operation = tape_[node].operation;
+      const bool scales = operation == Operation::multiply || operation == Operation::divide;
+      if (!factor_[place] && !(scales && is_needed(node) && varies(node))) continue;
+      for (int factor : {tape_[node].left, tape_[node].right})
+        if (factor >= 0 && !varies(factor)) factor_[static_cast<std::size_t>(factor)] = 1;
+    }
+  }
+
+  static std::string assigned(const char* array, std::size_t place, const std::string& value) {
+    return "  " + indexed(array, place) + " = " + value + ";\n";
+  }
+
+  static std::string stores(const Places& places, int node, const char* array, const std::string& value) {
+    std::string text;
+    if (const auto found = places.find(node); found != places.end())
+      for (std::size_t place : found->second) text += assigned(array, place, value);
+    return text;
+  }
+
+  // Stores a coefficient where products take it.
+  std::string kept(int node) const {
+    return stores(left_, node, "left", name(node)) + stores(right_, node, "right", name(node));
+  }
+
+  std::string reciprocal(int node) const {
+    const auto found = reciprocals_.find(node);
+    return found == reciprocals_.end()
+               ? std::string()
+               : assigned("reciprocals", found->second, "1.0 / " + name(tape_[node].right));
+  }
+
+  std::string declared(int node, const std::string& value) const {
+    return "  const double " + name(node) + " = " + value + ";\n";
+  }
+
+  // The statements for coefficient `order` of a node.
+  std::string term(int node) {
+    const Operation operation = tape_[node].operation;
+    if (operation == Operation::constant) return {};
+    if (!varies(node)) {
+      const bool is_used = operation != Operation::symbol && factor_[static_cast<std::size_t>(node)];
+      return is_used ? declared(node, arithmetic(tape_, node)) : std::string();
+    }
+    if (!is_needed(node)) return {};
+    if (operation == Operation::symbol) return kept(node);
+    if (operation == Operation::function) return function_terms(node);
+    return declared(node, coefficient(node)) + kept(node);
+  }
+
+  std::string coefficient(int node) const {
+    const Tape::Node& given = tape_[node];
+    const bool left = varies(given.left), right = varies(given.right);
+    const bool multiplies = given.operation == Operation::multiply;
+    if (left && right && multiplies)
+      return of_product("sums", node) + " + " + of_product("left_0", node) + " * " + name(given.right) +
+             " + " + of_product("right_0", node) + " * " + name(given.left);
+    if (right && given.operation == Operation::divide)
+      return "(" + (left ? name(given.left) : std::string()) + " - " + of_product("sums", node) + " - " +
+             of_product("left_0", node) + " * " + name(given.right) + ") * " +
+             indexed("reciprocals", reciprocals_.at(node));
+    if (given.operation == Operation::subtract && !left) return "-" + name(given.right);
+    const bool adds = given.operation == Operation::add || given.operation == Operation::subtract;
+    if (adds && left != right) return name(left ? given.left : given.right);
+    return arithmetic(tape_, node);
+  }
+
+  std::string of_product(const char* array, int node) const { return indexed(array, product_.at(node)); }
+
+  // Sine and cosine together, at the first of them.
+  std::string function_terms(int node) {
+    const int argument = tape_[node].left, partner = partner_.at(node);
+    const std::string rate = "rate" + std::to_string(argument);
+    const auto integral = [&](int of) {
+      return "(" + of_product("sums", of) + " + " + rate + " * " + of_product("right_0", of) +
+             ") * per_order";
+    };
+    std::string text;
+    if (rates_written_.insert(argument).second)
+      text = "  const double " + rate + " = order * " + name(argument) + ";\n" +
+             stores(rate_, argument, "left", rate);
+    if (!tape_.is_turn(node))
+      return text + declared(node, name(argument) + " - " + integral(node)) + kept(node);
+    if (!turns_written_.insert(argument).second) return {};
+    for (int one : {node, partner})
+      text += declared(one, (tape_[one].name == "sin" ? "" : "-") + integral(one)) + kept(one);
+    return text;
+  }
+
+  Tape& tape_;
+  std::vector<int> slopes_, results_;  // results_: slopes_ and partners
+  std::map<int, int> partner_;
+  std::vector<char> needed_, varies_, factor_;
+  std::size_t products_ = 0;
+  std::map<int, std::size_t> product_, reciprocals_;  // of a node
+  Places left_, rate_, right_;
+  std::set<int> rates_written_, turns_written_;  // arguments
+};
+
+}  // namespace
+
+std::string series_definitions(StraightLine& line) { return SeriesWriter(line).text(); }
+
+}  // namespace redysim
