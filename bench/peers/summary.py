@@ -27,7 +27,7 @@ COLOURS = {
 }
 OTHERS = [peer for peer in COLOURS if peer not in OWN]
 STYLES = (("-", "o"), ("--", "s"), (":", "^"), ("-.", "D"), ("--", "v"))
-OURS = {"erk": 0, "dirk": 1, "bdf": 3, "adams": 4, "auto": 2}
+OURS = {"erk": 0, "dirk": 1, "taylor": 1, "bdf": 3, "adams": 4, "auto": 2}
 
 
 def front(points) -> list:

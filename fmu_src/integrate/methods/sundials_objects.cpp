@@ -22,31 +22,41 @@ struct Header {
 
 long size(N_Vector vector) { return reinterpret_cast<const Header*>(vector)->size; }
 
-constexpr int block = 4;  // components that stay in registers while the terms are added
+// Components that stay in one register while the terms are added.
+template <int Count>
+struct Part {
+  using Type [[gnu::vector_size(Count * sizeof(double)), gnu::aligned(sizeof(double)), gnu::may_alias]] =
+      double;
+  static const Type& of(N_Vector x, long at) { return *reinterpret_cast<const Type*>(data(x) + at); }
+};
+template <>
+struct Part<1> {
+  using Type = double;
+  static const Type& of(N_Vector x, long at) { return data(x)[at]; }
+};
 
 // z[k] = sum c[i] x[i][k] for Count components from `at`, terms in order, without those that a Butcher table
 // leaves out: a slope that is not finite makes all later ones so.
 template <int Count>
-inline void combine_block(int terms, const double* c, const N_Vector* x, long at, double* z) {
-  using Block = Eigen::Array<double, Count, 1>;
-  using Part = Eigen::Map<const Block>;
-  Block sum = c[0] * Part(data(x[0]) + at);
+inline void combine_part(int terms, const double* c, const N_Vector* x, long at, double* z) {
+  using Type = typename Part<Count>::Type;
+  Type sum = c[0] * Part<Count>::of(x[0], at);
   for (int i = 1; i < terms; ++i)
-    if (c[i] != 0) sum += c[i] * Part(data(x[i]) + at);
-  Eigen::Map<Block>(z + at) = sum;
+    if (c[i] != 0) sum += c[i] * Part<Count>::of(x[i], at);
+  *reinterpret_cast<Type*>(z + at) = sum;
 }
 
-// block by block, so z may be any of the x
+// part by part, so z may be any of the x
 inline int linear_combination(int terms, double* c, N_Vector* x, N_Vector z_vector) {
   const long n = size(z_vector);
   double* z = data(z_vector);
   long at = 0;
-  for (; at + block <= n; at += block) combine_block<block>(terms, c, x, at, z);
+  for (; at + 4 <= n; at += 4) combine_part<4>(terms, c, x, at, z);
   if (at + 2 <= n) {
-    combine_block<2>(terms, c, x, at, z);
+    combine_part<2>(terms, c, x, at, z);
     at += 2;
   }
-  if (at < n) combine_block<1>(terms, c, x, at, z);
+  if (at < n) combine_part<1>(terms, c, x, at, z);
   return 0;
 }
 

@@ -47,7 +47,8 @@ bool System::follow_jumps(double time, double* y) {
     respond(time, y, false);
     respond(time, y, true);
   }
-  const bool closed = close_loops(time, y);
+  // a projection takes its elimination from the state before, which a jump leaves far behind
+  const bool closed = close_loops(time, y) && (!jumps || close_loops(time, y));
   if (jumps && with_work())
     *layout_.work.of(y) += kinetic_energy(time, y) + potential_energy(time, y) - before;
   if (!jumps || std::all_of(y, y + size(), [](double value) { return std::isfinite(value); })) return closed;
