@@ -153,12 +153,14 @@ const char* Taylor::make_series(double aim) {
   extent_ = std::min({extent_of_terms(), growth * series_.unit(), longest_});
   if (series_.order() < order_) extent_ = std::min(extent_, aim);
   series_since_ = since_;
-  for (double error; !((error = error_at_extent()) <= 1);) {
+  for (;;) {
+    if (!(extent_ > smallest_step(since_, since_ + extent_))) return reasons::step_too_small_or_not_finite;
+    const double error = error_at_extent();
+    if (error <= 1) break;
     ++statistics_.rejected;
     ++statistics_.evaluations;
     const double factor = safety * std::pow(error, -1.0 / (series_.order() + 1));
     extent_ *= factor > reduction ? std::min(factor, safety) : reduction;
-    if (extent_ < smallest_step(since_, since_ + extent_)) return reasons::step_too_small_or_not_finite;
   }
   unit_ = extent_;
   has_series_ = slope_known_ = true;
