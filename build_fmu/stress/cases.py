@@ -52,7 +52,7 @@ GROUPS = {
     "contact friction": "every contact at a coefficient of 0 to 2",
     "drop": "the ground of the contacts is 10 m lower",
     "many contacts": f"each contact divided into equal ones, {POINTS} or more in total",
-    "contact at rest": f"{AT_REST:g} s, with damping and rolling resistance in every contact",
+    "contact at rest": f"{AT_REST:g} s, with damping and rolling resistance in every contact, driven joints held",
 }
 
 

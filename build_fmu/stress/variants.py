@@ -128,7 +128,12 @@ def contact_friction(model: Model, friction: float) -> None:
 
 
 def come_to_rest(model: Model) -> None:
-    """Adds losses to every contact, so that bodies on the ground come to rest."""
+    """Adds losses to every contact and holds driven joints in their start pose, so that bodies on the ground come to rest."""
+    model.pop("trajectory", None)
+    for link in model.get("link", []):
+        link.pop("qd", None)
+        if link.get("drive") == "motion":
+            link["drive"] = "locked"
     for contact in model["contact"]:
         if contact.get("law") != "redysim":
             contact["damping"] = max(10.0, float(contact.get("damping", 0)))

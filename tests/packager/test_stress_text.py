@@ -128,6 +128,19 @@ def ball():
     return tomllib.loads(BALL)
 
 
+def test_bodies_on_the_ground_come_to_rest_without_driven_motion():
+    model = {
+        "trajectory": [{"joint": "hip", "type": "table"}],
+        "link": [{"name": "trunk", "joint": "planar", "qd": [1, 0, 0]}, {"name": "leg", "drive": "motion", "qd": 2}],
+        "contact": [{"name": "heel", "damping": 1}, {"name": "toe", "law": "redysim"}],
+    }
+    variants.come_to_rest(model)
+    assert model == {
+        "link": [{"name": "trunk", "joint": "planar"}, {"name": "leg", "drive": "locked"}],
+        "contact": [{"name": "heel", "damping": 10, "rolling": 0.01}, {"name": "toe", "law": "redysim"}],
+    }
+
+
 def test_the_surfaces_of_the_ground_move_and_those_of_links_do_not(ball):
     variants.drop(ball, 10)
     floor, rod = ball["contact"]
