@@ -65,7 +65,7 @@ def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
     if options.specialise:
         if options.platforms not in (None, ["linux64"]):
             raise InvalidArgument("--specialise supports linux64 only: remove --platforms")
-        print("compiling a library for this model (about a minute the first time)", file=sys.stderr)
+        print("compiling a library for this model (one to three minutes the first time)", file=sys.stderr)
     built = build(
         model,
         source,
