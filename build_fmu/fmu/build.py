@@ -47,7 +47,7 @@ def build(
     On failure no file is written.
     """
     libraries = {platform: native.library(platform) for platform in platforms}
-    if "taylor" in model.features and not specialised:
+    if model.needs_own_library and not specialised:
         raise UserError(f"'{model_file}': method taylor requires --specialise; or choose another method in [solver]")
     if target.suffix != ".fmu":
         raise UserError(f"'{target}' is not an FMU name: it must end in .fmu")

@@ -18,7 +18,6 @@ from build_fmu.model.describe import Description
 from build_fmu.report.sweep import Inputs, task_for
 from build_fmu.run.driver import drive, stage_model
 
-TAYLOR = "taylor"  # a method of specialised libraries only
 RUN_SECONDS = 10.0  # CPU time limit of a run that is measured
 
 
@@ -52,7 +51,7 @@ def specialise(model: Description, model_file: Path) -> Specialised:
     folder = source / "build" / "specialised" / model.model_identifier
     folder.mkdir(parents=True, exist_ok=True)
     line, reason = _straight_line(model_file, folder)
-    if line is None and TAYLOR in model.features:
+    if line is None and model.needs_own_library:
         raise UserError(f"method taylor needs straight-line code: {reason}")
     settings = {
         "CMAKE_BUILD_TYPE": "Release",
@@ -75,7 +74,7 @@ def _times_faster(model: Description, model_file: Path, library: Path) -> float 
         steps = max(1, round(general.stop / general.step))
         task = task_for(general, steps * general.step, general.step, general.step, Inputs(), True, general.names("output")[:1])
         task = replace(task, every=steps, repeats=5, spend=0.2, budget=RUN_SECONDS)
-        usual = replace(task, start={"solver.method": "auto"}) if TAYLOR in model.features else task
+        usual = replace(task, start={"solver.method": "auto"}) if model.needs_own_library else task
         runs = [[drive(fmu, one) for fmu, one in zip(pair, (usual, task), strict=True)] for _ in range(5)]
     if any(run.status != "ok" for row in runs for run in row):
         return None

@@ -90,7 +90,13 @@ class Description:
     model_exchange: dict[str, Any] | None = None  # capabilities; None: not offered
     no_model_exchange: str = ""  # the reason
     arrays: list[Array] = field(default_factory=list)
+
     origin: dict[str, str] = field(default_factory=dict)  # version, author, license and copyright where the model file gives them
+
+    @property
+    def needs_own_library(self) -> bool:
+        """Returns whether the method is one of specialised libraries only."""
+        return "taylor" in self.features
 
     def select(self, causality: str) -> list[Variable]:
         """Returns the variables of one causality, in the table's order."""

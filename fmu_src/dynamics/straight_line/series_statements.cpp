@@ -23,7 +23,7 @@ using Places = std::map<int, std::vector<std::size_t>>;  // of a node in an arra
 //   sine: cos(x) dx    cosine: -sin(x) dx    t = tanh x: (1 - t^2) dx
 class SeriesWriter {
  public:
-  explicit SeriesWriter(StraightLine& line) : tape_(line.tape), slopes_(line.qdd) {
+  explicit SeriesWriter(const StraightLine& line) : tape_(line.tape), slopes_(line.qdd) {
     slopes_.insert(slopes_.end(), line.power.begin(), line.power.end());
     results_ = slopes_;
     add_partners();
@@ -201,7 +201,7 @@ class SeriesWriter {
     return text;
   }
 
-  Tape& tape_;
+  Tape tape_;                          // of the line, and partners
   std::vector<int> slopes_, results_;  // results_: slopes_ and partners
   std::map<int, int> partner_;
   std::vector<char> needed_, varies_, factor_;
@@ -213,6 +213,6 @@ class SeriesWriter {
 
 }  // namespace
 
-std::string series_definitions(StraightLine& line) { return SeriesWriter(line).text(); }
+std::string series_definitions(const StraightLine& line) { return SeriesWriter(line).text(); }
 
 }  // namespace redysim

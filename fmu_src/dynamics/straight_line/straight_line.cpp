@@ -121,7 +121,7 @@ int operations(const StraightLine& line) {
   return count;
 }
 
-std::string straight_line_source(StraightLine& line, const std::string& scene) {
+std::string straight_line_source(const StraightLine& line, const std::string& scene) {
   std::string text =
       "// Written by describe --straight-line: forward dynamics of one scene.\n"
       "#include <cmath>\n\n"

@@ -29,7 +29,7 @@ inline constexpr int longest_line = 2000;
 
 // The C++ file that defines the two symbols below, and those of taylor_series.hpp, for one model; `scene` is
 // the fingerprint of its file.
-std::string straight_line_source(StraightLine& line, const std::string& scene);
+std::string straight_line_source(const StraightLine& line, const std::string& scene);
 
 // Only in a library built with such a file (CMake variable REDYSIM_STRAIGHT_LINE): forward_dynamics of the
 // scene with this fingerprint, qdd from q, qd, tau (plan.nv each).

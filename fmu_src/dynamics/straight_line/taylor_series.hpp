@@ -47,10 +47,10 @@ class TaylorSeries {
   using Rows = std::vector<Lanes<double>>;  // of all orders
 
   static double* numbers(Rows& rows, int order, std::size_t width) {
-    return reinterpret_cast<double*>(&rows[static_cast<std::size_t>(order) * width]);
+    return reinterpret_cast<double*>(rows.data() + static_cast<std::size_t>(order) * width);
   }
   static const double* numbers(const Rows& rows, int order, std::size_t width) {
-    return reinterpret_cast<const double*>(&rows[static_cast<std::size_t>(order) * width]);
+    return reinterpret_cast<const double*>(rows.data() + static_cast<std::size_t>(order) * width);
   }
   void set_sums();
 

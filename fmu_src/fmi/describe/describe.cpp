@@ -370,12 +370,13 @@ std::string description(const ModelFile& file, const std::string& path, std::vec
 // Forward dynamics as straight-line C++ code, where that is faster than the recursion.
 std::string code(const ModelFile& file) {
   const Model& model = file.model;
-  const bool controlled = model.controller.law != Law::none ||
-                          std::any_of(model.actuators.begin(), model.actuators.end(),
-                                      [](const Actuator& actuator) { return actuator.acts(); });
+  const std::vector<std::string> parts = features_of(model);
+  const bool controlled = std::any_of(parts.begin(), parts.end(), [](const std::string& part) {
+    return part == "control" || part == "actuators";
+  });
   if (model.solver.method == SolverMethod::taylor && controlled)
     throw std::domain_error("method taylor is for forces that are inputs, without controllers and actuators");
-  StraightLine line = straight_line(model);
+  const StraightLine line = straight_line(model);
   const int count = operations(line);
   if (count > longest_line)
     throw std::domain_error("the recursion is faster than a straight line of " + std::to_string(count) +

@@ -146,8 +146,7 @@ const char* Taylor::make_series(double aim) {
   error_weights_.evaluate(y_.data(), weights_.data());
   while (!expand(aim)) {
     unit_ *= smaller_unit;
-    if (unit_ < smallest_unit || !series_.set_slope(y_.data(), force_coefficients(since_, 0)))
-      return reasons::not_finite;
+    if (unit_ < smallest_unit) return reasons::not_finite;
   }
   statistics_.evaluations += series_.order();
   extent_ = std::min({extent_of_terms(), growth * series_.unit(), longest_});

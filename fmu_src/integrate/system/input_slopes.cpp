@@ -11,9 +11,9 @@ namespace {
 constexpr int orders = InputLayout::highest_order;
 
 // Taylor's sum of `count` derivatives, `stride` apart, without the value itself: the k-th over (k + shift)!.
-double taylor(const double* slopes, int stride, double since, int shift) {
+double taylor(const double* slopes, int count, int stride, double since, int shift) {
   double sum = 0;
-  for (int k = orders; k > 0; --k) sum = (sum + slopes[(k - 1) * stride]) * since / (k + shift);
+  for (int k = count; k > 0; --k) sum = (sum + slopes[(k - 1) * stride]) * since / (k + shift);
   for (int k = shift; k > 0; --k) sum *= since / k;
   return sum;
 }
@@ -51,11 +51,9 @@ double System::input_slope(int input) const {
 
 double System::input_derivative(double time, int input, int order) const {
   if (!has_input_slopes()) return order == 0 ? inputs_[input] : 0.0;
-  const double since = time - inputs_[input_layout_.slope_time()];
-  double sum = 0;
-  for (int k = orders; k >= order; --k)
-    sum = sum * since / (k - order + 1) + (k == 0 ? inputs_[input] : inputs_[input_layout_.slope(k, input)]);
-  return sum;
+  const double value = order == 0 ? inputs_[input] : inputs_[input_layout_.slope(order, input)];
+  return value + taylor(inputs_.data() + input_layout_.slope(order + 1, input), orders - order,
+                        input_layout_.force_size(), time - inputs_[input_layout_.slope_time()], 0);
 }
 
 void System::anchor_input_slopes(double time) {
@@ -78,7 +76,7 @@ void System::update_recursion_inputs(double time) {
   const double since = time - inputs_[input_layout_.slope_time()];
   const int count = input_layout_.force_size();
   for (int i = 0; i < count; ++i)
-    recursion_inputs_[i] += taylor(&inputs_[input_layout_.slope(1, i)], count, since, 0);
+    recursion_inputs_[i] += taylor(&inputs_[input_layout_.slope(1, i)], orders, count, since, 0);
 }
 
 // A prescribed joint's q (derivative 0), qd (1) or qdd (2) at `time`.
@@ -90,8 +88,8 @@ double System::motion_at(double time, int joint, int derivative) const {
                  : derivative == 1 ? qd + since * qdd
                                    : qdd;
   if (has_input_slopes())
-    value +=
-        taylor(&inputs_[input_layout_.slope(1, joint)], input_layout_.force_size(), since, 2 - derivative);
+    value += taylor(&inputs_[input_layout_.slope(1, joint)], orders, input_layout_.force_size(), since,
+                    2 - derivative);
   return value;
 }
 
