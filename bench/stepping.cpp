@@ -80,6 +80,7 @@ std::vector<double> start_of(const Model& model, System& system) {
 struct Run {
   std::vector<std::vector<double>> states;  // at the outputs, from `after` on
   long evaluations = 0, jacobians = 0, steps = 0, rejected = 0;
+  double matrix_work = 0;
   double balance = 0, seconds = 0;
   std::vector<double> costs;  // right-hand sides of each communication step
   std::string stopped;        // reason
@@ -134,7 +135,7 @@ class Scene {
     const Statistics& statistics = integrator->statistics();
     const auto work = [&] {
       return static_cast<double>(statistics.evaluations) +
-             jacobian_cost * static_cast<double>(statistics.jacobians);
+             jacobian_cost * static_cast<double>(statistics.jacobians) + statistics.matrix_work;
     };
     if (limit_ > 0) integrator->pause_after(pause);
     long decisions = 0;
@@ -172,6 +173,7 @@ class Scene {
     result.steps = statistics.steps;
     result.rejected = statistics.rejected;
     result.jacobians = statistics.jacobians;
+    result.matrix_work = statistics.matrix_work;
     result.balance = moving > 0 ? worst / moving : 0;
     result.seconds = static_cast<double>(used) / CLOCKS_PER_SEC;
     return result;
@@ -282,8 +284,8 @@ int compare(const std::string& file, const Options& options) {
   for (const std::string& method : options.list("method"))
     for (const std::string& rtol : options.list("rtol")) {
       const Run run = scene.run(method, std::atof(rtol.c_str()), jacobian_cost);
-      const double work =
-          static_cast<double>(run.evaluations) + jacobian_cost * static_cast<double>(run.jacobians);
+      const double work = static_cast<double>(run.evaluations) +
+                          jacobian_cost * static_cast<double>(run.jacobians) + run.matrix_work;
       std::printf("%s %s %ld %ld %.0f %ld+%ld %.2e %.2e %.1e %.3g %.0f %.0f%s%s\n", method.c_str(),
                   rtol.c_str(), run.evaluations, run.jacobians, work, run.steps, run.rejected,
                   largest_difference(run, reference, 0, positions),

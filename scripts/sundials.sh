@@ -20,12 +20,6 @@ esac
 flags="-Oz -ffunction-sections -fdata-sections -fno-asynchronous-unwind-tables -fvisibility=hidden"
 # zig writes a file to the current folder
 version="$(mkdir -p "$place" && cd "$place" && "$compiler" --version | sed -n 1p)"
-case "$version" in
-  # objects that gcc can link either way, see fmu_src/fmi/CMakeLists.txt
-  *clang*) ;;
-  *) case "$target" in native | *-linux) flags="$flags -flto -ffat-lto-objects" ;; esac ;;
-esac
-
 stamp="$(printf '%s\n' "$version" "$flags" | cat - scripts/sundials.sh | cksum)"
 [ "$(cat "$place/$target/stamp" 2>/dev/null || true)" != "$stamp" ] || exit 0
 

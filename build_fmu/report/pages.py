@@ -16,8 +16,8 @@ from build_fmu.report.sweep import Point
 
 TARGETS = (1e-3, 1e-6, 1e-9)
 COLUMNS = ("method", "rtol", "step_s", "inputs", "status", "error", "us_per_ms", "rhs_per_ms", "steps", "rejected", "message")
-COLOURS = {"erk": "#1f77b4", "adams": "#d95f02", "bdf": "#7570b3", "dirk": "#1b9e77", "auto": "#444444"}
-MARKERS = {"erk": "o", "adams": "s", "bdf": "^", "dirk": "D", "auto": "x"}
+COLOURS = {"erk": "#1f77b4", "adams": "#d95f02", "bdf": "#7570b3", "dirk": "#1b9e77", "exponential": "#a6761d", "auto": "#444444"}
+MARKERS = {"erk": "o", "adams": "s", "bdf": "^", "dirk": "D", "exponential": "v", "auto": "x"}
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from build_fmu.run.signals import read_table
 
 TIGHT = (1e-13, 1e-12, 1e-11, 1e-10)
 # methods of different families first, because their errors are independent
-ORDER = ("erk", "adams", "dirk", "bdf", "auto")
+ORDER = ("erk", "adams", "dirk", "bdf", "exponential", "auto")
 
 
 @dataclass(frozen=True)

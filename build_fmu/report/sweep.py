@@ -12,7 +12,7 @@ from build_fmu.report.motion import Positions
 from build_fmu.report.reference import Reference
 from build_fmu.run.driver import Outcome, Staged, Task, drive
 
-METHODS = ("auto", "erk", "adams", "dirk", "bdf")
+METHODS = ("auto", "erk", "adams", "dirk", "bdf", "exponential")
 TOLERANCES = tuple(10.0**-k for k in range(3, 13))
 # added to each input at every other step: below the rounding of any torque, but a changed input
 TOUCH = 1e-100

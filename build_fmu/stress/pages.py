@@ -18,7 +18,7 @@ KINDS = {"finished": "#2a9d57", "doubtful": "#e9a23b", "slow": "#8fa3b0", "refus
 MEANING = {
     "finished": "all steps returned fmi2OK, all values were finite, the constraint violation of loops was at most "
     f"{LARGEST_GAP:g} m, and the energy balance error at most 1000 times the relative tolerance (at least 1e-8) per second of motion. "
-    "If only the energy misses its bound, the case is repeated with 1e-4 of the absolute tolerance and an error of rtol per step. "
+    "If only the energy misses its bound, the case is repeated with 0.1 to 1e-4 of the absolute tolerance and an error of rtol per step. "
     "If it then meets the bound, the motion is small compared with the tolerance, or fast; the note gives the figures. "
     f"With displacements of at most {REST:g} m or rad the energy is not judged",
     "doubtful": "constraint violation or energy balance error above these bounds",

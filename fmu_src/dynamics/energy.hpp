@@ -25,7 +25,8 @@ Scalar kinetic_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sca
 // stops, spring-dampers, bushings, elastic couplings and contacts at q. Overwrites positions and composite
 // masses of the workspace.
 template <class Scalar>
-Scalar potential_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd) {
+[[gnu::cold]] Scalar potential_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q,
+                                      const Scalar* qd) {
   set_positions(plan, ws, q);
   Scalar energy = -plan.grounded.dot(plan.gravity);
   // gravity: mass and first moment, leaves to root

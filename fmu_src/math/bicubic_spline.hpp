@@ -42,7 +42,7 @@ class BicubicSpline {
   };
 
   template <class Scalar>
-  Value<Scalar> at(const Scalar& x, const Scalar& y) const {
+  [[gnu::cold]] Value<Scalar> at(const Scalar& x, const Scalar& y) const {
     const Basis<Scalar> bx = basis(x, columns_), by = basis(y, rows_);
     Value<Scalar> sum{Scalar(0), Scalar(0), Scalar(0), Scalar(0), Scalar(0), Scalar(0)};
     for (int i = 0; i < 2; ++i)

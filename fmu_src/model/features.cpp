@@ -56,6 +56,8 @@ constexpr Feature all_features[] = {
     {"adams", features::adams, [](const Model& model) { return uses_method(model, SolverMethod::adams); }},
     {"dirk", features::dirk, [](const Model& model) { return uses_method(model, SolverMethod::dirk); }},
     {"bdf", features::bdf, [](const Model& model) { return uses_method(model, SolverMethod::bdf); }},
+    {"exponential", features::exponential,
+     [](const Model& model) { return uses_method(model, SolverMethod::exponential); }},
 };
 
 // The general library reads a model file with this method, but cannot step with it.

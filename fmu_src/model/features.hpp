@@ -45,6 +45,7 @@ inline constexpr bool erk = holds("erk");
 inline constexpr bool adams = holds("adams");
 inline constexpr bool dirk = holds("dirk");
 inline constexpr bool bdf = holds("bdf");
+inline constexpr bool exponential = holds("exponential");
 inline constexpr bool taylor = names("taylor");  // only with straight_line
 #ifdef REDYSIM_HAS_STRAIGHT_LINE
 inline constexpr bool straight_line = true;  // forward dynamics compiled for one scene

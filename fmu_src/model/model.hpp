@@ -133,7 +133,7 @@ struct Frame {
   Port port = Port::none;  // inputs force and torque
 };
 
-enum class SolverMethod { automatic, erk, adams, bdf, dirk, taylor };
+enum class SolverMethod { automatic, erk, adams, bdf, dirk, exponential, taylor };
 
 struct SolverSettings {
   SolverMethod method = SolverMethod::automatic;

@@ -8,7 +8,12 @@ namespace redysim {
 
 // The words of `solver.method`.
 inline constexpr std::pair<const char*, SolverMethod> solver_methods[] = {
-    {"erk", SolverMethod::erk}, {"adams", SolverMethod::adams},   {"dirk", SolverMethod::dirk},
-    {"bdf", SolverMethod::bdf}, {"taylor", SolverMethod::taylor}, {"auto", SolverMethod::automatic}};
+    {"erk", SolverMethod::erk},
+    {"adams", SolverMethod::adams},
+    {"dirk", SolverMethod::dirk},
+    {"bdf", SolverMethod::bdf},
+    {"exponential", SolverMethod::exponential},
+    {"taylor", SolverMethod::taylor},
+    {"auto", SolverMethod::automatic}};
 
 }  // namespace redysim

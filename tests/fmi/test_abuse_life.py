@@ -262,7 +262,7 @@ def calls_without_any_order(subject, slave, seed):
         lambda: slave.call("CancelStep"),
         lambda: slave.try_get(subject.output)[0],
         lambda: slave.set(force, draw.uniform(-1, 1)),
-        lambda: slave.set("solver.method", draw.choice(["erk", "adams", "dirk", "bdf", "auto"])),
+        lambda: slave.set("solver.method", draw.choice(["erk", "adams", "dirk", "bdf", "exponential", "auto"])),
         lambda: slave.call("GetFMUstate", c.byref(draw.choice(states))),
         lambda: slave.call("SetFMUstate", draw.choice(states)),
         lambda: slave.call("FreeFMUstate", c.byref(draw.choice(states))),

@@ -185,7 +185,7 @@ def a_state_with_tuned_parameters_and_inputs(subject, slave):
     assert slave.reals(subject.outputs + tuned + given) == before
 
 
-@check("erk", "adams", "dirk", "bdf", "auto")
+@check("erk", "adams", "dirk", "bdf", "exponential", "auto")
 def a_long_run_cut_anywhere(subject, slave, method):
     """What follows a restored state, here and in another instance, is the run that was not interrupted."""
     slave.initialize(start={"solver.method": method})

@@ -193,7 +193,7 @@ def solver_settings_out_of_bounds(subject, slave, setting):
         refused(slave, slave.set(f"solver.{setting}", value))
 
 
-@check("erk", "adams", "dirk", "bdf", "auto")
+@check("erk", "adams", "dirk", "bdf", "exponential", "auto")
 def every_method_runs_at_the_smallest_rtol(subject, slave, method):
     slave.initialize(start={"solver.method": method, "solver.rtol": 1e-300})
     slave.step(0, 0.001)
@@ -208,7 +208,7 @@ def solver_settings_at_their_bounds(subject, slave, case):
     slave.step(0, 0.001)
 
 
-@check("erk", "adams", "dirk", "bdf", "auto")
+@check("erk", "adams", "dirk", "bdf", "exponential", "auto")
 def every_method_runs_every_model(subject, slave, method):
     slave.initialize(start={"solver.method": method})
     slave.run(0.01, 0.001)

@@ -11,7 +11,7 @@ import pytest
 from tests.fmi.conftest import ROOT
 from tests.fmi.raw import OK, Slave, Unpacked
 
-METHODS = ("erk", "adams", "dirk", "bdf", "auto")
+METHODS = ("erk", "adams", "dirk", "bdf", "exponential", "auto")
 INERTIA = 0.3
 
 WHEEL = """

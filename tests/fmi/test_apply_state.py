@@ -116,7 +116,7 @@ def apply(slave: Slave, values: dict[str, float], number: int = 1) -> None:
     assert slave.set_reals(list(values), list(values.values())) == OK and slave.set("state.apply", number) == OK, slave.errors
 
 
-@pytest.mark.parametrize("method", ["erk", "adams", "dirk", "bdf", "auto"])
+@pytest.mark.parametrize("method", ["erk", "adams", "dirk", "bdf", "exponential", "auto"])
 @pytest.mark.parametrize("model", MODELS)
 def test_the_run_continues_from_the_state_given(built, instance, model, method):
     """Trees, loops, spherical joints, contact, actuators: B, elsewhere until then, takes over the state of A and moves as A."""
@@ -203,7 +203,7 @@ def test_at_the_start(built, instance):
     assert slave.initialize().get("elbow.q") == 0
 
 
-@pytest.mark.parametrize("method", ["erk", "adams", "dirk", "bdf", "auto"])
+@pytest.mark.parametrize("method", ["erk", "adams", "dirk", "bdf", "exponential", "auto"])
 @pytest.mark.parametrize("read", [True, False])
 def test_saved_between_application_and_step(built, instance, method, read):
     """Saved before the state is used, and after: the continuation is the same, bit for bit."""

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from tests.command_line import command
 from tests.fmi.raw import OK
 
-METHODS = ("erk", "adams", "dirk", "bdf", "auto")
+METHODS = ("erk", "adams", "dirk", "bdf", "exponential", "auto")
 G = 9.81
 
 DROP = """

@@ -14,7 +14,7 @@ import pytest
 from tests.fmi.raw import OK, Unpacked
 
 MODELS = Path(__file__).resolve().parents[2] / "models"
-METHODS = ("erk", "adams", "dirk", "bdf", "auto")
+METHODS = ("erk", "adams", "dirk", "bdf", "exponential", "auto")
 CONTACT_MODELS = sorted(file.stem for file in MODELS.glob("*.toml") if "[[contact]]" in file.read_text(encoding="utf-8"))
 CASES = (
     *product(("bouncing_ball", "newtons_cradle"), METHODS),

@@ -90,7 +90,7 @@ def test_the_stiff_gripper_of_redysim(fmu_file):
     assert result["solver.rhs_evaluations"][-1] < 3000
 
 
-@pytest.mark.parametrize("method", ("erk", "adams", "dirk", "bdf", "auto"))
+@pytest.mark.parametrize("method", ("erk", "adams", "dirk", "bdf", "exponential", "auto"))
 @pytest.mark.parametrize("law", ("computed_torque", "feed_forward"))
 def test_work_is_exact_where_the_motion_is_smoother_than_the_torque(built, law, method):
     """A gantry that follows polynomials: one step may span a tenth of the run, in which the power has many turns."""

@@ -95,7 +95,7 @@ atol = 1e-12
 tunable = ["hand.mass", "elbow.stiffness", "rail.damping", "hinge.armature", "gravity[2]"]
 """
 
-METHODS = ("erk", "adams", "dirk", "bdf", "auto")
+METHODS = ("erk", "adams", "dirk", "bdf", "exponential", "auto")
 STATE = [
     "hinge.q",
     "hinge.qd",

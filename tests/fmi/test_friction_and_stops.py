@@ -10,7 +10,7 @@ import pytest
 
 from tests.fmi.raw import ERROR, OK, Slave, Unpacked
 
-METHODS = ["erk", "adams", "bdf", "dirk"]
+METHODS = ["erk", "adams", "bdf", "dirk", "exponential"]
 
 # A block of 2 kg on a level rail; every test gives it what it needs.
 BLOCK = """

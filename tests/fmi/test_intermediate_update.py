@@ -11,7 +11,7 @@ from tests.fmi.raw import ERROR, OK
 from tests.fmi.raw3 import Slave3, array, count
 
 LENGTH, TIGHT = 0.5, {"solver.rtol": 1e-11, "solver.atol": 1e-13}
-METHODS = ["auto", "erk", "dirk", "adams", "bdf"]
+METHODS = ["auto", "erk", "dirk", "adams", "bdf", "exponential"]
 
 
 def positions(fmu) -> list[str]:

@@ -17,7 +17,7 @@ from tests.fmi.conftest import ROOT
 from tests.fmi.four_bar_lagrange import CLOSED, HOEKEN, REDYSIM
 from tests.fmi.raw import ERROR, OK, Slave, Unpacked
 
-METHODS = ("erk", "adams", "dirk", "bdf", "auto")
+METHODS = ("erk", "adams", "dirk", "bdf", "exponential", "auto")
 TIGHT = {"solver.rtol": 1e-8, "solver.atol": 1e-10}
 FOUR_BAR_JOINTS = ("crank_joint", "joint2", "joint3")
 HOEKEN_JOINTS = ("crank_joint", "rocker_joint", "coupler_joint")

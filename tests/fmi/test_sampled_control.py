@@ -13,7 +13,7 @@ from scipy.linalg import expm
 from tests.command_line import command
 from tests.fmi.raw import OK, Slave, Unpacked
 
-METHODS = ("erk", "adams", "dirk", "bdf", "auto")
+METHODS = ("erk", "adams", "dirk", "bdf", "exponential", "auto")
 PERIOD = 0.02
 MASSES = (2.0, 0.5)
 DAMPING = (1.5, 0.3)

@@ -62,7 +62,7 @@ def run_scene(fmu, model: str, method: str) -> tuple[np.ndarray, dict[str, np.nd
         return table, {key: np.array(values) for key, values in rows.items()}
 
 
-@pytest.mark.parametrize("method", ["erk", "adams", "dirk", "bdf", "auto"])
+@pytest.mark.parametrize("method", ["erk", "adams", "dirk", "bdf", "exponential", "auto"])
 @pytest.mark.parametrize("model", TRAJECTORIES)
 def test_trajectories(fmu, model, method):
     table, run = run_scene(fmu, model, method)
@@ -71,7 +71,7 @@ def test_trajectories(fmu, model, method):
     assert np.abs(run[".qd"] - rates).max() < 1e-5 * np.abs(rates).max()
 
 
-@pytest.mark.parametrize("method", ["erk", "adams", "dirk", "bdf", "auto"])
+@pytest.mark.parametrize("method", ["erk", "adams", "dirk", "bdf", "exponential", "auto"])
 @pytest.mark.parametrize("model", TRAJECTORIES)
 def test_energies(fmu, model, method):
     table, run = run_scene(fmu, model, method)
@@ -81,7 +81,7 @@ def test_energies(fmu, model, method):
         assert np.abs(run[f"energy.{name}"][:, 0] - table[name]).max() < 1e-5 * scale
 
 
-@pytest.mark.parametrize("method", ["erk", "adams", "dirk", "bdf", "auto"])
+@pytest.mark.parametrize("method", ["erk", "adams", "dirk", "bdf", "exponential", "auto"])
 def test_work_of_drives_and_dampers_balances_the_energy(fmu, method):
     with Slave(fmu("cart")) as slave:
         slave.initialize(start={"solver.method": method, "solver.rtol": 1e-9, "solver.atol": 1e-11, "rail.damping": 2.0})

@@ -14,7 +14,7 @@ from build_fmu.fmu.build import build, build_for_run
 from build_fmu.model.describe import describe
 
 MODELS = native.SOURCE_TREE / "models"
-METHODS = ["erk", "adams", "dirk", "bdf"]  # of auto
+METHODS = ["erk", "adams", "dirk", "bdf", "exponential"]  # of auto
 
 
 def run(fmu, **start):

@@ -13,7 +13,7 @@ import pytest
 from tests.fmi.raw import ERROR, OK, Slave
 
 ROOT = Path(__file__).resolve().parents[2]
-METHODS = ("erk", "adams", "dirk", "bdf", "auto")
+METHODS = ("erk", "adams", "dirk", "bdf", "exponential", "auto")
 WATCHED = [
     "rail.q",
     "hinge.q",

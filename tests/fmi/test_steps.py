@@ -10,7 +10,7 @@ import pytest
 
 from tests.fmi.raw import DO_STEP_STATUS, ERROR, OK, Slave
 
-METHODS = ("erk", "adams", "dirk", "bdf", "auto")
+METHODS = ("erk", "adams", "dirk", "bdf", "exponential", "auto")
 STATE = ["rail.q", "hinge.q", "idle.q", "rail.qd", "hinge.qd", "idle.qd", "energy.balance"]
 
 

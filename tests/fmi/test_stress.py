@@ -35,7 +35,7 @@ def test_extremes_of_a_loop_that_starts_in_a_singular_pose(fmu_file, case):
     assert verdict.kind == "finished" and verdict.balance < 1e-6 and verdict.gap < 1e-12
 
 
-@pytest.mark.parametrize("method", ["erk", "adams", "dirk", "bdf", "auto"])
+@pytest.mark.parametrize("method", ["erk", "adams", "dirk", "bdf", "exponential", "auto"])
 def test_a_link_of_next_to_no_mass_leaves_its_loop_closed(fmu_file, method):
     # near flat positions one row fades while the other is a billion times as stiff
     verdict = run_case("parallelogram", cases("parallelogram")["near-massless links, x 1e-09"], 30, method)

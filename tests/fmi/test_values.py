@@ -47,7 +47,7 @@ def test_tunable_parameters_act_at_the_next_communication_point(fmu):
         assert abs(slave.get("energy.balance")) < 1e-6
 
 
-@pytest.mark.parametrize("method", ["erk", "adams", "dirk", "bdf", "auto"])
+@pytest.mark.parametrize("method", ["erk", "adams", "dirk", "bdf", "exponential", "auto"])
 def test_tuning_to_the_same_value_changes_nothing(fmu, method):
     ends = []
     for tune in (False, True):
@@ -76,7 +76,7 @@ def test_tuning_to_the_same_value_changes_nothing(fmu, method):
         ("solver.rtol", 0.5, "solver.rtol must be <= 0.1, got 0.5"),
         ("solver.atol", -1.0, "solver.atol must be >= 0, got -1"),
         ("solver.max_step", -1.0, "solver.max_step must be >= 0, got -1"),
-        ("solver.method", "magic", "solver.method must be 'erk', 'adams', 'dirk', 'bdf', 'taylor' or 'auto', got 'magic'"),
+        ("solver.method", "magic", "solver.method must be 'erk', 'adams', 'dirk', 'bdf', 'exponential', 'taylor' or 'auto', got 'magic'"),
         ("hinge.q", 1.0, "hinge.q is an output and cannot be set"),
         ("solver.steps", 1, "solver.steps is an output and cannot be set"),
     ],

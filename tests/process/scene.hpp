@@ -22,7 +22,7 @@ namespace redysim::process {
 
 inline void be_silent(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String, ...) {}
 
-inline constexpr const char* methods[] = {"erk", "adams", "dirk", "bdf", "auto"};
+inline constexpr const char* methods[] = {"erk", "adams", "dirk", "bdf", "exponential", "auto"};
 
 struct Scene {
   std::string name, folder, guid;

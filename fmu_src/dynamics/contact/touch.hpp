@@ -62,8 +62,8 @@ Vec3<Scalar> normal_rate(const Surface<Scalar>& surface, const Vec3<Scalar>& p, 
 // The center of a disk and its rate become those of the rim's cross section that is lowest along the normal
 // under the center.
 template <class Scalar>
-void move_to_rim(const ContactPair<Scalar>& pair, const RelativeMotion<Scalar>& motion, Vec3<Scalar>& center,
-                 Vec3<Scalar>& rate) {
+[[gnu::cold]] void move_to_rim(const ContactPair<Scalar>& pair, const RelativeMotion<Scalar>& motion,
+                               Vec3<Scalar>& center, Vec3<Scalar>& rate) {
   const Vec3<Scalar> normal = surface_depth(pair.surface, center).normal;
   const Vec3<Scalar> turning = normal_rate(pair.surface, center, normal, rate);
   const Vec3<Scalar> axis = motion.rotation * pair.axis, axis_rate = motion.omega.cross(axis);

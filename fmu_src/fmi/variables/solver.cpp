@@ -27,6 +27,8 @@ double read_method(Values& at, const Variable&) {
       return 3;
     case SolverMethod::bdf:
       return 4;
+    case SolverMethod::exponential:
+      return 5;
     case SolverMethod::taylor:
     case SolverMethod::automatic:
       break;
@@ -72,13 +74,14 @@ constexpr Entry health_entries[] = {
         .discrete(VariableType::integer)
         .bounds(Bounds::not_negative)
         .reads(read_method)
-        .says("Method that auto uses now: 1 erk, 2 adams, 3 dirk, 4 bdf, 0 none"),
+        .says("Method that auto uses now: 1 erk, 2 adams, 3 dirk, 4 bdf, 5 exponential, 0 none"),
 };
 
 constexpr Entry setting_entries[] = {
     parameter(Owner::model, "solver.method")
         .fixed(VariableType::string)
-        .says("Integration method: erk, dirk (explicit, implicit Runge-Kutta), adams, bdf (multistep), auto"),
+        .says("Integration method: erk, dirk (explicit, implicit Runge-Kutta), adams, bdf (multistep), "
+              "exponential (Rosenbrock), auto"),
     parameter(Owner::model, "solver.rtol")
         .fixed()
         .bounds(Bounds::tolerance)

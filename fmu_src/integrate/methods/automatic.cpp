@@ -4,7 +4,9 @@
 #include <cstdio>
 #include <utility>
 
+#include "integrate/methods/automatic_memory.hpp"
 #include "integrate/methods/one_step.hpp"
+#include "integrate/methods/phi_functions.hpp"
 #include "integrate/methods/state_bytes.hpp"
 #include "integrate/methods/step_budget.hpp"
 #include "integrate/methods/tuning.hpp"
@@ -27,19 +29,12 @@
 namespace redysim {
 namespace {
 
-enum class Choice : std::uint8_t { erk, adams, dirk, bdf };
-constexpr int choices = 4;
-
-bool is_implicit(Choice choice) { return choice >= Choice::dirk; }
-bool is_multistep(Choice choice) { return choice == Choice::adams || choice == Choice::bdf; }
-Choice one_step_like(Choice choice) { return is_implicit(choice) ? Choice::dirk : Choice::erk; }
-Choice multistep_like(Choice choice) { return is_implicit(choice) ? Choice::bdf : Choice::adams; }
-
 void add(const Statistics& more, Statistics& sum) {
   sum.steps += more.steps;
   sum.rejected += more.rejected;
   sum.evaluations += more.evaluations;
   sum.jacobians += more.jacobians;
+  sum.matrix_work += more.matrix_work;
 }
 
 class Automatic final : public Integrator {
@@ -69,51 +64,6 @@ class Automatic final : public Integrator {
   bool restore(const unsigned char* bytes, std::size_t size) override;
 
  private:
-  // What the continuation depends on, in addition to the method in use.
-  struct Memory {
-    std::uint8_t choice = 0;                       // a Choice
-    std::uint8_t home = 0;                         // during a trial the method before it, otherwise `choice`
-    std::uint8_t measuring = 0;                    // second part of a trial
-    std::uint8_t extensions = 0;                   // of a trial whose step size still grows
-    std::uint8_t steady = 1;                       // the last two measurements agree
-    std::uint8_t rival = 0;                        // the other method of the last trial
-    double changed = 0;                            // s, when the inputs changed last
-    double hold = 0;                               // s, for which they were held before that; 0: unknown
-    double interval = Tuning::first_estimate;      // right-hand sides between two estimates
-    double estimate_due = Tuning::first_estimate;  // work
-    double oscillation = 0;                        // step times radius of bdf, at the last estimate
-    double average_work = 0, average_time = 0;     // of the method before a trial, over many measurements
-    double interval_begun = 0, interval_work = 0;  // work at the last change, and of the interval before it
-    double begun = 0;                              // work when the method in use began
-    double mark_work = 0, mark_time = 0;           // start of the present measurement of cost
-    double older_work = 0, older_time = 0;         // of that before it
-    double failed_cost = 0;                        // of the last failed trial, right-hand sides per second
-    double mark_step = 0;                          // s
-    double home_cost = 0;                          // right-hand sides per second before the trial
-    double step[choices] = {};                     // s, last of each method, 0: unknown
-    double due[choices] = {},
-           wait[choices] = {};  // work at which each may be tried, and after a failed trial
-  };
-
-  // All of Memory, to be saved and restored.
-  template <class SomeMemory, class Visit>
-  static void each_part(SomeMemory& memory, const Visit& visit) {
-    visit(memory.choice);
-    visit(memory.home);
-    visit(memory.measuring);
-    visit(memory.extensions);
-    visit(memory.steady);
-    visit(memory.rival);
-    for (auto* value :
-         {&memory.changed, &memory.hold, &memory.interval, &memory.estimate_due, &memory.oscillation,
-          &memory.interval_begun, &memory.interval_work, &memory.average_work, &memory.average_time,
-          &memory.begun, &memory.older_work, &memory.older_time, &memory.failed_cost, &memory.mark_work,
-          &memory.mark_time, &memory.mark_step, &memory.home_cost})
-      visit(*value);
-    for (auto* values : {&memory.step, &memory.due, &memory.wait})
-      for (auto& value : *values) visit(value);
-  }
-
   // The last decision, for the log.
   enum class Event : std::uint8_t { tried, stays, returns, restarts, replaces };
   struct Note {
@@ -152,8 +102,10 @@ class Automatic final : public Integrator {
   bool adams_pays(const Outlook& outlook, double used) const;
   void consider_stiffness(const Outlook& outlook);
   Choice instead_of_explicit(double radius, const Outlook& outlook) const;
-  Choice instead_of_implicit(double radius, const Outlook& outlook);
+  Choice instead_of_other(double radius, const Outlook& outlook);
   double expected_hold(double end) const { return std::max(memory_.hold, end - memory_.changed); }
+  bool exponential_pays(double radius, const Outlook& outlook);
+  bool vibrates_freely(double radius);
   void begin_trial(Choice candidate, double span);
   bool is_hopeless(double spent, double passed) const;
   void follow_trial(bool within_hold);
@@ -179,9 +131,10 @@ class Automatic final : public Integrator {
   std::array<std::unique_ptr<Integrator>, choices> methods_;
   long pause_ = Tuning::steps_between_choices;  // internal steps
   Integrator* current_ = &integrator(Choice::erk);
-  Memory memory_;
-  Statistics before_;      // of the methods used before the one in use
-  Statistics statistics_;  // all
+  AutomaticMemory memory_;
+  Statistics before_;           // of the methods used before the one in use
+  Statistics statistics_;       // all
+  std::vector<double> matrix_;  // a Jacobian
   Note note_;
   long noted_ = 0;
 };
@@ -190,6 +143,10 @@ Automatic::Automatic(System& system, const SolverSettings& settings, Room room)
     : system_(system), settings_(settings), room_(std::move(room)), radius_(system) {
   for (const Choice choice : {Choice::adams, Choice::dirk, Choice::bdf})
     if (!is_implicit(choice) || system.size() <= Tuning::implicit_from_start) integrator(choice);
+  if (system.size() <= Tuning::exponential_from_start) {
+    integrator(Choice::exponential);
+    matrix_.resize(static_cast<std::size_t>(system.size()) * static_cast<std::size_t>(system.size()));
+  }
 }
 
 Integrator& Automatic::integrator(Choice choice) {
@@ -205,6 +162,7 @@ std::unique_ptr<Integrator> Automatic::made(Choice choice) {
   if (choice == Choice::adams) return make_adams(system_, settings_, room_);
   if (choice == Choice::dirk) return make_dirk(system_, settings_, room_);
   if (choice == Choice::bdf) return make_bdf(system_, settings_, room_);
+  if (choice == Choice::exponential) return make_exponential(system_, settings_, room_);
   return make_erk(system_, settings_, room_);
 }
 
@@ -220,7 +178,8 @@ Outcome Automatic::start(double time, const double* y) {
 double Automatic::work() const {
   return static_cast<double>(statistics_.evaluations) +
          Tuning::jacobian_column * (system_.nq() + system_.nv() + system_.layout().actuators()) *
-             static_cast<double>(statistics_.jacobians);
+             static_cast<double>(statistics_.jacobians) +
+         statistics_.matrix_work;
 }
 
 void Automatic::begin_account() {
@@ -383,7 +342,9 @@ void Automatic::consider(double end, double span) {
     return;
   end_measurement();
   const Outlook outlook = {span, steps_held(end, span), expected_hold(end)};
-  if (!within_hold && (is_multistep(choice()) ? consider_one_step(outlook) : consider_multistep(outlook)))
+  const bool has_relative = choice() != Choice::exponential;
+  if (!within_hold && has_relative &&
+      (is_multistep(choice()) ? consider_one_step(outlook) : consider_multistep(outlook)))
     return;
   // one step of an explicit method for each input cannot be undercut
   const bool is_settled = work() - memory_.begun >= settled_work();
@@ -432,8 +393,10 @@ void Automatic::consider_stiffness(const Outlook& outlook) {
   memory_.interval = std::min(2 * memory_.interval, Tuning::rarest_estimate);
   memory_.estimate_due = work() + memory_.interval;
   if (!(time() > memory_.older_time)) return;
-  const Choice candidate =
-      is_implicit(choice()) ? instead_of_implicit(radius, outlook) : instead_of_explicit(radius, outlook);
+  const bool steps_by_stability = choice() == Choice::erk || choice() == Choice::adams;
+  Choice candidate =
+      steps_by_stability ? instead_of_explicit(radius, outlook) : instead_of_other(radius, outlook);
+  if (exponential_pays(radius, outlook)) candidate = Choice::exponential;
   if (candidate != choice()) begin_trial(candidate, outlook.span);
 }
 
@@ -445,7 +408,7 @@ Choice Automatic::instead_of_explicit(double radius, const Outlook& outlook) con
   return of_hold > Tuning::dirk_step && may_try(Choice::dirk) ? Choice::dirk : choice();
 }
 
-Choice Automatic::instead_of_implicit(double radius, const Outlook& outlook) {
+Choice Automatic::instead_of_other(double radius, const Outlook& outlook) {
   // cost of explicit steps, limited by stability and communication steps
   const double rate = is_multistep(choice()) ? 0.0 : 1 / outlook.span;
   const double explicit_cost = Tuning::explicit_stages * std::max(radius / Tuning::explicit_step, rate);
@@ -459,11 +422,35 @@ Choice Automatic::instead_of_implicit(double radius, const Outlook& outlook) {
   return choice() == Choice::bdf && bound && may_try(Choice::dirk) ? Choice::dirk : choice();
 }
 
+// Whether vibrations that are much faster than the communication steps, and undamped, bind the steps of the
+// other methods.
+bool Automatic::exponential_pays(double radius, const Outlook& outlook) {
+  if (choice() == Choice::exponential || !may_try(Choice::exponential)) return false;
+  if (radius * outlook.span < Tuning::fast_vibration || step() * radius > Tuning::bound_by_vibration)
+    return false;
+  const double a_step = Tuning::exponential_slopes + Tuning::jacobian_column * system_.size() +
+                        PhiFunctions::cost(system_.size(), outlook.span * radius);
+  return a_step / outlook.span < Tuning::promised_gain * cost() && vibrates_freely(radius);
+}
+
+// The sum of all eigenvalues is the rate at which damping reduces the volume of phase space.
+bool Automatic::vibrates_freely(double radius) {
+  const auto size = static_cast<std::size_t>(system_.size());
+  matrix_.resize(size * size);
+  ++before_.jacobians;
+  ++before_.evaluations;
+  const Status status = room_->jacobian().evaluate(time(), state(), matrix_.data());
+  count();
+  double trace = 0;
+  for (std::size_t i = 0; i < size; ++i) trace += matrix_[i * (size + 1)];
+  return status == Status::ok && std::fabs(trace) < Tuning::undamped * radius;
+}
+
 void Automatic::begin_trial(Choice candidate, double span) {
   const std::uint8_t home = memory_.choice;
   double home_cost = cost();
   // the present step, without those of a start
-  if (!is_multistep(choice()) && !is_periodic())
+  if (!is_multistep(choice()) && choice() != Choice::exponential && !is_periodic())
     home_cost = std::min(home_cost, Tuning::present_margin * stages(choice()) / std::min(step(), span));
   // a short part that is difficult for the method in use, for example an impact, decides nothing
   if (memory_.average_work > 0) home_cost = std::min(home_cost, memory_.average_work / memory_.average_time);
@@ -546,7 +533,7 @@ void Automatic::judge_trial(double cost) {
 }
 
 std::string Automatic::last_decision() const {
-  static constexpr const char* names[choices] = {"erk", "adams", "dirk", "bdf"};
+  static constexpr const char* names[choices] = {"erk", "adams", "dirk", "bdf", "exponential"};
   const char *method = names[static_cast<int>(note_.method)], *other = names[static_cast<int>(note_.other)];
   const std::string at = shown(note_.time), cost = rounded(note_.cost), rival = rounded(note_.other_cost);
   char text[200];
@@ -569,7 +556,7 @@ std::string Automatic::last_decision() const {
 void Automatic::save(std::vector<unsigned char>& bytes) const {
   ByteWriter writer(bytes);
   put(writer, state_header(system_, settings_, SolverMethod::automatic));
-  each_part(memory_, [&writer](const auto& part) { writer.put(part); });
+  AutomaticMemory::each_part(memory_, [&writer](const auto& part) { writer.put(part); });
   put(writer, before_);
   current_->save(bytes);
 }
@@ -577,9 +564,9 @@ void Automatic::save(std::vector<unsigned char>& bytes) const {
 bool Automatic::restore(const unsigned char* bytes, std::size_t size) {
   ByteReader reader(bytes, size);
   if (!matches(reader, state_header(system_, settings_, SolverMethod::automatic))) return false;
-  Memory memory;
+  AutomaticMemory memory;
   Statistics before;
-  each_part(memory, [&reader](auto& part) { reader.get(part); });
+  AutomaticMemory::each_part(memory, [&reader](auto& part) { reader.get(part); });
   get(reader, before);
   if (!reader.good() || std::max({memory.choice, memory.home, memory.rival}) >= choices) return false;
   Integrator& next = integrator(static_cast<Choice>(memory.choice));

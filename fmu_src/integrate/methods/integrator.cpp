@@ -25,6 +25,9 @@ std::unique_ptr<Integrator> make_of_sundials(System& system, const SolverSetting
     case SolverMethod::dirk:
       if constexpr (features::dirk) return make_dirk(system, settings, room);
       break;
+    case SolverMethod::exponential:
+      if constexpr (features::exponential) return make_exponential(system, settings, room);
+      break;
     default:
       break;
   }
@@ -39,7 +42,7 @@ std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings
   if constexpr (features::taylor)
     if (settings.method == SolverMethod::taylor) return make_taylor(system, settings);
   const Room room = std::make_shared<SharedRoom>(system);
-  if constexpr (features::erk && features::adams && features::dirk && features::bdf)
+  if constexpr (features::erk && features::adams && features::dirk && features::bdf && features::exponential)
     if (settings.method == SolverMethod::automatic) return make_automatic(system, settings, room);
   return make_of_sundials(system, settings, room);
 }

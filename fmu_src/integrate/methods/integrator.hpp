@@ -14,6 +14,7 @@ struct Statistics {
   long rejected = 0;          // error-test and solver failures
   long evaluations = 0;       // right-hand sides
   long jacobians = 0;         // of the right-hand side; none with an explicit method
+  double matrix_work = 0;     // time of matrix functions, as a number of right-hand sides
   double step_size = 0;       // s, last accepted
   double error_estimate = 0;  // weighted local error of the last step, 1 = the tolerance
 };

@@ -17,6 +17,7 @@ using Room = std::shared_ptr<SharedRoom>;
 // `room`: that of `system`.
 std::unique_ptr<OneStep> make_erk(System& system, const SolverSettings& settings, Room room);
 std::unique_ptr<OneStep> make_dirk(System& system, const SolverSettings& settings, Room room);
+std::unique_ptr<OneStep> make_exponential(System& system, const SolverSettings& settings, Room room);
 std::unique_ptr<Integrator> make_adams(System& system, const SolverSettings& settings, Room room);
 std::unique_ptr<Integrator> make_bdf(System& system, const SolverSettings& settings, Room room);
 std::unique_ptr<Integrator> make_taylor(System& system, const SolverSettings& settings);  // without loops

@@ -18,7 +18,7 @@ namespace redysim::test {
 // For suites that run over all methods.
 inline auto every_method() {
   return testing::Values(SolverMethod::erk, SolverMethod::adams, SolverMethod::dirk, SolverMethod::bdf,
-                         SolverMethod::automatic);
+                         SolverMethod::exponential, SolverMethod::automatic);
 }
 inline std::string method_name(const testing::TestParamInfo<SolverMethod>& method) {
   for (const auto& [text, value] : solver_methods)

@@ -158,6 +158,32 @@ TEST(Automatic, pauses_do_not_delay_its_choices) {
   EXPECT_LT(cost(1000), 1.2 * cost(0));
 }
 
+// An arm whose springs hold it, at 1e3 to 1e5 rad/s.
+TEST(Automatic, steps_over_vibrations_that_are_not_damped) {
+  const auto method_after = [](const std::string& damping) {
+    const std::string springs = "stiffness = 1e8\ndamping = " + damping + "\n";
+    const Model model =
+        read_model_text("name = 'arm'\n[[link]]\nname = 'one'\nmass = 2\ncom = [0.3, 0, 0]\n" + springs +
+                            "[[link]]\nname = 'two'\na = 0.6\nmass = 1\ncom = [0.2, 0, 0]\n"
+                            "inertia = [0, 0.01, 0.01]\n" +
+                            springs,
+                        "arm.toml")
+            .model;
+    const Plan<double> plan(model);
+    System system(plan, false);
+    const auto integrator = make_integrator(system, solver(SolverMethod::automatic));
+    const double y[] = {0, 0, 0, 0};
+    integrator->start(0, y);
+    for (int k = 1; k <= 100; ++k) {
+      system.tau(0) = k % 2;
+      EXPECT_TRUE(integrator->advance(k * 0.01, true).ok);
+    }
+    return integrator->method();
+  };
+  EXPECT_EQ(method_after("0"), SolverMethod::exponential);
+  EXPECT_NE(method_after("1e5"), SolverMethod::exponential);
+}
+
 // Lightly damped vibration at 7e4 rad/s, where BDF of higher order is unstable.
 TEST(Automatic, takes_dirk_where_bdf_would_follow_what_rings) {
   const auto evaluations = [](SolverMethod method) {

@@ -19,7 +19,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, Restored, test::every_method(), test::method_n
 // Torques that hold still for ten steps, then change: in the middle of smooth runs and at their ends.
 bool drive(Rig& rig, int k) {
   const bool changed = k % 10 == 1;
-  for (int i = 0; i < rig.plan.nv; ++i) rig.system.tau(i) = 0.5 * ((k - 1) / 10 % 3) - 0.2 * i;
+  for (int i = 0; i < rig.plan.nv; ++i) rig.system.tau(i) = 0.01 * ((k - 1) / 10 % 3) - 0.004 * i;
   return rig.integrator->advance(k * 0.005, changed).ok;
 }
 

@@ -142,9 +142,9 @@ TEST(model_error, wrong_words_list_the_right_ones) {
   EXPECT_EQ(errors(arm + "drive = 'position'\n"),
             (Lines{"6: link 'a': drive must be 'torque', 'free', 'motion' or 'locked', got 'position'"}));
   EXPECT_TRUE(errors(arm + "[solver]\nmethod = 'auto'\n").empty());
-  EXPECT_EQ(
-      errors(arm + "[solver]\nmethod = 'euler'\n"),
-      (Lines{"7: solver: method must be 'erk', 'adams', 'dirk', 'bdf', 'taylor' or 'auto', got 'euler'"}));
+  EXPECT_EQ(errors(arm + "[solver]\nmethod = 'euler'\n"),
+            (Lines{"7: solver: method must be 'erk', 'adams', 'dirk', 'bdf', 'exponential', 'taylor' or "
+                   "'auto', got 'euler'"}));
   EXPECT_EQ(errors("angle_unit = 'degrees'\n" + arm),
             (Lines{"1: angle_unit must be 'rad' or 'deg', got 'degrees'"}));
 }

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+
+#include "integrate/methods/tuning.hpp"
+
+// The choices of `auto`, and what they depend on.
+
+namespace redysim {
+
+enum class Choice : std::uint8_t { erk, adams, dirk, bdf, exponential };
+constexpr int choices = 5;
+
+inline bool is_implicit(Choice choice) { return choice == Choice::dirk || choice == Choice::bdf; }
+inline bool is_multistep(Choice choice) { return choice == Choice::adams || choice == Choice::bdf; }
+inline Choice one_step_like(Choice choice) { return is_implicit(choice) ? Choice::dirk : Choice::erk; }
+inline Choice multistep_like(Choice choice) { return is_implicit(choice) ? Choice::bdf : Choice::adams; }
+
+// What the continuation depends on, in addition to the method in use.
+struct AutomaticMemory {
+  std::uint8_t choice = 0;                       // a Choice
+  std::uint8_t home = 0;                         // during a trial the method before it, otherwise `choice`
+  std::uint8_t measuring = 0;                    // second part of a trial
+  std::uint8_t extensions = 0;                   // of a trial whose step size still grows
+  std::uint8_t steady = 1;                       // the last two measurements agree
+  std::uint8_t rival = 0;                        // the other method of the last trial
+  double changed = 0;                            // s, when the inputs changed last
+  double hold = 0;                               // s, for which they were held before that; 0: unknown
+  double interval = Tuning::first_estimate;      // right-hand sides between two estimates
+  double estimate_due = Tuning::first_estimate;  // work
+  double oscillation = 0;                        // step times radius of bdf, at the last estimate
+  double average_work = 0, average_time = 0;     // of the method before a trial, over many measurements
+  double interval_begun = 0, interval_work = 0;  // work at the last change, and of the interval before it
+  double begun = 0;                              // work when the method in use began
+  double mark_work = 0, mark_time = 0;           // start of the present measurement of cost
+  double older_work = 0, older_time = 0;         // of that before it
+  double failed_cost = 0;                        // of the last failed trial, right-hand sides per second
+  double mark_step = 0;                          // s
+  double home_cost = 0;                          // right-hand sides per second before the trial
+  double step[choices] = {};                     // s, last of each method, 0: unknown
+  double due[choices] = {}, wait[choices] = {};  // work at which each may be tried, and after a failed trial
+
+  // All of it, to be saved and restored.
+  template <class SomeMemory, class Visit>
+  static void each_part(SomeMemory& memory, const Visit& visit) {
+    visit(memory.choice);
+    visit(memory.home);
+    visit(memory.measuring);
+    visit(memory.extensions);
+    visit(memory.steady);
+    visit(memory.rival);
+    for (auto* value :
+         {&memory.changed, &memory.hold, &memory.interval, &memory.estimate_due, &memory.oscillation,
+          &memory.interval_begun, &memory.interval_work, &memory.average_work, &memory.average_time,
+          &memory.begun, &memory.older_work, &memory.older_time, &memory.failed_cost, &memory.mark_work,
+          &memory.mark_time, &memory.mark_step, &memory.home_cost})
+      visit(*value);
+    for (auto* values : {&memory.step, &memory.due, &memory.wait})
+      for (auto& value : *values) visit(value);
+  }
+};
+
+}  // namespace redysim

@@ -1,0 +1,214 @@
+#include <arkode/arkode.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "integrate/methods/one_step.hpp"
+#include "integrate/methods/phi_functions.hpp"
+
+// An exponential Rosenbrock method: the equations linearised at the start of a step are solved exactly, so
+// fast vibrations of small amplitude do not bound the step. exprb43 of order 4 with an error estimate of
+// order 3 (Hochbruck, Ostermann, Schweitzer, SIAM J. Numer. Anal. 47, 2009):
+//
+//     D(u) = f(u) - f(y) - J (u - y)
+//     u2 = y + h/2 phi_1(h J / 2) f
+//     u3 = y + h phi_1 (f + D(u2))
+//     y1 = y + h phi_1 f + h phi_3 (16 D(u2) - 2 D(u3)) + h phi_4 (12 D(u3) - 48 D(u2)),
+//
+// whose last term is the error estimate. Where f depends on time, its slope v adds h^2 phi_2 v, and D is that
+// of the system with time as a state.
+
+namespace redysim {
+namespace {
+
+using namespace sundials;
+
+constexpr double tightening = 1.0 / 5;
+
+class Exponential final : public OneStep {
+ public:
+  Exponential(System& system, const SolverSettings& settings, Room room);
+  const char* name() const override { return "exponential (Rosenbrock 4(3))"; }
+
+ private:
+  int run(double first_step) override;
+  double reached() const override { return reached_; }
+  const double* last_slope() const override { return nullptr; }
+  const char* reason(int) const override { return nullptr; }
+
+  bool linearise(double h);
+  bool depends_on_time() const {
+    return system_.has_input_slopes() || system_.plan().has_motion() || system_.control();
+  }
+  double attempt_error(double h);
+  void set_energy_scale();
+  void set_errors_of_work(double h);
+  double error_of_work(const double* u) const;
+  bool remainder(double c, double h, const double* u, double* to);
+  double* y() { return data(result_); }
+
+  DenseJacobian& jacobian_;
+  PhiFunctions phi_;
+  std::vector<double> matrix_, weights_, slope_by_time_, second_, third_, error_, combined_;
+  Vector candidate_;
+  double reached_ = 0;
+  double least_error_of_work_ = 0;  // that a step is allowed, J
+  double errors_of_work_[2] = {};   // of an attempt, J
+};
+
+[[gnu::cold]] Exponential::Exponential(System& system, const SolverSettings& settings, Room room)
+    : OneStep(system, settings, std::move(room), SolverMethod::exponential, 4, tightening),
+      jacobian_(room_->jacobian()),
+      phi_(system.size(), system.layout().work.count),
+      matrix_(y_.size() * y_.size()),
+      weights_(y_),
+      slope_by_time_(y_),
+      second_(y_),
+      third_(y_),
+      error_(y_),
+      combined_(y_),
+      candidate_(make_vector(system.size(), room_->context)) {}
+
+// f, J and, where f depends on time, its slope at the start of a step.
+bool Exponential::linearise(double h) {
+  if (system_.with_work()) set_energy_scale();
+  if (!slope_known_) {
+    ++statistics_.evaluations;
+    if (system_.right_hand_side(absolute(reached_), y(), slope_.data()) != Status::ok) return false;
+    slope_known_ = true;
+  }
+  ++statistics_.jacobians;
+  ++statistics_.evaluations;
+  if (jacobian_.evaluate(absolute(reached_), y(), matrix_.data()) != Status::ok) return false;
+  phi_.set_matrix(matrix_.data());
+  if (depends_on_time()) {
+    const double shift = 1e-3 * h;
+    ++statistics_.evaluations;
+    if (system_.right_hand_side(absolute(reached_ + shift), y(), slope_by_time_.data()) != Status::ok)
+      return false;
+    for (std::size_t i = 0; i < slope_.size(); ++i)
+      slope_by_time_[i] = (slope_by_time_[i] - slope_[i]) / shift;
+  } else {
+    std::fill(slope_by_time_.begin(), slope_by_time_.end(), 0.0);
+  }
+  error_weights_.evaluate(y(), weights_.data());
+  return true;
+}
+
+// D(u) at the time c h of the step.
+bool Exponential::remainder(double c, double h, const double* u, double* to) {
+  ++statistics_.evaluations;
+  if (system_.right_hand_side(absolute(reached_ + c * h), u, to) != Status::ok) return false;
+  const std::size_t size = y_.size();
+  for (std::size_t i = 0; i < size; ++i) to[i] -= slope_[i] + c * h * slope_by_time_[i];
+  for (std::size_t j = 0; j < size; ++j)
+    for (std::size_t i = 0; i < size; ++i) to[i] -= matrix_[j * size + i] * (u[j] - y()[j]);
+  return true;
+}
+
+// Leaves the end of a step of h in candidate_.
+double Exponential::attempt_error(double h) {
+  const double infinite = std::numeric_limits<double>::infinity();
+  statistics_.matrix_work += phi_.cost(h);
+  if (!phi_.evaluate(h)) return infinite;
+  const std::size_t size = y_.size();
+  double* u = data(candidate_);
+  std::copy_n(y(), size, u);
+  phi_.add_half(1, 0.5 * h, slope_.data(), u);
+  if (depends_on_time()) phi_.add_half(2, 0.25 * h * h, slope_by_time_.data(), u);
+  if (!remainder(0.5, h, u, second_.data())) return infinite;
+  std::copy_n(y(), size, u);
+  phi_.add(1, h, slope_.data(), u);
+  if (depends_on_time()) phi_.add(2, h * h, slope_by_time_.data(), u);
+  combined_.assign(u, u + size);
+  phi_.add(1, h, second_.data(), u);
+  if (!remainder(1, h, u, third_.data())) return infinite;
+  set_errors_of_work(h);
+  for (std::size_t i = 0; i < size; ++i) {
+    const double second = second_[i], third = third_[i];
+    second_[i] = 16 * second - 2 * third;
+    third_[i] = 12 * third - 48 * second;
+  }
+  std::fill(error_.begin(), error_.end(), 0.0);
+  phi_.add(4, h, third_.data(), error_.data());
+  std::copy_n(combined_.data(), size, u);
+  phi_.add(3, h, second_.data(), u);
+  for (std::size_t i = 0; i < size; ++i) u[i] += error_[i];
+  return std::max(error_weights_.norm(error_.data(), weights_.data()), error_of_work(u));
+}
+
+// As for a velocity v: rtol |v| + atol scale, with the kinetic energies of the state and of these scales.
+void Exponential::set_energy_scale() {
+  const double time = absolute(reached_);
+  const StateLayout& layout = system_.layout();
+  system_.nominals(combined_.data());
+  std::copy_n(y(), layout.q.count, combined_.begin());
+  for (int ball = 0; ball < system_.balls(); ++ball)
+    std::copy_n(layout.quaternion.of(y(), ball), 4, layout.quaternion.of(combined_.data(), ball));
+  least_error_of_work_ = tightening * settings_.atol * system_.kinetic_energy(time, combined_.data());
+  least_error_of_work_ += tightening * settings_.rtol * system_.kinetic_energy(time, y());
+}
+
+// The power of damped vibrations is not linear, and no other entry of the state shows the error of its
+// integral. That is h (2 D(u2) / 3 + D(u3) / 6), Simpson's rule, which is exact for quadratic D; the
+// trapezoidal rule is exact for linear ones. The Jacobian has no row for contacts, ports and prescribed
+// joints.
+void Exponential::set_errors_of_work(double h) {
+  const auto& work = system_.layout().work;
+  for (int part = 0; part < work.count; ++part) {
+    const double second = *work.of(second_.data(), part), third = *work.of(third_.data(), part);
+    errors_of_work_[part] = h * std::min(std::abs(2 * second - third / 2), std::abs(2 * second - third) / 3);
+  }
+}
+
+// Of a step to `u`, over its tolerance.
+double Exponential::error_of_work(const double* u) const {
+  const auto& work = system_.layout().work;
+  double largest = 0;
+  for (int part = 0; part < work.count; ++part) {
+    const double size = std::max(std::abs(*work.of(u, part)), std::abs(*work.of(data(result_), part)));
+    const double tolerated = least_error_of_work_ + tightening * settings_.rtol * size;
+    largest = std::max(largest, errors_of_work_[part] / tolerated);
+  }
+  return largest;
+}
+
+int Exponential::run(double h) {
+  reached_ = since_;
+  std::copy_n(data(start_), y_.size(), y());
+  for (long taken = 0; reached_ < end_; ++taken) {
+    if (taken == allowed_) return ARK_TOO_MUCH_WORK;
+    if (!linearise(h)) return ARK_RHSFUNC_FAIL;
+    for (;;) {
+      const double left = end_ - reached_;
+      if (h > left - smallest_step(reached_, end_)) h = left;
+      const double error = attempt_error(h), begin = reached_;
+      double next = 0;
+      reached_ = h == left ? end_ : begin + h;
+      const int flag = adapt(candidate_.get(), reached_, h, 0, 0, std::isnan(error) ? 1e30 : error, 0, 0, 0,
+                             0, &next, this);
+      if (flag != 0) {
+        reached_ = begin;
+        return ARK_ERR_FAILURE;
+      }
+      h = next * sundials_safety;
+      if (error <= 1) break;
+      reached_ = begin;
+    }
+    if (const int flag = complete_step(reached_, candidate_.get(), this); flag != 0)
+      return ARK_POSTPROCESS_STEP_FAIL;
+    std::copy_n(data(candidate_), y_.size(), y());
+    slope_known_ = false;
+  }
+  return ARK_SUCCESS;
+}
+
+}  // namespace
+
+std::unique_ptr<OneStep> make_exponential(System& system, const SolverSettings& settings, Room room) {
+  return std::make_unique<Exponential>(system, settings, std::move(room));
+}
+
+}  // namespace redysim
