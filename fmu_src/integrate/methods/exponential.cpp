@@ -25,7 +25,7 @@ namespace {
 
 using namespace sundials;
 
-constexpr double tightening = 1.0 / 5;
+constexpr double tightening = 1.0 / 5;  // as for dirk
 
 class Exponential final : public OneStep {
  public:
@@ -38,6 +38,7 @@ class Exponential final : public OneStep {
   const double* last_slope() const override { return nullptr; }
   const char* reason(int) const override { return nullptr; }
 
+  int take_step(double& h);
   bool linearise(double h);
   bool depends_on_time() const {
     return system_.has_input_slopes() || system_.plan().has_motion() || system_.control();
@@ -51,11 +52,14 @@ class Exponential final : public OneStep {
 
   DenseJacobian& jacobian_;
   PhiFunctions phi_;
-  std::vector<double> matrix_, weights_, slope_by_time_, second_, third_, error_, combined_;
-  Vector candidate_;
-  double reached_ = 0;
-  double least_error_of_work_ = 0;  // that a step is allowed, J
-  double errors_of_work_[2] = {};   // of an attempt, J
+  std::vector<double> matrix_;                   // J
+  std::vector<double> weights_, slope_by_time_;  // at the start of a step
+  std::vector<double> second_, third_;    // D(u2) and D(u3), then their sums that phi_3 and phi_4 multiply
+  std::vector<double> error_, combined_;  // combined_: y + h phi_1 f
+  Vector candidate_;                      // u2, u3, y1
+  double reached_ = 0;                    // time of the state in result_, since origin_
+  double least_error_of_work_ = 0;        // that a step is allowed, J
+  double errors_of_work_[2] = {};         // of an attempt, J
 };
 
 [[gnu::cold]] Exponential::Exponential(System& system, const SolverSettings& settings, Room room)
@@ -178,30 +182,30 @@ double Exponential::error_of_work(const double* u) const {
 int Exponential::run(double h) {
   reached_ = since_;
   std::copy_n(data(start_), y_.size(), y());
-  for (long taken = 0; reached_ < end_; ++taken) {
-    if (taken == allowed_) return ARK_TOO_MUCH_WORK;
-    if (!linearise(h)) return ARK_RHSFUNC_FAIL;
-    for (;;) {
-      const double left = end_ - reached_;
-      if (h > left - smallest_step(reached_, end_)) h = left;
-      const double error = attempt_error(h), begin = reached_;
-      double next = 0;
-      reached_ = h == left ? end_ : begin + h;
-      const int flag = adapt(candidate_.get(), reached_, h, 0, 0, std::isnan(error) ? 1e30 : error, 0, 0, 0,
-                             0, &next, this);
-      if (flag != 0) {
-        reached_ = begin;
-        return ARK_ERR_FAILURE;
-      }
-      h = next * sundials_safety;
-      if (error <= 1) break;
-      reached_ = begin;
-    }
-    if (const int flag = complete_step(reached_, candidate_.get(), this); flag != 0)
-      return ARK_POSTPROCESS_STEP_FAIL;
-    std::copy_n(data(candidate_), y_.size(), y());
-    slope_known_ = false;
-  }
+  int flag = ARK_SUCCESS;
+  for (long taken = 0; flag == ARK_SUCCESS && reached_ < end_; ++taken)
+    flag = taken < allowed_ ? take_step(h) : ARK_TOO_MUCH_WORK;
+  slope_known_ = false;
+  return flag;
+}
+
+// `h`: of the first attempt, then of the next step.
+int Exponential::take_step(double& h) {
+  if (!linearise(h)) return ARK_RHSFUNC_FAIL;
+  double end = 0, error = 0;
+  do {
+    const double left = end_ - reached_;
+    if (h > left - smallest_step(reached_, end_)) h = left;
+    end = h == left ? end_ : reached_ + h;
+    error = attempt_error(h);
+    double next = 0;
+    if (adapt(candidate_.get(), end, h, 0, 0, error, 0, 0, 0, 0, &next, this) != 0) return ARK_ERR_FAILURE;
+    h = next * sundials_safety;
+  } while (!(error <= 1));
+  if (complete_step(end, candidate_.get(), this) != 0) return ARK_POSTPROCESS_STEP_FAIL;
+  reached_ = end;
+  std::copy_n(data(candidate_), y_.size(), y());
+  slope_known_ = false;
   return ARK_SUCCESS;
 }
 
