@@ -128,3 +128,50 @@ def test_a_top_at_1000_rad_per_s_keeps_its_spin(fmu):
         table = run(slave.initialize(start={"top.omega0[3]": 1000.0}), ["top.omega[3]", "energy.balance", "energy.kinetic"], 5, 0.01)
     assert np.abs(table["top.omega[3]"] - 1000).max() < 1e-5
     assert np.abs(table["energy.balance"]).max() < 1e-6 * table["energy.kinetic"].max()
+
+
+VIBRATING = """
+name = "vibrating"
+[[link]]
+name = "one"
+mass = 2
+com = [0.3, 0, 0]
+stiffness = 1e8
+[[link]]
+name = "two"
+a = 0.6
+mass = 1
+com = [0.2, 0, 0]
+inertia = [0, 0.01, 0.01]
+stiffness = 1e8
+[fmu]
+outputs = ["energy", "solver"]
+"""
+
+
+def test_undamped_vibrations_follow_their_modes_in_few_steps(built):
+    """Torques of 1 kN m that change every ms; the arm vibrates at 8e3 and 5e4 rad/s with 1e-5 rad, so its equations are linear."""
+    reach = 0.6 * 0.2
+    coupled = 0.01 + 0.2**2 + reach
+    mass = np.array([[2 * 0.3**2 + 0.6**2 + coupled + reach, coupled], [coupled, 0.01 + 0.2**2]])
+    root = np.linalg.inv(np.linalg.cholesky(mass))
+    squares, modes = np.linalg.eigh(1e8 * root @ root.T)
+    modes, w = root.T @ modes, np.sqrt(squares)
+    amplitude, rate = np.zeros(2), np.zeros(2)
+    with Slave(built(VIBRATING)) as slave:
+        slave.initialize()
+        for k in range(300):
+            torque = np.array([1e3 * (-1) ** k, 1e3 * (k % 3)])
+            for name, value in zip(("one.tau", "two.tau"), torque, strict=True):
+                assert slave.set(name, value) == OK
+            assert slave.step(k * 1e-3, 1e-3) == OK, slave.errors
+            rest, angle = modes.T @ torque / squares, w * 1e-3
+            offset = amplitude - rest
+            amplitude, rate = (
+                rest + offset * np.cos(angle) + rate / w * np.sin(angle),
+                rate * np.cos(angle) - offset * w * np.sin(angle),
+            )
+            assert slave.reals(["one.q", "two.q"]) == pytest.approx(modes @ amplitude, abs=1e-8)
+        assert slave.get("solver.active") == 5  # exponential
+        assert slave.get("solver.rhs_evaluations") < 20 * 300
+        assert abs(slave.get("energy.balance")) < 1e-4 * slave.get("energy.potential")

@@ -47,8 +47,8 @@ class Automatic final : public Integrator {
   void pause_after(long steps) override {
     pause_after_ = steps;
     pause_ = steps > 0 ? std::min(steps, Tuning::steps_between_choices) : Tuning::steps_between_choices;
-    for (const auto& method : methods_)
-      if (method) method->pause_after(pause_);
+    for (int k = 0; k < choices; ++k)
+      if (methods_[k]) methods_[k]->pause_after(pause_of(static_cast<Choice>(k)));
   }
 
   double time() const override { return current_->time(); }
@@ -78,6 +78,9 @@ class Automatic final : public Integrator {
 
   Choice choice() const { return static_cast<Choice>(memory_.choice); }
   Integrator& integrator(Choice choice);
+  long pause_of(Choice choice) const {
+    return choice == Choice::exponential ? std::min(pause_, Tuning::exponential_between_choices) : pause_;
+  }
   std::unique_ptr<Integrator> made(Choice choice);
   bool is_trial() const { return memory_.home != memory_.choice; }
   bool may_try(Choice choice) const { return work() >= memory_.due[static_cast<int>(choice)]; }
@@ -153,7 +156,7 @@ Integrator& Automatic::integrator(Choice choice) {
   auto& method = methods_[static_cast<std::size_t>(choice)];
   if (!method) {
     method = made(choice);
-    method->pause_after(pause_);
+    method->pause_after(pause_of(choice));
   }
   return *method;
 }
@@ -425,7 +428,9 @@ Choice Automatic::instead_of_other(double radius, const Outlook& outlook) {
 // Whether vibrations that are much faster than the communication steps, and undamped, bind the steps of the
 // other methods.
 bool Automatic::exponential_pays(double radius, const Outlook& outlook) {
-  if (choice() == Choice::exponential || !may_try(Choice::exponential)) return false;
+  // a contact separates before it has vibrated
+  if (choice() == Choice::exponential || !may_try(Choice::exponential) || system_.plan().has_contacts())
+    return false;
   if (radius * outlook.span < Tuning::fast_vibration || step() * radius > Tuning::bound_by_vibration)
     return false;
   const double a_step = Tuning::exponential_slopes + Tuning::jacobian_column * system_.size() +

@@ -51,6 +51,7 @@ struct Tuning {
   static constexpr double undamped = 1e-3;
   static constexpr double exponential_slopes = 5;  // right-hand sides of a step, without its Jacobian
   static constexpr int exponential_from_start = 32;
+  static constexpr long exponential_between_choices = 2;  // internal steps
   // What explicit steps would cost instead of implicit ones: stages a step, and step times spectral radius.
   static constexpr double explicit_stages = 7;
   static constexpr double explicit_step = 2.5;

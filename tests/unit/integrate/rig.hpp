@@ -69,4 +69,18 @@ inline double largest_difference(const std::vector<double>& a, const std::vector
   return largest;
 }
 
+// Order of a method in the double pendulum, from errors and steps at two tolerances.
+inline double observed_order(SolverMethod method, double loose, double tight) {
+  Rig exact("double_pendulum", solver(SolverMethod::erk, 1e-12));
+  EXPECT_TRUE(exact.integrator->advance(1, true).ok);
+  double error[2], steps[2];
+  for (int k : {0, 1}) {
+    Rig rig("double_pendulum", solver(method, k == 0 ? loose : tight));
+    EXPECT_TRUE(rig.integrator->advance(1, true).ok);
+    error[k] = largest_difference(rig.state(), exact.state());
+    steps[k] = static_cast<double>(rig.integrator->statistics().steps);
+  }
+  return std::log(error[0] / error[1]) / std::log(steps[1] / steps[0]);
+}
+
 }  // namespace redysim::test
