@@ -128,9 +128,9 @@ class Automatic final : public Integrator {
   SolverSettings settings_;
   Room room_;
   SpectralRadius radius_;
-  // As Choice numbers them, all created at initialization, so that no step allocates. The matrices of
-  // implicit methods grow with the square of the size: those of large systems are created when they are first
-  // tried.
+  // As Choice numbers them, created at initialization, so that no step allocates. The matrices of implicit
+  // methods grow with the square of the size: those of large systems are created when they are first tried,
+  // and so is the exponential method, which takes most and is rarely needed.
   std::array<std::unique_ptr<Integrator>, choices> methods_;
   long pause_ = Tuning::steps_between_choices;  // internal steps
   Integrator* current_ = &integrator(Choice::erk);
@@ -146,10 +146,6 @@ Automatic::Automatic(System& system, const SolverSettings& settings, Room room)
     : system_(system), settings_(settings), room_(std::move(room)), radius_(system) {
   for (const Choice choice : {Choice::adams, Choice::dirk, Choice::bdf})
     if (!is_implicit(choice) || system.size() <= Tuning::implicit_from_start) integrator(choice);
-  if (system.size() <= Tuning::exponential_from_start) {
-    integrator(Choice::exponential);
-    matrix_.resize(static_cast<std::size_t>(system.size()) * static_cast<std::size_t>(system.size()));
-  }
 }
 
 Integrator& Automatic::integrator(Choice choice) {

@@ -26,7 +26,7 @@ struct Outcome {
 };
 
 // One time-stepping method over one System. Neither throws nor allocates in a successful advance, except
-// where auto first uses an implicit method in a large system.
+// where auto first uses an implicit method in a large system, or the exponential one.
 class Integrator {
  public:
   virtual ~Integrator() = default;

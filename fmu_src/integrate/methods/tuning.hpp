@@ -45,12 +45,11 @@ struct Tuning {
   static constexpr double steady = 1.5;  // ratio of two such estimates, at most
   // exponential is tried where the communication step times the spectral radius is at least fast_vibration, a
   // step of the method in use times it at most bound_by_vibration, and the trace of the Jacobian at most
-  // undamped times the radius. Up to so many states it is created before it is needed.
+  // undamped times the radius.
   static constexpr double fast_vibration = 40;
   static constexpr double bound_by_vibration = 10;
   static constexpr double undamped = 1e-3;
-  static constexpr double exponential_slopes = 5;  // right-hand sides of a step, without its Jacobian
-  static constexpr int exponential_from_start = 32;
+  static constexpr double exponential_slopes = 5;         // right-hand sides of a step, without its Jacobian
   static constexpr long exponential_between_choices = 2;  // internal steps
   // What explicit steps would cost instead of implicit ones: stages a step, and step times spectral radius.
   static constexpr double explicit_stages = 7;
