@@ -89,8 +89,8 @@ Scalar external_power(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, con
 
 // Power of a port's wrench (moment and force, 6 numbers), W. Uses the joint positions in the workspace.
 template <class Scalar>
-Scalar port_power(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const PortPlan<Scalar>& port,
-                  const Scalar* qd, const Scalar* wrench) {
+[[gnu::cold]] Scalar port_power(const Plan<Scalar>& plan, const Workspace<Scalar>& ws,
+                                const PortPlan<Scalar>& port, const Scalar* qd, const Scalar* wrench) {
   const GroundState<Scalar> body =
       port.in_ground_axes ? ws.ground[port.entry] : body_motion(plan, ws, port.body, qd);
   Vec3<Scalar> moment(wrench[0], wrench[1], wrench[2]), force(wrench[3], wrench[4], wrench[5]);

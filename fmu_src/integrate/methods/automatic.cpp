@@ -135,9 +135,8 @@ class Automatic final : public Integrator {
   long pause_ = Tuning::steps_between_choices;  // internal steps
   Integrator* current_ = &integrator(Choice::erk);
   AutomaticMemory memory_;
-  Statistics before_;           // of the methods used before the one in use
-  Statistics statistics_;       // all
-  std::vector<double> matrix_;  // a Jacobian
+  Statistics before_;      // of the methods used before the one in use
+  Statistics statistics_;  // all
   Note note_;
   long noted_ = 0;
 };
@@ -434,17 +433,26 @@ bool Automatic::exponential_pays(double radius, const Outlook& outlook) {
   return a_step / outlook.span < Tuning::promised_gain * cost() && vibrates_freely(radius);
 }
 
-// The sum of all eigenvalues is the rate at which damping reduces the volume of phase space.
+// The sum of all eigenvalues is the rate at which damping reduces the volume of phase space. By differences,
+// which take no memory.
 bool Automatic::vibrates_freely(double radius) {
-  const auto size = static_cast<std::size_t>(system_.size());
-  matrix_.resize(size * size);
-  ++before_.jacobians;
-  ++before_.evaluations;
-  const Status status = room_->jacobian().evaluate(time(), state(), matrix_.data());
+  const int size = system_.layout().work.begin;
+  double *const moved = sundials::data(room_->vectors[0]), *const slope = sundials::data(room_->vectors[1]);
+  std::copy_n(state(), system_.size(), moved);
+  system_.nominals(room_->start.data());
+  before_.evaluations += 2 * size;
   count();
   double trace = 0;
-  for (std::size_t i = 0; i < size; ++i) trace += matrix_[i * (size + 1)];
-  return status == Status::ok && std::fabs(trace) < Tuning::undamped * radius;
+  for (int i = 0; i < size; ++i) {
+    const double step = Tuning::difference_step * room_->start[i];
+    for (const double sign : {1.0, -1.0}) {
+      moved[i] = state()[i] + sign * step;
+      if (system_.slope_within_step(time(), moved, slope) != Status::ok) return false;
+      trace += sign * slope[i] / (2 * step);
+    }
+    moved[i] = state()[i];
+  }
+  return std::fabs(trace) < Tuning::undamped * radius;
 }
 
 void Automatic::begin_trial(Choice candidate, double span) {

@@ -49,6 +49,7 @@ struct Tuning {
   static constexpr double fast_vibration = 40;
   static constexpr double bound_by_vibration = 10;
   static constexpr double undamped = 1e-3;
+  static constexpr double difference_step = 1e-5;         // of a state's scale
   static constexpr double exponential_slopes = 5;         // right-hand sides of a step, without its Jacobian
   static constexpr long exponential_between_choices = 2;  // internal steps
   // What explicit steps would cost instead of implicit ones: stages a step, and step times spectral radius.

@@ -435,7 +435,7 @@ double System::passed_touch(double time, const double* y, double h) {
   return contact_search_->passed_touch(plan_, workspace_, at.q, at.qd, h);
 }
 
-double System::energy(const double* q, const double* qd, const double* y) {
+[[gnu::cold]] double System::energy(const double* q, const double* qd, const double* y) {
   double energy =
       redysim::kinetic_energy(plan_, workspace_, q, qd) + redysim::potential_energy(plan_, workspace_, q, qd);
   for (int k = 0; actuators() && k < actuators_->size(); ++k)
