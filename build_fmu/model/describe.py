@@ -90,7 +90,6 @@ class Description:
     model_exchange: dict[str, Any] | None = None  # capabilities; None: not offered
     no_model_exchange: str = ""  # the reason
     arrays: list[Array] = field(default_factory=list)
-
     origin: dict[str, str] = field(default_factory=dict)  # version, author, license and copyright where the model file gives them
 
     @property

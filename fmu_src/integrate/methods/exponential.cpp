@@ -7,6 +7,7 @@
 
 #include "integrate/methods/one_step.hpp"
 #include "integrate/methods/phi_functions.hpp"
+#include "integrate/system/dense_lu.hpp"
 
 // An exponential Rosenbrock method: the equations linearised at the start of a step are solved exactly, so
 // fast vibrations of small amplitude do not bound the step. exprb43 of order 4 with an error estimate of
@@ -108,7 +109,7 @@ bool Exponential::remainder(double c, double h, const double* u, double* to) {
   const std::size_t size = y_.size();
   for (std::size_t i = 0; i < size; ++i) to[i] -= slope_[i] + c * h * slope_by_time_[i];
   for (std::size_t j = 0; j < size; ++j)
-    for (std::size_t i = 0; i < size; ++i) to[i] -= matrix_[j * size + i] * (u[j] - y()[j]);
+    subtract(static_cast<std::int64_t>(size), u[j] - y()[j], &matrix_[j * size], to);
   return true;
 }
 
