@@ -86,6 +86,10 @@ class Automatic final : public Integrator {
   bool may_try(Choice choice) const { return work() >= memory_.due[static_cast<int>(choice)]; }
   double step() const;
   double steps_held(double end, double span) const;
+  // Whether communication points do not limit the steps of the one-step method of the same kind.
+  bool passes_ends() const {
+    return !is_implicit(choice()) && static_cast<const OneStep&>(*methods_[0]).passes_ends();
+  }
   bool is_pause_due(long taken) const { return pause_after_ > 0 && taken + pause_ > pause_after_; }
   bool is_periodic() const { return memory_.hold > 0 && time() - memory_.changed <= 1.5 * memory_.hold; }
   bool limited_by_stability(double radius, double of_hold) const;
@@ -232,7 +236,7 @@ double Automatic::steps_held(double end, double span) const {
     own = memory_.step[static_cast<int>(one_step_like(choice()))];
     if (own == 0) own = memory_.step[static_cast<int>(Choice::erk)];
   }
-  return expected / (own > 0 ? std::min(own, span) : span);
+  return expected / (own > 0 ? (passes_ends() ? own : std::min(own, span)) : span);
 }
 
 // Whether stability limits the steps of the explicit method in use.
@@ -370,7 +374,7 @@ bool Automatic::consider_multistep(const Outlook& outlook) {
   if (outlook.steps < (is_implicit(choice()) ? Tuning::held_for_bdf : Tuning::held_for_adams)) return false;
   const double used = work() - memory_.begun;
   // one step for each communication step: much to gain
-  const bool at_floor = step() >= outlook.span && used >= Tuning::wait_at_floor;
+  const bool at_floor = !passes_ends() && step() >= outlook.span && used >= Tuning::wait_at_floor;
   if (!may_try(other) && !at_floor) return false;
   if (work() - memory_.older_work < Tuning::least_account) return false;
   if (other == Choice::adams && !adams_pays(outlook, used)) return false;

@@ -1,18 +1,26 @@
 #include <arkode/arkode_erkstep.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <optional>
 #include <utility>
 
+#include "integrate/methods/dop853.hpp"
 #include "integrate/methods/explicit_tables.hpp"
-#include "integrate/methods/one_step.hpp"
+#include "integrate/methods/own_steps.hpp"
+#include "integrate/methods/state_bytes.hpp"
 #include "integrate/methods/table_choice.hpp"
 #include "integrate/methods/tuning.hpp"
 
-// Explicit Runge-Kutta steps by SUNDIALS' ARKODE (ERKStep). A step takes one right-hand side per stage, one
-// fewer if the slope of the last stage is the first one of the next step (same inputs).
+// Explicit Runge-Kutta steps, of order 3 and 5 by SUNDIALS' ARKODE (ERKStep), of order 8 by DOP853. A step
+// takes one right-hand side per stage, one fewer if the slope of the last stage is the first one of the next
+// step (same inputs).
+//
+// Where inputs are held, a step of order 8 passes the end of an advance, at the price of three right-hand
+// sides for the polynomial through it. This polynomial gives the state there and at the ends of the next
+// advances, until the inputs change.
 
 namespace redysim {
 namespace {
@@ -20,27 +28,28 @@ namespace {
 using namespace sundials;
 
 struct Table {
-  ButcherTable (*coefficients)();
-  int error_order;          // local error estimate ~ h^error_order
-  bool first_same_as_last;  // its last stage is f at the new state
-  double stability;         // its interval on the negative real axis
+  ButcherTable (*coefficients)();  // null: DOP853
+  int error_order;                 // local error estimate ~ h^error_order
+  double slopes;                   // right-hand sides of a step after one with the same inputs
+  bool first_same_as_last;         // its last stage is f at the new state
+  double stability;                // its interval on the negative real axis
   const char* name;
 };
 
 // By right-hand sides against error (docs/solvers.md): the third order costs 4 slopes and suffices for a
 // loose tolerance; not with loops, where a larger error takes longer to project. At tighter ones the fifth
-// suits communication steps that are one step (7 slopes, not 13), the eighth those of several. Verner's 6(5)
-// and Cash-Karp's 5(4) lie between and are nowhere the best.
-constexpr Table third = {bogacki_shampine_3, 3, true, 2.5, "erk (Bogacki-Shampine 3(2))"};
-constexpr Table fifth = {dormand_prince_5, 5, true, 3.3, "erk (Dormand-Prince 5(4))"};
-constexpr Table eighth = {dormand_prince_8, 8, false, 5.2, "erk (Dormand-Prince 8(7))"};
+// suits communication steps that are one step (7 slopes, not 12), the eighth those of several, and inputs
+// that are held. Verner's 6(5) and Cash-Karp's 5(4) lie between and are nowhere the best.
+constexpr Table third = {bogacki_shampine_3, 3, 3, true, 2.5, "erk (Bogacki-Shampine 3(2))"};
+constexpr Table fifth = {dormand_prince_5, 5, 6, true, 3.3, "erk (Dormand-Prince 5(4))"};
+constexpr Table eighth = {nullptr, 8, 12, false, 6.3, "erk (Dormand-Prince 8(5,3))"};
 
-bool is_third_order(double rtol, const System& system) {
-  return rtol > Tuning::third_order_rtol && !system.has_constraints();
+const Table& lower_for(double rtol, const System& system) {
+  return rtol > Tuning::third_order_rtol && !system.has_constraints() ? third : fifth;
 }
 
 const Table& alone_for(double rtol, const System& system) {
-  return is_third_order(rtol, system) ? third : rtol > Tuning::eighth_order_rtol ? fifth : eighth;
+  return rtol > Tuning::eighth_order_rtol ? lower_for(rtol, system) : eighth;
 }
 
 // Friction and stops change the forces within one or two steps, so the longer steps of a higher order gain
@@ -54,59 +63,97 @@ struct ErkStepDeleter {
   void operator()(void* memory) const { ERKStepFree(&memory); }
 };
 
-class Erk final : public OneStep {
+class Erk final : public OwnSteps {
  public:
   Erk(System& system, const SolverSettings& settings, Room room);
   const char* name() const override {
-    return choice_ ? "erk (Dormand-Prince 5(4) and 8(7))" : alone_for(settings_.rtol, system_).name;
+    return !choice_                     ? table_in_use().name
+           : lower_->name == third.name ? "erk (Bogacki-Shampine 3(2) and Dormand-Prince 8(5,3))"
+                                        : "erk (Dormand-Prince 5(4) and 8(5,3))";
+  }
+  void set_state(const double* y) override {
+    passing_.length = 0;
+    OneStep::set_state(y);
   }
   double allowed_step() const override {
     return choice_ && choice_->eighth() ? OneStep::allowed_step() / choice_->gain() : OneStep::allowed_step();
   }
+  bool passes_ends() const override { return can_pass_; }
 
  private:
   using Memory = std::unique_ptr<void, ErkStepDeleter>;
 
+  struct Passing {
+    double held = 0, held_before = 0;  // advances since the inputs changed, between the two changes before
+    // the last step, if it passed the end of the last advance: its start is `begin` after `origin`; length 0:
+    // no
+    double origin = 0, begin = 0, length = 0;
+  };
+  static constexpr double Passing::*passing_parts[] = {&Passing::held, &Passing::held_before,
+                                                       &Passing::origin, &Passing::begin, &Passing::length};
+
   static int right_hand_side(double time, N_Vector y, N_Vector ydot, void* self);
+  static bool slope(double time, const double* y, double* slope, void* self);
 
   Memory made(const Table& table);
-  const Table& table_in_use() const {
-    return !choice_ ? alone_for(settings_.rtol, system_) : choice_->eighth() ? eighth : fifth;
+  const Table& table_in_use() const { return choice_ && choice_->eighth() ? eighth : *lower_; }
+  bool takes_eighth() const { return table_in_use().coefficients == nullptr; }
+  int run(double first_step) override {
+    return takes_eighth() ? OwnSteps::run(first_step) : run_arkode(first_step);
   }
-  int run(double first_step) override;
+  int run_arkode(double first_step);
   double reached() const override;
-  const double* last_slope() const override { return last_slope_; }
-  const char* reason(int) const override { return nullptr; }
+  const double* last_slope() const override { return takes_eighth() ? nullptr : last_slope_; }
   double stability() const override { return table_in_use().stability; }
+
+  // steps of order 8
+  bool begin_step(double h) override;
+  double attempt_error(double h) override;
+  int accept(double end, double h) override;
+  bool pass(double h);
+  void expect_changes(bool inputs_changed);
+  bool lies_in_last_step(bool inputs_changed) override;
+  void read_polynomial(double* y) const;
 
   void choose_table(double remaining) override;
   long steps_between_choices() const override {
     return choice_ ? choice_->steps_until_decision() : OneStep::steps_between_choices();
   }
-  void use_chosen();
   void forget_choice() override;
   void put_choice(ByteWriter& writer) const override;
   bool get_choice(ByteReader& reader) override;
 
-  Memory lower_, eighth_;  // eighth_: only with a choice
-  void* in_use_ = nullptr;
+  const Table* lower_;                  // without a choice the only one
+  Memory arkode_;                       // of it, order 3 or 5
   std::optional<TableChoice> choice_;   // if there are two tables
   const double* last_slope_ = nullptr;  // where ERKStep keeps the slope at the end of its last step, or null
   bool reuse_slope_ = false;            // the next slope asked for is slope_
+
+  std::unique_ptr<Dop853> dop853_;
+  std::vector<double> weights_;  // of the present step
+  // Not with loops: order 8 at the length that passing allows leads stages far from the constraints, where
+  // dependent rows become independent (bennett: 700 rtol of error). Contacts and samples end steps.
+  const bool can_pass_;
+  bool expects_hold_ = false;  // of the inputs
+  Passing passing_;
 };
 
 [[gnu::cold]] Erk::Erk(System& system, const SolverSettings& settings, Room room)
-    : OneStep(system, settings, std::move(room), SolverMethod::erk,
-              alone_for(settings.rtol, system).error_order, 1) {
-  if (!is_third_order(settings.rtol, system) && is_smooth(system.plan())) {
-    set_error_order(fifth.error_order);
-    lower_ = made(fifth);
-    eighth_ = made(eighth);
-    choice_.emplace(settings.rtol);
-  } else {
-    lower_ = made(alone_for(settings.rtol, system));
+    : OwnSteps(system, settings, std::move(room), SolverMethod::erk, eighth.error_order, 1),
+      lower_(&lower_for(settings.rtol, system)),
+      can_pass_(is_smooth(system.plan()) && !system.has_constraints() && !system.plan().has_contacts() &&
+                !system.control()) {
+  if (is_smooth(system.plan()))
+    choice_.emplace(settings.rtol, lower_ == &third);
+  else
+    lower_ = &alone_for(settings.rtol, system);
+  if (choice_ || takes_eighth()) {
+    dop853_ =
+        std::make_unique<Dop853>(system.size(), room_->context, &Erk::slope, static_cast<OneStep*>(this));
+    weights_ = y_;
   }
-  in_use_ = lower_.get();
+  if (!takes_eighth()) arkode_ = made(*lower_);
+  set_error_order(table_in_use().error_order);
   statistics_ = {};
 }
 
@@ -142,35 +189,45 @@ class Erk final : public OneStep {
 
 void Erk::choose_table(double remaining) {
   if (!choice_) return;
-  const bool same = !system_.has_constraints();  // the last slope is the next step's first
+  // without loops the last slope is the next step's first
+  const double first_slope = system_.has_constraints() ? 1 : 0;
   double factor;
   choice_->decide({remaining, control_.wanted(), control_.step_limit(), statistics_.steps,
-                   slope_known_ || !same ? 0.0 : 1.0, same ? 6.0 : 7.0},
+                   slope_known_ ? 0 : 1 - first_slope, lower_->slopes + first_slope, expects_hold_},
                   factor);
+  may_pass_end_ = expects_hold_ && takes_eighth();
   if (factor == 1) return;
-  use_chosen();
+  set_error_order(table_in_use().error_order);
   control_.start(factor * control_.wanted());
 }
 
-void Erk::use_chosen() {
-  in_use_ = choice_->eighth() ? eighth_.get() : lower_.get();
+void Erk::forget_choice() {
+  passing_ = {};
+  if (!choice_) return;
+  choice_->forget();
   set_error_order(table_in_use().error_order);
 }
 
-void Erk::forget_choice() {
+[[gnu::cold]] void Erk::put_choice(ByteWriter& writer) const {
   if (!choice_) return;
-  choice_->forget();
-  use_chosen();
+  for (const auto part : passing_parts) writer.put(passing_.*part);
+  if (passing_.length > 0) dop853_->put(writer);
+  choice_->put(writer);
 }
 
-void Erk::put_choice(ByteWriter& writer) const {
-  if (choice_) choice_->put(writer);
-}
-
-bool Erk::get_choice(ByteReader& reader) {
+[[gnu::cold]] bool Erk::get_choice(ByteReader& reader) {
   if (!choice_) return reader.finished();
+  Passing passing;
+  for (const auto part : passing_parts) {
+    reader.get(passing.*part);
+    if (!std::isfinite(passing.*part)) return false;
+  }
+  std::vector<double> polynomial(passing.length > 0 ? Dop853::saved * y_.size() : 0);
+  reader.get(polynomial.data(), polynomial.size());
   if (!choice_->get(reader)) return false;
-  use_chosen();
+  passing_ = passing;
+  if (passing.length > 0) dop853_->restore(polynomial.data());
+  set_error_order(table_in_use().error_order);
   return true;
 }
 
@@ -205,8 +262,8 @@ int Erk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_poin
   return 0;
 }
 
-int Erk::run(double first_step) {
-  void* erk = in_use_;
+int Erk::run_arkode(double first_step) {
+  void* erk = arkode_.get();
   reuse_slope_ = slope_known_;
   ERKStepSetMaxNumSteps(erk, allowed_);
   ERKStepSetInitStep(erk, first_step);
@@ -217,9 +274,77 @@ int Erk::run(double first_step) {
 }
 
 double Erk::reached() const {
+  if (takes_eighth()) return OwnSteps::reached();
   double time = since_;
-  ERKStepGetCurrentTime(in_use_, &time);
+  ERKStepGetCurrentTime(arkode_.get(), &time);
   return time;
+}
+
+bool Erk::slope(double time, const double* y, double* slope, void* self_pointer) {
+  Erk& self = static_cast<Erk&>(*static_cast<OneStep*>(self_pointer));
+  ++self.statistics_.evaluations;
+  return self.system_.right_hand_side(self.absolute(time), y, slope) == Status::ok;
+}
+
+bool Erk::begin_step(double) {
+  if (!slope_known_ && !slope(reached_, y(), slope_.data(), static_cast<OneStep*>(this))) return false;
+  slope_known_ = true;
+  std::copy(slope_.begin(), slope_.end(), dop853_->first_slope());
+  error_weights_.evaluate(y(), weights_.data());
+  return true;
+}
+
+double Erk::attempt_error(double h) {
+  if (!dop853_->step(reached_, h, result_.get(), candidate_.get()))
+    return std::numeric_limits<double>::infinity();
+  return dop853_->error(h, error_weights_, weights_.data());
+}
+
+int Erk::accept(double end, double h) {
+  if (end <= end_) return OwnSteps::accept(end, h);
+  if (!pass(h)) expects_hold_ = may_pass_end_ = false;  // repeats the step up to the end of the advance
+  return ARK_SUCCESS;
+}
+
+// False: no state lies there.
+bool Erk::pass(double h) {
+  if (!dop853_->fit(reached_, h, result_.get(), candidate_.get())) return false;
+  passing_.origin = origin_;
+  passing_.begin = reached_;
+  passing_.length = h;
+  read_polynomial(y());
+  reached_ = end_;
+  return true;
+}
+
+// Where inputs are expected to change within the next advances, the rest of a step would be lost.
+void Erk::expect_changes(bool inputs_changed) {
+  if (inputs_changed) passing_ = {0, passing_.held};
+  const bool outlasts = passing_.held > 0 && passing_.held >= passing_.held_before;
+  expects_hold_ = can_pass_ && (outlasts || passing_.held_before - passing_.held >= Tuning::held_to_pass);
+  may_pass_end_ = expects_hold_ && takes_eighth();
+  ++passing_.held;
+}
+
+bool Erk::lies_in_last_step(bool inputs_changed) {
+  expect_changes(inputs_changed);
+  if (passing_.length == 0) return false;
+  const double step_end = passing_.begin + passing_.length - (origin_ - passing_.origin);
+  if (end_ <= step_end) {
+    read_polynomial(y_.data());
+    return true;
+  }
+  passing_.length = 0;
+  dop853_->evaluate(1, y_.data());
+  std::copy_n(dop853_->last_slope(), slope_.size(), slope_.begin());
+  slope_known_ = true;
+  since_ = step_end;
+  return false;
+}
+
+// The state at the end of the advance.
+void Erk::read_polynomial(double* y) const {
+  dop853_->evaluate((goal_ - passing_.origin - passing_.begin) / passing_.length, y);
 }
 
 }  // namespace

@@ -19,9 +19,4 @@ using ButcherTable = std::unique_ptr<std::remove_pointer_t<ARKodeButcherTable>, 
 ButcherTable bogacki_shampine_3();
 ButcherTable dormand_prince_5();
 
-// Prince and Dormand (1981), RK8(7)13M: order 8 with an embedded order 7. The error estimate of SUNDIALS' own
-// table of order 8 (Fehlberg) compares two slopes at the start of the step and two at its end. If these agree
-// it is zero, so it misses a stop that only the end of the step reaches.
-ButcherTable dormand_prince_8();
-
 }  // namespace redysim

@@ -1,11 +1,9 @@
-#include <arkode/arkode.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "integrate/methods/one_step.hpp"
+#include "integrate/methods/own_steps.hpp"
 #include "integrate/methods/phi_functions.hpp"
 #include "integrate/system/dense_lu.hpp"
 
@@ -28,28 +26,21 @@ using namespace sundials;
 
 constexpr double tightening = 1.0 / 5;  // as for dirk
 
-class Exponential final : public OneStep {
+class Exponential final : public OwnSteps {
  public:
   Exponential(System& system, const SolverSettings& settings, Room room);
   const char* name() const override { return "exponential (Rosenbrock 4(3))"; }
 
  private:
-  int run(double first_step) override;
-  double reached() const override { return reached_; }
-  const double* last_slope() const override { return nullptr; }
-  const char* reason(int) const override { return nullptr; }
-
-  int take_step(double& h);
-  bool linearise(double h);
+  bool begin_step(double h) override;
   bool depends_on_time() const {
     return system_.has_input_slopes() || system_.plan().has_motion() || system_.control();
   }
-  double attempt_error(double h);
+  double attempt_error(double h) override;
   void set_energy_scale();
   void set_errors_of_work(double h);
   double error_of_work(const double* u) const;
   bool remainder(double c, double h, const double* u, double* to);
-  double* y() { return data(result_); }
 
   DenseJacobian& jacobian_;
   PhiFunctions phi_;
@@ -57,14 +48,12 @@ class Exponential final : public OneStep {
   std::vector<double> weights_, slope_by_time_;  // at the start of a step
   std::vector<double> second_, third_;    // D(u2) and D(u3), then their sums that phi_3 and phi_4 multiply
   std::vector<double> error_, combined_;  // combined_: y + h phi_1 f
-  Vector candidate_;                      // u2, u3, y1
-  double reached_ = 0;                    // time of the state in result_, since origin_
   double least_error_of_work_ = 0;        // that a step is allowed, J
   double errors_of_work_[2] = {};         // of an attempt, J
 };
 
 [[gnu::cold]] Exponential::Exponential(System& system, const SolverSettings& settings, Room room)
-    : OneStep(system, settings, std::move(room), SolverMethod::exponential, 4, tightening),
+    : OwnSteps(system, settings, std::move(room), SolverMethod::exponential, 4, tightening),
       jacobian_(room_->jacobian()),
       phi_(system.size(), system.layout().work.count),
       matrix_(y_.size() * y_.size()),
@@ -73,11 +62,10 @@ class Exponential final : public OneStep {
       second_(y_),
       third_(y_),
       error_(y_),
-      combined_(y_),
-      candidate_(make_vector(system.size(), room_->context)) {}
+      combined_(y_) {}
 
 // f, J and, where f depends on time, its slope at the start of a step.
-bool Exponential::linearise(double h) {
+bool Exponential::begin_step(double h) {
   if (system_.with_work()) set_energy_scale();
   if (!slope_known_) {
     ++statistics_.evaluations;
@@ -178,36 +166,6 @@ double Exponential::error_of_work(const double* u) const {
     largest = std::max(largest, errors_of_work_[part] / tolerated);
   }
   return largest;
-}
-
-int Exponential::run(double h) {
-  reached_ = since_;
-  std::copy_n(data(start_), y_.size(), y());
-  int flag = ARK_SUCCESS;
-  for (long taken = 0; flag == ARK_SUCCESS && reached_ < end_; ++taken)
-    flag = taken < allowed_ ? take_step(h) : ARK_TOO_MUCH_WORK;
-  slope_known_ = false;
-  return flag;
-}
-
-// `h`: of the first attempt, then of the next step.
-int Exponential::take_step(double& h) {
-  if (!linearise(h)) return ARK_RHSFUNC_FAIL;
-  double end = 0, error = 0;
-  do {
-    const double left = end_ - reached_;
-    if (h > left - smallest_step(reached_, end_)) h = left;
-    end = h == left ? end_ : reached_ + h;
-    error = attempt_error(h);
-    double next = 0;
-    if (adapt(candidate_.get(), end, h, 0, 0, error, 0, 0, 0, 0, &next, this) != 0) return ARK_ERR_FAILURE;
-    h = next * sundials_safety;
-  } while (!(error <= 1));
-  if (complete_step(end, candidate_.get(), this) != 0) return ARK_POSTPROCESS_STEP_FAIL;
-  reached_ = end;
-  std::copy_n(data(candidate_), y_.size(), y());
-  slope_known_ = false;
-  return ARK_SUCCESS;
 }
 
 }  // namespace

@@ -103,7 +103,8 @@ bool OneStep::first_step_from_here() {
 }
 
 double OneStep::step_from(double since, const double* y) {
-  const double step = std::min(control_.step_for(end_ - since), touch_);
+  const double wanted = may_pass_end_ ? control_.wanted() : control_.step_for(end_ - since);
+  const double step = std::min(wanted, touch_);
   touch_ = std::numeric_limits<double>::max();
   searched_from_ = since;
   // Where a step leaves a contact after its first stage, the error estimate contains 1/74 of the error of the
@@ -178,6 +179,11 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
   end_ = end - origin_;
   const double origin_before = origin_, since_before = since_;
   std::copy(y_.begin(), y_.end(), room_->start.begin());
+  if (lies_in_last_step(inputs_changed)) {
+    set_time(end_);
+    slope_known_ = false;
+    return {};
+  }
   Outcome outcome = run_to_end(!step_guessed);
   if (outcome.ok) return {};
   needs_first_step_ = true;
@@ -221,14 +227,18 @@ OneStep::RunEnd OneStep::end_of_run(int flag, long taken, StepBudget& budget) co
   return taken < budget.steps() ? RunEnd::paused : RunEnd::failed;
 }
 
-void OneStep::arrive(double since) {
-  std::copy_n(data(result_), y_.size(), y_.begin());
+void OneStep::set_time(double since) {
   if (since == end_) {
     origin_ = goal_;
     since_ = 0;
   } else {
     since_ = since;
   }
+}
+
+void OneStep::arrive(double since) {
+  std::copy_n(data(result_), y_.size(), y_.begin());
+  set_time(since);
   const double* slope = last_slope();
   slope_known_ = slope != nullptr;
   if (slope_known_) std::copy_n(slope, slope_.size(), slope_.begin());

@@ -6,9 +6,9 @@
 #include "integrate/methods/shared_room.hpp"
 #include "integrate/methods/step_control.hpp"
 
-// Base of the Runge-Kutta methods of SUNDIALS' ARKODE, explicit and implicit.
+// Base of the Runge-Kutta methods, of SUNDIALS' ARKODE or own (own_steps.hpp).
 //
-// Each advance restarts ARKODE at (time, y) with a stop time. Only y, the step-size control and, if known,
+// Each advance restarts at (time, y), ARKODE with a stop time. Only y, the step-size control and, if known,
 // the slope at the start are kept. ARKODE counts time from the start of the advance, so that its steps may be
 // shorter than the rounding error of a large time.
 
@@ -36,6 +36,8 @@ class OneStep : public Integrator {
     return needs_first_step_ ? 0 : control_.wanted() * radius / stability();
   }
   void expect_step(double step);  // after `start`
+  // Whether communication points do not limit its steps while inputs are held.
+  virtual bool passes_ends() const { return false; }
 
   void save(std::vector<unsigned char>& bytes) const override;
   bool restore(const unsigned char* bytes, std::size_t size) override;
@@ -46,7 +48,7 @@ class OneStep : public Integrator {
   OneStep(System& system, const SolverSettings& settings, Room room, SolverMethod method, int error_order,
           double tightening);
 
-  // Runs ARKODE from (since_, y_) to end_ into result_ in at most allowed_ steps; returns its flag.
+  // Steps from (since_, y_) to end_ into result_ in at most allowed_ steps; returns a flag of ARKODE.
   virtual int run(double first_step) = 0;
   virtual double reached() const = 0;              // time of the last run if it failed, since origin_
   virtual const double* last_slope() const = 0;    // f at the end of the last run, or null
@@ -61,6 +63,10 @@ class OneStep : public Integrator {
   virtual void forget_choice() {}
   virtual void put_choice(ByteWriter&) const {}
   virtual bool get_choice(ByteReader& reader);  // must read to the end; false: unchanged
+  // A method with a polynomial through a step may pass the end of an advance in its last step
+  // (may_pass_end_). Before the next advance: true, and its end into y_, if it lies in that step too;
+  // otherwise (since_, y_) goes to the end of that step.
+  virtual bool lies_in_last_step(bool /*inputs_changed*/) { return false; }
   void set_error_order(int error_order) {
     error_order_ = error_order;
     control_.set_error_order(error_order);
@@ -98,6 +104,7 @@ class OneStep : public Integrator {
   long allowed_ = 0;           // steps of this run
   bool warming_up_ = false;    // first step, in which ARKODE allocates: of a system at rest
   bool stage_failed_ = false;  // a stage had no slope: reject this attempt
+  bool may_pass_end_ = false;  // its last step
   bool skip_slope_ = false;    // the next slope is not used: the advance is complete
 
  private:
@@ -115,6 +122,7 @@ class OneStep : public Integrator {
   int attempt_until_closed();
   RunEnd end_of_run(int flag, long taken, StepBudget& budget) const;
   void arrive(double since);
+  void set_time(double since);
   std::string reason_of(int flag, const StepBudget& budget);
 
   SolverMethod method_;

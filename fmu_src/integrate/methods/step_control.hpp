@@ -39,7 +39,7 @@ class StepControl {
   }
 
  private:
-  double integral_, proportional_, plain_, step_limit_;
+  double integral_, proportional_, plain_, safety_, step_limit_;
   double wanted_ = 0;          // s, allowed by the tolerance, independent of the communication step
   double previous_error_ = 1;  // of the last accepted step
 };

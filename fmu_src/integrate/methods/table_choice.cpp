@@ -8,8 +8,8 @@
 
 namespace redysim {
 
-TableChoice::TableChoice(double rtol)
-    : expected_(Tuning::step_ratio *
+TableChoice::TableChoice(double rtol, bool over_third)
+    : expected_((over_third ? Tuning::step_ratio_third : Tuning::step_ratio) *
                 std::pow(Tuning::step_ratio_tolerances * rtol, Tuning::step_ratio_exponent)),
       gain_(expected_) {}
 
@@ -26,7 +26,7 @@ long TableChoice::steps_until_decision() const {
 void TableChoice::learn(const Situation& now) {
   if (learning_ != 0 && now.steps >= steps_before_ + Tuning::settling_steps) {
     const double measured = eighth_ != 0 ? now.wanted / step_before_ : step_before_ / now.wanted;
-    gain_ = std::clamp(std::sqrt(gain_ * measured), Tuning::smallest_ratio, Tuning::largest_ratio);
+    gain_ = std::clamp(std::cbrt(gain_ * measured * measured), Tuning::smallest_ratio, Tuning::largest_ratio);
     learning_ = 0;
   }
   gain_ += Tuning::forgotten * (expected_ - gain_);
@@ -44,7 +44,10 @@ void TableChoice::decide(const Situation& now, double& factor) {
   const double eighth_step = std::min(eighth_ != 0 ? now.wanted : now.wanted * gain_, now.step_limit);
   const double parts = StepControl::parts_of(now.remaining, fifth_step);
   const double fifth_cost = now.slopes_a_step * parts + now.first_slope;
-  const double eighth_cost = Tuning::eighth_stages * StepControl::parts_of(now.remaining, eighth_step);
+  const double steps = now.remaining / eighth_step;
+  const double eighth_cost =
+      now.may_pass_end ? Tuning::eighth_stages * steps + Tuning::polynomial_stages * std::min(1.0, steps)
+                       : Tuning::eighth_stages * StepControl::parts_of(now.remaining, eighth_step);
   const double in_favour = eighth_ != 0 ? Tuning::hysteresis : 1 / Tuning::hysteresis;
   const bool better = eighth_cost <= Tuning::accuracy_worth * in_favour * fifth_cost;
   if (better == eighth()) return;

@@ -10,18 +10,19 @@ namespace redysim {
 // choice depends on the previous run only.
 class TableChoice {
  public:
-  explicit TableChoice(double rtol);
+  explicit TableChoice(double rtol, bool over_third = false);  // over_third: the lower order is three
 
   void forget();  // starts with order 5
   bool eighth() const { return eighth_ != 0; }
 
   struct Situation {
-    double remaining;      // s, of the advance
-    double wanted;         // s, step of the method in use
-    double step_limit;     // s, by the user
-    long steps;            // accepted so far, from any origin
-    double first_slope;    // right-hand sides of order 5 for the slope at the start
-    double slopes_a_step;  // of order 5
+    double remaining;           // s, of the advance
+    double wanted;              // s, step of the method in use
+    double step_limit;          // s, by the user
+    long steps;                 // accepted so far, from any origin
+    double first_slope;         // right-hand sides of order 5 for the slope at the start
+    double slopes_a_step;       // of order 5
+    bool may_pass_end = false;  // order 8 may pass the end of the advance in its last step
   };
   // Updates the choice; the step size is to be multiplied by `factor`.
   void decide(const Situation& now, double& factor);

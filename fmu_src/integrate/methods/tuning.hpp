@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 namespace redysim {
 
 // Constants that were chosen by measurement: of `auto`, and of the choice between the tables of `erk`. Costs
@@ -94,15 +96,14 @@ struct Tuning {
   static constexpr double longest_wait = 5000;
 
   // ---- tables of erk
-  // Measured with bench/stepping on 46 cases: KR5, gripper, four-bar, pendulum, planar arm and top, at rest,
-  // with slow and with switching torques, in steps of 1 to 100 ms. On average erk takes 4, 8 and 18 % fewer
-  // right-hand sides than order 5 alone at rtol 1e-6, 1e-7 and 1e-8, with 0.7, 0.25 and 0.15 of its error
-  // (docs/solvers.md).
+  // Measured with bench/stepping on KR5, gripper, four-bar, pendulum, planar arm and top, at rest, with slow
+  // and with switching torques, in steps of 1 to 100 ms (docs/solvers.md).
 
   static constexpr double third_order_rtol = 5e-3;   // above it the third order costs least
   static constexpr double eighth_order_rtol = 1e-9;  // order 8 from here down, where forces have corners
 
-  static constexpr double eighth_stages = 13;
+  static constexpr double eighth_stages = 12, polynomial_stages = 3;
+  static constexpr std::int64_t held_to_pass = 3;  // advances with the same inputs to come
   static constexpr double accuracy_worth =
       1.1;  // times the right-hand sides that the smaller error of order 8 is worth
   static constexpr double hysteresis = 1.1;  // in favour of the table in use
@@ -111,9 +112,10 @@ struct Tuning {
   static constexpr double settled_growth =
       2;  // of the step size since the last decision; above it, none is made
   // Step of order 8 over that of order 5, 1.6 (1e4 rtol)^-0.07: the exponent follows from local errors C
-  // (h/L)^5 = rtol and C' (h/L)^8 = rtol, the factor is that of KR5, gripper and four-bar. It is learned at
-  // each change, and forgotten with each decision.
-  static constexpr double step_ratio = 1.6, step_ratio_tolerances = 1e4, step_ratio_exponent = -0.07;
+  // (h/L)^5 = rtol and C' (h/L)^8 = rtol, the factors are those of KR5, gripper and four-bar, the second over
+  // order 3. It is learned at each change, and forgotten with each decision.
+  static constexpr double step_ratio = 1.6, step_ratio_third = 3.5, step_ratio_tolerances = 1e4,
+                          step_ratio_exponent = -0.07;
   static constexpr double smallest_ratio = 1, largest_ratio = 12;
   static constexpr double forgotten = 0.01;
 };

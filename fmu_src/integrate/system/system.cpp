@@ -304,8 +304,7 @@ bool System::loops_are_violated() const {
   return plan_.has_constraints() && relative_violation(workspace_.loop, false) > violation;
 }
 
-// Called several times in a projection; without calls, which are copies optimised for size.
-[[gnu::flatten]] void System::set_residuals(double time, const double* y) {
+void System::set_residuals(double time, const double* y) {
   const Coordinates at = coordinates(time, y);
   compiled_ground_motion(plan_, workspace_, at.q, at.qd);
   set_constraint_residuals(plan_, workspace_, at.q, at.qd);

@@ -47,7 +47,10 @@ TEST(Automatic, steps_explicitly_where_nothing_is_stiff) {
     ASSERT_TRUE(held.integrator->advance(k * 1e-3, k == 1).ok);
     ASSERT_TRUE(driven.integrator->advance(k * 1e-3, true).ok);
   }
-  EXPECT_EQ(held.integrator->method(), SolverMethod::adams);
+  // steps pass the ends of advances
+  EXPECT_LT(held.integrator->statistics().evaluations, 200);
+  EXPECT_TRUE(held.integrator->method() == SolverMethod::erk ||
+              held.integrator->method() == SolverMethod::adams);
   EXPECT_EQ(driven.integrator->method(), SolverMethod::erk);
 }
 
@@ -63,7 +66,7 @@ TEST(Automatic, steps_implicitly_where_it_is_stiff) {
 }
 
 TEST(Automatic, goes_there_and_back_without_a_jump) {
-  Cart cart(0.1), exact(0.1, SolverMethod::dirk, 1e-10);
+  Cart cart(0.1, SolverMethod::automatic, 1e-8), exact(0.1, SolverMethod::dirk, 1e-11);
   std::vector<SolverMethod> used;
   for (int k = 1; k <= 800; ++k) {
     const bool changes = k % 100 == 1 && k < 300;
