@@ -20,6 +20,7 @@ from worker import Worker
 
 HERE = Path(__file__).resolve().parent
 TOLERANCES = tuple(10.0 ** (-k) for k in range(2, 13))
+FINER_TOLERANCES = (*TOLERANCES, 1e-13, 1e-14)  # of methods that are still above rounding there
 TAYLOR_TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)  # each is compiled for itself
 CUTS = tuple(float(2**k) for k in range(14))
 
@@ -41,11 +42,11 @@ class Curve:
 
 def curves(scene: Scene) -> list[Curve]:
     """The suitable methods for the scene. docs/performance.md lists the limitations of the simulators."""
-    found = [Curve("ReDySim-FMU", method, f"ReDySim-FMU, {method}", TOLERANCES) for method in scene.methods]
+    found = [Curve("ReDySim-FMU", method, f"ReDySim-FMU, {method}", FINER_TOLERANCES) for method in scene.methods]
     if not (scene.has_loops or scene.stiff):
         found += [
-            Curve("specialised", "erk", "ReDySim-FMU --specialise, erk", TOLERANCES),
-            Curve("specialised", "taylor", "ReDySim-FMU --specialise, taylor", TOLERANCES, "specialised-taylor"),
+            Curve("specialised", "erk", "ReDySim-FMU --specialise, erk", FINER_TOLERANCES),
+            Curve("specialised", "taylor", "ReDySim-FMU --specialise, taylor", FINER_TOLERANCES, "specialised-taylor"),
         ]
     if scene.stiff:
         found += [
@@ -69,8 +70,8 @@ def curves(scene: Scene) -> list[Curve]:
         found += [Curve("Drake", method, f"Drake {method}", TOLERANCES) for method in ("runge_kutta3", "runge_kutta5")]
     if not (scene.has_loops or scene.stiff):
         found += [
-            Curve("CasADi", "dense", "CasADi C + DOP853", (*TOLERANCES, 1e-13, 1e-14)),
-            Curve("CasADi", "stop", "CasADi C + DOP853, stops", (*TOLERANCES, 1e-13, 1e-14)),
+            Curve("CasADi", "dense", "CasADi C + DOP853", FINER_TOLERANCES),
+            Curve("CasADi", "stop", "CasADi C + DOP853, stops", FINER_TOLERANCES),
             Curve("heyoka", "taylor", "heyoka Taylor", TAYLOR_TOLERANCES),
         ]
     if not scene.has_loops:

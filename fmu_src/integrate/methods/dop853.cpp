@@ -99,7 +99,7 @@ constexpr Rows rows = without_zeros();
 [[gnu::cold]] Dop853::Dop853(long size, SUNContext context, Slope of_state, void* self)
     : size_(static_cast<std::size_t>(size)), slope_(of_state), self_(self) {
   for (Vector& vector : vectors_) vector = make_vector(size, context);
-  for (int k = 0; k < stages; ++k) slopes_[k] = vectors_[k].get();
+  for (int k = 0; k < vectors; ++k) all_[k] = vectors_[k].get();
 }
 
 void Dop853::combine(int stage, double h, N_Vector y, N_Vector result) {
@@ -108,7 +108,7 @@ void Dop853::combine(int stage, double h, N_Vector y, N_Vector result) {
   int count = 1;
   for (int k = rows.begin[stage]; k < rows.begin[stage + 1]; ++k, ++count) {
     factors[count] = h * rows.entry[k];
-    summands[count] = slopes_[rows.slope[k]];
+    summands[count] = all_[rows.slope[k]];
   }
   N_VLinearCombination(count, factors, summands, result);
 }
@@ -128,7 +128,7 @@ bool Dop853::step(double time, double h, N_Vector y, N_Vector end) {
 
 double Dop853::error(double h, const ErrorWeights& error_weights, const double* weights) {
   const auto norm = [&](const double* factors) {
-    N_VLinearCombination(last, const_cast<double*>(factors), slopes_, scratch());  // only read
+    N_VLinearCombination(last, const_cast<double*>(factors), all_, scratch());  // only read
     return error_weights.norm(data(scratch()), weights);
   };
   const double of_fifth = norm(fifth), of_third = norm(third);
@@ -145,7 +145,7 @@ bool Dop853::fit(double time, double h, N_Vector y, N_Vector end) {
   double factors[stages];
   for (int k = 0; k < 4; ++k) {
     std::transform(dense[k], dense[k] + stages, factors, [h](double entry) { return h * entry; });
-    N_VLinearCombination(stages, factors, slopes_, vectors_[stages + 4 + k].get());
+    N_VLinearCombination(stages, factors, all_, vectors_[stages + 4 + k].get());
   }
   for (std::size_t i = 0; i < size_; ++i) {
     const double change = data(end)[i] - data(y)[i];
@@ -158,14 +158,11 @@ bool Dop853::fit(double time, double h, N_Vector y, N_Vector end) {
   return true;
 }
 
-void Dop853::evaluate(double share, double* y) const {
-  const double rest = 1 - share;
-  std::copy_n(term(7), size_, y);
-  for (int k = 6; k >= 0; --k) {
-    const double factor = k % 2 == 0 ? share : rest;
-    const double* next = term(k);
-    for (std::size_t i = 0; i < size_; ++i) y[i] = y[i] * factor + next[i];
-  }
+// t0 + x (t1 + r (t2 + x (t3 + r (t4 + ...)))) with the share x and r = 1 - x
+void Dop853::evaluate(double share, N_Vector y) {
+  double factors[terms] = {1};
+  for (int k = 1; k < terms; ++k) factors[k] = factors[k - 1] * (k % 2 == 1 ? share : 1 - share);
+  N_VLinearCombination(terms, factors, &all_[stages], y);
 }
 
 [[gnu::cold]] void Dop853::put(ByteWriter& writer) const {

@@ -27,7 +27,7 @@ class Dop853 {
   double error(double h, const ErrorWeights& error_weights, const double* weights);  // of this step, weighted
   // The polynomial through this step. False: a slope is impossible.
   bool fit(double time, double h, N_Vector y, N_Vector end);
-  void evaluate(double share, double* y) const;  // the polynomial at this share of its step
+  void evaluate(double share, N_Vector y);  // the polynomial at this share of its step
 
   // Polynomial and last slope.
   static constexpr std::size_t saved = 9;  // times the size of the state
@@ -49,7 +49,7 @@ class Dop853 {
   Slope slope_;
   void* self_;
   sundials::Vector vectors_[vectors];  // slopes of the stages, then terms of the polynomial
-  N_Vector slopes_[stages];            // the first of these
+  N_Vector all_[vectors];              // the same, for SUNDIALS
 };
 
 }  // namespace redysim

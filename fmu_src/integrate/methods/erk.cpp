@@ -113,7 +113,7 @@ class Erk final : public OwnSteps {
   bool pass(double h);
   void expect_changes(bool inputs_changed);
   bool lies_in_last_step(bool inputs_changed) override;
-  void read_polynomial(double* y) const;
+  void read_polynomial();
 
   void choose_table(double remaining) override;
   long steps_between_choices() const override {
@@ -312,7 +312,7 @@ bool Erk::pass(double h) {
   passing_.origin = origin_;
   passing_.begin = reached_;
   passing_.length = h;
-  read_polynomial(y());
+  read_polynomial();
   reached_ = end_;
   return true;
 }
@@ -331,20 +331,22 @@ bool Erk::lies_in_last_step(bool inputs_changed) {
   if (passing_.length == 0) return false;
   const double step_end = passing_.begin + passing_.length - (origin_ - passing_.origin);
   if (end_ <= step_end) {
-    read_polynomial(y_.data());
+    read_polynomial();
+    std::copy_n(y(), y_.size(), y_.begin());
     return true;
   }
   passing_.length = 0;
-  dop853_->evaluate(1, y_.data());
+  dop853_->evaluate(1, result_.get());
+  std::copy_n(y(), y_.size(), y_.begin());
   std::copy_n(dop853_->last_slope(), slope_.size(), slope_.begin());
   slope_known_ = true;
   since_ = step_end;
   return false;
 }
 
-// The state at the end of the advance.
-void Erk::read_polynomial(double* y) const {
-  dop853_->evaluate((goal_ - passing_.origin - passing_.begin) / passing_.length, y);
+// y() at the end of the advance.
+void Erk::read_polynomial() {
+  dop853_->evaluate((goal_ - passing_.origin - passing_.begin) / passing_.length, result_.get());
 }
 
 }  // namespace

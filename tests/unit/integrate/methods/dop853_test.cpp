@@ -36,15 +36,14 @@ std::pair<double, double> errors_of_step(double h) {
   const std::vector<double> reached(sundials::data(end), sundials::data(end) + 2);
   EXPECT_TRUE(method.fit(start, h, y.get(), end.get()));
   double within = 0;
-  std::vector<double> value(2);
-  for (int k = 1; k < 10; ++k) {
-    method.evaluate(0.1 * k, value.data());
-    within = std::max(within, test::largest_difference(value, solution(start + 0.1 * k * h)));
-  }
-  method.evaluate(1, value.data());
-  EXPECT_LT(test::largest_difference(value, reached), 1e-15);
-  method.evaluate(0, value.data());
-  EXPECT_EQ(value, solution(start));
+  const auto at = [&](double share) {
+    method.evaluate(share, y.get());
+    return std::vector<double>(sundials::data(y), sundials::data(y) + 2);
+  };
+  for (int k = 1; k < 10; ++k)
+    within = std::max(within, test::largest_difference(at(0.1 * k), solution(start + 0.1 * k * h)));
+  EXPECT_LT(test::largest_difference(at(1), reached), 1e-15);
+  EXPECT_EQ(at(0), solution(start));
   return {test::largest_difference(reached, solution(start + h)), within};
 }
 
