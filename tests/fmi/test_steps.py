@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes as c
 import math
+import random
 import threading
 
 import pytest
@@ -145,6 +147,33 @@ def test_the_step_size_does_not_matter(fmu, method):
             ends.append(slave.reals(STATE))
     for end in ends[1:]:
         assert end == pytest.approx(ends[0], rel=1e-5, abs=1e-5)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_methods_agree_where_torques_and_parameters_change_at_any_time(fmu, seed):
+    """What a method keeps beyond a communication point is forgotten there."""
+    draw = random.Random(seed)
+    fine = {"solver.rtol": 1e-8, "solver.atol": 1e-10}
+    with contextlib.ExitStack() as open_now:
+        slaves = [open_now.enter_context(Slave(fmu("double_pendulum"))) for _ in METHODS]
+        for slave, method in zip(slaves, METHODS, strict=True):
+            slave.initialize(start={**fine, "solver.method": method})
+        time = 0.0
+        for _ in range(300):
+            changes = {}
+            if draw.random() < 0.06:
+                changes[draw.choice(["shoulder.tau", "elbow.tau"])] = draw.uniform(-5, 5)
+            if draw.random() < 0.03:
+                changes[draw.choice(["rod1.mass", "rod2.mass", "elbow.damping"])] = draw.uniform(0.5, 2)
+            size = draw.choice([1e-3, 3e-3, 1e-4])
+            for slave in slaves:
+                for name, value in changes.items():
+                    assert slave.set(name, value) == OK
+                assert slave.step(time, size) == OK
+            time += size
+        ends = [slave.reals([f"{joint}.{part}" for joint in ("shoulder", "elbow") for part in ("q", "qd", "qdd")]) for slave in slaves]
+    for end in ends:
+        assert end == pytest.approx(ends[0], abs=1e-5)
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -31,7 +31,6 @@ struct Table {
   ButcherTable (*coefficients)();  // null: DOP853
   int error_order;                 // local error estimate ~ h^error_order
   double slopes;                   // right-hand sides of a step after one with the same inputs
-  bool first_same_as_last;         // its last stage is f at the new state
   double stability;                // its interval on the negative real axis
   const char* name;
 };
@@ -40,9 +39,9 @@ struct Table {
 // loose tolerance; not with loops, where a larger error takes longer to project. At tighter ones the fifth
 // suits communication steps that are one step (7 slopes, not 12), the eighth those of several, and inputs
 // that are held. Verner's 6(5) and Cash-Karp's 5(4) lie between and are nowhere the best.
-constexpr Table third = {bogacki_shampine_3, 3, 3, true, 2.5, "erk (Bogacki-Shampine 3(2))"};
-constexpr Table fifth = {dormand_prince_5, 5, 6, true, 3.3, "erk (Dormand-Prince 5(4))"};
-constexpr Table eighth = {nullptr, 8, 12, false, 6.3, "erk (Dormand-Prince 8(5,3))"};
+constexpr Table third = {bogacki_shampine_3, 3, 3, 2.5, "erk (Bogacki-Shampine 3(2))"};
+constexpr Table fifth = {dormand_prince_5, 5, 6, 3.3, "erk (Dormand-Prince 5(4))"};
+constexpr Table eighth = {nullptr, 8, 12, 6.3, "erk (Dormand-Prince 8(5,3))"};
 
 const Table& lower_for(double rtol, const System& system) {
   return rtol > Tuning::third_order_rtol && !system.has_constraints() ? third : fifth;
@@ -85,8 +84,7 @@ class Erk final : public OwnSteps {
 
   struct Passing {
     double held = 0, held_before = 0;  // advances since the inputs changed, between the two changes before
-    // the last step, if it passed the end of the last advance: its start is `begin` after `origin`; length 0:
-    // no
+    // the step that passed the end of the last advance, which starts `begin` after `origin`; length 0: none
     double origin = 0, begin = 0, length = 0;
   };
   static constexpr double Passing::*passing_parts[] = {&Passing::held, &Passing::held_before,
@@ -172,10 +170,8 @@ class Erk final : public OwnSteps {
   ERKStepSetMinReduction(erk, shortest_to_touch);
   ERKStepSetMaxErrTestFails(erk, 100);  // StepControl stops before
   if (settings_.max_step > 0) ERKStepSetMaxStep(erk, settings_.max_step);
-  // ERKStep takes c = 1 in the last stage for "first same as last", which 8(7) is not, unless a step is
-  // post-processed: then it asks for the slope at the new state
-  if (!table.first_same_as_last || system_.has_constraints())
-    ERKStepSetPostprocessStepFn(erk, &OneStep::complete_step);
+  // the last stage is the slope at the new state, unless this is projected
+  if (system_.has_constraints()) ERKStepSetPostprocessStepFn(erk, &OneStep::complete_step);
 
   warming_up_ = true;
   end_ = 1;
