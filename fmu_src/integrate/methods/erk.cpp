@@ -9,7 +9,7 @@
 
 #include "integrate/methods/dop853.hpp"
 #include "integrate/methods/explicit_tables.hpp"
-#include "integrate/methods/own_steps.hpp"
+#include "integrate/methods/one_step.hpp"
 #include "integrate/methods/state_bytes.hpp"
 #include "integrate/methods/table_choice.hpp"
 #include "integrate/methods/tuning.hpp"
@@ -62,7 +62,7 @@ struct ErkStepDeleter {
   void operator()(void* memory) const { ERKStepFree(&memory); }
 };
 
-class Erk final : public OwnSteps {
+class Erk final : public OneStep {
  public:
   Erk(System& system, const SolverSettings& settings, Room room);
   const char* name() const override {
@@ -97,7 +97,7 @@ class Erk final : public OwnSteps {
   const Table& table_in_use() const { return choice_ && choice_->eighth() ? eighth : *lower_; }
   bool takes_eighth() const { return table_in_use().coefficients == nullptr; }
   int run(double first_step) override {
-    return takes_eighth() ? OwnSteps::run(first_step) : run_arkode(first_step);
+    return takes_eighth() ? OneStep::run(first_step) : run_arkode(first_step);
   }
   int run_arkode(double first_step);
   double reached() const override;
@@ -137,7 +137,7 @@ class Erk final : public OwnSteps {
 };
 
 [[gnu::cold]] Erk::Erk(System& system, const SolverSettings& settings, Room room)
-    : OwnSteps(system, settings, std::move(room), SolverMethod::erk, eighth.error_order, 1),
+    : OneStep(system, settings, std::move(room), SolverMethod::erk, eighth.error_order, 1),
       lower_(&lower_for(settings.rtol, system)),
       can_pass_(is_smooth(system.plan()) && !system.has_constraints() && !system.plan().has_contacts() &&
                 !system.control()) {
@@ -270,7 +270,7 @@ int Erk::run_arkode(double first_step) {
 }
 
 double Erk::reached() const {
-  if (takes_eighth()) return OwnSteps::reached();
+  if (takes_eighth()) return OneStep::reached();
   double time = since_;
   ERKStepGetCurrentTime(arkode_.get(), &time);
   return time;
@@ -283,10 +283,11 @@ bool Erk::slope(double time, const double* y, double* slope, void* self_pointer)
 }
 
 bool Erk::begin_step(double) {
-  if (!slope_known_ && !slope(reached_, y(), slope_.data(), static_cast<OneStep*>(this))) return false;
+  if (!slope_known_ && !slope(reached_, data(result_), slope_.data(), static_cast<OneStep*>(this)))
+    return false;
   slope_known_ = true;
   std::copy(slope_.begin(), slope_.end(), dop853_->first_slope());
-  error_weights_.evaluate(y(), weights_.data());
+  error_weights_.evaluate(data(result_), weights_.data());
   return true;
 }
 
@@ -297,7 +298,7 @@ double Erk::attempt_error(double h) {
 }
 
 int Erk::accept(double end, double h) {
-  if (end <= end_) return OwnSteps::accept(end, h);
+  if (end <= end_) return OneStep::accept(end, h);
   if (!pass(h)) expects_hold_ = may_pass_end_ = false;  // repeats the step up to the end of the advance
   return ARK_SUCCESS;
 }
@@ -328,19 +329,19 @@ bool Erk::lies_in_last_step(bool inputs_changed) {
   const double step_end = passing_.begin + passing_.length - (origin_ - passing_.origin);
   if (end_ <= step_end) {
     read_polynomial();
-    std::copy_n(y(), y_.size(), y_.begin());
+    std::copy_n(data(result_), y_.size(), y_.begin());
     return true;
   }
   passing_.length = 0;
   dop853_->evaluate(1, result_.get());
-  std::copy_n(y(), y_.size(), y_.begin());
+  std::copy_n(data(result_), y_.size(), y_.begin());
   std::copy_n(dop853_->last_slope(), slope_.size(), slope_.begin());
   slope_known_ = true;
   since_ = step_end;
   return false;
 }
 
-// y() at the end of the advance.
+// The state at the end of the advance into result_.
 void Erk::read_polynomial() {
   dop853_->evaluate((goal_ - passing_.origin - passing_.begin) / passing_.length, result_.get());
 }

@@ -3,7 +3,7 @@
 #include <limits>
 #include <utility>
 
-#include "integrate/methods/own_steps.hpp"
+#include "integrate/methods/one_step.hpp"
 #include "integrate/methods/phi_functions.hpp"
 #include "integrate/system/dense_lu.hpp"
 
@@ -26,7 +26,7 @@ using namespace sundials;
 
 constexpr double tightening = 1.0 / 5;  // as for dirk
 
-class Exponential final : public OwnSteps {
+class Exponential final : public OneStep {
  public:
   Exponential(System& system, const SolverSettings& settings, Room room);
   const char* name() const override { return "exponential (Rosenbrock 4(3))"; }
@@ -53,7 +53,7 @@ class Exponential final : public OwnSteps {
 };
 
 [[gnu::cold]] Exponential::Exponential(System& system, const SolverSettings& settings, Room room)
-    : OwnSteps(system, settings, std::move(room), SolverMethod::exponential, 4, tightening),
+    : OneStep(system, settings, std::move(room), SolverMethod::exponential, 4, tightening),
       jacobian_(room_->jacobian()),
       phi_(system.size(), system.layout().work.count),
       matrix_(y_.size() * y_.size()),
@@ -69,24 +69,25 @@ bool Exponential::begin_step(double h) {
   if (system_.with_work()) set_energy_scale();
   if (!slope_known_) {
     ++statistics_.evaluations;
-    if (system_.right_hand_side(absolute(reached_), y(), slope_.data()) != Status::ok) return false;
+    if (system_.right_hand_side(absolute(reached_), data(result_), slope_.data()) != Status::ok) return false;
     slope_known_ = true;
   }
   ++statistics_.jacobians;
   ++statistics_.evaluations;
-  if (jacobian_.evaluate(absolute(reached_), y(), matrix_.data()) != Status::ok) return false;
+  if (jacobian_.evaluate(absolute(reached_), data(result_), matrix_.data()) != Status::ok) return false;
   phi_.set_matrix(matrix_.data());
   if (depends_on_time()) {
     const double shift = 1e-3 * h;
     ++statistics_.evaluations;
-    if (system_.right_hand_side(absolute(reached_ + shift), y(), slope_by_time_.data()) != Status::ok)
+    if (system_.right_hand_side(absolute(reached_ + shift), data(result_), slope_by_time_.data()) !=
+        Status::ok)
       return false;
     for (std::size_t i = 0; i < slope_.size(); ++i)
       slope_by_time_[i] = (slope_by_time_[i] - slope_[i]) / shift;
   } else {
     std::fill(slope_by_time_.begin(), slope_by_time_.end(), 0.0);
   }
-  error_weights_.evaluate(y(), weights_.data());
+  error_weights_.evaluate(data(result_), weights_.data());
   return true;
 }
 
@@ -97,7 +98,7 @@ bool Exponential::remainder(double c, double h, const double* u, double* to) {
   const std::size_t size = y_.size();
   for (std::size_t i = 0; i < size; ++i) to[i] -= slope_[i] + c * h * slope_by_time_[i];
   for (std::size_t j = 0; j < size; ++j)
-    subtract(static_cast<std::int64_t>(size), u[j] - y()[j], &matrix_[j * size], to);
+    subtract(static_cast<std::int64_t>(size), u[j] - data(result_)[j], &matrix_[j * size], to);
   return true;
 }
 
@@ -108,11 +109,11 @@ double Exponential::attempt_error(double h) {
   if (!phi_.evaluate(h)) return infinite;
   const std::size_t size = y_.size();
   double* u = data(candidate_);
-  std::copy_n(y(), size, u);
+  std::copy_n(data(result_), size, u);
   phi_.add_half(1, 0.5 * h, slope_.data(), u);
   if (depends_on_time()) phi_.add_half(2, 0.25 * h * h, slope_by_time_.data(), u);
   if (!remainder(0.5, h, u, second_.data())) return infinite;
-  std::copy_n(y(), size, u);
+  std::copy_n(data(result_), size, u);
   phi_.add(1, h, slope_.data(), u);
   if (depends_on_time()) phi_.add(2, h * h, slope_by_time_.data(), u);
   combined_.assign(u, u + size);
@@ -137,11 +138,11 @@ void Exponential::set_energy_scale() {
   const double time = absolute(reached_);
   const StateLayout& layout = system_.layout();
   system_.nominals(combined_.data());
-  std::copy_n(y(), layout.q.count, combined_.begin());
+  std::copy_n(data(result_), layout.q.count, combined_.begin());
   for (int ball = 0; ball < system_.balls(); ++ball)
-    std::copy_n(layout.quaternion.of(y(), ball), 4, layout.quaternion.of(combined_.data(), ball));
+    std::copy_n(layout.quaternion.of(data(result_), ball), 4, layout.quaternion.of(combined_.data(), ball));
   least_error_of_work_ = tightening * settings_.atol * system_.kinetic_energy(time, combined_.data());
-  least_error_of_work_ += tightening * settings_.rtol * system_.kinetic_energy(time, y());
+  least_error_of_work_ += tightening * settings_.rtol * system_.kinetic_energy(time, data(result_));
 }
 
 // The power of damped vibrations is not linear, and no other entry of the state shows the error of its

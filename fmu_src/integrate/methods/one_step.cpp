@@ -22,6 +22,7 @@ OneStep::OneStep(System& system, const SolverSettings& settings, Room room, Solv
       room_(std::move(room)),
       start_(room_->vectors[0]),
       result_(room_->vectors[1]),
+      candidate_(room_->vectors[2]),
       y_(static_cast<std::size_t>(system.size())),
       slope_(y_),
       method_(method),
@@ -137,6 +138,41 @@ int OneStep::attempt() {
   if (flag < 0 || !system_.loops_are_violated()) return flag;
   projection_failed_ = true;
   return ARK_POSTPROCESS_STEP_FAIL;
+}
+
+int OneStep::run(double h) {
+  reached_ = since_;
+  std::copy_n(data(start_), y_.size(), data(result_));
+  int flag = ARK_SUCCESS;
+  for (long taken = 0; flag == ARK_SUCCESS && reached_ < end_; ++taken)
+    flag = taken < allowed_ ? take_step(h) : ARK_TOO_MUCH_WORK;
+  slope_known_ = false;
+  return flag;
+}
+
+// `h`: of the first attempt, then of the next step.
+int OneStep::take_step(double& h) {
+  if (!begin_step(h)) return ARK_RHSFUNC_FAIL;
+  double end = 0, error = 0, taken = 0;
+  do {
+    const double left = end_ - reached_, beyond = h - left, rounding = smallest_step(reached_, end_);
+    if (beyond > -rounding && (!may_pass_end_ || beyond < rounding)) h = left;
+    end = h == left ? end_ : reached_ + h;
+    taken = h;
+    error = attempt_error(h);
+    double next = 0;
+    if (adapt(candidate_.get(), end, h, 0, 0, error, 0, 0, 0, 0, &next, this) != 0) return ARK_ERR_FAILURE;
+    h = next * sundials_safety;
+  } while (!(error <= 1));
+  return accept(end, taken);
+}
+
+int OneStep::accept(double end, double) {
+  if (complete_step(end, candidate_.get(), this) != 0) return ARK_POSTPROCESS_STEP_FAIL;
+  reached_ = end;
+  std::copy_n(data(candidate_), y_.size(), data(result_));
+  slope_known_ = false;
+  return ARK_SUCCESS;
 }
 
 // ARKODE leaves the state before a step that it cannot complete in result_.

@@ -6,7 +6,7 @@
 #include "integrate/methods/shared_room.hpp"
 #include "integrate/methods/step_control.hpp"
 
-// Base of the Runge-Kutta methods, of SUNDIALS' ARKODE or own (own_steps.hpp).
+// Base of the one-step methods. Their steps are those of SUNDIALS' ARKODE, or are taken here.
 //
 // Each advance restarts at (time, y), ARKODE with a stop time. Only y, the step-size control and, if known,
 // the slope at the start are kept. ARKODE counts time from the start of the advance, so that its steps may be
@@ -48,13 +48,22 @@ class OneStep : public Integrator {
   OneStep(System& system, const SolverSettings& settings, Room room, SolverMethod method, int error_order,
           double tightening);
 
-  // Steps from (since_, y_) to end_ into result_ in at most allowed_ steps; returns a flag of ARKODE.
-  virtual int run(double first_step) = 0;
-  virtual double reached() const = 0;              // time of the last run if it failed, since origin_
-  virtual const double* last_slope() const = 0;    // f at the end of the last run, or null
-  virtual const char* reason(int flag) const = 0;  // of a failure specific to the method, or null
-  virtual double stability() const { return 1; }   // stability interval on the negative real axis
-  virtual long unsolved() const { return 0; }      // attempts whose stages were not solved, of all runs
+  // Goes from (since_, y_) to end_ into result_ in at most allowed_ steps; returns a flag of ARKODE. Without
+  // ARKODE by the functions of a step below.
+  virtual int run(double first_step);
+  virtual double reached() const { return reached_; }  // time of the last run if it failed, since origin_
+  virtual const double* last_slope() const { return nullptr; }  // f at the end of the last run, or null
+  virtual const char* reason(int) const { return nullptr; }  // of a failure specific to the method, or null
+
+  // A step from reached_ and result_, before its first attempt, which is one of h. False: it has no slope.
+  virtual bool begin_step(double /*h*/) { return false; }
+  // Leaves the end of a step of h in candidate_. Returns its weighted error, infinite: it is impossible.
+  virtual double attempt_error(double /*h*/) { return 0; }
+  // Goes to candidate_ at `end`. Returns a flag of ARKODE.
+  virtual int accept(double end, double h);
+
+  virtual double stability() const { return 1; }  // stability interval on the negative real axis
+  virtual long unsolved() const { return 0; }     // attempts whose stages were not solved, of all runs
 
   // A method with several tables chooses one for the rest of an advance, and again after a number of steps.
   // The data of the choice is part of a saved state.
@@ -88,7 +97,7 @@ class OneStep : public Integrator {
   ErrorWeights error_weights_;
   StepControl control_;
   Room room_;
-  sundials::Vector &start_, &result_;  // of the room
+  sundials::Vector &start_, &result_, &candidate_;  // of the room
 
   // what the continuation depends on
   double origin_ = 0;  // end of the last advance that was not paused
@@ -102,6 +111,7 @@ class OneStep : public Integrator {
   double goal_ = 0;            // its end
   double end_ = 0;             // goal_ since origin_
   long allowed_ = 0;           // steps of this run
+  double reached_ = 0;         // time of result_, since origin_
   bool warming_up_ = false;    // first step, in which ARKODE allocates: of a system at rest
   bool stage_failed_ = false;  // a stage had no slope: reject this attempt
   bool may_pass_end_ = false;  // its last step
@@ -118,6 +128,7 @@ class OneStep : public Integrator {
   double step_from(double since, const double* y);
   bool passes_contact(double since, const double* y, double h);
   int attempt();
+  int take_step(double& h);
   int attempt_until_touch();
   int attempt_until_closed();
   RunEnd end_of_run(int flag, long taken, StepBudget& budget) const;

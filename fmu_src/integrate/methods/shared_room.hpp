@@ -14,14 +14,15 @@ class SharedRoom {
  public:
   explicit SharedRoom(System& system)
       : first_step(system.size()),
-        vectors{sundials::make_vector(system.size(), context), sundials::make_vector(system.size(), context)},
+        vectors{sundials::make_vector(system.size(), context), sundials::make_vector(system.size(), context),
+                sundials::make_vector(system.size(), context)},
         start(static_cast<std::size_t>(system.size())),
         system_(system) {}
 
   sundials::Context context;
   sundials::LastMessage message;
   FirstStepRoom first_step;
-  sundials::Vector vectors[2];
+  sundials::Vector vectors[3];
   std::vector<double> start;  // state at the start of an advance
 
   // Created for the first implicit method.
