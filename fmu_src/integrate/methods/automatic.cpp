@@ -87,9 +87,8 @@ class Automatic final : public Integrator {
   double step() const;
   double steps_held(double end, double span) const;
   // Whether communication points do not limit the steps of the one-step method of the same kind.
-  bool passes_ends() const {
-    return !is_implicit(choice()) && static_cast<const OneStep&>(*methods_[0]).passes_ends();
-  }
+  bool passes_ends() const { return !is_implicit(choice()) && erk().passes_ends(); }
+  const OneStep& erk() const { return static_cast<const OneStep&>(*methods_[static_cast<int>(Choice::erk)]); }
   bool is_pause_due(long taken) const { return pause_after_ > 0 && taken + pause_ > pause_after_; }
   bool is_periodic() const { return memory_.hold > 0 && time() - memory_.changed <= 1.5 * memory_.hold; }
   bool limited_by_stability(double radius, double of_hold) const;
@@ -236,7 +235,8 @@ double Automatic::steps_held(double end, double span) const {
     own = memory_.step[static_cast<int>(one_step_like(choice()))];
     if (own == 0) own = memory_.step[static_cast<int>(Choice::erk)];
   }
-  return expected / (own > 0 ? (passes_ends() ? own : std::min(own, span)) : span);
+  if (!(own > 0)) return expected / span;
+  return expected / (passes_ends() ? own : std::min(own, span));
 }
 
 // Whether stability limits the steps of the explicit method in use.

@@ -47,10 +47,10 @@ constexpr double table[] = {
 // Estimates of order 5 and 3
 constexpr double fifth[] = {
     0.01312004499419488, 0, 0, 0, 0, -1.2251564463762044, -0.4957589496572502, 1.6643771824549864,
-    -0.35032884874997366, 0.3341791187130175, 0.08192320648511571, -0.022355307863886294, 0};
+    -0.35032884874997366, 0.3341791187130175, 0.08192320648511571, -0.022355307863886294};
 constexpr double third[] = {
     -0.18980075407240762, 0, 0, 0, 0, 4.450312892752409, 1.8915178993145003, -5.801203960010585,
-    -0.4226823213237919, -0.1521609496625161, 0.20136540080403034, 0.02265179219836082, 0};
+    -0.4226823213237919, -0.1521609496625161, 0.20136540080403034, 0.02265179219836082};
 
 // Of the terms of the polynomial from the fourth on
 constexpr double dense[4][16] = {
@@ -128,7 +128,7 @@ bool Dop853::step(double time, double h, N_Vector y, N_Vector end) {
 
 double Dop853::error(double h, const ErrorWeights& error_weights, const double* weights) {
   const auto norm = [&](const double* factors) {
-    N_VLinearCombination(last, const_cast<double*>(factors), all_, scratch());  // only read
+    N_VLinearCombination(last, read_only(factors), all_, scratch());
     return error_weights.norm(data(scratch()), weights);
   };
   const double of_fifth = norm(fifth), of_third = norm(third);

@@ -66,9 +66,9 @@ class Erk final : public OneStep {
  public:
   Erk(System& system, const SolverSettings& settings, Room room);
   const char* name() const override {
-    return !choice_                     ? table_in_use().name
-           : lower_->name == third.name ? "erk (Bogacki-Shampine 3(2) and Dormand-Prince 8(5,3))"
-                                        : "erk (Dormand-Prince 5(4) and 8(5,3))";
+    return !choice_           ? table_in_use().name
+           : lower_ == &third ? "erk (Bogacki-Shampine 3(2) and Dormand-Prince 8(5,3))"
+                              : "erk (Dormand-Prince 5(4) and 8(5,3))";
   }
   void set_state(const double* y) override {
     passing_.length = 0;
@@ -77,7 +77,11 @@ class Erk final : public OneStep {
   double allowed_step() const override {
     return choice_ && choice_->eighth() ? OneStep::allowed_step() / choice_->gain() : OneStep::allowed_step();
   }
-  bool passes_ends() const override { return can_pass_; }
+  // Not with loops: order 8 at the length that passing allows leads stages far from the constraints, where
+  // dependent rows become independent (bennett: 700 rtol of error). Contacts and samples end steps.
+  bool passes_ends() const override {
+    return choice_ && !system_.has_constraints() && !system_.plan().has_contacts() && !system_.control();
+  }
 
  private:
   using Memory = std::unique_ptr<void, ErkStepDeleter>;
@@ -129,18 +133,13 @@ class Erk final : public OneStep {
 
   std::unique_ptr<Dop853> dop853_;
   std::vector<double> weights_;  // of the present step
-  // Not with loops: order 8 at the length that passing allows leads stages far from the constraints, where
-  // dependent rows become independent (bennett: 700 rtol of error). Contacts and samples end steps.
-  const bool can_pass_;
-  bool expects_hold_ = false;  // of the inputs
+  bool expects_hold_ = false;    // of the inputs
   Passing passing_;
 };
 
 [[gnu::cold]] Erk::Erk(System& system, const SolverSettings& settings, Room room)
     : OneStep(system, settings, std::move(room), SolverMethod::erk, eighth.error_order, 1),
-      lower_(&lower_for(settings.rtol, system)),
-      can_pass_(is_smooth(system.plan()) && !system.has_constraints() && !system.plan().has_contacts() &&
-                !system.control()) {
+      lower_(&lower_for(settings.rtol, system)) {
   if (is_smooth(system.plan()))
     choice_.emplace(settings.rtol, lower_ == &third);
   else
@@ -185,11 +184,11 @@ class Erk final : public OneStep {
 
 void Erk::choose_table(double remaining) {
   if (!choice_) return;
-  // without loops the last slope is the next step's first
-  const double first_slope = system_.has_constraints() ? 1 : 0;
+  // the slope at a projected end is one more; otherwise the last slope is the next step's first
+  const double projected = system_.has_constraints() ? 1 : 0;
   double factor;
   choice_->decide({remaining, control_.wanted(), control_.step_limit(), statistics_.steps,
-                   slope_known_ ? 0 : 1 - first_slope, lower_->slopes + first_slope, expects_hold_},
+                   slope_known_ ? 0 : 1 - projected, lower_->slopes + projected, expects_hold_},
                   factor);
   may_pass_end_ = expects_hold_ && takes_eighth();
   if (factor == 1) return;
@@ -318,7 +317,7 @@ bool Erk::pass(double h) {
 void Erk::expect_changes(bool inputs_changed) {
   if (inputs_changed) passing_ = {0, passing_.held};
   const bool outlasts = passing_.held > 0 && passing_.held >= passing_.held_before;
-  expects_hold_ = can_pass_ && (outlasts || passing_.held_before - passing_.held >= Tuning::held_to_pass);
+  expects_hold_ = passes_ends() && (outlasts || passing_.held_before - passing_.held >= Tuning::held_to_pass);
   may_pass_end_ = expects_hold_ && takes_eighth();
   ++passing_.held;
 }

@@ -4,10 +4,10 @@
 
 namespace redysim {
 
-// Chooses between two explicit Runge-Kutta methods, order 5 and order 8, the one with fewer right-hand sides
-// in the rest of an advance (constants in tuning.hpp). The step size of the method in use is known. That of
-// the other follows from their ratio, which is estimated from the tolerance and corrected at each change. The
-// choice depends on the previous run only.
+// Chooses between two explicit Runge-Kutta methods, order 5 (or 3) and order 8, the one with fewer right-hand
+// sides in the rest of an advance (constants in tuning.hpp). The step size of the method in use is known.
+// That of the other follows from their ratio, which is estimated from the tolerance and corrected at each
+// change. The choice depends on the previous run only.
 class TableChoice {
  public:
   explicit TableChoice(double rtol, bool over_third = false);  // over_third: the lower order is three
