@@ -77,6 +77,16 @@ void set_joint_position(const JointPlan<Scalar>& joint, const Scalar& q, JointSt
   state.offset = joint_offset(joint, q);
 }
 
+// A motion in the axes of the parent -> of the body, at the same point.
+template <class Scalar>
+void turn_to_body(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, Motion<Scalar>& m) {
+  for (Vec3<Scalar>* v : {&m.angular, &m.linear}) {
+    if (joint.branch) turn_into(v->x(), v->y(), joint.cos_gamma, joint.sin_gamma);
+    turn_x_into(joint, *v);
+    turn_into(v->x(), v->y(), state.cosine, state.sine);
+  }
+}
+
 // Motion of the parent's frame -> of the body's frame (joint at rest).
 template <class Scalar>
 void to_body(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, Motion<Scalar>& m) {

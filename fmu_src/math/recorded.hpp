@@ -19,6 +19,7 @@ class Recorded {
   Recorded(double constant) : value_(constant) {}  // implicit, as double's own conversions
   Recorded(Tape& tape, int node) : tape_(&tape), node_(node) {}
 
+  bool is_constant() const { return !tape_; }
   int node_on(Tape& tape) const { return tape_ ? node_ : tape.constant(value_); }
 
   Recorded& operator+=(const Recorded& o) { return *this = *this + o; }

@@ -90,6 +90,13 @@ void add(Symmetric3<Scalar>& to, const Symmetric3<Scalar>& s) {
 }
 
 template <class Scalar>
+void add(RigidInertia<Scalar>& to, const RigidInertia<Scalar>& body) {
+  to.mass += body.mass;
+  to.h += body.h;
+  add(to.inertia, body.inertia);
+}
+
+template <class Scalar>
 REDYSIM_INLINE void assign(ArticulatedInertia<Scalar>& to, const ArticulatedInertia<Scalar>& A) {
   assign(to.xx, A.xx);
   assign(to.yy, A.yy);

@@ -144,6 +144,31 @@ TEST(StraightLine, folds_a_pendulum_to_its_formula) {
   EXPECT_LE(operations(straight_line(model)), 5);
 }
 
+// Near the position where both axes of a universal joint lie along a slender body, what resists the first
+// axis is 1e-8 of the inertias that the base parameters would move onto the cross.
+TEST(StraightLine, keeps_the_digits_of_a_light_cross) {
+  Model model;
+  Link cross, rod;
+  cross.name = cross.joint.name = "cross";
+  cross.inertia = {1e-12, 1e-12, 1e-12, 0, 0, 0};
+  rod.name = rod.joint.name = "rod";
+  rod.parent = 0;
+  rod.joint.dh.alpha = 1.5707963267948966;
+  rod.mass = 2;
+  rod.com = {0.5, 0, 0};
+  rod.inertia = {0, 0.2, 0.2, 0, 0, 0};
+  model.links = {cross, rod};
+  Evaluate<double> recursion(model);
+  const std::vector<double> q = {0.3, 1.5707963267948966 - 1e-4}, qd = {0.2, -0.1}, tau = {1e-7, 1};
+  std::map<std::string, double> symbols;
+  set(symbols, "q", q);
+  set(symbols, "qd", qd);
+  set(symbols, "tau", tau);
+  EXPECT_LT(relative_difference(run(straight_line(model), symbols),
+                                recursion.qdd(vector_of(q), vector_of(qd), vector_of(tau))),
+            1e-12);
+}
+
 TEST(StraightLine, refuses_what_it_cannot_write_down) {
   test::Random random(1);
   test::TreeOptions options;

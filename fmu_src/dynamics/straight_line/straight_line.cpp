@@ -5,6 +5,7 @@
 
 #include "dynamics/aba.hpp"
 #include "dynamics/energy.hpp"
+#include "dynamics/straight_line/composite_dynamics.hpp"
 #include "dynamics/straight_line/series_statements.hpp"
 #include "dynamics/straight_line/statements.hpp"
 #include "math/recorded.hpp"
@@ -85,13 +86,8 @@ std::vector<Recorded> symbols(Tape& tape, const char* name, int count) {
   return list;
 }
 
-}  // namespace
-
-StraightLine straight_line(const Model& model) {
-  if (!model.loops.empty() || !model.couplings.empty() || !model.springs.empty() || !model.bushings.empty() ||
-      !model.contacts.empty() || !model.balls.empty())
-    throw std::domain_error(
-        "a straight line is for open trees without spring-dampers, bushings, contacts and spherical joints");
+// Of the two ways to the accelerations.
+StraightLine recorded(const Model& model, bool by_composites) {
   StraightLine line;
   const TunablePlan tunable(line.tape, model);
   const Plan<Recorded>& plan = tunable.plan();
@@ -101,12 +97,27 @@ StraightLine straight_line(const Model& model) {
   const std::vector<Recorded> q = symbols(line.tape, "q", plan.nv), qd = symbols(line.tape, "qd", plan.nv),
                               tau = symbols(line.tape, "tau", plan.nv);
   std::vector<Recorded> qdd(q.size());
-  forward_dynamics(plan, ws, q.data(), qd.data(), tau.data(), qdd.data());
+  if (by_composites)
+    composite_forward_dynamics(with_base_parameters(plan, ws, q.data()), ws, q.data(), qd.data(), tau.data(),
+                               qdd.data());
+  else
+    forward_dynamics(plan, ws, q.data(), qd.data(), tau.data(), qdd.data());
   for (const Recorded& one : qdd) line.qdd.push_back(one.node_on(line.tape));
   line.has_series = model.solver.method == SolverMethod::taylor;
   if (line.has_series && model.fmu.shows(OutputGroup::energy))
     line.power = {external_power(plan, ws, q.data(), qd.data(), tau.data()).node_on(line.tape)};
   return line;
+}
+
+}  // namespace
+
+StraightLine straight_line(const Model& model) {
+  if (!model.loops.empty() || !model.couplings.empty() || !model.springs.empty() || !model.bushings.empty() ||
+      !model.contacts.empty() || !model.balls.empty())
+    throw std::domain_error(
+        "a straight line is for open trees without spring-dampers, bushings, contacts and spherical joints");
+  StraightLine recursion = recorded(model, false), composites = recorded(model, true);
+  return operations(composites) < operations(recursion) ? composites : recursion;
 }
 
 int operations(const StraightLine& line) {

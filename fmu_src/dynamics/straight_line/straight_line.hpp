@@ -16,8 +16,8 @@ struct StraightLine {
   std::vector<int> power;   // then with energies: of drives and dampers, W
 };
 
-// Records dynamics/aba.hpp for an open tree of joints that are driven by forces. Throws std::domain_error
-// for other models.
+// Records dynamics/aba.hpp or composite_dynamics.hpp, whichever has fewer operations, for an open tree of
+// joints that are driven by forces. Throws std::domain_error for other models.
 StraightLine straight_line(const Model& model);
 
 // Number of operations of `line`.

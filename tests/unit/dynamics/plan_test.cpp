@@ -6,7 +6,6 @@
 
 #include "dynamics/aba.hpp"
 #include "dynamics/compiled.hpp"
-#include "dynamics/crba.hpp"
 #include "dynamics/energy.hpp"
 #include "dynamics/rnea.hpp"
 #include "support/allocation_count.hpp"
@@ -91,12 +90,10 @@ TEST(Recursions, do_not_allocate) {
     const Vector v = 0.3 * c.q;
     const Parameters<double> parameters = parameters_of(c.model);
     Vector out(tree.nv());
-    test::Matrix M(tree.nv(), tree.nv());
     const long before = test::allocations;
     forward_dynamics(tree.plan, tree.ws, c.q.data(), v.data(), v.data(), out.data());
     compiled_forward_dynamics(tree.plan, tree.ws, c.q.data(), v.data(), v.data(), out.data());
     inverse_dynamics(tree.plan, tree.ws, c.q.data(), v.data(), v.data(), out.data());
-    joint_space_inertia<double>(tree.plan, tree.ws, c.q.data(), M);
     kinetic_energy(tree.plan, tree.ws, c.q.data(), v.data());
     potential_energy(tree.plan, tree.ws, c.q.data(), v.data());
     tree.plan.update(parameters);

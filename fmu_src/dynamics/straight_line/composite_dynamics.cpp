@@ -1,0 +1,149 @@
+#include "dynamics/straight_line/composite_dynamics.hpp"
+
+#include <vector>
+
+#include "dynamics/crba.hpp"
+#include "dynamics/rnea.hpp"
+
+namespace redysim {
+namespace {
+
+using Matrix = Eigen::Matrix<Recorded, Eigen::Dynamic, Eigen::Dynamic>;
+
+bool is_constant(const RigidInertia<Recorded>& body) {
+  const Symmetric3<Recorded>& I = body.inertia;
+  for (const Recorded* part :
+       {&body.mass, &body.h[0], &body.h[1], &body.h[2], &I.xx, &I.yy, &I.zz, &I.xy, &I.xz, &I.yz})
+    if (!part->is_constant()) return false;
+  return true;
+}
+
+// Inertias about an axis across that of its joint, relative to the parent's about its own, above which a sum
+// of both loses digits: what a turn of the body removes again would exceed the rest.
+constexpr double largest_share = 1e3;
+
+// The part of a body that moves alike with its parent, removed from the body: masses on the axis of a
+// rotation, inertia without mass where the joint slides.
+RigidInertia<Recorded> taken_from(JointPlan<Recorded>& joint, const JointPlan<Recorded>* parent) {
+  RigidInertia<Recorded> part, &body = joint.inertia;
+  if (joint.subspace == Subspace::helix || !is_constant(body)) return part;
+  if (joint.subspace == Subspace::translation) {
+    std::swap(part.inertia, body.inertia);
+    return part;
+  }
+  if (parent && turns(*parent)) {
+    const Recorded own = parent->inertia.inertia.zz + parent->armature;
+    if (!own.is_constant() || abs(body.inertia.yy) > Recorded(largest_share) * own) return part;
+  }
+  std::swap(part.mass, body.mass);
+  std::swap(part.h.z(), body.h.z());
+  part.inertia.xx = part.inertia.yy = body.inertia.yy;
+  body.inertia.xx -= body.inertia.yy;
+  body.inertia.yy = Recorded(0);
+  return part;
+}
+
+// Acceleration of a body and of its origin (minus gravity), and U = alpha~ + omega~ omega~: the acceleration
+// of a point r of the body is that of the origin + U r.
+struct Acceleration {
+  Vec3<Recorded> angular = Vec3<Recorded>::Zero(), linear = Vec3<Recorded>::Zero();
+  Mat3<Recorded> U = Mat3<Recorded>::Zero();
+};
+
+void set_spread(const Vec3<Recorded>& omega, Acceleration& a) {
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    a.U(i, i) = -(omega[j] * omega[j] + omega[k] * omega[k]);
+    a.U(k, j) = omega[j] * omega[k] + a.angular[i];
+    a.U(j, k) = omega[j] * omega[k] - a.angular[i];
+  }
+}
+
+// Wrench that accelerates a single body: I alpha + omega x I omega + h x a and m a + U h, with the entries of
+// U for products of the velocity (Khalil and Kleinfinger 1987).
+Force<Recorded> wrench(const RigidInertia<Recorded>& body, const Vec3<Recorded>& omega,
+                       const Acceleration& a) {
+  const Symmetric3<Recorded>& I = body.inertia;
+  const Recorded diagonal[] = {I.xx, I.yy, I.zz}, opposite[] = {I.yz, I.xz, I.xy};
+  Vec3<Recorded> moment;
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    moment[i] = diagonal[i] * a.angular[i] + (diagonal[k] - diagonal[j]) * (omega[j] * omega[k]) +
+                opposite[i] * (omega[j] * omega[j] - omega[k] * omega[k]) + opposite[j] * a.U(j, i) -
+                opposite[k] * a.U(k, i);
+  }
+  return {moment + body.h.cross(a.linear), body.mass * a.linear + product(a.U, body.h)};
+}
+
+Acceleration at_rest(const JointPlan<Recorded>& joint, const JointState<Recorded>& s,
+                     const Acceleration& parent, const Recorded& qd) {
+  Mat3<Recorded> rotation;
+  Vec3<Recorded> position;
+  joint_pose(joint, s, rotation, position);
+  Motion<Recorded> turned{parent.angular, parent.linear + product(parent.U, position)};
+  turn_to_body(joint, s, turned);
+  const Vec3<Recorded> product_of_rates(qd * s.omega.y(), -qd * s.omega.x(), Recorded(0));
+  add_velocity_product(joint, product_of_rates, turned);
+  Acceleration a{turned.angular, turned.linear};
+  set_spread(s.omega, a);
+  return a;
+}
+
+// Joint forces (nv) at zero accelerations of the joints, by the recursive Newton-Euler equations.
+void bias_forces(const Plan<Recorded>& plan, Workspace<Recorded>& ws, const Recorded* q, const Recorded* qd,
+                 Recorded* tau) {
+  set_positions(plan, ws, q);
+  set_velocities(plan, ws, qd);
+  Acceleration base;
+  base.linear = -plan.gravity;
+  std::vector<Acceleration> bodies;
+  for (std::size_t i = 0; i < plan.joints.size(); ++i) {
+    const JointPlan<Recorded>& joint = plan.joints[i];
+    const Acceleration& parent =
+        joint.parent == ground ? base : bodies[static_cast<std::size_t>(joint.parent)];
+    bodies.push_back(at_rest(joint, ws.joints[i], parent, qd[i]));
+    ws.joints[i].p = wrench(joint.inertia, ws.joints[i].omega, bodies.back());
+  }
+  const std::vector<Recorded> zero(plan.joints.size());
+  collect_joint_forces(plan, ws, q, qd, zero.data(), tau);
+}
+
+}  // namespace
+
+Plan<Recorded> with_base_parameters(Plan<Recorded> plan, Workspace<Recorded>& ws, const Recorded* q) {
+  set_positions(plan, ws, q);
+  for (int i = plan.nv - 1; i >= 0; --i) {
+    JointPlan<Recorded>& joint = plan.joints[i];
+    JointPlan<Recorded>* parent = joint.parent == ground ? nullptr : &plan.joints[joint.parent];
+    RigidInertia<Recorded> part = taken_from(joint, parent);
+    if (!parent) continue;
+    to_parent(joint, ws.joints[i], part);
+    add(parent->inertia, part);
+  }
+  return plan;
+}
+
+void composite_forward_dynamics(const Plan<Recorded>& plan, Workspace<Recorded>& ws, const Recorded* q,
+                                const Recorded* qd, const Recorded* tau, Recorded* qdd) {
+  const int n = plan.nv;
+  Matrix M(n, n), L(n, n);
+  bias_forces(plan, ws, q, qd, qdd);
+  joint_space_inertia<Recorded>(plan, ws, q, M);
+  const auto parent = [&plan](int i) { return plan.joints[i].parent; };
+
+  for (int k = 0; k < n; ++k) qdd[k] = tau[k] - qdd[k];
+  for (int k = n - 1; k >= 0; --k) {
+    M(k, k) = Recorded(1) / M(k, k);
+    for (int i = parent(k); i != ground; i = parent(i)) {
+      L(k, i) = M(k, i) * M(k, k);
+      for (int j = i; j != ground; j = parent(j)) M(i, j) -= L(k, i) * M(k, j);
+      qdd[i] -= L(k, i) * qdd[k];
+    }
+  }
+  for (int k = 0; k < n; ++k) {
+    qdd[k] *= M(k, k);
+    for (int i = parent(k); i != ground; i = parent(i)) qdd[k] -= L(k, i) * qdd[i];
+  }
+}
+
+}  // namespace redysim
