@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "integrate/system/bytes.hpp"
+#include "dynamics/clones.hpp"
 
 namespace redysim {
 namespace {
-
-using namespace sundials;
 
 // clang-format off
 constexpr double times[] = {
@@ -16,9 +14,9 @@ constexpr double times[] = {
     0.25, 0.3076923076923077, 0.6512820512820513, 0.6, 0.8571428571428571, 1.0, 1.0, 0.1, 0.2,
     0.7777777777777778};
 
-// Rows 1 to 15 of the stages, row r of r entries. Row 12 is that of the result, the next are those of the
+// Of the slopes: stages 1 to 15, stage r of r entries. Stage 12 is the result, the next are those of the
 // polynomial.
-constexpr double table[] = {
+constexpr double stage_table[] = {
     0.05260015195876773,
     0.0197250569845379, 0.0591751709536137,
     0.02958758547680685, 0, 0.08876275643042054,
@@ -44,16 +42,15 @@ constexpr double table[] = {
     -0.42889630158379194, 0, 0, 0, 0, -4.697621415361164, 7.683421196062599, 4.06898981839711,
     0.3567271874552811, 0, 0, 0, -0.0013990241651590145, 2.9475147891527724, -9.15095847217987};
 
-// Estimates of order 5 and 3
-constexpr double fifth[] = {
+// Error estimates of order 5 and 3, 12 entries each
+constexpr double estimate_table[] = {
     0.01312004499419488, 0, 0, 0, 0, -1.2251564463762044, -0.4957589496572502, 1.6643771824549864,
-    -0.35032884874997366, 0.3341791187130175, 0.08192320648511571, -0.022355307863886294};
-constexpr double third[] = {
+    -0.35032884874997366, 0.3341791187130175, 0.08192320648511571, -0.022355307863886294,
     -0.18980075407240762, 0, 0, 0, 0, 4.450312892752409, 1.8915178993145003, -5.801203960010585,
     -0.4226823213237919, -0.1521609496625161, 0.20136540080403034, 0.02265179219836082};
 
-// Of the terms of the polynomial from the fourth on
-constexpr double dense[4][16] = {
+// Terms of the polynomial from the fourth on, 16 entries each
+constexpr double term_table[] = {
     -8.428938276109013, 0, 0, 0, 0, 0.5667149535193777, -3.0689499459498917, 2.38466765651207,
     2.117034582445028, -0.871391583777973, 2.2404374302607883, 0.6315787787694688, -0.08899033645133331,
     18.148505520854727, -9.194632392478356, -4.436036387594894,
@@ -68,110 +65,161 @@ constexpr double dense[4][16] = {
     96.32455395918828, -39.17726167561544, -149.72683625798564,};
 // clang-format on
 
-constexpr int count_nonzero() {
-  int count = 0;
-  for (const double entry : table) count += entry != 0;
-  return count;
+// The rows of the tables without zeros, each with an even number of entries.
+constexpr int order_5 = 16, order_3 = 17, first_term = 18, combinations = 25;  // the rest: stages
+template <int Entries>
+struct Sparse {
+  double entry[Entries];
+  unsigned char slope[Entries], begin[combinations + 1];
+
+  constexpr int add(int count, const double* row, int length) {
+    for (int k = 0; k < length; ++k)
+      if (row[k] != 0) {
+        entry[count] = row[k];
+        slope[count++] = static_cast<unsigned char>(k);
+      }
+    return count + count % 2;
+  }
+};
+template <int Entries>
+constexpr Sparse<Entries> sparse() {
+  // The first terms of the polynomial: c = h * result, h f(start) - c, 2 c - h f(start) - h f(end)
+  double c_table[3][13] = {};
+  const double* result = stage_table + 66;
+  for (int k = 0; k < 13; ++k) {
+    const double c = k < 12 ? result[k] : 0, first = k == 0, end = k == 12;
+    c_table[0][k] = c;
+    c_table[1][k] = first - c;
+    c_table[2][k] = 2 * c - first - end;
+  }
+  Sparse<Entries> all{};
+  int count = 0, row = 1;
+  const auto add = [&](const double* from, int length) {
+    all.begin[row++] = static_cast<unsigned char>(count);
+    count = all.add(count, from, length);
+  };
+  for (const double* from = stage_table; row < order_5; from += row - 1) add(from, row);
+  for (int k = 0; k < 2; ++k) add(estimate_table + 12 * k, 12);
+  for (const auto& of_term : c_table) add(of_term, 13);
+  for (int k = 0; k < 4; ++k) add(term_table + 16 * k, 16);
+  all.begin[row] = static_cast<unsigned char>(count);
+  return all;
+}
+constexpr Sparse table = sparse<sparse<256>().begin[combinations]>();
+
+// result = base + h * sum of factors * rows, with an even number of terms
+struct Sum {
+  int count;
+  const double* factors;
+  const unsigned char* which;
+  const Lanes<double>* rows;
+  std::size_t width;
+  double h;
+  const Lanes<double>* base;
+  Lanes<double>* result;
+};
+
+// The lanes from `at` on; even and odd terms hide each other's latency.
+template <int Count>
+REDYSIM_INLINE void set_lanes(const Sum& sum, std::size_t at) {
+  Lanes<double> even[Count], odd[Count];
+  for (int k = 0; k < Count; ++k) even[k] = odd[k] = Lanes<double>::all(0);
+  for (int i = 0; i < sum.count; i += 2) {
+    const Lanes<double>* one = sum.rows + sum.which[i] * sum.width + at;
+    const Lanes<double>* other = sum.rows + sum.which[i + 1] * sum.width + at;
+    for (int k = 0; k < Count; ++k) {
+      even[k] += sum.factors[i] * one[k];
+      odd[k] += sum.factors[i + 1] * other[k];
+    }
+  }
+  for (int k = 0; k < Count; ++k) sum.result[at + k] = sum.base[at + k] + sum.h * (even[k] + odd[k]);
 }
 
-// The same without zeros; row r from begin[r] on.
-struct Rows {
-  double entry[count_nonzero()];
-  unsigned char slope[sizeof entry / sizeof *entry], begin[Dop853::stages + 1];
-};
-constexpr Rows without_zeros() {
-  Rows rows{};
-  int full = 0, count = 0;
-  for (int stage = 1; stage < Dop853::stages; ++stage) {
-    for (int k = 0; k < stage; ++k, ++full) {
-      if (table[full] == 0) continue;
-      rows.entry[count] = table[full];
-      rows.slope[count++] = static_cast<unsigned char>(k);
-    }
-    rows.begin[stage + 1] = static_cast<unsigned char>(count);
-  }
-  return rows;
+[[gnu::cold, gnu::noinline]] void evaluate_plain(const Sum& sum) {
+  for (std::size_t at = 0; at < sum.width; ++at) set_lanes<1>(sum, at);
 }
-constexpr Rows rows = without_zeros();
+
+REDYSIM_AVX2 void evaluate_with_avx2(const Sum& sum) {
+  std::size_t at = 0;
+  for (; at + 3 <= sum.width; at += 3) set_lanes<3>(sum, at);
+  for (; at < sum.width; ++at) set_lanes<1>(sum, at);
+}
 
 }  // namespace
 
-[[gnu::cold]] Dop853::Dop853(long size, SUNContext context, Slope of_state, void* self)
-    : size_(static_cast<std::size_t>(size)), slope_(of_state), self_(self) {
-  for (Vector& vector : vectors_) vector = make_vector(size, context);
-  for (int k = 0; k < vectors; ++k) all_[k] = vectors_[k].get();
+[[gnu::cold]] Dop853::Dop853(std::size_t size, Slope of_state, void* self)
+    : size_(size),
+      width_((size + 3) / 4),
+      slope_(of_state),
+      self_(self),
+      rows_((zero + 1) * width_, Lanes<double>::all(0)) {}
+
+void Dop853::sum(int count, const double* factors, const unsigned char* which, double h, int base,
+                 int result) {
+  const Sum sum{count, factors, which, rows_.data(), width_, h, row(base), row(result)};
+  if (has_avx2)
+    evaluate_with_avx2(sum);
+  else
+    evaluate_plain(sum);
 }
 
-void Dop853::combine(int stage, double h, N_Vector y, N_Vector result) {
-  double factors[stages] = {1};
-  N_Vector summands[stages] = {y};
-  int count = 1;
-  for (int k = rows.begin[stage]; k < rows.begin[stage + 1]; ++k, ++count) {
-    factors[count] = h * rows.entry[k];
-    summands[count] = all_[rows.slope[k]];
+[[gnu::noinline]] void Dop853::combine(int combination, double h, int base, int result) {
+  const int begin = table.begin[combination];
+  sum(table.begin[combination + 1] - begin, table.entry + begin, table.slope + begin, h, base, result);
+}
+
+bool Dop853::set_slope(int k, double time, double h) {
+  return slope_(time + times[k] * h, numbers(stage), numbers(k), self_);
+}
+
+bool Dop853::step(double time, double h, const double* y, double* end) {
+  std::copy_n(y, size_, numbers(start));
+  for (int k = 1; k < last; ++k) {
+    combine(k, h, start, stage);
+    if (!set_slope(k, time, h)) return false;
   }
-  N_VLinearCombination(count, factors, summands, result);
-}
-
-bool Dop853::set_slope(int stage, double time, double h, N_Vector y) {
-  return slope_(time + times[stage] * h, data(y), slope(stage), self_);
-}
-
-bool Dop853::step(double time, double h, N_Vector y, N_Vector end) {
-  for (int stage = 1; stage < last; ++stage) {
-    combine(stage, h, y, end);
-    if (!set_slope(stage, time, h, end)) return false;
-  }
-  combine(last, h, y, end);
+  combine(last, h, start, stage);
+  std::copy_n(numbers(stage), size_, end);
   return true;
+}
+
+[[gnu::noinline]] double Dop853::norm(int combination, const ErrorWeights& error_weights,
+                                      const double* weights) {
+  combine(combination, 1, zero, start + 1);
+  return error_weights.norm(numbers(start + 1), weights);
 }
 
 double Dop853::error(double h, const ErrorWeights& error_weights, const double* weights) {
-  const auto norm = [&](const double* factors) {
-    N_VLinearCombination(last, read_only(factors), all_, scratch());
-    return error_weights.norm(data(scratch()), weights);
-  };
-  const double of_fifth = norm(fifth), of_third = norm(third);
-  const double both = std::hypot(of_fifth, 0.1 * of_third);
-  return both == 0 ? 0 : h * of_fifth * (of_fifth / both);
+  const double fifth = norm(order_5, error_weights, weights), third = norm(order_3, error_weights, weights);
+  const double both = std::hypot(fifth, 0.1 * third);
+  return both == 0 ? 0 : h * fifth * (fifth / both);
 }
 
-bool Dop853::fit(double time, double h, N_Vector y, N_Vector end) {
-  if (!set_slope(last, time, h, end)) return false;
-  for (int stage = last + 1; stage < stages; ++stage) {
-    combine(stage, h, y, scratch());
-    if (!set_slope(stage, time, h, scratch())) return false;
+// The polynomial is t0 + x (t1 + r (t2 + x (t3 + r (t4 + ...)))) with the share x and r = 1 - x.
+bool Dop853::fit(double time, double h) {
+  if (!set_slope(last, time, h)) return false;
+  for (int k = last + 1; k < stages; ++k) {
+    combine(k, h, start, stage);
+    if (!set_slope(k, time, h)) return false;
   }
-  double factors[stages];
-  for (int k = 0; k < 4; ++k) {
-    std::transform(dense[k], dense[k] + stages, factors, [h](double entry) { return h * entry; });
-    N_VLinearCombination(stages, factors, all_, vectors_[stages + 4 + k].get());
-  }
-  for (std::size_t i = 0; i < size_; ++i) {
-    const double change = data(end)[i] - data(y)[i];
-    const double first = h * slope(0)[i], final = h * slope(last)[i];
-    term(0)[i] = data(y)[i];
-    term(1)[i] = change;
-    term(2)[i] = first - change;
-    term(3)[i] = 2 * change - (first + final);
-  }
+  for (int k = 1; k < terms; ++k) combine(first_term + k - 1, h, zero, start + k);
   return true;
 }
 
-// t0 + x (t1 + r (t2 + x (t3 + r (t4 + ...)))) with the share x and r = 1 - x
-void Dop853::evaluate(double share, N_Vector y) {
+void Dop853::evaluate(double share, double* y) {
+  static constexpr unsigned char which[terms] = {start, 17, 18, 19, 20, 21, 22, 23};
   double factors[terms] = {1};
   for (int k = 1; k < terms; ++k) factors[k] = factors[k - 1] * (k % 2 == 1 ? share : 1 - share);
-  N_VLinearCombination(terms, factors, &all_[stages], y);
+  sum(terms, factors, which, 1, zero, stage);
+  std::copy_n(numbers(stage), size_, y);
 }
 
-[[gnu::cold]] void Dop853::put(ByteWriter& writer) const {
-  for (int k = last; k < vectors; k = next_saved(k)) writer.put(data(vectors_[k]), size_);
+[[gnu::cold]] void Dop853::save(double* values) const {
+  for (int k = last; k < stage; k = next_saved(k), values += size_) std::copy_n(numbers(k), size_, values);
 }
 
 [[gnu::cold]] void Dop853::restore(const double* values) {
-  for (int k = last; k < vectors; k = next_saved(k), values += size_)
-    std::copy_n(values, size_, data(vectors_[k]));
+  for (int k = last; k < stage; k = next_saved(k), values += size_) std::copy_n(values, size_, numbers(k));
 }
 
 }  // namespace redysim

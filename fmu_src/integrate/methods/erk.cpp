@@ -145,8 +145,7 @@ class Erk final : public OneStep {
   else
     lower_ = &alone_for(settings.rtol, system);
   if (choice_ || takes_eighth()) {
-    dop853_ =
-        std::make_unique<Dop853>(system.size(), room_->context, &Erk::slope, static_cast<OneStep*>(this));
+    dop853_ = std::make_unique<Dop853>(y_.size(), &Erk::slope, static_cast<OneStep*>(this));
     weights_ = y_;
   }
   if (!takes_eighth()) arkode_ = made(*lower_);
@@ -206,7 +205,11 @@ void Erk::forget_choice() {
 [[gnu::cold]] void Erk::put_choice(ByteWriter& writer) const {
   if (!choice_) return;
   for (const auto part : passing_parts) writer.put(passing_.*part);
-  if (passing_.length > 0) dop853_->put(writer);
+  if (passing_.length > 0) {
+    std::vector<double> polynomial(dop853_->saved());
+    dop853_->save(polynomial.data());
+    writer.put(polynomial.data(), polynomial.size());
+  }
   choice_->put(writer);
 }
 
@@ -217,7 +220,7 @@ void Erk::forget_choice() {
     reader.get(passing.*part);
     if (!std::isfinite(passing.*part)) return false;
   }
-  std::vector<double> polynomial(passing.length > 0 ? Dop853::saved * y_.size() : 0);
+  std::vector<double> polynomial(passing.length > 0 ? dop853_->saved() : 0);
   reader.get(polynomial.data(), polynomial.size());
   if (!choice_->get(reader)) return false;
   passing_ = passing;
@@ -291,7 +294,7 @@ bool Erk::begin_step(double) {
 }
 
 double Erk::attempt_error(double h) {
-  if (!dop853_->step(reached_, h, result_.get(), candidate_.get()))
+  if (!dop853_->step(reached_, h, data(result_), data(candidate_)))
     return std::numeric_limits<double>::infinity();
   return dop853_->error(h, error_weights_, weights_.data());
 }
@@ -304,7 +307,7 @@ int Erk::accept(double end, double h) {
 
 // False: no state lies there.
 bool Erk::pass(double h) {
-  if (!dop853_->fit(reached_, h, result_.get(), candidate_.get())) return false;
+  if (!dop853_->fit(reached_, h)) return false;
   passing_.origin = origin_;
   passing_.begin = reached_;
   passing_.length = h;
@@ -332,7 +335,7 @@ bool Erk::lies_in_last_step(bool inputs_changed) {
     return true;
   }
   passing_.length = 0;
-  dop853_->evaluate(1, result_.get());
+  dop853_->evaluate(1, data(result_));
   std::copy_n(data(result_), y_.size(), y_.begin());
   std::copy_n(dop853_->last_slope(), slope_.size(), slope_.begin());
   slope_known_ = true;
@@ -342,7 +345,7 @@ bool Erk::lies_in_last_step(bool inputs_changed) {
 
 // The state at the end of the advance into result_.
 void Erk::read_polynomial() {
-  dop853_->evaluate((goal_ - passing_.origin - passing_.begin) / passing_.length, result_.get());
+  dop853_->evaluate((goal_ - passing_.origin - passing_.begin) / passing_.length, data(result_));
 }
 
 }  // namespace

@@ -62,19 +62,17 @@ inline void combine_twelve(int terms, const double* c, const N_Vector* x, long a
   *reinterpret_cast<Four::Type*>(z + at + 8) = d;
 }
 
-// part by part, so z may be any of the x
-template <bool ThreeSums>
+// part by part, so z may be any of the x; `wide`: with registers of four
+template <bool wide>
 inline int linear_combination(int terms, double* c, N_Vector* x, N_Vector z_vector) {
   const long n = size(z_vector);
   double* z = data(z_vector);
   long at = 0;
-  if constexpr (ThreeSums)
+  if constexpr (wide) {
     for (; at + 12 <= n; at += 12) combine_twelve(terms, c, x, at, z);
-  for (; at + 4 <= n; at += 4) combine_part<4>(terms, c, x, at, z);
-  if (at + 2 <= n) {
-    combine_part<2>(terms, c, x, at, z);
-    at += 2;
+    for (; at + 4 <= n; at += 4) combine_part<4>(terms, c, x, at, z);
   }
+  for (; at + 2 <= n; at += 2) combine_part<2>(terms, c, x, at, z);
   if (at < n) combine_part<1>(terms, c, x, at, z);
   return 0;
 }
@@ -155,7 +153,7 @@ double weighted_norm(N_Vector x_vector, N_Vector w_vector) {
 N_Vector clone(N_Vector vector);
 
 // What CVODE and ARKODE require, and what they call often; the rest has SUNDIALS' defaults.
-_generic_N_Vector_Ops vector_operations() {
+[[gnu::cold]] _generic_N_Vector_Ops vector_operations() {
   _generic_N_Vector_Ops operations{};
   operations.nvclone = clone;
   operations.nvdestroy = [](N_Vector vector) { ::operator delete(vector); };
@@ -182,7 +180,7 @@ _generic_N_Vector_Ops vector_operations() {
   return operations;
 }
 
-N_Vector new_vector(long size, SUNContext context) {
+[[gnu::cold]] N_Vector new_vector(long size, SUNContext context) {
   static _generic_N_Vector_Ops operations = vector_operations();
   const std::size_t components = static_cast<std::size_t>(size) * sizeof(double);
   auto* header = static_cast<Header*>(::operator new(sizeof(Header) + components, std::nothrow));
@@ -209,7 +207,9 @@ int scale_and_add_identity(double factor, SUNMatrix matrix) {
   return SUNMAT_SUCCESS;
 }
 
-SUNMatrix clone_matrix(SUNMatrix matrix) { return make_matrix(SM_ROWS_D(matrix), matrix->sunctx).release(); }
+[[gnu::cold]] SUNMatrix clone_matrix(SUNMatrix matrix) {
+  return make_matrix(SM_ROWS_D(matrix), matrix->sunctx).release();
+}
 
 SUNLinearSolver_Type type_of(SUNLinearSolver) { return SUNLINEARSOLVER_DIRECT; }
 
@@ -236,7 +236,7 @@ int solve(SUNLinearSolver solver, SUNMatrix matrix, N_Vector x, N_Vector b, doub
   return balls;
 }
 
-int free_solver(SUNLinearSolver solver) {
+[[gnu::cold]] int free_solver(SUNLinearSolver solver) {
   delete &newton_matrix(solver);
   SUNLinSolFreeEmpty(solver);
   return SUNLS_SUCCESS;
@@ -244,7 +244,7 @@ int free_solver(SUNLinearSolver solver) {
 
 }  // namespace
 
-LinearSolver make_linear_solver(const System& system, SUNContext context) {
+[[gnu::cold]] LinearSolver make_linear_solver(const System& system, SUNContext context) {
   auto matrix = std::make_unique<NewtonMatrix>(system.layout(), balls_with_contacts(system));
   SUNLinearSolver solver = created(SUNLinSolNewEmpty(context));
   solver->ops->gettype = type_of;
@@ -255,7 +255,7 @@ LinearSolver make_linear_solver(const System& system, SUNContext context) {
   return LinearSolver(solver);
 }
 
-Matrix make_matrix(long size, SUNContext context) {
+[[gnu::cold]] Matrix make_matrix(long size, SUNContext context) {
   Matrix matrix(created(SUNDenseMatrix(size, size, context)));
   matrix->ops->clone = clone_matrix;
   matrix->ops->copy = copy_matrix;
