@@ -79,14 +79,14 @@ def test_the_block_slides_below_it(slave, friction):
 @pytest.mark.parametrize("count", [1, 2])
 def test_as_many_balls_leave_the_cradle_as_have_met_it(slave, count):
     released = {f"ball{k}.q0": -math.radians(40) for k in range(1, count + 1)}
-    one, highest = slave("newtons_cradle", start=released), [0.0] * 5
+    one, highest = slave("newtons_cradle", rtol=1e-10, start=released), [0.0] * 5
     for k in range(85):
         assert one.step(k * 0.01, 0.01) == OK, one.errors
         if k >= 35:
             highest = [max(high, math.degrees(abs(one.get(f"ball{i}.q")))) for i, high in enumerate(highest, 1)]
     assert highest[5 - count :] == pytest.approx([40] * count, abs=0.3)
     assert max(highest[: 5 - count]) < 0.6
-    assert abs(one.get("energy.balance")) < 1e-9
+    assert abs(one.get("energy.balance")) < 1e-8
 
 
 def test_the_wheel_spins_then_rolls(slave):

@@ -68,7 +68,7 @@ class Taylor final : public Integrator {
  private:
   void forget_series();
   const char* make_series(double aim);
-  bool expand(double aim);
+  void expand(double aim);
   bool suffices(double aim) const;
   double norm(const double* change) const { return error_weights_.norm(change, weights_.data()); }
   double extent_of_terms() const;
@@ -144,12 +144,15 @@ const char* Taylor::make_series(double aim) {
     return reasons::not_finite;
   }
   error_weights_.evaluate(y_.data(), weights_.data());
-  while (!expand(aim)) {
+  expand(aim);
+  double extent = extent_of_terms();
+  for (; std::isnan(extent); extent = extent_of_terms()) {
     unit_ *= smaller_unit;
     if (unit_ < smallest_unit) return reasons::not_finite;
+    expand(aim);
   }
   statistics_.evaluations += series_.order();
-  extent_ = std::min({extent_of_terms(), growth * series_.unit(), longest_});
+  extent_ = std::min({extent, growth * series_.unit(), longest_});
   if (series_.order() < order_) extent_ = std::min(extent_, aim);
   series_since_ = since_;
   for (;;) {
@@ -168,12 +171,10 @@ const char* Taylor::make_series(double aim) {
   return nullptr;
 }
 
-// False: a coefficient is not finite.
-bool Taylor::expand(double aim) {
+void Taylor::expand(double aim) {
   series_.start(y_.data(), unit_);
   while (series_.order() < order_ && !suffices(aim))
     series_.extend(force_coefficients(since_, series_.order()));
-  return std::isfinite(norm(series_.coefficient(series_.order())));
 }
 
 // Whether the last terms of the series are negligible at the time `aim`.
@@ -185,12 +186,15 @@ bool Taylor::suffices(double aim) const {
          norm(series_.coefficient(last - 1)) * std::pow(s, last - 1) < negligible;
 }
 
-// Where the last terms reach the tolerance.
+// Where the last terms reach the tolerance; NaN: a coefficient is not finite.
 double Taylor::extent_of_terms() const {
-  double s = std::numeric_limits<double>::infinity();
-  for (int k = series_.order(); k > series_.order() - last_orders; --k)
-    s = std::min(s, std::pow(norm(series_.coefficient(k)), -1.0 / k));
-  return s * series_.unit();
+  double logarithm = std::numeric_limits<double>::infinity();
+  for (int k = series_.order(); k > series_.order() - last_orders; --k) {
+    const double size = norm(series_.coefficient(k));
+    if (!std::isfinite(size)) return std::numeric_limits<double>::quiet_NaN();
+    logarithm = std::min(logarithm, -std::log(size) / k);
+  }
+  return std::exp(logarithm) * series_.unit();
 }
 
 // The local error by the difference of slopes, which grows with the power order() of time. Leaves the slope
