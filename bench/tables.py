@@ -23,6 +23,7 @@ PART_WORDS = {
 LINE_WORDS = {
     "kuka_kr5": "kuka_kr5, last link tunable",
     "any_angle_chain_6": "6 joints of any geometry",
+    "any_angle_chain_9": "9 joints of any geometry",
     "any_angle_chain_12": "12 joints of any geometry",
 }
 
