@@ -106,7 +106,12 @@ def test_a_step_that_leaves_a_contact_keeps_the_energy(built, instance, method, 
         ("redysim_hexapod", "dirk", 1e-3, 0.5),
         ("redysim_small_biped", "dirk", 1e-3, 0.2),
         ("redysim_small_biped", "bdf", 1e-6, 0.2),
-        *(pytest.param(*case, 0.6, marks=pytest.mark.slow) for case in product(CONTACT_MODELS, METHODS, (1e-3, 1e-6))),
+        # in steps of `exponential` the error of the work counts (docs/solvers.md)
+        *(
+            pytest.param(*case, 0.6, marks=pytest.mark.slow)
+            for case in product(CONTACT_MODELS, METHODS, (1e-3, 1e-6))
+            if case[1] != "exponential"
+        ),
     ],
 )
 def test_energy_outputs_do_not_change_a_run(variant, instance, name, method, rtol, stop):
