@@ -14,7 +14,7 @@ Plan<Recorded> with_base_parameters(Plan<Recorded> plan, Workspace<Recorded>& ws
 // qdd (nv) from q, qd and the forces tau of the joints (nv): M qdd = tau - bias, with the bias of the
 // recursive Newton-Euler equations, M of composite bodies and L^T D L of M with the sparsity of the tree
 // (Featherstone 2008, Tables 6.2 and 6.3). As a straight line it has fewer operations than the recursion of
-// aba.hpp, up to about 15 joints in series. Open trees without prescribed joints.
+// aba.hpp up to about 11 joints in series. Open trees without prescribed joints.
 void composite_forward_dynamics(const Plan<Recorded>& plan, Workspace<Recorded>& ws, const Recorded* q,
                                 const Recorded* qd, const Recorded* tau, Recorded* qdd);
 

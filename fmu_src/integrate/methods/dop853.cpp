@@ -85,7 +85,7 @@ template <int Entries>
 constexpr Sparse<Entries> sparse() {
   // The first terms of the polynomial: c = h * result, h f(start) - c, 2 c - h f(start) - h f(end)
   double c_table[3][13] = {};
-  const double* result = stage_table + 66;
+  const double* result = stage_table + 66;  // stage 12
   for (int k = 0; k < 13; ++k) {
     const double c = k < 12 ? result[k] : 0, first = k == 0, end = k == 12;
     c_table[0][k] = c;
