@@ -1,5 +1,6 @@
 #include "dynamics/straight_line/composite_dynamics.hpp"
 
+#include <utility>
 #include <vector>
 
 #include "dynamics/crba.hpp"

@@ -5,8 +5,6 @@
 namespace redysim {
 namespace {
 
-using sundials::read_only;
-
 // `A` row by row; `b`: weights of the step, `d`: of the embedded order.
 template <int stages>
 struct Table {
@@ -36,6 +34,9 @@ constexpr Table<7> fifth = {
     {5179.0 / 57600, 0, 7571.0 / 16695, 393.0 / 640, -92097.0 / 339200, 187.0 / 2100, 1.0 / 40}};
 
 // clang-format on
+
+// SUNDIALS copies the numbers, but takes pointers to mutable ones.
+double* read_only(const double* numbers) { return const_cast<double*>(numbers); }
 
 template <int stages>
 ButcherTable butcher_table(const Table<stages>& of, int order, int embedded_order) {

@@ -69,9 +69,6 @@ inline NewtonMatrix& newton_matrix(const LinearSolver& solver) { return newton_m
 inline double* data(N_Vector vector) { return static_cast<double*>(vector->content); }
 inline double* data(const Vector& vector) { return data(vector.get()); }
 
-// SUNDIALS only reads these numbers, but takes pointers to mutable ones.
-inline double* read_only(const double* numbers) { return const_cast<double*>(numbers); }
-
 // Keeps the last message of SUNDIALS instead of printing it; an ARKErrHandlerFn and CVErrHandlerFn.
 struct LastMessage {
   char text[256] = "";

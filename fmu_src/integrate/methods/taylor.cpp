@@ -68,7 +68,7 @@ class Taylor final : public Integrator {
  private:
   void forget_series();
   const char* make_series(double aim);
-  void expand(double aim);
+  double expand(double aim);
   bool suffices(double aim) const;
   double norm(const double* change) const { return error_weights_.norm(change, weights_.data()); }
   double extent_of_terms() const;
@@ -144,12 +144,11 @@ const char* Taylor::make_series(double aim) {
     return reasons::not_finite;
   }
   error_weights_.evaluate(y_.data(), weights_.data());
-  expand(aim);
-  double extent = extent_of_terms();
-  for (; std::isnan(extent); extent = extent_of_terms()) {
+  double extent = expand(aim);
+  while (std::isnan(extent)) {
     unit_ *= smaller_unit;
     if (unit_ < smallest_unit) return reasons::not_finite;
-    expand(aim);
+    extent = expand(aim);
   }
   statistics_.evaluations += series_.order();
   extent_ = std::min({extent, growth * series_.unit(), longest_});
@@ -171,10 +170,12 @@ const char* Taylor::make_series(double aim) {
   return nullptr;
 }
 
-void Taylor::expand(double aim) {
+// Returns the extent of the terms.
+double Taylor::expand(double aim) {
   series_.start(y_.data(), unit_);
   while (series_.order() < order_ && !suffices(aim))
     series_.extend(force_coefficients(since_, series_.order()));
+  return extent_of_terms();
 }
 
 // Whether the last terms of the series are negligible at the time `aim`.
