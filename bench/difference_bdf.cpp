@@ -21,7 +21,7 @@ class DifferenceBdf final : public Integrator {
   DifferenceBdf(System& system, const SolverSettings& settings)
       : system_(system),
         error_weights_(system, settings.rtol, settings.atol),
-        now_(make_vector(system.size(), context_)),
+        now_(created(N_VNew_Serial(system.size(), context_))),
         matrix_(created(SUNDenseMatrix(system.size(), system.size(), context_))),
         solver_(created(SUNLinSol_Dense(now_.get(), matrix_.get(), context_))) {}
   ~DifferenceBdf() override { CVodeFree(&memory_); }
@@ -62,6 +62,10 @@ class DifferenceBdf final : public Integrator {
   bool restore(const unsigned char*, std::size_t) override { return false; }
 
  private:
+  // of SUNDIALS' own vectors, which its difference Jacobian needs
+  static double* data(N_Vector vector) { return NV_DATA_S(vector); }
+  static double* data(const Vector& vector) { return data(vector.get()); }
+
   static int right_hand_side(double time, N_Vector y, N_Vector slope, void* self_pointer) {
     DifferenceBdf& self = *static_cast<DifferenceBdf*>(self_pointer);
     ++self.statistics_.evaluations;

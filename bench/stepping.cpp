@@ -16,12 +16,13 @@
 //     limit=N                                  a run with more right-hand sides is stopped, and those of the
 //                                              same method at the tolerances after it; 0: none
 //     log=on|off                               on: the last decision of auto in each communication step
-//     clock=on|off                             off: a Jacobian counts as 1.5 right-hand sides per state
+//     clock=on|off                             off: work without a clock: a Jacobian counts as 1.5 right-hand
+//                                              sides per state, a right-hand side as with slope_time.hpp
 //
-// One line per run: method, rtol, right-hand sides, Jacobians, right-hand sides with Jacobians counted by CPU
-// time, accepted and rejected steps, error of positions (maximum over joints and outputs), of velocities,
-// energy balance error (relative to the maximum kinetic energy), CPU time in s, 50th and 99th percentile of
-// the right-hand sides (with Jacobians) of a communication step.
+// One line per run: method, rtol, right-hand sides, Jacobians, work (right-hand sides, with Jacobians by CPU
+// time, or without a clock), accepted and rejected steps, error of positions (maximum over joints and
+// outputs), of velocities, energy balance error (relative to the maximum kinetic energy), CPU time in s, 50th
+// and 99th percentile of the right-hand sides (with Jacobians) of a communication step.
 
 #include <algorithm>
 #include <cmath>
@@ -37,6 +38,7 @@
 
 #include "difference_bdf.hpp"
 #include "integrate/methods/integrator.hpp"
+#include "integrate/methods/slope_time.hpp"
 #include "integrate/system/dense_jacobian.hpp"
 #include "integrate/system/start.hpp"
 #include "model/read/model_file.hpp"
@@ -80,7 +82,7 @@ std::vector<double> start_of(const Model& model, System& system) {
 struct Run {
   std::vector<std::vector<double>> states;  // at the outputs, from `after` on
   long evaluations = 0, jacobians = 0, steps = 0, rejected = 0;
-  double matrix_work = 0;
+  double work = 0;  // right-hand sides, see Account
   double balance = 0, seconds = 0;
   std::vector<double> costs;  // right-hand sides of each communication step
   std::string stopped;        // reason
@@ -91,6 +93,20 @@ struct Run {
     std::vector<double> sorted = costs;
     std::sort(sorted.begin(), sorted.end());
     return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
+  }
+};
+
+// How work is counted.
+struct Account {
+  double jacobian = 0;   // in right-hand sides
+  bool by_clock = true;  // false: what surrounds right-hand sides counts by estimate
+
+  double slope(const System& system, SolverMethod method) const {
+    return by_clock ? 1 : slope_time(system, method);
+  }
+  double work(const Statistics& statistics, double slope) const {
+    return slope * static_cast<double>(statistics.evaluations) +
+           jacobian * static_cast<double>(statistics.jacobians) + (by_clock ? 0 : statistics.other_work);
   }
 };
 
@@ -122,7 +138,7 @@ class Scene {
     }
   }
 
-  Run run(const std::string& method, double rtol, double jacobian_cost) const {
+  Run run(const std::string& method, double rtol, const Account& account) const {
     System system(plan_, true, &model_);
     SolverSettings settings = model_.solver;
     settings.method = method_called(method == "bdf-dq" ? "bdf" : method);
@@ -133,10 +149,8 @@ class Scene {
         method == "bdf-dq" ? make_difference_bdf(system, settings) : make_integrator(system, settings);
     Run result;
     const Statistics& statistics = integrator->statistics();
-    const auto work = [&] {
-      return static_cast<double>(statistics.evaluations) +
-             jacobian_cost * static_cast<double>(statistics.jacobians) + statistics.matrix_work;
-    };
+    const double slope = account.slope(system, settings.method);
+    const auto work = [&] { return account.work(statistics, slope); };
     if (limit_ > 0) integrator->pause_after(pause);
     long decisions = 0;
     integrator->start(0, y.data());
@@ -173,7 +187,7 @@ class Scene {
     result.steps = statistics.steps;
     result.rejected = statistics.rejected;
     result.jacobians = statistics.jacobians;
-    result.matrix_work = statistics.matrix_work;
+    result.work = work();
     result.balance = moving > 0 ? worst / moving : 0;
     result.seconds = static_cast<double>(used) / CLOCKS_PER_SEC;
     return result;
@@ -186,6 +200,7 @@ class Scene {
     DenseJacobian jacobian(system);
     std::vector<double> slope(y.size()), matrix(y.size() * y.size());
     const double slope_time = quickest([&] { system.right_hand_side(0, y.data(), slope.data()); });
+    std::printf("# a right-hand side takes %.0f ns\n", slope_time / 200 * 1e9 / CLOCKS_PER_SEC);
     const double matrix_time = quickest([&] { jacobian.evaluate(0, y.data(), matrix.data()); });
     return matrix_time / slope_time - 1;
   }
@@ -268,7 +283,7 @@ Run reference_of(const Scene& scene, const Options& options) {
   const std::string keep = options.values.at("keep");
   Run reference;
   if (!keep.empty() && read_states(keep, reference)) return reference;
-  reference = scene.run(options.values.at("reference"), options.number("reference_rtol"), 0);
+  reference = scene.run(options.values.at("reference"), options.number("reference_rtol"), {});
   if (!keep.empty()) write_states(keep, reference);
   return reference;
 }
@@ -277,17 +292,15 @@ int compare(const std::string& file, const Options& options) {
   const Scene scene(file, options);
   const Run reference = reference_of(scene, options);
   if (!reference.stopped.empty()) std::printf("# reference: %s\n", reference.stopped.c_str());
-  const double jacobian_cost =
-      options.values.at("clock") == "off" ? jacobian_column * scene.states() - 1 : scene.jacobian_cost();
+  const bool by_clock = options.values.at("clock") != "off";
+  const Account account = {by_clock ? scene.jacobian_cost() : jacobian_column * scene.states() - 1, by_clock};
   const std::size_t positions = static_cast<std::size_t>(scene.positions());
-  std::printf("# a Jacobian costs %.1f right-hand sides\n", jacobian_cost + 1);
+  std::printf("# a Jacobian costs %.1f right-hand sides\n", account.jacobian + 1);
   for (const std::string& method : options.list("method"))
     for (const std::string& rtol : options.list("rtol")) {
-      const Run run = scene.run(method, std::atof(rtol.c_str()), jacobian_cost);
-      const double work = static_cast<double>(run.evaluations) +
-                          jacobian_cost * static_cast<double>(run.jacobians) + run.matrix_work;
+      const Run run = scene.run(method, std::atof(rtol.c_str()), account);
       std::printf("%s %s %ld %ld %.0f %ld+%ld %.2e %.2e %.1e %.3g %.0f %.0f%s%s\n", method.c_str(),
-                  rtol.c_str(), run.evaluations, run.jacobians, work, run.steps, run.rejected,
+                  rtol.c_str(), run.evaluations, run.jacobians, run.work, run.steps, run.rejected,
                   largest_difference(run, reference, 0, positions),
                   largest_difference(run, reference, positions, 1000000), run.balance, run.seconds,
                   run.percentile(0.5), run.percentile(0.99), run.stopped.empty() ? "" : " # ",

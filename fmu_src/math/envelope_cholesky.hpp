@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "math/dual.hpp"
@@ -27,7 +28,7 @@ class EnvelopeCholesky {
 
   // `may_reorder`: for factor_product() after reorder(), which needs a second factor of up to
   // `largest_reordered` rows.
-  explicit EnvelopeCholesky(std::vector<int> first_column, bool may_reorder = false);
+  [[gnu::cold]] explicit EnvelopeCholesky(std::vector<int> first_column, bool may_reorder = false);
 
   int size() const { return static_cast<int>(first_.size()); }
   int rank() const { return rank_; }
@@ -127,8 +128,8 @@ EnvelopeCholesky<Scalar>::EnvelopeCholesky(std::vector<int> first_column, bool m
   work_.assign(first_.size(), Scalar(0));
   along_ = left_ = weight_ = work_;
   if (!may_reorder || size() > largest_reordered) return;
-  reordered_.emplace_back(std::vector<int>(first_.size(), 0));
   position_.assign(first_.size(), 0);
+  reordered_.emplace_back(std::as_const(position_), /*may_reorder=*/false);
 }
 
 template <class Scalar>

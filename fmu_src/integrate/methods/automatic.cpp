@@ -1,23 +1,22 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
-#include "integrate/methods/automatic_memory.hpp"
+#include "integrate/methods/decision.hpp"
 #include "integrate/methods/one_step.hpp"
 #include "integrate/methods/phi_functions.hpp"
+#include "integrate/methods/slope_time.hpp"
 #include "integrate/methods/state_bytes.hpp"
 #include "integrate/methods/step_budget.hpp"
 #include "integrate/methods/tuning.hpp"
 #include "integrate/system/spectral_radius.hpp"
-#include "model/read/number.hpp"
 
-// Chooses among the four methods during the run (docs/solvers.md, constants in tuning.hpp).
+// Chooses among the methods during the run (docs/solvers.md, constants in tuning.hpp).
 //
-// A method that promises to be cheaper is tried: it continues the run, and after its start its right-hand
-// sides per second of motion are compared with those of the method before it. If it is not cheaper, that
-// method returns, and the next trial waits longer. Candidates are
+// A method that promises to be cheaper is tried: it continues the run, and after its start its estimated CPU
+// time per second of motion is compared with that of the method before it. If it is not cheaper, that method
+// returns, and the next trial waits longer. Candidates are
 //
 // * multistep methods, where inputs are held for several steps of the one-step method;
 // * implicit methods, where the spectral radius, estimated from time to time, shows that stability limits the
@@ -34,7 +33,7 @@ void add(const Statistics& more, Statistics& sum) {
   sum.rejected += more.rejected;
   sum.evaluations += more.evaluations;
   sum.jacobians += more.jacobians;
-  sum.matrix_work += more.matrix_work;
+  sum.other_work += more.other_work;
 }
 
 class Automatic final : public Integrator {
@@ -57,23 +56,17 @@ class Automatic final : public Integrator {
   const char* name() const override { return current_->name(); }
   SolverMethod method() const override { return current_->method(); }
 
-  long decisions() const override { return noted_; }
-  std::string last_decision() const override;
+  long decisions() const override { return decisions_; }
+  std::string last_decision() const override { return decision_.text(); }
 
   void save(std::vector<unsigned char>& bytes) const override;
   bool restore(const unsigned char* bytes, std::size_t size) override;
 
  private:
-  // The last decision, for the log.
-  enum class Event : std::uint8_t { tried, stays, returns, restarts, replaces };
-  struct Note {
-    Event event = Event::tried;
-    Choice method = Choice::erk, other = Choice::erk;
-    double time = 0, cost = 0, other_cost = 0;
-  };
+  using Event = Decision::Event;
   void note(Event event, Choice method, Choice other, double cost, double other_cost) {
-    note_ = {event, method, other, time(), cost, other_cost};
-    ++noted_;
+    decision_ = {event, method, other, time(), cost, other_cost};
+    ++decisions_;
   }
 
   Choice choice() const { return static_cast<Choice>(memory_.choice); }
@@ -96,6 +89,7 @@ class Automatic final : public Integrator {
   void note_change();
   void leave_multistep();
   bool replace_failed(unsigned& failed);
+  bool is_news();
   void consider(double end, double span);
   // What is expected until the inputs change.
   struct Outlook {
@@ -119,10 +113,16 @@ class Automatic final : public Integrator {
   double work() const;
   double cost() const;
   // Right-hand sides after which the step size is that of the method, not of its start.
-  double settled_work() const { return is_multistep(choice()) ? Tuning::settled_multistep : Tuning::settled; }
-  static double stages(Choice choice) {
-    return is_implicit(choice) ? Tuning::dirk_step : Tuning::explicit_stages;
+  double settled_work() const {
+    return slope_time() * (is_multistep(choice()) ? Tuning::settled_multistep : Tuning::settled);
   }
+  double step_work(Choice choice) const {
+    return slope_time(choice) * (is_implicit(choice) ? Tuning::dirk_step : Tuning::explicit_stages);
+  }
+  double slope_time(Choice choice) const { return slope_times_[static_cast<std::size_t>(choice)]; }
+  double slope_time() const { return slope_time(choice()); }
+  double trial_work() const { return slope_time() * Tuning::trial_cost; }
+  Statistics of_method_in_use() const;
   void begin_account();
   void end_measurement();
   void count();
@@ -131,6 +131,7 @@ class Automatic final : public Integrator {
   SolverSettings settings_;
   Room room_;
   SpectralRadius radius_;
+  std::array<double, choices> slope_times_;
   // As Choice numbers them, created at initialization, so that no step allocates. The matrices of implicit
   // methods grow with the square of the size: those of large systems are created when they are first tried,
   // and so is the exponential method, which takes most and is rarely needed.
@@ -140,12 +141,18 @@ class Automatic final : public Integrator {
   AutomaticMemory memory_;
   Statistics before_;      // of the methods used before the one in use
   Statistics statistics_;  // all
-  Note note_;
-  long noted_ = 0;
+  Decision decision_;      // the last
+  long decisions_ = 0;
 };
 
 Automatic::Automatic(System& system, const SolverSettings& settings, Room room)
-    : system_(system), settings_(settings), room_(std::move(room)), radius_(system) {
+    : system_(system),
+      settings_(settings),
+      room_(std::move(room)),
+      radius_(system),
+      slope_times_{1, redysim::slope_time(system, SolverMethod::adams),
+                   redysim::slope_time(system, SolverMethod::dirk),
+                   redysim::slope_time(system, SolverMethod::bdf), 1} {
   for (const Choice choice : {Choice::adams, Choice::dirk, Choice::bdf})
     if (!is_implicit(choice) || system.size() <= Tuning::implicit_from_start) integrator(choice);
 }
@@ -180,7 +187,7 @@ double Automatic::work() const {
   return static_cast<double>(statistics_.evaluations) +
          Tuning::jacobian_column * (system_.nq() + system_.nv() + system_.layout().actuators()) *
              static_cast<double>(statistics_.jacobians) +
-         statistics_.matrix_work;
+         statistics_.other_work;
 }
 
 void Automatic::begin_account() {
@@ -195,7 +202,7 @@ double Automatic::cost() const { return (work() - memory_.older_work) / (time() 
 // has become more difficult, and the trial has decided nothing.
 void Automatic::end_measurement() {
   const double spent = work() - memory_.mark_work, passed = time() - memory_.mark_time;
-  if (spent < Tuning::bucket) return;
+  if (spent < Tuning::bucket * slope_time()) return;
   if (memory_.failed_cost > 0 && spent / passed > Tuning::overtaken * memory_.failed_cost &&
       work() - memory_.begun >= settled_work()) {
     double& due = memory_.due[memory_.rival];
@@ -215,8 +222,15 @@ void Automatic::end_measurement() {
   memory_.mark_time = time();
 }
 
+Statistics Automatic::of_method_in_use() const {
+  Statistics all = current_->statistics();
+  all.other_work += (slope_time() - 1) * static_cast<double>(all.evaluations);
+  return all;
+}
+
 void Automatic::count() {
-  statistics_ = current_->statistics();
+  if (current_->statistics().evaluations + before_.evaluations == statistics_.evaluations) return;
+  statistics_ = of_method_in_use();
   add(before_, statistics_);
 }
 
@@ -252,7 +266,7 @@ void Automatic::use(Choice choice) {
   if (choice == this->choice()) return;
   const double time = current_->time(), known = memory_.step[static_cast<int>(choice)];
   memory_.step[memory_.choice] = step();
-  add(current_->statistics(), before_);
+  add(of_method_in_use(), before_);
   Integrator& next = integrator(choice);
   next.start(time, current_->state());
   if (!is_multistep(choice) && known > 0) static_cast<OneStep&>(next).expect_step(known);
@@ -334,8 +348,15 @@ void Automatic::leave_multistep() {
   begin_account();
 }
 
+// Not while communication points lie in a step that was taken before.
+bool Automatic::is_news() {
+  const double before = std::exchange(memory_.considered, work());
+  if (!(time() > memory_.mark_time)) return false;
+  return memory_.considered != before || time() == memory_.changed || is_trial();
+}
+
 void Automatic::consider(double end, double span) {
-  if (!(time() > memory_.mark_time)) return;
+  if (!is_news()) return;
   // costs are those of whole intervals between changes of the inputs
   const bool within_hold = is_periodic() && time() != memory_.changed;
   if (is_trial()) return follow_trial(within_hold);
@@ -362,7 +383,7 @@ bool Automatic::consider_one_step(const Outlook& outlook) {
   if (!is_periodic()) {
     if (memory_.steady == 0 || known == 0) return false;
     // what it would cost, as far as its step size is not out of date
-    if (used < Tuning::outdated && stages(other) / std::min(known, outlook.span) > cost()) return false;
+    if (used < Tuning::outdated && step_work(other) / std::min(known, outlook.span) > cost()) return false;
   }
   begin_trial(other, outlook.span);
   return true;
@@ -373,9 +394,7 @@ bool Automatic::consider_multistep(const Outlook& outlook) {
   const Choice other = multistep_like(choice());
   if (outlook.steps < (is_implicit(choice()) ? Tuning::held_for_bdf : Tuning::held_for_adams)) return false;
   const double used = work() - memory_.begun;
-  // one step for each communication step: much to gain
-  const bool at_floor = !passes_ends() && step() >= outlook.span && used >= Tuning::wait_at_floor;
-  if (!may_try(other) && !at_floor) return false;
+  if (!may_try(other)) return false;
   if (work() - memory_.older_work < Tuning::least_account) return false;
   if (other == Choice::adams && !adams_pays(outlook, used)) return false;
   begin_trial(other, outlook.span);
@@ -385,7 +404,8 @@ bool Automatic::consider_multistep(const Outlook& outlook) {
 bool Automatic::adams_pays(const Outlook& outlook, double used) const {
   // in long communication steps the gain is small
   if (outlook.span > Tuning::longest_for_adams * step() && used < Tuning::long_trial_after) return false;
-  return cost() * outlook.hold >= Tuning::adams_restart + Tuning::adams_step * outlook.hold / step();
+  return cost() * outlook.hold >=
+         slope_time(Choice::adams) * (Tuning::adams_restart + Tuning::adams_step * outlook.hold / step());
 }
 
 void Automatic::consider_stiffness(const Outlook& outlook) {
@@ -405,16 +425,17 @@ void Automatic::consider_stiffness(const Outlook& outlook) {
 Choice Automatic::instead_of_explicit(double radius, const Outlook& outlook) const {
   const double of_hold = cost() * outlook.hold;
   if (!limited_by_stability(radius, of_hold)) return choice();
-  if (outlook.steps >= Tuning::held_for_bdf && of_hold > Tuning::bdf_restart && may_try(Choice::bdf))
+  if (outlook.steps >= Tuning::held_for_bdf && of_hold > slope_time(Choice::bdf) * Tuning::bdf_restart &&
+      may_try(Choice::bdf))
     return Choice::bdf;
-  return of_hold > Tuning::dirk_step && may_try(Choice::dirk) ? Choice::dirk : choice();
+  return of_hold > step_work(Choice::dirk) && may_try(Choice::dirk) ? Choice::dirk : choice();
 }
 
 Choice Automatic::instead_of_other(double radius, const Outlook& outlook) {
   // cost of explicit steps, limited by stability and communication steps
   const double rate = is_multistep(choice()) ? 0.0 : 1 / outlook.span;
-  const double explicit_cost = Tuning::explicit_stages * std::max(radius / Tuning::explicit_step, rate);
   const Choice other = is_multistep(choice()) && may_try(Choice::adams) ? Choice::adams : Choice::erk;
+  const double explicit_cost = step_work(other) * std::max(radius / Tuning::explicit_step, rate);
   if (explicit_cost < Tuning::promised_gain * cost() && may_try(other)) return other;
   // bdf whose steps are bound to the spectral radius
   const double before = memory_.oscillation, now = step() * radius;
@@ -464,17 +485,16 @@ void Automatic::begin_trial(Choice candidate, double span) {
   double home_cost = cost();
   // the present step, without those of a start
   if (!is_multistep(choice()) && choice() != Choice::exponential && !is_periodic())
-    home_cost = std::min(home_cost, Tuning::present_margin * stages(choice()) / std::min(step(), span));
+    home_cost = std::min(home_cost, Tuning::present_margin * step_work(choice()) / std::min(step(), span));
   // a short part that is difficult for the method in use, for example an impact, decides nothing
   if (memory_.average_work > 0) home_cost = std::min(home_cost, memory_.average_work / memory_.average_time);
-  note(Event::tried, candidate, choice(), 0, home_cost);
+  note(Event::tries, candidate, choice(), 0, home_cost);
   use(candidate);
   memory_.home = home;
   memory_.home_cost = home_cost;
   memory_.extensions = 0;
   // after a change of the inputs each interval has a start
-  memory_.measuring =
-      is_periodic() && time() == memory_.changed && home_cost * memory_.hold > Tuning::trial_cost;
+  memory_.measuring = is_periodic() && time() == memory_.changed && home_cost * memory_.hold > trial_work();
   begin_account();
 }
 
@@ -483,7 +503,7 @@ void Automatic::begin_trial(Choice candidate, double span) {
 bool Automatic::is_hopeless(double spent, double passed) const {
   const double rest = memory_.changed + memory_.hold - time();
   if (rest > 0 && spent > Tuning::lost * memory_.home_cost * (passed + rest)) return true;
-  return memory_.mark_time > memory_.changed && spent >= Tuning::settled_multistep &&
+  return memory_.mark_time > memory_.changed && spent >= slope_time() * Tuning::settled_multistep &&
          spent > Tuning::hopeless * memory_.home_cost * passed;
 }
 
@@ -494,13 +514,14 @@ void Automatic::follow_trial(bool within_hold) {
     if (spent < Tuning::longest_trial) return;
   }
   if (memory_.measuring == 0) {
-    if (spent < (choice() == Choice::erk ? Tuning::settling_cost_erk : Tuning::settling_cost)) return;
+    if (spent < slope_time() * (choice() == Choice::erk ? Tuning::settling_cost_erk : Tuning::settling_cost))
+      return;
     memory_.measuring = 1;
     memory_.mark_step = step();
     begin_account();
     return;
   }
-  if (spent < Tuning::trial_cost) return;
+  if (spent < trial_work()) return;
   const double cost = spent / passed;
   // steps that still grow will cost less
   if (cost > memory_.home_cost && step() > Tuning::growing * memory_.mark_step &&
@@ -532,7 +553,7 @@ void Automatic::judge_trial(double cost) {
   memory_.wait[static_cast<int>(better ? tried : home)] = Tuning::first_wait;
   memory_.rival = static_cast<std::uint8_t>(loser);
   memory_.failed_cost = better ? memory_.home_cost : cost;
-  note(better ? Event::stays : Event::returns, tried, home, cost, memory_.home_cost);
+  note(better ? Event::keeps : Event::returns, tried, home, cost, memory_.home_cost);
   if (better) {
     memory_.interval = Tuning::first_estimate;
     memory_.estimate_due = std::min(memory_.estimate_due, work() + memory_.interval);
@@ -543,27 +564,6 @@ void Automatic::judge_trial(double cost) {
     use(home);
   }
   begin_account();
-}
-
-std::string Automatic::last_decision() const {
-  static constexpr const char* names[choices] = {"erk", "adams", "dirk", "bdf", "exponential"};
-  const char *method = names[static_cast<int>(note_.method)], *other = names[static_cast<int>(note_.other)];
-  const std::string at = shown(note_.time), cost = rounded(note_.cost), rival = rounded(note_.other_cost);
-  char text[200];
-  const auto print = [&text](const char* sentence, auto... parts) {
-    std::snprintf(text, sizeof text, sentence, parts...);
-  };
-  if (note_.event == Event::tried)
-    print("auto tries %s instead of %s at %s s", method, other, at.c_str());
-  else if (note_.event == Event::restarts)
-    print("auto continues with %s at %s s: inputs change too often for %s", other, at.c_str(), method);
-  else if (note_.event == Event::replaces)
-    print("auto continues with %s at %s s: %s failed", other, at.c_str(), method);
-  else
-    print("auto %s %s at %s s: %s right-hand sides per second, %s took %s",
-          note_.event == Event::stays ? "keeps" : "returns from", method, at.c_str(), cost.c_str(), other,
-          rival.c_str());
-  return text;
 }
 
 void Automatic::save(std::vector<unsigned char>& bytes) const {

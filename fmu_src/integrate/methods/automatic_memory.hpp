@@ -36,6 +36,7 @@ struct AutomaticMemory {
   double older_work = 0, older_time = 0;         // of that before it
   double failed_cost = 0;                        // of the last failed trial, right-hand sides per second
   double mark_step = 0;                          // s
+  double considered = 0;                         // work when the run was evaluated last
   double home_cost = 0;                          // right-hand sides per second before the trial
   double step[choices] = {};                     // s, last of each method, 0: unknown
   double due[choices] = {}, wait[choices] = {};  // work at which each may be tried, and after a failed trial
@@ -53,7 +54,7 @@ struct AutomaticMemory {
          {&memory.changed, &memory.hold, &memory.interval, &memory.estimate_due, &memory.oscillation,
           &memory.interval_begun, &memory.interval_work, &memory.average_work, &memory.average_time,
           &memory.begun, &memory.older_work, &memory.older_time, &memory.failed_cost, &memory.mark_work,
-          &memory.mark_time, &memory.mark_step, &memory.home_cost})
+          &memory.mark_time, &memory.mark_step, &memory.home_cost, &memory.considered})
       visit(*value);
     for (auto* values : {&memory.step, &memory.due, &memory.wait})
       for (auto& value : *values) visit(value);

@@ -105,7 +105,7 @@ bool Exponential::remainder(double c, double h, const double* u, double* to) {
 // Leaves the end of a step of h in candidate_.
 double Exponential::attempt_error(double h) {
   const double infinite = std::numeric_limits<double>::infinity();
-  statistics_.matrix_work += phi_.cost(h);
+  statistics_.other_work += phi_.cost(h);
   if (!phi_.evaluate(h)) return infinite;
   const std::size_t size = y_.size();
   double* u = data(candidate_);

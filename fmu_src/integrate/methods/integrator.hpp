@@ -10,11 +10,12 @@
 namespace redysim {
 
 struct Statistics {
-  long steps = 0;             // accepted internal steps
-  long rejected = 0;          // error-test and solver failures
-  long evaluations = 0;       // right-hand sides
-  long jacobians = 0;         // of the right-hand side; none with an explicit method
-  double matrix_work = 0;     // time of matrix functions, as a number of right-hand sides
+  long steps = 0;        // accepted internal steps
+  long rejected = 0;     // error-test and solver failures
+  long evaluations = 0;  // right-hand sides
+  long jacobians = 0;    // of the right-hand side; none with an explicit method
+  // time of matrix functions, of auto also what surrounds the right-hand sides, as a number of those of erk
+  double other_work = 0;
   double step_size = 0;       // s, last accepted
   double error_estimate = 0;  // weighted local error of the last step, 1 = the tolerance
 };

@@ -4,7 +4,7 @@ namespace redysim {
 
 StateHeader state_header(const System& system, const SolverSettings& settings, SolverMethod method) {
   constexpr std::uint32_t magic = 0x49534452;  // "RDSI"
-  constexpr std::uint32_t version = 7;         // of the bytes below the header too
+  constexpr std::uint32_t version = 8;         // of the bytes below the header too
   return {magic,         version,       static_cast<std::uint32_t>(method),
           system.nq(),   system.nv(),   system.size(),
           settings.rtol, settings.atol, settings.max_step};
@@ -36,7 +36,7 @@ namespace {
 constexpr long Statistics::*counts[] = {&Statistics::steps, &Statistics::rejected, &Statistics::evaluations,
                                         &Statistics::jacobians};
 constexpr double Statistics::*sizes[] = {&Statistics::step_size, &Statistics::error_estimate,
-                                         &Statistics::matrix_work};
+                                         &Statistics::other_work};
 
 }  // namespace
 

@@ -5,7 +5,8 @@
 namespace redysim {
 
 // Constants that were chosen by measurement: of `auto`, and of the choice between the tables of `erk`. Costs
-// are numbers of right-hand sides, so that the same run makes the same choices.
+// are numbers of right-hand sides, so that the same run makes the same choices. In `auto` the constants of
+// starts, steps and trials are right-hand sides of their method and weighted by slope_time().
 struct Tuning {
   // ---- auto
   // Measured with bench/automatic.py: work against the best single method at equal error, at rtol 1e-4 to
@@ -68,10 +69,9 @@ struct Tuning {
   static constexpr double overtaken = 1.3;          // cost over that of the rival in the last trial
   static constexpr double undecided_share = 0.125;  // of the wait after a failed trial, at least
   static constexpr double undecided_wait = 200;     // after a trial that the motion has overtaken
-  static constexpr double wait_at_floor = 250;  // where one-step methods take one step per communication step
-  static constexpr double present_margin = 1.5;  // cost at the present step size, at most
-  static constexpr double least_account = 24;    // right-hand sides before a trial
-  static constexpr double settling_cost = 120;   // of a trial, before its measurement
+  static constexpr double present_margin = 1.5;     // cost at the present step size, at most
+  static constexpr double least_account = 24;       // right-hand sides before a trial
+  static constexpr double settling_cost = 120;      // of a trial, before its measurement
   static constexpr double settling_cost_erk = 30;
   static constexpr double trial_cost = 150;  // of the measurement
   static constexpr double longest_trial =
