@@ -6,8 +6,8 @@
     python bench/automatic.py MODEL.toml...        other model files
     python bench/automatic.py --markdown           the table of docs/solvers.md
 
-Work is CPU time estimated from counts, in right-hand sides of `erk`: those of other methods are weighted (fmu_src/integrate/methods/slope_time.hpp), a
-Jacobian counts as 1.5 per state. No clock is read, so other load does not change a figure.
+Work is CPU time estimated from counts, in right-hand sides of `erk`: those of other methods are weighted
+(fmu_src/integrate/methods/slope_time.hpp), a Jacobian counts as 1.5 per state. No clock is read, so other load does not change a figure.
 The error is the maximum of the positions over all outputs, against a reference at the tightest tolerance that can be reached.
 Each method runs at rtol 1e-3 to 1e-11, `auto` at 1e-4 to 1e-10. Work and error of a method become curves over its tolerances: the
 nearest that are monotone in both (isotonic regression of the logarithms), so that single lucky runs do not decide. For each run of
