@@ -53,17 +53,18 @@ def specialise(model: Description, model_file: Path) -> Specialised:
     line, reason = _straight_line(model_file, folder)
     if line is None and model.needs_own_library:
         raise UserError(f"method taylor needs straight-line code: {reason}")
+    features = [feature for feature in model.features if line or feature != "taylor"]
     settings = {
         "CMAKE_BUILD_TYPE": "Release",
         "REDYSIM_TESTS": "OFF",
-        "REDYSIM_FEATURES": ";".join(model.features) or "none",
+        "REDYSIM_FEATURES": ";".join(features) or "none",
         "REDYSIM_STRAIGHT_LINE": str(line or ""),
         "REDYSIM_FMI_HEADERS": str(_fmi_headers()),
     }
     _run(["cmake", "-S", str(source), "-B", str(folder), "-G", "Ninja", *(f"-D{key}={value}" for key, value in settings.items())], folder)
     _run(["cmake", "--build", str(folder), "--target", "redysim_fmu", "--parallel", str(os.cpu_count() or 1)], folder)
     library = folder / "fmu_src" / "fmi" / "libredysim_fmu.so"
-    return Specialised(library, model.features, reason, _times_faster(model, model_file, library))
+    return Specialised(library, features, reason, _times_faster(model, model_file, library))
 
 
 def _times_faster(model: Description, model_file: Path, library: Path) -> float | None:

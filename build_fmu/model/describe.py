@@ -95,7 +95,7 @@ class Description:
     @property
     def needs_own_library(self) -> bool:
         """Returns whether the method is one of specialised libraries only."""
-        return "taylor" in self.features
+        return any(v.name == "solver.method" and v.start == "taylor" for v in self.variables)
 
     def select(self, causality: str) -> list[Variable]:
         """Returns the variables of one causality, in the table's order."""

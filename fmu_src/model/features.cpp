@@ -1,6 +1,7 @@
 #include "model/features.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 namespace redysim {
 namespace {
@@ -9,9 +10,11 @@ struct Feature {
   const char* name;
   bool built_in;
   bool (*used)(const Model&);
+  bool of_smooth_trees = false;  // open trees whose forces are those of inputs, springs and dampers have it
 };
 
-bool uses_method(const Model& model, SolverMethod method) {
+template <SolverMethod method>
+bool uses_method(const Model& model) {
   const SolverMethod chosen = model.solver.method;
   return chosen == method || chosen == SolverMethod::automatic;
 }
@@ -51,17 +54,17 @@ constexpr Feature all_features[] = {
        return std::any_of(model.actuators.begin(), model.actuators.end(),
                           [](const Actuator& actuator) { return actuator.acts(); });
      }},
-    {"energies", features::energies, [](const Model& model) { return model.fmu.shows(OutputGroup::energy); }},
-    {"erk", features::erk, [](const Model& model) { return uses_method(model, SolverMethod::erk); }},
-    {"adams", features::adams, [](const Model& model) { return uses_method(model, SolverMethod::adams); }},
-    {"dirk", features::dirk, [](const Model& model) { return uses_method(model, SolverMethod::dirk); }},
-    {"bdf", features::bdf, [](const Model& model) { return uses_method(model, SolverMethod::bdf); }},
-    {"exponential", features::exponential,
-     [](const Model& model) { return uses_method(model, SolverMethod::exponential); }},
+    {"energies", features::energies, [](const Model& model) { return model.fmu.shows(OutputGroup::energy); },
+     true},
+    {"erk", features::erk, uses_method<SolverMethod::erk>, true},
+    {"adams", features::adams, uses_method<SolverMethod::adams>, true},
+    {"dirk", features::dirk, uses_method<SolverMethod::dirk>, true},
+    {"bdf", features::bdf, uses_method<SolverMethod::bdf>, true},
+    {"exponential", features::exponential, uses_method<SolverMethod::exponential>, true},
 };
 
-// The general library reads a model file with this method, but cannot step with it.
-bool uses_taylor(const Model& model) { return model.solver.method == SolverMethod::taylor; }
+// Above this number of joints `erk` takes less time (docs/specialise.md).
+constexpr std::ptrdiff_t most_joints_of_series = 4;
 
 }  // namespace
 
@@ -76,11 +79,21 @@ bool may_resist(const Model& model) {
   return false;
 }
 
+bool uses_series(const Model& model) {
+  if (model.solver.method != SolverMethod::automatic) return model.solver.method == SolverMethod::taylor;
+  const auto joints = std::count_if(model.links.begin(), model.links.end(),
+                                    [](const Link& link) { return moves(link.joint); });
+  return joints <= most_joints_of_series &&
+         std::none_of(std::begin(all_features), std::end(all_features), [&model](const Feature& feature) {
+           return !feature.of_smooth_trees && feature.used(model);
+         });
+}
+
 std::vector<std::string> features_of(const Model& model) {
   std::vector<std::string> names;
   for (const Feature& feature : all_features)
     if (feature.used(model)) names.push_back(feature.name);
-  if (uses_taylor(model)) names.push_back("taylor");
+  if (uses_series(model)) names.push_back("taylor");
   return names;
 }
 

@@ -58,6 +58,10 @@ inline constexpr bool straight_line = false;
 // Whether a joint has friction or stops, or parameters of them are tunable.
 bool may_resist(const Model& model);
 
+// Whether a library for this model alone contains Taylor series: method taylor, or `auto` in a smooth open
+// tree of few joints.
+bool uses_series(const Model& model);
+
 // The features that a model uses, by their names in REDYSIM_FEATURES.
 std::vector<std::string> features_of(const Model& model);
 

@@ -28,7 +28,7 @@ ANGLES = {
 }
 RUNS = {
     "pendulum": ("pivot.q", 10, references.pendulum, 5e-8),
-    "iftomm_four_bars": ("rod0.q", 10, references.four_bars(40), 3e-7),
+    "iftomm_four_bars": ("rod0.q", 10, references.four_bars(40), 2e-6),
     "iftomm_bricard": ("joint1.q", 10, references.bricard, 2e-8),
     "iftomm_governor": ("lift.q", 10, references.governor, 3e-8),
     "slider_crank": ("crank_joint.q", 3, references.slider_crank, 1e-7),

@@ -12,6 +12,7 @@ from build_fmu import native
 from build_fmu.errors import UserError
 from build_fmu.fmu.build import build, build_for_run
 from build_fmu.model.describe import describe
+from tests.fmi.raw import OK, Slave, Unpacked
 
 MODELS = native.SOURCE_TREE / "models"
 METHODS = ["erk", "adams", "dirk", "bdf", "exponential"]  # of auto
@@ -108,6 +109,50 @@ def test_taylor_series_agree_with_runge_kutta(series_model, tmp_path):
         if not column.startswith("solver."):
             assert np.allclose(a[column], b[column], rtol=1e-7, atol=1e-8), column
     assert a["solver.rhs_evaluations"][-1] < b["solver.rhs_evaluations"][-1]
+
+
+@pytest.fixture(scope="module")
+def own_library(tmp_path_factory):
+    """FMU of a small tree with the default method and a library of its own."""
+    file, fmu = MODELS / "double_pendulum.toml", tmp_path_factory.mktemp("own") / "own.fmu"
+    model = describe(file)
+    assert model.features == ["energies", *METHODS, "taylor"]
+    build(model, file, fmu, specialised=True)
+    return fmu
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("damping, methods", [(0.0, {6}), (1e5, {3, 4})])  # taylor; dirk, bdf
+def test_auto_uses_taylor_series_where_nothing_is_stiff(own_library, fmu_file, damping, methods):
+    start = {"shoulder.damping": damping}
+    a, b = run(own_library, **start), run(fmu_file("double_pendulum"), **start, **{"solver.method": "dirk", "solver.rtol": 1e-10})
+    for column in a.dtype.names:
+        if not column.startswith("solver."):
+            assert np.allclose(a[column], b[column], rtol=1e-6, atol=1e-6), column
+    used = set(a["solver.active"])
+    assert used == methods if damping == 0 else used & methods
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("damping", [0.0, 1e5])
+def test_auto_with_taylor_series_restores_bit_for_bit(own_library, damping, tmp_path):
+    fmu = Unpacked(own_library, tmp_path)
+
+    def drive(slave, first, last):
+        for k in range(first, last):
+            if k % 7 == 0:
+                slave.set("elbow.tau", float(k % 2))
+            assert slave.step(k * 0.013, 0.013) == OK, slave.errors
+        return slave.reals(["shoulder.q", "elbow.q", "elbow.qd", "energy.balance"]) + [slave.get("solver.rhs_evaluations")]
+
+    with Slave(fmu) as slave, Slave(fmu) as fresh:
+        slave.initialize(start={"shoulder.damping": damping})
+        drive(slave, 0, 24)
+        content = slave.serialize(slave.save())
+        expected = drive(slave, 24, 90)
+        status, copy = fresh.deserialize(content)
+        assert status == OK and fresh.call("SetFMUstate", copy) == OK
+        assert drive(fresh, 24, 90) == expected
 
 
 def test_taylor_refuses_a_controlled_model(tmp_path):

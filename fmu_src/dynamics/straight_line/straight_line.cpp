@@ -103,7 +103,7 @@ StraightLine recorded(const Model& model, bool by_composites) {
   else
     forward_dynamics(plan, ws, q.data(), qd.data(), tau.data(), qdd.data());
   for (const Recorded& one : qdd) line.qdd.push_back(one.node_on(line.tape));
-  line.has_series = model.solver.method == SolverMethod::taylor;
+  line.has_series = uses_series(model);
   if (line.has_series && model.fmu.shows(OutputGroup::energy))
     line.power = {external_power(plan, ws, q.data(), qd.data(), tau.data()).node_on(line.tape)};
   return line;

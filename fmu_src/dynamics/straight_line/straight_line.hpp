@@ -12,7 +12,7 @@ namespace redysim {
 struct StraightLine {
   Tape tape;
   std::vector<int> qdd;     // nodes
-  bool has_series = false;  // for method taylor
+  bool has_series = false;  // Taylor series
   std::vector<int> power;   // then with energies: of drives and dampers, W
 };
 

@@ -30,6 +30,7 @@ double read_method(Values& at, const Variable&) {
     case SolverMethod::exponential:
       return 5;
     case SolverMethod::taylor:
+      return 6;
     case SolverMethod::automatic:
       break;
   }
@@ -74,7 +75,8 @@ constexpr Entry health_entries[] = {
         .discrete(VariableType::integer)
         .bounds(Bounds::not_negative)
         .reads(read_method)
-        .says("Method that auto uses now: 1 erk, 2 adams, 3 dirk, 4 bdf, 5 exponential, 0 none"),
+        .says("Method that auto uses now: 1 erk, 2 adams, 3 dirk, 4 bdf, 5 exponential, "
+              "6 taylor, 0 none"),
 };
 
 constexpr Entry setting_entries[] = {

@@ -28,14 +28,6 @@
 namespace redysim {
 namespace {
 
-void add(const Statistics& more, Statistics& sum) {
-  sum.steps += more.steps;
-  sum.rejected += more.rejected;
-  sum.evaluations += more.evaluations;
-  sum.jacobians += more.jacobians;
-  sum.other_work += more.other_work;
-}
-
 class Automatic final : public Integrator {
  public:
   Automatic(System& system, const SolverSettings& settings, Room room);
@@ -80,16 +72,16 @@ class Automatic final : public Integrator {
   double step() const;
   double steps_held(double end, double span) const;
   // Whether communication points do not limit the steps of the one-step method of the same kind.
-  bool passes_ends() const { return !is_implicit(choice()) && erk().passes_ends(); }
+  bool passes_ends() const { return is_series(choice()) || (!is_implicit(choice()) && erk().passes_ends()); }
   const OneStep& erk() const { return static_cast<const OneStep&>(*methods_[static_cast<int>(Choice::erk)]); }
   bool is_pause_due(long taken) const { return pause_after_ > 0 && taken + pause_ > pause_after_; }
   bool is_periodic() const { return memory_.hold > 0 && time() - memory_.changed <= 1.5 * memory_.hold; }
   bool limited_by_stability(double radius, double of_hold) const;
   void use(Choice choice);
   void note_change();
+  void consider_inputs(double end, bool changed);
   void leave_multistep();
   bool replace_failed(unsigned& failed);
-  bool is_news();
   void consider(double end, double span);
   // What is expected until the inputs change.
   struct Outlook {
@@ -137,7 +129,7 @@ class Automatic final : public Integrator {
   // and so is the exponential method, which takes most and is rarely needed.
   std::array<std::unique_ptr<Integrator>, choices> methods_;
   long pause_ = Tuning::steps_between_choices;  // internal steps
-  Integrator* current_ = &integrator(Choice::erk);
+  Integrator* current_ = &integrator(first_choice);
   AutomaticMemory memory_;
   Statistics before_;      // of the methods used before the one in use
   Statistics statistics_;  // all
@@ -150,10 +142,10 @@ Automatic::Automatic(System& system, const SolverSettings& settings, Room room)
       settings_(settings),
       room_(std::move(room)),
       radius_(system),
-      slope_times_{1, redysim::slope_time(system, SolverMethod::adams),
+      slope_times_{1, redysim::slope_time(system, has_series ? SolverMethod::taylor : SolverMethod::adams),
                    redysim::slope_time(system, SolverMethod::dirk),
                    redysim::slope_time(system, SolverMethod::bdf), 1} {
-  for (const Choice choice : {Choice::adams, Choice::dirk, Choice::bdf})
+  for (const Choice choice : {Choice::erk, Choice::adams, Choice::dirk, Choice::bdf})
     if (!is_implicit(choice) || system.size() <= Tuning::implicit_from_start) integrator(choice);
 }
 
@@ -167,6 +159,8 @@ Integrator& Automatic::integrator(Choice choice) {
 }
 
 std::unique_ptr<Integrator> Automatic::made(Choice choice) {
+  if constexpr (has_series)
+    if (choice == series) return make_taylor(system_, settings_);
   if (choice == Choice::adams) return make_adams(system_, settings_, room_);
   if (choice == Choice::dirk) return make_dirk(system_, settings_, room_);
   if (choice == Choice::bdf) return make_bdf(system_, settings_, room_);
@@ -179,7 +173,8 @@ Outcome Automatic::start(double time, const double* y) {
   memory_.mark_time = memory_.older_time = memory_.changed = time;
   std::fill_n(memory_.wait, choices, Tuning::first_wait);
   before_ = statistics_ = {};
-  current_ = &integrator(Choice::erk);
+  current_ = &integrator(first_choice);
+  memory_.choice = memory_.home = static_cast<std::uint8_t>(first_choice);
   return current_->start(time, y);
 }
 
@@ -229,15 +224,14 @@ Statistics Automatic::of_method_in_use() const {
 }
 
 void Automatic::count() {
-  if (current_->statistics().evaluations + before_.evaluations == statistics_.evaluations) return;
   statistics_ = of_method_in_use();
-  add(before_, statistics_);
+  statistics_.add(before_);
 }
 
 // What the tolerance allows, or the last step.
 double Automatic::step() const {
-  return is_multistep(choice()) ? current_->statistics().step_size
-                                : static_cast<const OneStep*>(current_)->allowed_step();
+  return controls_step(choice()) ? static_cast<const OneStep*>(current_)->allowed_step()
+                                 : current_->statistics().step_size;
 }
 
 // For how many steps of the one-step method the inputs are expected to be held: as long as before, or as long
@@ -247,7 +241,7 @@ double Automatic::steps_held(double end, double span) const {
   double own = step();
   if (is_multistep(choice())) {
     own = memory_.step[static_cast<int>(one_step_like(choice()))];
-    if (own == 0) own = memory_.step[static_cast<int>(Choice::erk)];
+    if (own == 0) own = memory_.step[static_cast<int>(first_choice)];
   }
   if (!(own > 0)) return expected / span;
   return expected / (passes_ends() ? own : std::min(own, span));
@@ -256,7 +250,7 @@ double Automatic::steps_held(double end, double span) const {
 // Whether stability limits the steps of the explicit method in use.
 bool Automatic::limited_by_stability(double radius, double of_hold) const {
   return choice() == Choice::adams
-             ? step() * radius > Tuning::adams_stability
+             ? step() * radius > (has_series ? Tuning::series_stability : Tuning::adams_stability)
              : static_cast<const OneStep*>(current_)->stability_used(radius) >
                    (of_hold >= Tuning::long_hold ? Tuning::erk_stability_held : Tuning::erk_stability);
 }
@@ -266,10 +260,10 @@ void Automatic::use(Choice choice) {
   if (choice == this->choice()) return;
   const double time = current_->time(), known = memory_.step[static_cast<int>(choice)];
   memory_.step[memory_.choice] = step();
-  add(of_method_in_use(), before_);
+  before_.add(of_method_in_use());
   Integrator& next = integrator(choice);
   next.start(time, current_->state());
-  if (!is_multistep(choice) && known > 0) static_cast<OneStep&>(next).expect_step(known);
+  if (controls_step(choice) && known > 0) static_cast<OneStep&>(next).expect_step(known);
   current_ = &next;
   memory_.choice = memory_.home = static_cast<std::uint8_t>(choice);
   memory_.oscillation = 0;
@@ -286,20 +280,25 @@ void Automatic::note_change() {
     memory_.hold = memory_.hold == 0 || held < memory_.hold ? held : std::sqrt(memory_.hold * held);
 }
 
-Outcome Automatic::advance(double end, bool inputs_changed) {
-  if (!is_later(end, time())) return current_->advance(end, inputs_changed);
+void Automatic::consider_inputs(double end, bool changed) {
   const double span = end - time();
-  if (inputs_changed) note_change();
+  if (changed) note_change();
   // a multistep method does not pay for its restarts
   if (is_multistep(choice()) && steps_held(end, span) < Tuning::held_for_restart) leave_multistep();
-  if (inputs_changed || !is_periodic()) consider(end, span);
+  if (changed || !is_periodic()) consider(end, span);
+}
+
+Outcome Automatic::advance(double end, bool inputs_changed) {
+  const bool is_interpolation = !inputs_changed && !is_trial() && current_->reaches(end);
+  if (is_interpolation || !is_later(end, time())) return current_->advance(end, inputs_changed);
+  const double span = end - time();
+  consider_inputs(end, inputs_changed);
   StepBudget budget(time(), end);
   const long before = statistics_.steps;
-  bool changed = inputs_changed;
   unsigned failed = 0;  // methods, at `failed_at`
   double failed_at = time();
   while (time() < end) {
-    Outcome outcome = current_->advance(end, changed);
+    Outcome outcome = current_->advance(end, inputs_changed);
     count();
     if (!outcome.ok) {
       if (time() > failed_at) failed = 0;
@@ -307,7 +306,7 @@ Outcome Automatic::advance(double end, bool inputs_changed) {
       if (!replace_failed(failed)) return outcome;
       continue;
     }
-    changed = false;
+    inputs_changed = false;
     const long taken = statistics_.steps - before;
     if (budget.is_hopeless(taken, time(), end)) return failure(time(), budget.hopeless(name()));
     if (taken > budget.steps()) return failure(time(), budget.exceeded(system_, name(), time(), state()));
@@ -348,15 +347,8 @@ void Automatic::leave_multistep() {
   begin_account();
 }
 
-// Not while communication points lie in a step that was taken before.
-bool Automatic::is_news() {
-  const double before = std::exchange(memory_.considered, work());
-  if (!(time() > memory_.mark_time)) return false;
-  return memory_.considered != before || time() == memory_.changed || is_trial();
-}
-
 void Automatic::consider(double end, double span) {
-  if (!is_news()) return;
+  if (!(time() > memory_.mark_time)) return;
   // costs are those of whole intervals between changes of the inputs
   const bool within_hold = is_periodic() && time() != memory_.changed;
   if (is_trial()) return follow_trial(within_hold);
@@ -394,7 +386,7 @@ bool Automatic::consider_multistep(const Outlook& outlook) {
   const Choice other = multistep_like(choice());
   if (outlook.steps < (is_implicit(choice()) ? Tuning::held_for_bdf : Tuning::held_for_adams)) return false;
   const double used = work() - memory_.begun;
-  if (!may_try(other)) return false;
+  if (other == choice() || !may_try(other)) return false;
   if (work() - memory_.older_work < Tuning::least_account) return false;
   if (other == Choice::adams && !adams_pays(outlook, used)) return false;
   begin_trial(other, outlook.span);
@@ -434,7 +426,7 @@ Choice Automatic::instead_of_explicit(double radius, const Outlook& outlook) con
 Choice Automatic::instead_of_other(double radius, const Outlook& outlook) {
   // cost of explicit steps, limited by stability and communication steps
   const double rate = is_multistep(choice()) ? 0.0 : 1 / outlook.span;
-  const Choice other = is_multistep(choice()) && may_try(Choice::adams) ? Choice::adams : Choice::erk;
+  const Choice other = is_multistep(choice()) && may_try(Choice::adams) ? Choice::adams : first_choice;
   const double explicit_cost = step_work(other) * std::max(radius / Tuning::explicit_step, rate);
   if (explicit_cost < Tuning::promised_gain * cost() && may_try(other)) return other;
   // bdf whose steps are bound to the spectral radius
@@ -484,7 +476,7 @@ void Automatic::begin_trial(Choice candidate, double span) {
   const std::uint8_t home = memory_.choice;
   double home_cost = cost();
   // the present step, without those of a start
-  if (!is_multistep(choice()) && choice() != Choice::exponential && !is_periodic())
+  if (controls_step(choice()) && choice() != Choice::exponential && !is_periodic())
     home_cost = std::min(home_cost, Tuning::present_margin * step_work(choice()) / std::min(step(), span));
   // a short part that is difficult for the method in use, for example an impact, decides nothing
   if (memory_.average_work > 0) home_cost = std::min(home_cost, memory_.average_work / memory_.average_time);

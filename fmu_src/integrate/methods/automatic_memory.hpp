@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "integrate/methods/tuning.hpp"
+#include "model/features.hpp"
 
 // The choices of `auto`, and what they depend on.
 
@@ -10,11 +11,22 @@ namespace redysim {
 
 enum class Choice : std::uint8_t { erk, adams, dirk, bdf, exponential };
 constexpr int choices = 5;
+// A library with Taylor series has them instead of adams. They are then the explicit one-step method, and erk
+// only replaces what fails.
+constexpr bool has_series = features::taylor;
+constexpr Choice series = Choice::adams, first_choice = has_series ? series : Choice::erk;
 
 inline bool is_implicit(Choice choice) { return choice == Choice::dirk || choice == Choice::bdf; }
-inline bool is_multistep(Choice choice) { return choice == Choice::adams || choice == Choice::bdf; }
-inline Choice one_step_like(Choice choice) { return is_implicit(choice) ? Choice::dirk : Choice::erk; }
-inline Choice multistep_like(Choice choice) { return is_implicit(choice) ? Choice::bdf : Choice::adams; }
+inline bool is_series(Choice choice) { return has_series && choice == series; }
+inline bool is_multistep(Choice choice) {
+  return choice == Choice::bdf || (choice == Choice::adams && !has_series);
+}
+// A OneStep.
+inline bool controls_step(Choice choice) { return !is_multistep(choice) && !is_series(choice); }
+inline Choice one_step_like(Choice choice) { return is_implicit(choice) ? Choice::dirk : first_choice; }
+inline Choice multistep_like(Choice choice) {
+  return is_implicit(choice) ? Choice::bdf : has_series ? first_choice : Choice::adams;
+}
 
 // What the continuation depends on, in addition to the method in use.
 struct AutomaticMemory {
@@ -36,7 +48,6 @@ struct AutomaticMemory {
   double older_work = 0, older_time = 0;         // of that before it
   double failed_cost = 0;                        // of the last failed trial, right-hand sides per second
   double mark_step = 0;                          // s
-  double considered = 0;                         // work when the run was evaluated last
   double home_cost = 0;                          // right-hand sides per second before the trial
   double step[choices] = {};                     // s, last of each method, 0: unknown
   double due[choices] = {}, wait[choices] = {};  // work at which each may be tried, and after a failed trial
@@ -54,7 +65,7 @@ struct AutomaticMemory {
          {&memory.changed, &memory.hold, &memory.interval, &memory.estimate_due, &memory.oscillation,
           &memory.interval_begun, &memory.interval_work, &memory.average_work, &memory.average_time,
           &memory.begun, &memory.older_work, &memory.older_time, &memory.failed_cost, &memory.mark_work,
-          &memory.mark_time, &memory.mark_step, &memory.home_cost, &memory.considered})
+          &memory.mark_time, &memory.mark_step, &memory.home_cost})
       visit(*value);
     for (auto* values : {&memory.step, &memory.due, &memory.wait})
       for (auto& value : *values) visit(value);

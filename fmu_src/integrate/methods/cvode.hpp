@@ -26,6 +26,7 @@ class Cvode final : public Integrator {
   Outcome start(double time, const double* y) override;
   void set_state(const double* y) override;
   Outcome advance(double end, bool inputs_changed) override;
+  bool reaches(double end) const override { return !restart_due_ && since_restart(end) <= ahead_time_; }
 
   double time() const override { return time_; }
   const double* state() const override { return y_.data(); }

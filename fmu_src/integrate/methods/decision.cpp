@@ -7,7 +7,8 @@
 namespace redysim {
 
 std::string Decision::text() const {
-  static constexpr const char* names[choices] = {"erk", "adams", "dirk", "bdf", "exponential"};
+  static constexpr const char* names[choices] = {"erk", has_series ? "taylor" : "adams", "dirk", "bdf",
+                                                 "exponential"};
   const char *name = names[static_cast<int>(method)], *before = names[static_cast<int>(other)];
   const std::string at = shown(time), own = rounded(cost), rival = rounded(other_cost);
   char text[200];

@@ -114,7 +114,11 @@ class Erk final : public OneStep {
   int accept(double end, double h) override;
   bool pass(double h);
   void expect_changes(bool inputs_changed);
+  bool reaches(double end) const override {
+    return passing_.length > 0 && end - origin_ <= end_of_last_step();
+  }
   bool lies_in_last_step(bool inputs_changed) override;
+  double end_of_last_step() const { return passing_.begin + passing_.length - (origin_ - passing_.origin); }
   void read_polynomial();
 
   void choose_table(double remaining) override;
@@ -328,7 +332,7 @@ void Erk::expect_changes(bool inputs_changed) {
 bool Erk::lies_in_last_step(bool inputs_changed) {
   expect_changes(inputs_changed);
   if (passing_.length == 0) return false;
-  const double step_end = passing_.begin + passing_.length - (origin_ - passing_.origin);
+  const double step_end = end_of_last_step();
   if (end_ <= step_end) {
     read_polynomial();
     std::copy_n(data(result_), y_.size(), y_.begin());

@@ -18,7 +18,7 @@ class ErrorWeights {
  public:
   static constexpr double finest = 16 * std::numeric_limits<double>::epsilon();  // relative tolerance
 
-  ErrorWeights(const System& system, double rtol, double atol);
+  [[gnu::cold]] ErrorWeights(const System& system, double rtol, double atol);
 
   // Arrays of System::size(). `share`: of the tolerance.
   void evaluate(const double* y, double* weights, double share = 1) const;

@@ -18,6 +18,15 @@ struct Statistics {
   double other_work = 0;
   double step_size = 0;       // s, last accepted
   double error_estimate = 0;  // weighted local error of the last step, 1 = the tolerance
+
+  // The counts of another method; the last step remains.
+  void add(const Statistics& more) {
+    steps += more.steps;
+    rejected += more.rejected;
+    evaluations += more.evaluations;
+    jacobians += more.jacobians;
+    other_work += more.other_work;
+  }
 };
 
 // Result of an advance. After a failure the state is that at time(), the last valid time.
@@ -41,6 +50,10 @@ class Integrator {
   // Integrates from time() to exactly `end`. `inputs_changed`: the right-hand side differs from that of the
   // last advance, so the history is discarded; otherwise it is kept.
   virtual Outcome advance(double end, bool inputs_changed) = 0;
+
+  // Whether `end` lies in a step that was taken before, unless inputs have changed: then an advance is an
+  // interpolation.
+  virtual bool reaches(double /*end*/) const { return false; }
 
   // From now on an advance ends after so many internal steps at the latest, successful; 0: at its end only.
   virtual void pause_after(long steps) { pause_after_ = steps; }

@@ -1,5 +1,7 @@
 #include "integrate/methods/slope_time.hpp"
 
+#include "model/features.hpp"
+
 namespace redysim {
 namespace {
 
@@ -13,18 +15,22 @@ constexpr Surroundings of_erk = {0.9, 0.02, 0.3}, of_adams = {5.2, 0.2, 1.5}, of
                        of_dirk = {2.5, 0.65, 0};
 // time that a constraint row, or a force between bodies, adds to a right-hand side, in joints
 constexpr std::size_t row = 3;
+// of straight-line code over the recursion
+constexpr double straight = features::straight_line ? 0.35 : 1;
+constexpr double of_series = 0.8;  // an order of a Taylor series
 
 double with_surroundings(const System& system, const Surroundings& of) {
   const Plan<double>& plan = system.plan();
   std::size_t rows = plan.springs.size() + plan.bushings.size() + plan.contact_pairs.size();
   for (const LoopPlan<double>& loop : plan.loops) rows += loop.rows.size();
-  const double size = static_cast<double>(plan.joints.size() + row * rows);
+  const double size = straight * static_cast<double>(plan.joints.size() + row * rows);
   return 1 + of.fixed / size + of.share + (system.has_constraints() ? of.loops : 0);
 }
 
 }  // namespace
 
 double slope_time(const System& system, SolverMethod method) {
+  if (method == SolverMethod::taylor) return of_series;
   const Surroundings* of = method == SolverMethod::adams  ? &of_adams
                            : method == SolverMethod::bdf  ? &of_bdf
                            : method == SolverMethod::dirk ? &of_dirk

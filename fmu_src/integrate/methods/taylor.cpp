@@ -55,6 +55,7 @@ class Taylor final : public Integrator {
     forget_series();
   }
   Outcome advance(double end, bool inputs_changed) override;
+  bool reaches(double end) const override { return has_series_ && end - origin_ - series_since_ <= extent_; }
 
   double time() const override { return origin_ + since_; }
   const double* state() const override { return y_.data(); }

@@ -40,7 +40,7 @@ struct Tuning {
   // contract.
   static constexpr double erk_stability = 0.6;
   static constexpr double erk_stability_held = 0.2;
-  static constexpr double adams_stability = 0.3;
+  static constexpr double adams_stability = 0.3, series_stability = 3;
   static constexpr double long_hold = 200;  // right-hand sides until the inputs change
   // Step times spectral radius below which bdf counts as limited by its stability, by a highly oscillatory
   // part of the motion: dirk is tried (stiff_arm took 3 times the right-hand sides of dirk without it).

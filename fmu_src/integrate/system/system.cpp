@@ -77,7 +77,7 @@ void write_quaternion(const Mat3<double>& rotation, double* quaternion) {
   input_layout_ = InputLayout(plan_, held_motions, control_ ? static_cast<int>(control_->memory_size()) : 0);
 }
 
-ActuatorCounts System::place_actuators(const Model& model) {
+[[gnu::cold]] ActuatorCounts System::place_actuators(const Model& model) {
   if (!features::actuators || model.actuators.empty()) return {};
   actuators_ = std::make_unique<Actuators>(model, integrated_, plan_.carrier);
   if (actuators_->empty()) actuators_.reset();

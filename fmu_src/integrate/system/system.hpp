@@ -27,7 +27,7 @@ class System {
  public:
   // `plan` is not copied and must outlive the system. `with_work` appends the work of inputs and dampers (J)
   // as the last state. `model`: that of the plan, for its trajectories and controller.
-  System(const Plan<double>& plan, bool with_work, const Model* model = nullptr);
+  [[gnu::cold]] System(const Plan<double>& plan, bool with_work, const Model* model = nullptr);
 
   const Plan<double>& plan() const { return plan_; }
   const StateLayout& layout() const { return layout_; }
