@@ -90,7 +90,6 @@ kp = 20
 kd = 0.3
 
 [solver]
-method = "auto"
 rtol = 1e-4
 
 [fmu]

@@ -90,7 +90,7 @@ void write_quaternion(const Mat3<double>& rotation, double* quaternion) {
   if (actuators()) set_actuator_scales(parameters);
 }
 
-void System::nominals(double* y) const {
+[[gnu::cold]] void System::nominals(double* y) const {
   std::fill_n(y, size(), 1.0);
   std::copy_n(scales_.begin(), layout_.q.count, layout_.q.of(y));
   std::copy_n(scales_.begin(), layout_.q.count, layout_.qd.of(y));
@@ -275,7 +275,7 @@ void System::drive_forces(const Coordinates& at, const double* qdd, double* driv
                                           : recursion_inputs()[input_layout_.tau[i]];
 }
 
-bool System::enter_samples(double time, const double* y) {
+[[gnu::cold]] bool System::enter_samples(double time, const double* y) {
   if (!control() || !control_->is_sampled()) return false;
   update_recursion_inputs(time);
   // the next step starts behind the jumps
@@ -413,7 +413,7 @@ void System::project_velocity(double* velocity) {
     omega(ball) = rate_matrix(angles_[ball]) * Vec3<double>(rates(ball));
 }
 
-void System::cancel_rates(const std::vector<Dual>& rates, double* change) {
+[[gnu::cold]] void System::cancel_rates(const std::vector<Dual>& rates, double* change) {
   for (std::size_t row = 0; row < rates.size(); ++row) workspace_.loop.b[row] = -rates[row].derivative;
   add_correction(change, true);
 }
@@ -429,7 +429,7 @@ double System::step_to_touch(double time, const double* y, double h, bool or_sep
   return contact_search_->step_to_touch(plan_, workspace_, at.q, at.qd, &searched_[1], h, or_separation);
 }
 
-double System::passed_touch(double time, const double* y, double h) {
+[[gnu::cold]] double System::passed_touch(double time, const double* y, double h) {
   const Coordinates at = coordinates(time, y);
   return contact_search_->passed_touch(plan_, workspace_, at.q, at.qd, h);
 }
@@ -443,7 +443,7 @@ double System::passed_touch(double time, const double* y, double h) {
   return energy;
 }
 
-double System::kinetic_energy(double time, const double* y) {
+[[gnu::cold]] double System::kinetic_energy(double time, const double* y) {
   const Coordinates at = coordinates(time, y);
   double energy = redysim::kinetic_energy(plan_, workspace_, at.q, at.qd);
   for (int k = 0; actuators() && k < actuators_->size(); ++k) energy += actuators_->kinetic_energy(k, y);
