@@ -98,6 +98,7 @@ class Automatic final : public Integrator {
   double expected_hold(double end) const { return std::max(memory_.hold, end - memory_.changed); }
   bool exponential_pays(double radius, const Outlook& outlook);
   bool vibrates_freely(double radius);
+  double present_cost(double span) const;
   void begin_trial(Choice candidate, double span);
   bool is_hopeless(double spent, double passed) const;
   void follow_trial(bool within_hold);
@@ -138,15 +139,14 @@ class Automatic final : public Integrator {
 };
 
 Automatic::Automatic(System& system, const SolverSettings& settings, Room room)
-    : system_(system),
-      settings_(settings),
-      room_(std::move(room)),
-      radius_(system),
-      slope_times_{1, redysim::slope_time(system, has_series ? SolverMethod::taylor : SolverMethod::adams),
-                   redysim::slope_time(system, SolverMethod::dirk),
-                   redysim::slope_time(system, SolverMethod::bdf), 1} {
-  for (const Choice choice : {Choice::erk, Choice::adams, Choice::dirk, Choice::bdf})
-    if (!is_implicit(choice) || system.size() <= Tuning::implicit_from_start) integrator(choice);
+    : system_(system), settings_(settings), room_(std::move(room)), radius_(system) {
+  for (int k = 0; k < choices; ++k) {
+    const Choice choice = static_cast<Choice>(k);
+    slope_times_[k] = redysim::slope_time(system, method_of[k]);
+    if (choice != Choice::exponential &&
+        (!is_implicit(choice) || system.size() <= Tuning::implicit_from_start))
+      integrator(choice);
+  }
 }
 
 Integrator& Automatic::integrator(Choice choice) {
@@ -396,7 +396,7 @@ bool Automatic::consider_multistep(const Outlook& outlook) {
 bool Automatic::adams_pays(const Outlook& outlook, double used) const {
   // in long communication steps the gain is small
   if (outlook.span > Tuning::longest_for_adams * step() && used < Tuning::long_trial_after) return false;
-  return cost() * outlook.hold >=
+  return present_cost(outlook.span) * outlook.hold >=
          slope_time(Choice::adams) * (Tuning::adams_restart + Tuning::adams_step * outlook.hold / step());
 }
 
@@ -472,12 +472,15 @@ bool Automatic::vibrates_freely(double radius) {
   return std::fabs(trace) < Tuning::undamped * radius;
 }
 
+// At most that of the present step, without those of a start.
+double Automatic::present_cost(double span) const {
+  if (!controls_step(choice()) || choice() == Choice::exponential || is_periodic()) return cost();
+  return std::min(cost(), Tuning::present_margin * step_work(choice()) / std::min(step(), span));
+}
+
 void Automatic::begin_trial(Choice candidate, double span) {
   const std::uint8_t home = memory_.choice;
-  double home_cost = cost();
-  // the present step, without those of a start
-  if (controls_step(choice()) && choice() != Choice::exponential && !is_periodic())
-    home_cost = std::min(home_cost, Tuning::present_margin * step_work(choice()) / std::min(step(), span));
+  double home_cost = present_cost(span);
   // a short part that is difficult for the method in use, for example an impact, decides nothing
   if (memory_.average_work > 0) home_cost = std::min(home_cost, memory_.average_work / memory_.average_time);
   note(Event::tries, candidate, choice(), 0, home_cost);

@@ -4,6 +4,7 @@
 
 #include "integrate/methods/tuning.hpp"
 #include "model/features.hpp"
+#include "model/model.hpp"
 
 // The choices of `auto`, and what they depend on.
 
@@ -15,6 +16,10 @@ constexpr int choices = 5;
 // only replaces what fails.
 constexpr bool has_series = features::taylor;
 constexpr Choice series = Choice::adams, first_choice = has_series ? series : Choice::erk;
+
+constexpr SolverMethod method_of[choices] = {
+    SolverMethod::erk, has_series ? SolverMethod::taylor : SolverMethod::adams, SolverMethod::dirk,
+    SolverMethod::bdf, SolverMethod::exponential};
 
 inline bool is_implicit(Choice choice) { return choice == Choice::dirk || choice == Choice::bdf; }
 inline bool is_series(Choice choice) { return has_series && choice == series; }

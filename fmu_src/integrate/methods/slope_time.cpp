@@ -22,9 +22,12 @@ constexpr double of_series = 0.8;  // an order of a Taylor series
 double with_surroundings(const System& system, const Surroundings& of) {
   const Plan<double>& plan = system.plan();
   std::size_t rows = plan.springs.size() + plan.bushings.size() + plan.contact_pairs.size();
-  for (const LoopPlan<double>& loop : plan.loops) rows += loop.rows.size();
-  const double size = straight * static_cast<double>(plan.joints.size() + row * rows);
-  return 1 + of.fixed / size + of.share + (system.has_constraints() ? of.loops : 0);
+  double share = 1 + of.share;
+  if (plan.has_constraints()) {
+    rows += static_cast<std::size_t>(plan.clusters.back().first_row + plan.clusters.back().row_count);
+    share += of.loops;
+  }
+  return share + of.fixed / (straight * static_cast<double>(plan.joints.size() + row * rows));
 }
 
 }  // namespace
