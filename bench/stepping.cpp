@@ -39,6 +39,7 @@
 #include "difference_bdf.hpp"
 #include "integrate/methods/integrator.hpp"
 #include "integrate/methods/slope_time.hpp"
+#include "integrate/methods/tuning.hpp"
 #include "integrate/system/dense_jacobian.hpp"
 #include "integrate/system/start.hpp"
 #include "model/read/model_file.hpp"
@@ -110,7 +111,6 @@ struct Account {
   }
 };
 
-constexpr double jacobian_column = 1.5;  // right-hand sides, without a clock
 const char* const limit_reached = "limit of right-hand sides";
 constexpr long pause = 1000;  // internal steps between two looks at the limit
 
@@ -293,7 +293,8 @@ int compare(const std::string& file, const Options& options) {
   const Run reference = reference_of(scene, options);
   if (!reference.stopped.empty()) std::printf("# reference: %s\n", reference.stopped.c_str());
   const bool by_clock = options.values.at("clock") != "off";
-  const Account account = {by_clock ? scene.jacobian_cost() : jacobian_column * scene.states() - 1, by_clock};
+  const Account account = {by_clock ? scene.jacobian_cost() : Tuning::jacobian_column * scene.states() - 1,
+                           by_clock};
   const std::size_t positions = static_cast<std::size_t>(scene.positions());
   std::printf("# a Jacobian costs %.1f right-hand sides\n", account.jacobian + 1);
   for (const std::string& method : options.list("method"))
