@@ -53,7 +53,9 @@ TaylorSeries::TaylorSeries(const Plan<double>& plan, int state_size, int highest
       coefficients_((static_cast<std::size_t>(highest_order) + 1) * state_lanes_, Lanes<double>::all(0)),
       left_((static_cast<std::size_t>(highest_order) + 1) * product_lanes_, Lanes<double>::all(0)),
       right_(left_),
-      sums_(product_lanes_) {}
+      sums_(product_lanes_) {
+  for (int k = 0; k <= highest_order; ++k) per_order_.push_back(1.0 / k);
+}
 
 bool TaylorSeries::set_slope(const double* state, const double* forces) {
   const double* qd = state + plan_.nv;
@@ -83,9 +85,10 @@ void TaylorSeries::extend(const double* forces) {
   const double* q = coefficient(order_);
   const double* qd = q + plan_.nv;
   double* next = numbers(coefficients_, order_ + 1, state_lanes_);
-  const double factor = unit_ / (order_ + 1);
+  const double* per_order = &per_order_[static_cast<std::size_t>(order_)];
+  const double factor = unit_ * per_order[1];
   for (int i = 0; i < plan_.nv; ++i) next[i] = factor * qd[i];
-  series_terms(plan_, order_, 1.0 / order_, factor, q, qd, forces, numbers(sums_, 0, 0), numbers(left_, 0, 0),
+  series_terms(plan_, order_, per_order[0], factor, q, qd, forces, numbers(sums_, 0, 0), numbers(left_, 0, 0),
                numbers(right_, 0, 0), reciprocals_.data(), numbers(left_, order_, product_lanes_),
                numbers(right_, order_, product_lanes_), next + plan_.nv);
   ++order_;

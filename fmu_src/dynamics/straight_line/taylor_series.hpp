@@ -60,6 +60,7 @@ class TaylorSeries {
   double unit_ = 1;
   std::vector<double> slope_, reciprocals_;
   Rows coefficients_, left_, right_, sums_;
+  std::vector<double> per_order_;  // 1 / k, for k up to the highest order
 };
 
 }  // namespace redysim

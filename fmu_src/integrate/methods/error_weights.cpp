@@ -27,7 +27,8 @@ void ErrorWeights::evaluate(const double* y, double* weights, double share) cons
   const double rtol = share * rtol_, atol = share * atol_;
   const auto weight = [&](int i, double scale, double least) {
     const double size = std::fabs(y[i]);
-    weights[i] = 1.0 / std::max({rtol * std::min(size, cap_[i]) + atol * scale, finest * size, least});
+    const double tolerance = rtol * std::min(size, cap_[i]) + atol * scale;
+    weights[i] = 1.0 / std::max(std::max(tolerance, finest * size), least);
   };
   const StateLayout& layout = system_.layout();
   for (int k = 0; k < layout.q.count; ++k) {
