@@ -66,9 +66,9 @@ struct Options {
 };
 
 SolverMethod method_called(const std::string& name) {
-  for (const auto& [text, value] : solver_methods)
-    if (name == text) return value;
-  throw std::runtime_error("there is no method " + name);
+  SolverMethod method;
+  if (!parse_method(name.c_str(), method)) throw std::runtime_error("there is no method " + name);
+  return method;
 }
 
 // The start state of the FMU.

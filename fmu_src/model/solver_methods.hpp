@@ -16,4 +16,7 @@ inline constexpr std::pair<const char*, SolverMethod> solver_methods[] = {
     {"taylor", SolverMethod::taylor},
     {"auto", SolverMethod::automatic}};
 
+const char* method_name(SolverMethod method);
+bool parse_method(const char* text, SolverMethod& method);  // false: unknown
+
 }  // namespace redysim

@@ -25,6 +25,7 @@
 #include "model/model_exchange.hpp"
 #include "model/read/fingerprint.hpp"
 #include "model/read/model_file.hpp"
+#include "model/solver_methods.hpp"
 
 using namespace redysim;
 

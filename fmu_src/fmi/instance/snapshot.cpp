@@ -5,6 +5,7 @@
 
 #include "fmi/variables/parameters.hpp"
 #include "integrate/system/bytes.hpp"
+#include "model/solver_methods.hpp"
 
 namespace redysim {
 namespace {

@@ -1,7 +1,6 @@
 #include "fmi/variables/parameters.hpp"
 
 #include <cmath>
-#include <cstring>
 #include <vector>
 
 #include "model/read/number.hpp"
@@ -9,21 +8,6 @@
 #include "model/solver_methods.hpp"
 
 namespace redysim {
-
-const char* method_name(SolverMethod method) {
-  for (const auto& [text, value] : solver_methods)
-    if (value == method) return text;
-  return solver_methods[0].first;
-}
-
-bool parse_method(const char* text, SolverMethod& method) {
-  for (const auto& [legal, value] : solver_methods)
-    if (std::strcmp(legal, text) == 0) {
-      method = value;
-      return true;
-    }
-  return false;
-}
 
 std::string method_names() {
   std::vector<std::string> names;

@@ -35,10 +35,7 @@ inline double* parameter(Parameters<double>& parameters, const Variable& variabl
              : nullptr;
 }
 
-// Legal texts of solver.method, and the method's text.
-const char* method_name(SolverMethod method);
-bool parse_method(const char* text, SolverMethod& method);
-std::string method_names();  // 'erk', 'adams' or ...
+std::string method_names();  // legal texts of solver.method: 'erk', 'adams' or ...
 
 // Why `value` is not legal for a Real variable; empty if it is.
 std::string objection(const Variable& variable, double value);

@@ -3,13 +3,13 @@
 #include <cstdio>
 
 #include "model/read/number.hpp"
+#include "model/solver_methods.hpp"
 
 namespace redysim {
 
 std::string Decision::text() const {
-  static constexpr const char* names[choices] = {"erk", has_series ? "taylor" : "adams", "dirk", "bdf",
-                                                 "exponential"};
-  const char *name = names[static_cast<int>(method)], *before = names[static_cast<int>(other)];
+  const char *name = method_name(method_of[static_cast<int>(method)]),
+             *before = method_name(method_of[static_cast<int>(other)]);
   const std::string at = shown(time), own = rounded(cost), rival = rounded(other_cost);
   char text[200];
   const auto print = [&text](const char* sentence, auto... parts) {

@@ -21,9 +21,7 @@ inline auto every_method() {
                          SolverMethod::exponential, SolverMethod::automatic);
 }
 inline std::string method_name(const testing::TestParamInfo<SolverMethod>& method) {
-  for (const auto& [text, value] : solver_methods)
-    if (value == method.param) return text;
-  return "";
+  return redysim::method_name(method.param);
 }
 
 // A model of models/ with one integrator over it, started at its start pose.
