@@ -91,7 +91,7 @@ class Automatic final : public Integrator {
   };
   bool consider_one_step(const Outlook& outlook);
   bool consider_multistep(const Outlook& outlook);
-  bool adams_pays(const Outlook& outlook, double used) const;
+  bool adams_pays(const Outlook& outlook) const;
   void consider_stiffness(const Outlook& outlook);
   Choice instead_of_explicit(double radius, const Outlook& outlook) const;
   Choice instead_of_other(double radius, const Outlook& outlook);
@@ -385,16 +385,16 @@ bool Automatic::consider_one_step(const Outlook& outlook) {
 bool Automatic::consider_multistep(const Outlook& outlook) {
   const Choice other = multistep_like(choice());
   if (outlook.steps < (is_implicit(choice()) ? Tuning::held_for_bdf : Tuning::held_for_adams)) return false;
-  const double used = work() - memory_.begun;
   if (other == choice() || !may_try(other)) return false;
   if (work() - memory_.older_work < Tuning::least_account) return false;
-  if (other == Choice::adams && !adams_pays(outlook, used)) return false;
+  if (other == Choice::adams && !adams_pays(outlook)) return false;
   begin_trial(other, outlook.span);
   return true;
 }
 
-bool Automatic::adams_pays(const Outlook& outlook, double used) const {
+bool Automatic::adams_pays(const Outlook& outlook) const {
   // in long communication steps the gain is small
+  const double used = work() - memory_.begun;
   if (outlook.span > Tuning::longest_for_adams * step() && used < Tuning::long_trial_after) return false;
   return present_cost(outlook.span) * outlook.hold >=
          slope_time(Choice::adams) * (Tuning::adams_restart + Tuning::adams_step * outlook.hold / step());

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <optional>
 #include <utility>
 
 #include "integrate/methods/dop853.hpp"
@@ -47,15 +46,10 @@ const Table& lower_for(double rtol, const System& system) {
   return rtol > Tuning::third_order_rtol && !system.has_constraints() ? third : fifth;
 }
 
-const Table& alone_for(double rtol, const System& system) {
-  return rtol > Tuning::eighth_order_rtol ? lower_for(rtol, system) : eighth;
-}
-
-// Friction and stops change the forces within one or two steps, so the longer steps of a higher order gain
-// nothing.
-bool is_smooth(const Plan<double>& plan) {
-  return std::none_of(plan.joints.begin(), plan.joints.end(),
-                      [](const JointPlan<double>& joint) { return joint.has_friction || joint.has_stops; });
+// Friction and stops change the forces within one or two steps of order 5.
+bool has_corners(const Plan<double>& plan) {
+  return std::any_of(plan.joints.begin(), plan.joints.end(),
+                     [](const JointPlan<double>& joint) { return joint.has_friction || joint.has_stops; });
 }
 
 struct ErkStepDeleter {
@@ -66,21 +60,20 @@ class Erk final : public OneStep {
  public:
   Erk(System& system, const SolverSettings& settings, Room room);
   const char* name() const override {
-    return !choice_           ? table_in_use().name
-           : lower_ == &third ? "erk (Bogacki-Shampine 3(2) and Dormand-Prince 8(5,3))"
-                              : "erk (Dormand-Prince 5(4) and 8(5,3))";
+    return &lower_ == &third ? "erk (Bogacki-Shampine 3(2) and Dormand-Prince 8(5,3))"
+                             : "erk (Dormand-Prince 5(4) and 8(5,3))";
   }
   void set_state(const double* y) override {
     passing_.length = 0;
     OneStep::set_state(y);
   }
   double allowed_step() const override {
-    return choice_ && choice_->eighth() ? OneStep::allowed_step() / choice_->gain() : OneStep::allowed_step();
+    return takes_eighth() ? OneStep::allowed_step() / choice_.gain() : OneStep::allowed_step();
   }
   // Not with loops: order 8 at the length that passing allows leads stages far from the constraints, where
   // dependent rows become independent (bennett: 700 rtol of error). Contacts and samples end steps.
   bool passes_ends() const override {
-    return choice_ && !system_.has_constraints() && !system_.plan().has_contacts() && !system_.control();
+    return !system_.has_constraints() && !system_.plan().has_contacts() && !system_.control();
   }
 
  private:
@@ -98,8 +91,8 @@ class Erk final : public OneStep {
   static bool slope(double time, const double* y, double* slope, void* self);
 
   Memory made(const Table& table);
-  const Table& table_in_use() const { return choice_ && choice_->eighth() ? eighth : *lower_; }
-  bool takes_eighth() const { return table_in_use().coefficients == nullptr; }
+  bool takes_eighth() const { return choice_.eighth(); }
+  const Table& table_in_use() const { return takes_eighth() ? eighth : lower_; }
   int run(double first_step) override {
     return takes_eighth() ? OneStep::run(first_step) : run_arkode(first_step);
   }
@@ -122,20 +115,18 @@ class Erk final : public OneStep {
   void read_polynomial();
 
   void choose_table(double remaining) override;
-  long steps_between_choices() const override {
-    return choice_ ? choice_->steps_until_decision() : OneStep::steps_between_choices();
-  }
+  long steps_between_choices() const override { return choice_.steps_until_decision(); }
   void forget_choice() override;
   void put_choice(ByteWriter& writer) const override;
   bool get_choice(ByteReader& reader) override;
 
-  const Table* lower_;                  // without a choice the only one
-  Memory arkode_;                       // of it, order 3 or 5
-  std::optional<TableChoice> choice_;   // if there are two tables
+  const Table& lower_;                  // order 3 or 5
+  Memory arkode_;                       // of it
+  TableChoice choice_;                  // between it and order 8
   const double* last_slope_ = nullptr;  // where ERKStep keeps the slope at the end of its last step, or null
   bool reuse_slope_ = false;            // the next slope asked for is slope_
 
-  std::unique_ptr<Dop853> dop853_;
+  Dop853 dop853_;
   std::vector<double> weights_;  // of the present step
   bool expects_hold_ = false;    // of the inputs
   Passing passing_;
@@ -143,17 +134,12 @@ class Erk final : public OneStep {
 
 [[gnu::cold]] Erk::Erk(System& system, const SolverSettings& settings, Room room)
     : OneStep(system, settings, std::move(room), SolverMethod::erk, eighth.error_order, 1),
-      lower_(&lower_for(settings.rtol, system)) {
-  if (is_smooth(system.plan()))
-    choice_.emplace(settings.rtol, lower_ == &third);
-  else
-    lower_ = &alone_for(settings.rtol, system);
-  if (choice_ || takes_eighth()) {
-    dop853_ = std::make_unique<Dop853>(y_.size(), &Erk::slope, static_cast<OneStep*>(this));
-    weights_ = y_;
-  }
-  if (!takes_eighth()) arkode_ = made(*lower_);
-  set_error_order(table_in_use().error_order);
+      lower_(lower_for(settings.rtol, system)),
+      choice_(settings.rtol, &lower_ == &third, has_corners(system.plan())),
+      dop853_(y_.size(), &Erk::slope, static_cast<OneStep*>(this)),
+      weights_(y_) {
+  arkode_ = made(lower_);
+  set_error_order(lower_.error_order);
   statistics_ = {};
 }
 
@@ -186,13 +172,12 @@ class Erk final : public OneStep {
 }
 
 void Erk::choose_table(double remaining) {
-  if (!choice_) return;
   // the slope at a projected end is one more; otherwise the last slope is the next step's first
   const double projected = system_.has_constraints() ? 1 : 0;
   double factor;
-  choice_->decide({remaining, control_.wanted(), control_.step_limit(), statistics_.steps,
-                   slope_known_ ? 0 : 1 - projected, lower_->slopes + projected, expects_hold_},
-                  factor);
+  choice_.decide({remaining, control_.wanted(), control_.step_limit(), statistics_.steps,
+                  slope_known_ ? 0 : 1 - projected, lower_.slopes + projected, expects_hold_},
+                 factor);
   may_pass_end_ = expects_hold_ && takes_eighth();
   if (factor == 1) return;
   set_error_order(table_in_use().error_order);
@@ -201,34 +186,31 @@ void Erk::choose_table(double remaining) {
 
 void Erk::forget_choice() {
   passing_ = {};
-  if (!choice_) return;
-  choice_->forget();
+  choice_.forget();
   set_error_order(table_in_use().error_order);
 }
 
 [[gnu::cold]] void Erk::put_choice(ByteWriter& writer) const {
-  if (!choice_) return;
   for (const auto part : passing_parts) writer.put(passing_.*part);
   if (passing_.length > 0) {
-    std::vector<double> polynomial(dop853_->saved());
-    dop853_->save(polynomial.data());
+    std::vector<double> polynomial(dop853_.saved());
+    dop853_.save(polynomial.data());
     writer.put(polynomial.data(), polynomial.size());
   }
-  choice_->put(writer);
+  choice_.put(writer);
 }
 
 [[gnu::cold]] bool Erk::get_choice(ByteReader& reader) {
-  if (!choice_) return reader.finished();
   Passing passing;
   for (const auto part : passing_parts) {
     reader.get(passing.*part);
     if (!std::isfinite(passing.*part)) return false;
   }
-  std::vector<double> polynomial(passing.length > 0 ? dop853_->saved() : 0);
+  std::vector<double> polynomial(passing.length > 0 ? dop853_.saved() : 0);
   reader.get(polynomial.data(), polynomial.size());
-  if (!choice_->get(reader)) return false;
+  if (!choice_.get(reader)) return false;
   passing_ = passing;
-  if (passing.length > 0) dop853_->restore(polynomial.data());
+  if (passing.length > 0) dop853_.restore(polynomial.data());
   set_error_order(table_in_use().error_order);
   return true;
 }
@@ -292,15 +274,15 @@ bool Erk::begin_step(double) {
   if (!slope_known_ && !slope(reached_, data(result_), slope_.data(), static_cast<OneStep*>(this)))
     return false;
   slope_known_ = true;
-  std::copy(slope_.begin(), slope_.end(), dop853_->first_slope());
+  std::copy(slope_.begin(), slope_.end(), dop853_.first_slope());
   error_weights_.evaluate(data(result_), weights_.data());
   return true;
 }
 
 double Erk::attempt_error(double h) {
-  if (!dop853_->step(reached_, h, data(result_), data(candidate_)))
+  if (!dop853_.step(reached_, h, data(result_), data(candidate_)))
     return std::numeric_limits<double>::infinity();
-  return dop853_->error(h, error_weights_, weights_.data());
+  return dop853_.error(h, error_weights_, weights_.data());
 }
 
 int Erk::accept(double end, double h) {
@@ -311,7 +293,7 @@ int Erk::accept(double end, double h) {
 
 // False: no state lies there.
 bool Erk::pass(double h) {
-  if (!dop853_->fit(reached_, h)) return false;
+  if (!dop853_.fit(reached_, h)) return false;
   passing_.origin = origin_;
   passing_.begin = reached_;
   passing_.length = h;
@@ -339,9 +321,9 @@ bool Erk::lies_in_last_step(bool inputs_changed) {
     return true;
   }
   passing_.length = 0;
-  dop853_->evaluate(1, data(result_));
+  dop853_.evaluate(1, data(result_));
   std::copy_n(data(result_), y_.size(), y_.begin());
-  std::copy_n(dop853_->last_slope(), slope_.size(), slope_.begin());
+  std::copy_n(dop853_.last_slope(), slope_.size(), slope_.begin());
   slope_known_ = true;
   since_ = step_end;
   return false;
@@ -349,7 +331,7 @@ bool Erk::lies_in_last_step(bool inputs_changed) {
 
 // The state at the end of the advance into result_.
 void Erk::read_polynomial() {
-  dop853_->evaluate((goal_ - passing_.origin - passing_.begin) / passing_.length, data(result_));
+  dop853_.evaluate((goal_ - passing_.origin - passing_.begin) / passing_.length, data(result_));
 }
 
 }  // namespace

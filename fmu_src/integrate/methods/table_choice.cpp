@@ -8,8 +8,9 @@
 
 namespace redysim {
 
-TableChoice::TableChoice(double rtol, bool over_third)
-    : expected_((over_third ? Tuning::step_ratio_third : Tuning::step_ratio) *
+TableChoice::TableChoice(double rtol, bool over_third, bool has_corners)
+    : has_corners_(has_corners && rtol > Tuning::corners_rtol),
+      expected_((over_third ? Tuning::step_ratio_third : Tuning::step_ratio) *
                 std::pow(Tuning::step_ratio_tolerances * rtol, Tuning::step_ratio_exponent)),
       gain_(expected_) {}
 
@@ -49,7 +50,8 @@ void TableChoice::decide(const Situation& now, double& factor) {
       now.may_pass_end ? Tuning::eighth_stages * steps + Tuning::polynomial_stages * std::min(1.0, steps)
                        : Tuning::eighth_stages * StepControl::parts_of(now.remaining, eighth_step);
   const double in_favour = eighth_ != 0 ? Tuning::hysteresis : 1 / Tuning::hysteresis;
-  const bool better = eighth_cost <= Tuning::accuracy_worth * in_favour * fifth_cost;
+  const bool better = (!has_corners_ || now.remaining < Tuning::short_of_corners * fifth_step) &&
+                      eighth_cost <= Tuning::accuracy_worth * in_favour * fifth_cost;
   if (better == eighth()) return;
   factor = better ? gain_ : 1 / gain_;
   eighth_ = better;

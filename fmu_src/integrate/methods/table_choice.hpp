@@ -10,7 +10,9 @@ namespace redysim {
 // change. The choice depends on the previous run only.
 class TableChoice {
  public:
-  explicit TableChoice(double rtol, bool over_third = false);  // over_third: the lower order is three
+  // over_third: the lower order is three. has_corners: of the forces, by friction or stops; order 8 is then
+  // for intervals much shorter than its steps, and for tight tolerances.
+  explicit TableChoice(double rtol, bool over_third = false, bool has_corners = false);
 
   void forget();  // starts with order 5
   bool eighth() const { return eighth_ != 0; }
@@ -39,6 +41,7 @@ class TableChoice {
   template <class Self, class Visit>
   static void each_part(Self& self, const Visit& visit);  // that is saved
 
+  bool has_corners_;
   double expected_;  // gain
   double gain_;
   unsigned char eighth_ = 0, learning_ = 0;

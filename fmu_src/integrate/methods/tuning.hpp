@@ -99,8 +99,10 @@ struct Tuning {
   // Measured with bench/stepping on KR5, gripper, four-bar, pendulum, planar arm and top, at rest, with slow
   // and with switching torques, in steps of 1 to 100 ms (docs/solvers.md).
 
-  static constexpr double third_order_rtol = 5e-3;   // above it the third order costs least
-  static constexpr double eighth_order_rtol = 1e-9;  // order 8 from here down, where forces have corners
+  static constexpr double third_order_rtol = 5e-3;  // above it the third order costs least
+  // Where forces have corners: above this tolerance order 8 only for a remaining interval of so many steps of
+  // order 5 (over an impact, its longer steps are rejected more often).
+  static constexpr double corners_rtol = 1e-9, short_of_corners = 0.5;
 
   static constexpr double eighth_stages = 12, polynomial_stages = 3;
   static constexpr std::int64_t held_to_pass = 3;  // advances with the same inputs to come
