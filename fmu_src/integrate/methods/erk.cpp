@@ -71,10 +71,8 @@ class Erk final : public OneStep {
     return takes_eighth() ? OneStep::allowed_step() / choice_.gain() : OneStep::allowed_step();
   }
   // Not with loops: order 8 at the length that passing allows leads stages far from the constraints, where
-  // dependent rows become independent (bennett: 700 rtol of error). Contacts and samples end steps.
-  bool passes_ends() const override {
-    return !system_.has_constraints() && !system_.plan().has_contacts() && !system_.control();
-  }
+  // dependent rows become independent (bennett: 700 rtol of error). Contacts end steps.
+  bool passes_ends() const override { return !system_.has_constraints() && !system_.plan().has_contacts(); }
 
  private:
   using Memory = std::unique_ptr<void, ErkStepDeleter>;
@@ -106,6 +104,7 @@ class Erk final : public OneStep {
   double attempt_error(double h) override;
   int accept(double end, double h) override;
   bool pass(double h);
+  double farthest() const;
   void expect_changes(bool inputs_changed);
   bool reaches(double end) const override {
     return passing_.length > 0 && end - origin_ <= end_of_last_step();
@@ -178,7 +177,7 @@ void Erk::choose_table(double remaining) {
   choice_.decide({remaining, control_.wanted(), control_.step_limit(), statistics_.steps,
                   slope_known_ ? 0 : 1 - projected, lower_.slopes + projected, expects_hold_},
                  factor);
-  may_pass_end_ = expects_hold_ && takes_eighth();
+  farthest_ = farthest();
   if (factor == 1) return;
   set_error_order(table_in_use().error_order);
   control_.start(factor * control_.wanted());
@@ -287,8 +286,18 @@ double Erk::attempt_error(double h) {
 
 int Erk::accept(double end, double h) {
   if (end <= end_) return OneStep::accept(end, h);
-  if (!pass(h)) expects_hold_ = may_pass_end_ = false;  // repeats the step up to the end of the advance
+  if (!pass(h)) {
+    expects_hold_ = false;
+    farthest_ = end_;  // repeats the step up to the end of the advance
+  }
   return ARK_SUCCESS;
+}
+
+// Of the last step of an advance, where inputs are expected to stay: the next breakpoint of trajectories and
+// samples.
+double Erk::farthest() const {
+  if (!expects_hold_ || !takes_eighth()) return end_;
+  return std::max(end_, system_.next_breakpoint(time()) - origin_);
 }
 
 // False: no state lies there.
@@ -307,7 +316,7 @@ void Erk::expect_changes(bool inputs_changed) {
   if (inputs_changed) passing_ = {0, passing_.held};
   const bool outlasts = passing_.held > 0 && passing_.held >= passing_.held_before;
   expects_hold_ = passes_ends() && (outlasts || passing_.held_before - passing_.held >= Tuning::held_to_pass);
-  may_pass_end_ = expects_hold_ && takes_eighth();
+  farthest_ = farthest();
   ++passing_.held;
 }
 

@@ -104,8 +104,7 @@ bool OneStep::first_step_from_here() {
 }
 
 double OneStep::step_from(double since, const double* y) {
-  const double wanted = may_pass_end_ ? control_.wanted() : control_.step_for(end_ - since);
-  const double step = std::min(wanted, touch_);
+  const double step = std::min(control_.step_for(farthest_ - since), touch_);
   touch_ = std::numeric_limits<double>::max();
   searched_from_ = since;
   // Where a step leaves a contact after its first stage, the error estimate contains 1/74 of the error of the
@@ -156,7 +155,7 @@ int OneStep::take_step(double& h) {
   double end = 0, error = 0, taken = 0;
   do {
     const double left = end_ - reached_, beyond = h - left, rounding = smallest_step(reached_, end_);
-    if (beyond > -rounding && (!may_pass_end_ || beyond < rounding)) h = left;
+    if (beyond > -rounding && (farthest_ == end_ || beyond < rounding)) h = left;
     end = h == left ? end_ : reached_ + h;
     taken = h;
     error = attempt_error(h);
@@ -212,7 +211,7 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
   needs_first_step_ = false;
 
   goal_ = end;
-  end_ = end - origin_;
+  end_ = farthest_ = end - origin_;
   const double origin_before = origin_, since_before = since_;
   std::copy(y_.begin(), y_.end(), room_->start.begin());
   if (lies_in_last_step(inputs_changed)) {

@@ -72,8 +72,8 @@ class OneStep : public Integrator {
   virtual void forget_choice() {}
   virtual void put_choice(ByteWriter&) const {}
   virtual bool get_choice(ByteReader& reader);  // must read to the end; false: unchanged
-  // A method with a polynomial through a step may pass the end of an advance in its last step
-  // (may_pass_end_). Before the next advance: true, and its end into y_, if it lies in that step too;
+  // A method with a polynomial through a step may pass the end of an advance in its last step, up to
+  // farthest_. Before the next advance: true, and its end into y_, if it lies in that step too;
   // otherwise (since_, y_) goes to the end of that step.
   virtual bool lies_in_last_step(bool /*inputs_changed*/) { return false; }
   void set_error_order(int error_order) {
@@ -114,7 +114,7 @@ class OneStep : public Integrator {
   double reached_ = 0;         // time of result_, since origin_
   bool warming_up_ = false;    // first step, in which ARKODE allocates: of a system at rest
   bool stage_failed_ = false;  // a stage had no slope: reject this attempt
-  bool may_pass_end_ = false;  // its last step
+  double farthest_ = 0;        // end of its last step since origin_, at most; end_: it must not be passed
   bool skip_slope_ = false;    // the next slope is not used: the advance is complete
 
  private:

@@ -144,12 +144,31 @@ std::string jump_at(double turn) {
 
 TEST_P(Controlled, a_jump_of_the_acceleration_is_the_end_of_a_step) {
   const double turn = 0.1234;
-  Simulation run("planar_2r", jump_at(turn) + controller("computed_torque", 49, 14), GetParam(), 1e-6);
-  run.to(0.3);
-  // the arm starts on the reference, where the law leaves no error
-  const double since = 0.3 - turn;
-  EXPECT_NEAR(run.q(0), 4 * turn * turn + 8 * turn * since - 2 * since * since, 2e-6);
-  EXPECT_NEAR(run.qd(0), 8 * turn - 4 * since, 2e-5);
+  for (const int steps : {1, 150}) {
+    Simulation run("planar_2r", jump_at(turn) + controller("computed_torque", 49, 14), GetParam(), 1e-6);
+    for (int k = 1; k <= steps; ++k) run.to(0.3 * k / steps);
+    // the arm starts on the reference, where the law leaves no error
+    const double since = 0.3 - turn;
+    EXPECT_NEAR(run.q(0), 4 * turn * turn + 8 * turn * since - 2 * since * since, 2e-6);
+    EXPECT_NEAR(run.qd(0), 8 * turn - 4 * since, 2e-5);
+  }
+}
+
+// A step serves many communication points, but ends at each sample.
+TEST(control, steps_pass_communication_points_up_to_a_sample) {
+  const std::string text = cycloids(2, 0.7, 0.25) + controller("pd", 5, 0.1);
+  Simulation continuous("planar_2r", text, SolverMethod::erk, 1e-8),
+      sampled("planar_2r", text + "sample_time = 0.01\n", SolverMethod::erk, 1e-8),
+      coarse("planar_2r", text + "sample_time = 0.01\n", SolverMethod::adams, 1e-11);
+  for (int k = 1; k <= 500; ++k) {
+    continuous.to(1e-3 * k);
+    sampled.to(1e-3 * k);
+  }
+  EXPECT_LT(continuous.integrator->statistics().evaluations, 2 * 500);  // 6 each if they ended there
+  EXPECT_GT(sampled.integrator->statistics().steps, 50 - 1);
+  EXPECT_LT(sampled.integrator->statistics().steps, 200);
+  coarse.to(0.5);
+  for (int k = 0; k < 2; ++k) EXPECT_NEAR(sampled.q(k), coarse.q(k), 1e-8);
 }
 
 TEST_P(Controlled, where_it_is_cut_does_not_matter) {
