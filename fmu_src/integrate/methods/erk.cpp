@@ -52,6 +52,24 @@ bool has_corners(const Plan<double>& plan) {
                      [](const JointPlan<double>& joint) { return joint.has_friction || joint.has_stops; });
 }
 
+// Until a stop, s: 0 in one. Accelerations are constant.
+double time_to_stop(const System& system, const double* y, const double* slope) {
+  double earliest = std::numeric_limits<double>::infinity();
+  const Plan<double>& plan = system.plan();
+  for (int i = 0; i < system.simple(); ++i) {
+    const int joint = system.joint_of(i), rate = system.layout().qd[i];
+    if (!plan.joints[joint].has_stops) continue;
+    const Resistance<double>& stops = plan.resistances[joint];
+    for (const double side : {-1.0, 1.0}) {
+      const double gap = side > 0 ? stops.upper - y[i] : y[i] - stops.lower, speed = side * y[rate];
+      if (!(gap > 0)) return 0;
+      const double towards = speed + std::sqrt(speed * speed + 2 * side * slope[rate] * gap);
+      if (towards > 0) earliest = std::min(earliest, 2 * gap / towards);
+    }
+  }
+  return earliest;
+}
+
 struct ErkStepDeleter {
   void operator()(void* memory) const { ERKStepFree(&memory); }
 };
@@ -104,7 +122,6 @@ class Erk final : public OneStep {
   double attempt_error(double h) override;
   int accept(double end, double h) override;
   bool pass(double h);
-  double farthest() const;
   void expect_changes(bool inputs_changed);
   bool reaches(double end) const override {
     return passing_.length > 0 && end - origin_ <= end_of_last_step();
@@ -121,6 +138,7 @@ class Erk final : public OneStep {
 
   const Table& lower_;                  // order 3 or 5
   Memory arkode_;                       // of it
+  bool has_corners_;                    // of the forces
   TableChoice choice_;                  // between it and order 8
   const double* last_slope_ = nullptr;  // where ERKStep keeps the slope at the end of its last step, or null
   bool reuse_slope_ = false;            // the next slope asked for is slope_
@@ -134,7 +152,8 @@ class Erk final : public OneStep {
 [[gnu::cold]] Erk::Erk(System& system, const SolverSettings& settings, Room room)
     : OneStep(system, settings, std::move(room), SolverMethod::erk, eighth.error_order, 1),
       lower_(lower_for(settings.rtol, system)),
-      choice_(settings.rtol, &lower_ == &third, has_corners(system.plan())),
+      has_corners_(has_corners(system.plan())),
+      choice_(settings.rtol, &lower_ == &third, has_corners_),
       dop853_(y_.size(), &Erk::slope, static_cast<OneStep*>(this)),
       weights_(y_) {
   arkode_ = made(lower_);
@@ -173,11 +192,17 @@ class Erk final : public OneStep {
 void Erk::choose_table(double remaining) {
   // the slope at a projected end is one more; otherwise the last slope is the next step's first
   const double projected = system_.has_constraints() ? 1 : 0;
+  // a stop is reached at the earliest
+  const double smooth_for = has_corners_
+                                ? Tuning::share_of_gap * time_to_stop(system_, y_.data(), slope_.data())
+                                : std::numeric_limits<double>::infinity();
   double factor;
   choice_.decide({remaining, control_.wanted(), control_.step_limit(), statistics_.steps,
-                  slope_known_ ? 0 : 1 - projected, lower_.slopes + projected, expects_hold_},
+                  slope_known_ ? 0 : 1 - projected, lower_.slopes + projected, expects_hold_, smooth_for},
                  factor);
-  farthest_ = farthest();
+  farthest_ = end_;
+  if (expects_hold_ && takes_eighth())
+    farthest_ = std::max(end_, std::min(system_.next_breakpoint(time()) - origin_, since_ + smooth_for));
   if (factor == 1) return;
   set_error_order(table_in_use().error_order);
   control_.start(factor * control_.wanted());
@@ -293,13 +318,6 @@ int Erk::accept(double end, double h) {
   return ARK_SUCCESS;
 }
 
-// Of the last step of an advance, where inputs are expected to stay: the next breakpoint of trajectories and
-// samples.
-double Erk::farthest() const {
-  if (!expects_hold_ || !takes_eighth()) return end_;
-  return std::max(end_, system_.next_breakpoint(time()) - origin_);
-}
-
 // False: no state lies there.
 bool Erk::pass(double h) {
   if (!dop853_.fit(reached_, h)) return false;
@@ -316,7 +334,6 @@ void Erk::expect_changes(bool inputs_changed) {
   if (inputs_changed) passing_ = {0, passing_.held};
   const bool outlasts = passing_.held > 0 && passing_.held >= passing_.held_before;
   expects_hold_ = passes_ends() && (outlasts || passing_.held_before - passing_.held >= Tuning::held_to_pass);
-  farthest_ = farthest();
   ++passing_.held;
 }
 

@@ -50,8 +50,9 @@ void TableChoice::decide(const Situation& now, double& factor) {
       now.may_pass_end ? Tuning::eighth_stages * steps + Tuning::polynomial_stages * std::min(1.0, steps)
                        : Tuning::eighth_stages * StepControl::parts_of(now.remaining, eighth_step);
   const double in_favour = eighth_ != 0 ? Tuning::hysteresis : 1 / Tuning::hysteresis;
-  const bool better = (!has_corners_ || now.remaining < Tuning::short_of_corners * fifth_step) &&
-                      eighth_cost <= Tuning::accuracy_worth * in_favour * fifth_cost;
+  const bool is_short = now.remaining < Tuning::short_of_corners * std::min(fifth_step, now.smooth_for);
+  const bool better =
+      (is_short || !has_corners_) && eighth_cost <= Tuning::accuracy_worth * in_favour * fifth_cost;
   if (better == eighth()) return;
   factor = better ? gain_ : 1 / gain_;
   eighth_ = better;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 #include "integrate/methods/state_bytes.hpp"
 
 namespace redysim {
@@ -25,6 +27,7 @@ class TableChoice {
     double first_slope;         // right-hand sides of order 5 for the slope at the start
     double slopes_a_step;       // of order 5
     bool may_pass_end = false;  // order 8 may pass the end of the advance in its last step
+    double smooth_for = std::numeric_limits<double>::infinity();  // s, until a stop may be reached
   };
   // Updates the choice; the step size is to be multiplied by `factor`.
   void decide(const Situation& now, double& factor);

@@ -191,9 +191,13 @@ TEST(Automatic, steps_over_vibrations_that_are_not_damped) {
 TEST(Automatic, takes_dirk_where_bdf_would_follow_what_rings) {
   const auto evaluations = [](SolverMethod method) {
     test::Rig rig("stiff_arm", solver(method));
-    for (int k = 1; k <= 50; ++k) EXPECT_TRUE(rig.integrator->advance(k * 0.01, k == 1).ok);
+    int with_dirk = 0;
+    for (int k = 1; k <= 50; ++k) {
+      EXPECT_TRUE(rig.integrator->advance(k * 0.01, k == 1).ok);
+      with_dirk += rig.integrator->method() == SolverMethod::dirk;
+    }
     if (method == SolverMethod::automatic) {
-      EXPECT_EQ(rig.integrator->method(), SolverMethod::dirk);
+      EXPECT_GT(with_dirk, 25);
     }
     return static_cast<double>(rig.integrator->statistics().evaluations);
   };
