@@ -19,9 +19,16 @@ bool uses_method(const Model& model) {
   return chosen == method || chosen == SolverMethod::automatic;
 }
 
+// As std::any_of, which libstdc++ unrolls.
+template <class Range, class Test>
+bool any(const Range& range, const Test& test) {
+  for (const auto& each : range)
+    if (test(each)) return true;
+  return false;
+}
+
 bool has_coupling(const Model& model, bool rigid) {
-  return std::any_of(model.couplings.begin(), model.couplings.end(),
-                     [rigid](const Coupling& coupling) { return coupling.rigid() == rigid; });
+  return any(model.couplings, [rigid](const Coupling& coupling) { return coupling.rigid() == rigid; });
 }
 
 constexpr Feature all_features[] = {
@@ -34,15 +41,14 @@ constexpr Feature all_features[] = {
     {"friction", features::friction, may_resist},
     {"ports", features::ports,
      [](const Model& model) {
-       return std::any_of(model.frames.begin(), model.frames.end(),
-                          [](const Frame& frame) { return frame.port != Frame::Port::none; });
+       return any(model.frames, [](const Frame& frame) { return frame.port != Frame::Port::none; });
      }},
     {"motion", features::motion,
      [](const Model& model) {
-       return std::any_of(model.links.begin(), model.links.end(),
-                          [](const Link& link) {
-                            return link.joint.drive == Drive::motion || link.joint.drive == Drive::locked;
-                          }) ||
+       return any(model.links,
+                  [](const Link& link) {
+                    return link.joint.drive == Drive::motion || link.joint.drive == Drive::locked;
+                  }) ||
               model.controller.law == Law::computed_torque ||
               model.controller.law == Law::gravity_compensation;
      }},
@@ -51,8 +57,7 @@ constexpr Feature all_features[] = {
      [](const Model& model) { return !model.trajectories.empty() || model.controller.law != Law::none; }},
     {"actuators", features::actuators,
      [](const Model& model) {
-       return std::any_of(model.actuators.begin(), model.actuators.end(),
-                          [](const Actuator& actuator) { return actuator.acts(); });
+       return any(model.actuators, [](const Actuator& actuator) { return actuator.acts(); });
      }},
     {"energies", features::energies, [](const Model& model) { return model.fmu.shows(OutputGroup::energy); },
      true},
@@ -83,8 +88,7 @@ bool uses_series(const Model& model) {
   if (model.solver.method != SolverMethod::automatic) return model.solver.method == SolverMethod::taylor;
   const auto joints = std::count_if(model.links.begin(), model.links.end(),
                                     [](const Link& link) { return moves(link.joint); });
-  return joints <= most_joints_of_series &&
-         std::none_of(std::begin(all_features), std::end(all_features), [&model](const Feature& feature) {
+  return joints <= most_joints_of_series && !any(all_features, [&model](const Feature& feature) {
            return !feature.of_smooth_trees && feature.used(model);
          });
 }

@@ -46,26 +46,47 @@ const Table& lower_for(double rtol, const System& system) {
   return rtol > Tuning::third_order_rtol && !system.has_constraints() ? third : fifth;
 }
 
-// Friction and stops change the forces within one or two steps of order 5.
-bool has_corners(const Plan<double>& plan) {
-  return std::any_of(plan.joints.begin(), plan.joints.end(),
-                     [](const JointPlan<double>& joint) { return joint.has_friction || joint.has_stops; });
+bool has_backlash(const System& system) {
+  for (const ElasticCouplingPlan& coupling : system.plan().elastic_couplings)
+    if (coupling.half_play > 0) return true;
+  const Actuators* actuators = system.actuators();
+  for (int k = 0; actuators && k < actuators->size(); ++k)
+    if (actuators->law(k).has_backlash()) return true;
+  return false;
 }
 
-// Until a stop, s: 0 in one. Accelerations are constant.
-double time_to_stop(const System& system, const double* y, const double* slope) {
-  double earliest = std::numeric_limits<double>::infinity();
+// Friction, stops and backlash change the forces within one or two steps of order 5.
+bool has_corners(const System& system) {
+  for (const JointPlan<double>& joint : system.plan().joints)
+    if (joint.has_resistance) return true;
+  return has_backlash(system);
+}
+
+constexpr double never = std::numeric_limits<double>::infinity();
+
+// Until a gap, positive or negative, is zero, s.
+double time_to_close(double gap, double rate, double acceleration) {
+  const double way = std::fabs(gap), side = gap < 0 ? 1 : -1, speed = side * rate;
+  const double towards = speed + std::sqrt(speed * speed + 2 * side * acceleration * way);
+  return towards > 0 ? 2 * way / towards : never;
+}
+
+// Until a joint comes to a stop or leaves it, or begins or ends to reverse against friction, s, with constant
+// accelerations.
+double time_to_corner(const System& system, const double* y, const double* slope) {
+  double earliest = never;
+  const auto include = [&earliest](double time) { earliest = std::min(earliest, time); };
   const Plan<double>& plan = system.plan();
   for (int i = 0; i < system.simple(); ++i) {
     const int joint = system.joint_of(i), rate = system.layout().qd[i];
-    if (!plan.joints[joint].has_stops) continue;
-    const Resistance<double>& stops = plan.resistances[joint];
-    for (const double side : {-1.0, 1.0}) {
-      const double gap = side > 0 ? stops.upper - y[i] : y[i] - stops.lower, speed = side * y[rate];
-      if (!(gap > 0)) return 0;
-      const double towards = speed + std::sqrt(speed * speed + 2 * side * slope[rate] * gap);
-      if (towards > 0) earliest = std::min(earliest, 2 * gap / towards);
-    }
+    if (!plan.joints[joint].has_resistance) continue;
+    const Resistance<double>& of = plan.resistances[joint];
+    if (plan.joints[joint].has_stops)
+      for (const double limit : {of.lower, of.upper})
+        include(time_to_close(y[i] - limit, y[rate], slope[rate]));
+    if (plan.joints[joint].has_friction)
+      for (const double side : {-1.0, 1.0})
+        include(time_to_close(y[rate] - side / of.per_velocity, slope[rate], 0));
   }
   return earliest;
 }
@@ -90,7 +111,9 @@ class Erk final : public OneStep {
   }
   // Not with loops: order 8 at the length that passing allows leads stages far from the constraints, where
   // dependent rows become independent (bennett: 700 rtol of error). Contacts end steps.
-  bool passes_ends() const override { return !system_.has_constraints() && !system_.plan().has_contacts(); }
+  bool passes_ends() const override {
+    return system_.plan().loops.empty() && !system_.plan().has_contacts() && !has_backlash(system_);
+  }
 
  private:
   using Memory = std::unique_ptr<void, ErkStepDeleter>;
@@ -152,8 +175,7 @@ class Erk final : public OneStep {
 [[gnu::cold]] Erk::Erk(System& system, const SolverSettings& settings, Room room)
     : OneStep(system, settings, std::move(room), SolverMethod::erk, eighth.error_order, 1),
       lower_(lower_for(settings.rtol, system)),
-      has_corners_(has_corners(system.plan())),
-      choice_(settings.rtol, &lower_ == &third, has_corners_),
+      choice_(settings.rtol, &lower_ == &third),
       dop853_(y_.size(), &Erk::slope, static_cast<OneStep*>(this)),
       weights_(y_) {
   arkode_ = made(lower_);
@@ -192,14 +214,14 @@ class Erk final : public OneStep {
 void Erk::choose_table(double remaining) {
   // the slope at a projected end is one more; otherwise the last slope is the next step's first
   const double projected = system_.has_constraints() ? 1 : 0;
-  // a stop is reached at the earliest
-  const double smooth_for = has_corners_
-                                ? Tuning::share_of_gap * time_to_stop(system_, y_.data(), slope_.data())
-                                : std::numeric_limits<double>::infinity();
+  const bool corners = has_corners(system_);
+  const double smooth_for =
+      corners ? Tuning::share_of_gap * time_to_corner(system_, y_.data(), slope_.data()) : never;
   double factor;
-  choice_.decide({remaining, control_.wanted(), control_.step_limit(), statistics_.steps,
-                  slope_known_ ? 0 : 1 - projected, lower_.slopes + projected, expects_hold_, smooth_for},
-                 factor);
+  choice_.decide(
+      {remaining, control_.wanted(), control_.step_limit(), statistics_.steps,
+       slope_known_ ? 0 : 1 - projected, lower_.slopes + projected, expects_hold_, corners, smooth_for},
+      factor);
   farthest_ = end_;
   if (expects_hold_ && takes_eighth())
     farthest_ = std::max(end_, std::min(system_.next_breakpoint(time()) - origin_, since_ + smooth_for));
@@ -352,6 +374,7 @@ bool Erk::lies_in_last_step(bool inputs_changed) {
   std::copy_n(dop853_.last_slope(), slope_.size(), slope_.begin());
   slope_known_ = true;
   since_ = step_end;
+  if (system_.has_constraints()) system_.project(time(), y_.data(), nullptr);  // rounding
   return false;
 }
 

@@ -8,8 +8,8 @@
 
 namespace redysim {
 
-TableChoice::TableChoice(double rtol, bool over_third, bool has_corners)
-    : has_corners_(has_corners && rtol > Tuning::corners_rtol),
+TableChoice::TableChoice(double rtol, bool over_third)
+    : is_tight_(rtol <= Tuning::corners_rtol),
       expected_((over_third ? Tuning::step_ratio_third : Tuning::step_ratio) *
                 std::pow(Tuning::step_ratio_tolerances * rtol, Tuning::step_ratio_exponent)),
       gain_(expected_) {}
@@ -51,8 +51,8 @@ void TableChoice::decide(const Situation& now, double& factor) {
                        : Tuning::eighth_stages * StepControl::parts_of(now.remaining, eighth_step);
   const double in_favour = eighth_ != 0 ? Tuning::hysteresis : 1 / Tuning::hysteresis;
   const bool is_short = now.remaining < Tuning::short_of_corners * std::min(fifth_step, now.smooth_for);
-  const bool better =
-      (is_short || !has_corners_) && eighth_cost <= Tuning::accuracy_worth * in_favour * fifth_cost;
+  const bool better = (is_short || is_tight_ || !now.has_corners) &&
+                      eighth_cost <= Tuning::accuracy_worth * in_favour * fifth_cost;
   if (better == eighth()) return;
   factor = better ? gain_ : 1 / gain_;
   eighth_ = better;

@@ -12,9 +12,7 @@ namespace redysim {
 // change. The choice depends on the previous run only.
 class TableChoice {
  public:
-  // over_third: the lower order is three. has_corners: of the forces, by friction or stops; order 8 is then
-  // for intervals much shorter than its steps, and for tight tolerances.
-  explicit TableChoice(double rtol, bool over_third = false, bool has_corners = false);
+  explicit TableChoice(double rtol, bool over_third = false);  // over_third: the lower order is three
 
   void forget();  // starts with order 5
   bool eighth() const { return eighth_ != 0; }
@@ -27,7 +25,9 @@ class TableChoice {
     double first_slope;         // right-hand sides of order 5 for the slope at the start
     double slopes_a_step;       // of order 5
     bool may_pass_end = false;  // order 8 may pass the end of the advance in its last step
-    double smooth_for = std::numeric_limits<double>::infinity();  // s, until a stop may be reached
+    // Of the forces. Order 8 is then for intervals much shorter than its steps, and for tight tolerances.
+    bool has_corners = false;
+    double smooth_for = std::numeric_limits<double>::infinity();  // s, until the next
   };
   // Updates the choice; the step size is to be multiplied by `factor`.
   void decide(const Situation& now, double& factor);
@@ -44,7 +44,7 @@ class TableChoice {
   template <class Self, class Visit>
   static void each_part(Self& self, const Visit& visit);  // that is saved
 
-  bool has_corners_;
+  bool is_tight_;    // the tolerance
   double expected_;  // gain
   double gain_;
   unsigned char eighth_ = 0, learning_ = 0;
