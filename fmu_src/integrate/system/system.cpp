@@ -275,7 +275,7 @@ void System::drive_forces(const Coordinates& at, const double* qdd, double* driv
                                           : recursion_inputs()[input_layout_.tau[i]];
 }
 
-[[gnu::cold]] bool System::enter_samples(double time, const double* y) {
+bool System::enter_samples(double time, const double* y) {
   if (!control() || !control_->is_sampled()) return false;
   update_recursion_inputs(time);
   // the next step starts behind the jumps
@@ -429,7 +429,7 @@ double System::step_to_touch(double time, const double* y, double h, bool or_sep
   return contact_search_->step_to_touch(plan_, workspace_, at.q, at.qd, &searched_[1], h, or_separation);
 }
 
-[[gnu::cold]] double System::passed_touch(double time, const double* y, double h) {
+double System::passed_touch(double time, const double* y, double h) {
   const Coordinates at = coordinates(time, y);
   return contact_search_->passed_touch(plan_, workspace_, at.q, at.qd, h);
 }
@@ -443,7 +443,7 @@ double System::step_to_touch(double time, const double* y, double h, bool or_sep
   return energy;
 }
 
-[[gnu::cold]] double System::kinetic_energy(double time, const double* y) {
+double System::kinetic_energy(double time, const double* y) {
   const Coordinates at = coordinates(time, y);
   double energy = redysim::kinetic_energy(plan_, workspace_, at.q, at.qd);
   for (int k = 0; actuators() && k < actuators_->size(); ++k) energy += actuators_->kinetic_energy(k, y);
