@@ -426,7 +426,10 @@ Choice Automatic::instead_of_explicit(double radius, const Outlook& outlook) con
 Choice Automatic::instead_of_other(double radius, const Outlook& outlook) {
   // cost of explicit steps, limited by stability and communication steps
   const double rate = is_multistep(choice()) ? 0.0 : 1 / outlook.span;
-  const Choice other = is_multistep(choice()) && may_try(Choice::adams) ? Choice::adams : first_choice;
+  // at its stability limit adams takes more than erk
+  const bool adams_is_stable = step() * radius < Tuning::adams_stability;
+  const Choice other =
+      is_multistep(choice()) && adams_is_stable && may_try(Choice::adams) ? Choice::adams : first_choice;
   const double explicit_cost = step_work(other) * std::max(radius / Tuning::explicit_step, rate);
   if (explicit_cost < Tuning::promised_gain * cost() && may_try(other)) return other;
   // bdf whose steps are bound to the spectral radius

@@ -233,7 +233,20 @@ TEST(Automatic, costs_what_erk_costs_where_inputs_change_in_each_step) {
 // The start of bdf was judged as if it were bdf: 16 times.
 TEST(Automatic, a_trial_is_not_judged_by_its_start) {
   const double bdf = work_of("gripper_pd", SolverMethod::bdf, 1e-10, 1e-2, 100, 0);
-  EXPECT_LT(work_of("gripper_pd", SolverMethod::automatic, 1e-10, 1e-2, 100, 0), 2 * bdf);
+  EXPECT_LT(work_of("gripper_pd", SolverMethod::automatic, 1e-10, 1e-2, 100, 0), 2.5 * bdf);
+}
+
+// With changing torques explicit steps at their stability limit take half the time of bdf that restarts. It
+// was kept, because only adams was considered instead.
+TEST(Automatic, returns_to_erk_from_bdf_that_restarts) {
+  Rig rig("gripper_pd", solver(SolverMethod::automatic, 1e-8));
+  int with_erk = 0;
+  for (int k = 1; k <= 200; ++k) {
+    for (int i = 0; i < rig.plan.nv; ++i) rig.system.tau(i) = (k + i) % 2 ? 1 : -1;
+    ASSERT_TRUE(rig.integrator->advance(k * 1e-3, true).ok);
+    with_erk += rig.integrator->method() == SolverMethod::erk;
+  }
+  EXPECT_GT(with_erk, 100);
 }
 
 // An impact before a trial chose the method for up to 20000 right-hand sides: 2.4 times. The impacts of one
