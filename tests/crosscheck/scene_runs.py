@@ -293,7 +293,7 @@ def exchanged(runner: Runner, folder: Path, rtol: float) -> np.ndarray:
         str(fmu),
         fmi_type="ModelExchange",
         stop_time=STEPS * SIZE,
-        output_interval=SIZE,
+        output_interval=SIZE / 8,  # where FMPy completes integrator steps, at which coordinates are chosen anew
         start_values=runner.inputs,
         relative_tolerance=rtol,
         output=runner.shown,
