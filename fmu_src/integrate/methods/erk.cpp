@@ -161,7 +161,6 @@ class Erk final : public OneStep {
 
   const Table& lower_;                  // order 3 or 5
   Memory arkode_;                       // of it
-  bool has_corners_;                    // of the forces
   TableChoice choice_;                  // between it and order 8
   const double* last_slope_ = nullptr;  // where ERKStep keeps the slope at the end of its last step, or null
   bool reuse_slope_ = false;            // the next slope asked for is slope_
