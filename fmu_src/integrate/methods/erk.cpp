@@ -1,6 +1,7 @@
 #include <arkode/arkode_erkstep.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -71,24 +72,46 @@ double time_to_close(double gap, double rate, double acceleration) {
   return towards > 0 ? 2 * way / towards : never;
 }
 
-// Until a joint comes to a stop or leaves it, or begins or ends to reverse against friction, s, with constant
-// accelerations.
+// To where the force of integrated joint i has corners: positions to the begin and end of the onset of its
+// stops, then velocities to the begin and end of a reversal against friction. NaN: none.
+constexpr int positions = 4;
+using Gaps = std::array<double, positions + 2>;
+Gaps gaps_of(const System& system, int i, const double* y) {
+  const Plan<double>& plan = system.plan();
+  const JointPlan<double>& joint = plan.joints[system.joint_of(i)];
+  Gaps gaps;
+  gaps.fill(std::numeric_limits<double>::quiet_NaN());
+  if (!joint.has_resistance) return gaps;
+  const Resistance<double>& of = plan.resistances[system.joint_of(i)];
+  const double limits[] = {of.lower, of.lower - of.width, of.upper, of.upper + of.width};
+  const double speed = y[system.layout().qd[i]], reversal = 1 / of.per_velocity;
+  for (int k = 0; joint.has_stops && k < positions; ++k) gaps[k] = y[i] - limits[k];
+  if (joint.has_friction) gaps[positions] = speed - reversal, gaps[positions + 1] = speed + reversal;
+  return gaps;
+}
+
+// Until the first of them closes, s, with constant accelerations.
 double time_to_corner(const System& system, const double* y, const double* slope) {
   double earliest = never;
-  const auto include = [&earliest](double time) { earliest = std::min(earliest, time); };
-  const Plan<double>& plan = system.plan();
   for (int i = 0; i < system.simple(); ++i) {
-    const int joint = system.joint_of(i), rate = system.layout().qd[i];
-    if (!plan.joints[joint].has_resistance) continue;
-    const Resistance<double>& of = plan.resistances[joint];
-    if (plan.joints[joint].has_stops)
-      for (const double limit : {of.lower, of.upper})
-        include(time_to_close(y[i] - limit, y[rate], slope[rate]));
-    if (plan.joints[joint].has_friction)
-      for (const double side : {-1.0, 1.0})
-        include(time_to_close(y[rate] - side / of.per_velocity, slope[rate], 0));
+    const Gaps gaps = gaps_of(system, i, y);
+    const int rate = system.layout().qd[i];
+    for (int k = 0; k < positions + 2; ++k) {
+      const double time = k < positions ? time_to_close(gaps[k], y[rate], slope[rate])
+                                        : time_to_close(gaps[k], slope[rate], 0);
+      earliest = std::min(earliest, time);
+    }
   }
   return earliest;
+}
+
+bool crosses_corner(const System& system, const double* before, const double* after) {
+  for (int i = 0; i < system.simple(); ++i) {
+    const Gaps from = gaps_of(system, i, before), to = gaps_of(system, i, after);
+    for (int k = 0; k < positions + 2; ++k)
+      if (from[k] * to[k] < 0) return true;
+  }
+  return false;
 }
 
 struct ErkStepDeleter {
@@ -327,7 +350,11 @@ bool Erk::begin_step(double) {
 double Erk::attempt_error(double h) {
   if (!dop853_.step(reached_, h, data(result_), data(candidate_)))
     return std::numeric_limits<double>::infinity();
-  return dop853_.error(h, error_weights_, weights_.data());
+  const double error = dop853_.error(h, error_weights_, weights_.data());
+  const bool passes = reached_ + h > end_;
+  return passes && crosses_corner(system_, data(result_), data(candidate_))
+             ? std::max(error, Tuning::error_of_corner)
+             : error;
 }
 
 int Erk::accept(double end, double h) {
