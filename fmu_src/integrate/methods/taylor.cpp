@@ -74,7 +74,7 @@ class Taylor final : public Integrator {
   double norm(const double* change) const { return error_weights_.norm(change, weights_.data()); }
   double extent_of_terms() const;
   double error_at_extent();
-  const double* force_coefficients(double since, int order);
+  const double* force_coefficients(double since, int order);  // order > 0: with input slopes only
 
   System& system_;
   SolverSettings settings_;
