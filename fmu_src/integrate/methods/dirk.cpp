@@ -69,9 +69,6 @@ class Dirk final : public OneStep {
   void integrate_power(double time, double* y);
   int run(double first_step) override;
   double reached() const override;
-  const double* last_slope() const override {
-    return system_.has_constraints() ? nullptr : slopes_[stages - 1];
-  }
   const char* reason(int flag) const override;
   long unsolved() const override;
 
@@ -232,7 +229,6 @@ int Dirk::complete(double time, N_Vector y, void* self_pointer) {
   Dirk& self = static_cast<Dirk&>(*static_cast<OneStep*>(self_pointer));
   if (!self.stage_state_.empty() && !self.warming_up_) self.integrate_power(time, data(y));
   const int flag = complete_step(time, y, self_pointer);
-  self.skip_slope_ = false;
   self.step_begin_ = time;
   self.begin_slope_ = self.system_.has_constraints() ? nullptr : self.slopes_[stages - 1];
   return flag;
@@ -274,7 +270,11 @@ int Dirk::run(double first_step) {
   ARKStepSetStopTime(ark, end_);
   ARKStepSetMinStep(ark, std::min(first_step, smallest_step(since_, end_)));
   double reached = since_;
-  return ARKStepEvolve(ark, end_, result_.get(), &reached, ARK_NORMAL);
+  const int flag = ARKStepEvolve(ark, end_, result_.get(), &reached, ARK_NORMAL);
+  const bool ended = flag >= 0 || flag == ARK_TOO_MUCH_WORK;
+  slope_known_ = ended && !warming_up_ && !system_.has_constraints();
+  if (slope_known_) std::copy_n(slopes_[stages - 1], slope_.size(), slope_.begin());
+  return flag;
 }
 
 double Dirk::reached() const {

@@ -1,22 +1,19 @@
-#include <arkode/arkode_erkstep.h>
+#include <arkode/arkode.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <utility>
 
-#include "integrate/methods/dop853.hpp"
-#include "integrate/methods/explicit_tables.hpp"
+#include "integrate/methods/explicit_steps.hpp"
 #include "integrate/methods/force_corners.hpp"
 #include "integrate/methods/one_step.hpp"
 #include "integrate/methods/state_bytes.hpp"
 #include "integrate/methods/table_choice.hpp"
 #include "integrate/methods/tuning.hpp"
 
-// Explicit Runge-Kutta steps, of order 3 and 5 by SUNDIALS' ARKODE (ERKStep), of order 8 by DOP853. A step
-// takes one right-hand side per stage, one fewer if the slope of the last stage is the first one of the next
-// step (same inputs).
+// Explicit Runge-Kutta steps of order 3, 5 and 8. A step takes one right-hand side per stage; at order 3 and
+// 5 one fewer if the slope of the last stage is the first one of the next step (same inputs).
 //
 // Where inputs are held, a step of order 8 passes the end of an advance, at the price of three right-hand
 // sides for the polynomial through it. This polynomial gives the state there and at the ends of the next
@@ -27,36 +24,20 @@ namespace {
 
 using namespace sundials;
 
-struct Table {
-  ButcherTable (*coefficients)();  // null: DOP853
-  int error_order;                 // local error estimate ~ h^error_order
-  double slopes;                   // right-hand sides of a step after one with the same inputs
-  double stability;                // its interval on the negative real axis
-  const char* name;
-};
-
 // By right-hand sides against error (docs/solvers.md): the third order costs 4 slopes and suffices for a
 // loose tolerance; not with loops, where a larger error takes longer to project. At tighter ones the fifth
 // suits communication steps that are one step (7 slopes, not 12), the eighth those of several, and inputs
 // that are held. Verner's 6(5) and Cash-Karp's 5(4) lie between and are nowhere the best.
-constexpr Table third = {bogacki_shampine_3, 3, 3, 2.5, "erk (Bogacki-Shampine 3(2))"};
-constexpr Table fifth = {dormand_prince_5, 5, 6, 3.3, "erk (Dormand-Prince 5(4))"};
-constexpr Table eighth = {nullptr, 8, 12, 6.3, "erk (Dormand-Prince 8(5,3))"};
-
-const Table& lower_for(double rtol, const System& system) {
-  return rtol > Tuning::third_order_rtol && !system.has_constraints() ? third : fifth;
+const ExplicitTable& lower_for(double rtol, const System& system) {
+  return rtol > Tuning::third_order_rtol && !system.has_constraints() ? bogacki_shampine : dormand_prince;
 }
-
-struct ErkStepDeleter {
-  void operator()(void* memory) const { ERKStepFree(&memory); }
-};
 
 class Erk final : public OneStep {
  public:
   Erk(System& system, const SolverSettings& settings, Room room);
   const char* name() const override {
-    return &lower_ == &third ? "erk (Bogacki-Shampine 3(2) and Dormand-Prince 8(5,3))"
-                             : "erk (Dormand-Prince 5(4) and 8(5,3))";
+    return &lower_ == &bogacki_shampine ? "erk (Bogacki-Shampine 3(2) and Dormand-Prince 8(5,3))"
+                                        : "erk (Dormand-Prince 5(4) and 8(5,3))";
   }
   void set_state(const double* y) override {
     passing_.length = 0;
@@ -72,8 +53,6 @@ class Erk final : public OneStep {
   }
 
  private:
-  using Memory = std::unique_ptr<void, ErkStepDeleter>;
-
   struct Passing {
     double held = 0, held_before = 0;  // advances since the inputs changed, between the two changes before
     // the step that passed the end of the last advance, which starts `begin` after `origin`; length 0: none
@@ -82,24 +61,17 @@ class Erk final : public OneStep {
   static constexpr double Passing::*passing_parts[] = {&Passing::held, &Passing::held_before,
                                                        &Passing::origin, &Passing::begin, &Passing::length};
 
-  static int right_hand_side(double time, N_Vector y, N_Vector ydot, void* self);
   static bool slope(double time, const double* y, double* slope, void* self);
 
-  Memory made(const Table& table);
   bool takes_eighth() const { return choice_.eighth(); }
-  const Table& table_in_use() const { return takes_eighth() ? eighth : lower_; }
-  int run(double first_step) override {
-    return takes_eighth() ? OneStep::run(first_step) : run_arkode(first_step);
-  }
-  int run_arkode(double first_step);
-  double reached() const override;
-  const double* last_slope() const override { return takes_eighth() ? nullptr : last_slope_; }
+  void use_table();
   double stability() const override { return table_in_use().stability; }
+  const ExplicitTable& table_in_use() const { return takes_eighth() ? dop853 : lower_; }
 
-  // steps of order 8
   bool begin_step(double h) override;
   double attempt_error(double h) override;
   int accept(double end, double h) override;
+  void keep_last_slope();
   bool pass(double h);
   void expect_changes(bool inputs_changed);
   bool reaches(double end) const override {
@@ -115,55 +87,26 @@ class Erk final : public OneStep {
   void put_choice(ByteWriter& writer) const override;
   bool get_choice(ByteReader& reader) override;
 
-  const Table& lower_;                  // order 3 or 5
-  Memory arkode_;                       // of it
-  TableChoice choice_;                  // between it and order 8
-  const double* last_slope_ = nullptr;  // where ERKStep keeps the slope at the end of its last step, or null
-  bool reuse_slope_ = false;            // the next slope asked for is slope_
-
-  Dop853 dop853_;
+  const ExplicitTable& lower_;  // order 3 or 5
+  TableChoice choice_;          // between it and order 8
+  ExplicitSteps steps_;
   std::vector<double> weights_;  // of the present step
   bool expects_hold_ = false;    // of the inputs
   Passing passing_;
 };
 
 [[gnu::cold]] Erk::Erk(System& system, const SolverSettings& settings, Room room)
-    : OneStep(system, settings, std::move(room), SolverMethod::erk, eighth.error_order, 1),
+    : OneStep(system, settings, std::move(room), SolverMethod::erk, dop853.error_order, 1),
       lower_(lower_for(settings.rtol, system)),
-      choice_(settings.rtol, &lower_ == &third),
-      dop853_(y_.size(), &Erk::slope, static_cast<OneStep*>(this)),
+      choice_(settings.rtol, &lower_ == &bogacki_shampine),
+      steps_(y_.size(), &Erk::slope, static_cast<OneStep*>(this)),
       weights_(y_) {
-  arkode_ = made(lower_);
-  set_error_order(lower_.error_order);
-  statistics_ = {};
+  use_table();
 }
 
-[[gnu::cold]] Erk::Memory Erk::made(const Table& table) {
-  Memory memory(created(ERKStepCreate(&Erk::right_hand_side, 0.0, start_.get(), room_->context)));
-  void* erk = memory.get();
-  ERKStepSetErrHandlerFn(erk, &LastMessage::keep, &room_->message);
-  ERKStepSetUserData(erk, static_cast<OneStep*>(this));
-  ERKStepSetTable(erk, table.coefficients().get());  // copies it
-  ERKStepSetInterpolantDegree(erk, 1);  // never used between step ends; higher ones cost right-hand sides
-  ERKStepWFtolerances(erk, &OneStep::weights);
-  ERKStepSetAdaptivityFn(erk, &OneStep::adapt, static_cast<OneStep*>(this));
-  ERKStepSetErrorBias(erk, 1.0);
-  ERKStepSetSafetyFactor(erk, sundials_safety);
-  ERKStepSetFixedStepBounds(erk, 1.0, 1.0);
-  ERKStepSetMinReduction(erk, shortest_to_touch);
-  ERKStepSetMaxErrTestFails(erk, 100);  // StepControl stops before
-  if (settings_.max_step > 0) ERKStepSetMaxStep(erk, settings_.max_step);
-  // the last stage is the slope at the new state, unless this is projected
-  if (system_.has_constraints()) ERKStepSetPostprocessStepFn(erk, &OneStep::complete_step);
-
-  warming_up_ = true;
-  end_ = 1;
-  control_.start(1);
-  ERKStepSetInitStep(erk, 1.0);
-  double reached = 0;
-  ERKStepEvolve(erk, 1.0, result_.get(), &reached, ARK_ONE_STEP);
-  warming_up_ = false;
-  return memory;
+void Erk::use_table() {
+  steps_.use(table_in_use());
+  set_error_order(table_in_use().error_order);
 }
 
 void Erk::choose_table(double remaining) {
@@ -175,27 +118,27 @@ void Erk::choose_table(double remaining) {
   double factor;
   choice_.decide(
       {remaining, control_.wanted(), control_.step_limit(), statistics_.steps,
-       slope_known_ ? 0 : 1 - projected, lower_.slopes + projected, expects_hold_, corners, smooth_for},
+       slope_known_ ? 0 : 1 - projected, lower_.last + projected, expects_hold_, corners, smooth_for},
       factor);
   farthest_ = end_;
   if (expects_hold_ && takes_eighth())
     farthest_ = std::max(end_, std::min(system_.next_breakpoint(time()) - origin_, since_ + smooth_for));
   if (factor == 1) return;
-  set_error_order(table_in_use().error_order);
+  use_table();
   control_.start(factor * control_.wanted());
 }
 
 void Erk::forget_choice() {
   passing_ = {};
   choice_.forget();
-  set_error_order(table_in_use().error_order);
+  use_table();
 }
 
 [[gnu::cold]] void Erk::put_choice(ByteWriter& writer) const {
   for (const auto part : passing_parts) writer.put(passing_.*part);
   if (passing_.length > 0) {
-    std::vector<double> polynomial(dop853_.saved());
-    dop853_.save(polynomial.data());
+    std::vector<double> polynomial(steps_.saved());
+    steps_.save(polynomial.data());
     writer.put(polynomial.data(), polynomial.size());
   }
   choice_.put(writer);
@@ -207,62 +150,13 @@ void Erk::forget_choice() {
     reader.get(passing.*part);
     if (!std::isfinite(passing.*part)) return false;
   }
-  std::vector<double> polynomial(passing.length > 0 ? dop853_.saved() : 0);
+  std::vector<double> polynomial(passing.length > 0 ? steps_.saved() : 0);
   reader.get(polynomial.data(), polynomial.size());
   if (!choice_.get(reader)) return false;
   passing_ = passing;
-  if (passing.length > 0) dop853_.restore(polynomial.data());
-  set_error_order(table_in_use().error_order);
+  if (passing.length > 0) steps_.restore(polynomial.data());
+  use_table();
   return true;
-}
-
-int Erk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_pointer) {
-  Erk& self = static_cast<Erk&>(*static_cast<OneStep*>(self_pointer));
-  double* slope = data(ydot);
-  const std::size_t bytes = self.y_.size() * sizeof(double);
-  if (self.skip_slope_) {
-    self.skip_slope_ = false;
-    self.last_slope_ = nullptr;
-    return 0;
-  }
-  if (self.reuse_slope_) {
-    self.reuse_slope_ = false;
-    std::memcpy(slope, self.slope_.data(), bytes);
-    return 0;
-  }
-  if (self.warming_up_) {
-    std::memset(slope, 0, bytes);
-    return 0;
-  }
-  self.last_slope_ = slope;
-  if (!self.stage_failed_) {
-    ++self.statistics_.evaluations;
-    const Status status = self.system_.right_hand_side(self.absolute(time), data(y), slope);
-    if (status == Status::ok) return 0;
-    if (status == Status::fatal) return -1;
-    self.stage_failed_ = true;
-  }
-  // without a slope ERKStep fails; with a NaN it tries a smaller step
-  std::fill_n(slope, self.y_.size(), std::numeric_limits<double>::quiet_NaN());
-  return 0;
-}
-
-int Erk::run_arkode(double first_step) {
-  void* erk = arkode_.get();
-  reuse_slope_ = slope_known_;
-  ERKStepSetMaxNumSteps(erk, allowed_);
-  ERKStepSetInitStep(erk, first_step);
-  ERKStepReset(erk, since_, start_.get());
-  ERKStepSetStopTime(erk, end_);
-  double reached = since_;
-  return ERKStepEvolve(erk, end_, result_.get(), &reached, ARK_NORMAL);
-}
-
-double Erk::reached() const {
-  if (takes_eighth()) return OneStep::reached();
-  double time = since_;
-  ERKStepGetCurrentTime(arkode_.get(), &time);
-  return time;
 }
 
 bool Erk::slope(double time, const double* y, double* slope, void* self_pointer) {
@@ -275,15 +169,15 @@ bool Erk::begin_step(double) {
   if (!slope_known_ && !slope(reached_, data(result_), slope_.data(), static_cast<OneStep*>(this)))
     return false;
   slope_known_ = true;
-  std::copy(slope_.begin(), slope_.end(), dop853_.first_slope());
+  std::copy(slope_.begin(), slope_.end(), steps_.first_slope());
   error_weights_.evaluate(data(result_), weights_.data());
   return true;
 }
 
 double Erk::attempt_error(double h) {
-  if (!dop853_.step(reached_, h, data(result_), data(candidate_)))
+  if (!steps_.step(reached_, h, data(result_), data(candidate_)))
     return std::numeric_limits<double>::infinity();
-  const double error = dop853_.error(h, error_weights_, weights_.data());
+  const double error = steps_.error(h, error_weights_, weights_.data());
   const bool passes = reached_ + h > end_;
   return passes && crosses_corner(system_, data(result_), data(candidate_))
              ? std::max(error, Tuning::error_of_corner)
@@ -291,7 +185,12 @@ double Erk::attempt_error(double h) {
 }
 
 int Erk::accept(double end, double h) {
-  if (end <= end_) return OneStep::accept(end, h);
+  if (end <= end_) {
+    const int flag = OneStep::accept(end, h);
+    // that at the new state, unless this is projected
+    if (steps_.ends_with_slope() && !system_.has_constraints()) keep_last_slope();
+    return flag;
+  }
   if (!pass(h)) {
     expects_hold_ = false;
     farthest_ = end_;  // repeats the step up to the end of the advance
@@ -299,9 +198,14 @@ int Erk::accept(double end, double h) {
   return ARK_SUCCESS;
 }
 
+void Erk::keep_last_slope() {
+  std::copy_n(steps_.last_slope(), slope_.size(), slope_.begin());
+  slope_known_ = true;
+}
+
 // False: no state lies there.
 bool Erk::pass(double h) {
-  if (!dop853_.fit(reached_, h)) return false;
+  if (!steps_.fit(reached_, h)) return false;
   passing_.origin = origin_;
   passing_.begin = reached_;
   passing_.length = h;
@@ -328,10 +232,9 @@ bool Erk::lies_in_last_step(bool inputs_changed) {
     return true;
   }
   passing_.length = 0;
-  dop853_.evaluate(1, data(result_));
+  steps_.evaluate(1, data(result_));
   std::copy_n(data(result_), y_.size(), y_.begin());
-  std::copy_n(dop853_.last_slope(), slope_.size(), slope_.begin());
-  slope_known_ = true;
+  keep_last_slope();
   since_ = step_end;
   if (system_.has_constraints()) system_.project(time(), y_.data(), nullptr);  // rounding
   return false;
@@ -339,7 +242,7 @@ bool Erk::lies_in_last_step(bool inputs_changed) {
 
 // The state at the end of the advance into result_.
 void Erk::read_polynomial() {
-  dop853_.evaluate((goal_ - passing_.origin - passing_.begin) / passing_.length, data(result_));
+  steps_.evaluate((goal_ - passing_.origin - passing_.begin) / passing_.length, data(result_));
 }
 
 }  // namespace

@@ -53,8 +53,6 @@ int OneStep::adapt(N_Vector y, double t, double h, double, double, double error,
     *next = remaining > 0 ? self.step_from(t, data(y)) / sundials_safety : h;
     return 0;
   }
-  // a slope that failed at the start of the step fails for every step size
-  self.stage_failed_ = false;
   ++self.statistics_.rejected;
   *next = self.control_.rejected(h, error) / sundials_safety;
   self.step_at_floor_ = *next < smallest_step(t, self.end_);
@@ -63,7 +61,6 @@ int OneStep::adapt(N_Vector y, double t, double h, double, double, double error,
 
 int OneStep::complete_step(double time, N_Vector y, void* self_pointer) {
   OneStep& self = *static_cast<OneStep*>(self_pointer);
-  self.skip_slope_ = time == self.end_;
   if (self.warming_up_ || !self.system_.has_constraints()) return 0;
   const Status status = self.system_.project(self.absolute(time), data(y), nullptr);
   self.projection_failed_ = status != Status::ok;
@@ -124,7 +121,7 @@ bool OneStep::passes_contact(double since, const double* y, double h) {
 }
 
 int OneStep::attempt() {
-  skip_slope_ = stage_failed_ = step_at_floor_ = projection_failed_ = false;
+  step_at_floor_ = projection_failed_ = false;
   unsolved_before_ = unsolved();
   // the search for contacts needs it before the first stage
   if (!slope_known_ && system_.plan().has_contacts()) {
@@ -145,7 +142,6 @@ int OneStep::run(double h) {
   int flag = ARK_SUCCESS;
   for (long taken = 0; flag == ARK_SUCCESS && reached_ < end_; ++taken)
     flag = taken < allowed_ ? take_step(h) : ARK_TOO_MUCH_WORK;
-  slope_known_ = false;
   return flag;
 }
 
@@ -174,13 +170,12 @@ int OneStep::accept(double end, double) {
   return ARK_SUCCESS;
 }
 
-// ARKODE leaves the state before a step that it cannot complete in result_.
+// A run leaves the state before a step that it cannot complete in result_.
 int OneStep::attempt_until_touch() {
   int flag = attempt();
   while (touch_ < std::numeric_limits<double>::max()) {
     since_ = searched_from_;
     std::copy_n(data(result_), y_.size(), y_.begin());
-    slope_known_ = false;
     flag = attempt();
   }
   return flag;
@@ -191,6 +186,7 @@ int OneStep::attempt_until_closed() {
   int flag = attempt_until_touch();
   for (int retry = 0; flag == ARK_POSTPROCESS_STEP_FAIL && retry < 12; ++retry) {
     ++statistics_.rejected;
+    slope_known_ = false;
     control_.start(0.25 * std::min(control_.wanted(), end_ - since_));
     flag = attempt_until_touch();
   }
@@ -229,7 +225,7 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
   return outcome;
 }
 
-// Runs ARKODE until the end of the advance or until a pause is due. `may_choose`: false if the step size is
+// Runs until the end of the advance or until a pause is due. `may_choose`: false if the step size is
 // only a first guess, on which no choice of a table can be based.
 Outcome OneStep::run_to_end(bool may_choose) {
   StepBudget budget(since_, end_);
@@ -274,9 +270,6 @@ void OneStep::set_time(double since) {
 void OneStep::arrive(double since) {
   std::copy_n(data(result_), y_.size(), y_.begin());
   set_time(since);
-  const double* slope = last_slope();
-  slope_known_ = slope != nullptr;
-  if (slope_known_) std::copy_n(slope, slope_.size(), slope_.begin());
 }
 
 std::string OneStep::reason_of(int flag, const StepBudget& budget) {

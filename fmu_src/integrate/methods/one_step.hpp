@@ -52,7 +52,6 @@ class OneStep : public Integrator {
   // ARKODE by the functions of a step below.
   virtual int run(double first_step);
   virtual double reached() const { return reached_; }  // time of the last run if it failed, since origin_
-  virtual const double* last_slope() const { return nullptr; }  // f at the end of the last run, or null
   virtual const char* reason(int) const { return nullptr; }  // of a failure specific to the method, or null
 
   // A step from reached_ and result_, before its first attempt, which is one of h. False: it has no slope.
@@ -108,17 +107,15 @@ class OneStep : public Integrator {
   Statistics statistics_;
 
   // of the present advance
-  double goal_ = 0;            // its end
-  double end_ = 0;             // goal_ since origin_
-  long allowed_ = 0;           // steps of this run
-  double reached_ = 0;         // time of result_, since origin_
-  bool warming_up_ = false;    // first step, in which ARKODE allocates: of a system at rest
-  bool stage_failed_ = false;  // a stage had no slope: reject this attempt
-  double farthest_ = 0;        // end of its last step since origin_, at most; end_: it must not be passed
-  bool skip_slope_ = false;    // the next slope is not used: the advance is complete
+  double goal_ = 0;          // its end
+  double end_ = 0;           // goal_ since origin_
+  long allowed_ = 0;         // steps of this run
+  double reached_ = 0;       // time of result_, since origin_
+  bool warming_up_ = false;  // first step, in which ARKODE allocates: of a system at rest
+  double farthest_ = 0;      // end of its last step since origin_, at most; end_: it must not be passed
 
  private:
-  // How a run of ARKODE ended: at the end of the advance, after the allowed steps, after them with the end of
+  // How a run ended: at the end of the advance, after the allowed steps, after them with the end of
   // the advance out of reach, or by a failure.
   enum class RunEnd { arrived, paused, hopeless, failed };
 

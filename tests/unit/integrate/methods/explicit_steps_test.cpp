@@ -1,4 +1,4 @@
-#include "integrate/methods/dop853.hpp"
+#include "integrate/methods/explicit_steps.hpp"
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ std::vector<double> solution(double time) {
 
 // A step of h: its error at the end, and the largest one of the polynomial within.
 std::pair<double, double> errors_of_step(double h) {
-  Dop853 method(2, &slope, nullptr);
+  ExplicitSteps method(2, &slope, nullptr);
   const std::vector<double> y = solution(start);
   std::vector<double> reached(2), within_step(2);
   slope(start, y.data(), method.first_slope(), nullptr);
@@ -45,7 +45,7 @@ std::pair<double, double> errors_of_step(double h) {
   return {test::largest_difference(reached, solution(start + h)), within};
 }
 
-TEST(Dop853, local_errors_are_of_order_nine_and_eight) {
+TEST(ExplicitSteps, local_errors_of_dop853_are_of_order_nine_and_eight) {
   const auto coarse = errors_of_step(0.2), fine = errors_of_step(0.1);
   EXPECT_NEAR(std::log2(coarse.first / fine.first), 9, 0.7);
   EXPECT_NEAR(std::log2(coarse.second / fine.second), 8, 0.7);
@@ -64,14 +64,14 @@ double error_in_held_advances(const char* model, double rtol) {
   return error;
 }
 
-TEST(Dop853, states_between_steps_keep_the_tolerance) {
+TEST(ExplicitSteps, states_between_steps_keep_the_tolerance) {
   for (const char* model : {"double_pendulum", "kuka_kr5", "gripper", "top"})
     for (const double rtol : {1e-5, 1e-8, 1e-11})
       EXPECT_LT(error_in_held_advances(model, rtol), 100 * rtol) << model << rtol;
 }
 
 // Advances between which the torque changes, as if no step had passed their ends.
-TEST(Dop853, steps_that_passed_a_change_of_the_inputs_are_forgotten) {
+TEST(ExplicitSteps, steps_that_passed_a_change_of_the_inputs_are_forgotten) {
   Rig rig("double_pendulum", solver(SolverMethod::erk, 1e-9));
   Rig exact("double_pendulum", solver(SolverMethod::adams, 1e-13));
   for (int k = 1; k <= 300; ++k) {
@@ -85,13 +85,13 @@ TEST(Dop853, steps_that_passed_a_change_of_the_inputs_are_forgotten) {
 }
 
 // Stages of long steps lie far from the constraints.
-TEST(Dop853, no_step_of_a_loop_passes_the_end_of_an_advance) {
+TEST(ExplicitSteps, no_step_of_a_loop_passes_the_end_of_an_advance) {
   Rig rig("bennett", solver(SolverMethod::erk, 1e-4));
   for (int k = 1; k <= 50; ++k) ASSERT_TRUE(rig.integrator->advance(k * 1e-3, k == 1).ok);
   EXPECT_GE(rig.integrator->statistics().steps, 50);
 }
 
-TEST(Dop853, a_state_saved_within_a_step_continues_bit_for_bit) {
+TEST(ExplicitSteps, a_state_saved_within_a_step_continues_bit_for_bit) {
   Rig rig("double_pendulum", solver(SolverMethod::erk, 1e-8)),
       other("double_pendulum", solver(SolverMethod::erk, 1e-8));
   for (int k = 1; k <= 55; ++k) ASSERT_TRUE(rig.integrator->advance(k * 1e-3, k == 1).ok);
