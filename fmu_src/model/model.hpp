@@ -140,6 +140,7 @@ struct SolverSettings {
   double rtol = 1e-6;
   double atol = 1e-8;
   double max_step = 0;      // s; 0: no bound
+  double max_rhs = 0;       // right-hand sides of a communication step; 0: no bound
   double target_error = 0;  // m or rad: the packager selects rtol accordingly; 0: none, or rtol is given
 };
 

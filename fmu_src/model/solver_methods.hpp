@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <utility>
 
 #include "model/model.hpp"
@@ -18,5 +19,10 @@ inline constexpr std::pair<const char*, SolverMethod> solver_methods[] = {
 
 const char* method_name(SolverMethod method);
 bool parse_method(const char* text, SolverMethod& method);  // false: unknown
+
+// Why `max_rhs` is impossible, as a sentence about it; empty: it is not. The smallest one allows a step of
+// order 5 and the evaluation that guesses the first step size.
+inline constexpr int smallest_max_rhs = 8;
+std::string objection_to_max_rhs(const SolverSettings& settings);
 
 }  // namespace redysim

@@ -8,6 +8,7 @@
 #include "fmi/instance/contact_warnings.hpp"
 #include "integrate/system/start.hpp"
 #include "model/read/number.hpp"
+#include "model/solver_methods.hpp"
 
 namespace redysim {
 
@@ -104,6 +105,7 @@ std::string Instance::start_integrator() {
   System& system = simulation_.system;
   const SolverSettings settings = life_.effective(simulation_.parameters.solver);
   if (std::string why = objection_to_method(settings.method); !why.empty()) return why;
+  if (std::string why = objection_to_max_rhs(settings); !why.empty()) return "solver." + why;
   simulation_.integrator_settings = settings;
   system.set_scales(simulation_.model, simulation_.parameters);
   std::unique_ptr<Integrator> integrator = simulation_.make_integrator(settings);
@@ -202,6 +204,10 @@ fmi2Status Instance::terminate() {
   life_.state = State::terminated;
   if (simulation_.integrator && log_.warnings())
     for (const std::string& text : travel_.unresolved(simulation_)) log_.warning(text);
+  if (simulation_.integrator && simulation_.integrator->statistics().loosened > 0)
+    log_.warning("solver.max_rhs loosened the tolerance in " +
+                 std::to_string(simulation_.integrator->statistics().loosened) +
+                 " communication steps: raise it, or ask for less accuracy");
   log_.event("terminated at " + shown(simulation_.time) + " s");
   return fmi2OK;
 }

@@ -12,7 +12,8 @@ constexpr const char* foreign = "not an FMU state of this instance";
 constexpr const char* null_pointer = "an argument is a null pointer";
 
 bool same(const SolverSettings& a, const SolverSettings& b) {
-  return a.method == b.method && a.rtol == b.rtol && a.atol == b.atol && a.max_step == b.max_step;
+  return a.method == b.method && a.rtol == b.rtol && a.atol == b.atol && a.max_step == b.max_step &&
+         a.max_rhs == b.max_rhs;
 }
 
 }  // namespace

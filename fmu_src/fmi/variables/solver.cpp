@@ -68,7 +68,8 @@ constexpr Entry health_entries[] = {
         .reads([](Values& at, const Variable&) {
           return at.integrator() ? at.integrator()->statistics().error_estimate : 0.0;
         })
-        .says("Estimated error of the last internal step relative to the tolerance"),
+        .says("Estimated error of the last internal step relative to the tolerance, with max_rhs "
+              "the largest of the communication step"),
     output(Owner::model, "solver.active")
         .in(OutputGroup::solver)
         .there_if(chooses_method)
@@ -100,6 +101,11 @@ constexpr Entry setting_entries[] = {
         .sets(of_solver<&SolverSettings::max_step>)
         .measures(quantity::duration)
         .says("Maximum internal step size (0: unlimited)"),
+    parameter(Owner::model, "solver.max_rhs")
+        .fixed()
+        .bounds(Bounds::not_negative)
+        .sets(of_solver<&SolverSettings::max_rhs>)
+        .says("Maximum number of right-hand sides of a communication step (0: unlimited), with auto and erk"),
 };
 
 }  // namespace

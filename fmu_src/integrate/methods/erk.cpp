@@ -47,9 +47,11 @@ class Erk final : public OneStep {
     return takes_eighth() ? OneStep::allowed_step() / choice_.gain() : OneStep::allowed_step();
   }
   // Not with loops: order 8 at the length that passing allows leads stages far from the constraints, where
-  // dependent rows become independent (bennett: 700 rtol of error). Contacts end steps.
+  // dependent rows become independent (bennett: 700 rtol of error). Contacts end steps, and so does
+  // max_rhs, which asks for an even load.
   bool passes_ends() const override {
-    return system_.plan().loops.empty() && !system_.plan().has_contacts() && !has_backlash(system_);
+    return system_.plan().loops.empty() && !system_.plan().has_contacts() && !has_backlash(system_) &&
+           !(settings_.max_rhs > 0);
   }
 
  private:
@@ -68,10 +70,12 @@ class Erk final : public OneStep {
   double stability() const override { return table_in_use().stability; }
   const ExplicitTable& table_in_use() const { return takes_eighth() ? dop853 : lower_; }
 
+  double affordable_steps() const override;
+  bool keeps_slope() const { return steps_.ends_with_slope() && !system_.has_constraints(); }
   bool begin_step(double h) override;
   double attempt_error(double h) override;
   int accept(double end, double h) override;
-  void keep_last_slope();
+  void keep_last_slope();  // that at the new state, unless this is projected
   bool pass(double h);
   void expect_changes(bool inputs_changed);
   bool reaches(double end) const override {
@@ -116,10 +120,10 @@ void Erk::choose_table(double remaining) {
   const double smooth_for = corners ? Tuning::share_of_gap * time_to_corner(system_, y_.data(), slope_.data())
                                     : std::numeric_limits<double>::infinity();
   double factor;
-  choice_.decide(
-      {remaining, control_.wanted(), control_.step_limit(), statistics_.steps,
-       slope_known_ ? 0 : 1 - projected, lower_.last + projected, expects_hold_, corners, smooth_for},
-      factor);
+  choice_.decide({remaining, control_.wanted(), control_.step_limit(), statistics_.steps,
+                  slope_known_ ? 0 : 1 - projected, lower_.last + projected, expects_hold_, corners,
+                  smooth_for, affordable()},
+                 factor);
   farthest_ = end_;
   if (expects_hold_ && takes_eighth())
     farthest_ = std::max(end_, std::min(system_.next_breakpoint(time()) - origin_, since_ + smooth_for));
@@ -184,11 +188,16 @@ double Erk::attempt_error(double h) {
              : error;
 }
 
+double Erk::affordable_steps() const {
+  const double stages = steps_.ends_with_slope() ? lower_.last : dop853.last - 1;
+  const double first_slope = keeps_slope() ? 0 : 1;
+  return std::max(0.0, std::floor((affordable() + first_slope) / (stages + first_slope)));
+}
+
 int Erk::accept(double end, double h) {
   if (end <= end_) {
     const int flag = OneStep::accept(end, h);
-    // that at the new state, unless this is projected
-    if (steps_.ends_with_slope() && !system_.has_constraints()) keep_last_slope();
+    if (keeps_slope()) keep_last_slope();
     return flag;
   }
   if (!pass(h)) {

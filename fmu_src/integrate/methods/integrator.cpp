@@ -43,7 +43,8 @@ std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings
     if (settings.method == SolverMethod::taylor) return make_taylor(system, settings);
   const Room room = std::make_shared<SharedRoom>(system);
   if constexpr (features::erk && features::adams && features::dirk && features::bdf && features::exponential)
-    if (settings.method == SolverMethod::automatic) return make_automatic(system, settings, room);
+    if (settings.method == SolverMethod::automatic && !(settings.max_rhs > 0))
+      return make_automatic(system, settings, room);
   return make_of_sundials(system, settings, room);
 }
 

@@ -14,10 +14,12 @@ struct Statistics {
   long rejected = 0;     // error-test and solver failures
   long evaluations = 0;  // right-hand sides
   long jacobians = 0;    // of the right-hand side; none with an explicit method
+  long loosened = 0;     // advances in which max_rhs loosened the tolerance
   // time of matrix functions, of auto also what surrounds the right-hand sides, as a number of those of erk
   double other_work = 0;
-  double step_size = 0;       // s, last accepted
-  double error_estimate = 0;  // weighted local error of the last step, 1 = the tolerance
+  double step_size = 0;  // s, last accepted
+  // weighted local error of the last step, 1 = the tolerance; with max_rhs the largest of an advance
+  double error_estimate = 0;
 
   // The counts of another method; the last step remains.
   void add(const Statistics& more) {
@@ -62,9 +64,10 @@ class Integrator {
   virtual const double* state() const = 0;  // length System::size()
   virtual const Statistics& statistics() const = 0;
   virtual const char* name() const = 0;
-  virtual SolverMethod method() const = 0;                  // in use; automatic: none
-  virtual long decisions() const { return 0; }              // number of decisions between methods so far
-  virtual std::string last_decision() const { return {}; }  // the last of them, for a log
+  virtual SolverMethod method() const = 0;  // in use; automatic: none
+  // Number of decisions so far, between methods or to loosen the tolerance, and the last, for a log.
+  virtual long decisions() const { return statistics().loosened; }
+  virtual std::string last_decision() const { return {}; }
 
   // Appends all that the continuation depends on, as bytes. The run after `restore`, here or in another
   // process with the same model, equals the uninterrupted run bit for bit.

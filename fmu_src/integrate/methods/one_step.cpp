@@ -8,6 +8,7 @@
 
 #include "integrate/methods/state_bytes.hpp"
 #include "integrate/methods/step_budget.hpp"
+#include "model/read/number.hpp"
 
 namespace redysim {
 
@@ -44,19 +45,31 @@ int OneStep::adapt(N_Vector y, double t, double h, double, double, double error,
     self.control_.limit(h);
   }
   if (error <= 1) {
-    if (self.passes_contact(t, data(y), h)) return 1;
-    self.control_.accepted(h, error);
-    ++self.statistics_.steps;
-    self.statistics_.step_size = h;
-    self.statistics_.error_estimate = error;
-    const double remaining = self.end_ - t;
-    *next = remaining > 0 ? self.step_from(t, data(y)) / sundials_safety : h;
+    if (!self.keep(t, data(y), h, error)) return 1;
+    *next = self.end_ - t > 0 ? self.step_from(t, data(y)) / sundials_safety : h;
     return 0;
   }
-  ++self.statistics_.rejected;
-  *next = self.control_.rejected(h, error) / sundials_safety;
-  self.step_at_floor_ = *next < smallest_step(t, self.end_);
-  return self.step_at_floor_ ? 1 : 0;
+  if (!self.repeat(t, h, error)) return 1;
+  *next = h / sundials_safety;
+  return 0;
+}
+
+// Accounts for a step of h to y at `end`. False: it must be repeated up to a contact that it passed.
+bool OneStep::keep(double end, const double* y, double h, double error) {
+  if (passes_contact(end, y, h)) return false;
+  control_.accepted(h, error);
+  ++statistics_.steps;
+  statistics_.step_size = h;
+  statistics_.error_estimate = settings_.max_rhs > 0 ? std::max(error, statistics_.error_estimate) : error;
+  return true;
+}
+
+// After an attempt of h, the one to try instead. False: it is too short.
+bool OneStep::repeat(double end, double& h, double error) {
+  ++statistics_.rejected;
+  h = control_.rejected(h, error);
+  step_at_floor_ = h < smallest_step(end, end_);
+  return !step_at_floor_;
 }
 
 int OneStep::complete_step(double time, N_Vector y, void* self_pointer) {
@@ -115,6 +128,10 @@ bool OneStep::passes_contact(double since, const double* y, double h) {
   if (!system_.plan().has_contacts() || warming_up_) return false;
   const double touch = system_.passed_touch(absolute(since), y, h);
   if (!(touch < h)) return false;
+  if (affordable_steps() < 2) {  // to the contact, and from it
+    loosened_ = true;
+    return false;
+  }
   touch_ = touch;
   ++statistics_.rejected;
   return true;
@@ -148,18 +165,40 @@ int OneStep::run(double h) {
 // `h`: of the first attempt, then of the next step.
 int OneStep::take_step(double& h) {
   if (!begin_step(h)) return ARK_RHSFUNC_FAIL;
-  double end = 0, error = 0, taken = 0;
-  do {
-    const double left = end_ - reached_, beyond = h - left, rounding = smallest_step(reached_, end_);
+  for (;;) {
+    const double left = end_ - reached_;
+    h = std::max(h, left / affordable_steps());
+    const double beyond = h - left, rounding = smallest_step(reached_, end_);
     if (beyond > -rounding && (farthest_ == end_ || beyond < rounding)) h = left;
-    end = h == left ? end_ : reached_ + h;
-    taken = h;
-    error = attempt_error(h);
-    double next = 0;
-    if (adapt(candidate_.get(), end, h, 0, 0, error, 0, 0, 0, 0, &next, this) != 0) return ARK_ERR_FAILURE;
-    h = next * sundials_safety;
-  } while (!(error <= 1));
-  return accept(end, taken);
+    const double end = h == left ? end_ : reached_ + h, error = attempt_error(h);
+    if (!(error <= 1) && !must_do(h)) {
+      if (!repeat(end, h, error)) return ARK_ERR_FAILURE;
+      continue;
+    }
+    if (!std::isfinite(error)) return ARK_RHSFUNC_FAIL;
+    loosened_ = loosened_ || error > 1;
+    const double taken = h;
+    if (!keep(end, data(candidate_), taken, error)) return ARK_ERR_FAILURE;
+    if (end < end_) h = step_from(end, data(candidate_));
+    return accept(end, taken);
+  }
+}
+
+// Whether no shorter step than that of h is possible: max_rhs allows too few.
+bool OneStep::must_do(double h) const {
+  constexpr double shorter = 0.9;  // a step that is worth repeating
+  return (end_ - reached_) / affordable_steps() > shorter * h;
+}
+
+double OneStep::affordable() const {
+  return settings_.max_rhs > 0
+             ? settings_.max_rhs - static_cast<double>(statistics_.evaluations - evaluations_before_)
+             : std::numeric_limits<double>::infinity();
+}
+
+std::string OneStep::last_decision() const {
+  return "solver.max_rhs loosened the tolerance: error estimate " + rounded(statistics_.error_estimate) +
+         " times the tolerance in the communication step to " + shown(time()) + " s";
 }
 
 int OneStep::accept(double end, double) {
@@ -184,13 +223,20 @@ int OneStep::attempt_until_touch() {
 // If a state is too far from the loop constraints to be projected, shorter steps end closer to them.
 int OneStep::attempt_until_closed() {
   int flag = attempt_until_touch();
-  for (int retry = 0; flag == ARK_POSTPROCESS_STEP_FAIL && retry < 12; ++retry) {
+  for (int retry = 0; flag == ARK_POSTPROCESS_STEP_FAIL && retry < 12 && affordable_steps() >= 2; ++retry) {
     ++statistics_.rejected;
     slope_known_ = false;
     control_.start(0.25 * std::min(control_.wanted(), end_ - since_));
     flag = attempt_until_touch();
   }
   return flag;
+}
+
+// Of max_rhs; an advance that was interrupted continues its own.
+void OneStep::begin_account() {
+  evaluations_before_ = statistics_.evaluations;
+  statistics_.error_estimate = 0;
+  loosened_ = false;
 }
 
 Outcome OneStep::advance(double end, bool inputs_changed) {
@@ -202,6 +248,7 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
     if (system_.plan().has_motion() && !follow_motion(system_, time(), y_.data()))
       return failure(time(), reasons::motion_impossible);
   }
+  if (settings_.max_rhs > 0 && !(since_ > 0 && end == goal_)) begin_account();
   const bool step_guessed = needs_first_step_;
   if (needs_first_step_ && !first_step_from_here()) return failure(time(), reasons::not_finite_at_start);
   needs_first_step_ = false;
@@ -216,7 +263,10 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
     return {};
   }
   Outcome outcome = run_to_end(!step_guessed);
-  if (outcome.ok) return {};
+  if (outcome.ok) {
+    if (loosened_ && since_ == 0) ++statistics_.loosened;
+    return {};
+  }
   needs_first_step_ = true;
   slope_known_ = false;
   origin_ = origin_before;
@@ -279,7 +329,7 @@ std::string OneStep::reason_of(int flag, const StepBudget& budget) {
   switch (flag) {
     case ARK_RHSFUNC_FAIL:
     case ARK_UNREC_RHSFUNC_ERR:
-      return reasons::not_finite;
+      return settings_.max_rhs > 0 ? reasons::not_finite_within_max_rhs : reasons::not_finite;
     case ARK_TOO_MUCH_WORK:
       return budget.exceeded(system_, name(), absolute(reached()), data(result_));
     case ARK_TOO_MUCH_ACC:

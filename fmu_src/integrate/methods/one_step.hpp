@@ -29,6 +29,7 @@ class OneStep : public Integrator {
   const Statistics& statistics() const override { return statistics_; }
 
   SolverMethod method() const override { return method_; }
+  std::string last_decision() const override;
   // Step size allowed by the tolerance, s; 0: unknown. Of several tables, that of the lower order.
   virtual double allowed_step() const { return needs_first_step_ ? 0 : control_.wanted(); }
   // Step size times a spectral radius, as a share of the stability interval.
@@ -60,6 +61,9 @@ class OneStep : public Integrator {
   virtual double attempt_error(double /*h*/) { return 0; }
   // Goes to candidate_ at `end`. Returns a flag of ARKODE.
   virtual int accept(double end, double h);
+  // Steps that max_rhs allows in the rest of the advance, the first with a known slope.
+  virtual double affordable_steps() const { return std::numeric_limits<double>::infinity(); }
+  double affordable() const;  // right-hand sides
 
   virtual double stability() const { return 1; }  // stability interval on the negative real axis
   virtual long unsolved() const { return 0; }     // attempts whose stages were not solved, of all runs
@@ -107,12 +111,14 @@ class OneStep : public Integrator {
   Statistics statistics_;
 
   // of the present advance
-  double goal_ = 0;          // its end
-  double end_ = 0;           // goal_ since origin_
-  long allowed_ = 0;         // steps of this run
-  double reached_ = 0;       // time of result_, since origin_
-  bool warming_up_ = false;  // first step, in which ARKODE allocates: of a system at rest
-  double farthest_ = 0;      // end of its last step since origin_, at most; end_: it must not be passed
+  double goal_ = 0;              // its end
+  double end_ = 0;               // goal_ since origin_
+  long allowed_ = 0;             // steps of this run
+  long evaluations_before_ = 0;  // of right-hand sides
+  bool loosened_ = false;        // the tolerance, by max_rhs
+  double reached_ = 0;           // time of result_, since origin_
+  bool warming_up_ = false;      // first step, in which ARKODE allocates: of a system at rest
+  double farthest_ = 0;          // end of its last step since origin_, at most; end_: it must not be passed
 
  private:
   // How a run ended: at the end of the advance, after the allowed steps, after them with the end of
@@ -120,11 +126,15 @@ class OneStep : public Integrator {
   enum class RunEnd { arrived, paused, hopeless, failed };
 
   bool first_step_from_here();
+  void begin_account();
   Outcome run_to_end(bool may_choose);
   // Step size of the next attempt: no step passes a contact unseen.
   double step_from(double since, const double* y);
   bool passes_contact(double since, const double* y, double h);
   int attempt();
+  bool must_do(double h) const;
+  bool keep(double end, const double* y, double h, double error);
+  bool repeat(double end, double& h, double error);
   int take_step(double& h);
   int attempt_until_touch();
   int attempt_until_closed();

@@ -4,10 +4,11 @@ namespace redysim {
 
 StateHeader state_header(const System& system, const SolverSettings& settings, SolverMethod method) {
   constexpr std::uint32_t magic = 0x49534452;  // "RDSI"
-  constexpr std::uint32_t version = 9;         // of the bytes below the header too
-  return {magic,         version,       static_cast<std::uint32_t>(method),
-          system.nq(),   system.nv(),   system.size(),
-          settings.rtol, settings.atol, settings.max_step};
+  constexpr std::uint32_t version = 10;        // of the bytes below the header too
+  return {magic,           version,       static_cast<std::uint32_t>(method),
+          system.nq(),     system.nv(),   system.size(),
+          settings.rtol,   settings.atol, settings.max_step,
+          settings.max_rhs};
 }
 
 void put(ByteWriter& writer, const StateHeader& header) {
@@ -20,6 +21,7 @@ void put(ByteWriter& writer, const StateHeader& header) {
   writer.put(header.rtol);
   writer.put(header.atol);
   writer.put(header.max_step);
+  writer.put(header.max_rhs);
 }
 
 bool matches(ByteReader& reader, const StateHeader& expected) {
@@ -34,7 +36,7 @@ bool matches(ByteReader& reader, const StateHeader& expected) {
 namespace {
 
 constexpr long Statistics::*counts[] = {&Statistics::steps, &Statistics::rejected, &Statistics::evaluations,
-                                        &Statistics::jacobians};
+                                        &Statistics::jacobians, &Statistics::loosened};
 constexpr double Statistics::*sizes[] = {&Statistics::step_size, &Statistics::error_estimate,
                                          &Statistics::other_work};
 

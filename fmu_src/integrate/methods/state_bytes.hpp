@@ -13,7 +13,7 @@ namespace redysim {
 struct StateHeader {
   std::uint32_t magic, version, method;
   std::int32_t nq, nv, size;
-  double rtol, atol, max_step;
+  double rtol, atol, max_step, max_rhs;
 };
 StateHeader state_header(const System& system, const SolverSettings& settings, SolverMethod method);
 void put(ByteWriter& writer, const StateHeader& header);

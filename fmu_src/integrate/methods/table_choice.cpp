@@ -52,6 +52,7 @@ void TableChoice::decide(const Situation& now, double& factor) {
   const double in_favour = eighth_ != 0 ? Tuning::hysteresis : 1 / Tuning::hysteresis;
   const bool is_short = now.remaining < Tuning::short_of_corners * std::min(fifth_step, now.smooth_for);
   const bool better = (is_short || is_tight_ || !now.has_corners) &&
+                      now.affordable >= Tuning::eighth_stages &&
                       eighth_cost <= Tuning::accuracy_worth * in_favour * fifth_cost;
   if (better == eighth()) return;
   factor = better ? gain_ : 1 / gain_;

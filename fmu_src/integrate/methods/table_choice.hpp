@@ -28,6 +28,7 @@ class TableChoice {
     // Of the forces. Order 8 is then for intervals much shorter than its steps, and for tight tolerances.
     bool has_corners = false;
     double smooth_for = std::numeric_limits<double>::infinity();  // s, until the next
+    double affordable = std::numeric_limits<double>::infinity();  // right-hand sides
   };
   // Updates the choice; the step size is to be multiplied by `factor`.
   void decide(const Situation& now, double& factor);

@@ -112,6 +112,8 @@ SolverSettings read_solver(Section& top, Findings& findings) {
   if (solver.rtol > 0.1) section.error("rtol", "rtol must be <= 0.1, got " + shown(solver.rtol));
   solver.atol = section.number("atol", solver.rtol / 100, Bound::not_negative);
   solver.max_step = section.number("max_step", 0, Bound::not_negative);
+  solver.max_rhs = section.number("max_rhs", 0, Bound::not_negative);
+  if (const std::string why = objection_to_max_rhs(solver); !why.empty()) section.error("max_rhs", why);
   solver.target_error = section.number("target_error", 0, Bound::positive);
   if (section.has("rtol")) solver.target_error = 0;  // rtol is already selected
   section.refuse_unknown();
