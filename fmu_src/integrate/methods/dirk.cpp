@@ -42,10 +42,12 @@ constexpr double coefficient(int stage, int slope) {
   return stage == 1 ? diagonal : rows[stage - 2][slope];
 }
 
-constexpr double tightening = 1.0 / 5;  // to the global error of the explicit methods at the same rtol
-constexpr int newton_iterations = 4;    // one more than usual: the Jacobian is exact and expensive
-constexpr int remembered_slopes = 3;    // for the prediction of a stage
-constexpr int newton_failures = 60;     // consecutive; each reduces the step to a quarter
+constexpr double tightening = 1.0 / 5;       // to the global error of the explicit methods at the same rtol
+constexpr int newton_iterations = 4;         // one more than usual: the Jacobian is exact and expensive
+constexpr int remembered_slopes = 3;         // for the prediction of a stage
+constexpr int newton_failures = 60;          // consecutive; each reduces the step to a quarter
+constexpr double shortest_to_touch = 1e-12;  // of the last step: one that ends at a contact
+constexpr double safety = 0.96;              // ARKODE multiplies what `adapt` proposes
 
 struct ArkStepDeleter {
   void operator()(void* memory) const { ARKStepFree(&memory); }
@@ -57,6 +59,10 @@ class Dirk final : public OneStep {
   const char* name() const override { return "dirk (Kennedy-Carpenter 4(3))"; }
 
  private:
+  static Dirk& of(void* self) { return static_cast<Dirk&>(*static_cast<OneStep*>(self)); }
+  static int weights(N_Vector y, N_Vector weights, void* self);
+  static int adapt(N_Vector y, double t, double h, double, double, double error, double, double, int, int,
+                   double* next, void* self);
   static int right_hand_side(double time, N_Vector y, N_Vector ydot, void* self);
   static int jacobian(double time, N_Vector y, N_Vector slope, SUNMatrix matrix, void* self, N_Vector,
                       N_Vector, N_Vector);
@@ -67,11 +73,12 @@ class Dirk final : public OneStep {
   void set_table();
   void set_predictors();
   void integrate_power(double time, double* y);
-  int run(double first_step) override;
+  Flag run(double first_step) override;
+  Flag flag_of(int arkode);
   double reached() const override;
-  const char* reason(int flag) const override;
-  long unsolved() const override;
+  long unsolved() const;  // attempts whose stages were not solved, of all runs
 
+  Vector &start_, &end_state_;  // of the room; end_state_ holds result_
   DenseJacobian& jacobian_;
   Matrix matrix_;
   LinearSolver linear_solver_;
@@ -84,10 +91,15 @@ class Dirk final : public OneStep {
   int stage_ = 0;                                  // being solved
   double step_begin_ = 0;                          // time at which begin_slope_ holds
   const double* begin_slope_ = nullptr;
+  bool warming_up_ = false;  // first step, in which ARKODE allocates: of a system at rest
+  long unsolved_before_ = 0;
+  bool too_short_ = false;  // the step to repeat
 };
 
 Dirk::Dirk(System& system, const SolverSettings& settings, Room room)
     : OneStep(system, settings, std::move(room), SolverMethod::dirk, embedded_order + 1, tightening),
+      start_(room_->vectors[0]),
+      end_state_(room_->vectors[1]),
       jacobian_(room_->jacobian()) {
   if (system.with_work() && system.plan().has_motion()) stage_state_ = stage_slope_ = y_;
   build();
@@ -103,10 +115,10 @@ void Dirk::build() {
   // Lagrange: never used between step ends, and Hermite's costs right-hand sides
   ARKStepSetInterpolantType(ark, ARK_INTERP_LAGRANGE);
   ARKStepSetInterpolantDegree(ark, 1);
-  ARKStepWFtolerances(ark, &OneStep::weights);
-  ARKStepSetAdaptivityFn(ark, &OneStep::adapt, self);
+  ARKStepWFtolerances(ark, &Dirk::weights);
+  ARKStepSetAdaptivityFn(ark, &Dirk::adapt, self);
   ARKStepSetErrorBias(ark, 1.0);
-  ARKStepSetSafetyFactor(ark, sundials_safety);
+  ARKStepSetSafetyFactor(ark, safety);
   ARKStepSetFixedStepBounds(ark, 1.0, 1.0);
   ARKStepSetMinReduction(ark, shortest_to_touch);
   ARKStepSetMaxErrTestFails(ark, 100);  // StepControl stops before
@@ -164,8 +176,35 @@ void Dirk::set_predictors() {
   }
 }
 
+int Dirk::weights(N_Vector y, N_Vector weights, void* self) {
+  of(self).error_weights_.evaluate(data(y), data(weights));
+  return 0;
+}
+
+int Dirk::adapt(N_Vector y, double t, double h, double, double, double error, double, double, int, int,
+                double* next, void* self_pointer) {
+  Dirk& self = of(self_pointer);
+  *next = h;
+  if (self.warming_up_) return 0;
+  // a step that Newton's iteration could not solve limits the next ones
+  const long unsolved = self.unsolved();
+  if (unsolved != self.unsolved_before_) {
+    self.statistics_.rejected += unsolved - self.unsolved_before_;
+    self.unsolved_before_ = unsolved;
+    self.control_.limit(h);
+  }
+  if (error <= 1) {
+    if (!self.keep(t, data(y), h, error)) return 1;
+    if (self.end_ - t > 0) *next = self.step_from(t, data(y)) / safety;
+    return 0;
+  }
+  self.too_short_ = !self.repeat(t, h, error);
+  *next = h / safety;
+  return self.too_short_ ? 1 : 0;
+}
+
 int Dirk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_pointer) {
-  Dirk& self = static_cast<Dirk&>(*static_cast<OneStep*>(self_pointer));
+  Dirk& self = of(self_pointer);
   double* slope = data(ydot);
   const std::size_t bytes = self.y_.size() * sizeof(double);
   if (self.warming_up_) {
@@ -197,7 +236,7 @@ int Dirk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_poi
 
 int Dirk::jacobian(double time, N_Vector y, N_Vector, SUNMatrix matrix, void* self_pointer, N_Vector,
                    N_Vector, N_Vector) {
-  Dirk& self = static_cast<Dirk&>(*static_cast<OneStep*>(self_pointer));
+  Dirk& self = of(self_pointer);
   if (self.warming_up_) return SUNMatZero(matrix);
   ++self.statistics_.jacobians;
   ++self.statistics_.evaluations;
@@ -206,7 +245,7 @@ int Dirk::jacobian(double time, N_Vector y, N_Vector, SUNMatrix matrix, void* se
 }
 
 int Dirk::predict(double, N_Vector stage, void* self_pointer) {
-  Dirk& self = static_cast<Dirk&>(*static_cast<OneStep*>(self_pointer));
+  Dirk& self = of(self_pointer);
   if (self.warming_up_) return 0;
   double time = 0, gamma = 0, h = 0;
   N_Vector prediction, z, slope, known;
@@ -226,12 +265,13 @@ int Dirk::predict(double, N_Vector stage, void* self_pointer) {
 }
 
 int Dirk::complete(double time, N_Vector y, void* self_pointer) {
-  Dirk& self = static_cast<Dirk&>(*static_cast<OneStep*>(self_pointer));
-  if (!self.stage_state_.empty() && !self.warming_up_) self.integrate_power(time, data(y));
-  const int flag = complete_step(time, y, self_pointer);
+  Dirk& self = of(self_pointer);
+  if (self.warming_up_) return 0;
+  if (!self.stage_state_.empty()) self.integrate_power(time, data(y));
+  const bool closed = self.close(time, data(y));
   self.step_begin_ = time;
   self.begin_slope_ = self.system_.has_constraints() ? nullptr : self.slopes_[stages - 1];
-  return flag;
+  return closed ? 0 : 1;
 }
 
 // Replaces the work of the step by the quadrature of the power at its stages. The slopes that ARKStep deduces
@@ -260,21 +300,45 @@ void Dirk::integrate_power(double time, double* y) {
   for (int part = 0; part < work.count; ++part) *work.of(y, part) += correction[part];
 }
 
-int Dirk::run(double first_step) {
+OneStep::Flag Dirk::run(double first_step) {
   void* ark = memory_.get();
+  unsolved_before_ = unsolved();
+  too_short_ = false;
   step_begin_ = since_;
   begin_slope_ = slope_known_ ? slope_.data() : nullptr;
+  std::copy(y_.begin(), y_.end(), data(start_));
   ARKStepSetMaxNumSteps(ark, allowed_);
   ARKStepSetInitStep(ark, first_step);
   ARKStepReset(ark, since_, start_.get());
   ARKStepSetStopTime(ark, end_);
   ARKStepSetMinStep(ark, std::min(first_step, smallest_step(since_, end_)));
   double reached = since_;
-  const int flag = ARKStepEvolve(ark, end_, result_.get(), &reached, ARK_NORMAL);
-  const bool ended = flag >= 0 || flag == ARK_TOO_MUCH_WORK;
+  const Flag flag = flag_of(ARKStepEvolve(ark, end_, end_state_.get(), &reached, ARK_NORMAL));
+  const bool ended = flag == Flag::done || flag == Flag::step_limit;
   slope_known_ = ended && !warming_up_ && !system_.has_constraints();
   if (slope_known_) std::copy_n(slopes_[stages - 1], slope_.size(), slope_.begin());
   return flag;
+}
+
+OneStep::Flag Dirk::flag_of(int arkode) {
+  if (arkode >= 0) return Flag::done;
+  switch (too_short_ ? ARK_ERR_FAILURE : arkode) {
+    case ARK_TOO_MUCH_WORK:
+      return Flag::step_limit;
+    case ARK_POSTPROCESS_STEP_FAIL:
+      return Flag::not_closed;
+    case ARK_RHSFUNC_FAIL:
+    case ARK_UNREC_RHSFUNC_ERR:
+      return Flag::not_finite;
+    case ARK_TOO_MUCH_ACC:
+      return Flag::below_rounding;
+    case ARK_CONV_FAILURE:
+    case ARK_ERR_FAILURE:
+    case ARK_REPTD_RHSFUNC_ERR:
+      return Flag::too_short;
+    default:
+      return Flag::other;
+  }
 }
 
 double Dirk::reached() const {
@@ -287,17 +351,6 @@ long Dirk::unsolved() const {
   long count = 0;
   ARKStepGetNumStepSolveFails(memory_.get(), &count);
   return count;
-}
-
-const char* Dirk::reason(int flag) const {
-  switch (flag) {
-    case ARK_CONV_FAILURE:
-    case ARK_ERR_FAILURE:
-    case ARK_REPTD_RHSFUNC_ERR:
-      return reasons::step_too_small_or_not_finite;
-    default:
-      return nullptr;
-  }
 }
 
 }  // namespace

@@ -1,5 +1,3 @@
-#include <arkode/arkode.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -21,8 +19,6 @@
 
 namespace redysim {
 namespace {
-
-using namespace sundials;
 
 // By right-hand sides against error (docs/solvers.md): the third order costs 4 slopes and suffices for a
 // loose tolerance; not with loops, where a larger error takes longer to project. At tighter ones the fifth
@@ -74,7 +70,7 @@ class Erk final : public OneStep {
   bool keeps_slope() const { return steps_.ends_with_slope() && !system_.has_constraints(); }
   bool begin_step(double h) override;
   double attempt_error(double h) override;
-  int accept(double end, double h) override;
+  Flag accept(double end, double h) override;
   void keep_last_slope();  // that at the new state, unless this is projected
   bool pass(double h);
   void expect_changes(bool inputs_changed);
@@ -170,22 +166,19 @@ bool Erk::slope(double time, const double* y, double* slope, void* self_pointer)
 }
 
 bool Erk::begin_step(double) {
-  if (!slope_known_ && !slope(reached_, data(result_), slope_.data(), static_cast<OneStep*>(this)))
-    return false;
+  if (!slope_known_ && !slope(reached_, result_, slope_.data(), static_cast<OneStep*>(this))) return false;
   slope_known_ = true;
   std::copy(slope_.begin(), slope_.end(), steps_.first_slope());
-  error_weights_.evaluate(data(result_), weights_.data());
+  error_weights_.evaluate(result_, weights_.data());
   return true;
 }
 
 double Erk::attempt_error(double h) {
-  if (!steps_.step(reached_, h, data(result_), data(candidate_)))
-    return std::numeric_limits<double>::infinity();
+  if (!steps_.step(reached_, h, result_, candidate_)) return std::numeric_limits<double>::infinity();
   const double error = steps_.error(h, error_weights_, weights_.data());
   const bool passes = reached_ + h > end_;
-  return passes && crosses_corner(system_, data(result_), data(candidate_))
-             ? std::max(error, Tuning::error_of_corner)
-             : error;
+  return passes && crosses_corner(system_, result_, candidate_) ? std::max(error, Tuning::error_of_corner)
+                                                                : error;
 }
 
 double Erk::affordable_steps() const {
@@ -194,9 +187,9 @@ double Erk::affordable_steps() const {
   return std::max(0.0, std::floor((affordable() + first_slope) / (stages + first_slope)));
 }
 
-int Erk::accept(double end, double h) {
+OneStep::Flag Erk::accept(double end, double h) {
   if (end <= end_) {
-    const int flag = OneStep::accept(end, h);
+    const Flag flag = OneStep::accept(end, h);
     if (keeps_slope()) keep_last_slope();
     return flag;
   }
@@ -204,7 +197,7 @@ int Erk::accept(double end, double h) {
     expects_hold_ = false;
     farthest_ = end_;  // repeats the step up to the end of the advance
   }
-  return ARK_SUCCESS;
+  return Flag::done;
 }
 
 void Erk::keep_last_slope() {
@@ -237,12 +230,12 @@ bool Erk::lies_in_last_step(bool inputs_changed) {
   const double step_end = end_of_last_step();
   if (end_ <= step_end) {
     read_polynomial();
-    std::copy_n(data(result_), y_.size(), y_.begin());
+    std::copy_n(result_, y_.size(), y_.begin());
     return true;
   }
   passing_.length = 0;
-  steps_.evaluate(1, data(result_));
-  std::copy_n(data(result_), y_.size(), y_.begin());
+  steps_.evaluate(1, result_);
+  std::copy_n(result_, y_.size(), y_.begin());
   keep_last_slope();
   since_ = step_end;
   if (system_.has_constraints()) system_.project(time(), y_.data(), nullptr);  // rounding
@@ -251,7 +244,7 @@ bool Erk::lies_in_last_step(bool inputs_changed) {
 
 // The state at the end of the advance into result_.
 void Erk::read_polynomial() {
-  steps_.evaluate((goal_ - passing_.origin - passing_.begin) / passing_.length, data(result_));
+  steps_.evaluate((goal_ - passing_.origin - passing_.begin) / passing_.length, result_);
 }
 
 }  // namespace

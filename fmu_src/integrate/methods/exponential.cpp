@@ -22,8 +22,6 @@
 namespace redysim {
 namespace {
 
-using namespace sundials;
-
 constexpr double tightening = 1.0 / 5;  // as for dirk
 
 class Exponential final : public OneStep {
@@ -69,25 +67,24 @@ bool Exponential::begin_step(double h) {
   if (system_.with_work()) set_energy_scale();
   if (!slope_known_) {
     ++statistics_.evaluations;
-    if (system_.right_hand_side(absolute(reached_), data(result_), slope_.data()) != Status::ok) return false;
+    if (system_.right_hand_side(absolute(reached_), result_, slope_.data()) != Status::ok) return false;
     slope_known_ = true;
   }
   ++statistics_.jacobians;
   ++statistics_.evaluations;
-  if (jacobian_.evaluate(absolute(reached_), data(result_), matrix_.data()) != Status::ok) return false;
+  if (jacobian_.evaluate(absolute(reached_), result_, matrix_.data()) != Status::ok) return false;
   phi_.set_matrix(matrix_.data());
   if (depends_on_time()) {
     const double shift = 1e-3 * h;
     ++statistics_.evaluations;
-    if (system_.right_hand_side(absolute(reached_ + shift), data(result_), slope_by_time_.data()) !=
-        Status::ok)
+    if (system_.right_hand_side(absolute(reached_ + shift), result_, slope_by_time_.data()) != Status::ok)
       return false;
     for (std::size_t i = 0; i < slope_.size(); ++i)
       slope_by_time_[i] = (slope_by_time_[i] - slope_[i]) / shift;
   } else {
     std::fill(slope_by_time_.begin(), slope_by_time_.end(), 0.0);
   }
-  error_weights_.evaluate(data(result_), weights_.data());
+  error_weights_.evaluate(result_, weights_.data());
   return true;
 }
 
@@ -98,7 +95,7 @@ bool Exponential::remainder(double c, double h, const double* u, double* to) {
   const std::size_t size = y_.size();
   for (std::size_t i = 0; i < size; ++i) to[i] -= slope_[i] + c * h * slope_by_time_[i];
   for (std::size_t j = 0; j < size; ++j)
-    subtract(static_cast<std::int64_t>(size), u[j] - data(result_)[j], &matrix_[j * size], to);
+    subtract(static_cast<std::int64_t>(size), u[j] - result_[j], &matrix_[j * size], to);
   return true;
 }
 
@@ -108,12 +105,12 @@ double Exponential::attempt_error(double h) {
   statistics_.other_work += phi_.cost(h);
   if (!phi_.evaluate(h)) return infinite;
   const std::size_t size = y_.size();
-  double* u = data(candidate_);
-  std::copy_n(data(result_), size, u);
+  double* u = candidate_;
+  std::copy_n(result_, size, u);
   phi_.add_half(1, 0.5 * h, slope_.data(), u);
   if (depends_on_time()) phi_.add_half(2, 0.25 * h * h, slope_by_time_.data(), u);
   if (!remainder(0.5, h, u, second_.data())) return infinite;
-  std::copy_n(data(result_), size, u);
+  std::copy_n(result_, size, u);
   phi_.add(1, h, slope_.data(), u);
   if (depends_on_time()) phi_.add(2, h * h, slope_by_time_.data(), u);
   combined_.assign(u, u + size);
@@ -138,11 +135,11 @@ void Exponential::set_energy_scale() {
   const double time = absolute(reached_);
   const StateLayout& layout = system_.layout();
   system_.nominals(combined_.data());
-  std::copy_n(data(result_), layout.q.count, combined_.begin());
+  std::copy_n(result_, layout.q.count, combined_.begin());
   for (int ball = 0; ball < system_.balls(); ++ball)
-    std::copy_n(layout.quaternion.of(data(result_), ball), 4, layout.quaternion.of(combined_.data(), ball));
+    std::copy_n(layout.quaternion.of(result_, ball), 4, layout.quaternion.of(combined_.data(), ball));
   least_error_of_work_ = tightening * settings_.atol * system_.kinetic_energy(time, combined_.data());
-  least_error_of_work_ += tightening * settings_.rtol * system_.kinetic_energy(time, data(result_));
+  least_error_of_work_ += tightening * settings_.rtol * system_.kinetic_energy(time, result_);
 }
 
 // The power of damped vibrations is not linear, and no other entry of the state shows the error of its
@@ -162,7 +159,7 @@ double Exponential::error_of_work(const double* u) const {
   const auto& work = system_.layout().work;
   double largest = 0;
   for (int part = 0; part < work.count; ++part) {
-    const double size = std::max(std::abs(*work.of(u, part)), std::abs(*work.of(data(result_), part)));
+    const double size = std::max(std::abs(*work.of(u, part)), std::abs(*work.of(result_, part)));
     const double tolerated = least_error_of_work_ + tightening * settings_.rtol * size;
     largest = std::max(largest, errors_of_work_[part] / tolerated);
   }

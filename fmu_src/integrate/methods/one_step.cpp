@@ -1,7 +1,5 @@
 #include "integrate/methods/one_step.hpp"
 
-#include <arkode/arkode.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -21,40 +19,13 @@ OneStep::OneStep(System& system, const SolverSettings& settings, Room room, Solv
       error_weights_(system, tightening * settings.rtol, tightening * settings.atol),
       control_(error_order, settings.max_step),
       room_(std::move(room)),
-      start_(room_->vectors[0]),
-      result_(room_->vectors[1]),
-      candidate_(room_->vectors[2]),
+      result_(data(room_->vectors[1])),
+      candidate_(data(room_->vectors[2])),
       y_(static_cast<std::size_t>(system.size())),
       slope_(y_),
       method_(method),
       error_order_(error_order) {}
 
-int OneStep::weights(N_Vector y, N_Vector weights, void* self) {
-  static_cast<OneStep*>(self)->error_weights_.evaluate(data(y), data(weights));
-  return 0;
-}
-
-int OneStep::adapt(N_Vector y, double t, double h, double, double, double error, double, double, int, int,
-                   double* next, void* self_pointer) {
-  OneStep& self = *static_cast<OneStep*>(self_pointer);
-  // a step that Newton's iteration could not solve limits the next ones
-  const long unsolved = self.unsolved();
-  if (unsolved != self.unsolved_before_) {
-    self.statistics_.rejected += unsolved - self.unsolved_before_;
-    self.unsolved_before_ = unsolved;
-    self.control_.limit(h);
-  }
-  if (error <= 1) {
-    if (!self.keep(t, data(y), h, error)) return 1;
-    *next = self.end_ - t > 0 ? self.step_from(t, data(y)) / sundials_safety : h;
-    return 0;
-  }
-  if (!self.repeat(t, h, error)) return 1;
-  *next = h / sundials_safety;
-  return 0;
-}
-
-// Accounts for a step of h to y at `end`. False: it must be repeated up to a contact that it passed.
 bool OneStep::keep(double end, const double* y, double h, double error) {
   if (passes_contact(end, y, h)) return false;
   control_.accepted(h, error);
@@ -64,20 +35,14 @@ bool OneStep::keep(double end, const double* y, double h, double error) {
   return true;
 }
 
-// After an attempt of h, the one to try instead. False: it is too short.
 bool OneStep::repeat(double end, double& h, double error) {
   ++statistics_.rejected;
   h = control_.rejected(h, error);
-  step_at_floor_ = h < smallest_step(end, end_);
-  return !step_at_floor_;
+  return !(h < smallest_step(end, end_));
 }
 
-int OneStep::complete_step(double time, N_Vector y, void* self_pointer) {
-  OneStep& self = *static_cast<OneStep*>(self_pointer);
-  if (self.warming_up_ || !self.system_.has_constraints()) return 0;
-  const Status status = self.system_.project(self.absolute(time), data(y), nullptr);
-  self.projection_failed_ = status != Status::ok;
-  return static_cast<int>(status);
+bool OneStep::close(double time, double* y) {
+  return !system_.has_constraints() || system_.project(absolute(time), y, nullptr) == Status::ok;
 }
 
 Outcome OneStep::start(double time, const double* y) {
@@ -125,7 +90,7 @@ double OneStep::step_from(double since, const double* y) {
 // The search for contacts predicts constant accelerations of the joints. A step in which these change may
 // reach a contact all the same and leave it again: it is repeated up to the touch-down.
 bool OneStep::passes_contact(double since, const double* y, double h) {
-  if (!system_.plan().has_contacts() || warming_up_) return false;
+  if (!system_.plan().has_contacts()) return false;
   const double touch = system_.passed_touch(absolute(since), y, h);
   if (!(touch < h)) return false;
   if (affordable_steps() < 2) {  // to the contact, and from it
@@ -137,34 +102,29 @@ bool OneStep::passes_contact(double since, const double* y, double h) {
   return true;
 }
 
-int OneStep::attempt() {
-  step_at_floor_ = projection_failed_ = false;
-  unsolved_before_ = unsolved();
+OneStep::Flag OneStep::attempt() {
   // the search for contacts needs it before the first stage
   if (!slope_known_ && system_.plan().has_contacts()) {
     ++statistics_.evaluations;
     slope_known_ = system_.right_hand_side(time(), y_.data(), slope_.data()) == Status::ok;
   }
-  std::copy(y_.begin(), y_.end(), data(start_));
-  const int flag = run(step_from(since_, y_.data()));
+  const Flag flag = run(step_from(since_, y_.data()));
   // inner steps may violate a loop slightly near a singular position, the last one must not
-  if (flag < 0 || !system_.loops_are_violated()) return flag;
-  projection_failed_ = true;
-  return ARK_POSTPROCESS_STEP_FAIL;
+  return flag == Flag::done && system_.loops_are_violated() ? Flag::not_closed : flag;
 }
 
-int OneStep::run(double h) {
+OneStep::Flag OneStep::run(double h) {
   reached_ = since_;
-  std::copy_n(data(start_), y_.size(), data(result_));
-  int flag = ARK_SUCCESS;
-  for (long taken = 0; flag == ARK_SUCCESS && reached_ < end_; ++taken)
-    flag = taken < allowed_ ? take_step(h) : ARK_TOO_MUCH_WORK;
+  std::copy(y_.begin(), y_.end(), result_);
+  Flag flag = Flag::done;
+  for (long taken = 0; flag == Flag::done && reached_ < end_; ++taken)
+    flag = taken < allowed_ ? take_step(h) : Flag::step_limit;
   return flag;
 }
 
 // `h`: of the first attempt, then of the next step.
-int OneStep::take_step(double& h) {
-  if (!begin_step(h)) return ARK_RHSFUNC_FAIL;
+OneStep::Flag OneStep::take_step(double& h) {
+  if (!begin_step(h)) return Flag::not_finite;
   for (;;) {
     const double left = end_ - reached_;
     h = std::max(h, left / affordable_steps());
@@ -172,14 +132,14 @@ int OneStep::take_step(double& h) {
     if (beyond > -rounding && (farthest_ == end_ || beyond < rounding)) h = left;
     const double end = h == left ? end_ : reached_ + h, error = attempt_error(h);
     if (!(error <= 1) && !must_do(h)) {
-      if (!repeat(end, h, error)) return ARK_ERR_FAILURE;
+      if (!repeat(end, h, error)) return Flag::too_short;
       continue;
     }
-    if (!std::isfinite(error)) return ARK_RHSFUNC_FAIL;
+    if (!std::isfinite(error)) return Flag::not_finite;
     loosened_ = loosened_ || error > 1;
     const double taken = h;
-    if (!keep(end, data(candidate_), taken, error)) return ARK_ERR_FAILURE;
-    if (end < end_) h = step_from(end, data(candidate_));
+    if (!keep(end, candidate_, taken, error)) return Flag::other;
+    if (end < end_) h = step_from(end, candidate_);
     return accept(end, taken);
   }
 }
@@ -201,29 +161,29 @@ std::string OneStep::last_decision() const {
          " times the tolerance in the communication step to " + shown(time()) + " s";
 }
 
-int OneStep::accept(double end, double) {
-  if (complete_step(end, candidate_.get(), this) != 0) return ARK_POSTPROCESS_STEP_FAIL;
+OneStep::Flag OneStep::accept(double end, double) {
+  if (!close(end, candidate_)) return Flag::not_closed;
   reached_ = end;
-  std::copy_n(data(candidate_), y_.size(), data(result_));
+  std::copy_n(candidate_, y_.size(), result_);
   slope_known_ = false;
-  return ARK_SUCCESS;
+  return Flag::done;
 }
 
 // A run leaves the state before a step that it cannot complete in result_.
-int OneStep::attempt_until_touch() {
-  int flag = attempt();
+OneStep::Flag OneStep::attempt_until_touch() {
+  Flag flag = attempt();
   while (touch_ < std::numeric_limits<double>::max()) {
     since_ = searched_from_;
-    std::copy_n(data(result_), y_.size(), y_.begin());
+    std::copy_n(result_, y_.size(), y_.begin());
     flag = attempt();
   }
   return flag;
 }
 
 // If a state is too far from the loop constraints to be projected, shorter steps end closer to them.
-int OneStep::attempt_until_closed() {
-  int flag = attempt_until_touch();
-  for (int retry = 0; flag == ARK_POSTPROCESS_STEP_FAIL && retry < 12 && affordable_steps() >= 2; ++retry) {
+OneStep::Flag OneStep::attempt_until_closed() {
+  Flag flag = attempt_until_touch();
+  for (int retry = 0; flag == Flag::not_closed && retry < 12 && affordable_steps() >= 2; ++retry) {
     ++statistics_.rejected;
     slope_known_ = false;
     control_.start(0.25 * std::min(control_.wanted(), end_ - since_));
@@ -284,7 +244,7 @@ Outcome OneStep::run_to_end(bool may_choose) {
     if (may_choose) choose_table(end_ - since_);
     allowed_ = std::min({pause - taken, steps_between_choices(), StepBudget::check_interval});
     taken += allowed_;
-    const int flag = attempt_until_closed();
+    const Flag flag = attempt_until_closed();
     switch (end_of_run(flag, taken, budget)) {
       case RunEnd::arrived:
         arrive(end_);
@@ -301,9 +261,9 @@ Outcome OneStep::run_to_end(bool may_choose) {
   return {};
 }
 
-OneStep::RunEnd OneStep::end_of_run(int flag, long taken, StepBudget& budget) const {
-  if (flag >= 0) return RunEnd::arrived;
-  if (flag != ARK_TOO_MUCH_WORK) return RunEnd::failed;
+OneStep::RunEnd OneStep::end_of_run(Flag flag, long taken, StepBudget& budget) const {
+  if (flag == Flag::done) return RunEnd::arrived;
+  if (flag != Flag::step_limit) return RunEnd::failed;
   if (budget.is_hopeless(taken, reached(), end_)) return RunEnd::hopeless;
   return taken < budget.steps() ? RunEnd::paused : RunEnd::failed;
 }
@@ -318,21 +278,21 @@ void OneStep::set_time(double since) {
 }
 
 void OneStep::arrive(double since) {
-  std::copy_n(data(result_), y_.size(), y_.begin());
+  std::copy_n(result_, y_.size(), y_.begin());
   set_time(since);
 }
 
-std::string OneStep::reason_of(int flag, const StepBudget& budget) {
-  if (step_at_floor_) return reasons::step_too_small_or_not_finite;
-  if (projection_failed_) return reasons::loops_open;
-  if (const char* known = reason(flag)) return known;
+std::string OneStep::reason_of(Flag flag, const StepBudget& budget) {
   switch (flag) {
-    case ARK_RHSFUNC_FAIL:
-    case ARK_UNREC_RHSFUNC_ERR:
+    case Flag::too_short:
+      return reasons::step_too_small_or_not_finite;
+    case Flag::not_closed:
+      return reasons::loops_open;
+    case Flag::not_finite:
       return settings_.max_rhs > 0 ? reasons::not_finite_within_max_rhs : reasons::not_finite;
-    case ARK_TOO_MUCH_WORK:
-      return budget.exceeded(system_, name(), absolute(reached()), data(result_));
-    case ARK_TOO_MUCH_ACC:
+    case Flag::step_limit:
+      return budget.exceeded(system_, name(), absolute(reached()), result_);
+    case Flag::below_rounding:
       return reasons::tolerance_below_rounding;
     default:
       return room_->message.reason();

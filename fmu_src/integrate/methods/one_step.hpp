@@ -6,11 +6,11 @@
 #include "integrate/methods/shared_room.hpp"
 #include "integrate/methods/step_control.hpp"
 
-// Base of the one-step methods. Their steps are those of SUNDIALS' ARKODE, or are taken here.
+// Base of the one-step methods. Their steps are taken here, those of dirk by SUNDIALS' ARKODE.
 //
-// Each advance restarts at (time, y), ARKODE with a stop time. Only y, the step-size control and, if known,
-// the slope at the start are kept. ARKODE counts time from the start of the advance, so that its steps may be
-// shorter than the rounding error of a large time.
+// Each advance restarts at (time, y). Only y, the step-size control and, if known, the slope at the start are
+// kept. Steps count time from the start of the advance, so that they may be shorter than the rounding error
+// of a large time.
 
 namespace redysim {
 
@@ -49,24 +49,24 @@ class OneStep : public Integrator {
   OneStep(System& system, const SolverSettings& settings, Room room, SolverMethod method, int error_order,
           double tightening);
 
-  // Goes from (since_, y_) to end_ into result_ in at most allowed_ steps; returns a flag of ARKODE. Without
-  // ARKODE by the functions of a step below.
-  virtual int run(double first_step);
+  // How steps end: `step_limit`: the allowed ones before the end of the advance; the rest are failures.
+  enum class Flag { done, step_limit, not_finite, not_closed, too_short, below_rounding, other };
+
+  // Goes from (since_, y_) to end_ into result_ in at most allowed_ steps, by the functions of a step below.
+  virtual Flag run(double first_step);
   virtual double reached() const { return reached_; }  // time of the last run if it failed, since origin_
-  virtual const char* reason(int) const { return nullptr; }  // of a failure specific to the method, or null
 
   // A step from reached_ and result_, before its first attempt, which is one of h. False: it has no slope.
   virtual bool begin_step(double /*h*/) { return false; }
   // Leaves the end of a step of h in candidate_. Returns its weighted error, infinite: it is impossible.
   virtual double attempt_error(double /*h*/) { return 0; }
-  // Goes to candidate_ at `end`. Returns a flag of ARKODE.
-  virtual int accept(double end, double h);
+  // Goes to candidate_ at `end`.
+  virtual Flag accept(double end, double h);
   // Steps that max_rhs allows in the rest of the advance, the first with a known slope.
   virtual double affordable_steps() const { return std::numeric_limits<double>::infinity(); }
   double affordable() const;  // right-hand sides
 
   virtual double stability() const { return 1; }  // stability interval on the negative real axis
-  virtual long unsolved() const { return 0; }     // attempts whose stages were not solved, of all runs
 
   // A method with several tables chooses one for the rest of an advance, and again after a number of steps.
   // The data of the choice is part of a saved state.
@@ -84,23 +84,22 @@ class OneStep : public Integrator {
     control_.set_error_order(error_order);
   }
 
-  // The system's time of ARKODE's.
+  // The system's time of a step's.
   double absolute(double since) const { return since == end_ ? goal_ : origin_ + since; }
 
-  // Functions that ARKODE calls; `self` is a OneStep.
-  static int weights(N_Vector y, N_Vector weights, void* self);
-  static int adapt(N_Vector y, double t, double h, double, double, double error, double, double, int, int,
-                   double* next, void* self);
-  static int complete_step(double time, N_Vector y, void* self);
-  static constexpr double shortest_to_touch = 1e-12;  // of the last step: one that ends at a contact
-  static constexpr double sundials_safety = 0.96;     // ARKODE multiplies what `adapt` proposes
+  // Step size of the next attempt: no step passes a contact unseen.
+  double step_from(double since, const double* y);
+  // Accounts for a step of h to y at `end`. False: it must be repeated up to a contact that it passed.
+  bool keep(double end, const double* y, double h, double error);
+  bool repeat(double end, double& h, double error);  // h: the one to try instead. False: it is too short
+  bool close(double time, double* y);                // projects onto the constraints
 
   System& system_;
   SolverSettings settings_;
   ErrorWeights error_weights_;
   StepControl control_;
   Room room_;
-  sundials::Vector &start_, &result_, &candidate_;  // of the room
+  double *result_, *candidate_;  // of the room
 
   // what the continuation depends on
   double origin_ = 0;  // end of the last advance that was not paused
@@ -117,7 +116,6 @@ class OneStep : public Integrator {
   long evaluations_before_ = 0;  // of right-hand sides
   bool loosened_ = false;        // the tolerance, by max_rhs
   double reached_ = 0;           // time of result_, since origin_
-  bool warming_up_ = false;      // first step, in which ARKODE allocates: of a system at rest
   double farthest_ = 0;          // end of its last step since origin_, at most; end_: it must not be passed
 
  private:
@@ -128,28 +126,21 @@ class OneStep : public Integrator {
   bool first_step_from_here();
   void begin_account();
   Outcome run_to_end(bool may_choose);
-  // Step size of the next attempt: no step passes a contact unseen.
-  double step_from(double since, const double* y);
   bool passes_contact(double since, const double* y, double h);
-  int attempt();
+  Flag attempt();
   bool must_do(double h) const;
-  bool keep(double end, const double* y, double h, double error);
-  bool repeat(double end, double& h, double error);
-  int take_step(double& h);
-  int attempt_until_touch();
-  int attempt_until_closed();
-  RunEnd end_of_run(int flag, long taken, StepBudget& budget) const;
+  Flag take_step(double& h);
+  Flag attempt_until_touch();
+  Flag attempt_until_closed();
+  RunEnd end_of_run(Flag flag, long taken, StepBudget& budget) const;
   void arrive(double since);
   void set_time(double since);
-  std::string reason_of(int flag, const StepBudget& budget);
+  std::string reason_of(Flag flag, const StepBudget& budget);
 
   SolverMethod method_;
   int error_order_;
   bool needs_first_step_ = true;  // no step size yet
-  long unsolved_before_ = 0;
-  bool step_at_floor_ = false;
-  bool projection_failed_ = false;
-  double searched_from_ = 0;  // start of the present step
+  double searched_from_ = 0;      // start of the present step
   // time from there to a contact that the step passed, maximum: none
   double touch_ = std::numeric_limits<double>::max();
 };
