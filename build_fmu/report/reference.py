@@ -58,7 +58,7 @@ def from_tight_runs(fmu: Staged, where: Positions, task: Task, methods: list[str
     for rtol in TIGHT:
         runs = []
         for method in sorted(methods, key=ORDER.index):
-            start = {**task.start, "solver.method": method, "solver.rtol": rtol, "solver.atol": rtol / 100}
+            start = {**task.start, **fmu.solver(method, rtol)}
             outcome = drive(fmu, replace(task, start=start, outputs=where.names, budget=budget))
             if outcome.status == "ok":
                 runs.append((method, outcome))

@@ -77,7 +77,7 @@ def offered_methods(fmu: Staged, wanted: Sequence[str] = METHODS) -> list[str]:
         raise UserError(f"'{fmu.name}' lacks the parameters solver.method and solver.rtol: it was not built by build-fmu")
     found = []
     for method in wanted:
-        outcome = drive(fmu, Task(1e-6, 1, start={"solver.method": method}, budget=20))
+        outcome = drive(fmu, Task(1e-6, 1, start=fmu.solver(method), budget=20))
         if outcome.status != "refused" or not any("solver.method" in line for line in outcome.log):
             found.append(method)
     return found
@@ -121,7 +121,7 @@ def measure(
     budget: float,
 ) -> Point:
     """Runs one point of the sweep, repeated for the measurement of its CPU time."""
-    start = {**task.start, "solver.method": method, "solver.rtol": rtol, "solver.atol": rtol * ratio}
+    start = {**task.start, **fmu.solver(method, rtol, ratio)}
     outcome = drive(fmu, replace(task, start=start, repeats=plan.repeats, spend=plan.spend, budget=budget))
     error = cost = rhs = math.nan
     if outcome.status == "ok":

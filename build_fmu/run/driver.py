@@ -49,6 +49,13 @@ class Staged:
         """Returns all real outputs."""
         return [n for n in self.names("output") if self.variables[n].type == "Real"]
 
+    def solver(self, method: str, rtol: float | None = None, ratio: float = 0.01) -> dict[str, Any]:
+        """Returns the start values that select a method and tolerances, without `max_rhs`, which not every method has."""
+        start: dict[str, Any] = {"solver.method": method}
+        if rtol is not None:
+            start |= {"solver.rtol": rtol, "solver.atol": rtol * ratio}
+        return start | ({"solver.max_rhs": 0.0} if "solver.max_rhs" in self.variables else {})
+
 
 @dataclass(frozen=True)
 class Task:

@@ -69,7 +69,7 @@ def run_case(name: str, case: Case, seconds: float, method: str | None) -> Verdi
 
 
 def _run(name: str, fmu: Staged, case: Case, seconds: float, method: str | None) -> Verdict:
-    start: dict[str, Any] = {} if method is None else {"solver.method": method}
+    start: dict[str, Any] = {} if method is None else fmu.solver(method)
     rtol = float(fmu.variables["solver.rtol"].start)
     if case.rtol is not None:
         rtol = case.rtol
@@ -195,7 +195,7 @@ def _remedy(fmu: Staged, case: Case, start: dict[str, Any], first: Outcome, seco
     for method in METHODS:
         if method == first.method:
             continue
-        task = _task(fmu, case, {**start, "solver.method": method}, seconds)
+        task = _task(fmu, case, {**start, **fmu.solver(method)}, seconds)
         outcome = drive(fmu, task)
         facts = _facts(task, outcome, where)
         if _judge(case, outcome, facts, rtol)[0] == "finished":
@@ -212,7 +212,7 @@ def _error(fmu: Staged, case: Case, task: Task, outcome: Outcome, where: Positio
     for method in ("bdf", "erk") if case.stiff else ("adams", "erk"):
         if method == outcome.method:
             continue
-        start = {**task.start, "solver.method": method, "solver.rtol": tight, "solver.atol": tight / 100}
+        start = {**task.start, **fmu.solver(method, tight)}
         other = drive(fmu, replace(task, start=start, outputs=where.names, budget=seconds))
         if other.status == "ok" and len(other.times) == len(outcome.times):
             columns = [list(task.outputs).index(n) for n in where.names]

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import tomllib
+from pathlib import Path
 
 import pytest
 
+from build_fmu.model.describe import describe
+from build_fmu.report.sweep import METHODS, offered_methods
+from build_fmu.run.driver import stage_model
 from tests.crosscheck.random_scenes import draw, toml
 from tests.crosscheck.scene_fmu import Library, Refused
 from tests.fmi.raw import ERROR, OK, Slave
@@ -60,6 +64,13 @@ def test_a_stiff_model_fails_with_the_reason(fmu):
         while slave.step(k * 0.01, 0.01) == OK and k < 100:
             k += 1
         assert "solver.max_rhs" in slave.errors[-1]
+
+
+def test_other_methods_are_measured_without_it(tmp_path):
+    model = tmp_path / "bounded.toml"
+    model.write_text(Path("models/double_pendulum.toml").read_text().replace("[solver]", "[solver]\nmax_rhs = 8"))
+    fmu = stage_model(model, tmp_path, describe(model))
+    assert offered_methods(fmu) == list(METHODS)
 
 
 def most_in_a_step(library: Library, max_rhs: float, size: float) -> int:
