@@ -163,7 +163,8 @@ class Session:
         self._guarded(f"in the step from t = {time:g} s", lambda: self.instance.doStep(time, size))
 
     def terminate(self) -> None:
-        """Ends the simulation."""
+        """Ends the simulation; the FMU then says what was doubtful in it."""
+        self._log("logStatusError", "logStatusWarning")
         self._guarded("when terminating", self.instance.terminate)
 
     def warnings(self) -> list[str]:

@@ -10,6 +10,7 @@ import pytest
 from build_fmu.model.describe import describe
 from build_fmu.report.sweep import METHODS, offered_methods
 from build_fmu.run.driver import stage_model
+from tests.command_line import command
 from tests.crosscheck.random_scenes import draw, toml
 from tests.crosscheck.scene_fmu import Library, Refused
 from tests.fmi.raw import ERROR, OK, Slave
@@ -26,6 +27,14 @@ def test_a_log_line_and_the_error_estimate_say_that_the_tolerance_was_loosened(f
     lines = sum("solver.max_rhs loosened the tolerance: error estimate" in text for text in texts)
     assert lines > 5
     assert any(f"solver.max_rhs loosened the tolerance in {lines} communication steps" in text for text in texts)
+
+
+def test_simulate_shows_the_warning():
+    short = ("--stop", "1", "--step", "0.1", "--start", "solver.rtol=1e-9")
+    run = command("simulate", "models/double_pendulum.toml", *short, "solver.max_rhs=8")
+    assert run.returncode == 0
+    assert "solver.max_rhs loosened the tolerance in 10 communication steps" in run.stderr
+    assert not command("simulate", "models/double_pendulum.toml", *short).stderr
 
 
 def test_the_run_continues_bit_for_bit_from_a_saved_state(fmu):

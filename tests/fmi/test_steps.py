@@ -259,3 +259,13 @@ def test_nothing_is_printed(fmu, capfd):
         assert slave.step(0, 0.01) == ERROR
     captured = capfd.readouterr()
     assert captured.out == captured.err == ""
+
+
+# Rounding beside larger motions is not named.
+@pytest.mark.parametrize(("model", "start", "named"), [("rolling_ball", {}, 0), ("cart", {"solver.atol": 1e3}, 1)])
+def test_unresolved_motions_are_named_at_the_end(fmu, model, start, named):
+    with Slave(fmu(model), logging=True) as slave:
+        slave.initialize(start=start)
+        slave.run(0.5, 0.01)
+        assert slave.call("Terminate") == OK
+        assert sum("resolve this motion" in text for _, _, text in slave.messages) == named

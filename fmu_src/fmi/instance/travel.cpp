@@ -22,14 +22,19 @@ void Travel::note(const Simulation& simulation) {
 }
 
 std::vector<std::string> Travel::unresolved(const Simulation& simulation) const {
-  constexpr double resolved = 100, rounding = 1e-6;
+  constexpr double resolved = 100, rounding = 1e-6, rounding_of_largest = 1e-10;
+  double largest = 0;  // of a sliding joint
+  for (std::size_t k = 0; k < ranges_.size(); ++k)
+    if (!turns(simulation.plan.joints[simulation.system.joint_of(static_cast<int>(k))]))
+      largest = std::max(largest, ranges_[k].farthest);
   std::vector<std::string> sentences;
   for (std::size_t k = 0; k < ranges_.size(); ++k) {
     const JointPlan<double>& joint = simulation.plan.joints[simulation.system.joint_of(static_cast<int>(k))];
     const auto [start, farthest] = ranges_[k];
     const double tolerance = simulation.integrator_settings.rtol * std::abs(start) +
                              simulation.integrator_settings.atol * simulation.system.scales()[k];
-    if (turns(joint) || farthest < rounding * tolerance || farthest > resolved * tolerance) continue;
+    if (turns(joint) || farthest > resolved * tolerance) continue;
+    if (farthest < std::max(rounding * tolerance, rounding_of_largest * largest)) continue;
     sentences.push_back("joint '" + simulation.model.links[joint.link].joint.name + "' moved by " +
                         rounded(farthest) + " m at most, and the solver's tolerance is " +
                         rounded(tolerance) + " m: lower solver.rtol and solver.atol to resolve this motion");

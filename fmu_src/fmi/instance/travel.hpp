@@ -13,7 +13,7 @@ class Travel {
   void begin(const Simulation& simulation);
   void note(const Simulation& simulation);
   // A message for each sliding joint whose whole motion is hardly larger than its tolerance. Motions far
-  // below the tolerance may be rounding.
+  // below the tolerance or the largest motion may be rounding.
   std::vector<std::string> unresolved(const Simulation& simulation) const;
 
  private:
