@@ -12,24 +12,31 @@ from pathlib import Path
 
 import heyoka
 import numpy as np
-from scenes import read
+from scenes import Scene, read
 from symbolic import Tree
 from worker import serve
+
+LARGEST = 7  # joints: above, code without loops would take many minutes to compile
+
+
+def equations(scene: Scene) -> list[tuple]:
+    """Returns the variables q, then w, each with the expression of its rate."""
+    n = scene.joints
+    variables = np.array(heyoka.make_vars(*(f"{name}{i}" for name in ("q", "w") for i in range(n))), dtype=object)
+    qdd = Tree(scene, variables[:n], variables[n:], heyoka.sin, heyoka.cos).accelerations()
+    return list(zip(variables, [*variables[n:], *qdd], strict=True))
 
 
 def main():
     scene = read(Path(sys.argv[1]))
-    n = scene.joints
-    variables = np.array(heyoka.make_vars(*(f"{name}{i}" for name in ("q", "w") for i in range(n))), dtype=object)
-    qdd = Tree(scene, variables[:n], variables[n:], heyoka.sin, heyoka.cos).accelerations()
-    equations = list(zip(variables, [*variables[n:], *qdd], strict=True))
+    system = equations(scene)
     start = [*scene.data["initial"]["q"], *scene.data["initial"]["qd"]]
     times = np.arange(scene.rows + 1) * scene.step
     compiled = {}
 
     def run(_, value: float):
         if value not in compiled:
-            compiled[value] = heyoka.taylor_adaptive(equations, start, tol=value, fast_math=True)
+            compiled[value] = heyoka.taylor_adaptive(system, start, tol=value, fast_math=True, compact_mode=scene.joints > LARGEST)
         integrator = compiled[value]
         integrator.time, integrator.state[:] = 0.0, start
         begin = time.process_time()
@@ -38,7 +45,7 @@ def main():
         rows = outcome[-1]
         if len(rows) != len(times):
             raise RuntimeError(str(outcome[0]))
-        return seconds, rows[:, :n]
+        return seconds, rows[:, : scene.joints]
 
     serve(run)
 

@@ -22,6 +22,7 @@ HERE = Path(__file__).resolve().parent
 TOLERANCES = tuple(10.0 ** (-k) for k in range(2, 13))
 FINER_TOLERANCES = (*TOLERANCES, 1e-13, 1e-14)  # of methods that are still above rounding there
 TAYLOR_TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)  # each is compiled for itself
+LARGEST_FOR_SERIES = 7  # joints
 CUTS = tuple(float(2**k) for k in range(14))
 
 
@@ -44,10 +45,9 @@ def curves(scene: Scene) -> list[Curve]:
     """The suitable methods for the scene. docs/performance.md lists the limitations of the simulators."""
     found = [Curve("ReDySim-FMU", method, f"ReDySim-FMU, {method}", FINER_TOLERANCES) for method in scene.methods]
     if not (scene.has_loops or scene.stiff):
-        found += [
-            Curve("specialised", "erk", "ReDySim-FMU --specialise, erk", FINER_TOLERANCES),
-            Curve("specialised", "taylor", "ReDySim-FMU --specialise, taylor", FINER_TOLERANCES, "specialised-taylor"),
-        ]
+        found += [Curve("specialised", "erk", "ReDySim-FMU --specialise, erk", FINER_TOLERANCES)]
+    if not (scene.has_loops or scene.stiff) and scene.joints <= LARGEST_FOR_SERIES:
+        found += [Curve("specialised", "taylor", "ReDySim-FMU --specialise, taylor", FINER_TOLERANCES, "specialised-taylor")]
     if scene.stiff:
         found += [
             Curve("Pinocchio", "bdf", "Pinocchio + CVODE BDF", TOLERANCES),

@@ -1,11 +1,14 @@
-"""The scenes of the comparison: files of tests/scenes, and their text form for the C++ programs of this folder."""
+"""The scenes of the comparison: files of tests/scenes and model files of bench/scenes, and their text form for the C++ programs here."""
 
 from __future__ import annotations
 
 import csv
 import json
-from dataclasses import dataclass, field
+import tomllib
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+
+import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 
@@ -83,16 +86,54 @@ class Scene:
         return "".join(" ".join(x if isinstance(x, str) else repr(x) for x in line) + "\n" for line in lines)
 
 
+def placement(link: dict) -> dict:
+    """Returns the frame of a link at q = 0 in its parent's, Rz(gamma) Tz(b) Rx(alpha) Tx(a) Rz(theta) Tz(d), as R and p."""
+    gamma, b, alpha, a, theta, d = (link.get(key, 0.0) for key in ("gamma", "b", "alpha", "a", "theta", "d"))
+
+    def turn(angle: float) -> np.ndarray:
+        return np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+
+    tilt = np.array([[1, 0, 0], [0, np.cos(alpha), -np.sin(alpha)], [0, np.sin(alpha), np.cos(alpha)]])
+    carried = turn(gamma) @ tilt
+    carried, shift = carried @ turn(theta), np.array([0, 0, b]) + carried @ [a, 0, 0] + carried @ turn(theta) @ [0, 0, d]
+    return {"R": carried.tolist(), "p": shift.tolist()}
+
+
+def of_model(file: Path) -> dict:
+    """Returns the scene of a model file, a tree of hinges that move freely."""
+    model = tomllib.loads(file.read_text())
+    names, bodies = ["ground"], []
+    for link in model["link"]:
+        inertia = [*map(float, link.get("inertia", [0.0] * 3)), 0.0, 0.0, 0.0][:6]
+        joint = {"type": "revolute", "placement": placement(link)}
+        place = names.index(link.get("parent", names[-1])) - 1
+        names.append(link["name"])
+        bodies.append({"parent": place, "joint": joint, "mass": link.get("mass", 0.0), "com": link.get("com", [0.0] * 3), "inertia": inertia})
+    initial = {key: [float(link.get(key, 0.0)) for link in model["link"]] for key in ("q", "qd")}
+    time = {"t_end": model["fmu"]["stop_time"], "dt_out": model["fmu"]["step_size"]}
+    return {"gravity": model["gravity"], "bodies": bodies, "loops": [], "forces": [], "inputs": [], "initial": initial, "time": time}
+
+
 def read(file: Path) -> Scene:
     """Returns the scene of a file for a simulator's process, without reference."""
-    return Scene(file.stem, Path(), "", (), file, json.loads(file.read_text()))
+    data = of_model(file) if file.suffix == ".toml" else json.loads(file.read_text())
+    return Scene(file.stem, Path(), "", (), file, data)
 
 
 def public(name: str, model: str, title: str, methods: tuple[str, ...], stiff: bool = False) -> Scene:
     """Returns a scene of tests/scenes with its reference."""
     file = ROOT / "tests" / "scenes" / f"{name}.json"
-    scene = Scene(name, ROOT / "models" / f"{model}.toml", title, methods, file, json.loads(file.read_text()), stiff)
-    rows = list(csv.DictReader(file.with_suffix(".csv").open()))
+    return referred(replace(read(file), model=ROOT / "models" / f"{model}.toml", title=title, methods=methods, stiff=stiff))
+
+
+def own(name: str, title: str, methods: tuple[str, ...]) -> Scene:
+    """Returns a scene of bench/scenes with the reference of tree_references.py."""
+    file = ROOT / "bench" / "scenes" / f"{name}.toml"
+    return referred(replace(read(file), model=file, title=title, methods=methods))
+
+
+def referred(scene: Scene) -> Scene:
+    rows = list(csv.DictReader(scene.file.with_suffix(".csv").open()))
     scene.reference = [[float(row[f"q{i + 1}"]) for i in range(scene.joints)] for row in rows]
     return scene
 
@@ -102,6 +143,9 @@ def all_scenes() -> list[Scene]:
     return [
         public("double_pendulum", "double_pendulum", "double pendulum, 5 s", explicit),
         public("kr5_freefall", "kuka_kr5", "KUKA KR5 in free fall, 6 joints, 1 s", explicit),
+        own("puma560", "PUMA 560 in free fall, 6 joints, 1 s", explicit),
+        own("panda", "Panda in free fall, 7 joints, 1 s", explicit),
+        own("humanoid", "humanoid with a fixed trunk, 24 joints, 0.5 s", explicit),
         public("gripper_freefall", "gripper", "gripper in free fall, 4 joints, 1 s", explicit),
         public("fourbar_forced", "four_bar", "four-bar, a closed loop, 2 N m at the crank, 1 s", explicit),
         public("stiff_strut", "stiff_strut", "two rods on a stiff strut, 2 s", ("bdf", "dirk", "erk", "auto"), stiff=True),

@@ -1,0 +1,41 @@
+#!/usr/bin/env python3
+"""Writes the references of bench/scenes: equations by composite bodies (symbolic.py), integrated by heyoka's Taylor series in 80-bit arithmetic.
+
+    build/peers/bin/python bench/peers/tree_references.py
+
+Prints the largest difference from a run at a thousand times the tolerance.
+"""
+
+from __future__ import annotations
+
+import csv
+
+import heyoka
+import numpy as np
+from heyoka_peer import equations
+from scenes import ROOT, Scene, read
+
+FINEST = 1e-18
+
+
+def motion(scene: Scene, tolerance: float) -> np.ndarray:
+    """Returns the positions at the output times, one row each."""
+    start = np.array([*scene.data["initial"]["q"], *scene.data["initial"]["qd"]], dtype=np.longdouble)
+    integrator = heyoka.taylor_adaptive(equations(scene), start, tol=np.longdouble(tolerance), fp_type=np.longdouble, compact_mode=True)
+    times = (np.arange(scene.rows + 1) * scene.step).astype(np.longdouble)
+    return integrator.propagate_grid(times)[-1][:, : scene.joints]
+
+
+def main():
+    for file in sorted((ROOT / "bench" / "scenes").glob("*.toml")):
+        scene = read(file)
+        rows = motion(scene, FINEST)
+        print(f"{file.stem}: differs by {np.abs(rows - motion(scene, 1e3 * FINEST)).max():.1e} rad at a thousand times the tolerance")
+        with file.with_suffix(".csv").open("w", newline="") as table:
+            writer = csv.writer(table)
+            writer.writerow(["t", *(f"q{k + 1}" for k in range(scene.joints))])
+            writer.writerows([repr(float(k * scene.step)), *(repr(float(x)) for x in row)] for k, row in enumerate(rows))
+
+
+if __name__ == "__main__":
+    main()
