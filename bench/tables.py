@@ -177,10 +177,10 @@ TARGETS = (
     Target(
         "step of 1 ms relative to the right-hand sides of its stages, KR5, changing torques",
         r"kuka_kr5\.do_step_1ms_over_right_hand_sides",
-        1.5,
+        1.4,
     ),
     Target("allocations in a step", r"\w+\.(constant|changing)_allocations", 0),
-    Target("99th percentile relative to median, KR5, changing torques", r"kuka_kr5\.changing_p99_over_median", 2),
+    Target("99th percentile relative to median, KR5, changing torques", r"kuka_kr5\.changing_p99_over_median", 1.5),
     Target(
         "CPU time of the fastest other simulator relative to ours, errors of 1e-3 to 1e-9",
         r"\w+\.nearest_peer_times_slower_at_1e-0[3-9]",

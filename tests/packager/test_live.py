@@ -51,8 +51,11 @@ def web_library(built_library):
 
 
 def starts_of(model: Description, count: int) -> list[dict[str, float]]:
-    """Returns the start of the model and random ones near it, with random inputs."""
-    chance, found = random.Random(model.model_name), [{}]
+    """Returns the start of the model with a tight tolerance, and random ones near it with random inputs.
+
+    The motion amplifies errors: the falling redysim_small_biped by 500 in 1 s, where rounding may decide on another method.
+    """
+    chance, found = random.Random(model.model_name), [{"solver.rtol": 1e-9, "solver.atol": 1e-11}]
     for _ in range(count):
         values = {}
         for variable in model.variables:
@@ -115,7 +118,7 @@ def test_accelerations_are_those_of_the_library_for_this_machine(web_library, tm
             drifts.append(float((difference[1] / np.maximum(1, np.abs(mine).max(axis=0)))[state].max(initial=0)))
     print(f"{file.stem}: {errors[0]:.1e}, {len(errors) - 1} random starts {max(errors):.1e}; after {steps} steps {drifts[0]:.1e}")
     # random starts may be near singular configurations of their loops
-    assert errors[0] < 1e-12 and max(errors) < 1e-11 and drifts[0] < 100 * model.default_experiment["tolerance"]
+    assert errors[0] < 1e-12 and max(errors) < 1e-11 and drifts[0] < 1e-4
 
 
 @needs_library

@@ -113,7 +113,7 @@ class OneStep : public Integrator {
   double goal_ = 0;              // its end
   double end_ = 0;               // goal_ since origin_
   long allowed_ = 0;             // steps of this run
-  long evaluations_before_ = 0;  // of right-hand sides
+  long evaluations_before_ = 0;  // right-hand sides before it, for max_rhs
   bool loosened_ = false;        // the tolerance, by max_rhs
   double reached_ = 0;           // time of result_, since origin_
   double farthest_ = 0;          // end of its last step since origin_, at most; end_: it must not be passed
