@@ -108,7 +108,8 @@ def of_model(file: Path) -> dict:
         joint = {"type": "revolute", "placement": placement(link)}
         place = names.index(link.get("parent", names[-1])) - 1
         names.append(link["name"])
-        bodies.append({"parent": place, "joint": joint, "mass": link.get("mass", 0.0), "com": link.get("com", [0.0] * 3), "inertia": inertia})
+        mass, com = link.get("mass", 0.0), link.get("com", [0.0] * 3)
+        bodies.append({"parent": place, "joint": joint, "mass": mass, "com": com, "inertia": inertia})
     initial = {key: [float(link.get(key, 0.0)) for link in model["link"]] for key in ("q", "qd")}
     time = {"t_end": model["fmu"]["stop_time"], "dt_out": model["fmu"]["step_size"]}
     return {"gravity": model["gravity"], "bodies": bodies, "loops": [], "forces": [], "inputs": [], "initial": initial, "time": time}

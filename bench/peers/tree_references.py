@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the references of bench/scenes: equations by composite bodies (symbolic.py), integrated by heyoka's Taylor series in 80-bit arithmetic.
+"""Writes the references of bench/scenes: heyoka's Taylor series in 80-bit arithmetic, equations by composite bodies (symbolic.py).
 
     build/peers/bin/python bench/peers/tree_references.py
 
