@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Prints humanoid.toml: a trunk of three hinges on the ground, a neck, two arms of four and two legs of six hinges, 24 in all. Own data.
 
-    python bench/scenes/humanoid.py > bench/scenes/humanoid.toml
+python bench/scenes/humanoid.py > bench/scenes/humanoid.toml
 """
 
 import math
