@@ -27,7 +27,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from peers import Curve, Peers, command_line, curves
 from scenes import ROOT, Scene, all_scenes
 from summary import SMALLEST, draw, lines, losses, table
-from worker import Gone
+from worker import LIMIT, Gone
 
 ROUNDING = 1e-7  # rad: below, a finer run without improvement ends the curve
 
@@ -50,11 +50,16 @@ def error_of(scene: Scene, rows: np.ndarray, _curve: Curve | None = None) -> flo
     return float(np.nanmax(difference)) if np.isfinite(difference).any() else float("inf")
 
 
+def limit_of(curve: Curve) -> float:
+    """Returns the time limit for the first answer, in s: heyoka compiles a minute for seven joints."""
+    return 300.0 if curve.peer == "heyoka" else LIMIT
+
+
 def first_round(scene, curve: Curve, worker, failures: list[str], longest: float, judge) -> list[Point]:
     """Runs a curve from coarse to fine until its runs take too long or no longer improve."""
     points, worse = [], 0
     for value in curve.values:
-        answer = worker.ask(curve.method, value)
+        answer = worker.ask(curve.method, value, limit_of(curve))
         if answer.rows is None:
             failures.append(f"{curve.label}, {value:g}: {answer.failure}")
             continue

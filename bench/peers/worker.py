@@ -32,7 +32,7 @@ def serve(run: Callable[[str, float], tuple[float, np.ndarray]]) -> None:
         sys.stdout.flush()
 
 
-LIMIT = 300.0  # s; time limit for an answer; heyoka compiles a minute for seven joints
+LIMIT = 60.0  # s; time limit for an answer
 
 
 class Gone(Exception):
