@@ -44,9 +44,10 @@ class Curve:
 def curves(scene: Scene) -> list[Curve]:
     """The suitable methods for the scene. docs/performance.md lists the limitations of the simulators."""
     found = [Curve("ReDySim-FMU", method, f"ReDySim-FMU, {method}", FINER_TOLERANCES) for method in scene.methods]
-    if not (scene.has_loops or scene.stiff):
+    smooth_tree = not (scene.has_loops or scene.stiff)
+    if smooth_tree:
         found += [Curve("specialised", "erk", "ReDySim-FMU --specialise, erk", FINER_TOLERANCES)]
-    if not (scene.has_loops or scene.stiff) and scene.joints <= LARGEST_FOR_SERIES:
+    if smooth_tree and scene.joints <= LARGEST_FOR_SERIES:
         found += [Curve("specialised", "taylor", "ReDySim-FMU --specialise, taylor", FINER_TOLERANCES, "specialised-taylor")]
     if scene.stiff:
         found += [
@@ -68,7 +69,7 @@ def curves(scene: Scene) -> list[Curve]:
         found += [Curve("Drake", method, f"Drake {method}", TOLERANCES) for method in ("radau3", "implicit_euler", "runge_kutta3")]
     else:
         found += [Curve("Drake", method, f"Drake {method}", TOLERANCES) for method in ("runge_kutta3", "runge_kutta5")]
-    if not (scene.has_loops or scene.stiff):
+    if smooth_tree:
         found += [
             Curve("CasADi", "dense", "CasADi C + DOP853", FINER_TOLERANCES),
             Curve("CasADi", "stop", "CasADi C + DOP853, stops", FINER_TOLERANCES),

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import csv
 import json
+import sys
 import tomllib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import numpy as np
-
 ROOT = Path(__file__).resolve().parent.parent.parent
+sys.path.insert(0, str(ROOT))
+from build_fmu.importers.draft import DhFrame
+from build_fmu.importers.rigid import pose_of
 
 
 @dataclass
@@ -86,26 +88,14 @@ class Scene:
         return "".join(" ".join(x if isinstance(x, str) else repr(x) for x in line) + "\n" for line in lines)
 
 
-def placement(link: dict) -> dict:
-    """Returns the frame of a link at q = 0 in its parent's, Rz(gamma) Tz(b) Rx(alpha) Tx(a) Rz(theta) Tz(d), as R and p."""
-    gamma, b, alpha, a, theta, d = (link.get(key, 0.0) for key in ("gamma", "b", "alpha", "a", "theta", "d"))
-
-    def turn(angle: float) -> np.ndarray:
-        return np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
-
-    tilt = np.array([[1, 0, 0], [0, np.cos(alpha), -np.sin(alpha)], [0, np.sin(alpha), np.cos(alpha)]])
-    carried = turn(gamma) @ tilt
-    carried, shift = carried @ turn(theta), np.array([0, 0, b]) + carried @ [a, 0, 0] + carried @ turn(theta) @ [0, 0, d]
-    return {"R": carried.tolist(), "p": shift.tolist()}
-
-
 def of_model(file: Path) -> dict:
     """Returns the scene of a model file, a tree of hinges that move freely."""
     model = tomllib.loads(file.read_text())
     names, bodies = ["ground"], []
     for link in model["link"]:
         inertia = [*map(float, link.get("inertia", [0.0] * 3)), 0.0, 0.0, 0.0][:6]
-        joint = {"type": "revolute", "placement": placement(link)}
+        pose = pose_of(DhFrame(**{key: link[key] for key in vars(DhFrame()) if key in link}))
+        joint = {"type": "revolute", "placement": {"R": pose[:3, :3].tolist(), "p": pose[:3, 3].tolist()}}
         place = names.index(link.get("parent", names[-1])) - 1
         names.append(link["name"])
         mass, com = link.get("mass", 0.0), link.get("com", [0.0] * 3)
