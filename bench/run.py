@@ -52,8 +52,8 @@ def run(program, pattern, repetitions, min_time):
         if entry["run_type"] == "iteration":
             scene, metric = entry["run_name"].split("/")[:2]
             times.setdefault(scene, {}).setdefault(metric, []).append(entry["cpu_time"])
-            if "operations" in entry:
-                report["context"].setdefault("operations", {})[scene] = entry["operations"]
+            for counter in {"operations", "longest"} & entry.keys():
+                report["context"].setdefault(counter, {})[scene] = entry[counter]
     return times, report["context"]
 
 

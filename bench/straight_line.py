@@ -10,7 +10,6 @@ Prints lines `scene.metric value`; times in ns are medians of shuffled repetitio
 from __future__ import annotations
 
 import argparse
-import re
 import statistics
 import sys
 from pathlib import Path
@@ -26,12 +25,6 @@ from build_fmu.model.describe import describe
 from build_fmu.report.machine import machine_lines
 
 
-def longest_line() -> int:
-    """Returns the maximum number of operations for which `describe` writes straight-line code."""
-    text = (ROOT / "fmu_src" / "dynamics" / "straight_line" / "straight_line.hpp").read_text(encoding="utf-8")
-    return int(re.search(r"longest_line = (\d+);", text)[1])
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-r", "--repetitions", type=int, default=15)
@@ -43,9 +36,9 @@ def main() -> None:
         sys.exit("benchmark program not found: sh scripts/build.sh bench benchmarks")
     print(f"# {'; '.join(machine_lines())}.")
     times, report = run(program, ".", options.repetitions, options.min_time)
-    print(f"longest_straight_line.operations {longest_line()}")
     for scene, metrics in sorted(times.items(), key=lambda item: report["operations"][item[0]]):
         print(f"{scene}.straight_line_operations {report['operations'][scene]:.0f}")
+        print(f"{scene}.longest_straight_line {report['longest'][scene]:.0f}")
         for metric, values in sorted(metrics.items()):
             print(f"{scene}.{metric}_ns {statistics.median(values):.4g}", flush=True)
     if options.no_library:

@@ -10,7 +10,8 @@
 #include "straight_line_scenes.hpp"
 
 // One evaluation of forward dynamics by the recursion and as straight-line code, names `scene/metric`;
-// `operations` of the latter. bench/straight_line.py computes the ratios of one run.
+// `operations` of the latter and the `longest` that is used. bench/straight_line.py computes the ratios of
+// one run.
 
 namespace redysim {
 // the names are defined by CMake
@@ -26,7 +27,13 @@ using namespace redysim;
 
 struct Scene {
   explicit Scene(const Model& model)
-      : plan(model), ws(plan), q(static_cast<std::size_t>(plan.nv)), qd(q), tau(q), out(q) {
+      : plan(model),
+        ws(plan),
+        operations(redysim::operations(straight_line(model))),
+        q(static_cast<std::size_t>(plan.nv)),
+        qd(q),
+        tau(q),
+        out(q) {
     for (std::size_t i = 0; i < q.size(); ++i) {
       q[i] = std::sin(1.7 * static_cast<double>(i) + 0.3);
       qd[i] = std::cos(2.3 * static_cast<double>(i));
@@ -35,18 +42,20 @@ struct Scene {
   }
   Plan<double> plan;
   Workspace<double> ws;
+  int operations;
   std::vector<double> q, qd, tau, out;
 };
 
 template <class Evaluate>
-void measure(const std::string& name, const std::shared_ptr<Scene>& scene, int count, Evaluate&& evaluate) {
-  benchmark::RegisterBenchmark(name.c_str(), [scene, count, evaluate](benchmark::State& state) {
+void measure(const std::string& name, const std::shared_ptr<Scene>& scene, Evaluate&& evaluate) {
+  benchmark::RegisterBenchmark(name.c_str(), [scene, evaluate](benchmark::State& state) {
     for (auto _ : state) {
       evaluate(*scene);
       benchmark::DoNotOptimize(scene->out.data());
       benchmark::ClobberMemory();
     }
-    state.counters["operations"] = count;
+    state.counters["operations"] = scene->operations;
+    state.counters["longest"] = longest_line(scene->q.size());
   });
 }
 
@@ -54,11 +63,10 @@ template <class Line>
 void measure_scene(const std::string& name, Line line) {
   const Model model = bench::straight_line_scene(name);
   const auto scene = std::make_shared<Scene>(model);
-  const int count = operations(straight_line(model));
-  measure(name + "/recursion", scene, count, [](Scene& s) {
+  measure(name + "/recursion", scene, [](Scene& s) {
     compiled_forward_dynamics(s.plan, s.ws, s.q.data(), s.qd.data(), s.tau.data(), s.out.data());
   });
-  measure(name + "/straight_line", scene, count,
+  measure(name + "/straight_line", scene,
           [line](Scene& s) { line(s.plan, s.q.data(), s.qd.data(), s.tau.data(), s.out.data()); });
 }
 

@@ -130,7 +130,7 @@ def straight_lines(text: str) -> str:
     for name in (name for name in found if name.endswith(".straight_line_operations")):
         scene = name.split(".")[0]
         recursion, line = found[f"{scene}.recursion_ns"], found[f"{scene}.straight_line_ns"]
-        ratio = f"{recursion / line:.1f}" + ("" if found[name] <= found["longest_straight_line.operations"] else ", not used")
+        ratio = f"{recursion / line:.1f}" + ("" if found[name] <= found[f"{scene}.longest_straight_line"] else ", not used")
         lines.append(f"| {LINE_WORDS.get(scene, scene)} | {found[name]:.0f} | {recursion:.0f} ns | {line:.0f} ns | {ratio} |")
     notes = " ".join(line[2:] for line in text.splitlines() if line.startswith("# "))
     below = [f"One evaluation of forward dynamics, medians within one process. {notes}"]

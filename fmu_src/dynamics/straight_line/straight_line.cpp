@@ -1,5 +1,6 @@
 #include "dynamics/straight_line/straight_line.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -130,6 +131,11 @@ int operations(const StraightLine& line) {
       ++count;
   }
   return count;
+}
+
+int longest_line(std::size_t joints) {
+  constexpr std::size_t of_few_joints = 3000, each = 280, most = 20000;
+  return static_cast<int>(std::clamp(each * joints, of_few_joints, most));
 }
 
 std::string straight_line_source(const StraightLine& line, const std::string& scene) {

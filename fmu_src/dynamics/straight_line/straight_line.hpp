@@ -23,9 +23,9 @@ StraightLine straight_line(const Model& model);
 // Number of operations of `line`.
 int operations(const StraightLine& line);
 
-// Above this number of operations the vectorised recursion is faster than the straight line (measured with
-// chains of any geometry: 1.5 times as fast at 1425 operations, 1.2 at 2351, 1.1 at 2900, 1.0 at 3481).
-inline constexpr int longest_line = 3000;
+// Number of operations up to which the straight line is faster than the vectorised recursion of so many
+// joints (docs/specialise.md), and a compiler needs less than a minute for it.
+int longest_line(std::size_t joints);
 
 // The C++ file that defines the two symbols below, and those of taylor_series.hpp, for one model; `scene` is
 // the fingerprint of its file.
