@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "math/angles.hpp"
 #include "math/vec3.hpp"
 
 // A spherical joint inside the recursion: a revolute joint about x at the chart angle beta (0 or 90 deg),
@@ -18,8 +19,6 @@ struct BallAnglesOf {
   Scalar phi = 0, theta = 0, psi = 0;
 };
 using BallAngles = BallAnglesOf<double>;
-
-inline constexpr double half_pi = 1.5707963267948966;
 
 inline Mat3<double> rotation_of(const double* quaternion) {
   return Eigen::Quaterniond(quaternion[0], quaternion[1], quaternion[2], quaternion[3])

@@ -11,13 +11,9 @@ namespace redysim {
 
 namespace {
 
-// sin and cos of a right angle given in degrees or as a rounded pi/2 deviate from 0 or 1 by at most this
-constexpr double right_angle_rounding = 1e-15;
-
-Twist twist_of(double alpha) {
-  const double cosine = std::cos(alpha), sine = std::sin(alpha);
-  if (std::abs(sine) < right_angle_rounding && cosine > 0) return Twist::none;
-  if (std::abs(cosine) < right_angle_rounding) return sine > 0 ? Twist::plus_90 : Twist::minus_90;
+Twist twist_of(const Turn& alpha) {
+  if (alpha.sine == 0 && alpha.cosine > 0) return Twist::none;
+  if (alpha.cosine == 0) return alpha.sine > 0 ? Twist::plus_90 : Twist::minus_90;
   return Twist::general;
 }
 
@@ -58,7 +54,8 @@ JointPlan<double> joint_plan(const Joint& joint, const Placement& placement, int
                                  : Subspace::translation;
   plan.pitch = motion_subspace(joint).linear;
   plan.prescribed = is_prescribed(joint);
-  plan.twist = twist_of(dh.alpha);
+  const Turn alpha = turn_of(dh.alpha);
+  plan.twist = twist_of(alpha);
   if (plan.twist == Twist::none) {
     // the z axes are parallel: offsets along them add up, and so do the angles when nothing lies between
     dh.d += dh.b;
@@ -70,16 +67,17 @@ JointPlan<double> joint_plan(const Joint& joint, const Placement& placement, int
   }
   plan.branch = dh.gamma != 0 || dh.b != 0 || placement.aside != 0;
   plan.has_offset = dh.d != 0 || slides(joint);
-  plan.cos_gamma = std::cos(dh.gamma);
-  plan.sin_gamma = std::sin(dh.gamma);
+  const Turn gamma = turn_of(dh.gamma), theta = turn_of(dh.theta);
+  plan.cos_gamma = gamma.cosine;
+  plan.sin_gamma = gamma.sine;
   plan.b = dh.b;
   plan.aside = placement.aside;
-  plan.cos_alpha = std::cos(dh.alpha);
-  plan.sin_alpha = std::sin(dh.alpha);
+  plan.cos_alpha = alpha.cosine;
+  plan.sin_alpha = alpha.sine;
   plan.a = dh.a;
   plan.theta = dh.theta;
-  plan.cos_theta = std::cos(dh.theta);
-  plan.sin_theta = std::sin(dh.theta);
+  plan.cos_theta = theta.cosine;
+  plan.sin_theta = theta.sine;
   plan.d = dh.d;
   return plan;
 }

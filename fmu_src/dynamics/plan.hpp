@@ -220,7 +220,6 @@ struct Plan : PlanStructure {
   bool has_contacts() const { return may_have_contacts && !contact_pairs.empty(); }
   bool has_ports() const { return features::ports && !ports.empty(); }
   bool has_motion() const { return features::motion && prescribed_count > 0; }
-  bool has_balls() const { return features::spherical && !balls.empty(); }
   bool is_plain() const {
     return plain || !(features::loops || features::springs || features::bushings || features::contact ||
                       features::ports || features::motion);

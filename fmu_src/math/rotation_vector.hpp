@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "math/angles.hpp"
 #include "math/vec3.hpp"
 
 // Rotation vectors phi = angle * axis of rotations R = exp(phi x), continuous up to an angle of pi.
@@ -55,7 +56,6 @@ class RotationVector {
       second_ = rest / (w * w);
       return;
     }
-    constexpr double half_pi = 1.57079632679489661923;
     const Scalar s = sqrt(squared);
     const Scalar half = w > s ? Scalar(atan(Scalar(s / w))) : Scalar(half_pi - atan(Scalar(w / s)));
     scale_ = Scalar(2) * half / s;

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "math/angles.hpp"
+
 namespace redysim {
 
 Pose operator*(const Pose& first, const Pose& second) {
@@ -12,18 +14,28 @@ Pose inverse(const Pose& pose) {
   return {pose.rotation.transpose(), -(pose.rotation.transpose() * pose.position)};
 }
 
+Turn turn_of(double angle) {
+  constexpr double rounding = 1e-15;
+  const Turn turn{std::cos(angle), std::sin(angle)};
+  if (std::abs(turn.sine) < rounding) return {turn.cosine > 0 ? 1.0 : -1.0, 0};
+  if (std::abs(turn.cosine) < rounding) return {0, turn.sine > 0 ? 1.0 : -1.0};
+  return turn;
+}
+
 namespace {
 
 Pose screw_z(double angle, double offset) {
+  const auto [c, s] = turn_of(angle);
   Pose pose;
-  pose.rotation = Eigen::AngleAxisd(angle, Vec3<double>::UnitZ()).toRotationMatrix();
+  pose.rotation << c, -s, 0, s, c, 0, 0, 0, 1;
   pose.position.z() = offset;
   return pose;
 }
 
 Pose screw_x(double angle, double offset) {
+  const auto [c, s] = turn_of(angle);
   Pose pose;
-  pose.rotation = Eigen::AngleAxisd(angle, Vec3<double>::UnitX()).toRotationMatrix();
+  pose.rotation << 1, 0, 0, 0, c, -s, 0, s, c;
   pose.position.x() = offset;
   return pose;
 }
@@ -50,7 +62,7 @@ DhParameters dh_of(const Pose& pose) {
     dh.d = (std::sin(dh.gamma) * p.x() - std::cos(dh.gamma) * p.y()) / sine;
   } else {
     // parallel axes: the common normal passes through the child's origin
-    dh.alpha = R(2, 2) > 0 ? 0.0 : std::acos(-1.0);
+    dh.alpha = R(2, 2) > 0 ? 0.0 : pi;
     dh.a = std::hypot(p.x(), p.y());
     dh.gamma = dh.a > 0 ? std::atan2(p.y(), p.x()) : 0.0;
     const double turn = std::atan2(R(1, 0), R(0, 0));

@@ -5,6 +5,7 @@
 #include "dynamics/contact/separation.hpp"
 #include "dynamics/contact/touch.hpp"
 #include "dynamics/smooth_onset.hpp"
+#include "math/angles.hpp"
 
 namespace redysim {
 namespace {
@@ -48,7 +49,6 @@ template <class Scalar>
 ContactForce<Scalar> redysim_contact(const ContactLaw<Scalar>& law, const Touch<Scalar>& touch) {
   using std::abs;
   using std::atan;
-  constexpr double pi = 3.14159265358979323846;
   ContactForce<Scalar> out;
   out.force.setZero();
   out.couple.setZero();

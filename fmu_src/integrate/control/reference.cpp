@@ -4,10 +4,12 @@
 #include <cmath>
 #include <limits>
 
+#include "math/angles.hpp"
+
 namespace redysim {
 namespace {
 
-constexpr double two_pi = 6.28318530717958647692;
+constexpr double two_pi = 2 * pi;
 
 // ReDySim's cycloid: velocity and acceleration are 0 at both ends.
 JointMotion cycloid(const Trajectory& trajectory, double time) {

@@ -5,12 +5,13 @@
 #include <limits>
 
 #include "dynamics/motion_subspace.hpp"
+#include "math/angles.hpp"
 
 namespace redysim {
 
 ErrorWeights::ErrorWeights(const System& system, double rtol, double atol)
     : system_(system), rtol_(rtol), atol_(atol) {
-  constexpr double turn = 6.283185307179586;
+  constexpr double turn = 2 * pi;
   cap_.assign(static_cast<std::size_t>(system.layout().work.begin), std::numeric_limits<double>::max());
   for (int i = 0; i < system.simple(); ++i)
     if (turns(system.plan().joints[system.joint_of(i)])) cap_[i] = turn;

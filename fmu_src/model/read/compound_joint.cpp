@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "math/angles.hpp"
 #include "model/dh.hpp"
 #include "model/read/joint_parameters.hpp"
 
 namespace redysim {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 // One DOF: its type and the DH frame's axis it moves about or along (0 x, 1 y, 2 z).
 struct Dof {
@@ -121,7 +120,7 @@ void read_compound(LinkDraft& draft, bool degrees) {
     draft.dofs.back().drive = draft.link.joint.drive;
   }
   if (!ball) return read_joint_parameters(section, draft.dofs, degrees);
-  const double unit = degrees ? pi / 180 : 1;
+  const double unit = degrees ? degree : 1;
   read_ball_position(draft, unit);
   read_ball_velocity(draft, unit);
   const Drive drive = draft.link.joint.drive;

@@ -2,14 +2,13 @@
 
 #include <algorithm>
 
+#include "math/angles.hpp"
+#include "model/number.hpp"
 #include "model/read/actuator_reader.hpp"
 #include "model/read/joint_index.hpp"
-#include "model/read/number.hpp"
 
 namespace redysim {
 namespace {
-
-constexpr double degree = 3.14159265358979323846 / 180;
 
 bool has_trajectory(const Model& model, int link) {
   return std::any_of(model.trajectories.begin(), model.trajectories.end(),

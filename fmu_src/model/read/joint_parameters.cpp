@@ -2,12 +2,11 @@
 
 #include <cmath>
 
-#include "model/read/number.hpp"
+#include "math/angles.hpp"
+#include "model/number.hpp"
 
 namespace redysim {
 namespace {
-
-constexpr double degree = 3.14159265358979323846 / 180;
 
 double unit_of(const JointParameter& parameter, const Joint& joint, bool degrees) {
   const bool angle = turns(joint) && parameter.kind != JointParameter::Kind::other;

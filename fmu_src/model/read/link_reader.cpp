@@ -4,14 +4,13 @@
 #include <cmath>
 #include <tuple>
 
+#include "math/angles.hpp"
 #include "model/read/compound_joint.hpp"
 #include "model/read/joint_parameters.hpp"
 #include "model/read/model_checks.hpp"
 
 namespace redysim {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 double to_radians(double angle, bool degrees) { return degrees ? angle * pi / 180 : angle; }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "math/angles.hpp"
 #include "model/read/suggest.hpp"
 
 namespace redysim {
@@ -171,7 +172,7 @@ Vec3<double> Section::direction(std::string_view key, const Vec3<double>& fallba
 
 Mat3<double> Section::rotation(std::string_view key, bool degrees) {
   using Eigen::AngleAxisd;
-  const Vec3<double> rpy = (degrees ? 3.14159265358979323846 / 180 : 1) * vector(key, Vec3<double>::Zero());
+  const Vec3<double> rpy = (degrees ? degree : 1) * vector(key, Vec3<double>::Zero());
   return (AngleAxisd(rpy.z(), Vec3<double>::UnitZ()) * AngleAxisd(rpy.y(), Vec3<double>::UnitY()) *
           AngleAxisd(rpy.x(), Vec3<double>::UnitX()))
       .toRotationMatrix();

@@ -2,13 +2,12 @@
 
 #include <algorithm>
 
+#include "math/angles.hpp"
 #include "model/read/joint_index.hpp"
 #include "model/read/motion_table.hpp"
 
 namespace redysim {
 namespace {
-
-constexpr double degree = 3.14159265358979323846 / 180;
 
 enum class Shape { cycloid, quintic, cubic, speed, polynomial, table };
 
