@@ -23,11 +23,7 @@ REDYSIM_INLINE Scalar eliminate_from_loop(const Plan<Scalar>& plan, Workspace<Sc
                                           const RowCrossing& crossing, Scalar& share) {
   const JointState<Scalar>& s = ws.joints[i];
   LoopState<Scalar>& state = ws.loop;
-  Force<Scalar>& w = state.wrench[crossing.side][crossing.row];
-  if (crossing.merge) {
-    add(w, state.wrench[1][crossing.row]);
-    state.wrench[1][crossing.row] = Force<Scalar>::zero();
-  }
+  Force<Scalar>& w = merged_wrench(state, crossing);
   if (crossing.root) {
     w.moment += state.K[crossing.row].moment;
     state.K[crossing.row] = Force<Scalar>::zero();

@@ -51,17 +51,26 @@ void start_fronts(LoopState<Scalar>& state) {
   std::fill(state.diagonal.begin(), state.diagonal.end(), Scalar(0));
 }
 
-// Eliminates joint i from a row of a loop in a front; returns u_r.
+// The wrench of a row of a loop on a joint. Where the two sides of the loop meet it is their sum from then
+// on.
 template <class Scalar>
-REDYSIM_INLINE Scalar eliminate_from_loop(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i,
-                                          const RowCrossing& crossing) {
-  const JointState<Scalar>& s = ws.joints[i];
-  LoopState<Scalar>& state = ws.loop;
+REDYSIM_INLINE Force<Scalar>& merged_wrench(LoopState<Scalar>& state, const RowCrossing& crossing) {
   Force<Scalar>& w = state.wrench[crossing.side][crossing.row];
   if (crossing.merge) {
     add(w, state.wrench[1][crossing.row]);
     state.wrench[1][crossing.row] = Force<Scalar>::zero();
-  } else {
+  }
+  return w;
+}
+
+// Eliminates joint i from a row of a loop in a front; returns u_r.
+template <class Scalar>
+REDYSIM_INLINE Scalar eliminate_from_loop_of_front(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i,
+                                                   const RowCrossing& crossing) {
+  const JointState<Scalar>& s = ws.joints[i];
+  LoopState<Scalar>& state = ws.loop;
+  Force<Scalar>& w = merged_wrench(state, crossing);
+  if (!crossing.merge) {
     LinkPath<Scalar>& path = state.path[crossing.side][crossing.loop];
     if (crossing.first) path.extend_to(ws.ground[i].position);
     state.scale[crossing.row] +=
@@ -89,7 +98,7 @@ const int* eliminate_from_front_rows(const Plan<Scalar>& plan, Workspace<Scalar>
       u[n] = eliminate_from_coupling(plan.joints[i], s, crossing, state, share);
       state.scale[crossing.row] += share;
     } else {
-      u[n] = eliminate_from_loop(plan, ws, i, crossing);
+      u[n] = eliminate_from_loop_of_front(plan, ws, i, crossing);
     }
     const Scalar scaled = u[n] * s.D_inverse;
     state.diagonal[crossing.row] += scaled * u[n];
