@@ -6,13 +6,17 @@ Requires `pip install casadi`.
 
 from pathlib import Path
 
-import casadi as ca
 import numpy as np
 from fmi3_for_casadi import readable
 from fmpy import extract, simulate_fmu
 from ready import FOLDER, MODELS
 
 from build_fmu.cli import main as build_fmu
+
+try:
+    import casadi as ca
+except ImportError:
+    raise SystemExit("mpc_casadi.py needs CasADi: pip install casadi") from None
 
 JOINTS = [f"joint{i}" for i in range(1, 7)]
 START, GOAL = np.zeros(6), np.array([0.8, 0.6, -0.9, 0.5, 0.7, 0.3])  # rad, at rest

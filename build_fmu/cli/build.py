@@ -58,13 +58,8 @@ def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
     # the name of the model file, not the name in it
     target = output_file(options.output, f"{options.model.stem}{'_inverse' if options.inverse else ''}.fmu", (".fmu",))
     warn(model.warnings)
-    if options.report and options.fmi == 3:
-        raise InvalidArgument("--report supports FMI 2.0 only: remove it and run `build-fmu report` on the model file")
-    if options.arrays and options.fmi != 3:
-        raise InvalidArgument("--arrays: FMI 2.0 has scalars only; add --fmi 3")
+    _check(options)
     if options.specialise:
-        if options.platforms not in (None, ["linux64"]):
-            raise InvalidArgument("--specialise supports linux64 only: remove --platforms")
         print("compiling a library for this model (one to three minutes the first time)", file=sys.stderr)
     built = build(
         model,
@@ -84,12 +79,7 @@ def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
     if model.no_model_exchange:
         print(f"note: {model.no_model_exchange}", file=sys.stderr)
     if built.model is not model:
-        from build_fmu.report.pages import duration
-
-        rtol = next(v.start for v in built.model.variables if v.name == "solver.rtol")
-        experiment = model.default_experiment
-        steps = f"{duration(experiment['step_size'] / 10)} to {duration(experiment['stop_time'])}"
-        print(f"rtol {rtol:g} meets target_error = {model.report['target_error']:g} for communication step sizes of {steps}")
+        print(_selected_tolerance(model, built.model))
     if options.report:
         from build_fmu.fmu.report_pages import put_into
         from build_fmu.report.pages import advice
@@ -103,6 +93,26 @@ def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
     counts = [(len(model.select(kind)), kind) for kind in ("input", "output", "parameter")]
     print(f"{target}  {target.stat().st_size / 1024:.0f} kB, {', '.join(f'{n} {kind}' + ('' if n == 1 else 's') for n, kind in counts)}")
     return 0
+
+
+def _check(options: argparse.Namespace) -> None:
+    """Raises InvalidArgument for options that exclude each other."""
+    if options.report and options.fmi == 3:
+        raise InvalidArgument("--report supports FMI 2.0 only: remove it and run `build-fmu report` on the model file")
+    if options.arrays and options.fmi != 3:
+        raise InvalidArgument("--arrays: FMI 2.0 has scalars only; add --fmi 3")
+    if options.specialise and options.platforms not in (None, ["linux64"]):
+        raise InvalidArgument("--specialise supports linux64 only: remove --platforms")
+
+
+def _selected_tolerance(asked: Description, built: Description) -> str:
+    """Returns the sentence on the tolerance that meets target_error."""
+    from build_fmu.report.pages import duration
+
+    rtol = next(v.start for v in built.variables if v.name == "solver.rtol")
+    experiment = asked.default_experiment
+    steps = f"{duration(experiment['step_size'] / 10)} to {duration(experiment['stop_time'])}"
+    return f"rtol {rtol:g} meets target_error = {asked.report['target_error']:g} for communication step sizes of {steps}"
 
 
 def _platforms(text: str) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from build_fmu.cli.streams import add_options, emit
@@ -11,6 +12,8 @@ from build_fmu.cli.terminal import console, warn
 from build_fmu.model.describe import Description, describe
 
 MOST_LINKS_IN_TABLE = 200  # plain lines for more links: a table of 3000 rows takes seconds
+
+COUNTED = ("loops", "couplings", "springs", "contacts")
 
 
 def add(commands) -> None:
@@ -23,7 +26,10 @@ def add(commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Prints the summary."""
+    from build_fmu.draw.shapes import with_solids
+
     model = describe(options.model)
+    model = replace(model, warnings=[*model.warnings, *with_solids(model)[1]])
     console().print(_summary(model, options.model))
     emit(options, _facts(model, options.model))
     warn(model.warnings)
@@ -35,7 +41,7 @@ def _facts(model: Description, file: Path) -> dict[str, object]:
     links = model.drawing["links"]
     parents = {link["name"]: "ground" if link["parent"] < 0 else links[link["parent"]]["name"] for link in links}
     rows = [{"name": x["name"], "parent": parents[x["name"]], "joint": x["type"], "mass": x["mass"], "origin": x["origin"]} for x in links]
-    counts = {kind: len(model.drawing.get(kind, [])) for kind in ("loops", "couplings", "springs")}
+    counts = {kind: len(model.drawing.get(kind, [])) for kind in COUNTED}
     names = {f"{kind}s": [v.name for v in model.select(kind)] for kind in ("input", "output", "parameter")}
     total = sum(link["mass"] for link in links)
     return {"name": model.model_name, "file": file, "links": rows, **counts, **names, "total_mass": total, "warnings": model.warnings}
@@ -48,6 +54,8 @@ def _summary(model: Description, file: Path):
     from rich.markup import escape
     from rich.table import Table
     from rich.text import Text
+
+    from build_fmu.report.sweep import METHODS
 
     links = model.drawing["links"]
     title, heads = f"{escape(model.model_name)} ({escape(str(file))})", ("link", "parent", "joint", "mass [kg]", "origin [m]")
@@ -68,9 +76,10 @@ def _summary(model: Description, file: Path):
     moving = sum(link["type"] != "fixed" for link in links)
     counts = {
         "joints": f"{moving} moving, {len(links) - moving} fixed",
-        "loops": str(len(model.drawing.get("loops", []))),
-        "couplings": str(len(model.drawing.get("couplings", []))),
-        "springs": str(len(model.drawing.get("springs", []))),
+        **{kind: str(len(model.drawing.get(kind, []))) for kind in COUNTED},
+        "features": ", ".join(name for name in model.features if name not in (*METHODS, "taylor")) or "none",
+        "gravity": "  ".join(f"{x:g}" for x in model.drawing["gravity"]) + " m/s²",
+        "solver": _solver(model),
         "inputs": _some([v.name for v in model.select("input")]),
         "outputs": _some([v.name for v in model.select("output")]),
         "parameters": f"{len(model.select('parameter'))} ({sum(v.variability == 'tunable' for v in model.select('parameter'))} tunable)",
@@ -81,6 +90,12 @@ def _summary(model: Description, file: Path):
         if text != "0" or name == "warnings":
             facts.add_row(name, escape(text))
     return Group(mechanism, facts)
+
+
+def _solver(model: Description) -> str:
+    start = {v.name: v.start for v in model.variables if v.name in ("solver.method", "solver.rtol")}
+    own = "; requires a library for this model: build-fmu build --specialise" if model.needs_own_library else ""
+    return f"{start['solver.method']}, rtol {start['solver.rtol']:g}{own}"
 
 
 def _some(names: list[str]) -> str:

@@ -7,12 +7,18 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from build_fmu.cli.parser import number, positive, tolerance
 from build_fmu.cli.streams import add_options, emit
 from build_fmu.cli.terminal import SEVERAL, bar, console, output_file, targets_after, warn
 from build_fmu.errors import InvalidArgument, UserError
 from build_fmu.run.signals import MODES
+
+if TYPE_CHECKING:
+    from build_fmu.model.describe import Description
+    from build_fmu.run.session import Session
+    from build_fmu.run.simulate import Result
 
 
 def add(commands) -> None:
@@ -54,28 +60,14 @@ def add(commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Simulates the target and writes the requested files."""
-    from build_fmu.draw.plots import FORMATS, plot
-    from build_fmu.model.resources import model_in
-    from build_fmu.run.redysim_layout import columns_of, energy_errors, write_layout
     from build_fmu.run.session import Session
     from build_fmu.run.simulate import Settings, select_outputs, simulate
-    from build_fmu.run.tables import final_values, keep_other_files, write_csv
+    from build_fmu.run.tables import final_values
 
     target = _simulated_file(options)
-    # wrong file names are reported before the run
-    for path, endings in ((options.csv, (".csv",)), (options.plot, FORMATS)):
-        if path is not None:
-            output_file(path, path.name, endings)
-    if options.csv:
-        keep_other_files(options.csv, options.input)
-    if options.redysim_layout and options.redysim_layout.is_file():
-        raise UserError(f"'{options.redysim_layout}' is a file: --redysim-layout requires the name of a folder")
+    _check_files(options)
     with _as_fmu(target) as (fmu, said), Session(fmu) as session:
-        model = model_in(fmu) if options.redysim_layout else None
-        if options.redysim_layout:
-            if model is None:
-                raise UserError(f"'{fmu}' contains no model file, which defines ReDySim's order of joints")
-            columns_of(model)  # unsupported joints are reported before the run
+        model = _model_of_layout(fmu) if options.redysim_layout else None
         chosen = select_outputs(session, options.output)
         # the layout needs columns that --output may exclude
         recorded = list(dict.fromkeys([*select_outputs(session, ()), *chosen])) if model else chosen
@@ -84,24 +76,63 @@ def run(options: argparse.Namespace) -> int:
             result = simulate(session, settings, progress)
         warn([line for line in (*result.warnings, *result.remarks) if not any(known.endswith(line) for known in said)])
         if model:
-            written = write_layout(options.redysim_layout, model, result)
-            print(f"{options.redysim_layout}  {len(result.time)} rows in {', '.join(written)}")
-            if errors := energy_errors(result):
-                print(errors)
+            _write_layout(options.redysim_layout, model, result)
         result = result.only(chosen)
-        if options.csv:
-            write_csv(options.csv, result)
-            print(f"{options.csv}  {len(result.time)} rows, {len(result.names)} outputs")
-        if options.plot:
-            plot(options.plot, session, result, options.output)
-            print(f"{options.plot}  t = {result.time[0]:g} to {result.time[-1]:g} s")
+        _write_files(session, result, options)
         emit(options, _facts(session, result, options))
         if not (options.csv or options.plot or model):
             console().print(final_values(session, result))
     return 0
 
 
-def _facts(session, result, options: argparse.Namespace) -> dict[str, object]:
+def _check_files(options: argparse.Namespace) -> None:
+    """Raises UserError for wrong names of files, before the run."""
+    from build_fmu.draw.plots import FORMATS
+    from build_fmu.run.tables import keep_other_files
+
+    for path, endings in ((options.csv, (".csv",)), (options.plot, FORMATS)):
+        if path is not None:
+            output_file(path, path.name, endings)
+    if options.csv:
+        keep_other_files(options.csv, options.input)
+    if options.redysim_layout and options.redysim_layout.is_file():
+        raise UserError(f"'{options.redysim_layout}' is a file: --redysim-layout requires the name of a folder")
+
+
+def _model_of_layout(fmu: Path) -> Description:
+    """Returns the model in the FMU; raises UserError if ReDySim's files cannot hold its joints."""
+    from build_fmu.model.resources import model_in
+    from build_fmu.run.redysim_layout import columns_of
+
+    model = model_in(fmu)
+    if model is None:
+        raise UserError(f"'{fmu}' contains no model file, which defines ReDySim's order of joints")
+    columns_of(model)
+    return model
+
+
+def _write_layout(folder: Path, model: Description, result: Result) -> None:
+    from build_fmu.run.redysim_layout import energy_errors, write_layout
+
+    written = write_layout(folder, model, result)
+    print(f"{folder}  {len(result.time)} rows in {', '.join(written)}")
+    if errors := energy_errors(result):
+        print(errors)
+
+
+def _write_files(session: Session, result: Result, options: argparse.Namespace) -> None:
+    from build_fmu.draw.plots import plot
+    from build_fmu.run.tables import write_csv
+
+    if options.csv:
+        write_csv(options.csv, result)
+        print(f"{options.csv}  {len(result.time)} rows, {len(result.names)} outputs")
+    if options.plot:
+        plot(options.plot, session, result, options.output)
+        print(f"{options.plot}  t = {result.time[0]:g} to {result.time[-1]:g} s")
+
+
+def _facts(session: Session, result: Result, options: argparse.Namespace) -> dict[str, object]:
     """Returns the values of the table in SI units, and the files."""
     outputs = {}
     for i, name in enumerate(result.names):

@@ -13,7 +13,7 @@ import numpy as np
 from build_fmu.cli.streams import add_options
 from build_fmu.cli.terminal import SEVERAL, console, warn
 from build_fmu.errors import InvalidArgument, unknown
-from build_fmu.run.signals import expression_of, parse_start
+from build_fmu.run.signals import number_of, parse_start
 
 if TYPE_CHECKING:
     from build_fmu.library.model import Model
@@ -60,7 +60,7 @@ def facts_of_state(model: Model, x: np.ndarray, u: np.ndarray) -> dict:
 
 def given_parameters(options: argparse.Namespace) -> dict[str, float]:
     """Returns the values of --start; raises UserError."""
-    return {name: expression_of(text)(0.0) for name, text in parse_start(options.start).items()}
+    return {name: number_of(text, f"start value of '{name}'") for name, text in parse_start(options.start).items()}
 
 
 def given_state(model: Model, options: argparse.Namespace) -> tuple[np.ndarray, np.ndarray]:
@@ -70,7 +70,7 @@ def given_state(model: Model, options: argparse.Namespace) -> tuple[np.ndarray, 
     for name, text in parse_start(options.input).items():
         if name not in model.inputs:
             raise unknown("input", name, model.inputs)
-        u[model.inputs.index(name)] = expression_of(text)(0.0)
+        u[model.inputs.index(name)] = number_of(text, f"input '{name}'")
     where = getattr(options, "at", "equilibrium")
     if where == "equilibrium":
         return model.start_at_rest(u), u

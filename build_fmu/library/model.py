@@ -421,7 +421,7 @@ def _measured(values: ArrayLike, names: Sequence[str], letter: str) -> np.ndarra
 def _input(name: str, value: str | float | tuple[ArrayLike, ArrayLike], table: Path) -> str:
     """Returns the argument of `Settings`, with a table for times and values."""
     if not isinstance(value, tuple):
-        return f"{name}={value if isinstance(value, str) else float(value)!r}"
+        return f"{name}={value if isinstance(value, str) else repr(float(value))}"
     times, values = (np.asarray(part, dtype=float) for part in value)
     if times.ndim != 1 or times.shape != values.shape:
         raise UserError(f"input '{name}' must be two vectors of one length, got shapes {times.shape} and {values.shape}")

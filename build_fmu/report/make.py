@@ -124,4 +124,8 @@ def _references(
 
 def _named_reference(model: Description | None, target: Path) -> Path | None:
     name = model.report.get("reference") if model else None
-    return target.parent / name if name else None
+    if not name:
+        return None
+    if not (table := target.parent / name).exists():
+        raise UserError(f"'{target}': reference of [report]: '{table}' does not exist; name another table with --reference")
+    return table

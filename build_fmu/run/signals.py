@@ -69,16 +69,14 @@ def parse_inputs(arguments: Sequence[str], find: Callable[[str], str]) -> dict[s
     for argument in arguments:
         name, equals, source = (part.strip() for part in argument.partition("="))
         if not equals and _is_table(name):
-            table = read_table(Path(name))
-            found = {find(column): (column, table) for column in table if column != "time"}
-            new = {column: _column(table, column) for column in found}
+            new = _columns(Path(name), find)
         elif not equals or not source:
             raise InvalidArgument(f"'{argument}' is not an input: write NAME=EXPRESSION, NAME=FILE.csv or FILE.csv")
         elif _is_table(source):
             new = {find(name): _only_column(Path(source), name)}
         else:
             # equal expressions share one signal, which is analysed once
-            new = {find(name): expressions.setdefault(source, expression_of(source))}
+            new = {find(name): expressions.setdefault(source, expression_of(source, f"input '{name}'"))}
         for key, signal in new.items():
             if key in signals:
                 raise InvalidArgument(f"duplicate input '{key}'")
@@ -86,12 +84,21 @@ def parse_inputs(arguments: Sequence[str], find: Callable[[str], str]) -> dict[s
     return signals
 
 
-def expression_of(argument: str) -> Expression:
-    """Returns the function of t (s) in an argument; raises InvalidArgument."""
+def expression_of(text: str, owner: str) -> Expression:
+    """Returns the function of t (s) in an argument; raises InvalidArgument, whose message begins with the owner."""
     try:
-        return compile_expression(argument)
+        return compile_expression(text)
     except UserError as error:
-        raise InvalidArgument(str(error)) from None
+        raise InvalidArgument(f"{owner}: {error}") from None
+
+
+def number_of(text: str, owner: str) -> float:
+    """Returns the value of an expression at t = 0; raises UserError, whose message begins with the owner."""
+    expression = expression_of(text, owner)
+    try:
+        return expression(0.0)
+    except UserError as error:
+        raise UserError(f"{owner}: {error}") from None
 
 
 def _is_table(source: str) -> bool:
@@ -160,6 +167,14 @@ def parse_start(arguments: Sequence[str]) -> dict[str, str]:
             raise InvalidArgument(f"duplicate start value of '{name}'")
         values[name] = value
     return values
+
+
+def _columns(path: Path, find: Callable[[str], str]) -> dict[str, Signal]:
+    table = read_table(path)
+    try:
+        return {find(column): _column(table, column) for column in table if column != "time"}
+    except UserError as error:
+        raise UserError(f"{path}:1: {error}") from None
 
 
 def _column(table: dict[str, list[float]], name: str) -> Signal:

@@ -17,7 +17,7 @@ import numpy as np
 from build_fmu.errors import UserError
 from build_fmu.run.input_course import MOTION, Course
 from build_fmu.run.session import Session
-from build_fmu.run.signals import expression_of, parse_inputs, parse_start
+from build_fmu.run.signals import number_of, parse_inputs, parse_start
 
 MOST_STEPS = 100_000_000
 
@@ -152,11 +152,7 @@ def start_values(session: Session, arguments: Sequence[str]) -> dict[str, Any]:
                 raise UserError(f"'{name}' must be true or false, got '{text}'")
             values[name] = text.lower() in ("true", "1")
         else:
-            try:
-                values[name] = expression_of(text)(0.0)
-            except UserError as error:
-                error.args = (f"start value of '{name}': {error}",)
-                raise
+            values[name] = number_of(text, f"start value of '{name}'")
             if kind == "Integer" and values[name] != int(values[name]):
                 raise UserError(f"'{name}' must be an integer, got '{text}'")
     return values

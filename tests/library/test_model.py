@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -224,3 +227,12 @@ def test_errors_are_one_sentence(model):
 
 def test_build_writes_the_fmu(model, tmp_path):
     assert model(DOUBLE).build(tmp_path / "arm.fmu").stat().st_size > 100_000
+
+
+def test_the_program_of_the_page_runs(monkeypatch):
+    root = Path(__file__).parents[2]
+    monkeypatch.chdir(root)
+    program = re.search(r"```python\n(.*?)```", (root / "docs" / "python.md").read_text(encoding="utf-8"), re.DOTALL)[1]
+    names: dict = {}
+    exec(program, names)
+    assert names["run"]["joint1.q"][-1] != names["run"]["joint1.q"][0]
