@@ -50,7 +50,7 @@ def courses(text: str) -> tuple[list[str], list[tuple[tables.Target, list[float]
 
 
 def draw(text: str, picture: Path) -> None:
-    """Plots each target over the commits; the dashed line is its bound."""
+    """Plots each target over the commits; the dashed line is its bound, a vertical line is a change of the processor."""
     import matplotlib
 
     matplotlib.use("svg")
@@ -59,6 +59,8 @@ def draw(text: str, picture: Path) -> None:
     from matplotlib import pyplot
 
     commits, found = courses(text)
+    processors = [json.loads(line).get("machine", "").partition(",")[0] for line in text.splitlines()]
+    changes = [k for k in range(1, len(commits)) if processors[k] != processors[k - 1]]
     rows = -(-len(found) // COLUMNS)
     figure, axes = pyplot.subplots(rows, COLUMNS, figsize=(11, 1.9 * rows), squeeze=False)
     for axis in axes.flat[len(found) :]:
@@ -67,7 +69,9 @@ def draw(text: str, picture: Path) -> None:
         axis.plot(range(len(commits)), results, "o-", markersize=3, color="#2f6fb5")
         axis.axhline(target.bound, linestyle="--", linewidth=1, color="#c8455a")
         axis.set_title("\n".join(_wrapped(target.words)), fontsize=7)
-        axis.set_xticks(range(len(commits)), [commit[:7] for commit in commits], rotation=30)
+        axis.set_xticks(range(len(commits)), [commit[:7] for commit in commits], rotation=90)
+        for place in changes:
+            axis.axvline(place - 0.5, linewidth=0.8, color="0.6")
         if target.bound > 0 and min(result for result in results if result == result) < target.bound / 20:
             axis.set_yscale("log")
         axis.margins(0.15)
