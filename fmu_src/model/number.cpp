@@ -1,4 +1,4 @@
-#include "model/read/number.hpp"
+#include "model/number.hpp"
 
 #include <charconv>
 #include <cmath>

@@ -2,6 +2,8 @@
 
 #include <cstring>
 
+#include "model/number.hpp"
+
 namespace redysim {
 
 const char* method_name(SolverMethod method) {
@@ -22,7 +24,8 @@ bool parse_method(const char* text, SolverMethod& method) {
 std::string objection_to_max_rhs(const SolverSettings& settings) {
   if (!(settings.max_rhs > 0)) return {};
   if (settings.max_rhs < smallest_max_rhs)
-    return "max_rhs must be 0 or at least " + std::to_string(smallest_max_rhs);
+    return "max_rhs must be 0 or at least " + std::to_string(smallest_max_rhs) + ", got " +
+           shown(settings.max_rhs);
   if (settings.method == SolverMethod::automatic || settings.method == SolverMethod::erk) return {};
   return std::string("max_rhs requires the method 'auto' or 'erk', got '") + method_name(settings.method) +
          "'";

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "dynamics/motion_subspace.hpp"
-#include "model/read/number.hpp"
+#include "model/number.hpp"
 
 namespace redysim {
 

@@ -1,6 +1,6 @@
 #include "fmi/describe/json.hpp"
 
-#include "model/read/number.hpp"
+#include "model/number.hpp"
 
 namespace redysim {
 

@@ -6,7 +6,7 @@
 
 #include "dynamics/contact/contact_force.hpp"
 #include "dynamics/contact/touch.hpp"
-#include "model/read/number.hpp"
+#include "model/number.hpp"
 
 namespace redysim {
 namespace {

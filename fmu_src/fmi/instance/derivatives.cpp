@@ -4,7 +4,7 @@
 
 #include "dynamics/ball.hpp"
 #include "fmi/variables/entry.hpp"
-#include "model/read/number.hpp"
+#include "model/number.hpp"
 
 namespace redysim {
 

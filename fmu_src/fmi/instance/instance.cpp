@@ -7,7 +7,7 @@
 #include "fmi/boundary/assembly_messages.hpp"
 #include "fmi/instance/contact_warnings.hpp"
 #include "integrate/system/start.hpp"
-#include "model/read/number.hpp"
+#include "model/number.hpp"
 #include "model/solver_methods.hpp"
 
 namespace redysim {

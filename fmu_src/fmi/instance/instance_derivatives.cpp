@@ -4,7 +4,7 @@
 #include "fmi/boundary/arrays.hpp"
 #include "fmi/instance/instance.hpp"
 #include "fmi/variables/parameters.hpp"
-#include "model/read/number.hpp"
+#include "model/number.hpp"
 
 // Time derivatives of inputs, set by the master, and derivatives of outputs, read by it.
 

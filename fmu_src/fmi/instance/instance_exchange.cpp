@@ -6,7 +6,7 @@
 #include "fmi/boundary/arrays.hpp"
 #include "fmi/instance/instance.hpp"
 #include "integrate/methods/given_state.hpp"
-#include "model/read/number.hpp"
+#include "model/number.hpp"
 
 // Model exchange: the master integrates the states y.
 

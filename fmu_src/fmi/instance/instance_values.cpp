@@ -6,7 +6,7 @@
 #include "fmi/instance/instance.hpp"
 #include "fmi/variables/parameters.hpp"
 #include "model/features.hpp"
-#include "model/read/number.hpp"
+#include "model/number.hpp"
 #include "model/solver_methods.hpp"
 
 // Reading and writing variables by value reference.

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/read/number.hpp"
+#include "model/number.hpp"
 
 namespace redysim {
 namespace {

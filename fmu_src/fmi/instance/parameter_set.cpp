@@ -8,7 +8,7 @@
 #include "fmi/variables/parameters.hpp"
 #include "fmi/variables/state_place.hpp"
 #include "integrate/methods/given_state.hpp"
-#include "model/read/number.hpp"
+#include "model/number.hpp"
 
 namespace redysim {
 namespace {
@@ -130,7 +130,8 @@ std::string ParameterSet::impossible() const {
     if (!is_possible_inertia(simulation_.parameters.links[i].inertia))
       return "the inertia of link '" + link.name + "' has a negative principal moment";
     if (!(joint.lower < joint.upper))
-      return link.joint.name + ".upper must be greater than " + link.joint.name + ".lower";
+      return link.joint.name + ".upper must be greater than " + link.joint.name + ".lower, got " +
+             shown(joint.upper) + " and " + shown(joint.lower);
   }
   for (const Actuator& actuator : simulation_.parameters.actuators) {
     const std::string joint = simulation_.model.links[actuator.link].joint.name;

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "dynamics/motion_subspace.hpp"
-#include "model/read/number.hpp"
+#include "model/number.hpp"
 
 namespace redysim {
 
@@ -22,14 +22,16 @@ void Travel::note(const Simulation& simulation) {
 }
 
 std::vector<std::string> Travel::unresolved(const Simulation& simulation) const {
-  constexpr double resolved = 100, rounding = 1e-6, rounding_of_largest = 1e-10;
+  constexpr double resolved = 100, rounding = 1e-6, rounding_of_largest = 1e-9;
+  const auto joint_of = [&](std::size_t k) -> const JointPlan<double>& {
+    return simulation.plan.joints[simulation.system.joint_of(static_cast<int>(k))];
+  };
   double largest = 0;  // of a sliding joint
   for (std::size_t k = 0; k < ranges_.size(); ++k)
-    if (!turns(simulation.plan.joints[simulation.system.joint_of(static_cast<int>(k))]))
-      largest = std::max(largest, ranges_[k].farthest);
+    if (!turns(joint_of(k))) largest = std::max(largest, ranges_[k].farthest);
   std::vector<std::string> sentences;
   for (std::size_t k = 0; k < ranges_.size(); ++k) {
-    const JointPlan<double>& joint = simulation.plan.joints[simulation.system.joint_of(static_cast<int>(k))];
+    const JointPlan<double>& joint = joint_of(k);
     const auto [start, farthest] = ranges_[k];
     const double tolerance = simulation.integrator_settings.rtol * std::abs(start) +
                              simulation.integrator_settings.atol * simulation.system.scales()[k];

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "fmi/variables/parameters.hpp"
-#include "model/read/number.hpp"
+#include "model/number.hpp"
 
 namespace redysim {
 

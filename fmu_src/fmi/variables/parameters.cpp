@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "model/read/number.hpp"
+#include "model/number.hpp"
 #include "model/read/suggest.hpp"
 #include "model/solver_methods.hpp"
 

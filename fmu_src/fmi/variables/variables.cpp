@@ -12,8 +12,8 @@
 #include "fmi/variables/parameters.hpp"
 #include "integrate/actuator/actuators.hpp"
 #include "model/model_exchange.hpp"
+#include "model/number.hpp"
 #include "model/read/model_error.hpp"
-#include "model/read/number.hpp"
 
 namespace redysim {
 namespace {

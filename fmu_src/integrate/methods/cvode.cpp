@@ -210,7 +210,8 @@ Outcome Cvode::step_past(double& end) {
       break;
     }
     if (budget.is_hopeless(step, now, end)) return failure(now, budget.hopeless(name()));
-    if (step == budget.steps()) return failure(now, budget.exceeded(system_, name(), now, data(ahead_)));
+    if (step == budget.steps())
+      return failure(now, budget.exceeded(system_, name(), settings_.method, now, data(ahead_)));
     if (steps_taken_ == steps_between_restarts) {
       Outcome outcome = restart_between_steps();
       if (!outcome.ok) return outcome;

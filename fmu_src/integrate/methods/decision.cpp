@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "model/read/number.hpp"
+#include "model/number.hpp"
 #include "model/solver_methods.hpp"
 
 namespace redysim {

@@ -7,7 +7,7 @@
 #include "integrate/methods/methods.hpp"
 #include "integrate/methods/one_step.hpp"
 #include "model/features.hpp"
-#include "model/read/number.hpp"
+#include "model/number.hpp"
 
 namespace redysim {
 

@@ -1,16 +1,30 @@
 #include "integrate/methods/step_budget.hpp"
 
 #include <algorithm>
-#include <cstring>
 
 #include "integrate/system/stiffest_joint.hpp"
-#include "model/read/number.hpp"
+#include "model/number.hpp"
 
 namespace redysim {
 namespace {
 
 constexpr long smallest_checked = 10'000'000;  // steps left
 constexpr double growth = 2;                   // of the step size that is still possible
+
+const char* advice(SolverMethod asked) {
+  switch (asked) {
+    case SolverMethod::automatic:
+      return "lower stiffness, damping or gains, loosen solver.rtol, or use a smaller communication step "
+             "size";
+    case SolverMethod::bdf:
+    case SolverMethod::dirk:
+      return "loosen solver.rtol, add damping to the high-frequency modes, or use a smaller communication "
+             "step "
+             "size";
+    default:
+      return "use solver.method auto, dirk or bdf, or lower stiffness, damping or gains";
+  }
+}
 
 }  // namespace
 
@@ -32,15 +46,12 @@ std::string StepBudget::hopeless(const char* method) const {
          " would not reach the end of the step";
 }
 
-std::string StepBudget::exceeded(System& system, const char* method, double time, const double* y) const {
+std::string StepBudget::exceeded(System& system, const char* method, SolverMethod asked, double time,
+                                 const double* y) const {
   const double rate = find_stiffest_joint(system, time, y);
-  const bool implicit = std::strncmp(method, "bdf", 3) == 0 || std::strncmp(method, "dirk", 4) == 0;
   return std::to_string(steps_) + " internal steps of " + method +
-         " did not reach the end of the step; the stiffest joint has a rate of " + rounded(rate) + " 1/s: " +
-         (implicit
-              ? "loosen solver.rtol, add damping to the high-frequency modes, or use a smaller communication "
-                "step size"
-              : "use solver.method dirk or bdf, or lower stiffness, damping or gains");
+         " did not reach the end of the step; the stiffest joint has a rate of " + rounded(rate) +
+         " 1/s: " + advice(asked);
 }
 
 }  // namespace redysim

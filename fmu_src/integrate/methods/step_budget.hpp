@@ -19,9 +19,11 @@ class StepBudget {
   static constexpr long check_interval = 200'000;
   bool is_hopeless(long taken, double time, double end);
 
-  // The reasons of a failure. `exceeded`, at (time, y), names a joint and recommends changes.
+  // The reasons of a failure of the method of this name. `exceeded`, at (time, y), names a joint and
+  // recommends changes, which depend on the method of the settings.
   std::string hopeless(const char* method) const;
-  std::string exceeded(System& system, const char* method, double time, const double* y) const;
+  std::string exceeded(System& system, const char* method, SolverMethod asked, double time,
+                       const double* y) const;
 
  private:
   long steps_;

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "model/number.hpp"
 #include "model/read/joint_index.hpp"
-#include "model/read/number.hpp"
 
 namespace redysim {
 namespace {

@@ -65,6 +65,7 @@ class ShapeReader {
     shape.link = link;
     shape.kind = section_.choice<ShapeKind>(key("shape"), shape_kinds, fallback);
     kind_ = word_of(shape.kind);
+    word_known_ = !section_.has(key("shape")) || section_.text(key("shape")) == kind_;
     if (shape.kind == ShapeKind::points)
       read_points(shape);
     else
@@ -99,7 +100,7 @@ class ShapeReader {
 
   bool required(const std::string& name) {
     if (section_.has(name)) return true;
-    section_.error(name, name + " is required for shape '" + kind_ + "'");
+    if (word_known_) section_.error(name, name + " is required for shape '" + kind_ + "'");
     return false;
   }
 
@@ -158,6 +159,7 @@ class ShapeReader {
 
   Section& section_;
   std::string side_, kind_;
+  bool word_known_ = true;  // of the shape
   bool degrees_;
 };
 
@@ -199,6 +201,16 @@ void read_outputs(Section& section, Contact& contact) {
   contact.shows_slip = shown[4];
 }
 
+// The kinds of shape_b that shape_a may touch.
+std::string partners_of(Contact contact) {
+  std::string words;
+  for (const auto& [word, kind] : shape_kinds) {
+    contact.b.kind = kind;
+    if (!shape_pairs(contact).empty()) words += (words.empty() ? "'" : ", '") + std::string(word) + "'";
+  }
+  return words;
+}
+
 Contact read_contact(Section section, const std::string& label, const LinkTable& links, bool degrees,
                      Names& names, const std::string& folder, std::vector<AttachedFile>& files) {
   Contact contact;
@@ -221,7 +233,8 @@ Contact read_contact(Section section, const std::string& label, const LinkTable&
   section.refuse_unknown();
   if (shape_pairs(contact).empty())
     section.error("shape_a", std::string("a contact between '") + word_of(contact.a.kind) + "' and '" +
-                                 word_of(contact.b.kind) + "' is not supported (docs/contact.md)");
+                                 word_of(contact.b.kind) + "' is not supported; '" + word_of(contact.a.kind) +
+                                 "' supports " + partners_of(contact));
   const std::string rigid = rigid_pair(link_a, link_b, links);
   const bool known = (link_a != ground || section.text("link_a", "ground") == "ground") &&
                      (link_b != ground || section.text("link_b", "ground") == "ground");

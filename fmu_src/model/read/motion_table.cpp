@@ -5,8 +5,8 @@
 #include <cstdlib>
 
 #include "math/cubic_spline.hpp"
+#include "model/number.hpp"
 #include "model/read/csv.hpp"
-#include "model/read/number.hpp"
 
 namespace redysim {
 namespace {

@@ -8,7 +8,7 @@ namespace {
 
 bool is_reserved(const std::string& name) {
   return name == "time" || name == "energy" || name == "solver" || name == "gravity" || name == "ground" ||
-         name == "independent";
+         name == "independent" || name == "state";
 }
 
 }  // namespace

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "math/vec3.hpp"
+#include "model/number.hpp"
 #include "model/read/findings.hpp"
-#include "model/read/number.hpp"
 #include "model/read/toml_value.hpp"
 
 namespace redysim {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "model/read/number.hpp"
+#include "model/number.hpp"
 #include "support/allocation_count.hpp"
 #include "unit/integrate/rig.hpp"
 

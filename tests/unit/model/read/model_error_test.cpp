@@ -188,7 +188,8 @@ TEST(model_error, settings_have_bounds) {
   EXPECT_EQ(errors(arm + "[solver]\nrtol = 0\natol = -1\nmax_step = -1\nstep = 1\n"),
             (Lines{"7: solver: rtol must be > 0, got 0", "8: solver: atol must be >= 0, got -1",
                    "9: solver: max_step must be >= 0, got -1", "10: solver: unknown field 'step'"}));
-  EXPECT_EQ(errors(arm + "[solver]\nmax_rhs = 7\n"), Lines{"7: solver: max_rhs must be 0 or at least 8"});
+  EXPECT_EQ(errors(arm + "[solver]\nmax_rhs = 7\n"),
+            Lines{"7: solver: max_rhs must be 0 or at least 8, got 7"});
   EXPECT_EQ(errors(arm + "[solver]\nmax_rhs = 20\nmethod = 'bdf'\n"),
             Lines{"7: solver: max_rhs requires the method 'auto' or 'erk', got 'bdf'"});
   EXPECT_TRUE(errors(arm + "[solver]\nrtol = 2.2250738585072014e-308\n").empty());
