@@ -1,8 +1,9 @@
-"""Links and paths in README and docs/ lead to files of the tree."""
+"""Links, anchors and paths in README and docs/ lead to files and headings of the tree; tables are complete."""
 
 from __future__ import annotations
 
 import re
+import unicodedata
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,9 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md")), ROOT / "models" / "README.md"]
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)\s]*)?\)")
+ANCHOR = re.compile(r"\]\(([^)#\s]*)#([^)\s]+)\)")
+HEADING = re.compile(r"^#+ +(.+?) *$", re.MULTILINE)
+SEPARATOR = re.compile(r"\|(?: *:?-+:? *\|)+")
 PATH = re.compile(r"`((?:[\w.*-]+/)+[\w.*-]+\.(?:hpp|cpp|h|py|js|sh|md))`")
 BASES = ("", "fmu_src", "docs", "build_fmu")
 
@@ -35,6 +39,57 @@ def test_links_and_paths_exist(page):
 def test_a_wrong_path_is_found():
     text = "see [this](docs/nowhere.md) and `dynamics/nowhere.hpp`, [that](docs/index.md#top), `dynamics/aba.hpp` and `tests/fmi/test_abuse_*.py`"
     assert missing(ROOT / "README.md", text) == ["docs/nowhere.md", "dynamics/nowhere.hpp"]
+
+
+def anchors(text: str) -> set[str]:
+    """Returns the anchors of a page that are the same on GitHub and in the site of mkdocs."""
+    github, mkdocs = set(), set()
+    for heading in HEADING.findall(code_removed(text)):
+        title = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).replace("`", "").replace("*", "").lower()
+        github.add(re.sub(r"[^\w\- ]", "", title).replace(" ", "-"))
+        ascii_title = unicodedata.normalize("NFKD", title).encode("ascii", "ignore").decode()
+        mkdocs.add(re.sub(r"[-\s]+", "-", re.sub(r"[^\w\s-]", "", ascii_title).strip()))
+    return github & mkdocs
+
+
+def missing_anchors(page: Path, text: str) -> list[str]:
+    """Returns links to headings that their page does not have."""
+    found = []
+    for target, anchor in ANCHOR.findall(text):
+        other = page.parent / target if target else page
+        if "://" not in target and other.suffix == ".md" and anchor not in anchors(other.read_text(encoding="utf-8")):
+            found.append(f"{target}#{anchor}")
+    return found
+
+
+def loose_rows(text: str) -> list[str]:
+    """Returns the first rows of tables whose second row is not a separator."""
+    lines = ["", *(line.strip() for line in text.splitlines()), ""]
+    return [
+        line
+        for before, line, after in zip(lines, lines[1:], lines[2:], strict=False)
+        if line.startswith("|") and not before.startswith("|") and not SEPARATOR.fullmatch(after)
+    ]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_anchors_exist(page):
+    assert not missing_anchors(page, code_removed(page.read_text(encoding="utf-8")))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_tables_have_a_header(page):
+    assert not loose_rows(code_removed(page.read_text(encoding="utf-8")))
+
+
+def test_a_wrong_anchor_is_found():
+    text = "[a](docs/index.md#nowhere), [b](#quick-start), [c](docs/model_file.md#shape-a-solid-of-the-drawing), [d](#slow-start)"
+    assert missing_anchors(ROOT / "README.md", text) == ["docs/index.md#nowhere", "#slow-start"]
+
+
+def test_a_broken_table_is_found():
+    text = "| a | b |\n| --- | ---: |\n| 1 | 2 |\n\n| 3 | 4 |\n| 5 | 6 |\n"
+    assert loose_rows(text) == ["| 3 | 4 |"]
 
 
 def page(name: str) -> str:
