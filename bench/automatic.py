@@ -4,7 +4,7 @@
     python bench/automatic.py                      the files of models/ but OMITTED
     python bench/automatic.py -f kr5 -u held       models and uses whose names match the regular expressions
     python bench/automatic.py MODEL.toml...        other model files
-    python bench/automatic.py --markdown           the table of docs/solvers.md
+    python bench/automatic.py --markdown           the table of docs/solver_measurements.md
 
 Work is CPU time estimated from counts, in right-hand sides of `erk`: those of other methods are weighted
 (fmu_src/integrate/methods/slope_time.hpp), a Jacobian counts as 1.5 per state. No clock is read, so other load does not change a figure.

@@ -1,6 +1,6 @@
 // Comparison of four stabilisation methods for closed loops: one embedded Runge-Kutta method (Dormand and
 // Prince 1980, 5(4)) with elementary step size control and the same right-hand side. Prints the table of
-// docs/loops.md.
+// docs/derivations/loops.md.
 //
 //     projection_methods [MODEL [END [STEP]]]      default: four_bar, 10 s, communication step size 0.1 s
 

@@ -50,7 +50,7 @@ def add(commands) -> None:
     command.add_argument("--mp4", type=Path, metavar="FILM", help="write a film (.mp4); requires the program ffmpeg")
     command.add_argument("--speed", type=positive, default=1.0, metavar="X", help="film: simulated seconds per second (default: 1)")
     command.add_argument("--rate", type=positive, default=20.0, metavar="N", help="film: frames per second (default: 20)")
-    command.add_argument("--live", action="store_true", help="write a page that computes: sliders and the mouse act on the running model")
+    command.add_argument("--live", action="store_true", help="write a live page: sliders and the mouse act on the running model")
     add_options(command, reports=False)
     command.set_defaults(run=run)
 
@@ -175,16 +175,16 @@ def _model(mechanism: Path, kept: ExitStack) -> tuple:
 
 
 def _check_live(record: Path | None, options: argparse.Namespace) -> None:
-    """Raises UserError for options that a page that computes cannot follow, or without the library that it needs."""
+    """Raises UserError for options that a live page cannot follow, or without the library that it needs."""
     if record:
         raise UserError(f"--live requires a model file or an FMU; '{record}' contains results")
     if options.input:
-        raise UserError("--input applies to a recorded run; in a page that computes, sliders set the inputs")
+        raise UserError("--input applies to a recorded run; in a live page sliders set the inputs")
     native.web_library()
 
 
 def _live(mechanism: Path, model, folder: Path, options: argparse.Namespace) -> tuple:
-    """Runs the model with a port on each link; returns the run, the data of the page that computes, and its title."""
+    """Runs the model with a port on each link; returns the run, the data of the live page, and its title."""
     from build_fmu.model.resources import unpack_model
     from build_fmu.show.live import prepared, with_ports
 

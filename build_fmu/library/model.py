@@ -1,6 +1,6 @@
 """The class `Model`: what controllers, observers and identification need of a model file, as NumPy arrays.
 
-All values are in SI units and rad. `n` states, `k` inputs; `docs/python.md` describes the verbs.
+All values are in SI units and rad. `n` states, `k` inputs; `docs/python.md` describes the methods.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def load(file: str | Path, tunable: Sequence[str] = ()) -> Model:
 
 
 class Model:
-    """A model file whose equations can be evaluated; every verb uses `parameters`, start values by name."""
+    """A model file whose equations can be evaluated; every method uses `parameters`, start values by name."""
 
     def __init__(self, file: Path, tunable: Sequence[str] = ()) -> None:
         """Reads the file."""
@@ -299,7 +299,7 @@ class Model:
     # instances
 
     def close(self) -> None:
-        """Frees the instances and removes temporary files; the next verb makes them again."""
+        """Frees the instances and removes temporary files; the next method makes them again."""
         for session, _ in self._opened.values():
             session.close()
         self._opened, self._fmus = {}, {}

@@ -1,4 +1,4 @@
-"""FMUs for the verbs of a model: the same file with other outputs, tunable parameters or start, without drawing and pages."""
+"""FMUs for the methods of a model: the same file with other outputs, tunable parameters or start, without drawing and pages."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ function numbers(text, Kind) {
   return new Kind(bytes.buffer);
 }
 
-const live = run.live; // of a page that computes: the library, the model and its variables
+const live = run.live; // of a live page: the library, the model and its variables
 let time = numbers(run.time, Float64Array);
 const columns = new Map();
 {

@@ -1,4 +1,4 @@
-// The page that computes: the library runs the model, sliders and mouse act on it, and the results replace those of the page.
+// The live page: the library runs the model, sliders and mouse act on it, and the results replace those of the page.
 const SPAN = 10 * Math.min(1, stopTime - startTime || 1); // s of simulated time in the plots
 const BUDGET = 20; // ms that a frame may compute; more if frames take long, up to half of the time
 const FINE = 2e-3; // s, of a communication step while the mouse pulls

@@ -1,4 +1,4 @@
-"""The page that computes: its model with a port on each link, the compiled library, and what its sliders set."""
+"""The live page: its model with a port on each link, the compiled library, and what its sliders set."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def prepared(model: Description, file: Path, frames: dict[str, str], shown: Run,
     variables = {variable.name: variable for variable in model.variables}
     for name in start:
         if variables[name].type != "Real":
-            raise UserError(f"--start {name}: a page that computes sets numbers only; write the value into the model file")
+            raise UserError(f"--start {name}: a live page sets numbers only; write the value into the model file")
     controls, own = _controls(model, set(frames.values())), set(frames.values())
     columns = {name: values for name, values in shown.columns.items() if name.split(".")[0] not in own}
     for control in controls:

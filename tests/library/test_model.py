@@ -1,4 +1,4 @@
-"""`build_fmu.load`: the verbs of a model against closed forms, and against the solver of the FMU."""
+"""`build_fmu.load`: the methods of a model against closed forms, and against the solver of the FMU."""
 
 from __future__ import annotations
 

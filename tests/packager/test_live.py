@@ -1,4 +1,4 @@
-"""The page that computes: its library against the one for this machine, by Node; the page in Chromium. `make wasm` builds what is needed."""
+"""The live page: its library against the one for this machine, by Node; the page in Chromium. `make wasm` builds what is needed."""
 
 from __future__ import annotations
 
