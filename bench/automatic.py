@@ -4,6 +4,7 @@
     python bench/automatic.py                      the files of models/ but OMITTED
     python bench/automatic.py -f kr5 -u held       models and uses whose names match the regular expressions
     python bench/automatic.py MODEL.toml...        other model files
+    python bench/automatic.py --scatter            the best single method itself instead of `auto`: what the account cannot resolve
     python bench/automatic.py --markdown           the table of docs/solver_measurements.md
 
 Work is CPU time estimated from counts, in right-hand sides of `erk`: those of other methods are weighted
@@ -31,6 +32,7 @@ from stiff import ROOT, find_program
 
 METHODS = ("erk", "adams", "dirk", "bdf")
 JUDGED = [10**-exponent for exponent in range(4, 11)]
+BETWEEN = [10 ** (-exponent / 2 - 0.25) for exponent in range(8, 20)]  # tolerances of `--scatter`
 OURS = [10 ** (-exponent / 2) for exponent in range(7, 22)]
 SINGLE = [10 ** (-exponent / 2) for exponent in range(6, 23)]
 # communication step in s, end in s, communication steps between changes of the inputs (0: constant)
@@ -113,18 +115,27 @@ class Cell:
         return measured
 
     def judge(self):
-        """Lines (model, use, rtol, work, best work, best method, error, median and 99th percentile over those of erk)."""
+        """Lines of `auto`: see `compare`."""
+        return self.compare("auto", OURS, JUDGED, 5 * LIMIT)
+
+    def scatter(self):
+        """Lines of the single methods at other tolerances, where they are the best."""
+        lines = [line for method in METHODS for line in self.compare(method, BETWEEN, BETWEEN, LIMIT)]
+        return [line for line in lines if line[2] is None or line[5] == line[8]]
+
+    def compare(self, judged, tolerances, wanted, limit):
+        """Lines (model, use, rtol, work, best work, best method, error, median and 99th percentile over those of erk, method)."""
         measured = self.measure_singles()
         if measured is None:
             return [(self.model.stem, self.use, None)]
         floor = 2 * measured["floor"]
-        own = self.run("auto", OURS, 5 * LIMIT)
+        own = self.run(judged, tolerances, limit)
         curves = {method: curve([row for row in measured["rows"] if row[0] == method], floor) for method in METHODS}
         mine = curve(own, floor)
         lines = []
         erk = {round(math.log10(row[1]), 1): row for row in measured["rows"] if row[0] == "erk"}
         for row in own:
-            if not any(math.isclose(row[1], rtol, rel_tol=0.01) for rtol in JUDGED):
+            if not any(math.isclose(row[1], rtol, rel_tol=0.01) for rtol in wanted):
                 continue
             error = max(row[3], floor)
             if error > MEANINGLESS:
@@ -136,7 +147,7 @@ class Cell:
             best, method = min(offers)
             same = erk.get(round(math.log10(row[1]), 1))
             steps = (row[4] / same[4], row[5] / same[5]) if same and same[4] > 0 and same[5] > 0 else None
-            lines.append((self.model.stem, self.use, row[1], work, best, method, error, steps))
+            lines.append((self.model.stem, self.use, row[1], work, best, method, error, steps, judged))
         return lines
 
 
@@ -209,6 +220,7 @@ def main():
     parser.add_argument("-u", "--use", default=".", help="regular expression on the use")
     parser.add_argument("--cache", type=Path, default=ROOT / "build" / "automatic", help="folder of the single methods' runs")
     parser.add_argument("--worse", type=float, default=1.5, help="print the runs with a larger ratio")
+    parser.add_argument("--scatter", action="store_true", help="judge the best single method at other tolerances")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--markdown", action="store_true")
     parser.add_argument("--build", help="build folder (build/bench or build/release)")
@@ -224,9 +236,9 @@ def main():
         if re.search(options.use, use) and (USES[use][2] == 0 or has_inputs(model))
     ]
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
-        lines = [line for found in pool.map(Cell.judge, cells) for line in found]
+        lines = [line for found in pool.map(Cell.scatter if options.scatter else Cell.judge, cells) for line in found]
     for line in sorted((line for line in lines if line[2] is not None and ratio(line) > options.worse), key=ratio):
-        model, use, rtol, work, best, method, error, _ = line
+        model, use, rtol, work, best, method, error, *_ = line
         print(f"{model}, {use}, {rtol:.0e}: {ratio(line):.2f}, {work:.0f} right-hand sides, {method} {best:.0f} at an error of {error:.1e}")
     for line in lines:
         if line[2] is None:

@@ -29,7 +29,7 @@ struct Scene {
   explicit Scene(const Model& model)
       : plan(model),
         ws(plan),
-        operations(redysim::operations(straight_line(model))),
+        line(straight_line(model)),
         q(static_cast<std::size_t>(plan.nv)),
         qd(q),
         tau(q),
@@ -42,7 +42,7 @@ struct Scene {
   }
   Plan<double> plan;
   Workspace<double> ws;
-  int operations;
+  StraightLine line;
   std::vector<double> q, qd, tau, out;
 };
 
@@ -54,8 +54,8 @@ void measure(const std::string& name, const std::shared_ptr<Scene>& scene, Evalu
       benchmark::DoNotOptimize(scene->out.data());
       benchmark::ClobberMemory();
     }
-    state.counters["operations"] = scene->operations;
-    state.counters["longest"] = longest_line(scene->q.size());
+    state.counters["operations"] = operations(scene->line);
+    state.counters["longest"] = longest_line(scene->line);
   });
 }
 

@@ -96,14 +96,20 @@ TEST_P(StraightLines, say_what_the_recursion_says) {
 
 TEST_P(StraightLines, leave_open_what_is_tunable) {
   Model model = tree();
-  const Link& last = model.links.back();
+  Link& last = model.links.back();
   if (last.joint.type == JointType::fixed) return;
-  model.fmu.tunable = {"gravity[3]", last.name + ".mass", last.joint.name + ".damping"};
+  if (GetParam() % 2 == 1) last.joint.name = last.name;
+  model.fmu.tunable = {"gravity[3]", last.name + ".mass"};
+  for (const char* parameter : {".damping", ".stiffness", ".rest", ".armature"})
+    model.fmu.tunable.push_back(last.joint.name + parameter);
   const StraightLine line = straight_line(model);
 
   model.gravity = random.vector(10);
   test::give_inertia(random, model.links.back());
-  model.links.back().joint.damping = random.between(1, 2);
+  last.joint.damping = random.between(1, 2);
+  last.joint.stiffness = random.between(1, 2);
+  last.joint.rest = random.between(-1, 1);
+  last.joint.armature = random.between(1, 2);
   Evaluate<double> recursion(model);
   const int n = recursion.nv();
   const auto q = random.numbers(n, 3), qd = random.numbers(n, 2), tau = random.numbers(n, 5);
@@ -115,6 +121,9 @@ TEST_P(StraightLines, leave_open_what_is_tunable) {
   const std::string place = "plan.joints[" + std::to_string(n - 1) + "].";
   const JointPlan<double>& joint = recursion.plan.joints.back();
   symbols[place + "damping"] = joint.damping;
+  symbols[place + "stiffness"] = joint.stiffness;
+  symbols[place + "rest"] = joint.rest;
+  symbols[place + "armature"] = joint.armature;
   symbols[place + "inertia.mass"] = joint.inertia.mass;
   set(symbols, place + "inertia.h", {joint.inertia.h.x(), joint.inertia.h.y(), joint.inertia.h.z()});
   const Symmetric3<double>& I = joint.inertia.inertia;

@@ -8,6 +8,7 @@
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/loops/cluster_rows.hpp"
 #include "math/least_norm.hpp"
+#include "math/rotation_vector.hpp"
 
 namespace redysim {
 
@@ -167,10 +168,39 @@ class ClusterAssembly : public ClusterRows<double> {
     for (std::size_t j = 0; j < free_.size(); ++j) set_position(free_[j], z[j] * unit(free_[j]));
     set_poses();
     set_rows();
+    for (int k = 0; k < loop_count(); ++k)
+      if (fixes_orientation(loop(k))) align(k);
     return phi_.norm();
   }
 
  private:
+  static bool fixes_orientation(const LoopPlan<double>& at) {
+    return at.rows.size() > 3 && is_rotation(at.rows[at.rows.size() - 3]);
+  }
+
+  // The three rows u . v = 0 of an orientation also hold after half a turn about an axis. Here they are the
+  // components of the rotation vector of frame b in frame a instead.
+  void align(int k) {
+    const LoopPlan<double>& at = loop(k);
+    const LoopGeometry<double> g = loop_geometry(at, ws_);
+    const std::size_t first = at.rows.size() - 3;
+    const auto* rows = &at.rows[first];  // x_a . z_b, y_a . z_b, x_a . y_b (model/loop_rows_of.cpp)
+    Mat3<double> a, b;
+    a << rows[0].u, rows[1].u, rows[0].u.cross(rows[1].u);
+    b << rows[2].v.cross(rows[0].v), rows[2].v, rows[0].v;
+    a = g.a.rotation * a;
+    b = g.b.rotation * b;
+    const RotationVector<double> turn(a.transpose() * b);
+    for (int axis = 0; axis < 3; ++axis) {
+      const int row = local_row(k, first + static_cast<std::size_t>(axis));
+      const Vec3<double> moment = a * turn.moment(Vec3<double>::Unit(axis));
+      phi_[row] = turn.value()[axis];
+      J_.row(row).setZero();
+      add_path(row, at.body_a, {-transposed_product(g.a.rotation, moment), Vec3<double>::Zero()}, 1);
+      add_path(row, at.body_b, {transposed_product(g.b.rotation, moment), Vec3<double>::Zero()}, 1);
+    }
+  }
+
   static constexpr double dependent = 1e-8;  // relative singular value of J
   static constexpr double rounding_of_rates = 1e-9;
   static constexpr double smallest_damping = 1e-10;

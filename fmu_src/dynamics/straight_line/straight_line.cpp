@@ -36,9 +36,16 @@ class TunablePlan {
     return true;
   }
 
+  // Not every name that begins with the link's: a joint may have the same name.
+  static bool is_inertial(const std::string& name, const std::string& link) {
+    if (name.rfind(link + ".", 0) != 0) return false;
+    const std::string parameter = name.substr(link.size() + 1, name.find('[') - link.size() - 1);
+    return parameter == "mass" || parameter == "com" || parameter == "inertia";
+  }
+
   bool tune_link(const Model& model, const std::string& name) {
     for (std::size_t i = 0; i < model.links.size(); ++i) {
-      if (name.rfind(model.links[i].name + ".", 0) != 0) continue;
+      if (!is_inertial(name, model.links[i].name)) continue;
       const int carrier = plan_.carrier[i];
       if (carrier == ground) return true;
       const std::string place = indexed("joints", carrier) + ".inertia.";
@@ -133,9 +140,10 @@ int operations(const StraightLine& line) {
   return count;
 }
 
-int longest_line(std::size_t joints) {
-  constexpr std::size_t of_few_joints = 3000, each = 280, most = 20000;
-  return static_cast<int>(std::clamp(each * joints, of_few_joints, most));
+int longest_line(const StraightLine& line) {
+  constexpr std::size_t of_few_joints = 3000, each = 280;
+  const std::size_t most = line.has_series ? 5000 : 20000;
+  return static_cast<int>(std::clamp(each * line.qdd.size(), of_few_joints, most));
 }
 
 std::string straight_line_source(const StraightLine& line, const std::string& scene) {

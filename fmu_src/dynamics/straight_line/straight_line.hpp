@@ -23,9 +23,9 @@ StraightLine straight_line(const Model& model);
 // Number of operations of `line`.
 int operations(const StraightLine& line);
 
-// Number of operations up to which the straight line is faster than the vectorised recursion of so many
-// joints (docs/specialise.md), and a compiler needs less than a minute for it.
-int longest_line(std::size_t joints);
+// Number of operations up to which such a line is faster than the vectorised recursion (docs/specialise.md), and
+// a compiler needs a minute or less for it.
+int longest_line(const StraightLine& line);
 
 // The C++ file that defines the two symbols below, and those of taylor_series.hpp, for one model; `scene` is
 // the fingerprint of its file.

@@ -379,7 +379,7 @@ std::string code(const ModelFile& file) {
     throw std::domain_error("method taylor is for forces that are inputs, without controllers and actuators");
   const StraightLine line = straight_line(model);
   const int count = operations(line);
-  if (count > longest_line(line.qdd.size()))
+  if (count > longest_line(line))
     throw std::domain_error("the recursion is faster than a straight line of " + std::to_string(count) +
                             " operations");
   return straight_line_source(line, fingerprint(file.source));
