@@ -52,7 +52,8 @@ class Result:
 
     def only(self, names: Sequence[str]) -> Result:
         """Returns the results for these outputs only."""
-        return replace(self, names=list(names), values=self.values[:, [self.names.index(name) for name in names]])
+        column = {name: i for i, name in enumerate(self.names)}
+        return replace(self, names=list(names), values=self.values[:, [column[name] for name in names]])
 
 
 class Stopped(UserError):

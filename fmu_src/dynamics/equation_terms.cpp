@@ -73,6 +73,10 @@ void EquationTerms<Scalar>::go_to(const Scalar* q, const Scalar* qd, const Scala
   if (!reactions_) return;
   set_joint_wrenches(plan_, workspace_, q, qd, qdd, ports, lambda, qdd_);
   for (int i = 0; i < plan_.nv; ++i) reactions_[i] = workspace_.joints[i].p;
+  for (const RotorPlan& rotor : plan_.rotors) {
+    const JointState<Scalar>& child = workspace_.joints[rotor.joint];
+    reactions_[rotor.joint].moment -= moment_of_child(rotor, child.omega, child.acceleration.angular);
+  }
 }
 
 template <class Scalar>

@@ -16,4 +16,13 @@ struct RotorPlan {
   double inertia = 0, ratio = 1;             // J, N
 };
 
+// Moment of the axial inertia N J on the child, of angular velocity and acceleration in its axes. The rotor
+// turns on the parent: the joint does not transmit it.
+template <class Scalar>
+Vec3<Scalar> moment_of_child(const RotorPlan& rotor, const Vec3<Scalar>& omega,
+                             const Vec3<Scalar>& acceleration) {
+  return Scalar(rotor.ratio * rotor.inertia) *
+         Vec3<Scalar>(omega.y() * omega.z(), -omega.x() * omega.z(), acceleration.z());
+}
+
 }  // namespace redysim

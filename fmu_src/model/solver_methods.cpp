@@ -1,5 +1,6 @@
 #include "model/solver_methods.hpp"
 
+#include <cmath>
 #include <cstring>
 
 #include "model/number.hpp"
@@ -23,6 +24,8 @@ bool parse_method(const char* text, SolverMethod& method) {
 
 std::string objection_to_max_rhs(const SolverSettings& settings) {
   if (!(settings.max_rhs > 0)) return {};
+  if (settings.max_rhs != std::floor(settings.max_rhs))
+    return "max_rhs must be a whole number, got " + shown(settings.max_rhs);
   if (settings.max_rhs < smallest_max_rhs)
     return "max_rhs must be 0 or at least " + std::to_string(smallest_max_rhs) + ", got " +
            shown(settings.max_rhs);

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import hypot
+
 import pytest
 
 from tests.command_line import command
@@ -204,6 +206,16 @@ def test_the_gyroscopic_torque_turns_the_arm_of_a_spinning_table(built):
         momentum = slave.reals([f"momentum.angular[{i}]" for i in (1, 2, 3)])
         # the arm's axis is -y of the ground
         assert momentum == pytest.approx([0, -(0.3 + 1e-3 * 80) * 2, (0.5 + 0.02) * 3], abs=1e-12)
+
+
+def test_the_joint_does_not_transmit_the_moment_of_the_rotor(built):
+    """Gyroscopic moments: I_a qd w of the arm at its joint, and that of the rotor, J N qd w, at the table's as well."""
+    text = WHEEL_ON_A_TABLE.replace("ALPHA", "alpha = 1.5707963267948966").replace('"acceleration"', '"acceleration", "reaction"')
+    with Slave(built(text)) as slave:
+        slave.initialize(start={"table.qd0": 3.0, "arm.qd0": 2.0})
+        of_arm, of_table = (hypot(*(slave.get(f"{joint}.reaction_torque[{i}]") for i in (1, 2))) for joint in ("arm", "table"))
+        assert of_arm == pytest.approx(0.3 * 2 * 3, rel=1e-12)
+        assert of_table == pytest.approx((0.3 + 1e-3 * 80) * 2 * 3, rel=1e-12)
 
 
 @pytest.mark.parametrize(

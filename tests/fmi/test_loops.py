@@ -394,3 +394,50 @@ def test_multipliers_that_a_planar_scene_leaves_out_are_zero(fmu):
         forces = slave.reals([f"pin.lambda[{i}]" for i in range(1, 6)])
         assert forces[2:] == [0, 0, 0]
         assert hypot(*forces[:2]) > 0.1
+
+
+# --- orientation at the start ---
+
+
+def random_rotation(random: np.random.Generator) -> np.ndarray:
+    q, _ = np.linalg.qr(random.normal(size=(3, 3)))
+    return q * np.sign(np.linalg.det(q))
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("kind", ["fixed", "prismatic"])
+def test_frames_coincide_from_any_start(built, kind, seed):
+    """The rows u . v = 0 also vanish where the frames differ by half a turn about an axis."""
+    random = np.random.default_rng(seed)
+    a, b, start = (random_rotation(random) for _ in range(3))
+    angle = np.arccos((np.trace(a.T @ start @ b) - 1) / 2)
+    half = np.arccos((np.trace(start) - 1) / 2) / 2
+    axis = np.array([start[2, 1] - start[1, 2], start[0, 2] - start[2, 0], start[1, 0] - start[0, 1]])
+    quaternion = [np.cos(half), *(np.sin(half) * axis / np.linalg.norm(axis))]
+    text = f"""
+name = "weld"
+[[link]]
+name = "body"
+joint = "free"
+mass = 1
+inertia = [0.1, 0.2, 0.25]
+q = {[0.1, 0.2, 0.3, *map(float, quaternion)]}
+[[loop]]
+name = "weld"
+type = "{kind}"
+link_a = "ground"
+link_b = "body"
+axis_a = {a[:, 2].tolist()}
+x_a = {a[:, 0].tolist()}
+axis_b = {b[:, 2].tolist()}
+x_b = {b[:, 0].tolist()}
+[[frame]]
+name = "f"
+link = "body"
+outputs = ["rotation"]
+"""
+    with Slave(built(text)) as slave:
+        slave.initialize()
+        found = np.array([[slave.get(f"f.rotation[{i},{j}]") for j in (1, 2, 3)] for i in (1, 2, 3)])
+        assert np.abs(found @ b - a).max() < 1e-9, f"from {np.degrees(angle):.0f} degrees"
+        assert slave.get("weld.gap") < 1e-9

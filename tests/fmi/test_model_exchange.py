@@ -227,8 +227,29 @@ def test_implicit_steps_with_the_exact_jacobian(fmu):
         assert not tool.errors
 
 
-def test_slopes_do_not_depend_on_the_length_of_quaternions(fmu):
-    with Exchange(fmu("top")) as tool:
+COUPLED_PENDULA = """
+[[link]]
+name = "left"
+parent = "ground"
+mass = 1
+com = [1, 0, 0]
+[[link]]
+name = "right"
+parent = "ground"
+mass = 1
+com = [1, 0, 0]
+[[coupling]]
+name = "rod"
+joints = ["left", "right"]
+ratios = [1, -1]
+[fmu]
+"""
+
+
+@pytest.mark.parametrize("beside", ["", COUPLED_PENDULA])
+def test_slopes_do_not_depend_on_the_length_of_quaternions(built, beside):
+    text = (ROOT / "models" / "top.toml").read_text(encoding="utf-8")
+    with Exchange(built(text.replace("[fmu]\n", beside or "[fmu]\n"))) as tool:
         tool.begin()
         states = moved(tool, 0.05)
         unit = tool.slope_at(0.05, states)

@@ -64,6 +64,24 @@ def test_restore_repeats_the_run_bit_for_bit(fmu, method, forced):
         assert slave.call("FreeFMUstate", c.byref(state)) == OK and not state.value
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_a_state_saved_after_a_change_of_a_parameter(fmu, method):
+    """The steps since the last restart, which CVODE repeats, were taken with other parameters."""
+    with Slave(fmu("cart")) as slave, Slave(fmu("cart")) as fresh:
+        slave.initialize(start={"solver.method": method, "hinge.q0": 1.0})
+        drive(slave, 0, 30, False)
+        assert slave.set("pole.mass", 9.0) == OK
+        state = slave.save()
+        content = slave.serialize(state)
+        expected = drive(slave, 30, 50, False)
+        assert slave.call("SetFMUstate", state) == OK
+        assert drive(slave, 30, 50, False) == expected
+        _, copy = fresh.deserialize(content)
+        assert fresh.call("SetFMUstate", copy) == OK
+        assert drive(fresh, 30, 50, False) == expected
+        assert slave.call("FreeFMUstate", c.byref(state)) == OK and fresh.call("FreeFMUstate", c.byref(copy)) == OK
+
+
 def test_restore_brings_back_life_and_start_values(fmu):
     with Slave(fmu("cart")) as slave:
         instantiated = slave.save()

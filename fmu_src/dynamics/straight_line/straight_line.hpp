@@ -23,8 +23,8 @@ StraightLine straight_line(const Model& model);
 // Number of operations of `line`.
 int operations(const StraightLine& line);
 
-// Number of operations up to which such a line is faster than the vectorised recursion (docs/specialise.md), and
-// a compiler needs a minute or less for it.
+// Number of operations up to which such a line is faster than the vectorised recursion (docs/specialise.md),
+// and a compiler needs a minute or less for it.
 int longest_line(const StraightLine& line);
 
 // The C++ file that defines the two symbols below, and those of taylor_series.hpp, for one model; `scene` is

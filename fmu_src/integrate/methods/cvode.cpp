@@ -110,14 +110,14 @@ Outcome Cvode::start(double time, const double* y) {
   work_.start();
   time_ = time;
   std::copy_n(y, y_.size(), y_.begin());
-  restart_due_ = true;
+  restart_due_ = Due::first;
   statistics_ = {};
   return check_start(time, y_);
 }
 
 void Cvode::set_state(const double* y) {
   std::copy_n(y, y_.size(), y_.begin());
-  restart_due_ = true;
+  restart_due_ = Due::first;
 }
 
 // At (time, y) with the present inputs: two right-hand sides.
@@ -232,18 +232,18 @@ Outcome Cvode::advance(double end, bool inputs_changed) {
   if (!is_later(end, time_)) return failure(time_, reasons::end_not_later);
   if (inputs_changed && system_.plan().has_motion() && !follow_motion(system_, time_, y_.data()))
     return failure(time_, reasons::motion_impossible);
-  if (restart_due_ || inputs_changed) {
-    const bool first = restart_due_;
-    restart_due_ = true;
-    if (!restart(time_, y_.data(), !first)) return failure(time_, reasons::not_finite_at_start);
-    restart_due_ = false;
+  if (restart_due_ != Due::no || inputs_changed) {
+    const bool repeated = restart_due_ != Due::first;
+    restart_due_ = Due::first;
+    if (!restart(time_, y_.data(), repeated)) return failure(time_, reasons::not_finite_at_start);
+    restart_due_ = Due::no;
   }
 
   const long steps_before = statistics_.steps;
   Outcome outcome = step_past(end);
   if (outcome.ok) outcome = interpolate(end);
   if (!outcome.ok) {
-    restart_due_ = true;
+    restart_due_ = Due::first;
     return outcome;
   }
   std::copy_n(data(error_), y_.size(), y_.begin());

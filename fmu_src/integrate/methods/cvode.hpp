@@ -26,7 +26,9 @@ class Cvode final : public Integrator {
   Outcome start(double time, const double* y) override;
   void set_state(const double* y) override;
   Outcome advance(double end, bool inputs_changed) override;
-  bool reaches(double end) const override { return !restart_due_ && since_restart(end) <= ahead_time_; }
+  bool reaches(double end) const override {
+    return restart_due_ == Due::no && since_restart(end) <= ahead_time_;
+  }
 
   double time() const override { return time_; }
   const double* state() const override { return y_.data(); }
@@ -47,6 +49,8 @@ class Cvode final : public Integrator {
     std::vector<double> y, inputs;
     long rejected_before = 0;  // statistics
   };
+  // Whether the next advance restarts: for the first time since the state was set, or once more.
+  enum class Due : unsigned char { no, first, again };
   // What a saved state holds.
   struct Saved;
 
@@ -98,7 +102,7 @@ class Cvode final : public Integrator {
   // what the future depends on
   double time_ = 0;
   std::vector<double> y_;
-  bool restart_due_ = true;
+  Due restart_due_ = Due::first;
   Restart restart_;
   double ahead_time_ = 0;         // end of CVODE's last step since the restart; not before time_
   std::int32_t steps_taken_ = 0;  // since the restart

@@ -9,7 +9,7 @@ namespace redysim {
 struct Cvode::Saved {
   double time = 0;
   std::vector<double> y;
-  unsigned char restart_due = 0, repeated = 0;
+  unsigned char restart_due = 0, repeated = 0;  // a Due, a bool
   Restart restart;
   std::int64_t rejected_before = 0;
   double ahead_time = 0;
@@ -23,7 +23,7 @@ void Cvode::save(std::vector<unsigned char>& bytes) const {
   put(writer, state_header(system_, settings_, method_));
   writer.put(time_);
   writer.put(y_.data(), y_.size());
-  writer.put(restart_due_);
+  writer.put(static_cast<unsigned char>(restart_due_));
   writer.put(restart_.time);
   writer.put(restart_.first_step);
   writer.put(restart_.repeated);
@@ -61,7 +61,9 @@ bool Cvode::read(ByteReader& reader, const System& system, Saved& saved) {
   get(reader, saved.statistics);
   restart.repeated = saved.repeated != 0;
   restart.rejected_before = static_cast<long>(saved.rejected_before);
-  if (!reader.finished() || !std::isfinite(saved.time) || saved.restart_due > 1) return false;
+  if (!reader.finished() || !std::isfinite(saved.time) ||
+      saved.restart_due > static_cast<unsigned char>(Due::again))
+    return false;
   const bool repeatable = saved.steps_taken >= 0 && saved.steps_taken <= steps_between_restarts &&
                           std::isfinite(restart.time) && restart.first_step > 0;
   return saved.restart_due != 0 || repeatable;
@@ -74,9 +76,9 @@ bool Cvode::restore(const unsigned char* bytes, std::size_t size) {
     return false;
   time_ = saved.time;
   y_.swap(saved.y);
-  restart_due_ = true;
+  restart_due_ = static_cast<Due>(saved.restart_due);
   restart_ = std::move(saved.restart);
-  if (saved.restart_due == 0) repeat_steps(saved);
+  if (restart_due_ == Due::no) repeat_steps(saved);
   work_ = saved.work;
   statistics_ = saved.statistics;
   return true;
@@ -90,8 +92,8 @@ void Cvode::repeat_steps(const Saved& saved) {
   int flag = 0;
   while (steps_taken_ < saved.steps_taken && flag >= 0) flag = take_step();
   system_.swap_inputs(present_inputs);
-  // with another model or machine the end differs: then CVODE restarts from the saved state
-  restart_due_ = flag < 0 || ahead_time_ != saved.ahead_time;
+  // with other parameters or another machine the end differs: then CVODE restarts from the saved state
+  if (flag < 0 || ahead_time_ != saved.ahead_time) restart_due_ = Due::again;
 }
 
 }  // namespace redysim

@@ -58,7 +58,6 @@ bool GivenState::set(const double* states) {
 }
 
 bool GivenState::close(double time, double* y) {
-  normalise(layout_, y);
   const double* velocities = independent_.data() + coordinates_.count();
   const auto close_from_here = [&] {
     return coordinates_.close(time, independent_.data(), velocities, driven_, y);

@@ -51,6 +51,8 @@ inline constexpr const char* loops_open = "the loop constraints cannot be satisf
 inline constexpr const char* not_finite_at_start =
     "the accelerations at the start of the step are not finite";
 inline constexpr const char* not_finite = "the accelerations are not finite";
+inline constexpr const char* loops_open_within_max_rhs =
+    "the loop constraints cannot be satisfied with the steps that solver.max_rhs allows";
 inline constexpr const char* not_finite_within_max_rhs =
     "the accelerations are not finite with the steps that solver.max_rhs allows";
 inline constexpr const char* step_too_small =

@@ -287,7 +287,7 @@ std::string OneStep::reason_of(Flag flag, const StepBudget& budget) {
     case Flag::too_short:
       return reasons::step_too_small_or_not_finite;
     case Flag::not_closed:
-      return reasons::loops_open;
+      return settings_.max_rhs > 0 ? reasons::loops_open_within_max_rhs : reasons::loops_open;
     case Flag::not_finite:
       return settings_.max_rhs > 0 ? reasons::not_finite_within_max_rhs : reasons::not_finite;
     case Flag::step_limit:

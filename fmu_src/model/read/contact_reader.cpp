@@ -66,6 +66,7 @@ class ShapeReader {
     shape.kind = section_.choice<ShapeKind>(key("shape"), shape_kinds, fallback);
     kind_ = word_of(shape.kind);
     word_known_ = !section_.has(key("shape")) || section_.text(key("shape")) == kind_;
+    if (!word_known_) allow_all_fields();
     if (shape.kind == ShapeKind::points)
       read_points(shape);
     else
@@ -97,6 +98,13 @@ class ShapeReader {
 
  private:
   std::string key(const char* field) const { return field + side_; }
+
+  // Of a misspelled shape, whose fields are not known, none is required or refused.
+  void allow_all_fields() {
+    for (const char* field : {"axis", "normal", "points", "radius", "rpy", "size", "tube"})
+      section_.allow(key(field));
+    section_.allow(key("point") + "2");
+  }
 
   bool required(const std::string& name) {
     if (section_.has(name)) return true;

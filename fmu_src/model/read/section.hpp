@@ -26,6 +26,7 @@ class Section {
   Section(const Value& table, std::string label, Findings& findings);
 
   bool has(std::string_view key) const { return table_->find(key) != nullptr; }
+  void allow(const std::string& key) { known_.push_back(key); }  // a field that nothing reads
   Place place() const { return table_->place; }
   Place place(std::string_view key) const;  // of the field's value, or of the table when it is absent
 

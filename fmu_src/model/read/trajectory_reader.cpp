@@ -1,6 +1,7 @@
 #include "model/read/trajectory_reader.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "math/angles.hpp"
 #include "model/read/joint_index.hpp"
@@ -99,6 +100,17 @@ void read_table(Section& section, double unit, const Joint& joint, const std::st
   interpolate(table, trajectory);
 }
 
+// Velocities and accelerations of very short motions overflow.
+bool is_finite(const Trajectory& trajectory) {
+  const double length = trajectory.end - trajectory.begin;
+  double sum = trajectory.kind == Trajectory::Kind::cycloid
+                   ? (trajectory.to - trajectory.from) / length / length
+                   : trajectory.from;
+  for (const Trajectory::Piece& piece : trajectory.pieces)
+    for (double coefficient : piece.coefficients) sum += 0 * coefficient;
+  return length > 0 && std::isfinite(sum);
+}
+
 Trajectory read_trajectory(Section section, const Model& model, const JointIndex& joints, bool degrees,
                            const std::string& folder, std::vector<AttachedFile>& files,
                            const Findings& findings) {
@@ -127,6 +139,9 @@ Trajectory read_trajectory(Section section, const Model& model, const JointIndex
     read_table(section, unit, joint, folder, files, trajectory);
   else
     read_move(section, shape, unit, joint, trajectory);
+  if (findings.error_count() == errors_before && !is_finite(trajectory))
+    section.error(shape == Shape::table ? "time" : "duration",
+                  "the trajectory is too short: its velocities and accelerations are not finite");
   section.refuse_unknown();
   return trajectory;
 }

@@ -190,6 +190,8 @@ TEST(model_error, settings_have_bounds) {
                    "9: solver: max_step must be >= 0, got -1", "10: solver: unknown field 'step'"}));
   EXPECT_EQ(errors(arm + "[solver]\nmax_rhs = 7\n"),
             Lines{"7: solver: max_rhs must be 0 or at least 8, got 7"});
+  EXPECT_EQ(errors(arm + "[solver]\nmax_rhs = 8.5\n"),
+            Lines{"7: solver: max_rhs must be a whole number, got 8.5"});
   EXPECT_EQ(errors(arm + "[solver]\nmax_rhs = 20\nmethod = 'bdf'\n"),
             Lines{"7: solver: max_rhs requires the method 'auto' or 'erk', got 'bdf'"});
   EXPECT_TRUE(errors(arm + "[solver]\nrtol = 2.2250738585072014e-308\n").empty());

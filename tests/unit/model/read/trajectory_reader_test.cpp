@@ -57,6 +57,11 @@ TEST(trajectory_reader, refuses_what_it_cannot_use) {
   EXPECT_EQ(with("joint = 'a'\ntype = 'cycloid'\nto = 1\n"), Lines{"8: trajectory 1: duration is required"});
   EXPECT_EQ(with("joint = 'a'\ntype = 'cycloid'\nto = 1\nduration = 0\n"),
             Lines{"12: trajectory 1: duration must be > 0, got 0"});
+  for (const char* type : {"cycloid", "cubic", "quintic"})
+    for (const char* times : {"1e-200\n", "1e-20\nstart = 1\n"})
+      EXPECT_EQ(with("joint = 'a'\ntype = '" + std::string(type) + "'\nto = 1\nduration = " + times),
+                Lines{"12: trajectory 1: the trajectory is too short: its velocities and accelerations are "
+                      "not finite"});
   EXPECT_EQ(with("joint = 'a'\ntype = 'cycloid'\nto = 1\nduration = 1\nspeed = 2\n"),
             Lines{"13: trajectory 1: unknown field 'speed'"});
   EXPECT_EQ(with("joint = 'a'\ntype = 'speed'\n"), Lines{"8: trajectory 1: speed is required"});
