@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from difflib import SequenceMatcher, get_close_matches
 
 ALIKE = 0.6  # ratio of two names from which one may be a misspelling of the other
@@ -14,6 +14,11 @@ class UserError(Exception):
 
 class InvalidArgument(UserError):
     """An option, value or combination of a command line that is wrong for every file."""
+
+
+def listed(names: Sequence[str]) -> str:
+    """Returns the first names and the number of the others."""
+    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
 
 
 def named(known: Iterable[str]) -> str:

@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 
-from build_fmu.errors import UserError
+from build_fmu.errors import UserError, listed
 from build_fmu.importers.carried import carried
 from build_fmu.importers.draft import Draft
 from build_fmu.importers.rigid import start_poses
-from build_fmu.importers.urdf_losses import some
 
 FREQUENCY = 3.0  # Hz, at least: of what a joint moves on its controller
 SAG = {"revolute": 0.02, "prismatic": 0.005}  # rad, m, at most: under the weight in the least favourable direction
@@ -40,13 +39,13 @@ def hold_start(draft: Draft) -> None:
         kd = 2 * DAMPING_RATIO * math.sqrt(kp * inertia)
         controlled[name] = (float(f"{kp:.2g}"), float(f"{kd:.2g}"))
     if idle:
-        draft.lost.append(f"--hold for {some(idle)}: these joints move no mass")
+        draft.lost.append(f"--hold for {listed(idle)}: these joints move no mass")
     if not controlled:
         raise UserError("--hold: no joint with a drive moves a mass")
     kp, kd = (list(gains) for gains in zip(*controlled.values(), strict=True))
     draft.controller = {"law": "pd", "joints": list(controlled), "kp": kp, "kd": kd, "input": True}
     draft.doubts.append(
-        f"a PD controller holds the start pose of {some(list(controlled))}: its gains give what a joint moves at least {FREQUENCY:g} Hz "
+        f"a PD controller holds the start pose of {listed(list(controlled))}: its gains give what a joint moves at least {FREQUENCY:g} Hz "
         f"and a sag of at most {SAG['revolute']:g} rad or {SAG['prismatic']:g} m under its weight; the inputs are added to its torques"
     )
 

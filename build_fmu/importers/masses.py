@@ -6,11 +6,10 @@ from argparse import Namespace
 
 import numpy as np
 
-from build_fmu.errors import UserError
+from build_fmu.errors import UserError, listed
 from build_fmu.importers.draft import GROUND, Draft, DraftLink
 from build_fmu.importers.rigid import pose_of, six_of
 from build_fmu.importers.solids import Body, Solid, body_of, is_open, joined
-from build_fmu.importers.urdf_losses import some
 
 SLENDER = 0.05  # radius of a rod over the length of the longest one
 
@@ -38,13 +37,13 @@ def add_masses(draft: Draft, solids: dict[str, list[Solid]], options: Namespace)
         if link.name in bodies:
             _fill(link, bodies[link.name].scaled(density))
     total = f"{density * volume:.4g} kg in total"
-    draft.doubts.append(f"masses and inertias of {some(list(bodies))}: {density:.4g} kg/m3 and {source}, {total}")
+    draft.doubts.append(f"masses and inertias of {listed(list(bodies))}: {density:.4g} kg/m3 and {source}, {total}")
     boxes = {solid.file for name in bodies for solid in solids[name] if solid.file and is_open(solid.file)}
     if boxes:
         draft.doubts.append(f"{len(boxes)} meshes are not closed: their masses are those of their bounding boxes")
     left = [link.name for link in empty if link.name not in bodies]
     if left:
-        draft.doubts.append(f"without shapes and therefore without mass: {some(left)}")
+        draft.doubts.append(f"without shapes and therefore without mass: {listed(left)}")
 
 
 def fixed_to_ground(links: list[DraftLink]) -> set[str]:

@@ -7,14 +7,13 @@ from argparse import Namespace
 from collections import Counter
 from pathlib import Path
 
-from build_fmu.errors import UserError, did_you_mean
+from build_fmu.errors import UserError, did_you_mean, listed
 from build_fmu.importers.draft import Draft, legal
 from build_fmu.importers.mjcf_bodies import WORLD, Tree
 from build_fmu.importers.mjcf_file import FILE, Mjcf, elements
 from build_fmu.importers.mjcf_parts import Parts
 from build_fmu.importers.tree import TreeLayout, set_pose
 from build_fmu.importers.urdf_limits import add_stops, report_outside, start_inside
-from build_fmu.importers.urdf_losses import some
 
 # sections that are read, concern other tasks of MuJoCo, or are listed elsewhere
 SECTIONS = (
@@ -95,7 +94,7 @@ def _options(mj: Mjcf, draft: Draft) -> None:
                 draft.gravity = [0.0, 0.0, 0.0]
             off = [key for key in FORCES if flag.get(key) == "disable"]
             if off:
-                draft.lost.append(f"{mj.place(flag)}: <flag> disables {some(off)}: the model has these forces")
+                draft.lost.append(f"{mj.place(flag)}: <flag> disables {listed(off)}: the model has these forces")
         for key in ("wind", "density", "viscosity"):
             if any(mj.numbers(element, element.attrib, key, None, "0")):
                 draft.lost.append(f"{mj.place(element)}: '{key}' of <option>: forces of a medium")
@@ -124,4 +123,4 @@ def _losses(mj: Mjcf, tree: Tree, draft: Draft, options: Namespace) -> None:
     if any(body.friction for body in tree.bodies.values()):
         draft.doubts.append("frictionloss is dry friction with a smooth law here, see friction_velocity")
     if not math.isclose(sum(x * x for x in draft.gravity), 9.81**2, rel_tol=1e-3):
-        draft.doubts.append(f"gravity is {some([f'{x:g}' for x in draft.gravity])} m/s2, as in the file")
+        draft.doubts.append(f"gravity is {listed([f'{x:g}' for x in draft.gravity])} m/s2, as in the file")

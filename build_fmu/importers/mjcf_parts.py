@@ -7,7 +7,7 @@ from collections import Counter
 import numpy as np
 from lxml import etree
 
-from build_fmu.errors import UserError, did_you_mean
+from build_fmu.errors import UserError, did_you_mean, listed
 from build_fmu.importers.draft import GROUND, DraftLink, DraftTie
 from build_fmu.importers.mjcf_bodies import Tree
 from build_fmu.importers.mjcf_file import elements, of_quaternion, quaternion_of
@@ -15,7 +15,6 @@ from build_fmu.importers.rigid import inverse, position_and_angles, start_poses
 from build_fmu.importers.tree import TreeLayout
 from build_fmu.importers.urdf_contacts import Solid as ContactSolid
 from build_fmu.importers.urdf_contacts import add_contacts
-from build_fmu.importers.urdf_losses import some
 
 DRAWN = ("box", "cylinder", "sphere", "capsule", "mesh")
 TOUCHING = ("sphere", "capsule", "cylinder", "box", "mesh")
@@ -173,15 +172,17 @@ class Parts:
                 self.draft.actuators.append(DraftTie("", {"joint": self.link_of(joint).joint_name, "torque_limit": most}))
         uneven = [joint for joint, both in bounds.items() if both.sum()]
         if bounds and not limits:
-            self.draft.lost.append(f"the ranges of the actuators of {some(list(bounds))}: --limits converts them to torque limits")
+            self.draft.lost.append(f"the ranges of the actuators of {listed(list(bounds))}: --limits converts them to torque limits")
         elif uneven:
-            self.draft.lost.append(f"the smaller bounds of the actuators of {some(uneven)}: a torque limit acts in both directions")
+            self.draft.lost.append(f"the smaller bounds of the actuators of {listed(uneven)}: a torque limit acts in both directions")
         if geared:
             self.draft.doubts.append(
-                f"inputs are torques or forces on the joint, gear times control: the gears of {some(geared)} are omitted"
+                f"inputs are torques or forces on the joint, gear times control: the gears of {listed(geared)} are omitted"
             )
         if servos:
-            self.draft.lost.append(f"the laws of the actuators of {some(servos)}: the input is the torque on the joint; add a [controller]")
+            self.draft.lost.append(
+                f"the laws of the actuators of {listed(servos)}: the input is the torque on the joint; add a [controller]"
+            )
 
     def _range(self, element: etree._Element, values: dict[str, str], gear: float) -> np.ndarray:
         """Returns the bounds of the torque on the joint."""
@@ -243,10 +244,10 @@ class Parts:
         keys = {k.get("name") or f"{i}": k for i, k in enumerate(self.mj.root.findall("keyframe/key"))}
         if wanted is None:
             if keys:
-                self.draft.doubts.append(f"the start configuration is qpos0; --keyframe selects one of: {some(list(keys))}")
+                self.draft.doubts.append(f"the start configuration is qpos0; --keyframe selects one of: {listed(list(keys))}")
             return
         if wanted not in keys:
-            raise UserError(f"--keyframe: unknown keyframe '{wanted}'{did_you_mean(wanted, keys) or f'; available: {some(list(keys))}'}")
+            raise UserError(f"--keyframe: unknown keyframe '{wanted}'{did_you_mean(wanted, keys) or f'; available: {listed(list(keys))}'}")
         key = keys[wanted]
         sizes = {"free": (7, 6), "ball": (4, 3)}
         counts = [sizes.get(joint.kind, (1, 1)) for joint in self.tree.joints]

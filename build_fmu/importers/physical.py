@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from build_fmu.errors import listed
 from build_fmu.importers.carried import carried
 from build_fmu.importers.draft import GROUND, Draft, DraftLink
 from build_fmu.importers.rigid import matrix_of
-from build_fmu.importers.urdf_losses import some
 
 NEGATIVE = 1e-12  # of the largest principal moment: a smaller negative one is a rounding error
 AXES = 3  # revolute axes that can become linearly dependent
@@ -38,8 +38,8 @@ def lock_massless(draft: Draft) -> None:
     draft.couplings = [tie for tie in draft.couplings if tie.name not in cut]
     if idle:
         draft.doubts.append(
-            f"{some(list(idle))} move no mass and are locked: --density or --mass gives their links masses from their shapes"
-            + (f"; their couplings {some(cut)} are omitted" if cut else "")
+            f"{listed(list(idle))} move no mass and are locked: --density or --mass gives their links masses from their shapes"
+            + (f"; their couplings {listed(cut)} are omitted" if cut else "")
         )
 
 
@@ -59,7 +59,7 @@ def warn_of_singularity(draft: Draft) -> None:
             found.append(f"{', '.join(chain)} (axes {', '.join(axes)})")
     if found:
         draft.doubts.append(
-            f"neither mass nor inertia: {some(found)}; in a pose where these axes become linearly dependent the mass matrix is "
+            f"neither mass nor inertia: {listed(found)}; in a pose where these axes become linearly dependent the mass matrix is "
             "singular, and a simulation stops there; give these links mass or inertia"
         )
 

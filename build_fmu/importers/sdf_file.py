@@ -12,11 +12,10 @@ from pathlib import Path
 import numpy as np
 from lxml import etree
 
-from build_fmu.errors import UserError, did_you_mean
+from build_fmu.errors import UserError, did_you_mean, listed
 from build_fmu.importers.mjcf_file import elements, of_quaternion
 from build_fmu.importers.rigid import inverse, transform
 from build_fmu.importers.urdf_file import Urdf, parsed
-from build_fmu.importers.urdf_losses import some
 
 MODEL, WORLD = "__model__", "world"
 # the children of each element that are read
@@ -222,7 +221,7 @@ class Sdf(Urdf):
             elif closes:
                 forces = [child.tag for child in joint.iterfind("axis/*") if child.tag in ("dynamics", "limit", "mimic")]
                 if forces:
-                    self.lost.append(f"{self.shown}:{joint.sourceline}: {some(forces)} of '{name}', which closes a loop")
+                    self.lost.append(f"{self.shown}:{joint.sourceline}: {listed(forces)} of '{name}', which closes a loop")
                 at = self.place(name, joint)
                 poses = tuple(inverse(self.frame[end]) @ at for end in (parent, child))
                 axis = self._axis(joint, "axis", at) if joint.find("axis") is not None else np.array([0.0, 0, 1])

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from lxml import etree
 
-from build_fmu.errors import UserError, did_you_mean
+from build_fmu.errors import UserError, did_you_mean, listed
 from build_fmu.importers.draft import Draft, legal
 from build_fmu.importers.masses import add_masses
 from build_fmu.importers.physical import lock_massless, possible, warn_of_singularity
@@ -19,7 +19,7 @@ from build_fmu.importers.urdf_actuators import add_actuators
 from build_fmu.importers.urdf_contacts import add_urdf_contacts
 from build_fmu.importers.urdf_file import DEGREES, NEAR_RIGHT, Urdf
 from build_fmu.importers.urdf_limits import add_stops, report_outside, start_inside
-from build_fmu.importers.urdf_losses import report_losses, some
+from build_fmu.importers.urdf_losses import report_losses
 from build_fmu.importers.urdf_mimic import add_couplings, follow, read_mimics
 from build_fmu.importers.urdf_visuals import add_shapes, solids_of
 
@@ -217,7 +217,7 @@ def _limits(urdf: Urdf, joint: etree._Element, name: str, draft: Draft) -> tuple
 def _root(urdf: Urdf, bodies: dict[str, Body]) -> str:
     roots = [body.name for body in bodies.values() if not body.parent]
     if len(roots) != 1:
-        what = f"links without a parent: {some(roots)}" if roots else "cyclic parent references"
+        what = f"links without a parent: {listed(roots)}" if roots else "cyclic parent references"
         raise UserError(f"{urdf.path}: {what}; a URDF must have one root link")
     return roots[0]
 
@@ -231,5 +231,5 @@ def _check_reached(urdf: Urdf, bodies: dict[str, Body], root: str) -> None:
     lost = [name for name in bodies if name not in reached]
     if lost:
         raise UserError(
-            f"{urdf.shown}:{bodies[lost[0]].line}: cyclic parent references: {some(lost)} have no path to the root link '{root}'"
+            f"{urdf.shown}:{bodies[lost[0]].line}: cyclic parent references: {listed(lost)} have no path to the root link '{root}'"
         )

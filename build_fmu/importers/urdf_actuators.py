@@ -7,11 +7,10 @@ from dataclasses import dataclass, field
 
 from lxml import etree
 
-from build_fmu.errors import did_you_mean
+from build_fmu.errors import did_you_mean, listed
 from build_fmu.importers.draft import Draft, DraftTie
 from build_fmu.importers.toml_writer import number
 from build_fmu.importers.urdf_file import Urdf
-from build_fmu.importers.urdf_losses import some
 
 DRIVEN = ("revolute", "prismatic")
 LIMITS = {"effort": "torque_limit", "velocity": "speed_limit"}
@@ -33,7 +32,7 @@ def add_actuators(urdf: Urdf, joints: dict, layout, limits: bool) -> None:
     links = {link.name: link for link in draft.links}
     idle = [name for name, drive in drives.items() if drive.idle_reduction is not None]
     if idle:
-        draft.lost.append(f"the reductions of {some(idle)}: without <motorInertia> they have no effect on the motion")
+        draft.lost.append(f"the reductions of {listed(idle)}: without <motorInertia> they have no effect on the motion")
     following = []
     for name, drive in drives.items():
         link = links[layout.called[joints[name].name]]
@@ -43,7 +42,7 @@ def add_actuators(urdf: Urdf, joints: dict, layout, limits: bool) -> None:
             note = [] if drive.idle_reduction is None else [f"URDF: gear_ratio = {number(drive.idle_reduction)}, without a rotor inertia"]
             draft.actuators.append(DraftTie("", {"joint": link.joint_name, **drive.fields}, note))
     if following:
-        draft.lost.append(f"the drives of {some(following)}: mimic joints have no drive of their own")
+        draft.lost.append(f"the drives of {listed(following)}: mimic joints have no drive of their own")
 
 
 def _read_transmissions(urdf: Urdf, joints: dict, drives: dict[str, Drive], draft: Draft) -> None:
@@ -71,9 +70,9 @@ def _read_transmissions(urdf: Urdf, joints: dict, drives: dict[str, Drive], draf
         elif reduction != 1:
             drive.idle_reduction = reduction
     for reason, places in refused.items():
-        draft.lost.append(f"line {places[0][0]}: <transmission> {some([name for _, name in places])}: {reason}")
+        draft.lost.append(f"line {places[0][0]}: <transmission> {listed([name for _, name in places])}: {reason}")
     if still:
-        draft.lost.append(f"<transmission> of {some(still)}: only revolute, continuous and prismatic joints have drives")
+        draft.lost.append(f"<transmission> of {listed(still)}: only revolute, continuous and prismatic joints have drives")
 
 
 def _reason(element: etree._Element, named: list[str], joints: dict, drives: dict[str, Drive]) -> str:
@@ -118,6 +117,6 @@ def _read_limits(urdf: Urdf, joints: dict, drives: dict[str, Drive], draft: Draf
         if fields and wanted:
             drives.setdefault(name, Drive()).fields.update(fields)
     if bounded and not wanted:
-        draft.lost.append(f"the effort and velocity limits of {some(bounded)}: --limits converts them to limits of actuators")
+        draft.lost.append(f"the effort and velocity limits of {listed(bounded)}: --limits converts them to limits of actuators")
     if idle and wanted:
-        draft.doubts.append(f"limits that are not positive are read as no limit: {some(idle)}")
+        draft.doubts.append(f"limits that are not positive are read as no limit: {listed(idle)}")

@@ -11,12 +11,11 @@ import numpy as np
 from lxml import etree
 
 from build_fmu.draw.meshes import mesh_parts
-from build_fmu.errors import UserError
+from build_fmu.errors import UserError, listed
 from build_fmu.importers.draft import GROUND, Draft, DraftTie
 from build_fmu.importers.masses import fixed_to_ground
 from build_fmu.importers.rigid import position_and_angles, start_poses, transform
 from build_fmu.importers.urdf_file import Urdf
-from build_fmu.importers.urdf_losses import some
 from build_fmu.importers.urdf_visuals import mesh_file
 
 STATIC_DEPTH = 1e-3  # m, of the points that carry the weight
@@ -259,7 +258,7 @@ def _report(draft: Draft, chosen: list[Solid], poses: dict[str, np.ndarray], sti
     kinds = Counter(solid.kind for solid in chosen)
     counts = ", ".join(f"{count} x <{kind}>" for kind, count in kinds.items())
     law = f"damping {LAW['damping']:g} s/m, friction {LAW['friction']:g}, friction_velocity {LAW['friction_velocity']:g} m/s"
-    links = some(list(dict.fromkeys(solid.link for solid in chosen)))
+    links = listed(list(dict.fromkeys(solid.link for solid in chosen)))
     draft.doubts.append(f"contact of {counts} ({links}) with the plane z = 0: {stiffness}; {law} are assumed")
     for upright, words in (
         (True, f"{2 * RIM_POINTS} points on the rims, because it stands upright; it does not roll smoothly"),
@@ -268,12 +267,12 @@ def _report(draft: Draft, chosen: list[Solid], poses: dict[str, np.ndarray], sti
         found = [s.link for s in chosen if s.kind == "cylinder" and _is_upright(s, poses[s.link]) == upright]
         if found:
             found = list(dict.fromkeys(found))
-            draft.doubts.append(f"<cylinder> of {some(found)}: each is {words}")
+            draft.doubts.append(f"<cylinder> of {listed(found)}: each is {words}")
 
     meshes = [solid for solid in chosen if solid.kind == "mesh"]
     if meshes:
         found, most = list(dict.fromkeys(solid.link for solid in meshes)), max(len(solid.points) for solid in meshes)
-        draft.doubts.append(f"<mesh> of {some(found)}: each is at most {most} points of its convex hull; it does not roll smoothly")
+        draft.doubts.append(f"<mesh> of {listed(found)}: each is at most {most} points of its convex hull; it does not roll smoothly")
 
 
 def _lift(draft: Draft, poses: dict[str, np.ndarray], lowest: float) -> None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Container
 
+from build_fmu.errors import listed
 from build_fmu.importers.carried import carried
 from build_fmu.importers.draft import Draft
 from build_fmu.importers.standing import feet_below
-from build_fmu.importers.urdf_losses import some
 
 INSIDE = 0.05  # of the range: distance of a chosen start position from the limit
 FREQUENCY = 20.0  # Hz, of what a joint moves against its stop
@@ -31,9 +31,9 @@ def start_inside(limited: list, asked: Container[str], draft: Draft, legs: tuple
         body.q = rounded if low <= rounded <= high else wanted
         moved.append(body)
     if moved:
-        chosen = some([f"{body.joint} = {body.q:g}" for body in moved])
+        chosen = listed([f"{body.joint} = {body.q:g}" for body in moved])
         hips = feet_below(moved, *legs, asked) if legs else []
-        below = f"; the feet stay below: {some([f'{body.joint} = {body.q:g}' for body in hips])}" if hips else ""
+        below = f"; the feet stay below: {listed([f'{body.joint} = {body.q:g}' for body in hips])}" if hips else ""
         draft.doubts.append(f"start positions inside the limits are chosen: {chosen}{below}; --pose JOINT=VALUE sets others")
 
 
@@ -41,14 +41,14 @@ def report_outside(limited: list, draft: Draft) -> None:
     """Reports start positions outside the limits: those of --pose and of mimic joints."""
     outside = [f"{b.joint} ({b.limits[0]:g} to {b.limits[1]:g})" for b in limited if not b.limits[0] <= b.q <= b.limits[1]]
     if outside:
-        draft.doubts.append(f"the start position is outside the limits of {some(outside)}: set it with --pose JOINT=VALUE")
+        draft.doubts.append(f"the start position is outside the limits of {listed(outside)}: set it with --pose JOINT=VALUE")
 
 
 def add_stops(limited: list, layout, stops: float | str | None) -> None:
     """Adds stops at the limits, of stiffness `stops` or, without one, by the masses; lists the limits if `stops` is "none"."""
     draft, links = layout.draft, {link.name: link for link in layout.draft.links}
     if stops == "none" and limited:
-        draft.lost.append(f"the limits of {some([body.joint for body in limited])}: omitted with --stops none")
+        draft.lost.append(f"the limits of {listed([body.joint for body in limited])}: omitted with --stops none")
     if stops == "none":
         return
     moved = {} if stops or not limited else carried(draft.links)
@@ -67,8 +67,9 @@ def add_stops(limited: list, layout, stops: float | str | None) -> None:
         chosen.append(body.joint)
     if chosen and not stops:
         draft.doubts.append(
-            f"stops at the limits of {some(chosen)}: the stiffness gives what the joint moves in the start pose {FREQUENCY:g} Hz, damping "
-            f"{DAMPING['revolute']:g} s/rad or {DAMPING['prismatic']:g} s/m; --stops STIFFNESS sets one stiffness, --stops none omits stops"
+            f"stops at the limits of {listed(chosen)}: the stiffness gives what the joint moves in the start pose {FREQUENCY:g} Hz, "
+            f"damping {DAMPING['revolute']:g} s/rad or {DAMPING['prismatic']:g} s/m; --stops STIFFNESS sets one stiffness, --stops none "
+            "omits stops"
         )
     if idle:
-        draft.lost.append(f"the limits of {some(idle)}: these joints move no mass; --stops STIFFNESS converts them to stops")
+        draft.lost.append(f"the limits of {listed(idle)}: these joints move no mass; --stops STIFFNESS converts them to stops")

@@ -90,8 +90,3 @@ def _masses(robot: etree._Element, draft: Draft) -> None:
         missing = [key for key in ("ixx", "iyy", "izz") if tensor is not None and key not in tensor.attrib]
         if missing:
             draft.doubts.append(f"line {tensor.sourceline}: <inertia> of '{name}' has no {', '.join(missing)}; set to 0")
-
-
-def some(names: list[str]) -> str:
-    """Returns the first names and the number of the others."""
-    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Container
 from dataclasses import dataclass
 
-from build_fmu.errors import did_you_mean
+from build_fmu.errors import did_you_mean, listed
 from build_fmu.importers.draft import Draft, DraftTie
 from build_fmu.importers.urdf_file import Urdf
-from build_fmu.importers.urdf_losses import some
 
 COUPLED = ("revolute", "prismatic")
 
@@ -39,7 +38,7 @@ def read_mimics(urdf: Urdf, joints: dict, draft: Draft) -> list[Mimic]:
             found[name] = Mimic(name, leader, multiplier, offset)
     cyclic = [name for name in found if _follows_itself(name, found)]
     if cyclic:
-        draft.lost.append(f"<mimic> of {some(cyclic)}: cyclic references")
+        draft.lost.append(f"<mimic> of {listed(cyclic)}: cyclic references")
     ordered: dict[str, Mimic] = {}
     for name in found:
         chain = []

@@ -7,12 +7,12 @@ from pathlib import Path
 
 from lxml import etree
 
+from build_fmu.errors import listed
 from build_fmu.importers.draft import DraftTie
 from build_fmu.importers.packages import places_of
 from build_fmu.importers.rigid import position_and_angles
 from build_fmu.importers.solids import Solid
 from build_fmu.importers.urdf_file import Urdf
-from build_fmu.importers.urdf_losses import some
 
 SIZES = {"sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
 
@@ -41,7 +41,7 @@ def add_shapes(urdf: Urdf, layout) -> None:
                 layout.draft.shapes.append(DraftTie("", fields))
     layout.draft.lost += [f"{count} <visual> shapes of <{tag}>" for tag, count in omitted.items()]
     if missing:
-        layout.draft.lost.append(f"{len(missing)} <visual> meshes: files not found: {some(sorted(set(missing)))}")
+        layout.draft.lost.append(f"{len(missing)} <visual> meshes: files not found: {listed(sorted(set(missing)))}")
 
 
 def solids_of(urdf: Urdf, layout) -> dict[str, list[Solid]]:
