@@ -167,7 +167,8 @@ def _head(where: str, head: list[str]) -> dict[str, Column]:
         if field is None and key in ("i", "#", "no", "nr", "number", ""):
             field = f"ignored {len(columns)}"
         if field is None:
-            raise UserError(f"{where}: unknown column '{title}'{did_you_mean(key.lower(), known)}; known: {', '.join(COLUMNS)}")
+            hint = did_you_mean(key.lower(), known) or f"; supported: {', '.join(COLUMNS)}"
+            raise UserError(f"{where}: unknown column '{title}'{hint}")
         if field in fields:
             raise UserError(f"{where}: two columns for '{field}'")
         fields.add(field)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from lxml import etree
 
+from build_fmu.errors import did_you_mean
 from build_fmu.importers.draft import Draft
 from build_fmu.importers.mjcf_file import Mjcf, elements, towards, turn
 from build_fmu.importers.rigid import inverse, matrix_of, transform
@@ -135,7 +136,8 @@ class Tree:
         values = dict(element.attrib) if element.tag == "freejoint" else mj.attributes(element, inherited)
         kind = "free" if element.tag == "freejoint" else values.get("type", "hinge")
         if kind not in KINDS:
-            raise mj.error(element, f"unknown joint type '{kind}'; known: {', '.join(KINDS)}")
+            hint = did_you_mean(kind, KINDS) or f"; supported: {', '.join(KINDS)}"
+            raise mj.error(element, f"unknown joint type '{kind}'{hint}")
         name = values.get("name", "") or (body if count == 1 else f"{body}_joint{index + 1}")
         if any(joint.name == name for joint in self.joints):
             raise mj.error(element, f"duplicate joint '{name}'")

@@ -7,7 +7,7 @@ from collections import Counter
 import numpy as np
 from lxml import etree
 
-from build_fmu.errors import UserError, did_you_mean, listed
+from build_fmu.errors import UserError, did_you_mean, listed, named
 from build_fmu.importers.draft import GROUND, DraftLink, DraftTie
 from build_fmu.importers.mjcf_bodies import Tree
 from build_fmu.importers.mjcf_file import elements, of_quaternion, quaternion_of
@@ -247,7 +247,7 @@ class Parts:
                 self.draft.doubts.append(f"the start configuration is qpos0; --keyframe selects one of: {listed(list(keys))}")
             return
         if wanted not in keys:
-            raise UserError(f"--keyframe: unknown keyframe '{wanted}'{did_you_mean(wanted, keys) or f'; available: {listed(list(keys))}'}")
+            raise UserError(f"--keyframe: unknown keyframe '{wanted}'{did_you_mean(wanted, keys) or named(keys)}")
         key = keys[wanted]
         sizes = {"free": (7, 6), "ball": (4, 3)}
         counts = [sizes.get(joint.kind, (1, 1)) for joint in self.tree.joints]

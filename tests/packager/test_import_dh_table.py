@@ -214,6 +214,7 @@ def test_what_is_said(tmp_path):
         ("alpha\n1\n", "arm.csv:1: the header 'alpha' has one column"),
         ("alpha,a\n", "has a header but no rows"),
         ("alfa,a\n0,1\n", "arm.csv:1: unknown column 'alfa'; did you mean 'alpha'?"),
+        ("xyzzy,a\n0,1\n", "arm.csv:1: unknown column 'xyzzy'; supported: name, "),
         ("alpha [deg],alp\n0,1\n", "arm.csv:1: two columns for 'alpha'"),
         ("alpha [kg],a\n0,1\n", "'alpha [kg]': 'kg' is not a unit of alpha"),
         ("alpha [dg],a\n0,1\n", "'dg' is not a unit of alpha; did you mean 'deg'?"),
