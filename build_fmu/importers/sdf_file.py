@@ -61,20 +61,19 @@ class Sdf(Urdf):
     source = "SDF"
 
     def __init__(self, path: Path, options: Namespace) -> None:
-        self.path, self.snap, self.near_right, self.shown, self.like_degrees = path, options.snap, 0, f"{path}", []
+        super().__init__(path, etree.Element("robot"), options.snap)
         self.file = parsed(path, path.read_bytes())
         if self.file.tag != "sdf":
             raise UserError(f"{path}: the root element must be <sdf>, got <{self.file.tag}>")
         self.lost: list[str] = []
         self.doubts: list[str] = []
-        self.springs = {}
         self.closing: list[Closing] = []
         self.poses: dict[etree._Element, np.ndarray] = {}
         self.massless = options.density is not None or options.mass is not None
         self.gravity = [0.0, 0.0, -9.8]
         self.model = self._model()
         self._frames()
-        self.root = etree.Element("robot", name=self.model.get("name", ""))
+        self.root.set("name", self.model.get("name", ""))
         self._links()
         self._joints()
         self._losses()

@@ -38,7 +38,7 @@ RESIDUE = 1e-16  # m2: an inertia below this times the mass is a rounding error
 
 def read(path: Path, options: Namespace) -> Draft:
     """Returns the draft; raises UserError with file, line and element."""
-    return draft_of(Urdf(path, options.snap, options.arg), options)[0]
+    return draft_of(Urdf.of_file(path, options.snap, options.arg), options)[0]
 
 
 def draft_of(urdf: Urdf, options: Namespace) -> tuple[Draft, TreeLayout]:

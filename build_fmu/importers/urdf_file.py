@@ -23,17 +23,21 @@ class Urdf:
 
     source = "URDF"  # the name of the format
 
-    def __init__(self, path: Path, snap: bool, arguments: Sequence[str] = ()) -> None:
-        """`arguments` are those of xacro, NAME=VALUE."""
-        self.path, self.snap, self.near_right = path, snap, 0
+    def __init__(self, path: Path, root: etree._Element, snap: bool, shown: str = "") -> None:
+        """`root` is the <robot>; `shown` is the name of the file in messages with lines, if it differs from its path."""
+        self.path, self.root, self.snap, self.shown = path, root, snap, shown or f"{path}"
+        self.near_right = 0
         self.like_degrees: list[str] = []
         self.springs: dict[str, tuple[float, float]] = {}  # stiffness and rest by joint, which a URDF does not have
-        text = read_text(path)
-        macros = has_macros(path, text)
-        self.shown = f"{path} (expanded)" if macros else f"{path}"  # lines of messages
-        self.root = parsed(path, expanded(path, arguments) if macros else path.read_bytes())
-        if self.root.tag != "robot":
-            raise UserError(f"{path}: the root element must be <robot>, got <{self.root.tag}>")
+
+    @classmethod
+    def of_file(cls, path: Path, snap: bool, arguments: Sequence[str] = ()) -> Urdf:
+        """Reads a file; `arguments` are those of xacro, NAME=VALUE."""
+        macros = has_macros(path, read_text(path))
+        root = parsed(path, expanded(path, arguments) if macros else path.read_bytes())
+        if root.tag != "robot":
+            raise UserError(f"{path}: the root element must be <robot>, got <{root.tag}>")
+        return cls(path, root, snap, f"{path} (expanded)" if macros else "")
 
     def error(self, element: etree._Element, sentence: str) -> UserError:
         return UserError(f"{self.shown}:{element.sourceline}: {sentence}")
