@@ -107,7 +107,7 @@ def _read_limits(urdf: Urdf, joints: dict, drives: dict[str, Drive], draft: Draf
             continue
         fields = {}
         for key, ours in LIMITS.items():
-            value = math.inf if limit.get(key, "").strip() in ("inf", "+inf") else urdf.numbers(limit, key, 1, "0")[0]
+            value = math.inf if limit.get(key) in ("inf", "+inf") else urdf.numbers(limit, key, 1, "0")[0]
             if 0 < value < math.inf:
                 fields[ours] = value
             elif value <= 0 and key in limit.attrib:

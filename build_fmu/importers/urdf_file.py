@@ -45,7 +45,7 @@ class Urdf:
     def text(self, element: etree._Element, key: str) -> str:
         if key not in element.attrib:
             raise self.error(element, f"<{element.tag}> has no attribute '{key}'{did_you_mean(key, element.attrib)}")
-        return element.attrib[key].strip()
+        return element.attrib[key]
 
     def numbers(self, element: etree._Element, key: str, count: int, default: str) -> list[float]:
         words = element.attrib.get(key, default).split()
@@ -91,7 +91,7 @@ class Urdf:
 
 
 def parsed(path: Path, text: bytes) -> etree._Element:
-    """Returns the root element; raises UserError with file, line, column."""
+    """Returns the root element, with attributes without surrounding spaces; raises UserError with file, line, column."""
     # prefixes without a namespace are common in URDF files, and the only error that is accepted
     parser = etree.XMLParser(recover=True, resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True)
     root = etree.fromstring(text or b" ", parser)
@@ -103,4 +103,7 @@ def parsed(path: Path, text: bytes) -> etree._Element:
     dtd = root.getroottree().docinfo.internalDTD
     if dtd is not None and any(dtd.iterentities()):
         raise UserError(f"{path}:1: XML entities are not supported")
+    for element in root.iter("*"):
+        for key, value in element.attrib.items():
+            element.set(key, value.strip())
     return root

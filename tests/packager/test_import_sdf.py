@@ -56,6 +56,11 @@ def outputs(draft, tmp_path, values, names):
         return session.read(names)
 
 
+def test_spaces_around_names_do_not_count(tmp_path):
+    spaced = DOG.replace('name="j1"', 'name=" j1 "').replace('name="hip"', 'name=" hip"').replace("<parent>hip<", "<parent> hip <")
+    assert spaced.count(" hip") == 2 and model_text(imported(tmp_path, spaced)) == model_text(imported(tmp_path, DOG))
+
+
 @needs_library
 def test_accelerations_of_drake(tmp_path):
     """Drake 1.51, MultibodyPlant, of the same file, with the gravity of its <world>."""

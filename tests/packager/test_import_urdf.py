@@ -1,6 +1,7 @@
 """Conversion of URDF files to modified DH; omissions are listed; errors are reported with file and line."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -51,6 +52,12 @@ def test_an_unknown_attribute_is_told_once(tmp_path):
         "2 x 'D' of <dynamics>, first in line 11",
         "2 x 'mu' of <dynamics>, first in line 11",
     ]
+
+
+def test_spaces_around_names_do_not_count(tmp_path):
+    spaced = re.sub(r'\b(name|link|joint|type)="([^"]*)"', r'\1=" \2\t"', ARM)
+    assert '<mimic joint=" shoulder\t"' in spaced
+    assert model_text(imported(tmp_path, spaced, limits=True)) == model_text(imported(tmp_path, ARM, limits=True))
 
 
 def test_the_model_file_is_called_as_its_source_is(tmp_path, monkeypatch):
