@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import chain, count
 
 import numpy as np
 from lxml import etree
@@ -61,10 +62,13 @@ class Tree:
     geoms: list[Geom] = field(default_factory=list)
     sites: dict[str, tuple[str, np.ndarray]] = field(default_factory=dict)
     omitted: Counter = field(default_factory=Counter)
-    unnamed: int = 0
+    used: dict[str, set[str]] = field(default_factory=dict)  # names of bodies, joints and sites, which generated names avoid
 
     def read(self) -> None:
         """Fills the tree."""
+        for kind, tags in (("body", ("body",)), ("joint", JOINTS), ("site", ("site",))):
+            named = (element.get("name") for tag in tags for element in self.mj.root.iterfind(f"worldbody//{tag}"))
+            self.used[kind] = {name for name in named if name}
         for element in self.mj.root.findall("worldbody"):
             self._contents(element, WORLD, element.get("childclass", ""), np.eye(4))
         self._limit_masses()
@@ -78,7 +82,8 @@ class Tree:
                 self._geom(child, body, inner, pose)
             elif child.tag == "site":
                 values = self.mj.attributes(child, inner)
-                self.sites[values.get("name", f"site{len(self.sites)}")] = (body, pose @ self._pose_of_shape(child, values)[0])
+                name = values.get("name") or self._unused("site", (f"site{i}" for i in count(len(self.sites))))
+                self.sites[name] = (body, pose @ self._pose_of_shape(child, values)[0])
             elif child.tag in EXPAND:
                 raise self.mj.error(child, f"<{child.tag}> is not supported: save the expanded model from MuJoCo and import that file")
             elif child.tag not in (*JOINTS, "inertial"):
@@ -94,8 +99,7 @@ class Tree:
                 yield child, inner, outer
 
     def _body(self, element: etree._Element, parent: str, inherited: str, outer: np.ndarray) -> None:
-        self.unnamed += "name" not in element.attrib
-        name = element.get("name") or f"body{self.unnamed}"
+        name = element.get("name") or self._unused("body", (f"body{i}" for i in count(1)))
         if name in self.bodies:
             raise self.mj.error(element, f"duplicate body '{name}'")
         own = [part for part in self._inside(element, inherited, np.eye(4)) if part[0].tag in (*JOINTS, "inertial")]
@@ -125,24 +129,32 @@ class Tree:
         inertial = next((part for part in own if part[0].tag == "inertial"), None)
         self._inertia(inertial, name, [geom for geom in self.geoms[first:] if geom.body == name])
 
+    def _unused(self, kind: str, names: Iterator[str]) -> str:
+        """Returns the first of the names that no body, joint or site of the file has, and reserves it."""
+        name = next(name for name in names if name not in self.used[kind])
+        self.used[kind].add(name)
+        return name
+
     def _add(self, body: Body) -> None:
         self.bodies[body.name] = body
         self.bodies[body.parent].children.append(body.name)
 
     def _joint(self, element: etree._Element, inherited: str, link: Body, place: tuple[str, int, int]) -> np.ndarray:
         """Reads a joint into its link and returns its position in the frame of the MJCF body; `place`: body, index, number of joints."""
-        body, index, count = place
+        body, index, number = place
         mj = self.mj
         values = dict(element.attrib) if element.tag == "freejoint" else mj.attributes(element, inherited)
         kind = "free" if element.tag == "freejoint" else values.get("type", "hinge")
         if kind not in KINDS:
             hint = did_you_mean(kind, KINDS) or f"; supported: {', '.join(KINDS)}"
             raise mj.error(element, f"unknown joint type '{kind}'{hint}")
-        name = values.get("name", "") or (body if count == 1 else f"{body}_joint{index + 1}")
+        generated = (f"{body}_joint{i}" for i in count(index + 1))
+        name = values.get("name") or self._unused("joint", chain([body], generated) if number == 1 else generated)
         if any(joint.name == name for joint in self.joints):
             raise mj.error(element, f"duplicate joint '{name}'")
         if not link.name:
-            link.name = f"{body}_{name.removeprefix(f'{body}_')}"
+            wanted = f"{body}_{name.removeprefix(f'{body}_')}"
+            link.name = self._unused("body", chain([wanted], (f"{wanted}_{i}" for i in count(2))))
         link.joint, link.kind = name, KINDS[kind]
         joint = Joint(name, link.name, kind)
         self.joints.append(joint)

@@ -11,7 +11,7 @@ from fnmatch import fnmatchcase
 import numpy as np
 
 from build_fmu.errors import InvalidArgument, UserError, did_you_mean
-from build_fmu.importers.draft import GROUND, Draft, DraftLink, DraftTie, Names
+from build_fmu.importers.draft import GROUND, Draft, DraftLink, DraftTie, Names, legal
 from build_fmu.importers.layout import far, joint_frame, place, settle, side_frame
 from build_fmu.importers.rigid import pose_of, position_and_angles, six_of, transform
 from build_fmu.importers.toml_writer import number
@@ -74,6 +74,7 @@ class TreeLayout:
         self.frames = options.frames
         self.depth = self._depths()
         self.called: dict[str, str] = {}  # names in the model
+        self.joints: dict[str, str] = {}  # names in the model of joints that are not called like their links
         self.own: dict[str, np.ndarray] = {}  # the source's frame relative to ours
         self.size = max(float(np.linalg.norm(body.origin[:3, 3])) for body in bodies.values()) or 1.0
 
@@ -85,6 +86,11 @@ class TreeLayout:
             order.append(name)
             waiting += reversed(self.bodies[name].children)
         called = self.called = {name: self.names.take(name) for name in order[1:]} | {root: GROUND}
+        moving = [self.bodies[name] for name in order if self.bodies[name].kind != "fixed"]
+        apart = [body for body in moving if body.joint not in ("", body.name)]  # a joint may have the name of its link
+        # joints that can keep their names first, so that no generated name takes one of these
+        apart.sort(key=lambda body: legal(body.joint) in self.names.used)
+        self.joints = {body.name: self.names.take(body.joint, "_joint") for body in apart}
         frames = self.own = {root: np.eye(4)}
         if self.bodies[root].kind != "fixed":
             called[root] = self.names.take(root)
@@ -103,8 +109,7 @@ class TreeLayout:
         if body.kind == "fixed":
             link.dh, own = self._fixed(frame)
         else:
-            # a joint may have the name of its link
-            link.joint_name = name if body.joint in ("", body.name) else self.names.take(body.joint, "_joint")
+            link.joint_name = self.joints.get(body.name, name)
             wanted = self._wanted(body, frame)
             # `place` would change the direction of x, which joints with several DOF need
             if far(settle(wanted), self.size):

@@ -9,6 +9,8 @@ from build_fmu.errors import UserError
 from build_fmu.importers import mjcf
 from build_fmu.importers.mjcf_file import of_quaternion, quaternion_of, towards, turn
 from build_fmu.importers.rigid import inverse, start_poses
+from build_fmu.importers.toml_writer import model_text
+from build_fmu.model.describe import describe
 from tests.command_line import command
 from tests.packager.import_options import import_options
 
@@ -43,6 +45,50 @@ def test_a_body_with_several_joints_is_a_chain(tmp_path):
         ("b", "b_y", "revolute", "b_joint3"),
     ]
     assert [one.mass for one in draft.links] == [0, 0, pytest.approx(1000 * 4 / 3 * math.pi * 1e-3)]
+
+
+@pytest.mark.parametrize(
+    ("bodies", "names"),
+    [
+        # an unnamed body before one with the name that it would get
+        (
+            '<body><joint name="p"/><geom size="0.1"/></body><body name="body1"><joint name="q"/><geom size="0.2"/></body>',
+            [("body2", "p", 1), ("body1", "q", 8)],
+        ),
+        # an unnamed joint has the name of its body, unless another joint has it
+        (
+            '<body name="a"><joint/><geom size="0.1"/><body name="b"><joint name="a"/><geom size="0.2"/></body></body>',
+            [("a", "a_joint1", 1), ("b", "a_joint", 8)],
+        ),
+        # the links of a chain have generated names
+        (
+            '<body name="a_x"><joint name="p"/><geom size="0.1"/></body>'
+            '<body name="a"><joint name="x" type="slide"/><joint name="y"/><geom size="0.2"/></body>',
+            [("a_x", "p", 1), ("a_x_2", "x", 0), ("a", "y", 8)],
+        ),
+        # the generated name of a joint leaves those of the file to their joints
+        (
+            '<body name="a"><joint name="b"/><geom size="0.1"/></body><body name="b"><joint name="b_joint"/><geom size="0.2"/></body>',
+            [("a", "b_2", 1), ("b", "b_joint", 8)],
+        ),
+    ],
+    ids=["body", "joint", "chain", "renamed"],
+)
+def test_generated_names_avoid_those_of_the_file(tmp_path, built_library, bodies, names):
+    draft = imported(tmp_path, f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
+    sphere = 1000 * 4 / 3 * math.pi * 0.1**3
+    assert [(one.name, one.joint_name) for one in draft.links] == [(link, joint) for link, joint, _ in names]
+    assert [one.mass / sphere for one in draft.links] == pytest.approx([mass for *_, mass in names])
+    model = tmp_path / "model.toml"
+    model.write_text(model_text(draft), encoding="utf-8")
+    describe(model)
+
+
+def test_generated_names_of_sites_avoid_those_of_the_file(tmp_path):
+    text = '<site pos="1 0 0"/><site name="site0" pos="2 0 0"/><site pos="3 0 0"/>'
+    draft = imported(tmp_path, BAR.replace('<site name="end"', f'{text}<site name="end"').replace("EXTRA", ""), frames=True)
+    given = [(tie.name, tie.fields["position"][0]) for tie in draft.frames if tie.name.startswith("site")]
+    assert given == [("site1", 1), ("site0", 2), ("site2", 3)]
 
 
 def test_ranges_refs_and_settings(tmp_path):
