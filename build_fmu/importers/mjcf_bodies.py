@@ -127,7 +127,9 @@ class Tree:
         first = len(self.geoms)
         self._contents(element, name, inherited, np.eye(4))
         inertial = next((part for part in own if part[0].tag == "inertial"), None)
-        self._inertia(inertial, name, [geom for geom in self.geoms[first:] if geom.body == name])
+        mass = self._inertia(inertial, element, [geom for geom in self.geoms[first:] if geom.body == name]).moved(self.shift[name])
+        body = self.bodies[name]
+        body.mass, body.com, body.inertia = float(mass.mass), mass.com, mass.inertia
 
     def _unused(self, kind: str, names: Iterator[str]) -> str:
         """Returns the first of the names that no body, joint or site of the file has, and reserves it."""
@@ -254,27 +256,27 @@ class Tree:
             return Solid("mesh", scale, pose @ inverse(self.mj.pose(asset, moved)), str(path)), of_asset.get("inertia", "legacy")
         raise self.mj.error(element, f"unknown mesh '{name}'")
 
-    def _inertia(self, given: tuple[etree._Element, str, np.ndarray] | None, name: str, geoms: list[Geom]) -> None:
-        """Sets mass, center and inertia of a body by <inertial> or by its geoms."""
-        mj, body = self.mj, self.bodies[name]
+    def _inertia(self, given: tuple[etree._Element, str, np.ndarray] | None, element: etree._Element, geoms: list[Geom]) -> Mass:
+        """Returns mass, center and inertia of a body by <inertial> or by its geoms."""
+        mj = self.mj
         inertial, _, outer = given or (None, "", np.eye(4))
-        rule = mj.compiler.get("inertiafromgeom", "auto")
+        rule, parts = mj.compiler.get("inertiafromgeom", "auto"), []
         if rule == "true" or (rule == "auto" and inertial is None):
             low, high = mj.setting("inertiagrouprange", 2, "0 5")
             counted = [g for g in geoms if g.solid is not None and low <= mj.whole(g.element, g.values, "group", 0) <= high]
-            mass = joined([self._mass(geom) for geom in counted])
-        elif inertial is not None:
+            parts = [part for part in map(self._mass, counted) if part.mass > 0]
+        if parts:
+            return joined(parts)
+        if inertial is not None:
             values = mj.attributes(inertial)
             if "fullinertia" in values:
                 own = matrix_of(mj.numbers(inertial, values, "fullinertia", 6))
             else:
                 own = np.diag(mj.numbers(inertial, values, "diaginertia", 3, "0 0 0"))
             at = outer @ mj.pose(inertial, values)
-            mass = Mass(mj.numbers(inertial, values, "mass", 1)[0], np.zeros(3), own).moved(at)
-        else:
-            mass = Mass()
-        mass = mass.moved(self.shift[name])
-        body.mass, body.com, body.inertia = float(mass.mass), mass.com, mass.inertia
+            return Mass(mj.numbers(inertial, values, "mass", 1)[0], np.zeros(3), own).moved(at)
+        # MuJoCo places the mass of boundmass at the body's own pos, in the frame of the body
+        return Mass(0.0, np.array(mj.numbers(element, element.attrib, "pos", 3, "0 0 0")))
 
     def _mass(self, geom: Geom) -> Mass:
         mj, values = self.mj, geom.values

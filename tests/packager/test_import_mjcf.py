@@ -48,6 +48,35 @@ def test_a_body_with_several_joints_is_a_chain(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("inside", "mass", "com", "inertia"),
+    [
+        ('<geom size="0.1" density="1500" pos="0.3 0 0"/>', 2 * math.pi, [0.3, 0, 0], 0.008 * math.pi),
+        ("", 2, [0.5, 0, 0], 0.1),
+        ('<geom size="0.1" mass="0"/><geom size="0.1" group="3"/>', 2, [0.5, 0, 0], 0.1),
+    ],
+    ids=["geom", "none", "massless"],
+)
+def test_a_body_without_mass_by_its_geoms_keeps_its_inertial(tmp_path, inside, mass, com, inertia):
+    # body_mass, body_ipos and body_inertia of MuJoCo 4.0.0 for these files
+    text = f"""<mujoco><compiler inertiafromgeom="true" inertiagrouprange="0 2"/><worldbody><body name="a"><joint axis="0 0 1"/>
+      <inertial pos="0.5 0 0" mass="2" diaginertia="0.1 0.1 0.1"/>{inside}</body></worldbody></mujoco>"""
+    (one,) = imported(tmp_path, text).links
+    assert one.mass == pytest.approx(mass)
+    np.testing.assert_allclose(one.com, com, atol=1e-15)
+    np.testing.assert_allclose(one.inertia, [inertia] * 3 + [0] * 3, atol=1e-15)
+
+
+def test_boundmass_is_where_mujoco_places_it(tmp_path):
+    # MuJoCo 4.0.0: body_ipos is (0.4, 0.1, 0.2), the body's pos without that of its <frame>, in the frame of the body
+    text = """<mujoco><compiler boundmass="0.5" boundinertia="0.01"/><worldbody><frame pos="0 0 7"><body name="a" pos="0.4 0.1 0.2" euler="0 0 90">
+      <joint axis="0 0 1"/><body name="b"><joint axis="0 0 1"/><geom size="0.1"/></body></body></frame></worldbody></mujoco>"""
+    one, other = imported(tmp_path, text).links
+    assert one.mass == 0.5 and one.inertia == pytest.approx([0.01] * 3 + [0] * 3) and other.mass == pytest.approx(4 * math.pi / 3)
+    pose = start_poses([one])[one.name]
+    np.testing.assert_allclose((pose @ [*one.com, 1])[:3], np.array([0.4, 0.1, 7.2]) + [-0.1, 0.4, 0.2], atol=1e-12)
+
+
+@pytest.mark.parametrize(
     ("bodies", "names"),
     [
         # an unnamed body before one with the name that it would get

@@ -52,6 +52,11 @@ SETTINGS = """<mujoco><compiler inertiafromgeom="true" settotalmass="5" boundmas
   <geom size="0.01" pos="0.1 0 0"/><geom size="0.5" group="3"/>
   <body pos="0 0 -0.4"><joint name="y" axis="0 1 0" ref="30" springref="10" stiffness="2" armature="0.1"/><geom type="box" size="0.1 0.05 0.02" pos="0 0 -0.2"/></body></body></worldbody></mujoco>"""
 
+BOUNDS = """<mujoco><compiler inertiafromgeom="true" boundmass="0.5" boundinertia="0.01" inertiagrouprange="0 2"/>
+<worldbody><frame pos="0 0 3"><body pos="0.4 0.1 0.2" euler="0 0 90"><joint name="x" axis="0 1 0" pos="0.1 0 0.2"/><geom size="0.5" group="3"/>
+  <body pos="1 0 0.1"><joint name="y" axis="0 1 0"/><inertial pos="0.5 0 0" mass="2" diaginertia="0.1 0.1 0.1"/><geom size="0.1" mass="0"/>
+    <body pos="1 0 0"><joint name="z" axis="1 1 0"/><geom size="0.1" pos="0.5 0 0"/></body></body></body></frame></worldbody></mujoco>"""
+
 
 def quaternion_product(a, b):
     product = np.empty(4)
@@ -149,7 +154,7 @@ def test_a_mesh_that_is_not_convex_has_the_mass_of_mujoco(tmp_path):
     assert worst_error(tmp_path / "robot.xml", tmp_path) < 1e-6
 
 
-@pytest.mark.parametrize("text", [GEOMS, FLOATING, SETTINGS], ids=["geoms", "floating", "settings"])
+@pytest.mark.parametrize("text", [GEOMS, FLOATING, SETTINGS, BOUNDS], ids=["geoms", "floating", "settings", "bounds"])
 def test_accelerations_are_those_of_mujoco(tmp_path, text):
     path = tmp_path / "robot.xml"
     path.write_text(text)
