@@ -74,7 +74,9 @@ class Parts:
             if element.tag == "connect":
                 a = a @ _moved(self.mj.numbers(element, values, "anchor", 3))
             if element.tag == "weld" and any(given[3:]):
+                # the place of relpose on the first body is at the anchor on the second one
                 a = a @ _moved(given[:3], of_quaternion(given[3:]))
+                b = b @ _moved(self.mj.numbers(element, values, "anchor", 3, "0 0 0"))
             else:
                 # the other end is where the first one is at qpos0
                 b = inverse(poses[link_b]) @ poses[link_a] @ a

@@ -162,6 +162,17 @@ def test_a_weld_with_a_pose_and_a_connection_of_sites(tmp_path):
     np.testing.assert_allclose((poses["rod"] @ [*pin.fields["point_a"], 1])[:3], [0.8, 0, 1], atol=1e-12)
 
 
+def test_a_weld_with_a_pose_and_an_anchor(tmp_path):
+    # eq_data of MuJoCo 4.0.0: the place (0.1, 0.2, 0.3) on the rod, at (0.3, 0, 1), is at (0.4, 0.5, 0.6) on the rocker, at (0.9, 0, 1)
+    text = '<equality><weld body1="rod" body2="rocker" relpose="0.1 0.2 0.3 0 1 0 0" anchor="0.4 0.5 0.6"/></equality>'
+    draft = imported(tmp_path, BAR.replace("EXTRA", text))
+    (weld,) = draft.loops
+    poses = start_poses(draft.links)
+    for side, link_of_side, place, z in (("a", "rod", [0.4, 0.2, 1.3], -1), ("b", "rocker", [1.3, 0.5, 1.6], 1)):
+        np.testing.assert_allclose((poses[link_of_side] @ [*weld.fields[f"point_{side}"], 1])[:3], place, atol=1e-12)
+        np.testing.assert_allclose(poses[link_of_side][:3, :3] @ weld.fields[f"axis_{side}"], [0, 0, z], atol=1e-12)
+
+
 def test_a_linear_joint_constraint_is_a_coupling(tmp_path):
     # r - ref = 0.1 + 2 c, in rad
     text = '<equality><joint name="g" joint1="r" joint2="c" polycoef="0.1 2 0 0 0"/><joint joint1="o" polycoef="0.3 0 0 0 0"/></equality>'
