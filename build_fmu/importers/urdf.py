@@ -18,7 +18,7 @@ from build_fmu.importers.tree import Body, TreeLayout, set_pose
 from build_fmu.importers.urdf_actuators import add_actuators
 from build_fmu.importers.urdf_contacts import add_urdf_contacts
 from build_fmu.importers.urdf_file import DEGREES, NEAR_RIGHT, Urdf
-from build_fmu.importers.urdf_limits import add_stops, report_outside, start_inside
+from build_fmu.importers.urdf_limits import add_stops, lock_narrow, report_outside, start_inside
 from build_fmu.importers.urdf_losses import report_losses
 from build_fmu.importers.urdf_mimic import add_couplings, follow, read_mimics
 from build_fmu.importers.urdf_visuals import add_shapes, solids_of
@@ -33,6 +33,7 @@ KINDS = {
 }
 KINDS_OF = {"URDF": KINDS, "SDF": KINDS | {"ball": "spherical"}}
 WORLD = "world"  # the ground in some simulators, without a <link>
+LIMIT = ("lower", "upper", "effort", "velocity")
 RESIDUE = 1e-16  # m2: an inertia below this times the mass is a rounding error
 
 
@@ -55,7 +56,9 @@ def draft_of(urdf: Urdf, options: Namespace) -> tuple[Draft, TreeLayout]:
     mimics = read_mimics(urdf, by_joint, draft)
     limited, posed = [body for body in bodies.values() if body.limits], set_pose(bodies, options.pose)
     legs = (bodies, _places_of_shapes(urdf)) if options.floating and options.contact else None
-    start_inside(limited, posed.union(mimic.joint for mimic in mimics), draft, legs)
+    following = {mimic.joint for mimic in mimics}
+    limited = lock_narrow(limited, posed, following, draft)
+    start_inside(limited, posed | following, draft, legs)
     follow(mimics, by_joint, posed, draft)
     report_outside(limited, draft)
     root = _root(urdf, bodies)
@@ -210,8 +213,15 @@ def _limits(urdf: Urdf, joint: etree._Element, name: str, draft: Draft) -> tuple
         draft.doubts.append(f"{where} are reversed and omitted")
     elif joint.attrib["type"] == "revolute" and DEGREES < max(abs(low), abs(high)) <= 720:
         draft.doubts.append(f"{where} look like degrees; they were read in rad, as {urdf.source} defines them")
-    # a file without limits has 0 to 0
-    return (low, high) if low < high else None
+    if low == high and _is_placeholder(urdf, limit):
+        draft.doubts.append(f"{where} with effort and velocity 0 are read as placeholders: '{name}' has no limits")
+        return None
+    return (low, high) if low <= high and ("lower" in limit.attrib or "upper" in limit.attrib) else None
+
+
+def _is_placeholder(urdf: Urdf, limit: etree._Element) -> bool:
+    """Returns whether all values are 0, which exporters of CAD programs write for joints without limits."""
+    return urdf.source == "URDF" and all(key in limit.attrib and urdf.bound(limit, key) == 0 for key in LIMIT)
 
 
 def _root(urdf: Urdf, bodies: dict[str, Body]) -> str:

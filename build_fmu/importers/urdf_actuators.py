@@ -51,7 +51,7 @@ def _read_transmissions(urdf: Urdf, joints: dict, drives: dict[str, Drive], draf
     for element in urdf.root.findall("transmission"):
         named = [urdf.text(joint, "name") for joint in element.findall("joint")]
         reason = _reason(element, named, joints, drives)
-        if not reason and joints[named[0]].kind not in DRIVEN:
+        if not reason and not _can_have_drive(joints[named[0]]):
             still.append(named[0])
             continue
         if reason:
@@ -72,7 +72,12 @@ def _read_transmissions(urdf: Urdf, joints: dict, drives: dict[str, Drive], draf
     for reason, places in refused.items():
         draft.lost.append(f"line {places[0][0]}: <transmission> {listed([name for _, name in places])}: {reason}")
     if still:
-        draft.lost.append(f"<transmission> of {listed(still)}: only revolute, continuous and prismatic joints have drives")
+        which = "only revolute, continuous and prismatic joints have drives, unless they are locked"
+        draft.lost.append(f"<transmission> of {listed(still)}: {which}")
+
+
+def _can_have_drive(body) -> bool:
+    return body.kind in DRIVEN and body.drive != "locked"
 
 
 def _reason(element: etree._Element, named: list[str], joints: dict, drives: dict[str, Drive]) -> str:
@@ -103,11 +108,11 @@ def _read_limits(urdf: Urdf, joints: dict, drives: dict[str, Drive], draft: Draf
     bounded, idle = [], []
     for element in urdf.root.findall("joint"):
         limit, name = element.find("limit"), element.attrib["name"]
-        if limit is None or joints[name].kind not in DRIVEN:
+        if limit is None or not _can_have_drive(joints[name]):
             continue
         fields = {}
         for key, ours in LIMITS.items():
-            value = math.inf if limit.get(key) in ("inf", "+inf") else urdf.numbers(limit, key, 1, "0")[0]
+            value = urdf.bound(limit, key)
             if 0 < value < math.inf:
                 fields[ours] = value
             elif value <= 0 and key in limit.attrib:

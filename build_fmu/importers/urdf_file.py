@@ -65,6 +65,10 @@ class Urdf:
             raise self.error(element, f"'{key}' of <{element.tag}> must be >= 0, got {value:g}")
         return value
 
+    def bound(self, element: etree._Element, key: str) -> float:
+        """Returns an effort or velocity, which may be infinite; 0 without one."""
+        return math.inf if element.get(key) in ("inf", "+inf") else self.numbers(element, key, 1, "0")[0]
+
     def pose(self, parent: etree._Element) -> np.ndarray:
         """Returns the transform of <origin xyz rpy>."""
         element = parent.find("origin")

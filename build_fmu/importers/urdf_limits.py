@@ -15,6 +15,25 @@ FREQUENCY = 20.0  # Hz, of what a joint moves against its stop
 DAMPING = {"revolute": 1.0, "prismatic": 2.0}  # s/rad, s/m: about half of the impact speed remains at 1 rad/s or 1 m/s
 
 
+def lock_narrow(limited: list, asked: Container[str], following: Container[str], draft: Draft) -> list:
+    """Locks the joints whose limits have zero width at these, or at the positions of `asked`, the joints of --pose; reports them.
+
+    Returns the joints with limits, without those of `following`, the mimic joints, that have no width: these move with their leaders.
+    """
+    narrow = [body for body in limited if body.limits[0] == body.limits[1]]
+    locked, omitted = ([body for body in narrow if (body.joint in following) == follows] for follows in (False, True))
+    for body in locked:
+        body.q, body.drive = body.q if body.joint in asked else body.limits[0], "locked"
+    if locked:
+        draft.doubts.append(
+            f"limits of zero width lock the joints: {listed([f'{body.joint} = {body.q:g}' for body in locked])}; "
+            'without drive = "locked" in the model file they move without limits'
+        )
+    if omitted:
+        draft.lost.append(f"the limits of {listed([body.joint for body in omitted])}: zero width, but the joints follow a <mimic>")
+    return [body for body in limited if body not in omitted]
+
+
 def start_inside(limited: list, asked: Container[str], draft: Draft, legs: tuple[dict, dict] | None = None) -> None:
     """Moves the start positions of limited joints into their limits, except those of `asked`, the joints of --pose; reports them.
 
@@ -47,6 +66,7 @@ def report_outside(limited: list, draft: Draft) -> None:
 def add_stops(limited: list, layout, stops: float | str | None) -> None:
     """Adds stops at the limits, of stiffness `stops` or, without one, by the masses; lists the limits if `stops` is "none"."""
     draft, links = layout.draft, {link.name: link for link in layout.draft.links}
+    limited = [body for body in limited if links[layout.called[body.name]].drive != "locked"]
     if stops == "none" and limited:
         draft.lost.append(f"the limits of {listed([body.joint for body in limited])}: omitted with --stops none")
     if stops == "none":
@@ -55,8 +75,6 @@ def add_stops(limited: list, layout, stops: float | str | None) -> None:
     chosen, idle = [], []
     for body in limited:
         link = links[layout.called[body.name]]
-        if link.drive == "locked":
-            continue
         inertia = moved[link.name].inertia if moved else 0.0
         if not stops and inertia <= 0:
             idle.append(body.joint)

@@ -56,6 +56,21 @@ def outputs(draft, tmp_path, values, names):
         return session.read(names)
 
 
+@needs_library
+@pytest.mark.parametrize("limit", ["", "<effort>0</effort><velocity>0</velocity>"])
+def test_limits_of_zero_width_lock_the_joint(tmp_path, limit):
+    links = "".join(f'<link name="l{k}"><pose>{k} 0 0 0 0 0</pose>{BAR.format(0.5, 1, 0.1)}</link>' for k in (0, 1))
+    joints = "".join(
+        f'<joint name="j{k}" type="revolute"><parent>{parent}</parent><child>l{k}</child><axis><xyz>0 1 0</xyz>{inner}</axis></joint>'
+        for k, parent, inner in ((0, "world", ""), (1, "l0", f"<limit><lower>0</lower><upper>0</upper>{limit}</limit>"))
+    )
+    draft = imported(tmp_path, f'<sdf version="1.9"><model name="m">{links}{joints}</model></sdf>')
+    assert [link.drive for link in draft.links] == ["torque", "locked"]
+    assert any("limits of zero width lock the joints: j1 = 0;" in line for line in draft.doubts)
+    # one rigid pendulum: (0.1 + 0.5^2 + 0.1 + 1.5^2) qdd = (0.5 + 1.5) g
+    np.testing.assert_allclose(outputs(draft, tmp_path, {}, ["j0.qdd"]), [2 * 9.8 / 2.7], rtol=1e-12)
+
+
 def test_spaces_around_names_do_not_count(tmp_path):
     spaced = DOG.replace('name="j1"', 'name=" j1 "').replace('name="hip"', 'name=" hip"').replace("<parent>hip<", "<parent> hip <")
     assert spaced.count(" hip") == 2 and model_text(imported(tmp_path, spaced)) == model_text(imported(tmp_path, DOG))

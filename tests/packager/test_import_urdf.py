@@ -174,6 +174,33 @@ def test_limits_become_stops_by_the_masses(tmp_path):
     assert none.links[0].lower is None and "the limits of shoulder: omitted with --stops none" in none.lost
 
 
+@pytest.mark.parametrize(
+    ("limit", "pose", "q", "drive", "said"),
+    [
+        ('lower="0.5" upper="0.5" effort="1" velocity="1"', [], 0.5, "locked", "limits of zero width lock the joints: shoulder = 0.5"),
+        ('lower="0" upper="0" effort="1" velocity="1"', [], 0, "locked", "limits of zero width lock the joints: shoulder = 0"),
+        ('lower="0.5" upper="0.5"', ["shoulder=0.1"], 0.1, "locked", "outside the limits of shoulder (0.5 to 0.5)"),
+        # without limits, as in Drake; exporters of CAD programs write zeros
+        ('effort="1" velocity="1"', [], 0, "torque", ""),
+        ('lower="0" upper="0" effort="0" velocity="0"', [], 0, "torque", "read as placeholders: 'shoulder' has no limits"),
+    ],
+    ids=["locked", "locked at 0", "pose", "no limits", "placeholders"],
+)
+def test_limits_of_zero_width_lock_the_joint(tmp_path, limit, pose, q, drive, said):
+    text = ARM.replace('<mimic joint="shoulder"/>', "").replace(
+        '<transmission name="t"/>', '<transmission name="t"><joint name="shoulder"/></transmission>'
+    )
+    for stops in (None, 100.0, "none"):
+        draft = imported(
+            tmp_path, text.replace('lower="0.5" upper="1" effort="1" velocity="1"', limit), pose=pose, stops=stops, limits=True
+        )
+        one = next(link for link in draft.links if link.joint_name == "shoulder")
+        assert (one.q, one.drive, one.lower, one.upper) == (q, drive, None, None)
+        assert said in " ".join(draft.doubts) and not any("--stops none" in line for line in draft.lost)
+        assert [tie.fields["joint"] for tie in draft.actuators] == (["shoulder"] if drive == "torque" and 'effort="1"' in limit else [])
+        assert any("<transmission> of shoulder" in line for line in draft.lost) == (drive == "locked")
+
+
 def test_starts_inside_the_limits(tmp_path):
     """The nearest limit, 5 % of the range inside; --pose is obeyed, and reported where it is outside."""
     assert imported(tmp_path, ARM).links[0].q == 0.525

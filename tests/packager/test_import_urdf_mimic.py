@@ -10,6 +10,7 @@ from build_fmu.cli import main
 from build_fmu.errors import UserError
 from build_fmu.importers import urdf
 from build_fmu.importers.toml_writer import model_text
+from build_fmu.model.describe import describe
 from build_fmu.run.session import Session
 from build_fmu.run.simulate import Settings, simulate
 from tests.packager.import_options import import_options
@@ -52,6 +53,25 @@ def test_a_mimic_becomes_a_coupling(tmp_path):
     ]
     assert not any("mimic" in sentence or "--pose" in sentence for sentence in draft.lost + draft.doubts)
     assert '[[coupling]]\nname = "j2_mimic"\njoints = ["j2", "j1"]\nratios = [1, 0.5]\noffset = 0.2\n' in model_text(draft)
+
+
+def test_limits_of_zero_width(tmp_path, built_library):
+    """They lock a leader, and with it the joint that follows; they do not lock the joint that follows."""
+    content = chain(("revolute", ""), ("revolute", 'joint="j1" offset="0.2"'))
+    parts = content.split('lower="-2" upper="2"')
+    leader, follower = (
+        imported(tmp_path, x)
+        for x in (
+            f'{parts[0]}lower="1" upper="1"{parts[1]}lower="-2" upper="2"{parts[2]}',
+            f'{parts[0]}lower="-2" upper="2"{parts[1]}lower="0" upper="0"{parts[2]}',
+        )
+    )
+    assert [(link.drive, link.q) for link in leader.links] == [("locked", 1), ("free", 1.2)]
+    assert [(link.drive, link.q, link.upper) for link in follower.links] == [("torque", 0, 2), ("free", 0.2, None)]
+    assert "the limits of j2: zero width, but the joints follow a <mimic>" in follower.lost
+    for draft in (leader, follower):
+        (tmp_path / "hand.toml").write_text(model_text(draft), encoding="utf-8")
+        assert len(draft.couplings) == 1 and not describe(tmp_path / "hand.toml").warnings
 
 
 def test_a_mimic_of_a_mimic_starts_after_its_leader(tmp_path):
