@@ -25,6 +25,9 @@ LINE_WORDS = {
     "any_angle_chain_6": "6 joints of any geometry",
     "any_angle_chain_9": "9 joints of any geometry",
     "any_angle_chain_12": "12 joints of any geometry",
+    "right_angle_chain_12": "12 joints, right angles",
+    "right_angle_chain_24": "24 joints, right angles",
+    "humanoid": "humanoid, 24 joints",
 }
 
 
