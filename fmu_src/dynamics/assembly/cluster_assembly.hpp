@@ -180,7 +180,7 @@ class ClusterAssembly : public ClusterRows<double> {
 
   // The three rows u . v = 0 of an orientation also hold after half a turn about an axis. Here they are the
   // components of the rotation vector of frame b in frame a instead.
-  void align(int k) {
+  [[gnu::noinline]] void align(int k) {
     const LoopPlan<double>& at = loop(k);
     const LoopGeometry<double> g = loop_geometry(at, ws_);
     const std::size_t first = at.rows.size() - 3;

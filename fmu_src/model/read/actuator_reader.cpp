@@ -1,7 +1,5 @@
 #include "model/read/actuator_reader.hpp"
 
-#include <algorithm>
-
 #include "model/number.hpp"
 #include "model/read/joint_index.hpp"
 
@@ -102,8 +100,7 @@ std::vector<Actuator> read_actuators(Section& top, const Model& model, bool inve
     Section section(*table, "actuator " + std::to_string(++ordinal), findings);
     const Actuator actuator = read_actuator(section, model, inverse);
     if (actuator.link < 0) continue;
-    if (std::any_of(actuators.begin(), actuators.end(),
-                    [&](const Actuator& other) { return other.link == actuator.link; }))
+    if (has_part_of(actuators, actuator.link))
       section.error("joint", "joint '" + section.text("joint") + "' already has an actuator");
     else
       actuators.push_back(actuator);
@@ -117,11 +114,7 @@ void check_controlled_actuators(Section& top, const Model& model, Findings& find
   if (!table || law == Law::none || law == Law::pd) return;
   Section section(*table, "controller", findings);
   for (const Actuator& actuator : model.actuators) {
-    const auto& joints = model.controller.joints;
-    const bool matters = law == Law::computed_torque ||
-                         std::any_of(joints.begin(), joints.end(), [&](const ControlledJoint& joint) {
-                           return joint.link == actuator.link;
-                         });
+    const bool matters = law == Law::computed_torque || has_part_of(model.controller.joints, actuator.link);
     if (!actuator.is_electric() || !matters) continue;
     section.error("law", "the law needs torques, but the actuator of joint '" +
                              model.links[actuator.link].joint.name + "' takes a voltage; use pd");

@@ -209,12 +209,12 @@ void read_outputs(Section& section, Contact& contact) {
   contact.shows_slip = shown[4];
 }
 
-// The kinds of shape_b that shape_a may touch.
-std::string partners_of(Contact contact) {
+// The kinds of shape_b that shape_a may touch; the last one remains in the contact, which is refused.
+[[gnu::cold]] std::string partners_of(Contact& contact) {
   std::string words;
   for (const auto& [word, kind] : shape_kinds) {
     contact.b.kind = kind;
-    if (!shape_pairs(contact).empty()) words += (words.empty() ? "'" : ", '") + std::string(word) + "'";
+    if (!shape_pairs(contact).empty()) words.append(words.empty() ? "'" : ", '").append(word).append("'");
   }
   return words;
 }
@@ -239,10 +239,11 @@ Contact read_contact(Section section, const std::string& label, const LinkTable&
     read_smooth_law(section, contact);
   read_outputs(section, contact);
   section.refuse_unknown();
-  if (shape_pairs(contact).empty())
-    section.error("shape_a", std::string("a contact between '") + word_of(contact.a.kind) + "' and '" +
-                                 word_of(contact.b.kind) + "' is not supported; '" + word_of(contact.a.kind) +
+  if (shape_pairs(contact).empty()) {
+    const std::string a = word_of(contact.a.kind), b = word_of(contact.b.kind);
+    section.error("shape_a", "a contact between '" + a + "' and '" + b + "' is not supported; '" + a +
                                  "' supports " + partners_of(contact));
+  }
   const std::string rigid = rigid_pair(link_a, link_b, links);
   const bool known = (link_a != ground || section.text("link_a", "ground") == "ground") &&
                      (link_b != ground || section.text("link_b", "ground") == "ground");

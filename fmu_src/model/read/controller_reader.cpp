@@ -10,11 +10,6 @@
 namespace redysim {
 namespace {
 
-bool has_trajectory(const Model& model, int link) {
-  return std::any_of(model.trajectories.begin(), model.trajectories.end(),
-                     [link](const Trajectory& trajectory) { return trajectory.link == link; });
-}
-
 bool is_driven(const Model& model, std::size_t link, bool inverse) {
   const Joint& joint = model.links[link].joint;
   return moves(joint) && (joint.drive == Drive::torque || (inverse && joint.drive == Drive::motion));
@@ -38,10 +33,9 @@ std::vector<ControlledJoint> read_joints(Section& section, const Model& model, b
   for (const auto& [name, place] : section.texts("joints")) {
     const int link = index.find(name, "joints", place, section);
     if (link < 0) continue;
-    const auto same = [link](const ControlledJoint& other) { return other.link == link; };
     if (!is_driven(model, static_cast<std::size_t>(link), inverse))
       section.error(place, "joints: the drive of '" + name + "' must be 'torque'");
-    else if (std::any_of(joints.begin(), joints.end(), same))
+    else if (has_part_of(joints, link))
       section.error(place, "joints lists '" + name + "' twice");
     else
       add(link);
@@ -62,8 +56,7 @@ void check_feed_forward(Section& section, const Model& model, const Controller& 
   for (std::size_t i = 0; i < model.links.size(); ++i) {
     const Joint& joint = model.links[i].joint;
     if (!moves(joint) || joint.drive == Drive::motion || joint.drive == Drive::locked) continue;
-    const auto same = [i](const ControlledJoint& other) { return other.link == static_cast<int>(i); };
-    if (std::any_of(controller.joints.begin(), controller.joints.end(), same)) continue;
+    if (has_part_of(controller.joints, static_cast<int>(i))) continue;
     section.error("law", "feed_forward requires a reference of every joint, but '" + joint.name +
                              "' is not controlled; use computed_torque");
     return;
@@ -77,7 +70,7 @@ void read_targets(Section& section, const Model& model, bool degrees, Controller
   for (std::size_t k = 0; k < controller.joints.size(); ++k) {
     ControlledJoint& joint = controller.joints[k];
     joint.target = targets[k] * (degrees && turns(model.links[joint.link].joint) ? degree : 1);
-    used = used || !has_trajectory(model, joint.link);
+    used = used || !has_part_of(model.trajectories, joint.link);
   }
   if (!used && !controller.joints.empty())
     section.warn("target", "target has no effect: all controlled joints follow trajectories");
@@ -144,9 +137,7 @@ void check_trajectories(Section& top, const Model& model, Findings& findings) {
     for (const Trajectory& trajectory : model.trajectories) {
       const Joint& joint = model.links[trajectory.link].joint;
       if (!name || name->text != joint.name || joint.drive == Drive::motion) continue;
-      const auto& joints = model.controller.joints;
-      if (std::none_of(joints.begin(), joints.end(),
-                       [&](const ControlledJoint& other) { return other.link == trajectory.link; }))
+      if (!has_part_of(model.controller.joints, trajectory.link))
         section.warn("joint", "the trajectory has no effect: the drive of joint '" + joint.name +
                                   "' is not 'motion' and no controller follows it");
     }

@@ -9,6 +9,14 @@
 
 namespace redysim {
 
+// Whether one of `parts`, for example of the trajectories, belongs to the joint of this link.
+template <class Part>
+bool has_part_of(const std::vector<Part>& parts, int link) {
+  for (const Part& part : parts)
+    if (part.link == link) return true;
+  return false;
+}
+
 // The moving joints with one DOF, by name.
 class JointIndex {
  public:

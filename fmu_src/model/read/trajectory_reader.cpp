@@ -1,6 +1,5 @@
 #include "model/read/trajectory_reader.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "math/angles.hpp"
@@ -162,8 +161,7 @@ std::vector<Trajectory> read_trajectories(Section& top, const Model& model, bool
     Trajectory trajectory = read_trajectory(section, model, joints, degrees, folder, files, findings);
     if (trajectory.link < 0) continue;
     const std::string& joint = model.links[trajectory.link].joint.name;
-    if (std::any_of(trajectories.begin(), trajectories.end(),
-                    [&](const Trajectory& other) { return other.link == trajectory.link; }))
+    if (has_part_of(trajectories, trajectory.link))
       section.error("joint", "joint '" + joint + "' already has a trajectory");
     else
       trajectories.push_back(std::move(trajectory));
