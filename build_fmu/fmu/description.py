@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import os
 import re
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from typing import Any
 from xml.etree import ElementTree as xml
@@ -133,21 +134,38 @@ def _units(root: xml.Element, model: Description) -> None:
             xml.SubElement(unit, "DisplayUnit", attributes(name=display["name"], factor=factor, offset=offset))
 
 
-def _variable(parent: xml.Element, variable: Variable, index: dict[str, int], reinit: bool) -> None:
-    # the standard forbids `initial` for inputs, whose start values are always exact
-    initial = None if variable.causality == "input" else variable.initial
-    scalar = xml.SubElement(
-        parent,
-        "ScalarVariable",
-        attributes(
-            name=variable.name,
-            valueReference=variable.value_reference,
-            description=variable.description or None,
-            causality=variable.causality,
-            variability=variable.variability,
-            initial=initial,
-        ),
+def identity(variable: Variable) -> dict[str, Any]:
+    """Returns the attributes of a variable of any type, which are equal in FMI 2.0 and 3.0."""
+    return {
+        "name": variable.name,
+        "valueReference": variable.value_reference,
+        "description": variable.description or None,
+        "causality": variable.causality,
+        "variability": variable.variability,
+        # the standard forbids it for inputs, whose start values are always exact
+        "initial": None if variable.causality == "input" else variable.initial,
+    }
+
+
+def dependencies(row: Unknown, number: dict[str, int], independent: Sequence[int] = ()) -> dict[str, str]:
+    """Returns what an unknown depends on by the numbers of variables, ascending, on which some importers rely; none: on all.
+
+    `independent` are numbers before those of the row.
+    """
+    if row.dependencies is None:
+        return {}
+    # each kind stays with its variable
+    kinds = row.kinds or ["dependent"] * len(row.dependencies)
+    pairs = [(first, "dependent") for first in independent]
+    pairs += sorted(zip((number[name] for name in row.dependencies), kinds, strict=True))
+    return attributes(
+        dependencies=" ".join(str(i) for i, _ in pairs),
+        dependenciesKind=" ".join(kind for _, kind in pairs) if pairs and row.kinds else None,
     )
+
+
+def _variable(parent: xml.Element, variable: Variable, index: dict[str, int], reinit: bool) -> None:
+    scalar = xml.SubElement(parent, "ScalarVariable", attributes(**identity(variable)))
     number = real if variable.type == "Real" else lambda value: value
     limits = {"min": number(variable.min), "max": number(variable.max)}
     details: dict[str, Any] = {"quantity": variable.quantity}
@@ -168,20 +186,7 @@ def _structure(root: xml.Element, model: Description, index: dict[str, int]) -> 
         if rows:
             group = xml.SubElement(structure, tag)
             for row in rows:
-                xml.SubElement(group, "Unknown", _dependencies(row, index))
-
-
-def _dependencies(row: Unknown, index: dict[str, int]) -> dict[str, str]:
-    if row.dependencies is None:
-        return attributes(index=index[row.name])
-    # ascending indices, on which some importers rely; each kind stays with its variable
-    kinds = row.kinds or ["dependent"] * len(row.dependencies)
-    pairs = sorted(zip((index[name] for name in row.dependencies), kinds, strict=True))
-    return attributes(
-        index=index[row.name],
-        dependencies=" ".join(str(i) for i, _ in pairs),
-        dependenciesKind=" ".join(kind for _, kind in pairs) if pairs and row.kinds else None,
-    )
+                xml.SubElement(group, "Unknown", index=str(index[row.name]), **dependencies(row, index))
 
 
 def real(value: float | None) -> str | None:

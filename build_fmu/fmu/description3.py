@@ -10,8 +10,17 @@ from collections.abc import Callable
 from typing import Any
 from xml.etree import ElementTree as xml
 
-from build_fmu.fmu.description import attributes, common_elements, corrects_states, file_content, generation_date, real
-from build_fmu.model.describe import Description, Unknown, Variable
+from build_fmu.fmu.description import (
+    attributes,
+    common_elements,
+    corrects_states,
+    dependencies,
+    file_content,
+    generation_date,
+    identity,
+    real,
+)
+from build_fmu.model.describe import Description, Variable
 
 TIME = 0  # value reference of the independent variable; those of the table start at 1
 TYPES = {"Real": "Float64", "Integer": "Int32"}  # all others have the same name in both versions
@@ -57,15 +66,15 @@ def model_description(model: Description) -> bytes:
     for variable in model.variables:
         _variable(variables, variable, reference, variable.name in states)
     structure = xml.SubElement(root, "ModelStructure")
-    with_time = model.depends_on_time
+    with_time = (TIME,) if model.depends_on_time else ()
     groups = (
         ("Output", model.outputs, with_time),
         ("ContinuousStateDerivative", model.derivatives, with_time),
-        ("InitialUnknown", model.initial_unknowns, False),
+        ("InitialUnknown", model.initial_unknowns, ()),
     )
-    for tag, rows, and_time in groups:
+    for tag, rows, independent in groups:
         for row in rows:
-            xml.SubElement(structure, tag, valueReference=str(reference[row.name]), **_dependencies(row, reference, and_time))
+            xml.SubElement(structure, tag, valueReference=str(reference[row.name]), **dependencies(row, reference, independent))
     return file_content(root)
 
 
@@ -93,16 +102,7 @@ def _variable(parent: xml.Element, variable: Variable, reference: dict[str, int]
     element = xml.SubElement(
         parent,
         kind,
-        attributes(
-            name=variable.name,
-            valueReference=variable.value_reference,
-            description=variable.description or None,
-            causality=variable.causality,
-            variability=variable.variability,
-            initial=None if variable.causality == "input" else variable.initial,
-            **details,
-            start=None if kind == "String" else _start(variable, number),
-        ),
+        attributes(**identity(variable), **details, start=None if kind == "String" else _start(variable, number)),
     )
     for length in variable.dimensions:
         xml.SubElement(element, "Dimension", attributes(start=length))
@@ -112,17 +112,3 @@ def _variable(parent: xml.Element, variable: Variable, reference: dict[str, int]
 
 def _start(variable: Variable, number: Callable[[Any], Any]) -> Any:
     return " ".join(number(value) for value in variable.start) if isinstance(variable.start, tuple) else number(variable.start)
-
-
-def _dependencies(row: Unknown, reference: dict[str, int], and_time: bool) -> dict[str, str]:
-    if row.dependencies is None:
-        return {}
-    # ascending references; each kind stays with its variable
-    kinds = row.kinds or ["dependent"] * len(row.dependencies)
-    pairs = sorted((reference[name], kind) for name, kind in zip(row.dependencies, kinds, strict=True))
-    if and_time:
-        pairs.insert(0, (TIME, "dependent"))
-    return attributes(
-        dependencies=" ".join(str(i) for i, _ in pairs),
-        dependenciesKind=" ".join(kind for _, kind in pairs) if pairs and row.kinds else None,
-    )

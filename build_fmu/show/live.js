@@ -279,7 +279,7 @@ async function compute() {
   };
   byId("reset").hidden = false;
   byId("reset").onclick = restart;
-  byId("hint").textContent = "drag a link: push it \u00a0 drag elsewhere: rotate \u00a0 wheel: zoom \u00a0 right button: pan";
+  byId("hint").textContent = "drag a link: push it · drag elsewhere: rotate · wheel: zoom · right button: pan";
   let turn = 0, since = 0, simulated = 0, passed = 0, rate = 0;
   clockText = () => `${now.toFixed(digits)} s, ${rate.toFixed(2)}×`;
   advance = (seconds) => {
