@@ -27,7 +27,7 @@ REPORT = (
 GROUPS = (
     ("input", "Inputs", ""),
     ("output", "Outputs", ""),
-    ("parameter", "Parameters", "Set before initialisation; <em>tunable</em> parameters also between steps."),
+    ("parameter", "Parameters", "Set before initialization; <em>tunable</em> parameters also between steps."),
     ("calculatedParameter", "Calculated parameters", ""),
     ("local", "Local variables", "States and derivatives for model exchange that are not outputs."),
 )

@@ -40,8 +40,7 @@ class Evaluation(Session):
 
     def begin(self, values: dict[str, float]) -> None:
         """Initialises, again if necessary, with the given start values and inputs."""
-        self._guarded("when resetting", self.instance.reset)
-        self.initialise(0.0, 1.0, None, values)
+        self.restart(1.0, values)
         *_, has_next, time = self._guarded("in the first event", self.instance.newDiscreteStates)
         self.next_event = time if has_next else np.inf
         self._guarded("in the first event", self.instance.enterContinuousTimeMode)

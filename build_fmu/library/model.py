@@ -34,6 +34,7 @@ POSITION, VELOCITY = re.compile(r".*\.(q|quaternion\[\d\])"), re.compile(r".*\.(
 START = re.compile(r"(.*\.)(q|qd|quaternion|omega)(\[\d\])?$")
 TERMS = ("acceleration", "mass_matrix", "bias")
 HELD = 1e-9  # of the largest acceleration that a holding force removes
+LONGEST = 1e9  # s, stop time
 
 
 def load(file: str | Path, tunable: Sequence[str] = ()) -> Model:
@@ -249,7 +250,7 @@ class Model:
         without = [n for n in self.states if _start_of(n) not in starts]
         if without:
             raise UserError(f"step: state '{without[0]}' has no start parameter")
-        _restart(session, {**self.parameters, **starts, **dict(zip(self.inputs, u, strict=True))})
+        session.restart(LONGEST, {**self.parameters, **starts, **dict(zip(self.inputs, u, strict=True))})
         session.step(0.0, h)
         return np.array(session.read(self.states))
 
@@ -366,7 +367,7 @@ class Model:
             if name not in names:
                 raise unknown("parameter", name, names)
         parameters = {name: value for name, value in self.parameters.items() if name in session.variables}
-        _restart(session, {**parameters, **given})
+        session.restart(LONGEST, {**parameters, **given})
         return np.array(session.read([f"{joint}.tau" for joint in joints]))
 
 
@@ -380,12 +381,6 @@ def _joints(session: Evaluation) -> dict[str, float]:
     starts = {n: _start_of(n) for n in session.names("output") if START.fullmatch(n)}
     starts = {n: start for n, start in starts.items() if start in session.names("parameter")}
     return dict(zip(starts.values(), session.read(list(starts)), strict=True))
-
-
-def _restart(session: Session, values: Mapping[str, float]) -> None:
-    """Initialises again at t = 0 with these start values and inputs."""
-    session._guarded("when resetting", session.instance.reset)
-    session.initialise(0.0, 1e9, None, dict(values))
 
 
 def _rows(function, *arguments: ArrayLike) -> np.ndarray:

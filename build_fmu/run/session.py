@@ -99,10 +99,15 @@ class Session:
         for name, value in values.items():
             self._guarded(f"when setting '{name}' = {value}", lambda n=name, v=value: self.write({n: v}))
         experiment = (tolerance, start, stop) if self.is_fmi3 else ()
-        self._guarded("during initialisation", lambda: self.instance.enterInitializationMode(*experiment))
+        self._guarded("during initialization", lambda: self.instance.enterInitializationMode(*experiment))
         self._log("logStatusError", "logStatusWarning")
-        self._guarded("during initialisation", self.instance.exitInitializationMode)
+        self._guarded("during initialization", self.instance.exitInitializationMode)
         self._log("logStatusError")
+
+    def restart(self, stop: float, values: dict[str, Any]) -> None:
+        """Resets the FMU and initialises it at t = 0."""
+        self._guarded("when resetting", self.instance.reset)
+        self.initialise(0.0, stop, None, values)
 
     def _log(self, *categories: str) -> None:
         """Switches on these categories of messages alone; FMPy knows all or none."""
