@@ -34,7 +34,6 @@ POSITION, VELOCITY = re.compile(r".*\.(q|quaternion\[\d\])"), re.compile(r".*\.(
 START = re.compile(r"(.*\.)(q|qd|quaternion|omega)(\[\d\])?$")
 TERMS = ("acceleration", "mass_matrix", "bias")
 HELD = 1e-9  # of the largest acceleration that a holding force removes
-LONGEST = 1e9  # s, stop time
 
 
 def load(file: str | Path, tunable: Sequence[str] = ()) -> Model:
@@ -174,7 +173,7 @@ class Model:
 
         known = [*self._tunable, *(v.name for v in self.description.variables if v.variability == "tunable")]
         used = {n: v for n, v in self.parameters.items() if n in known and not n.endswith((".kp", ".kd", ".target"))}
-        return plant_of(self.file, inverse, used, _restart)
+        return plant_of(self.file, inverse, used)
 
     def mass_matrix(self, q: ArrayLike | None = None) -> np.ndarray:
         """Returns M (v x v) of the tree, in the order of docs/equations.md."""
@@ -250,7 +249,7 @@ class Model:
         without = [n for n in self.states if _start_of(n) not in starts]
         if without:
             raise UserError(f"step: state '{without[0]}' has no start parameter")
-        session.restart(LONGEST, {**self.parameters, **starts, **dict(zip(self.inputs, u, strict=True))})
+        session.restart({**self.parameters, **starts, **dict(zip(self.inputs, u, strict=True))})
         session.step(0.0, h)
         return np.array(session.read(self.states))
 
@@ -367,7 +366,7 @@ class Model:
             if name not in names:
                 raise unknown("parameter", name, names)
         parameters = {name: value for name, value in self.parameters.items() if name in session.variables}
-        session.restart(LONGEST, {**parameters, **given})
+        session.restart({**parameters, **given})
         return np.array(session.read([f"{joint}.tau" for joint in joints]))
 
 

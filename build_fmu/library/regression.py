@@ -19,7 +19,7 @@ MOVING = re.compile(r"(.*?)(\[\d\])?\.(qd|omega\[1\])")
 EXTRA = ("friction_velocity", "static_friction")
 
 
-def plant_of(file: Path, open_inverse: Callable[[tuple[str, ...]], Session], parameters: Mapping[str, float], restart) -> Plant:
+def plant_of(file: Path, open_inverse: Callable[[tuple[str, ...]], Session], parameters: Mapping[str, float]) -> Plant:
     """Returns the model with prescribed motion; raises UserError for loops and for joints without drive.
 
     `open_inverse(tunable)` opens its inverse FMU; `parameters` are values of tunable parameters.
@@ -49,7 +49,7 @@ def plant_of(file: Path, open_inverse: Callable[[tuple[str, ...]], Session], par
     def evaluate(q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         result = np.empty((len(q), len(torques) + len(matrix)))
         for row, motion in zip(result, np.hstack([q, qd, qdd]), strict=True):
-            restart(session, {**parameters, **dict(zip(names, motion, strict=True))})
+            session.restart({**parameters, **dict(zip(names, motion, strict=True))})
             row[:] = session.read([*torques, *matrix])
         return result[:, : len(torques)], result[:, len(torques) :].reshape(len(q), len(joints), -1)
 

@@ -104,8 +104,8 @@ class Session:
         self._guarded("during initialization", self.instance.exitInitializationMode)
         self._log("logStatusError")
 
-    def restart(self, stop: float, values: dict[str, Any]) -> None:
-        """Resets the FMU and initialises it at t = 0."""
+    def restart(self, values: dict[str, Any], stop: float = 1e9) -> None:
+        """Resets the FMU and initialises it at t = 0, with the stop time `stop` (s)."""
         self._guarded("when resetting", self.instance.reset)
         self.initialise(0.0, stop, None, values)
 
