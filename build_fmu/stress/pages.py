@@ -197,15 +197,17 @@ def write_pictures(paths: Sequence[Path], verdicts: Sequence[Verdict]) -> None:
         for v in verdicts:
             x, y = labels.index((v.case.group, v.case.label)), models.index(v.model)
             axes.add_patch(Rectangle((x, y), 0.92, 0.92, color=KINDS[v.kind], alpha=depth(v)))
+            if v.kind != "finished":
+                axes.text(x + 0.46, y + 0.48, v.kind[0].upper(), ha="center", va="center", color="white", weight="bold")
         axes.set_xlim(0, len(labels))
         axes.set_ylim(len(models), 0)
         axes.set_yticks([y + 0.46 for y in range(len(models))], [m.replace("$", r"\$") for m in models])
         axes.set_xticks([x + 0.46 for x in range(len(labels))], [f"{group}, {label}" for group, label in labels], rotation=90)
         axes.tick_params(length=0)
         axes.spines[:].set_visible(False)
-        named = {"finished": "finished (pale: larger energy balance error)"}
+        named = {k: f"{k[0].upper()}: {k}" for k in KINDS} | {"finished": "finished (pale: larger energy balance error)"}
         axes.legend(
-            handles=[Patch(color=c, label=named.get(k, k)) for k, c in KINDS.items()],
+            handles=[Patch(color=c, label=named[k]) for k, c in KINDS.items()],
             loc="lower center",
             bbox_to_anchor=(0.5, 1.0),
             ncol=5,
