@@ -36,25 +36,27 @@ void Instance::append_elements(unsigned reference, std::vector<unsigned>& elemen
 Needs Instance::needs_of(const unsigned* references, std::size_t count) const {
   const Needs first = simulation_.table.real(*references)->row->needs;
   if (first != Needs::step_jacobian) return first;
-  const bool more = std::any_of(references + 1, references + count, [&](unsigned reference) {
-    const Variable* variable = simulation_.table.real(reference);
-    return variable && variable->row->needs == Needs::step_jacobian_by_knowns;
-  });
-  return more ? Needs::step_jacobian_by_knowns : first;
+  for (std::size_t i = 1; i < count; ++i) {
+    const Variable* variable = simulation_.table.real(references[i]);
+    if (variable && variable->row->needs == Needs::step_jacobian_by_knowns) return variable->row->needs;
+  }
+  return first;
 }
 
 fmi2Status Instance::get_real(const unsigned* references, std::size_t count, double* values) {
   constexpr Function function = Function::get_real;
   if (const char* why = objection_to_arrays(count, {references, values})) return refuse(function, why);
+  const Row* before = nullptr;  // whose needs are up to date
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = simulation_.table.real(references[i]);
     if (!variable) return refuse(function, unknown_reference(references[i], VariableType::real));
     if (life_.state == State::instantiated && variable->is_calculated())
       return refuse(function, variable->name + " has no value before initialization mode");
-    if (!values_.are_current(variable->row->needs)) {
+    if (variable->row != before && !values_.are_current(variable->row->needs)) {
       const std::string why = values_.update(needs_of(references + i, count - i));
       if (!why.empty()) return refuse(function, why);
     }
+    before = variable->row;
     const double value = values_.read(*variable);
     if (!std::isfinite(value)) return refuse(function, variable->name + " is not finite: " + shown(value));
     values[i] = value;

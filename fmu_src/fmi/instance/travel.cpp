@@ -8,38 +8,40 @@
 
 namespace redysim {
 
+static const JointPlan<double>& joint_at(const Simulation& simulation, int place) {
+  return simulation.plan.joints[simulation.system.joint_of(place)];
+}
+
 void Travel::begin(const Simulation& simulation) {
   const double* y = simulation.integrator->state();
   ranges_.clear();
-  for (int k = 0; k < simulation.system.simple(); ++k) ranges_.push_back({y[k], 0});
+  has_begun_ = true;
+  for (int k = 0; k < simulation.system.simple(); ++k)
+    if (!turns(joint_at(simulation, k))) ranges_.push_back({k, y[k], 0});
 }
 
 void Travel::note(const Simulation& simulation) {
+  if (!has_begun_) begin(simulation);  // an instance that started with a saved state
+  if (ranges_.empty()) return;
   const double* y = simulation.integrator->state();
-  if (ranges_.empty()) begin(simulation);
-  for (std::size_t k = 0; k < ranges_.size(); ++k)
-    ranges_[k].farthest = std::max(ranges_[k].farthest, std::abs(y[k] - ranges_[k].start));
+  for (Range& range : ranges_)
+    range.farthest = std::max(range.farthest, std::abs(y[range.place] - range.start));
 }
 
 std::vector<std::string> Travel::unresolved(const Simulation& simulation) const {
   constexpr double resolved = 100, rounding = 1e-6, rounding_of_largest = 1e-9;
-  const auto joint_of = [&](std::size_t k) -> const JointPlan<double>& {
-    return simulation.plan.joints[simulation.system.joint_of(static_cast<int>(k))];
-  };
-  double largest = 0;  // of a sliding joint
-  for (std::size_t k = 0; k < ranges_.size(); ++k)
-    if (!turns(joint_of(k))) largest = std::max(largest, ranges_[k].farthest);
+  double largest = 0;
+  for (const Range& range : ranges_) largest = std::max(largest, range.farthest);
   std::vector<std::string> sentences;
-  for (std::size_t k = 0; k < ranges_.size(); ++k) {
-    const JointPlan<double>& joint = joint_of(k);
-    const auto [start, farthest] = ranges_[k];
+  for (const auto& [place, start, farthest] : ranges_) {
     const double tolerance = simulation.integrator_settings.rtol * std::abs(start) +
-                             simulation.integrator_settings.atol * simulation.system.scales()[k];
-    if (turns(joint) || farthest > resolved * tolerance) continue;
+                             simulation.integrator_settings.atol * simulation.system.scales()[place];
+    if (farthest > resolved * tolerance) continue;
     if (farthest < std::max(rounding * tolerance, rounding_of_largest * largest)) continue;
-    sentences.push_back("joint '" + simulation.model.links[joint.link].joint.name + "' moved by " +
-                        rounded(farthest) + " m at most, and the solver's tolerance is " +
-                        rounded(tolerance) + " m: lower solver.rtol and solver.atol to resolve this motion");
+    const std::string& joint = simulation.model.links[joint_at(simulation, place).link].joint.name;
+    sentences.push_back("joint '" + joint + "' moved by " + rounded(farthest) +
+                        " m at most, and the solver's tolerance is " + rounded(tolerance) +
+                        " m: lower solver.rtol and solver.atol to resolve this motion");
   }
   return sentences;
 }

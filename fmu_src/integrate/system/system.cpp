@@ -220,7 +220,7 @@ Status System::slope_within_step(double time, const double* y, double* ydot) {
   const bool some = plan_.has_motion();
   double* qdd = some ? qdd_.data() : layout_.qd.of(ydot);
   const Status status = accelerations<false>(time, y, qdd);
-  for (int k = 0; k < layout_.q.count; ++k) ydot[k] = y[layout_.qd[k]];
+  std::copy_n(layout_.qd.of(y), layout_.q.count, ydot);
   if (some) slope_of_integrated(y, qdd, ydot);
   if (with_work()) {
     const Coordinates at = some ? Coordinates{q_.data(), qd_.data()} : Coordinates{y, y + plan_.nv};
@@ -232,7 +232,7 @@ Status System::slope_within_step(double time, const double* y, double* ydot) {
 }
 
 void System::slope_from(const double* y, const double* qdd, double* ydot) const {
-  for (int k = 0; k < layout_.q.count; ++k) ydot[k] = y[layout_.qd[k]];
+  std::copy_n(layout_.qd.of(y), layout_.q.count, ydot);
   slope_of_integrated(y, qdd, ydot);
   if (actuators()) actuators_->set_slopes(y, ydot);
 }
