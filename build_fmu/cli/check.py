@@ -9,6 +9,7 @@ from pathlib import Path
 
 from build_fmu.cli.streams import add_options, emit
 from build_fmu.cli.terminal import console, warn
+from build_fmu.errors import listed
 from build_fmu.model.describe import Description, describe
 
 MOST_LINKS_IN_TABLE = 200  # plain lines for more links: a table of 3000 rows takes seconds
@@ -99,7 +100,7 @@ def _solver(model: Description) -> str:
 
 
 def _some(names: list[str]) -> str:
-    return f"{len(names)}: {', '.join(names[:4])}{', …' if len(names) > 4 else ''}" if names else "none"
+    return f"{len(names)}: {listed(names)}" if names else "none"
 
 
 def _aligned(rows: Sequence[tuple[str, ...]]) -> list[str]:

@@ -27,15 +27,13 @@ bool any(const Range& range, const Test& test) {
   return false;
 }
 
-bool has_coupling(const Model& model, bool rigid) {
-  return any(model.couplings, [rigid](const Coupling& coupling) { return coupling.rigid() == rigid; });
-}
-
 constexpr Feature all_features[] = {
-    {"loops", features::loops,
-     [](const Model& model) { return !model.loops.empty() || has_coupling(model, true); }},
+    {"loops", features::loops, [](const Model& model) { return model.has_constraints(); }},
     {"springs", features::springs,
-     [](const Model& model) { return !model.springs.empty() || has_coupling(model, false); }},
+     [](const Model& model) {
+       return !model.springs.empty() ||
+              any(model.couplings, [](const Coupling& coupling) { return !coupling.rigid(); });
+     }},
     {"bushings", features::bushings, [](const Model& model) { return !model.bushings.empty(); }},
     {"contact", features::contact, [](const Model& model) { return !model.contacts.empty(); }},
     {"friction", features::friction, may_resist},

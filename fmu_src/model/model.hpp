@@ -178,6 +178,13 @@ struct Model {
   SolverSettings solver;
   FmuSettings fmu;
   ReportSettings report;
+
+  // Whether loops or rigid couplings constrain the tree.
+  bool has_constraints() const {
+    for (const Coupling& coupling : couplings)
+      if (coupling.rigid()) return true;
+    return !loops.empty();
+  }
 };
 
 }  // namespace redysim

@@ -76,8 +76,8 @@ class Elements {
 };
 
 // The same with the elements of arrays in place of their references.
-fmi3Status matched(fmi3Instance c, Function function, const unsigned*& references, std::size_t& count,
-                   const std::size_t& values, InstanceCall call) noexcept {
+fmi3Status matched_elements(fmi3Instance c, Function function, const unsigned*& references,
+                            std::size_t& count, const std::size_t& values, InstanceCall call) noexcept {
   return guarded(c, function, [&](Instance& i) {
     const Elements elements(i, references, count);
     const fmi2Status sizes = check_sizes(i, function, count, values);
@@ -216,8 +216,8 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 current, fmi3Float64 size, fmi
 
 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t nvr, fmi3Float64 values[],
                           size_t n) {
-  return matched(c, Function::get_real, vr, nvr, n,
-                 [&](Instance& i) { return get_float64(i, vr, nvr, values); });
+  return matched_elements(c, Function::get_real, vr, nvr, n,
+                          [&](Instance& i) { return get_float64(i, vr, nvr, values); });
 }
 
 fmi3Status fmi3GetInt32(fmi3Instance c, const fmi3ValueReference vr[], size_t nvr, fmi3Int32 values[],
@@ -233,7 +233,8 @@ fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n
 
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t nvr,
                           const fmi3Float64 values[], size_t n) {
-  return matched(c, Function::set_real, vr, nvr, n, [&](Instance& i) { return i.set_real(vr, nvr, values); });
+  return matched_elements(c, Function::set_real, vr, nvr, n,
+                          [&](Instance& i) { return i.set_real(vr, nvr, values); });
 }
 
 fmi3Status fmi3SetInt32(fmi3Instance c, const fmi3ValueReference vr[], size_t nvr, const fmi3Int32 values[],
@@ -321,7 +322,7 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
                                         const fmi3Float64 seed[], size_t seeds, fmi3Float64 sensitivity[],
                                         size_t sensitivities) {
   constexpr Function function = Function::get_directional_derivative;
-  return matched(c, function, knowns, nk, seeds, [&](Instance& i) {
+  return matched_elements(c, function, knowns, nk, seeds, [&](Instance& i) {
     const Elements elements(i, unknowns, nu);
     const fmi2Status sizes = check_sizes(i, function, nu, sensitivities);
     if (sizes != fmi2OK) return sizes;
@@ -333,7 +334,7 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unk
                                     const fmi3ValueReference knowns[], size_t nk, const fmi3Float64 seed[],
                                     size_t seeds, fmi3Float64 sensitivity[], size_t sensitivities) {
   constexpr Function function = Function::get_adjoint_derivative;
-  return matched(c, function, unknowns, nu, seeds, [&](Instance& i) {
+  return matched_elements(c, function, unknowns, nu, seeds, [&](Instance& i) {
     const Elements elements(i, knowns, nk);
     const fmi2Status sizes = check_sizes(i, function, nk, sensitivities);
     if (sizes != fmi2OK) return sizes;

@@ -30,7 +30,7 @@ namespace {
 
 class Automatic final : public Integrator {
  public:
-  Automatic(System& system, const SolverSettings& settings, Room room);
+  Automatic(System& system, const SolverSettings& settings, Scratch scratch);
 
   Outcome start(double time, const double* y) override;
   void set_state(const double* y) override { current_->set_state(y); }
@@ -122,7 +122,7 @@ class Automatic final : public Integrator {
 
   System& system_;
   SolverSettings settings_;
-  Room room_;
+  Scratch scratch_;
   SpectralRadius radius_;
   std::array<double, choices> slope_times_;
   // As Choice numbers them, created at initialization, so that no step allocates. The matrices of implicit
@@ -138,8 +138,8 @@ class Automatic final : public Integrator {
   long decisions_ = 0;
 };
 
-Automatic::Automatic(System& system, const SolverSettings& settings, Room room)
-    : system_(system), settings_(settings), room_(std::move(room)), radius_(system) {
+Automatic::Automatic(System& system, const SolverSettings& settings, Scratch scratch)
+    : system_(system), settings_(settings), scratch_(std::move(scratch)), radius_(system) {
   for (int k = 0; k < choices; ++k) {
     const Choice choice = static_cast<Choice>(k);
     slope_times_[k] = redysim::slope_time(system, method_of[k]);
@@ -161,11 +161,11 @@ Integrator& Automatic::integrator(Choice choice) {
 std::unique_ptr<Integrator> Automatic::made(Choice choice) {
   if constexpr (has_series)
     if (choice == series) return make_taylor(system_, settings_);
-  if (choice == Choice::adams) return make_adams(system_, settings_, room_);
-  if (choice == Choice::dirk) return make_dirk(system_, settings_, room_);
-  if (choice == Choice::bdf) return make_bdf(system_, settings_, room_);
-  if (choice == Choice::exponential) return make_exponential(system_, settings_, room_);
-  return make_erk(system_, settings_, room_);
+  if (choice == Choice::adams) return make_adams(system_, settings_, scratch_);
+  if (choice == Choice::dirk) return make_dirk(system_, settings_, scratch_);
+  if (choice == Choice::bdf) return make_bdf(system_, settings_, scratch_);
+  if (choice == Choice::exponential) return make_exponential(system_, settings_, scratch_);
+  return make_erk(system_, settings_, scratch_);
 }
 
 Outcome Automatic::start(double time, const double* y) {
@@ -458,14 +458,15 @@ bool Automatic::exponential_pays(double radius, const Outlook& outlook) {
 // which take no memory.
 bool Automatic::vibrates_freely(double radius) {
   const int size = system_.layout().work.begin;
-  double *const moved = sundials::data(room_->vectors[0]), *const slope = sundials::data(room_->vectors[1]);
+  double *const moved = sundials::data(scratch_->vectors[0]), *const slope =
+                                                                  sundials::data(scratch_->vectors[1]);
   std::copy_n(state(), system_.size(), moved);
-  system_.nominals(room_->start.data());
+  system_.nominals(scratch_->start.data());
   before_.evaluations += 2 * size;
   count();
   double trace = 0;
   for (int i = 0; i < size; ++i) {
-    const double step = Tuning::difference_step * room_->start[i];
+    const double step = Tuning::difference_step * scratch_->start[i];
     for (const double sign : {1.0, -1.0}) {
       moved[i] = state()[i] + sign * step;
       if (system_.slope_within_step(time(), moved, slope) != Status::ok) return false;
@@ -592,8 +593,8 @@ bool Automatic::restore(const unsigned char* bytes, std::size_t size) {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_automatic(System& system, const SolverSettings& settings, Room room) {
-  return std::make_unique<Automatic>(system, settings, std::move(room));
+std::unique_ptr<Integrator> make_automatic(System& system, const SolverSettings& settings, Scratch scratch) {
+  return std::make_unique<Automatic>(system, settings, std::move(scratch));
 }
 
 }  // namespace redysim

@@ -49,16 +49,16 @@ double tightening(SolverMethod method, const System& system) {
 
 void CvodeDeleter::operator()(void* memory) const { CVodeFree(&memory); }
 
-Cvode::Cvode(System& system, const SolverSettings& settings, Room room, SolverMethod method)
+Cvode::Cvode(System& system, const SolverSettings& settings, Scratch scratch, SolverMethod method)
     : system_(system),
       settings_(settings),
       method_(method),
       error_weights_(system, tightening(method, system) * settings.rtol,
                      tightening(method, system) * settings.atol),
-      room_(std::move(room)),
-      weights_(room_->vectors[0]),
-      error_(room_->vectors[1]),
-      ahead_(make_vector(system.size(), room_->context)),
+      scratch_(std::move(scratch)),
+      weights_(scratch_->vectors[0]),
+      error_(scratch_->vectors[1]),
+      ahead_(make_vector(system.size(), scratch_->context)),
       y_(static_cast<std::size_t>(system.size())),
       slope_(y_) {
   restart_.y = y_;
@@ -68,9 +68,9 @@ Cvode::Cvode(System& system, const SolverSettings& settings, Room room, SolverMe
 
 void Cvode::build() {
   const bool bdf = method_ == SolverMethod::bdf;
-  memory_.reset(created(CVodeCreate(bdf ? CV_BDF : CV_ADAMS, room_->context)));
+  memory_.reset(created(CVodeCreate(bdf ? CV_BDF : CV_ADAMS, scratch_->context)));
   void* cvode = memory_.get();
-  CVodeSetErrHandlerFn(cvode, &LastMessage::keep, &room_->message);
+  CVodeSetErrHandlerFn(cvode, &LastMessage::keep, &scratch_->message);
   CVodeInit(cvode, &Cvode::right_hand_side, 0.0, ahead_.get());
   CVodeSetUserData(cvode, this);
   CVodeWFtolerances(cvode, &Cvode::weights);
@@ -80,7 +80,7 @@ void Cvode::build() {
   if (bdf) {
     build_newton();
   } else {
-    nonlinear_solver_.reset(created(SUNNonlinSol_FixedPoint(ahead_.get(), 0, room_->context)));
+    nonlinear_solver_.reset(created(SUNNonlinSol_FixedPoint(ahead_.get(), 0, scratch_->context)));
     project_history_ = system_.has_constraints();
   }
   CVodeSetNonlinearSolver(cvode, nonlinear_solver_.get());
@@ -95,14 +95,14 @@ void Cvode::build() {
 
 void Cvode::build_newton() {
   void* cvode = memory_.get();
-  jacobian_ = &room_->jacobian();
-  matrix_ = make_matrix(system_.size(), room_->context);
-  linear_solver_ = make_linear_solver(system_, room_->context);
+  jacobian_ = &scratch_->jacobian();
+  matrix_ = make_matrix(system_.size(), scratch_->context);
+  linear_solver_ = make_linear_solver(system_, scratch_->context);
   CVodeSetLinearSolver(cvode, linear_solver_.get(), matrix_.get());
   CVodeSetJacFn(cvode, &Cvode::jacobian);
   CVodeSetNonlinConvCoef(cvode, newton_tolerance);
   if (system_.plan().has_contacts()) CVodeSetEtaFixedStepBounds(cvode, 0, contact_growth);
-  nonlinear_solver_.reset(created(SUNNonlinSol_Newton(ahead_.get(), room_->context)));
+  nonlinear_solver_.reset(created(SUNNonlinSol_Newton(ahead_.get(), scratch_->context)));
   if (system_.has_constraints()) CVodeSetProjFn(cvode, &Cvode::project);
 }
 
@@ -131,7 +131,7 @@ bool Cvode::restart(double time, const double* y, bool repeated) {
   if (system_.right_hand_side(time, restart_.y.data(), slope_.data()) != Status::ok) return false;
   ++statistics_.evaluations;
   restart_.first_step = first_step(system_, error_weights_, 1, time, restart_.y.data(), slope_.data(),
-                                   step_limit(settings_.max_step), room_->first_step);
+                                   step_limit(settings_.max_step), scratch_->first_step);
   if (!(restart_.first_step > 0)) return false;
   reset_cvode();
   if (integrates_work()) work_.begin(work_of(restart_.y.data()));
@@ -293,16 +293,16 @@ Outcome Cvode::failed(int flag) {
     case CV_TOO_MUCH_ACC:
       return failure(time, reasons::tolerance_below_rounding);
     default:
-      return failure(time, room_->message.reason());
+      return failure(time, scratch_->message.reason());
   }
 }
 
-std::unique_ptr<Integrator> make_adams(System& system, const SolverSettings& settings, Room room) {
-  return std::make_unique<Cvode>(system, settings, std::move(room), SolverMethod::adams);
+std::unique_ptr<Integrator> make_adams(System& system, const SolverSettings& settings, Scratch scratch) {
+  return std::make_unique<Cvode>(system, settings, std::move(scratch), SolverMethod::adams);
 }
 
-std::unique_ptr<Integrator> make_bdf(System& system, const SolverSettings& settings, Room room) {
-  return std::make_unique<Cvode>(system, settings, std::move(room), SolverMethod::bdf);
+std::unique_ptr<Integrator> make_bdf(System& system, const SolverSettings& settings, Scratch scratch) {
+  return std::make_unique<Cvode>(system, settings, std::move(scratch), SolverMethod::bdf);
 }
 
 }  // namespace redysim

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "integrate/methods/methods.hpp"
-#include "integrate/methods/shared_room.hpp"
+#include "integrate/methods/shared_scratch.hpp"
 #include "integrate/methods/step_work.hpp"
 
 // Variable-order multistep methods by SUNDIALS' CVODE: Adams (functional iteration) and BDF (Newton
@@ -21,7 +21,7 @@ struct CvodeDeleter {
 
 class Cvode final : public Integrator {
  public:
-  Cvode(System& system, const SolverSettings& settings, Room room, SolverMethod method);
+  Cvode(System& system, const SolverSettings& settings, Scratch scratch, SolverMethod method);
 
   Outcome start(double time, const double* y) override;
   void set_state(const double* y) override;
@@ -90,8 +90,8 @@ class Cvode final : public Integrator {
   SolverMethod method_;
   ErrorWeights error_weights_;
 
-  Room room_;
-  sundials::Vector &weights_, &error_;  // of the room
+  Scratch scratch_;
+  sundials::Vector &weights_, &error_;  // of the scratch
   sundials::Vector ahead_;              // the state at ahead_time_
   DenseJacobian* jacobian_ = nullptr;   // BDF alone
   sundials::Matrix matrix_;

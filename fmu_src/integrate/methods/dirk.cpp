@@ -55,7 +55,7 @@ struct ArkStepDeleter {
 
 class Dirk final : public OneStep {
  public:
-  Dirk(System& system, const SolverSettings& settings, Room room);
+  Dirk(System& system, const SolverSettings& settings, Scratch scratch);
   const char* name() const override { return "dirk (Kennedy-Carpenter 4(3))"; }
 
  private:
@@ -78,7 +78,7 @@ class Dirk final : public OneStep {
   double reached() const override;
   long unsolved() const;  // attempts whose stages were not solved, of all runs
 
-  Vector &start_, &end_state_;  // of the room; end_state_ holds result_
+  Vector &start_, &end_state_;  // of the scratch; end_state_ holds result_
   DenseJacobian& jacobian_;
   Matrix matrix_;
   LinearSolver linear_solver_;
@@ -96,20 +96,21 @@ class Dirk final : public OneStep {
   bool too_short_ = false;  // the step to repeat
 };
 
-Dirk::Dirk(System& system, const SolverSettings& settings, Room room)
-    : OneStep(system, settings, std::move(room), SolverMethod::dirk, embedded_order + 1, tightening),
-      start_(room_->vectors[0]),
-      end_state_(room_->vectors[1]),
-      jacobian_(room_->jacobian()) {
+Dirk::Dirk(System& system, const SolverSettings& settings, Scratch scratch)
+    : OneStep(system, settings, std::move(scratch), SolverMethod::dirk, embedded_order + 1, tightening),
+      start_(scratch_->vectors[0]),
+      end_state_(scratch_->vectors[1]),
+      jacobian_(scratch_->jacobian()) {
   if (system.with_work() && system.plan().has_motion()) stage_state_ = stage_slope_ = y_;
   build();
 }
 
 void Dirk::build() {
-  memory_.reset(created(ARKStepCreate(nullptr, &Dirk::right_hand_side, 0.0, start_.get(), room_->context)));
+  memory_.reset(
+      created(ARKStepCreate(nullptr, &Dirk::right_hand_side, 0.0, start_.get(), scratch_->context)));
   void* ark = memory_.get();
   OneStep* self = this;
-  ARKStepSetErrHandlerFn(ark, &LastMessage::keep, &room_->message);
+  ARKStepSetErrHandlerFn(ark, &LastMessage::keep, &scratch_->message);
   ARKStepSetUserData(ark, self);
   set_table();
   // Lagrange: never used between step ends, and Hermite's costs right-hand sides
@@ -124,11 +125,11 @@ void Dirk::build() {
   ARKStepSetMaxErrTestFails(ark, 100);  // StepControl stops before
   if (settings_.max_step > 0) ARKStepSetMaxStep(ark, settings_.max_step);
 
-  matrix_ = make_matrix(system_.size(), room_->context);
-  linear_solver_ = make_linear_solver(system_, room_->context);
+  matrix_ = make_matrix(system_.size(), scratch_->context);
+  linear_solver_ = make_linear_solver(system_, scratch_->context);
   ARKStepSetLinearSolver(ark, linear_solver_.get(), matrix_.get());
   ARKStepSetJacFn(ark, &Dirk::jacobian);
-  nonlinear_solver_.reset(created(SUNNonlinSol_Newton(start_.get(), room_->context)));
+  nonlinear_solver_.reset(created(SUNNonlinSol_Newton(start_.get(), scratch_->context)));
   ARKStepSetNonlinearSolver(ark, nonlinear_solver_.get());
   ARKStepSetDeduceImplicitRhs(ark, SUNTRUE);
   ARKStepSetStagePredictFn(ark, &Dirk::predict);
@@ -355,8 +356,8 @@ long Dirk::unsolved() const {
 
 }  // namespace
 
-std::unique_ptr<OneStep> make_dirk(System& system, const SolverSettings& settings, Room room) {
-  return std::make_unique<Dirk>(system, settings, std::move(room));
+std::unique_ptr<OneStep> make_dirk(System& system, const SolverSettings& settings, Scratch scratch) {
+  return std::make_unique<Dirk>(system, settings, std::move(scratch));
 }
 
 }  // namespace redysim

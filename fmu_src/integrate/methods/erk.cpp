@@ -30,7 +30,7 @@ const ExplicitTable& lower_for(double rtol, const System& system) {
 
 class Erk final : public OneStep {
  public:
-  Erk(System& system, const SolverSettings& settings, Room room);
+  Erk(System& system, const SolverSettings& settings, Scratch scratch);
   const char* name() const override {
     return &lower_ == &bogacki_shampine ? "erk (Bogacki-Shampine 3(2) and Dormand-Prince 8(5,3))"
                                         : "erk (Dormand-Prince 5(4) and 8(5,3))";
@@ -95,8 +95,8 @@ class Erk final : public OneStep {
   Passing passing_;
 };
 
-[[gnu::cold]] Erk::Erk(System& system, const SolverSettings& settings, Room room)
-    : OneStep(system, settings, std::move(room), SolverMethod::erk, dop853.error_order, 1),
+[[gnu::cold]] Erk::Erk(System& system, const SolverSettings& settings, Scratch scratch)
+    : OneStep(system, settings, std::move(scratch), SolverMethod::erk, dop853.error_order, 1),
       lower_(lower_for(settings.rtol, system)),
       choice_(settings.rtol, &lower_ == &bogacki_shampine),
       steps_(y_.size(), &Erk::slope, static_cast<OneStep*>(this)),
@@ -249,8 +249,9 @@ void Erk::read_polynomial() {
 
 }  // namespace
 
-[[gnu::cold]] std::unique_ptr<OneStep> make_erk(System& system, const SolverSettings& settings, Room room) {
-  return std::make_unique<Erk>(system, settings, std::move(room));
+[[gnu::cold]] std::unique_ptr<OneStep> make_erk(System& system, const SolverSettings& settings,
+                                                Scratch scratch) {
+  return std::make_unique<Erk>(system, settings, std::move(scratch));
 }
 
 }  // namespace redysim

@@ -26,7 +26,7 @@ constexpr double tightening = 1.0 / 5;  // as for dirk
 
 class Exponential final : public OneStep {
  public:
-  Exponential(System& system, const SolverSettings& settings, Room room);
+  Exponential(System& system, const SolverSettings& settings, Scratch scratch);
   const char* name() const override { return "exponential (Rosenbrock 4(3))"; }
 
  private:
@@ -50,9 +50,9 @@ class Exponential final : public OneStep {
   double errors_of_work_[2] = {};         // of an attempt, J
 };
 
-[[gnu::cold]] Exponential::Exponential(System& system, const SolverSettings& settings, Room room)
-    : OneStep(system, settings, std::move(room), SolverMethod::exponential, 4, tightening),
-      jacobian_(room_->jacobian()),
+[[gnu::cold]] Exponential::Exponential(System& system, const SolverSettings& settings, Scratch scratch)
+    : OneStep(system, settings, std::move(scratch), SolverMethod::exponential, 4, tightening),
+      jacobian_(scratch_->jacobian()),
       phi_(system.size(), system.layout().work.count),
       matrix_(y_.size() * y_.size()),
       weights_(y_),
@@ -168,8 +168,8 @@ double Exponential::error_of_work(const double* u) const {
 
 }  // namespace
 
-std::unique_ptr<OneStep> make_exponential(System& system, const SolverSettings& settings, Room room) {
-  return std::make_unique<Exponential>(system, settings, std::move(room));
+std::unique_ptr<OneStep> make_exponential(System& system, const SolverSettings& settings, Scratch scratch) {
+  return std::make_unique<Exponential>(system, settings, std::move(scratch));
 }
 
 }  // namespace redysim

@@ -6,9 +6,9 @@
 namespace redysim {
 
 // Arrays for first_step, which does not allocate; of length System::size().
-struct FirstStepRoom {
+struct FirstStepScratch {
   std::vector<double> weights, probe, slope;
-  explicit FirstStepRoom(int size)
+  explicit FirstStepScratch(int size)
       : weights(static_cast<std::size_t>(size)), probe(weights), slope(weights) {}
 };
 
@@ -16,6 +16,6 @@ struct FirstStepRoom {
 // right-hand side. It is independent of the end of the integration. 0: no step is possible. After Hairer,
 // Norsett, Wanner: Solving Ordinary Differential Equations I, 2nd ed., II.4.
 double first_step(System& system, const ErrorWeights& error_weights, int order, double time, const double* y,
-                  const double* f0, double step_limit, FirstStepRoom& room);
+                  const double* f0, double step_limit, FirstStepScratch& scratch);
 
 }  // namespace redysim

@@ -14,24 +14,24 @@ namespace redysim {
 namespace {
 
 std::unique_ptr<Integrator> make_of_sundials(System& system, const SolverSettings& settings,
-                                             const Room& room) {
+                                             const Scratch& scratch) {
   switch (settings.method) {
     case SolverMethod::adams:
-      if constexpr (features::adams) return make_adams(system, settings, room);
+      if constexpr (features::adams) return make_adams(system, settings, scratch);
       break;
     case SolverMethod::bdf:
-      if constexpr (features::bdf) return make_bdf(system, settings, room);
+      if constexpr (features::bdf) return make_bdf(system, settings, scratch);
       break;
     case SolverMethod::dirk:
-      if constexpr (features::dirk) return make_dirk(system, settings, room);
+      if constexpr (features::dirk) return make_dirk(system, settings, scratch);
       break;
     case SolverMethod::exponential:
-      if constexpr (features::exponential) return make_exponential(system, settings, room);
+      if constexpr (features::exponential) return make_exponential(system, settings, scratch);
       break;
     default:
       break;
   }
-  if constexpr (features::erk) return make_erk(system, settings, room);
+  if constexpr (features::erk) return make_erk(system, settings, scratch);
   return nullptr;  // missing_feature has already refused the model
 }
 
@@ -41,11 +41,11 @@ std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings
   if (system.size() == 0) return make_stateless();
   if constexpr (features::taylor)
     if (settings.method == SolverMethod::taylor) return make_taylor(system, settings);
-  const Room room = std::make_shared<SharedRoom>(system);
+  const Scratch scratch = std::make_shared<SharedScratch>(system);
   if constexpr (features::erk && features::adams && features::dirk && features::bdf && features::exponential)
     if (settings.method == SolverMethod::automatic && !(settings.max_rhs > 0))
-      return make_automatic(system, settings, room);
-  return make_of_sundials(system, settings, room);
+      return make_automatic(system, settings, scratch);
+  return make_of_sundials(system, settings, scratch);
 }
 
 Outcome advance_by_breakpoints(Integrator& integrator, System& system, double end, bool inputs_changed) {

@@ -11,17 +11,17 @@
 namespace redysim {
 
 class OneStep;
-class SharedRoom;
-using Room = std::shared_ptr<SharedRoom>;
+class SharedScratch;
+using Scratch = std::shared_ptr<SharedScratch>;
 
-// `room`: that of `system`.
-std::unique_ptr<OneStep> make_erk(System& system, const SolverSettings& settings, Room room);
-std::unique_ptr<OneStep> make_dirk(System& system, const SolverSettings& settings, Room room);
-std::unique_ptr<OneStep> make_exponential(System& system, const SolverSettings& settings, Room room);
-std::unique_ptr<Integrator> make_adams(System& system, const SolverSettings& settings, Room room);
-std::unique_ptr<Integrator> make_bdf(System& system, const SolverSettings& settings, Room room);
+// `scratch`: that of `system`.
+std::unique_ptr<OneStep> make_erk(System& system, const SolverSettings& settings, Scratch scratch);
+std::unique_ptr<OneStep> make_dirk(System& system, const SolverSettings& settings, Scratch scratch);
+std::unique_ptr<OneStep> make_exponential(System& system, const SolverSettings& settings, Scratch scratch);
+std::unique_ptr<Integrator> make_adams(System& system, const SolverSettings& settings, Scratch scratch);
+std::unique_ptr<Integrator> make_bdf(System& system, const SolverSettings& settings, Scratch scratch);
 std::unique_ptr<Integrator> make_taylor(System& system, const SolverSettings& settings);  // without loops
-std::unique_ptr<Integrator> make_automatic(System& system, const SolverSettings& settings, Room room);
+std::unique_ptr<Integrator> make_automatic(System& system, const SolverSettings& settings, Scratch scratch);
 std::unique_ptr<Integrator> make_stateless();  // for a system without state
 
 // Whether an advance may go from `time` to `end`.

@@ -12,15 +12,15 @@ namespace redysim {
 
 using namespace sundials;
 
-OneStep::OneStep(System& system, const SolverSettings& settings, Room room, SolverMethod method,
+OneStep::OneStep(System& system, const SolverSettings& settings, Scratch scratch, SolverMethod method,
                  int error_order, double tightening)
     : system_(system),
       settings_(settings),
       error_weights_(system, tightening * settings.rtol, tightening * settings.atol),
       control_(error_order, settings.max_step),
-      room_(std::move(room)),
-      result_(data(room_->vectors[1])),
-      candidate_(data(room_->vectors[2])),
+      scratch_(std::move(scratch)),
+      result_(data(scratch_->vectors[1])),
+      candidate_(data(scratch_->vectors[2])),
       y_(static_cast<std::size_t>(system.size())),
       slope_(y_),
       method_(method),
@@ -72,7 +72,7 @@ bool OneStep::first_step_from_here() {
   slope_known_ = true;
   ++statistics_.evaluations;
   const double step = first_step(system_, error_weights_, error_order_ - 1, time(), y_.data(), slope_.data(),
-                                 control_.step_limit(), room_->first_step);
+                                 control_.step_limit(), scratch_->first_step);
   if (!(step > 0)) return false;
   control_.start(step);
   return true;
@@ -216,7 +216,7 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
   goal_ = end;
   end_ = farthest_ = end - origin_;
   const double origin_before = origin_, since_before = since_;
-  std::copy(y_.begin(), y_.end(), room_->start.begin());
+  std::copy(y_.begin(), y_.end(), scratch_->start.begin());
   if (lies_in_last_step(inputs_changed)) {
     set_time(end_);
     slope_known_ = false;
@@ -231,7 +231,7 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
   slope_known_ = false;
   origin_ = origin_before;
   since_ = since_before;
-  std::copy(room_->start.begin(), room_->start.end(), y_.begin());
+  std::copy(scratch_->start.begin(), scratch_->start.end(), y_.begin());
   return outcome;
 }
 
@@ -295,7 +295,7 @@ std::string OneStep::reason_of(Flag flag, const StepBudget& budget) {
     case Flag::below_rounding:
       return reasons::tolerance_below_rounding;
     default:
-      return room_->message.reason();
+      return scratch_->message.reason();
   }
 }
 

@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "integrate/methods/methods.hpp"
-#include "integrate/methods/shared_room.hpp"
+#include "integrate/methods/shared_scratch.hpp"
 #include "integrate/methods/step_control.hpp"
 
 // Base of the one-step methods. Their steps are taken here, those of dirk by SUNDIALS' ARKODE.
@@ -46,8 +46,8 @@ class OneStep : public Integrator {
  protected:
   // `error_order`: the error estimate is proportional to h^error_order. `tightening`: the error per step over
   // the user's tolerance.
-  OneStep(System& system, const SolverSettings& settings, Room room, SolverMethod method, int error_order,
-          double tightening);
+  OneStep(System& system, const SolverSettings& settings, Scratch scratch, SolverMethod method,
+          int error_order, double tightening);
 
   // How steps end: `step_limit`: the allowed ones before the end of the advance; the rest are failures.
   enum class Flag { done, step_limit, not_finite, not_closed, too_short, below_rounding, other };
@@ -98,8 +98,8 @@ class OneStep : public Integrator {
   SolverSettings settings_;
   ErrorWeights error_weights_;
   StepControl control_;
-  Room room_;
-  double *result_, *candidate_;  // of the room
+  Scratch scratch_;
+  double *result_, *candidate_;  // of the scratch
 
   // what the continuation depends on
   double origin_ = 0;  // end of the last advance that was not paused

@@ -28,7 +28,7 @@ void add_identity(int size, double factor, double* matrix) {
 [[gnu::cold]] PhiFunctions::PhiFunctions(int size, int followers)
     : size_(size), leaders_(size - followers), scale_(static_cast<std::size_t>(size)), vector_(scale_) {
   const std::size_t entries = scale_.size() * scale_.size();
-  for (Matrix* matrix : {&balanced_, &room_, &half_[1], &half_[2]}) matrix->resize(entries);
+  for (Matrix* matrix : {&balanced_, &scratch_, &half_[1], &half_[2]}) matrix->resize(entries);
   for (Matrix& matrix : phi_) matrix.resize(entries);
 }
 
@@ -94,7 +94,7 @@ bool PhiFunctions::evaluate(double h) {
 
 // The series of phi_4 of `factor` times the matrix, then phi_k = z phi_(k+1) + I / k!.
 void PhiFunctions::expand(double factor) {
-  Matrix& z = room_;
+  Matrix& z = scratch_;
   for (std::size_t k = 0; k < z.size(); ++k) z[k] = factor * balanced_[k];
   Matrix& series = phi_[highest];
   std::fill(series.begin(), series.end(), 0.0);
@@ -124,22 +124,22 @@ void PhiFunctions::replace(Matrix& left, Matrix& right) {
 // phi_k(2 z) = 2^-k (e^z phi_k(z) + sum_(j = 1 to k) phi_j(z) / (k - j)!)
 void PhiFunctions::double_argument() {
   for (int k = highest; k > 0; --k) {
-    room_ = phi_[k];
+    scratch_ = phi_[k];
     replace(phi_[0], phi_[k]);
     const double share = std::ldexp(1.0, -k);
-    for (std::size_t i = 0; i < room_.size(); ++i) {
-      double sum = phi_[k][i] + room_[i];
+    for (std::size_t i = 0; i < scratch_.size(); ++i) {
+      double sum = phi_[k][i] + scratch_[i];
       for (int j = 1; j < k; ++j) sum += phi_[j][i] / factorials[k - j];
       phi_[k][i] = share * sum;
     }
   }
-  room_ = phi_[0];
-  replace(room_, phi_[0]);
+  scratch_ = phi_[0];
+  replace(scratch_, phi_[0]);
 }
 
 void PhiFunctions::add(Matrix& phi, double factor, const double* x, double* y) {
   double* const scaled = vector_.data();
-  double* const product = room_.data();
+  double* const product = scratch_.data();
   for (int j = 0; j < size_; ++j) scaled[j] = x[j] / scale_[j];
   std::fill_n(product, size_, 0.0);
   add_product(size_, phi.data(), scaled, product);

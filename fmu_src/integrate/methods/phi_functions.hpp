@@ -41,7 +41,7 @@ class PhiFunctions {
   int doublings_ = 1;
   Matrix phi_[highest + 1];  // phi_0 is the exponential function
   Matrix half_[3];           // [0] is not used
-  Matrix room_;
+  Matrix scratch_;
   std::vector<double> vector_;
 };
 

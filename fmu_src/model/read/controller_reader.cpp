@@ -45,9 +45,7 @@ std::vector<ControlledJoint> read_joints(Section& section, const Model& model, b
 
 // Feed-forward requires the reference of every free joint.
 void check_feed_forward(Section& section, const Model& model, const Controller& controller) {
-  const bool coupled = std::any_of(model.couplings.begin(), model.couplings.end(),
-                                   [](const Coupling& coupling) { return coupling.rigid(); });
-  if (!model.loops.empty() || coupled) {
+  if (model.has_constraints()) {
     section.error("law",
                   "feed_forward does not support loops and rigid couplings; use computed_torque or "
                   "gravity_compensation");

@@ -37,10 +37,7 @@ void check_sensor(Section& section, const Frame& frame, const LinkTable& links) 
 
 // The factors of the mass matrix know the tree only.
 void check_inertia(Section& section, const Frame& frame, const Model& model) {
-  const auto& couplings = model.couplings;
-  const bool has_rigid = std::any_of(couplings.begin(), couplings.end(),
-                                     [](const Coupling& coupling) { return coupling.rigid(); });
-  if (frame.inverse_inertia && (!model.loops.empty() || has_rigid))
+  if (frame.inverse_inertia && model.has_constraints())
     section.error("outputs",
                   "outputs contains 'inverse_inertia', which does not support loops and rigid couplings");
 }

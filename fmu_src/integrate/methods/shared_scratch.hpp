@@ -10,9 +10,9 @@ namespace redysim {
 
 // What the methods of `auto` share, because one of them runs at a time: a method keeps nothing here between
 // its calls.
-class SharedRoom {
+class SharedScratch {
  public:
-  explicit SharedRoom(System& system)
+  explicit SharedScratch(System& system)
       : first_step(system.size()),
         vectors{sundials::make_vector(system.size(), context), sundials::make_vector(system.size(), context),
                 sundials::make_vector(system.size(), context)},
@@ -21,7 +21,7 @@ class SharedRoom {
 
   sundials::Context context;
   sundials::LastMessage message;
-  FirstStepRoom first_step;
+  FirstStepScratch first_step;
   sundials::Vector vectors[3];
   std::vector<double> start;  // state at the start of an advance
 
