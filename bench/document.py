@@ -22,7 +22,7 @@ import tables
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = ("performance.md", "stability_peers.md", "specialise.md", "contact.md", "benchmarks.md")
 LINES = ("core.txt", "do_step.txt", "latency.txt", "accuracy.txt", "parts.txt", "straight_line.txt", "peers.txt", "benchmarks.txt")
-PICTURES = ("peers_*.svg", "peers_*.png", "contact_scenes.*", "benchmarks.svg", "accuracy.png", history.PICTURE)
+PICTURES = ("peers_*.svg", "contact_scenes.svg", "benchmarks.svg", "accuracy.png", history.PICTURE)
 
 
 def machine(folder: Path) -> str:
