@@ -113,7 +113,7 @@ def test_figures_of_the_readme_are_those_of_the_pages():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     rows = ratios_of_peers()
     nearest = [min(value for name, value in row.items() if name in ("Pinocchio", "MuJoCo", "Drake", "Exudyn")) for row in rows]
-    low, high = re.search(r"([\d.]+) to ([\d.]+) times less CPU time", readme).groups()
+    high, low = re.search(r"1/([\d.]+) to 1/([\d.]+) of the CPU time", readme).groups()
     assert len(nearest) == 24 and float(low) == min(nearest) and float(high) == max(nearest)
     generated = [value for row in rows for name, value in row.items() if name in ("CasADi", "heyoka")]
     low, high = re.search(r"heyoka takes ([\d.]+) to ([\d.]+) times our CPU time", readme).groups()
