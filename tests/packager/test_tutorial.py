@@ -25,23 +25,25 @@ def block(language):
 
 
 def test_every_command_of_the_page(tmp_path):
-    (tmp_path / "bin").mkdir()
+    folder = tmp_path / "my_robots"
+    for name in ("bin", "my_robots"):
+        (tmp_path / name).mkdir()
     program = tmp_path / "bin" / "build-fmu"
     program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m build_fmu "$@"\n')
     program.chmod(0o755)
     for name in ("pendulum.urdf", "panda.urdf"):
-        (tmp_path / name).write_text(block("xml"))
-    (tmp_path / "arm.csv").write_text(block("text"))
+        (folder / name).write_text(block("xml"))
+    (folder / "arm.csv").write_text(block("text"))
     (tmp_path / "examples").symlink_to(ROOT / "examples")
-    (tmp_path / "MyRobot").mkdir()
-    (tmp_path / "MyRobot" / "inputs.m").write_text(INPUTS)
+    (folder / "MyRobot").mkdir()
+    (folder / "MyRobot" / "inputs.m").write_text(INPUTS)
     commands = "\n".join(re.findall(r"```sh\n(.*?)```", TEXT, re.DOTALL))
     commands += (
         f"build-fmu simulate my_robot.toml --redysim-layout run\ncat >use.py <<'END'\n{block('py')}END\n\"{sys.executable}\" use.py\n"
     )
     environment = {**os.environ, "PATH": f"{tmp_path / 'bin'}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT)}
     done = subprocess.run(
-        ["sh", "-eu"], input=commands, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=900, check=False
+        ["sh", "-eu"], input=commands, cwd=folder, env=environment, capture_output=True, text=True, timeout=900, check=False
     )
     assert done.returncode == 0, done.stdout + done.stderr
     for name in (
@@ -52,12 +54,12 @@ def test_every_command_of_the_page(tmp_path):
         "arm.png",
         "arm.gif",
         "ball.html",
-        "dog.html",
+        "standing_dog.html",
         "arm.fmu",
         "arm_inverse.fmu",
         "run/statevar.dat",
     ):
-        assert (tmp_path / name).stat().st_size > 0, name
+        assert (folder / name).stat().st_size > 0, name
     # two seconds of fall: the last line is (time, q, balance)
     time, angle, balance = map(float, re.findall(r"-?\d[\d.e-]*", done.stdout.splitlines()[-1]))
     assert time == 2 and abs(angle) > 0.1 and abs(balance) < 1e-5
