@@ -1,4 +1,4 @@
-"""Draws the motion of the four-bar by Euler and Lagrange equations and by the FMU, and their difference.
+"""Draws the motion of the four-bar by Lagrange's equations and by the FMU, and their difference.
 
 python docs/pictures/make_four_bar.py      after `make build`; writes four_bar_lagrange.png beside this file
 """
@@ -23,7 +23,7 @@ from tests.fmi.four_bar_lagrange import CLOSED, REDYSIM
 from tests.fmi.raw import OK, Slave, Unpacked
 
 JOINTS = {"crank_joint": "crank", "joint2": "rocker", "joint3": "coupler"}
-ROWS = {"q": "angle, rad", "qd": "rad/s", "qdd": "rad/s²"}
+ROWS = {"q": ("angle", "rad"), "qd": ("velocity", "rad/s"), "qdd": ("acceleration", "rad/s²")}
 
 
 def simulate(fmu: Unpacked, times: np.ndarray, torque: float) -> dict[str, np.ndarray]:
@@ -53,7 +53,7 @@ def main() -> None:
             lagrange = REDYSIM.simulate(times, [0, CLOSED, CLOSED], [0, 0, 0], torque)
             ours = simulate(fmu, times, torque)
             axes[0][column].set_title(title)
-            for row, (name, label) in enumerate(ROWS.items()):
+            for row, (name, (quantity, unit)) in enumerate(ROWS.items()):
                 curves, difference = axes[2 * row][column], axes[2 * row + 1][column]
                 for joint, text in enumerate(JOINTS.values()):
                     (line,) = curves.plot(times, ours[name][:, joint], linewidth=1, label=f"{text}, FMU")
@@ -62,8 +62,8 @@ def main() -> None:
                     )
                 error = np.abs(ours[name] - lagrange[name]).max(axis=1)
                 difference.semilogy(times[1:], np.maximum(error[1:], 1e-17), color="black", linewidth=0.8)
-                curves.set_ylabel(label)
-                difference.set_ylabel("difference", fontsize=7)
+                curves.set_ylabel(f"{quantity}, {unit}")
+                difference.set_ylabel(f"difference,\n{unit}", fontsize=7)
     figure.legend(*axes[0][0].get_legend_handles_labels(), loc="outside lower center", fontsize=8, ncols=6)
     for axis in axes[-1]:
         axis.set_xlabel("time, s")
