@@ -20,6 +20,7 @@ arm = fmpy.instantiate_fmu(folder, description, "CoSimulation")
 arm.setupExperiment(startTime=0)
 arm.enterInitializationMode()
 arm.exitInitializationMode()
+print("time, joint angles in rad")
 for step in range(STEPS + 1):
     angles, speeds = arm.getReal(q), arm.getReal(qd)
     if step % 400 == 0:

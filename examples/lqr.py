@@ -22,7 +22,7 @@ for _ in range(2000):
 x = goal + [0.3, -0.3, 0, 0]
 for k in range(STEPS):
     if k % 50 == 0:
-        print(f"{k * STEP:.1f} s   largest error {abs(x - goal).max():.1e}")
+        print(f"{k * STEP:.1f} s   largest error (rad, rad/s) {abs(x - goal).max():.1e}")
     x = m.step(x, held - K @ (x - goal), STEP)
-print(f"{STEPS * STEP:.1f} s   largest error {abs(x - goal).max():.1e}")
+print(f"{STEPS * STEP:.1f} s   largest error (rad, rad/s) {abs(x - goal).max():.1e}")
 print(f"largest eigenvalue {abs(np.linalg.eigvals(A)).max():.3f}, with the regulator {abs(np.linalg.eigvals(A - B @ K)).max():.3f}")

@@ -24,4 +24,5 @@ m.parameters = {}
 result = m.identify(t, q, measured, qd, qdd, parameters=["link6"])
 true = [MASS, *(MASS * COM)]
 for name, value, error, truth in zip(result.names[:4], result.values, result.errors, true, strict=False):
-    print(f"{name:9} {value:9.5f} +- {error:.5f}   true {truth:9.5f}")  # mass (kg) and mass times center of mass (kg m)
+    unit = "kg" if name.endswith(".m") else "kg m"  # mass, or mass times center of mass
+    print(f"{name:9} {value:9.5f} +- {error:.5f}   true {truth:9.5f} {unit}")
