@@ -158,4 +158,7 @@ def model() -> str:
 
 
 if __name__ == "__main__":
-    sys.stdout.write({"model": model, "gait": gait}[sys.argv[1]]())
+    writers = {"model": model, "gait": gait}
+    if len(sys.argv) != 2 or sys.argv[1] not in writers:
+        sys.exit("usage: generate_quadruped.py model|gait")
+    sys.stdout.write(writers[sys.argv[1]]())
