@@ -30,7 +30,8 @@ def main(methods: list[str]) -> None:
         model = Path(folder) / "quadruped.toml"
         (model.parent / "quadruped_trot.csv").write_bytes((ROOT / "models" / "quadruped_trot.csv").read_bytes())
         for method in methods:
-            model.write_text((ROOT / "models" / "quadruped.toml").read_text().replace('method = "auto"', f'method = "{method}"'))
+            before, _, after = (ROOT / "models" / "quadruped.toml").read_text().rpartition("[solver]\n")
+            model.write_text(f'{before}[solver]\nmethod = "{method}"\n{after}')
             fmu = model.with_suffix(".fmu")
             build(describe(model), model, fmu)
             staged = stage_fmu(fmu, Path(folder) / method)

@@ -36,7 +36,7 @@ def add(commands) -> None:
     command.add_argument(
         "--reference", type=Path, metavar="CSV", help="reference motion: columns time (or t) and the FMU's outputs, or q1, q2, ..."
     )
-    command.add_argument("--seconds", type=positive, default=120, metavar="S", help="time limit for all runs of a target, s (default: 120)")
+    command.add_argument("--seconds", type=positive, default=120, metavar="S", help="time limit for all runs of a model, s (default: 120)")
     add_options(command, reports=True)
     command.set_defaults(run=run)
 

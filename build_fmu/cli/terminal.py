@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -24,9 +25,10 @@ def targets_after(*lists: list[str]) -> list[Path]:
 
 def output_file(given: Path | None, name: str, endings: Sequence[str]) -> Path:
     """Returns the file to write: the given file, or `name` in the given or the current folder; raises UserError if it is unsuitable."""
-    target = Path(name) if given is None else given / name if given.is_dir() else given
+    into_folder = given is not None and os.path.isdir(given)  # False for a name that no file can have
+    target = Path(name) if given is None else given / name if into_folder else given
     if target.suffix.lower() not in endings:
-        missing = "; to write into a folder, create it first" if not target.suffix else ""
+        missing = "; to write into a folder, create it first" if given is not None and not target.suffix and not into_folder else ""
         raise InvalidArgument(f"'{target}' must end in {' or '.join(endings)}{missing}")
     if not target.parent.is_dir():
         raise UserError(f"cannot write '{target}': the folder '{target.parent}' does not exist")

@@ -36,7 +36,7 @@ class Evaluation(Session):
         self.inputs = [n for n in self.names("input") if self.variables[n].type == "Real"]
         self.size = len(self.states)
         self.names_of_states = self.states
-        self.next_event = np.inf  # s: point of a trajectory or instant of a sampled controller after t = 0
+        self.next_event = np.inf  # s: point of a trajectory after t = 0
 
     def begin(self, values: dict[str, float]) -> None:
         """Initialises, again if necessary, with the given start values and inputs."""

@@ -28,7 +28,7 @@ def step_derivative(equations: Evaluation, x: np.ndarray, u: np.ndarray, h: floa
     """Returns A and B, the derivatives of the state at time h by the state and by inputs that are held; raises UserError."""
     if equations.next_event < h:
         time = equations.next_event
-        raise UserError(f"a trajectory or sampled controller changes at t = {time:g} s, inside the step of {h:g} s: use a shorter step")
+        raise UserError(f"a trajectory changes at t = {time:g} s, inside the step of {h:g} s: use a shorter step")
     before, count = None, 1
     while count <= MOST_INTERVALS:
         now = _derivative(equations, x, u, h, count)

@@ -23,8 +23,8 @@ from build_fmu.library.batch import Runs, simulate_batch, simulate_on_cluster
 from build_fmu.library.evaluation import Evaluation
 from build_fmu.library.flow import step_derivative
 from build_fmu.library.modes import Modes, modes_at
-from build_fmu.library.regression import plant_of
-from build_fmu.library.staging import Variant, stage
+from build_fmu.library.regression import plant_of, torques_on
+from build_fmu.library.staging import Variant, sample_time_of, stage
 from build_fmu.model.describe import describe
 from build_fmu.run.driver import Task, staged
 from build_fmu.run.session import Session
@@ -153,7 +153,7 @@ class Model:
 
     def slope(self, x: ArrayLike | None = None, u: ArrayLike | None = None) -> np.ndarray:
         """Returns x' (n) of the state x and the inputs u (k); by default the start state and zero."""
-        return self._equations().slope(*self._point(x, u))
+        return self._continuous().slope(*self._point(x, u))
 
     def forward(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike | None = None) -> np.ndarray:
         """Returns the accelerations; one row of each argument, or as many rows as q has. `tau` are all inputs."""
@@ -231,7 +231,7 @@ class Model:
 
     def linearise(self, x: ArrayLike | None = None, u: ArrayLike | None = None, h: float | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Returns A (n x n) and B (n x k): derivatives of x' by x and u, or with h (s) those of the state after h, with u held."""
-        equations = self._equations()
+        equations = self._continuous()
         x, u = self._point(x, u)
         if h is not None:
             if not (np.isfinite(h) and h > 0):
@@ -288,13 +288,15 @@ class Model:
         worst = int(abs(left).argmax()) if left.size else 0
         if left.size and abs(left[worst]) > HELD * max(first, 1.0):
             name = self._equations().name_of(self._equations().slopes[worst])
-            raise UserError(f"no inputs hold the model at rest: '{name}' is {left[worst]:.3g} with the best ones")
+            others = len(x) - len(self.positions) - len(self.velocities)
+            hint = "; the actuators keep their states in x, which `equilibrium` returns for given inputs" if others else ""
+            raise UserError(f"no inputs hold the model at rest: '{name}' is {left[worst]:.3g} with the best ones{hint}")
         return u
 
     def modes(self, x: ArrayLike | None = None, u: ArrayLike | None = None) -> Modes:
         """Returns the undamped modes of small motions about a state at rest."""
         x, u = self._point(x, u)
-        return modes_at(self._equations(), x, u)
+        return modes_at(self._continuous(), x, u)
 
     # instances
 
@@ -333,6 +335,15 @@ class Model:
             self._opened["equations"] = (session, dict(self.parameters))
         return session
 
+    def _continuous(self) -> Evaluation:
+        """Returns the same; raises UserError if a sampled controller holds torques, which do not follow from the present state."""
+        period = sample_time_of(self.file)
+        if period:
+            raise UserError(
+                f"the controller is sampled every {period:g} s, so x' is no function of x and u: remove sample_time, or use step"
+            )
+        return self._equations()
+
     def _open(self, name: str, variant: Variant) -> Session:
         """Returns a co-simulation instance, in initialization mode or later."""
         if name not in self._opened:
@@ -367,7 +378,7 @@ class Model:
                 raise unknown("parameter", name, names)
         parameters = {name: value for name, value in self.parameters.items() if name in session.variables}
         session.restart({**parameters, **given})
-        return np.array(session.read([f"{joint}.tau" for joint in joints]))
+        return np.array(session.read(torques_on(session, joints)))
 
 
 def _start_of(state: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -42,7 +42,7 @@ def plant_of(file: Path, open_inverse: Callable[[tuple[str, ...]], Session], par
     session = open_inverse(tuple(dict.fromkeys([*numbers, *parameters])))
     values = {name: float(session.variables[name].start) for name in numbers} | {n: v for n, v in parameters.items() if n in numbers}
     speeds = {f"{t['joint']}.speed_limit": float(t["speed_limit"]) for t in document.get("actuator", []) if "speed_limit" in t}
-    torques = [next(n for n in session.names("output") if n in (f"{joint}.tau", f"{joint}.tau_joint")) for joint in joints]
+    torques = torques_on(session, joints)
     matrix = [f"{link}.regressor[{rows[link][joint]},{k}]" for joint in joints for link in rows for k in range(1, 11)]
     names = [f"{joint}.{letter}" for letter in ("q", "qd", "qdd") for joint in joints]
 
@@ -54,6 +54,11 @@ def plant_of(file: Path, open_inverse: Callable[[tuple[str, ...]], Session], par
         return result[:, : len(torques)], result[:, len(torques) :].reshape(len(q), len(joints), -1)
 
     return Plant(joints, torques, list(rows), _losses(document, joints), values | speeds, evaluate)
+
+
+def torques_on(session: Session, joints: Sequence[str]) -> list[str]:
+    """Returns the outputs of an inverse model with the torques on the joints, behind their actuators."""
+    return [next(n for n in session.names("output") if n in (f"{joint}.tau", f"{joint}.tau_joint")) for joint in joints]
 
 
 def _supported(document: Mapping) -> None:

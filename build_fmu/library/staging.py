@@ -48,6 +48,11 @@ def stage(model: Path, resources: list[str], variant: Variant, folder: Path) -> 
     return fmu
 
 
+def sample_time_of(model: Path) -> float:
+    """Returns the period (s) of a sampled controller; 0: there is none."""
+    return float(tomlkit.parse(model.read_text(encoding="utf-8-sig")).get("controller", {}).get("sample_time", 0))
+
+
 def _changed(text: str, variant: Variant) -> str:
     """Returns the model file with the changes, everything else untouched."""
     document = tomlkit.parse(text)

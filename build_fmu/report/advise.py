@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from build_fmu.report.sweep import Point
+from build_fmu.report.sweep import WORTH_SHARING, Point
 
 SAME_COST = 1.05  # ratio of two measurements of one run
 GROWTH = (1.1, 1.6, 1.8)  # minimum, usual and maximum ratio of the times of successive runs
@@ -79,7 +79,6 @@ def best(of: Sequence[Curve], target: float) -> Point | None:
 
 def seconds_for_all(of: Sequence[Curve], stop: float) -> float:
     """Returns the time limit (s) of a sweep in which all curves can finish, with two digits."""
-    needs = [curve.time_needed(stop) for curve in of]
-    least = max(math.fsum(needs[:i]) + need * (len(needs) - i) for i, need in enumerate(needs))
+    least = math.fsum(curve.time_needed(stop) for curve in of) / (1 - WORTH_SHARING)
     digit = 10.0 ** (math.floor(math.log10(max(least, 1.0))) - 1)
     return math.ceil(least / digit) * digit

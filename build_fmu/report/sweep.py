@@ -51,6 +51,9 @@ class Point:
         return self.outcome.status == "ok" and math.isfinite(self.error)
 
 
+WORTH_SHARING = 0.1  # of the time limit: less is not given to unfinished curves
+
+
 @dataclass(frozen=True)
 class Plan:
     """The settings of a sweep: times in s, the time limit `seconds` of all runs, and the repetitions of each run."""
@@ -142,25 +145,40 @@ def sweep(
     plan: Plan,
     progress: Callable[[str, int], None] = lambda *_: None,
 ) -> Iterator[Point]:
-    """Yields the points, loose tolerances first; a curve ends at a failure or at its time limit."""
+    """Yields the points, loose tolerances first; a curve ends at a failure.
+
+    The time limit is divided among the curves. Those that exceed their share continue with what the others leave.
+    """
     begin = time.monotonic()
-    longest = max(plan.steps)
-    ratio = _atol_ratio(fmu)
-    curves = [(h, c, m) for h in plan.steps for c in plan.changing for m in plan.methods]
-    for number, (step, changing, method) in enumerate(curves):
-        task = task_for(fmu, plan.stop, step, longest, inputs, changing, where.names)
-        reference = references(step)
-        # the remaining time is divided among the remaining curves
-        allowed = (plan.seconds - (time.monotonic() - begin)) / (len(curves) - number)
-        curve_begin = time.monotonic()
-        for k, rtol in enumerate(sorted(plan.tolerances, reverse=True)):
-            left = allowed - (time.monotonic() - curve_begin)
-            progress(f"{method}, rtol {rtol:.0e}, step {step:g} s", number * len(plan.tolerances) + k)
-            run_begin = time.monotonic()
-            point = measure(fmu, where, reference, task, method, rtol, changing, ratio, plan, max(left, 0.5))
-            yield replace(point, taken=time.monotonic() - run_begin)
-            if point.outcome.status != "ok" or left < 0:
-                break
+    longest, ratio, done = max(plan.steps), _atol_ratio(fmu), 0
+    waiting = [(h, c, m, sorted(plan.tolerances, reverse=True)) for h in plan.steps for c in plan.changing for m in plan.methods]
+    while waiting:
+        unfinished, cut = [], []
+        for number, (step, changing, method, tolerances) in enumerate(waiting):
+            task = task_for(fmu, plan.stop, step, longest, inputs, changing, where.names)
+            reference = references(step)
+            curve_begin = time.monotonic()
+            allowed = (plan.seconds - (curve_begin - begin)) / (len(waiting) - number)
+            for k, rtol in enumerate(tolerances):
+                left = allowed - (time.monotonic() - curve_begin)
+                progress(f"{method}, rtol {rtol:.0e}, step {step:g} s", done)
+                run_begin = time.monotonic()
+                point = measure(fmu, where, reference, task, method, rtol, changing, ratio, plan, max(left, 0.5))
+                point = replace(point, taken=time.monotonic() - run_begin)
+                if point.outcome.status == "budget":
+                    cut.append(point)
+                    unfinished.append((step, changing, method, tolerances[k:]))
+                    break
+                yield point
+                done += 1 if point.outcome.status == "ok" else len(tolerances) - k
+                if point.outcome.status == "ok" and left < 0 and tolerances[k + 1 :]:
+                    unfinished.append((step, changing, method, tolerances[k + 1 :]))
+                if point.outcome.status != "ok" or left < 0:
+                    break
+        waiting = unfinished
+        if plan.seconds - (time.monotonic() - begin) < WORTH_SHARING * plan.seconds:
+            yield from cut  # they show the speed
+            return
 
 
 def _atol_ratio(fmu: Staged) -> float:

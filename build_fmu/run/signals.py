@@ -193,7 +193,7 @@ def _only_column(path: Path, name: str) -> Signal:
 
 def _number(text: str, where: str) -> float:
     try:
-        value = float(text)
+        value = float(text.replace("_", "?"))  # 1_000 is Python's notation
     except ValueError:
         raise UserError(f"{where}: '{text}' is not a number") from None
     if not math.isfinite(value):

@@ -56,6 +56,16 @@ def test_a_rigid_gear_adds_the_reflected_inertia_and_no_outputs(built):
         assert slave.get("wheel.qdd") == pytest.approx(2 / (INERTIA + 20**2 * 1e-3), rel=1e-14)
 
 
+def test_armature_beside_an_elastic_gear_is_on_the_side_of_the_joint(built):
+    fmu = wheel(built, "gear_ratio = 20\nrotor_inertia = 1e-3\nstiffness = 50", link="armature = 0.15")
+    with Slave(fmu) as slave:
+        slave.initialize(start={"wheel.tau": 2.0})
+        slave.run(0.5, 0.02)
+        omega = math.sqrt(50 * (1 / 0.4 + 1 / (INERTIA + 0.15)))
+        twist = 2 / (0.4 * omega**2) * (1 - math.cos(omega * 0.5))
+        assert slave.get("wheel.tau_joint") == pytest.approx(50 * twist, rel=1e-9)
+
+
 def test_outputs_exist_on_request_only(built):
     text = WHEEL.format(fields="gear_ratio = 20\nrotor_inertia = 1e-3\nstiffness = 50\ntorque_limit = 1", link="", top="")
     names = {"wheel.motor_q", "wheel.motor_qd", "wheel.tau_joint", "wheel.saturated"}

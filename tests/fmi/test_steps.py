@@ -135,6 +135,18 @@ def test_any_start_time(fmu, start):
 
 
 @pytest.mark.parametrize("method", METHODS)
+def test_without_an_absolute_tolerance_a_start_at_zero_is_possible(fmu, method):
+    ends = []
+    for atol in (0.0, 1e-12):
+        with Slave(fmu("pendulum")) as slave:
+            tolerances = {"solver.method": method, "solver.rtol": 1e-8, "solver.atol": atol}
+            slave.initialize(start={"pivot.q0": 0.0, "pivot.qd0": 0.0, "pivot.tau": 0.5, **tolerances})
+            slave.run(0.5, 0.01)
+            ends.append(slave.reals(["pivot.q", "pivot.qd"]))
+    assert ends[0] == pytest.approx(ends[1], rel=1e-5, abs=1e-6) and abs(ends[0][0]) > 0.01
+
+
+@pytest.mark.parametrize("method", METHODS)
 def test_the_step_size_does_not_matter(fmu, method):
     ends = []
     for sizes in ([1.0], [0.25] * 4, [0.001] * 1000, [0.3, 0.001, 0.1, 0.599]):

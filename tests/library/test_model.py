@@ -214,7 +214,7 @@ def test_errors_are_one_sentence(model):
         (lambda: m.inverse(np.zeros((2, 2)), np.zeros((3, 2)), np.zeros(2)), "must be vectors or have 3 rows"),
         (
             lambda: model("kuka_kr5_computed_torque").linearise(h=10),
-            "a trajectory or sampled controller changes at t = .* s, inside the step of 10 s",
+            "a trajectory changes at t = .* s, inside the step of 10 s",
         ),
         (lambda: rds.load("absent.toml"), "model file 'absent.toml' does not exist"),
         (lambda: model("kuka_kr5_harmonic").step(model("kuka_kr5_harmonic").start(), None, 0.1), "has no start parameter"),
@@ -223,6 +223,47 @@ def test_errors_are_one_sentence(model):
             call()
     with pytest.raises(UserError, match="no inputs hold the model at rest"):
         model(DOUBLE + "drive = 'free'\n").hold()
+
+
+PENDULUM = """
+name = "pendulum"
+gravity = [9.81, 0, 0]
+[[link]]
+name = "rod"
+joint_name = "j"
+mass = 1
+com = [1, 0, 0]
+"""
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        "gear_ratio = 2",
+        "torque_limit = 50",
+        "time_constant = 0.1",
+        "gear_ratio = 2\nrotor_inertia = 0.01\nstiffness = 100",
+        "gear_ratio = 2\nresistance = 1\ntorque_constant = 0.5",
+    ],
+)
+def test_inverse_gives_the_torque_on_the_joint_behind_any_actuator(model, fields):
+    m = model(PENDULUM + f'[[actuator]]\njoint = "j"\n{fields}\n')
+    assert m.inverse([0.3], [0], [0]) == pytest.approx([9.81 * np.sin(0.3)], rel=1e-12)
+
+
+def test_hold_says_that_drives_with_states_keep_them(model):
+    m = model(PENDULUM + '[[actuator]]\njoint = "j"\ntime_constant = 0.1\n')
+    with pytest.raises(UserError, match="the actuators keep their states in x"):
+        m.hold(m.state([0.3]))
+
+
+@pytest.mark.parametrize("verb", ["slope", "hold", "linearise", "modes"])
+def test_equations_under_a_sampled_controller_are_refused(model, verb):
+    m = model(PENDULUM + '[controller]\nlaw = "pd"\nkp = 50\nkd = 5\ninput = true\nsample_time = 0.01\n')
+    with pytest.raises(UserError, match="the controller is sampled every 0.01 s"):
+        getattr(m, verb)()
+    assert m.step([0.3, 0], None, 0.001)[1] == pytest.approx(-0.001 * (15 + 9.81 * np.sin(0.3)), rel=1e-3)
+    assert m.equilibrium() == pytest.approx([0, 0], abs=1e-12)
 
 
 def test_build_writes_the_fmu(model, tmp_path):

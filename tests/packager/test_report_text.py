@@ -5,12 +5,14 @@ from dataclasses import replace
 
 import pytest
 
+from build_fmu.report import sweep as sweeping
 from build_fmu.report.advise import best, curves
 from build_fmu.report.html import write_html
 from build_fmu.report.machine import busy
+from build_fmu.report.motion import Positions
 from build_fmu.report.pages import Report, advice, duration, write_pictures
 from build_fmu.report.reference import Reference
-from build_fmu.report.sweep import Point, communication_steps
+from build_fmu.report.sweep import WORTH_SHARING, Point, communication_steps
 from build_fmu.report.target import with_rtol
 from build_fmu.run.driver import Outcome
 
@@ -49,6 +51,25 @@ def test_the_cheapest_that_is_good_enough_is_advised():
     ]
 
 
+def test_curves_continue_with_the_time_that_others_leave(monkeypatch):
+    """Of two curves, one needs 0.01 s a run and the other 0.5 s; its share of 2 s ends its second run."""
+    clock = [0.0]
+
+    def measure(fmu, where, reference, task, method, rtol, changing, ratio, plan, budget):
+        needs = 0.01 if method == "erk" else 0.5
+        clock[0] += min(needs, budget)
+        return point(method, rtol, 1e-9, 1.0, status="ok" if needs <= budget else "budget")
+
+    monkeypatch.setattr(sweeping, "measure", measure)
+    monkeypatch.setattr(sweeping, "task_for", lambda *_: None)
+    monkeypatch.setattr(sweeping, "_atol_ratio", lambda _: 0.01)
+    monkeypatch.setattr(sweeping.time, "monotonic", lambda: clock[0])
+    plan = sweeping.Plan(1.0, [0.01], ["bdf", "erk"], LADDER, (False,), seconds=2.0)
+    points = list(sweeping.sweep(None, Positions(["a.q"], [], "rad"), lambda _: None, None, plan))
+    assert [(p.method, p.rtol, p.outcome.status) for p in points if p.method == "bdf"] == [("bdf", rtol, "ok") for rtol in LADDER]
+    assert len(points) == 6 and clock[0] < 2
+
+
 def test_curves_that_were_cut_short_carry_no_advice_and_are_counted():
     first = [replace(point(method, 1e-3, 1e-10, 1.0), taken=2.0) for method in ("erk", "adams", "bdf")]
     lines = advice(report_of(first, (1e-3, *LADDER)))
@@ -56,8 +77,8 @@ def test_curves_that_were_cut_short_carry_no_advice_and_are_counted():
         f"for {target} rad: no recommendation, because unfinished curves could contain a cheaper run" for target in ("1e-3", "1e-6", "1e-9")
     ]
     assert lines[3].startswith("3 of 3 curves reached the time limit; all of them need about --seconds ")
-    # a run, then three that take 1.6 times as long each, on each of three curves
-    assert float(lines[3].split()[-1]) == pytest.approx(3 * 2 * (1 + 1.6 + 1.6**2 + 1.6**3), rel=0.05)
+    # a run, then three that take 1.6 times as long each, on each of three curves, in the part of the time that is shared
+    assert float(lines[3].split()[-1]) == pytest.approx(3 * 2 * (1 + 1.6 + 1.6**2 + 1.6**3) / (1 - WORTH_SHARING), rel=0.05)
 
 
 def test_a_curve_that_was_cut_where_it_is_dearer_already_spoils_no_advice():

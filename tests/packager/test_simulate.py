@@ -164,6 +164,7 @@ def test_csv_input_with_one_column_of_any_name(tmp_path):
         ("time,joint1.tau\n", "has no rows"),
         ("time,joint1.tau\n0,1\n1\n", ":3: 1 values"),
         ("time,joint1.tau\n0,x\n", ":2: column 'joint1.tau': 'x' is not a number"),
+        ("time,joint1.tau\n0,1_000\n", ":2: column 'joint1.tau': '1_000' is not a number"),
         ("time,joint1.tau\n0,nan\n", "not a finite number"),
         ("time,joint1.tau\n1,0\n0,0\n", "time decreases"),
         ("time,joint1.tau,joint1.tau\n0,0,0\n", "duplicate column names"),

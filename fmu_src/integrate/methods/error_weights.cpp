@@ -26,16 +26,17 @@ ErrorWeights::ErrorWeights(const System& system, double rtol, double atol)
 
 void ErrorWeights::evaluate(const double* y, double* weights, double share) const {
   const double rtol = share * rtol_, atol = share * atol_;
-  const auto weight = [&](int i, double scale, double least) {
+  const auto weight = [&](int i, double scale, double other) {
     const double size = std::fabs(y[i]);
     const double tolerance = rtol * std::min(size, cap_[i]) + atol * scale;
-    weights[i] = 1.0 / std::max(std::max(tolerance, finest * size), least);
+    const double at_zero = 1e-6 * scale;  // of a state that starts there with atol = 0
+    weights[i] = 1.0 / std::max(tolerance, finest * std::max(std::max(size, other), at_zero));
   };
   const StateLayout& layout = system_.layout();
   for (int k = 0; k < layout.q.count; ++k) {
     const double scale = system_.scales()[k];
     weight(layout.q[k], scale, 0);
-    weight(layout.qd[k], scale, finest * std::fabs(y[layout.q[k]]));
+    weight(layout.qd[k], scale, std::fabs(y[layout.q[k]]));
   }
   for (int i = layout.quaternion.begin; i < layout.quaternion.end(); ++i) weight(i, 1, 0);
   for (int i = layout.omega.begin; i < layout.omega.end(); ++i) weight(i, 1, 0);
@@ -43,7 +44,7 @@ void ErrorWeights::evaluate(const double* y, double* weights, double share) cons
     const double* scales = &system_.scales()[static_cast<std::size_t>(layout.q.count)];
     for (int i = 0; i < layout.actuators(); ++i) weight(layout.motor_q.begin + i, scales[i], 0);
     for (int k = 0; k < layout.motor_q.count; ++k)
-      weight(layout.motor_qd[k], scales[layout.motor_q.count + k], finest * std::fabs(y[layout.motor_q[k]]));
+      weight(layout.motor_qd[k], scales[layout.motor_q.count + k], std::fabs(y[layout.motor_q[k]]));
   }
   for (int i = layout.work.begin; i < layout.work.end(); ++i) weights[i] = 0;
 }

@@ -53,7 +53,7 @@ void read_gear(Section& section, const Joint& joint, Actuator& actuator) {
   require(section, "rotor_inertia", "stiffness");
   if (section.has("stiffness") && section.has("rotor_inertia") && actuator.rotor_inertia == 0)
     section.error("rotor_inertia", "rotor_inertia must be > 0 with stiffness, got 0");
-  if (section.has("rotor_inertia") && joint.armature != 0)
+  if (section.has("rotor_inertia") && !section.has("stiffness") && joint.armature != 0)
     section.error("rotor_inertia", "rotor_inertia and the armature of joint '" + joint.name +
                                        "' must not both be given: armature = gear_ratio^2 rotor_inertia");
 }

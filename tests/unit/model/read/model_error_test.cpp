@@ -87,6 +87,9 @@ TEST(model_error, malformed_text_is_a_syntax_error_and_not_a_crash) {
 
 TEST(model_error, an_empty_file_lacks_name_and_links) {
   EXPECT_EQ(errors(""), (Lines{"1: name is required", "1: a model needs at least one [[link]]"}));
+  EXPECT_EQ(
+      errors("name = \"" + std::string(201, 'a') + "\"\n[[link]]\nname = \"a\"\nmass = 1\ncom = [1, 0, 0]\n"),
+      (Lines{"1: name is part of file names: at most 200 characters are possible"}));
   EXPECT_EQ(errors("name = 'm'\nlink = []\n"), (Lines{"2: a model needs at least one [[link]]"}));
 }
 
