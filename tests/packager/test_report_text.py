@@ -52,11 +52,11 @@ def test_the_cheapest_that_is_good_enough_is_advised():
 
 
 def test_curves_continue_with_the_time_that_others_leave(monkeypatch):
-    """Of two curves, one needs 0.01 s a run and the other 0.5 s; its share of 2 s ends its second run."""
+    """Of two curves, one needs 0.01 s a run and the other 0.9 s; its share of 4 s, a half, ends in its third run."""
     clock = [0.0]
 
     def measure(fmu, where, reference, task, method, rtol, changing, ratio, plan, budget):
-        needs = 0.01 if method == "erk" else 0.5
+        needs = 0.01 if method == "erk" else 0.9
         clock[0] += min(needs, budget)
         return point(method, rtol, 1e-9, 1.0, status="ok" if needs <= budget else "budget")
 
@@ -64,10 +64,10 @@ def test_curves_continue_with_the_time_that_others_leave(monkeypatch):
     monkeypatch.setattr(sweeping, "task_for", lambda *_: None)
     monkeypatch.setattr(sweeping, "_atol_ratio", lambda _: 0.01)
     monkeypatch.setattr(sweeping.time, "monotonic", lambda: clock[0])
-    plan = sweeping.Plan(1.0, [0.01], ["bdf", "erk"], LADDER, (False,), seconds=2.0)
+    plan = sweeping.Plan(1.0, [0.01], ["bdf", "erk"], LADDER, (False,), seconds=4.0)
     points = list(sweeping.sweep(None, Positions(["a.q"], [], "rad"), lambda _: None, None, plan))
     assert [(p.method, p.rtol, p.outcome.status) for p in points if p.method == "bdf"] == [("bdf", rtol, "ok") for rtol in LADDER]
-    assert len(points) == 6 and clock[0] < 2
+    assert len(points) == 6 and clock[0] < 4
 
 
 def test_curves_that_were_cut_short_carry_no_advice_and_are_counted():
