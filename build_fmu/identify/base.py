@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 INDEPENDENT = 1e-8  # part of a column that is not in the span of the columns before it
-ZERO = 1e-9  # coefficient of a combination that is rounding
+ZERO = 1e-9  # coefficient of a combination, for columns of length 1, that is rounding
 EXCITED = 1e-8  # singular value of the scaled regressor, relative to the largest one
 QUIET = 1e-9  # smallest standard deviation of the noise, relative to the torques: exact data have no noise to weight them by
 ROUNDS = 10  # of weights
@@ -38,7 +38,8 @@ class Estimate:
 def base_of(columns: np.ndarray, names: Sequence[str], free: np.ndarray) -> Base:
     """Returns the base of the free parameters, by a QR decomposition of a stacked regressor of arbitrary motions (rows x parameters).
 
-    A column that depends on the columns before it is grouped with them. The last ones are masses, which are grouped first.
+    A column that depends on the columns before it is grouped with them. The last ones are masses, which are grouped first. All columns
+    are compared with length 1, so the base does not depend on the units.
     """
     letters = [name.rpartition(".")[2] for name in names]
     late = {"Iyy": 1, "mz": 2, "m": 3}
@@ -46,7 +47,7 @@ def base_of(columns: np.ndarray, names: Sequence[str], free: np.ndarray) -> Base
     lengths = np.linalg.norm(columns, axis=0)
     basis, kept = np.zeros((len(columns), len(names))), []
     for k in order:
-        if lengths[k] <= INDEPENDENT * lengths.max(initial=0):
+        if lengths[k] == 0:
             continue
         rest = columns[:, k] / lengths[k]
         for _ in range(2):
@@ -55,10 +56,11 @@ def base_of(columns: np.ndarray, names: Sequence[str], free: np.ndarray) -> Base
             basis[:, len(kept)] = rest / size
             kept.append(k)
     independent, combine = np.array(sorted(kept), dtype=int), np.zeros((len(kept), len(names)))
-    others = [k for k in order if k not in set(kept)]
-    scaled = columns[:, independent] / lengths[independent]
-    grouped = np.linalg.lstsq(scaled, columns[:, others], rcond=None)[0] / lengths[independent][:, None]
-    combine[:, others] = np.where(abs(grouped) < ZERO, 0, grouped)
+    others = [k for k in order if k not in set(kept) and lengths[k] > 0]
+    scaled = columns / np.where(lengths > 0, lengths, 1)
+    grouped = np.linalg.lstsq(scaled[:, independent], scaled[:, others], rcond=None)[0]
+    grouped[abs(grouped) < ZERO] = 0
+    combine[:, others] = grouped * lengths[others] / lengths[independent][:, None]
     combine[np.arange(len(kept)), independent] = 1
     return Base(independent, combine, [_name(names, k, row) for k, row in zip(independent, combine, strict=True)])
 
@@ -80,12 +82,15 @@ def _name(names: Sequence[str], own: int, row: np.ndarray) -> str:
     return " ".join([*terms[:SHOWN], *more])
 
 
-def estimate(columns: np.ndarray, torques: np.ndarray) -> Estimate:
-    """Returns the least-squares solution of columns (rows x n x base) and torques (rows x n), weighted by the noise of each joint."""
+def estimate(columns: np.ndarray, torques: np.ndarray, sizes: np.ndarray | float = 0.0) -> Estimate:
+    """Returns the least-squares solution of columns (rows x n x base) and torques (rows x n), weighted by the noise of each joint.
+
+    `sizes` are root mean squares of the measured torques; `torques` may be their differences to those of a model.
+    """
     rows, joints, size = columns.shape
-    noise = np.ones(joints)
-    least = QUIET * np.maximum(np.sqrt(np.mean(torques**2, axis=0)), np.sqrt(np.mean(columns**2, axis=(0, 2))))
-    least = np.maximum(least, np.finfo(float).tiny)
+    noise = np.maximum(np.sqrt(np.mean(torques**2, axis=0)), sizes)
+    noise = np.where(noise > 0, noise, noise.max() or 1.0)
+    least = QUIET * noise
     # the triangle of each joint's columns and torques, of which all else follows
     whole = np.concatenate([columns, torques[:, :, None]], axis=2).transpose(1, 0, 2)
     triangles = np.linalg.qr(whole, mode="r")

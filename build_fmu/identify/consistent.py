@@ -1,8 +1,11 @@
 """Parameters of bodies with positive density, and of joints >= 0, that agree with estimated base parameters.
 
-The matrix of second moments of a link is P = L U U' L' with P0 = L L' of the model file and U = I there. U is triangular with the diagonal
-exp(theta): every theta is a possible body (log-Cholesky parameters of Rucker and Wensing, 2022, relative to the model file). Directions
-that the data do not determine stay at the model file: the term WEAK theta adds a standard deviation of 1 / WEAK to each theta.
+The matrix of second moments P of a link is positive definite. The search minimises the convex function
+
+    |R (B pi - target)|^2 + weight (sum of 2 (trace(P / P0) - log det(P / P0) - 4) + sum of ((loss - loss0) / scale)^2)
+
+with P0 of the model file (the divergence of Lee, Wensing and Park, 2020). It follows the minimum for decreasing weights by Newton's method.
+Directions that the data do not determine stay at the model file.
 """
 
 from __future__ import annotations
@@ -14,34 +17,17 @@ import numpy as np
 
 from build_fmu.identify.parameters import pseudo_inertia, vector_of
 
-WEAK = 0.03
+WEAK = 1e-6  # last weight: a standard deviation of 1000 in the logarithm of second moments
+LIMIT = 1e-5  # smallest weight relative to the sum of squares, for base parameters that no body has
+STAGE = 0.1  # factor of the weight
 SLENDER = 1e-4  # smallest eigenvalue of the second moments of a start value, relative to their sum
-ROUNDS = 200
-DONE = 1e-3  # decrease of the sum of squares, which is in standard deviations
+ROUNDS = 1000
+DONE = 0.1  # predicted decrease of the function, relative to the weight
+INSIDE = 0.9  # part of the way to a singular P
+DUST = 1e-13  # a loss that is rounding, relative to its scale
 LOWER = tuple((i, j) for i in range(4) for j in range(i + 1))
-
-
-@dataclass(frozen=True)
-class Bodies:
-    """Links with free parameters: first index in `pi` and Cholesky factor of their start value."""
-
-    first: Sequence[int]
-    factors: Sequence[np.ndarray]
-
-    def apply(self, theta: np.ndarray, pi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Returns `pi` with the parameters of the links, and their derivatives (parameters x theta)."""
-        pi, slopes = pi.copy(), np.zeros((len(pi), len(theta)))
-        for b, (first, factor) in enumerate(zip(self.first, self.factors, strict=True)):
-            U = np.zeros((4, 4))
-            for k, (i, j) in enumerate(LOWER):
-                U[i, j] = np.exp(theta[10 * b + k]) if i == j else theta[10 * b + k]
-            pi[first : first + 10] = vector_of(factor @ U @ U.T @ factor.T)
-            for k, (i, j) in enumerate(LOWER):
-                dU = np.zeros((4, 4))
-                dU[i, j] = U[i, i] if i == j else 1
-                half = factor @ dU @ U.T @ factor.T
-                slopes[first : first + 10, 10 * b + k] = vector_of(half + half.T)
-        return pi, slopes
+# orthonormal symmetric matrices
+BASIS = np.array([(np.outer(a, b) + np.outer(b, a)) / (2 if i == j else np.sqrt(2)) for i, j in LOWER for a, b in [np.eye(4)[[i, j]]]])
 
 
 @dataclass(frozen=True)
@@ -51,64 +37,129 @@ class Fit:
     pi: np.ndarray
     covariance: np.ndarray
     distance: float
+    converged: bool
 
 
-def inner(vector: np.ndarray) -> np.ndarray | None:
-    """Returns the factor of a body, moved inside the possible ones if it is at their limit; None for a body without mass."""
+@dataclass(frozen=True)
+class Problem:
+    """The bodies by first index in `pi` and Cholesky factor of P0, the losses by index, and the weighted base parameters.
+
+    A point is the list of factors of P and the losses divided by their scales.
+    """
+
+    start: np.ndarray
+    first: Sequence[int]
+    factors: Sequence[np.ndarray]
+    losses: Sequence[int]
+    scales: np.ndarray
+    combine: np.ndarray
+    target: np.ndarray
+    information: np.ndarray
+
+    def parameters(self, factors: Sequence[np.ndarray], y: np.ndarray) -> np.ndarray:
+        """Returns `pi`."""
+        pi = self.start.copy()
+        for first, factor in zip(self.first, factors, strict=True):
+            pi[first : first + 10] = vector_of(factor @ factor.T)
+        pi[self.losses] = y * self.scales
+        return pi
+
+    def misfit(self, factors: Sequence[np.ndarray], y: np.ndarray) -> np.ndarray:
+        """Returns the difference to the base parameters in standard deviations."""
+        return self.information @ (self.combine @ self.parameters(factors, y) - self.target)
+
+    def cost(self, factors: Sequence[np.ndarray], y: np.ndarray, weight: float) -> float:
+        """Returns the function that is minimised."""
+        relative = [np.linalg.solve(former, factor) for former, factor in zip(self.factors, factors, strict=True)]
+        far = sum(2 * ((A**2).sum() - 2 * np.log(np.diag(A)).sum() - 4) for A in relative)
+        return float((self.misfit(factors, y) ** 2).sum() + weight * (far + ((y - self.start[self.losses] / self.scales) ** 2).sum()))
+
+    def linear(self, factors: Sequence[np.ndarray], y: np.ndarray, weight: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Returns residual and rows of the Newton step, and derivatives of `pi`.
+
+        The unknowns are the entries of X in P = L (1 + X) L', in BASIS, and the losses.
+        """
+        many = 10 * len(self.first)
+        slopes = np.zeros((len(self.start), many + len(y)))
+        near = np.zeros(many + len(y))
+        for b, (first, former, factor) in enumerate(zip(self.first, self.factors, factors, strict=True)):
+            part, relative = slice(10 * b, 10 * b + 10), np.linalg.solve(former, factor)
+            slopes[first : first + 10, part] = np.array([vector_of(factor @ E @ factor.T) for E in BASIS]).T
+            near[part] = (BASIS * (relative.T @ relative - np.eye(4))).sum(axis=(1, 2))
+        slopes[self.losses, np.arange(many, many + len(y))] = self.scales
+        near[many:] = y - self.start[self.losses] / self.scales
+        rows = np.vstack([self.information @ self.combine @ slopes, np.sqrt(weight) * np.eye(len(near))])
+        return np.concatenate([self.misfit(factors, y), np.sqrt(weight) * near]), rows, slopes
+
+
+def inner(vector: np.ndarray, size: float = 1.0) -> np.ndarray | None:
+    """Returns the factor of a body, moved inside the possible ones if it is at their limit; None for a body without mass.
+
+    `size` (m) is a length of the model.
+    """
     if vector[0] <= 0:
         return None
     mass, com = vector[0], vector[1:4] / vector[0]
     # second moments about the center of mass
     second = pseudo_inertia(vector)[:3, :3] - mass * np.outer(com, com)
     values, axes = np.linalg.eigh(second)
-    least = SLENDER * max(values.sum(), 1e-6 * mass * (com @ com), 1e-9 * mass)
+    least = SLENDER * max(values.sum(), 1e-6 * mass * (com @ com), 1e-9 * mass * size**2)
     second = axes @ np.diag(np.maximum(values, least)) @ axes.T
     shift = np.eye(4)
     shift[:3, 3] = com
     return shift @ np.linalg.cholesky(np.block([[second, np.zeros((3, 1))], [np.zeros((1, 3)), np.full((1, 1), mass)]]))
 
 
-def fit(start: np.ndarray, bodies: Bodies, losses: Sequence[int], scales: np.ndarray, combine: np.ndarray, target, information) -> Fit:
-    """Returns the parameters nearest to the model file that agree best with the base parameters `target`.
-
-    `losses` are indices of parameters >= 0 in `pi`, `scales` their sizes. Levenberg-Marquardt with projection on the bounds.
-    """
-    many, losses = 10 * len(bodies.first), list(losses)
-
-    def parts(x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        pi, slopes = bodies.apply(x[:many], start)
-        pi[losses] = x[many:]
-        derivative = np.hstack([slopes, np.eye(len(pi))[:, losses]])
-        weak = WEAK * np.concatenate([x[:many], (x[many:] - start[losses]) / scales])
-        rows = np.vstack([information @ combine @ derivative, WEAK * np.diag(np.concatenate([np.ones(many), 1 / scales]))])
-        return np.concatenate([information @ (combine @ pi - target), weak]), rows, derivative
-
-    x = np.concatenate([np.zeros(many), np.maximum(start[losses], 0)])
-    residual, rows, derivative = parts(x)
-    damping = 1e-3
+def fit(problem: Problem) -> Fit:
+    """Returns the parameters nearest to the model file that agree best with the base parameters."""
+    many = 10 * len(problem.first)
+    factors, y = list(problem.factors), np.maximum(problem.start[problem.losses] / problem.scales, 0)
+    held, converged = y <= 0, False  # losses at 0
+    distance = (problem.misfit(factors, y) ** 2).sum()
+    weight = max(WEAK, distance / max(many + len(y), 1))
     for _ in range(ROUNDS):
-        slope = rows.T @ residual
-        bound = np.concatenate([np.zeros(many, dtype=bool), (x[many:] <= 0) & (slope[many:] > 0)])
-        sizes = np.linalg.norm(rows, axis=0)
-        step = np.zeros_like(x)
-        system = np.vstack([rows[:, ~bound], np.sqrt(damping) * np.diag(sizes[~bound])])
-        Q, R = np.linalg.qr(system)
-        step[~bound] = -np.linalg.solve(R, Q[: len(residual)].T @ residual)
-        step *= min(1, 2 / max(abs(step[:many]).max(initial=0), 2))  # exp(theta) changes by a factor of at most e^2
-        trial = x + step
-        trial[many:] = np.maximum(trial[many:], 0)
-        new = parts(trial)
-        before, after = residual @ residual, new[0] @ new[0]
-        if not after < before:
-            damping *= 10
-            if damping > 1e12:
-                break
+        residual, rows, slopes = problem.linear(factors, y, weight)
+        free = np.concatenate([np.ones(many, dtype=bool), ~held])
+        step = np.zeros(len(free))
+        Q, R = np.linalg.qr(rows[:, free])
+        step[free] = -np.linalg.solve(R, Q.T @ residual)
+        decrease = ((rows @ step) ** 2).sum()
+        moved = None if decrease <= DONE * weight else _moved(problem, factors, y, weight, step)
+        if moved is not None:
+            factors, y = moved
+            held |= (y <= 0) & ~held
             continue
-        x, (residual, rows, derivative), damping = trial, new, max(damping / 10, 1e-14)
-        if before - after < DONE:
+        # the minimum of this weight, with these losses at 0: a loss that decreases the function leaves 0
+        slope = np.where(held, (rows.T @ residual)[many:], 0)
+        gain = np.where(slope < 0, (slope / np.linalg.norm(rows[:, many:], axis=0)) ** 2, 0)
+        if gain.max(initial=0) > DONE * weight:
+            held[gain.argmax()] = False
+            continue
+        distance = (problem.misfit(factors, y) ** 2).sum()
+        last = max(WEAK, LIMIT * distance)
+        if weight <= last:
+            converged = decrease <= max(1, DONE * weight)
             break
-    spread = derivative @ np.linalg.inv(np.linalg.qr(rows, mode="r"))
-    pi = bodies.apply(x[:many], start)[0]
-    pi[losses] = x[many:]
-    left = residual[: len(information)]
-    return Fit(pi, spread @ spread.T, float(left @ left))
+        weight = max(STAGE * weight, last)
+    pi = problem.parameters(factors, np.where(y > DUST, y, 0))
+    spread = slopes @ np.linalg.inv(np.linalg.qr(rows, mode="r"))
+    return Fit(pi, spread @ spread.T, float((problem.misfit(factors, y) ** 2).sum()), bool(converged))
+
+
+def _moved(problem: Problem, factors: Sequence[np.ndarray], y: np.ndarray, weight: float, step: np.ndarray):
+    """Returns a point along the step with a smaller cost, at most where a loss becomes 0; None if there is none."""
+    many = 10 * len(factors)
+    changes = [np.tensordot(step[10 * b : 10 * b + 10], BASIS, 1) for b in range(len(factors))]
+    lowest = min((np.linalg.eigvalsh(X)[0] for X in changes), default=0.0)
+    length = min(1.0, -INSIDE / lowest if lowest < 0 else 1.0)
+    down = step[many:] < 0
+    reach = np.where(down, -y / np.where(down, step[many:], -1), np.inf)
+    length = min(length, reach.min(initial=np.inf))
+    before = problem.cost(factors, y, weight)
+    while length > 1e-12 or not length:
+        new = [L @ np.linalg.cholesky(np.eye(4) + length * X) for L, X in zip(factors, changes, strict=True)]
+        moved = np.where(reach <= length, 0, y + length * step[many:])
+        if not length or problem.cost(new, moved, weight) < before:
+            return new, moved
+        length /= 2
+    return None

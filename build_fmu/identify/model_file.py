@@ -12,7 +12,6 @@ from build_fmu.identify.parameters import INERTIAL, PLACES, Plant, body_of
 
 DIGITS = 12
 SAME = 1e-10  # a change that is rounding, relative to the largest entry
-DUST = 1e-14  # N m s, N m, kg m2: a loss that is rounding
 PART = re.compile(r"(.*)\[(\d+)\]")  # a coordinate of a joint with several
 
 
@@ -57,7 +56,6 @@ def _write_loss(plant: Plant, joints: Mapping, actuator: Mapping, joint: str, wh
         return
     found = PART.fullmatch(joint)
     owner, part = (found[1], int(found[2]) - 1) if found else (joint, None)
-    value = value if value > DUST else 0.0
     table, count = joints[owner], sum(j.startswith(f"{owner}[") for j in plant.joints)
     peak = max(0.0, plant.values[f"{joint}.static_friction"] - plant.values[f"{joint}.friction"])
     fields = {what: value} | ({"static_friction": value + peak} if what == "friction" and "static_friction" in table else {})

@@ -28,6 +28,9 @@ class Plant:
     links: Sequence[str]
     losses: Sequence[str]  # parameters of joints
     values: Mapping[str, float]
+    sliding: np.ndarray  # mask of the joints with positions in m
+    size: float  # m, the largest length of the model
+    gravity: float  # m/s2
     evaluate: Callable[[np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
     @property

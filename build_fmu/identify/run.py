@@ -11,12 +11,14 @@ import numpy as np
 from build_fmu.errors import UserError
 from build_fmu.files import whole_file
 from build_fmu.identify.base import Base, Estimate, base_of, estimate
-from build_fmu.identify.consistent import Bodies, Fit, fit, inner
+from build_fmu.identify.consistent import Fit, Problem, fit, inner
 from build_fmu.identify.filtering import END, PER_PERIOD, low_pass, step_size
 from build_fmu.identify.model_file import with_parameters
 from build_fmu.identify.parameters import INERTIAL, Plant
 
 CUTOFF = 10.0  # Hz
+STANDARD = 9.81  # m/s2, gravity of arbitrary motions, in lengths of the model
+ROUNDING = 1e-8  # length of a column of arbitrary motions, relative to the largest one
 SAMPLES = 40  # arbitrary motions per column of the regressor, which determine the base
 POOR = 100.0  # condition number of the scaled regressor
 EXACT = 1e-6  # residual of data without noise, relative to the torques
@@ -83,10 +85,11 @@ def identify(plant: Plant, run: Run, chosen: Sequence[str] = (), cutoff: float |
     base = base_of(arbitrary(plant), plant.names, free)
     if columns.shape[0] * columns.shape[1] <= len(base.names):
         raise UserError(f"the run has {len(columns)} rows of {columns.shape[1]} torques, too few for {len(base.names)} base parameters")
-    found = estimate(columns[:, :, base.independent], torques)
+    sizes = _rms(run.torques)
+    found = estimate(columns[:, :, base.independent], torques, sizes)
     start = plant.start()
     values = base.combine @ start + found.change
-    fitted = _consistent(plant, free, base, found, values, columns)
+    fitted = _consistent(plant, free, base, found, values, columns, sizes)
     left = torques - columns @ (fitted.pi - start)
     best = torques - columns[:, :, base.independent] @ found.change
     warnings = [*_excitation(base, found), *_misfit(plant, found, fitted, best, left)]
@@ -114,11 +117,23 @@ def identify(plant: Plant, run: Run, chosen: Sequence[str] = (), cutoff: float |
 
 
 def arbitrary(plant: Plant) -> np.ndarray:
-    """Returns the stacked regressor of arbitrary motions, which excites all that any motion can."""
+    """Returns the stacked regressor of arbitrary motions, which excites all that any motion can.
+
+    Lengths, times and torques are relative to the size and the gravity of the model. Columns that are rounding are set to 0.
+    """
     random, n = np.random.default_rng(0), len(plant.joints)
     count = -(-SAMPLES * len(plant.names) // (10 * n))
-    q, qd, qdd = random.uniform(-3, 3, (count, n)), random.uniform(-3, 3, (count, n)), random.uniform(-9, 9, (count, n))
-    return plant.equations(q, qd, qdd)[1].reshape(count * n, -1)
+    lengths, rate = np.where(plant.sliding, plant.size, 1), np.sqrt(plant.gravity / (STANDARD * plant.size)) or 1.0
+    # friction differs from damping above its velocity
+    speeds = np.maximum(lengths * rate, [plant.values[f"{joint}.friction_velocity"] for joint in plant.joints])
+    q, qd, qdd = (x * random.uniform(-1, 1, (count, n)) for x in (3 * lengths, 3 * speeds, 9 * lengths * rate**2))
+    columns = plant.equations(q, qd, qdd)[1] / (np.where(plant.sliding, 1, plant.size) * plant.size * rate**2)[:, None]
+    columns = columns.reshape(count * n, -1)
+    sizes = np.linalg.norm(columns[:, : 10 * len(plant.links)], axis=0) * np.tile(
+        plant.size ** np.repeat([0, 1, 2], [1, 3, 6]), len(plant.links)
+    )
+    columns[:, np.flatnonzero(sizes <= ROUNDING * sizes.max(initial=0))] = 0
+    return columns
 
 
 def equations(plant: Plant, run: Run, cutoff: float | None) -> tuple[np.ndarray, np.ndarray, np.ndarray, str]:
@@ -149,21 +164,21 @@ def equations(plant: Plant, run: Run, cutoff: float | None) -> tuple[np.ndarray,
     return columns[kept], difference, _rms(difference), text
 
 
-def _consistent(plant: Plant, free: np.ndarray, base: Base, found: Estimate, values: np.ndarray, columns: np.ndarray) -> Fit:
-    """Returns the physically consistent parameters nearest to the model file."""
+def _consistent(
+    plant: Plant, free: np.ndarray, base: Base, found: Estimate, values: np.ndarray, columns: np.ndarray, torque: np.ndarray
+) -> Fit:
+    """Returns the physically consistent parameters nearest to the model file; `torque` is the root mean square of each joint's torque."""
     start, many = plant.start(), 10 * len(plant.links)
-    first = [k for k in range(0, many, 10) if free[k]]
-    factors = {k: inner(start[k : k + 10]) for k in first}
-    first = [k for k in first if factors[k] is not None]
+    factors = {k: inner(start[k : k + 10], plant.size) for k in range(0, many, 10) if free[k]}
+    factors = {k: factor for k, factor in factors.items() if factor is not None}
     losses = np.flatnonzero(free[many:]) + many
-    # the size of a loss that is a tenth of all torques of its joint
+    # a loss that is a tenth of all torques of its joint
     sizes = np.sqrt(np.mean(columns[:, :, losses] ** 2, axis=0)).sum(axis=0)
-    torque = np.sqrt(np.mean((columns @ start) ** 2, axis=0))
     owners = [plant.joints.index(plant.names[k].rpartition(".")[0]) for k in losses]
-    scales = 0.1 * np.maximum(torque[owners], 1e-6) / np.maximum(sizes, 1e-6)
+    scales = np.where(sizes > 0, 0.1 * torque[owners] / np.where(sizes > 0, sizes, 1), 0)
     scales = np.maximum(scales, start[losses])
-    bodies = Bodies(first, [factors[k] for k in first])
-    return fit(start, bodies, losses, scales, base.combine, values, found.information)
+    scales[scales == 0] = 1
+    return fit(Problem(start, list(factors), list(factors.values()), losses, scales, base.combine, values, found.information))
 
 
 def _excitation(base: Base, found: Estimate) -> list[str]:
@@ -183,15 +198,16 @@ def _excitation(base: Base, found: Estimate) -> list[str]:
 
 def _misfit(plant: Plant, found: Estimate, fitted: Fit, best: np.ndarray, left: np.ndarray) -> list[str]:
     """Warnings of torques that the parameters do not explain."""
-    warnings = []
     size = len(found.change)
-    if fitted.distance > size + 5 * np.sqrt(2 * size):
-        j = int((_rms(left) / np.maximum(_rms(best), 1e-300)).argmax())
-        warnings.append(
-            f"no physically consistent parameters agree with the base parameters: torque '{plant.torques[j]}' has a residual of "
-            f"{_rms(left)[j]:.3g} instead of {_rms(best)[j]:.3g}"
-        )
-    return warnings
+    if fitted.distance <= size + 5 * np.sqrt(2 * size):
+        return []
+    j = int((_rms(left) / np.maximum(_rms(best), 1e-300)).argmax())
+    reason = (
+        "no physically consistent parameters agree with the base parameters"
+        if fitted.converged
+        else "the search for physically consistent parameters did not converge to the base parameters"
+    )
+    return [f"{reason}: torque '{plant.torques[j]}' has a residual of {_rms(left)[j]:.3g} instead of {_rms(best)[j]:.3g}"]
 
 
 def _correlation(plant: Plant, best: np.ndarray) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -53,7 +53,10 @@ def plant_of(file: Path, open_inverse: Callable[[tuple[str, ...]], Session], par
             row[:] = session.read([*torques, *matrix])
         return result[:, : len(torques)], result[:, len(torques) :].reshape(len(q), len(joints), -1)
 
-    return Plant(joints, torques, list(rows), _losses(document, joints), values | speeds, evaluate)
+    sliding = np.array([session.variables[f"{joint}.q"].unit == "m" for joint in joints])
+    gravity = float(np.linalg.norm(document.get("gravity", [9.81])))
+    size = _size(document, values, rows)
+    return Plant(joints, torques, list(rows), _losses(document, joints), values | speeds, sliding, size, gravity, evaluate)
 
 
 def torques_on(session: Session, joints: Sequence[str]) -> list[str]:
@@ -79,6 +82,16 @@ def _limits(document: Mapping, joint: str) -> list[str]:
     owner = joint.partition("[")[0]
     table = next(t for t in document["link"] if t.get("joint_name", t["name"]) == owner)
     return [what for what in ("lower", "upper") if what in table]
+
+
+def _size(document: Mapping, values: Mapping[str, float], links: Iterable[str]) -> float:
+    """Returns the largest length of the joints, centers of mass and radii of gyration; 1 if all are 0."""
+    lengths = [abs(float(table.get(what, 0))) for table in document["link"] for what in ("a", "d", "b", "pitch")]
+    for link in links:
+        lengths += [abs(values[f"{link}.{what}"]) for what in _indexed("com", 3)]
+        if (mass := values[f"{link}.mass"]) > 0:
+            lengths += [np.sqrt(abs(values[f"{link}.{what}"]) / mass) for what in _indexed("inertia", 3)]
+    return float(max(lengths)) or 1.0
 
 
 def _indexed(name: str, count: int) -> list[str]:

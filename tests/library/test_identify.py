@@ -36,6 +36,44 @@ armature = 0.05
 """
 
 
+UNITS = [1e-6, 1e-3, 1.0, 1e3]
+
+
+def in_units(S, gravity, mass=1.0):
+    """An arm with a sliding joint, of length S (m) and density 1; `mass` is a factor of all masses and losses."""
+    m = mass * S**3
+    inertia = [x * m * S**2 for x in (0.1, 0.12, 0.2)]
+    return f"""
+name = "arm"
+gravity = [{gravity}, 0, 0]
+[[link]]
+name = "upper"
+mass = {2 * m}
+com = [{0.5 * S}, {0.1 * S}, 0]
+inertia = {inertia}
+damping = {0.3 * m * S**2}
+[[link]]
+name = "slide"
+joint = "prismatic"
+alpha = 1.2
+a = {S}
+mass = {1.5 * m}
+com = [{0.4 * S}, 0, {0.2 * S}]
+inertia = {inertia}
+damping = {0.2 * m}
+friction_velocity = {0.01 * S}
+[[link]]
+name = "hand"
+alpha = 0.7
+d = {0.3 * S}
+mass = {m}
+com = [{0.2 * S}, {-0.1 * S}, {0.1 * S}]
+inertia = {inertia}
+armature = {0.01 * m * S**2}
+friction = {0.1 * m * S**2}
+"""
+
+
 def motion(times, n, seed=3):
     """Fourier series with velocities and accelerations."""
     random, w = np.random.default_rng(seed), 2 * np.pi * 0.1 * np.arange(1, 6)
@@ -102,6 +140,45 @@ def test_base_parameters_of_a_planar_arm_are_those_of_the_textbook(model):
     plant = model("kuka_kr5").plant()
     base = base_of(arbitrary(plant), plant.names, plant.chosen(()))
     assert len(base.names) == 36 + 16
+
+
+@pytest.mark.parametrize("S", UNITS)
+def test_base_parameters_do_not_depend_on_the_unit_of_length(model, S):
+    bases = []
+    for text in (in_units(S, 9.81), in_units(1.0, 9.81)):
+        plant = model(text).plant()
+        bases.append(base_of(arbitrary(plant), plant.names, plant.chosen(())))
+    assert bases[0].independent.tolist() == bases[1].independent.tolist()
+    assert ((bases[0].combine != 0) == (bases[1].combine != 0)).all()
+
+
+@pytest.mark.parametrize("S", UNITS)
+def test_identified_file_does_not_depend_on_the_unit_of_length(model, tmp_path, S):
+    times = np.arange(0, 10, 0.04)
+    rows = [part * [1, S, 1] for part in motion(times, 3)]
+    guess, truth = model(in_units(S, 9.81 * S)), model(in_units(S, 9.81 * S, mass=2))
+    torques = truth.inverse(*rows)
+    sizes = np.sqrt(np.mean(torques**2, axis=0))
+    noise = 1e-6 * sizes * np.random.default_rng(10).normal(size=torques.shape)
+    result = guess.identify(times, rows[0], torques + noise, *rows[1:])
+    assert not [line for line in result.warnings if "poor excitation" not in line]
+    assert result.noise / sizes == pytest.approx(1e-6, rel=0.2)
+    assert (abs(result.values - result.base.combine @ truth.plant().start()) <= 5 * result.errors).all()
+    result.write(tmp_path / "found.toml", guess.file)
+    left = model((tmp_path / "found.toml").read_text()).inverse(*rows) - torques
+    assert (abs(left).max(axis=0) <= 2e-6 * sizes).all()
+
+
+def test_possible_bodies_are_found(model):
+    # a link that is 20 times as heavy as in the file, with small noise
+    times = np.arange(0, 10, 0.04)
+    rows = motion(times, 2)
+    truth = DOUBLE.replace("mass = 1.5", "mass = 30").replace("[0.4, 0, 0]", "[0.1, 0.3, 0.2]").replace("armature = 0.05", "armature = 0")
+    torques = model(truth).inverse(*rows)
+    torques += 1e-8 * np.sqrt(np.mean(torques**2, axis=0)) * np.random.default_rng(11).normal(size=torques.shape)
+    result = model(DOUBLE).identify(times, rows[0], torques, *rows[1:])
+    assert not [line for line in result.warnings if "consistent" in line]
+    assert result.after == pytest.approx(result.noise, rel=0.1)
 
 
 def test_data_of_a_textbook_arm_give_its_parameters(model):
