@@ -45,8 +45,8 @@ def hold_start(draft: Draft) -> None:
     kp, kd = (list(gains) for gains in zip(*controlled.values(), strict=True))
     draft.controller = {"law": "pd", "joints": list(controlled), "kp": kp, "kd": kd, "input": True}
     draft.doubts.append(
-        f"a PD controller holds the start pose of {listed(list(controlled))}: its gains give what a joint moves at least {FREQUENCY:g} Hz "
-        f"and a sag of at most {SAG['revolute']:g} rad or {SAG['prismatic']:g} m under its weight; the inputs are added to its torques"
+        f"a PD controller holds the start pose of {listed(list(controlled))}: its gains give a natural frequency of at least "
+        f"{FREQUENCY:g} Hz and a sag of at most {SAG['revolute']:g} rad or {SAG['prismatic']:g} m under its weight; the inputs are added to its torques"
     )
 
 

@@ -85,8 +85,8 @@ def add_stops(limited: list, layout, stops: float | str | None) -> None:
         chosen.append(body.joint)
     if chosen and not stops:
         draft.doubts.append(
-            f"stops at the limits of {listed(chosen)}: the stiffness gives what the joint moves in the start pose {FREQUENCY:g} Hz, "
-            f"damping {DAMPING['revolute']:g} s/rad or {DAMPING['prismatic']:g} s/m; --stops STIFFNESS sets one stiffness, --stops none "
+            f"stops at the limits of {listed(chosen)}: the stiffness gives a natural frequency of {FREQUENCY:g} Hz with the inertia that "
+            f"the joint moves in the start pose, damping {DAMPING['revolute']:g} s/rad or {DAMPING['prismatic']:g} s/m; --stops STIFFNESS sets one stiffness, --stops none "
             "omits stops"
         )
     if idle:

@@ -119,6 +119,10 @@ def test_a_step_that_is_too_stiff_fails_in_bounded_time_and_says_what_to_do(fmu,
         assert slave.last_time() == 1e-4 and slave.reals(["shoulder.q", "wrist.q"]) == before
         assert slave.call("Reset") == OK
         slave.messages.clear()
+        slave.initialize(start={"solver.method": method, "solver.max_step": 1e-9})
+        assert slave.step(0, 0.1) == ERROR and "solver.max_step forbids longer steps: raise it" in slave.errors[0]
+        assert slave.call("Reset") == OK
+        slave.messages.clear()
         slave.initialize(start={"solver.method": "bdf"})
         assert slave.step(0, 0.1) == OK
 

@@ -310,7 +310,7 @@ Outcome Automatic::advance(double end, bool inputs_changed) {
     const long taken = statistics_.steps - before;
     if (budget.is_hopeless(taken, time(), end)) return failure(time(), budget.hopeless(name()));
     if (taken > budget.steps())
-      return failure(time(), budget.exceeded(system_, name(), settings_.method, time(), state()));
+      return failure(time(), budget.exceeded(system_, name(), settings_, time(), state()));
     if (is_pause_due(taken)) return {};
     if (time() < end) consider(end, span);
   }

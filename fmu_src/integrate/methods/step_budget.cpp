@@ -31,7 +31,7 @@ const char* advice(SolverMethod asked) {
 // ten times what steps of 0.1 ms need, and enough for a short advance through a difficult interval; minutes
 // at most
 StepBudget::StepBudget(double begin, double end)
-    : steps_(static_cast<long>(std::min(1e5 + 1e5 * (end - begin), 1e8))), time_(begin) {}
+    : steps_(static_cast<long>(std::min(1e5 + 1e5 * (end - begin), 1e8))), span_(end - begin), time_(begin) {}
 
 bool StepBudget::is_hopeless(long taken, double time, double end) {
   if (taken - checked_at_ < check_interval || steps_ - taken < smallest_checked) return false;
@@ -46,12 +46,14 @@ std::string StepBudget::hopeless(const char* method) const {
          " would not reach the end of the step";
 }
 
-std::string StepBudget::exceeded(System& system, const char* method, SolverMethod asked, double time,
+std::string StepBudget::exceeded(System& system, const char* method, const SolverSettings& settings, double time,
                                  const double* y) const {
-  const double rate = find_stiffest_joint(system, time, y);
-  return std::to_string(steps_) + " internal steps of " + method +
-         " did not reach the end of the step; the stiffest joint has a rate of " + rounded(rate) +
-         " 1/s: " + advice(asked);
+  const std::string what =
+      std::to_string(steps_) + " internal steps of " + method + " did not reach the end of the step; ";
+  if (settings.max_step > 0 && static_cast<double>(steps_) * settings.max_step < span_)
+    return what + "solver.max_step forbids longer steps: raise it";
+  return what + "the stiffest joint has a rate of " + rounded(find_stiffest_joint(system, time, y)) +
+         " 1/s: " + advice(settings.method);
 }
 
 }  // namespace redysim

@@ -22,11 +22,12 @@ class StepBudget {
   // The reasons of a failure of the method of this name. `exceeded`, at (time, y), names a joint and
   // recommends changes, which depend on the method of the settings.
   std::string hopeless(const char* method) const;
-  std::string exceeded(System& system, const char* method, SolverMethod asked, double time,
+  std::string exceeded(System& system, const char* method, const SolverSettings& settings, double time,
                        const double* y) const;
 
  private:
   long steps_;
+  double span_;  // s
   long checked_at_ = 0;  // steps taken at the last check, and the time then
   double time_;
 };
