@@ -46,7 +46,8 @@ def hold_start(draft: Draft) -> None:
     draft.controller = {"law": "pd", "joints": list(controlled), "kp": kp, "kd": kd, "input": True}
     draft.doubts.append(
         f"a PD controller holds the start pose of {listed(list(controlled))}: its gains give a natural frequency of at least "
-        f"{FREQUENCY:g} Hz and a sag of at most {SAG['revolute']:g} rad or {SAG['prismatic']:g} m under its weight; the inputs are added to its torques"
+        f"{FREQUENCY:g} Hz and a sag of at most {SAG['revolute']:g} rad or {SAG['prismatic']:g} m under its weight; "
+        "the inputs are added to its torques"
     )
 
 

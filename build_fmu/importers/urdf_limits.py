@@ -86,8 +86,8 @@ def add_stops(limited: list, layout, stops: float | str | None) -> None:
     if chosen and not stops:
         draft.doubts.append(
             f"stops at the limits of {listed(chosen)}: the stiffness gives a natural frequency of {FREQUENCY:g} Hz with the inertia that "
-            f"the joint moves in the start pose, damping {DAMPING['revolute']:g} s/rad or {DAMPING['prismatic']:g} s/m; --stops STIFFNESS sets one stiffness, --stops none "
-            "omits stops"
+            f"the joint moves in the start pose, damping {DAMPING['revolute']:g} s/rad or {DAMPING['prismatic']:g} s/m; "
+            "--stops STIFFNESS sets one stiffness, --stops none omits stops"
         )
     if idle:
         draft.lost.append(f"the limits of {listed(idle)}: these joints move no mass; --stops STIFFNESS converts them to stops")
