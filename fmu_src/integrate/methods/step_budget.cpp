@@ -46,8 +46,8 @@ std::string StepBudget::hopeless(const char* method) const {
          " would not reach the end of the step";
 }
 
-std::string StepBudget::exceeded(System& system, const char* method, const SolverSettings& settings, double time,
-                                 const double* y) const {
+std::string StepBudget::exceeded(System& system, const char* method, const SolverSettings& settings,
+                                 double time, const double* y) const {
   const std::string what =
       std::to_string(steps_) + " internal steps of " + method + " did not reach the end of the step; ";
   if (settings.max_step > 0 && static_cast<double>(steps_) * settings.max_step < span_)

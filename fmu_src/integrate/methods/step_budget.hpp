@@ -27,7 +27,7 @@ class StepBudget {
 
  private:
   long steps_;
-  double span_;  // s
+  double span_;          // s
   long checked_at_ = 0;  // steps taken at the last check, and the time then
   double time_;
 };
