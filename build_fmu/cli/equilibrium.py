@@ -9,6 +9,7 @@ import numpy as np
 
 from build_fmu.cli.states import add_state_options, facts_of_state, given_parameters, model_at_state, print_matrix
 from build_fmu.cli.streams import emit
+from build_fmu.library.staging import sample_time_of
 
 POSITION = re.compile(r"(.*\.(?:q|quaternion))0(\[\d\])?")
 
@@ -27,14 +28,16 @@ def add(commands) -> None:
 def run(options: argparse.Namespace) -> int:
     """Prints the pose."""
     with model_at_state(options) as (model, x, u):
-        left = abs(model.slope(x, u)).max(initial=0)
+        # a sampled controller has no rates at any other state than the start
+        rates = {} if sample_time_of(model.file) else {"largest_rate": abs(model.slope(x, u)).max(initial=0)}
         at_rest = _positions(model.start_values(x))
-        emit(options, {**facts_of_state(model, x, u), "positions": at_rest, "largest_rate": left})
+        emit(options, {**facts_of_state(model, x, u), "positions": at_rest, **rates})
         model.parameters = given_parameters(options)
         start = _positions(model.start_values())
         values = np.column_stack([list(start.values()), list(at_rest.values())])
         print_matrix(f"{model.description.model_name}: rest pose", list(at_rest), ["start", "at rest"], values)
-        print(f"largest velocity or acceleration there: {left:.1e}")
+        for left in rates.values():
+            print(f"largest velocity or acceleration there: {left:.1e}")
     return 0
 
 

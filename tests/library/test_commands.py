@@ -69,6 +69,18 @@ def test_equilibrium_is_found_or_refused(run):
     assert (code, out, errors.count("\n")) == (1, "", 1) and "found no rest configuration" in errors
 
 
+def test_equilibrium_under_a_sampled_controller_has_no_rates(run, tmp_path):
+    sampled = tmp_path / "sampled.toml"
+    sampled.write_text(PENDULUM + "[controller]\nlaw = 'pd'\nkp = 20\nkd = 1\ninput = true\nsample_time = 0.01\n")
+    facts = json.loads(run("equilibrium", "--json", "--input", "rod.tau_added=2", model=sampled)[1])
+    q = facts["positions"]["rod.q"]
+    assert 20 * (q - 0.3) + 9.81 * np.sin(q) == pytest.approx(2, abs=1e-7) and "largest_rate" not in facts
+    assert run("modes", model=sampled)[::2] == (
+        1,
+        "the controller is sampled every 0.01 s, so x' is no function of x and u: remove sample_time, or use step\n",
+    )
+
+
 def test_equilibrium_of_contact_and_loops(run):
     for name in ("quadruped", "four_bar"):
         facts = json.loads(run("equilibrium", "--json", model=ROOT / "models" / f"{name}.toml")[1])
