@@ -9,7 +9,6 @@ import numpy as np
 
 from build_fmu.cli.states import add_state_options, facts_of_state, given_parameters, model_at_state, print_matrix
 from build_fmu.cli.streams import emit
-from build_fmu.library.staging import sample_time_of
 
 POSITION = re.compile(r"(.*\.(?:q|quaternion))0(\[\d\])?")
 
@@ -29,7 +28,7 @@ def run(options: argparse.Namespace) -> int:
     """Prints the pose."""
     with model_at_state(options) as (model, x, u):
         # a sampled controller has no rates at any other state than the start
-        rates = {} if sample_time_of(model.file) else {"largest_rate": abs(model.slope(x, u)).max(initial=0)}
+        rates = {} if model.sample_time else {"largest_rate": abs(model.slope(x, u)).max(initial=0)}
         at_rest = _positions(model.start_values(x))
         emit(options, {**facts_of_state(model, x, u), "positions": at_rest, **rates})
         model.parameters = given_parameters(options)

@@ -48,6 +48,7 @@ class Model:
         """Reads the file."""
         self.file = file
         self.description = describe(file)
+        self.sample_time = sample_time_of(file)
         self.parameters: dict[str, float] = {}
         self._tunable = tuple(tunable)
         self._folder = tempfile.TemporaryDirectory()
@@ -337,10 +338,9 @@ class Model:
 
     def _continuous(self) -> Evaluation:
         """Returns the same; raises UserError if a sampled controller holds torques, which do not follow from the present state."""
-        period = sample_time_of(self.file)
-        if period:
+        if self.sample_time:
             raise UserError(
-                f"the controller is sampled every {period:g} s, so x' is no function of x and u: remove sample_time, or use step"
+                f"the controller is sampled every {self.sample_time:g} s, so x' is no function of x and u: remove sample_time, or use step"
             )
         return self._equations()
 
