@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import ctypes as c
 import math
+import random
 
 import pytest
 
+from tests.crosscheck.random_scenes import draw
+from tests.crosscheck.scene_fmu import Library, Refused
 from tests.fmi.raw import ERROR, OK, Slave
 
 
@@ -191,3 +194,31 @@ def test_potential_energy_counts_links_that_are_fixed_to_the_ground(built):
         assert slave.get("energy.potential") == pytest.approx(-(arm + 3 * post + load), rel=1e-14)
         assert slave.set("post.mass", 5.0) == OK
         assert slave.get("energy.potential") == pytest.approx(-(arm + 5 * post + load), rel=1e-14)
+
+
+def test_values_do_not_depend_on_what_was_read_before(tmp_path):
+    """Each output alone, in another order and after other forces: those of one call for all, up to rounding."""
+    library, taken = Library(tmp_path), 0
+    for index in range(25):
+        try:
+            library.load(draw(1789, index).text)
+            library.start({})
+        except Refused:
+            continue
+        taken += 1
+        names = library.outputs
+        forces = [name for name in library.variables if name.endswith((".tau", ".force[1]")) and name not in names]
+        with Slave(library) as slave:
+            slave.initialize()
+            for k in range(3):
+                slave.set_reals(forces, [0.1 * k] * len(forces))
+                together = slave.reals(names)
+                slave.set_reals(forces, [0.3] * len(forces))
+                slave.get(random.Random(index).choice(names))
+                slave.set_reals(forces, [0.1 * k] * len(forces))
+                alone = {name: slave.get(name) for name in random.Random(k).sample(names, len(names))}
+                size = max(map(abs, together))
+                for name, value in zip(names, together, strict=True):
+                    assert alone[name] == pytest.approx(value, rel=1e-9, abs=1e-14 * size), (index, name)
+                slave.step(0.001 * k, 0.001)
+    assert taken > 15

@@ -1,5 +1,6 @@
 #include "fmi/instance/values.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "fmi/variables/parameters.hpp"
@@ -15,7 +16,9 @@ Values::Values(Simulation& simulation, CurrentState& state, ParameterSet& parame
       motion_(motion),
       accelerations_(static_cast<std::size_t>(simulation.plan.nv)),
       drive_forces_(accelerations_),
-      ball_accelerations_(simulation.plan.balls.size()) {
+      ball_accelerations_(simulation.plan.balls.size()),
+      q_(simulation.plan.has_motion() ? accelerations_.size() : 0),
+      qd_(q_) {
   if (SensedWrenches<double>::needed(simulation.model))
     sensed_ = std::make_unique<SensedWrenches<double>>(simulation.model, simulation.plan);
   if (EquationTerms<double>::needed(simulation.model))
@@ -25,6 +28,7 @@ Values::Values(Simulation& simulation, CurrentState& state, ParameterSet& parame
 
 std::string Values::update(Needs needs) {
   if (are_current(needs)) return {};
+  coordinates_are_current_ = false;  // parameters may replace the state
   if (needs >= Needs::step_jacobian) return update_step_jacobian(needs == Needs::step_jacobian_by_knowns);
   std::string why = parameters_.bring_into_force();
   if (!why.empty() || needs <= Needs::parameters) return why;
@@ -40,6 +44,7 @@ std::string Values::update(Needs needs) {
 
 std::string Values::update_accelerations() {
   const double time = simulation_.time;
+  body_.index = contact_.index = none;
   bool finite = system().accelerations(time, state_.y(), accelerations_.data()) == Status::ok;
   for (double value : accelerations_) finite = finite && std::isfinite(value);
   if (!finite) return not_finite();
@@ -81,6 +86,33 @@ void Values::update_sensed_wrenches() {
   sensed_->update(simulation_.parameters);
   sensed_->evaluate(at.q, at.qd, accelerations_.data(), system().recursion_port_wrenches(),
                     system().workspace().loop.lambda);
+}
+
+// A copy: other evaluations use the memory of the system.
+System::Coordinates Values::coordinates_of_all() {
+  if (!coordinates_are_current_) {
+    const System::Coordinates at = system().coordinates(simulation_.time, state_.y());
+    std::copy_n(at.q, q_.size(), q_.begin());
+    std::copy_n(at.qd, q_.size(), qd_.begin());
+    coordinates_are_current_ = true;
+  }
+  return {q_.data(), qd_.data()};
+}
+
+const AcceleratedBody<double>& Values::body(int index) {
+  if (body_.index != index) {
+    body_.value = body_motion(plan(), system().workspace(), index, coordinates().qd, accelerations_.data());
+    body_.index = index;
+  }
+  return body_.value;
+}
+
+const ContactResult<double>& Values::contact(int index) {
+  if (contact_.index != index) {
+    contact_.value = contact_result(plan(), system().workspace(), index, model().contacts[index].a.link);
+    contact_.index = index;
+  }
+  return contact_.value;
 }
 
 double Values::energy_balance() {

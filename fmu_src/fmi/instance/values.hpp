@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/contact/contact_force.hpp"
 #include "dynamics/equation_terms.hpp"
 #include "dynamics/ground_motion.hpp"
 #include "dynamics/sensed_wrench.hpp"
@@ -20,7 +21,10 @@ class Values {
  public:
   Values(Simulation& simulation, CurrentState& state, ParameterSet& parameters, PrescribedMotion& motion);
 
-  void changed() { accelerations_are_current_ = slopes_are_current_ = energies_are_current_ = false; }
+  void changed() {
+    accelerations_are_current_ = slopes_are_current_ = energies_are_current_ = false;
+    coordinates_are_current_ = false;
+  }
   bool are_current(Needs needs) const {
     switch (needs) {
       case Needs::nothing:  // a start in equilibrium depends on all parameters
@@ -56,12 +60,14 @@ class Values {
   const Plan<double>& plan() const { return simulation_.plan; }
   System& system() { return simulation_.system; }
   const Integrator* integrator() const { return simulation_.integrator.get(); }  // null: no step yet
-  System::Coordinates coordinates() { return simulation_.system.coordinates(simulation_.time, state_.y()); }
+  System::Coordinates coordinates() {
+    return plan().has_motion() ? coordinates_of_all() : system().coordinates(simulation_.time, state_.y());
+  }
   JointMotion reference(int joint) { return simulation_.system.reference(joint, simulation_.time); }
   double acceleration(int joint) const { return accelerations_[joint]; }
-  AcceleratedBody<double> body(int index) {
-    return body_motion(plan(), system().workspace(), index, coordinates().qd, accelerations_.data());
-  }
+  // References are valid until the next call.
+  const AcceleratedBody<double>& body(int index);
+  const ContactResult<double>& contact(int index);
   Force<double> sensed_wrench(int frame) const { return sensed_->of(model().frames[frame]); }
   EquationTerms<double>& terms() { return *terms_; }
   StepJacobian* step_jacobian() { return step_jacobian_.get(); }  // null: not requested
@@ -120,6 +126,7 @@ class Values {
 
  private:
   double read_known(const Variable& variable);
+  System::Coordinates coordinates_of_all();
   bool has_drive_forces() const { return simulation_.plan.has_motion() || simulation_.system.control(); }
   std::string update_accelerations();
   std::string update_slopes();
@@ -137,8 +144,19 @@ class Values {
   std::unique_ptr<EquationTerms<double>> terms_;    // null: none requested
   std::unique_ptr<StepJacobian> step_jacobian_;     // null: not requested
   std::vector<double> slopes_;                      // of y; empty before the first request
+  std::vector<double> q_, qd_;                      // of all joints; empty without prescribed motions
+  static constexpr int none = ground - 1;
+  // the last one that was read, at the present accelerations: components are read one after the other
+  template <class Quantity>
+  struct Last {
+    int index = none;
+    Quantity value;
+  };
+  Last<AcceleratedBody<double>> body_;
+  Last<ContactResult<double>> contact_;
   double kinetic_energy_ = 0, potential_energy_ = 0;
   bool accelerations_are_current_ = false, slopes_are_current_ = false, energies_are_current_ = false;
+  bool coordinates_are_current_ = false;
 };
 
 }  // namespace redysim

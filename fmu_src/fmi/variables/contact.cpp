@@ -13,17 +13,13 @@ bool shows(const Scene& scene, const Variable& v) {
   return scene.model.contacts[v.contact].*shown;
 }
 
-ContactResult<double> result(Values& at, const Variable& v) {
-  return contact_result(at.plan(), at.system().workspace(), v.contact, at.model().contacts[v.contact].a.link);
-}
-
 ContactResult<Dual> change(OutputDerivatives& of, const Variable& v) {
   return of.tangent().contact(v.contact, of.model().contacts[v.contact].a.link);
 }
 
 template <Vec3<double> ContactResult<double>::*part>
 double read_vector(Values& at, const Variable& v) {
-  return (result(at, v).*part)[v.element];
+  return (at.contact(v.contact).*part)[v.element];
 }
 
 template <Vec3<Dual> ContactResult<Dual>::*part>
@@ -52,7 +48,8 @@ constexpr Entry entries[] = {
         .labels(axes),
     output(Owner::contact, "depth")
         .there_if(shows<&Contact::shows_depth>)
-        .reads([](Values& at, const Variable& v) { return result(at, v).depth; }, Needs::accelerations)
+        .reads([](Values& at, const Variable& v) { return at.contact(v.contact).depth; },
+               Needs::accelerations)
         .derivative([](OutputDerivatives& of, const Variable& v) { return change(of, v).depth.derivative; })
         .depends(at_point::jumps, initially::accelerations)
         .measures(quantity::length)
@@ -68,7 +65,7 @@ constexpr Entry entries[] = {
         .labels(axes),
     output(Owner::contact, "slip")
         .there_if(shows<&Contact::shows_slip>)
-        .reads([](Values& at, const Variable& v) { return result(at, v).slip; }, Needs::accelerations)
+        .reads([](Values& at, const Variable& v) { return at.contact(v.contact).slip; }, Needs::accelerations)
         .derivative([](OutputDerivatives& of, const Variable& v) { return change(of, v).slip.derivative; })
         .depends(at_point::jumps, initially::accelerations)
         .measures(quantity::velocity)
