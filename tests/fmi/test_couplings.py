@@ -140,6 +140,15 @@ def test_the_start_satisfies_the_couplings(built, instance):
     assert any(said in text for _, _, text in one.messages), one.messages
 
 
+@pytest.mark.parametrize(("kind", "ratio", "q"), [("revolute", 1e4, 1.5), ("prismatic", 1e6, 0.1), ("prismatic", 1e-3, 1e-6)])
+def test_a_motor_starts_where_its_gear_puts_it(built, instance, kind, ratio, q):
+    """Held load, `motor = ratio * load`: one linear equation, however far the motor has to turn."""
+    text = model(axle("motor", "revolute"), axle("load", kind, f"q = {q}\nhold = true"), coupling(["motor", "load"], [1.0, -ratio]))
+    one = instance(built(text)).initialize()
+    assert one.get("load.q") == q
+    assert one.get("motor.q") == pytest.approx(ratio * q, rel=1e-12)
+
+
 def test_more_motions_than_a_coupling_leaves_are_said(built, instance):
     text = model(axle("a", "revolute", 'drive = "motion"'), axle("b", "revolute", 'drive = "motion"'), coupling(["a", "b"], [1, -1]))
     one = instance(built(text)).initialize()

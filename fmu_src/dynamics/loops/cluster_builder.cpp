@@ -61,8 +61,10 @@ class ClusterBuilder {
       return std::count(other.joints_a.begin(), other.joints_a.end(), joint) ||
              std::count(other.joints_b.begin(), other.joints_b.end(), joint);
     };
-    return std::any_of(one.joints_a.begin(), one.joints_a.end(), touches) ||
-           std::any_of(one.joints_b.begin(), one.joints_b.end(), touches);
+    for (const auto* joints : {&one.joints_a, &one.joints_b})
+      for (const int joint : *joints)
+        if (touches(joint)) return true;
+    return false;
   }
 
  private:

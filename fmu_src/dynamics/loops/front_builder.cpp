@@ -203,9 +203,10 @@ class FrontBuilder {
   }
 
   static bool coupled(const FrontLoop& one, const FrontLoop& other) {
-    const auto crossed = [&other](int joint) { return other.crosses(joint); };
-    return std::any_of(one.joints_a.begin(), one.joints_a.end(), crossed) ||
-           std::any_of(one.joints_b.begin(), one.joints_b.end(), crossed);
+    for (const auto* joints : {&one.joints_a, &one.joints_b})
+      for (const int joint : *joints)
+        if (other.crosses(joint)) return true;
+    return false;
   }
 
   const FrontPlan& front_of(int row) const { return fronts_[front_of_row_[row - first_row_]]; }
