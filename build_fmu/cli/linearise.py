@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from build_fmu.cli.parser import positive
-from build_fmu.cli.states import add_state_options, facts_of_state, model_at_state, print_matrix
+from build_fmu.cli.states import add_state_options, model_at_state, print_matrix, with_units
 from build_fmu.cli.streams import emit
 
 
@@ -23,9 +23,10 @@ def add(commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Prints the matrices."""
-    with model_at_state(options) as (model, x, u):
+    with model_at_state(options) as (model, x, u, facts):
         A, B = model.linearise(x, u, options.step)
-        emit(options, {**facts_of_state(model, x, u), "step": options.step, "A": A.tolist(), "B": B.tolist()})
-        print_matrix("A", model.states, model.states, A)
-        print_matrix("B", model.states, model.inputs, B)
+        emit(options, {**facts, "step": options.step, "A": A.tolist(), "B": B.tolist()})
+        rows = with_units(model, model.states, rates=options.step is None)
+        print_matrix("A", rows, with_units(model, model.states), A)
+        print_matrix("B", rows, with_units(model, model.inputs), B)
     return 0
