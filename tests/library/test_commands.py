@@ -10,6 +10,7 @@ import pytest
 
 from build_fmu import native
 from build_fmu.cli import main
+from build_fmu.cli.linearise import _without_rounding
 from build_fmu.errors import UserError
 
 ROOT = Path(__file__).parents[2]
@@ -50,6 +51,13 @@ def test_linearise_prints_the_matrices(run):
     assert all(
         text in out for text in ("[N.m]", "rod.qd' [rad/s2]", "largest velocity or acceleration at this state: rod.qd' [rad/s2] 5.8e+00")
     )
+
+
+@pytest.mark.parametrize("micrometres", [1, 1e6])
+def test_rounding_is_printed_as_zero_in_any_units(micrometres):
+    scale = np.array([1, micrometres])
+    shown = _without_rounding(np.array([[3, 1e-17], [0.2, -5]]) * scale[:, None] / scale)
+    assert ((shown == 0) == [[False, True], [False, False]]).all()
 
 
 def test_modes_are_those_of_the_pendulum(run):
