@@ -74,9 +74,9 @@ def _summary(model: Description, file: Path):
         for row in rows:
             mechanism.add_row(*map(escape, row))
     facts = Table(box=None, show_header=False, padding=(0, 2, 0, 1))
-    moving = sum(link["type"] != "fixed" for link in links)
+    moving, fixed = model.joints
     counts = {
-        "joints": f"{moving} moving, {len(links) - moving} fixed",
+        "joints": f"{moving} moving, {fixed} fixed",
         **{kind: str(len(model.drawing.get(kind, []))) for kind in COUNTED},
         "features": ", ".join(name for name in model.features if name not in (*METHODS, "taylor")) or "none",
         "gravity": "  ".join(f"{x:g}" for x in model.drawing["gravity"]) + " m/s²",
