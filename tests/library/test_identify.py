@@ -223,7 +223,7 @@ def test_base_parameters_of_noisy_runs_are_within_3_standard_errors(noisy, count
     plant, random = m.plant(), np.random.default_rng(4)
     base = base_of(arbitrary(plant), plant.names, plant.chosen(()))
     columns = equations(plant, run, None)[0][:, :, base.independent]
-    draws = [estimate(columns, random.normal(size=run.q.shape) * noise) for _ in range(count)]
+    draws = [estimate(columns, random.normal(size=run.q.shape) * noise, noise) for _ in range(count)]
     inside = np.array([abs(draw.change) <= 3 * draw.errors for draw in draws])
     # normally distributed: 99.7 % of the values
     assert inside.mean() >= 0.99 and inside.mean(axis=0).min() >= (0.95 if count == 100 else 0.9)
@@ -300,10 +300,10 @@ def test_bodies_survive_the_conversion():
     assert vector_of(pseudo_inertia(vector)) == pytest.approx(vector)
     for part, expected in zip(body_of(vector), body, strict=True):
         assert part == pytest.approx(expected)
-    factor = inner(vector)
+    factor = inner(vector, 1.0)
     assert factor @ factor.T == pytest.approx(pseudo_inertia(vector))
     # a point mass becomes a small body around the same center
-    factor = inner(inertial_vector(2.0, np.array([1.0, 0, 0]), symmetric([0] * 6)))
+    factor = inner(inertial_vector(2.0, np.array([1.0, 0, 0]), symmetric([0] * 6)), 1.0)
     assert np.linalg.eigvalsh(factor @ factor.T).min() > 0
 
 
