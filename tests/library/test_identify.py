@@ -11,6 +11,7 @@ import build_fmu as rds
 from build_fmu.errors import UserError
 from build_fmu.identify.base import base_of, estimate
 from build_fmu.identify.consistent import inner
+from build_fmu.identify.design import design, limits_of
 from build_fmu.identify.filtering import low_pass
 from build_fmu.identify.parameters import body_of, inertial_vector, pseudo_inertia, symmetric, vector_of
 from build_fmu.identify.run import Run, arbitrary, equations, identify
@@ -167,6 +168,14 @@ def test_identified_file_does_not_depend_on_the_unit_of_length(model, tmp_path, 
     result.write(tmp_path / "found.toml", guess.file)
     left = model((tmp_path / "found.toml").read_text()).inverse(*rows) - torques
     assert (abs(left).max(axis=0) <= 2e-6 * sizes).all()
+
+
+def test_designed_motion_does_not_depend_on_the_unit_of_length(model):
+    found = []
+    for S in UNITS:
+        plant, ends = model(in_units(S, 9.81 * S)).plant(), np.array([1, S, 1])
+        found.append(design(plant, limits_of(plant, -ends, ends, ends), 10, 0.1, rounds=20).condition)
+    assert found == pytest.approx([found[-1]] * len(UNITS), rel=1e-6)
 
 
 def test_possible_bodies_are_found(model):
