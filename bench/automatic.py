@@ -15,7 +15,7 @@ nearest that are monotone in both (isotonic regression of the logarithms), so th
 `auto` the ratio is its work over that of the method that reaches its error at the least work, both from these curves. Of the excess
 work, 100 right-hand sides do not count. Errors below that of the reference count as equal to it,
 runs with an error above 0.1 rad or m (chaotic motion) are omitted. The runs of single methods are kept
-in --cache; remove it after a change of these methods. Needs the program `stepping` (configure with -DREDYSIM_BENCH=ON).
+in --cache; remove it after a change of these methods. Needs the program `stepping` (`sh scripts/build.sh bench stepping`).
 """
 
 import argparse
@@ -28,7 +28,8 @@ import statistics
 import subprocess
 from pathlib import Path
 
-from stiff import ROOT, find_program
+import built
+from stiff import ROOT
 
 METHODS = ("erk", "adams", "dirk", "bdf")
 JUDGED = [10**-exponent for exponent in range(4, 11)]
@@ -226,7 +227,7 @@ def main():
     parser.add_argument("--build", help="build folder (build/bench or build/release)")
     options = parser.parse_args()
     options.cache.mkdir(parents=True, exist_ok=True)
-    program = find_program("stepping", options.build)
+    program = built.program("stepping", options.build)
     models = options.models or [file for file in sorted((ROOT / "models").glob("*.toml")) if not re.search(OMITTED, file.stem)]
     cells = [
         Cell(program, model.resolve(), use, options.cache)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Many short runs of the KUKA KR5: `simulate_many` beside `mujoco.rollout`, CPU time at equal error.
 
-    python bench/batch.py [--runs 10000]       after `sh scripts/bench.sh -s core`, which installs the other simulators
+    python bench/batch.py [--runs 10000]       after `sh scripts/peers.sh`
 
 Each run takes 1 s from random angles, with random torques held for 10 ms. Errors are the medians over 100 runs of the largest error of
 an angle at the end, against rtol 1e-12. CPU time of one worker, with its start and the exchange of data. Prints lines
@@ -23,6 +23,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "bench" / "peers")]
 
+import built
 import mjcf
 from bare import bare
 from scenes import read
@@ -48,6 +49,7 @@ class Batch:
         random = np.random.default_rng(1)
         self.starts = random.uniform(-1, 1, (runs, 6))
         self.torques = random.normal(size=(runs, ROWS, 6)) * TORQUES
+        self.python = built.python_with("mujoco")
         self.file = folder / "runs.npz"
         self.xml = mjcf.write(read(ROOT / "tests" / "scenes" / "kr5_freefall.json"), 0.0)
         self.model = rds.load(bare(ROOT / "models" / "kuka_kr5.toml", folder))
@@ -64,7 +66,7 @@ class Batch:
     def mujoco(self, integrator: str, cuts: int, runs: int) -> tuple[np.ndarray, float]:
         starts = np.hstack([self.starts[:runs], np.zeros((runs, 6))])
         np.savez(self.file, xml=self.xml, starts=starts, torques=self.torques[:runs], step=STEP)
-        peer = [ROOT / "build" / "peers" / "bin" / "python", ROOT / "bench" / "peers" / "rollout_peer.py", self.file, integrator, str(cuts)]
+        peer = [self.python, ROOT / "bench" / "peers" / "rollout_peer.py", self.file, integrator, str(cuts)]
         done = subprocess.run(peer, check=True, capture_output=True, text=True)
         return np.load(self.file.with_suffix(".ends.npy")), float(done.stdout)
 

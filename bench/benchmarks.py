@@ -270,21 +270,21 @@ def published(benchmark: Benchmark) -> tuple[float, str]:
 
 
 def draw(results: list[tuple[Benchmark, list[Row]]], file: Path) -> None:
-    """Error against CPU time, one diagram a benchmark; published entries state no error."""
+    """CPU time over error, one diagram a benchmark, as those of peers/summary.py; published entries state no error."""
     matplotlib.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "redysim"})
     figure = Figure(figsize=(10.4, 2.7 * -(-len(results) // 3)), layout="constrained")
     for i, (benchmark, rows) in enumerate(results):
         axes = figure.add_subplot(-(-len(results) // 3), 3, i + 1)
         for program, colour in ((OURS, "#c0392b"), ("Exudyn", "#2c6fa6")):
-            points = [(1e3 * row.seconds, row.error) for row in rows if row.label.startswith(program) and np.isfinite(row.error)]
+            points = [(row.error, 1e3 * row.seconds) for row in rows if row.label.startswith(program) and np.isfinite(row.error)]
             if points:
                 axes.loglog(*zip(*points, strict=True), marker="o", ms=4, color=colour, label=program)
         if benchmark.published:
-            axes.axvline(1e3 * published(benchmark)[0], color="#5a6872", ls="--", lw=1, label="OpenSim 3.2, published time")
+            axes.axhline(1e3 * published(benchmark)[0], color="#5a6872", ls="--", lw=1, label="OpenSim 3.2, published time")
         axes.set_title(benchmark.title, fontsize=9)
-        axes.set_xlim(0.3, 1e5)
-        axes.set_xlabel("CPU time, ms", fontsize=8)
-        axes.set_ylabel(f"maximum error, {benchmark.unit}", fontsize=8)
+        axes.set_ylim(0.3, 1e5)
+        axes.set_xlabel(f"maximum error, {benchmark.unit}", fontsize=8)
+        axes.set_ylabel("CPU time, ms", fontsize=8)
         axes.tick_params(labelsize=7)
         axes.grid(alpha=0.3)
     named = {label: line for axes in figure.axes for line, label in zip(*axes.get_legend_handles_labels(), strict=True)}

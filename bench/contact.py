@@ -15,11 +15,11 @@ from __future__ import annotations
 import csv
 import os
 import re
-import subprocess
 import sys
 from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).resolve().parent / "peers"), str(Path(__file__).resolve().parent.parent)]
+import built
 from contact_scenes import ContactScene, scenes, write
 from peers import CUTS, TOLERANCES, Curve, Peers
 from scenes import ROOT
@@ -43,11 +43,7 @@ class ContactPeers(Peers):
     """The simulators with contact; all but ours run in Python."""
 
     def missing(self) -> dict[str, str]:
-        return {
-            peer: f"Python cannot import {module}"
-            for peer, module in PEERS.items()
-            if not self.python.exists() or subprocess.run([self.python, "-c", f"import {module}"], capture_output=True).returncode
-        }
+        return {peer: f"Python cannot import {module}" for peer, module in PEERS.items() if not built.imports(self.python, module)}
 
     def _other(self, peer: str, scene: ContactScene) -> list:
         return [self.python, Path(__file__).parent / "peers" / "contact_peer.py", peer, scene.file]

@@ -12,6 +12,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "bench" / "peers"))
+import built
 import run
 from peers import fmu_command
 from worker import Worker
@@ -23,7 +24,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--programs", type=Path, default=ROOT / "build" / "bench" / "bench" / "peers")
     options = parser.parse_args()
-    program = run.find_program(None)
+    program = built.program("dynamics_bench")
     work = ROOT / "build" / "peers_work"
     work.mkdir(parents=True, exist_ok=True)
     command = fmu_command(options.programs / "fmu_runner", ROOT / "models" / "kuka_kr5.toml", work, STEPS, 0.01, [0.0] * 6)

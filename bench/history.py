@@ -38,15 +38,14 @@ def with_entry(text: str, new: dict[str, Any]) -> str:
     return "\n".join([*kept, json.dumps(new, ensure_ascii=False)]) + "\n"
 
 
-def courses(text: str) -> tuple[list[str], list[tuple[tables.Target, list[float]]]]:
-    """Returns the commits, and the results of each target that was measured, NaN where it was not."""
-    lines = [json.loads(line) for line in text.splitlines()]
+def courses(lines: list[dict[str, Any]]) -> list[tuple[tables.Target, list[float]]]:
+    """Returns the results of each target that was measured, NaN where it was not."""
     found = []
     for target in tables.TARGETS:
         results = [target.worst(line["figures"]) for line in lines]
         if any(results):
             found.append((target, [float("nan") if result is None else result[1] for result in results]))
-    return [line["commit"] for line in lines], found
+    return found
 
 
 def draw(text: str, picture: Path) -> None:
@@ -58,8 +57,9 @@ def draw(text: str, picture: Path) -> None:
     matplotlib.rcParams.update({"svg.hashsalt": "history", "svg.fonttype": "none", "font.size": 7})
     from matplotlib import pyplot
 
-    commits, found = courses(text)
-    processors = [json.loads(line).get("machine", "").partition(",")[0] for line in text.splitlines()]
+    lines = [json.loads(line) for line in text.splitlines()]
+    commits, found = [line["commit"] for line in lines], courses(lines)
+    processors = [line.get("machine", "").partition(",")[0] for line in lines]
     changes = [k for k in range(1, len(commits)) if processors[k] != processors[k - 1]]
     rows = -(-len(found) // COLUMNS)
     figure, axes = pyplot.subplots(rows, COLUMNS, figsize=(11, 1.9 * rows), squeeze=False)

@@ -1,6 +1,6 @@
 """Inverse dynamics of the gripper of the ReDySim paper (101 rows, 1 s) by its inverse FMU: in FMPy and in a compiled master.
 
-    python bench/inverse.py [--build build/bench]     after configuring with -DREDYSIM_BENCH=ON, target inverse_batch
+    python bench/inverse.py [--build build/bench]     after `sh scripts/build.sh bench inverse_batch`
 
 Times in s for all rows, medians over repetitions in one run: initialization, then per row setting 12 values, reading 4 values
 and a step. The paper gives 0.025 s for ReDySim and 1.95 s for ADAMS on a machine of 2012.
@@ -20,7 +20,8 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from bench.run import commit, processor
+import built
+from run import commit, processor
 
 PAPER = {"redysim": 0.025, "adams": 1.95}
 REPETITIONS = 21
@@ -60,11 +61,9 @@ def through_fmpy(folder, description, inputs, outputs, rows):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--build", type=Path, default=ROOT / "build" / "bench")
+    parser.add_argument("--build", help="build folder (build/bench or build/release)")
     options = parser.parse_args()
-    program = options.build / "bench" / "inverse_batch"
-    if not program.exists():
-        sys.exit("benchmark program not found: configure with -DREDYSIM_BENCH=ON and build the target inverse_batch")
+    program = built.program("inverse_batch", options.build)
     import fmpy
 
     from build_fmu.fmu.build import build

@@ -19,6 +19,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
+import built
+
 from build_fmu.errors import UserError
 from build_fmu.report.machine import machine_lines
 from build_fmu.run.driver import Outcome, Staged, Task, ask, head_lines, staged
@@ -26,14 +28,13 @@ from build_fmu.run.driver import Outcome, Staged, Task, ask, head_lines, staged
 SCENES = ("pendulum", "four_bar", "kuka_kr5", "long_chain", "four_bar_chain")
 STEP = 1e-3  # s
 TORQUE = 1e-3  # N m, change of an input
-PROGRAM = ROOT / "build" / "bench" / "bench" / "latency_driver"
 UNTIMED = 0.05  # warm-up of the driver, as a fraction of the timed steps
 
 
 def latency(fmu: Staged, task: Task, instances) -> dict:
     """Returns the figures of single steps, starts and many instances (ns, bytes); raises UserError."""
     lines = [*head_lines(fmu, task), f"repeats {task.repeats}", "instances " + " ".join(map(str, instances))]
-    answer = ask(PROGRAM, lines, task.budget)
+    answer = ask(built.program("latency_driver"), lines, task.budget)
     if isinstance(answer, Outcome) or answer["status"] != "ok":
         raise UserError(f"'{fmu.name}' cannot be timed: {answer.message if isinstance(answer, Outcome) else answer['status']}")
     return answer

@@ -28,6 +28,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
+import built
 from bare import bare
 from latency import latency
 from variants import Build, build_each
@@ -134,6 +135,7 @@ def main() -> None:
     options = parser.parse_args()
     for line in machine_lines():
         print(f"# {line}")
+    built.program("latency_driver")  # before the libraries, which take long
     full = whole()
     builds = build_each({name: tuple(part for part in ALL if part not in PARTS[name]) for name in options.parts})
     begin = time.monotonic()

@@ -19,16 +19,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import built
+
 ROOT = Path(__file__).resolve().parent.parent
-
-
-def find_program(build):
-    folders = [Path(build)] if build else [ROOT / "build" / name for name in ("bench", "release")]
-    for folder in folders:
-        program = folder / "bench" / "dynamics_bench"
-        if program.exists():
-            return program
-    sys.exit("benchmark program not found: configure with -DREDYSIM_BENCH=ON and build the target dynamics_bench")
 
 
 def run(program, pattern, repetitions, min_time):
@@ -104,7 +97,7 @@ def main():
     parser.add_argument("-t", "--min-time", type=float, default=0.02, help="minimum time per repetition, s")
     parser.add_argument("--build", help="build folder (build/bench or build/release)")
     options = parser.parse_args()
-    times, context = run(find_program(options.build), options.filter, options.repetitions, options.min_time)
+    times, context = run(built.program("dynamics_bench", options.build), options.filter, options.repetitions, options.min_time)
     print(f"# machine {processor()}, {os.cpu_count()} processors, load {os.getloadavg()[0]:.1f}")
     print(f"# system {platform.system()} {platform.release()}")
     print(f"# compiler {context.get('compiler', '?')}, flags {context.get('flags', '?')}")

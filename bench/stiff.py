@@ -8,29 +8,22 @@ All right-hand sides are counted, including those of difference Jacobians. An ex
 sides, measured in the same process. CVODE runs at rtol 1e-3 to 1e-11; its figure for an error is interpolated on a straight line
 through these runs (logarithms of both). Errors: maximum of the positions over all outputs, against `dirk` at 1e-11. Prints
 lines `scene.metric value`, geometric means of three runs around rtol (single runs scatter). Needs the program `stepping`
-(configure with -DREDYSIM_BENCH=ON).
+(`sh scripts/build.sh bench stepping`).
 """
 
 import argparse
 import math
 import re
 import subprocess
-import sys
 from pathlib import Path
+
+import built
 
 ROOT = Path(__file__).resolve().parent.parent
 SCENES = {"stiff_arm": 5, "governor": 10, "stiff_strut": 2, "gripper_pd": 1.5, "top": 1}  # s
 AROUND = (2, 1, 0.5)  # times rtol: single runs scatter
 OURS = ("bdf", "dirk", "auto")
 TOLERANCES = [f"1e{exponent / 2:g}" if exponent % 2 == 0 else f"3e{(exponent - 1) // 2}" for exponent in range(-6, -23, -1)]
-
-
-def find_program(name, build=None):
-    folders = [Path(build)] if build else [ROOT / "build" / preset for preset in ("bench", "release")]
-    for folder in folders:
-        if (folder / "bench" / name).exists():
-            return folder / "bench" / name
-    sys.exit(f"program {name} not found: configure with -DREDYSIM_BENCH=ON and build the target {name}")
 
 
 def stepping(program, model, **options):
@@ -74,7 +67,7 @@ def main():
     parser.add_argument("--rtol", type=float, default=1e-6)
     parser.add_argument("--build", help="build folder (build/bench or build/release)")
     options = parser.parse_args()
-    program = find_program("stepping", options.build)
+    program = built.program("stepping", options.build)
     for scene, end in SCENES.items():
         if not re.search(options.filter, scene):
             continue

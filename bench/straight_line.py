@@ -14,6 +14,7 @@ import statistics
 import sys
 from pathlib import Path
 
+import built
 from run import run
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -31,9 +32,7 @@ def main() -> None:
     parser.add_argument("-t", "--min-time", type=float, default=0.02, help="minimum time per repetition, s")
     parser.add_argument("--no-library", action="store_true")
     options = parser.parse_args()
-    program = ROOT / "build" / "bench" / "bench" / "straight_line_bench"
-    if not program.exists():
-        sys.exit("benchmark program not found: sh scripts/build.sh bench benchmarks")
+    program = built.program("straight_line_bench")
     print(f"# {'; '.join(machine_lines())}.")
     times, report = run(program, ".", options.repetitions, options.min_time)
     for scene, metrics in sorted(times.items(), key=lambda item: report["operations"][item[0]]):
@@ -45,11 +44,11 @@ def main() -> None:
         return
     print("building the KR5's library", file=sys.stderr, flush=True)
     model = ROOT / "models" / "kuka_kr5.toml"
-    built = specialise(describe(model), model)
-    print(f"kuka_kr5.specialised_library_bytes {built.library.stat().st_size}")
+    special = specialise(describe(model), model)
+    print(f"kuka_kr5.specialised_library_bytes {special.library.stat().st_size}")
     print(f"kuka_kr5.general_library_bytes {native.library().stat().st_size}")
-    if built.faster:
-        print(f"kuka_kr5.specialised_run_times_faster {built.faster:.3g}")
+    if special.faster:
+        print(f"kuka_kr5.specialised_run_times_faster {special.faster:.3g}")
 
 
 if __name__ == "__main__":

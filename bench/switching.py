@@ -7,13 +7,14 @@
 Each drive applies plus or minus the torque that holds the outboard mass at 5 cm from the axis, with alternating sign in each communication
 step: 1000 or 2000 switches per second, at exact times. The error is the maximum of the positions over 1 s, against `erk` at rtol 1e-13
 with the same torques. The loosest tolerance from 1e-3 to 1e-9 with an error of at most 1e-5 is used. Needs the program `stepping`
-(configure with -DREDYSIM_BENCH=ON).
+(`sh scripts/build.sh bench stepping`).
 """
 
 import argparse
 from pathlib import Path
 
-from stiff import find_program, stepping
+import built
+from stiff import stepping
 
 ROOT = Path(__file__).resolve().parent.parent
 SCENES = ("kuka_kr5", "gripper", "four_bar")
@@ -26,7 +27,7 @@ def main():
     parser.add_argument("--method", nargs="+", default=["erk"])
     parser.add_argument("--build", help="build folder (build/bench or build/release)")
     options = parser.parse_args()
-    program = find_program("stepping", options.build)
+    program = built.program("stepping", options.build)
     for scene in SCENES:
         for step in (1e-3, 5e-4):
             model = ROOT / "models" / f"{scene}.toml"

@@ -17,16 +17,13 @@ class InvalidArgument(UserError):
 
 
 def listed(names: Sequence[str]) -> str:
-    """Returns the first names and the number of the others."""
-    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
+    """Returns up to five names, of more the first four and the number of the others."""
+    return ", ".join(names if len(names) <= 5 else [*names[:3], f"{names[3]} and {len(names) - 4} more"])
 
 
 def named(known: Iterable[str]) -> str:
     """Returns `; available: a, b and 7 more`, for a name that is similar to none of them."""
-    known = list(known)
-    shown = known if len(known) <= 5 else known[:4]
-    more = f" and {len(known) - len(shown)} more" if len(shown) < len(known) else ""
-    return f"; available: {', '.join(shown)}{more}"
+    return f"; available: {listed(list(known))}"
 
 
 def unknown(kind: str, name: str, known: Iterable[str]) -> UserError:

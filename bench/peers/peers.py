@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+import built
 import mjcf
 from bare import bare
 from scenes import ROOT, Scene
@@ -94,9 +95,7 @@ def command_line(doc: str) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=doc.splitlines()[0])
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "out" / "bench")
     parser.add_argument("--programs", type=Path, default=ROOT / "build" / "bench" / "bench" / "peers")
-    parser.add_argument(
-        "--python", type=Path, default=ROOT / "build" / "peers" / "bin" / "python", help="Python interpreter of the simulators' environment"
-    )
+    parser.add_argument("--python", type=Path, default=built.PYTHON, help="Python interpreter of the simulators' environment")
     return parser
 
 
@@ -114,7 +113,7 @@ class Peers:
             if not (self.programs / program).exists():
                 found[peer] = f"{program} was not built, its PyPI package is not installed"
         for peer, module in (("Drake", "pydrake"), ("Exudyn", "exudyn"), ("CasADi", "casadi, scipy"), ("heyoka", "heyoka")):
-            if not self.python.exists() or subprocess.run([self.python, "-c", f"import {module}"], capture_output=True).returncode:
+            if not built.imports(self.python, module):
                 found[peer] = f"Python cannot import {module}"
         return found
 
@@ -177,6 +176,7 @@ class Peers:
 
 def fmu_command(runner: Path, model: Path, work: Path, rows: int, step: float, torques: list[float], *options: str) -> list:
     """Builds the model's FMU with options of `build-fmu build`, unpacks it and returns the command line of fmu_runner."""
+    built.existing(runner)
     archive = work / f"{model.stem}.fmu"
     build = [sys.executable, "-m", "build_fmu", "build", model, "-o", archive, *options]
     subprocess.run(build, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)

@@ -15,6 +15,7 @@ from build_fmu.model.describe import Description, describe
 MOST_LINKS_IN_TABLE = 200  # plain lines for more links: a table of 3000 rows takes seconds
 
 COUNTED = ("loops", "couplings", "springs", "contacts")
+FEATURES = {"motion": "motion (prescribed, locked or inside spherical joints)"}
 
 
 def add(commands) -> None:
@@ -74,11 +75,11 @@ def _summary(model: Description, file: Path):
         for row in rows:
             mechanism.add_row(*map(escape, row))
     facts = Table(box=None, show_header=False, padding=(0, 2, 0, 1))
-    moving = sum(link["type"] != "fixed" for link in links)
+    moving, fixed = model.joints
     counts = {
-        "joints": f"{moving} moving, {len(links) - moving} fixed",
+        "joints": f"{moving} moving, {fixed} fixed",
         **{kind: str(len(model.drawing.get(kind, []))) for kind in COUNTED},
-        "features": ", ".join(name for name in model.features if name not in (*METHODS, "taylor")) or "none",
+        "features": ", ".join(FEATURES.get(name, name) for name in model.features if name not in (*METHODS, "taylor")) or "none",
         "gravity": "  ".join(f"{x:g}" for x in model.drawing["gravity"]) + " m/s²",
         "solver": _solver(model),
         "inputs": _some([v.name for v in model.select("input")]),

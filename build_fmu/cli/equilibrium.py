@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 
-from build_fmu.cli.states import add_state_options, facts_of_state, given_parameters, model_at_state, print_matrix
+from build_fmu.cli.states import add_state_options, given_parameters, model_at_state, print_matrix, with_units
 from build_fmu.cli.streams import emit
 
 POSITION = re.compile(r"(.*\.(?:q|quaternion))0(\[\d\])?")
@@ -26,17 +26,13 @@ def add(commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Prints the pose."""
-    with model_at_state(options) as (model, x, u):
-        # a sampled controller has no rates at any other state than the start
-        rates = {} if model.sample_time else {"largest_rate": abs(model.slope(x, u)).max(initial=0)}
+    with model_at_state(options) as (model, x, _, facts):
         at_rest = _positions(model.start_values(x))
-        emit(options, {**facts_of_state(model, x, u), "positions": at_rest, **rates})
+        emit(options, {**facts, "positions": at_rest})
         model.parameters = given_parameters(options)
         start = _positions(model.start_values())
         values = np.column_stack([list(start.values()), list(at_rest.values())])
-        print_matrix(f"{model.description.model_name}: rest pose", list(at_rest), ["start", "at rest"], values)
-        for left in rates.values():
-            print(f"largest velocity or acceleration there: {left:.1e}")
+        print_matrix(f"{model.description.model_name}: rest pose", with_units(model, at_rest), ["start", "at rest"], values)
     return 0
 
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from build_fmu.library.model import Model
 
 SPEED = 1.0  # rad/s, m/s
+UNITS = ("rad", "rad/s", "N.m"), ("m", "m/s", "N")  # of rotating and of sliding joints
 
 
 def add(commands) -> None:
@@ -118,7 +119,8 @@ def _identify(options: argparse.Namespace, model: Model, chosen: list[str]) -> i
     emit(options, {"model": target, **_facts(result), "residual": dict(zip(plant.torques, left.tolist(), strict=True)), **payload})
     _print(result, left)
     for name, (value, error) in payload.get("payload", {}).items():
-        print(f"payload {name:12} {value:12.6g} +- {error:.2g}")
+        unit = {"mass": "kg", "com": "m"}.get(name.partition("[")[0], "kg.m2")
+        print(f"payload {name:12} {value:12.6g} +- {error:.2g} {unit}")
     print(f"{target}  {len(result.names)} base parameters, condition number {result.condition:.3g}, {result.rows} rows, {result.method}")
     return 0
 
@@ -209,8 +211,8 @@ def _print(result: Identification, left: np.ndarray) -> None:
     table = Table(box=box.SIMPLE_HEAD, title="root mean square of the residual", title_justify="left")
     for head, justify in (("", "left"), ("model file", "right"), ("identified", "right")):
         table.add_column(head, justify=justify)
-    for name, before, after in zip(result.plant.torques, result.before, left, strict=True):
-        table.add_row(escape(name), f"{before:.4g}", f"{after:.4g}")
+    for name, slides, before, after in zip(result.plant.torques, result.plant.sliding.tolist(), result.before, left, strict=True):
+        table.add_row(escape(f"{name} [{UNITS[slides][2]}]"), f"{before:.4g}", f"{after:.4g}")
     console().print(table)
 
 
@@ -230,10 +232,10 @@ def _design(options: argparse.Namespace, model: Model, chosen: list[str]) -> int
         options,
         {"file": target, "condition": found.condition, "rows": len(found.time), "torque": dict(zip(plant.torques, peak, strict=True))},
     )
-    for joint, name, a, b, v, t in zip(
-        plant.joints, plant.torques, found.q.min(axis=0), found.q.max(axis=0), abs(found.qd).max(axis=0), peak, strict=True
-    ):
-        print(f"{joint}: position {a:.4g} to {b:.4g}, speed up to {v:.4g}, {name} of the model file up to {t:.4g}")
+    ends = found.q.min(axis=0), found.q.max(axis=0), abs(found.qd).max(axis=0), peak
+    for joint, name, slides, a, b, v, t in zip(plant.joints, plant.torques, plant.sliding.tolist(), *ends, strict=True):
+        q, qd, tau = UNITS[slides]
+        print(f"{joint}: position {a:.4g} to {b:.4g} {q}, speed up to {v:.4g} {qd}, {name} of the model file up to {t:.4g} {tau}")
     print(f"{target}  {len(found.time)} rows, {options.duration:g} s, condition number {found.condition:.3g}")
     return 0
 

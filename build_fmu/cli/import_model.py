@@ -110,12 +110,7 @@ def run(options: argparse.Namespace) -> int:
     except UserError as error:
         raise UserError(f"{error}\n'{target}' was written, but the model is incomplete or invalid; see the messages above") from None
     warn(model.warnings)
-    # the drawing has one link per DOF of a joint with several
-    counts = {
-        "link": len(draft.links),
-        "moving joint": sum(link.joint != "fixed" for link in draft.links),
-        "loop": len(model.drawing.get("loops", [])),
-    }
+    counts = {"link": len(draft.links), "moving joint": model.joints[0], "loop": len(model.drawing.get("loops", []))}
     counts |= {what: len(ties) for what, ties in (("coupling", draft.couplings), ("actuator", draft.actuators)) if ties}
     mass = sum(link.mass for link in draft.links)
     facts = {what.replace(" ", "_") + "s": n for what, n in counts.items()}

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import argparse
 
+import numpy as np
+
 from build_fmu.cli.parser import positive
-from build_fmu.cli.states import add_state_options, facts_of_state, model_at_state, print_matrix
+from build_fmu.cli.states import add_state_options, model_at_state, print_matrix, with_units
 from build_fmu.cli.streams import emit
+
+ROUNDING = 1e-14  # of the largest entry of its row and of that of its column
 
 
 def add(commands) -> None:
@@ -23,9 +27,17 @@ def add(commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Prints the matrices."""
-    with model_at_state(options) as (model, x, u):
+    with model_at_state(options) as (model, x, u, facts):
         A, B = model.linearise(x, u, options.step)
-        emit(options, {**facts_of_state(model, x, u), "step": options.step, "A": A.tolist(), "B": B.tolist()})
-        print_matrix("A", model.states, model.states, A)
-        print_matrix("B", model.states, model.inputs, B)
+        emit(options, {**facts, "step": options.step, "A": A.tolist(), "B": B.tolist()})
+        rows = with_units(model, model.states, rates=options.step is None)
+        print_matrix("A", rows, with_units(model, model.states), _without_rounding(A))
+        print_matrix("B", rows, with_units(model, model.inputs), _without_rounding(B))
     return 0
+
+
+def _without_rounding(matrix: np.ndarray) -> np.ndarray:
+    """Returns the matrix with 0 for entries that are rounding in any units."""
+    sizes = abs(matrix)
+    largest = np.minimum(sizes.max(axis=1, initial=0, keepdims=True), sizes.max(axis=0, initial=0))
+    return np.where(sizes <= ROUNDING * largest, 0, matrix)

@@ -6,7 +6,7 @@ import argparse
 
 import numpy as np
 
-from build_fmu.cli.states import add_state_options, facts_of_state, model_at_state, print_matrix
+from build_fmu.cli.states import add_state_options, model_at_state, print_matrix, with_units
 from build_fmu.cli.streams import emit
 
 
@@ -23,14 +23,15 @@ def add(commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Prints the modes."""
-    with model_at_state(options) as (model, x, u):
+    with model_at_state(options) as (model, x, u, facts):
         modes = model.modes(x, u)
         shapes = modes.shapes.T.tolist()
         rows = {"frequencies": modes.frequencies.tolist(), "squares": modes.squares.tolist(), "coordinates": modes.coordinates}
-        emit(options, {**facts_of_state(model, x, u), **rows, "shapes": shapes})
+        emit(options, {**facts, **rows, "shapes": shapes})
         at = np.array([x[model.states.index(n)] for n in modes.coordinates])
         heads = [_frequency(square) for square in modes.squares]
-        print_matrix(f"{model.description.model_name}: modes", modes.coordinates, ["pose", *heads], np.column_stack([at, modes.shapes]))
+        names = with_units(model, modes.coordinates)
+        print_matrix(f"{model.description.model_name}: modes", names, ["pose", *heads], np.column_stack([at, modes.shapes]))
     return 0
 
 

@@ -164,7 +164,9 @@ def _model(mechanism: Path, kept: ExitStack) -> tuple:
             warn([f"'{mechanism}' contains no model file: the page has plots and no mechanism"])
         return model, mechanism
     try:
-        return describe(mechanism), mechanism
+        model = describe(mechanism)
+        warn(model.warnings)
+        return model, mechanism
     except UserError as error:
         if not mechanism.is_file():
             raise
@@ -215,7 +217,7 @@ def _simulated(mechanism: Path, model, folder: Path, options: argparse.Namespace
             result = simulate(session, Settings(options.stop, step, None, options.start, options.input))
         except Stopped as stopped:
             failure, result = stopped, stopped.result
-        warn(result.warnings)
+        warn(result.warnings, model.warnings if mechanism.suffix == ".toml" else ())
         return run_of(session, result, failure), session.description.modelName, start_values(session, options.start)
 
 

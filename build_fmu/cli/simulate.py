@@ -74,7 +74,7 @@ def run(options: argparse.Namespace) -> int:
         settings = Settings(options.stop, options.step, options.tolerance, options.start, options.input, recorded, options.interpolate)
         with _progress(session, settings) as progress:
             result = simulate(session, settings, progress)
-        warn([line for line in (*result.warnings, *result.remarks) if not any(known.endswith(line) for known in said)])
+        warn([*result.warnings, *result.remarks], said)
         if model:
             _write_layout(options.redysim_layout, model, result)
         result = result.only(chosen)

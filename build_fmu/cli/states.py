@@ -38,24 +38,31 @@ def add_state_options(command: argparse.ArgumentParser, places: Sequence[str] = 
 
 
 @contextmanager
-def model_at_state(options: argparse.Namespace) -> Iterator[tuple[Model, np.ndarray, np.ndarray]]:
-    """Yields the model of the options, with its warnings printed, the state x and the inputs u; raises UserError."""
+def model_at_state(options: argparse.Namespace) -> Iterator[tuple[Model, np.ndarray, np.ndarray, dict]]:
+    """Yields the model of the options, its state x, its inputs u and the facts of `--json`; raises UserError.
+
+    Prints the warnings of the model first and the largest rate of the state last.
+    """
     from build_fmu.library.model import load
 
     with load(options.model) as model:
         warn(model.description.warnings)
-        yield model, *given_state(model, options)
+        x, u = given_state(model, options)
+        facts = {"name": model.description.model_name, "states": model.states, "x": x.tolist(), "inputs": model.inputs, "u": u.tolist()}
+        # a sampled controller has no rates at any other state than the start
+        rates = {} if model.sample_time else dict(zip(with_units(model, model.states, rates=True), abs(model.slope(x, u)), strict=True))
+        worst = max(rates, key=rates.get, default=None)
+        yield model, x, u, facts | ({"largest_rate": rates[worst]} if worst else {})
+        if worst:
+            print(f"largest velocity or acceleration at this state: {worst} {rates[worst]:.1e}")
 
 
-def facts_of_state(model: Model, x: np.ndarray, u: np.ndarray) -> dict:
-    """Returns what `--json` reports of a model and its state."""
-    return {
-        "name": model.description.model_name,
-        "states": model.states,
-        "x": x.tolist(),
-        "inputs": model.inputs,
-        "u": u.tolist(),
-    }
+def with_units(model: Model, names: Sequence[str], rates: bool = False) -> list[str]:
+    """Returns the names with units, as `joint1.q [rad]`, or with `rates` those of their time derivatives, as `joint1.q' [rad/s]`."""
+    units = {v.name: v.unit or "" for v in model.description.variables}
+    if rates:
+        return [f"{n}' [{units[n]}2]" if units[n].endswith("/s") else f"{n}' [{units[n] or 1}/s]" for n in names]
+    return [f"{n} [{units[n]}]" if units[n] else n for n in names]
 
 
 def given_parameters(options: argparse.Namespace) -> dict[str, float]:
@@ -92,7 +99,7 @@ def print_matrix(title: str, rows: Sequence[str], columns: Sequence[str], values
         table = Table(box=box.SIMPLE_HEAD, title=escape(title), title_justify="left")
         table.add_column("")
         for name in columns[first : first + BLOCK]:
-            table.add_column(escape(name), justify="right")
+            table.add_column(escape(name.replace(" [", "\n[")), justify="right")
         for name, row in zip(rows, values[:, first : first + BLOCK], strict=True):
             table.add_row(escape(name), *(f"{x:.6g}" for x in row))
         console().print(table)

@@ -35,10 +35,11 @@ def output_file(given: Path | None, name: str, endings: Sequence[str]) -> Path:
     return target
 
 
-def warn(lines: Sequence[str]) -> None:
-    """Prints lines on stderr."""
+def warn(lines: Sequence[str], printed: Sequence[str] = ()) -> None:
+    """Prints lines on stderr, except those that were `printed` with their place in a file."""
     for line in lines:
-        print(line, file=sys.stderr)
+        if not any(known.endswith(line) for known in printed):
+            print(line, file=sys.stderr)
 
 
 def console():

@@ -93,8 +93,8 @@ def _draw(axes, panel: Panel, time: np.ndarray, time_label: bool) -> None:
     for i, (label, values) in enumerate(panel.curves):
         colour = palette(i / max(1, len(panel.curves) - 1)) if many else palette(i % 10)
         named = not many or i in (0, len(panel.curves) - 1)
-        # dashes keep coincident curves visible
-        style = DASHES[i % len(DASHES)] if panel.kind == "energy" else "-"
+        # dashes keep coincident curves visible, and curves of equal colours apart
+        style = DASHES[(i if panel.kind == "energy" else 0 if many else i // 10) % len(DASHES)]
         axes.plot(time, values, style, color=colour, lw=1.1 if many or panel.kind == "balance" else 1.6, label=label if named else None)
     unit = f" [{panel.unit}]" if panel.unit else ""
     only = len(panel.curves) == 1 and panel.kind in GROUPS and panel.kind not in OF_THE_MODEL

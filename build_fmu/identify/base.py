@@ -82,7 +82,7 @@ def _name(names: Sequence[str], own: int, row: np.ndarray) -> str:
     return " ".join([*terms[:SHOWN], *more])
 
 
-def estimate(columns: np.ndarray, torques: np.ndarray, sizes: np.ndarray | float = 0.0) -> Estimate:
+def estimate(columns: np.ndarray, torques: np.ndarray, sizes: np.ndarray) -> Estimate:
     """Returns the least-squares solution of columns (rows x n x base) and torques (rows x n), weighted by the noise of each joint.
 
     `sizes` are root mean squares of the measured torques; `torques` may be their differences to those of a model.

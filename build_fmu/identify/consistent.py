@@ -92,7 +92,7 @@ class Problem:
         return np.concatenate([self.misfit(factors, y), np.sqrt(weight) * near]), rows, slopes
 
 
-def inner(vector: np.ndarray, size: float = 1.0) -> np.ndarray | None:
+def inner(vector: np.ndarray, size: float) -> np.ndarray | None:
     """Returns the factor of a body, moved inside the possible ones if it is at their limit; None for a body without mass.
 
     `size` (m) is a length of the model.

@@ -57,11 +57,12 @@ def design(plant: Plant, limits: Limits, duration: float, step: float, chosen=()
     base = base_of(arbitrary(plant), plant.names, plant.chosen(chosen))
     random, n = np.random.default_rng(seed), len(plant.joints)
     times = np.arange(0, duration, duration / (COARSE * HARMONICS))
+    levers = np.where(plant.sliding, 1, plant.size)  # torques are compared as forces
 
     def rate(series: np.ndarray) -> float:
         torques, columns = plant.equations(*_motion(series, limits, duration, times))
-        sizes = np.sqrt(np.mean(torques**2, axis=0))
-        weights = 1 / np.maximum(sizes, 1e-6 * max(sizes.max(), 1e-300))
+        sizes = np.sqrt(np.mean((torques / levers) ** 2, axis=0))
+        weights = 1 / (levers * np.maximum(sizes, 1e-6 * max(sizes.max(), 1e-300)))
         return _condition((columns[:, :, base.independent] * weights[:, None]).reshape(-1, len(base.names)))
 
     best = min((random.normal(size=(2, HARMONICS, n)) for _ in range(TRIALS)), key=rate)

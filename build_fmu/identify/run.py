@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from build_fmu.errors import UserError
+from build_fmu.errors import UserError, listed
 from build_fmu.files import whole_file
 from build_fmu.identify.base import Base, Estimate, base_of, estimate
 from build_fmu.identify.consistent import Fit, Problem, fit, inner
@@ -185,8 +185,7 @@ def _excitation(base: Base, found: Estimate) -> list[str]:
     """Warnings of a run that does not determine all base parameters."""
     hidden = [name for name, error in zip(base.names, found.errors, strict=True) if not np.isfinite(error)]
     if hidden:
-        more = f" and {len(hidden) - 3} more" if len(hidden) > 3 else ""
-        return [f"poor excitation: the run does not determine {', '.join(hidden[:3])}{more}; `--design` proposes a trajectory"]
+        return [f"poor excitation: the run does not determine {listed(hidden)}; `--design` proposes a trajectory"]
     if found.condition > POOR:
         worst = base.names[int((found.errors * np.linalg.norm(found.information, axis=0)).argmax())]
         return [

@@ -40,7 +40,7 @@ class Evaluation(Session):
 
     def begin(self, values: dict[str, float]) -> None:
         """Initialises, again if necessary, with the given start values and inputs."""
-        self.restart(values, 1.0)
+        self.restart(values)
         *_, has_next, time = self._guarded("in the first event", self.instance.newDiscreteStates)
         self.next_event = time if has_next else np.inf
         self._guarded("in the first event", self.instance.enterContinuousTimeMode)

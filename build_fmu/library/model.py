@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from build_fmu.errors import UserError, unknown
+from build_fmu.errors import UserError, listed, unknown
 from build_fmu.fmu import build as packager
 from build_fmu.identify.design import Trajectory, design, limits_of
 from build_fmu.identify.parameters import Plant
@@ -408,8 +408,7 @@ def _array(values: ArrayLike, names: Sequence[str], letter: str) -> np.ndarray:
     """Returns a checked copy."""
     array = np.array(values, dtype=float)
     if array.shape != (len(names),):
-        listed = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
-        raise UserError(f"'{letter}' must have the shape ({len(names)},) ({listed or 'no entries'}), got {array.shape}")
+        raise UserError(f"'{letter}' must have the shape ({len(names)},) ({listed(names) or 'no entries'}), got {array.shape}")
     if not np.isfinite(array).all():
         raise UserError(f"'{letter}' is not finite: entry '{names[int(np.argmin(np.isfinite(array)))]}'")
     return array

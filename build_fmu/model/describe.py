@@ -6,6 +6,7 @@ Only C++ interprets model files; Python uses the resulting table of variables.
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -96,6 +97,13 @@ class Description:
     def needs_own_library(self) -> bool:
         """Returns whether the method is one of specialised libraries only."""
         return any(v.name == "solver.method" and v.start == "taylor" for v in self.variables)
+
+    @property
+    def joints(self) -> tuple[int, int]:
+        """Returns the numbers of moving and of fixed joints; of a joint with several DOF the drawing has links `arm[1]`, `arm[2]`."""
+        names = [(re.sub(r"\[\d\]$", "", link["name"]), link["type"]) for link in self.drawing["links"]]
+        moving = {name for name, kind in names if kind != "fixed"}
+        return len(moving), len({name for name, _ in names} - moving)
 
     def select(self, causality: str) -> list[Variable]:
         """Returns the variables of one causality, in the table's order."""

@@ -111,20 +111,23 @@ def task_for(fmu: Staged, stop: float, step: float, row_every: float, inputs: In
     return Task(step, count, every, {}, names, names_of_inputs, rows)
 
 
+@dataclass
+class Pending:
+    """A curve with its missing tolerances, loose ones first, and its last run if that had too little time."""
+
+    step: float
+    changing: bool
+    method: str
+    missing: list[float]
+    cut: Point | None = None
+
+
 def measure(
-    fmu: Staged,
-    where: Positions,
-    reference: Reference,
-    task: Task,
-    method: str,
-    rtol: float,
-    changing: bool,
-    ratio: float,
-    plan: Plan,
-    budget: float,
+    fmu: Staged, where: Positions, reference: Reference, task: Task, curve: Pending, ratio: float, plan: Plan, budget: float
 ) -> Point:
-    """Runs one point of the sweep, repeated for the measurement of its CPU time."""
-    start = {**task.start, **fmu.solver(method, rtol, ratio)}
+    """Runs the next point of a curve, repeated for the measurement of its CPU time."""
+    begin, rtol = time.monotonic(), curve.missing[0]
+    start = {**task.start, **fmu.solver(curve.method, rtol, ratio)}
     outcome = drive(fmu, replace(task, start=start, repeats=plan.repeats, spend=plan.spend, budget=budget))
     error = cost = rhs = math.nan
     if outcome.status == "ok":
@@ -134,7 +137,7 @@ def measure(
         cost = outcome.seconds * 1e6 / milliseconds
         count = outcome.health.get("solver.rhs_evaluations")
         rhs = math.nan if count is None else count / milliseconds
-    return Point(method, rtol, task.step, changing, outcome, error, cost, rhs)
+    return Point(curve.method, rtol, task.step, curve.changing, outcome, error, cost, rhs, time.monotonic() - begin)
 
 
 def sweep(
@@ -149,35 +152,31 @@ def sweep(
 
     The time limit is divided among the curves. Those that exceed their share continue with what the others leave.
     """
-    begin = time.monotonic()
-    longest, ratio, done = max(plan.steps), _atol_ratio(fmu), 0
-    waiting = [(h, c, m, sorted(plan.tolerances, reverse=True)) for h in plan.steps for c in plan.changing for m in plan.methods]
-    while waiting:
-        unfinished, cut = [], []
-        for number, (step, changing, method, tolerances) in enumerate(waiting):
-            task = task_for(fmu, plan.stop, step, longest, inputs, changing, where.names)
-            reference = references(step)
-            curve_begin = time.monotonic()
-            allowed = (plan.seconds - (curve_begin - begin)) / (len(waiting) - number)
-            for k, rtol in enumerate(tolerances):
-                left = allowed - (time.monotonic() - curve_begin)
-                progress(f"{method}, rtol {rtol:.0e}, step {step:g} s", done)
-                run_begin = time.monotonic()
-                point = measure(fmu, where, reference, task, method, rtol, changing, ratio, plan, max(left, 0.5))
-                point = replace(point, taken=time.monotonic() - run_begin)
-                if point.outcome.status == "budget":
-                    cut.append(point)
-                    unfinished.append((step, changing, method, tolerances[k:]))
-                    break
+    end, ratio = time.monotonic() + plan.seconds, _atol_ratio(fmu)
+    loose_first = sorted(plan.tolerances, reverse=True)
+    curves = [Pending(h, c, m, loose_first) for h in plan.steps for c in plan.changing for m in plan.methods]
+
+    def run(curve: Pending, waiting: int) -> Iterator[Point]:
+        task = task_for(fmu, plan.stop, curve.step, max(plan.steps), inputs, curve.changing, where.names)
+        reference = references(curve.step)
+        begin, left, curve.cut = time.monotonic(), 0.0, None
+        share = (end - begin) / waiting
+        while curve.missing and left >= 0 and not curve.cut:
+            left = share - (time.monotonic() - begin)
+            done = sum(len(loose_first) - len(other.missing) for other in curves)
+            progress(f"{curve.method}, rtol {curve.missing[0]:.0e}, step {curve.step:g} s", done)
+            point = measure(fmu, where, reference, task, curve, ratio, plan, max(left, 0.5))
+            if point.outcome.status == "budget":
+                curve.cut = point
+            else:
+                curve.missing = curve.missing[1:] if point.outcome.status == "ok" else []
                 yield point
-                done += 1 if point.outcome.status == "ok" else len(tolerances) - k
-                if point.outcome.status == "ok" and left < 0 and tolerances[k + 1 :]:
-                    unfinished.append((step, changing, method, tolerances[k + 1 :]))
-                if point.outcome.status != "ok" or left < 0:
-                    break
-        waiting = unfinished
-        if plan.seconds - (time.monotonic() - begin) < WORTH_SHARING * plan.seconds:
-            yield from cut  # they show the speed
+
+    while waiting := [curve for curve in curves if curve.missing]:
+        for number, curve in enumerate(waiting):
+            yield from run(curve, len(waiting) - number)
+        if end - time.monotonic() < WORTH_SHARING * plan.seconds:
+            yield from (curve.cut for curve in waiting if curve.cut)  # they show the speed
             return
 
 

@@ -104,10 +104,10 @@ class Session:
         self._guarded("during initialization", self.instance.exitInitializationMode)
         self._log("logStatusError")
 
-    def restart(self, values: dict[str, Any], stop: float = 1e9) -> None:
-        """Resets the FMU and initialises it at t = 0, with the stop time `stop` (s)."""
+    def restart(self, values: dict[str, Any]) -> None:
+        """Resets the FMU and initialises it at t = 0, for a run of any length."""
         self._guarded("when resetting", self.instance.reset)
-        self.initialise(0.0, stop, None, values)
+        self.initialise(0.0, 1e9, None, values)
 
     def _log(self, *categories: str) -> None:
         """Switches on these categories of messages alone; FMPy knows all or none."""

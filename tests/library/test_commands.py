@@ -10,6 +10,7 @@ import pytest
 
 from build_fmu import native
 from build_fmu.cli import main
+from build_fmu.cli.linearise import _without_rounding
 from build_fmu.errors import UserError
 
 ROOT = Path(__file__).parents[2]
@@ -46,7 +47,17 @@ def test_linearise_prints_the_matrices(run):
     step = json.loads(run("linearise", "--json", "--start", "rod.q0=0", "--step", str(h))[1])
     rotation = [[np.cos(w * h), np.sin(w * h) / w], [-w * np.sin(w * h), np.cos(w * h)]]
     assert np.array(step["A"]) == pytest.approx(np.array(rotation), abs=1e-9)
-    assert "rod.tau" in run("linearise")[1]
+    out = run("linearise")[1]
+    assert all(
+        text in out for text in ("[N.m]", "rod.qd' [rad/s2]", "largest velocity or acceleration at this state: rod.qd' [rad/s2] 5.8e+00")
+    )
+
+
+@pytest.mark.parametrize("micrometres", [1, 1e6])
+def test_rounding_is_printed_as_zero_in_any_units(micrometres):
+    scale = np.array([1, micrometres])
+    shown = _without_rounding(np.array([[3, 1e-17], [0.2, -5]]) * scale[:, None] / scale)
+    assert ((shown == 0) == [[False, True], [False, False]]).all()
 
 
 def test_modes_are_those_of_the_pendulum(run):

@@ -11,6 +11,7 @@ import build_fmu as rds
 from build_fmu.errors import UserError
 from build_fmu.identify.base import base_of, estimate
 from build_fmu.identify.consistent import inner
+from build_fmu.identify.design import design, limits_of
 from build_fmu.identify.filtering import low_pass
 from build_fmu.identify.parameters import body_of, inertial_vector, pseudo_inertia, symmetric, vector_of
 from build_fmu.identify.run import Run, arbitrary, equations, identify
@@ -169,6 +170,14 @@ def test_identified_file_does_not_depend_on_the_unit_of_length(model, tmp_path, 
     assert (abs(left).max(axis=0) <= 2e-6 * sizes).all()
 
 
+def test_designed_motion_does_not_depend_on_the_unit_of_length(model):
+    found = []
+    for S in UNITS:
+        plant, ends = model(in_units(S, 9.81 * S)).plant(), np.array([1, S, 1])
+        found.append(design(plant, limits_of(plant, -ends, ends, ends), 10, 0.1, rounds=20).condition)
+    assert found == pytest.approx([found[-1]] * len(UNITS), rel=1e-6)
+
+
 def test_possible_bodies_are_found(model):
     # a link that is 20 times as heavy as in the file, with small noise
     times = np.arange(0, 10, 0.04)
@@ -223,7 +232,7 @@ def test_base_parameters_of_noisy_runs_are_within_3_standard_errors(noisy, count
     plant, random = m.plant(), np.random.default_rng(4)
     base = base_of(arbitrary(plant), plant.names, plant.chosen(()))
     columns = equations(plant, run, None)[0][:, :, base.independent]
-    draws = [estimate(columns, random.normal(size=run.q.shape) * noise) for _ in range(count)]
+    draws = [estimate(columns, random.normal(size=run.q.shape) * noise, noise) for _ in range(count)]
     inside = np.array([abs(draw.change) <= 3 * draw.errors for draw in draws])
     # normally distributed: 99.7 % of the values
     assert inside.mean() >= 0.99 and inside.mean(axis=0).min() >= (0.95 if count == 100 else 0.9)
@@ -300,10 +309,10 @@ def test_bodies_survive_the_conversion():
     assert vector_of(pseudo_inertia(vector)) == pytest.approx(vector)
     for part, expected in zip(body_of(vector), body, strict=True):
         assert part == pytest.approx(expected)
-    factor = inner(vector)
+    factor = inner(vector, 1.0)
     assert factor @ factor.T == pytest.approx(pseudo_inertia(vector))
     # a point mass becomes a small body around the same center
-    factor = inner(inertial_vector(2.0, np.array([1.0, 0, 0]), symmetric([0] * 6)))
+    factor = inner(inertial_vector(2.0, np.array([1.0, 0, 0]), symmetric([0] * 6)), 1.0)
     assert np.linalg.eigvalsh(factor @ factor.T).min() > 0
 
 

@@ -92,7 +92,7 @@ def test_a_run_gives_a_file_that_reproduces_it(arm, capsys):
     code, out, _ = run(capsys, "arm.toml", "run.csv")
     assert code == 1
     code, out, _ = run(capsys, "arm.toml", "run.csv", "--force")
-    assert code == 0 and "wrist[2].damping" in out and "base parameters, condition number" in out
+    assert code == 0 and all(text in out for text in ("wrist[2].damping", "wrist[2].tau [N.m]", "base parameters, condition number"))
 
 
 def test_chosen_parameters_alone_change(arm, capsys):

@@ -82,6 +82,12 @@ def test_no_folder_is_created(built_library, here, arguments):
     assert [path.name for path in here.iterdir()] == ["arm.csv"]
 
 
+def test_import_and_check_count_the_same_joints(built_library, here):
+    done = command("import", ROOT / "examples" / "dog.urdf", "--floating", "--name", "dog")
+    assert "9 links, 9 moving joints" in done.stdout
+    assert "9 moving, 0 fixed" in command("check", "dog.toml").stdout
+
+
 def test_json_holds_what_a_command_reports(built_library, here):
     (here / "arm.csv").write_text(ARM)
     done = command("import", "arm.csv", "--dh", "modified", "--json")

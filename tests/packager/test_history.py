@@ -32,9 +32,9 @@ def test_a_second_run_of_a_commit_replaces_the_first(history, tmp_path):
     old = '{"commit": "1", "figures": {"library_megabytes": 2}}\n'
     text = history.with_entry(old, {"commit": "2", "figures": {"kuka_kr5.kilobytes": 50}})
     text = history.with_entry(text, {"commit": "2", "figures": {"kuka_kr5.kilobytes": 60}})
-    commits, found = history.courses(text)
-    (library, sizes), (memory, kilobytes) = found
-    assert commits == ["1", "2"] and (library.bound, memory.bound) == (1.3, 64)
+    lines = [json.loads(line) for line in text.splitlines()]
+    (library, sizes), (memory, kilobytes) = history.courses(lines)
+    assert [line["commit"] for line in lines] == ["1", "2"] and (library.bound, memory.bound) == (1.3, 64)
     assert sizes[0] == 2 and math.isnan(sizes[1]) and math.isnan(kilobytes[0]) and kilobytes[1] == 60
     history.draw(text, tmp_path / "history.svg")
     assert "memory of an instance" in (tmp_path / "history.svg").read_text(encoding="utf-8")

@@ -55,10 +55,10 @@ def test_curves_continue_with_the_time_that_others_leave(monkeypatch):
     """Of two curves, one needs 0.01 s a run and the other 0.9 s; its share of 4 s, a half, ends in its third run."""
     clock = [0.0]
 
-    def measure(fmu, where, reference, task, method, rtol, changing, ratio, plan, budget):
-        needs = 0.01 if method == "erk" else 0.9
+    def measure(fmu, where, reference, task, curve, ratio, plan, budget):
+        needs = 0.01 if curve.method == "erk" else 0.9
         clock[0] += min(needs, budget)
-        return point(method, rtol, 1e-9, 1.0, status="ok" if needs <= budget else "budget")
+        return point(curve.method, curve.missing[0], 1e-9, 1.0, status="ok" if needs <= budget else "budget")
 
     monkeypatch.setattr(sweeping, "measure", measure)
     monkeypatch.setattr(sweeping, "task_for", lambda *_: None)

@@ -6,6 +6,7 @@ import json
 import re
 import shutil
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -134,6 +135,14 @@ def test_one_file_that_asks_for_nothing_else(model_file, tmp_path, capsys):
     assert {panel["unit"] for panel in data["panels"][:2]} == {"deg", "m"}
     assert [link["q"] for link in data["drawing"]["links"]] == ["mast.q", None, "slide.q", "hand.q"]
     assert [link["q0"] for link in data["drawing"]["links"]] == [0.5, 0, 0.1, 0]
+
+
+@needs_library
+def test_a_warning_is_printed_once_with_its_place(tmp_path, capsys):
+    model = Path(__file__).parents[2] / "models" / "hoeken.toml"
+    assert main(["show", str(model), "--stop", "0.1", "-o", str(tmp_path / "page.html")]) == 0
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"{model}:43:1: warning: initial velocities violate the loop constraints")
 
 
 @needs_library

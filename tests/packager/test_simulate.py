@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from build_fmu.draw.plots import panels, plot
+from build_fmu.draw.figure import new_figure
+from build_fmu.draw.plots import Panel, _draw, panels, plot
 from build_fmu.errors import UserError
 from build_fmu.run.simulate import (
     Settings,
@@ -216,6 +217,14 @@ def test_asked_outputs_are_plotted_whatever_they_are(tmp_path):
     result = simulate(session, Settings(outputs=["solver.steps", "tip.position[1]"]))
     assert [p.kind for p in panels(session, result, asked=True)] == ["position", "steps"]
     plot(tmp_path / "a.png", session, result, ["solver.steps"])
+
+
+@pytest.mark.parametrize("count", [12, 30])
+def test_no_two_curves_look_the_same(count):
+    with new_figure(4, 3) as figure:
+        axes = figure.subplots()
+        _draw(axes, Panel("q", "rad", [(str(k), np.zeros(2)) for k in range(count)]), np.array([0, 1]), True)
+        assert len({(line.get_color(), line.get_linestyle()) for line in axes.lines}) == count
 
 
 def test_values_that_overflow_still_plot(tmp_path):
