@@ -1,7 +1,7 @@
 """Simulates an FMU and records its outputs.
 
-Inputs follow their expressions during each communication step (`input_course.py`) or are held constant. Outputs are read at its end;
-if motions are prescribed, after setting the motion at that time, on which the torques depend.
+Inputs follow their expressions during each communication step (`input_course.py`) or are held constant. Outputs are read at its end,
+before other inputs jump there, and after setting prescribed motions at that time, on which the torques depend.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ def _course(session: Session, course: Course, times: list[float], prescribed: bo
             session.step(part.begin, part.end - part.begin)
         now = course.at(time)
         if prescribed:
-            session.write(now)
+            session.write({name: value for name, value in now.items() if name.endswith(MOTION)})
         yield row, now
 
 

@@ -211,6 +211,22 @@ def test_a_motion_given_by_its_position_takes_the_torques_of_the_whole_motion(fo
 BASE = "name = 'm'\n[[link]]\nname = 'base'\njoint = 'free'\nTHE_MASS[[link]]\nname = 'arm'\nalpha = 0.7\nmass = 1\ncom = [0.1, 0.2, 0.3]\ninertia = [1, 1.1, 1.2]\n"
 
 
+def test_a_motion_of_one_joint_does_not_shift_the_rows_of_another(tmp_path):
+    """A held force that jumps at a communication point: the row shows the acceleration before the jump."""
+    slides = "".join(
+        f'[[link]]\nname = "{name}"\nparent = "ground"\njoint = "prismatic"\nmass = 1\n{drive}\n'
+        for name, drive in (("a", ""), ("b", 'drive = "motion"'))
+    )
+    (tmp_path / "m.toml").write_text(f'name = "m"\ngravity = [0, 0, 0]\n{slides}[fmu]\noutputs = ["acceleration"]\n')
+    (tmp_path / "force.csv").write_text("time,a.tau\n0,1\n0.1,2\n0.2,4\n0.3,8\n")
+    for motion in ([], ["b.qd=0.1"]):
+        done = run("simulate", "m.toml", "--stop", 0.3, "--step", 0.1, "--csv", "a.csv", "--input", "force.csv", *motion, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        with (tmp_path / "a.csv").open() as file:
+            rows = list(csv.DictReader(file))
+        assert [float(row["a.qdd"]) for row in rows] == pytest.approx([1, 1, 2, 4])
+
+
 @pytest.mark.parametrize("version", ["2", "3"])
 def test_a_start_with_a_deep_contact_is_warned(folder, version):
     assert run("build", "--fmi", version, ROOT / "models" / "bouncing_ball.toml", cwd=folder).returncode == 0
