@@ -120,7 +120,7 @@ class Tree:
             link.origin = frame @ transform(None, at - before) @ transform(back, slide)
             self._add(link)
             frame, before, last = np.eye(4), at, link.name
-        self.shift[name] = transform(None, -before)
+        self.shift[name] = self.bodies[name].shown = transform(None, -before)
         for key in ("mocap", "gravcomp"):
             if element.get(key, "false") not in ("false", "0"):
                 self.omitted[f"'{key}' of <body>"] += 1

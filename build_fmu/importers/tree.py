@@ -41,6 +41,7 @@ class Body:
     q: float = 0.0
     drive: str = "torque"
     limits: tuple[float, float] | None = None
+    shown: np.ndarray = field(default_factory=lambda: np.eye(4))  # pose of the frame for comments and --frames in that of the link
     children: list[str] = field(default_factory=list)
 
 
@@ -119,13 +120,14 @@ class TreeLayout:
         turn = own[:3, :3]
         link.com = [0.0 if abs(x) < 1e-16 else float(x) for x in turn @ body.com + own[:3, 3]] if body.mass else [0.0] * 3
         link.inertia = six_of(turn @ body.inertia @ turn.T)
-        if float(np.abs(own - np.eye(4)).max()) > 1e-12:
-            position, rpy = position_and_angles(own)
+        shown = own @ body.shown
+        if float(np.abs(shown - np.eye(4)).max()) > 1e-12:
+            position, rpy = position_and_angles(shown)
             if self.frames:
                 self.draft.frames.append(DraftTie(self.names.take(f"{name}_frame"), {"link": name, "position": position, "rpy": rpy}))
             else:
-                shown = (f"[{', '.join(map(number, values))}]" for values in (position, rpy))
-                link.notes.append("{} frame of '{}' in this frame: position = {}, rpy = {}".format(self.source, body.name, *shown))
+                texts = (f"[{', '.join(map(number, values))}]" for values in (position, rpy))
+                link.notes.append("{} frame of '{}' in this frame: position = {}, rpy = {}".format(self.source, body.name, *texts))
         self.draft.links.append(link)
         return own
 

@@ -217,6 +217,17 @@ def test_frames_move_the_joints_and_the_inertia_inside_them(tmp_path):
         assert (ours.joint, ours.joint_name, ours.mass) == (wanted.joint, wanted.joint_name, wanted.mass)
 
 
+@pytest.mark.parametrize("axis", ["0 1 0", "0 0 1", "0.6 0 0.8"])
+def test_the_frame_of_a_body_is_not_that_of_its_joint(tmp_path, axis):
+    text = f"""<mujoco><worldbody><body name="x" pos="0 0 1" euler="10 20 30"><joint axis="{axis}" pos="0.1 0 0.2"/><geom size="0.1"/>
+      <site name="middle"/></body></worldbody></mujoco>"""
+    draft = imported(tmp_path, text, frames=True)
+    body, site = draft.frames
+    assert (body.name, site.name) == ("x_frame", "middle")
+    for key in ("position", "rpy"):
+        assert body.fields[key] == pytest.approx(site.fields[key], abs=1e-14)
+
+
 def test_defaults_of_several_sections_and_of_all_kinds_of_constraints_count(tmp_path):
     text = """<default><joint damping="3"/><equality active="false"/><tendon stiffness="5"/><geom euler="0 90 0"/></default><default>
       <joint armature="2"/></default><equality><joint joint1="r" joint2="c"/></equality><tendon><fixed><joint joint="c" coef="2"/><joint joint="r"
