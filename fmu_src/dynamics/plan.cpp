@@ -336,7 +336,7 @@ Plan<Scalar>::Plan(const Model& model, const Parameters<Scalar>& parameters) : P
 template <class Scalar>
 template <class Other>
 Plan<Scalar>::Plan(const Plan<Other>& plan)
-    : PlanStructure(plan),
+    : PlanStructure(static_cast<const PlanStructure&>(plan)),
       gravity(plan.gravity.template cast<Scalar>()),
       origin(plan.origin.template cast<Scalar>()),
       joints(cast_each<Scalar>(plan.joints)),

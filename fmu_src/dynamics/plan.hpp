@@ -58,7 +58,7 @@ struct JointPlan : JointStructure {
   template <class Other>
   JointPlan<Other> cast() const {
     JointPlan<Other> to;
-    static_cast<JointStructure&>(to) = *this;
+    static_cast<JointStructure&>(to) = static_cast<const JointStructure&>(*this);
     to.cos_gamma = cos_gamma;
     to.sin_gamma = sin_gamma;
     to.b = b;

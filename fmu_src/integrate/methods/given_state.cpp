@@ -38,8 +38,9 @@ void GivenState::choose() {
   coordinates_.choose(time_, y_.data());
   for (int k = 0; k < coordinates_.count(); ++k) {
     const IndependentCoordinates::Motion motion = coordinates_.motion(k, y_.data());
-    independent_[static_cast<std::size_t>(k)] = motion.q;
-    independent_[static_cast<std::size_t>(coordinates_.count() + k)] = motion.qd;
+    double* const of_joint = independent_.data() + k;
+    of_joint[0] = motion.q;
+    of_joint[coordinates_.count()] = motion.qd;
   }
 }
 
