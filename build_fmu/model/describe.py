@@ -115,7 +115,7 @@ def describe(model: Path) -> Description:
     if model.is_dir():
         raise UserError(f"'{model}' is a folder, not a model file (.toml)")
     if not model.is_file():
-        raise UserError(f"model file '{model}' does not exist")
+        raise UserError(f"model file '{model}' " + ("is not a regular file" if model.exists() else "does not exist"))
     if model.suffix.lower() in FOREIGN:
         raise UserError(f"'{model}' is not a model file (.toml): {FOREIGN[model.suffix.lower()]}")
     program = native.describe_program()

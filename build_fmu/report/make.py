@@ -17,6 +17,7 @@ from build_fmu.report.reference import Reference, from_csv, from_tight_runs
 from build_fmu.report.sweep import METHODS, TOLERANCES, Inputs, Plan, communication_steps, offered_methods, sweep, task_for
 from build_fmu.run.driver import Staged, staged
 from build_fmu.run.signals import parse_inputs
+from build_fmu.run.simulate import MOST_STEPS
 
 TIGHT_SECONDS = 20.0
 
@@ -57,6 +58,8 @@ def make_report(target: Path, wish: Wish, progress: Callable[[str, int, int], No
         steps = sorted(wish.steps) if wish.steps else communication_steps(stop, usual)
         if not stop > 0 or not all(0 < h <= stop for h in steps):
             raise UserError(f"step sizes must be positive and at most the duration of the motion, {stop:g} s")
+        if stop / min(steps) > MOST_STEPS:
+            raise UserError(f"{stop / min(steps):.3g} communication steps are too many for a report: shorten the motion with --stop")
         # a multiple of the largest step size
         stop = max(1, int(stop / max(steps) * (1 + 1e-9))) * max(steps)
         if not any(abs(h - usual) < 1e-9 * usual for h in steps):

@@ -181,18 +181,20 @@ def write_pictures(paths: Sequence[Path], report: Report) -> None:
             axes.set_title(f"communication step size {duration(step)}", loc="left", fontsize=10, color=INK)
             axes.set_xlabel(f"maximum error in {duration(report.stop)} of motion [{report.unit}]")
         all_axes[0].set_ylabel(f"{TIME} per 1 ms of motion [µs]")
-        all_axes[-1].legend(loc="upper left", bbox_to_anchor=(1.0, 1.02), frameon=False, fontsize=8.5)
+        if all_axes[-1].get_legend_handles_labels()[0]:
+            all_axes[-1].legend(loc="upper left", bbox_to_anchor=(1.0, 1.02), frameon=False, fontsize=8.5)
         save(figure, paths)
 
 
 def draw_panel(axes, points: Sequence[Point], report: Report) -> None:
     """Draws the curves of one communication step size, with accuracy increasing to the right."""
+    axes.set(xscale="log", yscale="log")  # also without a curve
     for changing in (False, True):
         for method in dict.fromkeys(p.method for p in points):
             curve = [p for p in points if p.method == method and p.changing == changing and p.good and p.error > 0]
             if not curve:
                 continue
-            axes.loglog(
+            axes.plot(
                 [p.error for p in curve],
                 [p.us_per_ms for p in curve],
                 "--" if changing else "-",

@@ -133,10 +133,10 @@ def time_grid(session: Session, settings: Settings) -> list[float]:
         raise UserError(f"the stop time must be later than {start:g} s, got {stop:g}")
     if not (math.isfinite(step) and step > 0):
         raise UserError(f"the step size must be a positive time in s, got {step:g}")
-    # a number of steps that is an integer up to rounding
-    count = math.ceil((stop - start) / step * (1 - 1e-12) - 1e-9) or 1
-    if count > MOST_STEPS:
-        raise UserError(f"{count} steps are too many to record: use a larger --step")
+    steps = (stop - start) / step
+    if steps > MOST_STEPS:
+        raise UserError(f"{steps:.3g} steps are too many to record: use a larger --step")
+    count = math.ceil(steps * (1 - 1e-12) - 1e-9) or 1  # an integer up to rounding
     return [start + k * step for k in range(count)] + [stop]
 
 

@@ -158,3 +158,8 @@ def test_the_tolerance_is_written_beside_its_target(before, after):
 
 def test_durations_read_well():
     assert [duration(t) for t in (2.0, 0.1, 0.01, 1e-4, 1e-5)] == ["2 s", "0.1 s", "10 ms", "0.1 ms", "10 µs"]
+
+
+def test_a_report_without_a_finished_run_has_an_empty_picture(tmp_path):
+    write_pictures([tmp_path / "a.png"], report_of([point("erk", 1e-4, math.nan, math.nan)], (1e-4,)))
+    assert (tmp_path / "a.png").stat().st_size > 1000

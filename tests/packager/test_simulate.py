@@ -60,7 +60,7 @@ def test_a_whole_number_of_steps_stays_whole(count, step):
 @pytest.mark.parametrize(
     "settings",
     [Settings(stop=0.0), Settings(stop=-1.0), Settings(step=0.0), Settings(step=-1.0), Settings(step=float("nan")),
-     Settings(stop=float("inf")), Settings(stop=1e9, step=1e-9)],
+     Settings(stop=float("inf")), Settings(stop=1e9, step=1e-9), Settings(stop=1e300, step=1e-20)],
 )  # fmt: skip
 def test_impossible_times(settings):
     with pytest.raises(UserError):
