@@ -44,12 +44,7 @@ class ClusterAssembly : public ClusterRows<double> {
   // residuals.
   double minimize_residual(Vector& z) {
     double norm = residual_norm(z);
-    if (coupling_count() > 0) {  // their rows are linear: the way may be long
-      const Vector trial = z + LeastNorm(J_, dependent, rounding_).solve(-phi_);
-      const double there = residual_norm(trial);
-      if (there < 0.01 * norm) z = trial;
-      norm = residual_norm(z);
-    }
+    if (coupling_count() > 0) norm = go_along_couplings(z, norm);
     double damping_factor = 1;
     int idle = 0;
     for (int k = 0; k < 100 && norm > rounding_residual && idle < 3; ++k) {
@@ -238,6 +233,13 @@ class ClusterAssembly : public ClusterRows<double> {
     }
     return sum;
   }
+  // Rows of couplings are linear: the way may be long. Returns the norm of the residuals.
+  double go_along_couplings(Vector& z, double norm) {
+    const Vector trial = z + LeastNorm(J_, dependent, rounding_).solve(-phi_);
+    if (residual_norm(trial) < 0.01 * norm) z = trial;
+    return residual_norm(z);
+  }
+
   // J x
   Vector times_jacobian(const Vector& x) const {
     Vector rates = Vector::Zero(J_.rows());
