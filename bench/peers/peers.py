@@ -20,7 +20,8 @@ from scenes import ROOT, Scene
 from worker import Worker
 
 HERE = Path(__file__).resolve().parent
-TOLERANCES = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, *(10.0 ** (-k) for k in range(4, 13)))  # loose runs have few steps, and errors that scatter
+# loose runs have few steps, and errors that scatter
+TOLERANCES = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, *(10.0 ** (-k) for k in range(4, 13)))
 FINER_TOLERANCES = (*TOLERANCES, 1e-13, 1e-14)  # of methods that are still above rounding there
 TAYLOR_TOLERANCES = (1e-1, 1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)  # each is compiled for itself
 LARGEST_FOR_SERIES = 7  # joints
