@@ -309,8 +309,11 @@ def instance() -> Iterator[Callable[[Unpacked], Slave]]:
 
 @pytest.fixture(scope="session")
 def plot_settings(tmp_path_factory) -> Path:
-    """The folder of matplotlib's font cache, which takes a second to build."""
-    return tmp_path_factory.mktemp("matplotlib")
+    """The folder of matplotlib's font cache, built: a program that takes long to build it says so on stderr."""
+    folder = tmp_path_factory.mktemp("matplotlib")
+    command = [sys.executable, "-c", "import matplotlib.font_manager"]
+    subprocess.run(command, env={**os.environ, "MPLCONFIGDIR": str(folder)}, stderr=subprocess.DEVNULL, check=True)
+    return folder
 
 
 @pytest.fixture

@@ -133,7 +133,7 @@ fmi2Status Instance::do_step(double current, double size) {
 
   System& system = simulation_.system;
   Integrator& integrator = *simulation_.integrator;
-  const bool inputs_changed = parameters_.void_history() || applied_inputs_ != system.inputs();
+  const bool inputs_changed = take_inputs();
   system.forget_failure();
   const long decisions = integrator.decisions();
   StepJacobian* const jacobian = values_.step_jacobian();
@@ -141,7 +141,6 @@ fmi2Status Instance::do_step(double current, double size) {
   const Outcome outcome = update_.callback ? advance_with_updates(end, inputs_changed)
                                            : advance(integrator, system, end, inputs_changed);
   if (integrator.decisions() != decisions && log_.events()) log_.event(integrator.last_decision());
-  applied_inputs_ = system.inputs();
   end_input_slopes(outcome.ok ? end : integrator.time());
   parameters_.stepped();
   state_.stepped();
@@ -152,6 +151,13 @@ fmi2Status Instance::do_step(double current, double size) {
   if (outcome.ok) return fmi2OK;
   life_.state = State::failed;
   return refuse(function, failed_step(outcome));
+}
+
+// Whether the inputs of a step differ from those of the last one, or the history of the solver is void.
+bool Instance::take_inputs() {
+  if (!parameters_.void_history() && applied_inputs_ == simulation_.system.inputs()) return false;
+  applied_inputs_ = simulation_.system.inputs();
+  return true;
 }
 
 // Integrator::advance with the callback after each internal step; an early return changes `end`.

@@ -102,6 +102,7 @@ class Instance {
   void report_contacts();
   void report_unset_motion();
   std::string failed_step(const Outcome& outcome);
+  bool take_inputs();
   void end_input_slopes(double time);
   Outcome advance_with_updates(double& end, bool inputs_changed);
   Needs needs_of(const unsigned* references, std::size_t count) const;

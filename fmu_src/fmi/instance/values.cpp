@@ -88,15 +88,14 @@ void Values::update_sensed_wrenches() {
                     system().workspace().loop.lambda);
 }
 
-// A copy: other evaluations use the memory of the system.
-System::Coordinates Values::coordinates_of_all() {
-  if (!coordinates_are_current_) {
-    const System::Coordinates at = system().coordinates(simulation_.time, state_.y());
-    std::copy_n(at.q, q_.size(), q_.begin());
-    std::copy_n(at.qd, q_.size(), qd_.begin());
-    coordinates_are_current_ = true;
-  }
-  return {q_.data(), qd_.data()};
+void Values::update_coordinates() {
+  coordinates_ = system().coordinates(simulation_.time, state_.y());
+  coordinates_are_current_ = true;
+  if (!plan().has_motion()) return;
+  // other evaluations use the memory of the system
+  std::copy_n(coordinates_.q, q_.size(), q_.begin());
+  std::copy_n(coordinates_.qd, q_.size(), qd_.begin());
+  coordinates_ = {q_.data(), qd_.data()};
 }
 
 const AcceleratedBody<double>& Values::body(int index) {

@@ -61,7 +61,8 @@ class Values {
   System& system() { return simulation_.system; }
   const Integrator* integrator() const { return simulation_.integrator.get(); }  // null: no step yet
   System::Coordinates coordinates() {
-    return plan().has_motion() ? coordinates_of_all() : system().coordinates(simulation_.time, state_.y());
+    if (!coordinates_are_current_) update_coordinates();
+    return coordinates_;
   }
   JointMotion reference(int joint) { return simulation_.system.reference(joint, simulation_.time); }
   double acceleration(int joint) const { return accelerations_[joint]; }
@@ -126,7 +127,7 @@ class Values {
 
  private:
   double read_known(const Variable& variable);
-  System::Coordinates coordinates_of_all();
+  void update_coordinates();
   bool has_drive_forces() const { return simulation_.plan.has_motion() || simulation_.system.control(); }
   std::string update_accelerations();
   std::string update_slopes();
@@ -145,6 +146,7 @@ class Values {
   std::unique_ptr<StepJacobian> step_jacobian_;     // null: not requested
   std::vector<double> slopes_;                      // of y; empty before the first request
   std::vector<double> q_, qd_;                      // of all joints; empty without prescribed motions
+  System::Coordinates coordinates_{};               // these, or the state
   static constexpr int none = ground - 1;
   // the last one that was read, at the present accelerations: components are read one after the other
   template <class Quantity>

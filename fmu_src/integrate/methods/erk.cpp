@@ -78,8 +78,9 @@ class Erk final : public OneStep {
     return passing_.length > 0 && end - origin_ <= end_of_last_step();
   }
   bool lies_in_last_step(bool inputs_changed) override;
+  void leave_last_step() override;
   double end_of_last_step() const { return passing_.begin + passing_.length - (origin_ - passing_.origin); }
-  void read_polynomial();
+  void read_polynomial(double* y);
 
   void choose_table(double remaining) override;
   long steps_between_choices() const override { return choice_.steps_until_decision(); }
@@ -211,7 +212,7 @@ bool Erk::pass(double h) {
   passing_.origin = origin_;
   passing_.begin = reached_;
   passing_.length = h;
-  read_polynomial();
+  read_polynomial(result_);
   reached_ = end_;
   return true;
 }
@@ -226,25 +227,23 @@ void Erk::expect_changes(bool inputs_changed) {
 
 bool Erk::lies_in_last_step(bool inputs_changed) {
   expect_changes(inputs_changed);
-  if (passing_.length == 0) return false;
-  const double step_end = end_of_last_step();
-  if (end_ <= step_end) {
-    read_polynomial();
-    std::copy_n(result_, y_.size(), y_.begin());
-    return true;
-  }
-  passing_.length = 0;
-  steps_.evaluate(1, result_);
-  std::copy_n(result_, y_.size(), y_.begin());
-  keep_last_slope();
-  since_ = step_end;
-  if (system_.has_constraints()) system_.project(time(), y_.data(), nullptr);  // rounding
-  return false;
+  if (passing_.length == 0 || end_ > end_of_last_step()) return false;
+  read_polynomial(y_.data());
+  return true;
 }
 
-// The state at the end of the advance into result_.
-void Erk::read_polynomial() {
-  steps_.evaluate((goal_ - passing_.origin - passing_.begin) / passing_.length, result_);
+void Erk::leave_last_step() {
+  if (passing_.length == 0) return;
+  since_ = end_of_last_step();
+  passing_.length = 0;
+  steps_.evaluate(1, y_.data());
+  keep_last_slope();
+  if (system_.has_constraints()) system_.project(time(), y_.data(), nullptr);  // rounding
+}
+
+// The state at the end of the advance.
+void Erk::read_polynomial(double* y) {
+  steps_.evaluate((goal_ - passing_.origin - passing_.begin) / passing_.length, y);
 }
 
 }  // namespace

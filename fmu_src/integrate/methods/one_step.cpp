@@ -215,13 +215,14 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
 
   goal_ = end;
   end_ = farthest_ = end - origin_;
-  const double origin_before = origin_, since_before = since_;
-  std::copy(y_.begin(), y_.end(), scratch_->start.begin());
   if (lies_in_last_step(inputs_changed)) {
     set_time(end_);
     slope_known_ = false;
     return {};
   }
+  const double origin_before = origin_, since_before = since_;
+  std::copy(y_.begin(), y_.end(), scratch_->start.begin());
+  leave_last_step();
   Outcome outcome = run_to_end(!step_guessed);
   if (outcome.ok) {
     if (loosened_ && since_ == 0) ++statistics_.loosened;

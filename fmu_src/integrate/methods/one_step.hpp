@@ -76,9 +76,10 @@ class OneStep : public Integrator {
   virtual void put_choice(ByteWriter&) const {}
   virtual bool get_choice(ByteReader& reader);  // must read to the end; false: unchanged
   // A method with a polynomial through a step may pass the end of an advance in its last step, up to
-  // farthest_. Before the next advance: true, and its end into y_, if it lies in that step too;
-  // otherwise (since_, y_) goes to the end of that step.
+  // farthest_. Before the next advance: true, and its end into y_, if it lies in that step too; otherwise
+  // leave_last_step takes (since_, y_) to the end of that step.
   virtual bool lies_in_last_step(bool /*inputs_changed*/) { return false; }
+  virtual void leave_last_step() {}
   void set_error_order(int error_order) {
     error_order_ = error_order;
     control_.set_error_order(error_order);
