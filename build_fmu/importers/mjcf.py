@@ -9,8 +9,9 @@ from pathlib import Path
 
 from build_fmu.errors import UserError, did_you_mean, listed
 from build_fmu.importers.draft import Draft, legal
+from build_fmu.importers.mjcf_attributes import unknown_attributes
 from build_fmu.importers.mjcf_bodies import WORLD, Tree
-from build_fmu.importers.mjcf_file import FILE, Mjcf, elements
+from build_fmu.importers.mjcf_file import Mjcf, elements
 from build_fmu.importers.mjcf_parts import Parts
 from build_fmu.importers.tree import TreeLayout, set_pose
 from build_fmu.importers.urdf_limits import add_stops, report_outside, start_inside
@@ -32,16 +33,6 @@ SECTIONS = (
 )
 FORCES = ("constraint", "equality", "frictionloss", "limit", "spring", "damper", "actuation")  # that a <flag> can disable
 LISTED = ("contact", "sensor", "custom", "extension", "deformable")
-# attributes of bodies and joints without an effect on the motion
-KNOWN = {
-    "body": ("name", "childclass", "pos", "quat", "axisangle", "euler", "xyaxes", "zaxis", "mocap", "gravcomp", "user", "sleep"),
-    "joint": (
-        "name", "class", "type", "pos", "axis", "range", "limited", "ref", "springref", "stiffness", "damping", "armature", "frictionloss",
-        "group", "user", "springdamper", "actuatorfrcrange", "actuatorfrclimited", "margin", "align",
-    ),
-    "freejoint": ("name", "group", "align"),
-    "inertial": ("pos", "quat", "axisangle", "euler", "xyaxes", "zaxis", "mass", "diaginertia", "fullinertia"),
-}  # fmt: skip
 
 
 def read(path: Path, options: Namespace) -> Draft:
@@ -58,6 +49,7 @@ def read(path: Path, options: Namespace) -> Draft:
     parts = Parts(tree, layout)
     parts.add_equalities()
     parts.add_tendons()
+    parts.add_rotors()
     parts.add_keyframe(options.keyframe)
     single = [(tree.bodies[joint.link], parts.link_of(joint.name)) for joint in tree.joints if joint.kind in ("hinge", "slide")]
     for body, link in single:
@@ -85,19 +77,21 @@ def read(path: Path, options: Namespace) -> Draft:
 
 
 def _options(mj: Mjcf, draft: Draft) -> None:
+    flags: dict[str, str] = {}
     for element in mj.root.findall("option"):
         draft.gravity = mj.numbers(element, element.attrib, "gravity", 3, " ".join(map(str, draft.gravity)))
         if "timestep" in element.attrib:
             draft.fmu["step_size"] = mj.numbers(element, element.attrib, "timestep", 1)[0]
-        for flag in element.findall("flag"):
-            if flag.get("gravity") == "disable":
-                draft.gravity = [0.0, 0.0, 0.0]
-            off = [key for key in FORCES if flag.get(key) == "disable"]
-            if off:
-                draft.lost.append(f"{mj.place(flag)}: <flag> disables {listed(off)}: the model has these forces")
         for key in ("wind", "density", "viscosity"):
             if any(mj.numbers(element, element.attrib, key, None, "0")):
                 draft.lost.append(f"{mj.place(element)}: '{key}' of <option>: forces of a medium")
+        for flag in element.findall("flag"):
+            flags |= flag.attrib
+            off = [key for key in FORCES if flag.get(key) == "disable"]
+            if off:
+                draft.lost.append(f"{mj.place(flag)}: <flag> disables {listed(off)}: the model has these forces")
+    if flags.get("gravity") == "disable":
+        draft.gravity = [0.0, 0.0, 0.0]
 
 
 def _losses(mj: Mjcf, tree: Tree, draft: Draft, options: Namespace) -> None:
@@ -109,14 +103,11 @@ def _losses(mj: Mjcf, tree: Tree, draft: Draft, options: Namespace) -> None:
             draft.lost.append(f"<{element.tag}>: {', '.join(f'{count} x <{tag}>' for tag, count in inner.items())}")
         elif element.tag not in SECTIONS:
             draft.lost.append(f"{mj.place(element)}: unknown <{element.tag}>{did_you_mean(element.tag, (*SECTIONS, *LISTED))}")
-    unknown: dict[tuple[str, str], list[str]] = {}
-    for tag, known in KNOWN.items():
-        for element in mj.root.iterfind(f"worldbody//{tag}"):
-            for key in element.attrib:
-                if key not in known and key != FILE and not key.startswith("sol"):
-                    unknown.setdefault((tag, key), []).append(mj.place(element))
-    for (tag, key), places in unknown.items():
-        draft.lost.append(f"{len(places)} x '{key}' of <{tag}>, first in {places[0]}{did_you_mean(key, KNOWN[tag])}")
+    unknown: dict[tuple[str, str, str], list[str]] = {}
+    for element, key, known in unknown_attributes(mj.root):
+        unknown.setdefault((element.tag, key, did_you_mean(key, known)), []).append(mj.place(element))
+    for (tag, key, hint), places in unknown.items():
+        draft.lost.append(f"{len(places)} x '{key}' of <{tag}>, first in {places[0]}{hint}")
     touching = sum(g.kind != "plane" and (g.values.get("contype"), g.values.get("conaffinity")) != ("0", "0") for g in tree.geoms)
     if touching and not options.contact:
         draft.lost.append(f"contact of {touching} <geom>: --contact ground converts those of the feet, --contact all converts all")

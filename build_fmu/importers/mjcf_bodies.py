@@ -217,7 +217,7 @@ class Tree:
     def _geom(self, element: etree._Element, body: str, inherited: str, outer: np.ndarray) -> None:
         mj = self.mj
         values = mj.attributes(element, inherited)
-        kind = values.get("type", "mesh" if "mesh" in values and "type" not in values else "sphere")
+        kind = values.get("type", "sphere")
         own, half = self._pose_of_shape(element, values)
         geom = Geom(body, element, values, outer @ own, kind)
         if kind == "mesh":

@@ -14,8 +14,12 @@ from build_fmu.importers.rigid import rotation_x, rotation_y, rotation_z, transf
 from build_fmu.importers.urdf_file import parsed
 
 TURNS = {"x": rotation_x, "y": rotation_y, "z": rotation_z}
-ACTUATORS = ("general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion", "plugin", "dcmotor")
+ACTUATORS = (
+    "general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion", "plugin", "dcmotor", "pid",
+    "orientation",
+)  # fmt: skip
 ORIENTATIONS = ("quat", "axisangle", "euler", "xyaxes", "zaxis")
+WHOLE = ("springlength",)  # one length is both
 SHARED = ("actuator", "equality", "tendon")  # all kinds of these have the same defaults
 FILE = "__file__"  # attribute of included elements
 BOOLEANS = {"true": True, "false": False}
@@ -32,6 +36,10 @@ class Mjcf:
         self.compiler: dict[str, str] = {}
         for element in self.root.findall("compiler"):
             self.compiler |= element.attrib
+        if self.compiler.get("coordinate") == "global":
+            raise self.error(
+                self.root.find("compiler"), "global coordinates are not supported: MuJoCo 2.3.3 reads the file and saves it with local ones"
+            )
         self.degrees = self.compiler.get("angle", "degree") != "radian"
         self.classes: dict[str, dict[str, dict[str, str]]] = {"main": {}}
         for element in self.root.findall("default"):
@@ -149,9 +157,11 @@ class Mjcf:
 
 
 def _over(inherited: dict[str, str], own: dict[str, str]) -> dict[str, str]:
-    """Returns attributes over inherited ones: any orientation replaces an inherited one of another form."""
+    """Returns attributes over inherited ones: any orientation replaces one of another form, a shorter list the first entries only."""
     turned = any(key in own for key in ORIENTATIONS)
-    return {key: value for key, value in inherited.items() if not (turned and key in ORIENTATIONS)} | own
+    kept = {key: value for key, value in inherited.items() if not (turned and key in ORIENTATIONS)}
+    lists = {key: " ".join([value, *kept.get(key, "").split()[len(value.split()) :]]) for key, value in own.items() if key not in WHOLE}
+    return kept | own | lists
 
 
 def elements(parent: etree._Element) -> Iterator[etree._Element]:

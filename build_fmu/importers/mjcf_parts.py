@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 
 import numpy as np
 from lxml import etree
 
 from build_fmu.errors import UserError, did_you_mean, listed, named
 from build_fmu.importers.draft import GROUND, DraftLink, DraftTie
-from build_fmu.importers.mjcf_bodies import Tree
+from build_fmu.importers.mjcf_bodies import Joint, Tree
 from build_fmu.importers.mjcf_file import elements, of_quaternion, quaternion_of
 from build_fmu.importers.rigid import inverse, position_and_angles, start_poses
 from build_fmu.importers.tree import TreeLayout
@@ -47,8 +48,8 @@ class Parts:
             values = self.mj.attributes(element)
             if values.get("active", "true") == "false":
                 self.tree.omitted["inactive equality constraints"] += 1
-            elif element.tag == "joint":
-                made += self._joint_equality(element, values)
+            elif element.tag in ("joint", "tendon"):
+                made += self._linear(element, values)
             elif element.tag in ("connect", "weld"):
                 if not self.mj.numbers(element, values, "torquescale", 1, "1")[0]:
                     self.tree.omitted['torquescale="0" of <weld>, which is rigid here'] += 1
@@ -89,26 +90,60 @@ class Parts:
                 fields |= {f"axis_{side}": [float(x) for x in pose[:3, 2]], f"x_{side}": [float(x) for x in pose[:3, 0]]}
         self.draft.loops.append(DraftTie(name, fields))
 
-    def _joint_equality(self, element: etree._Element, values: dict[str, str]) -> int:
-        names = [values[key] for key in ("joint1", "joint2") if key in values]
-        for name in names:
-            if name not in self.joints:
-                raise self.mj.error(element, f"unknown joint '{name}'{did_you_mean(name, self.joints)}")
+    def _linear(self, element: etree._Element, values: dict[str, str]) -> int:
+        """Converts a linear constraint of joints or fixed tendons to a coupling, of one joint to a locked one; returns how many."""
+        sides = [self._terms(element, values[key]) for key in (f"{element.tag}1", f"{element.tag}2") if key in values]
         factors = (self.mj.numbers(element, values, "polycoef", None, "0 1 0 0 0") + [0.0] * 5)[:5]
-        if any(self.joints[name].kind not in ("hinge", "slide") for name in names) or (len(names) == 2 and any(factors[2:])):
-            self.tree.omitted["nonlinear <joint> in <equality>"] += 1
+        if None in sides or (len(sides) == 2 and any(factors[2:])):
+            self.tree.omitted[f"nonlinear <{element.tag}> in <equality>"] += 1
             return 0
-        first, ref = self.link_of(names[0]), self.joints[names[0]].ref
-        if len(names) == 1 or not factors[1]:
-            first.drive, first.q = "locked", ref + factors[0]
+        ratios: Counter[str] = Counter()
+        for terms, sign in zip(sides, (1.0, -factors[1]), strict=False):
+            for joint, factor in terms.items():
+                ratios[joint] += sign * factor
+        ratios = {joint: ratio for joint, ratio in ratios.items() if ratio}
+        if not ratios:
+            raise self.mj.error(element, f"<{element.tag}> in <equality> constrains no joint")
+        name = next((joint for joint in ratios if self.link_of(joint).drive != "locked"), "")
+        if not name:
+            self.tree.omitted[f"<{element.tag}> in <equality> of joints that others lock"] += 1
+            return 0
+        first = self.link_of(name)
+        first.drive, first.q = "free", self.joints[name].ref + factors[0] / ratios[name]
+        if len(ratios) == 1:
+            first.drive = "locked"
             return 1
-        other = self.joints[names[1]]
-        offset = factors[0] + ref - factors[1] * other.ref
-        fields = {"joints": [first.joint_name, self.link_of(names[1]).joint_name], "ratios": [1.0, -factors[1]], "offset": offset}
+        offset = factors[0] + sum(ratio * self.joints[joint].ref for joint, ratio in ratios.items())
+        fields = {"joints": [self.link_of(joint).joint_name for joint in ratios], "ratios": list(ratios.values()), "offset": offset}
         name = self.layout.names.take(values.get("name", "") or f"{first.joint_name}_equality")
         self.draft.couplings.append(DraftTie(name, {key: value for key, value in fields.items() if value}))
-        first.drive, first.q = "free", ref + factors[0]
         return 1
+
+    def _terms(self, element: etree._Element, name: str) -> dict[str, float] | None:
+        """Returns the factors of the joints in a joint or fixed tendon of this name; None: not linear in hinge and slide joints."""
+        if element.tag == "joint":
+            return self._factors(element, [(name, 1.0)])
+        tendons = {child.get("name"): child for section in self.mj.root.findall("tendon") for child in elements(section)}
+        if name not in tendons:
+            raise self.mj.error(element, f"unknown tendon '{name}'{did_you_mean(name, filter(None, tendons))}")
+        return self._of_fixed(tendons[name]) if tendons[name].tag == "fixed" else None
+
+    def _of_fixed(self, tendon: etree._Element) -> dict[str, float] | None:
+        parts = [(child.get("joint", ""), self.mj.numbers(child, child.attrib, "coef", 1)[0]) for child in elements(tendon)]
+        return self._factors(tendon, parts)
+
+    def _factors(self, element: etree._Element, parts: list[tuple[str, float]]) -> dict[str, float] | None:
+        found: Counter[str] = Counter()
+        for name, factor in parts:
+            if self._joint(element, name).kind not in ("hinge", "slide"):
+                return None
+            found[name] += factor
+        return found
+
+    def _joint(self, element: etree._Element, name: str) -> Joint:
+        if name not in self.joints:
+            raise self.mj.error(element, f"unknown joint '{name}'{did_you_mean(name, self.joints)}")
+        return self.joints[name]
 
     def add_tendons(self) -> None:
         """Converts springs and dampers of fixed tendons to elastic couplings."""
@@ -124,40 +159,57 @@ class Parts:
             for key in ("limited", "frictionloss", "armature"):
                 if values.get(key, "0") not in ("0", "false", "auto") or (key == "limited" and "range" in values):
                     self.tree.omitted[f"'{key}' of tendons"] += 1
+            parts = self._of_fixed(element)
             if not stiffness:
                 self.tree.omitted["damping of tendons without stiffness"] += bool(damping)
                 continue
-            parts = [(child.get("joint", ""), self.mj.numbers(child, child.attrib, "coef", 1)[0]) for child in elements(element)]
-            wrong = [name for name, _ in parts if name not in self.joints or self.joints[name].kind not in ("hinge", "slide")]
-            if wrong or len(parts) < 2:
+            if parts is None or len(parts) < 2:
                 self.tree.omitted["springs of tendons over one joint, or over others than hinge and slide joints"] += 1
                 continue
             rest = self.mj.numbers(element, values, "springlength", None, "-1")
             # without a length: at rest where the springs of its joints are
-            own = sum(factor * self.joints[name].spring for name, factor in parts)
+            own = sum(factor * self.joints[name].spring for name, factor in parts.items())
             low, high = (own, own) if rest[0] < 0 else (rest[0], rest[-1])
             self.tree.omitted["<fixed> tendon with a range of lengths at rest: onset is smooth, no damping in it"] += high > low
-            fields = {"joints": [self.link_of(name).joint_name for name, _ in parts], "ratios": [factor for _, factor in parts]}
+            fields = {"joints": [self.link_of(name).joint_name for name in parts], "ratios": list(parts.values())}
             fields |= {"offset": (low + high) / 2, "stiffness": stiffness, "damping": damping, "backlash": high - low}
             name = self.layout.names.take(values.get("name", "") or "tendon")
             self.draft.couplings.append(DraftTie(name, {key: value for key, value in fields.items() if value}))
 
+    def _actuators(self) -> Iterator[tuple[etree._Element, dict[str, str], str]]:
+        """Yields element, attributes and hinge or slide joint of each actuator; "": it acts on something else."""
+        for element in (child for section in self.mj.root.findall("actuator") for child in elements(section)):
+            values = self.mj.attributes(element)
+            joint = values.get("joint") or values.get("jointinparent") or ""
+            single = joint and self._joint(element, joint).kind in ("hinge", "slide")
+            yield element, values, joint if single else ""
+
+    def _gear(self, element: etree._Element, values: dict[str, str]) -> float:
+        return (self.mj.numbers(element, values, "gear", None, "1") or [1.0])[0]
+
+    def add_rotors(self) -> None:
+        """Adds armature and damping of the actuators to their joints."""
+        for element, values, joint in self._actuators():
+            for key in ("armature", "damping") if joint else ():
+                first, *others = self.mj.numbers(element, values, key, None, "0") or [0.0]
+                self.tree.omitted[f"nonlinear {key} of <{element.tag}>"] += any(others)
+                link = self.link_of(joint)
+                setattr(link, key, getattr(link, key) + self._gear(element, values) ** 2 * first)
+
     def add_actuators(self, limits: bool) -> None:
         """Gives the joints with an actuator a torque input and the others none, and lists what the actuators do besides."""
-        found = [child for section in self.mj.root.findall("actuator") for child in elements(section)]
+        found = list(self._actuators())
         if not found:
             self.draft.doubts.append("the file has no actuators: each hinge and slide joint has a torque input")
             return
         driven, bounds, servos, geared = [], {}, [], []
-        for element in found:
-            values = self.mj.attributes(element)
-            joint = values.get("joint") or values.get("jointinparent") or ""
-            if joint not in self.joints or self.joints[joint].kind not in ("hinge", "slide"):
-                where = next((key for key in ("tendon", "site", "body", "cranksite", "joint") if key in values), "nothing")
-                self.tree.omitted[f"<{element.tag}> on a {where}{' that is a ball or free one' if joint in self.joints else ''}"] += 1
+        for element, values, joint in found:
+            if not joint:
+                where = next((key for key in ("tendon", "site", "body", "cranksite") if key in values), "joint that is a ball or free one")
+                self.tree.omitted[f"<{element.tag}> on a {where}"] += 1
                 continue
             driven.append(joint)
-            gear = (self.mj.numbers(element, values, "gear", None, "1") or [1.0])[0]
+            gear = self._gear(element, values)
             if element.tag != "motor":
                 servos.append(f"{joint} (<{element.tag}>)")
             elif gear != 1:

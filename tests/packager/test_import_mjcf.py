@@ -183,6 +183,44 @@ def test_a_linear_joint_constraint_is_a_coupling(tmp_path):
     assert link(draft, "r").drive == "free" and (link(draft, "o").drive, link(draft, "o").q) == ("locked", 0.3)
 
 
+def test_a_constraint_of_tendons_is_a_coupling(tmp_path):
+    # 2 c - (r - ref) = 0.3 + 4 (o - r + ref), in rad and from qpos0
+    text = """<tendon><fixed name="one"><joint joint="c" coef="2"/><joint joint="r" coef="-1"/></fixed><fixed name="two"><joint joint="o" coef="1"/>
+      <joint joint="r" coef="-1"/></fixed></tendon><equality><tendon tendon1="one" tendon2="two" polycoef="0.3 4"/></equality>"""
+    (coupling,) = imported(tmp_path, BAR.replace("EXTRA", text)).couplings
+    assert (coupling.fields["joints"], coupling.fields["ratios"]) == (["c", "r", "o"], [2, 3, -4])
+    assert coupling.fields["offset"] == pytest.approx(0.3 + 3 * math.radians(20))
+
+
+def test_a_constraint_does_not_free_a_joint_that_another_one_locks(tmp_path):
+    text = '<equality><joint joint1="r"/><joint joint1="r" joint2="c"/><joint joint1="c"/><joint joint1="c" joint2="r"/></equality>'
+    draft = imported(tmp_path, BAR.replace("EXTRA", text))
+    assert [link(draft, name).drive for name in "rc"] == ["locked", "locked"]
+    assert "1 x <joint> in <equality> of joints that others lock" in draft.lost
+
+
+def test_actuators_add_their_rotors_by_the_square_of_the_gear(tmp_path):
+    text = """<default><motor damping="0.5"/></default><actuator><motor joint="c" gear="3" armature="0.2"/><position joint="c" gear="2" damping="1 2"/>
+      <motor site="end"/></actuator>"""
+    draft = imported(tmp_path, BAR.replace("EXTRA", text))
+    assert link(draft, "c").armature == pytest.approx(9 * 0.2) and link(draft, "c").damping == pytest.approx(9 * 0.5 + 4)
+    assert "1 x nonlinear damping of <position>" in draft.lost
+
+
+def test_a_shorter_list_replaces_the_first_entries_of_that_of_its_class(tmp_path):
+    text = """<mujoco><default><geom type="cylinder" size="1 4"/><tendon springlength="1 2" stiffness="3"/></default><worldbody><body><joint name="p"/>
+      <joint name="q"/><geom size="2" density="1"/></body></worldbody><tendon><fixed springlength="5"><joint joint="p" coef="1"/>
+      <joint joint="q" coef="1"/></fixed></tendon></mujoco>"""
+    draft = imported(tmp_path, text)
+    assert draft.links[-1].mass == pytest.approx(math.pi * 2**2 * 8)
+    assert draft.couplings[0].fields["offset"] == 5 and "backlash" not in draft.couplings[0].fields
+
+
+def test_a_flag_counts_whatever_options_follow(tmp_path):
+    text = '<option><flag gravity="disable"/></option><option gravity="0 0 -3"/>'
+    assert imported(tmp_path, BAR.replace("EXTRA", text)).gravity == [0, 0, 0]
+
+
 def test_tendon_springs_are_elastic_couplings(tmp_path):
     text = """<tendon><fixed name="t" stiffness="5" damping="0.2" springlength="0.1 0.5"><joint joint="c" coef="2"/><joint joint="r" coef="-1"/></fixed>
       <spatial><site site="end"/></spatial></tendon>"""
@@ -319,6 +357,12 @@ def test_includes_and_nested_classes(tmp_path):
         ('axis="0 1 0" range', 'axis="0 1 0" springdamper="1 1" range', "1 x 'springdamper' of <joint>"),
         ("EXTRA", '<option><flag spring="disable" limit="disable"/></option>', "<flag> disables limit, spring: the model has these forces"),
         ("EXTRA", '<equality><weld body1="rod" torquescale="0"/></equality>', '1 x torquescale="0" of <weld>, which is rigid here'),
+        ("EXTRA", '<equality><tendon tendon1="s"/></equality><tendon><spatial name="s"/></tendon>', "1 x nonlinear <tendon> in <equality>"),
+        ("EXTRA", '<option gravty="0 0 1"/>', "1 x 'gravty' of <option>"),
+        ("EXTRA", '<equality><joint joint1="c" actve="false"/></equality>', "1 x 'actve' of <joint>"),
+        ("EXTRA", '<actuator><motor joint="c" gaer="2"/></actuator>', "1 x 'gaer' of <motor>"),
+        ("EXTRA", '<tendon><fixed><joint joint="c" coef="1" cof="1"/></fixed></tendon>', "did you mean 'coef'?"),
+        ("EXTRA", '<default><geom densty="2"/></default>', "1 x 'densty' of <geom>"),
         ("EXTRA", '<tendon><fixed stiffness="1 2"><joint joint="c" coef="1"/></fixed></tendon>', "1 x nonlinear stiffness of tendons"),
         ('type="sphere" size="0.05"', 'type="sphere" mesh="m"', "1 x <geom> of type sphere that is fitted to a mesh"),
     ],
@@ -339,6 +383,11 @@ def test_losses_are_listed(tmp_path, old, new, sentence):
         ('name="c"', 'name="c" type="hing"', r"unknown joint type 'hing'; did you mean 'hinge'\?$"),
         ('name="c"', 'name="c" type="x"', "unknown joint type 'x'; supported: hinge, slide, ball, free$"),
         ("EXTRA", '<equality><connect body1="rocke" anchor="0 0 0"/></equality>', "unknown body 'rocke'; did you mean 'rocker'"),
+        ("EXTRA", '<equality><tendon tendon1="x"/></equality><tendon><fixed name="y"/></tendon>', "unknown tendon 'x'"),
+        ("EXTRA", '<equality><tendon tendon1="y"/></equality><tendon><fixed name="y"/></tendon>', "constrains no joint"),
+        ("EXTRA", '<tendon><fixed><joint joint="cc" coef="1"/></fixed></tendon>', "unknown joint 'cc'"),
+        ("EXTRA", '<actuator><motor joint="cc"/></actuator>', r"robot\.xml:7: unknown joint 'cc'"),
+        ("<option", '<compiler coordinate="global"/><option', "global coordinates are not supported"),
         ('0.3 0 0" size="0.02"', '0.3 0 0" size=""', "'size' of a <geom> of type capsule must be 2 numbers > 0"),
         ('size="0.05"', 'size="0.05" group="a"', "'group' of <geom> must be a number, got 'a'"),
         ('size="0.05"', 'size="0.05" quat="0 0 0 0"', "<geom> has a direction of length 0"),

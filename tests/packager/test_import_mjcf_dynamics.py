@@ -57,6 +57,13 @@ BOUNDS = """<mujoco><compiler inertiafromgeom="true" boundmass="0.5" boundinerti
   <body pos="1 0 0.1"><joint name="y" axis="0 1 0"/><inertial pos="0.5 0 0" mass="2" diaginertia="0.1 0.1 0.1"/><geom size="0.1" mass="0"/>
     <body pos="1 0 0"><joint name="z" axis="1 1 0"/><geom size="0.1" pos="0.5 0 0"/></body></body></body></frame></worldbody></mujoco>"""
 
+# rotors, lists over longer ones of a class, gravity that a flag switches off
+ACTUATED = """<mujoco><option><flag gravity="disable"/></option><option gravity="0 0 -3"/>
+<default><motor armature="0.3" damping="0.2"/><geom type="cylinder" size="0.1 0.4"/></default>
+<worldbody><body name="a"><joint name="j1" axis="0 1 0" armature="0.1"/><geom size="0.2" pos="0.3 0 0"/>
+  <body name="b" pos="0.5 0 0"><joint name="j2" axis="1 0 0"/><geom pos="0 0.2 0"/></body></body></worldbody>
+<actuator><motor joint="j1" gear="3 1 1"/><position joint="j2" gear="2" armature="0.5"/><motor joint="j2" damping="0.7"/></actuator></mujoco>"""
+
 
 def quaternion_product(a, b):
     product = np.empty(4)
@@ -154,7 +161,7 @@ def test_a_mesh_that_is_not_convex_has_the_mass_of_mujoco(tmp_path):
     assert worst_error(tmp_path / "robot.xml", tmp_path) < 1e-6
 
 
-@pytest.mark.parametrize("text", [GEOMS, FLOATING, SETTINGS, BOUNDS], ids=["geoms", "floating", "settings", "bounds"])
+@pytest.mark.parametrize("text", [GEOMS, FLOATING, SETTINGS, BOUNDS, ACTUATED], ids=["geoms", "floating", "settings", "bounds", "actuated"])
 def test_accelerations_are_those_of_mujoco(tmp_path, text):
     path = tmp_path / "robot.xml"
     path.write_text(text)
