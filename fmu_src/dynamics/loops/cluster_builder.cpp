@@ -9,6 +9,7 @@
 #include "dynamics/loops/coupling_chains.hpp"
 #include "dynamics/loops/coupling_crossings.hpp"
 #include "dynamics/loops/front_builder.hpp"
+#include "dynamics/loops/loop_sides.hpp"
 #include "model/loop_rows_of.hpp"
 #include "model/motion_scale.hpp"
 
@@ -17,13 +18,11 @@ namespace redysim {
 namespace {
 
 // The path of one loop or rigid coupling by joint indices.
-struct LoopPath {
-  int loop = -1;      // index into Model::loops; -1: a coupling
-  int coupling = -1;  // index into CouplingSystem::rows; -1: a loop
+struct LoopPath : LoopSides {  // up to the meeting body; of a coupling descending
+  int loop = -1;               // index into Model::loops; -1: a coupling
+  int coupling = -1;           // index into CouplingSystem::rows; -1: a loop
   int body_a = ground, body_b = ground;
-  int meeting = ground;                 // last common body; ground for rows with ground directions
-  std::vector<int> joints_a, joints_b;  // from each end up to (not including) the meeting body; of a coupling
-                                        // all in joints_a, descending
+  int meeting = ground;  // last common body; ground for rows with ground directions
 };
 
 class ClusterBuilder {
@@ -54,17 +53,6 @@ class ClusterBuilder {
     std::vector<int> joints;
     for (int body = path.meeting; body != root; body = parents_[body]) joints.push_back(body);
     return joints;
-  }
-
-  bool coupled(const LoopPath& one, const LoopPath& other) const {
-    auto touches = [&other](int joint) {
-      return std::count(other.joints_a.begin(), other.joints_a.end(), joint) ||
-             std::count(other.joints_b.begin(), other.joints_b.end(), joint);
-    };
-    for (const auto* joints : {&one.joints_a, &one.joints_b})
-      for (const int joint : *joints)
-        if (touches(joint)) return true;
-    return false;
   }
 
  private:
@@ -162,7 +150,8 @@ class ClusterBuilder {
     std::vector<std::vector<std::size_t>> neighbours(n);
     for (std::size_t i = 0; i < n; ++i)
       for (std::size_t j = 0; j < n; ++j)
-        if (i != j && coupled(paths_[group.paths[i]], paths_[group.paths[j]])) neighbours[i].push_back(j);
+        if (i != j && paths_[group.paths[i]].is_coupled_to(paths_[group.paths[j]]))
+          neighbours[i].push_back(j);
     auto fewer = [&neighbours](std::size_t i, std::size_t j) {
       return std::pair(neighbours[i].size(), i) < std::pair(neighbours[j].size(), j);
     };

@@ -3,23 +3,18 @@
 #include <algorithm>
 
 #include "dynamics/loops/coupling_crossings.hpp"
+#include "dynamics/loops/loop_sides.hpp"
 
 namespace redysim {
 
 namespace {
 
 // One loop or coupling of a cluster by joint and row indices.
-struct FrontLoop {
+struct FrontLoop : LoopSides {             // up to the root
   int loop = -1;                           // index into Plan::loops; -1: a coupling
   const CouplingPlan* coupling = nullptr;  // null: a loop
   int root = ground;
   int first_row = 0, row_count = 0;
-  std::vector<int> joints_a, joints_b;  // from each end up to (not including) the root; of a coupling all in
-                                        // joints_a
-
-  bool on_a(int joint) const { return std::count(joints_a.begin(), joints_a.end(), joint) > 0; }
-  bool on_b(int joint) const { return std::count(joints_b.begin(), joints_b.end(), joint) > 0; }
-  bool crosses(int joint) const { return on_a(joint) || on_b(joint); }
 };
 
 FrontLoop front_loop(const Plan<double>& plan, int index) {
@@ -184,7 +179,7 @@ class FrontBuilder {
       for (const FrontLoop& loop : loops_) {
         if (loop.root >= front.root || !loop.crosses(front.root)) continue;
         const bool has_coupling = std::any_of(loops_.begin(), loops_.end(), [&](const FrontLoop& other) {
-          return other.root == front.root && coupled(loop, other);
+          return other.root == front.root && loop.is_coupled_to(other);
         });
         if (!has_coupling) continue;
         for (int row = 0; row < loop.row_count; ++row) {
@@ -200,13 +195,6 @@ class FrontBuilder {
   static int side_at_root(const FrontPlan& front, const FrontLoop& loop) {
     const auto of_loop = [&loop](const RowCrossing& crossing) { return crossing.row == loop.first_row; };
     return std::find_if(front.crossings.rbegin(), front.crossings.rend(), of_loop)->side;
-  }
-
-  static bool coupled(const FrontLoop& one, const FrontLoop& other) {
-    for (const auto* joints : {&one.joints_a, &one.joints_b})
-      for (const int joint : *joints)
-        if (other.crosses(joint)) return true;
-    return false;
   }
 
   const FrontPlan& front_of(int row) const { return fronts_[front_of_row_[row - first_row_]]; }
