@@ -23,7 +23,7 @@ def new_figure(width: float, height: float, dpi: int = 130, settings: dict[str, 
 
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        matplotlib.rcParams.update({"svg.hashsalt": "build_fmu", **(settings or {})})
+        matplotlib.rcParams.update({"svg.hashsalt": "build_fmu", "axes.formatter.use_mathtext": True, **(settings or {})})
         figure = Figure(figsize=(width, height), dpi=dpi, **more)
         FigureCanvasAgg(figure)
         yield figure

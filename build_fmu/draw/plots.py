@@ -117,7 +117,7 @@ def _set_ranges(axes, panel: Panel, time: np.ndarray) -> None:
         middle, half = (low + high) / 2, noise_range(panel.kind, noise)
         axes.set_ylim(middle - half, middle + half)
     if (panel.kind == "angle" or all(np.all(np.isfinite(values)) for _, values in panel.curves)) and panel.kind != "balance":
-        axes.ticklabel_format(axis="y", style="sci", scilimits=(-3, 5), useMathText=True)
+        axes.ticklabel_format(axis="y", style="sci", scilimits=(-3, 5))
 
 
 def _label(name: str, kind: str, parts: dict[str, str]) -> str:

@@ -138,14 +138,11 @@ class Course:
             far = max(self.moving, key=lambda moving: moving.worst / (moving.scale or 1.0))
             left = f"with an error of at most {far.worst:.1g} {units[far.names[0]]} (input '{far.names[0]}')" if far.worst else "exactly"
             lines.append(f"inputs: approximated {left} by cubic polynomials over {self.parts} intervals")
+        held: dict[str, list[tuple[float, str]]] = {}
         for name, table in self.held.items():
-            error = _held_error(table, np.array(self.times))
-            if error:
-                lines.append(
-                    f"inputs: '{name}' is constant during each step, up to {error:.2g} {units[name]} off its table; "
-                    "`--interpolate all` interpolates it"
-                )
-        return lines
+            if error := _held_error(table, np.array(self.times)):
+                held.setdefault(units[name], []).append((error, name))
+        return lines + [_held_remark(off, unit) for unit, off in held.items()]
 
     def _outside_tables(self) -> list[str]:
         """Returns a sentence for each range of tables that does not contain the starts of all steps."""
@@ -302,6 +299,12 @@ def derived(name: str, signal: Signal, order: int, t: float) -> float:
     except Split:
         raise UserError(f"input '{name}': the motion has no derivative at t = {t:g} s") from None
     return series[order][0] * math.factorial(order) if order < len(series) else 0.0
+
+
+def _held_remark(off: list[tuple[float, str]], unit: str) -> str:
+    error, name = max(off)
+    inputs = f"'{name}' is" if len(off) == 1 else f"'{name}' and {len(off) - 1} more are"
+    return f"inputs: {inputs} constant during each step, up to {error:.2g} {unit} off the table; `--interpolate all` interpolates"
 
 
 def _held_error(table: Table, times: np.ndarray) -> float:

@@ -143,7 +143,7 @@ def test_tables_hold_unless_they_are_to_be_followed(tmp_path):
     held = simulate(FakeSession(), Settings(inputs=[str(file)]))
     assert held["joint1.qd"][-1] == pytest.approx(0.1 * sum(held["joint1.tau"][:-1]), abs=1e-12)
     assert held.remarks == [
-        "inputs: 'joint1.tau' is constant during each step, up to 2.5 N.m off its table; `--interpolate all` interpolates it"
+        "inputs: 'joint1.tau' is constant during each step, up to 2.5 N.m off the table; `--interpolate all` interpolates"
     ]
 
 
