@@ -6,6 +6,7 @@ import math
 from argparse import Namespace
 from collections import Counter
 from collections.abc import Iterator
+from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from lxml import etree
 from build_fmu.errors import UserError, did_you_mean, listed
 from build_fmu.importers.mjcf_file import elements, of_quaternion
 from build_fmu.importers.rigid import inverse, transform
+from build_fmu.importers.urdf_actuators import DRAKE
 from build_fmu.importers.urdf_file import Urdf, parsed
 
 MODEL, WORLD = "__model__", "world"
@@ -30,7 +32,7 @@ READ = {
     "visual": ("pose", "geometry", "material"),
     "collision": ("pose", "geometry"),
     "material": ("diffuse",),
-    "joint": ("pose", "parent", "child", "axis", "axis2"),
+    "joint": ("pose", "parent", "child", "axis", "axis2", *DRAKE),
     "axis": ("xyz", "use_parent_model_frame", "dynamics", "limit", "mimic"),
     "dynamics": ("damping", "friction", "spring_reference", "spring_stiffness"),
     "limit": ("lower", "upper", "effort", "velocity"),
@@ -40,7 +42,9 @@ READ["axis2"] = READ["axis"]
 SIZES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
 LOOPS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed", "ball": "spherical"}
 KINDS = (*LOOPS, "universal")
-OTHER = ("plugin", "sensor", "light", "surface", "self_collide", "gripper", "include", "audio_source")  # correct, but not read
+GEARBOX = ("gearbox_ratio", "gearbox_reference_body")
+# correct, but not read
+OTHER = ("plugin", "sensor", "light", "surface", "self_collide", "gripper", "include", "audio_source", *GEARBOX)
 UNLIMITED = 1e15  # a limit beyond it is none
 
 
@@ -148,6 +152,10 @@ class Sdf(Urdf):
             parent, child = (self.link_of(self._name(joint, tag), joint) for tag in ("parent", "child"))
             if child == WORLD:
                 raise self.error(joint, f"joint '{joint.get('name')}': the child must be a link, not the world")
+            if self.text(joint, "type") == "gearbox":
+                line = f"{self.shown}:{joint.sourceline}"
+                self.lost.append(f"{line}: joint '{joint.get('name')}' of type gearbox: add a [[coupling]]")
+                continue
             closes = any(end[2] == child and not end[3] for end in self.ends)
             self.ends.append((joint, parent, child, closes))
             if not closes:
@@ -211,14 +219,13 @@ class Sdf(Urdf):
                 self._joint(link, link.get("name"), "floating", WORLD, link.get("name"))
         for joint, parent, child, closes in self.ends:
             name, kind = joint.get("name"), self.text(joint, "type")
-            if kind == "gearbox":
-                self.lost.append(f"{self.shown}:{joint.sourceline}: joint '{name}' of type gearbox: add a [[coupling]]")
-            elif kind not in (LOOPS if closes else KINDS):
+            if kind not in (LOOPS if closes else KINDS):
                 supported = ", ".join(LOOPS if closes else KINDS)
                 where = " that closes a loop" if closes else ""
                 raise self.error(joint, f"joint '{name}'{where}: unsupported type '{kind}'; supported: {supported}")
             elif closes:
-                forces = [child.tag for child in joint.iterfind("axis/*") if child.tag in ("dynamics", "limit", "mimic")]
+                inner = [*joint.iterfind("axis/*"), *joint]
+                forces = [part.tag for part in inner if part.tag in ("dynamics", "limit", "mimic", *DRAKE)]
                 if forces:
                     self.lost.append(f"{self.shown}:{joint.sourceline}: {listed(forces)} of '{name}', which closes a loop")
                 at = self.place(name, joint)
@@ -230,10 +237,16 @@ class Sdf(Urdf):
                 self.frame[cross] = self.frame[child]
                 self._moving(joint, "axis", self._joint(joint, f"{name}_1", "revolute", parent, cross))
                 self._moving(joint, "axis2", self._joint(joint, f"{name}_2", "revolute", cross, child))
+                rotor = [part.tag for part in joint if part.tag in DRAKE]
+                if rotor:
+                    self.lost.append(
+                        f"{self.shown}:{joint.sourceline}: {listed(rotor)} of '{name}': a universal joint has no drive in Drake"
+                    )
             else:
                 element = self._joint(joint, name, kind, parent, child)
                 if kind not in ("fixed", "ball"):
                     self._moving(joint, "axis", element)
+                self._transmission(joint)
 
     def _joint(self, source: etree._Element, name: str, kind: str, parent: str, child: str) -> etree._Element:
         element = self._add(self.root, source, "joint", name=name, type=kind)
@@ -241,6 +254,18 @@ class Sdf(Urdf):
         self._add(element, source, "child", link=child)
         self.poses[element] = inverse(self.frame[parent]) @ self.frame[child]
         return element
+
+    def _transmission(self, joint: etree._Element) -> None:
+        """Adds Drake's gear ratio and rotor inertia."""
+        found = {part.tag: part for part in reversed(joint) if part.tag in DRAKE}
+        if not found:
+            return
+        transmission = self._add(self.root, joint, "transmission")
+        self._add(transmission, joint, "joint", name=joint.get("name"))
+        actuator = self._add(transmission, joint, "actuator")
+        for part in map(deepcopy, found.values()):
+            part.set("value", repr(self._values(part, 1)[0]))
+            actuator.append(part)
 
     def _moving(self, joint: etree._Element, tag: str, target: etree._Element) -> None:
         """Adds axis, dynamics, limits and mimic."""
@@ -262,11 +287,27 @@ class Sdf(Urdf):
             self._add(target, limit, "limit", **bounds, **{key: repr(x if x < UNLIMITED else -1.0) for key, x in most.items()})
         for mimic in axis.findall("mimic"):
             factor, offset, reference = (self._number(mimic, key, "01"[key == "multiplier"]) for key in READ["mimic"])
-            if mimic.get("axis", "axis") != "axis":
-                self.lost.append(f"{self.shown}:{mimic.sourceline}: <mimic> of '{name}' on a second axis")
+            leader = self._leader(mimic, name)
+            if not leader:
                 continue
-            values = {"joint": self.text(mimic, "joint"), "multiplier": repr(factor), "offset": repr(offset - factor * reference)}
+            values = {"joint": leader, "multiplier": repr(factor), "offset": repr(offset - factor * reference)}
             self._add(target, mimic, "mimic", **values)
+
+    def _leader(self, mimic: etree._Element, name: str) -> str:
+        """Returns the joint of the URDF that <mimic> of the joint `name` follows; lists a <mimic> of an axis that does not exist."""
+        leader, axis = self.text(mimic, "joint"), mimic.get("axis", "axis")
+        ends = next((end for end in self.ends if end[0].get("name") == leader), None)
+        if ends is None:
+            return leader  # reported as unknown later
+        universal, reason = ends[0].get("type") == "universal", ""
+        if axis not in ("axis", "axis2")[: 2 if universal else 1]:
+            reason = f"'{leader}' has no <{axis}>"
+        elif ends[3]:
+            reason = f"'{leader}' closes a loop"
+        if reason:
+            self.lost.append(f"{self.shown}:{mimic.sourceline}: <mimic> of '{name}': {reason}")
+            return ""
+        return f"{leader}_{1 + (axis == 'axis2')}" if universal else leader
 
     def _axis(self, joint: etree._Element, tag: str, frame: np.ndarray) -> np.ndarray:
         """Returns the unit vector of an axis in the frame of the joint."""

@@ -228,7 +228,10 @@ def _root(urdf: Urdf, bodies: dict[str, Body]) -> str:
     roots = [body.name for body in bodies.values() if not body.parent]
     if len(roots) != 1:
         what = f"links without a parent: {listed(roots)}" if roots else "cyclic parent references"
-        raise UserError(f"{urdf.path}: {what}; a URDF must have one root link")
+        # a file's first root is usually the intended one
+        line = bodies[roots[1]].line if roots else next(iter(bodies.values())).line
+        article = "an" if urdf.source == "SDF" else "a"
+        raise UserError(f"{urdf.shown}:{line}: {what}; {article} {urdf.source} must have one root link")
     return roots[0]
 
 

@@ -13,7 +13,11 @@ from build_fmu.importers.toml_writer import number
 from build_fmu.importers.urdf_file import Urdf
 
 DRIVEN = ("revolute", "prismatic")
+SIMPLE = "SimpleTransmission"
 LIMITS = {"effort": "torque_limit", "velocity": "speed_limit"}
+# names of reduction and rotor inertia: of ROS, the text of elements anywhere in a transmission; of Drake, attributes in its <actuator>
+ROS = ("mechanicalReduction", "motorInertia")
+DRAKE = ("drake:gear_ratio", "drake:rotor_inertia")
 
 
 @dataclass
@@ -32,14 +36,15 @@ def add_actuators(urdf: Urdf, joints: dict, layout, limits: bool) -> None:
     links = {link.name: link for link in draft.links}
     idle = [name for name, drive in drives.items() if drive.idle_reduction is not None]
     if idle:
-        draft.lost.append(f"the reductions of {listed(idle)}: without <motorInertia> they have no effect on the motion")
+        draft.lost.append(f"the reductions of {listed(idle)}: without a rotor inertia they have no effect on the motion")
     following = []
     for name, drive in drives.items():
         link = links[layout.called[joints[name].name]]
         if link.drive != "torque":
             following.append(name)
         elif drive.fields:
-            note = [] if drive.idle_reduction is None else [f"URDF: gear_ratio = {number(drive.idle_reduction)}, without a rotor inertia"]
+            idle = drive.idle_reduction
+            note = [] if idle is None else [f"{urdf.source}: gear_ratio = {number(idle)}, without a rotor inertia"]
             draft.actuators.append(DraftTie("", {"joint": link.joint_name, **drive.fields}, note))
     if following:
         draft.lost.append(f"the drives of {listed(following)}: mimic joints have no drive of their own")
@@ -47,6 +52,7 @@ def add_actuators(urdf: Urdf, joints: dict, layout, limits: bool) -> None:
 
 def _read_transmissions(urdf: Urdf, joints: dict, drives: dict[str, Drive], draft: Draft) -> None:
     still: list[str] = []
+    unpowered: list[str] = []
     refused: dict[str, list[tuple[int, str]]] = {}
     for element in urdf.root.findall("transmission"):
         named = [urdf.text(joint, "name") for joint in element.findall("joint")]
@@ -58,14 +64,11 @@ def _read_transmissions(urdf: Urdf, joints: dict, drives: dict[str, Drive], draf
             name = element.get("name") or element.get("type") or ""
             refused.setdefault(reason, []).append((element.sourceline, f"'{name}'"))
             continue
-        reduction, inertia = (_inner(urdf, element, tag) for tag in ("mechanicalReduction", "motorInertia"))
-        reduction = 1.0 if reduction is None else reduction
-        if reduction == 0:
-            raise urdf.error(element, f"<mechanicalReduction> of '{named[0]}' must not be 0")
-        if inertia is not None and inertia < 0:
-            raise urdf.error(element, f"<motorInertia> of '{named[0]}' must be >= 0, got {inertia:g}")
         drive = drives[named[0]] = Drive()
-        if inertia:
+        reduction, inertia, of_drake = _gear(urdf, element, named[0], draft)
+        if inertia and of_drake and _has_no_effort(urdf, named[0]):
+            unpowered.append(named[0])
+        elif inertia:
             drive.fields = ({} if reduction == 1 else {"gear_ratio": reduction}) | {"rotor_inertia": inertia}
         elif reduction != 1:
             drive.idle_reduction = reduction
@@ -73,17 +76,45 @@ def _read_transmissions(urdf: Urdf, joints: dict, drives: dict[str, Drive], draf
         draft.lost.append(f"line {places[0][0]}: <transmission> {listed([name for _, name in places])}: {reason}")
     if still:
         which = "only revolute, continuous and prismatic joints have drives, unless they are locked"
-        draft.lost.append(f"<transmission> of {listed(still)}: {which}")
+        draft.lost.append(f"{'<transmission>' if urdf.source == 'URDF' else 'the rotors'} of {listed(still)}: {which}")
+    if unpowered:
+        draft.lost.append(f"<{DRAKE[1]}> of {listed(unpowered)}: for Drake joints with an effort limit of 0 have no actuator")
+
+
+def _gear(urdf: Urdf, element: etree._Element, joint: str, draft: Draft) -> tuple[float, float, bool]:
+    """Returns reduction and rotor inertia of a transmission, and whether they are Drake's, which replace those of ROS, as in Drake."""
+    ros, drake = ([_inner(urdf, element, tag) for tag in tags] for tags in (ROS, DRAKE))
+    of_drake = drake != [None, None]
+    unused = [tag for tag, value, neutral in zip(ROS, ros, (1, 0), strict=True) if of_drake and value not in (None, neutral)]
+    if unused:
+        names = " and ".join(f"<{tag}>" for tag in unused)
+        draft.lost.append(f"line {element.sourceline}: {names} of '{joint}': <{DRAKE[0]}> and <{DRAKE[1]}> are used instead")
+    (reduction, inertia), tags = (drake, DRAKE) if of_drake else (ros, ROS)
+    if reduction == 0:
+        raise urdf.error(element, f"<{tags[0]}> of '{joint}' must not be 0")
+    if inertia is not None and inertia < 0:
+        raise urdf.error(element, f"<{tags[1]}> of '{joint}' must be >= 0, got {inertia:g}")
+    return 1.0 if reduction is None else reduction, inertia or 0.0, of_drake
+
+
+def _has_no_effort(urdf: Urdf, joint: str) -> bool:
+    limits = [limit for element in urdf.root.findall("joint") if element.get("name") == joint for limit in element.findall("limit")[:1]]
+    return any("effort" in limit.attrib and urdf.bound(limit, "effort") == 0 for limit in limits)
 
 
 def _can_have_drive(body) -> bool:
     return body.kind in DRIVEN and body.drive != "locked"
 
 
+def kind_of(transmission: etree._Element) -> str:
+    """Returns the type of a <transmission>, which ends with SIMPLE for the ones that are supported."""
+    return (transmission.findtext("type") or transmission.get("type") or SIMPLE).strip()
+
+
 def _reason(element: etree._Element, named: list[str], joints: dict, drives: dict[str, Drive]) -> str:
     """Returns why a <transmission> cannot be converted; empty if it can."""
-    kind = (element.findtext("type") or element.get("type") or "SimpleTransmission").strip()
-    if not kind.endswith("SimpleTransmission") or len(named) != 1 or len(element.findall("actuator")) > 1:
+    kind = kind_of(element)
+    if not kind.endswith(SIMPLE) or len(named) != 1 or len(element.findall("actuator")) > 1:
         return f"{kind}: only simple transmissions of one joint and one actuator are supported" if named else "no <joint>"
     if named[0] not in joints:
         return f"unknown joint '{named[0]}'{did_you_mean(named[0], joints)}"
@@ -91,7 +122,11 @@ def _reason(element: etree._Element, named: list[str], joints: dict, drives: dic
 
 
 def _inner(urdf: Urdf, element: etree._Element, tag: str) -> float | None:
-    """Returns the number in an element of a transmission, which releases place differently; None without it."""
+    """Returns the number in an element of a transmission; None without it."""
+    if tag in DRAKE:
+        found = next((inner for actuator in element.findall("actuator") for inner in actuator.iterchildren(tag)), None)
+        return None if found is None else urdf.numbers(found, "value", 1, "")[0]
+    # releases of ROS place it differently
     found = next(element.iter(tag), None)
     if found is None:
         return None

@@ -69,7 +69,8 @@ def add_contacts(solids: list[Solid], omitted: Counter, layout, feet_only: bool)
     draft = layout.draft
     poses, still = start_poses(draft.links), fixed_to_ground(draft.links)
     omitted["shapes of links that are fixed to the ground"] += sum(solid.link in still for solid in solids)
-    moving = _read_meshes([solid for solid in solids if solid.link not in still], poses, omitted)
+    mobile = [solid for solid in solids if solid.link not in still]
+    moving = _read_meshes(mobile, poses, omitted)
     places = [_lowest_points(solid, poses[solid.link]) for solid in moving]
     heights = [[place[2] for place in of_solid] for of_solid in places]
     lowest, highest = min(map(min, heights), default=0.0), max(map(max, heights), default=0.0)
@@ -95,8 +96,10 @@ def add_contacts(solids: list[Solid], omitted: Counter, layout, feet_only: bool)
     shared = f"{mass:.4g} kg on {points} point{'s' if points > 1 else ''}"
     why = f"{UPRIGHT:g} times what keeps the robot upright" if upright > enough else f"depth {1000 * STATIC_DEPTH:g} mm"
     _report(draft, chosen, poses, f"stiffness {stiffness:g} N/m ({shared}: {why})")
-    if feet_only and any(what.startswith("<mesh>") for what in omitted):
-        draft.doubts.append("meshes are ignored, but the feet may be among them: check the contacts, or add [[contact]] by hand")
+    unread = [solid.link for solid in mobile if solid.kind == "mesh" and not solid.points]
+    if feet_only and unread:
+        meshes, links = f"{len(unread)} mesh{'es' if len(unread) > 1 else ''}", listed(list(dict.fromkeys(unread)))
+        draft.doubts.append(f"{meshes} of {links} cannot be read, but may be feet: check the contacts, or add [[contact]] by hand")
     _falls_over(draft, poses, [place for _, of_solid in feet for place in _lowest(of_solid)])
     _lift(draft, poses, lowest)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from build_fmu.importers.rigid import rotation_x, rotation_y, rotation_z, transf
 
 DEGREES = 4 * math.pi  # rad: an angle beyond two turns is probably in degrees
 NEAR_RIGHT = 1e-3  # rad: an angle within this of a multiple of 90 degrees is probably meant to be one
+NAMESPACE = re.compile(rb"""\sxmlns(:[\w.-]+)?\s*=\s*("[^"]*"|'[^']*')""")
 
 
 class Urdf:
@@ -95,11 +97,10 @@ class Urdf:
 
 
 def parsed(path: Path, text: bytes) -> etree._Element:
-    """Returns the root element, with attributes without surrounding spaces; raises UserError with file, line, column."""
+    """Returns the root element: names keep prefixes, attributes lose outer spaces; raises UserError with file, line, column."""
+    root, errors = _parse(text)
     # prefixes without a namespace are common in URDF files, and the only error that is accepted
-    parser = etree.XMLParser(recover=True, resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True)
-    root = etree.fromstring(text or b" ", parser)
-    for error in parser.error_log:
+    for error in errors:
         if error.domain_name != "NAMESPACE":
             raise UserError(f"{path}:{error.line}:{error.column}: invalid XML: {error.message.strip()}")
     if root is None:
@@ -107,7 +108,20 @@ def parsed(path: Path, text: bytes) -> etree._Element:
     dtd = root.getroottree().docinfo.internalDTD
     if dtd is not None and any(dtd.iterentities()):
         raise UserError(f"{path}:1: XML entities are not supported")
+    # without its namespace a prefix stays part of the name
+    plain = NAMESPACE.sub(lambda found: re.sub(rb"\S", b" ", found[0]), text)
+    if plain != text:
+        root = _parse(plain)[0]
     for element in root.iter("*"):
         for key, value in element.attrib.items():
-            element.set(key, value.strip())
+            # a name with a prefix cannot be set, and none of them is read
+            if ":" not in key:
+                element.set(key, value.strip())
     return root
+
+
+def _parse(text: bytes) -> tuple[etree._Element | None, list[etree._LogEntry]]:
+    """Returns the root element and the errors."""
+    parser = etree.XMLParser(recover=True, resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True)
+    root = etree.fromstring(text or b" ", parser)
+    return root, list(parser.error_log)

@@ -163,6 +163,81 @@ def test_forces_of_a_joint_that_closes_a_loop_are_listed(tmp_path):
     assert any(line.endswith("robot.sdf:8: dynamics of 'd', which closes a loop") for line in imported(tmp_path, text).lost)
 
 
+ROTOR = "<drake:gear_ratio>160</drake:gear_ratio><drake:rotor_inertia>0.0001321</drake:rotor_inertia>"
+ARM_WITH_ROTOR = f"""<sdf version="1.9" xmlns:drake="http://drake.mit.edu"><model name="m"><link name="arm">{BAR.format(0.5, 1, 0.01)}</link>
+<joint name="j" type="revolute"><parent>world</parent><child>arm</child><axis><xyz>0 1 0</xyz></axis>{ROTOR}</joint></model></sdf>"""
+
+
+@needs_library
+def test_the_reflected_inertia_is_that_of_drake(tmp_path):
+    """Drake adds gear_ratio^2 rotor_inertia to the inertia of the joint."""
+    draft = imported(tmp_path, ARM_WITH_ROTOR)
+    assert [tie.fields for tie in draft.actuators] == [{"joint": "j", "gear_ratio": 160, "rotor_inertia": 1.321e-4}]
+    wanted = 0.5 * 9.8 / (0.01 + 0.5**2 + 160**2 * 1.321e-4)
+    np.testing.assert_allclose(outputs(draft, tmp_path, {}, ["j.qdd"]), [wanted], rtol=1e-12)
+
+
+def test_rotors_of_other_joints_are_listed(tmp_path):
+    def lost(text):
+        draft = imported(tmp_path, text)
+        assert not draft.actuators
+        return draft.lost
+
+    limited = ARM_WITH_ROTOR.replace("</axis>", "<limit><effort>0</effort></limit></axis>")
+    assert "<drake:rotor_inertia> of j: for Drake joints with an effort limit of 0 have no actuator" in lost(limited)
+    closing = PARALLELOGRAM.replace("</axis></joint>\n</model>", f"</axis>{ROTOR}</joint></model>")
+    assert any(line.endswith("robot.sdf:8: drake:gear_ratio, drake:rotor_inertia of 'd', which closes a loop") for line in lost(closing))
+    universal = ARM_WITH_ROTOR.replace("revolute", "universal").replace("</joint>", "<axis2><xyz>1 0 0</xyz></axis2></joint>")
+    assert any("drake:rotor_inertia of 'j': a universal joint has no drive in Drake" in line for line in lost(universal))
+    fixed = ARM_WITH_ROTOR.replace(
+        "</model>", f'<link name="t"/><joint name="k" type="fixed"><parent>arm</parent><child>t</child>{ROTOR}</joint></model>'
+    )
+    assert any("the rotors of k: only revolute, continuous and prismatic joints" in line for line in imported(tmp_path, fixed).lost)
+    unknown = ARM_WITH_ROTOR.replace("drake:rotor_inertia", "drake:rotor_inertai")
+    assert "1 x <drake:rotor_inertai> in <joint>, first in line 2; did you mean 'drake:rotor_inertia'?" in lost(unknown)
+
+
+GEARBOX = '<joint name="g" type="gearbox"><parent>a</parent><child>b</child><gearbox_ratio>3</gearbox_ratio></joint>'
+TWO_ARMS = f"""<sdf version="1.9"><model name="m"><link name="a">{BAR.format(0.5, 1, 0.1)}</link>
+<link name="b"><pose>1 0 0 0 0 0</pose>{BAR.format(0.5, 1, 0.1)}</link>
+<joint name="j" type="revolute"><parent>world</parent><child>a</child><axis><xyz>0 1 0</xyz></axis></joint>
+@<joint name="k" type="revolute"><parent>a</parent><child>b</child><axis><xyz>0 1 0</xyz></axis></joint>
+</model></sdf>"""
+
+
+def test_a_gearbox_joint_carries_no_link(tmp_path):
+    before, after = imported(tmp_path, TWO_ARMS.replace("@", GEARBOX)), imported(tmp_path, TWO_ARMS.replace("@", ""))
+    assert before.links == after.links and not before.loops
+    assert any(line.endswith("robot.sdf:4: joint 'g' of type gearbox: add a [[coupling]]") for line in before.lost)
+    # alone it leaves its child free
+    alone = imported(
+        tmp_path, TWO_ARMS.replace("@", GEARBOX).replace('<joint name="k"', "<!--").replace("</joint>\n</model>", "--></model>")
+    )
+    assert {(link.name, link.parent, link.joint) for link in alone.links} == {("a", "ground", "revolute"), ("b", "ground", "free")}
+    with pytest.raises(UserError, match=r"robot\.sdf:1: cyclic parent references; an SDF must have one root link"):
+        imported(tmp_path, TWO_ARMS.replace("@", GEARBOX).replace("world", "b"))
+
+
+@pytest.mark.parametrize(("axis", "leader"), [("", "j_1"), (' axis="axis"', "j_1"), (' axis="axis2"', "j_2")])
+def test_a_mimic_of_a_universal_joint_follows_one_of_its_axes(tmp_path, axis, leader):
+    """By the specification the attribute `axis` is "axis" by default, and "axis2" is for leaders with several axes."""
+    mimic = (
+        f'<mimic joint="j"{axis}><multiplier>2</multiplier><offset>0.1</offset><reference>0.3</reference></mimic></axis></joint>\n</model>'
+    )
+    text = TWO_ARMS.replace("@", "").replace("</axis></joint>\n</model>", mimic)
+    draft = imported(tmp_path, text.replace('revolute"><parent>world', 'universal"><axis2><xyz>1 0 0</xyz></axis2><parent>world'))
+    assert draft.couplings[0].fields == {"joints": ["k", leader], "ratios": [1, -2], "offset": pytest.approx(0.1 - 2 * 0.3)}
+    # a revolute joint has one axis
+    draft = imported(tmp_path, text)
+    assert len(draft.couplings) == (leader == "j_1")
+    assert any(line.endswith("robot.sdf:4: <mimic> of 'k': 'j' has no <axis2>") for line in draft.lost) == (leader == "j_2")
+
+
+def test_a_joint_that_closes_a_loop_leads_no_mimic(tmp_path):
+    text = PARALLELOGRAM.replace("</axis>", '<mimic joint="d"/></axis>', 1)
+    assert any(line.endswith("robot.sdf:5: <mimic> of 'a': 'd' closes a loop") for line in imported(tmp_path, text).lost)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
@@ -174,6 +249,7 @@ def test_forces_of_a_joint_that_closes_a_loop_are_listed(tmp_path):
         ("<pose>1 0 0 0 0 0<", "<pose>1 0 0 0 0<", "robot.sdf:8: <pose> must be 6 numbers, got '1 0 0 0 0'"),
         ("<xyz>0 1 0</xyz>", "<xyz>0 0 0</xyz>", "robot.sdf:5: joint 'a': the axis is zero"),
         ('<link name="right">', '<link name="left">', "robot.sdf:3: duplicate name 'left'"),
+        ("<parent>world</parent><child>left", "<parent>coupler</parent><child>left", "robot.sdf:2: cyclic parent references: left"),
         ("<mass>2</mass>", "<mass>two</mass>", "robot.sdf:2: 'value' of <mass> must be a number, got 'two'"),
     ],
 )

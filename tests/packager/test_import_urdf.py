@@ -276,7 +276,11 @@ def test_settle_inverts_pose_of():
         ("<robot", "<!DOCTYPE r [<!ENTITY a 'b'>]><robot", "XML entities are not supported"),
         ('<child link="tool"/>', '<child link="time"/>', "is the child of two joints"),
         ('<child link="tool"/>', "", "joint 'end' has no <child>"),
-        ('<link name="tool"/>', '<link name="tool"/><link name="alone"/>', "links without a parent: base, alone"),
+        (
+            '<link name="tool"/>',
+            '<link name="tool"/><link name="alone"/>',
+            "arm.urdf:9: links without a parent: base, alone; a URDF must have one root link",
+        ),
         ('<link name="tool"/>', '<link name="time"/>', "duplicate link 'time'"),
         ('<parent link="base"/>', '<parent link="time"/>', "have no path to the root link 'base'"),
     ],

@@ -62,11 +62,61 @@ def test_transmissions_become_rotors_with_gears(tmp_path):
     # PR2's files: the type is an attribute, the reduction is not in the actuator
     old = '<transmission name="t" type="pr2_mechanism_model/SimpleTransmission"><joint name="rail"/><actuator name="m"/>'
     draft = imported(tmp_path, f"{old}<mechanicalReduction>20</mechanicalReduction></transmission>", limits=True)
-    assert "the reductions of rail: without <motorInertia> they have no effect on the motion" in draft.lost
+    assert "the reductions of rail: without a rotor inertia they have no effect on the motion" in draft.lost
     assert fields(draft)[0] == {"joint": "rail", "speed_limit": 0.5}
     assert "# URDF: gear_ratio = 20, without a rotor inertia\n[[actuator]]" in model_text(draft)
     # a reduction of 1 without a rotor says nothing
     assert not any("reduction" in said for said in imported(tmp_path, transmission()).lost)
+
+
+GEAR, ROTOR = '<drake:gear_ratio value="160"/>', '<drake:rotor_inertia value="0.0001321"/>'
+NAMESPACE = '<robot xmlns:drake="http://drake.mit.edu" name="drives">'
+
+
+@pytest.mark.parametrize("head", ['<robot name="drives">', NAMESPACE, NAMESPACE.replace("<robot", '<robot xmlns="http://www.ros.org"')])
+def test_rotors_of_drake_replace_those_of_ros(tmp_path, head):
+    """In Drake the gear ratio is 1 by default; <mechanicalReduction> and <motorInertia> have no effect there."""
+    text, gear = ROBOT.replace('<robot name="drives">', head), {"joint": "shoulder", "gear_ratio": 160, "rotor_inertia": 1.321e-4}
+    draft = imported(tmp_path, transmission(actuator=GEAR + ROTOR + "<mechanicalReduction>1</mechanicalReduction>"), text)
+    assert fields(draft) == [gear] and not any("drake:" in said or "mechanical" in said for said in draft.lost)
+    draft = imported(tmp_path, transmission(actuator=GEAR + ROTOR + "<mechanicalReduction>5</mechanicalReduction>"), text)
+    assert fields(draft) == [gear]
+    assert "line 9: <mechanicalReduction> of 'shoulder': <drake:gear_ratio> and <drake:rotor_inertia> are used instead" in draft.lost
+    assert fields(imported(tmp_path, transmission(actuator=ROTOR), text)) == [{"joint": "shoulder", "rotor_inertia": 1.321e-4}]
+    draft = imported(tmp_path, transmission(actuator=GEAR), text)
+    assert not fields(draft) and any("the reductions of shoulder: without a rotor inertia" in said for said in draft.lost)
+
+
+def test_drake_has_no_actuator_without_effort(tmp_path):
+    draft = imported(tmp_path, transmission("rail", actuator=ROTOR))
+    assert not fields(draft)
+    assert "<drake:rotor_inertia> of rail: for Drake joints with an effort limit of 0 have no actuator" in draft.lost
+
+
+def test_unknown_content_of_transmissions_is_listed(tmp_path):
+    odd = (
+        '<transmission name="t" odd="1"><type>transmission_interface/SimpleTransmission</type><foo/>\n'
+        '<joint name="shoulder" odd="1"><hardwareInterface>EffortJointInterface</hardwareInterface><offset>1</offset></joint>\n'
+        '<actuator name="m" odd="1"><drake:rotor_inertai value="1"/><drake:gear_ratio value="2" unit="1"/></actuator>\n'
+        f"{ROTOR}</transmission>"
+    )
+    text = ROBOT.replace('name="drives">', 'name="drives" xmlns:drake="http://drake.mit.edu" odd="1" drake:ignore="1">')
+    lost = imported(tmp_path, odd, text.replace('<link name="tool"/>', '<link name="tool" odd="1"/>')).lost
+    for line in (
+        "1 x <foo> in <transmission>, first in line 9",
+        "1 x <drake:rotor_inertia> in <transmission>, first in line 12; did you mean 'motorInertia'?",
+        "1 x <offset> in <joint>, first in line 10",
+        "1 x <drake:rotor_inertai> in <actuator>, first in line 11; did you mean 'drake:rotor_inertia'?",
+        "line 1: 'odd' of <robot>",
+        "line 1: 'drake:ignore' of <robot>",
+        "line 2: 'odd' of <link>",
+        "line 9: 'odd' of <transmission>",
+        "line 10: 'odd' of <joint>",
+        "line 11: 'odd' of <actuator>",
+        "line 11: 'unit' of <drake:gear_ratio>",
+    ):
+        assert line in lost, (line, lost)
+    assert not any("hardwareInterface" in line for line in lost)
 
 
 @pytest.mark.parametrize(
@@ -90,6 +140,9 @@ def test_other_transmissions_are_listed(tmp_path, extra, sentence):
         (transmission(actuator="<mechanicalReduction>0</mechanicalReduction>"), "<mechanicalReduction> of 'shoulder' must not be 0"),
         (transmission(actuator="<mechanicalReduction>1:50</mechanicalReduction>"), "<mechanicalReduction> must be a number, got '1:50'"),
         (transmission(actuator="<motorInertia>-1</motorInertia>"), "<motorInertia> of 'shoulder' must be >= 0, got -1"),
+        (transmission(actuator='<drake:gear_ratio value="0"/>'), "<drake:gear_ratio> of 'shoulder' must not be 0"),
+        (transmission(actuator='<drake:gear_ratio value="1:5"/>'), "'value' of <drake:gear_ratio> must be a number, got '1:5'"),
+        (transmission(actuator='<drake:rotor_inertia value="-1"/>'), "<drake:rotor_inertia> of 'shoulder' must be >= 0, got -1"),
     ],
 )
 def test_impossible_numbers_are_refused(tmp_path, extra, sentence):
@@ -124,4 +177,22 @@ def test_the_fmu_obeys_the_limits(tmp_path, monkeypatch, capfd):
         for speed, torque in ((0, 6), (5, 0)):
             session.initialise(0, 1, None, {"shoulder.q0": q, "shoulder.qd0": speed, "shoulder.tau": 50})
             assert session.read(["shoulder.qdd"])[0] == pytest.approx((torque - weight) / inertia, rel=1e-12)
+            session.instance.reset()
+
+
+@pytest.mark.usefixtures("built_library")
+def test_the_reflected_inertia_is_that_of_drake(tmp_path):
+    """Drake adds gear_ratio^2 rotor_inertia to the inertia of the joint; its input is the torque on the joint."""
+    inertial = '<inertial><mass value="1"/><origin xyz="0.5 0 0"/><inertia ixx="0" iyy="0.01" izz="0.01"/></inertial>'
+    joint = '<joint name="j" type="continuous"><parent link="world"/><child link="arm"/><axis xyz="0 1 0"/></joint>'
+    drive = transmission("j", actuator=GEAR + ROTOR)
+    draft = imported(tmp_path, text=f'{NAMESPACE}<link name="world"/><link name="arm">{inertial}</link>{joint}{drive}</robot>')
+    file, fmu = tmp_path / "drives.toml", tmp_path / "drives.fmu"
+    file.write_text(model_text(draft), encoding="utf-8")
+    build(describe(file), file, fmu)
+    with Session(fmu) as session:
+        for torque in (0, 3):
+            session.initialise(0, 1, None, {"j.tau": torque})
+            wanted = (0.5 * 9.81 + torque) / (0.01 + 0.5**2 + 160**2 * 1.321e-4)
+            assert session.read(["j.qdd"])[0] == pytest.approx(wanted, rel=1e-12)
             session.instance.reset()

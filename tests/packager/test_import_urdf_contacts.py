@@ -185,7 +185,10 @@ def test_a_mesh_touches_with_its_extreme_points(tmp_path):
         assert len(found) <= 33
     said = " | ".join(draft.lost + draft.doubts)
     assert "contact of 2 x <mesh> (left_foot, right_foot) with the plane z = 0" in said
-    assert "points of its convex hull; it does not roll smoothly" in said and "meshes are ignored" not in said
+    assert "points of its convex hull; it does not roll smoothly" in said and "cannot be read" not in said
+    hats = "".join(link(name, '<mesh filename="hat.stl"/>') + joint(f"{name}_joint", "trunk", name) for name in ("hat", "hood"))
+    said = imported(tmp_path, flat + hats).doubts
+    assert "2 meshes of hat, hood cannot be read, but may be feet: check the contacts, or add [[contact]] by hand" in said
 
 
 def test_without_collision_the_visual_shapes_touch(tmp_path):
@@ -259,7 +262,7 @@ def test_what_is_not_converted(tmp_path):
     for part in (
         "contact of 1 <mesh> shapes: mesh file 'a.stl' does not exist",
         "contact of 1 shapes of links that are fixed to the ground",
-        "meshes are ignored, but the feet may be among them",
+        "1 mesh of tool cannot be read, but may be feet",
         "the lowest contact point starts 0.3 m above the ground plane; the base is not floating",
         "'colour' of <sphere>",
     ):
