@@ -90,6 +90,7 @@ def latencies(text: str) -> str:
         ("99 %", "constant_p99_ns", 1e-3, " µs"),
         ("changing inputs: median", "changing_median_ns", 1e-3, " µs"),
         ("99 %", "changing_p99_ns", 1e-3, " µs"),
+        ("99 %, fastest repetitions", "changing_fastest_p99_ns", 1e-3, " µs"),
         ("allocations", "changing_allocations", 1, ""),
         (f"step of each of {many:,}", f"of_{many}_instances_step_ns", 1e-3, " µs"),
     ]
