@@ -111,7 +111,8 @@ class Bench {
     json_.key(name).begin_object();
     json_.member("median_ns", quantile(timed.step, 0.5)).member("p99_ns", quantile(timed.step, 0.99));
     const std::vector<double> fastest = timed.fastest(static_cast<std::size_t>(job_.steps));
-    json_.member("fastest_median_ns", quantile(fastest, 0.5)).member("fastest_p99_ns", quantile(fastest, 0.99));
+    json_.member("fastest_median_ns", quantile(fastest, 0.5))
+        .member("fastest_p99_ns", quantile(fastest, 0.99));
     json_.member("read_ns", quantile(timed.read, 0.5));
     json_.member("allocations", static_cast<double>(timed.allocations)).end_object();
   }
@@ -123,7 +124,8 @@ class Bench {
     // Of each step of a run, the fastest repetition: without interruptions by the machine.
     std::vector<double> fastest(std::size_t steps) const {
       std::vector<double> least(step.begin(), step.begin() + static_cast<std::ptrdiff_t>(steps));
-      for (std::size_t k = steps; k < step.size(); ++k) least[k % steps] = std::min(least[k % steps], step[k]);
+      for (std::size_t k = steps; k < step.size(); ++k)
+        least[k % steps] = std::min(least[k % steps], step[k]);
       return least;
     }
   };
