@@ -104,12 +104,12 @@ class Parts:
         ratios = {joint: ratio for joint, ratio in ratios.items() if ratio}
         if not ratios:
             raise self.mj.error(element, f"<{element.tag}> in <equality> constrains no joint")
-        name = next((joint for joint in ratios if self.link_of(joint).drive != "locked"), "")
-        if not name:
+        dependent = next((joint for joint in ratios if self.link_of(joint).drive != "locked"), "")
+        if not dependent:
             self.tree.omitted[f"<{element.tag}> in <equality> of joints that others lock"] += 1
             return 0
-        first = self.link_of(name)
-        first.drive, first.q = "free", self.joints[name].ref + factors[0] / ratios[name]
+        first = self.link_of(dependent)
+        first.drive, first.q = "free", self.joints[dependent].ref + factors[0] / ratios[dependent]
         if len(ratios) == 1:
             first.drive = "locked"
             return 1
