@@ -67,7 +67,7 @@ struct Sum {
   const double* factors;
   const unsigned char* which;
   const Lanes<double>* rows;
-  std::size_t width;
+  std::size_t width;  // even
   double h;
   const Lanes<double>* base;
   Lanes<double>* result;
@@ -76,16 +76,20 @@ struct Sum {
 // The lanes from `at` on; even and odd terms hide each other's latency.
 template <int Count>
 REDYSIM_INLINE void set_lanes(const Sum& sum, std::size_t at) {
+  const char* const rows = reinterpret_cast<const char*>(sum.rows + at);
+  const std::size_t bytes = sum.width * sizeof(Lanes<double>);  // of a row
+  const auto row = [&](int i) { return reinterpret_cast<const Lanes<double>*>(rows + sum.which[i] * bytes); };
   Lanes<double> even[Count], odd[Count];
   for (int k = 0; k < Count; ++k) even[k] = odd[k] = Lanes<double>::all(0);
-  for (int i = 0; i < sum.count; i += 2) {
-    const Lanes<double>* one = sum.rows + sum.which[i] * sum.width + at;
-    const Lanes<double>* other = sum.rows + sum.which[i + 1] * sum.width + at;
+  int i = 0;
+  do {
+    const Lanes<double>*one = row(i), *other = row(i + 1);
     for (int k = 0; k < Count; ++k) {
       even[k] += sum.factors[i] * one[k];
       odd[k] += sum.factors[i + 1] * other[k];
     }
-  }
+    i += 2;
+  } while (i < sum.count);
   for (int k = 0; k < Count; ++k) sum.result[at + k] = sum.base[at + k] + sum.h * (even[k] + odd[k]);
 }
 
@@ -95,8 +99,8 @@ REDYSIM_INLINE void set_lanes(const Sum& sum, std::size_t at) {
 
 REDYSIM_AVX2 void evaluate_with_avx2(const Sum& sum) {
   std::size_t at = 0;
-  for (; at + 3 <= sum.width; at += 3) set_lanes<3>(sum, at);
-  for (; at < sum.width; ++at) set_lanes<1>(sum, at);
+  for (; at + 4 <= sum.width; at += 4) set_lanes<4>(sum, at);
+  if (at < sum.width) set_lanes<2>(sum, at);
 }
 
 }  // namespace
@@ -107,7 +111,7 @@ const ExplicitTable dop853 = {8, 12, 6.3, dop853_times, 0};
 
 [[gnu::cold]] ExplicitSteps::ExplicitSteps(std::size_t size, Slope of_state, void* self)
     : size_(size),
-      width_((size + 3) / 4),
+      width_((size + 7) / 8 * 2),
       slope_(of_state),
       self_(self),
       rows_((zero + 1) * width_, Lanes<double>::all(0)) {}
