@@ -19,9 +19,10 @@ void add_force_column(std::size_t variable, double factor, std::size_t force, do
 
 }  // namespace
 
-Model with_controlled_motions(Model model) {
+Model known_plant(Model model) {
   for (const ControlledJoint& joint : model.controller.joints)
     model.links[joint.link].joint.drive = Drive::motion;
+  if (model.controller.law == Law::gravity_compensation) model.contacts.clear();
   return model;
 }
 
@@ -38,7 +39,7 @@ Control::Control(const Model& model, const Plan<double>& plan)
     trajectory_of_[plan.carrier[trajectories_[k].link]] = static_cast<int>(k);
   for (const ControlledJoint& joint : gains_) joints_.push_back(plan.carrier[joint.link]);
   if (law_ == Law::none || law_ == Law::pd) return;
-  internal_model_ = std::make_unique<InternalModel<double>>(Plan<double>(with_controlled_motions(model)));
+  internal_model_ = std::make_unique<InternalModel<double>>(law_, Plan<double>(known_plant(model)));
   for (std::vector<double>* values : {&changed_.q, &changed_.qd, &changed_.inputs, &changed_.torques})
     values->resize(trajectory_of_.size());
 }
@@ -51,7 +52,7 @@ const Plan<double>* Control::internal_plan() const {
 
 void Control::update(const Parameters<double>& parameters) {
   gains_ = parameters.controlled;
-  if (internal_model_) internal_model_->plan.update(parameters);
+  if (internal_model_) internal_model_->update(parameters);
 }
 
 bool Control::enter(double time, double* phases) const {

@@ -58,7 +58,7 @@ void Control::add_law(double time, const double* phases, const double* q, const 
 void Control::model_torques(double time, const double* phases, const double* q, const double* qd,
                             const double* inputs, double* torques) {
   const auto wanted = [&](std::size_t k) { return reference(joints_[k], time, phases); };
-  internal_model_->evaluate(law_, joints_, wanted, gains_, q, qd, inputs, torques);
+  internal_model_->evaluate(joints_, wanted, gains_, q, qd, inputs, torques);
 }
 
 }  // namespace redysim

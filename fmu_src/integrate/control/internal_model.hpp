@@ -11,32 +11,42 @@
 
 namespace redysim {
 
-// A model whose controlled joints are prescribed: the plant that a controller knows.
-Model with_controlled_motions(Model model);
+// The plant that a controller knows: controlled joints are prescribed. Gravity compensation knows no contacts
+// and stops, since a torque that cancelled their forces would push through them.
+Model known_plant(Model model);
 
 // The part of a control law that uses a model of the plant, on any scalar. Does not allocate after
 // construction.
 template <class Scalar>
 struct InternalModel {
+  Law law;
   Plan<Scalar> plan;  // its controlled joints are prescribed
   Workspace<Scalar> workspace;
   std::vector<Scalar> inputs, q, qd, qdd, zero;
   std::vector<Scalar> torques;  // for the caller
 
-  explicit InternalModel(Plan<Scalar> of)
-      : plan(std::move(of)),
+  InternalModel(Law of_control, Plan<Scalar> of)
+      : law(of_control),
+        plan(std::move(of)),
         workspace(plan),
         inputs(static_cast<std::size_t>(InputLayout(plan).recursion_size()), Scalar(0)),
         q(static_cast<std::size_t>(plan.nv), Scalar(0)),
         qd(q),
         qdd(q),
         zero(q),
-        torques(q) {}
+        torques(q) {
+    forget_stops();
+  }
+
+  void update(const Parameters<Scalar>& parameters) {
+    plan.update(parameters);
+    forget_stops();
+  }
 
   // The torques of the law at (q, qd), without PD control, into `result` (nv). `reference(k)` and `gains[k]`
   // are those of the controlled joint `joints[k]`; `given`: inputs of the other joints.
   template <class References, class Gains>
-  void evaluate(Law law, const std::vector<int>& joints, const References& reference, const Gains& gains,
+  void evaluate(const std::vector<int>& joints, const References& reference, const Gains& gains,
                 const Scalar* at_q, const Scalar* at_qd, const Scalar* given, Scalar* result) {
     switch (law) {
       case Law::gravity_compensation:
@@ -49,6 +59,11 @@ struct InternalModel {
   }
 
  private:
+  [[gnu::cold, gnu::noinline]] void forget_stops() {
+    if (law == Law::gravity_compensation)
+      for (auto& joint : plan.joints) joint.has_stops = false;
+  }
+
   // The torques that keep the controlled joints at rest.
   void gravity_compensation(const std::vector<int>& joints, const Scalar* at_q, Scalar* result) {
     if (!plan.has_constraints()) return inverse(at_q, zero.data(), zero.data(), result);

@@ -12,7 +12,7 @@ ControlTangent::ControlTangent(const Control& control)
   for (int joint = 0; joint < control.joint_count(); ++joint)
     if (control.prescribes(joint)) on_trajectories_.push_back(joint);
   if (const Plan<double>* plan = control.internal_plan())
-    internal_model_ = std::make_unique<InternalModel<Dual>>(Plan<Dual>(*plan));
+    internal_model_ = std::make_unique<InternalModel<Dual>>(law_, Plan<Dual>(*plan));
 }
 
 ControlTangent::~ControlTangent() = default;
@@ -27,7 +27,7 @@ void ControlTangent::go_to(System& system, double time) {
 
 void ControlTangent::update(const Parameters<Dual>& parameters) {
   gains_ = parameters.controlled;
-  if (internal_model_) internal_model_->plan.update(parameters);
+  if (internal_model_) internal_model_->update(parameters);
 }
 
 std::size_t ControlTangent::place(int joint) const {
@@ -60,7 +60,7 @@ void ControlTangent::answer(const std::vector<Dual>& q, const std::vector<Dual>&
   if (holds_) return;
   if (internal_model_) {
     const auto wanted = [this](std::size_t k) { return reference(k); };
-    internal_model_->evaluate(law_, joints_, wanted, gains_, q.data(), qd.data(), force.data(),
+    internal_model_->evaluate(joints_, wanted, gains_, q.data(), qd.data(), force.data(),
                               internal_model_->torques.data());
   }
   for (std::size_t k = 0; k < joints_.size(); ++k) {
