@@ -4,9 +4,12 @@
 
 #include <cmath>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <string>
 
+#include "dynamics/straight_line/statement_order.hpp"
+#include "math/recorded.hpp"
 #include "support/evaluate.hpp"
 #include "support/random_tree.hpp"
 
@@ -138,7 +141,33 @@ TEST_P(StraightLines, leave_open_what_is_tunable) {
       1e-10);
 }
 
+TEST_P(StraightLines, have_each_operation_once_in_order) {
+  const StraightLine line = straight_line(tree());
+  for (bool two_chains : {false, true}) {
+    const std::vector<int> order = statement_order(line.tape, line.qdd, two_chains);
+    EXPECT_EQ(order.size(), static_cast<std::size_t>(operations(line)));
+    std::set<int> seen;
+    for (int node : order) {
+      EXPECT_TRUE(seen.insert(node).second);
+      if (two_chains) continue;
+      for (int operand : {line.tape[node].left, line.tape[node].right}) {
+        const bool is_operation = operand >= 0 && line.tape[operand].left >= 0;
+        EXPECT_TRUE(!is_operation || seen.count(operand) == 1);
+      }
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Seeds, StraightLines, testing::Range(0u, 40u));
+
+TEST(StraightLine, uses_values_as_soon_as_it_has_them) {
+  Tape tape;
+  const Recorded x(tape, tape.symbol("x"));
+  const Recorded a = x * x, b = x * 3.0, c = x * 5.0, two = a + b, all = two + c;
+  std::vector<int> wanted;
+  for (const Recorded& each : {a, b, two, c, all}) wanted.push_back(each.node_on(tape));
+  EXPECT_EQ(statement_order(tape, {wanted.back()}, false), wanted);
+}
 
 TEST(StraightLine, folds_a_pendulum_to_its_formula) {
   Model model;

@@ -1,6 +1,7 @@
 #include "dynamics/straight_line/series_statements.hpp"
 
 #include <map>
+#include <numeric>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -34,13 +35,16 @@ class SeriesWriter {
   }
 
   std::string text() {
+    std::vector<int> recorded(static_cast<std::size_t>(tape_.size()));
+    std::iota(recorded.begin(), recorded.end(), 0);
     std::string text =
         "\nconst std::size_t series_products = " + std::to_string(products_) +
         ", series_quotients = " + std::to_string(reciprocals_.size()) +
         ";\n\nREDYSIM_CLONES void series_values([[maybe_unused]] const Plan<double>& plan, const double* q, "
         "const double* qd,\n    const double* tau, double* __restrict left, double* __restrict right, "
         "[[maybe_unused]] double* reciprocals,\n    double* slope) {\n" +
-        value_statements(tape_, results_, [this](int node) { return kept(node) + reciprocal(node); });
+        value_statements(tape_, results_, recorded,
+                         [this](int node) { return kept(node) + reciprocal(node); });
     for (std::size_t i = 0; i < slopes_.size(); ++i) text += assigned("slope", i, name(slopes_[i]));
     text +=
         "}\n\nREDYSIM_CLONES void series_terms([[maybe_unused]] const Plan<double>& plan, [[maybe_unused]] "

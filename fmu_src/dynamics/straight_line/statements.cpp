@@ -16,14 +16,15 @@ std::string number(double value) {
 
 class ValueWriter {
  public:
-  ValueWriter(const Tape& tape, const std::vector<int>& results, const std::function<std::string(int)>& after)
+  ValueWriter(const Tape& tape, const std::vector<int>& results, const std::vector<int>& order,
+              const std::function<std::string(int)>& after)
       : tape_(tape),
         after_(after),
         needed_(tape.needed_by(results)),
         written_(needed_.size(), 0),
         lane_of_(needed_.size(), -1) {
     write_angles();
-    for (int node = 0; node < tape_.size(); ++node) write(node);
+    for (int node : order) write(node);
   }
   const std::string& text() const { return text_; }
 
@@ -113,9 +114,9 @@ std::string arithmetic(const Tape& tape, int node) {
   }
 }
 
-std::string value_statements(const Tape& tape, const std::vector<int>& results,
+std::string value_statements(const Tape& tape, const std::vector<int>& results, const std::vector<int>& order,
                              const std::function<std::string(int)>& after) {
-  return ValueWriter(tape, results, after).text();
+  return ValueWriter(tape, results, order, after).text();
 }
 
 }  // namespace redysim

@@ -20,8 +20,8 @@ std::string operand(const Tape& tape, int node);
 std::string arithmetic(const Tape& tape, int node);
 
 // Statements that compute the nodes which `results` need, `after(node)` behind each that is a symbol or a
-// variable.
-std::string value_statements(const Tape& tape, const std::vector<int>& results,
+// variable, in this order as far as operands allow.
+std::string value_statements(const Tape& tape, const std::vector<int>& results, const std::vector<int>& order,
                              const std::function<std::string(int)>& after);
 
 }  // namespace redysim

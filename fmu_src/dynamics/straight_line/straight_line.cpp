@@ -8,6 +8,7 @@
 #include "dynamics/energy.hpp"
 #include "dynamics/straight_line/composite_dynamics.hpp"
 #include "dynamics/straight_line/series_statements.hpp"
+#include "dynamics/straight_line/statement_order.hpp"
 #include "dynamics/straight_line/statements.hpp"
 #include "math/recorded.hpp"
 
@@ -97,6 +98,7 @@ std::vector<Recorded> symbols(Tape& tape, const char* name, int count) {
 // Of the two ways to the accelerations.
 StraightLine recorded(const Model& model, bool by_composites) {
   StraightLine line;
+  line.by_composites = by_composites;
   const TunablePlan tunable(line.tape, model);
   const Plan<Recorded>& plan = tunable.plan();
   if (!plan.ports.empty() || plan.prescribed_count > 0)
@@ -160,7 +162,8 @@ std::string straight_line_source(const StraightLine& line, const std::string& sc
       "REDYSIM_CLONES void straight_line_forward_dynamics([[maybe_unused]] const Plan<double>& plan, "
       "const double* q,\n"
       "    const double* qd, const double* tau, double* qdd) {\n" +
-      value_statements(line.tape, line.qdd, [](int) { return std::string(); });
+      value_statements(line.tape, line.qdd, statement_order(line.tape, line.qdd, line.by_composites),
+                       [](int) { return std::string(); });
   for (std::size_t i = 0; i < line.qdd.size(); ++i)
     text += "  " + indexed("qdd", i) + " = " + operand(line.tape, line.qdd[i]) + ";\n";
   text += "}\n";

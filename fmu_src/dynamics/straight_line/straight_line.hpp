@@ -11,9 +11,10 @@ namespace redysim {
 // entries of `plan`.
 struct StraightLine {
   Tape tape;
-  std::vector<int> qdd;     // nodes
-  bool has_series = false;  // Taylor series
-  std::vector<int> power;   // then with energies: of drives and dampers, W
+  std::vector<int> qdd;        // nodes
+  bool by_composites = false;  // not by the recursion
+  bool has_series = false;     // Taylor series
+  std::vector<int> power;      // then with energies: of drives and dampers, W
 };
 
 // Records dynamics/aba.hpp or composite_dynamics.hpp, whichever has fewer operations, for an open tree of
