@@ -10,8 +10,9 @@ from itertools import chain, count
 import numpy as np
 from lxml import etree
 
-from build_fmu.errors import did_you_mean
+from build_fmu.errors import UserError, did_you_mean
 from build_fmu.importers.draft import Draft
+from build_fmu.importers.mjcf_axes import principal_axes
 from build_fmu.importers.mjcf_file import Mjcf, elements, towards, turn
 from build_fmu.importers.rigid import inverse, matrix_of, transform
 from build_fmu.importers.solids import Body as Mass
@@ -24,6 +25,7 @@ JOINTS = ("joint", "freejoint")
 EXPAND = ("replicate", "attach", "composite", "flexcomp")
 LENGTHS = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3}
 DENSITY = 1000.0  # kg/m3, the default of MJCF
+DISTINCT = 1e-4  # relative difference of principal moments from which on the axes of a mesh in single precision are known
 
 
 @dataclass
@@ -58,6 +60,7 @@ class Tree:
     draft: Draft
     bodies: dict[str, Body] = field(default_factory=lambda: {WORLD: Body(WORLD)})
     shift: dict[str, np.ndarray] = field(default_factory=lambda: {WORLD: np.eye(4)})
+    aligned: dict[str, np.ndarray | None] = field(default_factory=dict)  # see `frame_of`; None: not known
     joints: list[Joint] = field(default_factory=list)
     geoms: list[Geom] = field(default_factory=list)
     sites: dict[str, tuple[str, np.ndarray]] = field(default_factory=dict)
@@ -72,6 +75,19 @@ class Tree:
         for element in self.mj.root.findall("worldbody"):
             self._contents(element, WORLD, element.get("childclass", ""), np.eye(4))
         self._limit_masses()
+
+    def frame_of(self, body: str) -> np.ndarray:
+        """Returns the frame in which MuJoCo states positions of a body and ends of constraints, in the frame of the MJCF body.
+
+        It differs for aligned free joints: origin in the center of mass, principal axes.
+        """
+        frame = self.aligned.get(body, np.eye(4))
+        if frame is None:
+            raise UserError(
+                f"'{self.mj.path}': body '{body}': an aligned free joint is not supported with fusestatic, or with a mesh of equal "
+                'principal moments: set align="false", and state its <key> and <equality> in the frame of the body'
+            )
+        return frame
 
     def _contents(self, element: etree._Element, body: str, inherited: str, outer: np.ndarray) -> None:
         """Reads the children of a body, also those inside a <frame>, but its joints and its <inertial>."""
@@ -127,9 +143,20 @@ class Tree:
         first = len(self.geoms)
         self._contents(element, name, inherited, np.eye(4))
         inertial = next((part for part in own if part[0].tag == "inertial"), None)
-        mass = self._inertia(inertial, element, [geom for geom in self.geoms[first:] if geom.body == name]).moved(self.shift[name])
-        body = self.bodies[name]
+        mass, axes = self._inertia(inertial, element, [geom for geom in self.geoms[first:] if geom.body == name])
+        if joints and self._is_aligned(element, joints[0][0]):
+            self.aligned[name] = None if axes is None or element.find(".//body") is not None else transform(axes, mass.com)
+        mass, body = mass.moved(self.shift[name]), self.bodies[name]
         body.mass, body.com, body.inertia = float(mass.mass), mass.com, mass.inertia
+
+    def _is_aligned(self, element: etree._Element, joint: etree._Element) -> bool:
+        """Returns whether MuJoCo moves the frame of a body to its principal axes: one with a free joint and without child bodies."""
+        chosen = joint.get("align", "auto")
+        wanted = self.mj.flag("alignfree", False) if chosen == "auto" else chosen == "true"
+        # fusestatic adds child bodies without joints to the body
+        moving = any(element.find(f".//body//{tag}") is not None for tag in JOINTS)
+        single = not moving if self.mj.flag("fusestatic", False) else element.find(".//body") is None
+        return wanted and single and self.joints[-1].kind == "free"
 
     def _unused(self, kind: str, names: Iterator[str]) -> str:
         """Returns the first of the names that no body, joint or site of the file has, and reserves it."""
@@ -256,27 +283,36 @@ class Tree:
             return Solid("mesh", scale, pose @ inverse(self.mj.pose(asset, moved)), str(path)), of_asset.get("inertia", "legacy")
         raise self.mj.error(element, f"unknown mesh '{name}'")
 
-    def _inertia(self, given: tuple[etree._Element, str, np.ndarray] | None, element: etree._Element, geoms: list[Geom]) -> Mass:
-        """Returns mass, center and inertia of a body by <inertial> or by its geoms."""
+    def _inertia(
+        self, given: tuple[etree._Element, str, np.ndarray] | None, element: etree._Element, geoms: list[Geom]
+    ) -> tuple[Mass, np.ndarray | None]:
+        """Returns the mass of a body by <inertial> or by its geoms, and the axes in which MuJoCo states its inertia; None: not known."""
         mj = self.mj
         inertial, _, outer = given or (None, "", np.eye(4))
         rule, parts = mj.compiler.get("inertiafromgeom", "auto"), []
         if rule == "true" or (rule == "auto" and inertial is None):
             low, high = mj.setting("inertiagrouprange", 2, "0 5")
             counted = [g for g in geoms if g.solid is not None and low <= mj.whole(g.element, g.values, "group", 0) <= high]
-            parts = [part for part in map(self._mass, counted) if part.mass > 0]
+            parts = [(geom, part) for geom, part in zip(counted, map(self._mass, counted), strict=True) if part.mass > 0]
         if parts:
-            return joined(parts)
+            mass, mesh = joined([part for _, part in parts]), any(geom.kind == "mesh" for geom, _ in parts)
+            turned = parts[0][0].pose[:3, :3] if len(parts) == 1 else np.eye(3)
+            if len(parts) == 1 and not mesh:
+                return mass, turned
+            vague = mesh and not _distinct(mass.inertia)
+            return mass, None if vague else turned @ principal_axes(turned.T @ mass.inertia @ turned)
         if inertial is not None:
             values = mj.attributes(inertial)
+            at = outer @ mj.pose(inertial, values)
             if "fullinertia" in values:
                 own = matrix_of(mj.numbers(inertial, values, "fullinertia", 6))
+                axes = at[:3, :3] @ principal_axes(own)
             else:
-                own = np.diag(mj.numbers(inertial, values, "diaginertia", 3, "0 0 0"))
-            at = outer @ mj.pose(inertial, values)
-            return Mass(mj.numbers(inertial, values, "mass", 1)[0], np.zeros(3), own).moved(at)
-        # MuJoCo places the mass of boundmass at the body's own pos, in the frame of the body
-        return Mass(0.0, np.array(mj.numbers(element, element.attrib, "pos", 3, "0 0 0")))
+                own, axes = np.diag(mj.numbers(inertial, values, "diaginertia", 3, "0 0 0")), at[:3, :3]
+            return Mass(mj.numbers(inertial, values, "mass", 1)[0], np.zeros(3), own).moved(at), axes
+        # MuJoCo places the mass of boundmass at the body's own pose, in the frame of the body
+        at = mj.pose(element, element.attrib)
+        return Mass(0.0, at[:3, 3]), at[:3, :3]
 
     def _mass(self, geom: Geom) -> Mass:
         mj, values = self.mj, geom.values
@@ -311,3 +347,9 @@ class Tree:
         total, wanted = sum(body.mass for body in own), self.mj.setting("settotalmass", 1, "-1")[0]
         for body in own if wanted > 0 else ():
             body.mass, body.inertia = body.mass * wanted / total, body.inertia * wanted / total
+
+
+def _distinct(inertia: np.ndarray) -> bool:
+    """Returns whether no two principal moments are equal."""
+    moments = np.linalg.eigvalsh(inertia)
+    return bool(np.diff(moments).min() > DISTINCT * moments[-1])

@@ -12,7 +12,7 @@ from build_fmu.errors import UserError, did_you_mean, listed, named
 from build_fmu.importers.draft import GROUND, DraftLink, DraftTie
 from build_fmu.importers.mjcf_bodies import Joint, Tree
 from build_fmu.importers.mjcf_file import elements, of_quaternion, quaternion_of
-from build_fmu.importers.rigid import inverse, position_and_angles, start_poses
+from build_fmu.importers.rigid import inverse, position_and_angles, start_poses, transform
 from build_fmu.importers.tree import TreeLayout
 from build_fmu.importers.urdf_contacts import Solid as ContactSolid
 from build_fmu.importers.urdf_contacts import add_contacts
@@ -70,7 +70,7 @@ class Parts:
                 link, frame = self.frame_of(element, body)
                 ends.append((link, frame @ pose))
         else:
-            (link_a, a), (link_b, b) = (self.frame_of(element, values.get(key, "world")) for key in ("body1", "body2"))
+            (link_a, a), (link_b, b) = (self._end(element, values.get(key, "world")) for key in ("body1", "body2"))
             given = self.mj.numbers(element, values, "relpose", 7, "0 0 0 0 0 0 0")
             if element.tag == "connect":
                 a = a @ _moved(self.mj.numbers(element, values, "anchor", 3))
@@ -89,6 +89,11 @@ class Parts:
             if element.tag == "weld":
                 fields |= {f"axis_{side}": [float(x) for x in pose[:3, 2]], f"x_{side}": [float(x) for x in pose[:3, 0]]}
         self.draft.loops.append(DraftTie(name, fields))
+
+    def _end(self, element: etree._Element, body: str) -> tuple[str, np.ndarray]:
+        """Returns the link of a body and the pose of the frame in which MuJoCo states the ends of constraints."""
+        link, frame = self.frame_of(element, body)
+        return link, frame @ self.tree.frame_of(body)
 
     def _linear(self, element: etree._Element, values: dict[str, str]) -> int:
         """Converts a linear constraint of joints or fixed tendons to a coupling, of one joint to a locked one; returns how many."""
@@ -310,24 +315,29 @@ class Parts:
         poses, at, rate = start_poses(self.draft.links), 0, 0
         for joint, (n, m) in zip(self.tree.joints, counts, strict=True):
             link = self.link_of(joint.name)
+            frame = self.tree.frame_of(joint.link) if joint.kind == "free" else np.eye(4)
             if qpos is not None:
-                link.q = self._position(joint.kind, qpos[at : at + n], poses[link.name])
+                link.q = self._position(joint.kind, qpos[at : at + n], poses[link.name], frame)
             if qvel is not None:
-                link.qd = self._velocity(joint.kind, qvel[rate : rate + m], poses[link.name])
+                turned = of_quaternion(link.q[3:]) if joint.kind == "free" and qpos is not None else np.eye(3)
+                link.qd = self._velocity(joint.kind, qvel[rate : rate + m], poses[link.name], turned, frame)
             at, rate = at + n, rate + m
 
     @staticmethod
-    def _position(kind: str, values: list[float], pose: np.ndarray) -> float | list[float]:
+    def _position(kind: str, values: list[float], pose: np.ndarray, frame: np.ndarray) -> float | list[float]:
+        """Returns the position of a joint; of a free one by the world pose of `frame`, which is fixed in the body at `pose`."""
         if kind != "free":
             return values[0] if len(values) == 1 else [float(x) for x in np.array(values) / np.linalg.norm(values)]
-        turn = pose[:3, :3].T
-        return [*map(float, turn @ (values[:3] - pose[:3, 3])), *quaternion_of(turn @ of_quaternion(values[3:]))]
+        turn, own = pose[:3, :3].T, transform(of_quaternion(values[3:]), values[:3]) @ inverse(frame)
+        return [*map(float, turn @ (own[:3, 3] - pose[:3, 3])), *quaternion_of(turn @ own[:3, :3])]
 
     @staticmethod
-    def _velocity(kind: str, values: list[float], pose: np.ndarray) -> float | list[float]:
+    def _velocity(kind: str, values: list[float], pose: np.ndarray, turned: np.ndarray, frame: np.ndarray) -> float | list[float]:
+        """Returns the velocity of a joint; of a free one, `turned` from `pose`, by that of the origin of `frame` and about its axes."""
         if kind != "free":
             return values[0] if len(values) == 1 else list(values)
-        return [*map(float, pose[:3, :3].T @ values[:3]), *values[3:]]
+        omega = frame[:3, :3] @ values[3:]
+        return [*map(float, pose[:3, :3].T @ values[:3] - turned @ np.cross(omega, frame[:3, 3])), *map(float, omega)]
 
     def add_frames(self) -> None:
         """Converts sites to frames."""

@@ -1,4 +1,4 @@
-"""Accelerations of imported MJCF files at random states against MuJoCo, without contacts, limits and dry friction.
+"""Accelerations of imported MJCF files at random states, without contacts, limits and dry friction, and keyframes against MuJoCo.
 
 Optional: skipped without `mujoco` or the built library.
 """
@@ -6,9 +6,11 @@ Optional: skipped without `mujoco` or the built library.
 import numpy as np
 import pytest
 
+from build_fmu.errors import UserError
 from build_fmu.fmu.build import build
 from build_fmu.importers import mjcf
 from build_fmu.importers.mjcf_file import of_quaternion
+from build_fmu.importers.rigid import rotation_x, rotation_y, rotation_z, start_poses
 from build_fmu.importers.toml_writer import model_text
 from build_fmu.model.describe import describe
 from build_fmu.run.session import Session
@@ -166,3 +168,68 @@ def test_accelerations_are_those_of_mujoco(tmp_path, text):
     path = tmp_path / "robot.xml"
     path.write_text(text)
     assert worst_error(path, tmp_path) < 1e-9
+
+
+PARTS = {
+    "box": '<geom type="box" size="0.3 0.1 0.2" pos="0.2 0 0.1" euler="10 20 30"/><geom size="0.1" mass="0"/>',
+    "geoms": '<geom type="box" size="0.1 0.2 0.3" pos="0.2 0 0"/><geom type="capsule" size="0.1" fromto="0 0 0 0.3 0.2 0.5"/>',
+    "symmetric": '<geom type="cylinder" size="0.01 0.04" pos="-0.001 0 0"/><geom type="cylinder" size="0.004 0.015" zaxis="1 0 0" pos="0.014 0 0"/>',
+    "inertial": '<inertial pos="0.1 0.2 0.3" mass="2" quat="1 2 3 4" diaginertia="1 2 2.5"/>',
+    "full": '<inertial pos="0.1 0.2 0.3" mass="2" fullinertia="1 2 2.5 0.1 0.2 0.3"/>',
+    "mesh": '<geom type="mesh" mesh="hook" euler="10 20 30" pos="0.1 0 0"/>',
+    "child": '<geom type="box" size="0.3 0.1 0.2" pos="0.2 0 0.1" euler="10 20 30"/><body/>',
+}
+
+
+@pytest.mark.parametrize(("compiler", "align"), [("", 'align="true"'), ('alignfree="true"', ""), ('alignfree="true"', 'align="false"')])
+@pytest.mark.parametrize("parts", PARTS)
+def test_a_keyframe_of_an_aligned_free_joint_moves_the_body_as_in_mujoco(tmp_path, parts, compiler, align):
+    if parts == "mesh":
+        trimesh = pytest.importorskip("trimesh")
+        trimesh.creation.box(extents=[0.4, 0.1, 0.2]).apply_translation([0.15, 0, 0.3]).export(tmp_path / "hook.stl")
+    asset = '<asset><mesh file="hook.stl" refquat="1 2 0 1"/></asset>' if parts == "mesh" else ""
+    (tmp_path / "robot.xml").write_text(
+        f"""<mujoco><compiler {compiler}/>{asset}<worldbody><body name="b" pos="1 2 3" euler="10 20 30"><freejoint name="j" {align}/>{PARTS[parts]}
+        <site name="s" pos="0.3 -0.2 0.5" euler="40 50 60"/></body><body name="w"><joint name="h"/><geom size="0.1"/></body></worldbody>
+        <equality><weld body1="w" body2="b" relpose="0.1 0.2 0.3 1 2 0 0" anchor="0.4 0.5 0.6"/></equality>
+        <keyframe><key name="k" qpos="0.3 0.5 0.7 0.8 0.1 0.2 0.5 0" qvel="1 2 3 4 5 6 0"/></keyframe></mujoco>"""
+    )
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "robot.xml"))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_forward(model, data)
+    draft = mjcf.read(tmp_path / "robot.xml", import_options(frames=True, keyframe="k"))
+    base, frame = draft.links[0], next(tie.fields for tie in draft.frames if tie.name == "s")
+    turn, shift = of_quaternion(base.q[3:]), np.array(base.q[:3])
+    home, place = start_poses(draft.links)["b"], np.array(frame["position"])
+    tolerance = 1e-6 if parts == "mesh" else 1e-12
+    np.testing.assert_allclose(home[:3, :3] @ (shift + turn @ place) + home[:3, 3], data.site("s").xpos, atol=tolerance)
+    roll, pitch, yaw = frame["rpy"]
+    own = home[:3, :3] @ turn @ rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll)
+    np.testing.assert_allclose(own, data.site("s").xmat.reshape(3, 3), atol=tolerance)
+    twist = np.empty(6)
+    mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_SITE, 0, twist, 0)
+    omega = np.array(base.qd[3:])
+    np.testing.assert_allclose(home[:3, :3] @ turn @ omega, twist[:3], atol=10 * tolerance)
+    np.testing.assert_allclose(home[:3, :3] @ (base.qd[:3] + turn @ np.cross(omega, place)), twist[3:], atol=10 * tolerance)
+    # the anchor of the weld is fixed in the frame of MuJoCo's body
+    point = home[:3, :3] @ (shift + turn @ draft.loops[0].fields["point_b"]) + home[:3, 3]
+    np.testing.assert_allclose(point, data.body("b").xpos + data.body("b").xmat.reshape(3, 3) @ [0.4, 0.5, 0.6], atol=tolerance)
+
+
+@pytest.mark.parametrize(
+    "inside", ['<geom type="mesh" mesh="cube"/>', '<geom type="box" size="1 2 3"/><body><geom size="0.1" pos="1 0 0"/></body>']
+)
+def test_an_aligned_free_joint_whose_frame_is_not_known_is_refused_where_it_counts(tmp_path, inside):
+    trimesh = pytest.importorskip("trimesh")
+    trimesh.creation.box().export(tmp_path / "cube.stl")
+    path = tmp_path / "robot.xml"
+    path.write_text(
+        f"""<mujoco><compiler alignfree="true" fusestatic="true"/><asset><mesh file="cube.stl"/></asset><worldbody><body name="b"><freejoint/>{inside}
+        </body></worldbody><keyframe><key name="k" qpos="0 0 1 1 0 0 0"/></keyframe></mujoco>"""
+    )
+    assert mjcf.read(path, import_options()).links[0].joint == "free"
+    with pytest.raises(
+        UserError, match=r"'.*robot\.xml': body 'b': an aligned free joint is not supported with fusestatic, or with a mesh"
+    ):
+        mjcf.read(path, import_options(keyframe="k"))
