@@ -89,7 +89,7 @@ class Sdf(Urdf):
     def _model(self) -> etree._Element:
         worlds = [*self.file.findall("world"), self.file]
         models = [model for world in worlds for model in world.findall("model")]
-        moving = [model for model in models if _text(model, "static", "false") not in ("true", "1")]
+        moving = [model for model in models if not _is_true(_text(model, "static", "false"))]
         if not moving:
             raise UserError(f"{self.path}: no <model> that can move")
         others = [model.get("name", "") for model in models if model is not moving[0]]
@@ -180,7 +180,7 @@ class Sdf(Urdf):
 
     def _inertial(self, link: etree._Element, target: etree._Element, name: str) -> None:
         inertial = link.find("inertial")
-        if inertial is not None and inertial.get("auto") in ("true", "1"):
+        if inertial is not None and _is_true(inertial.get("auto", "")):
             self.lost.append(f"{self.shown}:{inertial.sourceline}: automatic inertia of '{name}': --density computes it by the shapes")
             return
         if inertial is None:
@@ -321,7 +321,7 @@ class Sdf(Urdf):
             raise self.error(axis, f"joint '{joint.get('name')}': the axis is zero")
         values = values / length if abs(length - 1) > 1e-15 else values
         old = "true" if _version(self.file) < (1, 5) else "false"
-        inside = _text(axis, "use_parent_model_frame", old) in ("true", "1")
+        inside = _is_true(_text(axis, "use_parent_model_frame", old))
         base = "" if xyz is None else xyz.get("expressed_in", "")
         base = base or (MODEL if inside else "")
         return frame[:3, :3].T @ self.place(base, axis)[:3, :3] @ values if base else values
@@ -341,7 +341,7 @@ class Sdf(Urdf):
                 raise self.error(pose, "the quaternion of <pose> is zero")
             return transform(of_quaternion([w, x, y, z]), position)
         *position, roll, pitch, yaw = self._values(pose, 6)
-        angles = [math.radians(x) if pose.get("degrees") in ("true", "1") else x for x in (roll, pitch, yaw)]
+        angles = [math.radians(x) if _is_true(pose.get("degrees", "")) else x for x in (roll, pitch, yaw)]
         return transform(self.rotation(pose, angles, pose.text.strip()), position)
 
     def _values(self, element: etree._Element, count: int) -> list[float]:
@@ -396,6 +396,11 @@ def _unread(parent: etree._Element) -> Iterator[tuple[etree._Element, etree._Ele
 def _text(parent: etree._Element | None, tag: str, default: str) -> str:
     """Returns the text of a child."""
     return ((parent.findtext(tag) if parent is not None else None) or default).strip()
+
+
+def _is_true(text: str) -> bool:
+    """Returns the value of a Boolean, in letters of any case."""
+    return text.strip().lower() in ("true", "1")
 
 
 def _version(root: etree._Element) -> tuple[int, ...]:

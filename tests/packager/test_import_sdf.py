@@ -76,6 +76,25 @@ def test_spaces_around_names_do_not_count(tmp_path):
     assert spaced.count(" hip") == 2 and model_text(imported(tmp_path, spaced)) == model_text(imported(tmp_path, DOG))
 
 
+@pytest.mark.parametrize("word", ["true", "True", " TRUE ", "1"])
+def test_a_boolean_has_letters_of_any_case(tmp_path, word):
+    static = f'<model name="table"><static>{word}</static><link name="top"/></model>'
+    axis = f"<axis><xyz>1 0 0</xyz><use_parent_model_frame>{word}</use_parent_model_frame></axis>"
+    body = f'<link name="arm"><pose degrees="{word}">0 0 1 0 0 90</pose><inertial auto="{word}"/></link>'
+    joint = f'<joint name="j" type="revolute"><parent>world</parent><child>arm</child>{axis}</joint>'
+    draft = imported(tmp_path, f'<sdf version="1.6"><world name="w">{static}<model name="m">{body}{joint}</model></world></sdf>', mass=1.0)
+    assert any("automatic inertia of 'arm'" in line for line in draft.lost)
+    (link,) = draft.links
+    pose = start_poses([link])["arm"]
+    np.testing.assert_allclose(pose[:3, 2], [1, 0, 0], atol=1e-15)
+    turned = f'<pose degrees="{word}">0 0 1 0 0 90</pose>'
+    one, other = (
+        imported(tmp_path, PARALLELOGRAM.replace('name="parallelogram">', f'name="parallelogram">{text}', 1)).links
+        for text in (turned, "<pose>0 0 1 0 0 1.5707963267948966</pose>")
+    )
+    assert [link.dh for link in one] == [link.dh for link in other]
+
+
 @needs_library
 def test_accelerations_of_drake(tmp_path):
     """Drake 1.51, MultibodyPlant, of the same file, with the gravity of its <world>."""
