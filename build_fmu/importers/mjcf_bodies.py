@@ -224,6 +224,7 @@ class Tree:
                 self.omitted[f"{key} of ball and free joints"] += 1
         if values.get("limited") == "true" or (values.get("limited", "auto") == "auto" and "range" in values):
             self.omitted["limits of ball and free joints"] += 1
+        self._report(element, values)
 
     def _report(self, element: etree._Element, values: dict[str, str]) -> None:
         for key in ("springdamper", "actuatorfrcrange", "margin"):

@@ -355,6 +355,8 @@ def test_includes_and_nested_classes(tmp_path):
         ("EXTRA", '<equality><joint joint1="c" joint2="r" polycoef="0 1 2 0 0"/></equality>', "1 x nonlinear <joint> in <equality>"),
         ("EXTRA", '<equality><connect active="false" body1="rod" anchor="0 0 0"/></equality>', "1 x inactive equality constraints"),
         ('axis="0 1 0" range', 'axis="0 1 0" springdamper="1 1" range', "1 x 'springdamper' of <joint>"),
+        ('<joint name="o"', '<joint name="o" type="ball" springdamper="0.1 1"', "1 x 'springdamper' of <joint>"),
+        ('<joint name="o"', '<joint name="o" type="ball" actuatorfrcrange="-1 1"', "1 x 'actuatorfrcrange' of <joint>"),
         ("EXTRA", '<option><flag spring="disable" limit="disable"/></option>', "<flag> disables limit, spring: the model has these forces"),
         ("EXTRA", '<equality><weld body1="rod" torquescale="0"/></equality>', '1 x torquescale="0" of <weld>, which is rigid here'),
         ("EXTRA", '<equality><tendon tendon1="s"/></equality><tendon><spatial name="s"/></tendon>', "1 x nonlinear <tendon> in <equality>"),
