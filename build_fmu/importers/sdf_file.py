@@ -42,6 +42,8 @@ READ["axis2"] = READ["axis"]
 SIZES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
 LOOPS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed", "ball": "spherical"}
 KINDS = (*LOOPS, "universal")
+# what <axis> of the joints without an axis contains in vain; limits and friction of a fixed joint have no effect
+UNMOVED = {"fixed": ("mimic",), "ball": ("dynamics", "limit", "mimic")}
 GEARBOX = ("gearbox_ratio", "gearbox_reference_body")
 # correct, but not read
 OTHER = ("plugin", "sensor", "light", "surface", "self_collide", "gripper", "include", "audio_source", *GEARBOX)
@@ -244,7 +246,11 @@ class Sdf(Urdf):
                     )
             else:
                 element = self._joint(joint, name, kind, parent, child)
-                if kind not in ("fixed", "ball"):
+                if kind in UNMOVED:
+                    found = [part.tag for part in joint.iterfind("axis/*") if part.tag in UNMOVED[kind]]
+                    if found:
+                        self.lost.append(f"{self.shown}:{joint.sourceline}: {listed(found)} of '{name}': not supported for {kind} joints")
+                else:
                     self._moving(joint, "axis", element)
                 self._transmission(joint)
 

@@ -182,6 +182,13 @@ def test_forces_of_a_joint_that_closes_a_loop_are_listed(tmp_path):
     assert any(line.endswith("robot.sdf:8: dynamics of 'd', which closes a loop") for line in imported(tmp_path, text).lost)
 
 
+@pytest.mark.parametrize(("kind", "found"), [("ball", "dynamics, limit, mimic"), ("fixed", "mimic")])
+def test_what_the_axis_of_a_joint_without_one_contains_is_listed(tmp_path, kind, found):
+    axis = '<axis><dynamics><damping>2</damping></dynamics><limit><upper>1</upper></limit><mimic joint="j1"/></axis>'
+    text = DOG.replace('<joint name="j3" type="ball">', f'<joint name="j3" type="{kind}">{axis}')
+    assert any(line.endswith(f"robot.sdf:8: {found} of 'j3': not supported for {kind} joints") for line in imported(tmp_path, text).lost)
+
+
 ROTOR = "<drake:gear_ratio>160</drake:gear_ratio><drake:rotor_inertia>0.0001321</drake:rotor_inertia>"
 ARM_WITH_ROTOR = f"""<sdf version="1.9" xmlns:drake="http://drake.mit.edu"><model name="m"><link name="arm">{BAR.format(0.5, 1, 0.01)}</link>
 <joint name="j" type="revolute"><parent>world</parent><child>arm</child><axis><xyz>0 1 0</xyz></axis>{ROTOR}</joint></model></sdf>"""
