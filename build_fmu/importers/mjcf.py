@@ -32,6 +32,7 @@ SECTIONS = (
     "statistic",
 )
 FORCES = ("constraint", "equality", "frictionloss", "limit", "spring", "damper", "actuation")  # that a <flag> can disable
+PASSIVE = ("spring", "damper")  # one flag in older files
 LISTED = ("contact", "sensor", "custom", "extension", "deformable")
 
 
@@ -87,7 +88,8 @@ def _options(mj: Mjcf, draft: Draft) -> None:
                 draft.lost.append(f"{mj.place(element)}: '{key}' of <option>: forces of a medium")
         for flag in element.findall("flag"):
             flags |= flag.attrib
-            off = [key for key in FORCES if flag.get(key) == "disable"]
+            passive = PASSIVE if flag.get("passive") == "disable" else ()
+            off = [key for key in FORCES if key in passive or flag.get(key) == "disable"]
             if off:
                 draft.lost.append(f"{mj.place(flag)}: <flag> disables {listed(off)}: the model has these forces")
     if flags.get("gravity") == "disable":

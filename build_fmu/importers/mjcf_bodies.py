@@ -281,7 +281,8 @@ class Tree:
             if not file or not path.is_file():
                 self.omitted[f"<mesh> without a file that exists ('{file or name}')"] += 1
                 return None, ""
-            return Solid("mesh", scale, pose @ inverse(self.mj.pose(asset, moved)), str(path)), of_asset.get("inertia", "legacy")
+            default = "exact" if self.mj.flag("exactmeshinertia", False) else "legacy"
+            return Solid("mesh", scale, pose @ inverse(self.mj.pose(asset, moved)), str(path)), of_asset.get("inertia", default)
         raise self.mj.error(element, f"unknown mesh '{name}'")
 
     def _inertia(

@@ -66,6 +66,22 @@ def test_a_body_without_mass_by_its_geoms_keeps_its_inertial(tmp_path, inside, m
     np.testing.assert_allclose(one.inertia, [inertia] * 3 + [0] * 3, atol=1e-15)
 
 
+def test_exactmeshinertia_is_the_default_of_meshes(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    parts = [trimesh.creation.box(extents=size) for size in ([0.4, 0.1, 0.1], [0.1, 0.1, 0.5])]
+    parts[1].apply_translation([0.15, 0, 0.3])
+    trimesh.util.concatenate(parts).export(tmp_path / "hook.stl")
+
+    def mass(setting, attribute):
+        text = f"""<mujoco><compiler {setting}/><asset><mesh file="hook.stl" {attribute}/></asset><worldbody><body><joint/>
+          <geom type="mesh" mesh="hook"/></body></worldbody></mujoco>"""
+        return imported(tmp_path, text).links[0].mass
+
+    exact = 1000 * (0.4 * 0.1 * 0.1 + 0.1 * 0.1 * 0.5)
+    assert mass('exactmeshinertia="true"', "") == mass("", 'inertia="exact"') == pytest.approx(exact)
+    assert mass('exactmeshinertia="true"', 'inertia="legacy"') == mass("", "") > 1.01 * exact
+
+
 def test_boundmass_is_where_mujoco_places_it(tmp_path):
     # MuJoCo 4.0.0: body_ipos is (0.4, 0.1, 0.2), the body's pos without that of its <frame>, in the frame of the body
     text = """<mujoco><compiler boundmass="0.5" boundinertia="0.01"/><worldbody><frame pos="0 0 7"><body name="a" pos="0.4 0.1 0.2" euler="0 0 90">
@@ -357,6 +373,7 @@ def test_includes_and_nested_classes(tmp_path):
         ('axis="0 1 0" range', 'axis="0 1 0" springdamper="1 1" range', "1 x 'springdamper' of <joint>"),
         ('<joint name="o"', '<joint name="o" type="ball" springdamper="0.1 1"', "1 x 'springdamper' of <joint>"),
         ('<joint name="o"', '<joint name="o" type="ball" actuatorfrcrange="-1 1"', "1 x 'actuatorfrcrange' of <joint>"),
+        ("EXTRA", '<option><flag passive="disable"/></option>', "<flag> disables spring, damper: the model has these forces"),
         ("EXTRA", '<option><flag spring="disable" limit="disable"/></option>', "<flag> disables limit, spring: the model has these forces"),
         ("EXTRA", '<equality><weld body1="rod" torquescale="0"/></equality>', '1 x torquescale="0" of <weld>, which is rigid here'),
         ("EXTRA", '<equality><tendon tendon1="s"/></equality><tendon><spatial name="s"/></tendon>', "1 x nonlinear <tendon> in <equality>"),
