@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from functools import lru_cache
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from build_fmu.errors import UserError
 
+MUTE = logging.NullHandler()
 MOST_COLOURS = 8  # of a mesh; a texture has more
 
 
@@ -44,6 +46,8 @@ def _read(file: str, changed: int) -> list[tuple[np.ndarray, np.ndarray, np.ndar
         import trimesh
     except ImportError:
         raise UserError(f"mesh '{file}' requires the package trimesh: pip install 'build-fmu[mesh]'") from None
+    # a missing texture is no error: without a handler Python prints trimesh's tracebacks
+    logging.getLogger("trimesh").addHandler(MUTE)
     try:
         scene = trimesh.load_scene(file)
         parts = [part for part in scene.dump() if len(getattr(part, "faces", ()))]

@@ -1,7 +1,9 @@
 """[[shape]]: what the reader refuses, the triangles, the pictures and pages, and the import of <visual>."""
 
 import json
+import logging
 import math
+import re
 
 import numpy as np
 import pytest
@@ -175,6 +177,29 @@ def test_materials_and_textures_give_colors(tmp_path):
     text = '[[shape]]\nlink = "upper"\nkind = "mesh"\nfile = "skin.obj"\ncolor = [0, 0, 1]\n'
     shown, _ = with_solids(describe(model(tmp_path, text)))
     assert {solid.colour for solid in shown.drawing["solids"]} == {"#0000ff"}
+
+
+def textured(path, picture, place):
+    """Writes a COLLADA box whose `place`, diffuse or emission, is a picture."""
+    trimesh, _ = pytest.importorskip("trimesh"), pytest.importorskip("collada")
+    box = trimesh.creation.box()
+    box.visual = trimesh.visual.TextureVisuals(uv=np.full((8, 2), 0.5), material=trimesh.visual.material.PBRMaterial())
+    text = box.export(file_type="dae").decode()
+    shown = '<surface type="2D"><init_from>p</init_from></surface>', "<sampler2D><source>s</source></sampler2D>"
+    parameters = "".join(f'<newparam sid="{sid}">{inner}</newparam>' for sid, inner in zip("sm", shown, strict=True))
+    images = f'<library_images><image id="p"><init_from>{picture}</init_from></image></library_images>'
+    text = text.replace("<library_effects>", f"{images}<library_effects>").replace("<profile_COMMON>", f"<profile_COMMON>{parameters}")
+    colour = re.search(r"<diffuse>.*?</diffuse>", text, re.DOTALL)[0]
+    texture = f'<{place}><texture texture="m" texcoord="T"/></{place}>'
+    path.write_text(text.replace("<phong>", f"<phong>{texture}") if place == "emission" else text.replace(colour, texture))
+
+
+def test_a_missing_texture_is_no_traceback(tmp_path, monkeypatch):
+    for name in (None, "trimesh"):
+        monkeypatch.setattr(logging.getLogger(name), "handlers", [])  # those of pytest
+    textured(tmp_path / "box.dae", "gone.png", "emission")
+    done = command("show", model(tmp_path, '[[shape]]\nkind = "mesh"\nfile = "box.dae"\n'), "-o", tmp_path / "page.html", "--stop", "0.1")
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_large_meshes_get_more_triangles(tmp_path):
