@@ -49,7 +49,9 @@ def _read(file: str, changed: int) -> list[tuple[np.ndarray, np.ndarray, np.ndar
     # a missing texture is no error: without a handler Python prints trimesh's tracebacks
     logging.getLogger("trimesh").addHandler(MUTE)
     try:
-        scene = trimesh.load_scene(file)
+        resolver = trimesh.resolvers.FilePathResolver(file)
+        resolver.allow_anywhere = True  # textures beside the folder of the mesh; trimesh 4 finds them without
+        scene = trimesh.load_scene(file, resolver=resolver)
         parts = [part for part in scene.dump() if len(getattr(part, "faces", ()))]
     except Exception as error:  # the readers of trimesh raise exceptions of any kind
         why = (str(error) or type(error).__name__).splitlines()[0]

@@ -202,6 +202,16 @@ def test_a_missing_texture_is_no_traceback(tmp_path, monkeypatch):
     assert (done.returncode, done.stderr) == (0, "")
 
 
+def test_a_texture_beside_the_folder_of_the_mesh_gives_the_color(tmp_path):
+    from PIL import Image
+
+    for folder in ("meshes", "textures"):
+        (tmp_path / folder).mkdir()
+    Image.new("RGB", (2, 2), (0, 200, 0)).save(tmp_path / "textures" / "skin.png")
+    textured(tmp_path / "meshes" / "box.dae", "../textures/skin.png", "diffuse")
+    assert [colour for *_, colour in drawn_mesh(str(tmp_path / "meshes" / "box.dae"), 100)] == ["#00c800"]
+
+
 def test_large_meshes_get_more_triangles(tmp_path):
     """Of 8000 triangles for all meshes, and a changed file is read again."""
     trimesh = pytest.importorskip("trimesh")
