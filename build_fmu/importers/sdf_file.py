@@ -289,8 +289,10 @@ class Sdf(Urdf):
             if (abs(low) < UNLIMITED) != (abs(high) < UNLIMITED):
                 self.lost.append(f"{self.shown}:{limit.sourceline}: the limit of '{name}', which has one on one side only")
             bounds = {"lower": repr(low), "upper": repr(high)} if both else {}
-            most = {key: self._number(limit, key, "-1") for key in ("effort", "velocity")}
-            self._add(target, limit, "limit", **bounds, **{key: repr(x if x < UNLIMITED else -1.0) for key, x in most.items()})
+            most = {key: self._number(limit, key, "inf") for key in ("effort", "velocity")}
+            # a negative value is no limit
+            bounds |= {key: repr(x) for key, x in most.items() if 0 <= x < UNLIMITED}
+            self._add(target, limit, "limit", **bounds)
         for mimic in axis.findall("mimic"):
             factor, offset, reference = (self._number(mimic, key, "01"[key == "multiplier"]) for key in READ["mimic"])
             leader = self._leader(mimic, name)

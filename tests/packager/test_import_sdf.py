@@ -139,6 +139,21 @@ def test_a_model_without_a_joint_to_the_world_floats(tmp_path):
     assert [link.mass for link in draft.links] == [1, 1, 1, 1]
 
 
+@pytest.mark.parametrize(
+    ("inner", "limits", "idle"),
+    [
+        ("", {}, ""),
+        ("<effort>-1</effort><velocity>inf</velocity>", {}, ""),
+        ("<effort>5</effort><velocity>1e16</velocity>", {"torque_limit": 5}, ""),
+        ("<effort>5</effort><velocity>0</velocity>", {"torque_limit": 5}, "j1 (velocity)"),
+    ],
+)
+def test_limits_that_are_absent_or_negative_are_none(tmp_path, inner, limits, idle):
+    draft = imported(tmp_path, DOG.replace("<effort>inf</effort><velocity>3</velocity>", inner), limits=True)
+    assert [tie.fields for tie in draft.actuators] == ([{"joint": "j1"} | limits] if limits else [])
+    assert [line.rpartition(": ")[2] for line in draft.doubts if "not positive" in line] == ([idle] if idle else [])
+
+
 def test_a_density_fills_links_without_inertia(tmp_path):
     assert imported(tmp_path, DOG, density=1000).links[0].mass == pytest.approx(8)
 
