@@ -125,18 +125,24 @@ class Sdf(Urdf):
             if name in seen:
                 raise self.error(by, f"cyclic references of poses: {', '.join((*seen[seen.index(name) :], name))}")
             if name not in self.places:
-                raise self.error(by, f"unknown frame '{name}'{did_you_mean(name, self.places)}")
+                raise self.error(by, self._unknown("frame", name))
             element, default = self.places[name]
             base = self._relative_to(element) or default
             self.known[name] = self.place(base, element, (*seen, name)) @ self._own_pose(element)
         return self.known[name]
+
+    def _unknown(self, what: str, name: str) -> str:
+        """Returns why a name refers to nothing."""
+        if "::" in name:
+            return f"{what} '{name}': included and nested models are not supported; copy their links and joints into the model"
+        return f"unknown {what} '{name}'{did_you_mean(name, self.places)}"
 
     def link_of(self, name: str, by: etree._Element, seen: tuple[str, ...] = ()) -> str:
         """Returns the link that a name of a joint's end means: a link, or the one that a frame or joint is attached to."""
         if name == WORLD:
             return WORLD
         if name not in self.places or name in seen:
-            raise self.error(by, f"joint '{by.get('name')}': unknown link '{name}'{did_you_mean(name, self.places)}")
+            raise self.error(by, f"joint '{by.get('name')}': {self._unknown('link', name)}")
         element, base = self.places[name]
         if element.tag == "link":
             return name

@@ -286,6 +286,12 @@ def test_a_joint_that_closes_a_loop_leads_no_mimic(tmp_path):
         ('type="continuous"', 'type="screw"', "robot.sdf:6: joint 'b': unsupported type 'screw'; supported: revolute"),
         ("<parent>world</parent><child>left", "<parent>wold</parent><child>left", "robot.sdf:5: joint 'a': unknown link 'wold'"),
         ("<child>coupler</child>", "<child>copler</child>", "robot.sdf:7: joint 'c': unknown link 'copler'; did you mean 'coupler'?"),
+        (
+            "<parent>world</parent><child>left",
+            "<parent>robot::base</parent><child>left",
+            "robot.sdf:5: joint 'a': link 'robot::base': included and nested models are not supported; copy their links",
+        ),
+        ("<pose>1 0 0 0 1.5", '<pose relative_to="robot::b">1 0 0 0 1.5', "frame 'robot::b': included and nested models are not supported"),
         ("<pose>1 0 0 0 1.5", '<pose relative_to="b">1 0 0 0 1.5', "cyclic references of poses: right, b, right"),
         ("<pose>1 0 0 0 0 0<", "<pose>1 0 0 0 0<", "robot.sdf:8: <pose> must be 6 numbers, got '1 0 0 0 0'"),
         ("<xyz>0 1 0</xyz>", "<xyz>0 0 0</xyz>", "robot.sdf:5: joint 'a': the axis is zero"),
