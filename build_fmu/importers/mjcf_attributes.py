@@ -40,7 +40,8 @@ KNOWN = {
     "geom": SHAPE + "mass density shellinertia contype conaffinity condim priority friction margin gap hfield fitscale fluidshape "
     "fluidcoef castshadow",
     "site": SHAPE,
-    "asset/mesh": "name class file scale refpos refquat inertia maxhullvert smoothnormal normal texcoord content_type material vertex face",
+    "asset/mesh": "name class file scale refpos refquat inertia maxhullvert smoothnormal normal texcoord content_type material vertex face "
+    "builtin params",
     "default/mesh": "scale inertia maxhullvert",
     "connect": "name class active body1 body2 anchor site1 site2",
     "weld": "name class active body1 body2 anchor relpose torquescale site1 site2",

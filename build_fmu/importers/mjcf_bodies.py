@@ -272,14 +272,17 @@ class Tree:
         for asset in self.mj.root.findall("asset/mesh"):
             of_asset = self.mj.attributes(asset)
             file = of_asset.get("file", "")
-            if name != (of_asset.get("name") or file.replace("\\", "/").rpartition("/")[2].rpartition(".")[0]):
+            plain = file.replace("\\", "/").rpartition("/")[2]
+            if name != (of_asset.get("name") or plain.rpartition(".")[0]):
                 continue
             scale = self.mj.numbers(asset, of_asset, "scale", 3, "1 1 1")
             moved = {"pos": of_asset.get("refpos", "0 0 0"), "quat": of_asset.get("refquat", "1 0 0 0")}
             folder = self.mj.compiler.get("meshdir", self.mj.compiler.get("assetdir", ""))
-            path = self.mj.path.resolve().parent / folder / file
+            path = self.mj.path.resolve().parent / folder / (plain if self.mj.flag("strippath", False) else file)
             if not file or not path.is_file():
-                self.omitted[f"<mesh> without a file that exists ('{file or name}')"] += 1
+                given = next((key for key in ("builtin", "vertex") if key in of_asset), "")
+                reason = f"given by '{given}', not by a file" if given and not file else "without a file that exists"
+                self.omitted[f"<mesh> {reason} ('{file or name}')"] += 1
                 return None, ""
             default = "exact" if self.mj.flag("exactmeshinertia", False) else "legacy"
             return Solid("mesh", scale, pose @ inverse(self.mj.pose(asset, moved)), str(path)), of_asset.get("inertia", default)

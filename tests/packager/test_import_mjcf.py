@@ -82,6 +82,31 @@ def test_exactmeshinertia_is_the_default_of_meshes(tmp_path):
     assert mass('exactmeshinertia="true"', 'inertia="legacy"') == mass("", "") > 1.01 * exact
 
 
+@pytest.mark.parametrize("file", ["C:/parts/hook.stl", "parts\\hook.stl", "hook.stl"])
+def test_strippath_drops_the_folder_of_a_mesh(tmp_path, file):
+    trimesh = pytest.importorskip("trimesh")
+    (tmp_path / "meshes").mkdir()
+    trimesh.creation.box().export(tmp_path / "meshes" / "hook.stl")
+    text = f"""<mujoco><compiler strippath="true" meshdir="meshes"/><asset><mesh file="{file}"/></asset><worldbody><body><joint/>
+      <geom type="mesh" mesh="hook"/></body></worldbody></mujoco>"""
+    draft = imported(tmp_path, text)
+    assert draft.links[0].mass == pytest.approx(1000) and not any("<mesh>" in line for line in draft.lost)
+
+
+@pytest.mark.parametrize(
+    ("given", "reason"),
+    [
+        ('vertex="0 0 0 1 0 0 0 1 0 0 0 1"', "1 x <mesh> given by 'vertex', not by a file ('m')"),
+        ('builtin="sphere" params="2"', "1 x <mesh> given by 'builtin', not by a file ('m')"),
+        ('file="gone.stl"', "1 x <mesh> without a file that exists ('gone.stl')"),
+    ],
+)
+def test_a_mesh_that_cannot_be_read_is_listed_with_its_reason(tmp_path, given, reason):
+    text = f"""<mujoco><asset><mesh name="m" {given}/></asset><worldbody><body><joint/><geom size="0.1"/><geom type="mesh" mesh="m"/></body></worldbody>
+      </mujoco>"""
+    assert [line for line in imported(tmp_path, text).lost if "mesh" in line] == [reason]
+
+
 def test_boundmass_is_where_mujoco_places_it(tmp_path):
     # MuJoCo 4.0.0: body_ipos is (0.4, 0.1, 0.2), the body's pos without that of its <frame>, in the frame of the body
     text = """<mujoco><compiler boundmass="0.5" boundinertia="0.01"/><worldbody><frame pos="0 0 7"><body name="a" pos="0.4 0.1 0.2" euler="0 0 90">
