@@ -100,20 +100,28 @@ class Course:
         self.values: dict[str, tuple[Signal, int]] = {name: (signals[name], 0) for name in sorted(signals, key=_rank)}
         self.moving: list[Moving] = []
         self.parts, self.moved = 0, False
+        exact = {name: s for name, s in signals.items() if name in inputs and (mode == "all" or not isinstance(s, Table))}
+        motions = _motions(exact, inputs)
+        self._complete(motions, exact)
         if mode != "none":
-            self._follow({name: s for name, s in signals.items() if name not in self.held and name in inputs}, inputs)
+            self._follow(exact, motions)
         samples = times[:: max(1, len(times) // 200)]
         for moving in self.moving:
             moving.scale = moving.usual = max(abs(moving.at(t)) for t in samples)
 
-    def _follow(self, followed: Mapping[str, Signal], inputs: Sequence[str]) -> None:
-        for head in dict.fromkeys(name.rpartition(".")[0] for name in followed):
-            motion = [order for order, part in enumerate(MOTION) if head + part in followed]
-            if motion and head + MOTION[2] in inputs:
-                self._add_motion(head, motion, followed)
-            else:
-                for name in (n for n in followed if n.rpartition(".")[0] == head):
-                    self._add(name, followed[name], 0)
+    def _complete(self, motions: Mapping[str, Sequence[int]], exact: Mapping[str, Signal]) -> None:
+        """Adds the missing parts of motions as derivatives of the given ones; a held motion needs them, too: q + qd s + qdd s^2/2."""
+        for head, given in motions.items():
+            for order in range(given[0], 3):
+                below = max(k for k in given if k <= order)
+                self.values.setdefault(head + MOTION[order], (exact[head + MOTION[below]], order - below))
+        self.values = dict(sorted(self.values.items(), key=lambda item: _rank(item[0])))
+
+    def _follow(self, exact: Mapping[str, Signal], motions: Iterable[str]) -> None:
+        """Lets inputs change during a step; a motion changes by its acceleration."""
+        accelerations = [head + MOTION[2] for head in motions if head + MOTION[2] not in self.held]
+        for name in [*accelerations, *(name for name in exact if name.rpartition(".")[0] not in motions)]:
+            self._add(name, *self.values[name])
 
     def at(self, t: float) -> dict[str, float]:
         """Returns the inputs at a time; a motion includes its derivatives."""
@@ -165,14 +173,6 @@ class Course:
                 moving.names.append(name)
                 return
         self.moving.append(Moving(signal, derivative, [name]))
-
-    def _add_motion(self, head: str, given: Sequence[int], followed: Mapping[str, Signal]) -> None:
-        """Adds a motion, which changes by its acceleration; missing parts are derivatives of the given ones."""
-        for order in range(given[0], 3):
-            below = max(k for k in given if k <= order)
-            self.values[head + MOTION[order]] = (followed[head + MOTION[below]], order - below)
-        self.values = dict(sorted(self.values.items(), key=lambda item: _rank(item[0])))
-        self._add(head + MOTION[2], *self.values[head + MOTION[2]])
 
     def _smooth_steps(self) -> Iterator[bool]:
         """Yields for each step whether one cubic meets the tolerance; ranges of steps are analysed together."""
@@ -282,6 +282,16 @@ def _divided(now: Stretch, split: Split, near: float) -> list[Stretch]:
         return [replace(now, high=split.before)]
     first = Stretch(now.a, split.after, now.low, split.before, now.joined)
     return [first, Stretch(split.after, now.b, split.after, now.high, joined=split.before == split.after)]
+
+
+def _motions(exact: Iterable[str], inputs: Sequence[str]) -> dict[str, list[int]]:
+    """Returns the orders of the parts that are given of each prescribed motion."""
+    motions: dict[str, list[int]] = {}
+    for name in exact:
+        head, _, part = name.rpartition(".")
+        if "." + part in MOTION and head + MOTION[2] in inputs:
+            motions[head] = sorted([*motions.get(head, []), MOTION.index("." + part)])
+    return motions
 
 
 def _rank(name: str) -> int:

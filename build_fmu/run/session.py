@@ -102,7 +102,6 @@ class Session:
         self._guarded("during initialization", lambda: self.instance.enterInitializationMode(*experiment))
         self._log("logStatusError", "logStatusWarning")
         self._guarded("during initialization", self.instance.exitInitializationMode)
-        self._log("logStatusError")
 
     def restart(self, values: dict[str, Any]) -> None:
         """Resets the FMU and initialises it at t = 0, for a run of any length."""
@@ -169,7 +168,6 @@ class Session:
 
     def terminate(self) -> None:
         """Ends the simulation; the FMU then says what was doubtful in it."""
-        self._log("logStatusError", "logStatusWarning")
         self._guarded("when terminating", self.instance.terminate)
 
     def warnings(self) -> list[str]:

@@ -167,3 +167,23 @@ def test_a_motion_is_completed_by_its_derivatives():
         assert part.slopes["a.qdd"][0] == pytest.approx(-27 * math.cos(3 * part.begin), rel=1e-3, abs=1e-2)
     rate_only = Course({"a.qd": Table([0, 1, 3], [0, 2, 2])}, TIMES, 1e-9, "all", names)
     assert rate_only.at(0.5) == {"a.qd": 1.0, "a.qdd": 2.0}
+
+
+def test_a_held_motion_consists_of_its_derivatives_at_each_step_too():
+    names = ["a.q", "a.qd", "a.qdd"]
+    for part in parts_of(Course({"a.q": compile_expression("sin(3*t)")}, TIMES, 1e-9, "none", names)):
+        t = 3 * part.begin
+        assert not part.slopes
+        assert [part.values[name] for name in names] == pytest.approx([math.sin(t), 3 * math.cos(t), -9 * math.sin(t)], abs=1e-13)
+    table = {"a.q": Table([0, 1], [0, 2])}
+    assert Course(table, TIMES, 1e-9, "expressions", names).at(0.5) == Course(table, TIMES, 1e-9, "none", names).at(0.5) == {"a.q": 1.0}
+
+
+@pytest.mark.parametrize("mode", ["none", "expressions", "all"])
+def test_given_parts_of_a_motion_are_kept(mode):
+    signals = {"a.q": compile_expression("t**3"), "a.qd": Table([0, 1], [0, 7])}
+    found = Course(signals, TIMES, 1e-9, mode, ["a.q", "a.qd", "a.qdd"])
+    assert found.at(0.5) == pytest.approx({"a.q": 0.125, "a.qd": 3.5, "a.qdd": 7.0 if mode == "all" else 3.0})
+    held = Course(signals | {"a.qdd": Table([0, 1], [0, 4])}, TIMES, 1e-9, mode, ["a.q", "a.qd", "a.qdd"])
+    assert held.at(0.5) == pytest.approx({"a.q": 0.125, "a.qd": 3.5, "a.qdd": 2.0})
+    assert {name for part in parts_of(held) for name in part.slopes} == ({"a.qdd"} if mode == "all" else set())

@@ -1,6 +1,7 @@
 """From a model file to a plot with the compiled library, by the command line. Skipped where nothing is built."""
 
 import csv
+import json
 import os
 import subprocess
 import sys
@@ -8,6 +9,7 @@ import zipfile
 from contextlib import chdir
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from build_fmu.draw.groups import title_of
@@ -206,6 +208,49 @@ def test_a_motion_given_by_its_position_takes_the_torques_of_the_whole_motion(fo
     parts = ["joint2.q=0.3*sin(4*t)", "joint2.qd=1.2*cos(4*t)", "joint2.qdd=-4.8*sin(4*t)"]
     run(*simulate, "--interpolate", "none", "--input", *parts, "--csv", "b.csv", cwd=folder)
     assert last_row(folder / "a.csv") == pytest.approx(last_row(folder / "b.csv"), rel=1e-10, abs=1e-10)
+
+
+DRIVEN = """
+name = "driven"
+[[link]]
+name = "drive"
+drive = "motion"
+mass = 1
+com = [0.3, 0, 0]
+alpha = 1.5707963267948966
+[[link]]
+name = "rod"
+a = 0.5
+mass = 1
+com = [0.4, 0, 0]
+[solver]
+rtol = 1e-10
+"""
+
+
+def test_a_held_motion_given_by_its_position_is_of_second_order(folder):
+    (folder / "m.toml").write_text(DRIVEN)
+    motion = ["--stop", 1, "--output", "rod.q", "drive.tau", "--csv", "a.csv", "--input", "drive.q=0.5*sin(3*t)"]
+
+    def end(step, version, *options):
+        run("build", "m.toml", "--fmi", version, "-o", "m.fmu", cwd=folder)
+        assert run("simulate", "m.fmu", "--step", step, *motion, *options, cwd=folder).returncode == 0
+        return np.array(last_row(folder / "a.csv"))
+
+    exact, held = end(0.05, "2"), [end(step, "3") for step in (0.05, 0.025)]
+    assert held[0] == pytest.approx(end(0.05, "2", "--interpolate", "none"), rel=1e-12)
+    assert held[0] == pytest.approx(exact, abs=0.01)
+    assert (held[0] - exact)[1:] / (held[1] - exact)[1:] == pytest.approx([4, 4], rel=0.1)
+
+
+@pytest.mark.parametrize("version", ["2", "3"])
+def test_inputs_of_a_motion_that_were_never_set_are_named_once(folder, version):
+    (folder / "m.toml").write_text(DRIVEN)
+    run("build", "m.toml", "--fmi", version, "-o", "m.fmu", cwd=folder)
+    said = run("simulate", "m.fmu", "--stop", 0.1, "--json", "--input", "drive.qd=t", cwd=folder)
+    named = [text for text in json.loads(said.stdout)["warnings"] if "never set" in text]
+    assert len(named) == 1 and named[0].startswith("inputs of prescribed motions that were never set: drive.q;")
+    assert said.stderr.count("never set") == 1
 
 
 BASE = "name = 'm'\n[[link]]\nname = 'base'\njoint = 'free'\nTHE_MASS[[link]]\nname = 'arm'\nalpha = 0.7\nmass = 1\ncom = [0.1, 0.2, 0.3]\ninertia = [1, 1.1, 1.2]\n"
