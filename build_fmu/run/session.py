@@ -43,16 +43,33 @@ class Session:
         self.instance = None
 
     def __enter__(self) -> Session:
-        import fmpy
-
         here = Path.cwd()
         try:
-            self.instance = fmpy.instantiate_fmu(self.folder, self.description, self.kind, logger=self._logged)
+            self.instance = self._instantiated()
         except Exception as error:
             os.chdir(here)  # FMPy changes into the folder of the library and stays there on failure
             self.close()
             raise UserError(f"'{self.description.modelName}' cannot be loaded: {self._reason(str(error))}") from None
         return self
+
+    def _instantiated(self) -> Any:
+        import fmpy
+        from fmpy import fmi2
+
+        if self.is_fmi3:
+            return fmpy.instantiate_fmu(self.folder, self.description, self.kind, logger=self._logged)
+        # FMPy's own function passes the messages of all instances to the logger of the newest one, even after it is freed
+        callbacks = fmi2.fmi2CallbackFunctions()
+        callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(self._logged)
+        callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+        callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
+        exchange = self.kind == "ModelExchange"
+        part = self.description.modelExchange if exchange else self.description.coSimulation
+        instance = (fmi2.FMU2Model if exchange else fmi2.FMU2Slave)(
+            guid=self.description.guid, unzipDirectory=self.folder, modelIdentifier=part.modelIdentifier
+        )
+        instance.instantiate(callbacks=callbacks)
+        return instance
 
     def __exit__(self, *_: object) -> None:
         self.close()
@@ -188,7 +205,9 @@ class Session:
 
     def _logged(self, *arguments: Any) -> None:
         status, _category, message = arguments[-3:]  # in both versions
-        self.log.append((status, (message or b"").decode("utf-8", "replace").strip()))
+        text = (message or b"").decode("utf-8", "replace").strip()
+        # the message of FMI 2.0 is a format of printf; those of our FMUs have no arguments
+        self.log.append((status, text if self.is_fmi3 else text.replace("%%", "%")))
 
 
 def _article(causality: str) -> str:

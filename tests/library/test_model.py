@@ -169,6 +169,17 @@ def test_refused_parameters_leave_the_model_usable(model):
     assert (m.slope() == slope).all()
 
 
+def test_each_instance_tells_its_own_reason(model):
+    m = model(DOUBLE)
+    m.inverse([0, 0], [0, 0], [0, 0])
+    m.step([0, 0, 0, 0], None, 0.1)
+    m.simulate(0.1, 0.1)  # an instance that is freed
+    m.parameters = {"solver.rtol": -1.0}
+    for call in (m.slope, lambda: m.inverse([0, 0], [0, 0], [0, 0])):
+        with pytest.raises(UserError, match="solver.rtol must be > 0, got -1"):
+            call()
+
+
 def test_parameters_apply_to_every_verb(model):
     m = model(DOUBLE, tunable=["lower.mass"])
     before = m.mass_matrix([0, 0])[1, 1]
