@@ -89,13 +89,26 @@ def _remote_part(archive: bytes, task: Task, inputs: np.ndarray | None, columns:
     return runs.status, runs.values
 
 
-def _columns(fmu: Staged, inputs: np.ndarray | None, parameters: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
-    """Returns one value per run of each parameter; raises UserError."""
-    for name in parameters:
-        known = fmu.names("parameter")
+def parted(fmu: Staged, parameters: Mapping[str, ArrayLike | str]) -> tuple[dict[str, str], dict[str, ArrayLike]]:
+    """Returns the strings, which all runs share, and the numbers; raises UserError for a wrong name or type."""
+    known = fmu.names("parameter")
+    texts: dict[str, str] = {}
+    numbers: dict[str, ArrayLike] = {}
+    for name, value in parameters.items():
         if name not in known:
             raise unknown("parameter", name, known)
-    columns = {name: np.asarray(values, dtype=float) for name, values in parameters.items()}
+        if fmu.variables[name].type != "String":
+            numbers[name] = value
+        elif isinstance(value, str) and value.strip() and value.isprintable():
+            texts[name] = value
+        else:
+            raise UserError(f"parameter '{name}' of a batch must be one line of text, the same for all runs")
+    return texts, numbers
+
+
+def _columns(fmu: Staged, inputs: np.ndarray | None, parameters: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
+    """Returns one value per run of each parameter; raises UserError."""
+    columns = {name: _numbers(name, values) for name, values in parameters.items()}
     shapes = {f"parameter '{name}'": values.shape for name, values in columns.items()}
     count = len(inputs) if inputs is not None else next((len(v) for v in columns.values() if v.ndim == 1), 1)
     for what, shape in shapes.items():
@@ -107,6 +120,13 @@ def _columns(fmu: Staged, inputs: np.ndarray | None, parameters: Mapping[str, Ar
     if not np.isfinite(list(columns.values())).all() or (inputs is not None and not np.isfinite(inputs).all()):
         raise UserError("the parameters and inputs of a batch must be finite")
     return columns
+
+
+def _numbers(name: str, values: ArrayLike) -> np.ndarray:
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise UserError(f"parameter '{name}' of a batch must be a number or one number per run") from None
 
 
 def _parts(count: int, number: int) -> list[np.ndarray]:

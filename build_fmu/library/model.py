@@ -19,7 +19,7 @@ from build_fmu.fmu import build as packager
 from build_fmu.identify.design import Trajectory, design, limits_of
 from build_fmu.identify.parameters import Plant
 from build_fmu.identify.run import Identification, Run, identify
-from build_fmu.library.batch import Runs, simulate_batch, simulate_on_cluster
+from build_fmu.library.batch import Runs, parted, simulate_batch, simulate_on_cluster
 from build_fmu.library.evaluation import Evaluation
 from build_fmu.library.flow import step_derivative
 from build_fmu.library.modes import Modes, modes_at
@@ -49,7 +49,7 @@ class Model:
         self.file = file
         self.description = describe(file)
         self.sample_time = sample_time_of(file)
-        self.parameters: dict[str, float] = {}
+        self.parameters: dict[str, float | str] = {}
         self._tunable = tuple(tunable)
         self._folder = tempfile.TemporaryDirectory()
         self._fmus: dict[Variant, Path] = {}
@@ -70,18 +70,18 @@ class Model:
         step: float | None = None,
         inputs: Mapping[str, str | float | tuple[ArrayLike, ArrayLike]] | None = None,
         outputs: Sequence[str] = (),
-        start: Mapping[str, float] | None = None,
+        start: Mapping[str, float | str] | None = None,
     ) -> Result:
         """Simulates; an input is a number, an expression of t, or times (s) and values that are interpolated linearly."""
         with tempfile.TemporaryDirectory() as folder, Session(self._fmu(Variant(tunable=self._tunable))) as session:
             given = [_input(name, value, Path(folder) / f"{i}.csv") for i, (name, value) in enumerate((inputs or {}).items())]
-            values = [f"{name}={float(value)!r}" for name, value in {**self.parameters, **(start or {})}.items()]
+            values = [_argument("parameter", name, value) for name, value in {**self.parameters, **(start or {})}.items()]
             return simulate(session, Settings(stop, step, None, values, given, outputs, "all"))
 
     def simulate_many(
         self,
         inputs: ArrayLike | None = None,
-        parameters: Mapping[str, ArrayLike] | None = None,
+        parameters: Mapping[str, ArrayLike | str] | None = None,
         workers: int = 1,
         stop: float | None = None,
         step: float | None = None,
@@ -105,8 +105,8 @@ class Model:
             given = None if inputs is None else np.asarray(inputs, dtype=float)
             if given is not None and (given.ndim != 3 or given.shape[1:] != (steps, len(fmu.names("input")))):
                 raise UserError(f"'inputs' must have the shape (runs, {steps}, {len(fmu.names('input'))}), got {given.shape}")
-            task = Task(size, steps, every or steps, outputs=chosen)
-            values = {**self.parameters, **(parameters or {})}
+            texts, values = parted(fmu, {**self.parameters, **(parameters or {})})
+            task = Task(size, steps, every or steps, texts, chosen)
             if client is not None:
                 return simulate_on_cluster(client, archive, fmu, task, given, values)
             return simulate_batch(fmu, task, given, values, workers)
@@ -422,10 +422,18 @@ def _measured(values: ArrayLike, names: Sequence[str], letter: str) -> np.ndarra
     return array
 
 
+def _argument(kind: str, name: str, value: str | float) -> str:
+    """Returns the argument of `Settings` for a number or a text."""
+    try:
+        return f"{name}={value if isinstance(value, str) else repr(float(value))}"
+    except (TypeError, ValueError):
+        raise UserError(f"{kind} '{name}' must be a number or a string, got {type(value).__name__}") from None
+
+
 def _input(name: str, value: str | float | tuple[ArrayLike, ArrayLike], table: Path) -> str:
     """Returns the argument of `Settings`, with a table for times and values."""
     if not isinstance(value, tuple):
-        return f"{name}={value if isinstance(value, str) else repr(float(value))}"
+        return _argument("input", name, value)
     times, values = (np.asarray(part, dtype=float) for part in value)
     if times.ndim != 1 or times.shape != values.shape:
         raise UserError(f"input '{name}' must be two vectors of one length, got shapes {times.shape} and {values.shape}")

@@ -52,6 +52,17 @@ def test_a_run_that_fails_leaves_the_others(cart):
     assert runs["cart.q"][[0, 2], -1] == pytest.approx([1, 2]) and np.isnan(runs["cart.q"][1]).all()
 
 
+def test_strings_hold_for_all_runs(cart):
+    given = {"cart.qd0": [1.0, 2.0], "solver.method": "bdf"}
+    for runs in (
+        cart.simulate_many(parameters=given, outputs=["cart.q"]),
+        cart.simulate_many(parameters=given, outputs=["cart.q"], client=Here()),
+    ):
+        assert runs.status == ["ok", "ok"] and runs["cart.q"][:, -1] == pytest.approx([1, 2])
+    cart.parameters = {"solver.method": "rk"}
+    assert cart.simulate_many(parameters={"cart.qd0": [1.0, 2.0]}).status == ["refused", "refused"]
+
+
 def test_wrong_arguments_are_one_sentence(cart):
     for call, sentence in (
         (lambda: cart.simulate_many(np.zeros((2, 3))), r"'inputs' must have the shape \(runs, 10, 1\), got \(2, 3\)"),
@@ -61,6 +72,9 @@ def test_wrong_arguments_are_one_sentence(cart):
             r"'cart.mass' must be a number or have the shape \(2,\)",
         ),
         (lambda: cart.simulate_many(parameters={"cart.mass": [np.nan]}), "must be finite"),
+        (lambda: cart.simulate_many(parameters={"cart.mass": "heavy"}), "'cart.mass' of a batch must be a number or one number per run"),
+        (lambda: cart.simulate_many(parameters={"solver.method": ["bdf", "erk"]}), "'solver.method' of a batch must be one line of text"),
+        (lambda: cart.simulate_many(parameters={"solver.method": ""}), "'solver.method' of a batch must be one line of text"),
         (lambda: cart.simulate_many(outputs=["cart.p"]), "unknown output 'cart.p'"),
     ):
         with pytest.raises(UserError, match=sentence):

@@ -195,6 +195,27 @@ def test_parameters_apply_to_every_verb(model):
     assert m.inverse([0, 0], [0, 0], [0, 1])[1] == pytest.approx(2 * before)
 
 
+def test_parameters_may_be_strings(model):
+    m = model(DOUBLE)
+    options = {"stop": 0.5, "step": 0.1, "outputs": ["upper.q", "solver.rhs_evaluations"]}
+    default, chosen = m.simulate(**options), m.simulate(start={"solver.method": "bdf"}, **options)
+    m.parameters = {"solver.method": "bdf"}
+    assert (m.simulate(**options).values == chosen.values).all()
+    assert chosen["solver.rhs_evaluations"][-1] != default["solver.rhs_evaluations"][-1]
+    assert m.simulate_many(stop=0.5, step=0.1, outputs=["upper.q"])["upper.q"][0, -1] == pytest.approx(chosen["upper.q"][-1], abs=1e-12)
+    assert list(m.start()) == [0.4, -0.7, 0, 0.5]
+    assert m.step(m.start(), None, 0.1)[0] == pytest.approx(chosen["upper.q"][1], abs=1e-12)
+    for wrong, sentence in (
+        ("rk", "solver.method must be .* got 'rk'"),
+        (["bdf"], "'solver.method' must be a number or a string, got list"),
+    ):
+        with pytest.raises(UserError, match=sentence):
+            m.simulate(start={"solver.method": wrong})
+    m.parameters = {"solver.method": "rk"}
+    with pytest.raises(UserError, match="solver.method must be .* got 'rk'"):
+        m.start()
+
+
 @pytest.mark.parametrize("name", ["four_bar", "five_bar"])
 def test_inverse_of_loops_is_undone_by_forward_dynamics(model, name):
     m = model(name)
