@@ -33,6 +33,7 @@ from build_fmu.run.simulate import Result, Settings, simulate
 POSITION, VELOCITY = re.compile(r".*\.(q|quaternion\[\d\])"), re.compile(r".*\.(qd|omega\[\d\])")
 START = re.compile(r"(.*\.)(q|qd|quaternion|omega)(\[\d\])?$")
 TERMS = ("acceleration", "mass_matrix", "bias")
+DEGREES = {"fixed": 0, "spherical": 3}  # of freedom; other links of the tree have one
 HELD = 1e-9  # of the largest acceleration that a holding force removes
 
 
@@ -177,18 +178,18 @@ class Model:
         return plant_of(self.file, inverse, used)
 
     def mass_matrix(self, q: ArrayLike | None = None) -> np.ndarray:
-        """Returns M (v x v) of the tree, in the order of docs/equations.md."""
+        """Returns M (t x t) of the tree, in the order of `velocities`."""
         equations = self._equations()
         equations.place(*self._point(self.state(q), None))
         names = [n for n in equations.variables if n.startswith("mass_matrix[")]
-        size = round(len(names) ** 0.5)
-        return np.array(equations.read(names)).reshape(size, size)
+        order = self._tree_order()
+        return np.array(equations.read(names)).reshape(len(order), -1)[np.ix_(order, order)]
 
     def bias(self, q: ArrayLike | None = None, qd: ArrayLike | None = None) -> np.ndarray:
-        """Returns Coriolis, centrifugal, gyroscopic and gravity forces (v) of the tree, in the order of docs/equations.md."""
+        """Returns Coriolis, centrifugal, gyroscopic and gravity forces (t) of the tree, in the order of `velocities`."""
         equations = self._equations()
         equations.place(*self._point(self.state(q, qd), None))
-        return np.array(equations.read([n for n in equations.variables if n.startswith("bias[")]))
+        return np.array(equations.read([n for n in equations.variables if n.startswith("bias[")]))[self._tree_order()]
 
     # identification
 
@@ -349,6 +350,11 @@ class Model:
         if name not in self._opened:
             self._opened[name] = (Session(self._fmu(variant)).__enter__(), {})
         return self._opened[name][0]
+
+    def _tree_order(self) -> np.ndarray:
+        """Places of the velocities of the tree in docs/equations.md: the angular velocities of spherical and free joints come last."""
+        kinds = [link["type"] for link in self.description.drawing["links"]]
+        return np.argsort([kind == "spherical" for kind in kinds for _ in range(DEGREES.get(kind, 1))], kind="stable")
 
     def _rows_of(self, names: Sequence[str]) -> list[int]:
         """Places of these states in x."""

@@ -68,6 +68,45 @@ def test_terms_are_those_of_the_double_pendulum(model):
     assert rows[3] == pytest.approx(terms(many[3], qd)[0] @ qdd + terms(many[3], qd)[1], abs=1e-13)
 
 
+BODY = "mass = {0}\ncom = [0.2, 0.1, -0.1]\ninertia = [0.2, 0.3, 0.25]\na = 0.3\nalpha = {0}\n"
+KINDS = (
+    ["free", "revolute", "prismatic"],
+    ["revolute", "spherical", "universal"],
+    ["free", "spherical", "screw", "spherical", "cylindrical"],
+)
+
+
+@pytest.mark.parametrize("kinds", KINDS, ids="-".join)
+def test_terms_have_the_order_of_velocities(model, kinds):
+    """M qdd + bias = tau, where angular velocities of spherical and free joints follow all other ones."""
+    links = (
+        f'[[link]]\nname = "l{i}"\njoint = "{kind}"\n{"pitch = 0.2" if kind == "screw" else ""}\n{BODY.format(i + 1)}'
+        for i, kind in enumerate(kinds)
+    )
+    m = model('name = "tree"\n' + "".join(links))
+    rng = np.random.default_rng(3)
+    q, qd, u = (rng.normal(size=len(names)) for names in (m.positions, m.velocities, m.inputs))
+    for first in [i for i, name in enumerate(m.positions) if name.endswith("quaternion[1]")]:
+        q[first : first + 4] /= np.linalg.norm(q[first : first + 4])
+    force = dict(zip(m.inputs, u, strict=True))
+    tau = [force[name.replace(".qd", ".tau").replace(".omega", ".tau")] for name in m.velocities]
+    assert m.mass_matrix(q) @ m.forward(q, qd, u) + m.bias(q, qd) == pytest.approx(tau, abs=1e-11)
+
+
+def test_terms_include_prescribed_and_locked_joints(model):
+    """A mass on a locked rail below a ball joint, and one on a rail with prescribed motion: the ball's entries are the last ones."""
+    body = "mass = {}\ninertia = [1, 1, 1]\n"
+    ball = '[[link]]\nname = "ball"\njoint = "spherical"\n' + body.format(4)
+    rails = "".join(
+        f'[[link]]\nname = "{drive}"\nparent = "ball"\njoint = "prismatic"\ndrive = "{drive}"\n{body.format(mass)}'
+        for drive, mass in (("locked", 2), ("motion", 3))
+    )
+    m = model('name = "rails"\n' + ball + rails)
+    assert m.velocities == [f"ball.omega[{i}]" for i in (1, 2, 3)]
+    assert np.diag(m.mass_matrix()) == pytest.approx([2, 3, 3, 3, 3])
+    assert m.bias() == pytest.approx([2 * 9.81, 3 * 9.81, 0, 0, 0])
+
+
 def test_linearisation_is_that_of_the_double_pendulum(model):
     m = model(DOUBLE)
     assert m.states == ["upper.q", "lower.q", "upper.qd", "lower.qd"]
