@@ -396,6 +396,36 @@ def test_multipliers_that_a_planar_scene_leaves_out_are_zero(fmu):
         assert hypot(*forces[:2]) > 0.1
 
 
+WELD = """
+name = "weld"
+gravity = [0, 0, 0]
+[[link]]
+name = "ball"
+joint = "spherical"
+mass = 1
+inertia = [1, 2, 3]
+[[loop]]
+name = "cut"
+link_a = "ground"
+link_b = "ball"
+"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "held"),
+    [
+        ('type = "fixed"', [0, 0, 0, -2, 1, 3]),
+        ('type = "prismatic"', [0, 0, -2, 1, 3]),
+        ('type = "universal"\naxis_b = [1, 0, 0]', [0, 0, 0, 2]),
+    ],
+)
+def test_signs_of_the_moments_are_those_of_the_model_file_page(built, kind, held):
+    """The loop holds the torques (1, 2, 3): moments on link_b about y, -x and -z, of universal about axis_b x axis_a = -y."""
+    with Slave(built(WELD + kind + "\n")) as slave:
+        slave.initialize(start={f"ball.tau[{i}]": i for i in (1, 2, 3)})
+        assert slave.reals([f"cut.lambda[{i + 1}]" for i in range(len(held))]) == pytest.approx(held, abs=1e-12)
+
+
 # --- orientation at the start ---
 
 
