@@ -19,6 +19,7 @@ from build_fmu.run.taylor import Interval
 
 # after names in tables, without signs of multiplication
 UNITS = ("s", "m", "m/s", "m/s2", "rad", "rad/s", "rad/s2", "N", "Nm", "V", "A", "W", "J", "1", "")
+OTHER_TABLES = re.compile(r".*\.(mat|txt|dat|tsv|xlsx?|ods|json|npy|npz|h5|hdf5|parquet)", re.IGNORECASE)
 MODES = ("none", "expressions", "all")  # the signals that change during a step
 
 
@@ -68,6 +69,8 @@ def parse_inputs(arguments: Sequence[str], find: Callable[[str], str]) -> dict[s
     expressions: dict[str, Signal] = {}
     for argument in arguments:
         name, equals, source = (part.strip() for part in argument.partition("="))
+        if OTHER_TABLES.fullmatch(source if equals else name):
+            raise InvalidArgument(f"'{source or name}' is not a CSV file: tables of inputs are read from CSV only")
         if not equals and _is_table(name):
             new = _columns(Path(name), find)
         elif not equals or not source:
