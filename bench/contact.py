@@ -25,7 +25,7 @@ from peers import CUTS, TOLERANCES, Curve, Peers
 from scenes import ROOT
 from summary import front, plot, plt, table
 from summary import write as write_figure
-from work_precision import compare, curves_command_line
+from work_precision import compare, curves_command_line, medians
 
 from build_fmu.report.machine import processor
 
@@ -104,7 +104,7 @@ def main() -> None:
         writer.writerow(["scene", "method", "tolerance or steps", "error, m", "CPU time in s per simulated second"])
         writer.writerows(records)
     versions = ", ".join(f"{peer} {version}" for peer, version in peers.versions().items() if peer in PEERS and peer not in absent)
-    head = f"{processor()}; {versions}; medians of {options.rounds} rounds, load average {min(loads):.1f} to {max(loads):.1f}.\n\n"
+    head = f"{processor()}; {versions}; {medians(options.rounds)}, load average {min(loads):.1f} to {max(loads):.1f}.\n\n"
     (options.output / "contact_figures.md").write_text(head + "\n".join(table(scene, points) for scene, points in results))
     print(f"wrote contact_scenes.svg, contact_figures.md and contact.csv to {options.output}")
 

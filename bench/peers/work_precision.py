@@ -6,8 +6,8 @@
 
 The error is the maximum difference of a joint position from the 16-digit reference over the output times of the scene. The time is the
 CPU time of the steps only (without loading and start values), median of all rounds. Each round runs every method of every simulator
-once, in random order, so that other load of the machine affects all of them. Writes peers.csv, peers.md, losses.md, peers.txt (lines
-`scene.metric value`) and one plot per scene.
+once, in random order, so that other load of the machine affects all of them. Short runs, whose times scatter most, have more rounds. Writes
+peers.csv, peers.md, losses.md, peers.txt (lines `scene.metric value`) and one plot per scene.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from scenes import ROOT, Scene, all_scenes
 from summary import SMALLEST, draw, lines, losses, table
 from worker import LIMIT, Gone
 
+SHORT, MORE = 0.02, 5  # s: below, a run has so many times the rounds
 ROUNDING = 1e-7  # rad: below, a finer run without improvement ends the curve
 
 
@@ -89,9 +90,11 @@ def compare(
                 failures.append(f"{curve.label}: its process ended, see {workers[curve.worker].log.name}")
                 workers[curve.worker] = peers.start(curve.worker, scene)
         order = random.Random(seed)
-        for k in range(1, rounds):
-            print(f"  round {k + 1} of {rounds}, {len(points)} runs", flush=True)
-            for point in order.sample(points, len(points)):
+        short = [point for point in points if point.seconds[0] < SHORT]
+        for k in range(1, rounds * MORE if rounds > 1 else 1):
+            runs = points if k < rounds else short
+            print(f"  round {k + 1}, {len(runs)} runs", flush=True)
+            for point in order.sample(runs, len(runs)):
                 try:
                     point.seconds.append(workers[point.curve.worker].ask(point.curve.method, point.value).seconds)
                 except Gone:
@@ -101,6 +104,11 @@ def compare(
         for worker in workers.values():
             worker.close()
     return points, failures
+
+
+def medians(rounds: int) -> str:
+    """Describes the times of `compare`."""
+    return f"medians of {rounds} rounds" + (f", of {MORE * rounds} for runs shorter than {1000 * SHORT:g} ms" if rounds > 1 else "")
 
 
 def curves_command_line(doc: str) -> argparse.ArgumentParser:
@@ -140,7 +148,7 @@ def main() -> None:
         writer.writerow(["scene", "method", "tolerance or steps per output step", "error, rad", "CPU time in s per simulated second"])
         writer.writerows(records)
     versions = ", ".join(f"{peer} {version}" for peer, version in peers.versions().items() if peer not in absent)
-    (options.output / "peers.md").write_text(f"{versions}; medians of {options.rounds} rounds.\n\n" + "\n".join(text))
+    (options.output / "peers.md").write_text(f"{versions}; {medians(options.rounds)}.\n\n" + "\n".join(text))
     (options.output / "losses.md").write_text("".join(lost))
     (options.output / "peers.txt").write_text("".join(f"{name} {value:.4g}\n" for name, value in figures))
     print(f"wrote {options.output}/peers.csv, peers.md and the plots")
