@@ -29,7 +29,7 @@ from scenes import ROOT, Scene, all_scenes
 from summary import SMALLEST, draw, lines, losses, table
 from worker import LIMIT, Gone
 
-SHORT, MORE = 0.02, 5  # s: below, a run has so many times the rounds
+SHORT, MORE = 0.02, 3  # s: below, a run has so many times the rounds
 ROUNDING = 1e-7  # rad: below, a finer run without improvement ends the curve
 
 
