@@ -134,4 +134,17 @@ std::vector<char> Tape::needed_by(const std::vector<int>& results) const {
   return needed;
 }
 
+bool Tape::computes(int node) const {
+  return node >= 0 && (*this)[node].operation != Operation::constant &&
+         (*this)[node].operation != Operation::symbol;
+}
+
+std::vector<int> Tape::operations_for(const std::vector<int>& results) const {
+  const std::vector<char> needed = needed_by(results);
+  std::vector<int> found;
+  for (int node = 0; node < size(); ++node)
+    if (needed[static_cast<std::size_t>(node)] && computes(node)) found.push_back(node);
+  return found;
+}
+
 }  // namespace redysim

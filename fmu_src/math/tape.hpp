@@ -28,10 +28,13 @@ class Tape {
   const Node& operator[](int node) const { return nodes_[static_cast<std::size_t>(node)]; }
   int size() const { return static_cast<int>(nodes_.size()); }
   bool is_constant(int node, double value) const;
-  bool is_turn(int node) const;  // a sine or cosine
+  bool is_turn(int node) const;   // a sine or cosine
+  bool computes(int node) const;  // neither a constant nor a symbol; false for the missing operand -1
 
   // Per node: whether `results` depend on it.
   std::vector<char> needed_by(const std::vector<int>& results) const;
+  // The nodes among them that compute.
+  std::vector<int> operations_for(const std::vector<int>& results) const;
 
  private:
   using Key = std::tuple<Operation, int, int, std::string>;

@@ -65,10 +65,9 @@ class SeriesWriter {
 
   // What the recursion of a function needs besides: the sine a cosine, tanh its square.
   void add_partners() {
-    const std::vector<char> needed = tape_.needed_by(results_);
-    for (int node = 0; node < static_cast<int>(needed.size()); ++node) {
+    for (int node : tape_.operations_for(results_)) {
       const Tape::Node given = tape_[node];
-      if (!needed[static_cast<std::size_t>(node)] || given.operation != Operation::function) continue;
+      if (given.operation != Operation::function) continue;
       int partner = -1;
       if (tape_.is_turn(node))
         partner = tape_.function(given.name == "sin" ? "cos" : "sin", given.left);

@@ -14,13 +14,11 @@ using Operation = Tape::Operation;
 class Uses {
  public:
   Uses(const Tape& tape, const std::vector<int>& results)
-      : tape_(tape), users_(static_cast<std::size_t>(tape.size())) {
-    const std::vector<char> needed = tape.needed_by(results);
-    for (int node = 0; node < tape.size(); ++node) {
-      if (!needed[static_cast<std::size_t>(node)] || !computes(node)) continue;
-      operations_.push_back(node);
+      : tape_(tape),
+        operations_(tape.operations_for(results)),
+        users_(static_cast<std::size_t>(tape.size())) {
+    for (int node : operations_)
       for (int operand : operands(node)) users_[static_cast<std::size_t>(operand)].push_back(node);
-    }
   }
   const std::vector<int>& operations() const { return operations_; }
   const std::vector<int>& users(int node) const { return users_[static_cast<std::size_t>(node)]; }
@@ -29,17 +27,12 @@ class Uses {
   std::vector<int> operands(int node) const {
     std::vector<int> found;
     const int left = tape_[node].left, right = tape_[node].right;
-    if (computes(left)) found.push_back(left);
-    if (right != left && computes(right)) found.push_back(right);
+    if (tape_.computes(left)) found.push_back(left);
+    if (right != left && tape_.computes(right)) found.push_back(right);
     return found;
   }
 
  private:
-  bool computes(int node) const {
-    return node >= 0 && tape_[node].operation != Operation::constant &&
-           tape_[node].operation != Operation::symbol;
-  }
-
   const Tape& tape_;
   std::vector<int> operations_;
   std::vector<std::vector<int>> users_;

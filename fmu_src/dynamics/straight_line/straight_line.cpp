@@ -131,15 +131,7 @@ StraightLine straight_line(const Model& model) {
 }
 
 int operations(const StraightLine& line) {
-  const std::vector<char> needed = line.tape.needed_by(line.qdd);
-  int count = 0;
-  for (int node = 0; node < line.tape.size(); ++node) {
-    const Tape::Operation operation = line.tape[node].operation;
-    if (needed[static_cast<std::size_t>(node)] && operation != Tape::Operation::constant &&
-        operation != Tape::Operation::symbol)
-      ++count;
-  }
-  return count;
+  return static_cast<int>(line.tape.operations_for(line.qdd).size());
 }
 
 int longest_line(const StraightLine& line) {

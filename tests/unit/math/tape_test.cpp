@@ -54,6 +54,7 @@ TEST_F(TapeTest, only_what_results_need_is_kept) {
   const std::vector<char> needed = tape.needed_by({sine});
   EXPECT_TRUE(needed[static_cast<std::size_t>(sine)] && needed[static_cast<std::size_t>(x)]);
   EXPECT_FALSE(needed[static_cast<std::size_t>(product)] || needed[static_cast<std::size_t>(y)]);
+  EXPECT_EQ(tape.operations_for({sine}), std::vector<int>{sine});
 }
 
 TEST_F(TapeTest, recorded_numbers_branch_on_constants_only) {
