@@ -1,4 +1,4 @@
-#include "integrate/methods/decision.hpp"
+#include "integrate/methods/automatic/decision.hpp"
 
 #include <cstdio>
 

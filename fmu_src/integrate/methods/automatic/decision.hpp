@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "integrate/methods/automatic_memory.hpp"
+#include "integrate/methods/automatic/memory.hpp"
 
 namespace redysim {
 
