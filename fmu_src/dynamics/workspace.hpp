@@ -69,9 +69,10 @@ struct LinkPath {
 // Results of the loop elimination; empty without loops.
 template <class Scalar>
 struct LoopState {
-  std::vector<Force<Scalar>> wrench[2];         // per row and side: transmitted so far, in axes of that body
-  std::vector<Force<Scalar>> coupling_wrench;   // per crossing; only of couplings: transmitted to its body
-  std::vector<Scalar> b;                        // right-hand side of S lambda = b - K a_root
+  std::vector<Force<Scalar>> wrench[2];  // per row and side: transmitted so far, in axes of that body
+  std::vector<Force<Scalar>>
+      coupling_wrench;    // per crossing of clusters, then of fronts; of couplings: transmitted to its body
+  std::vector<Scalar> b;  // right-hand side of S lambda = b - K a_root
   std::vector<Force<Scalar>> K;                 // per row: wrench on the root
   std::vector<Scalar> crossing_u;               // per crossing of the clusters: u_r of (5)
   std::vector<Scalar> scale;                    // per row: S_rr with the bounds of the levers
@@ -158,7 +159,7 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
   if (plan.fronts.empty()) return;
   const FrontPlan& last = plan.fronts.back();
   loop.front_u.assign(last.first_crossing + last.crossings.size(), nan);
-  if (!plan.couplings.empty()) loop.coupling_wrench.resize(std::max(crossings, loop.front_u.size()));
+  if (!plan.couplings.empty()) loop.coupling_wrench.resize(crossings + loop.front_u.size());
   loop.front_entries.assign(last.first_entry + (last.rows.size() + last.open.size()) * last.rows.size(), nan);
   loop.diagonal.assign(rows, nan);
 }

@@ -239,7 +239,7 @@ void add_crossings(const Plan<double>& plan, const ClusterBuilder& builder, cons
   }
   cluster.crossing_begin.push_back(static_cast<int>(cluster.crossings.size()));
   CouplingWrenches wrenches;
-  add_wrenches(cluster, wrenches);
+  add_wrenches(cluster, 0, wrenches);
   set_inboard_wrenches(cluster, plan, wrenches);
 }
 
@@ -313,7 +313,7 @@ void add_cluster(const Model& model, const std::vector<LoopRows>& rows, const Cl
   if (!plan.clusters.empty()) {
     const ClusterPlan& last = plan.clusters.back();
     cluster.first_row = last.first_row + last.row_count;
-    cluster.first_crossing = last.first_crossing + static_cast<int>(last.crossings.size());
+    cluster.first_crossing = last.end_crossing();
   }
   cluster.first_coupling = static_cast<int>(plan.couplings.size());
   for (int index : group.paths) {

@@ -98,8 +98,9 @@ struct ClusterPlan {
   int first_loop = 0, loop_count = 0;
   int first_coupling = 0, coupling_count = 0;
   int first_row = 0, row_count = 0;
-  bool split = false;               // into fronts, which are used while all rows are independent
-  int first_crossing = 0;           // index among the crossings of all clusters
+  bool split = false;      // into fronts, which are used while all rows are independent
+  int first_crossing = 0;  // index among the crossings of all clusters
+  int end_crossing() const { return first_crossing + static_cast<int>(crossings.size()); }
   std::vector<int> joints;          // of the cluster, descending
   std::vector<int> first_coupled;   // envelope of S: per local row the first local row that it is coupled to
   std::vector<int> crossing_begin;  // per joint (+1): its first crossing

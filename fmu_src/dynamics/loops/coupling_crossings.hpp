@@ -30,12 +30,12 @@ void for_each_coupling_crossing(Part& part, Visit visit) {
       if (part.crossings[n].of_coupling()) visit(part.crossings[n], part.joints[k], part.first_crossing + n);
 }
 
-// A wrench for each crossing of a coupling.
+// A wrench for each crossing of a coupling, from index `first` on.
 template <class Part>
-void add_wrenches(Part& part, CouplingWrenches& wrenches) {
+void add_wrenches(Part& part, int first, CouplingWrenches& wrenches) {
   for_each_coupling_crossing(part, [&](RowCrossing& crossing, int joint, int index) {
-    crossing.wrench = index;
-    wrenches[{crossing.row, joint}] = index;
+    crossing.wrench = first + index;
+    wrenches[{crossing.row, joint}] = first + index;
   });
 }
 

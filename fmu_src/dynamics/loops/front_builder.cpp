@@ -72,7 +72,9 @@ class FrontBuilder {
       next_entry += static_cast<int>((front.rows.size() + front.open.size()) * front.rows.size());
     }
     CouplingWrenches wrenches;
-    for (FrontPlan& front : fronts_) add_wrenches(front, wrenches);
+    // one evaluation uses the fronts of some clusters and the crossings of others
+    const int behind_clusters = plan_.clusters.back().end_crossing();
+    for (FrontPlan& front : fronts_) add_wrenches(front, behind_clusters, wrenches);
     for (FrontPlan& front : fronts_) {
       set_inboard_wrenches(front, plan_, wrenches);
       for (int row : front.open) {
