@@ -18,6 +18,10 @@ class CurrentState {
     if (simulation_.integrator && follows_motion_) return simulation_.integrator->state();
     return simulation_.integrator ? follow_motion() : start();
   }
+  // y of which the next step begins, before it follows a jump.
+  const double* before_jumps() {
+    return simulation_.integrator && !simulation_.model_exchange ? simulation_.integrator->state() : y();
+  }
   // As chosen at the last event of model exchange, else for y.
   IndependentCoordinates& independent();
   const Start& how_started() const { return how_started_; }
@@ -26,6 +30,7 @@ class CurrentState {
   bool can_follow() const { return can_follow_; }          // false: the next step will fail
 
   void start_changed() { start_is_current_ = false; }
+  void plan_changed() { following_is_current_ = false; }
   void motion_changed();
   void stepped() { follows_motion_ = true; }
   void given();  // model exchange: by the master

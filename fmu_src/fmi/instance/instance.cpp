@@ -69,8 +69,11 @@ fmi2Status Instance::exit_initialization_mode() {
   travel_.begin(simulation_);
   simulation_.time = life_.start_time;
   why = parameters_.bring_into_force();
-  if (!why.empty()) return refuse(function, why);
   values_.changed();
+  if (!why.empty()) {
+    simulation_.integrator.reset();  // still in initialization
+    return refuse(function, why);
+  }
   parameters_.stepped();
   life_.state = simulation_.model_exchange ? State::event : State::step;
   if (simulation_.model_exchange) states_given();

@@ -18,17 +18,16 @@ bool same(const SolverSettings& a, const SolverSettings& b) {
 
 }  // namespace
 
-// Tuned parameters are applied first, as when values are read: the energy balance continues.
+// Tuned parameters and a given state are applied first, as when values are read, as far as they can be.
 void Instance::save(Bytes& bytes) {
-  parameters_.bring_into_force_if_possible();
+  parameters_.bring_into_force();
   System& system = simulation_.system;
   Snapshot now;
   now.life = life_;
   now.time = simulation_.time;
   now.energy_offset = parameters_.energy_offset;
-  now.parameters_changed = parameters_.changed();
+  now.pending = parameters_.pending();
   now.follows_motion = state_.follows_motion();
-  now.given = parameters_.given();
   now.method = simulation_.parameters.solver.method;
   now.parameters = parameters_.values();
   now.inputs = system.inputs();
@@ -45,7 +44,7 @@ void Instance::save(Bytes& bytes) {
 // the plant, so the integrator validates its bytes under the saved parameters. If it refuses them, the
 // previous parameters are restored.
 bool Instance::restore(const Bytes& bytes) {
-  parameters_.bring_into_force_if_possible();  // the state after a refusal
+  parameters_.bring_into_force();  // the state after a refusal
   System& system = simulation_.system;
   Snapshot saved;
   if (!saved.read(bytes, {parameters_.size(), system.scales().size(), motion_.size()}, system)) return false;
@@ -57,7 +56,7 @@ bool Instance::restore(const Bytes& bytes) {
   // the clock of the integrator, whatever the bytes contain
   simulation_.time = saved.is_running() ? simulation_.integrator->time() : saved.time;
   parameters_.energy_offset = saved.energy_offset;
-  parameters_.restored(saved.parameters_changed, saved.given);
+  parameters_.restored(saved.pending);
   state_.restored(saved.follows_motion);
   values_.changed();
   nominals_are_new_ = true;

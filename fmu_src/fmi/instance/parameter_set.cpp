@@ -42,63 +42,61 @@ void ParameterSet::exchange(std::vector<double>& values, SolverMethod& method) {
 void ParameterSet::reset() {
   simulation_.parameters = parameters_of(simulation_.model);
   energy_offset = 0;
-  in_force_ = changed_ = false;
-  given_ = Given::none;
+  pending_ = {};
+  pending_.in_force = false;
 }
 
 void ParameterSet::set(const Variable& variable) {
   if (variable.variability() != Variability::tunable) return;
   if (variable.group == &StateParameters::rows) {
-    if (variable.type() == VariableType::integer) given_ = Given::due;
-    return;
+    if (variable.type() == VariableType::integer) pending_.given = Given::due;
+    return given_again();
   }
-  in_force_ = false;
-  changed_ = true;
-  inertia_tuned_ = inertia_tuned_ || (variable.row->acts & (acts::mass | acts::armature)) != 0;
+  pending_.in_force = false;
+  pending_.changed = true;
+  pending_.inertia_tuned =
+      pending_.inertia_tuned || (variable.row->acts & (acts::mass | acts::armature)) != 0;
 }
 
 std::string ParameterSet::bring_into_force() {
-  if (!in_force_) {
+  if (!pending_.in_force) {
     std::string why = impossible();
     if (why.empty()) {
       renew_plan();
-      if (simulation_.integrator && inertia_tuned_) why = immovable();
-      inertia_tuned_ = !why.empty();
+      if (simulation_.integrator && pending_.inertia_tuned) why = immovable();
+      pending_.inertia_tuned = !why.empty();
     }
     if (!why.empty()) return why;
-    in_force_ = true;
+    pending_.in_force = true;
   }
   return state_is_due() ? apply_state() : std::string();
 }
 
-void ParameterSet::bring_into_force_if_possible() {
-  if (!in_force_) {
-    if (!impossible().empty()) return;
-    renew_plan();
-    in_force_ = true;
-  }
-  if (state_is_due()) apply_state();
+void ParameterSet::restored(const Pending& pending) {
+  pending_ = pending;
+  pending_.in_force = pending.in_force && impossible().empty();
 }
 
-void ParameterSet::restored(bool changed, Given given) {
-  in_force_ = impossible().empty();
-  changed_ = changed;
-  given_ = given;
-}
-
+// The energy balance keeps its value: tuning is not an energy error.
 void ParameterSet::renew_plan() {
-  const bool balanced = simulation_.integrator && simulation_.system.with_work();
-  const double before = balanced ? simulation_.mechanical_energy(state_.y()) : 0;
+  const double before = energy();
   simulation_.plan.update(simulation_.parameters);
   simulation_.system.update_drives(simulation_.parameters);
-  if (balanced) energy_offset += simulation_.mechanical_energy(state_.y()) - before;
+  state_.plan_changed();
+  energy_offset += energy() - before;
+}
+
+// J, without the jumps of prescribed motion, which follow; 0: the balance is not computed.
+double ParameterSet::energy() {
+  if (!simulation_.integrator || !simulation_.system.with_work()) return 0;
+  return simulation_.system.energy_before_jumps(simulation_.time, state_.before_jumps());
 }
 
 // The energy balance keeps its value, as when a parameter is tuned.
 std::string ParameterSet::apply_state() {
   const StateToApply& wanted = simulation_.parameters.state;
   System& system = simulation_.system;
-  const double* now = state_.y();
+  const double* now = state_.before_jumps();
   std::vector<double> y(now, now + system.size());
   const double* q = wanted.q.data();
   const double* qd = wanted.qd.data();
@@ -114,12 +112,12 @@ std::string ParameterSet::apply_state() {
   std::copy(wanted.actuator.begin(), wanted.actuator.end(), y.begin() + system.layout().motor_q.begin);
   if (!GivenState::has_orientations(system.layout(), y.data()))
     return "state.apply: a quaternion of state.q is zero: it has no orientation";
-  const double before = system.with_work() ? simulation_.mechanical_energy(now) : 0;
+  const double before = energy();
   if (!state_.replace(y.data()))
     return "state.apply: the loop constraints cannot be satisfied near state.q at " +
            shown(simulation_.time) + " s";
-  if (system.with_work()) energy_offset += simulation_.mechanical_energy(state_.y()) - before;
-  given_ = Given::applied;
+  energy_offset += energy() - before;
+  pending_.given = Given::applied;
   return {};
 }
 

@@ -21,40 +21,50 @@ class ParameterSet {
 
   // Notes that a value was set.
   void set(const Variable& variable);
-  bool changed() const { return changed_; }  // since the last step
+  bool changed() const { return pending_.changed; }  // since the last step
   void stepped() {
-    changed_ = false;
-    if (!state_is_due()) given_ = Given::none;
+    pending_.changed = false;
+    if (!state_is_due()) pending_.given = Given::none;
   }
   // The state that the master gives is part of the parameters: `state.apply` was set, or it has replaced the
   // state.
   enum class Given : std::uint8_t { none, due, applied };
-  bool void_history() const { return changed_ || given_ != Given::none; }  // of the solver
-  Given given() const { return given_; }
-  bool state_is_due() const { return given_ == Given::due && simulation_.integrator; }
+  // A prescribed motion was set: the state that replaced the last one stays the given one.
+  void motion_changed() { given_again(); }
+  bool void_history() const { return pending_.changed || pending_.given != Given::none; }  // of the solver
+  Given given() const { return pending_.given; }
+  bool state_is_due() const { return pending_.given == Given::due && simulation_.integrator; }
 
-  bool in_force() const { return in_force_ && !state_is_due(); }
+  bool in_force() const { return pending_.in_force && !state_is_due(); }
   // Applies the values to the plan, and the given state. Returns why they are contradictory, leave a joint
   // without inertia or cannot satisfy the loops, empty on success.
   std::string bring_into_force();
-  // The same if the values are consistent. The energy balance keeps its value: tuning is not an energy error.
-  void bring_into_force_if_possible();
-  void restored(bool changed, Given given);
+
+  // What decides how they are brought into force.
+  struct Pending {
+    bool in_force = true, changed = false;
+    bool inertia_tuned = false;  // since the plan was current
+    Given given = Given::none;
+  };
+  const Pending& pending() const { return pending_; }
+  void restored(const Pending& pending);
 
   std::string impossible() const;  // contradictory values; empty: none
   std::string immovable();         // joint without inertia in every pose; empty: none. Uses the workspace
   double energy_offset = 0;        // the energy balance starts at 0
 
  private:
+  void given_again() {
+    if (pending_.given == Given::applied) pending_.given = Given::due;
+  }
   void renew_plan();
+  double energy();
   std::string apply_state();
 
   Simulation& simulation_;
   CurrentState& state_;
   const std::size_t size_;
-  bool in_force_ = true, changed_ = false;
-  bool inertia_tuned_ = false;  // since the plan was current
-  Given given_ = Given::none;
+  Pending pending_;
 };
 
 }  // namespace redysim

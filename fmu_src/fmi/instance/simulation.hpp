@@ -19,9 +19,6 @@ struct Simulation {
   std::string failed_joint() const;  // cause of the last failure; empty: unknown
   // The states of a master of model exchange.
   IndependentCoordinates& independent();
-  double mechanical_energy(const double* y) {
-    return system.kinetic_energy(time, y) + system.potential_energy(time, y);
-  }
 
   const Model model;
   const bool model_exchange;      // the master integrates: `integrator` is a GivenState

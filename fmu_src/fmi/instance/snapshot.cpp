@@ -33,9 +33,11 @@ void Snapshot::each_number(Self& self, const Visit& visit) {
   visit(self.life.tolerance);
   visit(self.time);
   visit(self.energy_offset);
-  visit(self.parameters_changed);
+  visit(self.pending.in_force);
+  visit(self.pending.changed);
+  visit(self.pending.inertia_tuned);
+  visit(self.pending.given);
   visit(self.follows_motion);
-  visit(self.given);
   visit(self.method);
 }
 
@@ -97,7 +99,7 @@ bool Snapshot::read(const Bytes& bytes, const Sizes& sizes, const System& system
 bool Snapshot::is_valid() const {
   for (double scale : scales)
     if (!(scale > 0) || !std::isfinite(scale)) return false;
-  return is_a_state(life.state) && is_a_method(method) && given <= ParameterSet::Given::applied;
+  return is_a_state(life.state) && is_a_method(method) && pending.given <= ParameterSet::Given::applied;
 }
 
 }  // namespace redysim

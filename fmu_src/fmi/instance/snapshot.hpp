@@ -19,8 +19,8 @@ struct Snapshot {
 
   Life life;
   double time = 0, energy_offset = 0;
-  bool parameters_changed = false, follows_motion = true;
-  ParameterSet::Given given = ParameterSet::Given::none;
+  bool follows_motion = true;
+  ParameterSet::Pending pending;
   SolverMethod method = SolverMethod::erk;
   std::vector<double> parameters, inputs, applied_inputs, scales;
   PrescribedMotion::Saved motion;

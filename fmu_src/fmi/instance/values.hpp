@@ -27,9 +27,10 @@ class Values {
   }
   bool are_current(Needs needs) const {
     switch (needs) {
-      case Needs::nothing:  // a start in equilibrium depends on all parameters
-        return integrator() ? !parameters_.state_is_due()
-                            : !simulation_.model.starts_in_equilibrium || parameters_.in_force();
+      case Needs::nothing:  // all parameters act on a start in equilibrium and on the response to a jump
+        return parameters_.in_force() ||
+               (integrator() ? !parameters_.state_is_due() && state_.follows_motion()
+                             : !simulation_.model.starts_in_equilibrium);
       case Needs::parameters:
         return parameters_.in_force();
       case Needs::accelerations:

@@ -41,7 +41,7 @@ void System::forget_jumps() {
 bool System::follow_jumps(double time, double* y) {
   if (!plan_.has_motion()) return true;
   const bool jumps = jumped();
-  const double before = jumps && with_work() ? energy_before_jump(time, y) : 0;
+  const double before = jumps && with_work() ? energy_before_jumps(time, y) : 0;
   if (jumps) {
     std::copy(y, y + size(), unmoved_.begin());
     respond(time, y, false);
@@ -56,14 +56,14 @@ bool System::follow_jumps(double time, double* y) {
   return false;
 }
 
-double System::energy_before_jump(double time, const double* y) {
-  coordinates(time, y);
+double System::energy_before_jumps(double time, const double* y) {
+  const Coordinates at = coordinates(time, y);
   for (int i = 0; i < plan_.nv; ++i) {
     if (motion_slot_[i] < 0) continue;
     q_[i] -= jump(i, 0);
     qd_[i] -= jump(i, 1);
   }
-  return energy(q_.data(), qd_.data(), y);
+  return energy(at.q, at.qd, y);
 }
 
 // Accelerations are linear in the prescribed ones, with the factor -M_ff^-1 M_fp. The difference of two

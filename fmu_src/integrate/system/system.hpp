@@ -186,6 +186,7 @@ class System {
 
   double kinetic_energy(double time, const double* y);
   double potential_energy(double time, const double* y);
+  double energy_before_jumps(double time, const double* y);  // of prescribed joints; both kinds
   double work(const double* y) const { return with_work() ? *layout_.work.of(y) : 0.0; }
   double contact_work(const double* y) const { return layout_.work.count > 1 ? layout_.work.of(y)[1] : 0.0; }
 
@@ -220,7 +221,6 @@ class System {
   void respond(double time, double* y, bool velocity);
   bool jumped() const;
   double energy(const double* q, const double* qd, const double* y);
-  double energy_before_jump(double time, const double* y);
   void update_recursion_inputs(double time);
   double motion_at(double time, int joint, int derivative) const;
   void hold_motion(double time, int joint);

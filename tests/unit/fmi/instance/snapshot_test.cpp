@@ -19,7 +19,7 @@ struct Saved {
     snapshot.life.state = State::step;
     snapshot.life.start_time = 0.25;
     snapshot.time = 1.5;
-    snapshot.parameters_changed = true;
+    snapshot.pending.changed = true;
     snapshot.follows_motion = false;
     snapshot.method = SolverMethod::bdf;
     snapshot.parameters = {3, 4};
@@ -40,7 +40,7 @@ TEST(Snapshot, is_read_as_it_was_written) {
   EXPECT_EQ(found.life.state, State::step);
   EXPECT_EQ(found.life.start_time, 0.25);
   EXPECT_EQ(found.time, 1.5);
-  EXPECT_TRUE(found.parameters_changed);
+  EXPECT_TRUE(found.pending.changed);
   EXPECT_FALSE(found.follows_motion);
   EXPECT_EQ(found.method, SolverMethod::bdf);
   EXPECT_EQ(found.parameters, (std::vector<double>{3, 4}));
@@ -60,7 +60,8 @@ TEST(Snapshot, truncated_bytes_are_refused_at_every_length) {
 }
 
 TEST(Snapshot, an_unknown_state_or_method_is_refused) {
-  for (std::size_t place : {std::size_t{0}, 4 + 5 * sizeof(double) + 8}) {
+  // of the state, of whether one is given, of the method
+  for (std::size_t place : {std::size_t{0}, 4 + 5 * sizeof(double) + 12, 4 + 5 * sizeof(double) + 20}) {
     Saved saved;
     saved.bytes[place] = 77;
     Snapshot found;
