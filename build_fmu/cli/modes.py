@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 
 import numpy as np
 
@@ -27,10 +28,15 @@ def run(options: argparse.Namespace) -> int:
         modes = model.modes(x, u)
         shapes = modes.shapes.T.tolist()
         rows = {"frequencies": modes.frequencies.tolist(), "squares": modes.squares.tolist(), "coordinates": modes.coordinates}
+        rows["resolution"] = modes.resolution
         emit(options, {**facts, **rows, "shapes": shapes})
         at = np.array([x[model.states.index(n)] for n in modes.coordinates])
         heads = [_frequency(square) for square in modes.squares]
         names = with_units(model, modes.coordinates)
+        if unresolved := int((modes.squares == 0).sum()):
+            what = f"modes below {modes.resolution:.3g} Hz are shown as 0 Hz ({unresolved} of {len(modes.squares)})"
+            why = "rounding errors of the highest frequency hide the difference between a slow mode and a free motion"
+            print(f"{what}: {why}", file=sys.stderr)
         print_matrix(f"{model.description.model_name}: modes", names, ["pose", *heads], np.column_stack([at, modes.shapes]))
     return 0
 

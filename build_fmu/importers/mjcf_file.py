@@ -131,8 +131,8 @@ class Mjcf:
 
     def _include(self, parent: etree._Element, file: Path, seen: set[Path]) -> None:
         for element in list(parent.iter("include")):
-            other = file.parent / element.get("file", "")
-            other = other if other.is_file() else self.path.parent / element.get("file", "")
+            other = self.path.parent / element.get("file", "")
+            other = other if other.is_file() else file.parent / element.get("file", "")
             if not other.is_file():
                 raise UserError(f"{file}:{element.sourceline}: included file '{element.get('file', '')}' does not exist")
             if other.resolve() in seen:

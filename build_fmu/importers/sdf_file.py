@@ -107,7 +107,7 @@ class Sdf(Urdf):
         self.places: dict[str, tuple[etree._Element, str]] = {}
         for tag in ("link", "joint", "frame"):
             for element in self.model.findall(tag):
-                name = self.text(element, "name")
+                name = self.name(element)
                 if name in self.places or name in (MODEL, WORLD):
                     raise self.error(element, f"duplicate name '{name}'" if name in self.places else f"'{name}' is a reserved name")
                 default = self._name(element, "child") if tag == "joint" else element.get("attached_to", "") if tag == "frame" else ""

@@ -100,7 +100,7 @@ def draft_of(urdf: Urdf, options: Namespace) -> tuple[Draft, TreeLayout]:
 def _bodies(urdf: Urdf, draft: Draft) -> dict[str, Body]:
     bodies: dict[str, Body] = {}
     for element in urdf.root.findall("link"):
-        body = Body(urdf.text(element, "name"), element.sourceline)
+        body = Body(urdf.name(element), element.sourceline)
         if body.name in bodies:
             raise urdf.error(element, f"duplicate link '{body.name}'")
         inertial = element.find("inertial")
@@ -144,7 +144,7 @@ def _report_change(where: str, given: np.ndarray, used: np.ndarray, draft: Draft
 def _joints(urdf: Urdf, bodies: dict[str, Body], draft: Draft) -> None:
     seen = set()
     for element in urdf.root.findall("joint"):
-        name, kind = urdf.text(element, "name"), urdf.text(element, "type")
+        name, kind = urdf.name(element), urdf.text(element, "type")
         if name in seen:
             raise urdf.error(element, f"duplicate joint '{name}'")
         seen.add(name)

@@ -49,6 +49,12 @@ class Urdf:
             raise self.error(element, f"<{element.tag}> has no attribute '{key}'{did_you_mean(key, element.attrib)}")
         return element.attrib[key]
 
+    def name(self, element: etree._Element) -> str:
+        """Returns the name of a link or joint."""
+        if not self.text(element, "name"):
+            raise self.error(element, f"'name' of <{element.tag}> is empty")
+        return element.attrib["name"]
+
     def numbers(self, element: etree._Element, key: str, count: int, default: str) -> list[float]:
         words = element.attrib.get(key, default).split()
         try:

@@ -21,9 +21,10 @@ REAL = 1e-8  # imaginary part of a square that is rounding, relative to the larg
 class Modes:
     """Modes by increasing square of the angular frequency (rad²/s²); a negative one is an unstable direction."""
 
-    squares: np.ndarray  # (k)
+    squares: np.ndarray  # (k); 0 of free motions, and below the resolution
     shapes: np.ndarray  # (coordinates x k), largest entry 1
     coordinates: list[str]
+    resolution: float = 0.0  # Hz, of frequencies that are rounding errors of the highest one
 
     @property
     def frequencies(self) -> np.ndarray:
@@ -51,8 +52,10 @@ def modes_at(equations: Evaluation, x: np.ndarray, u: np.ndarray) -> Modes:
     squares, vectors = np.linalg.eig(stiffness @ G)
     if abs(squares.imag).max(initial=0) > REAL * abs(squares).max(initial=0):
         raise UserError("the forces at this state have no potential, so there are no undamped modes: use `linearise`")
-    squares = np.where(abs(squares) <= ROUNDING * abs(squares).max(initial=0), 0, squares.real)
+    rounding = ROUNDING * abs(squares).max(initial=0)
+    squares = np.where(abs(squares) <= rounding, 0, squares.real)
     order = np.argsort(squares)
     shapes = (G @ vectors).real[:, order]
     largest = np.take_along_axis(shapes, abs(shapes).argmax(axis=0)[None, :], axis=0)
-    return Modes(squares[order], shapes / largest, [equations.name_of(n) for n in coordinates])
+    resolution = float(np.sqrt(rounding)) / (2 * np.pi)
+    return Modes(squares[order], shapes / largest, [equations.name_of(n) for n in coordinates], resolution)

@@ -13,7 +13,8 @@ class Motion:
     def __init__(self, drawing: dict[str, Any], columns: dict[str, np.ndarray]) -> None:
         self.drawing, self.columns = drawing, columns
         self.start = [_pose(link["rotation"], link["origin"]) for link in drawing["links"]]
-        self.balls = {ball["link"]: ball for ball in drawing.get("balls", []) if f"{ball['name']}.quaternion[4]" in columns}
+        turning = [ball for ball in drawing.get("balls", []) if all(f"{ball['name']}.quaternion[{k}]" in columns for k in range(1, 5))]
+        self.balls = {ball["link"]: ball for ball in turning}
         names = [link["name"] for link in drawing["links"]]
         self.carriers = {name: i for i, name in enumerate(names)}
         self.forces = {contact["name"]: self._columns(contact["name"]) for contact in drawing.get("contacts", [])}

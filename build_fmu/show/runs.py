@@ -39,8 +39,11 @@ def recorded(record: Path, model: Description | None) -> Run:
     if model:
         units = display_units(model)
         known = {v.name for v in model.variables}
-        joints = [f"{link.get('joint')}.q" for link in model.drawing["links"] if link["type"] != "fixed"]
-        missing = [name for name in joints if name in known and name not in columns]
+        balls = {ball["name"] for ball in model.drawing.get("balls", [])}
+        joints = [link.get("joint") for link in model.drawing["links"] if link["type"] != "fixed"]
+        parts = [[f"{j}.quaternion[{k}]" for k in range(1, 5)] if j in balls else [f"{j}.q"] for j in joints]
+        # the first of each joint
+        missing = [gone[0] for part in parts if (gone := [name for name in part if name in known and name not in columns])]
         if missing:
             more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
             print(f"'{record}' has no column '{missing[0]}'{more}: these joints do not move", file=sys.stderr)

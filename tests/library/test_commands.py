@@ -72,6 +72,20 @@ def test_modes_are_those_of_the_pendulum(run):
     )
 
 
+def test_modes_below_the_rounding_of_the_highest_one_are_announced(run, tmp_path):
+    """1 rad/s beside 1e8 rad/s: 1e-14 of the largest square is 1 (rad/s)2."""
+    links = [f'[[link]]\nname = "{name}"\njoint = "prismatic"\nmass = 1\nstiffness = {k}\n' for name, k in (("a", 0.1), ("b", 1e16))]
+    (tmp_path / "graded.toml").write_text('name = "graded"\ngravity = [0, 0, 0]\n' + "".join(links))
+    code, out, errors = run("modes", model=tmp_path / "graded.toml")
+    assert code == 0 and " 0 Hz" in out
+    assert errors.startswith("modes below 2.25 Hz are shown as 0 Hz (1 of 2): ")
+    facts = json.loads(run("modes", "--json", model=tmp_path / "graded.toml")[1])
+    # the masses in a row: the last one moves the sum of both on the stiff spring
+    assert facts["resolution"] == pytest.approx(1e-7 * np.sqrt(2e16) / (2 * np.pi), rel=1e-6)
+    assert facts["frequencies"][1] == pytest.approx(np.sqrt(2e16) / (2 * np.pi), rel=1e-6)
+    assert run("modes")[2] == ""
+
+
 def test_equilibrium_is_found_or_refused(run):
     facts = json.loads(run("equilibrium", "--json", "--input", "rod.tau=2")[1])
     assert facts["positions"]["rod.q"] == pytest.approx(np.arcsin(2 / 9.81), abs=1e-9) and facts["largest_rate"] < 1e-6

@@ -383,6 +383,17 @@ def test_includes_and_nested_classes(tmp_path):
         imported(tmp_path, text)
 
 
+def test_a_nested_include_is_searched_in_the_folder_of_the_main_file_first(tmp_path):
+    # as in MuJoCo 4.0.0: the folder of the main file, then that of the including one
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "arm.xml").write_text('<mujocoinclude><include file="hand.xml"/></mujocoinclude>')
+    text = '<mujoco><worldbody><include file="parts/arm.xml"/></worldbody></mujoco>'
+    for folder, damping in (("parts", 1), (".", 5)):
+        body = f'<body><joint damping="{damping}"/><geom size="0.1"/></body>'
+        (tmp_path / folder / "hand.xml").write_text(f"<mujocoinclude>{body}</mujocoinclude>")
+        assert imported(tmp_path, text).links[0].damping == damping
+
+
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [

@@ -267,6 +267,8 @@ def test_settle_inverts_pose_of():
         ('<mass value="2"/>', '<mass value="-2"/>', "arm.urdf:5: 'value' of <mass> must be >= 0, got -2"),
         ('damping="0.7"', 'damping="-0.7"', "arm.urdf:12: 'damping' of <dynamics> must be >= 0, got -0.7"),
         ('type="revolute"', 'type="revolut"', "did you mean 'revolute'?"),
+        ('<joint name="shoulder"', '<joint name=""', "arm.urdf:10: 'name' of <joint> is empty"),
+        ('<link name="base"', '<link name=" "', "'name' of <link> is empty"),
         ('<parent link="base"/>', '<parent link="bas"/>', "arm.urdf:11: joint 'shoulder': unknown link 'bas'; did you mean 'base'?"),
         ('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', "the axis is zero"),
         ('<axis xyz="0 1 0"/>', '<axis xyz="0 1"/>', "arm.urdf:11: 'xyz' of <axis> must be 3 numbers, got '0 1'"),

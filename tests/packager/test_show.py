@@ -191,6 +191,34 @@ def test_an_fmu_and_a_record(model_file, tmp_path, capsys, monkeypatch):
 
 
 @needs_library
+def test_a_record_without_a_quaternion_names_the_joint_that_does_not_move(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    links = [
+        f'[[link]]\nname = "{name}"\njoint = "{kind}"\nmass = 1\ninertia = [1, 1, 1]\n'
+        for name, kind in (("base", "free"), ("hip", "spherical"))
+    ]
+    Path("ball.toml").write_text('name = "ball"\n' + "".join(links))
+    heads = [
+        "time",
+        *(f"base[{k}].q" for k in (1, 2, 3)),
+        *(f"base.quaternion[{k}]" for k in (1, 2, 3, 4)),
+        *(f"hip.quaternion[{k}]" for k in (1, 2, 3, 4)),
+    ]
+    gone = (
+        (heads, ""),
+        (heads[:11], "'hip.quaternion[4]': "),
+        (heads[:4], "'base.quaternion[1]' and 1 more: "),
+        (["time", "x"], "'base[1].q' and 4 more: "),
+    )
+    for named, said in gone:
+        Path("run.csv").write_text("\n".join([",".join(named), *(",".join([f"{t}"] + ["0.5"] * (len(named) - 1)) for t in (0, 1))]) + "\n")
+        capsys.readouterr()
+        assert main(["show", "run.csv", "ball.toml", "-o", "x.html", "--still", "x.png"]) == 0
+        err = capsys.readouterr().err
+        assert (f"'run.csv' has no column {said}these joints do not move" in err) if said else "do not move" not in err, err
+
+
+@needs_library
 @pytest.mark.parametrize(
     ("targets", "sentence"),
     [
