@@ -9,7 +9,7 @@ from pathlib import Path
 
 from build_fmu.errors import UserError, did_you_mean, listed
 from build_fmu.importers.draft import Draft, legal
-from build_fmu.importers.mjcf_attributes import unknown_attributes
+from build_fmu.importers.mjcf_attributes import check_keywords, unknown_attributes
 from build_fmu.importers.mjcf_bodies import WORLD, Tree
 from build_fmu.importers.mjcf_file import Mjcf, elements
 from build_fmu.importers.mjcf_parts import Parts
@@ -39,6 +39,7 @@ LISTED = ("contact", "sensor", "custom", "extension", "deformable")
 def read(path: Path, options: Namespace) -> Draft:
     """Returns the draft; raises UserError with file, line and element."""
     mj = Mjcf(path)
+    check_keywords(mj)
     draft = Draft(name=legal(mj.root.get("model") or path.stem), source=path.name)
     _options(mj, draft)
     tree = Tree(mj, draft)

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 from lxml import etree
 
-from build_fmu.importers.mjcf_file import ACTUATORS, FILE, SHARED
+from build_fmu.errors import did_you_mean
+from build_fmu.importers.mjcf_file import ACTUATORS, FILE, SHARED, Mjcf
 
 PLACE = "pos quat axisangle euler xyaxes zaxis "
 SHAPE = PLACE + "name class type size fromto mesh material rgba group user "
@@ -55,6 +56,35 @@ KNOWN = {
     "motor": OF_ACTUATOR,
 } | {tag: OF_ACTUATOR + OF_LAWS for tag in ACTUATORS if tag != "motor"}
 SECTIONS = ("compiler", "option", "default", "asset", "worldbody", "keyframe", *SHARED)
+BOOLEAN, WITH_AUTO = ("true", "false"), ("true", "false", "auto")
+GEOMS = ("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
+OF_RANGES = dict.fromkeys(("limited", "actuatorfrclimited"), WITH_AUTO)
+# attributes that are one of a few words
+KEYWORDS = {
+    "compiler": {"angle": ("radian", "degree"), "coordinate": ("local", "global"), "inertiafromgeom": WITH_AUTO}
+    | dict.fromkeys(("autolimits", "strippath", "fusestatic", "balanceinertia", "exactmeshinertia", "alignfree"), BOOLEAN),
+    "flag": dict.fromkeys(KNOWN["flag"].split(), ("enable", "disable")),
+    "body": {"mocap": BOOLEAN},
+    "joint": OF_RANGES | {"align": WITH_AUTO, "active": BOOLEAN},
+    "freejoint": {"align": WITH_AUTO},
+    "geom": {"type": GEOMS, "shellinertia": BOOLEAN},
+    "mesh": {"inertia": ("legacy", "exact", "convex", "shell")},
+    "tendon": OF_RANGES | {"active": BOOLEAN},
+    "fixed": OF_RANGES,
+    "spatial": OF_RANGES,
+} | dict.fromkeys(("equality", "connect", "weld"), {"active": BOOLEAN})
+KEYWORDS |= dict.fromkeys(ACTUATORS, dict.fromkeys(("ctrllimited", "forcelimited", "actlimited"), WITH_AUTO))
+
+
+def check_keywords(mj: Mjcf) -> None:
+    """Raises UserError at the first attribute that is another word than the ones that MuJoCo accepts."""
+    for section in mj.root:
+        for element in section.iter(*KEYWORDS) if section.tag in SECTIONS else ():
+            for key, words in KEYWORDS[element.tag].items():
+                value = element.get(key)
+                if value is not None and value not in words:
+                    hint = did_you_mean(value, words)
+                    raise mj.error(element, f"'{key}' of <{element.tag}> must be {' or '.join(words)}, got '{value}'{hint}")
 
 
 def unknown_attributes(root: etree._Element) -> Iterator[tuple[etree._Element, str, list[str]]]:

@@ -210,10 +210,11 @@ class Tree:
             self.omitted[f"nonlinear {key} of joints"] += any(amounts[1:])
         if not link.stiffness:
             link.rest = 0.0
-        low, high = map(scale, mj.numbers(element, values, "range", 2, "0 0"))
-        limited = values.get("limited", "auto")
-        if low < high and (limited == "true" or (limited == "auto" and mj.flag("autolimits", True))):
-            link.limits = (low, high)
+        limits = mj.limits(element, values, "range", "limited")
+        if limits:
+            link.limits = (scale(limits[0]), scale(limits[1]))
+        low, high = mj.numbers(element, values, "range", 2, "0 0")
+        self.omitted["reversed 'range' of <joint>"] += low > high
         self._report(element, values)
         return at
 

@@ -79,6 +79,16 @@ class Mjcf:
             raise self.error(element, f"'{key}' of <{element.tag}> must be {expected}, got '{values.get(key, default)}'")
         return found
 
+    def limits(self, element: etree._Element, values: dict[str, str], key: str, flag: str) -> tuple[float, float] | None:
+        """Returns the bounds of a range that counts, by its `flag`; None: it has no effect."""
+        low, high = self.numbers(element, values, key, 2, "0 0")
+        limited = values.get(flag, "auto")
+        if limited == "true" and low >= high:
+            raise self.error(element, f"'{key}' of <{element.tag}> must be two increasing numbers, got '{values.get(key, '')}'")
+        if limited == "auto" and (low or high) and not self.flag("autolimits", True):
+            raise self.error(element, f"<{element.tag}> has '{key}' without '{flag}': autolimits=\"false\" requires it")
+        return (low, high) if low < high and limited != "false" else None
+
     def whole(self, element: etree._Element, values: dict[str, str], key: str, default: int) -> int:
         """Returns a whole number."""
         return int(self.numbers(element, values, key, 1, str(default))[0])

@@ -247,10 +247,9 @@ class Parts:
         """Returns the bounds of the torque on the joint."""
         both = np.array([-np.inf, np.inf])
         for key, flag, usable in (("ctrlrange", "ctrllimited", element.tag == "motor"), ("forcerange", "forcelimited", True)):
-            low, high = self.mj.numbers(element, values, key, 2, "0 0")
-            limited = values.get(flag, "auto")
-            if usable and low < high and (limited == "true" or (limited == "auto" and self.mj.flag("autolimits", True))):
-                both = np.array([max(both[0], low), min(both[1], high)])
+            limits = self.mj.limits(element, values, key, flag)
+            if usable and limits:
+                both = np.array([max(both[0], limits[0]), min(both[1], limits[1])])
         return np.sort(both * gear) if gear else np.zeros(2)
 
     def add_shapes(self) -> None:

@@ -404,6 +404,7 @@ def test_a_nested_include_is_searched_in_the_folder_of_the_main_file_first(tmp_p
         ('<joint name="o"', '<camera/><joint name="o" type="ball" stiffness="3"', "1 x stiffness of ball and free joints"),
         ('<joint name="o"', '<camera/><joint name="o"', "1 x <camera>"),
         ('name="rocker"', 'name="rocker" gravcomp="1"', "1 x 'gravcomp' of <body>"),
+        ('range="-90 90"', 'range="2 1"', "1 x reversed 'range' of <joint>"),
         ("EXTRA", '<equality><joint joint1="c" joint2="r" polycoef="0 1 2 0 0"/></equality>', "1 x nonlinear <joint> in <equality>"),
         ("EXTRA", '<equality><connect active="false" body1="rod" anchor="0 0 0"/></equality>', "1 x inactive equality constraints"),
         ('axis="0 1 0" range', 'axis="0 1 0" springdamper="1 1" range', "1 x 'springdamper' of <joint>"),
@@ -453,6 +454,20 @@ def test_losses_are_listed(tmp_path, old, new, sentence):
             "must be three of x, y, z, X, Y, Z, got 'xy'",
         ),
         ("EXTRA", '<include file="no.xml"/>', "included file 'no.xml' does not exist"),
+        # MuJoCo 4.0.0 refuses these: invalid keyword, or an invalid range
+        (
+            "<option",
+            '<compiler angle="radians"/><option',
+            r"robot\.xml:1: 'angle' of <compiler> must be radian or degree, got 'radians'; did you mean 'radian'\?$",
+        ),
+        ('name="c"', 'name="c" limited="True"', r"robot\.xml:3: 'limited' of <joint> must be true or false or auto, got 'True'"),
+        ("<option", '<compiler autolimits="False"/><option', "'autolimits' of <compiler> must be true or false, got 'False'"),
+        ("<option", '<compiler inertiafromgeom="True"/><option', "'inertiafromgeom' of <compiler> must be true or false or auto"),
+        ("EXTRA", '<default><motor ctrllimited="1"/></default>', "'ctrllimited' of <motor> must be true or false or auto, got '1'"),
+        ("EXTRA", '<option><flag gravity="off"/></option>', "'gravity' of <flag> must be enable or disable, got 'off'"),
+        ('range="-90 90"', 'range="2 1" limited="true"', "'range' of <joint> must be two increasing numbers, got '2 1'"),
+        ("EXTRA", '<actuator><motor joint="c" ctrllimited="true"/></actuator>', "'ctrlrange' of <motor> must be two increasing numbers"),
+        ("<option", '<compiler autolimits="false"/><option', "<joint> has 'range' without 'limited'"),
     ],
 )
 def test_errors_have_file_and_line(tmp_path, old, new, sentence):
