@@ -14,7 +14,7 @@ from build_fmu.errors import UserError, did_you_mean
 from build_fmu.importers.draft import Draft
 from build_fmu.importers.mjcf_axes import principal_axes
 from build_fmu.importers.mjcf_file import Mjcf, elements, towards, turn
-from build_fmu.importers.rigid import inverse, matrix_of, transform
+from build_fmu.importers.rigid import matrix_of, transform
 from build_fmu.importers.solids import Body as Mass
 from build_fmu.importers.solids import Solid, body_of, is_open, joined, mujoco_mesh_body
 from build_fmu.importers.tree import Body
@@ -286,7 +286,8 @@ class Tree:
                 self.omitted[f"<mesh> {reason} ('{file or name}')"] += 1
                 return None, ""
             default = "exact" if self.mj.flag("exactmeshinertia", False) else "legacy"
-            return Solid("mesh", scale, pose @ inverse(self.mj.pose(asset, moved)), str(path)), of_asset.get("inertia", default)
+            size, own = _referred(scale, self.mj.pose(asset, moved))
+            return Solid("mesh", size, pose @ own, str(path)), of_asset.get("inertia", default)
         raise self.mj.error(element, f"unknown mesh '{name}'")
 
     def _inertia(
@@ -353,6 +354,20 @@ class Tree:
         total, wanted = sum(body.mass for body in own), self.mj.setting("settotalmass", 1, "-1")[0]
         for body in own if wanted > 0 else ():
             body.mass, body.inertia = body.mass * wanted / total, body.inertia * wanted / total
+
+
+def _referred(scale: list[float], reference: np.ndarray) -> tuple[list[float], np.ndarray]:
+    """Returns scale and pose of a mesh that MuJoCo shifts and turns to its reference and then scales.
+
+    The scale is a matrix of 9 numbers, by rows, where it shears the turned mesh.
+    """
+    turn = reference[:3, :3].T
+    matrix = np.diag(scale) @ turn
+    own = turn.T @ matrix
+    at = -matrix @ reference[:3, 3]
+    if float(np.abs(own - np.diag(np.diag(own))).max()) > 1e-12 * max(map(abs, scale)):
+        return [float(x) for x in matrix.ravel()], transform(None, at)
+    return [float(x) for x in np.diag(own)], transform(turn, at)
 
 
 def _distinct(inertia: np.ndarray) -> bool:

@@ -263,6 +263,9 @@ class Parts:
             if geom.solid is None or geom.kind not in DRAWN:
                 self.tree.omitted[f"drawing of <geom> of type {geom.kind}"] += geom.kind not in ("plane", "mesh")
                 continue
+            if geom.kind == "mesh" and len(geom.solid.size) == 9:
+                self.tree.omitted["drawing of <mesh> with 'refquat' and an unequal 'scale', which shears it"] += 1
+                continue
             link, frame = self.frame_of(geom.element, geom.body)
             position, angles = position_and_angles(frame @ geom.solid.pose)
             fields: dict[str, object] = {"link": link, "kind": geom.kind}

@@ -14,7 +14,10 @@ from build_fmu.draw.meshes import mesh_parts
 
 @dataclass
 class Solid:
-    """A shape in a link frame: `size` as in [[shape]], or the half axes of an ellipsoid; `file` of a mesh."""
+    """A shape in a link frame: `size` as in [[shape]], or the half axes of an ellipsoid; `file` of a mesh.
+
+    The size of a mesh may be a matrix of 9 numbers, by rows, which a [[shape]] cannot have.
+    """
 
     kind: str
     size: Sequence[float]
@@ -61,7 +64,8 @@ def body_of(solid: Solid, of_mesh: Callable[[str, tuple[float, ...]], Body] | No
     `of_mesh` integrates a mesh (default: `mesh_body`).
     """
     if solid.kind == "mesh":
-        scale = np.broadcast_to(np.asarray(solid.size, float), 3) if len(solid.size) else np.ones(3)
+        scale = np.asarray(solid.size, float) if len(solid.size) else np.ones(3)
+        scale = scale if len(scale) == 9 else np.broadcast_to(scale, 3)
         own = (of_mesh or mesh_body)(solid.file, tuple(map(float, scale)))
     else:
         own = _primitive(solid.kind, list(map(float, solid.size)))
@@ -118,7 +122,12 @@ def mujoco_mesh_body(file: str, scale: tuple[float, ...]) -> Body:
 
 def _corners(file: str, scale: tuple[float, ...]) -> np.ndarray:
     """Returns the corners of all triangles: triangles x 3 x 3."""
-    return np.concatenate([(points * scale)[triangles] for points, triangles, _ in mesh_parts(file)])
+    return np.concatenate([scaled(points, scale)[triangles] for points, triangles, _ in mesh_parts(file)])
+
+
+def scaled(points: np.ndarray, scale: Sequence[float]) -> np.ndarray:
+    """Returns the points of a mesh by its scale, 3 numbers or a matrix of 9."""
+    return points @ np.reshape(scale, (3, 3)).T if len(scale) == 9 else points * scale
 
 
 def _integrals(corners: np.ndarray, absolute: bool) -> tuple[float, np.ndarray, np.ndarray]:

@@ -15,6 +15,7 @@ from build_fmu.errors import UserError, listed
 from build_fmu.importers.draft import GROUND, Draft, DraftTie
 from build_fmu.importers.masses import fixed_to_ground
 from build_fmu.importers.rigid import position_and_angles, start_poses, transform
+from build_fmu.importers.solids import scaled
 from build_fmu.importers.urdf_file import Urdf
 from build_fmu.importers.urdf_visuals import mesh_file
 
@@ -182,7 +183,7 @@ def _read_meshes(solids: list[Solid], poses: dict[str, np.ndarray], omitted: Cou
 
 def _extreme_points(solid: Solid, pose: np.ndarray) -> list[list[float]]:
     """Returns corners of the convex hull of a mesh, in the frame of its link, which has this initial pose."""
-    corners = np.concatenate([points[np.unique(triangles)] for points, triangles, _ in mesh_parts(solid.file)]) * solid.size
+    corners = scaled(np.concatenate([points[np.unique(triangles)] for points, triangles, _ in mesh_parts(solid.file)]), solid.size)
     corners = np.round(corners @ solid.pose[:3, :3].T + solid.pose[:3, 3], 7)
     world = corners @ pose[:3, :3].T
     # a mesh is stretched to a cube, so that a long flat foot has its four corners

@@ -8,7 +8,7 @@ import pytest
 from build_fmu.errors import UserError
 from build_fmu.importers import mjcf
 from build_fmu.importers.mjcf_file import of_quaternion, quaternion_of, towards, turn
-from build_fmu.importers.rigid import inverse, start_poses
+from build_fmu.importers.rigid import inverse, rotation_z, start_poses
 from build_fmu.importers.toml_writer import model_text
 from build_fmu.model.describe import describe
 from tests.command_line import command
@@ -80,6 +80,29 @@ def test_exactmeshinertia_is_the_default_of_meshes(tmp_path):
     exact = 1000 * (0.4 * 0.1 * 0.1 + 0.1 * 0.1 * 0.5)
     assert mass('exactmeshinertia="true"', "") == mass("", 'inertia="exact"') == pytest.approx(exact)
     assert mass('exactmeshinertia="true"', 'inertia="legacy"') == mass("", "") > 1.01 * exact
+
+
+def test_a_mesh_is_shifted_and_turned_to_its_reference_before_it_is_scaled(tmp_path):
+    """A tetrahedron: the mean of its corners is its center of mass, also after a linear map."""
+    corners, edges, at = np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [0.3, 0.4, 3]]), np.array([0.1, 0.2, 0.3]), np.array([0.5, 0.2, 0.1])
+    lines = [*("v " + " ".join(map(str, corner)) for corner in corners.tolist()), "f 1 3 2", "f 1 2 4", "f 1 4 3", "f 2 3 4"]
+    (tmp_path / "c.obj").write_text("\n".join(lines))
+    for quaternion, drawn in ([1, 0, 0, 0], True), ([1, 0, 0, 1], True), ([0.8, 0.1, 0.5, 0.2], False):
+        reference = f'refpos="0.5 0.2 0.1" refquat="{" ".join(map(str, quaternion))}"'
+        draft = imported(
+            tmp_path,
+            f"""<mujoco><asset><mesh file="c.obj" scale="0.1 0.2 0.3" {reference}/></asset><worldbody><body><joint/><geom type="mesh" mesh="c"/></body>
+              </worldbody></mujoco>""",
+        )
+        placed = (corners - at) @ of_quaternion(quaternion) * edges
+        np.testing.assert_allclose(draft.links[0].com, placed.mean(axis=0), atol=1e-12)
+        assert draft.links[0].mass == pytest.approx(1000 * 0.006)
+        assert any("'refquat' and an unequal 'scale'" in line for line in draft.lost) != drawn
+        for shape in (one.fields for one in draft.shapes):
+            turn = rotation_z(shape.get("rpy", [0, 0, 0])[2])
+            shown = corners * shape["size"] @ turn.T + shape["position"]
+            np.testing.assert_allclose(shown, placed, atol=1e-12)
+        assert len(draft.shapes) == drawn
 
 
 @pytest.mark.parametrize("file", ["C:/parts/hook.stl", "parts\\hook.stl", "hook.stl"])

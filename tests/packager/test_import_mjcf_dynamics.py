@@ -150,13 +150,21 @@ def worst_error(path, folder, states=3):
     return worst
 
 
-def test_a_mesh_that_is_not_convex_has_the_mass_of_mujoco(tmp_path):
+@pytest.mark.parametrize(
+    "placed",
+    [
+        'scale="1 2 1" refpos="0.1 0 0"',
+        'scale="0.5 2 0.8" refpos="0.1 0.2 0.3" refquat="0.8 0.1 0.5 0.2"',
+        'scale="0.5 2 -0.8" refpos="0.1 0.2 0.3" refquat="1 0 1 0"',
+    ],
+)
+def test_a_mesh_that_is_not_convex_has_the_mass_of_mujoco(tmp_path, placed):
     trimesh = pytest.importorskip("trimesh")
     parts = [trimesh.creation.box(extents=size) for size in ([0.4, 0.1, 0.1], [0.1, 0.1, 0.5])]
     parts[1].apply_translation([0.15, 0, 0.3])
     trimesh.util.concatenate(parts).export(tmp_path / "hook.stl")
     geom = '<geom type="mesh" mesh="hook" euler="10 20 30" pos="0.1 0 0"/>'
-    text = f"""<mujoco><asset><mesh file="hook.stl" scale="1 2 1" refpos="0.1 0 0"/></asset>
+    text = f"""<mujoco><asset><mesh file="hook.stl" {placed}/></asset>
       <worldbody><body name="a"><joint name="j" axis="0 1 0"/>{geom}</body></worldbody></mujoco>"""
     (tmp_path / "robot.xml").write_text(text)
     # MuJoCo keeps vertices in single precision
