@@ -11,6 +11,7 @@ from build_fmu.errors import UserError, did_you_mean, listed
 from build_fmu.importers.draft import Draft, legal
 from build_fmu.importers.mjcf_attributes import check_keywords, unknown_attributes
 from build_fmu.importers.mjcf_bodies import WORLD, Tree
+from build_fmu.importers.mjcf_contacts import add_ground_contacts
 from build_fmu.importers.mjcf_file import Mjcf, elements
 from build_fmu.importers.mjcf_parts import Parts
 from build_fmu.importers.tree import TreeLayout, set_pose
@@ -69,7 +70,7 @@ def read(path: Path, options: Namespace) -> Draft:
     if options.frames:
         parts.add_frames()
     if options.contact:
-        parts.add_contacts(feet_only=options.contact == "ground")
+        add_ground_contacts(parts, feet_only=options.contact == "ground")
     _losses(mj, tree, draft, options)
     draft.notes.append(
         "The ground frame is the world frame. Link frames are chosen anew (z: joint axis, x: common normal); the motion is the same. "
@@ -102,7 +103,9 @@ def _losses(mj: Mjcf, tree: Tree, draft: Draft, options: Namespace) -> None:
     draft.lost += [f"{count} x {what}" for what, count in tree.omitted.items() if count]
     for element in elements(mj.root):
         if element.tag in LISTED:
-            inner = Counter(child.tag for child in elements(element))
+            inner = Counter(child.tag for child in elements(element) if child not in tree.applied)
+            if not inner and len(element):
+                continue
             draft.lost.append(f"<{element.tag}>: {', '.join(f'{count} x <{tag}>' for tag, count in inner.items())}")
         elif element.tag not in SECTIONS:
             draft.lost.append(f"{mj.place(element)}: unknown <{element.tag}>{did_you_mean(element.tag, (*SECTIONS, *LISTED))}")

@@ -65,6 +65,7 @@ class Tree:
     geoms: list[Geom] = field(default_factory=list)
     sites: dict[str, tuple[str, np.ndarray]] = field(default_factory=dict)
     omitted: Counter = field(default_factory=Counter)
+    applied: list[etree._Element] = field(default_factory=list)  # of <contact>
     used: dict[str, set[str]] = field(default_factory=dict)  # names of bodies, joints and sites, which generated names avoid
 
     def read(self) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from lxml import etree
 
 from build_fmu.errors import UserError
-from build_fmu.importers.rigid import rotation_x, rotation_y, rotation_z, transform
+from build_fmu.importers.rigid import of_quaternion, rotation_x, rotation_y, rotation_z, transform
 from build_fmu.importers.urdf_file import parsed
 
 TURNS = {"x": rotation_x, "y": rotation_y, "z": rotation_z}
@@ -195,18 +195,6 @@ def towards(z: np.ndarray) -> np.ndarray:
     if sine < 1e-12:
         return np.eye(3) if z[2] > 0 else rotation_x(math.pi)
     return turn(axis / sine, math.atan2(sine, float(z[2])))
-
-
-def of_quaternion(q: list[float]) -> np.ndarray:
-    """Returns the rotation of w, x, y, z of any length."""
-    w, x, y, z = np.array(q) / np.linalg.norm(q)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 def quaternion_of(r: np.ndarray) -> list[float]:

@@ -1,4 +1,4 @@
-"""Converts what an MJCF file contains besides its bodies: equality constraints, tendons, actuators, keyframes, shapes and contacts."""
+"""Converts what an MJCF file contains besides its bodies: equality constraints, tendons, actuators, keyframes and shapes."""
 
 from __future__ import annotations
 
@@ -14,11 +14,8 @@ from build_fmu.importers.mjcf_bodies import Joint, Tree
 from build_fmu.importers.mjcf_file import elements, of_quaternion, quaternion_of
 from build_fmu.importers.rigid import inverse, position_and_angles, start_poses, transform
 from build_fmu.importers.tree import TreeLayout
-from build_fmu.importers.urdf_contacts import Solid as ContactSolid
-from build_fmu.importers.urdf_contacts import add_contacts
 
 DRAWN = ("box", "cylinder", "sphere", "capsule", "mesh")
-TOUCHING = ("sphere", "capsule", "cylinder", "box", "mesh")
 HIDDEN = 3  # group from which on MuJoCo's viewer does not draw geoms
 
 
@@ -282,24 +279,6 @@ class Parts:
         if hidden:
             self.draft.lost.append(f"drawing of {hidden} <geom> of group {HIDDEN} or higher, which are collision shapes")
 
-    def add_contacts(self, feet_only: bool) -> None:
-        """Converts geoms to contacts with the ground plane z = 0."""
-        omitted, solids = Counter(), []
-        for geom in self.tree.geoms:
-            if not any(self.mj.whole(geom.element, geom.values, key, 1) for key in ("contype", "conaffinity")):
-                continue
-            link, frame = self.frame_of(geom.element, geom.body)
-            if geom.kind == "plane":
-                if link != GROUND or abs(geom.pose[2, 3]) > 1e-9 or geom.pose[2, 2] < 1 - 1e-9:
-                    self.draft.lost.append(f"{self.mj.place(geom.element)}: contact with a plane other than z = 0")
-            elif geom.kind in TOUCHING and geom.solid:
-                solids.append(ContactSolid(geom.kind, link, frame @ geom.solid.pose, list(geom.solid.size), geom.solid.file))
-            else:
-                omitted[f"<geom> of type {geom.kind}"] += 1
-        if not solids:
-            raise UserError(f"--contact: '{self.mj.path}' has no <geom> of {', '.join(TOUCHING)} that collides; write [[contact]] by hand")
-        add_contacts(solids, omitted, self.layout, feet_only)
-
     def add_keyframe(self, wanted: str | None) -> None:
         """Sets the start state of a keyframe; without a wanted one, lists those of the file."""
         keys = {k.get("name") or f"{i}": k for i, k in enumerate(self.mj.root.findall("keyframe/key"))}
@@ -310,6 +289,7 @@ class Parts:
         if wanted not in keys:
             raise UserError(f"--keyframe: unknown keyframe '{wanted}'{did_you_mean(wanted, keys) or named(keys)}")
         key = keys[wanted]
+        self._report_key(key, wanted)
         sizes = {"free": (7, 6), "ball": (4, 3)}
         counts = [sizes.get(joint.kind, (1, 1)) for joint in self.tree.joints]
         qpos = self.mj.numbers(key, key.attrib, "qpos", sum(n for n, _ in counts)) if "qpos" in key.attrib else None
@@ -324,6 +304,15 @@ class Parts:
                 turned = of_quaternion(link.q[3:]) if joint.kind == "free" and qpos is not None else np.eye(3)
                 link.qd = self._velocity(joint.kind, qvel[rate : rate + m], poses[link.name], turned, frame)
             at, rate = at + n, rate + m
+
+    def _report_key(self, key: etree._Element, name: str) -> None:
+        """Lists what a keyframe states besides positions and velocities, if it has an effect in MuJoCo."""
+        given = {part: self.mj.numbers(key, key.attrib, part, None) for part in ("ctrl", "act", "mpos", "mquat") if part in key.attrib}
+        moved = any(body.get("mocap") == "true" for body in self.mj.root.iterfind("worldbody//body"))
+        lost = [part for part, values in given.items() if (moved if part.startswith("m") else any(values))]
+        if lost:
+            inputs = ": inputs start at 0" if "ctrl" in lost else ""
+            self.draft.lost.append(f"{self.mj.place(key)}: {listed([repr(part) for part in lost])} of <key> '{name}'{inputs}")
 
     @staticmethod
     def _position(kind: str, values: list[float], pose: np.ndarray, frame: np.ndarray) -> float | list[float]:

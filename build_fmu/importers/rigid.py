@@ -50,9 +50,11 @@ def start_poses(links: Sequence[DraftLink]) -> dict[str, np.ndarray]:
     """Returns the poses of all links in the ground frame in the initial configuration."""
     poses = {GROUND: np.eye(4)}
     for link in links:
-        # joints with several DOF start at 0
-        q = 0.0 if isinstance(link.q, list) else link.q
-        poses[link.name] = poses[link.parent] @ pose_of(link.dh, link.joint, q)
+        several = isinstance(link.q, list)
+        poses[link.name] = poses[link.parent] @ pose_of(link.dh, link.joint, 0.0 if several else link.q)
+        # of joints with several DOF those with a quaternion; others start at 0
+        if several and (link.joint, len(link.q)) in (("free", 7), ("spherical", 4)):
+            poses[link.name] = poses[link.name] @ transform(of_quaternion(link.q[-4:]), link.q[:-4] or (0, 0, 0))
     return poses
 
 
@@ -66,6 +68,18 @@ def position_and_angles(own: np.ndarray) -> tuple[list[float], list[float]]:
     c, s = math.cos(yaw), math.sin(yaw)
     roll = math.atan2(s * r[0, 2] - c * r[1, 2], c * r[1, 1] - s * r[0, 1])
     return [round(float(x), 13) for x in own[:3, 3]], [round(x, 13) for x in (roll, pitch, yaw)]
+
+
+def of_quaternion(q: Sequence[float]) -> np.ndarray:
+    """Returns the rotation of w, x, y, z of any length."""
+    w, x, y, z = np.array(q) / np.linalg.norm(q)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
 
 
 def matrix_of(inertia: Sequence[float]) -> np.ndarray:

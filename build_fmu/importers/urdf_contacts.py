@@ -14,7 +14,7 @@ from build_fmu.draw.meshes import mesh_parts
 from build_fmu.errors import UserError, listed
 from build_fmu.importers.draft import GROUND, Draft, DraftTie
 from build_fmu.importers.masses import fixed_to_ground
-from build_fmu.importers.rigid import position_and_angles, start_poses, transform
+from build_fmu.importers.rigid import pose_of, position_and_angles, start_poses, transform
 from build_fmu.importers.solids import scaled
 from build_fmu.importers.urdf_file import Urdf
 from build_fmu.importers.urdf_visuals import mesh_file
@@ -49,6 +49,7 @@ class Solid:
     size: list[float]
     file: str = ""  # of a mesh
     points: list[list[float]] = field(default_factory=list)  # of a mesh, in the frame of the link
+    friction: float | None = None  # of the file; None: LAW
 
 
 def add_urdf_contacts(urdf: Urdf, layout, feet_only: bool) -> None:
@@ -92,7 +93,8 @@ def add_contacts(solids: list[Solid], omitted: Counter, layout, feet_only: bool)
     stiffness = float(f"{max(enough, upright):.2g}")
     for solid in chosen:
         for shape in _shapes(solid, poses[solid.link]):
-            fields = {"link_a": solid.link, **shape, "stiffness": stiffness, **LAW, "outputs": ["force", "depth", "point"]}
+            law = LAW if solid.friction is None else LAW | {"friction": solid.friction}
+            fields = {"link_a": solid.link, **shape, "stiffness": stiffness, **law, "outputs": ["force", "depth", "point"]}
             draft.contacts.append(DraftTie(layout.names.take(f"{solid.link}_contact"), fields))
     shared = f"{mass:.4g} kg on {points} point{'s' if points > 1 else ''}"
     why = f"{UPRIGHT:g} times what keeps the robot upright" if upright > enough else f"depth {1000 * STATIC_DEPTH:g} mm"
@@ -261,9 +263,8 @@ def _at(pose: np.ndarray, point: Iterable[float]) -> list[float]:
 def _report(draft: Draft, chosen: list[Solid], poses: dict[str, np.ndarray], stiffness: str) -> None:
     kinds = Counter(solid.kind for solid in chosen)
     counts = ", ".join(f"{count} x <{kind}>" for kind, count in kinds.items())
-    law = f"damping {LAW['damping']:g} s/m, friction {LAW['friction']:g}, friction_velocity {LAW['friction_velocity']:g} m/s"
     links = listed(list(dict.fromkeys(solid.link for solid in chosen)))
-    draft.doubts.append(f"contact of {counts} ({links}) with the plane z = 0: {stiffness}; {law} are assumed")
+    draft.doubts.append(f"contact of {counts} ({links}) with the plane z = 0: {stiffness}; {_law(chosen)}")
     for upright, words in (
         (True, f"{2 * RIM_POINTS} points on the rims, because it stands upright; it does not roll smoothly"),
         (False, "two disks (its rims), because it lies; contact is not smooth if it stands upright"),
@@ -279,6 +280,19 @@ def _report(draft: Draft, chosen: list[Solid], poses: dict[str, np.ndarray], sti
         draft.doubts.append(f"<mesh> of {listed(found)}: each is at most {most} points of its convex hull; it does not roll smoothly")
 
 
+def _law(chosen: list[Solid]) -> str:
+    """Returns what is assumed of the law, and the friction that the file states."""
+    given: dict[float, list[str]] = {}
+    for solid in chosen:
+        if solid.friction is not None:
+            given.setdefault(solid.friction, []).append(solid.link)
+    assumed = [f"{key} {value:g}{unit}" for (key, value), unit in zip(LAW.items(), (" s/m", "", " m/s"), strict=True)]
+    if not given:
+        return f"{', '.join(assumed)} are assumed"
+    by = [f"{value:g}" + (f" ({listed(list(dict.fromkeys(links)))})" if len(given) > 1 else "") for value, links in given.items()]
+    return f"{assumed[0]}, {assumed[2]} are assumed; friction {', '.join(by)} as in the file"
+
+
 def _lift(draft: Draft, poses: dict[str, np.ndarray], lowest: float) -> None:
     """Moves the floating base such that the lowest contact point touches the ground, or lowers the ground below a fixed base.
 
@@ -286,11 +300,16 @@ def _lift(draft: Draft, poses: dict[str, np.ndarray], lowest: float) -> None:
     """
     bases = [link for link in draft.links if link.joint == "free" and link.parent == GROUND]
     if len(bases) == 1:
+        base = bases[0]
+        before = base.q if isinstance(base.q, list) else [0.0] * 3 + [1.0, 0.0, 0.0, 0.0]
         # the translations are along the axes of the joint frame
-        shift = poses[bases[0].name][:3, :3].T @ [0, 0, -lowest]
-        bases[0].q = [*(round(float(x), 13) for x in shift), 1.0, 0.0, 0.0, 0.0]
-        bases[0].drive = "free"
-        draft.notes.append(f"Initial height of '{bases[0].name}': the lowest contact point touches the ground plane.")
+        place = pose_of(base.dh)[:3, :3].T @ [0, 0, -lowest] + before[:3]
+        if base.q is before and abs(lowest) > 1e-9:
+            change = f"the height of '{base.name}' in the keyframe is changed by {-lowest:.4g} m"
+            draft.doubts.append(f"{change}: the lowest contact point touches the plane")
+        base.q = [*(round(float(x), 13) for x in place), *before[3:]]
+        base.drive = "free"
+        draft.notes.append(f"Initial height of '{base.name}': the lowest contact point touches the ground plane.")
     elif lowest < -1e-9 and not bases:
         for contact in draft.contacts:
             contact.fields["point_b"] = [0.0, 0.0, round(float(lowest), 13)]

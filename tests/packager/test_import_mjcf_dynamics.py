@@ -10,7 +10,7 @@ from build_fmu.errors import UserError
 from build_fmu.fmu.build import build
 from build_fmu.importers import mjcf
 from build_fmu.importers.mjcf_file import of_quaternion
-from build_fmu.importers.rigid import rotation_x, rotation_y, rotation_z, start_poses
+from build_fmu.importers.rigid import pose_of, rotation_x, rotation_y, rotation_z
 from build_fmu.importers.toml_writer import model_text
 from build_fmu.model.describe import describe
 from build_fmu.run.session import Session
@@ -209,7 +209,7 @@ def test_a_keyframe_of_an_aligned_free_joint_moves_the_body_as_in_mujoco(tmp_pat
     draft = mjcf.read(tmp_path / "robot.xml", import_options(frames=True, keyframe="k"))
     base, frame = draft.links[0], next(tie.fields for tie in draft.frames if tie.name == "s")
     turn, shift = of_quaternion(base.q[3:]), np.array(base.q[:3])
-    home, place = start_poses(draft.links)["b"], np.array(frame["position"])
+    home, place = pose_of(base.dh), np.array(frame["position"])
     tolerance = 1e-6 if parts == "mesh" else 1e-12
     np.testing.assert_allclose(home[:3, :3] @ (shift + turn @ place) + home[:3, 3], data.site("s").xpos, atol=tolerance)
     roll, pitch, yaw = frame["rpy"]

@@ -1,0 +1,119 @@
+"""Converts geoms of an MJCF file to contacts with the ground plane z = 0, for the pairs and with the friction of MuJoCo."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+
+from lxml import etree
+
+from build_fmu.errors import UserError, listed
+from build_fmu.importers.draft import GROUND
+from build_fmu.importers.mjcf_bodies import WORLD, Geom
+from build_fmu.importers.mjcf_file import Mjcf, elements
+from build_fmu.importers.mjcf_parts import Parts
+from build_fmu.importers.urdf_contacts import Solid, add_contacts
+
+TOUCHING = ("sphere", "capsule", "cylinder", "box", "mesh")
+OTHER_LAW = ("solref", "solimp", "margin", "gap")  # attributes of MuJoCo's contact law, which the contacts here do not have
+TURNING = 3  # condim above which a contact resists torsion and rolling
+
+
+def add_ground_contacts(parts: Parts, feet_only: bool) -> None:
+    """Adds the contacts to the draft of `parts`."""
+    mj, draft, tree = parts.mj, parts.draft, parts.tree
+    omitted, solids, dropped = Counter(), [], {}
+    planes = [geom for geom in tree.geoms if geom.kind == "plane" and _collides(mj, geom) and _is_ground(parts, geom)]
+    for geom in tree.geoms:
+        if geom.kind == "plane":
+            continue
+        rule = _rule(parts, geom, planes)
+        if not rule:
+            omitted["<geom> that do not collide with the plane, by contype, conaffinity or <exclude>"] += rule == 0
+        elif geom.kind in TOUCHING and geom.solid:
+            link, frame = parts.frame_of(geom.element, geom.body)
+            friction, condim, sources = rule
+            solid = Solid(geom.kind, link, frame @ geom.solid.pose, list(geom.solid.size), geom.solid.file, friction=friction)
+            solids.append(solid)
+            if link != GROUND:
+                for key in [key for key in OTHER_LAW if any(key in values for values in sources)]:
+                    dropped.setdefault(key, []).append(link)
+                if condim > TURNING:
+                    dropped.setdefault(f"resistance to torsion and rolling (condim {condim})", []).append(link)
+        else:
+            omitted[f"<geom> of type {geom.kind}"] += 1
+    if not solids:
+        raise UserError(f"--contact: '{mj.path}' has no <geom> of {', '.join(TOUCHING)} that collides; write [[contact]] by hand")
+    add_contacts(solids, omitted, parts.layout, feet_only)
+    touching = {contact.fields["link_a"] for contact in draft.contacts}
+    for what, links in dropped.items():
+        found = [link for link in dict.fromkeys(links) if link in touching]
+        if found:
+            draft.lost.append(f"{what} of the contacts of {listed(found)}: another law, with the stiffness and damping below")
+
+
+def _is_ground(parts: Parts, plane: Geom) -> bool:
+    """Returns whether a plane is z = 0 of the ground frame; lists another one."""
+    link, _ = parts.frame_of(plane.element, plane.body)
+    if link == GROUND and abs(plane.pose[2, 3]) <= 1e-9 and plane.pose[2, 2] >= 1 - 1e-9:
+        return True
+    parts.draft.lost.append(f"{parts.mj.place(plane.element)}: contact with a plane other than z = 0")
+    return False
+
+
+def _masks(mj: Mjcf, geom: Geom) -> tuple[int, int]:
+    return mj.whole(geom.element, geom.values, "contype", 1), mj.whole(geom.element, geom.values, "conaffinity", 1)
+
+
+def _collides(mj: Mjcf, geom: Geom) -> bool:
+    """Returns whether a geom collides with any other one."""
+    name = geom.values.get("name")
+    return any(_masks(mj, geom)) or any(name and name in (pair.get("geom1"), pair.get("geom2")) for pair, _ in _of_section(mj, "pair"))
+
+
+def _of_section(mj: Mjcf, tag: str) -> Iterator[tuple[etree._Element, dict[str, str]]]:
+    for section in mj.root.findall("contact"):
+        yield from ((element, mj.attributes(element)) for element in elements(section) if element.tag == tag)
+
+
+def _rule(parts: Parts, geom: Geom, planes: list[Geom]) -> tuple[float, int, list[dict[str, str]]] | int | None:
+    """Returns friction and condim of a geom's contact with the plane, and the attributes that they come from.
+
+    0: only others than the plane collide with it; None: nothing does. Without a plane in the file it is that of this importer.
+    """
+    mj = parts.mj
+    if not _collides(mj, geom):
+        return None
+    if not planes:
+        return *_mixed(mj, geom), [geom.values]
+    for plane in planes:
+        names = {geom.values.get("name"), plane.values.get("name")}
+        for element, values in _of_section(mj, "pair"):
+            if {values.get("geom1"), values.get("geom2")} == names:
+                parts.tree.applied.append(element)
+                condim = mj.whole(element, values, "condim", 3)
+                first = mj.numbers(element, values, "friction", None, "1") or [1.0]
+                return (0.0 if condim == 1 else first[0]), condim, [values]
+        if _excluded(parts, geom.body):
+            continue
+        (type_a, affinity_a), (type_b, affinity_b) = (_masks(mj, one) for one in (geom, plane))
+        if type_a & affinity_b or type_b & affinity_a:
+            return *_mixed(mj, geom, plane), [geom.values, plane.values]
+    return 0
+
+
+def _excluded(parts: Parts, body: str) -> bool:
+    for element, values in _of_section(parts.mj, "exclude"):
+        if {values.get("body1"), values.get("body2")} == {WORLD, body}:
+            parts.tree.applied.append(element)
+            return True
+    return False
+
+
+def _mixed(mj: Mjcf, *geoms: Geom) -> tuple[float, int]:
+    """Returns friction and condim of a pair: of the geom with the higher priority, or the larger of both."""
+    ranks = [mj.whole(geom.element, geom.values, "priority", 0) for geom in geoms]
+    counted = [geom for geom, rank in zip(geoms, ranks, strict=True) if rank == max(ranks)]
+    condim = max(mj.whole(geom.element, geom.values, "condim", 3) for geom in counted)
+    sliding = max((mj.numbers(geom.element, geom.values, "friction", None, "1") or [1.0])[0] for geom in counted)
+    return (0.0 if condim == 1 else sliding), condim
