@@ -54,6 +54,8 @@ struct Joint : JointParameters<double> {
   DhParameters dh;
   double pitch = 0;   // of a screw, m/rad
   bool hold = false;  // loop assembly does not change q0
+  // part of a compound joint: axis k of the model file is axis (k + turned) % 3 of the link frame
+  unsigned char turned = 0;
 };
 
 // S = [angular e_z; linear e_z] in link axes: the twist of the link relative to its parent is S qd. q adds

@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 
+from build_fmu.model.describe import describe
 from tests.fmi.conftest import ROOT
 from tests.fmi.raw import OK, Slave, Unpacked
 
@@ -54,6 +55,28 @@ def test_a_rigid_gear_adds_the_reflected_inertia_and_no_outputs(built):
     with Slave(fmu) as slave:
         slave.initialize(start={"wheel.tau": 2.0})
         assert slave.get("wheel.qdd") == pytest.approx(2 / (INERTIA + 20**2 * 1e-3), rel=1e-14)
+
+
+def test_gains_of_dc_motors_are_voltages_per_error(tmp_path):
+    """docs/actuators.md; a joint without a motor keeps N m/rad."""
+    links = ("turn", "revolute"), ("slide", "prismatic"), ("plain", "revolute")
+    text = "".join(f'[[link]]\nname = "{name}"\njoint = "{kind}"\nmass = 1\ninertia = [1, 1, 1]\n' for name, kind in links)
+    text += "".join(f'[[actuator]]\njoint = "{name}"\nresistance = 1\ntorque_constant = 0.1\n' for name in ("turn", "slide"))
+    text += '[controller]\nlaw = "pd"\nkp = [1, 2, 3]\nkd = [1, 2, 3]\n[fmu]\ntunable = ["turn.kp", "turn.kd", "slide.kp", "slide.kd", "plain.kp", "plain.kd"]\n'
+    (tmp_path / "motors.toml").write_text('name = "motors"\n' + text)
+    model = describe(tmp_path / "motors.toml")
+    assert {v.name: v.unit for v in model.variables if v.name.endswith((".kp", ".kd"))} == {
+        "turn.kp": "V/rad",
+        "turn.kd": "V.s/rad",
+        "slide.kp": "V/m",
+        "slide.kd": "V.s/m",
+        "plain.kp": "N.m/rad",
+        "plain.kd": "N.m.s/rad",
+    }
+    bases = {unit["name"]: unit for unit in model.units}
+    # V = kg m2 s-3 A-1
+    assert bases["V.s/rad"]["base"] == {"kg": 1, "m": 2, "s": -2, "A": -1, "rad": -1}
+    assert bases["V/m"]["base"] == {"kg": 1, "m": 1, "s": -3, "A": -1}
 
 
 def test_armature_beside_an_elastic_gear_is_on_the_side_of_the_joint(built):

@@ -18,7 +18,7 @@ from tests.fmi.raw3 import Slave3, Unpacked3, array, count
 
 STEP = 0.01
 # every kind of variable; loops; trajectories beside driven joints; spherical joints; matrices
-QUICK = ("everything", "four_bar", "parallel_gripper", "space_robot", "terms")
+QUICK = ("everything", "four_bar", "parallel_gripper", "space_robot", "terms", "motors")
 TERMS = """
 name = "terms"
 gravity = [0, 0, -9.81]
@@ -46,6 +46,36 @@ port = "ground"
 outputs = ["mass_matrix", "bias", "regressor", "acceleration"]
 tunable = ["lower.com[1]", "lower.com[2]", "lower.com[3]", "upper.com[1]", "upper.damping", "lower.damping"]
 """
+# the current of the second motor only is a state
+MOTORS = """
+name = "motors"
+
+[[link]]
+name = "upper"
+mass = 1
+com = [0.3, 0, 0]
+
+[[link]]
+name = "lower"
+a = 0.5
+mass = 1
+com = [0.3, 0, 0]
+
+[[actuator]]
+joint = "upper"
+resistance = 1
+torque_constant = 1
+
+[[actuator]]
+joint = "lower"
+resistance = 1
+torque_constant = 1
+inductance = 0.1
+
+[fmu]
+outputs = ["acceleration", "energy", "actuator"]
+"""
+TEXTS = {"terms": TERMS, "motors": MOTORS}
 
 
 class Scene:
@@ -92,15 +122,13 @@ def scene(fmu_file, fmu3, tmp_path_factory):
         if name not in made:
             folder = tmp_path_factory.mktemp("arrays")
             model = ROOT / "models" / f"{name}.toml"
-            if name == "terms":
-                model = folder / "terms.toml"
-                model.write_text(TERMS)
+            if name in TEXTS:
+                model = folder / f"{name}.toml"
+                model.write_text(TEXTS[name])
             elif not model.is_file():
                 model = fmu_file(name).with_suffix(".toml")
             file = build_fmu(model, folder / "arrays.fmu", "--fmi", "3", "--arrays")
-            scalars = (
-                Unpacked3(build_fmu(model, folder / "scalars.fmu", "--fmi", "3"), folder / "scalars") if name == "terms" else fmu3(name)
-            )
+            scalars = Unpacked3(build_fmu(model, folder / "scalars.fmu", "--fmi", "3"), folder / "scalars") if name in TEXTS else fmu3(name)
             made[name] = Scene(model, file, scalars, folder / "unpacked")
         return made[name]
 
@@ -212,6 +240,11 @@ def test_names_tell_inputs_and_prescribed_motions_apart(scene):
     names = scene("everything").elements
     assert {"q", "q_input", "q_prescribed", "q0"} <= set(names)
     assert not set(names["q"]) & set(names["q_prescribed"])
+
+
+def test_a_current_that_is_no_state_is_in_an_array_of_its_own(scene):
+    names = scene("motors").elements
+    assert (names["current"], names["current_algebraic"]) == (["lower.current"], ["upper.current"])
 
 
 def test_terminals_refer_to_arrays(scene):

@@ -194,6 +194,13 @@ def test_a_gear_with_backlash_against_quadrature(built, instance):
     assert one.get("gear.lambda") == 0 and abs(one.get("energy.balance")) < 1e-9
 
 
+def test_the_gap_depends_on_the_start_of_all_joints_of_an_elastic_coupling(built):
+    joints = (("a", "revolute", ""), ("b", "revolute", ""), ("c", "prismatic", 'drive = "motion"'))
+    links = [axle(name, kind, extra) for name, kind, extra in joints]
+    fmu = built(model(*links, coupling(["a", "b", "c"], [1.0, -2.0, 3.0], "stiffness = 10")))
+    assert fmu.dependencies("InitialUnknowns")["gear.gap"] == {"a.q0", "b.q0", "c.q"}
+
+
 def test_damping_acts_with_the_onset_and_its_loss_is_work(built, instance):
     one = instance(built(oscillator("backlash = 0.2\ndamping = 3"))).initialize()
     one.run(2.0, 0.01)

@@ -233,3 +233,48 @@ def test_reactions_of_a_redundant_loop_are_those_in_maximal_coordinates(library)
         assert array(values, f"{name}.reaction_force", 3) == pytest.approx(R @ on_link[:3], abs=1e-11 * 30)
         assert array(values, f"{name}.reaction_torque", 3) == pytest.approx(R @ torque, abs=1e-11 * 30)
     assert values["crank.qdd"] == pytest.approx(acceleration[5], rel=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("joint", "q", "turned"),
+    [
+        ("universal", [0.3, -0.7], ["z", "zy"]),
+        ("cylindrical", [0.3, 0.2], ["z", "z"]),
+        ("planar", [0.1, 0.2, 0.5], ["", "", "z"]),
+    ],
+)
+def test_reactions_of_joints_with_several_dof_are_in_the_axes_of_the_link_as_far_as_it_has_turned(library, joint, q, turned):
+    """At rest each joint bears the weight: -m g and its moment about the origin behind that DOF."""
+    mass, com, gravity = 2.0, np.array([0.1, 0.2, 0.3]), np.array([1.0, -9.0, 3.0])
+    library.load(
+        f'name = "bearing"\ngravity = {gravity.tolist()}\n[[link]]\nname = "u"\njoint = "{joint}"\ndrive = "locked"\nq = {q}\nmass = {mass}\n'
+        f'com = {com.tolist()}\ninertia = [0.1, 0.2, 0.25]\n[[frame]]\nname = "f"\nlink = "u"\noutputs = ["pose", "rotation"]\n'
+        '[fmu]\noutputs = ["reaction"]\n'
+    )
+    values, _ = library.start({})
+    R_link, p_link = array(values, "f.rotation", 3, 3), array(values, "f.position", 3)
+    R, origin, angles = np.eye(3), np.zeros(3), iter(q if joint != "planar" else q[2:])
+    for k, about in enumerate(turned):
+        if joint == "planar" and k < 2:
+            origin[k] = q[k]
+        elif joint == "cylindrical" and k == 1:
+            origin[2] = q[1]
+        else:
+            c, s = math.cos(angle := next(angles)), math.sin(angle)
+            R = R @ np.array({"z": [[c, -s, 0], [s, c, 0], [0, 0, 1]], "y": [[c, 0, s], [0, 1, 0], [-s, 0, c]]}[about[-1]])
+        force, arm = -mass * gravity, R_link @ com + p_link - origin
+        assert array(values, f"u[{k + 1}].reaction_force", 3) == pytest.approx(R.T @ force, abs=1e-12)
+        assert array(values, f"u[{k + 1}].reaction_torque", 3) == pytest.approx(R.T @ np.cross(arm, force), abs=1e-12)
+    assert R == pytest.approx(R_link, abs=1e-14)
+
+
+def test_reactions_of_a_free_joint_are_in_the_axes_of_its_frame_and_of_its_link(library):
+    library.load(
+        'name = "float"\ngravity = [0, 0, -9]\n[[link]]\nname = "b"\njoint = "free"\nq = [1, 2, 3, 0.5, 0.5, 0.5, 0.5]\nmass = 2\n'
+        'inertia = [0.1, 0.2, 0.25]\n[fmu]\noutputs = ["reaction"]\n'
+    )
+    values, _ = library.start({"b[1].tau": 2.0, "b[2].tau": -3.0, "b[3].tau": 5.0})
+    for k in (1, 2, 3):
+        assert array(values, f"b[{k}].reaction_force", 3) == pytest.approx([2, -3, 5], abs=1e-12)
+    # the link: x along y, y along z, z along x of the joint's frame
+    assert array(values, "b.reaction_force", 3) == pytest.approx([-3, 5, 2], abs=1e-12)

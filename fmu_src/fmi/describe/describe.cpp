@@ -16,6 +16,7 @@
 #include "fmi/describe/json.hpp"
 #include "fmi/instance/contact_warnings.hpp"
 #include "fmi/variables/dependencies.hpp"
+#include "fmi/variables/drive.hpp"
 #include "fmi/variables/parameters.hpp"
 #include "fmi/variables/presentation.hpp"
 #include "fmi/variables/variables.hpp"
@@ -246,6 +247,7 @@ void write_arrays(Json& json, const Scene& scene, const VariableTable& table) {
     json.member("suffix", !state_of_joint                             ? ""
                           : scene.plan.joints[first.joint].prescribed ? "_prescribed"
                           : scene.is_in_cluster(first.joint)          ? "_dependent"
+                          : is_algebraic(scene, first)                ? "_algebraic"
                                                                       : "");
     json.key("dimensions").begin_array().value(rows);
     if (columns > 0) json.value(columns);

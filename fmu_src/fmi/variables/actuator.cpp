@@ -7,15 +7,16 @@
 // Outputs and tunable parameters of the actuator of a joint. Its input: joint.cpp.
 
 namespace redysim {
+
+bool has_inductance(const Scene& scene, const Variable& variable) {
+  return takes_voltage(scene, variable) && actuator_of(scene.model, variable)->inductance > 0;
+}
+
 namespace {
 
 bool has_limits(const Scene& scene, const Variable& variable) {
   return actuator_with<&Actuator::limits_torque>(scene, variable) ||
          actuator_with<&Actuator::limits_speed>(scene, variable);
-}
-
-bool has_inductance(const Scene& scene, const Variable& variable) {
-  return takes_voltage(scene, variable) && actuator_of(scene.model, variable)->inductance > 0;
 }
 
 int actuator_index(OutputDerivatives& of, const Variable& v) {

@@ -61,6 +61,16 @@ double force_derivative(OutputDerivatives& of, const Variable& v) {
   return -coupling_force(coupling, tangent.q.data(), tangent.qd.data()).sum().derivative;
 }
 
+// The positions of all joints count; the variable has the first one.
+bool depends_on_positions(const Variable& unknown, const Variable& known, const Components& components) {
+  Variable at = unknown;
+  for (int link : components.model().couplings[unknown.coupling].links) {
+    at.joint = components.plan().carrier[link];
+    if (initially::position(at, known, components)) return true;
+  }
+  return false;
+}
+
 // Radians if all joints turn, metres if all slide.
 void measure(const Model& model, const Variable& v, Presentation& shown, const Quantity& turning,
              const Quantity& sliding) {
@@ -83,7 +93,7 @@ constexpr Entry entries[] = {
     output(Owner::coupling, "gap")
         .reads(read_gap)
         .derivative(gap_derivative)
-        .depends(at_point::jumps, initially::position)
+        .depends(at_point::jumps, depends_on_positions)
         .says("Sum of ratios times positions minus offset of %")
         .adapted(measure_gap),
     output(Owner::coupling, "lambda")

@@ -35,4 +35,11 @@ inline bool takes_voltage(const Scene& scene, const Variable& variable) {
   return actuator_with<&Actuator::is_electric>(scene, variable);
 }
 
+// Whether the current of a motor is a state (actuator.cpp).
+bool has_inductance(const Scene& scene, const Variable& variable);
+
+inline bool is_algebraic(const Scene& scene, const Variable& variable) {
+  return variable.row->state == StatePart::current && !has_inductance(scene, variable);
+}
+
 }  // namespace redysim

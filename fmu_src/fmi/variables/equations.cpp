@@ -81,13 +81,16 @@ constexpr Entry entries[] = {
 };
 
 // Rows: force, moment.
-template <class Scalar>
-const Scalar& reaction(const Force<Scalar>& wrench, const Variable& v) {
-  return component(wrench, v.element + (v.row_index() == 0 ? 3 : 0));
+int reaction_index(const Model& model, const Variable& v) {
+  int axis = v.element + model.links[v.link].joint.turned;
+  if (axis > 2) axis -= 3;
+  return axis + (v.row_index() == 0 ? 3 : 0);
 }
-double read_reaction(Values& at, const Variable& v) { return reaction(at.terms().reaction(v.joint), v); }
+double read_reaction(Values& at, const Variable& v) {
+  return component(at.terms().reaction(v.joint), reaction_index(at.model(), v));
+}
 double reaction_derivative(OutputDerivatives& of, const Variable& v) {
-  return reaction(of.tangent().terms().reaction(v.joint), v).derivative;
+  return component(of.tangent().terms().reaction(v.joint), reaction_index(of.model(), v)).derivative;
 }
 
 constexpr Entry reaction_force = output(Owner::joint, "reaction_force")

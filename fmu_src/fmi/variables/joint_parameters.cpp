@@ -1,5 +1,6 @@
 #include "fmi/instance/derivatives.hpp"
 #include "fmi/instance/values.hpp"
+#include "fmi/variables/drive.hpp"
 #include "fmi/variables/entry.hpp"
 #include "fmi/variables/parameters.hpp"
 
@@ -8,10 +9,19 @@
 namespace redysim {
 namespace {
 
-// Gains are forces per error; those of computed torque are accelerations per error.
-template <const Unit& per_acceleration>
-void measure_gain(const Model& model, const Variable&, Presentation& shown) {
+constexpr Unit volt_per_radian{"V/rad", 1, 2, -3, -1, nullptr, 1, -1};
+constexpr Unit volt_second_per_radian{"V.s/rad", 1, 2, -2, -1, nullptr, 1, -1};
+constexpr Unit volt_per_metre{"V/m", 1, 1, -3, 0, nullptr, 1, -1};
+constexpr Unit volt_second_per_metre{"V.s/m", 1, 1, -2, 0, nullptr, 1, -1};
+
+// Gains are forces per error; those of computed torque are accelerations, those of DC motors voltages per
+// error.
+template <const Unit& per_acceleration, const Unit& of_turning, const Unit& of_sliding>
+void measure_gain(const Model& model, const Variable& v, Presentation& shown) {
   if (model.controller.law == Law::computed_torque) shown.quantity = {&per_acceleration, nullptr};
+  const Actuator* actuator = actuator_of(model, v);
+  if (actuator && actuator->is_electric())
+    shown.quantity = {turns(joint_of(model, v)) ? &of_turning : &of_sliding, nullptr};
 }
 
 constexpr Quantity nameless(const Quantity& quantity) { return {quantity.unit, nullptr}; }
@@ -93,7 +103,7 @@ constexpr Entry parameter_entries[] = {
             [](auto& at, const Variable& v) -> auto& { return controlled_joint(at.controlled, v.link)->kp; })
         .acts_on(acts::gain)
         .measures(nameless(quantity::torsional_stiffness), nameless(quantity::linear_stiffness))
-        .adapted(measure_gain<units::per_second2>)
+        .adapted(measure_gain<units::per_second2, volt_per_radian, volt_per_metre>)
         .says("Gain of the position error of %"),
     parameter(Owner::joint, "kd")
         .there_if(is_controlled)
@@ -102,7 +112,7 @@ constexpr Entry parameter_entries[] = {
             [](auto& at, const Variable& v) -> auto& { return controlled_joint(at.controlled, v.link)->kd; })
         .acts_on(acts::gain)
         .measures(nameless(quantity::torsional_damping), nameless(quantity::linear_damping))
-        .adapted(measure_gain<units::per_second>)
+        .adapted(measure_gain<units::per_second, volt_second_per_radian, volt_second_per_metre>)
         .says("Gain of the velocity error of %"),
     parameter(Owner::joint, "target")
         .there_if(is_controlled)

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "fmi/instance/step_jacobian.hpp"
+#include "fmi/variables/drive.hpp"
 #include "fmi/variables/groups.hpp"
 #include "fmi/variables/parameters.hpp"
 #include "integrate/actuator/actuators.hpp"
@@ -252,12 +253,11 @@ bool forms_arrays(const Row& row) {
          (row.is_array() || (row.owner == Owner::joint && !is_tunable(row)));
 }
 
-// Whether one array contains variables of both joints: only states, or none.
-bool are_alike(const Scene& scene, const Variable& a, const Variable& b) {
-  if (!a.row->has_state()) return true;
-  const std::vector<JointPlan<double>>& joints = scene.plan.joints;
-  return joints[a.joint].prescribed == joints[b.joint].prescribed &&
-         scene.is_in_cluster(a.joint) == scene.is_in_cluster(b.joint);
+// One array contains variables of one kind: only states, or none.
+int array_kind(const Scene& scene, const Variable& v) {
+  if (!v.row->has_state()) return 0;
+  return scene.plan.joints[v.joint].prescribed | scene.is_in_cluster(v.joint) << 1 |
+         is_algebraic(scene, v) << 2;
 }
 
 }  // namespace
@@ -322,21 +322,16 @@ void VariableTable::add(const Scene& scene, const RowGroup& group, const Row& ro
   lengths_.tunables += is_differentiable_tunable(variable);
 }
 
-// Variables of one row are adjacent.
-bool VariableTable::is_first_of_joints(const Scene& scene, const Variable& variable) const {
-  for (std::size_t k = variable.value_reference - 1; k > 0 && all_[k - 1].row == variable.row;)
-    if (are_alike(scene, all_[--k], variable)) return false;
-  return true;
-}
-
 std::vector<unsigned> VariableTable::array(const Scene& scene, const Variable& first) const {
   const Row& row = *first.row;
   if (first.element > 0 || !forms_arrays(row)) return {};
-  if (!row.is_array() && !is_first_of_joints(scene, first)) return {};
+  std::size_t k = first.value_reference - 1;
+  // variables of one row are adjacent
+  while (!row.is_array() && k > 0 && all_[k - 1].row == &row) --k;
   std::vector<unsigned> elements;
-  for (std::size_t k = first.value_reference - 1; k < all_.size() && all_[k].row == &row; ++k) {
+  for (; k < all_.size() && all_[k].row == &row; ++k) {
     const bool next = row.is_array() ? all_[k].element == static_cast<int>(elements.size())
-                                     : are_alike(scene, all_[k], first);
+                                     : array_kind(scene, all_[k]) == array_kind(scene, first);
     if (next)
       elements.push_back(static_cast<unsigned>(k + 1));
     else if (row.is_array())
@@ -344,6 +339,7 @@ std::vector<unsigned> VariableTable::array(const Scene& scene, const Variable& f
   }
   // a file may list some elements as tunable
   if (is_tunable(row) && static_cast<int>(elements.size()) < row.elements({})) return {};
+  if (elements.front() != first.value_reference) return {};
   return elements;
 }
 

@@ -60,7 +60,6 @@ class VariableTable {
   void add(const Scene& scene, const RowGroup& group, const Row& row, Variable& owner);
   void add_of_all_owners(const Scene& scene, const RowGroup& group);
   void add_tunable(const Scene& scene);
-  bool is_first_of_joints(const Scene& scene, const Variable& variable) const;
   const Variable* find(VariableType type, unsigned reference) const {
     if (reference == 0 || reference > all_.size()) return nullptr;
     const Variable& variable = all_[reference - 1];

@@ -150,6 +150,7 @@ void add_carriers(LinkDraft& draft, std::vector<LinkDraft>& links, std::vector<B
       joint.drive = k == ball_at ? Drive::locked : Drive::free;
       continue;
     }
+    joint.turned = static_cast<unsigned char>(2 - dofs[k].axis);  // see z_along
     for (const JointParameter& parameter : joint_parameters)
       joint.*parameter.value = draft.dofs[k].*parameter.value;
   }
