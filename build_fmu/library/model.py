@@ -50,12 +50,32 @@ class Model:
         self.file = file
         self.description = describe(file)
         self.sample_time = sample_time_of(file)
-        self.parameters: dict[str, float | str] = {}
+        self._parameters: dict[str, float | str] = {}
         self._tunable = tuple(tunable)
         self._folder = tempfile.TemporaryDirectory()
         self._fmus: dict[Variant, Path] = {}
         self._opened: dict[str, tuple[Session, dict[str, float] | None]] = {}
         self._start: np.ndarray | None = None
+
+    @property
+    def parameters(self) -> dict[str, float | str]:
+        """Start values by name."""
+        return self._parameters
+
+    @parameters.setter
+    def parameters(self, values: Mapping[str, float | str]) -> None:
+        known = [*(v.name for v in self.description.select("parameter")), *self._tunable]
+        for name in values:
+            # variants of the file may have more start values than the file
+            if name not in known and name not in self._names_of_equations():
+                raise unknown("parameter", name, known)
+        self._parameters = dict(values)
+
+    def _names_of_equations(self) -> list[str]:
+        try:
+            return self._equations().names("parameter")
+        except UserError:
+            return []  # of a model without equations in continuous time
 
     # files and runs
 
@@ -265,7 +285,7 @@ class Model:
         if self.states == self._equations().states:
             return x
         found = dict(zip(self.states, x, strict=True))
-        self.parameters = self.parameters | starts
+        self._parameters = self.parameters | starts
         start = dict(zip(self.states, self.start(), strict=True))
         return np.array([found.get(n, value) if _start_of(n) not in starts else value for n, value in start.items()])
 
@@ -401,7 +421,7 @@ def _joints(session: Evaluation) -> dict[str, float]:
 
 def _rows(function, *arguments: ArrayLike) -> np.ndarray:
     """Applies a function of vectors to rows; a vector belongs to each row of the others."""
-    arrays = [np.asarray(a, dtype=float) for a in arguments]
+    arrays = [_numbers(a, "arguments") for a in arguments]
     if all(a.ndim < 2 for a in arrays):
         return function(*arrays)
     count = max(len(a) for a in arrays if a.ndim > 1)
@@ -410,9 +430,16 @@ def _rows(function, *arguments: ArrayLike) -> np.ndarray:
     return np.array([function(*(a[i] if a.ndim == 2 else a for a in arrays)) for i in range(count)])
 
 
+def _numbers(values: ArrayLike, what: str) -> np.ndarray:
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise UserError(f"{what} must be numbers: {error}") from None
+
+
 def _array(values: ArrayLike, names: Sequence[str], letter: str) -> np.ndarray:
     """Returns a checked copy."""
-    array = np.array(values, dtype=float)
+    array = np.array(_numbers(values, f"'{letter}'"))
     if array.shape != (len(names),):
         raise UserError(f"'{letter}' must have the shape ({len(names)},) ({listed(names) or 'no entries'}), got {array.shape}")
     if not np.isfinite(array).all():
@@ -422,7 +449,7 @@ def _array(values: ArrayLike, names: Sequence[str], letter: str) -> np.ndarray:
 
 def _measured(values: ArrayLike, names: Sequence[str], letter: str) -> np.ndarray:
     """Returns rows of measurements."""
-    array = np.asarray(values, dtype=float)
+    array = _numbers(values, f"'{letter}'")
     if array.ndim != 2 or array.shape[1] != len(names) or not np.isfinite(array).all():
         raise UserError(f"'{letter}' must be finite and have the shape (rows, {len(names)}), got {array.shape}")
     return array

@@ -227,6 +227,9 @@ def test_parameters_apply_to_every_verb(model):
     assert m.inverse([0, 0], [0, 0], [0, 1])[1] == pytest.approx(2 * before)
     with pytest.raises(UserError, match="unknown parameter 'lower.mas'; did you mean 'lower.mass'"):
         m.parameters = {"lower.mas": 1.0}
+    assert m.parameters == {"lower.mass": 3.0}
+    m.parameters["lower.mas"] = 1.0
+    with pytest.raises(UserError, match="unknown parameter 'lower.mas'"):
         m.mass_matrix()
     with pytest.raises(UserError, match="unknown parameter 'lower.mas'"):
         m.inverse([0, 0], [0, 0], [0, 0])
@@ -287,6 +290,9 @@ def test_errors_are_one_sentence(model):
             lambda: model("kuka_kr5_computed_torque").linearise(h=10),
             "a trajectory changes at t = .* s, inside the step of 10 s",
         ),
+        (lambda: setattr(m, "parameters", {"no.such": 1}), "unknown parameter 'no.such'"),
+        (lambda: m.mass_matrix("a"), "'q' must be numbers: could not convert string to float: 'a'"),
+        (lambda: m.forward([0, "x"], [0, 0]), "arguments must be numbers: "),
         (lambda: rds.load("absent.toml"), "model file 'absent.toml' does not exist"),
         (lambda: model("kuka_kr5_harmonic").step(model("kuka_kr5_harmonic").start(), None, 0.1), "has no start parameter"),
     ):
