@@ -16,6 +16,7 @@ from build_fmu.importers.urdf_contacts import Solid, add_contacts
 
 TOUCHING = ("sphere", "capsule", "cylinder", "box", "mesh")
 OTHER_LAW = ("solref", "solimp", "margin", "gap")  # attributes of MuJoCo's contact law, which the contacts here do not have
+EXCLUDED = "<geom> that do not collide with the plane, by contype, conaffinity or <exclude>"
 TURNING = 3  # condim above which a contact resists torsion and rolling
 
 
@@ -29,7 +30,7 @@ def add_ground_contacts(parts: Parts, feet_only: bool) -> None:
             continue
         rule = _rule(parts, geom, planes)
         if not rule:
-            omitted["<geom> that do not collide with the plane, by contype, conaffinity or <exclude>"] += rule == 0
+            omitted[EXCLUDED] += rule == 0
         elif geom.kind in TOUCHING and geom.solid:
             link, frame = parts.frame_of(geom.element, geom.body)
             friction, condim, sources = rule
@@ -43,7 +44,8 @@ def add_ground_contacts(parts: Parts, feet_only: bool) -> None:
         else:
             omitted[f"<geom> of type {geom.kind}"] += 1
     if not solids:
-        raise UserError(f"--contact: '{mj.path}' has no <geom> of {', '.join(TOUCHING)} that collides; write [[contact]] by hand")
+        excluded = f" ({omitted[EXCLUDED]} {EXCLUDED})" if omitted[EXCLUDED] else ""
+        raise UserError(f"--contact: '{mj.path}' has no <geom> of {', '.join(TOUCHING)} that collides{excluded}; write [[contact]] by hand")
     add_contacts(solids, omitted, parts.layout, feet_only)
     touching = {contact.fields["link_a"] for contact in draft.contacts}
     for what, links in dropped.items():

@@ -86,7 +86,7 @@ def test_what_does_not_collide_with_the_plane_is_listed(tmp_path):
         .replace("<contact>", "<!--")
         .replace("</contact>", "-->")
     )
-    with pytest.raises(UserError, match="that collides"):
+    with pytest.raises(UserError, match=r"that collides \(2 <geom> that do not collide with the plane, by contype"):
         mjcf.read(path, import_options(contact="all"))
 
 
