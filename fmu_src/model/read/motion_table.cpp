@@ -18,8 +18,18 @@ bool is_jump(const MotionTable& table, std::size_t k) {
   return k > 0 && k < table.time.size() && table.time[k] == table.time[k - 1];
 }
 
-// At each knot the mean acceleration of the cubics (q and qd at both ends) before and after it; at a jump
-// that of its own side.
+// The part of the interval after knot k in its mean acceleration. An acceleration that differs by d from that
+// of the cubic of an interval of length h moves the polynomial away from it by a multiple of d h^2. Weights
+// h^4 minimize the sum of squares of both: a long rest stays one beside a short motion.
+double weight_after(const MotionTable& table, std::size_t k) {
+  if (k == 0 || is_jump(table, k)) return 1;
+  if (k + 1 == table.time.size() || is_jump(table, k + 1)) return 0;
+  const double ratio = (table.time[k] - table.time[k - 1]) / (table.time[k + 1] - table.time[k]);
+  return static_cast<float>(1 / (1 + std::pow(ratio, 4)));  // 1/2 where lengths differ by rounding
+}
+
+// At each knot the weighted mean acceleration of the cubics (q and qd at both ends) before and after it; at a
+// jump that of its own side.
 std::vector<double> mean_accelerations(const MotionTable& table) {
   const std::size_t n = table.time.size();
   std::vector<double> sum(n, 0.0);
@@ -27,11 +37,9 @@ std::vector<double> mean_accelerations(const MotionTable& table) {
     if (is_jump(table, k + 1)) continue;
     const double h = table.time[k + 1] - table.time[k];
     const double slope = 6 * (table.q[k + 1] - table.q[k]) / (h * h);
-    sum[k] += slope - (4 * table.qd[k] + 2 * table.qd[k + 1]) / h;
-    sum[k + 1] += (2 * table.qd[k] + 4 * table.qd[k + 1]) / h - slope;
+    sum[k] += weight_after(table, k) * (slope - (4 * table.qd[k] + 2 * table.qd[k + 1]) / h);
+    sum[k + 1] += (1 - weight_after(table, k + 1)) * ((2 * table.qd[k] + 4 * table.qd[k + 1]) / h - slope);
   }
-  for (std::size_t k = 1; k + 1 < n; ++k)
-    if (!is_jump(table, k) && !is_jump(table, k + 1)) sum[k] *= 0.5;
   return sum;
 }
 

@@ -101,6 +101,31 @@ TEST(motion_table, velocities_are_met_and_the_acceleration_is_continuous) {
   for (std::size_t k = 0; k < pieces.size(); ++k) EXPECT_EQ(pieces[k].coefficients[1], table.qd[k]);
 }
 
+// A rest of 5 s beside motions of 0.3 s and 0.5 rad, and of 1 s and 1 rad.
+TEST(motion_table, a_long_rest_stays_one_beside_a_short_motion) {
+  const MotionTable table{{0, 1, 6, 6.3, 6.6, 10}, {0, 1, 1, 0.5, 1, 1}, {0, 0, 0, 0, 0, 0}, {}};
+  const auto pieces = pieces_of(table);
+  for (int order = 0; order < 3; ++order) EXPECT_LT(jump(pieces, order), 1e-10) << order;
+  for (int part = 0; part <= 100; ++part) {
+    EXPECT_NEAR(value(pieces[1].coefficients, 0.05 * part, 0), 1, 5e-3);
+    EXPECT_NEAR(value(pieces[4].coefficients, 0.034 * part, 0), 1, 5e-3);
+    EXPECT_NEAR(value(pieces[2].coefficients, 0.003 * part, 0), 0.75, 0.27);
+  }
+}
+
+TEST(motion_table, equal_intervals_share_the_acceleration_between_them) {
+  const MotionTable table{{0, 0.1, 0.2, 0.3}, {0, 1, 3, 2}, {0, 2, -1, 0}, {}};
+  const auto pieces = pieces_of(table);
+  for (std::size_t k : {1u, 2u}) {
+    const double h = 0.1,
+                 before = 6 * (table.q[k - 1] - table.q[k]) / (h * h) +
+                          (2 * table.qd[k - 1] + 4 * table.qd[k]) / h,
+                 after = 6 * (table.q[k + 1] - table.q[k]) / (h * h) -
+                         (4 * table.qd[k] + 2 * table.qd[k + 1]) / h;
+    EXPECT_NEAR(value(pieces[k].coefficients, 0, 2), 0.5 * (before + after), 1e-9);
+  }
+}
+
 TEST(motion_table, errors_fall_with_the_order_of_what_is_given) {
   for (bool accelerations : {false, true}) {
     MotionTable coarse = sine(9), fine = sine(17);
