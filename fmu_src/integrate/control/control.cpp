@@ -66,15 +66,27 @@ bool Control::enter(double time, double* phases) const {
 }
 
 // At the points of a table the slope of the acceleration jumps, which an error estimate may miss.
-double Control::next_breakpoint(double time, const double* phases) const {
+double Control::next_knot(double time, const double* phases) const {
   double next = std::numeric_limits<double>::infinity();
-  if (is_sampled()) next = sampler_.next_instant(time, phases + trajectories_.size());
   for (std::size_t k = 0; k < trajectories_.size(); ++k) {
     const int phase = static_cast<int>(phases[k]);
-    next =
-        std::min({next, end_of(trajectories_[k], phase), next_knot(trajectories_[k], phase, passed(time))});
+    next = std::min(
+        {next, end_of(trajectories_[k], phase), redysim::next_knot(trajectories_[k], phase, passed(time))});
   }
   return next;
+}
+
+double Control::next_breakpoint(double time, const double* phases) const {
+  const double knot = next_knot(time, phases);
+  return is_sampled() ? std::min(knot, sampler_.next_instant(time, phases + trajectories_.size())) : knot;
+}
+
+double Control::longest_step(double time, const double* phases) const {
+  double longest = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < trajectories_.size(); ++k)
+    longest =
+        std::min(longest, redysim::longest_step(trajectories_[k], static_cast<int>(phases[k]), passed(time)));
+  return longest;
 }
 
 bool Control::controls(int joint) const {
@@ -88,6 +100,16 @@ void Control::set_motions(double time, const double* phases, double* q, double* 
     const JointMotion motion = motion_at(trajectories_[k], static_cast<int>(phases[k]), time);
     q[i] = motion.q;
     qd[i] = motion.qd;
+  }
+}
+
+void Control::set_mean_accelerations(double time, double h, const double* phases, double* qdd) const {
+  for (std::size_t i = 0; i < trajectory_of_.size(); ++i) {
+    if (!prescribes(static_cast<int>(i))) continue;
+    const Trajectory& trajectory = trajectories_[trajectory_of_[i]];
+    const int phase = static_cast<int>(phases[trajectory_of_[i]]);
+    const JointMotion start = motion_at(trajectory, phase, time);
+    qdd[i] = 2 / h * ((motion_at(trajectory, phase, time + h).q - start.q) / h - start.qd);
   }
 }
 

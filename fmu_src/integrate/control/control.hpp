@@ -35,8 +35,11 @@ class Control {
   bool is_sampled() const { return sampler_.is_active(); }
   bool holds(const double* phases) const { return sampler_.holds(phases + trajectories_.size()); }
   bool enter_samples(double time, double* phases, const double* q, const double* qd, double* inputs);
-  // The first end of a phase, point of a table, sample or arrival of torques after `time`, s.
+  // The first end of a phase or point of a table after `time`, s; or also sample or arrival of torques.
+  double next_knot(double time, const double* phases) const;
   double next_breakpoint(double time, const double* phases) const;
+  // The longest step from `time` that cannot miss a motion of a trajectory, s.
+  double longest_step(double time, const double* phases) const;
 
   bool prescribes(int joint) const { return trajectory_of_[joint] >= 0 && prescribed_[joint] != 0; }
   bool controls(int joint) const;
@@ -46,6 +49,9 @@ class Control {
 
   // q, qd of the joints that a trajectory prescribes.
   void set_motions(double time, const double* phases, double* q, double* qd) const;
+
+  // Their constant accelerations that lead in `h` s to where the trajectories do, into qdd.
+  void set_mean_accelerations(double time, double h, const double* phases, double* qdd) const;
 
   // Changes the inputs of the recursion: sets qdd of the joints that a trajectory prescribes and adds the
   // torques of the law to those of the controlled joints. `q`, `qd`: of all joints.

@@ -10,6 +10,8 @@ namespace redysim {
 namespace {
 
 constexpr double two_pi = 2 * pi;
+constexpr double steps_of_piece = 3,
+                 steps_of_motion = 8;  // minimum: of a table, of a trajectory of one piece
 
 // ReDySim's cycloid: velocity and acceleration are 0 at both ends.
 JointMotion cycloid(const Trajectory& trajectory, double time) {
@@ -91,6 +93,19 @@ double next_knot(const Trajectory& trajectory, int phase, double time) {
   Pieces end;
   const Pieces next = next_piece(trajectory, phase, time, end);
   return next == end ? std::numeric_limits<double>::infinity() : next->knot;
+}
+
+double longest_step(const Trajectory& trajectory, int phase, double time) {
+  if (!is_inside(trajectory, phase)) return std::numeric_limits<double>::infinity();
+  if (trajectory.pieces.empty()) return (trajectory.end - trajectory.begin) / steps_of_motion;
+  Pieces end;
+  const Pieces next = next_piece(trajectory, phase, time, end), piece = next - 1;
+  const std::vector<double>& c = piece->coefficients;
+  bool moves = false;  // with an acceleration
+  for (std::size_t k = 2; k < c.size(); ++k) moves = moves || c[k] != 0;
+  if (!moves) return std::numeric_limits<double>::infinity();
+  return ((next == trajectory.pieces.end() ? trajectory.end : next->knot) - piece->knot) /
+         (trajectory.pieces.size() > 1 ? steps_of_piece : steps_of_motion);
 }
 
 JointMotion motion_at(const Trajectory& trajectory, int phase, double time) {

@@ -25,6 +25,10 @@ double end_of(const Trajectory& trajectory, int phase);
 // The first point of a table after a time in the phase, s; infinity: none.
 double next_knot(const Trajectory& trajectory, int phase, double time);
 
+// The longest step from a time in the phase that cannot miss the motion of its piece, s. At the ends and in
+// the middle of a motion from rest to rest the accelerations are zero.
+double longest_step(const Trajectory& trajectory, int phase, double time);
+
 JointMotion motion_at(const Trajectory& trajectory, int phase, double time);
 double jerk_at(const Trajectory& trajectory, int phase, double time);  // the third derivative
 

@@ -33,6 +33,9 @@ constexpr double newton_tolerance =
 // step to a hundredth, and CVODE's 1.5 then lets it grow too late. Smaller factors need no new factorization.
 constexpr double contact_growth = 1.2;
 
+// CVODE's limits of the growth of a step.
+constexpr double growth = 10, growth_of_first_step = 1e4;
+
 // Each shortens the step by a factor of 0.1 to 0.25: enough to pass a jump of a force unless the step would
 // be lost in rounding. CVODE's own limits of 7 and 10 are too few where a contact of ReDySim's law touches.
 constexpr int failures_in_a_step = 40;
@@ -158,25 +161,54 @@ Outcome Cvode::restart_between_steps() {
   return {};
 }
 
-// A step that would pass a contact unseen ends there.
-void Cvode::stop_at_contacts() {
-  if (!system_.plan().has_contacts()) return;
+// A step from the present state, of `step` s if nothing limits it, ends at the points of trajectories, and
+// within their motions: an error estimate does not see what it passes at rest. Before a point two equal
+// steps, not a small remainder. A restart and the trajectories determine these times, so that they can be
+// repeated.
+double Cvode::end_of_step(double step) const {
+  const double now = absolute(ahead_time_), longest = std::min(step, system_.longest_step(now));
+  double knot = system_.next_knot(now);
+  if (!(knot > passed(now))) return ahead_time_ + longest;  // the end of the phase
+  knot = since_restart(knot);
+  const double left = knot - ahead_time_;
+  constexpr double rounding = 1e-9;
+  if (left <= (1 + rounding) * longest) return knot;
+  return ahead_time_ + std::min(longest, 0.5 * left);
+}
+
+// Of CVODE, at most: it knows the next step, but does not tell it after a stop.
+double Cvode::next_step() const {
+  if (steps_taken_ == 0) return restart_.first_step;
   double step = 0;
-  if (steps_taken_ == 0)
-    step = restart_.first_step;
-  else
+  if (!stopped_) {
     CVodeGetCurrentStep(memory_.get(), &step);
-  const double touch = system_.step_to_touch(absolute(ahead_time_), data(ahead_), step, false);
-  const double never = std::numeric_limits<double>::max();
-  CVodeSetStopTime(memory_.get(), touch < step ? ahead_time_ + touch : never);
+    return step;
+  }
+  CVodeGetLastStep(memory_.get(), &step);
+  return (steps_taken_ == 1 ? growth_of_first_step : growth) * step;
+}
+
+// A step that would pass a contact or a motion unseen ends there.
+void Cvode::set_stop() {
+  const bool touches = system_.plan().has_contacts();
+  if (!touches && !system_.control()) return;
+  const double step = next_step(), planned = ahead_time_ + step;
+  double end = system_.control() ? end_of_step(step) : planned;
+  if (touches) {
+    const double h = end - ahead_time_,
+                 touch = system_.step_to_touch(absolute(ahead_time_), data(ahead_), h, false);
+    if (touch < h) end = ahead_time_ + touch;
+  }
+  CVodeSetStopTime(memory_.get(), end < planned ? end : std::numeric_limits<double>::max());
 }
 
 int Cvode::take_step() {
-  stop_at_contacts();
+  set_stop();
   // CVODE takes only the direction from the end time
   const int flag =
       CVode(memory_.get(), ahead_time_ + 1 + ahead_time_, ahead_.get(), &ahead_time_, CV_ONE_STEP);
   if (flag >= 0) ++steps_taken_;
+  stopped_ = flag == CV_TSTOP_RETURN;
   return flag;
 }
 

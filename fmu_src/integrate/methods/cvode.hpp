@@ -70,7 +70,9 @@ class Cvode final : public Integrator {
   void reset_cvode();
   Outcome restart_between_steps();
   Outcome step_past(double& end);
-  void stop_at_contacts();
+  void set_stop();
+  double next_step() const;
+  double end_of_step(double step) const;
   int take_step();
   Outcome interpolate(double end);
   void count_step();
@@ -111,6 +113,7 @@ class Cvode final : public Integrator {
 
   std::vector<double> slope_;  // f at the restart
   bool slope_known_ = false;   // the next slope asked for is slope_
+  bool stopped_ = false;       // the last step, by CVodeSetStopTime
   bool warming_up_ = false;
   bool project_history_ = false;  // Adams with loops
   bool projection_failed_ = false;

@@ -178,7 +178,10 @@ void Dirk::set_predictors() {
 }
 
 int Dirk::weights(N_Vector y, N_Vector weights, void* self) {
-  of(self).error_weights_.evaluate(data(y), data(weights));
+  Dirk& dirk = of(self);
+  dirk.error_weights_.evaluate(data(y), data(weights));
+  if (!dirk.warming_up_)
+    dirk.error_weights_.weigh_work(dirk.system_, dirk.absolute(dirk.step_begin_), data(y), data(weights));
   return 0;
 }
 

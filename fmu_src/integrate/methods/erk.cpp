@@ -171,6 +171,7 @@ bool Erk::begin_step(double) {
   slope_known_ = true;
   std::copy(slope_.begin(), slope_.end(), steps_.first_slope());
   error_weights_.evaluate(result_, weights_.data());
+  error_weights_.weigh_work(system_, absolute(reached_), result_, weights_.data());
   return true;
 }
 

@@ -12,7 +12,9 @@ namespace redysim {
 ErrorWeights::ErrorWeights(const System& system, double rtol, double atol)
     : system_(system), rtol_(rtol), atol_(atol) {
   constexpr double turn = 2 * pi;
-  cap_.assign(static_cast<std::size_t>(system.layout().work.begin), std::numeric_limits<double>::max());
+  const auto& work = system.layout().work;
+  cap_.assign(static_cast<std::size_t>(system.has_prescribed_joints() ? work.end() : work.begin),
+              std::numeric_limits<double>::max());
   for (int i = 0; i < system.simple(); ++i)
     if (turns(system.plan().joints[system.joint_of(i)])) cap_[i] = turn;
   // a full turn of the joint
@@ -47,6 +49,16 @@ void ErrorWeights::evaluate(const double* y, double* weights, double share) cons
       weight(layout.motor_qd[k], scales[layout.motor_q.count + k], std::fabs(y[layout.motor_q[k]]));
   }
   for (int i = layout.work.begin; i < layout.work.end(); ++i) weights[i] = 0;
+}
+
+void ErrorWeights::weigh_work(System& system, double time, const double* y, double* weights) const {
+  const int size = static_cast<int>(cap_.size());
+  if (size == system_.layout().work.begin) return;
+  const double energy = system.energy_scale(time, y);
+  for (int i = system_.layout().work.begin; i < size; ++i) {
+    const double tolerance = rtol_ * (std::fabs(y[i]) + energy);
+    weights[i] = tolerance > 0 ? 1 / tolerance : 0;
+  }
 }
 
 double ErrorWeights::norm(const double* error, const double* weights) const {

@@ -13,7 +13,9 @@ namespace redysim {
 // * No scale is below a few rounding errors of |y|, which no method can resolve; for a velocity also those of
 //   its position (1 rad ~ 1 rad/s).
 // * The work has weight 0: energy outputs must not change the trajectory. The same formula and steps
-//   integrate it, so its error is of the size of the state's error.
+//   integrate it, so its error is of the size of the state's error. With prescribed joints this is not so:
+//   the state does not show their forces. Where `weigh_work` follows `evaluate`, the scale of the work is
+//   then its size and an energy.
 class ErrorWeights {
  public:
   static constexpr double finest = 16 * std::numeric_limits<double>::epsilon();  // relative tolerance
@@ -22,6 +24,7 @@ class ErrorWeights {
 
   // Arrays of System::size(). `share`: of the tolerance.
   void evaluate(const double* y, double* weights, double share = 1) const;
+  void weigh_work(System& system, double time, const double* y, double* weights) const;
   double norm(const double* error, const double* weights) const;  // root mean square of weighted entries
 
  private:

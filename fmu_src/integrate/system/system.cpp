@@ -419,12 +419,14 @@ void System::project_velocity(double* velocity) {
 }
 
 double System::step_to_touch(double time, const double* y, double h, bool or_separation) {
+  h = std::min(h, longest_step(time));
   // those of the last stage of a step, or of its last iteration, are accurate enough for the next one
   if (time != searched_[0]) {
     searched_[0] = NAN;
     if (accelerations(time, y, &searched_[1]) != Status::ok) return h;
     searched_[0] = time;
   }
+  if (control()) control_->set_mean_accelerations(time, h, phases(), &searched_[1]);
   const Coordinates at = coordinates(time, y);
   return contact_search_->step_to_touch(plan_, workspace_, at.q, at.qd, &searched_[1], h, or_separation);
 }
@@ -441,6 +443,16 @@ double System::passed_touch(double time, const double* y, double h) {
     energy += actuators_->kinetic_energy(k, y) +
               actuators_->potential_energy(k, actuators_->law(k), y, q[actuators_->joint(k)]);
   return energy;
+}
+
+double System::energy_scale(double time, const double* y) {
+  const Coordinates at = coordinates(time, y);
+  for (int i = 0; i < plan_.nv; ++i) scratch_[i] = at.qd[i] + std::copysign(1.0, at.qd[i]);
+  for (int k = 0; k < simple(); ++k) {
+    const double qd = at.qd[joint_of(k)];
+    scratch_[joint_of(k)] = qd + std::copysign(scales_[k], qd);
+  }
+  return redysim::kinetic_energy(plan_, workspace_, at.q, scratch_.data());
 }
 
 double System::kinetic_energy(double time, const double* y) {

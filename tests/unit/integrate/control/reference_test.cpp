@@ -125,5 +125,20 @@ TEST(reference, two_rows_at_one_time_let_the_acceleration_jump) {
   EXPECT_EQ(end_of(tested, 3), 2);
 }
 
+TEST(reference, steps_are_short_where_a_trajectory_accelerates) {
+  const Trajectory table = trajectory(
+      "type = 'table'\ntime = [0, 1, 3, 4]\nq = [0, 2, 2, 3]\nqd = [0, 0, 0, 0]\nqdd = [0, 0, 0, 0]\n");
+  EXPECT_NEAR(longest_step(table, 1, 0.5), 1.0 / 3, 1e-15);
+  EXPECT_TRUE(std::isinf(longest_step(table, 1, 2)));
+  EXPECT_NEAR(longest_step(table, 1, 3), 1.0 / 3, 1e-15);
+  EXPECT_TRUE(std::isinf(longest_step(table, 2, 4.5)));
+  for (int k : {0, 1, 2}) {
+    EXPECT_TRUE(std::isinf(longest_step(trajectory(all[k]), 0, 0))) << k;
+    EXPECT_NEAR(longest_step(trajectory(all[k]), 1, 0.5), 1.1 / 8, 1e-15) << k;
+  }
+  EXPECT_TRUE(std::isinf(longest_step(trajectory(all[3]), 1, 1)));
+  EXPECT_TRUE(std::isinf(longest_step(trajectory(all[4]), 1, 1)));
+}
+
 }  // namespace
 }  // namespace redysim
