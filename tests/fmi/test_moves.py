@@ -7,6 +7,7 @@ import pytest
 
 import build_fmu
 from tests.fmi.conftest import ROOT
+from tests.fmi.raw import OK, Slave
 
 # An arm under PD control without gravity rests, and moves 0.5 rad and back in 0.6 s.
 FOLLOWER = """
@@ -120,6 +121,36 @@ def test_the_loop_of_a_driven_four_bar_follows_its_crank(run, method):
     at = np.abs(result.time - 6.3).argmin()
     assert abs(tilt[at] - tilt[0]) > 0.05
     assert np.abs(result["energy.balance"]).max() < 1e-4
+
+
+@pytest.mark.parametrize(
+    "text", [FOLLOWER.replace("TRAJECTORY", "[[trajectory]]\njoint = 'arm'\n" + MOVES["table"]), PADDLE.replace("TYPE", "quintic")]
+)
+@pytest.mark.parametrize("method", ["adams", "bdf", "auto"])
+def test_a_state_saved_in_a_move_repeats_the_run_bit_for_bit(built, method, text):
+    fmu = built(text.replace("METHOD", method))
+    joint = "arm.q" if "arm" in text else "ball.q"
+    save, end = (617, 680) if "arm" in text else (117, 180)
+
+    def drive(slave, first, last):
+        values = []
+        for k in range(first, last):
+            assert slave.step(k / 100, 0.01) == OK, slave.errors
+            values.append((slave.get(joint), slave.get("energy.balance")))
+        return values
+
+    with Slave(fmu) as slave, Slave(fmu) as other, Slave(fmu) as fresh:
+        slave.initialize()
+        other.initialize()
+        drive(slave, 0, save)
+        expected = drive(other, 0, end)[save:]
+        assert np.ptp([q for q, _ in expected]) > 0.1
+        content = slave.serialize(slave.save())
+        assert drive(slave, save, end) == expected
+        status, copy = fresh.deserialize(content)
+        assert status == OK
+        assert fresh.call("SetFMUstate", copy) == OK
+        assert drive(fresh, save, end) == expected
 
 
 @pytest.mark.parametrize("step", [0.001, 2])

@@ -66,27 +66,16 @@ bool Control::enter(double time, double* phases) const {
 }
 
 // At the points of a table the slope of the acceleration jumps, which an error estimate may miss.
-double Control::next_knot(double time, const double* phases) const {
-  double next = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < trajectories_.size(); ++k) {
-    const int phase = static_cast<int>(phases[k]);
-    next = std::min(
-        {next, end_of(trajectories_[k], phase), redysim::next_knot(trajectories_[k], phase, passed(time))});
-  }
-  return next;
+StepLimits Control::step_limits(double time, const double* phases) const {
+  StepLimits limits;
+  for (std::size_t k = 0; k < trajectories_.size(); ++k)
+    limit_step(trajectories_[k], static_cast<int>(phases[k]), time, limits);
+  return limits;
 }
 
 double Control::next_breakpoint(double time, const double* phases) const {
-  const double knot = next_knot(time, phases);
+  const double knot = step_limits(time, phases).knot;
   return is_sampled() ? std::min(knot, sampler_.next_instant(time, phases + trajectories_.size())) : knot;
-}
-
-double Control::longest_step(double time, const double* phases) const {
-  double longest = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < trajectories_.size(); ++k)
-    longest =
-        std::min(longest, redysim::longest_step(trajectories_[k], static_cast<int>(phases[k]), passed(time)));
-  return longest;
 }
 
 bool Control::controls(int joint) const {

@@ -35,11 +35,9 @@ class Control {
   bool is_sampled() const { return sampler_.is_active(); }
   bool holds(const double* phases) const { return sampler_.holds(phases + trajectories_.size()); }
   bool enter_samples(double time, double* phases, const double* q, const double* qd, double* inputs);
-  // The first end of a phase or point of a table after `time`, s; or also sample or arrival of torques.
-  double next_knot(double time, const double* phases) const;
+  // Of all trajectories; and their first knot, sample or arrival of torques after `time`, s.
+  StepLimits step_limits(double time, const double* phases) const;
   double next_breakpoint(double time, const double* phases) const;
-  // The longest step from `time` that cannot miss a motion of a trajectory, s.
-  double longest_step(double time, const double* phases) const;
 
   bool prescribes(int joint) const { return trajectory_of_[joint] >= 0 && prescribed_[joint] != 0; }
   bool controls(int joint) const;

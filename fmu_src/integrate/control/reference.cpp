@@ -87,25 +87,28 @@ double end_of(const Trajectory& trajectory, int phase) {
   return place == trajectory.jumps.size() ? trajectory.end : trajectory.pieces[trajectory.jumps[place]].knot;
 }
 
-double next_knot(const Trajectory& trajectory, int phase, double time) {
-  if (trajectory.pieces.empty() || !is_inside(trajectory, phase))
-    return std::numeric_limits<double>::infinity();
-  Pieces end;
-  const Pieces next = next_piece(trajectory, phase, time, end);
-  return next == end ? std::numeric_limits<double>::infinity() : next->knot;
-}
-
-double longest_step(const Trajectory& trajectory, int phase, double time) {
-  if (!is_inside(trajectory, phase)) return std::numeric_limits<double>::infinity();
-  if (trajectory.pieces.empty()) return (trajectory.end - trajectory.begin) / steps_of_motion;
-  Pieces end;
-  const Pieces next = next_piece(trajectory, phase, time, end), piece = next - 1;
-  const std::vector<double>& c = piece->coefficients;
-  bool moves = false;  // with an acceleration
-  for (std::size_t k = 2; k < c.size(); ++k) moves = moves || c[k] != 0;
-  if (!moves) return std::numeric_limits<double>::infinity();
-  return ((next == trajectory.pieces.end() ? trajectory.end : next->knot) - piece->knot) /
-         (trajectory.pieces.size() > 1 ? steps_of_piece : steps_of_motion);
+void limit_step(const Trajectory& trajectory, int phase, double time, StepLimits& limits) {
+  limits.knot = std::min(limits.knot, end_of(trajectory, phase));
+  if (!is_inside(trajectory, phase)) return;
+  const bool table = trajectory.pieces.size() > 1;
+  double begin = trajectory.begin, end = trajectory.end;
+  bool moves = true;
+  if (!trajectory.pieces.empty()) {
+    Pieces last;
+    const Pieces next = next_piece(trajectory, phase, passed(time), last), piece = next - 1;
+    if (next != last) limits.knot = std::min(limits.knot, next->knot);
+    if (next != trajectory.pieces.end()) end = next->knot;
+    begin = piece->knot;
+    // a step in a table sees the acceleration at its start, but not what differs more from it than it from
+    // zero
+    const std::vector<double>& c = piece->coefficients;
+    double change = 0;
+    for (std::size_t k = c.size(); k-- > 3;) change = (change + std::fabs(c[k])) * (end - begin);
+    const double start = c.size() > 2 ? std::fabs(c[2]) : 0;
+    moves = table ? change > start : change + start > 0;
+  }
+  if (!moves) return;
+  limits.longest = std::min(limits.longest, (end - begin) / (table ? steps_of_piece : steps_of_motion));
 }
 
 JointMotion motion_at(const Trajectory& trajectory, int phase, double time) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "model/trajectory.hpp"
 
@@ -22,12 +23,15 @@ int phase_at(const Trajectory& trajectory, double time);
 // When the phase ends, s; infinity: never.
 double end_of(const Trajectory& trajectory, int phase);
 
-// The first point of a table after a time in the phase, s; infinity: none.
-double next_knot(const Trajectory& trajectory, int phase, double time);
+// What limits a step: the first end of a phase or point of a table after its start, s, and the longest step
+// that cannot miss the motion until there. At the ends and in the middle of a motion from rest to rest the
+// accelerations are zero.
+struct StepLimits {
+  double knot = std::numeric_limits<double>::infinity(), longest = knot;
+};
 
-// The longest step from a time in the phase that cannot miss the motion of its piece, s. At the ends and in
-// the middle of a motion from rest to rest the accelerations are zero.
-double longest_step(const Trajectory& trajectory, int phase, double time);
+// Reduces limits to those of a trajectory from a time in the phase.
+void limit_step(const Trajectory& trajectory, int phase, double time, StepLimits& limits);
 
 JointMotion motion_at(const Trajectory& trajectory, int phase, double time);
 double jerk_at(const Trajectory& trajectory, int phase, double time);  // the third derivative

@@ -166,11 +166,11 @@ Outcome Cvode::restart_between_steps() {
 // steps, not a small remainder. A restart and the trajectories determine these times, so that they can be
 // repeated.
 double Cvode::end_of_step(double step) const {
-  const double now = absolute(ahead_time_), longest = std::min(step, system_.longest_step(now));
-  double knot = system_.next_knot(now);
-  if (!(knot > passed(now))) return ahead_time_ + longest;  // the end of the phase
-  knot = since_restart(knot);
-  const double left = knot - ahead_time_;
+  const double now = absolute(ahead_time_);
+  const StepLimits limits = system_.step_limits(now);
+  const double longest = std::min(step, limits.longest);
+  if (!(limits.knot > passed(now))) return ahead_time_ + longest;  // the end of the phase
+  const double knot = since_restart(limits.knot), left = knot - ahead_time_;
   constexpr double rounding = 1e-9;
   if (left <= (1 + rounding) * longest) return knot;
   return ahead_time_ + std::min(longest, 0.5 * left);

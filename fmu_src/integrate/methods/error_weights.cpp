@@ -13,8 +13,8 @@ ErrorWeights::ErrorWeights(const System& system, double rtol, double atol)
     : system_(system), rtol_(rtol), atol_(atol) {
   constexpr double turn = 2 * pi;
   const auto& work = system.layout().work;
-  cap_.assign(static_cast<std::size_t>(system.has_prescribed_joints() ? work.end() : work.begin),
-              std::numeric_limits<double>::max());
+  cap_.assign(static_cast<std::size_t>(work.begin), std::numeric_limits<double>::max());
+  weighted_ = system.has_prescribed_joints() ? work.end() : work.begin;
   for (int i = 0; i < system.simple(); ++i)
     if (turns(system.plan().joints[system.joint_of(i)])) cap_[i] = turn;
   // a full turn of the joint
@@ -40,22 +40,25 @@ void ErrorWeights::evaluate(const double* y, double* weights, double share) cons
     weight(layout.q[k], scale, 0);
     weight(layout.qd[k], scale, std::fabs(y[layout.q[k]]));
   }
-  for (int i = layout.quaternion.begin; i < layout.quaternion.end(); ++i) weight(i, 1, 0);
-  for (int i = layout.omega.begin; i < layout.omega.end(); ++i) weight(i, 1, 0);
+  const auto rarer = [&](int i, double scale, double other) __attribute__((noinline)) {
+    weight(i, scale, other);
+  };
+  for (int i = layout.quaternion.begin; i < layout.quaternion.end(); ++i) rarer(i, 1, 0);
+  for (int i = layout.omega.begin; i < layout.omega.end(); ++i) rarer(i, 1, 0);
   if (layout.actuators() > 0) {
     const double* scales = &system_.scales()[static_cast<std::size_t>(layout.q.count)];
-    for (int i = 0; i < layout.actuators(); ++i) weight(layout.motor_q.begin + i, scales[i], 0);
+    for (int i = 0; i < layout.actuators(); ++i) rarer(layout.motor_q.begin + i, scales[i], 0);
     for (int k = 0; k < layout.motor_q.count; ++k)
-      weight(layout.motor_qd[k], scales[layout.motor_q.count + k], std::fabs(y[layout.motor_q[k]]));
+      rarer(layout.motor_qd[k], scales[layout.motor_q.count + k], std::fabs(y[layout.motor_q[k]]));
   }
   for (int i = layout.work.begin; i < layout.work.end(); ++i) weights[i] = 0;
 }
 
 void ErrorWeights::weigh_work(System& system, double time, const double* y, double* weights) const {
-  const int size = static_cast<int>(cap_.size());
-  if (size == system_.layout().work.begin) return;
+  const int begin = system_.layout().work.begin;
+  if (weighted_ == begin) return;
   const double energy = system.energy_scale(time, y);
-  for (int i = system_.layout().work.begin; i < size; ++i) {
+  for (int i = begin; i < weighted_; ++i) {
     const double tolerance = rtol_ * (std::fabs(y[i]) + energy);
     weights[i] = tolerance > 0 ? 1 / tolerance : 0;
   }
@@ -63,8 +66,8 @@ void ErrorWeights::weigh_work(System& system, double time, const double* y, doub
 
 double ErrorWeights::norm(const double* error, const double* weights) const {
   double sum = 0;
-  for (std::size_t i = 0; i < cap_.size(); ++i) sum += error[i] * weights[i] * error[i] * weights[i];
-  return cap_.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(cap_.size()));
+  for (int i = 0; i < weighted_; ++i) sum += error[i] * weights[i] * error[i] * weights[i];
+  return std::sqrt(sum / std::max(1.0, static_cast<double>(cap_.size())));
 }
 
 }  // namespace redysim

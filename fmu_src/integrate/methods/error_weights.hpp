@@ -24,13 +24,14 @@ class ErrorWeights {
 
   // Arrays of System::size(). `share`: of the tolerance.
   void evaluate(const double* y, double* weights, double share = 1) const;
-  void weigh_work(System& system, double time, const double* y, double* weights) const;
+  [[gnu::cold]] void weigh_work(System& system, double time, const double* y, double* weights) const;
   double norm(const double* error, const double* weights) const;  // root mean square of weighted entries
 
  private:
   const System& system_;
   double rtol_, atol_;
-  std::vector<double> cap_;  // upper limit of |y|; one entry per weighted component
+  std::vector<double> cap_;  // upper limit of |y|; one entry per component but the work
+  int weighted_ = 0;         // components in the norm: those, and the work of prescribed joints
 };
 
 }  // namespace redysim

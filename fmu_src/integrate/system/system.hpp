@@ -100,12 +100,9 @@ class System {
   bool enter_samples(double time, const double* y);
   bool controller_holds() const { return control() && control_->holds(phases()); }  // torques of a sample
   double next_breakpoint(double time) const;  // s, where a step has to end; infinity: none
-  double next_knot(double time) const {       // the same for trajectories alone
-    return control() ? control_->next_knot(time, phases()) : std::numeric_limits<double>::infinity();
-  }
-  double longest_step(double time) const {  // s, that cannot miss a motion of a trajectory
-    return control() ? control_->longest_step(time, phases()) : std::numeric_limits<double>::infinity();
-  }
+  StepLimits step_limits(double time) const {
+    return control_->step_limits(time, phases());
+  }  // with control()
   JointMotion reference(int joint, double time) { return control_->reference(joint, time, phases()); }
   double jerk(int joint, double time) { return control_->jerk(joint, time, phases()); }
 
@@ -192,7 +189,7 @@ class System {
 
   bool has_prescribed_joints() const { return simple() + 4 * balls() < plan_.nv; }
   // The kinetic energy with each velocity faster by its nominal value.
-  double energy_scale(double time, const double* y);
+  [[gnu::cold]] double energy_scale(double time, const double* y);
   double kinetic_energy(double time, const double* y);
   double potential_energy(double time, const double* y);
   double energy_before_jumps(double time, const double* y);  // of prescribed joints; both kinds

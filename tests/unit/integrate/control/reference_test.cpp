@@ -11,6 +11,16 @@
 namespace redysim {
 namespace {
 
+StepLimits limits_at(const Trajectory& trajectory, int phase, double time) {
+  StepLimits limits;
+  limit_step(trajectory, phase, time, limits);
+  return limits;
+}
+
+double longest_step(const Trajectory& trajectory, int phase, double time) {
+  return limits_at(trajectory, phase, time).longest;
+}
+
 JointMotion at(const Trajectory& trajectory, double time) {
   return motion_at(trajectory, phase_at(trajectory, time), time);
 }
@@ -118,8 +128,8 @@ TEST(reference, two_rows_at_one_time_let_the_acceleration_jump) {
   EXPECT_NEAR(jerk_at(tested, 1, 1), -6, 1e-10);
   EXPECT_NEAR(jerk_at(tested, 2, 1), 6, 1e-10);
   // steps end at the other points of the phase
-  EXPECT_EQ(next_knot(tested, 1, 0.1), 0.6);
-  EXPECT_TRUE(std::isinf(next_knot(tested, 1, 0.7)));
+  EXPECT_EQ(limits_at(tested, 1, 0.1).knot, 0.6);
+  EXPECT_EQ(limits_at(tested, 1, 0.7).knot, 1);
   EXPECT_EQ(end_of(tested, 1), 1);
   EXPECT_EQ(end_of(tested, 2), 1.5);
   EXPECT_EQ(end_of(tested, 3), 2);
