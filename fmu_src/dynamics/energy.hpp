@@ -10,8 +10,7 @@ namespace redysim {
 // Kinetic energy, J, at (q, qd), including the armatures. Overwrites positions and twists of the
 // workspace.
 template <class Scalar>
-[[gnu::cold]] Scalar kinetic_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q,
-                                    const Scalar* qd) {
+Scalar kinetic_energy(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd) {
   set_twists(plan, ws, q, qd);
   Scalar twice(0);
   for (std::size_t i = 0; i < plan.joints.size(); ++i) {

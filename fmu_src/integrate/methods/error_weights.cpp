@@ -40,16 +40,13 @@ void ErrorWeights::evaluate(const double* y, double* weights, double share) cons
     weight(layout.q[k], scale, 0);
     weight(layout.qd[k], scale, std::fabs(y[layout.q[k]]));
   }
-  const auto rarer = [&](int i, double scale, double other) __attribute__((noinline)) {
-    weight(i, scale, other);
-  };
-  for (int i = layout.quaternion.begin; i < layout.quaternion.end(); ++i) rarer(i, 1, 0);
-  for (int i = layout.omega.begin; i < layout.omega.end(); ++i) rarer(i, 1, 0);
+  for (int i = layout.quaternion.begin; i < layout.quaternion.end(); ++i) weight(i, 1, 0);
+  for (int i = layout.omega.begin; i < layout.omega.end(); ++i) weight(i, 1, 0);
   if (layout.actuators() > 0) {
     const double* scales = &system_.scales()[static_cast<std::size_t>(layout.q.count)];
-    for (int i = 0; i < layout.actuators(); ++i) rarer(layout.motor_q.begin + i, scales[i], 0);
+    for (int i = 0; i < layout.actuators(); ++i) weight(layout.motor_q.begin + i, scales[i], 0);
     for (int k = 0; k < layout.motor_q.count; ++k)
-      rarer(layout.motor_qd[k], scales[layout.motor_q.count + k], std::fabs(y[layout.motor_q[k]]));
+      weight(layout.motor_qd[k], scales[layout.motor_q.count + k], std::fabs(y[layout.motor_q[k]]));
   }
   for (int i = layout.work.begin; i < layout.work.end(); ++i) weights[i] = 0;
 }

@@ -183,7 +183,7 @@ void System::drive_forces(const Coordinates& at, const double* qdd, double* driv
                                           : recursion_inputs()[input_layout_.tau[i]];
 }
 
-[[gnu::cold]] bool System::enter_samples(double time, const double* y) {
+bool System::enter_samples(double time, const double* y) {
   if (!control() || !control_->is_sampled()) return false;
   update_recursion_inputs(time);
   // the next step starts behind the jumps
@@ -196,7 +196,7 @@ void System::drive_forces(const Coordinates& at, const double* qdd, double* driv
   return control_->enter_samples(time, phases(), at.q, at.qd, recursion_inputs_.data());
 }
 
-[[gnu::cold]] double System::next_breakpoint(double time) const {
+double System::next_breakpoint(double time) const {
   return control() ? control_->next_breakpoint(time, phases()) : std::numeric_limits<double>::infinity();
 }
 
@@ -305,7 +305,7 @@ void System::project_error(double* error) {
   }
 }
 
-[[gnu::cold]] void System::project_velocity(double* velocity) {
+void System::project_velocity(double* velocity) {
   if (!plan_.has_constraints()) return;
   std::fill(drive_.begin(), drive_.end(), 0.0);
   for (int k = 0; k < simple(); ++k) drive_[integrated_[k]] = velocity[layout_.qd[k] - nq()];
@@ -326,7 +326,7 @@ void System::project_error(double* error) {
   add_correction(change, true);
 }
 
-[[gnu::cold]] double System::step_to_touch(double time, const double* y, double h, bool or_separation) {
+double System::step_to_touch(double time, const double* y, double h, bool or_separation) {
   if (control()) h = std::min(h, step_limits(time).longest);
   // those of the last stage of a step, or of its last iteration, are accurate enough for the next one
   if (time != searched_[0]) {
@@ -339,7 +339,7 @@ void System::project_error(double* error) {
   return contact_search_->step_to_touch(plan_, workspace_, at.q, at.qd, &searched_[1], h, or_separation);
 }
 
-[[gnu::cold]] double System::passed_touch(double time, const double* y, double h) {
+double System::passed_touch(double time, const double* y, double h) {
   const Coordinates at = coordinates(time, y);
   return contact_search_->passed_touch(plan_, workspace_, at.q, at.qd, h);
 }
@@ -363,14 +363,14 @@ double System::energy_scale(double time, const double* y) {
   return redysim::kinetic_energy(plan_, workspace_, at.q, scratch_.data());
 }
 
-[[gnu::cold]] double System::kinetic_energy(double time, const double* y) {
+double System::kinetic_energy(double time, const double* y) {
   const Coordinates at = coordinates(time, y);
   double energy = redysim::kinetic_energy(plan_, workspace_, at.q, at.qd);
   for (int k = 0; actuators() && k < actuators_->size(); ++k) energy += actuators_->kinetic_energy(k, y);
   return energy;
 }
 
-[[gnu::cold]] double System::potential_energy(double time, const double* y) {
+double System::potential_energy(double time, const double* y) {
   const Coordinates at = coordinates(time, y);
   double energy = redysim::potential_energy(plan_, workspace_, at.q, at.qd);
   for (int k = 0; actuators() && k < actuators_->size(); ++k)

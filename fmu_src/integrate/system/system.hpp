@@ -100,9 +100,8 @@ class System {
   bool enter_samples(double time, const double* y);
   bool controller_holds() const { return control() && control_->holds(phases()); }  // torques of a sample
   double next_breakpoint(double time) const;  // s, where a step has to end; infinity: none
-  StepLimits step_limits(double time) const {
-    return control_->step_limits(time, phases());
-  }  // with control()
+  // With control().
+  StepLimits step_limits(double time) const { return control_->step_limits(time, phases()); }
   JointMotion reference(int joint, double time) { return control_->reference(joint, time, phases()); }
   double jerk(int joint, double time) { return control_->jerk(joint, time, phases()); }
 
