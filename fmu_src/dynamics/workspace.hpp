@@ -70,9 +70,9 @@ struct LinkPath {
 template <class Scalar>
 struct LoopState {
   std::vector<Force<Scalar>> wrench[2];  // per row and side: transmitted so far, in axes of that body
-  std::vector<Force<Scalar>>
-      coupling_wrench;    // per crossing of clusters, then of fronts; of couplings: transmitted to its body
-  std::vector<Scalar> b;  // right-hand side of S lambda = b - K a_root
+  // Per crossing of the clusters, then of the fronts; only of couplings: transmitted to its body.
+  std::vector<Force<Scalar>> coupling_wrench;
+  std::vector<Scalar> b;                        // right-hand side of S lambda = b - K a_root
   std::vector<Force<Scalar>> K;                 // per row: wrench on the root
   std::vector<Scalar> crossing_u;               // per crossing of the clusters: u_r of (5)
   std::vector<Scalar> scale;                    // per row: S_rr with the bounds of the levers

@@ -10,8 +10,8 @@ namespace redysim {
 namespace {
 
 constexpr double two_pi = 2 * pi;
-constexpr double steps_of_piece = 3,
-                 steps_of_motion = 8;  // minimum: of a table, of a trajectory of one piece
+// At least, in a piece of a table and in a trajectory of one piece.
+constexpr double steps_of_piece = 3, steps_of_motion = 8;
 
 // ReDySim's cycloid: velocity and acceleration are 0 at both ends.
 JointMotion cycloid(const Trajectory& trajectory, double time) {
