@@ -154,7 +154,7 @@ void Instance::set_motion(int joint, int order, double value) {
   if (!motion_.set(joint, order, value)) return;
   values_.changed();
   state_.motion_changed();
-  parameters_.motion_changed();
+  parameters_.give_again();
 }
 
 fmi2Status Instance::set_integer(const unsigned* references, std::size_t count, const int* values) {

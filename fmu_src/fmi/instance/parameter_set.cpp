@@ -50,7 +50,7 @@ void ParameterSet::set(const Variable& variable) {
   if (variable.variability() != Variability::tunable) return;
   if (variable.group == &StateParameters::rows) {
     if (variable.type() == VariableType::integer) pending_.given = Given::due;
-    return given_again();
+    return give_again();
   }
   pending_.in_force = false;
   pending_.changed = true;

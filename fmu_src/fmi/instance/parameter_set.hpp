@@ -29,8 +29,10 @@ class ParameterSet {
   // The state that the master gives is part of the parameters: `state.apply` was set, or it has replaced the
   // state.
   enum class Given : std::uint8_t { none, due, applied };
-  // A prescribed motion was set: the state that replaced the last one stays the given one.
-  void motion_changed() { given_again(); }
+  // After a change of a prescribed motion or of the given values: they replace the state once more.
+  void give_again() {
+    if (pending_.given == Given::applied) pending_.given = Given::due;
+  }
   bool void_history() const { return pending_.changed || pending_.given != Given::none; }  // of the solver
   Given given() const { return pending_.given; }
   bool state_is_due() const { return pending_.given == Given::due && simulation_.integrator; }
@@ -54,9 +56,6 @@ class ParameterSet {
   double energy_offset = 0;        // the energy balance starts at 0
 
  private:
-  void given_again() {
-    if (pending_.given == Given::applied) pending_.given = Given::due;
-  }
   void renew_plan();
   double energy();
   std::string apply_state();
