@@ -1,5 +1,6 @@
 #include "dynamics/straight_line/series_statements.hpp"
 
+#include <algorithm>
 #include <map>
 #include <numeric>
 #include <set>
@@ -24,13 +25,17 @@ using Places = std::map<int, std::vector<std::size_t>>;  // of a node in an arra
 //   sine: cos(x) dx    cosine: -sin(x) dx    t = tanh x: (1 - t^2) dx
 class SeriesWriter {
  public:
-  explicit SeriesWriter(const StraightLine& line) : tape_(line.tape), slopes_(line.qdd) {
+  explicit SeriesWriter(const StraightLine& line)
+      : tape_(line.tape), joints_(line.qdd.size()), slopes_(line.qdd) {
     slopes_.insert(slopes_.end(), line.power.begin(), line.power.end());
     results_ = slopes_;
     add_partners();
     classify();
     for (int node = 0; node < tape_.size(); ++node)
       if (is_needed(node) && varies(node)) list_product(node);
+    left_terms_.resize(products_);
+    left_terms_.resize((products_ + 3) / 4 * 4, "0.0");
+    right_terms_ = left_terms_;
     mark_factors();
   }
 
@@ -38,7 +43,7 @@ class SeriesWriter {
     std::vector<int> recorded(static_cast<std::size_t>(tape_.size()));
     std::iota(recorded.begin(), recorded.end(), 0);
     std::string text =
-        "\nconst std::size_t series_products = " + std::to_string(products_) +
+        "\nconst std::size_t series_lanes = " + lanes(std::max<std::size_t>(products_, 1)) +
         ", series_quotients = " + std::to_string(reciprocals_.size()) +
         ";\n\nREDYSIM_CLONES void series_values([[maybe_unused]] const Plan<double>& plan, const double* q, "
         "const double* qd,\n    const double* tau, double* __restrict left, double* __restrict right, "
@@ -46,19 +51,33 @@ class SeriesWriter {
         value_statements(tape_, results_, recorded,
                          [this](int node) { return kept(node) + reciprocal(node); });
     for (std::size_t i = 0; i < slopes_.size(); ++i) text += assigned("slope", i, name(slopes_[i]));
-    text +=
-        "}\n\nREDYSIM_CLONES void series_terms([[maybe_unused]] const Plan<double>& plan, [[maybe_unused]] "
-        "double order,\n    [[maybe_unused]] double per_order, double factor, const double* q, const double* "
-        "qd, const double* tau,\n    const double* sums, const double* left_0, const double* right_0, "
-        "[[maybe_unused]] const double* reciprocals,\n    double* __restrict left, double* __restrict right, "
-        "double* __restrict next) {\n";
+    text += "}\n\n" + beginning_of_terms();
     for (int node = 0; node < tape_.size(); ++node) text += term(node);
+    for (std::size_t i = 0; i < joints_; ++i) text += assigned("next", i, "factor * " + indexed("qd", i));
     for (std::size_t i = 0; i < slopes_.size(); ++i)
-      text += assigned("next", i, varies(slopes_[i]) ? "factor * " + name(slopes_[i]) : "0.0");
+      text += assigned("next", joints_ + i, varies(slopes_[i]) ? "factor * " + name(slopes_[i]) : "0.0");
     return text + "}\n";
   }
 
  private:
+  // The sums of all products, and the arrays of the statements.
+  std::string beginning_of_terms() const {
+    return "REDYSIM_CLONES void series_terms([[maybe_unused]] const Plan<double>& plan,\n"
+           "    const SeriesOrder& at, [[maybe_unused]] const double* tau) {\n"
+           "  alignas(Lanes<double>) double sums[4 * series_lanes];\n"
+           "  sum_products<series_lanes>(at.left, at.right, at.order, sums);\n"
+           "  [[maybe_unused]] const double *left_0 = numbers(at.left), *right_0 = numbers(at.right);\n"
+           "  [[maybe_unused]] Lanes<double>* __restrict left = at.left + at.order * series_lanes;\n"
+           "  [[maybe_unused]] Lanes<double>* __restrict right = at.right + at.order * series_lanes;\n"
+           "  [[maybe_unused]] const double order = static_cast<double>(at.order);\n"
+           "  [[maybe_unused]] const double per_order = at.per_order;\n"
+           "  const double factor = at.factor;\n"
+           "  [[maybe_unused]] const double *q = at.state, *qd = q + " +
+           std::to_string(joints_) + ";\n  double* __restrict next = at.state + 4 * " +
+           lanes(joints_ + slopes_.size()) + ";\n";
+  }
+
+  static std::string lanes(std::size_t numbers) { return std::to_string(numbers / 4 + (numbers % 4 > 0)); }
   bool is_needed(int node) const { return needed_[static_cast<std::size_t>(node)]; }
   bool varies(int node) const { return node >= 0 && varies_[static_cast<std::size_t>(node)]; }
   std::string name(int node) const { return operand(tape_, node); }
@@ -128,16 +147,38 @@ class SeriesWriter {
     return "  " + indexed(array, place) + " = " + value + ";\n";
   }
 
-  static std::string stores(const Places& places, int node, const char* array, const std::string& value) {
+  static std::vector<std::size_t> places_of(const Places& places, int node) {
+    const auto found = places.find(node);
+    return found == places.end() ? std::vector<std::size_t>() : found->second;
+  }
+
+  // Stores a value where products take it.
+  std::string kept(int node) const {
     std::string text;
-    if (const auto found = places.find(node); found != places.end())
-      for (std::size_t place : found->second) text += assigned(array, place, value);
+    for (std::size_t place : places_of(left_, node)) text += assigned("left", place, name(node));
+    for (std::size_t place : places_of(right_, node)) text += assigned("right", place, name(node));
     return text;
   }
 
-  // Stores a coefficient where products take it.
-  std::string kept(int node) const {
-    return stores(left_, node, "left", name(node)) + stores(right_, node, "right", name(node));
+  // The same for a coefficient, in lanes: a load of a lane after stores of single numbers would stall.
+  std::string taken(int node) {
+    return stored_lanes("left", left_terms_, left_, node, name(node)) +
+           stored_lanes("right", right_terms_, right_, node, name(node));
+  }
+
+  // Stores the lanes that a term completes.
+  std::string stored_lanes(const char* array, std::vector<std::string>& terms, const Places& places, int node,
+                           const std::string& term) {
+    std::string text;
+    for (std::size_t place : places_of(places, node)) {
+      terms[place] = term;
+      const auto first = terms.begin() + static_cast<std::ptrdiff_t>(place / 4 * 4);
+      if (std::find(first, first + 4, "") == first + 4)
+        text += assigned(
+            array, place / 4,
+            "Lanes<double>::of(" + first[0] + ", " + first[1] + ", " + first[2] + ", " + first[3] + ")");
+    }
+    return text;
   }
 
   std::string reciprocal(int node) const {
@@ -160,9 +201,9 @@ class SeriesWriter {
       return is_used ? declared(node, arithmetic(tape_, node)) : std::string();
     }
     if (!is_needed(node)) return {};
-    if (operation == Operation::symbol) return kept(node);
+    if (operation == Operation::symbol) return taken(node);
     if (operation == Operation::function) return function_terms(node);
-    return declared(node, coefficient(node)) + kept(node);
+    return declared(node, coefficient(node)) + taken(node);
   }
 
   std::string coefficient(int node) const {
@@ -175,7 +216,7 @@ class SeriesWriter {
     if (right && given.operation == Operation::divide)
       return "(" + (left ? name(given.left) : std::string()) + " - " + of_product("sums", node) + " - " +
              of_product("left_0", node) + " * " + name(given.right) + ") * " +
-             indexed("reciprocals", reciprocals_.at(node));
+             indexed("at.reciprocals", reciprocals_.at(node));
     if (given.operation == Operation::subtract && !left) return "-" + name(given.right);
     const bool adds = given.operation == Operation::add || given.operation == Operation::subtract;
     if (adds && left != right) return name(left ? given.left : given.right);
@@ -195,22 +236,25 @@ class SeriesWriter {
     std::string text;
     if (rates_written_.insert(argument).second)
       text = "  const double " + rate + " = order * " + name(argument) + ";\n" +
-             stores(rate_, argument, "left", rate);
+             stored_lanes("left", left_terms_, rate_, argument, rate);
     if (!tape_.is_turn(node))
-      return text + declared(node, name(argument) + " - " + integral(node)) + kept(node);
+      return text + declared(node, name(argument) + " - " + integral(node)) + taken(node);
     if (!turns_written_.insert(argument).second) return {};
     for (int one : {node, partner})
-      text += declared(one, (tape_[one].name == "sin" ? "" : "-") + integral(one)) + kept(one);
+      text += declared(one, (tape_[one].name == "sin" ? "" : "-") + integral(one)) + taken(one);
     return text;
   }
 
-  Tape tape_;                          // of the line, and partners
+  Tape tape_;  // of the line, and partners
+  std::size_t joints_;
   std::vector<int> slopes_, results_;  // results_: slopes_ and partners
   std::map<int, int> partner_;
   std::vector<char> needed_, varies_, factor_;
   std::size_t products_ = 0;
   std::map<int, std::size_t> product_, reciprocals_;  // of a node
   Places left_, rate_, right_;
+  std::vector<std::string> left_terms_,
+      right_terms_;                              // of the products, padded to lanes; "": not yet written
   std::set<int> rates_written_, turns_written_;  // arguments
 };
 

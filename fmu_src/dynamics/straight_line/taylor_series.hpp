@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "dynamics/plan.hpp"
@@ -8,16 +10,48 @@
 
 namespace redysim {
 
-// Only in a library built for a scene with method taylor (series_statements.hpp): numbers of sums and
-// divisions, and the recursion. `slope`: qdd, then the power if the scene has energies. `next`: the same
-// times `factor`.
-extern const std::size_t series_products, series_quotients;
+inline double* numbers(Lanes<double>* lanes) { return reinterpret_cast<double*>(lanes); }
+
+// What the terms of an order of a series follow from, and where they are stored.
+struct SeriesOrder {
+  std::size_t order;
+  double per_order, factor;    // 1 / order, unit / (order + 1)
+  Lanes<double>*left, *right;  // factors of the products, series_lanes for each order
+  const double* reciprocals;   // of divisors of order 0
+  double* state;               // coefficients of this order, then those of the next one
+};
+
+// Only in a library built for a scene with method taylor (series_statements.hpp): numbers of products in
+// lanes of 4 and of divisions, and the recursion. `slope`: qdd, then the power if the scene has energies.
+extern const std::size_t series_lanes, series_quotients;
 void series_values(const Plan<double>& plan, const double* q, const double* qd, const double* tau,
                    double* left, double* right, double* reciprocals, double* slope);
-void series_terms(const Plan<double>& plan, double order, double per_order, double factor, const double* q,
-                  const double* qd, const double* tau, const double* sums, const double* left_0,
-                  const double* right_0, const double* reciprocals, double* left, double* right,
-                  double* next);
+void series_terms(const Plan<double>& plan, const SeriesOrder& at, const double* tau);
+
+// sums = sum of left_j right_(order - j) over 0 < j < order, for lanes K of rows of Width; order > 1.
+template <std::size_t Width, std::size_t... K>
+REDYSIM_INLINE void sum_lanes(const Lanes<double>* left, const Lanes<double>* right, std::size_t order,
+                              double* sums, std::index_sequence<K...>) {
+  Lanes<double> sum[] = {left[Width + K] * right[(order - 1) * Width + K]...};
+  for (std::size_t j = 2; j < order; ++j)
+    ((sum[K] = sum[K] + left[j * Width + K] * right[(order - j) * Width + K]), ...);
+  ((reinterpret_cast<Lanes<double>*>(sums)[K] = sum[K]), ...);
+}
+
+template <std::size_t Width>
+REDYSIM_INLINE void sum_products(const Lanes<double>* left, const Lanes<double>* right, std::size_t order,
+                                 double* sums) {
+  constexpr std::size_t block = 4, rest = Width % block;  // lanes whose sums stay in registers
+  if (order == 1) {
+    std::fill_n(sums, 4 * Width, 0.0);
+    return;
+  }
+  std::size_t at = 0;
+  for (; at + block <= Width; at += block)
+    sum_lanes<Width>(left + at, right + at, order, sums + 4 * at, std::make_index_sequence<block>());
+  if constexpr (rest > 0)
+    sum_lanes<Width>(left + at, right + at, order, sums + 4 * at, std::make_index_sequence<rest>());
+}
 
 // Taylor series of a motion of that scene, in s = time / unit from its start. State: [q; qd; work], the work
 // of inputs and dampers with energies only.
@@ -47,19 +81,18 @@ class TaylorSeries {
   using Rows = std::vector<Lanes<double>>;  // of all orders
 
   static double* numbers(Rows& rows, int order, std::size_t width) {
-    return reinterpret_cast<double*>(rows.data() + static_cast<std::size_t>(order) * width);
+    return redysim::numbers(rows.data() + static_cast<std::size_t>(order) * width);
   }
   static const double* numbers(const Rows& rows, int order, std::size_t width) {
     return reinterpret_cast<const double*>(rows.data() + static_cast<std::size_t>(order) * width);
   }
-  void set_sums();
 
   const Plan<double>& plan_;
-  std::size_t size_, state_lanes_, product_lanes_;
+  std::size_t size_, state_lanes_;
   int order_ = 0;
   double unit_ = 1;
   std::vector<double> slope_, reciprocals_;
-  Rows coefficients_, left_, right_, sums_;
+  Rows coefficients_, left_, right_;
   std::vector<double> per_order_;  // 1 / k, for k up to the highest order
 };
 
