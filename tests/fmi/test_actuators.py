@@ -57,6 +57,74 @@ def test_a_rigid_gear_adds_the_reflected_inertia_and_no_outputs(built):
         assert slave.get("wheel.qdd") == pytest.approx(2 / (INERTIA + 20**2 * 1e-3), rel=1e-14)
 
 
+# A pendulum that a loop holds, and a slider-crank whose rod and crank are in line at the start.
+HELD = """
+name = "held"
+gravity = [0, -9.81, 0]
+[[link]]
+name = "arm"
+mass = 1
+com = [0.1, 0, 0]
+inertia = [0.1, 0.1, 0.1]
+[[loop]]
+name = "pin"
+type = "point"
+link_a = "arm"
+link_b = "ground"
+point_a = [0.2, 0, 0]
+point_b = [0.2, 0, 0]
+directions = [[0, 1, 0]]
+[[actuator]]
+joint = "arm"
+gear_ratio = 20
+FIELDS
+[solver]
+method = "METHOD"
+[fmu]
+outputs = ["actuator"]
+"""
+DEAD_POINT = """
+name = "crank"
+gravity = [0, -9.81, 0]
+link = [
+  {name = "crank", gamma = 1.3, mass = 1, com = [0.05, 0, 0], inertia = [0.01, 0.01, 0.01], qd = 10},
+  {name = "rod", a = 0.1, mass = 0.5, com = [0.15, 0, 0], inertia = [0.005, 0.005, 0.005], qd = -13.333333333333334},
+  {name = "arm", parent = "ground", joint = "prismatic", alpha = 1.5707963267948966, gamma = 2.8707963267948964, mass = 1, q = 0.4},
+]
+[[loop]]
+name = "pin"
+type = "point"
+link_a = "rod"
+link_b = "arm"
+point_a = [0.3, 0, 0]
+directions = [[1, 0, 0], [0, 1, 0]]
+[[actuator]]
+joint = "arm"
+FIELDS
+[solver]
+method = "METHOD"
+[fmu]
+outputs = ["actuator"]
+"""
+
+
+@pytest.mark.parametrize(
+    "model, fields, drive, output, final",
+    [
+        (HELD, "resistance = 2\ntorque_constant = 0.03\ninductance = 0.02", "arm.voltage", "arm.current", 1.5),
+        (HELD, "time_constant = 0.01", "arm.tau", "arm.tau_joint", 3.0),
+        (DEAD_POINT, "time_constant = 0.01", "arm.tau", "arm.tau_joint", 3.0),
+    ],
+)
+@pytest.mark.parametrize("method", METHODS)
+def test_currents_and_lags_at_joints_that_loops_hold(built, method, model, fields, drive, output, final):
+    with Slave(built(model.replace("FIELDS", fields).replace("METHOD", method))) as slave:
+        slave.initialize(start={drive: 3.0})
+        for k in range(10):
+            assert slave.step(k * 0.05, 0.05) == OK, slave.errors
+            assert slave.get(output) == pytest.approx(final * (1 - math.exp(-(k + 1) * 5)), rel=2e-5)
+
+
 def test_gains_of_dc_motors_are_voltages_per_error(tmp_path):
     """docs/actuators.md; a joint without a motor keeps N m/rad."""
     links = ("turn", "revolute"), ("slide", "prismatic"), ("plain", "revolute")

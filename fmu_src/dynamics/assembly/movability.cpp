@@ -44,11 +44,11 @@ std::vector<double> lengths(const Plan<double>& plan) {
 
 }  // namespace
 
-int singular_joint(const Plan<double>& plan, Workspace<double>& ws, const double* q) {
+std::vector<double> joint_inertias(const Plan<double>& plan, Workspace<double>& ws, const double* q) {
   // at rest; a singular joint gives infinite accelerations, which affect only joints inboard of it
   const std::vector<double> rest(static_cast<std::size_t>(InputLayout(plan).recursion_size()));
-  std::vector<double> qdd(plan.joints.size());
-  compiled_forward_dynamics(plan, ws, q, rest.data(), rest.data(), qdd.data());
+  std::vector<double> inertias(plan.joints.size());
+  compiled_forward_dynamics(plan, ws, q, rest.data(), rest.data(), inertias.data());
   std::vector<Rounding> inherited(plan.joints.size());
   for (std::size_t i = plan.joints.size(); i-- > 0;) {
     const JointPlan<double>& joint = plan.joints[i];
@@ -57,8 +57,7 @@ int singular_joint(const Plan<double>& plan, Workspace<double>& ws, const double
     error.moment += inherited[i].moment;
     error.force += inherited[i].force;
     const double pivot = axis_inertia(joint, s.A.zz) + joint.armature;
-    if (!joint.prescribed && !(pivot > certain * largest_squared(joint, error.moment, error.force)))
-      return static_cast<int>(i);
+    inertias[i] = pivot > certain * largest_squared(joint, error.moment, error.force) ? pivot : 0;
     if (joint.parent == ground) continue;
     Mat3<double> rotation;
     Vec3<double> position;
@@ -66,6 +65,13 @@ int singular_joint(const Plan<double>& plan, Workspace<double>& ws, const double
     inherited[joint.parent].moment += error.moment + position.squaredNorm() * error.force;
     inherited[joint.parent].force += error.force;
   }
+  return inertias;
+}
+
+int singular_joint(const Plan<double>& plan, Workspace<double>& ws, const double* q) {
+  const std::vector<double> inertias = joint_inertias(plan, ws, q);
+  for (std::size_t i = inertias.size(); i-- > 0;)
+    if (inertias[i] == 0 && !plan.joints[i].prescribed) return static_cast<int>(i);
   return -1;
 }
 

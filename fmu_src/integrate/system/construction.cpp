@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dynamics/assembly/movability.hpp"
 #include "dynamics/compiled.hpp"
 #include "integrate/system/system.hpp"
 #include "model/motion_scale.hpp"
@@ -80,12 +81,14 @@ namespace redysim {
 }
 
 // A motor moves N times its joint. A torque counts as much as the velocity that it gives the joint in its
-// time constant.
+// time constant. Where loops hold the joint, at a dead point perhaps only there, the response is rounding: a
+// tenth of that without loops is the least that counts.
 [[gnu::cold]] void System::set_actuator_scales(const Parameters<double>& parameters) {
   Workspace<double> workspace(plan_);
   std::vector<double> q(q_), qd(q_.size(), 0.0), free(qd), moved(qd);
   std::vector<double> forces(static_cast<std::size_t>(input_layout_.recursion_size()), 0.0);
   for (int i = 0; i < plan_.nv; ++i) q[i] = parameters.joints[plan_.joints[i].link].q0;
+  const std::vector<double> inertias = joint_inertias(plan_, workspace, q.data());
   const auto accelerate = [&](std::vector<double>& qdd) {
     compiled_forward_dynamics(plan_, workspace, q.data(), qd.data(), forces.data(), qdd.data());
   };
@@ -96,7 +99,9 @@ namespace redysim {
     accelerate(moved);
     forces[joint] = 0;
     const auto place = std::find(integrated_.begin(), integrated_.end(), joint) - integrated_.begin();
-    actuators_->set_scales(k, scales_[place], moved[joint] - free[joint], &scales_[integrated_.size()]);
+    const double least = inertias[joint] > 0 ? 0.1 / inertias[joint] : 0;
+    actuators_->set_scales(k, scales_[place], std::max(moved[joint] - free[joint], least),
+                           &scales_[integrated_.size()]);
   }
 }
 
