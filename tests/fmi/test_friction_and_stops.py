@@ -255,3 +255,21 @@ def test_stops_that_cross_are_refused(built):
         assert "rail.upper must be greater than rail.lower" in slave.errors[-1]
         assert slave.set("rail.lower", 0.0) == OK
         assert slave.step(0, 0.01) == OK
+
+
+def test_steps_over_reversals_have_no_outliers(fmu, instance):
+    """The error estimate of a step of order 5 that passes a reversal or the onset of a stop is small by chance."""
+    slave = instance(fmu("pendulum_stops"))
+
+    def positions(method: str, rtol: float) -> np.ndarray:
+        assert slave.call("Reset") == OK
+        slave.initialize(start={"solver.method": method, "solver.rtol": rtol, "solver.atol": rtol / 100})
+        values = []
+        for k in range(100):
+            assert slave.step(k / 100, 0.01) == OK
+            values.append(slave.get("rod.q"))
+        return np.array(values)
+
+    reference = positions("bdf", 1e-12)
+    for rtol in 10 ** -np.linspace(3, 9, 25):
+        assert np.abs(positions("erk", rtol) - reference).max() < 10 * rtol

@@ -178,9 +178,8 @@ bool Erk::begin_step(double) {
 double Erk::attempt_error(double h) {
   if (!steps_.step(reached_, h, result_, candidate_)) return std::numeric_limits<double>::infinity();
   const double error = steps_.error(h, error_weights_, weights_.data());
-  const bool passes = reached_ + h > end_;
-  return passes && crosses_corner(system_, result_, candidate_) ? std::max(error, Tuning::error_of_corner)
-                                                                : error;
+  if (!crosses_corner(system_, result_, candidate_)) return error;
+  return reached_ + h > end_ ? std::max(error, Tuning::error_of_corner) : Tuning::doubt_of_corner * error;
 }
 
 double Erk::affordable_steps() const {
