@@ -39,7 +39,7 @@ def attached_page(model: Description, entries: Callable[[], Sequence[Entry]]) ->
             return None, f"its simulation takes more than {MOST_STEPS} solver steps"
         except UserError as error:
             return None, f"its simulation failed: {error}"
-        moved = [name for name in result.names if name.endswith(".q") or ".quaternion[" in name]
+        moved = [name for name in (*result.names, *result.inputs) if name.endswith(".q") or ".quaternion[" in name]
         if not any(np.ptp(result[name]) > 1e-9 for name in moved):
             return None, ""  # no motion without inputs, as in an inverse model
         shown = run_of(session, result)

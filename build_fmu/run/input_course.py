@@ -14,6 +14,7 @@ import numpy as np
 
 from build_fmu.errors import UserError
 from build_fmu.run.branches import Split, halves, inside
+from build_fmu.run.prescribed import MOTION
 from build_fmu.run.signals import Signal, Table
 from build_fmu.run.taylor import magnitude
 
@@ -23,7 +24,6 @@ FIT = np.linalg.inv(np.vander(POINTS, increasing=True))
 FACTORIALS = np.array([1.0, 2.0, 6.0])
 CUBIC_ERROR = 1 / 80
 MOST_PARTS = 20_000  # of one communication step
-MOTION = (".q", ".qd", ".qdd")
 
 
 @dataclass(frozen=True)

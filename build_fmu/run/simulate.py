@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from build_fmu.errors import UserError
-from build_fmu.run.input_course import MOTION, Course
+from build_fmu.run.input_course import Course
+from build_fmu.run.prescribed import MOTION, Prescribed
 from build_fmu.run.session import Session
 from build_fmu.run.signals import number_of, parse_inputs, parse_start
 
@@ -79,13 +80,18 @@ def simulate(session: Session, settings: Settings, progress: Callable[[float], N
     course = Course(signals, times, _tolerance(session, settings, start), mode, real_inputs)
     values = np.empty((len(times), len(names)))
     recorded = {name: np.empty(len(times)) for name in real_inputs}
+    first = {name: float(start.get(name, session.variables[name].start or 0)) for name in real_inputs}
+    motions = Prescribed(real_inputs, times[0], first | course.at(times[0]))
     rows = 0
     try:
         session.initialise(times[0], times[-1], settings.tolerance, start | course.at(times[0]))
-        for row, now in _course(session, course, times, any(name.endswith(MOTION) for name in signals)):
-            values[row] = session.read(names)
+        for row, now in _course(session, course, times, motions):
+            # a read input is the value set last, from which a motion has continued
+            moved = motions.at(times[row])
+            values[row] = [moved.get(name, value) for name, value in zip(names, session.read(names), strict=True)]
+            now = first | now | moved
             for name, column in recorded.items():
-                column[row] = now.get(name, start.get(name, session.variables[name].start or 0))
+                column[row] = now[name]
             rows = row + 1
             progress(times[row])
     except UserError as error:
@@ -100,17 +106,19 @@ def simulate(session: Session, settings: Settings, progress: Callable[[float], N
     return Result(np.array(times), names, values, recorded, session.warnings(), remarks)
 
 
-def _course(session: Session, course: Course, times: list[float], prescribed: bool) -> Iterator[tuple[int, dict[str, float]]]:
-    """Yields the number of each communication point, when it is reached, and its inputs."""
+def _course(session: Session, course: Course, times: list[float], motions: Prescribed) -> Iterator[tuple[int, dict[str, float]]]:
+    """Yields the number of each communication point, when it is reached, and its inputs; `motions` follow them."""
     steps = course.steps()
     for row, time in enumerate(times):
         for part in next(steps) if row > 0 else ():
             session.write(part.values)
             session.write_slopes(part.slopes)
+            motions.set(part.begin, part.values)
             session.step(part.begin, part.end - part.begin)
+            motions.follow(part.begin, part.end, part.slopes)
         now = course.at(time)
-        if prescribed:
-            session.write({name: value for name, value in now.items() if name.endswith(MOTION)})
+        session.write({name: value for name, value in now.items() if name.endswith(MOTION)})
+        motions.set(time, now)
         yield row, now
 
 

@@ -253,6 +253,25 @@ def test_inputs_of_a_motion_that_were_never_set_are_named_once(folder, version):
     assert said.stderr.count("never set") == 1
 
 
+@pytest.mark.parametrize(
+    "inputs",
+    [[], ["drive.qd=-1"], ["drive.qd=cos(9*t)"], ["drive.qdd=2"], ["drive.q=0.5*sin(3*t)"], ["motion.csv"], ["drive.q=0.2"],
+     ["drive.qd=cos(9*t)", "--interpolate", "none"]],
+    ids=" ".join,
+)  # fmt: skip
+def test_the_position_of_a_motion_is_that_of_its_link_in_every_row(folder, inputs):
+    """Also of a position that was never set, and of one that is set to the same value again, which has no effect."""
+    text = DRIVEN.replace('drive = "motion"', 'drive = "motion"\nq = 0.2\nqd = 1.5')
+    (folder / "m.toml").write_text(text + "[[frame]]\nname = 'f'\nlink = 'drive'\nposition = [1, 0, 0]\noutputs = ['pose']\n")
+    (folder / "motion.csv").write_text("time,drive.q,drive.qd\n0,0.1,2\n0.25,0.1,2\n0.5,0.4,2\n1,0.3,1\n")
+    given = ["--input", *inputs] if inputs else []
+    outputs = ["--output", "drive.q", "f.position[1]", "f.position[3]"]
+    done = run("simulate", "m.toml", "--stop", 1, "--step", 0.1, "--csv", "a.csv", *outputs, *given, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    q, x, z = np.loadtxt(folder / "a.csv", delimiter=",", skiprows=1)[:, 1:].T
+    assert np.unwrap(np.arctan2(z, x)) == pytest.approx(q, abs=1e-12)
+
+
 BASE = "name = 'm'\n[[link]]\nname = 'base'\njoint = 'free'\nTHE_MASS[[link]]\nname = 'arm'\nalpha = 0.7\nmass = 1\ncom = [0.1, 0.2, 0.3]\ninertia = [1, 1.1, 1.2]\n"
 
 
