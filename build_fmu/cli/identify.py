@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from build_fmu.library.model import Model
 
 SPEED = 1.0  # rad/s, m/s
+DURATION = 10.0  # s
 UNITS = ("rad", "rad/s", "N.m"), ("m", "m/s", "N")  # of rotating and of sliding joints
 
 
@@ -50,7 +51,10 @@ def add(commands) -> None:
     )
     command.add_argument("--payload", metavar="LINK", help="identify this link only and report the body that was added to it")
     command.add_argument(
-        "--cutoff", type=positive, metavar="HZ", help="of the filter that differentiates motion without .qd, .qdd (default: 10)"
+        "--cutoff",
+        type=positive,
+        metavar="HZ",
+        help="cutoff of the filter of motion and torques (default: 10 without .qd, .qdd, which it differentiates; else no filter)",
     )
     command.add_argument("--design", action="store_true", help="propose a trajectory and write it as a table")
     command.add_argument(
@@ -67,7 +71,7 @@ def add(commands) -> None:
         metavar="JOINT=V",
         help=f"design: maximum speeds (default: of the actuator, else {SPEED:g} rad/s, m/s)",
     )
-    command.add_argument("--duration", type=positive, default=10.0, metavar="T", help="design: duration in s (default: 10)")
+    command.add_argument("--duration", type=positive, metavar="T", help=f"design: duration in s (default: {DURATION:g})")
     add_options(command, reports=True)
     command.set_defaults(run=run)
 
@@ -91,12 +95,22 @@ def run(options: argparse.Namespace) -> int:
 
     if options.design == bool(options.runs):
         raise InvalidArgument("identify requires a measured run, or --design" if not options.runs else "--design takes no measured run")
+    _check_options(options)
     with load(options.model) as model:
         warn(model.description.warnings)
         chosen = [*options.parameters, *([options.payload] if options.payload else [])]
         if options.design:
             return _design(options, model, chosen)
         return _identify(options, model, chosen)
+
+
+def _check_options(options: argparse.Namespace) -> None:
+    """Raises InvalidArgument for options without effect."""
+    for word in ("range", "speed", "duration"):
+        if getattr(options, word) and not options.design:
+            raise InvalidArgument(f"--{word} applies to --design, not to a measured run")
+    if options.cutoff and options.design:
+        raise InvalidArgument("--cutoff applies to a measured run, not to --design")
 
 
 def _identify(options: argparse.Namespace, model: Model, chosen: list[str]) -> int:
@@ -148,6 +162,8 @@ def _read(files: list[Path], plant: Plant) -> Run:
         new = read_table(path)
         if table and new["time"] != table["time"]:
             raise UserError(f"the times of '{path}' differ from those of '{files[0]}'")
+        if twice := [name for name in new if name != "time" and name in table]:
+            raise UserError(f"'{path}' repeats column '{twice[0]}' of another file")
         table |= new
 
     def columns(names: list[str], needed: bool) -> np.ndarray | None:
@@ -224,7 +240,8 @@ def _design(options: argparse.Namespace, model: Model, chosen: list[str]) -> int
     plant = model.plant()
     low, high, speed = _limits(options, plant)
     target = _target(options, f"{options.model.stem}_motion.csv", model)
-    found = design(plant, limits_of(plant, low, high, speed), options.duration, options.duration / 1000, chosen)
+    duration = options.duration or DURATION
+    found = design(plant, limits_of(plant, low, high, speed), duration, duration / 1000, chosen)
     names = [f"{joint}.{letter}" for letter in ("q", "qd", "qdd") for joint in plant.joints]
     write_csv(target, Result(found.time, [*names, *plant.torques], np.hstack([found.q, found.qd, found.qdd, found.torques])))
     peak = abs(found.torques).max(axis=0)
@@ -236,7 +253,7 @@ def _design(options: argparse.Namespace, model: Model, chosen: list[str]) -> int
     for joint, name, slides, a, b, v, t in zip(plant.joints, plant.torques, plant.sliding.tolist(), *ends, strict=True):
         q, qd, tau = UNITS[slides]
         print(f"{joint}: position {a:.4g} to {b:.4g} {q}, speed up to {v:.4g} {qd}, {name} of the model file up to {t:.4g} {tau}")
-    print(f"{target}  {len(found.time)} rows, {options.duration:g} s, condition number {found.condition:.3g}")
+    print(f"{target}  {len(found.time)} rows, {duration:g} s, condition number {found.condition:.3g}")
     return 0
 
 

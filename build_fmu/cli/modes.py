@@ -33,7 +33,9 @@ def run(options: argparse.Namespace) -> int:
         at = np.array([x[model.states.index(n)] for n in modes.coordinates])
         heads = [_frequency(square) for square in modes.squares]
         names = with_units(model, modes.coordinates)
-        if unresolved := int((modes.squares == 0).sum()):
+        # without a resolution all modes are free motions
+        unresolved = int((modes.squares == 0).sum())
+        if unresolved and modes.resolution > 0:
             what = f"modes below {modes.resolution:.3g} Hz are shown as 0 Hz ({unresolved} of {len(modes.squares)})"
             why = "rounding errors of the highest frequency hide the difference between a slow mode and a free motion"
             print(f"{what}: {why}", file=sys.stderr)

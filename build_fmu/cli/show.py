@@ -48,8 +48,8 @@ def add(commands) -> None:
     command.add_argument("--at", type=number, metavar="T", help="time of --still in s (default: the start)")
     command.add_argument("--gif", type=Path, metavar="FILM", help="write a film (.gif); the page is written only with -o")
     command.add_argument("--mp4", type=Path, metavar="FILM", help="write a film (.mp4); requires the program ffmpeg")
-    command.add_argument("--speed", type=positive, default=1.0, metavar="X", help="film: simulated seconds per second (default: 1)")
-    command.add_argument("--rate", type=positive, default=20.0, metavar="N", help="film: frames per second (default: 20)")
+    command.add_argument("--speed", type=positive, metavar="X", help="film: simulated seconds per second (default: 1)")
+    command.add_argument("--rate", type=positive, metavar="N", help="film: frames per second (default: 20)")
     command.add_argument("--live", action="store_true", help="write a live page: sliders and the mouse act on the running model")
     add_options(command, reports=False)
     command.set_defaults(run=run)
@@ -92,7 +92,7 @@ def run(options: argparse.Namespace) -> int:
     for path in films:
         if model is None:
             raise UserError(f"'{path}' requires the mechanism: add the FMU or the model file")
-        count = film(path, name, shown, model, options.speed, options.rate)
+        count = film(path, name, shown, model, options.speed or 1.0, options.rate or 20.0)
         print(f"{path}  {path.stat().st_size / 1024:.0f} kB, {count} frames, t = {shown.time[0]:g} to {shown.time[-1]:g} s")
     if options.output or not (films or options.still):
         text, stride = page(name, about(model, shown, record), shown, model, live)
@@ -109,6 +109,9 @@ def _films(options: argparse.Namespace) -> list[Path]:
     films = [path for path in (options.gif, options.mp4) if path]
     if options.at is not None and not options.still:
         raise InvalidArgument("--at is the time of a picture: add --still PICTURE.png")
+    for word, value in (("--speed", options.speed), ("--rate", options.rate)):
+        if value is not None and not films:
+            raise InvalidArgument(f"{word} applies to a film: add --gif FILM.gif or --mp4 FILM.mp4")
     for path, ending in ((options.still, ".png"), (options.gif, ".gif"), (options.mp4, ".mp4")):
         if path:
             output_file(path, path.name, (ending,))
@@ -182,6 +185,9 @@ def _check_live(record: Path | None, options: argparse.Namespace) -> None:
         raise UserError(f"--live requires a model file or an FMU; '{record}' contains results")
     if options.input:
         raise UserError("--input applies to a recorded run; in a live page sliders set the inputs")
+    for word, value in (("--still", options.still), ("--gif", options.gif), ("--mp4", options.mp4)):
+        if value:
+            raise InvalidArgument(f"{word} applies to a recorded run: remove --live")
     native.web_library()
 
 

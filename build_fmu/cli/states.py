@@ -74,7 +74,7 @@ def given_state(model: Model, options: argparse.Namespace) -> tuple[np.ndarray, 
     """Returns state and inputs; raises UserError."""
     model.parameters = given_parameters(options)
     u = np.zeros(len(model.inputs))
-    for name, text in parse_start(options.input).items():
+    for name, text in parse_start(options.input, "constant input").items():
         if name not in model.inputs:
             raise unknown("input", name, model.inputs)
         u[model.inputs.index(name)] = number_of(text, f"input '{name}'")

@@ -361,7 +361,8 @@ class Model:
         """Returns the same; raises UserError if a sampled controller holds torques, which do not follow from the present state."""
         if self.sample_time:
             raise UserError(
-                f"the controller is sampled every {self.sample_time:g} s, so x' is no function of x and u: remove sample_time, or use step"
+                f"the controller is sampled every {self.sample_time:g} s, so x' does not follow from x and u alone: "
+                "remove sample_time, or use step"
             )
         return self._equations()
 

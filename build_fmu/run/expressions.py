@@ -34,6 +34,11 @@ class Expression:
         """Returns the value; raises UserError where it is not finite."""
         return self._value(t)
 
+    @property
+    def is_constant(self) -> bool:
+        """Returns whether t does not occur in it."""
+        return not any(isinstance(node, ast.Name) and node.id == "t" for node in ast.walk(self._tree))
+
     def series(self, low: float, high: float, order: int) -> list[Interval]:
         """Returns the coefficients over the range; raises Split where the range must be divided."""
         if self._series is None:

@@ -96,8 +96,10 @@ def expression_of(text: str, owner: str) -> Expression:
 
 
 def number_of(text: str, owner: str) -> float:
-    """Returns the value of an expression at t = 0; raises UserError, whose message begins with the owner."""
+    """Returns the value of an expression without t; raises UserError, whose message begins with the owner."""
     expression = expression_of(text, owner)
+    if not expression.is_constant:
+        raise InvalidArgument(f"{owner}: '{text}' depends on t, but must be constant")
     try:
         return expression(0.0)
     except UserError as error:
@@ -159,15 +161,15 @@ def _check_times(path: Path, times: Sequence[float]) -> None:
             raise UserError(f"'{path}': time decreases from {before:g} to {time:g} s")
 
 
-def parse_start(arguments: Sequence[str]) -> dict[str, str]:
-    """Splits NAME=VALUE arguments; raises UserError for anything else."""
+def parse_start(arguments: Sequence[str], kind: str = "start value") -> dict[str, str]:
+    """Splits NAME=VALUE arguments; raises UserError for anything else, with the kind of value."""
     values: dict[str, str] = {}
     for argument in arguments:
         name, equals, value = (part.strip() for part in argument.partition("="))
         if not equals or not name or not value:
-            raise InvalidArgument(f"'{argument}' is not a start value: write NAME=VALUE")
+            raise InvalidArgument(f"'{argument}' is not a {kind}: write NAME=VALUE")
         if name in values:
-            raise InvalidArgument(f"duplicate start value of '{name}'")
+            raise InvalidArgument(f"duplicate {kind} of '{name}'")
         values[name] = value
     return values
 

@@ -84,6 +84,9 @@ def test_modes_below_the_rounding_of_the_highest_one_are_announced(run, tmp_path
     assert facts["resolution"] == pytest.approx(1e-7 * np.sqrt(2e16) / (2 * np.pi), rel=1e-6)
     assert facts["frequencies"][1] == pytest.approx(np.sqrt(2e16) / (2 * np.pi), rel=1e-6)
     assert run("modes")[2] == ""
+    # without stiffness no frequency hides another one
+    (tmp_path / "free.toml").write_text(PENDULUM.replace("9.81", "0"))
+    assert run("modes", model=tmp_path / "free.toml")[2] == ""
 
 
 def test_equilibrium_is_found_or_refused(run):
@@ -102,7 +105,7 @@ def test_equilibrium_under_a_sampled_controller_has_no_rates(run, tmp_path):
     assert 20 * (q - 0.3) + 9.81 * np.sin(q) == pytest.approx(2, abs=1e-7) and "largest_rate" not in facts
     assert run("modes", model=sampled)[::2] == (
         1,
-        "the controller is sampled every 0.01 s, so x' is no function of x and u: remove sample_time, or use step\n",
+        "the controller is sampled every 0.01 s, so x' does not follow from x and u alone: remove sample_time, or use step\n",
     )
 
 

@@ -137,6 +137,7 @@ def test_a_designed_motion_is_a_table_of_the_model(arm, capsys):
         (["--design"], "joint 'wrist[1]' has no stops on both sides: give its range, for example --range 'wrist[1]=-1:1' or '*=-1:1'"),
         (["--design", "--range", "x=-1:1"], "unknown joint 'x'; available: upper, wrist[1], wrist[2]"),
         (["run.csv", "--payload", "wris"], "unknown link 'wris'; did you mean 'wrist'?"),
+        (["run.csv", "wrong.csv"], "'wrong.csv' repeats column 'upper.q' of another file"),
         (["wrong.csv"], "'wrong.csv' has no column 'upper.tau'; did you mean 'upper.tua'?"),
     ],
 )
