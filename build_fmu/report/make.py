@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from build_fmu.errors import UserError
 from build_fmu.model.describe import Description, describe
 from build_fmu.report.html import write_html
@@ -64,13 +66,15 @@ def make_report(target: Path, wish: Wish, progress: Callable[[str, int, int], No
         stop = max(1, int(stop / max(steps) * (1 + 1e-9))) * max(steps)
         if not any(abs(h - usual) < 1e-9 * usual for h in steps):
             usual = steps[0]
+        _check_tolerances(fmu, wish.tolerances)
         methods = offered_methods(fmu, wish.methods)
         if not methods:
             raise UserError(f"'{fmu.name}' supports none of the methods {', '.join(wish.methods)}")
         inputs = _inputs(fmu, wish.inputs)
         forces = [n for n in fmu.names("input") if not n.endswith((".q", ".qd", ".qdd"))]
         changing = [c for c in wish.changing if not c or forces]
-        references = _references(fmu, model, target, wish, where, inputs, stop, max(steps))
+        rows = np.arange(round(stop / max(steps)) + 1) * max(steps)
+        references = _references(fmu, model, target, wish, where, inputs, rows)
         plan = Plan(stop, steps, methods, wish.tolerances, changing, wish.seconds, wish.repeats)
         total = len(steps) * len(changing) * len(methods) * len(wish.tolerances)
         points = list(sweep(fmu, where, references, inputs, plan, lambda text, done: progress(text, done, total)))
@@ -86,7 +90,14 @@ def make_report(target: Path, wish: Wish, progress: Callable[[str, int, int], No
             time.monotonic() - begin,
             tolerances=wish.tolerances,
             busy=busy(load_before, load()),
+            coverage=references(usual).coverage(rows),
         )
+
+
+def _check_tolerances(fmu: Staged, tolerances: Sequence[float]) -> None:
+    limit = fmu.variables["solver.rtol"].max if "solver.rtol" in fmu.variables else None
+    if limit is not None and max(tolerances) > limit:
+        raise UserError(f"--rtol must be at most {limit:g}, the maximum of solver.rtol, got {max(tolerances):g}")
 
 
 def _inputs(fmu: Staged, arguments: Sequence[str]) -> Inputs:
@@ -102,14 +113,14 @@ def _inputs(fmu: Staged, arguments: Sequence[str]) -> Inputs:
 
 
 def _references(
-    fmu: Staged, model: Description | None, target: Path, wish: Wish, where, inputs: Inputs, stop: float, longest: float
+    fmu: Staged, model: Description | None, target: Path, wish: Wish, where, inputs: Inputs, rows: np.ndarray
 ) -> Callable[[float], Reference]:
-    """Returns a function of the communication step size: with sampled inputs, each step size has its own motion."""
+    """Returns a function of the communication step size: with sampled inputs, each step size has its own motion. `rows` in s."""
+    stop, longest = float(rows[-1]), float(rows[1])
     table = wish.reference or _named_reference(model, target)
     if table and (not inputs.given or wish.reference):
         exact = from_csv(table, where)
-        if exact.times[-1] < longest * (1 - 1e-9):
-            raise UserError(f"'{table}' ends at {exact.times[-1]:g} s, before the first output row at {longest:g} s")
+        exact.coverage(rows)  # refuses a table without common times
         return lambda _: exact
     made: dict[float, Reference] = {}
     methods: list[str] = []

@@ -35,6 +35,7 @@ class Report:
     note: str = ""  # on the library
     tolerances: Sequence[float] = ()  # requested for each curve
     busy: str = ""  # a sentence if other programs were running
+    coverage: str = ""  # a sentence if the reference lacks output rows
 
     @property
     def steps(self) -> list[float]:
@@ -64,7 +65,7 @@ def cost(us: float) -> str:
 
 
 def advice(report: Report) -> list[str]:
-    """Returns one recommendation per target, then remarks on unfinished curves and the load of the machine."""
+    """Returns one recommendation per target, then remarks on unfinished curves, the reference and the load of the machine."""
     all_curves = curves(report.points, report.tolerances)
     unfinished = [curve for curve in all_curves if curve.missing]
     lines = []
@@ -86,7 +87,7 @@ def advice(report: Report) -> list[str]:
             f"{len(unfinished)} of {len(all_curves)} curves reached the time limit; all of them need about "
             f"--seconds {seconds_for_all(all_curves, report.stop):.0f}"
         )
-    return lines + [report.busy] * bool(report.busy)
+    return lines + [sentence for sentence in (report.coverage, report.busy) if sentence]
 
 
 def chosen(report: Report, target: float, changing: bool) -> Point | None:
@@ -154,8 +155,9 @@ def method(report: Report) -> str:
     """Returns the method of measurement, in Markdown."""
     reference = report.reference
     known = f"uncertainty {reference.uncertainty:.1g} {report.unit}" if reference.uncertainty else "taken as exact"
+    rows = "the output rows of the reference" if report.coverage else "output rows"
     return (
-        f"Duration of the motion: {duration(report.stop)}; {report.inputs}. The error is the maximum over all joints and output rows. "
+        f"Duration of the motion: {duration(report.stop)}; {report.inputs}. The error is the maximum over all joints and {rows}. "
         f"Reference: {reference.origin} ({known}). The cost is the {TIME} of `fmi2SetReal` and `fmi2DoStep` per millisecond of motion, "
         "the median of repeated runs in a compiled master. With *changing inputs*, every force or torque changes by 1e-100 at each "
         "communication step: the motion stays the same, but multistep methods restart."

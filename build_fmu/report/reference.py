@@ -27,11 +27,25 @@ class Reference:
     uncertainty: float
     origin: str
 
-    def error(self, where: Positions, times: np.ndarray, values: np.ndarray, columns: list[int]) -> float:
-        """Returns the maximum error at common times; nan if there are none after the start."""
+    def common(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Returns which times (s) have a row, and the place of each row."""
         at = np.searchsorted(self.times, times - 1e-9 * max(1.0, float(self.times[-1])))
         at = np.minimum(at, len(self.times) - 1)
-        both = np.abs(self.times[at] - times) <= 1e-9 * np.maximum(1.0, np.abs(times))
+        return np.abs(self.times[at] - times) <= 1e-9 * np.maximum(1.0, np.abs(times)), at
+
+    def coverage(self, times: np.ndarray) -> str:
+        """Returns a sentence if some output rows have no reference; raises UserError if only the start has one."""
+        both, _ = self.common(times)
+        if not np.any(both & (times > 0)):
+            raise UserError(f"{self.origin} has none of the times of the output rows, every {times[1]:g} s to {times[-1]:g} s")
+        if both.all():
+            return ""
+        last = times[both][-1]
+        return f"{self.origin} has {both.sum()} of {len(times)} output rows, the last at {last:g} s: the errors are those of these"
+
+    def error(self, where: Positions, times: np.ndarray, values: np.ndarray, columns: list[int]) -> float:
+        """Returns the maximum error at common times; nan if there are none after the start."""
+        both, at = self.common(times)
         if not np.any(both & (times > 0)):
             return float("nan")
         return where.error(values[both][:, columns], self.values[at[both]])
@@ -40,11 +54,11 @@ class Reference:
 def from_csv(path: Path, where: Positions) -> Reference:
     """Reads a table whose columns are the FMU's output names, or t, q1, q2, … in the order of its joints."""
     table = read_table(path)
-    numbered = [name for name in table if re.fullmatch(r"q[1-9][0-9]*", name)]
+    numbered = [f"q{i}" for i in range(1, len(where.coordinates) + 1)]
     if all(name in table for name in where.names):
         names = where.names
-    elif not where.quaternions and len(numbered) == len(where.coordinates):
-        names = [f"q{i}" for i in range(1, len(numbered) + 1)]
+    elif not where.quaternions and {name for name in table if re.fullmatch(r"q[1-9][0-9]*", name)} == set(numbered):
+        names = numbered
     else:
         missing = next(name for name in where.names if name not in table)
         raise UserError(f"'{path}' is not a reference: column '{missing}' is missing")

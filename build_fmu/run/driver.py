@@ -145,8 +145,9 @@ def stage_fmu(fmu: Path, folder: Path) -> Staged:
 def _variable(v) -> Variable:
     start = float(v.start) if v.type == "Real" and v.start is not None else v.start
     return Variable(
-        v.name, v.valueReference, v.type, v.causality or "local", v.variability or "continuous", v.initial, start, v.unit, v.displayUnit
-    )
+        v.name, v.valueReference, v.type, v.causality or "local", v.variability or "continuous", v.initial, start, v.unit, v.displayUnit,
+        max=float(v.max) if v.type == "Real" and v.max is not None else None,
+    )  # fmt: skip
 
 
 def drive(fmu: Staged, task: Task) -> Outcome:

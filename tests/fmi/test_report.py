@@ -79,6 +79,27 @@ def test_a_reference_of_another_mechanism_is_refused():
         make_report(PENDULUM, Wish(stop=1, methods=["erk"], reference=SCENES / "double_pendulum.csv"))
 
 
+@pytest.mark.parametrize(
+    ("table", "tolerance", "sentence"),
+    [
+        ("t,q2\n0,0\n1,1\n", 1e-3, "column 'pivot.q' is missing"),
+        ("t,q1\n0.333,0\n0.5001,1\n", 1e-3, "^the table r.csv has none of the times of the output rows, every 0.1 s to 1 s$"),
+        ("t,q1\n0,0\n0.1,0\n", 0.5, "^--rtol must be at most 0.1, the maximum of solver.rtol, got 0.5$"),
+    ],
+)
+def test_what_gives_no_error_is_refused_before_the_runs(tmp_path, table, tolerance, sentence):
+    (tmp_path / "r.csv").write_text(table)
+    with pytest.raises(UserError, match=sentence):
+        make_report(PENDULUM, Wish(stop=1, steps=[0.1], methods=["erk"], tolerances=[tolerance], reference=tmp_path / "r.csv"))
+
+
+def test_a_table_that_ends_early_is_named(tmp_path):
+    (tmp_path / "r.csv").write_text("t,q1\n0,0\n0.1,0\n0.15,0\n0.5,0\n")
+    report = make_report(PENDULUM, Wish(stop=1, steps=[0.1], methods=["erk"], tolerances=[1e-3], reference=tmp_path / "r.csv", repeats=1))
+    sentence = "the table r.csv has 3 of 11 output rows, the last at 0.5 s: the errors are those of these"
+    assert sentence in advice(report) and "over all joints and the output rows of the reference." in "".join(page_lines(report, ""))
+
+
 def test_an_inverse_has_no_error_in_time(fmu_file):
     with pytest.raises(UserError, match="has no integrated states"):
         make_report(fmu_file("gripper_inverse"), Wish())
