@@ -23,7 +23,8 @@ def listed(names: Sequence[str]) -> str:
 
 def named(known: Iterable[str]) -> str:
     """Returns `; available: a, b and 7 more`, for a name that is similar to none of them."""
-    return f"; available: {listed(list(known))}"
+    known = list(known)
+    return f"; available: {listed(known)}" if known else "; none are available"
 
 
 def unknown(kind: str, name: str, known: Iterable[str]) -> UserError:

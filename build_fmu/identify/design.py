@@ -54,6 +54,8 @@ def limits_of(plant: Plant, low: ArrayLike, high: ArrayLike, speed: ArrayLike) -
 
 def design(plant: Plant, limits: Limits, duration: float, step: float, chosen=(), rounds: int = 150, seed: int = 0) -> Trajectory:
     """Returns a trajectory of this duration (s) with rows every `step` (s): the best of a random search with adapted step size."""
+    if not (0 < duration < np.inf and 0 < step <= duration):
+        raise UserError(f"duration and step must be positive times in s, step at most the duration, got {duration:g} and {step:g}")
     base = base_of(arbitrary(plant), plant.names, plant.chosen(chosen))
     random, n = np.random.default_rng(seed), len(plant.joints)
     times = np.arange(0, duration, duration / (COARSE * HARMONICS))

@@ -78,6 +78,8 @@ class Identification:
 
 def identify(plant: Plant, run: Run, chosen: Sequence[str] = (), cutoff: float | None = None) -> Identification:
     """Identifies the chosen links and parameters of joints, by default all; `cutoff` (Hz) of the filter where derivatives are missing."""
+    if cutoff is not None and not cutoff > 0:
+        raise UserError(f"the cutoff must be a positive frequency in Hz, got {cutoff:g}")
     free = plant.chosen(chosen)
     if not free.any():
         raise UserError("no parameters to identify: the model has no links that its joints move")

@@ -74,8 +74,10 @@ class Mjcf:
             found = [float(word) for word in words]
         except ValueError:
             found = []
-        if (len(found) != count if count is not None else len(found) != len(words)) or not all(map(math.isfinite, found)):
+        complete = len(found) == (len(words) if count is None else count)
+        if not complete or not all(map(math.isfinite, found)):
             expected = {None: "a list of numbers", 1: "a number"}.get(count, f"{count} numbers")
+            expected = expected.replace("number", "finite number") if complete else expected
             raise self.error(element, f"'{key}' of <{element.tag}> must be {expected}, got '{values.get(key, default)}'")
         return found
 

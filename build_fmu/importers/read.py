@@ -20,8 +20,8 @@ TREES = ("urdf", "mjcf", "sdf")
 ROOTS = {b"mujoco": "mjcf", b"sdf": "sdf"}  # of .xml files; others are URDF
 OPTIONS = {
     "loop": ("redysim",), "pivot": ("redysim",), "dh": ("dh_table",), "angles": ("dh_table",), "stops": ("dh_table", *TREES),
-    "snap": ("urdf", "sdf"), "frames": TREES, "floating": ("urdf",), "contact": TREES, "limits": TREES, "pose": TREES,
-    "density": ("urdf", "sdf", "dh_table"), "mass": ("urdf", "sdf", "dh_table"), "keyframe": ("mjcf",), "arg": ("urdf",), "hold": TREES,
+    "snap": ("urdf", "sdf"), "frames": TREES, "floating": ("urdf",), "contact": TREES, "limits": TREES, "pose": TREES, "no-shapes": TREES,
+    "density": ("dh_table", "urdf", "sdf"), "mass": ("dh_table", "urdf", "sdf"), "keyframe": ("mjcf",), "arg": ("urdf",), "hold": TREES,
 }  # fmt: skip
 WORDS = {"redysim": "ReDySim's files", "dh_table": "DH tables", "urdf": "URDF files", "mjcf": "MJCF files", "sdf": "SDF files"}
 KINDS = (
@@ -42,10 +42,12 @@ def read(source: Path, options: Namespace) -> Draft:
         name = ROOTS.get(_root(source), name)
     if name is None:
         raise UserError(f"unsupported file type: '{source}'; supported: {KINDS}")
+    given = {**vars(options), "no-shapes": not options.shapes}
     for option, users in OPTIONS.items():
         # options at their defaults are None, False or an empty list
-        if name not in users and getattr(options, option, None):
-            kinds = " and ".join(WORDS[user] for user in users)
+        if name not in users and given.get(option):
+            *first, last = (WORDS[user] for user in users)
+            kinds = f"{', '.join(word.removesuffix(' files') for word in first)} and {last}" if first else last
             raise InvalidArgument(f"--{option} has no effect on '{source.name}': it applies to {kinds}")
     draft = import_module(f"build_fmu.importers.{name}").read(source, options)
     if options.hold:

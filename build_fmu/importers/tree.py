@@ -49,8 +49,12 @@ def set_pose(bodies: dict[str, Body], asked: Sequence[str]) -> set[str]:
     """Sets the start positions of JOINT=VALUE, where JOINT may contain the wildcards * and ?. Returns the names of the joints."""
     named = set()
     moving = {body.joint: body for body in bodies.values() if body.kind in ("revolute", "prismatic")}
+    values: dict[str, str] = {}
     for text in asked:
         pattern, _, value = text.partition("=")
+        if pattern in values:
+            raise InvalidArgument(f"--pose: '{pattern}' is given twice, as {values[pattern]} and {value}")
+        values[pattern] = value
         found = [body for name, body in moving.items() if fnmatchcase(name, pattern)]
         if not found:
             raise UserError(f"--pose: no revolute or prismatic joint is called '{pattern}'{did_you_mean(pattern, moving)}")

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from lxml import etree
 
-from build_fmu.errors import UserError, did_you_mean
+from build_fmu.errors import InvalidArgument, UserError, did_you_mean
 from build_fmu.importers.fields import read_text
 from build_fmu.importers.packages import expanded, has_macros
 from build_fmu.importers.rigid import rotation_x, rotation_y, rotation_z, transform
@@ -36,6 +36,8 @@ class Urdf:
     def of_file(cls, path: Path, snap: bool, arguments: Sequence[str] = ()) -> Urdf:
         """Reads a file; `arguments` are those of xacro, NAME=VALUE."""
         macros = has_macros(path, read_text(path))
+        if arguments and not macros:
+            raise InvalidArgument(f"--arg has no effect on '{path.name}': it contains no xacro macros")
         root = parsed(path, expanded(path, arguments) if macros else path.read_bytes())
         if root.tag != "robot":
             raise UserError(f"{path}: the root element must be <robot>, got <{root.tag}>")
@@ -63,6 +65,7 @@ class Urdf:
             values = []
         if len(values) != count or not all(math.isfinite(x) for x in values):
             what = "a number" if count == 1 else f"{count} numbers"
+            what = what.replace("number", "finite number") if len(values) == count else what
             raise self.error(element, f"'{key}' of <{element.tag}> must be {what}, got '{element.attrib.get(key, default)}'")
         return values
 

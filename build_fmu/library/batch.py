@@ -31,6 +31,8 @@ class Runs:
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Returns an output (runs x rows)."""
+        if name not in self.names:
+            raise unknown("output", name, self.names)
         return self.values[:, :, self.names.index(name)]
 
 

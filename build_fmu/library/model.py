@@ -19,6 +19,7 @@ from build_fmu.fmu import build as packager
 from build_fmu.identify.design import Trajectory, design, limits_of
 from build_fmu.identify.parameters import Plant
 from build_fmu.identify.run import Identification, Run, identify
+from build_fmu.library.arguments import finite, positive, whole
 from build_fmu.library.batch import Runs, parted, simulate_batch, simulate_on_cluster
 from build_fmu.library.evaluation import Evaluation
 from build_fmu.library.flow import step_derivative
@@ -28,6 +29,7 @@ from build_fmu.library.staging import Variant, sample_time_of, stage
 from build_fmu.model.describe import describe
 from build_fmu.run.driver import Task, staged
 from build_fmu.run.session import Session
+from build_fmu.run.signals import number_of
 from build_fmu.run.simulate import Result, Settings, simulate
 
 POSITION, VELOCITY = re.compile(r".*\.(q|quaternion\[\d\])"), re.compile(r".*\.(qd|omega\[\d\])")
@@ -56,6 +58,15 @@ class Model:
         self._fmus: dict[Variant, Path] = {}
         self._opened: dict[str, tuple[Session, dict[str, float] | None]] = {}
         self._start: np.ndarray | None = None
+        if self._tunable:
+            self._check_tunable()
+
+    def _check_tunable(self) -> None:
+        try:
+            self._fmu(Variant(tunable=self._tunable))
+        except UserError as error:
+            # the file of the user has other positions
+            raise UserError(re.sub(rf"^{re.escape(str(self.file))}:\d+:\d+: fmu: ", "", str(error), flags=re.MULTILINE)) from None
 
     @property
     def parameters(self) -> dict[str, float | str]:
@@ -69,7 +80,14 @@ class Model:
             # variants of the file may have more start values than the file
             if name not in known and name not in self._names_of_equations():
                 raise unknown("parameter", name, known)
-        self._parameters = dict(values)
+        self._parameters = {name: self._value_of(name, value) for name, value in values.items()}
+
+    def _value_of(self, name: str, value: float | str) -> float | str:
+        """Returns a value, of a number also by an expression such as `pi/2`."""
+        texts = [v.name for v in self.description.variables if v.type == "String"]
+        if isinstance(value, str):
+            return value if name in texts else number_of(value, f"parameter '{name}'")
+        return finite("parameter", name, value)
 
     def _names_of_equations(self) -> list[str]:
         try:
@@ -117,8 +135,9 @@ class Model:
         """
         archive = self._fmu(Variant(tunable=self._tunable))
         with staged(archive) as fmu:
-            size = fmu.step if step is None else step
-            steps = max(1, round((fmu.stop if stop is None else stop) / size))
+            size = fmu.step if step is None else positive("the step size", step)
+            steps = max(1, round((fmu.stop if stop is None else positive("the stop time", stop)) / size))
+            whole("workers", workers, 1), whole("every", every, 0)
             chosen = list(outputs) or fmu.reals()
             for name in chosen:
                 if name not in fmu.reals():
@@ -174,7 +193,7 @@ class Model:
         return _joints(equations)
 
     def slope(self, x: ArrayLike | None = None, u: ArrayLike | None = None) -> np.ndarray:
-        """Returns x' (n) of the state x and the inputs u (k); by default the start state and zero."""
+        """Returns x' (n) of the state x and the inputs u (k); by default those at the start."""
         return self._continuous().slope(*self._point(x, u))
 
     def forward(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike | None = None) -> np.ndarray:
@@ -256,16 +275,14 @@ class Model:
         equations = self._continuous()
         x, u = self._point(x, u)
         if h is not None:
-            if not (np.isfinite(h) and h > 0):
-                raise UserError(f"the step size h must be a positive time in s, got {h:g}")
-            return step_derivative(equations, x, u, h)
+            return step_derivative(equations, x, u, positive("the step size h", h))
         equations.place(x, u)
         both = equations.jacobian(equations.slopes, [*equations.states, *equations.inputs])
         return both[:, : len(x)], both[:, len(x) :]
 
-    def step(self, x: ArrayLike, u: ArrayLike | None, h: float) -> np.ndarray:
+    def step(self, x: ArrayLike | None = None, u: ArrayLike | None = None, h: float | None = None) -> np.ndarray:
         """Returns the state after h (s) with u held, by the solver of the model file."""
-        x, u = self._point(x, u)
+        x, u, h = *self._point(x, u), positive("the step size h", h)
         session = self._open("step", Variant(TERMS, self._tunable, "given"))
         starts = self.start_values(x)
         without = [n for n in self.states if _start_of(n) not in starts]
@@ -338,8 +355,7 @@ class Model:
 
     def _fmu(self, variant: Variant) -> Path:
         if variant not in self._fmus:
-            folder = Path(self._folder.name) / str(len(self._fmus))
-            folder.mkdir()
+            folder = Path(tempfile.mkdtemp(dir=self._folder.name))
             self._fmus[variant] = stage(self.file, self.description.resources, variant, folder)
         return self._fmus[variant]
 
@@ -459,7 +475,7 @@ def _measured(values: ArrayLike, names: Sequence[str], letter: str) -> np.ndarra
 def _argument(kind: str, name: str, value: str | float) -> str:
     """Returns the argument of `Settings` for a number or a text."""
     try:
-        return f"{name}={value if isinstance(value, str) else repr(float(value))}"
+        return f"{name}={value if isinstance(value, str) else repr(float(finite(kind, name, value)))}"
     except (TypeError, ValueError):
         raise UserError(f"{kind} '{name}' must be a number or a string, got {type(value).__name__}") from None
 

@@ -108,7 +108,7 @@ def _inputs(fmu: Staged, arguments: Sequence[str]) -> Inputs:
             raise UserError(f"unknown input '{name}'")
         return name
 
-    signals = parse_inputs(arguments, find)
+    signals = parse_inputs(arguments, find, lambda name: fmu.variables[name].unit if name in known else None)
     return Inputs(list(signals), lambda t: [signal(t) for signal in signals.values()])
 
 

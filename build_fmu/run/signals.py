@@ -21,6 +21,7 @@ from build_fmu.run.taylor import Interval
 UNITS = ("s", "m", "m/s", "m/s2", "rad", "rad/s", "rad/s2", "N", "Nm", "V", "A", "W", "J", "1", "")
 OTHER_TABLES = re.compile(r".*\.(mat|txt|dat|tsv|xlsx?|ods|json|npy|npz|h5|hdf5|parquet)", re.IGNORECASE)
 MODES = ("none", "expressions", "all")  # the signals that change during a step
+UnitOf = Callable[[str], str | None]  # the unit of a variable, None for an unknown one
 
 
 class Signal(Protocol):
@@ -63,8 +64,8 @@ class Table:
         return [(ends[0], ends[1])]
 
 
-def parse_inputs(arguments: Sequence[str], find: Callable[[str], str]) -> dict[str, Signal]:
-    """Returns the signals by input; `find` checks a name. Raises UserError, also for duplicate inputs."""
+def parse_inputs(arguments: Sequence[str], find: Callable[[str], str], unit: UnitOf = lambda _: None) -> dict[str, Signal]:
+    """Returns the signals by input; `find` checks a name, `unit` returns its unit. Raises UserError, also for duplicate inputs."""
     signals: dict[str, Signal] = {}
     expressions: dict[str, Signal] = {}
     for argument in arguments:
@@ -72,11 +73,11 @@ def parse_inputs(arguments: Sequence[str], find: Callable[[str], str]) -> dict[s
         if OTHER_TABLES.fullmatch(source if equals else name):
             raise InvalidArgument(f"'{source or name}' is not a CSV file: tables of inputs are read from CSV only")
         if not equals and _is_table(name):
-            new = _columns(Path(name), find)
+            new = _columns(Path(name), find, unit)
         elif not equals or not source:
             raise InvalidArgument(f"'{argument}' is not an input: write NAME=EXPRESSION, NAME=FILE.csv or FILE.csv")
         elif _is_table(source):
-            new = {find(name): _only_column(Path(source), name)}
+            new = {find(name): _only_column(Path(source), name, unit)}
         else:
             # equal expressions share one signal, which is analysed once
             new = {find(name): expressions.setdefault(source, expression_of(source, f"input '{name}'"))}
@@ -110,11 +111,11 @@ def _is_table(source: str) -> bool:
     return source == "-" or source.lower().endswith(".csv")
 
 
-def read_table(path: Path) -> dict[str, list[float]]:
+def read_table(path: Path, unit: UnitOf = lambda _: None) -> dict[str, list[float]]:
     """Reads a CSV of numbers with a column `time` or `t` (s) that never decreases, returned as `time`; `-` is standard input.
 
     Columns are separated by semicolons, tabs or commas; with the first two numbers may have decimal commas. A unit after a name, `t [s]`,
-    must be an SI unit or rad. Raises UserError with the line.
+    must be an SI unit or rad, and for names that `unit` knows the unit of the variable. Raises UserError with the line.
     """
     try:
         text = (sys.stdin.buffer.read() if path == Path("-") else path.read_bytes()).decode("utf-8-sig")
@@ -125,7 +126,7 @@ def read_table(path: Path) -> dict[str, list[float]]:
     rows = [[cell.strip().strip('"') for cell in row] for row in csv.reader(io.StringIO(text, newline=""), delimiter=separator)]
     if separator != ",":
         rows[1:] = [[cell.replace(",", ".") for cell in row] for row in rows[1:]]
-    head = [_without_unit(path, cell) for cell in rows[0]] if rows else []
+    head = [_without_unit(path, cell, unit) for cell in rows[0]] if rows else []
     if "time" not in head:
         if "t" not in head:
             raise UserError(f"'{path}' has no column 'time' or 't' in the first line{named(head) if any(head) else ''}")
@@ -144,13 +145,21 @@ def read_table(path: Path) -> dict[str, list[float]]:
     return table
 
 
-def _without_unit(path: Path, cell: str) -> str:
+def _without_unit(path: Path, cell: str, unit: UnitOf) -> str:
     found = re.fullmatch(r"(\S+)\s+[\[(](.*)[\])]", cell)
     if found is None:
         return cell
-    if re.sub(r"[\s.*·^]", "", found[2]) not in UNITS:
+    given, known = _plain(found[2]), "s" if found[1] in ("time", "t") else unit(found[1])
+    if given not in UNITS:
         raise UserError(f"'{path}': column '{cell}': values must be in SI units and rad")
+    if known and given and given != _plain(known):
+        raise UserError(f"'{path}': column '{cell}': the unit of '{found[1]}' is {known}")
     return found[1]
+
+
+def _plain(unit: str) -> str:
+    """Returns a unit without signs of multiplication."""
+    return re.sub(r"[\s.*·^]", "", unit)
 
 
 def _check_times(path: Path, times: Sequence[float]) -> None:
@@ -174,8 +183,8 @@ def parse_start(arguments: Sequence[str], kind: str = "start value") -> dict[str
     return values
 
 
-def _columns(path: Path, find: Callable[[str], str]) -> dict[str, Signal]:
-    table = read_table(path)
+def _columns(path: Path, find: Callable[[str], str], unit: UnitOf) -> dict[str, Signal]:
+    table = read_table(path, unit)
     try:
         return {find(column): _column(table, column) for column in table if column != "time"}
     except UserError as error:
@@ -186,8 +195,8 @@ def _column(table: dict[str, list[float]], name: str) -> Signal:
     return Table(table["time"], table[name])
 
 
-def _only_column(path: Path, name: str) -> Signal:
-    table = read_table(path)
+def _only_column(path: Path, name: str, unit: UnitOf) -> Signal:
+    table = read_table(path, unit)
     others = [column for column in table if column != "time"]
     if name in table:
         return _column(table, name)

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from build_fmu.errors import UserError
+from build_fmu.errors import UserError, unknown
 from build_fmu.run.input_course import Course
 from build_fmu.run.prescribed import MOTION, Prescribed
 from build_fmu.run.session import Session
@@ -48,7 +48,9 @@ class Result:
     remarks: list[str] = field(default_factory=list)  # on the approximation of inputs
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """Returns the column of an output or, failing that, of an input."""
+        """Returns the column of an output or, failing that, of an input; raises UserError for another name."""
+        if name not in self.names and name not in self.inputs:
+            raise unknown("output", name, [*self.names, *self.inputs])
         return self.values[:, self.names.index(name)] if name in self.names else self.inputs[name]
 
     def only(self, names: Sequence[str]) -> Result:
@@ -68,7 +70,8 @@ class Stopped(UserError):
 def simulate(session: Session, settings: Settings, progress: Callable[[float], None] = lambda _: None) -> Result:
     """Simulates the FMU; `progress` gets the time reached (s). Raises UserError, after the start Stopped."""
     times = time_grid(session, settings)
-    signals = parse_inputs(settings.inputs, lambda name: session.find(name, "input", session.names("input")))
+    units = {name: variable.unit for name, variable in session.variables.items()}
+    signals = parse_inputs(settings.inputs, lambda name: session.find(name, "input", session.names("input")), units.get)
     start = start_values(session, settings.start)
     names = select_outputs(session, settings.outputs)
 
@@ -100,7 +103,7 @@ def simulate(session: Session, settings: Settings, progress: Callable[[float], N
         before = Result(np.array(times[:1]), list(positions), np.array([list(positions.values())]))
         raise Stopped(str(error), replace(reached if rows else before, warnings=session.warnings())) from None
     session.terminate()
-    remarks = course.remarks({name: session.variables[name].unit or "" for name in real_inputs})
+    remarks = course.remarks({name: units[name] or "" for name in real_inputs})
     if signals and mode != settings.interpolate:
         remarks.append("inputs: constant during each step, because this FMU does not support derivatives of inputs")
     return Result(np.array(times), names, values, recorded, session.warnings(), remarks)

@@ -76,6 +76,10 @@ def test_wrong_arguments_are_one_sentence(cart):
         (lambda: cart.simulate_many(parameters={"solver.method": ["bdf", "erk"]}), "'solver.method' of a batch must be one line of text"),
         (lambda: cart.simulate_many(parameters={"solver.method": ""}), "'solver.method' of a batch must be one line of text"),
         (lambda: cart.simulate_many(outputs=["cart.p"]), "unknown output 'cart.p'"),
+        (lambda: cart.simulate_many(outputs=["cart.q"])["cart.p"], "unknown output 'cart.p'"),
+        *((lambda n=n: cart.simulate_many(workers=n), f"'workers' must be an integer of at least 1, got {n}$") for n in (0, -1, 1.5)),
+        *((lambda n=n: cart.simulate_many(every=n), f"'every' must be an integer of at least 0, got {n}$") for n in (-1, 1.5)),
+        (lambda: cart.simulate_many(stop=-1), "the stop time must be a positive time in s, got -1"),
     ):
         with pytest.raises(UserError, match=sentence):
             call()

@@ -246,6 +246,9 @@ def test_parameters_may_be_strings(model):
     assert chosen["solver.rhs_evaluations"][-1] != default["solver.rhs_evaluations"][-1]
     assert m.simulate_many(stop=0.5, step=0.1, outputs=["upper.q"])["upper.q"][0, -1] == pytest.approx(chosen["upper.q"][-1], abs=1e-12)
     assert list(m.start()) == [0.4, -0.7, 0, 0.5]
+    m.parameters = {"solver.method": "bdf", "upper.q0": "pi/8"}
+    assert m.start()[0] == np.pi / 8
+    m.parameters = {"solver.method": "bdf"}
     assert m.step(m.start(), None, 0.1)[0] == pytest.approx(chosen["upper.q"][1], abs=1e-12)
     for wrong, sentence in (
         ("rk", "solver.method must be .* got 'rk'"),
@@ -284,6 +287,16 @@ def test_errors_are_one_sentence(model):
         (lambda: m.mass_matrix([1]), r"'q' must have the shape \(2,\) \(upper.q, lower.q\), got \(1,\)"),
         (lambda: m.forward([0, np.nan], [0, 0]), "'q' is not finite: entry 'lower.q'"),
         (lambda: m.linearise(h=-1), "the step size h must be a positive time in s, got -1"),
+        (lambda: m.step(), "the step size h must be a positive time in s, got None"),
+        (lambda: setattr(m, "parameters", {"upper.q0": np.nan}), "parameter 'upper.q0' must be finite, got nan"),
+        (lambda: m.simulate(start={"upper.q0": np.nan}), "parameter 'upper.q0' must be finite, got nan"),
+        (lambda: m.design(-1, 1, 1, duration=-1), "duration and step must be positive times in s, step at most the duration, got -1 and"),
+        (lambda: m.design(-1, 1, 1, duration=1, step=2), "step at most the duration, got 1 and 2"),
+        (lambda: m.identify([0], [[0, 0]], [[0, 0]], cutoff=-1), "the cutoff must be a positive frequency in Hz, got -1"),
+        (
+            lambda: rds.load(m.file, tunable=["lower.mas"]),
+            "^tunable 'lower.mas' is not a parameter of this model; did you mean 'lower.mass'",
+        ),
         (lambda: m.modes(), "modes require a state at rest, but 'lower.qd"),
         (lambda: m.inverse(np.zeros((2, 2)), np.zeros((3, 2)), np.zeros(2)), "must be vectors or have 3 rows"),
         (

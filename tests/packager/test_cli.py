@@ -116,6 +116,9 @@ def test_sentences(compiled, tmp_path, arguments, sentence):
         (["build", "{model}", "--arrays"], "add --fmi 3"),
         (["import", "arm.csv", "--dh", "modified", "-o", "x.urdf"], "'x.urdf' must end in .toml"),
         (["import", "arm.urdf", "--dh", "standard"], "--dh has no effect on 'arm.urdf'"),
+        (["import", "arm.urdf", "--arg", "a=1"], "--arg has no effect on 'arm.urdf': it contains no xacro macros"),
+        (["import", "arm.csv", "--no-shapes"], "--no-shapes has no effect on 'arm.csv': it applies to URDF, MJCF and SDF files"),
+        (["import", "arm.urdf", "--pose", "j=1", "--pose", "j=2"], "--pose: 'j' is given twice, as 1 and 2"),
         (["identify", "{model}"], "identify requires a measured run, or --design"),
         (["identify", "{model}", "run.csv", "--design"], "--design takes no measured run"),
         (["identify", "{model}", "run.csv", "--range", "*=-1:1"], "--range applies to --design, not to a measured run"),
@@ -132,7 +135,8 @@ def test_wrong_arguments(built_library, tmp_path, monkeypatch, capsys, arguments
     """They end a command with code 2 and one sentence, although each of its files is right."""
     monkeypatch.chdir(tmp_path)
     files = {"model": ROOT / "models" / "pendulum.toml", "fmu": tmp_path / "pendulum.fmu"}
-    (tmp_path / "arm.urdf").write_text('<robot name="arm"><link name="base"/></robot>')
+    joint = '<joint name="j" type="continuous"><parent link="base"/><child link="arm"/></joint>'
+    (tmp_path / "arm.urdf").write_text(f'<robot name="arm"><link name="base"/><link name="arm"/>{joint}</robot>')
     (tmp_path / "arm.csv").write_text("name, a [m], mass [kg]\nrod, 0, 1\n")
     if "{fmu}" in arguments:
         assert main(["build", str(files["model"]), "--no-show"]) == 0

@@ -470,6 +470,7 @@ def test_losses_are_listed(tmp_path, old, new, sentence):
         ('0.3 0 0" size="0.02"', '0.3 0 0" size=""', "'size' of a <geom> of type capsule must be 2 numbers > 0"),
         ('size="0.05"', 'size="0.05" group="a"', "'group' of <geom> must be a number, got 'a'"),
         ('size="0.05"', 'size="0.05" quat="0 0 0 0"', "<geom> has a direction of length 0"),
+        ('axis="0 1 0" range', 'axis="0 1 nan" range', "'axis' of <joint> must be 3 finite numbers, got '0 1 nan'"),
         ("<option", '<compiler settotalmass="x"/><option', "'settotalmass' of <compiler> must be a number"),
         (
             "<option",

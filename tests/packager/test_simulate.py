@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from build_fmu.draw.figure import new_figure
 from build_fmu.draw.plots import Panel, _draw, panels, plot
-from build_fmu.errors import UserError
+from build_fmu.errors import UserError, unknown
 from build_fmu.run.simulate import (
     Settings,
     select_outputs,
@@ -172,6 +172,8 @@ def test_csv_input_with_one_column_of_any_name(tmp_path):
         ("time,joint1.tau\n1,0\n0,0\n", "time decreases"),
         ("time,joint1.tau,joint1.tau\n0,0,0\n", "duplicate column names"),
         ("time,joint1.taw\n0,0\n", "did you mean 'joint1.tau'"),
+        ("t [s],joint1.tau [m]\n0,0\n", r"column 'joint1.tau \[m\]': the unit of 'joint1.tau' is N.m"),
+        ("t [m],joint1.tau\n0,0\n", r"column 't \[m\]': the unit of 't' is s"),
     ],
 )
 def test_wrong_csv(tmp_path, text, sentence):
@@ -245,6 +247,12 @@ def test_final_values_are_in_display_units():
     console.print(final_values(session, simulate(session, Settings(inputs=["joint1.tau=2"]))))
     row = next(line for line in console.export_text().splitlines() if "joint1.q " in line)
     assert "57.296" in row and "deg" in row
+
+
+def test_an_unknown_column_of_a_run_is_one_sentence():
+    with pytest.raises(UserError, match="unknown output 'foo'; available: joint1.q, joint1.tau, joint2.tau$"):
+        simulate(FakeSession(), Settings(outputs=["joint1.q"]))["foo"]
+    assert str(unknown("output", "foo", [])) == "unknown output 'foo'; none are available"
 
 
 def test_an_fmu_without_inputs_says_so():
