@@ -16,6 +16,8 @@ class Computation {
     this.outputs = core.list(run.names.map((name) => live.references[name]));
     this.set = new Map(live.start.map(([reference, value]) => [reference, value])); // what differs from the model file
     this.values = run.names.map((name) => columns.get(name));
+    const rowOf = new Map(run.names.map((name, i) => [live.references[name], i]));
+    this.motions = live.motions.map((references) => ({ references, list: core.list(references), rows: references.map((r) => rowOf.get(r)) }));
   }
   // Starts anew with all values that the user has set.
   restart() {
@@ -23,6 +25,7 @@ class Computation {
     core.reset();
     if (this.set.size) core.write(core.list([...this.set.keys()]), [...this.set.values()]);
     core.initialise(live.from);
+    for (const motion of this.motions) motion.parts = [...core.read(motion.list)];
     this.time = live.from;
     this.rows = this.late = this.began = 0;
     for (const points of traces) points.length = 0;
@@ -31,6 +34,14 @@ class Computation {
   change(reference, value) {
     this.set.set(reference, value);
     this.core.write(this.core.list([reference]), [value]);
+    for (const { references, parts } of this.motions) if (references.includes(reference)) parts[references.indexOf(reference)] = value;
+  }
+  // A prescribed motion continues from the values set last, which are all that the library returns.
+  follow(size) {
+    for (const motion of this.motions) {
+      const [q, qd, qdd] = motion.parts;
+      motion.parts = [q + (qd + qdd * size / 2) * size, qd + qdd * size, qdd];
+    }
   }
   // Adds the current values as a row, or replaces the last one if that is very near.
   record() {
@@ -43,6 +54,7 @@ class Computation {
     const row = near ? this.rows - 1 : this.rows++;
     clock[row] = this.time;
     this.core.read(this.outputs).forEach((value, i) => { values[i][row] = value; });
+    for (const { rows, parts } of this.motions) rows.forEach((i, k) => { if (i !== undefined) values[i][row] = parts[k]; });
     time = clock.subarray(0, this.rows);
     startTime = Math.max(time[0], this.time - SPAN);
     stopTime = Math.max(this.time, startTime + SPAN);
@@ -58,6 +70,7 @@ class Computation {
       if (this.late < size) break;
       if (grip) this.pull(size);
       this.core.step(this.time, size);
+      this.follow(size);
       this.time += size;
       this.late -= size;
       if (grip || this.time - this.clock[this.rows - 1] >= SPAN / 600) this.record();

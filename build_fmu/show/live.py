@@ -20,6 +20,7 @@ from build_fmu.errors import UserError
 from build_fmu.model.describe import Description, Variable, describe
 from build_fmu.model.resources import attach
 from build_fmu.report.target import with_chosen_tolerance
+from build_fmu.run.prescribed import MOTION
 from build_fmu.show.page import Run
 from build_fmu.show.runs import display_units
 
@@ -71,6 +72,10 @@ def prepared(model: Description, file: Path, frames: dict[str, str], shown: Run,
     for control in controls:
         if control["kind"] == "input":
             columns.setdefault(control["name"], np.full(len(shown.time), control["value"]))
+    inputs = {variable.name for variable in model.select("input")}
+    motions = [[n.removesuffix(MOTION[2]) + part for part in MOTION] for n in variables if n in inputs and n.endswith(MOTION[2])]
+    for q, _, _ in motions:
+        columns.setdefault(q, np.full(len(shown.time), float(variables[q].start or 0.0)))
     starts = [name for name in variables if name.endswith(".q0") or ".quaternion0[" in name]
     files = {"model.toml": file, **{name: file.parent / name for name in model.resources}}
     step, stop = model.default_experiment["step_size"], model.default_experiment["stop_time"]
@@ -84,6 +89,7 @@ def prepared(model: Description, file: Path, frames: dict[str, str], shown: Run,
         "step": step / math.ceil(step / min(LONGEST_STEP, stop / 250)),
         "references": {name: variables[name].value_reference for name in [*columns, *starts]},
         "start": [[variables[name].value_reference, float(value)] for name, value in start.items()],
+        "motions": [[variables[name].value_reference for name in names] for names in motions],
         "ports": _ports(variables, frames),
         "controls": controls,
     }

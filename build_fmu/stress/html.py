@@ -34,7 +34,8 @@ def write_html(path: Path, verdicts: Sequence[Verdict], seconds: float, taken: f
     """Writes the page."""
     models = list(dict.fromkeys(v.model for v in verdicts))
     parts = [
-        f"<h1>Extreme cases</h1><p class=small>{len(verdicts)} cases of {len(models)} model{'s' * (len(models) != 1)} in {taken:.0f} s. "
+        f"<h1>Extreme cases</h1><p class=small>{len(verdicts)} case{'s' * (len(verdicts) != 1)} of "
+        f"{len(models)} model{'s' * (len(models) != 1)} in {taken:.0f} s. "
         f"{escape('; '.join(machine_lines()))}</p>",
         _counts(verdicts),
         _words(seconds),

@@ -178,6 +178,27 @@ def test_sliders_and_the_mouse_act_on_the_model(web_library, tmp_path):
 
 
 @needs_library
+@needs_browser
+@pytest.mark.slow
+def test_a_prescribed_joint_moves_with_the_speed_that_is_set(web_library, tmp_path):
+    from tests.packager.chromium import Page
+
+    frame = '[[frame]]\nname = "tip"\nlink = "arm"\nposition = [1, 0, 0]\noutputs = ["pose"]\n'
+    (tmp_path / "arm.toml").write_text(ARM + 'drive = "motion"\nqd = 0.5\n' + frame, encoding="utf-8")
+    assert main(["show", "--live", str(tmp_path / "arm.toml"), "-o", str(tmp_path / "page.html")]) == 0
+    angle, heights = "valueAt(columns.get('arm.q'), last())", "valueAt(columns.get('tip.position[3]'), last())"
+    with Page((tmp_path / "page.html").as_uri(), tmp_path) as shown:
+        shown.wait("document.documentElement.dataset.live")
+        shown.wait("now > 0.5")
+        at, q = shown.value(f"[now, {angle}]")
+        assert q == pytest.approx(0.5 * at, abs=1e-6)
+        shown.value("computation.change(live.references['arm.qd'], -1)")
+        shown.wait(f"{angle} < -0.3")
+        q, z = shown.value(f"[{angle}, {heights}]")
+        assert z == pytest.approx(np.sin(q), abs=1e-6) and shown.trouble == []
+
+
+@needs_library
 def test_without_the_library_one_sentence_says_how_to_get_it(tmp_path, capsys, monkeypatch):
     (tmp_path / "arm.toml").write_text(ARM, encoding="utf-8")
     (tmp_path / "run.csv").write_text("time,arm.q\n0,0\n1,1\n", encoding="utf-8")

@@ -207,6 +207,9 @@ def test_the_html_page_has_a_row_and_a_square_for_each_case(tmp_path):
     failed = Verdict("arm", CASE, "failed", "error: a < b", "erk", "finishes with bdf")
     write_html(tmp_path / "a.html", [failed, Verdict("leg", CASE, "finished", balance=1e-5, error=2e-4, unit="rad", steps=12345)], 2.0, 3.0)
     page = html.parse(tmp_path / "a.html")
+    assert "2 cases of 2 models in 3 s" in page.getroot().text_content()
+    write_html(tmp_path / "one.html", [failed], 2.0, 3.0)
+    assert "1 case of 1 model in 3 s" in (tmp_path / "one.html").read_text()
     names = ["arm-tolerance-rtol-1e-03", "leg-tolerance-rtol-1e-03"]
     assert page.xpath("//tr/@id") == names
     assert page.xpath("//table[@class='map']//a/@href") == [f"#{name}" for name in names]
