@@ -84,7 +84,7 @@ constexpr Entry setting_entries[] = {
     parameter(Owner::model, "solver.method")
         .fixed(VariableType::string)
         .says("Integration method: erk, dirk (explicit, implicit Runge-Kutta), adams, bdf (multistep), "
-              "exponential (Rosenbrock), auto"),
+              "exponential (Rosenbrock), taylor (in a library for the model), auto"),
     parameter(Owner::model, "solver.rtol")
         .fixed()
         .bounds(Bounds::tolerance)
