@@ -295,7 +295,7 @@ def test_mistakes(tmp_path, content, pose, sentence):
 
 
 @pytest.mark.parametrize(("words", "sentence"), [
-    (["--contact", "all"], "--contact has no effect on 'arm.csv': it applies to URDF files"),
+    (["--contact", "all"], "--contact has no effect on 'arm.csv': it applies to URDF, MJCF and SDF files"),
     (["--loop", "a:0,0,0=b:0,0,0"], "--loop has no effect on 'arm.csv': it applies to ReDySim's files"),
 ])  # fmt: skip
 def test_an_option_of_another_format_is_refused(tmp_path, capsys, words, sentence):

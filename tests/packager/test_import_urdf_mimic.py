@@ -128,7 +128,7 @@ def test_what_is_not_converted_is_listed_once(tmp_path, joints, sentence, left):
     [
         ('multiplier="2"', "hand.urdf:6: <mimic> has no attribute 'joint'"),
         ('joint="j1" multiplier="two"', "hand.urdf:6: 'multiplier' of <mimic> must be a number, got 'two'"),
-        ('joint="j1" offset="nan"', "hand.urdf:6: 'offset' of <mimic> must be a number, got 'nan'"),
+        ('joint="j1" offset="nan"', "hand.urdf:6: 'offset' of <mimic> must be a finite number, got 'nan'"),
     ],
 )
 def test_mistakes(tmp_path, mimic, sentence):
