@@ -114,7 +114,7 @@ class Expressions:
             value = np.array([[float(token.text.lower().replace("d", "e"))]])
         elif token.text == "(":
             inside, self.in_matrix = self.in_matrix, False
-            value = self._expression()
+            value = self._expression(ranges=True)
             self.expect(")")
             self.in_matrix = inside
         elif token.text == "[":

@@ -34,6 +34,7 @@ from build_fmu.run.simulate import Result, Settings, simulate
 
 POSITION, VELOCITY = re.compile(r".*\.(q|quaternion\[\d\])"), re.compile(r".*\.(qd|omega\[\d\])")
 START = re.compile(r"(.*\.)(q|qd|quaternion|omega)(\[\d\])?$")
+START_OF_VELOCITY = re.compile(r"\.(qd|omega)0(\[\d\])?$")
 TERMS = ("acceleration", "mass_matrix", "bias")
 DEGREES = {"fixed": 0, "spherical": 3}  # of freedom; other links of the tree have one
 HELD = 1e-9  # of the largest acceleration that a holding force removes
@@ -309,7 +310,8 @@ class Model:
     def _at_rest(self, u: ArrayLike | None, q: ArrayLike | None) -> tuple[dict[str, float], np.ndarray]:
         x, u = self._point(None if q is None else self.state(q), u)
         x[self._rows_of(self.velocities)] = 0
-        starts = self.start_values(x)
+        # velocities that follow from loops are rounding, not 0
+        starts = {n: 0.0 if START_OF_VELOCITY.search(n) else value for n, value in self.start_values(x).items()}
         variant = replace(Variant(TERMS, self._tunable), start="equilibrium")
         with Evaluation(self._fmu(variant)) as session:
             session.begin({**self.parameters, **starts, **dict(zip(self.inputs, u, strict=True))})
@@ -346,6 +348,13 @@ class Model:
         self._opened, self._fmus = {}, {}
         self._folder.cleanup()
         self._folder = tempfile.TemporaryDirectory()
+
+    def __getstate__(self) -> dict[str, object]:
+        """Returns what a copy needs: it makes its own instances and temporary files."""
+        return {name: value for name, value in self.__dict__.items() if name not in ("_opened", "_fmus", "_folder")}
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        self.__dict__.update(state, _opened={}, _fmus={}, _folder=tempfile.TemporaryDirectory())
 
     def __enter__(self) -> Model:
         return self

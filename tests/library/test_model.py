@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import re
 from pathlib import Path
 
@@ -185,6 +186,21 @@ def test_modes_count_what_loops_leave(model):
     assert moved / moved[0] == pytest.approx([1, 0, -1, 0, 1], abs=1e-3)
 
 
+def test_equilibrium_of_a_loop_does_not_depend_on_start_velocities(model):
+    """The velocity of the crank that follows from the others at rest is rounding."""
+    pin = (
+        '[[loop]]\nname = "pin"\ntype = "revolute"\nlink_a = "coupler"\nlink_b = "rocker"\npoint_a = [0.3, 0, 0]\npoint_b = [0.25, 0, 0]\n'
+    )
+    links = [
+        ("crank", "q = 1.0\nqd = 3.0\nstiffness = 5"),
+        ("coupler", "a = 0.1\nq = -0.7"),
+        ("rocker", 'parent = "ground"\na = 0.3\nq = 1.4'),
+    ]
+    body = "mass = 1\ncom = [0.1, 0, 0]\ninertia = [1e-3, 1e-3, 1e-3]\n"
+    text = 'name = "m"\ngravity = [0, -9.81, 0]\n' + "".join(f'[[link]]\nname = "{n}"\n{fields}\n{body}' for n, fields in links) + pin
+    assert model(text).equilibrium() == pytest.approx(model(text.replace("qd = 3.0", "")).equilibrium(), abs=1e-8)
+
+
 def test_equilibrium_and_hold(model):
     m = model(DOUBLE)
     assert m.equilibrium() == pytest.approx([0, 0, 0, 0], abs=1e-8)
@@ -354,6 +370,15 @@ def test_equations_under_a_sampled_controller_are_refused(model, verb):
         getattr(m, verb)()
     assert m.step([0.3, 0], None, 0.001)[1] == pytest.approx(-0.001 * (15 + 9.81 * np.sin(0.3)), rel=1e-3)
     assert m.equilibrium() == pytest.approx([0, 0], abs=1e-12)
+
+
+def test_a_used_model_can_be_pickled(model):
+    m = model(DOUBLE)
+    expected = m.forward([0.1, 0.2], [0.3, 0.4])
+    copy = pickle.loads(pickle.dumps(m))
+    m.close()
+    with copy:
+        assert copy.forward([0.1, 0.2], [0.3, 0.4]) == pytest.approx(expected, rel=1e-14)
 
 
 def test_build_writes_the_fmu(model, tmp_path):

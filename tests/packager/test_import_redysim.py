@@ -283,6 +283,13 @@ def test_a_four_bar_on_a_satellite(tmp_path, capsys):
     assert main(["simulate", str(model), "--stop", "0.1"]) == 0
 
 
+def test_a_range_may_stand_in_parentheses(tmp_path):
+    text = GRIPPER.replace("m = [0.4 0.2 0.2 0.2];", "m = (1:n)';").replace("dx = al/2;", "dx = 0.1*(3:-1:0)';")
+    links = imported(write(tmp_path / "x", inputs=text)).links
+    assert [link.mass for link in links] == [1, 2, 3, 4]
+    assert [link.com[0] for link in links] == pytest.approx([0.3, 0.2, 0.1, 0], abs=1e-16)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
