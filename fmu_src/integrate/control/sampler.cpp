@@ -54,8 +54,10 @@ bool Sampler::arrive(double time, double* memory) const {
   return true;
 }
 
+// An arrival that differs from a sample by rounding belongs to that sample.
 double Sampler::next_instant(double time, const double* memory) const {
-  return std::min(after(time, memory[origin_]), after(time, memory[origin_] + delay_));
+  const double sample = after(time, memory[origin_]), arrival = after(time, memory[origin_] + delay_);
+  return passed(arrival) < sample ? arrival : sample;
 }
 
 }  // namespace redysim

@@ -61,6 +61,19 @@ TEST(Sampler, lets_torques_act_after_the_delay) {
   }
 }
 
+// The arrivals k * 0.01 + 0.02 are rounded differently.
+TEST(Sampler, announces_the_same_samples_with_and_without_delay) {
+  const Sampler prompt(sampled(0), false), late(sampled(2 * period), false);
+  std::vector<double> memory(prompt.memory_size(), 0.0), late_memory(late.memory_size(), 0.0);
+  const double torques[] = {0, 0};
+  for (double time = 0; time < 10; time = prompt.next_instant(time, memory.data())) {
+    prompt.sample(time, torques, memory.data());
+    late.sample(time, torques, late_memory.data());
+    late.arrive(time, late_memory.data());
+    EXPECT_EQ(late.next_instant(time, late_memory.data()), prompt.next_instant(time, memory.data()));
+  }
+}
+
 TEST(Sampler, the_law_acts_until_the_first_torques_arrive_if_asked) {
   const Sampler at_rest(sampled(0.02), true), zero(sampled(0.02), false);
   const std::vector<double> memory(at_rest.memory_size(), 0.0);
