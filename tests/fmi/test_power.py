@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.fmi.raw import OK, Slave
+from tests.fmi.test_drives import expect_independence
 
 # a rail with prescribed motion, a controlled arm with a torque input, a driven and a free joint; no friction
 ARM = """
@@ -129,3 +130,27 @@ def test_the_power_of_a_port_depends_on_its_wrench_and_on_jumps(built):
     assert fmu.dependencies("Outputs")["hook.power"] == {"rail.q", "rail.qd", *(f"hook.{name}" for name in WRENCH)}
     scalar = next(s for s in fmu.xml.iter("ScalarVariable") if s.get("name") == "hook.power")
     assert (scalar.get("causality"), scalar[0].get("unit"), scalar[0].get("quantity")) == ("output", "W", "Power")
+
+
+MOTOR = """
+name = "motor"
+link = [
+  {name = "arm", mass = 1, com = [0.2, 0, 0], inertia = [0.1, 0.1, 0.1], qd = 1.5},
+  {name = "hand", parent = "ground", mass = 1, com = [0.2, 0, 0], inertia = [0.1, 0.1, 0.1], qd = 1.5},
+]
+actuator = [
+  {joint = "arm", gear_ratio = 20, resistance = 2, torque_constant = 0.05},
+  {joint = "hand", torque_limit = 3, torque_limit_width = 1, speed_limit = 1.6, speed_limit_width = 0.5},
+]
+fmu = {outputs = ["power", "actuator", "energy", "acceleration"], tunable = ["arm.resistance", "arm.torque_constant",
+  "hand.torque_limit", "hand.torque_limit_width", "hand.speed_limit", "hand.speed_limit_width"]}
+"""
+
+
+def test_initial_outputs_name_the_parameters_of_actuators(built):
+    fmu = built(MOTOR)
+    with Slave(fmu) as slave:
+        assert slave.setup() == OK and slave.call("EnterInitializationMode") == OK
+        assert slave.set("arm.voltage", 5.0) == OK and slave.set("hand.tau", 3.1) == OK
+        numbers = [n for n in fmu.named("parameter") if n.startswith(("arm.", "hand."))]
+        expect_independence(slave, fmu.dependencies("InitialUnknowns"), {n: slave.get(n) for n in numbers})

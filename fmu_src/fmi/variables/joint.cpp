@@ -91,8 +91,10 @@ bool power_at_point(const Variable& unknown, const Variable& known, const Compon
   return at_point::jumps(unknown, known, components) || is_own_force(unknown, known);
 }
 
+// The parameters of an actuator act on its torque.
 bool power_at_start(const Variable& unknown, const Variable& known, const Components& components) {
-  if (force_follows(unknown, components)) return initially::accelerations(unknown, known, components);
+  if (force_follows(unknown, components) || actuator_of(components.model(), unknown))
+    return initially::accelerations(unknown, known, components);
   return initially::velocity(unknown, known, components) || is_own_force(unknown, known);
 }
 
