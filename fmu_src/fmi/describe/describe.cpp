@@ -25,6 +25,7 @@
 #include "model/features.hpp"
 #include "model/model_exchange.hpp"
 #include "model/read/fingerprint.hpp"
+#include "model/read/idle_fields.hpp"
 #include "model/read/model_file.hpp"
 #include "model/solver_methods.hpp"
 
@@ -399,6 +400,7 @@ int main(int count, char** arguments) {
   try {
     const ModelFile file = read_model_file(path);
     std::vector<Diagnostic> warnings = file.warnings;
+    for (Diagnostic& idle : idle_fields(path, file.model)) warnings.push_back(std::move(idle));
     const std::string text = as_code ? code(file) : description(file, path, warnings);
     for (const Diagnostic& warning : warnings) {
       Diagnostic line = warning;

@@ -10,7 +10,7 @@ constexpr double torque_width = 0.05, speed_width = 0.05, play_width = 0.1;  // 
 
 // The link of the driven joint; -1 with a finding.
 int read_joint(Section& section, const Model& model, bool inverse) {
-  if (!section.has("joint")) section.error("joint", "joint is required");
+  section.require("joint");
   const std::string name = section.text("joint");
   if (name.empty()) return -1;
   const int link = JointIndex(model).find(name, "joint", section.place("joint"), section);
@@ -85,8 +85,8 @@ Actuator read_actuator(Section& section, const Model& model, bool inverse) {
   read_limit(section, "speed_limit", speed_width, actuator.speed_limit, actuator.speed_limit_width);
   actuator.time_constant = section.number("time_constant", 0, Bound::positive);
   read_motor(section, actuator);
-  if (section.has("gear_ratio") && !section.has("rotor_inertia") && !actuator.is_electric())
-    section.warn("gear_ratio", "gear_ratio has no effect without rotor_inertia or a DC motor");
+  if (!section.has("rotor_inertia") && !actuator.is_electric())
+    section.warn_idle("gear_ratio", "without rotor_inertia or a DC motor");
   section.refuse_unknown();
   return actuator;
 }
@@ -114,9 +114,10 @@ void check_controlled_actuators(Section& top, const Model& model, Findings& find
   if (!table || law == Law::none || law == Law::pd) return;
   Section section(*table, "controller", findings);
   for (const Actuator& actuator : model.actuators) {
-    const bool matters = law == Law::computed_torque || has_part_of(model.controller.joints, actuator.link);
-    if (!actuator.is_electric() || !matters) continue;
-    section.error("law", "the law needs torques, but the actuator of joint '" +
+    const bool all = law == Law::computed_torque;
+    if (!actuator.is_electric() || !(all || has_part_of(model.controller.joints, actuator.link))) continue;
+    section.error("law", (all ? "computed_torque needs the torques of all joints, but the actuator of joint '"
+                              : "the law needs torques, but the actuator of joint '") +
                              model.links[actuator.link].joint.name + "' takes a voltage; use pd");
     return;
   }

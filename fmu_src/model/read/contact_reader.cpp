@@ -225,10 +225,12 @@ Contact read_contact(Section section, const std::string& label, const LinkTable&
   contact.name = names.take(section, label);
   contact.line = section.place().line;
   contact.column = section.place().column;
+  const std::size_t errors_before = section.error_count();
   if (!section.has("link_a")) section.error("link_a", "link_a is required (a link's name or \"ground\")");
-  if (!section.has("shape_a")) section.error("shape_a", "shape_a is required");
   const int link_a = links.index.find(section.text("link_a", "ground"), "link_a", section, ground);
   const int link_b = links.index.find(section.text("link_b", "ground"), "link_b", section, ground);
+  const bool known = section.error_count() == errors_before;
+  section.require("shape_a");
   contact.a = ShapeReader(section, "_a", degrees).read(link_a, ShapeKind::sphere, folder, files);
   contact.b = ShapeReader(section, "_b", degrees).read(link_b, ShapeKind::plane, folder, files);
   contact.law = section.choice<Contact::Law>(
@@ -245,9 +247,7 @@ Contact read_contact(Section section, const std::string& label, const LinkTable&
                                  "' supports " + partners_of(contact));
   }
   const std::string rigid = rigid_pair(link_a, link_b, links);
-  const bool known = (link_a != ground || section.text("link_a", "ground") == "ground") &&
-                     (link_b != ground || section.text("link_b", "ground") == "ground");
-  if (!rigid.empty() && section.has("link_a") && known)
+  if (known && !rigid.empty())
     section.error(section.has("link_b") ? "link_b" : "link_a", rigid + "; this contact has no effect");
   return contact;
 }

@@ -30,6 +30,7 @@ std::vector<ControlledJoint> read_joints(Section& section, const Model& model, b
     return joints;
   }
   const JointIndex index(model);
+  const std::size_t errors_before = section.error_count();
   for (const auto& [name, place] : section.texts("joints")) {
     const int link = index.find(name, "joints", place, section);
     if (link < 0) continue;
@@ -40,6 +41,8 @@ std::vector<ControlledJoint> read_joints(Section& section, const Model& model, b
     else
       add(link);
   }
+  if (joints.empty() && section.error_count() == errors_before)
+    section.error("joints", "joints must not be empty");
   return joints;
 }
 
@@ -104,7 +107,7 @@ Controller read_controller(Section& top, const Model& model, bool degrees, bool 
   const Value* table = top.table("controller");
   if (!table) return controller;
   Section section(*table, "controller", findings);
-  if (!section.has("law")) section.error("law", "law is required");
+  section.require("law");
   controller.law = section.choice<Law>("law",
                                        {{"pd", Law::pd},
                                         {"gravity_compensation", Law::gravity_compensation},
@@ -116,7 +119,7 @@ Controller read_controller(Section& top, const Model& model, bool degrees, bool 
   read_sampling(section, controller);
   const std::size_t count = controller.joints.size();
   for (const char* key : {"kp", "kd"}) {
-    if (!section.has(key)) section.error(key, std::string(key) + " is required");
+    section.require(key);
     const std::vector<double> gains = section.numbers_each(key, count, 0, Bound::not_negative);
     for (std::size_t k = 0; k < count; ++k)
       (key[1] == 'p' ? controller.joints[k].kp : controller.joints[k].kd) = gains[k];

@@ -46,7 +46,7 @@ Frame read_frame(Section section, const std::string& label, const Model& model, 
                  bool degrees, Names& names) {
   Frame frame;
   frame.name = names.take(section, label);
-  if (!section.has("link")) section.error("link", "link is required");
+  section.require("link");
   frame.link = section.has("link") ? links.index.find(section.text("link"), "link", section, 0) : 0;
   if (frame.link == ground) {
     section.error("link", "link must be a moving or fixed link, not 'ground'");

@@ -22,11 +22,9 @@ void check_friction(Section& section, const Joint& joint, const std::string& of)
     section.error("static_friction", "static_friction" + of + " must be >= friction, " +
                                          shown(joint.friction) + ", got " + shown(joint.static_friction));
   const bool has_friction = section.has("friction") || section.has("static_friction");
-  if (!has_friction && section.has("friction_velocity"))
-    section.warn("friction_velocity", "friction_velocity has no effect without friction");
-  for (const char* key : {"friction", "static_friction"})
-    if (joint.drive == Drive::locked && section.has(key))
-      section.warn(key, std::string(key) + " has no effect on a locked joint");
+  if (!has_friction) section.warn_idle("friction_velocity", "without friction");
+  if (joint.drive != Drive::locked) return;
+  for (const char* key : {"friction", "static_friction"}) section.warn_idle(key, "on a locked joint");
 }
 
 void check_stops(Section& section, const Joint& joint, const std::string& of) {
@@ -38,8 +36,7 @@ void check_stops(Section& section, const Joint& joint, const std::string& of) {
   if (stops && !section.has("stop_stiffness"))
     section.error(section.has("lower") ? "lower" : "upper", "stop_stiffness is required with a stop");
   for (const char* key : {"stop_stiffness", "stop_damping", "stop_width"})
-    if (!stops && section.has(key))
-      section.warn(key, std::string(key) + " has no effect without lower or upper");
+    if (!stops) section.warn_idle(key, "without lower or upper");
   for (const auto& [beyond, key] :
        {std::pair(joint.q0 < joint.lower, "lower"), std::pair(joint.q0 > joint.upper, "upper")})
     if (beyond) section.warn(section.has("q") ? "q" : key, "q" + of + " starts beyond the stop at " + key);

@@ -53,8 +53,7 @@ double read_pitch(Section& section, JointType type) {
 void warn_without_effect(Section& section) {
   std::vector<std::string> keys = {"hold", "drive"};
   for (const JointParameter& parameter : joint_parameters) keys.push_back(parameter.name);
-  for (const std::string& key : keys)
-    if (section.has(key)) section.warn(key, key + " has no effect on a fixed joint");
+  for (const std::string& key : keys) section.warn_idle(key, "on a fixed joint");
 }
 
 using JointWord = std::tuple<JointType, std::optional<CompoundType>>;
@@ -101,7 +100,7 @@ std::array<double, 6> read_inertia(Section& section) {
 LinkDraft read_link(Section section, const std::string& label, bool degrees, Names& names) {
   Link link;
   link.name = names.take(section, label);
-  const std::string parent = section.text("parent");
+  const std::string parent = section.text("parent", "ground");
   std::optional<CompoundType> compound;
   link.joint = read_joint(section, link.name, degrees, compound);
   if (link.joint.name != link.name)

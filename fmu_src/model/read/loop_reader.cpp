@@ -6,9 +6,10 @@
 namespace redysim {
 namespace {
 
-// The two ends that loops, springs and bushings share.
+// The two ends that loops, springs and bushings share; false: a link is not known.
 template <class Connection>
-void read_ends(Connection& connection, Section& section, const LinkTable& links) {
+bool read_ends(Connection& connection, Section& section, const LinkTable& links) {
+  const std::size_t errors_before = section.error_count();
   const auto end = [&](const char* key) {
     if (!section.has(key))
       section.error(key, std::string(key) + " is required (a link's name or \"ground\")");
@@ -17,17 +18,17 @@ void read_ends(Connection& connection, Section& section, const LinkTable& links)
   };
   connection.link_a = end("link_a");
   connection.link_b = end("link_b");
+  const bool known = section.error_count() == errors_before;
   connection.point_a = section.vector("point_a", connection.point_a);
   connection.point_b = section.vector("point_b", connection.point_b);
+  return known;
 }
 
 bool uses_axis(LoopType type) { return type != LoopType::point && type != LoopType::spherical; }
 bool uses_x(LoopType type) { return type == LoopType::prismatic || type == LoopType::fixed; }
 
 void warn_unused(Section& section, LoopType type) {
-  const auto warn = [&](const char* key) {
-    if (section.has(key)) section.warn(key, std::string(key) + " has no effect on this type of loop");
-  };
+  const auto warn = [&](const char* key) { section.warn_idle(key, "on this type of loop"); };
   if (!uses_axis(type)) {
     warn("axis_a");
     warn("axis_b");
@@ -75,7 +76,7 @@ void read_directions(Loop& loop, Section& section) {
 Loop read_loop(Section section, const std::string& label, const LinkTable& links, Names& names) {
   Loop loop;
   loop.name = names.take(section, label);
-  if (!section.has("type")) section.error("type", "type is required");
+  section.require("type");
   loop.type = section.choice<LoopType>("type",
                                        {{"point", LoopType::point},
                                         {"spherical", LoopType::spherical},
@@ -87,7 +88,7 @@ Loop read_loop(Section section, const std::string& label, const LinkTable& links
                                        LoopType::spherical);
   loop.line = section.place().line;
   loop.column = section.place().column;
-  read_ends(loop, section, links);
+  const bool known = read_ends(loop, section, links);
   loop.axis_a = section.direction("axis_a", loop.axis_a);
   loop.axis_b = section.direction("axis_b", loop.axis_b);
   loop.x_a = section.direction("x_a", loop.x_a);
@@ -98,22 +99,20 @@ Loop read_loop(Section section, const std::string& label, const LinkTable& links
   read_directions(loop, section);
   section.refuse_unknown();
   const std::string rigid = rigid_pair(loop.link_a, loop.link_b, links);
-  if (!rigid.empty() && section.has("link_a") && section.has("link_b"))
-    section.error("link_b", rigid + "; this loop has no effect");
+  if (known && !rigid.empty()) section.error("link_b", rigid + "; this loop has no effect");
   return loop;
 }
 
 SpringDamper read_spring(Section section, const std::string& label, const LinkTable& links, Names& names) {
   SpringDamper spring;
   spring.name = names.take(section, label);
-  read_ends(spring, section, links);
+  const bool known = read_ends(spring, section, links);
   spring.stiffness = section.number("stiffness", 0, Bound::not_negative);
   spring.damping = section.number("damping", 0, Bound::not_negative);
   spring.rest_length = section.number("rest_length", 0, Bound::not_negative);
   section.refuse_unknown();
   const std::string rigid = rigid_pair(spring.link_a, spring.link_b, links);
-  if (!rigid.empty() && section.has("link_a") && section.has("link_b"))
-    section.warn("link_b", rigid + "; this spring has no effect");
+  if (known && !rigid.empty()) section.warn("link_b", rigid + "; this spring has no effect");
   return spring;
 }
 
@@ -136,7 +135,7 @@ Bushing read_bushing(Section section, const std::string& label, const LinkTable&
                      Names& names) {
   Bushing bushing;
   bushing.name = names.take(section, label);
-  read_ends(bushing, section, links);
+  const bool known = read_ends(bushing, section, links);
   bushing.rotation_a = section.rotation("rpy_a", degrees);
   bushing.rotation_b = section.rotation("rpy_b", degrees);
   if (!section.has("stiffness") && !section.has("damping"))
@@ -145,8 +144,7 @@ Bushing read_bushing(Section section, const std::string& label, const LinkTable&
   read_six(section, "damping", bushing.damping, bushing.turning_damping);
   section.refuse_unknown();
   const std::string rigid = rigid_pair(bushing.link_a, bushing.link_b, links);
-  if (!rigid.empty() && section.has("link_a") && section.has("link_b"))
-    section.warn("link_b", rigid + "; this bushing has no effect");
+  if (known && !rigid.empty()) section.warn("link_b", rigid + "; this bushing has no effect");
   return bushing;
 }
 

@@ -25,7 +25,7 @@ std::string read_bytes(const std::string& path) {
 }
 
 std::string read_name(Section& top) {
-  if (!top.has("name")) top.error("name", "name is required");
+  top.require("name");
   std::string name = top.identifier("name");
   if (name.size() > 200) top.error("name", "name is part of file names: at most 200 characters are possible");
   return name;

@@ -22,7 +22,7 @@ std::string label_of(const std::string& kind, std::size_t ordinal, const Value& 
 
 std::string Names::take(Section& section, const std::string& owner) {
   const std::string name = section.identifier("name");
-  if (!section.has("name")) section.error("name", "name is required");
+  section.require("name");
   if (!name.empty()) claim(name, "name", owner, section);
   return name;
 }

@@ -31,6 +31,10 @@ Place Section::place(std::string_view key) const {
   return value ? value->place : table_->place;
 }
 
+void Section::require(const char* key) {
+  if (!has(key)) error(key, std::string(key) + " is required");
+}
+
 void Section::error(std::string_view key, const std::string& message) { error(place(key), message); }
 
 void Section::error(Place place, const std::string& message) {
@@ -41,10 +45,38 @@ void Section::warn(std::string_view key, const std::string& message) {
   findings_->warn(place(key), label_.empty() ? message : label_ + ": " + message);
 }
 
+void Section::warn_idle(const std::string& key, const char* why) {
+  if (has(key)) warn(key, key + " has no effect " + why);
+}
+
+namespace {
+
+// Fields that depend on the type of what the table describes, by the first word of its label.
+constexpr std::string_view fields_of_types =
+    "\nlink rest lower upper damping stiffness armature friction static_friction friction_velocity "
+    "stop_stiffness stop_damping stop_width "
+    "\ntrajectory from to start duration speed speed_from speed_to coefficients file time q qd qdd "
+    "\ncontact K Cv v_max mu Ch stiffness damping width friction static_friction friction_velocity rolling "
+    "torsion spin_velocity axis_a axis_b normal_a normal_b points_a points_b point_a2 point_b2 radius_a "
+    "radius_b rpy_a rpy_b size_a size_b tube_a tube_b file spacing \n";
+
+[[gnu::cold]] bool depends_on_type(const std::string& kind, const std::string& key) {
+  const std::size_t begin = fields_of_types.find("\n" + kind + " ");
+  if (begin == std::string_view::npos) return false;
+  return fields_of_types.find(" " + key + " ", begin) < fields_of_types.find('\n', begin + 1);
+}
+
+}  // namespace
+
 void Section::refuse_unknown() {
-  for (const Entry& entry : table_->entries)
-    if (std::find(known_.begin(), known_.end(), entry.key) == known_.end())
+  const std::string kind = label_.substr(0, label_.find(' '));
+  for (const Entry& entry : table_->entries) {
+    if (std::find(known_.begin(), known_.end(), entry.key) != known_.end()) continue;
+    if (depends_on_type(kind, entry.key))
+      error(entry.place, entry.key + " does not apply to this type of " + kind);
+    else
       error(entry.place, "unknown field '" + entry.key + "'" + did_you_mean(entry.key, known_));
+  }
 }
 
 const Value* Section::ask(std::string_view key) {

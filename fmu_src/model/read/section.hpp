@@ -68,10 +68,14 @@ class Section {
     return fallback;
   }
 
+  void require(const char* key);  // the field; reports its absence
   void error(std::string_view key, const std::string& message);
   void error(Place place, const std::string& message);
   void warn(std::string_view key, const std::string& message);
+  // "friction_velocity has no effect without friction", where the field is given.
+  void warn_idle(const std::string& key, const char* why);
   void refuse_unknown();
+  std::size_t error_count() const { return findings_->error_count(); }
 
  private:
   const Value* ask(std::string_view key);

@@ -36,7 +36,7 @@ void read_color(Section& section, DrawnShape& shape) {
 DrawnShape read_shape(Section section, const LinkIndex& links, bool degrees) {
   DrawnShape shape;
   shape.link = links.find(section.text("link", "ground"), "link", section, ground);
-  if (!section.has("kind")) section.error("kind", "kind is required");
+  section.require("kind");
   const std::size_t count = section.choice("kind", sizes, std::size_t{0});
   shape.kind = section.text("kind");
   if (count != 0) read_size(section, shape, count);

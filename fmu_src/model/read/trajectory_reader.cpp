@@ -13,8 +13,8 @@ enum class Shape { cycloid, quintic, cubic, speed, polynomial, table };
 
 // From one point to another, at rest or with given velocities at both ends.
 void read_move(Section& section, Shape shape, double unit, const Joint& joint, Trajectory& trajectory) {
-  if (!section.has("to")) section.error("to", "to is required");
-  if (!section.has("duration")) section.error("duration", "duration is required");
+  section.require("to");
+  section.require("duration");
   const double length = section.number("duration", 1, Bound::positive);
   trajectory.begin = section.number("start", 0);
   trajectory.end = trajectory.begin + length;
@@ -33,14 +33,14 @@ void read_move(Section& section, Shape shape, double unit, const Joint& joint, T
 }
 
 void read_speed(Section& section, double unit, const Joint& joint, Trajectory& trajectory) {
-  if (!section.has("speed")) section.error("speed", "speed is required");
+  section.require("speed");
   const double from = section.has("from") ? unit * section.number("from", 0) : joint.q0;
   trajectory.pieces = {{section.number("start", 0), {from, unit * section.number("speed", 0)}}};
 }
 
 void read_polynomial(Section& section, double unit, Trajectory& trajectory) {
   std::vector<double> coefficients;
-  if (!section.has("coefficients")) section.error("coefficients", "coefficients is required");
+  section.require("coefficients");
   if (section.numbers("coefficients", coefficients) && coefficients.empty())
     section.error("coefficients", "coefficients must contain at least one number");
   for (double& coefficient : coefficients) coefficient *= unit;
@@ -115,10 +115,10 @@ Trajectory read_trajectory(Section section, const Model& model, const JointIndex
                            const Findings& findings) {
   Trajectory trajectory;
   const std::size_t errors_before = findings.error_count();
-  if (!section.has("joint")) section.error("joint", "joint is required");
+  section.require("joint");
   const std::string name = section.text("joint");
   trajectory.link = name.empty() ? -1 : joints.find(name, "joint", section.place("joint"), section);
-  if (!section.has("type")) section.error("type", "type is required");
+  section.require("type");
   const auto shape = section.choice<Shape>("type",
                                            {{"cycloid", Shape::cycloid},
                                             {"quintic", Shape::quintic},

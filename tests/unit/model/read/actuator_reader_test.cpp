@@ -97,6 +97,16 @@ TEST(actuator, a_model_of_a_law_gives_no_voltage) {
       Lines{"13: controller: the law needs torques, but the actuator of joint 'a' takes a voltage; use pd"});
 }
 
+TEST(actuator, computed_torque_needs_the_torques_of_joints_that_it_does_not_control) {
+  const std::string text = arms + "[[actuator]]\njoint = 'b'\nresistance = 1\ntorque_constant = 1\n" +
+                           "[controller]\nkp = 1\nkd = 1\njoints = ['a']\n";
+  EXPECT_EQ(errors(text + "law = 'gravity_compensation'\n"), Lines());
+  EXPECT_EQ(
+      errors(text + "law = 'computed_torque'\n"),
+      Lines{"18: controller: computed_torque needs the torques of all joints, but the actuator of joint "
+            "'b' takes a voltage; use pd"});
+}
+
 TEST(actuator, a_ratio_without_effect_gives_a_warning) {
   EXPECT_EQ(warnings(with("gear_ratio = 3\n")),
             Lines{"8: actuator 1: gear_ratio has no effect without rotor_inertia or a DC motor"});

@@ -222,5 +222,32 @@ TEST(model_error, tunable_lists_parameters_that_exist) {
             1u);
 }
 
+TEST(model_error, a_field_of_another_type_is_not_called_unknown) {
+  EXPECT_EQ(errors(arm + "joint = 'spherical'\ndamping = 1\ndamp = 1\n"),
+            (Lines{"7: link 'a': damping does not apply to this type of link",
+                   "8: link 'a': unknown field 'damp'"}));
+  const std::string contact = arm + "[[contact]]\nname = 'c'\nlink_a = 'a'\n";
+  EXPECT_EQ(errors(contact + "shape_a = 'box'\nsize_a = [1, 1, 1]\nradius_a = 1\nmu = 1\nstiffness = 1\n"),
+            (Lines{"11: contact 'c': radius_a does not apply to this type of contact",
+                   "12: contact 'c': mu does not apply to this type of contact"}));
+  EXPECT_EQ(errors(arm + "duration = 1\n"), (Lines{"6: link 'a': unknown field 'duration'"}));
+}
+
+TEST(model_error, a_link_that_is_not_a_string_is_reported_once) {
+  EXPECT_EQ(errors(arms + "parent = 1\n"), (Lines{"10: link 'b': parent must be a string, got a number"}));
+  for (const std::string table :
+       {"[[spring]]\nname = 's'\n", "[[loop]]\nname = 's'\ntype = 'spherical'\n",
+        "[[contact]]\nname = 's'\nshape_a = 'sphere'\nradius_a = 1\nstiffness = 1\n"}) {
+    const Lines found = errors(arms + table + "link_b = 'ground'\nlink_a = 1\n");
+    ASSERT_EQ(found.size(), 1u) << table;
+    EXPECT_NE(found[0].find("link_a must be a string, got a number"), std::string::npos);
+  }
+}
+
+TEST(model_error, a_controller_without_joints_is_refused) {
+  EXPECT_EQ(errors(arm + "[controller]\nlaw = 'pd'\nkp = 1\nkd = 1\njoints = []\n"),
+            (Lines{"10: controller: joints must not be empty"}));
+}
+
 }  // namespace
 }  // namespace redysim::test

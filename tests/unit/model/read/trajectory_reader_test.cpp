@@ -63,7 +63,7 @@ TEST(trajectory_reader, refuses_what_it_cannot_use) {
                 Lines{"12: trajectory 1: the trajectory is too short: its velocities and accelerations are "
                       "not finite"});
   EXPECT_EQ(with("joint = 'a'\ntype = 'cycloid'\nto = 1\nduration = 1\nspeed = 2\n"),
-            Lines{"13: trajectory 1: unknown field 'speed'"});
+            Lines{"13: trajectory 1: speed does not apply to this type of trajectory"});
   EXPECT_EQ(with("joint = 'a'\ntype = 'speed'\n"), Lines{"8: trajectory 1: speed is required"});
   EXPECT_EQ(with("joint = 'a'\ntype = 'polynomial'\ncoefficients = []\n"),
             Lines{"11: trajectory 1: coefficients must contain at least one number"});
