@@ -47,7 +47,8 @@ Frame read_frame(Section section, const std::string& label, const Model& model, 
   Frame frame;
   frame.name = names.take(section, label);
   section.require("link");
-  frame.link = section.has("link") ? links.index.find(section.text("link"), "link", section, 0) : 0;
+  const std::string first = links.names.empty() ? std::string() : links.names.front();
+  frame.link = section.has("link") ? links.index.find(section.text("link", first), "link", section, 0) : 0;
   if (frame.link == ground) {
     section.error("link", "link must be a moving or fixed link, not 'ground'");
     frame.link = 0;

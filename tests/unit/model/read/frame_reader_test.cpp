@@ -60,6 +60,10 @@ TEST(frame, its_required_fields_are_asked_for) {
 TEST(frame, its_link_is_a_link) {
   EXPECT_EQ(errors(arms + "[[frame]]\nname = 'f'\nlink = 'c'\n"),
             (Lines{"12: frame 'f': link 'c' is not a link"}));
+  EXPECT_EQ(errors(arms + "[[frame]]\nname = 'f'\nlink = 1\n"),
+            (Lines{"12: frame 'f': link must be a string, got a number"}));
+  EXPECT_EQ(errors("name = 'm'\n[[frame]]\nname = 'f'\n"),
+            (Lines{"1: a model needs at least one [[link]]", "2: frame 'f': link is required"}));
   EXPECT_EQ(errors(arms + "[[frame]]\nname = 'f'\nlink = 'ground'\n"),
             (Lines{"12: frame 'f': link must be a moving or fixed link, not 'ground'"}));
 }
