@@ -18,7 +18,7 @@ from tests.fmi.raw3 import Slave3, Unpacked3, array, count
 
 STEP = 0.01
 # every kind of variable; loops; trajectories beside driven joints; spherical joints; matrices
-QUICK = ("everything", "four_bar", "parallel_gripper", "space_robot", "terms", "motors")
+QUICK = ("everything", "four_bar", "parallel_gripper", "space_robot", "terms", "motors", "loop_motors", "held_loop")
 TERMS = """
 name = "terms"
 gravity = [0, 0, -9.81]
@@ -75,7 +75,55 @@ inductance = 0.1
 [fmu]
 outputs = ["acceleration", "energy", "actuator"]
 """
-TEXTS = {"terms": TERMS, "motors": MOTORS}
+# the same at joints of a loop and outside
+LOOP = """
+[[link]]
+name = "rocker"
+parent = "ground"
+mass = 1
+com = [0.2, 0, 0]
+
+[[link]]
+name = "wheel"
+parent = "ground"
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+
+[[link]]
+name = "vane"
+parent = "ground"
+drive = "locked"
+mass = 1
+com = [0.1, 0, 0]
+
+[[link]]
+name = "disk"
+parent = "ground"
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+
+[[loop]]
+name = "pin"
+type = "point"
+link_a = "lower"
+link_b = "rocker"
+point_a = [0.4, 0, 0]
+point_b = [0.9, 0, 0]
+directions = [[0, 1, 0]]
+
+[[actuator]]
+joint = "wheel"
+resistance = 1
+torque_constant = 1
+
+[[actuator]]
+joint = "disk"
+resistance = 1
+torque_constant = 1
+inductance = 0.1
+"""
+TEXTS = {"terms": TERMS, "motors": MOTORS, "loop_motors": MOTORS.replace("[fmu]", LOOP + "\n[fmu]")}
+TEXTS["held_loop"] = TEXTS["loop_motors"].replace('name = "rocker"', 'name = "rocker"\ndrive = "locked"')
 
 
 class Scene:

@@ -247,7 +247,7 @@ void write_arrays(Json& json, const Scene& scene, const VariableTable& table) {
     const bool state_of_joint = row.owner == Owner::joint && row.has_state();
     json.member("suffix", !state_of_joint                             ? ""
                           : scene.plan.joints[first.joint].prescribed ? "_prescribed"
-                          : scene.is_in_cluster(first.joint)          ? "_dependent"
+                          : is_dependent(scene, first)                ? "_dependent"
                           : is_algebraic(scene, first)                ? "_algebraic"
                                                                       : "");
     json.key("dimensions").begin_array().value(rows);

@@ -38,6 +38,15 @@ inline bool takes_voltage(const Scene& scene, const Variable& variable) {
 // Whether the current of a motor is a state (actuator.cpp).
 bool has_inductance(const Scene& scene, const Variable& variable);
 
+// Of the motion of a joint in a loop or rigid coupling that is not prescribed: no state. Those of its motor
+// are.
+inline bool is_dependent(const Scene& scene, const Variable& variable) {
+  const Row& row = *variable.row;
+  const StatePart part = row.state != StatePart::none ? row.state : row.slope_of;
+  return part < StatePart::motor_q && !scene.plan.joints[variable.joint].prescribed &&
+         scene.is_in_cluster(variable.joint);
+}
+
 inline bool is_algebraic(const Scene& scene, const Variable& variable) {
   return variable.row->state == StatePart::current && !has_inductance(scene, variable);
 }

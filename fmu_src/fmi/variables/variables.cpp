@@ -256,8 +256,7 @@ bool forms_arrays(const Row& row) {
 // One array contains variables of one kind: only states, or none.
 int array_kind(const Scene& scene, const Variable& v) {
   if (!v.row->has_state()) return 0;
-  return scene.plan.joints[v.joint].prescribed | scene.is_in_cluster(v.joint) << 1 |
-         is_algebraic(scene, v) << 2;
+  return scene.plan.joints[v.joint].prescribed | is_dependent(scene, v) << 1 | is_algebraic(scene, v) << 2;
 }
 
 }  // namespace
