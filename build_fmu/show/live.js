@@ -33,7 +33,10 @@ class Computation {
   }
   change(reference, value) {
     this.set.set(reference, value);
-    this.core.write(this.core.list([reference]), [value]);
+    const list = this.core.list([reference]);
+    const same = this.core.read(list)[0] === value; // has no effect
+    this.core.write(list, [value]);
+    if (same) return;
     for (const { references, parts } of this.motions) if (references.includes(reference)) parts[references.indexOf(reference)] = value;
   }
   // A prescribed motion continues from the values set last, which are all that the library returns.
