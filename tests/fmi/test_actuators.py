@@ -83,6 +83,7 @@ method = "METHOD"
 [fmu]
 outputs = ["actuator"]
 """
+HEAVY = HELD.replace("[0.1, 0.1, 0.1]", "[3e7, 3e7, 3e7]")
 DEAD_POINT = """
 name = "crank"
 gravity = [0, -9.81, 0]
@@ -112,6 +113,7 @@ outputs = ["actuator"]
     "model, fields, drive, output, final",
     [
         (HELD, "resistance = 2\ntorque_constant = 0.03\ninductance = 0.02", "arm.voltage", "arm.current", 1.5),
+        (HEAVY, "resistance = 2\ntorque_constant = 0.03\ninductance = 0.02", "arm.voltage", "arm.current", 1.5),
         (HELD, "time_constant = 0.01", "arm.tau", "arm.tau_joint", 3.0),
         (DEAD_POINT, "time_constant = 0.01", "arm.tau", "arm.tau_joint", 3.0),
     ],

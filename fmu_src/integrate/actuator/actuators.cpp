@@ -108,14 +108,16 @@ void Actuators::set_scales(int index, double of_joint, double response, double* 
   const Actuator& of = law(index);
   const double N = std::abs(of.gear_ratio);
   const auto set = [&](int entry, double scale) {
-    if (entry >= 0) scales[entry - layout_.motor_q.begin] = std::isfinite(scale) && scale > 0 ? scale : 1;
+    if (entry >= 0) scales[entry - layout_.motor_q.begin] = scale;
   };
+  // 1 A, V, N m or N at most: a heavy body does not feel them, but they are outputs
+  const auto set_force = [&](int entry, double scale) { set(entry, scale > 0 ? std::min(scale, 1.0) : 1); };
   set(place.motor_q, N * of_joint);
   set(place.motor_qd, N * of_joint);
   const double per_ampere = N * of.torque_constant;  // torque
-  set(place.current, of_joint * of.resistance / (of.inductance * response * per_ampere));
-  set(place.lagged,
-      of_joint / (of.time_constant * response) * (of.is_electric() ? of.resistance / per_ampere : 1));
+  set_force(place.current, of_joint * of.resistance / (of.inductance * response * per_ampere));
+  set_force(place.lagged,
+            of_joint / (of.time_constant * response) * (of.is_electric() ? of.resistance / per_ampere : 1));
 }
 
 void Actuators::set_start(double* y) const {
