@@ -81,4 +81,5 @@ def _finds_packages(folder: Path, missing: list[str]) -> Iterator[None]:
 def has_macros(path: Path, text: str) -> bool:
     """Returns whether a file needs xacro. Expanded files often keep macros in comments."""
     text = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
-    return path.suffix.lower() == ".xacro" or "<xacro:" in text or "xmlns:xacro" in text and "${" in text
+    prefix = re.search(r"""xmlns:([\w.-]+)\s*=\s*["'][^"']*/xacro/?["']""", text)
+    return path.suffix.lower() == ".xacro" or "<xacro:" in text or bool(prefix and (f"<{prefix[1]}:" in text or "${" in text))

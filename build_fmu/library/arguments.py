@@ -17,9 +17,13 @@ def finite(kind: str, name: str, value):
 
 def positive(what: str, value: float | None) -> float:
     """Returns a time in s above 0; raises UserError for anything else."""
-    if not isinstance(value, Real) or not (math.isfinite(value) and value > 0):
+    try:
+        time = float(value)
+    except (TypeError, ValueError):
+        time = math.nan
+    if not (math.isfinite(time) and time > 0):
         raise UserError(f"{what} must be a positive time in s, got {value}")
-    return value
+    return time
 
 
 def whole(name: str, value: int, least: int) -> int:

@@ -54,7 +54,9 @@ class Model:
         self.description = describe(file)
         self.sample_time = sample_time_of(file)
         self._parameters: dict[str, float | str] = {}
-        self._tunable = tuple(tunable)
+        if isinstance(tunable, str):
+            raise UserError(f"tunable must be a list of names, got '{tunable}'")
+        self._tunable = tuple(tunable or ())
         self._folder = tempfile.TemporaryDirectory()
         self._fmus: dict[Variant, Path] = {}
         self._opened: dict[str, tuple[Session, dict[str, float] | None]] = {}

@@ -196,7 +196,7 @@ def _column(table: dict[str, list[float]], name: str) -> Signal:
 
 
 def _only_column(path: Path, name: str, unit: UnitOf) -> Signal:
-    table = read_table(path, unit)
+    table = read_table(path, lambda column: unit(column) if column == name else None)
     others = [column for column in table if column != "time"]
     if name in table:
         return _column(table, name)

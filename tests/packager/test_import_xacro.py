@@ -2,13 +2,14 @@
 
 import sys
 import xml.dom.minidom
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from build_fmu.errors import UserError
 from build_fmu.importers import urdf
-from build_fmu.importers.packages import places_of
+from build_fmu.importers.packages import has_macros, places_of
 from build_fmu.importers.urdf_visuals import mesh_file
 from tests.packager.import_options import import_options
 
@@ -65,6 +66,13 @@ def test_macros_in_comments_of_an_expanded_file_need_no_xacro(arm, monkeypatch):
     comment = '<!-- <xacro:part name="two"\n mass="${1 + 2}"/> -->'
     path.write_text(f'<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="base"/>{inner}{comment}</robot>')
     assert [(link.joint_name, link.mass) for link in urdf.read(path, import_options()).links] == [("j_one", 3)]
+
+
+def test_the_prefix_of_macros_is_free():
+    root = '<robot xmlns:{}="http://www.ros.org/wiki/xacro"><{}:arg name="a"/></robot>'
+    for prefix in ("xacro", "x"):
+        assert has_macros(Path("arm.urdf"), root.format(prefix, prefix))
+    assert not has_macros(Path("arm.urdf"), root.format("x", "y"))
 
 
 def test_the_expansion_is_what_is_read(arm, monkeypatch):

@@ -158,6 +158,12 @@ def test_csv_input_with_one_column_of_any_name(tmp_path):
     assert result["joint1.tau"][0] == 1 and result["joint1.tau"][-1] == 2
 
 
+def test_units_of_columns_that_are_not_used_do_not_matter(tmp_path):
+    file = tmp_path / "a.csv"
+    file.write_text("t,joint1.tau,joint2.tau [m]\n0,0,1\n")
+    simulate(FakeSession(), Settings(inputs=[f"joint1.tau={file}"]))
+
+
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [

@@ -45,7 +45,8 @@ class IdleFields {
       : document_(document), model_(model), findings_(findings), top_(document, "", findings) {}
 
   void find() {
-    for (const char* kind : {"link", "spring", "bushing", "contact", "actuator", "trajectory", "frame"}) {
+    for (const char* kind :
+         {"link", "spring", "bushing", "contact", "actuator", "trajectory", "frame", "shape"}) {
       std::size_t ordinal = 0;
       for (const Value* table : top_.tables(kind)) {
         Section section(*table, label_of(kind, ++ordinal, *table), findings_);

@@ -73,7 +73,7 @@ void Section::refuse_unknown() {
   for (const Entry& entry : table_->entries) {
     if (std::find(known_.begin(), known_.end(), entry.key) != known_.end()) continue;
     if (depends_on_type(kind, entry.key))
-      error(entry.place, entry.key + " does not apply to this type of " + kind);
+      error(entry.place, entry.key + " does not apply to this type of " + (kind == "link" ? "joint" : kind));
     else
       error(entry.place, "unknown field '" + entry.key + "'" + did_you_mean(entry.key, known_));
   }

@@ -72,6 +72,8 @@ TEST(idle_fields, that_look_like_degrees_are_named_unless_the_file_gives_the_uni
   EXPECT_EQ(idle(arm + "lower = -90\nstop_stiffness = 1\n"), Lines{"6: link 'a': lower = -90" + rest});
   EXPECT_EQ(idle(arm + "[[frame]]\nname = 'f'\nlink = 'a'\nrpy = [0, 90, 90]\n"),
             Lines{"9: frame 'f': rpy = 90" + rest});
+  EXPECT_EQ(idle(arm + "[[shape]]\nlink = 'a'\nkind = 'sphere'\nradius = 1\nrpy = [0, 90, 0]\n"),
+            Lines{"10: shape 1: rpy = 90" + rest});
   EXPECT_EQ(idle(arm + "drive = 'motion'\n" + move + "to = 60\n"), Lines{"11: trajectory 1: to = 60" + rest});
   for (const char* unit : {"deg", "rad"})
     EXPECT_EQ(idle("angle_unit = '" + std::string(unit) + "'\n" + arm + "q = 90\n"), Lines());

@@ -224,7 +224,7 @@ TEST(model_error, tunable_lists_parameters_that_exist) {
 
 TEST(model_error, a_field_of_another_type_is_not_called_unknown) {
   EXPECT_EQ(errors(arm + "joint = 'spherical'\ndamping = 1\ndamp = 1\n"),
-            (Lines{"7: link 'a': damping does not apply to this type of link",
+            (Lines{"7: link 'a': damping does not apply to this type of joint",
                    "8: link 'a': unknown field 'damp'"}));
   const std::string contact = arm + "[[contact]]\nname = 'c'\nlink_a = 'a'\n";
   EXPECT_EQ(errors(contact + "shape_a = 'box'\nsize_a = [1, 1, 1]\nradius_a = 1\nmu = 1\nstiffness = 1\n"),
