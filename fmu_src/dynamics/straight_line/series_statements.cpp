@@ -253,9 +253,8 @@ class SeriesWriter {
   std::size_t products_ = 0;
   std::map<int, std::size_t> product_, reciprocals_;  // of a node
   Places left_, rate_, right_;
-  std::vector<std::string> left_terms_,
-      right_terms_;                              // of the products, padded to lanes; "": not yet written
-  std::set<int> rates_written_, turns_written_;  // arguments
+  std::vector<std::string> left_terms_, right_terms_;  // padded to lanes; "": not yet written
+  std::set<int> rates_written_, turns_written_;        // arguments
 };
 
 }  // namespace
