@@ -18,6 +18,7 @@ from build_fmu.files import whole_file
 from build_fmu.model.describe import FOREIGN
 
 FEWEST_PICTURES = 250
+SPEED, RATE = 1.0, 20.0  # of films: simulated seconds per second, frames per second
 
 
 def add(commands) -> None:
@@ -48,8 +49,8 @@ def add(commands) -> None:
     command.add_argument("--at", type=number, metavar="T", help="time of --still in s (default: the start)")
     command.add_argument("--gif", type=Path, metavar="FILM", help="write a film (.gif); the page is written only with -o")
     command.add_argument("--mp4", type=Path, metavar="FILM", help="write a film (.mp4); requires the program ffmpeg")
-    command.add_argument("--speed", type=positive, metavar="X", help="film: simulated seconds per second (default: 1)")
-    command.add_argument("--rate", type=positive, metavar="N", help="film: frames per second (default: 20)")
+    command.add_argument("--speed", type=positive, metavar="X", help=f"film: simulated seconds per second (default: {SPEED:g})")
+    command.add_argument("--rate", type=positive, metavar="N", help=f"film: frames per second (default: {RATE:g})")
     command.add_argument("--live", action="store_true", help="write a live page: sliders and the mouse act on the running model")
     add_options(command, reports=False)
     command.set_defaults(run=run)
@@ -92,7 +93,7 @@ def run(options: argparse.Namespace) -> int:
     for path in films:
         if model is None:
             raise UserError(f"'{path}' requires the mechanism: add the FMU or the model file")
-        count = film(path, name, shown, model, options.speed or 1.0, options.rate or 20.0)
+        count = film(path, name, shown, model, options.speed or SPEED, options.rate or RATE)
         print(f"{path}  {path.stat().st_size / 1024:.0f} kB, {count} frames, t = {shown.time[0]:g} to {shown.time[-1]:g} s")
     if options.output or not (films or options.still):
         text, stride = page(name, about(model, shown, record), shown, model, live)

@@ -8,13 +8,19 @@ from math import factorial
 MOTION = (".q", ".qd", ".qdd")
 
 
+def motions_of(inputs: Sequence[str]) -> dict[str, list[str]]:
+    """Returns the inputs q, qd and qdd of each joint that has all three."""
+    heads = [name.removesuffix(MOTION[2]) for name in inputs if name.endswith(MOTION[2])]
+    motions = {head: [head + part for part in MOTION] for head in heads}
+    return {head: names for head, names in motions.items() if set(names) <= set(inputs)}
+
+
 class Prescribed:
     """The motions of all joints with the inputs q, qd and qdd."""
 
     def __init__(self, inputs: Sequence[str], time: float, values: Mapping[str, float]) -> None:
         """Begins at a time (s) with the values of the inputs."""
-        heads = [name.removesuffix(MOTION[2]) for name in inputs if name.endswith(MOTION[2])]
-        names = {head: [head + part for part in MOTION] for head in heads if head + MOTION[0] in inputs and head + MOTION[1] in inputs}
+        names = motions_of(inputs)
         self.motions = {head: _Motion(time, [values[name] for name in parts]) for head, parts in names.items()}
         self.places = {name: (self.motions[head], order) for head, parts in names.items() for order, name in enumerate(parts)}
 

@@ -20,7 +20,7 @@ from build_fmu.errors import UserError
 from build_fmu.model.describe import Description, Variable, describe
 from build_fmu.model.resources import attach
 from build_fmu.report.target import with_chosen_tolerance
-from build_fmu.run.prescribed import MOTION
+from build_fmu.run.prescribed import motions_of
 from build_fmu.show.page import Run
 from build_fmu.show.runs import display_units
 
@@ -72,8 +72,7 @@ def prepared(model: Description, file: Path, frames: dict[str, str], shown: Run,
     for control in controls:
         if control["kind"] == "input":
             columns.setdefault(control["name"], np.full(len(shown.time), control["value"]))
-    inputs = {variable.name for variable in model.select("input")}
-    motions = [[n.removesuffix(MOTION[2]) + part for part in MOTION] for n in variables if n in inputs and n.endswith(MOTION[2])]
+    motions = list(motions_of([variable.name for variable in model.select("input")]).values())
     for q, _, _ in motions:
         columns.setdefault(q, np.full(len(shown.time), float(variables[q].start or 0.0)))
     starts = [name for name in variables if name.endswith(".q0") or ".quaternion0[" in name]
