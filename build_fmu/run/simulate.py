@@ -187,7 +187,7 @@ def select_outputs(session: Session, patterns: Sequence[str]) -> list[str]:
     chosen: dict[str, None] = {}
     for pattern in wanted:
         if "*" in pattern:
-            found = matches(pattern, numeric)
+            found = matches(pattern, numeric) or matches(pattern, session.names("input"))
             if not found:
                 raise UserError(f"no output matches '{pattern}'")
             chosen |= dict.fromkeys(found)

@@ -3,6 +3,8 @@
 // Four numbers processed together. For double they are one AVX2 register (or two of SSE2) and an operator is
 // one instruction; other scalars are processed one by one.
 
+#include <cstddef>
+
 #if defined(__GNUC__)
 #define REDYSIM_INLINE [[gnu::always_inline]] inline
 #else
@@ -10,6 +12,9 @@
 #endif
 
 namespace redysim {
+
+// That hold so many numbers.
+constexpr std::size_t lanes_for(std::size_t numbers) { return (numbers + 3) / 4; }
 
 template <class Scalar>
 struct Lanes {
@@ -60,6 +65,8 @@ template <class Scalar>
 Lanes<Scalar> around(const Scalar& a, const Scalar& b) {
   return {{a, b, b, a}};
 }
+
+#include <cstddef>
 
 #if defined(__GNUC__)
 template <>

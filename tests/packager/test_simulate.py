@@ -130,6 +130,7 @@ def test_outputs_by_name_and_star():
     session.variables["mass_matrix[1,2]"] = session.variables["tip.position[1]"]
     assert select_outputs(session, ["joint1.q,mass_matrix[1,2] joint2.q"]) == ["joint1.q", "mass_matrix[1,2]", "joint2.q"]
     assert select_outputs(session, ["*[1]"]) == ["tip.position[1]"]
+    assert select_outputs(session, ["*1.tau"]) == ["joint1.tau"]  # inputs where no output matches
     with pytest.raises(UserError, match="did you mean 'joint1.qd'"):
         select_outputs(session, ["joint1.qdot"])
     with pytest.raises(UserError, match="no output matches"):

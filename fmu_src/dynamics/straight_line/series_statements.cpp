@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "dynamics/straight_line/statements.hpp"
+#include "math/lanes.hpp"
 
 // Recursions of Taylor coefficients, for each operation on a tape (Hairer, Norsett, Wanner 1993, I.8;
 // Griewank, Walther 2008, 13.2). Coefficient k of a product x y is
@@ -34,7 +35,7 @@ class SeriesWriter {
     for (int node = 0; node < tape_.size(); ++node)
       if (is_needed(node) && varies(node)) list_product(node);
     left_terms_.resize(products_);
-    left_terms_.resize((products_ + 3) / 4 * 4, "0.0");
+    left_terms_.resize(lanes_for(products_) * 4, "0.0");
     right_terms_ = left_terms_;
     mark_factors();
   }
@@ -43,7 +44,8 @@ class SeriesWriter {
     std::vector<int> recorded(static_cast<std::size_t>(tape_.size()));
     std::iota(recorded.begin(), recorded.end(), 0);
     std::string text =
-        "\nconst std::size_t series_lanes = " + lanes(std::max<std::size_t>(products_, 1)) +
+        "\nconst std::size_t series_lanes = " +
+        std::to_string(lanes_for(std::max<std::size_t>(products_, 1))) +
         ", series_quotients = " + std::to_string(reciprocals_.size()) +
         ";\n\nREDYSIM_CLONES void series_values([[maybe_unused]] const Plan<double>& plan, const double* q, "
         "const double* qd,\n    const double* tau, double* __restrict left, double* __restrict right, "
@@ -74,10 +76,9 @@ class SeriesWriter {
            "  const double factor = at.factor;\n"
            "  [[maybe_unused]] const double *q = at.state, *qd = q + " +
            std::to_string(joints_) + ";\n  double* __restrict next = at.state + 4 * " +
-           lanes(joints_ + slopes_.size()) + ";\n";
+           std::to_string(lanes_for(joints_ + slopes_.size())) + ";\n";
   }
 
-  static std::string lanes(std::size_t numbers) { return std::to_string(numbers / 4 + (numbers % 4 > 0)); }
   bool is_needed(int node) const { return needed_[static_cast<std::size_t>(node)]; }
   bool varies(int node) const { return node >= 0 && varies_[static_cast<std::size_t>(node)]; }
   std::string name(int node) const { return operand(tape_, node); }

@@ -7,8 +7,6 @@
 namespace redysim {
 namespace {
 
-std::size_t lanes_for(std::size_t numbers) { return (numbers + 3) / 4; }
-
 // Horner's scheme for a polynomial and its derivative
 REDYSIM_INLINE void evaluate_lane(const Lanes<double>* coefficients, std::size_t width, int order, double s,
                                   Lanes<double>& value, Lanes<double>& rate) {

@@ -45,15 +45,14 @@ void read_elasticity(Coupling& coupling, Section& section) {
   if (section.has("width") && !section.has("backlash")) section.error("width", "width requires backlash");
 }
 
-Coupling read_coupling(Section section, const std::string& label, const JointIndex& index, Names& names,
-                       const Findings& findings) {
+Coupling read_coupling(Section section, const std::string& label, const JointIndex& index, Names& names) {
   Coupling coupling;
-  const std::size_t errors_before = findings.error_count();
+  const std::size_t errors_before = section.error_count();
   coupling.name = names.take(section, label);
   coupling.line = section.place().line;
   coupling.column = section.place().column;
   read_joints(coupling, section, index);
-  const bool sound = findings.error_count() == errors_before;
+  const bool sound = section.error_count() == errors_before;
   if (sound && coupling.links.size() < 2)
     section.error("joints", "joints must be two or more; drive 'locked' holds a single joint");
   read_ratios(coupling, section, sound);
@@ -115,9 +114,9 @@ std::vector<Coupling> read_couplings(Section& top, const Model& model, Names& na
   for (const Value* table : tables) {
     const std::string label = label_of("coupling", couplings.size() + 1, *table);
     Section section(*table, label, findings);
-    const std::size_t errors_before = findings.error_count();
-    couplings.push_back(read_coupling(section, label, index, names, findings));
-    if (findings.error_count() > errors_before || !couplings.back().rigid()) continue;
+    const std::size_t errors_before = section.error_count();
+    couplings.push_back(read_coupling(section, label, index, names));
+    if (section.error_count() > errors_before || !couplings.back().rigid()) continue;
     const CouplingRows::Rank rank = rows.add(couplings.back());
     if (rank == CouplingRows::Rank::contradictory)
       section.error("offset", "the couplings before this one require another offset");

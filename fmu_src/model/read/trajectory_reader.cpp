@@ -111,10 +111,9 @@ bool is_finite(const Trajectory& trajectory) {
 }
 
 Trajectory read_trajectory(Section section, const Model& model, const JointIndex& joints, bool degrees,
-                           const std::string& folder, std::vector<AttachedFile>& files,
-                           const Findings& findings) {
+                           const std::string& folder, std::vector<AttachedFile>& files) {
   Trajectory trajectory;
-  const std::size_t errors_before = findings.error_count();
+  const std::size_t errors_before = section.error_count();
   section.require("joint");
   const std::string name = section.text("joint");
   trajectory.link = name.empty() ? -1 : joints.find(name, "joint", section.place("joint"), section);
@@ -127,7 +126,7 @@ Trajectory read_trajectory(Section section, const Model& model, const JointIndex
                                             {"polynomial", Shape::polynomial},
                                             {"table", Shape::table}},
                                            Shape::cycloid);
-  if (findings.error_count() > errors_before) return trajectory;  // the fields depend on both
+  if (section.error_count() > errors_before) return trajectory;  // the fields depend on both
   const Joint& joint = model.links[trajectory.link].joint;
   const double unit = degrees && turns(joint) ? degree : 1;
   if (shape == Shape::speed)
@@ -138,7 +137,7 @@ Trajectory read_trajectory(Section section, const Model& model, const JointIndex
     read_table(section, unit, joint, folder, files, trajectory);
   else
     read_move(section, shape, unit, joint, trajectory);
-  if (findings.error_count() == errors_before && !is_finite(trajectory))
+  if (section.error_count() == errors_before && !is_finite(trajectory))
     section.error(shape == Shape::table ? "time" : "duration",
                   "the trajectory is too short: its velocities and accelerations are not finite");
   section.refuse_unknown();
@@ -158,7 +157,7 @@ std::vector<Trajectory> read_trajectories(Section& top, const Model& model, bool
   for (const Value* table : tables) {
     const std::string label = "trajectory " + std::to_string(++ordinal);
     Section section(*table, label, findings);
-    Trajectory trajectory = read_trajectory(section, model, joints, degrees, folder, files, findings);
+    Trajectory trajectory = read_trajectory(section, model, joints, degrees, folder, files);
     if (trajectory.link < 0) continue;
     const std::string& joint = model.links[trajectory.link].joint.name;
     if (has_part_of(trajectories, trajectory.link))
