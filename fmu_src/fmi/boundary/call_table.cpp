@@ -135,4 +135,12 @@ bool is_allowed(Function function, State state) {
   return (row_of(function).states & static_cast<unsigned>(state)) != 0;
 }
 
+const char* objection_to_kind(Function function, bool model_exchange) {
+  if (function >= Function::enter_event_mode)
+    return model_exchange ? nullptr : "a function of model exchange only";
+  return model_exchange && function >= Function::set_real_input_derivatives
+             ? "a function of co-simulation only"
+             : nullptr;
+}
+
 }  // namespace redysim

@@ -72,5 +72,7 @@ enum class FmiVersion { two = 2, three = 3 };
 std::string name(Function function, FmiVersion version = FmiVersion::two);
 const char* name(State state);
 bool is_allowed(Function function, State state);
+// Why an instance for model exchange, or one for co-simulation, does not have the function; null if it does.
+const char* objection_to_kind(Function function, bool model_exchange);
 
 }  // namespace redysim

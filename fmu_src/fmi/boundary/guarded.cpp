@@ -10,6 +10,8 @@ namespace redysim {
 fmi2Status guarded(Instance& instance, Function function, InstanceCall call) noexcept {
   const FloatMode ours;
   try {
+    if (const char* why = objection_to_kind(function, instance.is_for_model_exchange()))
+      return instance.refuse(function, why);
     if (!is_allowed(function, instance.state()))
       return instance.refuse(function,
                              std::string("not allowed while the instance is ") + name(instance.state()));

@@ -136,7 +136,7 @@ fmi2Status Instance::do_step(double current, double size) {
 
   System& system = simulation_.system;
   Integrator& integrator = *simulation_.integrator;
-  const bool inputs_changed = take_inputs();
+  const bool inputs_changed = inputs_have_changed();
   system.forget_failure();
   const long decisions = integrator.decisions();
   StepJacobian* const jacobian = values_.step_jacobian();
@@ -144,6 +144,7 @@ fmi2Status Instance::do_step(double current, double size) {
   const Outcome outcome = update_.callback ? advance_with_updates(end, inputs_changed)
                                            : advance(integrator, system, end, inputs_changed);
   if (integrator.decisions() != decisions && log_.events()) log_.event(integrator.last_decision());
+  applied_inputs_ = system.inputs();  // with phases, samples and followed jumps of the step
   end_input_slopes(outcome.ok ? end : integrator.time());
   parameters_.stepped();
   state_.stepped();
@@ -156,11 +157,9 @@ fmi2Status Instance::do_step(double current, double size) {
   return refuse(function, failed_step(outcome));
 }
 
-// Whether the inputs of a step differ from those of the last one, or the history of the solver is void.
-bool Instance::take_inputs() {
-  if (!parameters_.void_history() && applied_inputs_ == simulation_.system.inputs()) return false;
-  applied_inputs_ = simulation_.system.inputs();
-  return true;
+// Whether the inputs differ from those at the end of the last step, or the history of the solver is void.
+bool Instance::inputs_have_changed() {
+  return parameters_.void_history() || applied_inputs_ != simulation_.system.inputs();
 }
 
 // Integrator::advance with the callback after each internal step; an early return changes `end`.
@@ -172,6 +171,7 @@ Outcome Instance::advance_with_updates(double& end, bool inputs_changed) {
     simulation_.time = integrator.time();
     if (!outcome.ok || !(simulation_.time < end)) return outcome;
     inputs_changed = false;
+    state_.stepped();
     values_.changed();
     bool early = false;
     double at = end;

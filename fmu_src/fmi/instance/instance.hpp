@@ -31,6 +31,7 @@ class Instance {
   Instance(const Log& log, Model model, std::string guid, bool model_exchange = false);
 
   State state() const { return life_.state; }
+  bool is_for_model_exchange() const { return simulation_.model_exchange; }
   Log& log() { return log_; }
 
   // life (instance.cpp)
@@ -102,7 +103,7 @@ class Instance {
   void report_contacts();
   void report_unset_motion();
   std::string failed_step(const Outcome& outcome);
-  bool take_inputs();
+  bool inputs_have_changed();
   void end_input_slopes(double time);
   Outcome advance_with_updates(double& end, bool inputs_changed);
   Needs needs_of(const unsigned* references, std::size_t count) const;
@@ -144,7 +145,7 @@ class Instance {
   SavedStates saved_;
   Travel travel_;
   IntermediateUpdate update_;
-  std::vector<double> applied_inputs_;  // of the last step
+  std::vector<double> applied_inputs_;  // at the end of the last step
   bool nominals_are_new_ = false;       // since the last event, in model exchange
 };
 

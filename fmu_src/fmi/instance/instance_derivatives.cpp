@@ -13,7 +13,6 @@ namespace redysim {
 fmi2Status Instance::set_real_input_derivatives(const unsigned* references, std::size_t count,
                                                 const int* orders, const double* values) {
   constexpr Function function = Function::set_real_input_derivatives;
-  if (simulation_.model_exchange) return refuse(function, "a function of co-simulation only");
   if (const char* why = objection_to_arrays(count, {references, orders, values}))
     return refuse(function, why);
   for (std::size_t i = 0; i < count; ++i) {

@@ -41,6 +41,7 @@ void StepJacobian::end_step(bool ok) {
   if (!ok) return forget();
   step_[1] = simulation_.time;
   std::copy_n(simulation_.integrator->state(), size(), &step_[2 + size()]);
+  current_ = Current::none;
 }
 
 void StepJacobian::forget() { restore({}); }
@@ -65,6 +66,7 @@ double StepJacobian::entry(Part part, int element) const {
 }
 
 std::string StepJacobian::update(bool with_knowns) {
+  if (!step_.empty() && !(step_[1] > step_[0])) return "step_jacobian: the communication step has not ended";
   const int rows = coordinates();
   const std::size_t knowns = with_knowns ? knowns_.size() : 0, all = static_cast<std::size_t>(rows) + knowns;
   std::vector<double> y(size());

@@ -58,6 +58,7 @@ class Integrator {
   virtual bool reaches(double /*end*/) const { return false; }
 
   // From now on an advance ends after so many internal steps at the latest, successful; 0: at its end only.
+  // The next one does not continue an earlier one.
   virtual void pause_after(long steps) { pause_after_ = steps; }
 
   virtual double time() const = 0;

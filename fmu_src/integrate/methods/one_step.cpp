@@ -192,6 +192,11 @@ OneStep::Flag OneStep::attempt_until_closed() {
   return flag;
 }
 
+void OneStep::pause_after(long steps) {
+  pause_after_ = steps;
+  forget_goal();
+}
+
 // Of max_rhs; an advance that was interrupted continues its own.
 void OneStep::begin_account() {
   evaluations_before_ = statistics_.evaluations;
@@ -340,6 +345,7 @@ bool OneStep::restore(const unsigned char* bytes, std::size_t size) {
     return false;
   if (!get_choice(reader)) return false;
 
+  forget_goal();
   origin_ = origin;
   since_ = since;
   control_.restore(wanted, previous_error);

@@ -24,6 +24,8 @@ class OneStep : public Integrator {
   void set_state(const double* y) override;
   Outcome advance(double end, bool inputs_changed) override;
 
+  void pause_after(long steps) override;
+
   double time() const override { return origin_ + since_; }
   const double* state() const override { return y_.data(); }
   const Statistics& statistics() const override { return statistics_; }
@@ -126,6 +128,7 @@ class OneStep : public Integrator {
 
   bool first_step_from_here();
   void begin_account();
+  void forget_goal() { goal_ = std::numeric_limits<double>::quiet_NaN(); }  // no advance continues
   Outcome run_to_end(bool may_choose);
   bool passes_contact(double since, const double* y, double h);
   Flag attempt();

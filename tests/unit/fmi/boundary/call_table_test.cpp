@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
 #include <vector>
 
 namespace redysim {
@@ -55,6 +56,24 @@ TEST(CallTable, last_values_stay_readable) {
 TEST(CallTable, no_step_runs_in_the_background) {
   EXPECT_TRUE(states_of(Function::cancel_step).empty());
   EXPECT_EQ(name(Function::cancel_step), "fmi2CancelStep");
+}
+
+TEST(CallTable, functions_of_the_other_interface_are_refused) {
+  const auto refused = [](Function function) {
+    return std::pair(objection_to_kind(function, false) != nullptr,
+                     objection_to_kind(function, true) != nullptr);
+  };
+  using Refused = std::pair<bool, bool>;  // in co-simulation, in model exchange
+  for (Function function :
+       {Function::enter_event_mode, Function::set_time, Function::get_continuous_states,
+        Function::get_derivatives, Function::get_nominals, Function::get_number_of_event_indicators})
+    EXPECT_EQ(refused(function), Refused(true, false)) << name(function);
+  for (Function function : {Function::set_real_input_derivatives, Function::get_real_output_derivatives,
+                            Function::do_step, Function::get_string_status})
+    EXPECT_EQ(refused(function), Refused(false, true)) << name(function);
+  for (Function function : {Function::set_debug_logging, Function::get_real, Function::get_fmu_state,
+                            Function::get_adjoint_derivative})
+    EXPECT_EQ(refused(function), Refused(false, false)) << name(function);
 }
 
 TEST(CallTable, names_are_those_of_the_version) {
