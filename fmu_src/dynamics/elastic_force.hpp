@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "dynamics/smooth_onset.hpp"
 
 // Spring and damper in parallel, of a coupling or a gear: F(y, y') against the stretch y. Without backlash F
@@ -12,6 +14,9 @@ template <class Number>
 struct ElasticLawOf {
   Number stiffness = 0, damping = 0;
   Number half_play = 0, width = 0;  // backlash / 2, 0: none; depth at which it reaches full stiffness
+
+  // Of the corners of backlash: whether the stretch lies in it, in the onset or beyond.
+  unsigned region(double stretch) const { return onset_region(std::fabs(stretch) - half_play, width); }
 };
 using ElasticLaw = ElasticLawOf<double>;
 

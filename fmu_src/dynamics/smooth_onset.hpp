@@ -26,6 +26,11 @@ struct SmoothOnset {
   }
 };
 
+// Index of the region of a depth between the corners at the begin and at the end of the onset.
+inline unsigned onset_region(double depth, double width) {
+  return (depth > 0 ? 1u : 0u) + (depth > width ? 1u : 0u);
+}
+
 // g(s).
 template <class Scalar>
 Scalar impact_growth(const Scalar& s) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <vector>
 
@@ -108,6 +109,7 @@ struct Workspace {
   std::vector<GroundState<Scalar>> ground;       // first the own one of each joint's body
   GroundState<Scalar> base;                      // the ground itself, seen from plan.origin
   Scalar contact_power;                          // W, of all contacts: what is not stored
+  std::uint64_t contact_regions = 0;             // number of the regions between corners in which contacts are
   LoopState<Scalar> loop;
 };
 

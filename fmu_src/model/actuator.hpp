@@ -28,9 +28,10 @@ struct ActuatorOf {
   bool has_inductance() const { return inductance > 0; }
   bool limits_torque() const { return torque_limit < std::numeric_limits<double>::infinity(); }
   bool limits_speed() const { return speed_limit < std::numeric_limits<double>::infinity(); }
+  bool has_limits() const { return limits_torque() || limits_speed(); }
   bool lags() const { return time_constant > 0; }
   // Otherwise the input is the torque on the joint, whose armature contains the rotor.
-  bool acts() const { return is_elastic() || is_electric() || limits_torque() || limits_speed() || lags(); }
+  bool acts() const { return is_elastic() || is_electric() || has_limits() || lags(); }
 
   template <class Other>
   ActuatorOf<Other> cast() const {

@@ -1,6 +1,7 @@
 #include "dynamics/contact/contact_force.hpp"
 
 #include <cmath>
+#include <type_traits>
 
 #include "dynamics/contact/separation.hpp"
 #include "dynamics/contact/touch.hpp"
@@ -81,6 +82,12 @@ Scalar stored_energy(const ContactLaw<Scalar>& law, const Touch<Scalar>& touch) 
   return law.stiffness * SmoothOnset<Scalar>(touch.depth, law.width).energy();
 }
 
+// Of a pressed point between the corners of its normal force, with the share of its pair.
+unsigned region(const ContactLaw<double>& law, const Touch<double>& touch) {
+  if (law.redysim) return touch.depth < redysim_least_depth ? 0 : 1;
+  return onset_region(touch.depth, law.width);
+}
+
 // Power of a contact point that is not stored, W.
 template <class Scalar>
 Scalar contact_loss(const ContactLaw<Scalar>& law, const Touch<Scalar>& touch,
@@ -136,12 +143,17 @@ void add_contact_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
         act_on(ws, pair.ball_body, pair.ball_entry, wrench, 1);
         act_on(ws, pair.surface_body, pair.surface_entry, wrench, -1);
         ws.contact_power += contact_loss(law, touch, force);
+        if constexpr (std::is_same_v<Scalar, double>) {
+          const auto number = static_cast<std::uint64_t>(&pair - plan.contact_pairs.data() + 1);
+          ws.contact_regions += number * number * region(law, touch);
+        }
       });
 }
 
 template <class Scalar>
 void add_contact_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
   ws.contact_power = Scalar(0);
+  ws.contact_regions = 0;
   for (const ContactPair<Scalar>& pair : plan.contact_pairs) add_contact_wrenches(plan, ws, pair);
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "dynamics/elastic_force.hpp"
 #include "model/actuator.hpp"
 
@@ -72,25 +74,44 @@ Scalar torque_at_rest(const ActuatorOf<Number>& actuator, const Scalar& input) {
   return saturated_torque(actuator, Scalar(gain * input));
 }
 
+// The motor before the limits: its speed on the joint side, voltage over the resistance and inductance,
+// current, torque on the joint side.
+template <class Scalar>
+struct MotorPoint {
+  Scalar speed, drop{0}, current{0}, wanted;
+
+  template <class Number>
+  MotorPoint(const ActuatorOf<Number>& of, const ActuatorPoint<Scalar>& at)
+      : speed(of.is_elastic() ? Scalar(at.motor_qd / of.gear_ratio) : at.qd),
+        wanted(of.lags() ? at.lagged : at.input) {
+    if (!of.is_electric()) return;
+    drop = wanted - of.torque_constant * of.gear_ratio * speed;
+    current = of.has_inductance() ? at.current : Scalar(drop / of.resistance);
+    wanted = of.gear_ratio * of.torque_constant * current;
+  }
+};
+
+// Index of the region between the corners of the limits.
+inline unsigned limit_region(const Actuator& of, const ActuatorPoint<double>& at) {
+  const MotorPoint<double> motor(of, at);
+  const double speed_onset = of.speed_limit - of.speed_limit_width;
+  const unsigned torque = onset_region(std::fabs(motor.wanted) - (of.torque_limit - 0.5 * of.torque_limit_width),
+                                       of.torque_limit_width),
+                 speed = onset_region(std::fabs(motor.speed) - speed_onset, of.speed_limit_width),
+                 driven = speed > 0 && motor.wanted * motor.speed > 0 ? 1 : 0;
+  return (3 * torque + speed) * 2 + driven;
+}
+
 template <class Scalar, class Number>
 ActuatorResponse<Scalar> respond(const ActuatorOf<Number>& actuator, const ActuatorPoint<Scalar>& at) {
   ActuatorResponse<Scalar> response{};
   const double N = actuator.gear_ratio;
-  Scalar wanted = at.input;
-  if (actuator.lags()) {
-    wanted = at.lagged;
-    response.lagged_rate = (at.input - at.lagged) / actuator.time_constant;
-  }
-  const Scalar speed = actuator.is_elastic() ? Scalar(at.motor_qd / N) : at.qd;
-  if (actuator.is_electric()) {
-    const Scalar drop = wanted - actuator.torque_constant * N * speed;
-    response.current = at.current;
-    if (actuator.inductance > 0)
-      response.current_rate = (drop - actuator.resistance * at.current) / actuator.inductance;
-    else
-      response.current = drop / actuator.resistance;
-    wanted = N * actuator.torque_constant * response.current;
-  }
+  if (actuator.lags()) response.lagged_rate = (at.input - at.lagged) / actuator.time_constant;
+  const MotorPoint<Scalar> motor(actuator, at);
+  const Scalar &speed = motor.speed, &wanted = motor.wanted;
+  response.current = motor.current;
+  if (actuator.has_inductance())
+    response.current_rate = (motor.drop - actuator.resistance * at.current) / actuator.inductance;
   const Scalar driving = torque_at_speed(actuator, saturated_torque(actuator, wanted), speed);
   if (wanted != Scalar(0)) response.saturation = Scalar(1) - driving / wanted;
   response.torque = driving;

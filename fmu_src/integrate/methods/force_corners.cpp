@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "dynamics/elastic_coupling.hpp"
+
 namespace redysim {
 namespace {
 
@@ -16,6 +18,18 @@ double time_to_close(double gap, double rate, double acceleration) {
   const double towards = speed + std::sqrt(speed * speed + 2 * side * acceleration * way);
   return towards > 0 ? 2 * way / towards : never;
 }
+
+template <class Visit>
+void each_actuator(const System& system, Visit visit) {
+  const Actuators* actuators = system.actuators();
+  for (int k = 0; actuators && k < actuators->size(); ++k) visit(*actuators, k);
+}
+
+// Of several laws, as one number.
+struct Regions {
+  std::uint64_t code = 0;
+  void append(unsigned region) { code = 0x9e3779b97f4a7c15u * code + region; }
+};
 
 bool resists(const System& system, int i) { return system.plan().joints[system.joint_of(i)].has_resistance; }
 
@@ -39,18 +53,19 @@ Gaps gaps_of(const System& system, int i, const double* y) {
 }  // namespace
 
 bool has_backlash(const System& system) {
+  bool found = false;
   for (const ElasticCouplingPlan& coupling : system.plan().elastic_couplings)
-    if (coupling.half_play > 0) return true;
-  const Actuators* actuators = system.actuators();
-  for (int k = 0; actuators && k < actuators->size(); ++k)
-    if (actuators->law(k).has_backlash()) return true;
-  return false;
+    found = found || coupling.half_play > 0;
+  each_actuator(system,
+                [&](const Actuators& of, int k) { found = found || of.law(k).has_backlash(); });
+  return found;
 }
 
 bool has_corners(const System& system) {
-  for (const JointPlan<double>& joint : system.plan().joints)
-    if (joint.has_resistance) return true;
-  return has_backlash(system);
+  bool found = has_backlash(system);
+  for (const JointPlan<double>& joint : system.plan().joints) found = found || joint.has_resistance;
+  each_actuator(system, [&](const Actuators& of, int k) { found = found || of.law(k).has_limits(); });
+  return found;
 }
 
 double time_to_corner(const System& system, const double* y, const double* slope) {
@@ -68,14 +83,38 @@ double time_to_corner(const System& system, const double* y, const double* slope
   return earliest;
 }
 
-bool crosses_corner(const System& system, const double* before, const double* after) {
+std::uint64_t regions_of_state(System& system, double time, const double* y) {
+  Regions regions;
   for (int i = 0; i < system.simple(); ++i) {
     if (!resists(system, i)) continue;
-    const Gaps from = gaps_of(system, i, before), to = gaps_of(system, i, after);
-    for (std::size_t k = 0; k < from.size(); ++k)
-      if (from[k] * to[k] < 0) return true;
+    unsigned beyond = 0;
+    for (double gap : gaps_of(system, i, y)) beyond = 2 * beyond + (gap > 0 ? 1 : 0);
+    regions.append(beyond);
   }
-  return false;
+  if (system.plan().elastic_couplings.empty() && !system.actuators()) return regions.code;
+  const System::Coordinates at = system.coordinates(time, y);
+  for (const ElasticCouplingPlan& coupling : system.plan().elastic_couplings)
+    if (coupling.half_play > 0)
+      regions.append(coupling.region(coupling_sum(coupling, at.q, coupling.offset)));
+  each_actuator(system, [&](const Actuators& actuators, int k) {
+    const Actuator& law = actuators.law(k);
+    if (law.has_backlash())
+      regions.append(gear_law(law).region(y[actuators.places(k).motor_q] / law.gear_ratio -
+                                          at.q[actuators.joint(k)]));
+  });
+  return regions.code;
+}
+
+std::uint64_t regions_of_evaluation(System& system, double time, const double* y) {
+  Regions regions{system.workspace().contact_regions};
+  if (!system.actuators()) return regions.code;
+  const System::Coordinates at = system.coordinates(time, y);
+  each_actuator(system, [&](const Actuators& actuators, int k) {
+    const int joint = actuators.joint(k);
+    regions.append(
+        limit_region(actuators.law(k), actuators.point(k, y, at.q[joint], at.qd[joint], actuators.input(k))));
+  });
+  return regions.code;
 }
 
 }  // namespace redysim

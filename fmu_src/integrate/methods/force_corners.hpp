@@ -1,9 +1,11 @@
 #pragma once
 
+#include <cstdint>
+
 #include "integrate/system/system.hpp"
 
-// Where forces change within one or two steps of order 5: at stops, reversals against dry friction, and
-// backlash. An error estimate of order 8 does not see all of such a corner within its step.
+// Where forces change within one or two steps of order 5: at stops, reversals against dry friction, backlash,
+// limits of actuators and contacts. An error estimate of order 8 does not see all of such a corner within its step.
 
 namespace redysim {
 
@@ -14,7 +16,9 @@ bool has_corners(const System& system);
 // infinity: never. `slope`: of the state y.
 double time_to_corner(const System& system, const double* y, const double* slope);
 
-// Whether one lies between two states.
-bool crosses_corner(const System& system, const double* before, const double* after);
+// Numbers of the regions between the corners in which a state lies, and in which the contacts and limits of
+// actuators were in the last right-hand side, that at y.
+std::uint64_t regions_of_state(System& system, double time, const double* y);
+std::uint64_t regions_of_evaluation(System& system, double time, const double* y);
 
 }  // namespace redysim

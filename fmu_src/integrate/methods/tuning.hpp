@@ -106,7 +106,7 @@ struct Tuning {
   static constexpr double share_of_gap = 0.8;  // of the time to a corner that a step of order 8 may take
   // Of a step with a corner: the estimate of an error counts so many times, as it is small by chance in some
   // of them; one that ends beyond the advance is halved.
-  static constexpr double doubt_of_corner = 10, error_of_corner = 256;
+  static constexpr double doubt_of_corner = 100, error_of_corner = 256;
 
   static constexpr double eighth_stages = 12, polynomial_stages = 3;
   static constexpr std::int64_t held_to_pass = 3;  // advances with the same inputs to come
