@@ -21,7 +21,7 @@ from build_fmu.importers.draft import GROUND, DhFrame, Draft, DraftLink, Names, 
 from build_fmu.importers.masses import add_masses
 from build_fmu.importers.rigid import matrix_of, rotation_x, six_of, transform
 from build_fmu.importers.toml_writer import number
-from build_fmu.run.expressions import compile_expression
+from build_fmu.run.expressions import Expression, compile_expression
 
 ANGLES = ("alpha", "theta", "gamma")
 LENGTHS = ("a", "d", "b")
@@ -105,6 +105,7 @@ def read(path: Path, options: Namespace) -> Draft:
             "the table was read as modified DH (Craig, Khalil: alpha and a before theta and d); for the distal form use --dh standard"
         )
     names = Names()
+    _check_variables(rows)
     for index, row in enumerate(rows):
         draft.links.append(_link(row, columns, index, draft.links, names))
     for link in draft.links:
@@ -270,10 +271,30 @@ def _joint_value(row: Row, column: Column, kind: str) -> float | None:
         return None
     unit = {"revolute": "angle", "prismatic": "length"}.get(kind, column.kind)
     value = _number(row, column.field, column.factor if not column.kind or column.kind == unit else 1.0)[0]
-    if column.kind == "length" and unit == "angle" and value:
-        raise UserError(f"{row.where}: column '{column.title}': the joint is revolute, but {cell} is a length")
+    if value and {column.kind, unit} == {"angle", "length"}:
+        raise UserError(
+            f"{row.where}: column '{column.title}': the joint is {kind}, but {cell} is {'a length' if unit == 'angle' else 'an angle'}"
+        )
     # the unit of angles does not apply to prismatic joints
     return value if column.kind or unit == "angle" else _number(row, column.field, 1.0)[0]
+
+
+def _check_variables(rows: list[Row]) -> None:
+    """Raises UserError if two rows have the same joint variable."""
+    seen: dict[str, str] = {}
+    for row in rows:
+        for name in sorted(_variables(row.cells.get("theta", "")) | _variables(row.cells.get("d", ""))):
+            if name in seen:
+                raise UserError(
+                    f"{row.where}: '{name}' is also the variable of {seen[name]}: name each joint's own, and couple joints by [[coupling]]"
+                )
+            seen[name] = row.where
+
+
+def _variables(text: str) -> set[str]:
+    """Returns the names of the joint variables in a cell, in one notation; a * after a number has none."""
+    names = {re.sub(r"[_{}*]", "", name) for name in VARIABLE.findall(text)}
+    return {re.sub("theta|th", "θ", name) for name in names if name}
 
 
 def _stops(draft: Draft, stiffness: float | None) -> None:
@@ -321,12 +342,14 @@ def _number(row: Row, field: str, factor: float | None) -> tuple[float, bool]:
     text = row.cells[field].replace("," if row.decimal_comma else "\0", ".").replace("−", "-").replace("π", "pi").replace("^", "**")
     if not text or text == "-":
         return 0.0, False
-    rest = VARIABLE.sub("0", text) if field in ("theta", "d") else text
+    # the joint variable becomes t, so that the value at 0 is the constant part
+    rest = VARIABLE.sub(lambda found: "+t" if found[0] == "*" else "t", text) if field in ("theta", "d") else text
     scale = 1.0 if factor is None else factor
     try:
-        if re.search(r"\bt\b", rest):
+        if re.search(r"\bt\b", text):
             raise UserError("t")
-        value = compile_expression(re.sub(r"(?<![\d.eE])0+(?=[1-9])", "", rest))(0.0)
+        expression = compile_expression(re.sub(r"(?<![\d.eE])0+(?=[1-9])", "", rest))
+        value = expression(0.0)
     except UserError:
         hint = ""
         if text.strip("[]()").lower() in UNITS:
@@ -334,9 +357,22 @@ def _number(row: Row, field: str, factor: float | None) -> tuple[float, bool]:
         elif re.fullmatch(r"[-+]?\d+,\d+", text):
             hint = "; with decimal commas, separate columns by ; or tabs"
         raise UserError(f"{row.where}: column '{field}': cannot read '{row.cells[field]}' as a number{hint}") from None
+    if rest != text and (len(_variables(text)) > 1 or not _is_shift(expression)):
+        raise UserError(
+            f"{row.where}: column '{field}': '{row.cells[field]}' must be the variable plus a constant, such as q1 + 90: for another sign "
+            "turn the axis of the joint round, for other terms add a [[coupling]] to the model file"
+        )
     # a value with pi is in radians, whatever the unit of the column
     radians = "pi" in rest and field in (*ANGLES, *JOINT_VALUES)
     return _exact(value, 1.0 if radians else scale), rest != text
+
+
+def _is_shift(expression: Expression) -> bool:
+    """Returns whether an expression is t plus a constant."""
+    try:
+        return all(math.isclose(expression(t) - expression(0.0), t, rel_tol=1e-9) for t in (1.0, -2.5))
+    except UserError:
+        return False
 
 
 def _exact(value: float, factor: float) -> float:

@@ -231,6 +231,9 @@ def test_what_is_said(tmp_path):
         ("a,mass\n1,-2\n", "arm.csv:2: column 'mass': must be >= 0, got -2"),
         ("a,damping [N mm s/rad]\n1,2\n", "arm.csv:1: 'damping [N mm s/rad]': the unit of damping must be Nms/rad"),
         ("a,q [mm]\n1,2\n", "arm.csv:2: column 'q [mm]': the joint is revolute, but 2 is a length"),
+        ("type,a,q [deg]\np,1,2\n", "arm.csv:2: column 'q [deg]': the joint is prismatic, but 2 is an angle"),
+        ("type,a,upper [deg]\np,1,2\n", "arm.csv:2: column 'upper [deg]': the joint is prismatic, but 2 is an angle"),
+        ("theta,d\nq1,0\n0,q_1\n", "arm.csv:3: 'q1' is also the variable of "),
         ("alpha,a\n0,t\n", "arm.csv:2: column 'a': cannot read 't' as a number"),
         ("alpha,a\n0,1e999\n", "cannot read '1e999' as a number"),
         ("theta,d\nq1,q1\n", "arm.csv:2: both theta and d are joint variables"),
@@ -243,6 +246,22 @@ def test_mistakes(tmp_path, text, sentence):
     with pytest.raises(UserError) as error:
         imported(tmp_path, text)
     assert sentence in str(error.value) and "arm.csv" in str(error.value) and "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "cell", ["90-q1", "-q2", "2*q3", "pi/2-q2", "-θ2", "180-th2", "q3-q2", "q1+q2", "2*q1-q2", "q1*0", "cos(q1)", "sqrt(q1)", "q1*q1"]
+)
+def test_only_the_variable_plus_a_constant_is_a_joint(tmp_path, cell):
+    """A sign, a factor or a second variable would be lost."""
+    with pytest.raises(UserError, match=f"arm.csv:2: column 'theta': '{re.escape(cell)}' must be the variable plus a constant"):
+        imported(tmp_path, f"a,theta\n1,{cell}\n", angles="deg")
+
+
+@pytest.mark.parametrize(
+    ("cell", "constant"), [("q1", 0), ("90+q1", 90), ("θ_1 - 90", -90), ("2*q1 - q1 + 45", 45), ("0*", 0), ("90*", 90)]
+)
+def test_the_constant_beside_the_variable_is_kept(tmp_path, cell, constant):
+    assert imported(tmp_path, f"a,theta\n1,{cell}\n", angles="deg").links[0].dh.theta == math.radians(constant)
 
 
 def test_standard_dh_has_no_branch_parameters(tmp_path):
