@@ -10,7 +10,7 @@ from itertools import chain, count
 import numpy as np
 from lxml import etree
 
-from build_fmu.errors import UserError, did_you_mean
+from build_fmu.errors import UserError, did_you_mean, listed
 from build_fmu.importers.draft import Draft
 from build_fmu.importers.mjcf_axes import principal_axes
 from build_fmu.importers.mjcf_file import Mjcf, elements, towards, turn
@@ -65,6 +65,7 @@ class Tree:
     geoms: list[Geom] = field(default_factory=list)
     sites: dict[str, tuple[str, np.ndarray]] = field(default_factory=dict)
     omitted: Counter = field(default_factory=Counter)
+    unread: list[Geom] = field(default_factory=list)  # meshes that would have a mass
     applied: list[etree._Element] = field(default_factory=list)  # of <contact>
     used: dict[str, set[str]] = field(default_factory=dict)  # names of bodies, joints and sites, which generated names avoid
 
@@ -75,6 +76,12 @@ class Tree:
             self.used[kind] = {name for name in named if name}
         for element in self.mj.root.findall("worldbody"):
             self._contents(element, WORLD, element.get("childclass", ""), np.eye(4))
+        if self.unread:
+            given = sum(amount for key, amount in map(self._amount, self.unread) if key == "mass")
+            self.draft.lost.append(
+                f"mass of {len(self.unread)} <geom> of {listed(list(dict.fromkeys(geom.body for geom in self.unread)))}"
+                f"{f' ({given:g} kg given)' if given else ''}: the <mesh> is not read; add mass, com and inertia to the model file"
+            )
         self._limit_masses()
 
     def frame_of(self, body: str) -> np.ndarray:
@@ -300,7 +307,9 @@ class Tree:
         rule, parts = mj.compiler.get("inertiafromgeom", "auto"), []
         if rule == "true" or (rule == "auto" and inertial is None):
             low, high = mj.setting("inertiagrouprange", 2, "0 5")
-            counted = [g for g in geoms if g.solid is not None and low <= mj.whole(g.element, g.values, "group", 0) <= high]
+            counted = [g for g in geoms if low <= mj.whole(g.element, g.values, "group", 0) <= high]
+            self.unread += [g for g in counted if g.kind == "mesh" and g.solid is None and self._amount(g)[1]]
+            counted = [g for g in counted if g.solid is not None]
             parts = [(geom, part) for geom, part in zip(counted, map(self._mass, counted), strict=True) if part.mass > 0]
         if parts:
             mass, mesh = joined([part for _, part in parts]), any(geom.kind == "mesh" for geom, _ in parts)
@@ -322,23 +331,24 @@ class Tree:
         at = mj.pose(element, element.attrib)
         return Mass(0.0, at[:3, 3]), at[:3, :3]
 
+    def _amount(self, geom: Geom) -> tuple[str, float]:
+        """Returns whether mass or density of a geom is given, and its value."""
+        key = "mass" if "mass" in geom.values else "density"
+        return key, self.mj.numbers(geom.element, geom.values, key, 1, str(DENSITY))[0]
+
     def _mass(self, geom: Geom) -> Mass:
-        mj, values = self.mj, geom.values
-        if values.get("shellinertia") == "true":
+        key, amount = self._amount(geom)
+        if geom.values.get("shellinertia") == "true":
             self.omitted["'shellinertia' of <geom>"] += 1
-        if "mass" in values and mj.numbers(geom.element, values, "mass", 1)[0] == 0:
-            return Mass()
-        if "mass" not in values and mj.numbers(geom.element, values, "density", 1, str(DENSITY))[0] == 0:
+        if amount == 0:
             return Mass()
         exact = geom.rule == "exact"
         solid = body_of(geom.solid, None if exact else mujoco_mesh_body)
         if geom.rule not in ("", "legacy", "exact"):
             self.omitted[f'inertia="{geom.rule}" of <mesh>, computed as legacy'] += 1
         if exact and is_open(geom.solid.file):
-            self.draft.doubts.append(f"{mj.place(geom.element)}: the mesh is not closed; its mass is that of its bounding box")
-        if "mass" in values:
-            return solid.scaled(mj.numbers(geom.element, values, "mass", 1)[0] / solid.mass)
-        return solid.scaled(mj.numbers(geom.element, values, "density", 1, str(DENSITY))[0])
+            self.draft.doubts.append(f"{self.mj.place(geom.element)}: the mesh is not closed; its mass is that of its bounding box")
+        return solid.scaled(amount / solid.mass if key == "mass" else amount)
 
     def _limit_masses(self) -> None:
         """Applies boundmass, boundinertia, balanceinertia and settotalmass of the compiler."""

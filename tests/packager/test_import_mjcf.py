@@ -127,7 +127,24 @@ def test_strippath_drops_the_folder_of_a_mesh(tmp_path, file):
 def test_a_mesh_that_cannot_be_read_is_listed_with_its_reason(tmp_path, given, reason):
     text = f"""<mujoco><asset><mesh name="m" {given}/></asset><worldbody><body><joint/><geom size="0.1"/><geom type="mesh" mesh="m"/></body></worldbody>
       </mujoco>"""
-    assert [line for line in imported(tmp_path, text).lost if "mesh" in line] == [reason]
+    assert [line for line in imported(tmp_path, text).lost if "mesh" in line] == [
+        "mass of 1 <geom> of body1: the <mesh> is not read; add mass, com and inertia to the model file",
+        reason,
+    ]
+
+
+@pytest.mark.parametrize(
+    ("inertial", "mass", "words"),
+    [
+        ("", 'mass="2"', ["mass of 2 <geom> of body1 (2 kg given)"]),
+        ("", 'density="0"', ["mass of 1 <geom> of body1"]),
+        ('<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>', "", []),
+    ],
+)
+def test_missing_masses_of_meshes_are_listed(tmp_path, inertial, mass, words):
+    text = f"""<mujoco><asset><mesh name="m" file="gone.stl"/></asset><worldbody><body><joint/>{inertial}<geom size="0.1"/>
+      <geom type="mesh" mesh="m" {mass}/><geom type="mesh" mesh="m"/></body></worldbody></mujoco>"""
+    assert [line.partition(":")[0] for line in imported(tmp_path, text).lost if line.startswith("mass")] == words
 
 
 def test_boundmass_is_where_mujoco_places_it(tmp_path):
