@@ -16,8 +16,7 @@ SLENDER = 0.05  # radius of a rod over the length of the longest one
 
 def add_masses(draft: Draft, solids: dict[str, list[Solid]], options: Namespace) -> None:
     """Fills masses, centers and inertias; `solids` by link. Reports what is missing, or what was filled."""
-    still = fixed_to_ground(draft.links)
-    empty = [link for link in draft.links if link.name not in still and not link.mass and not any(link.inertia)]
+    still, empty = fixed_to_ground(draft.links), without_mass(draft.links)
     if options.density is None and options.mass is None:
         if len(empty) == sum(link.name not in still for link in draft.links):
             draft.lost.append("masses and inertias: the file contains none; --density or --mass fills them, or add them to the model file")
@@ -30,7 +29,9 @@ def add_masses(draft: Draft, solids: dict[str, list[Solid]], options: Namespace)
     bodies = {link.name: joined([body_of(solid) for solid in solids[link.name]]) for link in empty if solids.get(link.name)}
     volume = sum(body.mass for body in bodies.values())
     if not volume:
-        draft.doubts.append(f"{'--density' if options.mass is None else '--mass'} has no effect: no moving link without a mass has a shape")
+        draft.doubts.append(
+            f"{'--density' if options.mass is None else '--mass'} has no effect: no moving link without a mass has a readable shape"
+        )
         return
     density = options.density if options.mass is None else options.mass / volume
     for link in empty:
@@ -43,7 +44,7 @@ def add_masses(draft: Draft, solids: dict[str, list[Solid]], options: Namespace)
         draft.doubts.append(f"{len(boxes)} meshes are not closed: their masses are those of their bounding boxes")
     left = [link.name for link in empty if link.name not in bodies]
     if left:
-        draft.doubts.append(f"without shapes and therefore without mass: {listed(left)}")
+        draft.doubts.append(f"without readable shapes and therefore without mass: {listed(left)}")
 
 
 def fixed_to_ground(links: list[DraftLink]) -> set[str]:
@@ -53,6 +54,12 @@ def fixed_to_ground(links: list[DraftLink]) -> set[str]:
         if link.joint == "fixed" and link.parent in still:
             still.add(link.name)
     return still
+
+
+def without_mass(links: list[DraftLink]) -> list[DraftLink]:
+    """Returns the moving links with neither mass nor inertia."""
+    still = fixed_to_ground(links)
+    return [link for link in links if link.name not in still and not link.mass and not any(link.inertia)]
 
 
 def _fill(link: DraftLink, body: Body) -> None:

@@ -9,6 +9,7 @@ from lxml import etree
 
 from build_fmu.errors import listed
 from build_fmu.importers.draft import DraftTie
+from build_fmu.importers.masses import without_mass
 from build_fmu.importers.packages import places_of
 from build_fmu.importers.rigid import position_and_angles
 from build_fmu.importers.solids import Solid
@@ -45,8 +46,9 @@ def add_shapes(urdf: Urdf, layout) -> None:
 
 
 def solids_of(urdf: Urdf, layout) -> dict[str, list[Solid]]:
-    """Returns the <collision> shapes of each link of the model or, without any, its <visual> shapes."""
-    found = {}
+    """Returns the <collision> shapes of each link of the model or, without any, its <visual> shapes. Reports masses that files lack."""
+    found, missing = {}, []
+    empty = {link.name for link in without_mass(layout.draft.links)}
     for link in urdf.root.findall("link"):
         name, tag = link.attrib["name"], "collision" if link.find("collision") is not None else "visual"
         own = found.setdefault(layout.called[name], [])
@@ -56,6 +58,10 @@ def solids_of(urdf: Urdf, layout) -> dict[str, list[Solid]]:
                 fields = _fields(urdf, shape)
                 if fields and fields.get("file") != "":
                     own.append(Solid(fields["kind"], fields.get("size", [1.0]), pose, fields.get("file", "")))
+                elif fields and layout.called[name] in empty:
+                    missing.append(shape.attrib["filename"])
+    if missing:
+        layout.draft.lost.append(f"mass of {len(missing)} meshes: files not found: {listed(sorted(set(missing)))}")
     return found
 
 

@@ -90,11 +90,22 @@ def test_density_fills_a_urdf_by_its_collision_or_visual_shapes(built_library, h
     assert done.returncode == 0, done.stderr
     rod, box = 1000 * math.pi * 0.03**2 * 0.4, 1000 * 0.1 * 0.2 * 0.3
     assert f"check: masses and inertias of upper, fore: 1000 kg/m3 and shapes, {rod + box:.4g} kg in total" in done.stderr
-    assert "check: without shapes and therefore without mass: tool" in done.stderr
+    assert "check: without readable shapes and therefore without mass: tool" in done.stderr
     # stops by the masses that were filled in, and a start inside the limits
     text = (here / "arm.toml").read_text()
     assert "q = 0.55" in text and text.count("stop_stiffness") == 2
     assert command("simulate", "arm.toml", "--stop", "0.1").returncode == 0
+
+
+def test_a_missing_mesh_without_a_mass_is_named(built_library, here):
+    heavy = '<inertial><mass value="7"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    gone = '<collision><geometry><mesh filename="gone.stl"/></geometry></collision>'
+    text = KINEMATIC.replace('<link name="tool"/>', f'<link name="tool">{gone}</link>')
+    for inertial, named in (("", 1), (heavy, 0)):
+        (here / "arm.urdf").write_text(text.replace(gone, inertial + gone))
+        done = command("import", "arm.urdf", "--mass", "5", "--force")
+        assert done.returncode == 0 and done.stderr.count("omitted: mass of 1 meshes: files not found: gone.stl") == named
+        assert done.stderr.count("check: without readable shapes and therefore without mass: tool") == named
 
 
 def test_mass_is_the_total_of_what_was_missing(built_library, here):
@@ -127,5 +138,5 @@ def test_masses_of_the_file_stay(built_library, here):
     text = KINEMATIC.replace('<link name="fore">', f'<link name="fore">{heavy}')
     (here / "arm.urdf").write_text(text.replace('<link name="upper">', f'<link name="upper">{heavy}'))
     done = command("import", "arm.urdf", "--density", "1000")
-    assert done.returncode == 0 and "--density has no effect: no moving link without a mass has a shape" in done.stderr
+    assert done.returncode == 0 and "--density has no effect: no moving link without a mass has a readable shape" in done.stderr
     assert (here / "arm.toml").read_text().count("mass = 7") == 2
