@@ -27,7 +27,7 @@ NARROW = 5e-3  # m: root mean square of the distances of contact points from a l
 TILT = 0.02  # rad, by which a robot must be able to lean: as much as joints sag (holding.py)
 FEET = 0.02  # shapes within this fraction of the height of all shapes are feet
 RIM_POINTS = 8  # on each rim of a cylinder that stands upright
-# the extreme points of a mesh in these directions touch: down, and 8 each at these angles from it
+# of a mesh with more corners the extreme points in these directions touch: down, and 8 each at these angles from it
 DIRECTIONS = np.array(
     [(0, 0, -1)]
     + [
@@ -36,6 +36,9 @@ DIRECTIONS = np.array(
         for turn in np.radians(range(0, 360, 45))
     ]
 )
+# 2000 directions, evenly over the sphere: the extreme points in these are the corners of a convex hull
+HEIGHTS, TURNS = (2 * np.arange(2000) + 1) / 2000 - 1, np.arange(2000) * math.pi * (3 - math.sqrt(5))
+SPHERE = np.column_stack([np.sqrt(1 - HEIGHTS**2) * np.cos(TURNS), np.sqrt(1 - HEIGHTS**2) * np.sin(TURNS), HEIGHTS])
 SHAPES = {"sphere": ("radius",), "capsule": ("radius", "length"), "cylinder": ("radius", "length"), "box": ("size",)}
 
 
@@ -49,6 +52,7 @@ class Solid:
     size: list[float]
     file: str = ""  # of a mesh
     points: list[list[float]] = field(default_factory=list)  # of a mesh, in the frame of the link
+    beyond: float = 0.0  # of a mesh: how far other corners of its convex hull lie outside of the points, m
     friction: float | None = None  # of the file; None: LAW
 
 
@@ -80,7 +84,8 @@ def add_contacts(solids: list[Solid], omitted: Counter, layout, feet_only: bool)
     chosen = [solid for solid, at in zip(moving, heights, strict=True) if not feet_only or min(at) <= near]
     omitted["shapes above the feet; --contact all includes them"] += len(moving) - len(chosen)
     draft.lost += [f"contact of {count} {what}" for what, count in omitted.items() if count]
-    draft.lost.append("contact between links of the robot")
+    if len({solid.link for solid in mobile}) > 1:
+        draft.lost.append("contact between links of the robot")
     if not chosen:
         return
     # of a flat foot only its lowest points carry weight, and nothing of the ankle above it
@@ -173,7 +178,7 @@ def _read_meshes(solids: list[Solid], poses: dict[str, np.ndarray], omitted: Cou
     for solid in solids:
         if solid.kind == "mesh":
             try:
-                solid.points = _extreme_points(solid, poses[solid.link])
+                solid.points, solid.beyond = _extreme_points(solid, poses[solid.link])
             except UserError as error:
                 failed.append(str(error))
     if failed and len(failed) == len(solids):
@@ -183,14 +188,21 @@ def _read_meshes(solids: list[Solid], poses: dict[str, np.ndarray], omitted: Cou
     return [solid for solid in solids if solid.kind != "mesh" or solid.points]
 
 
-def _extreme_points(solid: Solid, pose: np.ndarray) -> list[list[float]]:
-    """Returns corners of the convex hull of a mesh, in the frame of its link, which has this initial pose."""
+def _extreme_points(solid: Solid, pose: np.ndarray) -> tuple[list[list[float]], float]:
+    """Returns corners of the convex hull of a mesh, in the frame of its link, which has this initial pose, and see `Solid.beyond`."""
     corners = scaled(np.concatenate([points[np.unique(triangles)] for points, triangles, _ in mesh_parts(solid.file)]), solid.size)
     corners = np.round(corners @ solid.pose[:3, :3].T + solid.pose[:3, 3], 7)
     world = corners @ pose[:3, :3].T
     # a mesh is stretched to a cube, so that a long flat foot has its four corners
-    world /= np.maximum(np.ptp(world, axis=0), 1e-9)
-    return corners[np.unique(np.argmax(world @ DIRECTIONS.T, axis=0))].tolist()
+    extent = np.maximum(np.ptp(world, axis=0), 1e-9)
+    world /= extent
+    hull = np.unique(np.concatenate([np.argmax(world @ part.T, axis=0) for part in np.array_split(SPHERE, 40)]))
+    if len(hull) <= len(DIRECTIONS):
+        return corners[hull].tolist(), 0.0
+    chosen = np.unique(np.argmax(world @ DIRECTIONS.T, axis=0))
+    # along a unit vector of the unstretched mesh
+    beyond = (np.max(world[hull] @ SPHERE.T, axis=0) - np.max(world[chosen] @ SPHERE.T, axis=0)) / np.linalg.norm(SPHERE / extent, axis=1)
+    return corners[chosen].tolist(), float(beyond.max())
 
 
 def _shapes(solid: Solid, pose: np.ndarray) -> list[dict[str, object]]:
@@ -277,7 +289,11 @@ def _report(draft: Draft, chosen: list[Solid], poses: dict[str, np.ndarray], sti
     meshes = [solid for solid in chosen if solid.kind == "mesh"]
     if meshes:
         found, most = list(dict.fromkeys(solid.link for solid in meshes)), max(len(solid.points) for solid in meshes)
-        draft.doubts.append(f"<mesh> of {listed(found)}: each is at most {most} points of its convex hull; it does not roll smoothly")
+        beyond = max(solid.beyond for solid in meshes)
+        missing = f", others lie up to {1000 * beyond:.2g} mm outside of them" if beyond > 1e-6 else ""
+        draft.doubts.append(
+            f"<mesh> of {listed(found)}: each is at most {most} corners of its convex hull{missing}; it does not roll smoothly"
+        )
 
 
 def _law(chosen: list[Solid]) -> str:

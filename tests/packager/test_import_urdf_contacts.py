@@ -1,6 +1,7 @@
 """Contacts from the <collision> shapes of a URDF: places in the ground frame, parameters, start height, and what is reported."""
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -165,6 +166,25 @@ def block(tmp_path, length, width, height):
     return '<mesh filename="block.stl"/>'
 
 
+@pytest.mark.parametrize("tilt", [0, 0.5])
+@pytest.mark.parametrize(("sides", "count"), [(4, 8), (10, 20), (16, 32), (24, None)])
+def test_a_mesh_touches_with_all_corners_of_a_small_hull(tmp_path, sides, count, tilt):
+    """A prism, whose corners are known; its mesh has more points on edges and faces. The gap of others is that in random directions."""
+    import trimesh
+
+    mesh = trimesh.creation.cylinder(0.1, 0.3, sections=sides)
+    mesh.subdivide().export(tmp_path / "prism.obj")
+    draft = imported(tmp_path, link("stone", '<mesh filename="prism.obj"/>', rpy=f"{tilt} 0 0"), "all")
+    assert "contact between links of the robot" not in draft.lost
+    points = np.array(draft.contacts[0].fields["points_a"])
+    assert len(points) == count or count is None
+    directions = np.random.default_rng(1).normal(size=(20000, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    gap = max((directions @ rotation_x(tilt) @ mesh.vertices.T).max(axis=1) - (directions @ points.T).max(axis=1))
+    found = re.search(r"others lie up to (\S+) mm outside", next(doubt for doubt in draft.doubts if doubt.startswith("<mesh>")))
+    assert float(found[1] if found else 0) / 1000 == pytest.approx(gap, rel=0.05, abs=1e-6)
+
+
 def test_a_mesh_touches_with_its_extreme_points(tmp_path):
     """A long flat foot as a mesh, tilted in its link: its corners are contact points, and the lowest ones touch the ground."""
     foot = block(tmp_path, 0.3, 0.08, 0.02)
@@ -185,7 +205,7 @@ def test_a_mesh_touches_with_its_extreme_points(tmp_path):
         assert len(found) <= 33
     said = " | ".join(draft.lost + draft.doubts)
     assert "contact of 2 x <mesh> (left_foot, right_foot) with the plane z = 0" in said
-    assert "points of its convex hull; it does not roll smoothly" in said and "cannot be read" not in said
+    assert "corners of its convex hull; it does not roll smoothly" in said and "cannot be read" not in said
     hats = "".join(link(name, '<mesh filename="hat.stl"/>') + joint(f"{name}_joint", "trunk", name) for name in ("hat", "hood"))
     said = imported(tmp_path, flat + hats).doubts
     assert "2 meshes of hat, hood cannot be read, but may be feet: check the contacts, or add [[contact]] by hand" in said
