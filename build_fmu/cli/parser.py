@@ -34,6 +34,12 @@ class Parser(argparse.ArgumentParser):
         print(sentence, file=sys.stderr)
         return 2
 
+    def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
+        # the arguments of a command are checked by its own parser
+        if not arg_string and action.nargs != argparse.PARSER:
+            raise argparse.ArgumentError(action, "the value must not be empty")
+        return super()._get_value(action, arg_string)
+
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is not None and value not in action.choices:
             known = [str(choice) for choice in action.choices]

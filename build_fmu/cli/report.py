@@ -7,7 +7,7 @@ from pathlib import Path
 
 from build_fmu.cli.parser import positive, tolerance
 from build_fmu.cli.streams import add_options, emit
-from build_fmu.cli.terminal import SEVERAL, sweep_bar, targets_after
+from build_fmu.cli.terminal import SEVERAL, output_folder, sweep_bar, targets_after
 from build_fmu.errors import InvalidArgument, UserError
 
 
@@ -61,12 +61,12 @@ def run(options: argparse.Namespace) -> int:
     )
     if not targets:
         raise InvalidArgument("report requires an FMU or a model file, for example `build-fmu report arm.toml`")
-    failed, facts = [], []
+    folder, failed, facts = output_folder(options.output), [], []
     with sweep_bar() as progress:
         for target in targets:
             try:
                 report = make_report(target, wish, progress(target))
-                files = write(report, options.output or Path("."), f"{target.stem}_report")
+                files = write(report, folder, f"{target.stem}_report")
                 print(*files, *(f"  {line}" for line in advice(report)), sep="\n")
                 facts.append({"target": target, "files": files, "unit": report.unit, "advice": advice(report), "runs": run_rows(report)})
             except InvalidArgument:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from build_fmu.cli.parser import count, positive
 from build_fmu.cli.streams import add_options, emit
-from build_fmu.cli.terminal import bar
+from build_fmu.cli.terminal import bar, output_folder
 
 QUIET = 15.0  # s between two progress messages without a terminal
 
@@ -51,6 +51,7 @@ def run(options: argparse.Namespace) -> int:
     begin = time.monotonic()
     if options.method is not None:
         known_method(options.method)
+    folder = output_folder(options.output)
     work = work_of(options.models, options.only)
     with _progress(len(work)) as progress:
         found = {}
@@ -58,7 +59,6 @@ def run(options: argparse.Namespace) -> int:
             found[number] = verdict
             progress(verdict, len(found))
     verdicts = [found[number] for number in range(len(work))]
-    folder = options.output or Path(".")
     files = [folder / name for name in ("stress.html", "stress.md", "stress.csv", "stress.svg", "stress.png")]
     taken = time.monotonic() - begin
     write_pictures(files[3:], verdicts)

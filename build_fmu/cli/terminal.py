@@ -35,6 +35,13 @@ def output_file(given: Path | None, name: str, endings: Sequence[str]) -> Path:
     return target
 
 
+def output_folder(given: Path | None) -> Path:
+    """Returns the folder to write into, by default the current one; raises UserError for the name of a file, before the run."""
+    if given is not None and given.is_file():
+        raise UserError(f"'{given}' is a file: -o requires the name of a folder")
+    return given or Path(".")
+
+
 def warn(lines: Sequence[str], printed: Sequence[str] = ()) -> None:
     """Prints lines on stderr, except those that were `printed` with their place in a file."""
     for line in lines:

@@ -209,10 +209,24 @@ def test_files_of_other_kinds_are_told_apart(tmp_path, capsys, name, sentence):
         assert sentence in said and len(said.splitlines()) == 1
 
 
-def test_a_layout_needs_a_folder(tmp_path, capsys):
+@pytest.mark.parametrize("arguments", [["simulate", "--redysim-layout"], ["report", "-o"], ["stress", "-o"]])
+def test_output_of_several_files_needs_a_folder(tmp_path, capsys, arguments):
+    command, option = arguments
     (tmp_path / "file").write_text("x")
-    assert main(["simulate", str(ROOT / "models" / "pendulum.toml"), "--redysim-layout", str(tmp_path / "file")]) == 1
-    assert "requires the name of a folder" in capsys.readouterr().err
+    assert main([command, str(ROOT / "models" / "pendulum.toml"), option, str(tmp_path / "file")]) == 1
+    assert f"file' is a file: {option} requires the name of a folder" in capsys.readouterr().err
+    assert (tmp_path / "file").read_text() == "x"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name"),
+    [(["import", ""], "FILE"), (["import", "a.urdf", "-o", ""], "-o/--output"), (["simulate", "a.toml", "--output", ""], "--output")],
+)
+def test_empty_names_are_refused(capsys, arguments, name):
+    with pytest.raises(SystemExit) as end:
+        main(arguments)
+    assert end.value.code == 2
+    assert capsys.readouterr().err.startswith(f"build-fmu {arguments[0]}: {name}: the value must not be empty; ")
 
 
 @pytest.mark.parametrize(
