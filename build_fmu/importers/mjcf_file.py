@@ -21,6 +21,7 @@ ACTUATORS = (
 ORIENTATIONS = ("quat", "axisangle", "euler", "xyaxes", "zaxis")
 WHOLE = ("springlength",)  # one length is both
 SHARED = ("actuator", "equality", "tendon")  # all kinds of these have the same defaults
+FRAGMENT = "mujocoinclude"  # root of included files
 FILE = "__file__"  # attribute of included elements
 BOOLEANS = {"true": True, "false": False}
 
@@ -30,6 +31,8 @@ class Mjcf:
 
     def __init__(self, path: Path) -> None:
         self.path, self.root = path, parsed(path, path.read_bytes())
+        if self.root.tag == FRAGMENT:
+            raise UserError(f"{path}: <{FRAGMENT}> is a fragment: import the <mujoco> file that includes it")
         if self.root.tag != "mujoco":
             raise UserError(f"{path}: the root element must be <mujoco>, got <{self.root.tag}>")
         self._include(self.root, path, {path.resolve()})

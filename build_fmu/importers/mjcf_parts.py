@@ -202,7 +202,8 @@ class Parts:
         """Gives the joints with an actuator a torque input and the others none, and lists what the actuators do besides."""
         found = list(self._actuators())
         if not found:
-            self.draft.doubts.append("the file has no actuators: each hinge and slide joint has a torque input")
+            if any(joint.kind != "free" for joint in self.tree.joints):
+                self.draft.doubts.append("the file has no actuators: hinge, slide and ball joints have torque inputs")
             return
         driven, bounds, servos, geared = [], {}, [], []
         for element, values, joint in found:

@@ -17,7 +17,7 @@ IMPORTERS = {"scene_json": (".json",), "mjcf": (".mjcf",), "sdf": (".sdf", ".wor
              "dh_table": (".csv", ".tsv", ".txt", ".xlsx", ".xls", ".ods", ".xlsb", ".numbers")}  # fmt: skip
 # the importers that use an option
 TREES = ("urdf", "mjcf", "sdf")
-ROOTS = {b"mujoco": "mjcf", b"sdf": "sdf"}  # of .xml files; others are URDF
+ROOTS = {b"mujoco": "mjcf", b"mujocoinclude": "mjcf", b"sdf": "sdf"}  # of .xml files; others are URDF
 OPTIONS = {
     "loop": ("redysim",), "pivot": ("redysim",), "dh": ("dh_table",), "angles": ("dh_table",), "stops": ("dh_table", *TREES),
     "snap": ("urdf", "sdf"), "frames": TREES, "floating": ("urdf",), "contact": TREES, "limits": TREES, "pose": TREES, "no-shapes": TREES,

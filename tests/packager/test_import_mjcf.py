@@ -207,7 +207,7 @@ def test_ranges_refs_and_settings(tmp_path):
     crank, rod = link(draft, "c"), link(draft, "r")
     np.testing.assert_allclose([crank.lower, crank.upper, rod.q], np.radians([-90, 90, 20]))
     assert (crank.q, crank.drive) == (0, "torque")
-    assert any("no actuators: each hinge and slide joint has a torque input" in line for line in draft.doubts)
+    assert any("no actuators: hinge, slide and ball joints have torque inputs" in line for line in draft.doubts)
     assert any("contact of 3 <geom>" in line for line in draft.lost)
     assert [one.fields["kind"] for one in draft.shapes] == ["capsule", "capsule", "sphere"]
     assert draft.shapes[-1].fields["color"] == [1, 0, 0, 0.5]
@@ -536,5 +536,7 @@ def test_the_command_line_knows_both_kinds_of_xml(built_library, tmp_path, monke
     assert done.returncode == 0, done.stderr
     assert "q = 0.3" in (tmp_path / "bar.toml").read_text()
     assert command("simulate", "bar.toml", "--stop", "0.01").returncode == 0
+    (tmp_path / "part.xml").write_text("<mujocoinclude/>")
+    assert "part.xml: <mujocoinclude> is a fragment: import the <mujoco> file that includes it" in command("import", "part.xml").stderr
     done = command("import", "bar.xml", "--floating", "--force")
     assert "--floating has no effect on 'bar.xml': it applies to URDF files" in done.stderr
