@@ -293,6 +293,21 @@ def built(fmu_file, tmp_path_factory) -> Callable[..., Unpacked]:
     return unpacked
 
 
+@pytest.fixture(scope="session")
+def built3(tmp_path_factory) -> Callable[[str], Unpacked3]:
+    """Returns a function: text of a model file -> its FMU of FMI 3.0, unpacked and loaded."""
+    loaded = {}
+
+    def unpacked(text: str) -> Unpacked3:
+        if text not in loaded:
+            folder = tmp_path_factory.mktemp("built3")
+            (folder / "model.toml").write_text(text, encoding="utf-8")
+            loaded[text] = Unpacked3(build_fmu(folder / "model.toml", folder / "model.fmu", "--fmi", "3"), folder / "unpacked")
+        return loaded[text]
+
+    return unpacked
+
+
 @pytest.fixture
 def instance() -> Iterator[Callable[[Unpacked], Slave]]:
     """Returns a function: unpacked FMU -> an instance with logging, which is freed after the test."""

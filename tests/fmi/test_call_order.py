@@ -6,7 +6,9 @@ import ctypes as c
 
 import pytest
 
+from tests.fmi.exchange import EventInfo, Exchange, Exchange3
 from tests.fmi.raw import DO_STEP_STATUS, ERROR, LAST_SUCCESSFUL_TIME, OK, TERMINATED, Slave
+from tests.fmi.raw3 import Slave3
 
 STATES = ("instantiated", "initialization", "step", "failed", "terminated")
 REAL, ONE = "hinge.q", c.c_size_t(1)
@@ -121,6 +123,84 @@ def test_a_refused_call_leaves_the_life_as_it_was(fmu, state):
         ):
             assert slave.call(function) == OK, slave.errors
         assert slave.step(0, 0.01) == OK, slave.errors
+
+
+def flags(kind, size: int) -> list:
+    return [c.byref(kind()) for _ in range(size)]
+
+
+def exchange_calls(version: int, states: int) -> dict[str, tuple]:
+    """Functions of model exchange with correct arguments."""
+    numbers = (c.c_double * states)(), c.c_size_t(states)
+    shared = {
+        "EnterEventMode": (),
+        "EnterContinuousTimeMode": (),
+        "SetTime": (c.c_double(0.01),),
+        "SetContinuousStates": numbers,
+        "GetContinuousStates": numbers,
+        "GetNominalsOfContinuousStates": numbers,
+        "GetEventIndicators": (None, c.c_size_t(0)),
+    }
+    if version == 2:
+        return shared | {
+            "GetDerivatives": numbers,
+            "NewDiscreteStates": (c.byref(EventInfo()),),
+            "CompletedIntegratorStep": (1, *flags(c.c_int, 2)),
+        }
+    return shared | {
+        "GetContinuousStateDerivatives": numbers,
+        "GetNumberOfContinuousStates": flags(c.c_size_t, 1),
+        "GetNumberOfEventIndicators": flags(c.c_size_t, 1),
+        "UpdateDiscreteStates": (*flags(c.c_bool, 5), *flags(c.c_double, 1)),
+        "CompletedIntegratorStep": (c.c_bool(True), *flags(c.c_bool, 2)),
+    }
+
+
+def step_calls(version: int, reference: int) -> dict[str, tuple]:
+    """Functions of co-simulation with correct arguments."""
+    rate = (c.c_uint * 1)(reference), ONE, INTS(1), DOUBLES()
+    if version == 3:
+        step = (c.c_double(0), c.c_double(0.01), c.c_bool(True), *flags(c.c_bool, 3), *flags(c.c_double, 1))
+        return {"GetOutputDerivatives": (*rate, ONE), "DoStep": step}
+    kinds = {
+        "GetStatus": (DO_STEP_STATUS, INTS()),
+        "GetRealStatus": (LAST_SUCCESSFUL_TIME, DOUBLES()),
+        "GetBooleanStatus": (TERMINATED, INTS()),
+    }
+    return kinds | {"GetRealOutputDerivatives": rate, "SetRealInputDerivatives": rate, "DoStep": (c.c_double(0), c.c_double(0.01), 1)}
+
+
+def lives(one, version: int, *rest: str):
+    """Brings a fresh instance from one state to the next."""
+    yield "instantiated"
+    assert (one.enter() if version == 3 else one.setup() or one.call("EnterInitializationMode")) == OK
+    yield "initialization"
+    for function in ("ExitInitializationMode", *rest, "Terminate"):
+        assert one.call(function) == OK, one.errors
+        yield function
+
+
+def refuses_all(one, calls: dict[str, tuple], version: int, *rest: str) -> None:
+    for state in lives(one, version, *rest):
+        for function, arguments in calls.items():
+            before = len(one.errors)
+            assert one.call(function, *arguments) == ERROR, (state, function)
+            assert len(one.errors) == before + 1 and one.errors[-1].startswith(f"fmi{version}{function}: ")
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_functions_of_model_exchange_are_refused_in_every_state_of_co_simulation(fmu, fmu3, version):
+    with Exchange(fmu("cart")) as tool:
+        calls = exchange_calls(version, len(tool.states))
+    with Slave(fmu("cart")) if version == 2 else Slave3(fmu3("cart")) as slave:
+        refuses_all(slave, calls, version)
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_functions_of_co_simulation_are_refused_in_every_state_of_model_exchange(fmu, fmu3, version):
+    unpacked = (fmu if version == 2 else fmu3)("cart")
+    with (Exchange if version == 2 else Exchange3)(unpacked) as tool:
+        refuses_all(tool, step_calls(version, unpacked.variables[REAL][1]), version, "EnterContinuousTimeMode", "EnterEventMode")
 
 
 @pytest.mark.parametrize("state", STATES)

@@ -11,6 +11,22 @@ from tests.fmi.raw import ERROR, OK
 from tests.fmi.raw3 import Slave3, array, count
 
 LENGTH, TIGHT = 0.5, {"solver.rtol": 1e-11, "solver.atol": 1e-13}
+DRIVEN = """
+name = "driven"
+
+[[link]]
+name = "turntable"
+drive = "motion"
+alpha = 1.5707963267948966
+mass = 1.0
+
+[[link]]
+name = "arm"
+a = 0.5
+mass = 0.7
+com = [0.2, 0, 0]
+inertia = [0.01, 0.02, 0.02]
+"""
 METHODS = ["auto", "erk", "dirk", "adams", "bdf", "exponential"]
 
 
@@ -67,6 +83,23 @@ def test_each_internal_step_is_reported_with_its_outputs(fmu3, name, method):
     reference = expected(fmu, [*recorder.times, 2 * LENGTH], {"solver.method": "erk", **TIGHT})
     assert np.ptp(reference, axis=0).max() > 0.01, "the model must move"
     assert np.abs(rows - reference).max() < 1e-5 * max(1.0, np.abs(reference).max())
+
+
+def test_outputs_follow_a_prescribed_motion_that_was_set_before_the_step(built3):
+    fmu, recorder = built3(DRIVEN), Recorder()
+    with updated(fmu, recorder) as slave, Slave3(fmu) as other:
+        for one in (slave, other):
+            one.initialize(TIGHT).run(0, 1, LENGTH)
+            assert one.set("turntable.qd", 3.0) == OK
+        recorder.times, recorder.values = [], []
+        slave.run(1, 2, LENGTH)
+        rows, before = [], LENGTH
+        for time in recorder.times:
+            assert other.do_step(before, time - before)[0] == OK, other.errors
+            rows.append(other.get(positions(fmu)))
+            before = time
+    assert len(rows) > 5 and np.ptp(rows, axis=0).max() > 0.1
+    assert np.abs(np.array(recorder.values) - rows).max() < 1e-8
 
 
 def test_without_callback_there_is_no_update(fmu3):

@@ -14,6 +14,8 @@ from tests.command_line import command
 from tests.crosscheck.random_scenes import draw, toml
 from tests.crosscheck.scene_fmu import Library, Refused
 from tests.fmi.raw import ERROR, OK, Slave
+from tests.fmi.raw3 import Slave3
+from tests.fmi.test_intermediate_update import Recorder, updated
 
 FEW = {"solver.rtol": 1e-10, "solver.atol": 1e-12, "solver.max_rhs": 14}
 
@@ -48,6 +50,18 @@ def test_the_run_continues_bit_for_bit_from_a_saved_state(fmu):
             slave.run(0.1, 0.01, start=0.05)
             ends.append(slave.reals([name for name in slave.fmu.variables if name.endswith((".q", ".qd"))]))
         assert ends[0] == ends[1]
+
+
+def test_after_an_early_return_the_run_is_that_of_the_saved_state(fmu3):
+    fmu, start = fmu3("double_pendulum"), {"solver.method": "erk", "solver.rtol": 1e-10, "solver.atol": 1e-12, "solver.max_rhs": 40.0}
+    with updated(fmu, Recorder(leave=2), early=True) as slave, Slave3(fmu) as restored:
+        _, flags, time = slave.initialize(start).do_step(0, 0.5)
+        assert flags[2] and time < 0.5
+        status, state = restored.deserialize(slave.serialize(slave.save()))
+        assert status == OK and restored.call("SetFMUState", state) == OK
+        for one in (slave, restored):
+            assert one.do_step(time, 0.5 - time)[0] == OK, one.errors
+        assert slave.everything() == restored.everything()
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ctypes as c
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -10,6 +12,7 @@ from build_fmu.importers.rigid import rotation_x, rotation_z, transform
 from tests.command_line import command
 from tests.fmi.conftest import ROOT
 from tests.fmi.raw import ERROR, OK, Slave
+from tests.fmi.raw3 import Slave3, array, count
 from tests.fmi.test_model_exchange import SAMPLED
 
 OSCILLATOR = """
@@ -242,6 +245,24 @@ def test_without_a_step_it_is_the_identity(built, instance):
     assert slave.call("Reset") == OK
     slave.initialize()
     assert np.array_equal(jacobian(slave), np.eye(2))
+
+
+def test_within_a_step_it_is_refused(built3):
+    """In a callback of FMI 3.0; after the step it is that of the whole step."""
+    fmu, statuses = built3(OSCILLATOR), []
+    names = [f"step_jacobian.a[{i},{j}]" for i in (1, 2) for j in (1, 2)]
+
+    def read(*_) -> None:
+        statuses.append(slave.call("GetFloat64", fmu.references(names), count(4), array(c.c_double, [0.0] * 4), count(4)))
+
+    expected = expm(0.3 * np.array([[0, 1], [-25, -1.5]])).ravel()
+    with Slave3(fmu, update=read) as slave:
+        slave.initialize(TIGHT)
+        for k in range(2):
+            slave.run(k, k + 1, 0.3)
+            assert np.abs(np.array(slave.get(names)) - expected).max() < 1e-10
+        assert set(statuses) == {ERROR}
+        assert all("the communication step has not ended" in text for text in slave.errors)
 
 
 def test_parameters_may_not_change_before_it_is_read(built, instance):

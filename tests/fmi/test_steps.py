@@ -146,6 +146,56 @@ def test_without_an_absolute_tolerance_a_start_at_zero_is_possible(fmu, method):
     assert ends[0] == pytest.approx(ends[1], rel=1e-5, abs=1e-6) and abs(ends[0][0]) > 0.01
 
 
+ARM = """
+name = "arm"
+
+[[link]]
+name = "upper"
+drive = "DRIVE"
+alpha = 1.5707963267948966
+mass = 1.0
+com = [0.2, 0, 0]
+inertia = [0.01, 0.02, 0.02]
+
+[[link]]
+name = "lower"
+a = 0.5
+mass = 0.7
+com = [0.2, 0, 0]
+inertia = [0.01, 0.02, 0.02]
+
+[fmu]
+outputs = ["solver"]
+"""
+SAMPLED = ARM.replace("DRIVE", "torque") + '[controller]\nlaw = "pd"\nkp = 0\nkd = 0\nsample_time = 0.1\n'
+TRAJECTORY = '[[trajectory]]\njoint = "upper"\ntype = "cycloid"\nto = 1\nstart = 0.5\nduration = 0.3\n'
+
+
+def course(fmu, method: str, parts: int, jump: float | None = None) -> list[float]:
+    """Right-hand sides and motion of 2 s, with a jump of the prescribed joint at 0.5 s."""
+    with Slave(fmu) as slave:
+        slave.initialize(start={"solver.method": method})
+        slave.run(0.5, 0.5 / parts)
+        assert jump is None or slave.set("upper.q", jump) == OK
+        slave.run(2.0, 1.5 / parts, 0.5)
+        return [slave.get("solver.rhs_evaluations"), *slave.reals(["lower.q", "lower.qd"])]
+
+
+@pytest.mark.parametrize("method", ["adams", "bdf"])
+@pytest.mark.parametrize(
+    ("model", "jump"),
+    [(SAMPLED, None), (ARM.replace("DRIVE", "motion") + TRAJECTORY, None), (ARM.replace("DRIVE", "motion"), 0.3)],
+    ids=["samples", "trajectory", "jump"],
+)
+def test_multistep_methods_continue_while_inputs_are_constant(built, model, jump, method):
+    """Also where samples, trajectories or jumps change the inputs within a step."""
+    assert course(built(model), method, 32, jump) == course(built(model), method, 1, jump)
+
+
+def test_samples_of_a_constant_torque_cost_nothing(built):
+    assert course(built(SAMPLED), "adams", 32) == course(built(ARM.replace("DRIVE", "torque")), "adams", 32)
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_the_step_size_does_not_matter(fmu, method):
     ends = []
