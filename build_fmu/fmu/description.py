@@ -66,8 +66,7 @@ def model_description(model: Description) -> bytes:
     common_elements(root, model)
     variables = xml.SubElement(root, "ModelVariables")
     index = {variable.name: i for i, variable in enumerate(model.variables, start=1)}
-    corrected = corrects_states(model)
-    states = {variable.derivative for variable in model.variables if corrected}
+    states = reinitialised_states(model)
     for variable in model.variables:
         _variable(variables, variable, index, variable.name in states)
     _structure(root, model, index)
@@ -86,8 +85,14 @@ def generation_date() -> str | None:
 
 
 def corrects_states(model: Description) -> bool:
-    """Whether an event of model exchange may change states: quaternions and closed loops drift."""
+    """Whether a completed step may request an event that changes states: quaternions and closed loops drift."""
     return not (model.model_exchange or {}).get("completedIntegratorStepNotNeeded", True)
+
+
+def reinitialised_states(model: Description) -> set[str | None]:
+    """Returns the names of the states that an event of model exchange may change: all or none."""
+    can_be_set = any(variable.name == "state.apply" for variable in model.variables)
+    return {variable.derivative for variable in model.variables if can_be_set or corrects_states(model)}
 
 
 def file_content(root: xml.Element) -> bytes:

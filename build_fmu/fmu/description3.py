@@ -19,6 +19,7 @@ from build_fmu.fmu.description import (
     generation_date,
     identity,
     real,
+    reinitialised_states,
 )
 from build_fmu.model.describe import Description, Variable
 
@@ -61,8 +62,7 @@ def model_description(model: Description) -> bytes:
     time = {"name": "time", "valueReference": TIME, "description": "Simulation time", "causality": "independent"}
     xml.SubElement(variables, "Float64", attributes(**time, variability="continuous", unit=_seconds(model)))
     reference = {variable.name: variable.value_reference for variable in model.variables}
-    corrected = corrects_states(model)
-    states = {variable.derivative for variable in model.variables if corrected}
+    states = reinitialised_states(model)
     for variable in model.variables:
         _variable(variables, variable, reference, variable.name in states)
     structure = xml.SubElement(root, "ModelStructure")

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from tests.command_line import command
-from tests.fmi.conftest import ROOT, build_fmu
-from tests.fmi.exchange import Exchange
+from tests.fmi.conftest import ROOT
+from tests.fmi.exchange import Exchange, Exchange3
 from tests.fmi.raw import ERROR, OK, Slave
-from tests.fmi.raw3 import Slave3, Unpacked3
+from tests.fmi.raw3 import Slave3
 
 PRESCRIBED = """
 name = "driven"
@@ -255,12 +255,22 @@ def test_in_model_exchange(built, model):
         assert np.abs(np.array(found) - list(wanted.values())).max() < bound
 
 
-def test_fmi3(fmu3_file, built, tmp_path):
+def test_every_state_is_marked_as_one_that_events_change(fmu, built, built3):
+    text = settable("double_pendulum")
+    two, three = built(text), built3(text)
+
+    def marked(unpacked) -> set[str]:
+        return {scalar.get("name") for scalar in unpacked.xml.iter("ScalarVariable") if scalar[0].get("reinit") == "true"}
+
+    with Exchange(two) as old, Exchange3(three) as new:
+        assert old.states and marked(two) == set(old.states)
+        assert {name for name, element in three.elements.items() if element.get("reinit") == "true"} == set(new.states) == set(old.states)
+    assert not marked(fmu("cart"))
+
+
+def test_fmi3(built3):
     """The same parameters as Float64 and Int32."""
-    (tmp_path / "m.toml").write_text(settable("double_pendulum"))
-    build_fmu(tmp_path / "m.toml", tmp_path / "m.fmu", "--fmi", "3")
-    fmu = Unpacked3(tmp_path / "m.fmu", tmp_path / "m")
-    with Slave3(fmu) as slave:
+    with Slave3(built3(settable("double_pendulum"))) as slave:
         slave.initialize()
         slave.run(0, 2, 0.01)
         assert slave.set("state.q[1]", 0.3) == OK and slave.set("state.apply", 1) == OK
