@@ -88,15 +88,9 @@ class Values {
     const Actuators& actuators = *simulation_.system.actuators();
     return actuators.response(actuators.at(joint));
   }
-  double motor(int joint, bool velocity) {
-    const Actuators& actuators = *simulation_.system.actuators();
-    const Actuators::Places place = actuators.places(actuators.at(joint));
-    return state_.y()[velocity ? place.motor_qd : place.motor_q];
-  }
   const double* ball_quaternion(int ball) {
     return simulation_.system.layout().quaternion.of(state_.y(), ball);  // of any length
   }
-  const double* ball_omega(int ball) { return simulation_.system.layout().omega.of(state_.y(), ball); }
   const Vec3<double>& ball_acceleration(int ball) const { return ball_accelerations_[ball]; }
   // Of the state y that a variable is (Row::state), or whose derivative it is; -1: none.
   int place(const Variable& variable) const {

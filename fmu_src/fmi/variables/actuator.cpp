@@ -23,6 +23,12 @@ int actuator_index(OutputDerivatives& of, const Variable& v) {
   return of.values().system().actuators()->at(v.joint);
 }
 
+double read_state(Values& at, const Variable& v) { return at.state(v); }
+
+double state_derivative(OutputDerivatives& of, const Variable& v) {
+  return of.tangent().state(of.values().place(v)).derivative;
+}
+
 constexpr Entry joint_torque_entry =
     output(Owner::joint, "tau_joint")
         .reads([](Values& at, const Variable& v) { return at.drive_force(v.joint); }, Needs::accelerations)
@@ -32,33 +38,27 @@ constexpr Entry joint_torque_entry =
         .measures(quantity::torque, quantity::force)
         .says("Torque of the actuator on %", "Force of the actuator on %");
 
-constexpr Entry motor_angle_entry =
-    output(Owner::joint, "motor_q")
-        .in(OutputGroup::actuator)
-        .there_if(actuator_with<&Actuator::is_elastic>)
-        .is_state(StatePart::motor_q)
-        .reads([](Values& at, const Variable& v) { return at.motor(v.joint, false); })
-        .derivative([](OutputDerivatives& of, const Variable& v) {
-          return of.tangent().motor_q(actuator_index(of, v)).derivative;
-        })
-        .rate_is_next()
-        .depends(nullptr, initially::position)
-        .measures(quantity::angle)
-        .says("Angle of the motor of %");
+constexpr Entry motor_angle_entry = output(Owner::joint, "motor_q")
+                                        .in(OutputGroup::actuator)
+                                        .there_if(actuator_with<&Actuator::is_elastic>)
+                                        .is_state(StatePart::motor_q)
+                                        .reads(read_state)
+                                        .derivative(state_derivative)
+                                        .rate_is_next()
+                                        .depends(nullptr, initially::position)
+                                        .measures(quantity::angle)
+                                        .says("Angle of the motor of %");
 
-constexpr Entry motor_velocity_entry =
-    output(Owner::joint, "motor_qd")
-        .in(OutputGroup::actuator)
-        .there_if(actuator_with<&Actuator::is_elastic>)
-        .is_state(StatePart::motor_qd)
-        .slope_of(StatePart::motor_q)
-        .reads([](Values& at, const Variable& v) { return at.motor(v.joint, true); })
-        .derivative([](OutputDerivatives& of, const Variable& v) {
-          return of.tangent().motor_qd(actuator_index(of, v)).derivative;
-        })
-        .depends(nullptr, initially::velocity)
-        .measures(quantity::angular_velocity)
-        .says("Angular velocity of the motor of %");
+constexpr Entry motor_velocity_entry = output(Owner::joint, "motor_qd")
+                                           .in(OutputGroup::actuator)
+                                           .there_if(actuator_with<&Actuator::is_elastic>)
+                                           .is_state(StatePart::motor_qd)
+                                           .slope_of(StatePart::motor_q)
+                                           .reads(read_state)
+                                           .derivative(state_derivative)
+                                           .depends(nullptr, initially::velocity)
+                                           .measures(quantity::angular_velocity)
+                                           .says("Angular velocity of the motor of %");
 
 constexpr Entry current_entry =
     output(Owner::joint, "current")
@@ -93,106 +93,79 @@ constexpr Entry entries[] = {
         .says("Part of the torque of % that its limits remove, 0 to 1"),
 };
 
+template <bool (Actuator::*exists)() const>
+constexpr Entry number(const char* name) {
+  return parameter(Owner::joint, name)
+      .there_if(actuator_with<exists>)
+      .bounds(Bounds::positive)
+      .acts_on(acts::gain);
+}
+
 constexpr Entry parameter_entries[] = {
-    parameter(Owner::joint, "gear_stiffness")
-        .there_if(actuator_with<&Actuator::is_elastic>)
-        .bounds(Bounds::positive)
+    number<&Actuator::is_elastic>("gear_stiffness")
         .sets(
             [](auto& at, const Variable& v) -> auto& { return actuator_at(at.actuators, v.link).stiffness; })
-        .acts_on(acts::gain)
         .measures(quantity::torsional_stiffness, quantity::linear_stiffness)
         .says("Stiffness of the gear of %"),
-    parameter(Owner::joint, "gear_damping")
-        .there_if(actuator_with<&Actuator::is_elastic>)
-        .bounds(Bounds::not_negative)
+    number<&Actuator::is_elastic>("gear_damping")
         .sets([](auto& at, const Variable& v) -> auto& { return actuator_at(at.actuators, v.link).damping; })
-        .acts_on(acts::gain)
+        .bounds(Bounds::not_negative)
         .measures(quantity::torsional_damping, quantity::linear_damping)
         .says("Damping of the gear of %"),
-    parameter(Owner::joint, "backlash")
-        .there_if(actuator_with<&Actuator::has_backlash>)
-        .bounds(Bounds::positive)
+    number<&Actuator::has_backlash>("backlash")
         .sets([](auto& at, const Variable& v) -> auto& { return actuator_at(at.actuators, v.link).backlash; })
-        .acts_on(acts::gain)
         .measures(quantity::angle, quantity::length)
         .says("Backlash of the gear of %"),
-    parameter(Owner::joint, "backlash_width")
-        .there_if(actuator_with<&Actuator::has_backlash>)
-        .bounds(Bounds::positive)
+    number<&Actuator::has_backlash>("backlash_width")
         .sets([](auto& at, const Variable& v) -> auto& {
           return actuator_at(at.actuators, v.link).backlash_width;
         })
-        .acts_on(acts::gain)
         .measures(quantity::angle, quantity::length)
         .says("Depth beyond the backlash at which the gear of % reaches full stiffness"),
-    parameter(Owner::joint, "torque_limit")
-        .there_if(actuator_with<&Actuator::limits_torque>)
-        .bounds(Bounds::positive)
+    number<&Actuator::limits_torque>("torque_limit")
         .sets([](auto& at, const Variable& v) -> auto& {
           return actuator_at(at.actuators, v.link).torque_limit;
         })
-        .acts_on(acts::gain)
         .measures(quantity::torque, quantity::force)
         .says("Maximum drive of %"),
-    parameter(Owner::joint, "torque_limit_width")
-        .there_if(actuator_with<&Actuator::limits_torque>)
-        .bounds(Bounds::positive)
+    number<&Actuator::limits_torque>("torque_limit_width")
         .sets([](auto& at, const Variable& v) -> auto& {
           return actuator_at(at.actuators, v.link).torque_limit_width;
         })
-        .acts_on(acts::gain)
         .measures(quantity::torque, quantity::force)
         .says("Width of the onset of the maximum drive of %"),
-    parameter(Owner::joint, "speed_limit")
-        .there_if(actuator_with<&Actuator::limits_speed>)
-        .bounds(Bounds::positive)
+    number<&Actuator::limits_speed>("speed_limit")
         .sets([](auto& at, const Variable& v) -> auto& {
           return actuator_at(at.actuators, v.link).speed_limit;
         })
-        .acts_on(acts::gain)
         .measures(quantity::angular_velocity, quantity::velocity)
         .says("Speed at which the drive of % ends"),
-    parameter(Owner::joint, "speed_limit_width")
-        .there_if(actuator_with<&Actuator::limits_speed>)
-        .bounds(Bounds::positive)
+    number<&Actuator::limits_speed>("speed_limit_width")
         .sets([](auto& at, const Variable& v) -> auto& {
           return actuator_at(at.actuators, v.link).speed_limit_width;
         })
-        .acts_on(acts::gain)
         .measures(quantity::angular_velocity, quantity::velocity)
         .says("Range of speed in which the drive of % decreases to 0"),
-    parameter(Owner::joint, "time_constant")
-        .there_if(actuator_with<&Actuator::lags>)
-        .bounds(Bounds::positive)
+    number<&Actuator::lags>("time_constant")
         .sets([](auto& at, const Variable& v) -> auto& {
           return actuator_at(at.actuators, v.link).time_constant;
         })
-        .acts_on(acts::gain)
         .measures(quantity::duration)
         .says("Time constant of the drive of %"),
-    parameter(Owner::joint, "resistance")
-        .there_if(actuator_with<&Actuator::is_electric>)
-        .bounds(Bounds::positive)
+    number<&Actuator::is_electric>("resistance")
         .sets(
             [](auto& at, const Variable& v) -> auto& { return actuator_at(at.actuators, v.link).resistance; })
-        .acts_on(acts::gain)
         .measures(quantity::resistance)
         .says("Resistance of the motor of %"),
-    parameter(Owner::joint, "inductance")
-        .there_if(actuator_with<&Actuator::has_inductance>)
-        .bounds(Bounds::positive)
+    number<&Actuator::has_inductance>("inductance")
         .sets(
             [](auto& at, const Variable& v) -> auto& { return actuator_at(at.actuators, v.link).inductance; })
-        .acts_on(acts::gain)
         .measures(quantity::inductance)
         .says("Inductance of the motor of %"),
-    parameter(Owner::joint, "torque_constant")
-        .there_if(actuator_with<&Actuator::is_electric>)
-        .bounds(Bounds::positive)
+    number<&Actuator::is_electric>("torque_constant")
         .sets([](auto& at, const Variable& v) -> auto& {
           return actuator_at(at.actuators, v.link).torque_constant;
         })
-        .acts_on(acts::gain)
         .measures(quantity::torque_constant)
         .says("Torque constant of the motor of %"),
 };
@@ -238,10 +211,8 @@ constexpr Entry state_entries[] = {
         .local()
         .there_if(actuator_with<&Actuator::lags>)
         .is_state(StatePart::lagged)
-        .reads([](Values& at, const Variable& v) { return at.state(v); })
-        .derivative([](OutputDerivatives& of, const Variable& v) {
-          return of.tangent().state(of.values().place(v)).derivative;
-        })
+        .reads(read_state)
+        .derivative(state_derivative)
         .depends(nullptr, initially::accelerations)
         .measures(quantity::torque, quantity::force)
         .says("Input of the actuator of % behind its lag")

@@ -70,7 +70,7 @@ constexpr Entry motion_entries[] = {
     output(Owner::ball, "omega")
         .array(3)
         .is_state(StatePart::omega)
-        .reads([](Values& at, const Variable& v) { return at.ball_omega(v.ball)[v.element]; })
+        .reads([](Values& at, const Variable& v) { return at.state(v); })
         .derivative([](OutputDerivatives& of, const Variable& v) {
           return of.tangent().ball(v.ball).omega[v.element].derivative;
         })

@@ -33,51 +33,29 @@ double derivative(OutputDerivatives& of, const Variable& v) {
   return of.tangent().terms().entry(static_cast<EquationTerms<Dual>::Term>(term), v.element).derivative;
 }
 
+constexpr Entry term(const char* name, OutputGroup group, const char* text) {
+  return output(Owner::model, name)
+      .array(per_velocity)
+      .in(group)
+      .reads(read, Needs::accelerations)
+      .derivative(derivative)
+      .depends(at_point::all_jumps, initially::anything)
+      .measures(quantity::torque)
+      .says(text)
+      .adapted(name_force);
+}
+
 constexpr Entry entries[] = {
-    output(Owner::model, "mass_matrix")
+    term("mass_matrix", OutputGroup::mass_matrix, "Joint-space inertia, armatures included: ")
         .array(per_velocity, per_velocity)
-        .in(OutputGroup::mass_matrix)
-        .reads(read, Needs::accelerations)
-        .derivative(derivative)
-        .depends(at_point::all_jumps, initially::anything)
-        .says("Joint-space inertia, armatures included: ")
         .adapted(name_mass),
-    output(Owner::model, "bias")
-        .array(per_velocity)
-        .in(OutputGroup::bias)
-        .reads(read, Needs::accelerations)
-        .derivative(derivative)
-        .depends(at_point::all_jumps, initially::anything)
-        .measures(quantity::torque)
-        .says("Inverse dynamics at zero acceleration (Coriolis, centrifugal, gravity): ")
-        .adapted(name_force),
-    output(Owner::model, "gravity_torque")
-        .array(per_velocity)
-        .in(OutputGroup::gravity_torque)
-        .reads(read, Needs::accelerations)
-        .derivative(derivative)
-        .depends(at_point::all_jumps, initially::anything)
-        .measures(quantity::torque)
-        .says("Inverse dynamics at rest (gravity): ")
-        .adapted(name_force),
-    output(Owner::model, "coriolis")
-        .array(per_velocity)
-        .in(OutputGroup::coriolis)
-        .reads(read, Needs::accelerations)
-        .derivative(derivative)
-        .depends(at_point::all_jumps, initially::anything)
-        .measures(quantity::torque)
-        .says("Inverse dynamics at zero acceleration without gravity (Coriolis, centrifugal): ")
-        .adapted(name_force),
-    output(Owner::model, "passive")
-        .array(per_velocity)
-        .in(OutputGroup::passive)
-        .reads(read, Needs::accelerations)
-        .derivative(derivative)
-        .depends(at_point::all_jumps, initially::anything)
-        .measures(quantity::torque)
-        .says("Generalized force of springs, dampers, friction, stops and contact: ")
-        .adapted(name_force),
+    term("bias", OutputGroup::bias,
+         "Inverse dynamics at zero acceleration (Coriolis, centrifugal, gravity): "),
+    term("gravity_torque", OutputGroup::gravity_torque, "Inverse dynamics at rest (gravity): "),
+    term("coriolis", OutputGroup::coriolis,
+         "Inverse dynamics at zero acceleration without gravity (Coriolis, centrifugal): "),
+    term("passive", OutputGroup::passive,
+         "Generalized force of springs, dampers, friction, stops and contact: "),
 };
 
 // Rows: force, moment.
@@ -93,25 +71,21 @@ double reaction_derivative(OutputDerivatives& of, const Variable& v) {
   return component(of.tangent().terms().reaction(v.joint), reaction_index(of.model(), v)).derivative;
 }
 
-constexpr Entry reaction_force = output(Owner::joint, "reaction_force")
-                                     .array(3)
-                                     .in(OutputGroup::reaction)
-                                     .reads(read_reaction, Needs::accelerations)
-                                     .derivative(reaction_derivative)
-                                     .depends(at_point::accelerations, initially::accelerations)
-                                     .measures(quantity::force)
-                                     .says("Force on the link through %, $ in link axes")
-                                     .labels(axes);
-
-constexpr Entry reaction_torque = output(Owner::joint, "reaction_torque")
-                                      .array(3)
-                                      .in(OutputGroup::reaction)
-                                      .reads(read_reaction, Needs::accelerations)
-                                      .derivative(reaction_derivative)
-                                      .depends(at_point::accelerations, initially::accelerations)
-                                      .measures(quantity::torque)
-                                      .says("Moment on the link through %, drive included, $ in link axes")
-                                      .labels(axes);
+constexpr Entry reaction(const char* name, const Quantity& quantity, const char* text) {
+  return output(Owner::joint, name)
+      .array(3)
+      .in(OutputGroup::reaction)
+      .reads(read_reaction, Needs::accelerations)
+      .derivative(reaction_derivative)
+      .depends(at_point::accelerations, initially::accelerations)
+      .measures(quantity)
+      .says(text)
+      .labels(axes);
+}
+constexpr Entry reaction_force =
+    reaction("reaction_force", quantity::force, "Force on the link through %, $ in link axes");
+constexpr Entry reaction_torque = reaction("reaction_torque", quantity::torque,
+                                           "Moment on the link through %, drive included, $ in link axes");
 
 constexpr Entry joint_entries[] = {reaction_force, reaction_torque};
 constexpr Entry ball_entries[] = {reaction_force.of(Owner::ball), reaction_torque.of(Owner::ball)};

@@ -70,11 +70,9 @@ class Tangent {
   // Evaluates the quantities below and their directions; false: not finite.
   bool evaluate();
   std::vector<Dual> qdd, drive;  // drive: on the joints
-  // Of an actuator: its input, its response, and its motor.
+  // Of an actuator: its input and its response.
   Dual actuator_input(int index) const { return actuator_inputs_[index]; }
   const ActuatorResponse<Dual>& actuator(int index) const { return responses_[index]; }
-  Dual motor_q(int index) const { return state_[actuators_->places(index).motor_q]; }
-  Dual motor_qd(int index) const { return state_[actuators_->places(index).motor_qd]; }
   // An entry of y, where there are actuators: theirs count.
   Dual& state(int place) { return state_[place]; }
   // Direction of the derivative of a quaternion, for one of any length.
