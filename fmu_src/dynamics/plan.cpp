@@ -161,6 +161,9 @@ struct BuiltPlan : Plan<double> {
   void add_bushings(const Model& model);
   void add_contacts(const Model& model);
   void add_ports(const Model& model);
+  // Of a link or the ground: what carries it, and its frame there.
+  int body_of(int link) const { return link == ground ? ground : carrier[link]; }
+  Pose frame_of(int link) const { return link == ground ? Pose() : frame_in_carrier[link]; }
 };
 
 BuiltPlan::BuiltPlan(const Model& model, const Parameters<double>& parameters) {
@@ -190,15 +193,14 @@ void BuiltPlan::add_joints(const Model& model) {
                                                         [](const Link& link) { return moves(link.joint); })));
   for (std::size_t i = 0; i < links; ++i) {
     const Link& link = model.links[i];
-    const bool on_ground = link.parent == ground;
-    const int parent = on_ground ? ground : carrier[link.parent];
-    const Pose base = on_ground ? Pose() : frame_in_carrier[link.parent];
+    const int parent = body_of(link.parent);
+    const Pose base = frame_of(link.parent);
     if (!moves(link.joint)) {
       carrier.push_back(parent);
       frame_in_carrier.push_back(base * pose_of(link.joint.dh));
       continue;
     }
-    const bool base_moved = !on_ground && !moves(model.links[link.parent].joint);
+    const bool base_moved = link.parent != ground && !moves(model.links[link.parent].joint);
     const Placement placement =
         base_moved ? placement_of(base * pose_of(link.joint.dh)) : placement_of(link.joint.dh);
     carrier.push_back(static_cast<int>(joints.size()));
@@ -206,10 +208,10 @@ void BuiltPlan::add_joints(const Model& model) {
     joints.push_back(joint_plan(link.joint, placement, parent, static_cast<int>(i)));
     prescribed_count += joints.back().prescribed ? 1 : 0;
   }
-  nq = nv = static_cast<int>(joints.size());
+  nv = static_cast<int>(joints.size());
   if (!joints.empty()) {
     const Link& first = model.links[joints[smallest_tree(model, carrier, joints)].link];
-    const Pose base = first.parent == ground ? Pose() : frame_in_carrier[first.parent];
+    const Pose base = frame_of(first.parent);
     origin = (base * pose_of(first.joint.dh)).position;
   }
   for (const Ball& ball : model.balls) {
@@ -222,7 +224,7 @@ void BuiltPlan::add_rotors(const Model& model) {
   for (const Actuator& actuator : model.actuators) {
     const Link& link = model.links[actuator.link];
     if (!actuator.gyroscopic) continue;
-    const Pose base = link.parent == ground ? Pose() : frame_in_carrier[link.parent];
+    const Pose base = frame_of(link.parent);
     RotorPlan& rotor = rotors.emplace_back();
     rotor.joint = carrier[actuator.link];
     rotor.parent = joints[rotor.joint].parent;
@@ -233,15 +235,12 @@ void BuiltPlan::add_rotors(const Model& model) {
 }
 
 void BuiltPlan::add_springs(const Model& model) {
-  auto on_carrier = [this](int link, const Vec3<double>& point) -> Vec3<double> {
-    return link == ground ? point : frame_in_carrier[link].rotation * point + frame_in_carrier[link].position;
-  };
   for (const SpringDamper& given : model.springs) {
     SpringPlan<double>& spring = springs.emplace_back();
-    spring.body_a = given.link_a == ground ? ground : carrier[given.link_a];
-    spring.body_b = given.link_b == ground ? ground : carrier[given.link_b];
-    spring.point_a = on_carrier(given.link_a, given.point_a);
-    spring.point_b = on_carrier(given.link_b, given.point_b);
+    spring.body_a = body_of(given.link_a);
+    spring.body_b = body_of(given.link_b);
+    spring.point_a = (frame_of(given.link_a) * Pose{Mat3<double>::Identity(), given.point_a}).position;
+    spring.point_b = (frame_of(given.link_b) * Pose{Mat3<double>::Identity(), given.point_b}).position;
     spring.stiffness = given.stiffness;
     spring.damping = given.damping;
     spring.rest_length = given.rest_length;
@@ -265,16 +264,12 @@ void BuiltPlan::add_elastic_couplings(const Model& model) {
 }
 
 void BuiltPlan::add_bushings(const Model& model) {
-  const auto frame_of = [this](int link, const Mat3<double>& rotation, const Vec3<double>& point) {
-    const Pose frame{rotation, point};
-    return link == ground ? frame : frame_in_carrier[link] * frame;
-  };
   for (const Bushing& given : model.bushings) {
-    const Pose a = frame_of(given.link_a, given.rotation_a, given.point_a);
-    const Pose b = frame_of(given.link_b, given.rotation_b, given.point_b);
+    const Pose a = frame_of(given.link_a) * Pose{given.rotation_a, given.point_a};
+    const Pose b = frame_of(given.link_b) * Pose{given.rotation_b, given.point_b};
     BushingPlan<double>& bushing = bushings.emplace_back();
-    bushing.body_a = given.link_a == ground ? ground : carrier[given.link_a];
-    bushing.body_b = given.link_b == ground ? ground : carrier[given.link_b];
+    bushing.body_a = body_of(given.link_a);
+    bushing.body_b = body_of(given.link_b);
     bushing.point_a = a.position;
     bushing.point_b = b.position;
     bushing.rotation_a = a.rotation;
@@ -288,8 +283,6 @@ void BuiltPlan::add_bushings(const Model& model) {
 
 void BuiltPlan::add_contacts(const Model& model) {
   if constexpr (may_have_contacts) {
-    const auto body_of = [this](int link) { return link == ground ? ground : carrier[link]; };
-    const auto frame_of = [this](int link) { return link == ground ? Pose() : frame_in_carrier[link]; };
     for (std::size_t k = 0; k < model.contacts.size(); ++k) {
       const Contact& contact = model.contacts[k];
       for (const auto& [points, surface] : shape_pairs(contact)) {

@@ -151,7 +151,7 @@ struct PortPlan {
 
 // What a plan contains besides scalars of its own type.
 struct PlanStructure {
-  int nq = 0, nv = 0;
+  int nv = 0;
   int prescribed_count = 0;
   bool plain = false;      // no loops, couplings, springs, bushings, contacts, ports or prescribed joints
   std::vector<int> balls;  // chart joint of each spherical joint; its z, x and y joints follow it
