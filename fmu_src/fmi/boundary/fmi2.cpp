@@ -328,6 +328,5 @@ fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[
 }
 
 fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t ni) {
-  return guarded(c, Function::get_event_indicators,
-                 [&](Instance& i) { return i.get_event_indicators(indicators, ni); });
+  return guarded(c, Function::get_event_indicators, [&](Instance& i) { return i.get_event_indicators(ni); });
 }

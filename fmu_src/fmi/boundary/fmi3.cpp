@@ -203,7 +203,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 current, fmi3Float64 size, fmi
                       fmi3Float64* last_successful_time) {
   return guarded(c, Function::do_step, [&](Instance& i) {
     if (!event_needed || !terminate || !early_return || !last_successful_time)
-      return i.refuse(Function::do_step, "an argument is a null pointer");
+      return i.refuse(Function::do_step, redysim::null_pointer);
     const fmi2Status status = i.do_step(current, size);
     *event_needed = *terminate = false;
     *last_successful_time = i.last_successful_time();
@@ -488,8 +488,7 @@ fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominal
 }
 
 fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 indicators[], size_t ni) {
-  return guarded(c, Function::get_event_indicators,
-                 [&](Instance& i) { return i.get_event_indicators(indicators, ni); });
+  return guarded(c, Function::get_event_indicators, [&](Instance& i) { return i.get_event_indicators(ni); });
 }
 
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t* count) {

@@ -13,19 +13,21 @@
 namespace redysim {
 namespace {
 
-constexpr const char* null_pointer = "an argument is a null pointer";
-
 // A time event is due if the master is that close to it, relative: it may add up its steps.
 constexpr double time_slack = 1e-12;
-
-// Of a wrong number of states, derivatives or nominals.
-std::string wrong_count(std::size_t count, int states) {
-  return "the model has " + std::to_string(states) + " continuous states, got " + std::to_string(count);
-}
 
 }  // namespace
 
 GivenState& Instance::given() const { return static_cast<GivenState&>(*simulation_.integrator); }
+
+// Why the array cannot have one number per state; empty: it can.
+std::string Instance::objection_to_states(const double* array, std::size_t count) {
+  const int size = simulation_.independent().size();
+  if (count != static_cast<std::size_t>(size))
+    return "the model has " + std::to_string(size) + " continuous states, got " + std::to_string(count);
+  const char* why = objection_to_arrays(count, {array});
+  return why ? why : "";
+}
 
 // The motion does not depend on the length of quaternions.
 bool Instance::is_stretched() const {
@@ -125,9 +127,7 @@ fmi2Status Instance::set_time(double time) {
 
 fmi2Status Instance::set_continuous_states(const double* states, std::size_t count) {
   constexpr Function function = Function::set_continuous_states;
-  const int size = simulation_.independent().size();
-  if (count != static_cast<std::size_t>(size)) return refuse(function, wrong_count(count, size));
-  if (const char* why = objection_to_arrays(count, {states})) return refuse(function, why);
+  if (const std::string why = objection_to_states(states, count); !why.empty()) return refuse(function, why);
   for (std::size_t i = 0; i < count; ++i)
     if (!std::isfinite(states[i]))
       return refuse(function, "state " + std::to_string(i + 1) + " must be finite, got " + shown(states[i]));
@@ -158,9 +158,7 @@ bool Instance::set_states(const unsigned* references, std::size_t count, const d
 
 fmi2Status Instance::get_continuous_states(double* states, std::size_t count) {
   constexpr Function function = Function::get_continuous_states;
-  const int size = simulation_.independent().size();
-  if (count != static_cast<std::size_t>(size)) return refuse(function, wrong_count(count, size));
-  if (const char* why = objection_to_arrays(count, {states})) return refuse(function, why);
+  if (const std::string why = objection_to_states(states, count); !why.empty()) return refuse(function, why);
   if (simulation_.integrator) {
     given().get(states);
   } else {
@@ -174,9 +172,8 @@ fmi2Status Instance::get_continuous_states(double* states, std::size_t count) {
 // Accelerations that are not finite are no error of the master: a smaller step may avoid them.
 fmi2Status Instance::get_derivatives(double* derivatives, std::size_t count) {
   constexpr Function function = Function::get_derivatives;
-  const int size = simulation_.independent().size();
-  if (count != static_cast<std::size_t>(size)) return refuse(function, wrong_count(count, size));
-  if (const char* why = objection_to_arrays(count, {derivatives})) return refuse(function, why);
+  if (const std::string why = objection_to_states(derivatives, count); !why.empty())
+    return refuse(function, why);
   std::string why = values_.update(Needs::parameters);
   if (!why.empty()) return refuse(function, why);
   why = values_.update(Needs::slopes);
@@ -199,14 +196,13 @@ fmi2Status Instance::get_derivatives(double* derivatives, std::size_t count) {
 
 fmi2Status Instance::get_nominals(double* nominals, std::size_t count) {
   constexpr Function function = Function::get_nominals;
-  const int size = simulation_.independent().size();
-  if (count != static_cast<std::size_t>(size)) return refuse(function, wrong_count(count, size));
-  if (const char* why = objection_to_arrays(count, {nominals})) return refuse(function, why);
+  if (const std::string why = objection_to_states(nominals, count); !why.empty())
+    return refuse(function, why);
   state_.independent().nominals(nominals);
   return fmi2OK;
 }
 
-fmi2Status Instance::get_event_indicators(const double*, std::size_t count) {
+fmi2Status Instance::get_event_indicators(std::size_t count) {
   return count == 0 ? fmi2OK
                     : refuse(Function::get_event_indicators,
                              "the model has no event indicators, got " + std::to_string(count));

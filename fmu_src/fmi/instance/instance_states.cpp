@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "fmi/boundary/arrays.hpp"
 #include "fmi/instance/instance.hpp"
 #include "fmi/instance/snapshot.hpp"
 
@@ -9,7 +10,6 @@ namespace redysim {
 namespace {
 
 constexpr const char* foreign = "not an FMU state of this instance";
-constexpr const char* null_pointer = "an argument is a null pointer";
 
 bool same(const SolverSettings& a, const SolverSettings& b) {
   return a.method == b.method && a.rtol == b.rtol && a.atol == b.atol && a.max_step == b.max_step &&

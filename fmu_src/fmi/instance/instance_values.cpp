@@ -179,7 +179,7 @@ fmi2Status Instance::set_string(const unsigned* references, std::size_t count, c
     if (!variable) return refuse(function, unknown_reference(references[i], VariableType::string));
     const std::string why = objection_to_setting(*variable);
     if (!why.empty()) return refuse(function, why);
-    if (!values[i]) return refuse(function, "an argument is a null pointer");
+    if (!values[i]) return refuse(function, null_pointer);
     if (!parse_method(values[i], method))
       return refuse(function, variable->name + " must be " + method_names() + ", got '" + values[i] + "'");
   }
