@@ -205,7 +205,7 @@ constexpr Entry force_entries[] = {
         .there_if(is_controlled)
         .reads([](Values& at, const Variable& v) { return at.reference(v.joint).q; }, Needs::parameters)
         .derivative([](OutputDerivatives& of, const Variable& v) {
-          return of.tangent().control()->reference_q(v.joint).derivative;
+          return of.tangent().control()->reference(v.joint).q.derivative;
         })
         .depends(nullptr, initially::target)
         .constant(ConstantFactor::always)
@@ -216,7 +216,7 @@ constexpr Entry force_entries[] = {
         .there_if(is_controlled)
         .reads([](Values& at, const Variable& v) { return at.reference(v.joint).qd; })
         .derivative([](OutputDerivatives& of, const Variable& v) {
-          return of.tangent().control()->reference_qd(v.joint).derivative;
+          return of.tangent().control()->reference(v.joint).qd.derivative;
         })
         .measures(quantity::angular_velocity, quantity::velocity)
         .says("Reference angular velocity of %", "Reference velocity of %"),

@@ -18,9 +18,7 @@ double first_step(System& system, const ErrorWeights& error_weights, int order, 
   for (int attempt = 0;; ++attempt, h *= 0.1) {
     if (attempt == 12 || !(h > 0)) return 0;
     for (std::size_t i = 0; i < n; ++i) scratch.probe[i] = y[i] + h * f0[i];
-    const Status status = system.right_hand_side(time + h, scratch.probe.data(), scratch.slope.data());
-    if (status == Status::ok) break;
-    if (status == Status::fatal) return 0;
+    if (system.right_hand_side(time + h, scratch.probe.data(), scratch.slope.data()) == Status::ok) break;
   }
 
   // the step whose error h^(order+1) times the second derivative is a hundredth of the tolerance

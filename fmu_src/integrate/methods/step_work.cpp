@@ -6,17 +6,17 @@
 namespace redysim {
 namespace {
 
-constexpr int count = 6;
-constexpr double points[count] = {-0.9324695142031521, -0.6612093864662645, -0.2386191860831969,
-                                  0.2386191860831969,  0.6612093864662645,  0.9324695142031521};
-constexpr double weights[count] = {0.1713244923791704, 0.3607615730481386, 0.4679139345726910,
-                                   0.4679139345726910, 0.3607615730481386, 0.1713244923791704};
+constexpr double points[StepWork::nodes] = {-0.9324695142031521, -0.6612093864662645, -0.2386191860831969,
+                                            0.2386191860831969,  0.6612093864662645,  0.9324695142031521};
+constexpr double weights[StepWork::nodes] = {0.1713244923791704, 0.3607615730481386, 0.4679139345726910,
+                                             0.4679139345726910, 0.3607615730481386, 0.1713244923791704};
 
-// Legendre polynomials of degree 0 to `count` by their recursion.
+// Legendre polynomials of degree 0 to StepWork::nodes by their recursion.
 void legendre(double x, double* values) {
   values[0] = 1;
   values[1] = x;
-  for (int k = 1; k < count; ++k) values[k + 1] = ((2 * k + 1) * x * values[k] - k * values[k - 1]) / (k + 1);
+  for (int k = 1; k < StepWork::nodes; ++k)
+    values[k + 1] = ((2 * k + 1) * x * values[k] - k * values[k - 1]) / (k + 1);
 }
 
 }  // namespace

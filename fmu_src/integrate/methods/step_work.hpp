@@ -11,6 +11,7 @@ namespace redysim {
 // that a breakpoint of a trajectory will end.
 class StepWork {
  public:
+  static constexpr int nodes = 6;                                   // of the quadrature
   using Power = bool (*)(double time, void* owner, double& power);  // false: it cannot be computed
 
   void start() { *this = {}; }
@@ -31,7 +32,6 @@ class StepWork {
   template <class Self, class Visit>
   static void each_part(Self& self, const Visit& visit);  // that is saved
 
-  static constexpr int nodes = 6;
   static constexpr int most_bisections = 50;
   bool fit(Power power, void* owner);  // coefficients_ over the part; false: not accurate
   void next_part(Power power, void* owner);

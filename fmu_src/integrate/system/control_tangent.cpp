@@ -30,18 +30,15 @@ void ControlTangent::update(const Parameters<Dual>& parameters) {
   if (internal_model_) internal_model_->update(parameters);
 }
 
-std::size_t ControlTangent::place(int joint) const {
-  return static_cast<std::size_t>(std::find(joints_.begin(), joints_.end(), joint) - joints_.begin());
+ControlTangent::Reference ControlTangent::wanted(std::size_t k) const {
+  Reference reference = references_[k];
+  if (!follows_[k]) reference.q = gains_[k].target;
+  return reference;
 }
 
-ControlTangent::Reference ControlTangent::reference(std::size_t k) const {
-  Reference wanted = references_[k];
-  if (!follows_[k]) wanted.q = gains_[k].target;
-  return wanted;
+ControlTangent::Reference ControlTangent::reference(int joint) const {
+  return wanted(static_cast<std::size_t>(std::find(joints_.begin(), joints_.end(), joint) - joints_.begin()));
 }
-
-Dual ControlTangent::reference_q(int joint) const { return reference(place(joint)).q; }
-Dual ControlTangent::reference_qd(int joint) const { return reference(place(joint)).qd; }
 
 void ControlTangent::go_with_time(System& system, double time, std::vector<Dual>& force) {
   holds_ = system.control()->is_sampled();
@@ -59,16 +56,16 @@ void ControlTangent::answer(const std::vector<Dual>& q, const std::vector<Dual>&
                             std::vector<Dual>& force) {
   if (holds_) return;
   if (internal_model_) {
-    const auto wanted = [this](std::size_t k) { return reference(k); };
-    internal_model_->evaluate(joints_, wanted, gains_, q.data(), qd.data(), force.data(),
+    const auto of = [this](std::size_t k) { return wanted(k); };
+    internal_model_->evaluate(joints_, of, gains_, q.data(), qd.data(), force.data(),
                               internal_model_->torques.data());
   }
   for (std::size_t k = 0; k < joints_.size(); ++k) {
     const int i = joints_[k];
     Dual law = internal_model_ ? internal_model_->torques[i] : Dual(0);
-    const Reference wanted = reference(k);
+    const Reference reference = wanted(k);
     if (law_ != Law::computed_torque)
-      law += gains_[k].kp * (wanted.q - q[i]) + gains_[k].kd * (wanted.qd - qd[i]);
+      law += gains_[k].kp * (reference.q - q[i]) + gains_[k].kd * (reference.qd - qd[i]);
     force[i].derivative += law.derivative;
   }
 }

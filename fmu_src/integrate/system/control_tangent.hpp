@@ -26,16 +26,13 @@ class ControlTangent {
   // forces of the controlled joints. `force`: as System::recursion_inputs().
   void answer(const std::vector<Dual>& q, const std::vector<Dual>& qd, std::vector<Dual>& force);
 
-  // The reference of a controlled joint.
-  Dual reference_q(int joint) const;
-  Dual reference_qd(int joint) const;
-
- private:
   struct Reference {
     Dual q, qd, qdd;
   };
-  std::size_t place(int joint) const;
-  Reference reference(std::size_t k) const;
+  Reference reference(int joint) const;  // of a controlled joint
+
+ private:
+  Reference wanted(std::size_t k) const;  // of joints_[k]
 
   const Law law_;
   const std::vector<int> joints_;     // the controlled ones

@@ -15,9 +15,8 @@
 
 namespace redysim {
 
-// Result of a right-hand side or a projection, as in SUNDIALS: 0 success, > 0 try a smaller step, < 0
-// failure.
-enum class Status { ok = 0, recoverable = 1, fatal = -1 };
+// Result of a right-hand side or a projection, as in SUNDIALS: 0 success, > 0 try a smaller step.
+enum class Status { ok = 0, recoverable = 1 };
 
 // The ODE of one instance: state y (StateLayout) of the joints that are integrated, ydot = f(time, y;
 // inputs). Prescribed joints (drive motion, locked) are not in the state: between two settings their motion
@@ -53,7 +52,6 @@ class System {
   // right-hand side.
   std::vector<double>& inputs() { return inputs_; }
   double& tau(int joint) { return inputs_[input_layout_.tau[joint]]; }
-  double* port_wrench(int port) { return &inputs_[input_layout_.port_wrench[port]]; }
   double* ball_torque(int ball) { return &inputs_[input_layout_.ball_torque[ball]]; }
 
   // Inputs as polynomials of time (input_slopes.cpp): the order-th derivative, 1 to
