@@ -109,7 +109,7 @@ struct Workspace {
   std::vector<GroundState<Scalar>> ground;       // first the own one of each joint's body
   GroundState<Scalar> base;                      // the ground itself, seen from plan.origin
   Scalar contact_power;                          // W, of all contacts: what is not stored
-  std::uint64_t contact_regions = 0;             // number of the regions between corners in which contacts are
+  std::uint64_t contact_regions = 0;  // number of the regions between corners in which contacts are
   LoopState<Scalar> loop;
 };
 

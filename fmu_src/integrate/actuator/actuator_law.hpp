@@ -95,8 +95,9 @@ struct MotorPoint {
 inline unsigned limit_region(const Actuator& of, const ActuatorPoint<double>& at) {
   const MotorPoint<double> motor(of, at);
   const double speed_onset = of.speed_limit - of.speed_limit_width;
-  const unsigned torque = onset_region(std::fabs(motor.wanted) - (of.torque_limit - 0.5 * of.torque_limit_width),
-                                       of.torque_limit_width),
+  const unsigned torque =
+                     onset_region(std::fabs(motor.wanted) - (of.torque_limit - 0.5 * of.torque_limit_width),
+                                  of.torque_limit_width),
                  speed = onset_region(std::fabs(motor.speed) - speed_onset, of.speed_limit_width),
                  driven = speed > 0 && motor.wanted * motor.speed > 0 ? 1 : 0;
   return (3 * torque + speed) * 2 + driven;

@@ -56,8 +56,7 @@ bool has_backlash(const System& system) {
   bool found = false;
   for (const ElasticCouplingPlan& coupling : system.plan().elastic_couplings)
     found = found || coupling.half_play > 0;
-  each_actuator(system,
-                [&](const Actuators& of, int k) { found = found || of.law(k).has_backlash(); });
+  each_actuator(system, [&](const Actuators& of, int k) { found = found || of.law(k).has_backlash(); });
   return found;
 }
 
@@ -99,8 +98,8 @@ std::uint64_t regions_of_state(System& system, double time, const double* y) {
   each_actuator(system, [&](const Actuators& actuators, int k) {
     const Actuator& law = actuators.law(k);
     if (law.has_backlash())
-      regions.append(gear_law(law).region(y[actuators.places(k).motor_q] / law.gear_ratio -
-                                          at.q[actuators.joint(k)]));
+      regions.append(
+          gear_law(law).region(y[actuators.places(k).motor_q] / law.gear_ratio - at.q[actuators.joint(k)]));
   });
   return regions.code;
 }

@@ -5,7 +5,8 @@
 #include "integrate/system/system.hpp"
 
 // Where forces change within one or two steps of order 5: at stops, reversals against dry friction, backlash,
-// limits of actuators and contacts. An error estimate of order 8 does not see all of such a corner within its step.
+// limits of actuators and contacts. An error estimate of order 8 does not see all of such a corner within its
+// step.
 
 namespace redysim {
 

@@ -85,6 +85,7 @@ class IdleFields {
   }
 
   void check_joint(const Value& table, Section& section) {
+    if (section.text("joint") == "fixed") return;  // warned about by the reader
     if (section.text("drive") == "locked" && is_nonzero(table, "qd"))
       section.warn_idle("qd", "on a locked joint");
     if (section.flag("hold", false) && !model_.has_constraints())

@@ -24,7 +24,7 @@ void check_friction(Section& section, const Joint& joint, const std::string& of)
   const bool has_friction = section.has("friction") || section.has("static_friction");
   if (!has_friction) section.warn_idle("friction_velocity", "without friction");
   if (joint.drive != Drive::locked) return;
-  for (const char* key : {"damping", "friction", "static_friction"})
+  for (const char* key : {"armature", "damping", "friction", "static_friction"})
     section.warn_idle(key, "on a locked joint");
 }
 

@@ -71,9 +71,10 @@ TEST(joint_parameters, without_effect_are_warned_about) {
   EXPECT_EQ(warnings(arm + "stop_stiffness = 1\nstop_damping = 1\n"),
             (Lines{"6: link 'a': stop_stiffness has no effect without lower or upper",
                    "7: link 'a': stop_damping has no effect without lower or upper"}));
-  EXPECT_EQ(warnings(arm + "friction = 1\ndamping = 1\ndrive = 'locked'\n"),
+  EXPECT_EQ(warnings(arm + "friction = 1\ndamping = 1\narmature = 1\ndrive = 'locked'\n"),
             (Lines{"6: link 'a': friction has no effect on a locked joint",
-                   "7: link 'a': damping has no effect on a locked joint"}));
+                   "7: link 'a': damping has no effect on a locked joint",
+                   "8: link 'a': armature has no effect on a locked joint"}));
   EXPECT_EQ(warnings(arms + "joint = 'fixed'\nfriction = 1\nlower = 0\nstop_stiffness = 1\n").size(), 3u);
 }
 
