@@ -487,7 +487,7 @@ fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominal
   return guarded(c, Function::get_nominals, [&](Instance& i) { return i.get_nominals(nominals, nx); });
 }
 
-fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 indicators[], size_t ni) {
+fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64[], size_t ni) {
   return guarded(c, Function::get_event_indicators, [&](Instance& i) { return i.get_event_indicators(ni); });
 }
 

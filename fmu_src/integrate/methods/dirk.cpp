@@ -7,7 +7,9 @@
 #include <cstring>
 #include <utility>
 
+#include "integrate/methods/force_corners.hpp"
 #include "integrate/methods/one_step.hpp"
+#include "integrate/methods/tuning.hpp"
 
 // Diagonally implicit Runge-Kutta steps by SUNDIALS' ARKODE (ARKStep) with the exact Jacobian: L-stable and
 // stiffly accurate, each first stage explicit. It has no history, so inputs may change at every communication
@@ -73,6 +75,7 @@ class Dirk final : public OneStep {
   void set_table();
   void set_predictors();
   void integrate_power(double time, double* y);
+  bool is_doubtful(double since, const double* y, double h, double error);
   Flag run(double first_step) override;
   Flag flag_of(int arkode);
   double reached() const override;
@@ -94,6 +97,7 @@ class Dirk final : public OneStep {
   bool warming_up_ = false;  // first step, in which ARKODE allocates: of a system at rest
   long unsolved_before_ = 0;
   bool too_short_ = false;  // the step to repeat
+  CornerWatch corners_;
 };
 
 Dirk::Dirk(System& system, const SolverSettings& settings, Scratch scratch)
@@ -198,13 +202,24 @@ int Dirk::adapt(N_Vector y, double t, double h, double, double, double error, do
     self.control_.limit(h);
   }
   if (error <= 1) {
+    if (self.is_doubtful(t, data(y), h, error)) return 1;
     if (!self.keep(t, data(y), h, error)) return 1;
+    self.corners_.begin(self.system_, self.absolute(t), data(y));
     if (self.end_ - t > 0) *next = self.step_from(t, data(y)) / safety;
     return 0;
   }
   self.too_short_ = !self.repeat(t, h, error);
   *next = h / safety;
   return self.too_short_ ? 1 : 0;
+}
+
+// Whether a step of h to y must be repeated since it crosses a corner with too large an error estimate.
+bool Dirk::is_doubtful(double since, const double* y, double h, double error) {
+  const double doubted = Tuning::doubt_of_corner * error;
+  if (!(doubted > 1) || !corners_.crosses(system_, absolute(since), y)) return false;
+  too_short_ = !repeat(since, h, doubted);
+  if (!too_short_) repeat_up_to(h);
+  return true;
 }
 
 int Dirk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_pointer) {
@@ -217,6 +232,7 @@ int Dirk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_poi
   }
   // the first stage, also of a repeated step
   if (time == self.step_begin_) {
+    self.corners_.attempt();
     self.stage_ = 0;
     self.slopes_[0] = slope;
     if (self.begin_slope_ != nullptr) {
@@ -227,6 +243,7 @@ int Dirk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_poi
   ++self.statistics_.evaluations;
   newton_matrix(self.linear_solver_).set_present(data(y));
   const Status status = self.system_.right_hand_side(self.absolute(time), data(y), slope);
+  if (status == Status::ok) self.corners_.note(self.system_, self.absolute(time), data(y));
   if (time == self.step_begin_ && status == Status::ok) {
     if (time == self.since_) {
       std::memcpy(self.slope_.data(), slope, bytes);
@@ -310,6 +327,7 @@ OneStep::Flag Dirk::run(double first_step) {
   too_short_ = false;
   step_begin_ = since_;
   begin_slope_ = slope_known_ ? slope_.data() : nullptr;
+  if (!warming_up_) corners_.begin(system_, absolute(since_), y_.data());
   std::copy(y_.begin(), y_.end(), data(start_));
   ARKStepSetMaxNumSteps(ark, allowed_);
   ARKStepSetInitStep(ark, first_step);

@@ -69,7 +69,6 @@ class Erk final : public OneStep {
   double affordable_steps() const override;
   bool keeps_slope() const { return steps_.ends_with_slope() && !system_.has_constraints(); }
   bool begin_step(double h) override;
-  void note_corners(double time, const double* y);
   double attempt_error(double h) override;
   Flag accept(double end, double h) override;
   void keep_last_slope();  // that at the new state, unless this is projected
@@ -94,9 +93,7 @@ class Erk final : public OneStep {
   ExplicitSteps steps_;
   std::vector<double> weights_;  // of the present step
   bool expects_hold_ = false;    // of the inputs
-  // corners of forces: the model has some, a stage of the step was noted, the step crosses one
-  bool with_corners_ = false, noted_ = false, crosses_ = false;
-  std::uint64_t of_state_ = 0, of_evaluation_ = 0;  // regions at the start of the step, in its first stage
+  CornerWatch corners_;
   Passing passing_;
 };
 
@@ -168,37 +165,25 @@ bool Erk::slope(double time, const double* y, double* slope, void* self_pointer)
   Erk& self = static_cast<Erk&>(*static_cast<OneStep*>(self_pointer));
   ++self.statistics_.evaluations;
   if (self.system_.right_hand_side(self.absolute(time), y, slope) != Status::ok) return false;
-  if (self.with_corners_) self.note_corners(time, y);
+  self.corners_.note(self.system_, self.absolute(time), y);
   return true;
 }
 
 bool Erk::begin_step(double) {
   if (!slope_known_ && !slope(reached_, result_, slope_.data(), static_cast<OneStep*>(this))) return false;
   slope_known_ = true;
-  with_corners_ = has_corners(system_) || system_.plan().has_contacts();
-  if (with_corners_) of_state_ = regions_of_state(system_, absolute(reached_), result_);
+  corners_.begin(system_, absolute(reached_), result_);
   std::copy(slope_.begin(), slope_.end(), steps_.first_slope());
   error_weights_.evaluate(result_, weights_.data());
   error_weights_.weigh_work(system_, absolute(reached_), result_, weights_.data());
   return true;
 }
 
-// Whether a stage lies beyond a corner of a force, seen from the start of the step or from its first stage.
-void Erk::note_corners(double time, const double* y) {
-  if (crosses_) return;
-  const std::uint64_t of_evaluation = regions_of_evaluation(system_, absolute(time), y);
-  if (!noted_) of_evaluation_ = of_evaluation;
-  noted_ = true;
-  crosses_ = of_evaluation != of_evaluation_ || regions_of_state(system_, absolute(time), y) != of_state_;
-}
-
 double Erk::attempt_error(double h) {
-  crosses_ = noted_ = false;
+  corners_.attempt();
   if (!steps_.step(reached_, h, result_, candidate_)) return std::numeric_limits<double>::infinity();
   const double error = steps_.error(h, error_weights_, weights_.data());
-  if (with_corners_ && !crosses_)
-    crosses_ = regions_of_state(system_, absolute(reached_ + h), candidate_) != of_state_;
-  if (!crosses_) return error;
+  if (!corners_.crosses(system_, absolute(reached_ + h), candidate_)) return error;
   return reached_ + h > end_ ? std::max(error, Tuning::error_of_corner) : Tuning::doubt_of_corner * error;
 }
 

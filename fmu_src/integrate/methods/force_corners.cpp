@@ -50,38 +50,6 @@ Gaps gaps_of(const System& system, int i, const double* y) {
   return gaps;
 }
 
-}  // namespace
-
-bool has_backlash(const System& system) {
-  bool found = false;
-  for (const ElasticCouplingPlan& coupling : system.plan().elastic_couplings)
-    found = found || coupling.half_play > 0;
-  each_actuator(system, [&](const Actuators& of, int k) { found = found || of.law(k).has_backlash(); });
-  return found;
-}
-
-bool has_corners(const System& system) {
-  bool found = has_backlash(system);
-  for (const JointPlan<double>& joint : system.plan().joints) found = found || joint.has_resistance;
-  each_actuator(system, [&](const Actuators& of, int k) { found = found || of.law(k).has_limits(); });
-  return found;
-}
-
-double time_to_corner(const System& system, const double* y, const double* slope) {
-  double earliest = never;
-  for (int i = 0; i < system.simple(); ++i) {
-    if (!resists(system, i)) continue;
-    const Gaps gaps = gaps_of(system, i, y);
-    const int rate = system.layout().qd[i];
-    for (std::size_t k = 0; k < gaps.size(); ++k) {
-      const double time = k < positions ? time_to_close(gaps[k], y[rate], slope[rate])
-                                        : time_to_close(gaps[k], slope[rate], 0);
-      earliest = std::min(earliest, time);
-    }
-  }
-  return earliest;
-}
-
 std::uint64_t regions_of_state(System& system, double time, const double* y) {
   Regions regions;
   for (int i = 0; i < system.simple(); ++i) {
@@ -114,6 +82,55 @@ std::uint64_t regions_of_evaluation(System& system, double time, const double* y
         limit_region(actuators.law(k), actuators.point(k, y, at.q[joint], at.qd[joint], actuators.input(k))));
   });
   return regions.code;
+}
+
+}  // namespace
+
+bool has_backlash(const System& system) {
+  bool found = false;
+  for (const ElasticCouplingPlan& coupling : system.plan().elastic_couplings)
+    found = found || coupling.half_play > 0;
+  each_actuator(system, [&](const Actuators& of, int k) { found = found || of.law(k).has_backlash(); });
+  return found;
+}
+
+bool has_corners(const System& system) {
+  bool found = has_backlash(system);
+  for (const JointPlan<double>& joint : system.plan().joints) found = found || joint.has_resistance;
+  each_actuator(system, [&](const Actuators& of, int k) { found = found || of.law(k).has_limits(); });
+  return found;
+}
+
+double time_to_corner(const System& system, const double* y, const double* slope) {
+  double earliest = never;
+  for (int i = 0; i < system.simple(); ++i) {
+    if (!resists(system, i)) continue;
+    const Gaps gaps = gaps_of(system, i, y);
+    const int rate = system.layout().qd[i];
+    for (std::size_t k = 0; k < gaps.size(); ++k) {
+      const double time = k < positions ? time_to_close(gaps[k], y[rate], slope[rate])
+                                        : time_to_close(gaps[k], slope[rate], 0);
+      earliest = std::min(earliest, time);
+    }
+  }
+  return earliest;
+}
+
+void CornerWatch::begin(System& system, double time, const double* y) {
+  watches_ = has_corners(system) || system.plan().has_contacts();
+  if (watches_) of_state_ = regions_of_state(system, time, y);
+}
+
+void CornerWatch::note(System& system, double time, const double* y) {
+  if (!watches_ || crosses_) return;
+  const std::uint64_t of_evaluation = regions_of_evaluation(system, time, y);
+  if (!noted_) of_evaluation_ = of_evaluation;
+  noted_ = true;
+  crosses_ = of_evaluation != of_evaluation_ || regions_of_state(system, time, y) != of_state_;
+}
+
+bool CornerWatch::crosses(System& system, double time, const double* y) const {
+  return watches_ && (crosses_ || regions_of_state(system, time, y) != of_state_);
 }
 
 }  // namespace redysim

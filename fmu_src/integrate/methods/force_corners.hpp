@@ -17,9 +17,23 @@ bool has_corners(const System& system);
 // infinity: never. `slope`: of the state y.
 double time_to_corner(const System& system, const double* y, const double* slope);
 
-// Numbers of the regions between the corners in which a state lies, and in which the contacts and limits of
-// actuators were in the last right-hand side, that at y.
-std::uint64_t regions_of_state(System& system, double time, const double* y);
-std::uint64_t regions_of_evaluation(System& system, double time, const double* y);
+// Finds out whether a step crosses a corner. Stages count, too: a corner may be entered and left within it.
+class CornerWatch {
+ public:
+  // Of a step that starts here.
+  void begin(System& system, double time, const double* y);
+  // Of an attempt of this step.
+  void attempt() { crosses_ = noted_ = false; }
+  // A stage of it, after its right-hand side.
+  void note(System& system, double time, const double* y);
+  // Whether the attempt, which ends here, crosses a corner.
+  bool crosses(System& system, double time, const double* y) const;
+
+ private:
+  bool watches_ = false, noted_ = false, crosses_ = false;
+  // Numbers of the regions between the corners: in which the state is at the start of the step, in which the
+  // contacts and limits of actuators were in the first stage.
+  std::uint64_t of_state_ = 0, of_evaluation_ = 0;
+};
 
 }  // namespace redysim

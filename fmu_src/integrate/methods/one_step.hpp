@@ -95,6 +95,7 @@ class OneStep : public Integrator {
   // Accounts for a step of h to y at `end`. False: it must be repeated up to a contact that it passed.
   bool keep(double end, const double* y, double h, double error);
   bool repeat(double end, double& h, double error);  // h: the one to try instead. False: it is too short
+  void repeat_up_to(double h) { touch_ = h; }        // the step ends the run, and the next one starts with h
   bool close(double time, double* y);                // projects onto the constraints
 
   System& system_;
