@@ -97,7 +97,6 @@ bool has_backlash(const System& system) {
 bool has_corners(const System& system) {
   bool found = has_backlash(system);
   for (const JointPlan<double>& joint : system.plan().joints) found = found || joint.has_resistance;
-  each_actuator(system, [&](const Actuators& of, int k) { found = found || of.law(k).has_limits(); });
   return found;
 }
 
@@ -118,6 +117,7 @@ double time_to_corner(const System& system, const double* y, const double* slope
 
 void CornerWatch::begin(System& system, double time, const double* y) {
   watches_ = has_corners(system) || system.plan().has_contacts();
+  each_actuator(system, [this](const Actuators& of, int k) { watches_ = watches_ || of.law(k).has_limits(); });
   if (watches_) of_state_ = regions_of_state(system, time, y);
 }
 

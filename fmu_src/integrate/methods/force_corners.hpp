@@ -11,6 +11,7 @@
 namespace redysim {
 
 bool has_backlash(const System& system);
+// At stops, reversals and backlash, where steps of order 8 are rejected often.
 bool has_corners(const System& system);
 
 // Until a joint comes to a corner of its force by stops or friction, s, with constant accelerations;
