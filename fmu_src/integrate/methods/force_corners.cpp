@@ -117,7 +117,8 @@ double time_to_corner(const System& system, const double* y, const double* slope
 
 void CornerWatch::begin(System& system, double time, const double* y) {
   watches_ = has_corners(system) || system.plan().has_contacts();
-  each_actuator(system, [this](const Actuators& of, int k) { watches_ = watches_ || of.law(k).has_limits(); });
+  each_actuator(system,
+                [this](const Actuators& of, int k) { watches_ = watches_ || of.law(k).has_limits(); });
   if (watches_) of_state_ = regions_of_state(system, time, y);
 }
 
