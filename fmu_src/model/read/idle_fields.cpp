@@ -125,7 +125,7 @@ class IdleFields {
     const bool angle = takes_angle(table, section);
     for (const char* key : {"q", "lower", "upper", "rest", "from", "to", "rpy", "rpy_a", "rpy_b"}) {
       const Value* value = table.find(key);
-      if (!value || !(angle || std::string(key, 3) == "rpy")) continue;
+      if (!value || !(angle || std::string(key).rfind("rpy", 0) == 0)) continue;
       const std::vector<Value> one = {*value};
       for (const Value& item : value->kind == Value::Kind::list ? value->items : one) {
         if (!(std::abs(item.number) > 2 * pi) || std::fmod(item.number, 15) != 0) continue;
