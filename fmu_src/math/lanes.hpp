@@ -66,8 +66,6 @@ Lanes<Scalar> around(const Scalar& a, const Scalar& b) {
   return {{a, b, b, a}};
 }
 
-#include <cstddef>
-
 #if defined(__GNUC__)
 template <>
 struct alignas(32) Lanes<double> {
