@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from build_fmu.cli.parser import number, positive, tolerance
 from build_fmu.cli.streams import add_options, emit
-from build_fmu.cli.terminal import SEVERAL, bar, console, output_file, targets_after, warn
+from build_fmu.cli.terminal import SEVERAL, bar, console, output_file, output_folder, targets_after, warn
 from build_fmu.errors import InvalidArgument, UserError
 from build_fmu.run.signals import MODES
 
@@ -95,8 +95,7 @@ def _check_files(options: argparse.Namespace) -> None:
             output_file(path, path.name, endings)
     if options.csv:
         keep_other_files(options.csv, options.input)
-    if options.redysim_layout and options.redysim_layout.is_file():
-        raise UserError(f"'{options.redysim_layout}' is a file: --redysim-layout requires the name of a folder")
+    output_folder(options.redysim_layout, "--redysim-layout")
 
 
 def _model_of_layout(fmu: Path) -> Description:

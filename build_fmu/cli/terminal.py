@@ -35,10 +35,10 @@ def output_file(given: Path | None, name: str, endings: Sequence[str]) -> Path:
     return target
 
 
-def output_folder(given: Path | None) -> Path:
+def output_folder(given: Path | None, option: str = "-o") -> Path:
     """Returns the folder to write into, by default the current one; raises UserError for the name of a file, before the run."""
     if given is not None and given.is_file():
-        raise UserError(f"'{given}' is a file: -o requires the name of a folder")
+        raise UserError(f"'{given}' is a file: {option} requires the name of a folder")
     return given or Path(".")
 
 
