@@ -23,7 +23,7 @@ def new_figure(width: float, height: float, dpi: int = 130, settings: dict[str, 
 
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        matplotlib.rcParams.update({"svg.hashsalt": "build_fmu", "axes.formatter.use_mathtext": True, **(settings or {})})
+        matplotlib.rcParams.update({"svg.hashsalt": "build_fmu", **(settings or {})})
         figure = Figure(figsize=(width, height), dpi=dpi, **more)
         FigureCanvasAgg(figure)
         yield figure
@@ -32,7 +32,8 @@ def new_figure(width: float, height: float, dpi: int = 130, settings: dict[str, 
 @contextmanager
 def titled_figure(title: str, width: float, height: float, font_size: float = 9) -> Iterator:
     """Yields a figure with a title and room for plots."""
-    with new_figure(width, height, settings={"font.size": font_size, "axes.axisbelow": True}, layout="constrained") as figure:
+    settings = {"font.size": font_size, "axes.axisbelow": True, "axes.formatter.use_mathtext": True}
+    with new_figure(width, height, settings=settings, layout="constrained") as figure:
         figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left", fontsize=14, weight="bold", color=INK)
         yield figure
 

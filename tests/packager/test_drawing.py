@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from build_fmu.draw.drawing import _Scene, draw
+from build_fmu.draw.drawing import PLAIN_TEXT, _Scene, draw
 from build_fmu.draw.figure import new_figure
 from build_fmu.draw.groups import group_of, joint_parts, label_of, noise_of
 from build_fmu.draw.skeleton import Skeleton
@@ -156,6 +156,17 @@ def test_links_and_joints_are_round_bodies():
     assert rod[:, 0].max() == pytest.approx(1) and np.abs(rod[:, 2]).max() == pytest.approx(1.28 * skeleton.thick)
     joint = np.concatenate([t.reshape(-1, 3) for t, owner in skeleton.parts if owner == 1])
     assert np.ptp(joint[:, 1]) == pytest.approx(3.4 * skeleton.thick) and np.ptp(joint[:, 0]) == pytest.approx(2.56 * skeleton.thick)
+
+
+@pytest.mark.parametrize("plane", [(0, 1), None])
+def test_axis_labels_are_plain_numbers(plane):
+    with new_figure(6.4, 5.6, 110, PLAIN_TEXT) as figure:
+        scene = _Scene(figure, plane, 1.0, 2)
+        scene.points += [np.array([-0.1, -0.2, -0.2]), np.array([1.0, 0.4, 0.2])]
+        scene.finish("numbers", "", None)
+        figure.canvas.draw()
+        labels = [label.get_text() for label in scene.axes.get_xticklabels()]
+        assert len(labels) > 2 and np.isfinite([float(label.replace("\N{MINUS SIGN}", "-")) for label in labels]).all()
 
 
 def test_axis_labels_are_inside_the_picture():
