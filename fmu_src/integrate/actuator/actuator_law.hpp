@@ -5,9 +5,9 @@
 #include "dynamics/elastic_force.hpp"
 #include "model/actuator.hpp"
 
-// The law of one actuator, on doubles or dual numbers, as may be its own numbers: input -> lag -> limits ->
-// motor -> torque on the joint. N is the gear ratio; torques are those on the joint side, N times smaller on
-// the motor side.
+// The law of one actuator: input -> lag -> limits -> motor -> torque on the joint. Variables and parameters
+// may be doubles or dual numbers. N is the gear ratio; torques refer to the joint side and are N times
+// smaller on the motor side.
 //   lag      T x' = input - x
 //   motor    L i' = x - R i - k_t motor_qd, torque N k_t i
 //   limits   of torque and speed
@@ -16,23 +16,23 @@
 
 namespace redysim {
 
-// State of an actuator and of its joint. Entries that the actuator does not have are not used.
+// State of an actuator and of its joint. Entries that the actuator does not have are ignored.
 template <class Scalar>
 struct ActuatorPoint {
-  Scalar input;              // N m or N; of a DC motor V
-  Scalar q, qd;              // of the joint
-  Scalar motor_q, motor_qd;  // of an elastic gear's motor, rad and rad/s
-  Scalar current;            // A, with inductance
-  Scalar lagged;             // the input behind the lag
+  Scalar input;              // N m or N; V for a DC motor
+  Scalar q, qd;              // position and velocity of the joint
+  Scalar motor_q, motor_qd;  // of the motor of an elastic gear, rad and rad/s
+  Scalar current;            // A, if it has inductance
+  Scalar lagged;             // the input after the lag
 };
 
 template <class Scalar>
 struct ActuatorResponse {
   Scalar torque;                                // on the joint
   Scalar motor_qdd, current_rate, lagged_rate;  // slopes of the states
-  Scalar power;       // of the motor, less the loss in the gear and the power of `torque` on the joint, W
+  Scalar power;       // motor power minus gear loss and the power of `torque` on the joint, W
   Scalar current;     // A
-  Scalar saturation;  // part of the motor's torque that the limits remove, 0 to 1
+  Scalar saturation;  // part of the motor torque removed by the limits, 0 to 1
 };
 
 template <class Scalar, class Number>
@@ -40,13 +40,13 @@ Scalar onset_force(const Scalar& depth, const Number& width) {
   return depth > Scalar(0) ? SmoothOnset<Scalar>(depth, Scalar(width)).force() : Scalar(0);
 }
 
-// Of an elastic gear: torques on the joint side, against the twist.
+// Law of an elastic gear: torque on the joint side as a function of the twist.
 template <class Number>
 ElasticLawOf<Number> gear_law(const ActuatorOf<Number>& gear) {
   return {gear.stiffness, gear.damping, 0.5 * gear.backlash, gear.backlash_width};
 }
 
-// Exact below the limit by half the width, twice continuously differentiable, reaches the limit.
+// Exact up to half the width below the limit, twice continuously differentiable, never above the limit.
 template <class Scalar, class Number>
 Scalar saturated_torque(const ActuatorOf<Number>& motor, const Scalar& torque) {
   if (!motor.limits_torque()) return torque;
@@ -54,7 +54,7 @@ Scalar saturated_torque(const ActuatorOf<Number>& motor, const Scalar& torque) {
   return torque - onset_force(Scalar(torque - least), width) + onset_force(Scalar(-torque - least), width);
 }
 
-// The driving torque fades out before the speed limit; braking stays.
+// The driving torque decreases to zero before the speed limit; braking torque is unchanged.
 template <class Scalar, class Number>
 Scalar torque_at_speed(const ActuatorOf<Number>& motor, const Scalar& torque, const Scalar& speed) {
   if (!motor.limits_speed() || !(torque * speed > Scalar(0))) return torque;
@@ -74,8 +74,8 @@ Scalar torque_at_rest(const ActuatorOf<Number>& actuator, const Scalar& input) {
   return saturated_torque(actuator, Scalar(gain * input));
 }
 
-// The motor before the limits: its speed on the joint side, voltage over the resistance and inductance,
-// current, torque on the joint side.
+// The motor before its limits, on the joint side: speed, voltage over resistance and inductance, current,
+// torque.
 template <class Scalar>
 struct MotorPoint {
   Scalar speed, drop{0}, current{0}, wanted;
@@ -91,7 +91,7 @@ struct MotorPoint {
   }
 };
 
-// Index of the region between the corners of the limits.
+// Index of the region between the corners of the torque and speed limits.
 inline unsigned limit_region(const Actuator& of, const ActuatorPoint<double>& at) {
   const MotorPoint<double> motor(of, at);
   const double speed_onset = of.speed_limit - of.speed_limit_width;

@@ -12,7 +12,7 @@ ActuatorResponse<double> response_at_rest(const Actuator& law, double input) {
   return response;
 }
 
-// Depth beyond the backlash at which the onset gives a force.
+// Depth beyond the backlash at which SmoothOnset gives this force (per stiffness).
 double depth_of(double force, double width) {
   if (force >= 0.5 * width) return force + 0.5 * width;
   double low = 0, high = width;
@@ -110,11 +110,11 @@ void Actuators::set_scales(int index, double of_joint, double response, double* 
   const auto set = [&](int entry, double scale) {
     if (entry >= 0) scales[entry - layout_.motor_q.begin] = scale;
   };
-  // 1 A, V, N m or N at most: a heavy body does not feel them, but they are outputs
+  // at most 1 A, V, N m or N: they hardly move a heavy body, but are outputs
   const auto set_force = [&](int entry, double scale) { set(entry, scale > 0 ? std::min(scale, 1.0) : 1); };
   set(place.motor_q, N * of_joint);
   set(place.motor_qd, N * of_joint);
-  const double per_ampere = N * of.torque_constant;  // torque
+  const double per_ampere = N * of.torque_constant;  // torque on the joint per ampere
   set_force(place.current, of_joint * of.resistance / (of.inductance * response * per_ampere));
   set_force(place.lagged,
             of_joint / (of.time_constant * response) * (of.is_electric() ? of.resistance / per_ampere : 1));

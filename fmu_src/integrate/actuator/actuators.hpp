@@ -9,11 +9,11 @@
 
 namespace redysim {
 
-// The actuators that act on integrated joints: from inputs to torques on the joints, and the slopes of their
-// states. Neither allocates nor throws after construction.
+// The actuators of integrated joints: convert inputs to torques on the joints and compute the slopes of
+// actuator states. Neither allocates nor throws after construction.
 class Actuators {
  public:
-  // `integrated`: the joints in the state, by their place in it.
+  // `integrated`: the joints in the state, in the order of their positions.
   Actuators(const Model& model, const std::vector<int>& integrated, const std::vector<int>& carrier);
 
   bool empty() const { return list_.empty(); }
@@ -26,22 +26,22 @@ class Actuators {
   ActuatorCounts counts() const { return counts_; }
   void set_layout(const StateLayout& layout) { layout_ = layout; }
 
-  // The position of a state in y, or -1: the actuator does not have it.
+  // Indices of the states of an actuator in y; -1: the actuator does not have this state.
   struct Places {
     int motor_q, motor_qd, current, lagged;
   };
   Places places(int index) const;
 
-  // Replaces the inputs of the actuators in `forces`, per joint, by their torques on the joints.
+  // Replaces the actuator inputs in `forces` (per joint) by torques on the joints.
   void apply(const double* y, double* forces);
-  // Exchanges the inputs of the last `apply` with the entries of `forces`.
+  // Swaps the inputs of the last `apply` with the entries of `forces`.
   void exchange_inputs(double* forces);
 
-  // Of the last `apply`.
+  // Input and response of the last `apply`.
   double input(int index) const { return inputs_[index]; }
   const ActuatorResponse<double>& response(int index) const { return responses_[index]; }
   void set_slopes(const double* y, double* ydot) const;
-  double power() const;  // to be added to that of the torques on the joints, W
+  double power() const;  // additional to the power of the torques on the joints, W
 
   template <class Scalar>
   ActuatorPoint<Scalar> point(int index, const Scalar* y, const Scalar& q, const Scalar& qd,
@@ -56,7 +56,7 @@ class Actuators {
     const int place = places(index).motor_qd;
     return place < 0 ? Scalar(0) : Scalar(0.5 * law(index).rotor_inertia * y[place] * y[place]);
   }
-  // `gear`: its law, with numbers of any type.
+  // `gear`: its law, with parameters of any scalar type.
   template <class Scalar, class Number>
   Scalar potential_energy(int index, const ActuatorOf<Number>& gear, const Scalar* y, const Scalar& q) const {
     const int place = places(index).motor_q;
@@ -65,23 +65,24 @@ class Actuators {
     return ElasticForce<Scalar>(gear_law(gear), twist, Scalar(0)).energy;
   }
 
-  // The scales of the states of an actuator (System::scales), from the scale of its joint's motion and the
-  // joint's acceleration under a unit torque; `scales` begins with the first actuator state.
+  // Sets the scales of an actuator's states (System::scales), from the scale of its joint's motion and the
+  // joint's acceleration under a unit torque. `scales` begins with the first actuator state.
   void set_scales(int index, double of_joint, double response, double* scales) const;
 
-  // States at the start: untwisted gears, no current, no lagged input.
+  // Sets the states at the start: gears without twist, zero current and lagged input.
   void set_start(double* y) const;
 
-  // At rest (integrate/system/equilibrium.hpp): `apply` gives the torques of constant inputs, slopes are 0.
+  // While resting (integrate/system/equilibrium.hpp), `apply` gives the torques of constant inputs, and
+  // slopes are 0.
   void rest(bool resting) { resting_ = resting; }
   bool is_resting() const { return resting_; }
-  // The states after which the actuators rest under the inputs of the last `apply`.
+  // Sets the states at which the actuators rest under the inputs of the last `apply`.
   void set_rest(double* y) const;
 
  private:
   struct Placed {
     Actuator law;
-    int number, joint, place;  // in the model; in the plan; in the state
+    int number, joint, place;  // indices in the model, the plan and the state
     int motor = -1, current = -1, lagged = -1;
   };
   std::vector<Placed> list_;
@@ -92,7 +93,7 @@ class Actuators {
   bool resting_ = false;
 };
 
-// The derivatives of a response by the entries of its point.
+// Derivatives of a response by the entries of its point.
 struct ActuatorGradient {
   enum Entry { input, q, qd, motor_q, motor_qd, current, lagged, entries };
   ActuatorResponse<Dual> by[entries];

@@ -10,7 +10,7 @@ namespace redysim {
 
 namespace {
 
-// Adds `factor` times the column of a force to that of a variable.
+// Adds `factor` times the column of a force to the column of a variable.
 void add_force_column(std::size_t variable, double factor, std::size_t force, double* columns,
                       std::size_t length) {
   for (std::size_t row = 0; row < length; ++row)
@@ -58,14 +58,14 @@ void Control::update(const Parameters<double>& parameters) {
 bool Control::enter(double time, double* phases) const {
   bool changed = false;
   for (std::size_t k = 0; k < trajectories_.size(); ++k) {
-    const double phase = phase_at(trajectories_[k], passed(time));  // continuous there
+    const double phase = phase_at(trajectories_[k], passed(time));  // a phase is continuous at its start
     changed = changed || phase != phases[k];
     phases[k] = phase;
   }
   return changed;
 }
 
-// At the points of a table the slope of the acceleration jumps, which an error estimate may miss.
+// At the knots of a table the derivative of the acceleration jumps, which an error estimate may miss.
 StepLimits Control::step_limits(double time, const double* phases) const {
   StepLimits limits;
   for (std::size_t k = 0; k < trajectories_.size(); ++k)
@@ -111,11 +111,11 @@ void Control::add_feedback(double time, const double* phases, const double* q, c
                            const double* inputs, const std::vector<JointVariable>& variables, double* columns,
                            std::size_t length) {
   add_gains(variables, columns, length);
-  // the reference of feed-forward does not depend on the state
+  // the feed-forward torques do not depend on the state
   if (!internal_model_ || law_ == Law::feed_forward) return;
 
-  // forward differences of the model's part
-  constexpr double step = 1.5e-8;  // square root of rounding
+  // forward differences of the internal model
+  constexpr double step = 1.5e-8;  // square root of the rounding error
   const std::size_t n = trajectory_of_.size(), first_force = variables.size() - joints_.size();
   std::copy_n(q, n, changed_.q.begin());
   std::copy_n(qd, n, changed_.qd.begin());

@@ -3,7 +3,7 @@
 #include "integrate/control/control.hpp"
 #include "integrate/control/internal_model.hpp"
 
-// What of Control runs in every right-hand side.
+// The functions of Control that every right-hand side calls.
 
 namespace redysim {
 

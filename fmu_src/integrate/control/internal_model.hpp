@@ -11,8 +11,8 @@
 
 namespace redysim {
 
-// The plant that a controller knows: controlled joints are prescribed. Gravity compensation knows no contacts
-// and stops, since a torque that cancelled their forces would push through them.
+// The controller's model of the plant: controlled joints are prescribed. For gravity compensation it has no
+// contacts and stops, since a torque that cancels their forces would push through them.
 Model known_plant(Model model);
 
 // The part of a control law that uses a model of the plant, on any scalar. Does not allocate after
@@ -20,10 +20,10 @@ Model known_plant(Model model);
 template <class Scalar>
 struct InternalModel {
   Law law;
-  Plan<Scalar> plan;  // its controlled joints are prescribed
+  Plan<Scalar> plan;  // controlled joints are prescribed
   Workspace<Scalar> workspace;
   std::vector<Scalar> inputs, q, qd, qdd, zero;
-  std::vector<Scalar> torques;  // for the caller
+  std::vector<Scalar> torques;  // work space of the caller
 
   InternalModel(Law of_control, Plan<Scalar> of)
       : law(of_control),
@@ -43,8 +43,8 @@ struct InternalModel {
     forget_stops();
   }
 
-  // The torques of the law at (q, qd), without PD control, into `result` (nv). `reference(k)` and `gains[k]`
-  // are those of the controlled joint `joints[k]`; `given`: inputs of the other joints.
+  // Sets `result` (nv) to the torques of the law at (q, qd), without PD control. `reference(k)` and
+  // `gains[k]` belong to the controlled joint `joints[k]`; `given`: inputs of the other joints.
   template <class References, class Gains>
   void evaluate(const std::vector<int>& joints, const References& reference, const Gains& gains,
                 const Scalar* at_q, const Scalar* at_qd, const Scalar* given, Scalar* result) {
@@ -64,14 +64,14 @@ struct InternalModel {
       for (auto& joint : plan.joints) joint.has_stops = false;
   }
 
-  // The torques that keep the controlled joints at rest.
+  // Torques that keep the controlled joints at rest.
   void gravity_compensation(const std::vector<int>& joints, const Scalar* at_q, Scalar* result) {
     if (!plan.has_constraints()) return inverse(at_q, zero.data(), zero.data(), result);
     std::fill(inputs.begin(), inputs.end(), Scalar(0));
     forces_of_motion(joints, at_q, zero.data(), result);
   }
 
-  // The torques along the reference. All joints are controlled or prescribed.
+  // Torques along the reference; requires that all joints are controlled or prescribed.
   template <class References>
   void feed_forward(const std::vector<int>& joints, const References& reference, const Scalar* at_q,
                     const Scalar* at_qd, const Scalar* given, Scalar* result) {
@@ -87,8 +87,8 @@ struct InternalModel {
     inverse(q.data(), qd.data(), qdd.data(), result);
   }
 
-  // The torques at which qdd = qdd_reference + kd e' + kp e. The law knows the drives of the other joints,
-  // but not the forces at ports.
+  // Torques for qdd = qdd_reference + kd e' + kp e. The law includes the drives of the other joints, but not
+  // the forces at ports.
   template <class References, class Gains>
   void computed_torque(const std::vector<int>& joints, const References& reference, const Gains& gains,
                        const Scalar* at_q, const Scalar* at_qd, const Scalar* given, Scalar* result) {
@@ -101,7 +101,7 @@ struct InternalModel {
     forces_of_motion(joints, at_q, at_qd, result);
   }
 
-  // What the controlled joints take for the accelerations in `inputs`.
+  // Torques of the controlled joints for the accelerations in `inputs`.
   void forces_of_motion(const std::vector<int>& joints, const Scalar* at_q, const Scalar* at_qd,
                         Scalar* result) {
     if constexpr (std::is_same_v<Scalar, double>) {

@@ -10,7 +10,7 @@ namespace redysim {
 namespace {
 
 constexpr double two_pi = 2 * pi;
-// At least, in a piece of a table and in a trajectory of one piece.
+// Minimum number of steps: in a piece of a table, and in a trajectory of one piece.
 constexpr double steps_of_piece = 3, steps_of_motion = 8;
 
 // ReDySim's cycloid: velocity and acceleration are 0 at both ends.
@@ -44,14 +44,14 @@ bool is_inside(const Trajectory& trajectory, int phase) {
   return phase > 0 && phase < last_phase(trajectory);
 }
 
-// The piece after the one that holds a time, among those of a phase inside the interval; `end`: none.
+// The piece after the one that contains a time, among those of an inner phase; `end`: none.
 Pieces next_piece(const Trajectory& trajectory, int phase, double time, Pieces& end) {
   const auto place = static_cast<std::size_t>(phase - 1);
   const auto begin = trajectory.pieces.begin();
   const Pieces first = begin + static_cast<std::ptrdiff_t>(place == 0 ? 0 : trajectory.jumps[place - 1]);
   end = place == trajectory.jumps.size() ? trajectory.pieces.end()
                                          : begin + static_cast<std::ptrdiff_t>(trajectory.jumps[place]);
-  // knots are mostly uniform
+  // first guess for uniform knots
   const double part = (time - first->knot) / ((end - 1)->knot - first->knot);
   if (part >= 0 && part < 1) {
     const Pieces guess = first + static_cast<std::ptrdiff_t>(part * static_cast<double>(end - 1 - first));
@@ -66,7 +66,7 @@ const Trajectory::Piece& piece_at(const Trajectory& trajectory, int phase, doubl
   return *(next_piece(trajectory, phase, time, end) - 1);
 }
 
-// The function of a phase inside the interval, continued beyond its ends.
+// The motion in an inner phase, continued beyond its ends.
 JointMotion inside(const Trajectory& trajectory, int phase, double time) {
   if (trajectory.kind == Trajectory::Kind::cycloid) return cycloid(trajectory, time);
   return polynomial(piece_at(trajectory, phase, time), time);
@@ -99,8 +99,8 @@ void limit_step(const Trajectory& trajectory, int phase, double time, StepLimits
     if (next != last) limits.knot = std::min(limits.knot, next->knot);
     if (next != trajectory.pieces.end()) end = next->knot;
     begin = piece->knot;
-    // a step in a table sees the acceleration at its start, but not what differs more from it than it from
-    // zero
+    // a step in a table uses the acceleration at its start, but may miss a change that is larger than this
+    // acceleration
     const std::vector<double>& c = piece->coefficients;
     double change = 0;
     for (std::size_t k = c.size(); k-- > 3;) change = (change + std::fabs(c[k])) * (end - begin);

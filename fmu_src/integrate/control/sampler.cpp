@@ -8,7 +8,7 @@
 
 namespace redysim {
 
-// On their way are those of a whole delay, that of the instant itself and one that is early by rounding.
+// Delayed torques: those of a whole delay, that of the present instant and one that may be early by rounding.
 Sampler::Sampler(const Controller& controller, bool law_before)
     : period_(controller.sample_time),
       delay_(controller.delay),
@@ -54,7 +54,7 @@ bool Sampler::arrive(double time, double* memory) const {
   return true;
 }
 
-// An arrival that differs from a sample by rounding belongs to that sample.
+// An arrival that differs from a sample only by rounding belongs to that sample.
 double Sampler::next_instant(double time, const double* memory) const {
   const double sample = after(time, memory[origin_]), arrival = after(time, memory[origin_] + delay_);
   return passed(arrival) < sample ? arrival : sample;

@@ -7,17 +7,17 @@
 namespace redysim {
 
 // Sampled control: torques are computed at the instants origin + k period, act `delay` later and are held
-// until the next ones. The memory belongs to the caller, zeros at the start: the origin (the first instant),
-// the numbers of samples and of arrivals, the held torques, and the torques on their way.
+// until the next ones. The memory belongs to the caller and is zero at the start. It holds the origin (the
+// first instant), the numbers of samples and of arrivals, the held torques, and the delayed torques.
 class Sampler {
  public:
-  // `law_before`: the law itself acts until the first torques arrive, not 0.
+  // `law_before`: until the first torques arrive, the law itself acts instead of zero torques.
   Sampler(const Controller& controller, bool law_before);
 
-  bool is_active() const { return period_ > 0; }  // else nothing below is used
+  bool is_active() const { return period_ > 0; }  // otherwise the functions below are not used
   std::size_t memory_size() const { return is_active() ? begin_ + (1 + slots_) * joints_ : 0; }
 
-  // Whether the held torques act; otherwise the law does.
+  // Whether the held torques act; otherwise the law acts directly.
   bool holds(const double* memory) const { return is_active() && (memory[samples_] > 0 || !law_before_); }
   const double* held(const double* memory) const { return memory + begin_; }
 

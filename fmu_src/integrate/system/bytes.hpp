@@ -6,11 +6,11 @@
 #include <type_traits>
 #include <vector>
 
-// Numbers as plain bytes of this machine's byte order, and back with every length checked.
+// Numbers as raw bytes in this machine's byte order; reading checks every length.
 
 namespace redysim {
 
-// Appends.
+// Appends numbers to `bytes`.
 class ByteWriter {
  public:
   explicit ByteWriter(std::vector<unsigned char>& bytes) : bytes_(bytes) {}
@@ -34,7 +34,7 @@ class ByteWriter {
   std::vector<unsigned char>& bytes_;
 };
 
-// After a read that failed all others fail.
+// Reads numbers in the order of writing. After a failed read, all later reads fail.
 class ByteReader {
  public:
   ByteReader(const unsigned char* bytes, std::size_t size) : next_(bytes), left_(bytes ? size : 0) {}
@@ -52,10 +52,10 @@ class ByteReader {
     next_ += count * sizeof(Value);
     left_ -= count * sizeof(Value);
   }
-  const unsigned char* rest() const { return next_; }  // what was not read yet
+  const unsigned char* rest() const { return next_; }  // unread bytes
   std::size_t left() const { return left_; }
   bool good() const { return good_; }
-  bool finished() const { return good_ && left_ == 0; }  // all read, nothing left over
+  bool finished() const { return good_ && left_ == 0; }  // no failed read and no bytes left
 
  private:
   const unsigned char* next_;

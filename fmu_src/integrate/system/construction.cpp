@@ -6,7 +6,7 @@
 #include "integrate/system/system.hpp"
 #include "model/motion_scale.hpp"
 
-// Construction of a System, optimised for size as all that runs once.
+// Construction of a System; optimised for size since it runs once.
 
 namespace redysim {
 
@@ -40,7 +40,7 @@ namespace redysim {
   if (model) set_scales(*model, parameters_of(*model));
 }
 
-// Each joint is integrated, or its motion is held between settings, or a trajectory moves it.
+// A joint is integrated, or its motion is held between settings, or a trajectory prescribes it.
 [[gnu::cold]] void System::set_layouts(bool with_work, const Model* model) {
   int held_motions = 0;
   for (int i = 0; i < plan_.nv; ++i) {
@@ -80,9 +80,9 @@ namespace redysim {
   std::copy_n(scales_.begin() + layout_.q.count, layout_.actuators(), layout_.motor_q.of(y));
 }
 
-// A motor moves N times its joint. A torque counts as much as the velocity that it gives the joint in its
-// time constant. Where loops hold the joint, at a dead point perhaps only there, the response is rounding: a
-// tenth of that without loops is the least that counts.
+// The scale of a motor is N times that of its joint, with N the gear ratio. A torque is scaled by the
+// velocity that it gives the joint within its time constant. Where loops lock the joint, perhaps only at a
+// dead point, the response is a rounding error: a tenth of the response without loops is the minimum.
 [[gnu::cold]] void System::set_actuator_scales(const Parameters<double>& parameters) {
   Workspace<double> workspace(plan_);
   std::vector<double> q(q_), qd(q_.size(), 0.0), free(qd), moved(qd);

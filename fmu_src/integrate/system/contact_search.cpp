@@ -13,18 +13,18 @@
 namespace redysim {
 namespace {
 
-constexpr double largest_turn = 0.5;  // rad, of a joint in a segment
-constexpr double largest_move = 0.5;  // of the spacing of a height map, in a segment
-constexpr int most_segments = 1000;   // a step that needs more of them is shortened
-constexpr double shortest = 1e-9;     // part of a step
-constexpr double accurate = 0.9;      // part of a segment after which its cubic is accurate
-constexpr double slightly = 0.01;     // of the width: almost no force
-constexpr double deepening = 2;       // largest depth after a step, of the depth before it or the width
-constexpr double rising = 0.5;        // largest rise in a step, of the depth before it or the width
+constexpr double largest_turn = 0.5;  // maximum rotation of a joint in a segment, rad
+constexpr double largest_move = 0.5;  // maximum in a segment, relative to the spacing of a height map
+constexpr int most_segments = 1000;   // a step that needs more is shortened
+constexpr double shortest = 1e-9;     // minimum segment, relative to the step
+constexpr double accurate = 0.9;      // relative end of a segment beyond which its cubic is accurate
+constexpr double slightly = 0.01;     // relative to the width: almost no force
+constexpr double deepening = 2;       // maximum after a step, relative to the depth before or the width
+constexpr double rising = 0.5;        // maximum rise in a step, relative to the depth before it or the width
 
 }  // namespace
 
-// A distance at both ends of a segment of length 1, and a bound of how fast its path turns away from a line.
+// A distance at both ends of a segment of length 1, and a bound of the change of the path's direction.
 struct ContactSearch::Course {
   double start, start_rate, end, end_rate, bend;
 
@@ -32,7 +32,7 @@ struct ContactSearch::Course {
     const double w = 1 - u;
     return w * w * (start * (1 + 2 * u) + start_rate * u) + u * u * (end * (1 + 2 * w) - end_rate * w);
   }
-  // The zero of a distance that is positive at the start and negative at `high`.
+  // The zero of a distance that is positive at 0 and negative at `high`.
   double root(double high = 1) const {
     double low = 0;
     for (int k = 0; k < 40; ++k) {
@@ -41,7 +41,7 @@ struct ContactSearch::Course {
     }
     return high;
   }
-  // Where the distance passes zero if it is positive at both ends and negative in between; otherwise 1.
+  // Where the distance becomes zero if it is positive at both ends and negative in between; otherwise 1.
   double passed_root() const {
     const double a = 2 * (start - end) + start_rate + end_rate,
                  b = 3 * (end - start) - 2 * start_rate - end_rate;
@@ -51,8 +51,8 @@ struct ContactSearch::Course {
     if (!(lowest > 0 && lowest < 1 && at(lowest) < 0)) return 1;
     return root(lowest);
   }
-  // Whether the distance may be negative in between: distances from convex bodies are above their tangents
-  // on a line, and above parabolas on other paths.
+  // Whether the distance may be negative in between. On a line, distances from convex bodies lie above their
+  // tangents, on other paths above parabolas.
   bool may_touch() const {
     const double meeting = (start - end + end_rate + 0.5 * bend) / (end_rate - start_rate + bend);
     return meeting > 0 && meeting < 1 && start + (start_rate - 0.5 * bend * meeting) * meeting < 0;
@@ -80,7 +80,8 @@ ContactSearch::ContactSearch(const Plan<double>& plan)
   start_.resize(pressed_.size());
 }
 
-// Spherical joints of a spinning body: constant angular acceleration in link axes, not of the angles.
+// Spherical joints: constant angular acceleration in link axes, since the angles of a spinning body vary
+// fast.
 void ContactSearch::predict_balls(const Plan<double>& plan, const double* qdd, double after) {
   for (const int chart : plan.balls) {
     const double* q = &start_q_[chart + 1];
@@ -100,7 +101,7 @@ void ContactSearch::predict_balls(const Plan<double>& plan, const double* qdd, d
   }
 }
 
-// Sets the ground motion `after` s after the start.
+// Sets the ground motion predicted for `after` s after the start.
 void ContactSearch::predict(const Plan<double>& plan, Workspace<double>& ws, const double* qdd,
                             double after) {
   for (std::size_t i = 0; i < q_.size(); ++i) {
@@ -116,7 +117,7 @@ double ContactSearch::travel(std::size_t joint, const double* qdd, double h) con
   return h * (std::abs(start_qd_[joint]) + 0.5 * h * std::abs(qdd[joint]));
 }
 
-// Uses the ground poses at the start of the step.
+// Makes the start of the step the reference; uses the ground poses there.
 void ContactSearch::set_reference(const Plan<double>& plan, const Workspace<double>& ws) {
   reference_q_ = start_q_;
   for (const PoseStep& step : plan.poses)
@@ -131,7 +132,7 @@ void ContactSearch::set_reference(const Plan<double>& plan, const Workspace<doub
   }
 }
 
-// Whether there are any in a step of `h` s from the start.
+// Selects near_, the pairs that may touch in a step of `h` s from the start. False: there are none.
 bool ContactSearch::find_near_pairs(const Plan<double>& plan, const double* qdd, double h) {
   for (const PoseStep& step : plan.poses) {
     if (step.kind != PoseStep::Kind::moved) continue;
@@ -161,14 +162,14 @@ void ContactSearch::set_distances(const Workspace<double>& ws, std::vector<Conta
   for (const NearPair& near : near_) contact_distances(*near.pair, ws, &distances[near.first_point]);
 }
 
-// Selects the pairs with points that may begin to touch. Returns the step in which no touching point is
-// pressed much deeper or, if asked, rises much.
+// Selects the pairs with points that may begin to touch. Returns the step, s, in which no touching point
+// becomes much deeper or, if requested, rises much.
 double ContactSearch::find_waiting_points(double h, bool or_separation) {
   double longest = h;
   std::size_t kept = 0;
   for (const NearPair& near : near_) {
     const std::size_t waiting_before = waiting_.size();
-    // the depth in a height map may change more than the point moves
+    // in a height map, the depth may change more than the point moves
     const bool bounded = near.pair->surface.kind != ShapeKind::heightmap;
     for (std::size_t k = near.first_point; k < near.first_point + near.pair->balls.size(); ++k) {
       const ContactDistance& at = before_[k];
@@ -241,7 +242,7 @@ double ContactSearch::search(const Plan<double>& plan, Workspace<double>& ws, co
   return h;
 }
 
-// Of a point from `from` to after_, in `length` s.
+// Path of a point from `from` to after_ in `length` s.
 ContactSearch::Course ContactSearch::course(const ContactDistance& from, std::size_t point,
                                             double length) const {
   const ContactDistance& to = after_[point];
@@ -249,8 +250,8 @@ ContactSearch::Course ContactSearch::course(const ContactDistance& from, std::si
           length * (to.velocity - from.velocity).norm()};
 }
 
-// The part of the segment between before_ and after_ until a point touches; 1: none touches, -1: the segment
-// is too long for a decision.
+// Part of the segment between before_ and after_ until a point touches; 1: none touches, -1: the segment is
+// too long to decide.
 double ContactSearch::part_to_touch(double length, bool may_be_shorter) const {
   double part = 1;
   for (const std::size_t k : waiting_) {

@@ -7,7 +7,7 @@
 
 namespace redysim {
 
-// Finds when contact points first touch on a predicted motion, so that no step passes a contact unseen.
+// Finds when contact points first touch in a predicted motion, so that no step misses a contact.
 //
 // Joints are predicted by Taylor polynomials of order 2. The change of the joints since a reference bounds
 // the displacement of the bodies, which excludes contact points that are further away. For the others, poses
@@ -19,16 +19,16 @@ class ContactSearch {
  public:
   [[gnu::cold]] explicit ContactSearch(const Plan<double>& plan);
 
-  // The part of the step `h` (s) from q, qd with the accelerations qdd (plan.nv) in which no contact point
-  // that is apart now is pressed by more than a hundredth of the width of its law, and no touching point much
-  // deeper than now; `h` if there is no such point. `or_separation`: nor does a touching point rise by more
-  // than half its depth. Overwrites the ground motion in the workspace.
+  // The part, s, of the step `h` from q, qd with the accelerations qdd (all of length plan.nv) that ends
+  // before one of these: a separated contact point penetrates by more than a hundredth of the width of its
+  // law, or a touching point becomes much deeper. Returns `h` if neither happens. `or_separation`: also ends
+  // before a touching point rises by more than half its depth. Overwrites the ground motion in the workspace.
   double step_to_touch(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
                        const double* qdd, double h, bool or_separation);
 
-  // After such a step of `h` s, which ended at q, qd: the part of it until a point touched that is apart at
-  // both ends, by the cubic through the actual distances and rates; `h` if none did. Overwrites the ground
-  // motion in the workspace.
+  // Call after this step of `h` s, which ended at q, qd. Returns the part, s, until a point touched that is
+  // separated at both ends, by the cubic through its actual distances and rates; `h` if none did. Overwrites
+  // the ground motion in the workspace.
   double passed_touch(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
                       double h);
 
@@ -38,14 +38,15 @@ class ContactSearch {
     double moved, turned;
     double of_point(double arm) const { return moved + std::min(turned, 2.0) * arm; }
   };
-  // A pair at the reference: its separation, and the lever of the points about the carrier of the surface, m.
+  // A pair at the reference: its separation, and the distance of its points from the carrier of the surface,
+  // m.
   struct ReferencePair {
     double separation, carrier_arm;
   };
   struct NearPair {
     const ContactPair<double>* pair;
     std::size_t first_point;
-    double moved;  // bound of the displacement of its points relative to its surface, m
+    double moved;  // bound of the displacement of its points relative to the surface, m
   };
 
   struct Course;
@@ -65,14 +66,14 @@ class ContactSearch {
   double part_to_touch(double length, bool may_be_shorter) const;
 
   std::vector<double> start_q_, start_qd_, q_, qd_;
-  std::vector<double> reference_q_, arms_;  // arms_: per body, of its origin about its parent's, m
+  std::vector<double> reference_q_, arms_;  // arms_: per body, distance of its origin from its parent's, m
   std::vector<ReferencePair> reference_pairs_;
   std::vector<Displacement> displacements_;      // per body
-  std::vector<NearPair> near_;                   // those that may touch in the step
+  std::vector<NearPair> near_;                   // pairs that may touch in the step
   std::vector<std::size_t> waiting_;             // their points that may begin to touch
   std::vector<ContactDistance> before_, after_;  // of all contact points
   std::vector<ContactDistance> start_;           // of the waiting points at the start of the step
-  std::vector<double> pressed_;                  // depth at which a step may end, m
+  std::vector<double> pressed_;                  // depth at which a step may end, per point, m
 };
 
 }  // namespace redysim

@@ -8,18 +8,18 @@
 
 namespace redysim {
 
-// Part of Tangent for scenes with a controller or trajectories: their equations (Control) at one point with
+// Part of Tangent for scenes with a controller or trajectories: the equations of Control at one point with
 // one direction of change.
 class ControlTangent {
  public:
   explicit ControlTangent(const Control& control);
   ~ControlTangent();
 
-  // With direction 0. Torques that a sampled controller holds do not depend on the state.
+  // Moves to `time` with direction 0. Torques held by a sampled controller do not depend on the state.
   void go_to(System& system, double time);
   void update(const Parameters<Dual>& parameters);
 
-  // Sets the direction of time: that of references and of accelerations along trajectories.
+  // Sets the direction of time for references and for accelerations along trajectories.
   void go_with_time(System& system, double time, std::vector<Dual>& force);
 
   // Adds the derivatives of the law with respect to q, qd and its own parameters to the directions of the
@@ -32,11 +32,11 @@ class ControlTangent {
   Reference reference(int joint) const;  // of a controlled joint
 
  private:
-  Reference wanted(std::size_t k) const;  // of joints_[k]
+  Reference wanted(std::size_t k) const;  // reference of joints_[k]
 
   const Law law_;
-  const std::vector<int> joints_;     // the controlled ones
-  std::vector<char> follows_;         // per controlled joint: a trajectory
+  const std::vector<int> joints_;     // controlled joints
+  std::vector<char> follows_;         // per controlled joint: it follows a trajectory
   std::vector<int> on_trajectories_;  // joints that trajectories prescribe
   std::vector<ControlledJointOf<Dual>> gains_;
   std::vector<Reference> references_;

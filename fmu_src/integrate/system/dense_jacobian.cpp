@@ -24,8 +24,8 @@ DenseJacobian::DenseJacobian(System& system, bool by_inputs)
   columns_.resize(variables_.size() * change_.size());
 }
 
-// The forces of actuators, of all other joints if asked for, and of controlled joints: Control::add_feedback
-// expects these at the end.
+// Adds the forces of actuators, of all other joints if requested, and last those of controlled joints, as
+// Control::add_feedback expects.
 void DenseJacobian::add_drives(bool all) {
   const Control* control = system_.control();
   const Actuators* actuators = system_.actuators();
@@ -44,7 +44,7 @@ void DenseJacobian::add_drives(bool all) {
   }
 }
 
-// Place of a joint's force among the variables, or -1.
+// Index of a joint's force in variables_, or -1.
 int DenseJacobian::force_of(int joint) const {
   for (std::size_t v = 0; v < variables_.size(); ++v)
     if (variables_[v].kind == JointVariable::Kind::force && variables_[v].joint == joint)
@@ -86,8 +86,8 @@ Status DenseJacobian::evaluate(double time, const double* y, double* matrix, dou
   return sum == 0 ? Status::ok : Status::recoverable;
 }
 
-// Rows of the velocities, the actuators and the work from a change of the accelerations of all joints, of the
-// power and of the slopes of actuator states.
+// Sets the rows of velocities, actuator states and work in a column. `change`: changes of all joint
+// accelerations, of the power and of the slopes of actuator states.
 void DenseJacobian::add_rows(const double* change, double* column) const {
   const StateLayout& layout = system_.layout();
   for (int i = 0; i < layout.qd.count; ++i) column[layout.qd[i]] = change[system_.joint_of(i)];
@@ -100,7 +100,8 @@ void DenseJacobian::add_rows(const double* change, double* column) const {
   for (int i = 0; i < layout.actuators(); ++i) column[layout.motor_q.begin + i] = change[qdd_.size() + 1 + i];
 }
 
-// Columns of the forces become those of the inputs of actuators; columns of their joints and states follow.
+// Replaces the columns of actuator forces by those of actuator inputs; adds to the columns of their joints
+// and sets those of their states.
 void DenseJacobian::add_actuators(const double* y, double* matrix) {
   for (std::size_t v = 0; v < variables_.size(); ++v)
     std::fill(column(static_cast<int>(v)) + qdd_.size() + 1, column(static_cast<int>(v)) + change_.size(),
@@ -120,7 +121,7 @@ void DenseJacobian::add_actuator(int index, const double* y, double* matrix) {
                actuators.point(index, y, y[layout.q[state]], y[layout.qd[state]], actuators.input(index)),
                actuators.is_resting());
   double* force = column(force_variable_[index]);
-  // `to` += the change by an entry of the actuator's point
+  // `to` += derivative by an entry of the actuator's point
   const auto add = [&](ActuatorGradient::Entry entry, double* to) {
     const ActuatorResponse<Dual>& change = by.by[entry];
     for (std::size_t i = 0; i < change_.size(); ++i) to[i] += change.torque.derivative * force[i];
@@ -149,7 +150,7 @@ void DenseJacobian::add_actuator(int index, const double* y, double* matrix) {
   std::copy(change_.begin(), change_.end(), force);
 }
 
-// By the chain rule: dual numbers give the derivatives of its angles, rates and forces.
+// Uses the chain rule: dual numbers give the derivatives of the angles, rates and forces.
 BallStateChange ball_state_change(const System& system, int ball, const double* y, const double* qdd,
                                   int variable) {
   const StateLayout& layout = system.layout();
@@ -190,8 +191,8 @@ BallStateChange ball_state_change(const System& system, int ball, const double* 
   return change;
 }
 
-// Columns of a spherical joint's quaternion and angular velocity, from the derivatives of all accelerations
-// by its angles, rates and forces.
+// Sets the columns of a spherical joint's quaternion and angular velocity, from the derivatives of all
+// accelerations by its angles, rates and forces.
 void DenseJacobian::set_ball(int ball, const double* y, double* matrix) {
   const StateLayout& layout = system_.layout();
   const std::ptrdiff_t size = system_.size();

@@ -8,17 +8,18 @@
 
 namespace redysim {
 
-// d(ydot)/dy of a system, exact (dynamics/derivatives.hpp). Used by the implicit methods only.
+// Exact Jacobian d(ydot)/dy of a system (dynamics/derivatives.hpp), for the implicit methods.
 class DenseJacobian {
  public:
-  // `by_inputs`: with the columns of all joint inputs, too.
+  // `by_inputs`: also keep the columns of all joint inputs.
   explicit DenseJacobian(System& system, bool by_inputs = false);
 
-  // Fills `matrix` by columns of length System::size(), and `slope`, ydot without work (null: not needed).
-  // Costs about one right-hand side per column and one more, which counts as an evaluation.
+  // Fills `matrix` (column-major, columns of length System::size()) and `slope` with ydot, without work
+  // (null: not needed). Costs about one right-hand side per column and one more, which counts as an
+  // evaluation.
   Status evaluate(double time, const double* y, double* matrix, double* slope = nullptr);
 
-  // d(ydot)/d(input of a joint's drive) at the last point, length System::size(); false: there is no column.
+  // d(ydot)/d(drive input of a joint) at the last point, length System::size(); false: no such column.
   bool by_input(int joint, double* column) const;
 
  private:
@@ -35,9 +36,10 @@ class DenseJacobian {
 
   System& system_;
   Derivatives derivatives_;
-  std::vector<JointVariable> variables_;  // simple joints' positions, their velocities, then 9 a spherical
-                                          // joint, forces of actuators and of controlled joints
-  std::vector<int> force_variable_;       // per actuator
+  // positions, then velocities of simple joints, 9 variables per spherical joint, forces of actuators and of
+  // controlled joints
+  std::vector<JointVariable> variables_;
+  std::vector<int> force_variable_;  // per actuator
   std::vector<double> columns_, qdd_, tau_, change_;
 };
 

@@ -2,23 +2,24 @@
 
 #include <cstdint>
 
-// Dense systems of the size of a state, by columns. SUNDIALS has the same, compiled for size.
+// Dense linear algebra for matrices of the size of a state, column-major. SUNDIALS' functions are compiled
+// for size.
 
 namespace redysim {
 
 // y -= factor * x, n entries.
 void subtract(std::int64_t n, double factor, const double* x, double* y);
 
-// y += matrix x, the matrix of n rows by columns.
+// y += matrix x; the matrix has n rows and columns, column-major.
 void add_product(std::int64_t n, const double* matrix, const double* x, double* y);
 
-// Overwrites a matrix of n columns by its factors L (1 on the diagonal) and U, with row interchanges:
-// `pivots` are the rows that are exchanged with rows 0 to n - 1, in turn. False: it is singular.
+// Replaces an n x n matrix by its factors L (1 on the diagonal) and U, with row interchanges: row k is
+// exchanged with row pivots[k], k = 0 to n - 1 in turn. False: it is singular.
 bool factor_lu(double* const* columns, std::int64_t n, std::int64_t* pivots);
 
-// b -> x, with the matrix as factor_lu left it.
+// Replaces b by the solution, with the matrix as factor_lu left it.
 void solve_lu(const double* const* columns, std::int64_t n, const std::int64_t* pivots, double* b);
-// The same for `count` of them, by rows.
+// The same for `count` right-hand sides, row-major.
 void solve_lu(const double* const* columns, std::int64_t n, const std::int64_t* pivots, double* b,
               std::int64_t count);
 

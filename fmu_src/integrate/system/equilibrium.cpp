@@ -10,11 +10,11 @@
 namespace redysim {
 namespace {
 
-// Lengths of a step, s^2: of the first, the largest and the smallest
+// Step lengths, s^2: initial, maximum and minimum
 constexpr double first_length = 1e-4, longest = 1e4, shortest = 1e-14;
-constexpr double largest_change = 0.2;  // of a joint in a step, of its scale
-constexpr double accurate = 1e-11;      // change of a joint of its scale, or acceleration of the largest met
-constexpr double rounding = 1e-7;       // acceleration of the largest met, if it no longer decreases
+constexpr double largest_change = 0.2;  // maximum change of a joint in a step, relative to its scale
+constexpr double accurate = 1e-11;      // change relative to its scale, or acceleration to largest_
+constexpr double rounding = 1e-7;       // acceleration relative to largest_, if it no longer decreases
 constexpr int most_steps = 2000, patience = 10;
 
 class RestSearch {
@@ -57,17 +57,17 @@ class RestSearch {
   System& system_;
   double time_;
   double* y_;
-  std::size_t first_velocity_, count_;  // of the velocities in y
+  std::size_t first_velocity_, count_;  // start and number of the velocities in y
   DenseJacobian jacobian_;
   std::vector<double> matrix_, tangent_, factors_, slope_, before_, step_, scales_;
   std::vector<double*> columns_;
   std::vector<std::int64_t> pivots_;
-  double length_ = first_length;               // s^2
-  double size_ = 0, largest_ = 0, least_ = 0;  // scaled accelerations: now, and of all so far, 1/s^2
-  int idle_ = 0;                               // steps of the largest length that did not decrease them
+  double length_ = first_length;               // step length, s^2
+  double size_ = 0, largest_ = 0, least_ = 0;  // scaled accelerations: now, maximum, minimum
+  int idle_ = 0;                               // number of steps of maximum length that did not decrease it
 };
 
-// The accelerations at y.
+// Computes the accelerations at y.
 bool RestSearch::evaluate() {
   if (system_.slope_within_step(time_, y_, slope_.data()) != Status::ok) return false;
   size_ = scaled(&slope_[first_velocity_]);
@@ -75,8 +75,8 @@ bool RestSearch::evaluate() {
   return true;
 }
 
-// Derivatives of the accelerations by the positions within the loop constraints, with the rotation vectors of
-// spherical joints as coordinates.
+// Sets tangent_ to the derivatives of the accelerations by the positions, within the loop constraints;
+// coordinates of spherical joints are rotation vectors.
 bool RestSearch::linearise() {
   if (jacobian_.evaluate(time_, y_, matrix_.data()) != Status::ok) return false;
   const StateLayout& layout = system_.layout();
@@ -99,13 +99,13 @@ bool RestSearch::linearise() {
   return true;
 }
 
-// The implicit step. False: it is too long, an unstable direction or more has been passed.
+// Solves for the implicit step. False: it is too long and passes one or more unstable directions.
 bool RestSearch::solve() {
   for (std::size_t i = 0; i < tangent_.size(); ++i) factors_[i] = -tangent_[i];
   for (std::size_t k = 0; k < count_; ++k) columns_[k][k] += 1 / length_;
   const auto n = static_cast<std::int64_t>(count_);
   if (!factor_lu(columns_.data(), n, pivots_.data())) return false;
-  bool positive = true;  // the determinant
+  bool positive = true;  // sign of the determinant
   for (std::size_t k = 0; k < count_; ++k)
     if ((pivots_[k] != static_cast<std::int64_t>(k)) != (columns_[k][k] < 0)) positive = !positive;
   if (!positive) return false;
@@ -118,7 +118,7 @@ bool RestSearch::solve() {
   return along >= 0 && std::isfinite(along);
 }
 
-// By step_, back onto the loops.
+// Moves y by step_ and projects it onto the loops.
 bool RestSearch::move() {
   const StateLayout& layout = system_.layout();
   for (int k = 0; k < system_.simple(); ++k) y_[layout.q[k]] += step_[k];

@@ -17,13 +17,13 @@ namespace {
 using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
 
-// Of residuals, relative to the size of the mechanism, or rad.
-constexpr double near_start = 1e-6;  // ranks are those of the assembled configuration
+// Residuals relative to the size of the mechanism, or in rad.
+constexpr double near_start = 1e-6;  // maximum for ranks of the assembled configuration
 constexpr double closed = 1e-8;
 constexpr double longest_move = 0.1;          // of a correction, in units of the joints: else another branch
-constexpr double shortest_share = 1.0 / 512;  // of the way to a configuration
+constexpr double shortest_share = 1.0 / 512;  // minimum part of the path to a configuration
 
-// A point nearby, the same in each run.
+// Moves y to a nearby state, the same in each run.
 void disturb(const System& system, int attempt, std::vector<double>& y) {
   const StateLayout& layout = system.layout();
   const auto some = [attempt](int k) { return 0.03 * std::sin(1.0 + 2.0 * k + 5.0 * attempt); };
@@ -46,7 +46,7 @@ std::vector<int> independent_joints(const Model& model, const Parameters<double>
   };
   ConstraintRanks found = ranks_at(y, 1e-3);
   if (!(found.gap < near_start) || !found.are_full) {
-    // redundant rows are dependent only where the loops are closed, and others at singular configurations
+    // redundant rows are dependent only if the loops are closed, other rows at singular configurations
     const System::Coordinates at = system.coordinates(0, y.data());
     std::vector<double> q(at.q, at.q + plan.nv), qd(at.qd, at.qd + plan.nv);
     const Assembly assembly = assemble(model, plan, system.workspace(), q.data(), qd.data());
@@ -125,7 +125,7 @@ IndependentCoordinates::BallMotion IndependentCoordinates::motion_of(int ball, c
   return motion;
 }
 
-// All joints, those of clusters in the kept charts, and the rows of these.
+// Sets q_ and qd_ of all joints, in clusters in the fixed charts, and the constraint rows of the clusters.
 void IndependentCoordinates::expand(double time, const double* y) {
   const System::Coordinates at = system_.coordinates(time, y);
   std::copy_n(at.q, q_.size(), q_.begin());
@@ -175,7 +175,7 @@ void IndependentCoordinates::take(const std::vector<char>& independent) {
 }
 
 bool IndependentCoordinates::should_choose(double time, const double* y) {
-  constexpr double accepted = 5, nearly_singular = 0.5;  // leverage; cosine of the second angle of a chart
+  constexpr double accepted = 5, nearly_singular = 0.5;  // leverage; cosine of a chart's second angle
   for (int ball = 0; ball < system_.balls(); ++ball)
     if (is_in_cluster(ball) && std::cos(motion_of(ball, y).angles.theta) < nearly_singular) return true;
   expand(time, y);
@@ -220,7 +220,7 @@ IndependentCoordinates::Direction IndependentCoordinates::direction(int k, const
   return {positions[at.axis], rates[at.axis], accelerations[at.axis]};
 }
 
-// Newton's iteration for the dependent joints. False: it leads nowhere, or far away.
+// Newton's iteration for the dependent joints. False: no convergence, or a too large correction.
 bool IndependentCoordinates::solve_positions(Cluster& cluster, std::vector<double>& q) {
   ClusterRows<double>& rows = cluster.rows;
   double before = std::numeric_limits<double>::infinity();
@@ -238,8 +238,8 @@ bool IndependentCoordinates::solve_positions(Cluster& cluster, std::vector<doubl
   }
 }
 
-// From the last point to the given positions of independent and prescribed joints, in several moves if one is
-// too long. The velocities predict the dependent ones: where branches meet, they tell which one to follow.
+// Moves from the last point to the given positions of independent and prescribed joints, in several moves if
+// one is too long. The velocities predict the dependent joints: where branches meet, they select the branch.
 bool IndependentCoordinates::follow_positions(Cluster& cluster, const double* q, const double*& driven) {
   struct Way {
     int joint;
@@ -281,7 +281,7 @@ bool IndependentCoordinates::follow_positions(Cluster& cluster, const double* q,
   return true;
 }
 
-// Those of the dependent joints; the second pass removes rounding errors.
+// Velocities of the dependent joints; the second pass removes rounding errors.
 bool IndependentCoordinates::solve_velocities(Cluster& cluster) {
   ClusterRows<double>& rows = cluster.rows;
   for (int pass = 0; pass < 2; ++pass) {

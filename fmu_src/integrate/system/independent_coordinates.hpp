@@ -9,34 +9,34 @@
 
 namespace redysim {
 
-// Numbers of independent joints of each cluster of a plan: at the start of the model, or next to it where the
-// start is singular. Sets the prescribed motions of the system.
+// Number of independent joints in each cluster of a plan, at the start of the model, or close to it if the
+// start is singular. Also sets the prescribed motions of the system.
 std::vector<int> independent_joints(const Model& model, const Parameters<double>& parameters, System& system);
 
-// The states of a master of model exchange: y with independent coordinates in place of the joints in loops
-// and rigid couplings, which depend on them (Wehage and Haug 1982). Positions and velocities of some of these
-// joints are the independent ones; of a spherical joint one of its angles in a chart that is kept.
+// States of model exchange: y with independent coordinates instead of the joints in loops and rigid
+// couplings, which depend on these (Wehage and Haug 1982). They are the positions and velocities of some of
+// these joints; for a spherical joint, angles in a fixed chart.
 class IndependentCoordinates {
  public:
-  // Pivot of a direction in which dependent joints keep their motion.
+  // Pivots below this value count as zero: dependent joints keep their motion in these directions.
   static constexpr double singular = 1e-9;
 
-  // `counts`: independent_joints.
+  // `counts`: from independent_joints.
   IndependentCoordinates(const Model& model, System& system, const std::vector<int>& counts);
   IndependentCoordinates(const IndependentCoordinates&) = delete;
   IndependentCoordinates& operator=(const IndependentCoordinates&) = delete;
 
-  int count() const { return static_cast<int>(entries_.size()); }  // of independent positions
+  int count() const { return static_cast<int>(entries_.size()); }  // number of independent positions
   int size() const { return static_cast<int>(kept_.size()) + 2 * count(); }
-  const std::vector<int>& kept() const { return kept_; }            // entries of y, ascending
-  const std::vector<int>& dependent() const { return dependent_; }  // the other ones
-  int joint(int k) const { return entries_[k].joint; }              // of the plan
+  const std::vector<int>& kept() const { return kept_; }            // entries of y that are states, ascending
+  const std::vector<int>& dependent() const { return dependent_; }  // the other entries of y
+  int joint(int k) const { return entries_[k].joint; }              // index into the plan
   void nominals(double* states) const;
 
-  // Chooses those of which the others depend least, at a state that satisfies the constraints.
+  // Chooses the coordinates on which the others depend least, at a state that satisfies the constraints.
   void choose(double time, const double* y);
   // Whether a dependent joint moves much more than the independent ones, in the units of the joints, and
-  // other coordinates would be better.
+  // another choice would be better.
   bool should_choose(double time, const double* y);
 
   // Position, velocity and acceleration of an independent joint.
@@ -49,33 +49,35 @@ class IndependentCoordinates {
   };
   Direction direction(int k, const double* y, const Tangent& tangent) const;
 
-  // Positions of the prescribed joints in clusters.
+  // Positions of the prescribed joints in clusters, in the order of the clusters.
   std::vector<double> driven(double time, const double* y) const;
-  // Moves the dependent entries of y, at which prescribed joints were `driven`, to those that satisfy the
-  // constraints. False: there are none on the way.
+  // Sets the dependent entries of y to values that satisfy the constraints, for independent positions q and
+  // velocities qd. `driven`: positions of prescribed joints at the given y. False: no solution along the
+  // path.
   bool close(double time, const double* q, const double* qd, const std::vector<double>& driven, double* y);
-  bool was_far() const { return was_far_; }  // the last point that was closed, in more than one move
-  // Coordinates of all joints in clusters, in the kept charts, with the directions of the independent ones.
+  bool was_far() const { return was_far_; }  // the last `close` needed more than one move
+  // Sets q and qd of all joints in clusters, in the fixed charts, with the directions of the independent
+  // ones.
   void seed(const double* y, const double* dq, const double* dqd, std::vector<Dual>& q,
             std::vector<Dual>& qd) const;
   const std::vector<int>& dependent_joints(std::size_t cluster) const {
     return clusters_[cluster]->dependent;
   }
 
-  // The choice, as numbers. false: as many numbers, but no choice for this plan.
+  // The choice as numbers. False: not a valid choice for this plan; `choice` has the same length.
   std::vector<double> choice() const;
   bool restore(const std::vector<double>& choice);
 
  private:
   struct Entry {
-    int joint = -1;           // of the plan
-    int ball = -1, axis = 0;  // of a spherical joint; else
-    int place = 0;            // among the simple ones
+    int joint = -1;           // index into the plan
+    int ball = -1, axis = 0;  // of a spherical joint, otherwise -1
+    int place = 0;            // index among the simple joints
   };
   struct Cluster {
     ClusterRows<double> rows;
-    int first, count;                    // of the independent ones
-    std::vector<int> dependent, driven;  // joints of the plan
+    int first, count;                    // range of its independent coordinates
+    std::vector<int> dependent, driven;  // indices into the plan
     int rank() const { return static_cast<int>(rows.free_joints().size()) - count; }
   };
   Entry entry(int joint) const;
@@ -86,7 +88,7 @@ class IndependentCoordinates {
   bool is_in_cluster(int ball) const { return in_cluster_[system_.plan().balls[ball] + 1] != 0; }
   BallMotion motion_of(int ball, const double* y) const;
   void expand(double time, const double* y);
-  void take(const std::vector<char>& independent);  // per joint of the plan
+  void take(const std::vector<char>& independent);  // one entry per joint of the plan
   bool solve_positions(Cluster& cluster, std::vector<double>& q);
   bool follow_positions(Cluster& cluster, const double* q, const double*& driven);
   bool solve_velocities(Cluster& cluster);
@@ -97,7 +99,7 @@ class IndependentCoordinates {
   std::vector<Entry> entries_;
   std::vector<int> kept_, dependent_;
   std::vector<char> turned_;        // charts of the spherical joints
-  std::vector<char> in_cluster_;    // per joint of the plan: free in a cluster
+  std::vector<char> in_cluster_;    // per joint of the plan: it is free and in a cluster
   std::vector<double> q_, qd_, y_;  // of all joints, in these charts
   bool was_far_ = false;
 };

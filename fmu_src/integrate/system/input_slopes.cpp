@@ -3,14 +3,14 @@
 #include "integrate/system/system.hpp"
 
 // Inputs as polynomials of time: u(t) = u + u' s + u'' s^2 / 2 + u''' s^3 / 6 with s = t - slope_time. Their
-// derivatives follow the held inputs (InputLayout) only while they are used.
+// derivatives are stored after the held inputs (InputLayout), only while they are used.
 
 namespace redysim {
 namespace {
 
 constexpr int orders = InputLayout::highest_order;
 
-// Taylor's sum of `count` derivatives, `stride` apart, without the value itself: the k-th over (k + shift)!.
+// Taylor sum of `count` derivatives, `stride` apart, without the value: derivative k / (k + shift)!.
 double taylor(const double* slopes, int count, int stride, double since, int shift) {
   double sum = 0;
   for (int k = count; k > 0; --k) sum = (sum + slopes[(k - 1) * stride]) * since / (k + shift);
@@ -64,12 +64,12 @@ void System::end_input_slopes(double time) {
   if (!has_input_slopes()) return;
   for (int i = 0; i < plan_.nv; ++i)
     if (motion_slot_[i] >= 0) hold_motion(time, i);
-  update_recursion_inputs(time);  // allocated together with the slopes
+  update_recursion_inputs(time);  // recursion_inputs_ was allocated together with the slopes
   std::copy(recursion_inputs_.begin(), recursion_inputs_.end(), inputs_.begin());
   resize_inputs(base_size());
 }
 
-// The forces at `time` into `recursion_inputs_`.
+// Sets `recursion_inputs_` to the forces at `time`.
 void System::update_recursion_inputs(double time) {
   std::copy_n(inputs_.begin(), input_layout_.force_size(), recursion_inputs_.begin());
   if (!has_input_slopes()) return;
@@ -93,7 +93,7 @@ double System::motion_at(double time, int joint, int derivative) const {
   return value;
 }
 
-// The same motion, with `time` as its start; the jump since the last step is kept.
+// Continues the same motion with `time` as its start; keeps a pending jump.
 void System::hold_motion(double time, int joint) {
   set_motion(time, joint, motion_at(time, joint, 0), motion_at(time, joint, 1), tau(joint));
 }

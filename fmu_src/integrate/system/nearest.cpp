@@ -10,10 +10,10 @@ namespace redysim {
 namespace {
 
 constexpr int most_moves = 20;
-constexpr double exact = 1e-12;      // way relative to the scale of its joint
-constexpr double negligible = 1e-6;  // tangential part relative to the way
+constexpr double exact = 1e-12;      // displacement relative to the scale of its joint
+constexpr double negligible = 1e-6;  // tangential part relative to the displacement
 
-// Ways between the positions of two states, as velocities that lead along them in unit time.
+// Displacements between the positions of two states, as velocities that cover them in unit time.
 class Ways {
  public:
   explicit Ways(const System& system)
@@ -64,8 +64,8 @@ class Ways {
 
 }  // namespace
 
-// Away from closed places redundant constraints seem independent, and the corrections of close_loops are not
-// the shortest. At a closed place the tangential part of the rest of the way is exact.
+// Where the loops are open, redundant constraints appear independent, and the corrections of close_loops are
+// not minimal. At a closed configuration, the tangential part of the remaining displacement is exact.
 bool close_loops_nearest(System& system, double time, double* y) {
   const auto size = static_cast<std::size_t>(system.size());
   const std::vector<double> given(y, y + size);

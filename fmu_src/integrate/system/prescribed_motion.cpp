@@ -4,11 +4,11 @@
 #include "dynamics/compiled.hpp"
 #include "integrate/system/system.hpp"
 
-// Prescribed motion between and across the steps of a System.
+// Prescribed motion between the steps of a System, and its jumps.
 
 namespace redysim {
 void System::set_motion(double time, int joint, double q, double qd, double qdd) {
-  if (motion_slot_[joint] < 0) return;  // a trajectory moves it
+  if (motion_slot_[joint] < 0) return;  // a trajectory prescribes it
   double* held = held_motion(motion_slot_[joint]);
   held[InputLayout::held_time] = time;
   held[InputLayout::held_q] = q;
@@ -47,7 +47,7 @@ bool System::follow_jumps(double time, double* y) {
     respond(time, y, false);
     respond(time, y, true);
   }
-  // a projection takes its elimination from the state before, which a jump leaves far behind
+  // a projection uses the elimination at the previous state, which is far away after a jump
   const bool closed = close_loops(time, y) && (!jumps || close_loops(time, y));
   if (jumps && with_work())
     *layout_.work.of(y) += kinetic_energy(time, y) + potential_energy(time, y) - before;
@@ -66,9 +66,9 @@ double System::energy_before_jumps(double time, const double* y) {
   return energy(at.q, at.qd, y);
 }
 
-// Accelerations are linear in the prescribed ones, with the factor -M_ff^-1 M_fp. The difference of two
-// forward dynamics, the second with the jump added to the prescribed accelerations, is the jump of the other
-// joints.
+// Jump of the other joints due to a jump of the prescribed ones. Accelerations are linear in the prescribed
+// ones, with the factor -M_ff^-1 M_fp. The difference of two forward dynamics, the second with the jump added
+// to the prescribed accelerations, is the jump of the other joints.
 void System::respond(double time, double* y, bool velocity) {
   std::vector<double>& inputs = scratch_inputs_;
   inputs.assign(inputs_.begin(), inputs_.end());

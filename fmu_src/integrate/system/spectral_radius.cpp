@@ -5,8 +5,8 @@
 namespace redysim {
 namespace {
 
-constexpr int settling = 6;   // iterations until the dominant eigenvector prevails
-constexpr int measured = 12;  // even: x'' = -w^2 x grows by w^2 in two, unevenly in one
+constexpr int settling = 6;   // iterations until the dominant eigenvector is reached
+constexpr int measured = 12;  // even: x'' = -w^2 x grows by w^2 in two iterations, unevenly in one
 constexpr double nudge = 1e-7;
 
 }  // namespace
@@ -17,7 +17,7 @@ SpectralRadius::SpectralRadius(const System& system)
 double SpectralRadius::estimate(System& system, double time, const double* y) {
   const std::size_t n = static_cast<std::size_t>(system.layout().work.begin);
   if (system.slope_within_step(time, y, slope_.data()) != Status::ok) return 0;
-  // a direction with components along all eigenvectors
+  // a direction that contains all eigenvectors
   double angle = 1;
   for (std::size_t i = 0; i < n; ++i, angle += 2.4) direction_[i] = std::sin(angle);
   for (std::size_t i = n; i < at_.size(); ++i) at_[i] = y[i];

@@ -6,13 +6,13 @@
 
 namespace redysim {
 
-// Estimates the largest |eigenvalue| (1/s) of d(ydot)/dy to some tens of percent, by power iteration on
-// differences of right-hand sides, without a matrix.
+// Estimates the spectral radius (1/s) of d(ydot)/dy with an error of some tens of percent, by power iteration
+// with differences of right-hand sides, without a matrix.
 class SpectralRadius {
  public:
   explicit SpectralRadius(const System& system);
 
-  static constexpr int evaluations = 19;                          // at most, of `estimate`
+  static constexpr int evaluations = 19;                          // maximum, per call of `estimate`
   double estimate(System& system, double time, const double* y);  // 0: failed
 
  private:

@@ -11,14 +11,14 @@
 
 namespace redysim {
 
-// q, qd and qdd of a prescribed joint before a master sets them.
+// q, qd and qdd of a prescribed joint before the importer sets them.
 std::array<double, 3> start_motion(const Joint& joint, const JointParameters<double>& start);
 
-// From `time` on prescribed joints move by start_motion(...) of the model file, those with a trajectory along
-// it.
+// Starts the prescribed motions at `time`: joints with a trajectory follow it, the others move by
+// start_motion(...) of the model.
 void begin_motions(const Model& model, System& system, double time);
 
-// Fills y (system.size()) with the start values as they are given.
+// Fills y (system.size()) with the start values as given.
 void set_start_values(const Parameters<double>& parameters, const System& system, double* y);
 
 struct Start {
@@ -26,16 +26,16 @@ struct Start {
   Rest rest;
 };
 
-// The same, with assembled loops (dynamics/assembly/assembly.hpp); if assembly fails, y is as given. Then
-// moved to equilibrium (equilibrium.hpp), if the model starts there. Allocates.
+// The same, then assembles the loops (dynamics/assembly/assembly.hpp); if assembly fails, y is as given.
+// Finally moves y to equilibrium (equilibrium.hpp) if the model starts there. Allocates.
 Start assemble_start(const Model& model, const Parameters<double>& parameters, System& system, double time,
                      double* y);
 
-// The loop that the prescribed accelerations violate at (time, y), if any. Allocates.
+// The constraint that the prescribed accelerations violate at (time, y), if any. Allocates.
 Tangent::Misfit misfit_of_accelerations(const Model& model, const Parameters<double>& parameters,
                                         System& system, double time, const double* y);
 
-// `model` with the start values of `y`.
+// A copy of `model` with the positions and velocities of `y` as start values.
 Model at_start(const Model& model, System& system, double time, const double* y);
 
 }  // namespace redysim

@@ -4,7 +4,7 @@
 
 namespace redysim {
 
-// Numbers of actuator states of a kind.
+// Numbers of actuator states by kind.
 struct ActuatorCounts {
   int motors = 0, currents = 0, lags = 0;
 };
@@ -20,7 +20,7 @@ struct StateLayout {
   Span<1> motor_qd;    // rad/s
   Span<1> current;     // per DC motor with inductance, A
   Span<1> lagged;      // per lag: the input behind it, N m, N or V
-  Span<1> work;        // J, when asked for; then that of contacts alone, where there are any
+  Span<1> work;        // J, if requested; the second one is that of contacts, if there are any
 
   StateLayout() = default;
   StateLayout(int joints, int balls, int works, const ActuatorCounts& actuators = {})
@@ -36,7 +36,7 @@ struct StateLayout {
 
   int nq() const { return qd.begin; }                           // positions
   int nv() const { return omega.end() - qd.begin; }             // velocities
-  int actuators() const { return work.begin - motor_q.begin; }  // their states
+  int actuators() const { return work.begin - motor_q.begin; }  // number of actuator states
   int size() const { return work.end(); }
 };
 

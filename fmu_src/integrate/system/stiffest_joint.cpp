@@ -16,8 +16,8 @@ class RateProbe {
       : system_(system), time_(time), at_(y, y + system.size()), slope_(at_.size()), moved_(at_.size()) {}
 
   bool start() { return system_.slope_within_step(time_, at_.data(), slope_.data()) == Status::ok; }
-  // From the derivative of the slope of `of`, a component itself or the velocity of a position. 0: not
-  // finite.
+  // Rate, 1/s, from the derivative of the slope of `of` by `component`: `of` is the component itself, or the
+  // velocity that belongs to a position. 0: not finite.
   double rate(int component, int of) {
     const double value = at_[component], step = difference * std::max(1.0, std::fabs(value));
     at_[component] = value + step;
@@ -40,9 +40,9 @@ double find_stiffest_joint(System& system, double time, const double* y) {
   RateProbe probe(system, time, y);
   if (!probe.start()) return 0;
   double fastest = 0;
-  int stiffest = -1, driven = -1;  // a velocity; or a joint whose actuator is faster
+  int stiffest = -1, driven = -1;  // index of a velocity; index of a joint whose actuator is faster
   for (int k = 0; k < system.nv(); ++k) {
-    // quaternions are not counted
+    // quaternions are not considered
     const int velocity = layout.qd.begin + k;
     for (int component : {k < layout.q.count ? layout.q[k] : velocity, velocity})
       if (const double rate = probe.rate(component, velocity); rate > fastest) fastest = rate, stiffest = k;

@@ -15,7 +15,7 @@ namespace redysim {
 
 namespace {
 
-// The quaternion of a rotation with the sign nearer to the one it replaces.
+// The quaternion of a rotation, with the sign closer to the previous one.
 void write_quaternion(const Mat3<double>& rotation, double* quaternion) {
   const Eigen::Quaterniond q(rotation);
   const double values[] = {q.w(), q.x(), q.y(), q.z()};
@@ -27,7 +27,7 @@ void write_quaternion(const Mat3<double>& rotation, double* quaternion) {
 }  // namespace
 
 System::Coordinates System::coordinates(double time, const double* y) {
-  // each spherical joint has a prescribed one, its chart
+  // a spherical joint has a prescribed joint as its chart, so has_motion() is true
   return plan_.has_motion() ? coordinates_of_all(time, y) : Coordinates{y, y + plan_.nv};
 }
 
@@ -88,7 +88,7 @@ Status System::accelerations(double time, const double* y, double* qdd) {
   return accelerations<true>(time, y, qdd);
 }
 
-// All joints and forces at (time, y) if they differ from y and the inputs.
+// Coordinates and recursion inputs of all joints at (time, y), if these differ from y and inputs_.
 System::Coordinates System::coordinates_and_inputs(double time, const double* y) {
   if (!recursion_inputs_.empty()) update_recursion_inputs(time);
   const Coordinates at = coordinates(time, y);
@@ -155,7 +155,7 @@ void System::slope_of_integrated(const double* y, const double* qdd, double* ydo
   }
 }
 
-// The slopes of actuator states, and what the torques on the joints do not contain of the power.
+// Sets the slopes of actuator states; adds the actuator power that joint torques do not contain.
 [[gnu::noinline]] void System::add_actuators(const double* y, double* ydot) const {
   actuators_->set_slopes(y, ydot);
   if (with_work()) *layout_.work.of(ydot) += actuators_->power();
@@ -186,7 +186,7 @@ void System::drive_forces(const Coordinates& at, const double* qdd, double* driv
 bool System::enter_samples(double time, const double* y) {
   if (!control() || !control_->is_sampled()) return false;
   update_recursion_inputs(time);
-  // the next step starts behind the jumps
+  // the next step starts after the jumps
   if (jumped()) {
     std::copy_n(y, size(), sampled_state_.begin());
     follow_jumps(time, sampled_state_.data());
@@ -243,7 +243,7 @@ Status System::project_within_rank(double time, double* y, double* error) {
   return Status::ok;
 }
 
-// Corrects q or qd of the state for the residuals in ws.loop.b.
+// Corrects q or qd of the state by the residuals in ws.loop.b.
 void System::add_correction(double* y, bool velocity) {
   correct_loops(plan_, workspace_, scratch_.data());
   add_change(scratch_.data(), y, velocity);
@@ -281,8 +281,8 @@ double System::reduce_residual(double time, double* y, bool velocity) {
   return relative_violation(workspace_.loop, velocity);
 }
 
-// Removes from a velocity of all joints what violates the loop constraints, in the mass metric. Uses the
-// elimination of the last accelerations.
+// Removes from a velocity of all joints the part that violates the loop constraints, in the mass metric. Uses
+// the elimination of the last accelerations.
 void System::make_tangential(double* velocity) {
   // the rates of the rows are linear in the velocity
   set_ground_motion(plan_, workspace_, velocity);
@@ -294,8 +294,8 @@ void System::make_tangential(double* velocity) {
   for (int i = 0; i < plan_.nv; ++i) velocity[i] += scratch_[i];
 }
 
-// Removes from the error estimate what the projection removes from the state: the part that violates the
-// constraints (of the joints with one degree of freedom).
+// Removes from the error estimate the part that violates the constraints, as the projection does for the
+// state. Joints with one degree of freedom only.
 void System::project_error(double* error) {
   for (double* part : {layout_.q.of(error), layout_.qd.of(error)}) {
     std::fill(drive_.begin(), drive_.end(), 0.0);
@@ -328,7 +328,7 @@ void System::project_velocity(double* velocity) {
 
 double System::step_to_touch(double time, const double* y, double h, bool or_separation) {
   if (control()) h = std::min(h, step_limits(time).longest);
-  // those of the last stage of a step, or of its last iteration, are accurate enough for the next one
+  // accelerations of the last stage or iteration are accurate enough for the next step
   if (time != searched_[0]) {
     searched_[0] = NAN;
     if (accelerations(time, y, &searched_[1]) != Status::ok) return h;

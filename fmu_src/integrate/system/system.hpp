@@ -18,14 +18,13 @@ namespace redysim {
 // Result of a right-hand side or a projection, as in SUNDIALS: 0 success, > 0 try a smaller step.
 enum class Status { ok = 0, recoverable = 1 };
 
-// The ODE of one instance: state y (StateLayout) of the joints that are integrated, ydot = f(time, y;
-// inputs). Prescribed joints (drive motion, locked) are not in the state: between two settings their motion
-// is q + qd t + qdd t^2 / 2. Owns the inputs and the workspace; neither throws nor allocates after
-// construction.
+// The ODE of one instance: ydot = f(time, y; inputs) with the state y (StateLayout) of the integrated joints.
+// Prescribed joints (drive motion, locked) are not in the state: between two settings their motion is q + qd
+// t + qdd t^2 / 2. Owns the inputs and the workspace; neither throws nor allocates after construction.
 class System {
  public:
   // `plan` is not copied and must outlive the system. `with_work` appends the work of inputs and dampers (J)
-  // as the last state. `model`: that of the plan, for its trajectories and controller.
+  // to the state. `model`: the plan's model, for its trajectories, controller and actuators.
   [[gnu::cold]] System(const Plan<double>& plan, bool with_work, const Model* model = nullptr);
 
   const Plan<double>& plan() const { return plan_; }
@@ -39,39 +38,39 @@ class System {
   int balls() const { return features::spherical ? layout_.quaternion.count : 0; }
   int joint_of(int state_position) const {
     return integrated_[state_position];
-  }  // into plan().joints; < simple()
+  }  // index into plan().joints; argument < simple()
 
-  // Scale of each joint's motion, m or 1 (rad), and of each actuator state, for absolute tolerances; of
-  // length simple() + layout().actuators().
+  // Scale of each joint's motion, m or 1 (rad), and of each actuator state, for absolute tolerances; length
+  // simple() + layout().actuators().
   void set_scales(const Model& model, const Parameters<double>& parameters);
   std::vector<double>& scales() { return scales_; }
   const std::vector<double>& scales() const { return scales_; }
   void nominals(double* y) const;  // the scale of each entry of y
 
-  // The values set last (InputLayout). The torque of an undriven joint is 0. Equal inputs mean an equal
+  // The inputs as set last (InputLayout). The torque of an undriven joint is 0. Equal inputs give an equal
   // right-hand side.
   std::vector<double>& inputs() { return inputs_; }
   double& tau(int joint) { return inputs_[input_layout_.tau[joint]]; }
   double* ball_torque(int ball) { return &inputs_[input_layout_.ball_torque[ball]]; }
 
-  // Inputs as polynomials of time (input_slopes.cpp): the order-th derivative, 1 to
-  // InputLayout::highest_order, of a force in inputs() (a prescribed joint's: of its qdd) from `time` on. The
-  // derivatives are part of inputs() until end_input_slopes, after which each input keeps the value reached.
+  // Inputs as polynomials of time (input_slopes.cpp): sets the derivative of `order` 1 to
+  // InputLayout::highest_order of a force in inputs(), or of the qdd of a prescribed joint, from `time` on.
+  // The derivatives are part of inputs() until end_input_slopes; then each input keeps the value reached.
   void set_input_slope(double time, int input, int order, double value);
   bool has_input_slopes() const { return inputs_.size() > base_size(); }
-  double input_slope(int input) const;  // the first derivative at their start; 0: none
+  double input_slope(int input) const;  // the first derivative when it was set; 0: none
   double input_derivative(double time, int input, int order) const;  // order 0: the value
   void anchor_input_slopes(double time);
   void end_input_slopes(double time);
-  std::size_t base_size() const {  // of inputs() without them
+  std::size_t base_size() const {  // size of inputs() without slopes
     return static_cast<std::size_t>(input_layout_.size());
   }
   bool is_input_size(std::size_t size) const;
   void resize_inputs(std::size_t size);
-  void swap_inputs(std::vector<double>& other);  // is_input_size holds
+  void swap_inputs(std::vector<double>& other);  // requires is_input_size(other.size())
 
-  // The forces that the recursion took in the last evaluation: inputs() at its time, with the torques of the
-  // controller and of actuators and those of spherical joints in their charts.
+  // Forces used by the last evaluation: inputs() at its time, with the torques of the controller and
+  // actuators, and with the torques of spherical joints in their charts.
   const double* recursion_inputs() const {
     return recursion_inputs_.empty() ? inputs_.data() : recursion_inputs_.data();
   }
@@ -94,102 +93,104 @@ class System {
     if (actuators()) actuators_->update(parameters);
   }
   bool enter_phases(double time) { return control() && control_->enter(time, phases()); }
-  // Samples of the controller that are due at the start of a step from (time, y); likewise.
+  // Takes the samples of the controller that are due at the start of a step from (time, y); returns the same.
   bool enter_samples(double time, const double* y);
-  bool controller_holds() const { return control() && control_->holds(phases()); }  // torques of a sample
-  double next_breakpoint(double time) const;  // s, where a step has to end; infinity: none
-  // With control().
+  bool controller_holds() const { return control() && control_->holds(phases()); }  // a sample's torques act
+  double next_breakpoint(double time) const;  // time at which a step must end, s; infinity: none
+  // The next three require control().
   StepLimits step_limits(double time) const { return control_->step_limits(time, phases()); }
   JointMotion reference(int joint, double time) { return control_->reference(joint, time, phases()); }
   double jerk(int joint, double time) { return control_->jerk(joint, time, phases()); }
 
-  // Null if the model has no actuators with a law of their own.
+  // Null if the model has no actuators with their own law.
   Actuators* actuators() { return features::actuators ? actuators_.get() : nullptr; }
   const Actuators* actuators() const { return features::actuators ? actuators_.get() : nullptr; }
 
-  // Effect of a jump of prescribed joints on the others, in y. An impulsive drive conserves momentum: M_ff
-  // dq_f + M_fp dq_p = 0 and the same for qd. Its work is counted, and y is projected onto the loop
+  // Applies pending jumps of prescribed joints to the other joints in y. An impulsive drive conserves
+  // momentum: M_ff dq_f + M_fp dq_p = 0, likewise for qd. Its work is added, and y is projected onto the loop
   // constraints. False: they cannot be satisfied, or the result is not finite and y is unchanged.
   bool follow_jumps(double time, double* y);
   void forget_jumps();
-  double jump(int joint, int derivative) const {  // pending, of q (0) or qd (1)
+  double jump(int joint, int derivative) const {  // pending jump of q (0) or qd (1)
     const int slot = motion_slot_[joint];
     return slot < 0 ? 0 : inputs_[input_layout_.held_motion[slot] + InputLayout::held_q_jump + derivative];
   }
 
-  // All joints at (time, y): q, qd of length plan().nv, valid until the next call.
+  // q and qd of all joints at (time, y), length plan().nv; valid until the next call.
   struct Coordinates {
     const double* q;
     const double* qd;
   };
   Coordinates coordinates(double time, const double* y);
 
-  // The inverse: q and qd of all joints, near those of the last `coordinates`, into the state y.
+  // Inverse of `coordinates`: sets y from q and qd of all joints, which must be near those of the last call.
   void collect(const double* q, const double* qd, double* y) const;
 
-  // ydot = f(time, y). Fills the workspace for y. A non-finite result is recoverable.
+  // Computes ydot = f(time, y) and fills the workspace. A result that is not finite is recoverable.
   Status right_hand_side(double time, const double* y, double* ydot);
-  // The same for all but the steps of an integrator, which do not depend on it: the search for contacts
+  // As right_hand_side, for evaluations that are not steps of an integrator: the search for contacts
   // continues from the accelerations of the last right_hand_side.
   Status slope_within_step(double time, const double* y, double* ydot);
-  // The same without work from what `accelerations` gave at the same y.
+  // ydot without work, from the result of `accelerations` at the same y.
   void slope_from(const double* y, const double* qdd, double* ydot) const;
 
   // Moves y to the nearest point (mass metric) that satisfies the loop constraints of positions and
   // velocities. `error` (length size(), may be null): an error estimate, projected likewise.
   bool has_constraints() const { return plan_.has_constraints(); }
   Status project(double time, double* y, double* error);
-  bool close_loops(double time, double* y) {  // the same; false: a loop is violated
+  bool close_loops(double time, double* y) {  // as project; false: a loop remains violated
     return !has_constraints() || (project(time, y, nullptr) == Status::ok && !loops_are_violated());
   }
-  // Moves a change of the velocities of the state (nv()) to the nearest one that satisfies the constraints.
-  // After `accelerations` at the same state.
+  // Projects a change of the state's velocities (nv()) onto the constraints (mass metric). Call after
+  // `accelerations` at the same state.
   void project_velocity(double* velocity);
-  // Adds to the velocities of a change of the state the smallest ones (mass metric) that cancel these rates
-  // of the constraint rows. Likewise.
+  // Adds to the velocities in a change of the state the smallest ones (mass metric) that cancel these rates
+  // of the constraint rows. Call after `accelerations` at the same state.
   void cancel_rates(const std::vector<Dual>& rates, double* change);
   static constexpr int projection_iterations = 8;
   // Bounds of relative_violation (dynamics/loops/loop_rows.hpp):
   static constexpr double rounding = 1e-15;
-  static constexpr double rank_violation = 1e-11;  // larger after projection: too small a rank
+  static constexpr double rank_violation = 1e-11;  // larger after projection: the rank was too small
   static constexpr double violation = 1e-8;        // a loop is violated
-  bool loops_are_violated() const;                 // the last project omitted rows that a loop needs
+  bool loops_are_violated() const;                 // the last project omitted necessary rows
 
   // Accelerations of all joints at (time, y) into qdd (plan().nv): the same solve as the right-hand side.
   Status accelerations(double time, const double* y, double* qdd);
 
-  // The part of a step of `h` s from (time, y) until the first contact point touches (contact_search.hpp).
+  // Part, s, of a step of `h` s from (time, y) until the first contact point touches (contact_search.hpp).
   double step_to_touch(double time, const double* y, double h, bool or_separation);
-  // After this step, of `h` s, to (time, y): the part until a contact point touched that separated again.
+  // Call after this step of `h` s to (time, y). Returns the part, s, until a contact point touched that
+  // separated again.
   double passed_touch(double time, const double* y, double h);
-  // What it depends on besides: the accelerations of the last right_hand_side, and their time. Without
-  // contacts empty.
+  // Data that the search uses besides: time and accelerations of the last right_hand_side. Empty without
+  // contacts.
   std::vector<double>& searched() { return searched_; }
 
   // The angles of a spherical joint in the recursion, after `coordinates`.
   const BallAngles& angles_of_ball(int ball) const { return angles_[ball]; }
 
-  // Angular acceleration of a spherical joint in link axes, from what `accelerations` gave at the same y.
+  // Angular acceleration, rad/s^2, of a spherical joint in link axes, from the result of `accelerations` at
+  // the same y.
   Vec3<double> ball_acceleration(int ball, const double* qdd) const;
 
-  // Drive forces of all joints after `accelerations` at the same time and state, into `drive` (plan().nv): of
-  // a prescribed joint what its motion takes, else the input.
+  // Sets `drive` (plan().nv) to the drive forces of all joints, after `accelerations` at the same time and
+  // state: the force required by a prescribed motion, otherwise the input.
   void drive_forces(const Coordinates& at, const double* qdd, double* drive) const;
 
-  // Power of the wrench of a port, likewise.
+  // Power of the wrench at a port, W; call after `accelerations`.
   double port_power(const Coordinates& at, int port) const;
 
-  // Columns of Derivatives by `variables`, `length` apart, at held inputs of drives become those of the
-  // controlled system.
+  // Replaces columns of Derivatives for held drive inputs by those of the controlled system. `variables`: of
+  // the columns, which are `length` apart.
   void add_feedback(double time, const Coordinates& at, const std::vector<JointVariable>& variables,
                     double* columns, std::size_t length);
 
   bool has_prescribed_joints() const { return simple() + 4 * balls() < plan_.nv; }
-  // The kinetic energy with each velocity faster by its nominal value.
+  // Kinetic energy, J, with each velocity increased by its nominal value.
   [[gnu::cold]] double energy_scale(double time, const double* y);
   double kinetic_energy(double time, const double* y);
   double potential_energy(double time, const double* y);
-  double energy_before_jumps(double time, const double* y);  // of prescribed joints; both kinds
+  double energy_before_jumps(double time, const double* y);  // both, before jumps
   double work(const double* y) const { return with_work() ? *layout_.work.of(y) : 0.0; }
   double contact_work(const double* y) const { return layout_.work.count > 1 ? layout_.work.of(y)[1] : 0.0; }
 
@@ -239,7 +240,7 @@ class System {
   StateLayout layout_;
   InputLayout input_layout_;
   std::vector<int> integrated_;   // joints in the state
-  std::vector<int> motion_slot_;  // per joint: its place among those with a held motion, or -1
+  std::vector<int> motion_slot_;  // per joint: index among those with a held motion, or -1
   std::vector<double> scales_;
   std::unique_ptr<Control> control_;
   std::unique_ptr<Actuators> actuators_;
@@ -248,9 +249,9 @@ class System {
   std::vector<double> scratch_inputs_, unmoved_, sampled_state_;
   std::vector<double> q_, qd_;            // all joints
   std::vector<BallAngles> angles_;        // of the spherical joints, as in q_
-  bool charts_kept_ = false;              // during the corrections of a projection
-  std::vector<double> recursion_inputs_;  // empty: those of inputs_
-  std::vector<double> qdd_, drive_;       // all joints, of the last accelerations
+  bool charts_kept_ = false;              // true during the corrections of a projection
+  std::vector<double> recursion_inputs_;  // empty: inputs_ is used
+  std::vector<double> qdd_, drive_;       // of all joints, at the last accelerations
   std::vector<double> searched_;          // time, accelerations of all joints
   Workspace<double> workspace_;
   std::vector<double> scratch_;  // plan().nv

@@ -24,9 +24,10 @@ BallAngles values_of(const BallAnglesOf<Dual>& angles) {
   return {angles.turned, angles.phi.value, angles.theta.value, angles.psi.value};
 }
 
-// Rotation vector of a change of a quaternion or of angles, in link axes: 2 conj(q) dq for a unit quaternion.
+// Rotation vector, in link axes, of a change of a quaternion or of angles: 2 conj(q) dq for a unit
+// quaternion.
 Vec3<double> turn_of(const Eigen::Vector4d& p, const double* change) {
-  constexpr double rounding = 1e-15;  // of a change of the length only
+  constexpr double rounding = 1e-15;  // for changes of the length only
   const Vec3<double> v = p.tail<3>(), dv(change + 1);
   const Vec3<double> turn = p[0] * dv - change[0] * v - v.cross(dv);
   if (turn.norm() <= rounding * p.norm() * std::hypot(change[0], dv.norm())) return Vec3<double>::Zero();
@@ -124,7 +125,7 @@ void Tangent::put_ball(int ball, const BallAngles& angles, const Vec3<double>& t
   for (int i = 0; i < 3; ++i) speed[first + i] = rates[i];
 }
 
-// Directions of coordinates, in any charts, become those of q, qd and balls.
+// Transfers directions from coordinates, in any chart, to q, qd and balls.
 void Tangent::set_directions(const Duals& at, const Duals& speed) {
   for (std::size_t i = 0; i < q.size(); ++i) {
     if (plan_.joints[i].of_ball) continue;
@@ -140,7 +141,7 @@ void Tangent::set_directions(const Duals& at, const Duals& speed) {
   }
 }
 
-// Changes to the charts that System uses at these coordinates.
+// Changes the coordinates to the charts that System uses there.
 void Tangent::renew_charts(Duals& at, Duals& speed) const {
   for (std::size_t k = 0; k < balls.size(); ++k) {
     const int ball = static_cast<int>(k);
@@ -185,7 +186,7 @@ void Tangent::expand(System& system, double time, const double* y, Duals& at, Du
   }
 }
 
-// J dq of the dependent joints is the negative change of the residuals, and likewise of the rates.
+// J dq of the dependent joints is the negative change of the residuals; likewise for velocities and rates.
 void Tangent::follow_independent(const Model& model, System& system, double time, const double* y,
                                  const IndependentCoordinates& chosen, const double* dq, const double* dqd) {
   Duals at(q.size()), speed(q.size());
@@ -221,7 +222,7 @@ const std::vector<Dual>& Tangent::row_rates(System& system, double time, const d
   return workspace_.loop.rate;
 }
 
-// Effect of a jump of prescribed joints on the others: positions and velocities depend on jumps as
+// Response of the other joints to a jump of prescribed joints: positions and velocities depend on jumps as
 // accelerations depend on prescribed accelerations.
 Tangent::Duals Tangent::answer_to(const Duals& jump, const Duals& at) {
   const std::size_t n = at.size();
@@ -234,7 +235,8 @@ Tangent::Duals Tangent::answer_to(const Duals& jump, const Duals& at) {
   return after;
 }
 
-// The angular velocities of spherical joints are constant while their angles change.
+// Adds a change of positions or velocities; angular velocities of spherical joints stay constant while their
+// angles change.
 void Tangent::add(const Duals& change, bool velocity, Duals& at, Duals& speed) const {
   std::vector<Vec3<Dual>> omega;
   for (std::size_t k = 0; k < balls.size(); ++k) omega.push_back(omega_in(at, speed, static_cast<int>(k)));
@@ -261,7 +263,7 @@ void Tangent::project_within_rank(Duals& at, Duals& speed, double pivot_toleranc
   for (const bool velocity : {false, true}) reduce(at, speed, velocity);
 }
 
-// Residuals at these positions and velocities.
+// Sets the constraint residuals at these positions and velocities and returns their size.
 Tangent::ResidualSize Tangent::residual_size(const Duals& at, const Duals& speed, bool velocity) {
   set_positions(plan_, workspace_, at.data());
   set_ground_motion(plan_, workspace_, speed.data());
@@ -272,8 +274,8 @@ Tangent::ResidualSize Tangent::residual_size(const Duals& at, const Duals& speed
   return size;
 }
 
-// Newton corrections with one elimination: values and derivatives as in System::reduce_residual, and after
-// these have converged the derivatives alone until they have, too.
+// Newton corrections with one elimination: first of values and derivatives as in System::reduce_residual;
+// after convergence of the values, of the derivatives only.
 void Tangent::reduce(Duals& at, Duals& speed, bool velocity) {
   LoopState<Dual>& loop = workspace_.loop;
   Duals correction(at.size());
@@ -288,7 +290,7 @@ void Tangent::reduce(Duals& at, Duals& speed, bool velocity) {
     values =
         values && k < System::projection_iterations && progress.goes_on(loop, velocity, System::rounding);
     const bool converging = size.derivative != 0 && size.derivative < 0.9 * before;
-    // the rates of a loop at rest are rounding in any measure
+    // the rates of a loop at rest are rounding errors at any scale
     const bool violated = !velocity && size.value > System::rank_violation;
     if (!values && (violated || !converging)) return;
     if (!values) before = size.derivative;
@@ -301,7 +303,7 @@ void Tangent::reduce(Duals& at, Duals& speed, bool velocity) {
 
 const char* Tangent::follow_assembly(const Model& model, const Assembly& assembly) {
   if (assembly.moved.empty()) return "no configuration satisfies the loop constraints";
-  // in the charts of the assembly
+  // start in the charts of the assembly
   Duals at = q, speed = qd;
   for (std::size_t k = 0; k < balls.size(); ++k) {
     const BallStart<Dual>& start = parameters.balls[k];
@@ -339,7 +341,7 @@ void Tangent::go_with_time(System& system, double time, const double* y) {
 }
 
 Tangent::Misfit Tangent::constraint_misfit(const Model& model) {
-  constexpr double rounding = 1e-6;         // of the accelerations of its two sides
+  constexpr double rounding = 1e-6;         // relative to the accelerations of both sides
   constexpr double typed_precision = 1e-9;  // m/s^2 or rad/s^2
   const auto change = [](const Vec3<Dual>& of) {
     return std::hypot(of[0].derivative, of[1].derivative, of[2].derivative);
@@ -412,7 +414,7 @@ void Tangent::start_actuators() {
   }
 }
 
-// Inputs become torques on the joints.
+// Replaces actuator inputs by torques on the joints.
 void Tangent::apply_actuators() {
   for (int k = 0; k < actuator_count(); ++k) {
     const int joint = actuators_->joint(k);

@@ -17,50 +17,52 @@ namespace redysim {
 class IndependentCoordinates;
 
 // A System at one point with one direction of change, as dual numbers: exact directional derivatives. Created
-// when a master first requests derivatives.
+// when an importer first requests derivatives.
 class Tangent {
  public:
   Tangent(const Model& model, const System& system);
 
-  // Moves to (time, y) with these parameters and direction 0. The caller then sets the directions of the
-  // independent variables, q, qd (joints with one degree of freedom), force, balls and parameters, and calls
+  // Moves to (time, y) with these parameters and direction 0. Then set the directions of the independent
+  // variables (q and qd of joints with one degree of freedom, force, balls, parameters) and call
   // apply_parameters or go_with_time.
   void go_to(const Parameters<double>& given, System& system, double time, const double* y);
 
-  // Quaternion (any length) and angular velocity of a spherical joint: directions.
+  // Directions of the quaternion (any length) and the angular velocity of a spherical joint.
   struct BallChange {
     double quaternion[4] = {}, omega[3] = {};
   };
-  std::vector<Dual> q, qd, force;  // of all joints; force: as System::recursion_inputs(), before actuators
+  std::vector<Dual> q, qd, force;  // for all joints; force: as System::recursion_inputs(), before actuators
   std::vector<BallChange> balls;
   Parameters<Dual> parameters;
   ControlTangent* control() { return features::control ? control_.get() : nullptr; }  // null: none
-  // The plan, the controller, and q, qd and balls, whose start values are parameters, take their directions.
+  // Passes the directions of the parameters to the plan, the controller, and to q, qd and balls, whose start
+  // values are parameters.
   void apply_parameters();
 
   // Completes the directions of q and qd from those of the prescribed joints, as System::follow_jumps does
   // from (time, y), the state before the jump; loop constraints remain satisfied.
   void follow_jumps(System& system, double time, const double* y);
 
-  // Completes the directions of q, qd and balls, those of (time, y), where these directions of independent
-  // positions and velocities move the joints in loops and rigid couplings.
+  // Completes the directions of q, qd and balls at (time, y) for joints in loops and rigid couplings, from
+  // the directions dq, dqd of the independent coordinates.
   void follow_independent(const Model& model, System& system, double time, const double* y,
                           const IndependentCoordinates& chosen, const double* dq, const double* dqd);
 
-  // The rates of all constraint rows at (time, y) and their directions, from those of q, qd and balls.
+  // Rates of all constraint rows at (time, y) with their directions, from those of q, qd and balls.
   const std::vector<Dual>& row_rates(System& system, double time, const double* y);
 
-  // The directions of start values become those of the assembled start. Returns the reason of a failure;
-  // null: success.
+  // Replaces the directions of the start values by those of the assembled start. Returns the reason of a
+  // failure; null: success.
   const char* follow_assembly(const Model& model, const Assembly& assembly);
 
-  // Sets the direction of time; inputs follow their slopes.
+  // Sets the direction of time; inputs follow their polynomials.
   void go_with_time(System& system, double time, const double* y);
 
-  // The directions of actuator states become those of their start, from q and qd.
+  // Sets the directions of actuator states to those of their start, from q and qd.
   void start_actuators();
 
-  // After go_with_time: violation of a loop by the accelerations of the joints; `loop` < 0: rounding only.
+  // Violation of a constraint by the joint accelerations, after go_with_time; `constraint` < 0: rounding
+  // only.
   struct Misfit {
     int constraint = -1;  // as Assembly::constraint
     Assembly::Residual acceleration;
@@ -69,17 +71,17 @@ class Tangent {
 
   // Evaluates the quantities below and their directions; false: not finite.
   bool evaluate();
-  std::vector<Dual> qdd, drive;  // drive: on the joints
-  // Of an actuator: its input and its response.
+  std::vector<Dual> qdd, drive;  // drive: forces on the joints
+  // Input and response of an actuator.
   Dual actuator_input(int index) const { return actuator_inputs_[index]; }
   const ActuatorResponse<Dual>& actuator(int index) const { return responses_[index]; }
-  // An entry of y, where there are actuators: theirs count.
+  // An entry of y; used for actuator states only.
   Dual& state(int place) { return state_[place]; }
-  // Direction of the derivative of a quaternion, for one of any length.
+  // Direction of the quaternion's time derivative, for a quaternion of any length.
   Eigen::Vector4d quaternion_slope(int ball) const;
   Dual power;  // of drives, dampers, ports and contacts
   Dual contact_power() const { return workspace_.contact_power; }
-  Dual port_power(int port) const;  // of its wrench
+  Dual port_power(int port) const;  // power of the port's wrench
   std::vector<Dual> multipliers;    // per loop row
   Dual kinetic_energy(), potential_energy();
   Force<Dual> momentum();
@@ -92,7 +94,7 @@ class Tangent {
   }
   struct BallMotion {
     Vec3<Dual> omega, alpha;
-    Vec3<double> turn;  // of the link, in its axes
+    Vec3<double> turn;  // rotation vector of the link, in link axes
   };
   BallMotion ball(int index) const;
 
@@ -116,7 +118,7 @@ class Tangent {
   void project(Duals& at, Duals& speed);
   void project_within_rank(Duals& at, Duals& speed, double pivot_tolerance);
   struct ResidualSize {
-    double value, derivative;  // maximum over all rows; the value relative, the derivative not
+    double value, derivative;  // maxima over all rows; value is relative, derivative is not
   };
   ResidualSize residual_size(const Duals& at, const Duals& speed, bool velocity);
   void reduce(Duals& at, Duals& speed, bool velocity);
@@ -131,11 +133,11 @@ class Tangent {
   bool with_time_ = false;
   std::unique_ptr<ControlTangent> control_;
   const Actuators* actuators_;  // null: none
-  std::vector<Dual> state_;     // y, where there are actuators: their entries count
+  std::vector<Dual> state_;     // y; used for actuator states only
   std::vector<Dual> actuator_inputs_;
   std::vector<ActuatorResponse<Dual>> responses_;
-  std::unique_ptr<SensedWrenches<Dual>> sensed_;  // null: no frame shows its wrench
-  std::unique_ptr<EquationTerms<Dual>> terms_;    // null: none requested
+  std::unique_ptr<SensedWrenches<Dual>> sensed_;  // null: no frame outputs its wrench
+  std::unique_ptr<EquationTerms<Dual>> terms_;    // null: not requested
 };
 
 }  // namespace redysim
