@@ -19,25 +19,27 @@ namespace {
 
 using namespace sundials;
 
-// The errors of a multistep method add up, those of Runge-Kutta steps are damped or overestimated. The user's
-// tolerance is therefore tightened to the global error of the one-step methods at the same rtol: on the
-// public scenes at 1e-8 all stay within 4e-6 (docs/solvers.md). The errors of Adams in a bounce have one sign
-// and add up in the energy (docs/contact.md).
+// The errors of a multistep method accumulate, those of Runge-Kutta steps are damped or overestimated. The
+// user's tolerance is therefore tightened until the global error matches that of the one-step methods at the
+// same rtol: on the public scenes at 1e-8 it stays within 4e-6 (docs/solvers.md). The errors of Adams in a
+// bounce have one sign and accumulate in the energy (docs/contact.md).
 constexpr double adams_tightening = 1.0 / 30;
 constexpr double adams_contact_tightening = 1.0 / 300;
 constexpr double bdf_tightening = 1.0 / 100;
 constexpr double newton_tolerance =
-    0.03;  // of the error test; CVODE's 0.1 costs accuracy, an iteration is cheap
+    0.03;  // relative to the error test; CVODE's 0.1 is less accurate, an iteration is cheap
 
-// Growth of the step from which on CVODE changes it, with contacts. A foot that begins to stick shortens the
-// step to a hundredth, and CVODE's 1.5 then lets it grow too late. Smaller factors need no new factorization.
+// With contacts, CVODE changes the step size at this growth factor. A foot that begins to stick reduces the
+// step to a hundredth, and with CVODE's factor 1.5 it grows again too late. Smaller factors need no new
+// factorization.
 constexpr double contact_growth = 1.2;
 
-// CVODE's limits of the growth of a step.
+// CVODE's limits of the step size growth.
 constexpr double growth = 10, growth_of_first_step = 1e4;
 
-// Each shortens the step by a factor of 0.1 to 0.25: enough to pass a jump of a force unless the step would
-// be lost in rounding. CVODE's own limits of 7 and 10 are too few where a contact of ReDySim's law touches.
+// Maximum numbers of failures in a step. Each failure reduces the step by a factor of 0.1 to 0.25. The limit
+// suffices to pass a jump of a force, unless the step reaches the rounding error. CVODE's limits of 7 and 10
+// are too small where a contact with ReDySim's law begins.
 constexpr int failures_in_a_step = 40;
 
 double tightening(SolverMethod method, const System& system) {
@@ -88,7 +90,7 @@ void Cvode::build() {
   }
   CVodeSetNonlinearSolver(cvode, nonlinear_solver_.get());
 
-  // CVODE allocates in its first step: take one of a system at rest
+  // CVODE allocates in its first step: take that step here, with a zero right-hand side
   warming_up_ = true;
   CVodeSetInitStep(cvode, 1e-3);
   CVode(cvode, 1.0, ahead_.get(), &ahead_time_, CV_ONE_STEP);
@@ -123,7 +125,7 @@ void Cvode::set_state(const double* y) {
   restart_due_ = Due::first;
 }
 
-// At (time, y) with the present inputs: two right-hand sides.
+// Restarts at (time, y) with the present inputs; needs two right-hand sides. False: a slope is not finite.
 bool Cvode::restart(double time, const double* y, bool repeated) {
   restart_.repeated = repeated;
   restart_.time = time;
@@ -161,22 +163,22 @@ Outcome Cvode::restart_between_steps() {
   return {};
 }
 
-// A step from the present state, of `step` s if nothing limits it, ends at the points of trajectories, and
-// within their motions: an error estimate does not see what it passes at rest. Before a point two equal
-// steps, not a small remainder. A restart and the trajectories determine these times, so that they can be
-// repeated.
+// End of the next step, in CVODE's time, for a step size of at most `step`. Steps end at the breakpoints of
+// trajectories and are limited within motions, which the error estimate can miss at rest. Two equal steps
+// lead to a breakpoint instead of a small remainder. The result depends only on the restart and the
+// trajectories, so that the steps can be repeated.
 double Cvode::end_of_step(double step) const {
   const double now = absolute(ahead_time_);
   const StepLimits limits = system_.step_limits(now);
   const double longest = std::min(step, limits.longest);
-  if (!(limits.knot > passed(now))) return ahead_time_ + longest;  // the end of the phase
+  if (!(limits.knot > passed(now))) return ahead_time_ + longest;  // no breakpoint ahead
   const double knot = since_restart(limits.knot), left = knot - ahead_time_;
   constexpr double rounding = 1e-9;
   if (left <= (1 + rounding) * longest) return knot;
   return ahead_time_ + std::min(longest, 0.5 * left);
 }
 
-// Of CVODE, at most: it knows the next step, but does not tell it after a stop.
+// Upper bound of CVODE's next step size: after a stop CVODE does not report it.
 double Cvode::next_step() const {
   if (steps_taken_ == 0) return restart_.first_step;
   double step = 0;
@@ -188,7 +190,7 @@ double Cvode::next_step() const {
   return (steps_taken_ == 1 ? growth_of_first_step : growth) * step;
 }
 
-// A step that would pass a contact or a motion unseen ends there.
+// Stops the next step where it would miss a contact or a prescribed motion.
 void Cvode::set_stop() {
   const bool touches = system_.plan().has_contacts();
   if (!touches && !system_.control()) return;
@@ -204,7 +206,7 @@ void Cvode::set_stop() {
 
 int Cvode::take_step() {
   set_stop();
-  // CVODE takes only the direction from the end time
+  // CVODE uses only the direction of the end time
   const int flag =
       CVode(memory_.get(), ahead_time_ + 1 + ahead_time_, ahead_.get(), &ahead_time_, CV_ONE_STEP);
   if (flag >= 0) ++steps_taken_;
@@ -227,12 +229,12 @@ void Cvode::count_work(double before) {
              std::max(tightening(method_, system_) * settings_.rtol, ErrorWeights::finest));
 }
 
-// CVODE's time of an `end` that it has reached, or is to reach.
+// System time -> CVODE's time; exact at the end of the last step.
 double Cvode::since_restart(double end) const {
   return absolute(ahead_time_) == end ? ahead_time_ : end - restart_.time;
 }
 
-// CVODE's steps until they pass `end`; when a pause is due, `end` becomes the time reached.
+// Takes CVODE's steps until they pass `end`. If a pause is due, `end` is set to the time reached.
 Outcome Cvode::step_past(double& end) {
   StepBudget budget(time_, end);
   for (long step = 0; ahead_time_ < since_restart(end); ++step) {
@@ -284,7 +286,7 @@ Outcome Cvode::advance(double end, bool inputs_changed) {
   return outcome;
 }
 
-// The state at `end`, within the last step, into error_.
+// Sets error_ to the state at `end`, which lies within the last step.
 Outcome Cvode::interpolate(double end) {
   double* y = data(error_);
   const double since = since_restart(end);

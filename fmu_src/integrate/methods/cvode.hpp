@@ -42,16 +42,16 @@ class Cvode final : public Integrator {
  private:
   static constexpr int steps_between_restarts = 4000;
 
-  // All that a restart of CVODE needs.
+  // State from which CVODE restarts.
   struct Restart {
     double time = 0, first_step = 0;
     bool repeated = false;  // not the first of the run
     std::vector<double> y, inputs;
     long rejected_before = 0;  // statistics
   };
-  // Whether the next advance restarts: for the first time since the state was set, or once more.
+  // Whether the next advance restarts CVODE: no, for the first time since the state was set, or again.
   enum class Due : unsigned char { no, first, again };
-  // What a saved state holds.
+  // Content of a saved state.
   struct Saved;
 
   // Functions that CVODE calls; `self` is a Cvode (cvode_functions.cpp).
@@ -64,7 +64,7 @@ class Cvode final : public Integrator {
 
   void build();
   void build_newton();
-  double absolute(double since) const { return restart_.time + since; }  // CVODE's time for the system
+  double absolute(double since) const { return restart_.time + since; }  // CVODE's time -> system time
   double since_restart(double end) const;
   bool restart(double time, const double* y, bool repeated);
   void reset_cvode();
@@ -93,27 +93,27 @@ class Cvode final : public Integrator {
   ErrorWeights error_weights_;
 
   Scratch scratch_;
-  sundials::Vector &weights_, &error_;  // of the scratch
+  sundials::Vector &weights_, &error_;  // owned by the scratch
   sundials::Vector ahead_;              // the state at ahead_time_
-  DenseJacobian* jacobian_ = nullptr;   // BDF alone
+  DenseJacobian* jacobian_ = nullptr;   // BDF only
   sundials::Matrix matrix_;
   sundials::LinearSolver linear_solver_;
   sundials::NonlinearSolver nonlinear_solver_;
   std::unique_ptr<void, CvodeDeleter> memory_;
 
-  // what the future depends on
+  // state that determines the continuation
   double time_ = 0;
   std::vector<double> y_;
   Due restart_due_ = Due::first;
   Restart restart_;
   double ahead_time_ = 0;         // end of CVODE's last step since the restart; not before time_
   std::int32_t steps_taken_ = 0;  // since the restart
-  StepWork work_;                 // where the system has work
+  StepWork work_;                 // used if the state contains work
   Statistics statistics_;
 
   std::vector<double> slope_;  // f at the restart
-  bool slope_known_ = false;   // the next slope asked for is slope_
-  bool stopped_ = false;       // the last step, by CVodeSetStopTime
+  bool slope_known_ = false;   // the next call of right_hand_side returns slope_
+  bool stopped_ = false;       // the last step ended at the stop time
   bool warming_up_ = false;
   bool project_history_ = false;  // Adams with loops
   bool projection_failed_ = false;

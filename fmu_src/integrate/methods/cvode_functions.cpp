@@ -13,8 +13,8 @@ using namespace sundials;
 
 namespace {
 
-// Each restart begins with order one. The first steps after changed inputs take a still tighter tolerance:
-// otherwise the errors of a restart per millisecond add up to a hundred tolerances. The start of a run takes
+// Each restart begins with order one. The first steps after changed inputs use a still tighter tolerance:
+// otherwise the errors of one restart per millisecond add up to a hundred tolerances. The start of a run uses
 // the normal one.
 constexpr double restart_tightening = 0.1;
 constexpr int restart_steps = 6;
@@ -37,9 +37,9 @@ int Cvode::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_po
   return static_cast<int>(self.system_.right_hand_side(self.absolute(time), data(y), data(ydot)));
 }
 
-// CVODE asks for the weights once before each step, for the newest entry of its history itself. Its own
-// projection is for BDF only, so this is where Adams' history is projected onto the loop constraints: the
-// state entry alone, since the others are right-hand sides (coordinate projection; Eich 1993).
+// CVODE requests the weights once before each step, at the newest entry of its history. CVODE's own
+// projection supports BDF only. Therefore Adams' history is projected onto the loop constraints here: only
+// the state entry, since the others are right-hand sides (coordinate projection; Eich 1993).
 int Cvode::weights(N_Vector y, N_Vector weights, void* self_pointer) {
   Cvode& self = *static_cast<Cvode*>(self_pointer);
   if (self.project_history_ && self.steps_taken_ > 0) {
@@ -73,7 +73,7 @@ int Cvode::project(double time, N_Vector y, N_Vector correction, double, N_Vecto
   return static_cast<int>(status);
 }
 
-// Along the last step. Leaves error_ as it is.
+// Power of the drives within the last step. Does not change error_.
 bool Cvode::power(double time, void* self_pointer, double& power) {
   Cvode& self = *static_cast<Cvode*>(self_pointer);
   if (CVodeGetDky(self.memory_.get(), time, 0, self.weights_.get()) != CV_SUCCESS) return false;

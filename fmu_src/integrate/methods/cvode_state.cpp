@@ -9,7 +9,7 @@ namespace redysim {
 struct Cvode::Saved {
   double time = 0;
   std::vector<double> y;
-  unsigned char restart_due = 0, repeated = 0;  // a Due, a bool
+  unsigned char restart_due = 0, repeated = 0;  // values of Due and bool
   Restart restart;
   std::int64_t rejected_before = 0;
   double ahead_time = 0;
@@ -84,7 +84,7 @@ bool Cvode::restore(const unsigned char* bytes, std::size_t size) {
   return true;
 }
 
-// The steps since the restart, under the inputs of then.
+// Repeats the steps since the restart with the inputs at the restart.
 void Cvode::repeat_steps(const Saved& saved) {
   std::vector<double> present_inputs = restart_.inputs;
   system_.swap_inputs(present_inputs);
@@ -92,7 +92,7 @@ void Cvode::repeat_steps(const Saved& saved) {
   int flag = 0;
   while (steps_taken_ < saved.steps_taken && flag >= 0) flag = take_step();
   system_.swap_inputs(present_inputs);
-  // with other parameters or another machine the end differs: then CVODE restarts from the saved state
+  // other parameters or another machine give another end: then CVODE restarts from the saved state
   if (flag < 0 || ahead_time_ != saved.ahead_time) restart_due_ = Due::again;
 }
 

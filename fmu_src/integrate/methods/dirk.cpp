@@ -12,23 +12,23 @@
 #include "integrate/methods/tuning.hpp"
 
 // Diagonally implicit Runge-Kutta steps by SUNDIALS' ARKODE (ARKStep) with the exact Jacobian: L-stable and
-// stiffly accurate, each first stage explicit. It has no history, so inputs may change at every communication
-// step. The slope at the end of a step is that of its last stage.
+// stiffly accurate, with an explicit first stage. The method has no history, so inputs may change at every
+// communication step. The slope at the end of a step is that of its last stage.
 
 namespace redysim {
 namespace {
 
 using namespace sundials;
 
-// Chosen from 14 tables of ARKODE on five stiff scenes at rtol 1e-3 to 1e-8: it needs the fewest right-hand
-// sides for an error, or nearly so, on each, and its error estimate is reliable on all (docs/solvers.md). It
+// Chosen from 14 tables of ARKODE on five stiff scenes at rtol 1e-3 to 1e-8: on each it needs the fewest
+// right-hand sides for a given error, or nearly so, and its error estimate is reliable (docs/solvers.md). It
 // is the implicit part of ARK4(3)7L[2]SA: Kennedy and Carpenter, Appl. Numer. Math. 136 (2019). It is
-// repeated here because ARKODE links all its tables together, 30 kB.
+// repeated here because ARKODE would link all its tables, 30 kB.
 constexpr int stages = 7;
 constexpr int order = 4, embedded_order = 3;
 constexpr double diagonal = 0.1235;
 constexpr double nodes[stages] = {0, 0.247, 0.42165537495307726, 0.335, 0.075, 0.7, 1};
-// below the diagonal, from the third stage on; the last row is the step
+// entries below the diagonal, from the third stage on; the last row gives the step
 constexpr double rows[][stages - 1] = {
     {0.14907768747653863, 0.14907768747653863},
     {0.12483442871739439, 0.12483442871739439, -0.038168857434788782},
@@ -44,12 +44,12 @@ constexpr double coefficient(int stage, int slope) {
   return stage == 1 ? diagonal : rows[stage - 2][slope];
 }
 
-constexpr double tightening = 1.0 / 5;       // to the global error of the explicit methods at the same rtol
+constexpr double tightening = 1.0 / 5;       // matches the global error of the explicit methods at equal rtol
 constexpr int newton_iterations = 4;         // one more than usual: the Jacobian is exact and expensive
-constexpr int remembered_slopes = 3;         // for the prediction of a stage
+constexpr int remembered_slopes = 3;         // used to predict a stage
 constexpr int newton_failures = 60;          // consecutive; each reduces the step to a quarter
-constexpr double shortest_to_touch = 1e-12;  // of the last step: one that ends at a contact
-constexpr double safety = 0.96;              // ARKODE multiplies what `adapt` proposes
+constexpr double shortest_to_touch = 1e-12;  // minimum relative to the last step, if it ends at a contact
+constexpr double safety = 0.96;              // ARKODE multiplies the result of `adapt` by this factor
 
 struct ArkStepDeleter {
   void operator()(void* memory) const { ARKStepFree(&memory); }
@@ -79,9 +79,9 @@ class Dirk final : public OneStep {
   Flag run(double first_step) override;
   Flag flag_of(int arkode);
   double reached() const override;
-  long unsolved() const;  // attempts whose stages were not solved, of all runs
+  long unsolved() const;  // attempts whose stage equations were not solved, total of all runs
 
-  Vector &start_, &end_state_;  // of the scratch; end_state_ holds result_
+  Vector &start_, &end_state_;  // owned by the scratch; end_state_ holds result_
   DenseJacobian& jacobian_;
   Matrix matrix_;
   LinearSolver linear_solver_;
@@ -89,14 +89,14 @@ class Dirk final : public OneStep {
   std::unique_ptr<void, ArkStepDeleter> memory_;
 
   double weights_of_slopes_[stages][stages] = {};
-  const double* slopes_[stages] = {};              // where ARKStep keeps the stages' slopes
-  std::vector<double> stage_state_, stage_slope_;  // of integrate_power, empty where it is not needed
-  int stage_ = 0;                                  // being solved
+  const double* slopes_[stages] = {};              // slopes of the stages, stored by ARKStep
+  std::vector<double> stage_state_, stage_slope_;  // for integrate_power; empty if not needed
+  int stage_ = 0;                                  // index of the stage being solved
   double step_begin_ = 0;                          // time at which begin_slope_ holds
   const double* begin_slope_ = nullptr;
-  bool warming_up_ = false;  // first step, in which ARKODE allocates: of a system at rest
+  bool warming_up_ = false;  // in the first step, in which ARKODE allocates: the right-hand side is zero
   long unsolved_before_ = 0;
-  bool too_short_ = false;  // the step to repeat
+  bool too_short_ = false;  // the step to repeat is below the minimum
   CornerWatch corners_;
 };
 
@@ -117,7 +117,7 @@ void Dirk::build() {
   ARKStepSetErrHandlerFn(ark, &LastMessage::keep, &scratch_->message);
   ARKStepSetUserData(ark, self);
   set_table();
-  // Lagrange: never used between step ends, and Hermite's costs right-hand sides
+  // states between step ends are not requested, and Hermite interpolation costs right-hand sides
   ARKStepSetInterpolantType(ark, ARK_INTERP_LAGRANGE);
   ARKStepSetInterpolantDegree(ark, 1);
   ARKStepWFtolerances(ark, &Dirk::weights);
@@ -126,7 +126,7 @@ void Dirk::build() {
   ARKStepSetSafetyFactor(ark, safety);
   ARKStepSetFixedStepBounds(ark, 1.0, 1.0);
   ARKStepSetMinReduction(ark, shortest_to_touch);
-  ARKStepSetMaxErrTestFails(ark, 100);  // StepControl stops before
+  ARKStepSetMaxErrTestFails(ark, 100);  // StepControl stops earlier
   if (settings_.max_step > 0) ARKStepSetMaxStep(ark, settings_.max_step);
 
   matrix_ = make_matrix(system_.size(), scratch_->context);
@@ -194,7 +194,7 @@ int Dirk::adapt(N_Vector y, double t, double h, double, double, double error, do
   Dirk& self = of(self_pointer);
   *next = h;
   if (self.warming_up_) return 0;
-  // a step that Newton's iteration could not solve limits the next ones
+  // a step that Newton's iteration could not solve limits the next step size
   const long unsolved = self.unsolved();
   if (unsolved != self.unsolved_before_) {
     self.statistics_.rejected += unsolved - self.unsolved_before_;
@@ -213,7 +213,8 @@ int Dirk::adapt(N_Vector y, double t, double h, double, double, double error, do
   return self.too_short_ ? 1 : 0;
 }
 
-// Whether a step of h to y must be repeated since it crosses a corner with too large an error estimate.
+// Whether a step of size h to y crosses a corner of a force with too large an error estimate, so that it must
+// be repeated.
 bool Dirk::is_doubtful(double since, const double* y, double h, double error) {
   const double doubted = Tuning::doubt_of_corner * error;
   if (!(doubted > 1) || !corners_.crosses(system_, absolute(since), y)) return false;
@@ -230,7 +231,7 @@ int Dirk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_poi
     std::memset(slope, 0, bytes);
     return 0;
   }
-  // the first stage, also of a repeated step
+  // first stage, also of a repeated step
   if (time == self.step_begin_) {
     self.corners_.attempt();
     self.stage_ = 0;
@@ -296,13 +297,14 @@ int Dirk::complete(double time, N_Vector y, void* self_pointer) {
 }
 
 // Replaces the work of the step by the quadrature of the power at its stages. The slopes that ARKStep deduces
-// from a stage contain the power only as far as Newton's iteration resolves it, and the force of a prescribed
-// joint, which the Jacobian of the power holds constant, may change much faster than the state. Not counted
-// as right-hand sides: `auto` decides by their number, and a request for energies must not change a run.
+// from a stage contain the power only to the accuracy of Newton's iteration. The force of a prescribed joint,
+// which is constant in the Jacobian of the power, may change much faster than the state. These evaluations
+// are not counted as right-hand sides: `auto` decides by their number, and requesting energies must not
+// change a run.
 void Dirk::integrate_power(double time, double* y) {
   const double h = time - step_begin_;
   const auto& work = system_.layout().work;
-  double correction[2] = {};  // of all that is not stored, of contacts
+  double correction[2] = {};  // for the total work of non-conservative forces and for that of contacts
   for (int i = 0; i < stages; ++i) {
     const double weight = coefficient(stages - 1, i);
     if (weight == 0) continue;

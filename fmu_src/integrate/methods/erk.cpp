@@ -10,20 +10,20 @@
 #include "integrate/methods/table_choice.hpp"
 #include "integrate/methods/tuning.hpp"
 
-// Explicit Runge-Kutta steps of order 3, 5 and 8. A step takes one right-hand side per stage; at order 3 and
-// 5 one fewer if the slope of the last stage is the first one of the next step (same inputs).
+// Explicit Runge-Kutta steps of order 3, 5 and 8. A step takes one right-hand side per stage. At order 3 and
+// 5 it takes one fewer if the last slope is also the first one of the next step (same inputs).
 //
-// Where inputs are held, a step of order 8 passes the end of an advance, at the price of three right-hand
-// sides for the polynomial through it. This polynomial gives the state there and at the ends of the next
+// While inputs are held, a step of order 8 may pass the end of an advance, at the cost of three right-hand
+// sides for its interpolating polynomial. The polynomial gives the state there and at the ends of the next
 // advances, until the inputs change.
 
 namespace redysim {
 namespace {
 
-// By right-hand sides against error (docs/solvers.md): the third order costs 4 slopes and suffices for a
-// loose tolerance; not with loops, where a larger error takes longer to project. At tighter ones the fifth
-// suits communication steps that are one step (7 slopes, not 12), the eighth those of several, and inputs
-// that are held. Verner's 6(5) and Cash-Karp's 5(4) lie between and are nowhere the best.
+// Chosen by right-hand sides against error (docs/solvers.md). Order 3 costs 4 slopes and suffices for a loose
+// tolerance, but not with loops, where projecting a larger error takes longer. At tighter tolerances order 5
+// suits communication steps of one step (7 slopes instead of 12), order 8 those of several steps, and held
+// inputs. Verner's 6(5) and Cash-Karp's 5(4) lie between and are nowhere the best.
 const ExplicitTable& lower_for(double rtol, const System& system) {
   return rtol > Tuning::third_order_rtol && !system.has_constraints() ? bogacki_shampine : dormand_prince;
 }
@@ -42,9 +42,9 @@ class Erk final : public OneStep {
   double allowed_step() const override {
     return takes_eighth() ? OneStep::allowed_step() / choice_.gain() : OneStep::allowed_step();
   }
-  // Not with loops: order 8 at the length that passing allows leads stages far from the constraints, where
-  // dependent rows become independent (bennett: 700 rtol of error). Contacts end steps, and so does
-  // max_rhs, which asks for an even load.
+  // Not with loops: order 8 with the step size that passing allows has stages far from the constraints, where
+  // dependent rows become independent (bennett: error of 700 rtol). Contacts end steps. max_rhs requires an
+  // even load of the advances.
   bool passes_ends() const override {
     return system_.plan().loops.empty() && !system_.plan().has_contacts() && !has_backlash(system_) &&
            !(settings_.max_rhs > 0);
@@ -52,8 +52,9 @@ class Erk final : public OneStep {
 
  private:
   struct Passing {
-    double held = 0, held_before = 0;  // advances since the inputs changed, between the two changes before
-    // the step that passed the end of the last advance, which starts `begin` after `origin`; length 0: none
+    // numbers of advances: since the inputs changed, and between the two changes before
+    double held = 0, held_before = 0;
+    // the step that passed the end of the last advance: it starts `begin` after `origin`; length 0: none
     double origin = 0, begin = 0, length = 0;
   };
   static constexpr double Passing::*passing_parts[] = {&Passing::held, &Passing::held_before,
@@ -71,7 +72,7 @@ class Erk final : public OneStep {
   bool begin_step(double h) override;
   double attempt_error(double h) override;
   Flag accept(double end, double h) override;
-  void keep_last_slope();  // that at the new state, unless this is projected
+  void keep_last_slope();  // the slope at the new state, valid unless that state is projected
   bool pass(double h);
   void expect_changes(bool inputs_changed);
   bool reaches(double end) const override {
@@ -88,11 +89,11 @@ class Erk final : public OneStep {
   void put_choice(ByteWriter& writer) const override;
   bool get_choice(ByteReader& reader) override;
 
-  const ExplicitTable& lower_;  // order 3 or 5
-  TableChoice choice_;          // between it and order 8
+  const ExplicitTable& lower_;  // of order 3 or 5
+  TableChoice choice_;          // between lower_ and order 8
   ExplicitSteps steps_;
-  std::vector<double> weights_;  // of the present step
-  bool expects_hold_ = false;    // of the inputs
+  std::vector<double> weights_;  // for the present step
+  bool expects_hold_ = false;    // inputs are expected to be held
   CornerWatch corners_;
   Passing passing_;
 };
@@ -112,7 +113,7 @@ void Erk::use_table() {
 }
 
 void Erk::choose_table(double remaining) {
-  // the slope at a projected end is one more; otherwise the last slope is the next step's first
+  // a projected end needs one more slope; otherwise the last slope is the first of the next step
   const double projected = system_.has_constraints() ? 1 : 0;
   const bool corners = has_corners(system_);
   const double smooth_for = corners ? Tuning::share_of_gap * time_to_corner(system_, y_.data(), slope_.data())
@@ -201,7 +202,7 @@ OneStep::Flag Erk::accept(double end, double h) {
   }
   if (!pass(h)) {
     expects_hold_ = false;
-    farthest_ = end_;  // repeats the step up to the end of the advance
+    farthest_ = end_;  // repeats the step, ending at the end of the advance
   }
   return Flag::done;
 }
@@ -211,7 +212,7 @@ void Erk::keep_last_slope() {
   slope_known_ = true;
 }
 
-// False: no state lies there.
+// Ends the advance within a step of size h. False: the polynomial cannot be computed.
 bool Erk::pass(double h) {
   if (!steps_.fit(reached_, h)) return false;
   passing_.origin = origin_;
@@ -222,7 +223,7 @@ bool Erk::pass(double h) {
   return true;
 }
 
-// Where inputs are expected to change within the next advances, the rest of a step would be lost.
+// Updates expects_hold_: if inputs change during the next advances, the rest of a long step is lost.
 void Erk::expect_changes(bool inputs_changed) {
   if (inputs_changed) passing_ = {0, passing_.held};
   const bool outlasts = passing_.held > 0 && passing_.held >= passing_.held_before;
@@ -243,10 +244,10 @@ void Erk::leave_last_step() {
   passing_.length = 0;
   steps_.evaluate(1, y_.data());
   keep_last_slope();
-  if (system_.has_constraints()) system_.project(time(), y_.data(), nullptr);  // rounding
+  if (system_.has_constraints()) system_.project(time(), y_.data(), nullptr);  // removes the rounding error
 }
 
-// The state at the end of the advance.
+// Sets y to the state at the end of the advance.
 void Erk::read_polynomial(double* y) {
   steps_.evaluate((goal_ - passing_.origin - passing_.begin) / passing_.length, y);
 }

@@ -17,7 +17,7 @@ ErrorWeights::ErrorWeights(const System& system, double rtol, double atol)
   weighted_ = system.has_prescribed_joints() ? work.end() : work.begin;
   for (int i = 0; i < system.simple(); ++i)
     if (turns(system.plan().joints[system.joint_of(i)])) cap_[i] = turn;
-  // a full turn of the joint
+  // the limit is a full turn of the joint, on the side of the motor
   const Actuators* actuators = system.actuators();
   for (int k = 0; actuators && k < actuators->size(); ++k) {
     const int place = actuators->places(k).motor_q;
@@ -31,7 +31,7 @@ void ErrorWeights::evaluate(const double* y, double* weights, double share) cons
   const auto weight = [&](int i, double scale, double other) {
     const double size = std::fabs(y[i]);
     const double tolerance = rtol * std::min(size, cap_[i]) + atol * scale;
-    const double at_zero = 1e-6 * scale;  // of a state that starts there with atol = 0
+    const double at_zero = 1e-6 * scale;  // for a state that starts at zero with atol = 0
     weights[i] = 1.0 / std::max(tolerance, finest * std::max(std::max(size, other), at_zero));
   };
   const StateLayout& layout = system_.layout();

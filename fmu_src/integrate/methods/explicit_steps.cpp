@@ -9,8 +9,8 @@
 namespace redysim {
 namespace {
 
-// The rows of the tables without zeros, each with an even number of entries, from 1 on: those of DOP853 and
-// of the two pairs, each with its stages before its error.
+// Combinations: the rows of the tables without zeros, each with an even number of entries, counted from 1.
+// First those of DOP853, then those of the two pairs, each with its stages before its error.
 constexpr int order_5 = 16, order_3 = 17, first_term = 18, of_dop853 = 24;
 constexpr int of_third = of_dop853 + 4, of_fifth = of_third + 7, combinations = of_fifth + 1;
 template <int Entries>
@@ -61,23 +61,23 @@ constexpr Sparse<Entries> sparse() {
 }
 constexpr Sparse table = sparse<sparse<256>().count>();
 
-// result = base + h * sum of factors * rows, with an even number of terms
+// result = base + h * sum of factors[i] * rows[which[i]], with an even number of terms
 struct Sum {
   int count;
   const double* factors;
   const unsigned char* which;
   const Lanes<double>* rows;
-  std::size_t width;  // even
+  std::size_t width;  // lanes per row, even
   double h;
   const Lanes<double>* base;
   Lanes<double>* result;
 };
 
-// The lanes from `at` on; even and odd terms hide each other's latency.
+// Computes Count lanes from `at` on; separate sums of even and odd terms hide the latency.
 template <int Count>
 REDYSIM_INLINE void set_lanes(const Sum& sum, std::size_t at) {
   const char* const rows = reinterpret_cast<const char*>(sum.rows + at);
-  const std::size_t bytes = sum.width * sizeof(Lanes<double>);  // of a row
+  const std::size_t bytes = sum.width * sizeof(Lanes<double>);  // size of a row
   const auto row = [&](int i) { return reinterpret_cast<const Lanes<double>*>(rows + sum.which[i] * bytes); };
   Lanes<double> even[Count], odd[Count];
   for (int k = 0; k < Count; ++k) even[k] = odd[k] = Lanes<double>::all(0);
@@ -160,7 +160,7 @@ double ExplicitSteps::error(double h, const ErrorWeights& error_weights, const d
   return both == 0 ? 0 : h * fifth * (fifth / both);
 }
 
-// The polynomial is t0 + x (t1 + r (t2 + x (t3 + r (t4 + ...)))) with the share x and r = 1 - x.
+// The polynomial is t0 + x (t1 + r (t2 + x (t3 + r (t4 + ...)))) with x the share and r = 1 - x.
 bool ExplicitSteps::fit(double time, double h) {
   if (!set_slope(fitted, time, h)) return false;
   for (int k = fitted + 1; k < stages; ++k) {

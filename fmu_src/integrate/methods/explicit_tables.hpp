@@ -1,14 +1,14 @@
 #pragma once
 
-// Coefficients of explicit Runge-Kutta methods. The rows of a method are those of its stages after the first,
-// row k with k entries, the factors of the slopes before; row `last` is the step.
+// Coefficients of explicit Runge-Kutta methods. Row k belongs to stage k >= 1 and has k entries, the factors
+// of the slopes of the earlier stages. Row `last` is the result of the step.
 
 namespace redysim {
 
 template <int last>
 struct EmbeddedPair {
   double times[last + 1], rows[last * (last + 1) / 2];
-  double error[last + 1];  // step - embedded step, with the slope at the end of the step
+  double error[last + 1];  // step - embedded step, including the slope at the end of the step
 };
 
 // clang-format off
@@ -38,7 +38,7 @@ inline constexpr double dop853_times[] = {
     0.25, 0.3076923076923077, 0.6512820512820513, 0.6, 0.8571428571428571, 1.0, 1.0, 0.1, 0.2,
     0.7777777777777778};
 
-// Stages 1 to 15: the step is stage 12, the next are those of its polynomial of order 7.
+// Rows of stages 1 to 15: stage 12 is the result, stages 13 to 15 belong to the polynomial of order 7.
 inline constexpr double dop853_rows[] = {
     0.05260015195876773,
     0.0197250569845379, 0.0591751709536137,

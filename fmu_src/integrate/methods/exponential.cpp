@@ -8,7 +8,7 @@
 #include "integrate/system/dense_lu.hpp"
 
 // An exponential Rosenbrock method: the equations linearised at the start of a step are solved exactly, so
-// fast vibrations of small amplitude do not bound the step. exprb43 of order 4 with an error estimate of
+// fast vibrations of small amplitude do not limit the step size. exprb43 of order 4 with an error estimate of
 // order 3 (Hochbruck, Ostermann, Schweitzer, SIAM J. Numer. Anal. 47, 2009):
 //
 //     D(u) = f(u) - f(y) - J (u - y)
@@ -16,8 +16,8 @@
 //     u3 = y + h phi_1 (f + D(u2))
 //     y1 = y + h phi_1 f + h phi_3 (16 D(u2) - 2 D(u3)) + h phi_4 (12 D(u3) - 48 D(u2)),
 //
-// whose last term is the error estimate. Where f depends on time, its slope v adds h^2 phi_2 v, and D is that
-// of the system with time as a state.
+// whose last term is the error estimate. If f depends on time, the time derivative v = df/dt adds h^2 phi_2
+// v, and D is that of the system with time as a state.
 
 namespace redysim {
 namespace {
@@ -43,11 +43,11 @@ class Exponential final : public OneStep {
   DenseJacobian& jacobian_;
   PhiFunctions phi_;
   std::vector<double> matrix_;                   // J
-  std::vector<double> weights_, slope_by_time_;  // at the start of a step
-  std::vector<double> second_, third_;    // D(u2) and D(u3), then their sums that phi_3 and phi_4 multiply
+  std::vector<double> weights_, slope_by_time_;  // at the start of a step; slope_by_time_: df/dt
+  std::vector<double> second_, third_;    // D(u2) and D(u3), then the vectors multiplied by phi_3 and phi_4
   std::vector<double> error_, combined_;  // combined_: y + h phi_1 f
-  double least_error_of_work_ = 0;        // that a step is allowed, J
-  double errors_of_work_[2] = {};         // of an attempt, J
+  double least_error_of_work_ = 0;        // absolute tolerance of the work in a step, J
+  double errors_of_work_[2] = {};         // in an attempt, J
 };
 
 [[gnu::cold]] Exponential::Exponential(System& system, const SolverSettings& settings, Scratch scratch)
@@ -62,7 +62,7 @@ class Exponential final : public OneStep {
       error_(y_),
       combined_(y_) {}
 
-// f, J and, where f depends on time, its slope at the start of a step.
+// Computes f, J and, if f depends on time, df/dt at the start of a step.
 bool Exponential::begin_step(double h) {
   if (system_.with_work()) set_energy_scale();
   if (!slope_known_) {
@@ -88,7 +88,7 @@ bool Exponential::begin_step(double h) {
   return true;
 }
 
-// D(u) at the time c h of the step.
+// Sets `to` to D(u) at the time c h of the step.
 bool Exponential::remainder(double c, double h, const double* u, double* to) {
   ++statistics_.evaluations;
   if (system_.right_hand_side(absolute(reached_ + c * h), u, to) != Status::ok) return false;
@@ -99,7 +99,8 @@ bool Exponential::remainder(double c, double h, const double* u, double* to) {
   return true;
 }
 
-// Leaves the end of a step of h in candidate_.
+// Leaves the state at the end of a step of size h in candidate_ and returns the error relative to the
+// tolerance.
 double Exponential::attempt_error(double h) {
   const double infinite = std::numeric_limits<double>::infinity();
   statistics_.other_work += phi_.cost(h);
@@ -130,7 +131,8 @@ double Exponential::attempt_error(double h) {
   return std::max(error_weights_.norm(error_.data(), weights_.data()), error_of_work(u));
 }
 
-// As for a velocity v: rtol |v| + atol scale, with the kinetic energies of the state and of these scales.
+// Tolerance of the work as for a velocity v, rtol |v| + atol scale, with kinetic energies instead: those of
+// the state and of the nominal velocities.
 void Exponential::set_energy_scale() {
   const double time = absolute(reached_);
   const StateLayout& layout = system_.layout();
@@ -142,9 +144,9 @@ void Exponential::set_energy_scale() {
   least_error_of_work_ += tightening * settings_.rtol * system_.kinetic_energy(time, result_);
 }
 
-// The power of damped vibrations is not linear, and no other entry of the state shows the error of its
-// integral. That is h (2 D(u2) / 3 + D(u3) / 6), Simpson's rule, which is exact for quadratic D; the
-// trapezoidal rule is exact for linear ones. The Jacobian has no row for contacts, ports and prescribed
+// Error of the work, since the power of damped vibrations is not linear and no other state shows the error of
+// its integral. The integral of D by Simpson's rule, h (2 D(u2) / 3 + D(u3) / 6), is exact for quadratic D;
+// the trapezoidal rule is exact for linear D. The Jacobian has no row for contacts, ports and prescribed
 // joints.
 void Exponential::set_errors_of_work(double h) {
   const auto& work = system_.layout().work;
@@ -154,7 +156,7 @@ void Exponential::set_errors_of_work(double h) {
   }
 }
 
-// Of a step to `u`, over its tolerance.
+// Error of the work in a step to `u`, relative to its tolerance.
 double Exponential::error_of_work(const double* u) const {
   const auto& work = system_.layout().work;
   double largest = 0;

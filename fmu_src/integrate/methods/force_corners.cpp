@@ -12,7 +12,7 @@ namespace {
 
 constexpr double never = std::numeric_limits<double>::infinity();
 
-// Until a gap, positive or negative, is zero, s.
+// Time, s, until a gap of either sign is zero.
 double time_to_close(double gap, double rate, double acceleration) {
   const double way = std::fabs(gap), side = gap < 0 ? 1 : -1, speed = side * rate;
   const double towards = speed + std::sqrt(speed * speed + 2 * side * acceleration * way);
@@ -25,7 +25,7 @@ void each_actuator(const System& system, Visit visit) {
   for (int k = 0; actuators && k < actuators->size(); ++k) visit(*actuators, k);
 }
 
-// Of several laws, as one number.
+// Combines the regions of several force laws into one code.
 struct Regions {
   std::uint64_t code = 0;
   void append(unsigned region) { code = 0x9e3779b97f4a7c15u * code + region; }
@@ -33,8 +33,8 @@ struct Regions {
 
 bool resists(const System& system, int i) { return system.plan().joints[system.joint_of(i)].has_resistance; }
 
-// To where the force of integrated joint i, which resists, has corners: positions to the begin and end of the
-// onset of its stops, then velocities to the begin and end of a reversal against friction. NaN: none.
+// Distances of integrated joint i to the corners of its force: positions to the beginning and end of the
+// contact with its stops, then velocities to the beginning and end of a reversal against friction. NaN: none.
 constexpr std::size_t positions = 4;
 using Gaps = std::array<double, positions + 2>;
 Gaps gaps_of(const System& system, int i, const double* y) {

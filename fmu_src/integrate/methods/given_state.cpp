@@ -9,7 +9,7 @@
 namespace redysim {
 namespace {
 
-// Begins the bytes, which those of no method resemble.
+// First value of a saved state; no other method begins with it.
 constexpr double mark = 7.3e-217;
 
 }  // namespace
@@ -65,7 +65,7 @@ bool GivenState::close(double time, double* y) {
   };
   if (!close_from_here()) return false;
   if (!coordinates_.was_far()) return true;
-  // some clients complete no steps; a restored state starts from here, too
+  // some importers complete no steps; a restored state starts from here, too
   completed_step(y);
   return close_from_here();
 }

@@ -7,16 +7,16 @@
 
 namespace redysim {
 
-// Model exchange: a master integrates, and this holds the time and the states it has set: entries of y and
-// independent coordinates. The other entries of y are those at the last completed step, or at a later
-// place.
+// Model exchange: the importer integrates. This class holds the time and the states that it sets: entries of
+// y and independent coordinates. The other entries of y are those at the last completed step, or at a later
+// state (see close).
 class GivenState final : public Integrator {
  public:
   GivenState(const System& system, IndependentCoordinates& independent);
 
   Outcome start(double time, const double* y) override;  // quaternions are normalised
   void set_state(const double* y) override;
-  Outcome advance(double end, bool inputs_changed) override;  // impossible
+  Outcome advance(double end, bool inputs_changed) override;  // not supported: returns a failure
   double time() const override { return time_; }
   const double* state() const override { return y_.data(); }
   const Statistics& statistics() const override { return statistics_; }
@@ -27,12 +27,13 @@ class GivenState final : public Integrator {
 
   void get(double* states) const;
   bool set(const double* states);  // false: a quaternion would be zero
-  // Moves y to the constraints; false: impossible. Far from the last completed step this place replaces it.
+  // Projects y onto the constraints; false: not possible. Far from the last completed step, y replaces the
+  // stored state.
   bool close(double time, double* y);
-  void completed_step(const double* y);  // y: closed
-  void choose();                         // independent coordinates, where the step was completed
+  void completed_step(const double* y);  // y: satisfies the constraints
+  void choose();                         // chooses independent coordinates at the last completed step
   void set_time(double time) { time_ = time; }
-  // The largest deviation of the length of a quaternion from 1.
+  // Maximum deviation of a quaternion's norm from 1.
   double stretch() const;
   void normalise() { normalise(layout_, y_.data()); }
   static void normalise(const StateLayout& layout, double* y);
@@ -42,8 +43,8 @@ class GivenState final : public Integrator {
   const StateLayout layout_;
   double time_ = 0;
   IndependentCoordinates& coordinates_;
-  std::vector<double> y_, independent_;  // positions, velocities
-  std::vector<double> driven_;           // at y_
+  std::vector<double> y_, independent_;  // independent_: positions, then velocities
+  std::vector<double> driven_;           // values of IndependentCoordinates::driven at y_
   Statistics statistics_;
 };
 

@@ -13,15 +13,15 @@ struct Statistics {
   long steps = 0;        // accepted internal steps
   long rejected = 0;     // error-test and solver failures
   long evaluations = 0;  // right-hand sides
-  long jacobians = 0;    // of the right-hand side; none with an explicit method
+  long jacobians = 0;    // of the right-hand side; 0 for explicit methods
   long loosened = 0;     // advances in which max_rhs loosened the tolerance
-  // time of matrix functions, of auto also what surrounds the right-hand sides, as a number of those of erk
+  // other CPU time, in right-hand sides of erk: matrix functions; with auto also the overhead of the method
   double other_work = 0;
   double step_size = 0;  // s, last accepted
-  // weighted local error of the last step, 1 = the tolerance; with max_rhs the largest of an advance
+  // weighted local error of the last step (1 = tolerance); with max_rhs the maximum in an advance
   double error_estimate = 0;
 
-  // The counts of another method; the last step remains.
+  // Adds the counts of another method; the data of the last step remain.
   void add(const Statistics& more) {
     steps += more.steps;
     rejected += more.rejected;
@@ -34,11 +34,11 @@ struct Statistics {
 // Result of an advance. After a failure the state is that at time(), the last valid time.
 struct Outcome {
   bool ok = true;
-  std::string message;  // the reason of a failure, one sentence; empty when ok, which does not allocate
+  std::string message;  // one sentence after a failure; empty when ok, so that nothing is allocated
 };
 
-// One time-stepping method over one System. Neither throws nor allocates in a successful advance, except
-// where auto first uses an implicit method in a large system, or the exponential one.
+// One time-stepping method for one System. It does not throw. A successful advance does not allocate, except
+// when auto first uses an implicit method in a large system, or the exponential method.
 class Integrator {
  public:
   virtual ~Integrator() = default;
@@ -53,25 +53,24 @@ class Integrator {
   // last advance, so the history is discarded; otherwise it is kept.
   virtual Outcome advance(double end, bool inputs_changed) = 0;
 
-  // Whether `end` lies in a step that was taken before, unless inputs have changed: then an advance is an
-  // interpolation.
+  // Whether `end` lies within the last step, so that an advance with unchanged inputs only interpolates.
   virtual bool reaches(double /*end*/) const { return false; }
 
-  // From now on an advance ends after so many internal steps at the latest, successful; 0: at its end only.
-  // The next one does not continue an earlier one.
+  // From now on an advance returns successfully after at most `steps` internal steps; 0: only at its end. The
+  // next advance does not continue an earlier one.
   virtual void pause_after(long steps) { pause_after_ = steps; }
 
   virtual double time() const = 0;
   virtual const double* state() const = 0;  // length System::size()
   virtual const Statistics& statistics() const = 0;
   virtual const char* name() const = 0;
-  virtual SolverMethod method() const = 0;  // in use; automatic: none
-  // Number of decisions so far, between methods or to loosen the tolerance, and the last, for a log.
+  virtual SolverMethod method() const = 0;  // the method in use; automatic: none
+  // Number of decisions so far (changes of the method, loosened tolerances), and the last one for the log.
   virtual long decisions() const { return statistics().loosened; }
   virtual std::string last_decision() const { return {}; }
 
-  // Appends all that the continuation depends on, as bytes. The run after `restore`, here or in another
-  // process with the same model, equals the uninterrupted run bit for bit.
+  // Appends all data that determine the continuation. After `restore`, in this or another process with the
+  // same model, the run equals the uninterrupted run bit for bit.
   virtual void save(std::vector<unsigned char>& bytes) const = 0;
   virtual bool restore(const unsigned char* bytes, std::size_t size) = 0;  // false: invalid bytes, unchanged
 
@@ -79,14 +78,14 @@ class Integrator {
   long pause_after_ = 0;
 };
 
-// Integrator::advance, interrupted at each breakpoint of the system's trajectories and samples.
+// Calls Integrator::advance up to each breakpoint of the system's trajectories and samples, then to `end`.
 Outcome advance_by_breakpoints(Integrator& integrator, System& system, double end, bool inputs_changed);
 inline Outcome advance(Integrator& integrator, System& system, double end, bool inputs_changed) {
   return system.control() ? advance_by_breakpoints(integrator, system, end, inputs_changed)
                           : integrator.advance(end, inputs_changed);
 }
 
-// Throws std::bad_alloc only.
+// Throws only std::bad_alloc.
 std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings& settings);
 
 }  // namespace redysim

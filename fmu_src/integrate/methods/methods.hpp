@@ -6,7 +6,7 @@
 
 #include "integrate/methods/integrator.hpp"
 
-// The methods behind make_integrator, and what they share.
+// Factories of the methods for make_integrator, and their common functions.
 
 namespace redysim {
 
@@ -14,7 +14,7 @@ class OneStep;
 class SharedScratch;
 using Scratch = std::shared_ptr<SharedScratch>;
 
-// `scratch`: that of `system`.
+// `scratch`: made for `system`, shared by its methods.
 std::unique_ptr<OneStep> make_erk(System& system, const SolverSettings& settings, Scratch scratch);
 std::unique_ptr<OneStep> make_dirk(System& system, const SolverSettings& settings, Scratch scratch);
 std::unique_ptr<OneStep> make_exponential(System& system, const SolverSettings& settings, Scratch scratch);
@@ -24,21 +24,21 @@ std::unique_ptr<Integrator> make_taylor(System& system, const SolverSettings& se
 std::unique_ptr<Integrator> make_automatic(System& system, const SolverSettings& settings, Scratch scratch);
 std::unique_ptr<Integrator> make_stateless();  // for a system without state
 
-// Whether an advance may go from `time` to `end`.
+// Whether an advance from `time` to `end` is valid.
 inline bool is_later(double end, double time) { return end > time && std::isfinite(end); }
 
-// The smallest step of an advance that ends at `end`, at a time since its start: the time still changes, and
-// a hundredth of a picosecond is shorter than any motion.
+// Minimum step size, s, of an advance to `end`, at `time`, both measured from the start of the advance: the
+// time still changes, and steps of a hundredth of a picosecond resolve any motion.
 double smallest_step(double time, double end);
 
-// After new inputs: moves y along with jumps of prescribed motions. False: the loop constraints cannot be
+// After new inputs: moves y according to jumps of prescribed motions. False: the loop constraints cannot be
 // satisfied.
 bool follow_motion(System& system, double time, double* y);
 
 // A failed advance from `time`: "Integration stopped at t = ... s: reason"
 Outcome failure(double time, const std::string& reason);
 
-// Whether a start is finite.
+// Fails if the start time or state is not finite.
 Outcome check_start(double time, const std::vector<double>& y);
 
 namespace reasons {

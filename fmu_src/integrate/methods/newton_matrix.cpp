@@ -42,8 +42,8 @@ void NewtonMatrix::keep(const double* y, Quaternion TurningBall::*orientation) {
   }
 }
 
-// A change of the orientation by a small rotation in the parent's axes is p * orientation / 2, with p its
-// vector: the orientation is exchanged from the right.
+// A small rotation p (vector, in the parent's axes) changes the orientation by p * orientation / 2. The
+// orientation is therefore replaced by a multiplication from the right.
 void NewtonMatrix::turn(double* x, bool to_reference) const {
   for (const TurningBall& turning : turning_) {
     Quaternion rotation = turning.reference.conjugate() * turning.present;

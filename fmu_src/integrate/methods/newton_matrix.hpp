@@ -12,27 +12,29 @@ namespace redysim {
 // column of its velocity, -gamma: positions are eliminated first, without fill-in, and the factor has only
 // the other rows.
 //
-// With D the rows and columns of the other states, C their columns of the positions and P the columns of the
-// velocities, (D + gamma C P) x_other = b_other - C b_q,  x_q = b_q + gamma P x_other.
+// With D the rows and columns of the other states, C the columns of the positions in these rows and P the
+// velocity columns in the position rows, (D + gamma C P) x_other = b_other - C b_q,  x_q = b_q + gamma P
+// x_other.
 //
-// Nothing depends on the work. Its rows are not factored: a large power must not become a pivot and change
+// No state depends on the work. Its rows are not factored: a large power must not become a pivot and change
 // the rounding of the motion.
 //
-// The Jacobian may be of an earlier state. The stiff directions of a body in contact hardly turn in the axes
-// of its parent, but quickly in its own where it rolls: solve() turns its part of the vector to the
-// orientation that it had then, if its spherical joint is one of `turning_balls`.
+// The Jacobian may belong to an earlier state. The stiff directions of a rolling body in contact are almost
+// constant in the axes of its parent, but rotate quickly in its own axes. If its spherical joint is one of
+// `turning_balls`, solve() therefore rotates its part of the vector to the orientation at the Jacobian's
+// state.
 class NewtonMatrix {
  public:
   [[gnu::cold]] explicit NewtonMatrix(const StateLayout& layout, const std::vector<int>& turning_balls = {});
 
-  // The state of the Jacobian, and that of the next solutions.
+  // Sets the state of the Jacobian, and the state of the next solutions.
   void set_reference(const double* y) { keep(y, &TurningBall::reference); }
   void set_present(const double* y) { keep(y, &TurningBall::present); }
 
-  // Overwrites a matrix given by its columns; false: it is singular.
+  // Overwrites a matrix given by its columns with its factors; false: it is singular.
   bool factor(double** columns);
 
-  // b -> x, with the matrix as the last factor() left it.
+  // Replaces b by x; `columns`: as the last factor() left them.
   void solve(double** columns, double* x);
 
  private:
@@ -46,8 +48,8 @@ class NewtonMatrix {
   void turn(double* x, bool to_reference) const;
 
   StateLayout layout_;
-  int positions_, others_, factored_;  // factored: the others without the work
-  std::vector<double*> columns_;       // of the others, from their first row on
+  int positions_, others_, factored_;  // factored_: the others without the work
+  std::vector<double*> columns_;       // columns of the other states, from their first row on
   std::vector<std::int64_t> pivots_;
   std::vector<TurningBall> turning_;
 };

@@ -82,18 +82,18 @@ double OneStep::step_from(double since, const double* y) {
   const double step = std::min(control_.step_for(farthest_ - since), touch_);
   touch_ = std::numeric_limits<double>::max();
   searched_from_ = since;
-  // Where a step leaves a contact after its first stage, the error estimate contains 1/74 of the error of the
-  // result (order 5): steps become shorter before.
+  // If a step leaves a contact after its first stage, the error estimate contains only 1/74 of the error of
+  // the result (order 5): steps are therefore shortened before.
   return system_.plan().has_contacts() ? system_.step_to_touch(absolute(since), y, step, true) : step;
 }
 
-// The search for contacts predicts constant accelerations of the joints. A step in which these change may
-// reach a contact all the same and leave it again: it is repeated up to the touch-down.
+// The search for contacts assumes constant joint accelerations. If these change, a step may still enter and
+// leave a contact: it is then repeated up to the touch-down.
 bool OneStep::passes_contact(double since, const double* y, double h) {
   if (!system_.plan().has_contacts()) return false;
   const double touch = system_.passed_touch(absolute(since), y, h);
   if (!(touch < h)) return false;
-  if (affordable_steps() < 2) {  // to the contact, and from it
+  if (affordable_steps() < 2) {  // one step to the contact, one from it
     loosened_ = true;
     return false;
   }
@@ -103,7 +103,7 @@ bool OneStep::passes_contact(double since, const double* y, double h) {
 }
 
 OneStep::Flag OneStep::attempt() {
-  // the search for contacts needs it before the first stage
+  // the search for contacts needs the slope before the first stage
   if (!slope_known_ && system_.plan().has_contacts()) {
     ++statistics_.evaluations;
     slope_known_ = system_.right_hand_side(time(), y_.data(), slope_.data()) == Status::ok;
@@ -122,7 +122,7 @@ OneStep::Flag OneStep::run(double h) {
   return flag;
 }
 
-// `h`: of the first attempt, then of the next step.
+// `h`: step size of the first attempt, on return of the next step.
 OneStep::Flag OneStep::take_step(double& h) {
   if (!begin_step(h)) return Flag::not_finite;
   for (;;) {
@@ -144,9 +144,9 @@ OneStep::Flag OneStep::take_step(double& h) {
   }
 }
 
-// Whether no shorter step than that of h is possible: max_rhs allows too few.
+// Whether max_rhs allows too few steps for one shorter than h.
 bool OneStep::must_do(double h) const {
-  constexpr double shorter = 0.9;  // a step that is worth repeating
+  constexpr double shorter = 0.9;  // ratio from which on a repeated step is useful
   return (end_ - reached_) / affordable_steps() > shorter * h;
 }
 
@@ -169,7 +169,8 @@ OneStep::Flag OneStep::accept(double end, double) {
   return Flag::done;
 }
 
-// A run leaves the state before a step that it cannot complete in result_.
+// Repeats runs that passed a contact. A run leaves the state before a step that it cannot complete in
+// result_.
 OneStep::Flag OneStep::attempt_until_touch() {
   Flag flag = attempt();
   while (touch_ < std::numeric_limits<double>::max()) {
@@ -180,7 +181,7 @@ OneStep::Flag OneStep::attempt_until_touch() {
   return flag;
 }
 
-// If a state is too far from the loop constraints to be projected, shorter steps end closer to them.
+// A state too far from the loop constraints cannot be projected: shorter steps end closer to them.
 OneStep::Flag OneStep::attempt_until_closed() {
   Flag flag = attempt_until_touch();
   for (int retry = 0; flag == Flag::not_closed && retry < 12 && affordable_steps() >= 2; ++retry) {
@@ -197,7 +198,7 @@ void OneStep::pause_after(long steps) {
   forget_goal();
 }
 
-// Of max_rhs; an advance that was interrupted continues its own.
+// Starts to count for max_rhs; a paused advance continues its own count.
 void OneStep::begin_account() {
   evaluations_before_ = statistics_.evaluations;
   statistics_.error_estimate = 0;
@@ -241,8 +242,8 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
   return outcome;
 }
 
-// Runs until the end of the advance or until a pause is due. `may_choose`: false if the step size is
-// only a first guess, on which no choice of a table can be based.
+// Runs until the end of the advance or until a pause is due. `may_choose`: false if the step size is only a
+// first guess, which is no basis for the choice of a table.
 Outcome OneStep::run_to_end(bool may_choose) {
   StepBudget budget(since_, end_);
   const long pause = pause_after_ > 0 ? std::min(budget.steps(), pause_after_) : budget.steps();

@@ -6,7 +6,7 @@
 #include "integrate/methods/shared_scratch.hpp"
 #include "integrate/methods/step_control.hpp"
 
-// Base of the one-step methods. Their steps are taken here, those of dirk by SUNDIALS' ARKODE.
+// Base of the one-step methods. It takes their steps; those of dirk are taken by SUNDIALS' ARKODE.
 //
 // Each advance restarts at (time, y). Only y, the step-size control and, if known, the slope at the start are
 // kept. Steps count time from the start of the advance, so that they may be shorter than the rounding error
@@ -32,54 +32,57 @@ class OneStep : public Integrator {
 
   SolverMethod method() const override { return method_; }
   std::string last_decision() const override;
-  // Step size allowed by the tolerance, s; 0: unknown. Of several tables, that of the lower order.
+  // Step size allowed by the tolerance, s; 0: unknown. With several tables: that of the lower order.
   virtual double allowed_step() const { return needs_first_step_ ? 0 : control_.wanted(); }
-  // Step size times a spectral radius, as a share of the stability interval.
+  // Step size times spectral radius, relative to the stability interval.
   double stability_used(double radius) const {
     return needs_first_step_ ? 0 : control_.wanted() * radius / stability();
   }
-  void expect_step(double step);  // after `start`
-  // Whether communication points do not limit its steps while inputs are held.
+  void expect_step(double step);  // call after `start`
+  // Whether communication points do not limit the steps while inputs are held.
   virtual bool passes_ends() const { return false; }
 
   void save(std::vector<unsigned char>& bytes) const override;
   bool restore(const unsigned char* bytes, std::size_t size) override;
 
  protected:
-  // `error_order`: the error estimate is proportional to h^error_order. `tightening`: the error per step over
-  // the user's tolerance.
+  // `error_order`: the error estimate is proportional to h^error_order. `tightening`: internal tolerance
+  // relative to the user's.
   OneStep(System& system, const SolverSettings& settings, Scratch scratch, SolverMethod method,
           int error_order, double tightening);
 
-  // How steps end: `step_limit`: the allowed ones before the end of the advance; the rest are failures.
+  // How a run ended. `step_limit`: allowed_ steps were taken before the end of the advance; all after it are
+  // failures.
   enum class Flag { done, step_limit, not_finite, not_closed, too_short, below_rounding, other };
 
-  // Goes from (since_, y_) to end_ into result_ in at most allowed_ steps, by the functions of a step below.
+  // Integrates from (since_, y_) to end_ in at most allowed_ steps, into result_, by the step functions
+  // below.
   virtual Flag run(double first_step);
-  virtual double reached() const { return reached_; }  // time of the last run if it failed, since origin_
+  virtual double reached() const { return reached_; }  // time since origin_ that the last run reached
 
-  // A step from reached_ and result_, before its first attempt, which is one of h. False: it has no slope.
+  // Prepares a step of size h from reached_ and result_. False: the slope cannot be computed.
   virtual bool begin_step(double /*h*/) { return false; }
-  // Leaves the end of a step of h in candidate_. Returns its weighted error, infinite: it is impossible.
+  // Leaves the state after a step of size h in candidate_. Returns the weighted error; infinite: not
+  // possible.
   virtual double attempt_error(double /*h*/) { return 0; }
-  // Goes to candidate_ at `end`.
+  // Accepts candidate_ at `end` as the new state.
   virtual Flag accept(double end, double h);
-  // Steps that max_rhs allows in the rest of the advance, the first with a known slope.
+  // Number of steps that max_rhs allows in the rest of the advance, the first with a known slope.
   virtual double affordable_steps() const { return std::numeric_limits<double>::infinity(); }
-  double affordable() const;  // right-hand sides
+  double affordable() const;  // number of right-hand sides left in the advance
 
   virtual double stability() const { return 1; }  // stability interval on the negative real axis
 
   // A method with several tables chooses one for the rest of an advance, and again after a number of steps.
-  // The data of the choice is part of a saved state.
+  // The data of the choice are part of a saved state.
   virtual void choose_table(double /*remaining*/) {}
   virtual long steps_between_choices() const { return std::numeric_limits<long>::max(); }
   virtual void forget_choice() {}
   virtual void put_choice(ByteWriter&) const {}
-  virtual bool get_choice(ByteReader& reader);  // must read to the end; false: unchanged
-  // A method with a polynomial through a step may pass the end of an advance in its last step, up to
-  // farthest_. Before the next advance: true, and its end into y_, if it lies in that step too; otherwise
-  // leave_last_step takes (since_, y_) to the end of that step.
+  virtual bool get_choice(ByteReader& reader);  // must read to the end; false: choice unchanged
+  // A method with an interpolating polynomial may pass the end of an advance in its last step, up to
+  // farthest_. At the next advance, lies_in_last_step returns true and sets y_ to the state at end_ if that
+  // lies in this step, too. Otherwise leave_last_step moves (since_, y_) to the end of that step.
   virtual bool lies_in_last_step(bool /*inputs_changed*/) { return false; }
   virtual void leave_last_step() {}
   void set_error_order(int error_order) {
@@ -87,15 +90,15 @@ class OneStep : public Integrator {
     control_.set_error_order(error_order);
   }
 
-  // The system's time of a step's.
+  // Time since origin_ -> system time; exact at the end of the advance.
   double absolute(double since) const { return since == end_ ? goal_ : origin_ + since; }
 
-  // Step size of the next attempt: no step passes a contact unseen.
+  // Step size of the next attempt; reduced so that no contact is missed.
   double step_from(double since, const double* y);
-  // Accounts for a step of h to y at `end`. False: it must be repeated up to a contact that it passed.
+  // Accepts a step of size h to y at `end`. False: the step passed a contact and must be repeated up to it.
   bool keep(double end, const double* y, double h, double error);
-  bool repeat(double end, double& h, double error);  // h: the one to try instead. False: it is too short
-  void repeat_up_to(double h) { touch_ = h; }        // the step ends the run, and the next one starts with h
+  bool repeat(double end, double& h, double error);  // sets h to the next attempt; false: too short
+  void repeat_up_to(double h) { touch_ = h; }        // ends the run, to continue with a step of size h
   bool close(double time, double* y);                // projects onto the constraints
 
   System& system_;
@@ -103,9 +106,9 @@ class OneStep : public Integrator {
   ErrorWeights error_weights_;
   StepControl control_;
   Scratch scratch_;
-  double *result_, *candidate_;  // of the scratch
+  double *result_, *candidate_;  // owned by the scratch
 
-  // what the continuation depends on
+  // state that determines the continuation
   double origin_ = 0;  // end of the last advance that was not paused
   double since_ = 0;   // time since origin_
   std::vector<double> y_;
@@ -113,23 +116,24 @@ class OneStep : public Integrator {
   bool slope_known_ = false;
   Statistics statistics_;
 
-  // of the present advance
+  // data of the present advance
   double goal_ = 0;              // its end
-  double end_ = 0;               // goal_ since origin_
-  long allowed_ = 0;             // steps of this run
-  long evaluations_before_ = 0;  // right-hand sides before it, for max_rhs
-  bool loosened_ = false;        // the tolerance, by max_rhs
-  double reached_ = 0;           // time of result_, since origin_
-  double farthest_ = 0;          // end of its last step since origin_, at most; end_: it must not be passed
+  double end_ = 0;               // goal_ - origin_
+  long allowed_ = 0;             // maximum number of steps of this run
+  long evaluations_before_ = 0;  // right-hand sides before the advance, for max_rhs
+  bool loosened_ = false;        // max_rhs loosened the tolerance
+  double reached_ = 0;           // time of result_ since origin_
+  double farthest_ = 0;          // upper limit of its last step's end since origin_; end_: must not be passed
 
  private:
-  // How a run ended: at the end of the advance, after the allowed steps, after them with the end of
-  // the advance out of reach, or by a failure.
+  // Result of a run: end of the advance reached; allowed steps taken; allowed steps taken and the end of the
+  // advance out of reach; failure.
   enum class RunEnd { arrived, paused, hopeless, failed };
 
   bool first_step_from_here();
   void begin_account();
-  void forget_goal() { goal_ = std::numeric_limits<double>::quiet_NaN(); }  // no advance continues
+  void forget_goal() { goal_ = std::numeric_limits<double>::quiet_NaN(); }  // prevents a continuation
+                                                                            // advance
   Outcome run_to_end(bool may_choose);
   bool passes_contact(double since, const double* y, double h);
   Flag attempt();
@@ -144,9 +148,9 @@ class OneStep : public Integrator {
 
   SolverMethod method_;
   int error_order_;
-  bool needs_first_step_ = true;  // no step size yet
-  double searched_from_ = 0;      // start of the present step
-  // time from there to a contact that the step passed, maximum: none
+  bool needs_first_step_ = true;  // no step size known
+  double searched_from_ = 0;      // start of the step in which contacts are searched
+  // time from there to a contact that the step passed; maximum: none
   double touch_ = std::numeric_limits<double>::max();
 };
 

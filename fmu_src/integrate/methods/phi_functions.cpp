@@ -8,15 +8,15 @@
 namespace redysim {
 namespace {
 
-constexpr double largest_argument = 0.5;  // of the series, whose terms then reach rounding
+constexpr double largest_argument = 0.5;  // maximum for which the series is accurate to rounding
 constexpr int terms = 12;
 constexpr int most_doublings = 60;
 constexpr double factorials[] = {1, 1, 2, 6, 24};
 
-// Below a value within a factor of 2, and finite.
+// Largest power of two that does not exceed a positive value.
 double power_of_two(double value) { return std::ldexp(1.0, std::ilogb(value)); }
 
-// That reduce a matrix of this finite norm to the largest argument, at least one.
+// Number of doublings, at least one, that reduce a matrix of this norm to the largest argument.
 int doublings(double norm) { return norm > largest_argument ? std::ilogb(norm / largest_argument) + 1 : 1; }
 
 void add_identity(int size, double factor, double* matrix) {
@@ -32,8 +32,9 @@ void add_identity(int size, double factor, double* matrix) {
   for (Matrix& matrix : phi_) matrix.resize(entries);
 }
 
-// Norms of row and column of each variable become equal within a factor of 4 (Parlett, Reinsch 1969): those
-// of a vibration of w rad/s are 1 and w^2 before, and w after. The row of a follower gets the norm 1.
+// Scales the variables by powers of two until the norms of row and column of each variable are equal within a
+// factor of 4 (Parlett, Reinsch 1969). For a vibration of w rad/s they are 1 and w^2 before, and w after. The
+// row of a follower gets the norm 1.
 void PhiFunctions::set_matrix(const double* a) {
   std::copy_n(a, balanced_.size(), balanced_.begin());
   std::fill(scale_.begin(), scale_.end(), 1.0);
@@ -92,7 +93,7 @@ bool PhiFunctions::evaluate(double h) {
   return std::isfinite(sum);
 }
 
-// The series of phi_4 of `factor` times the matrix, then phi_k = z phi_(k+1) + I / k!.
+// phi_4 of `factor` times the matrix by its series, then phi_k = z phi_(k+1) + I / k!.
 void PhiFunctions::expand(double factor) {
   Matrix& z = scratch_;
   for (std::size_t k = 0; k < z.size(); ++k) z[k] = factor * balanced_[k];

@@ -4,26 +4,26 @@
 
 namespace redysim {
 
-// The functions phi_k(z) = sum_j z^j / (j + k)! of a matrix h A, k = 1 to 4: scaling and squaring of a
+// The functions phi_k(z) = sum_j z^j / (j + k)! of a matrix h A, k = 1 to 4, by scaling and squaring of a
 // balanced matrix (Skaflestad, Wright, Appl. Numer. Math. 59, 2009).
 class PhiFunctions {
  public:
-  // On the last `followers` variables nothing depends: they do not change the others, not even by rounding.
+  // The last `followers` variables do not influence the others, not even by rounding.
   PhiFunctions(int size, int followers);
 
-  void set_matrix(const double* a);  // by columns
+  void set_matrix(const double* a);  // A, column-major
   bool evaluate(double h);           // false: the result is not finite
 
-  // y += factor phi_k(h A) x; add_half: phi_k(h A / 2), k = 1 or 2.
+  // y += factor phi_k(h A) x; add_half uses phi_k(h A / 2), k = 1 or 2.
   void add(int k, double factor, const double* x, double* y) { add(phi_[k], factor, x, y); }
   void add_half(int k, double factor, const double* x, double* y) { add(half_[k], factor, x, y); }
 
-  // The time of evaluate(h), as a number of right-hand sides of an open tree of this size; `norm`: of h A.
+  // CPU time of evaluate(h), in right-hand sides of an open tree of this size. `norm`: norm of h A.
   static double cost(int size, double norm);
   double cost(double h) const { return cost(size_, h * norm_); }
 
  private:
-  using Matrix = std::vector<double>;  // by columns
+  using Matrix = std::vector<double>;  // column-major
   static constexpr int highest = 4;
 
   double* column(Matrix& matrix, int j) const { return &matrix[static_cast<std::size_t>(j) * scale_.size()]; }
@@ -34,10 +34,10 @@ class PhiFunctions {
   void double_argument();
   void add(Matrix& phi, double factor, const double* x, double* y);
 
-  int size_, leaders_;         // leaders: all but the followers
+  int size_, leaders_;         // leaders_: size_ minus followers
   std::vector<double> scale_;  // powers of two
   Matrix balanced_;            // scale^-1 A scale
-  double norm_ = 0;            // of its leaders
+  double norm_ = 0;            // 1-norm of the leaders' block
   int doublings_ = 1;
   Matrix phi_[highest + 1];  // phi_0 is the exponential function
   Matrix half_[3];           // [0] is not used

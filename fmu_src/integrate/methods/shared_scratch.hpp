@@ -8,7 +8,7 @@
 
 namespace redysim {
 
-// What the methods of `auto` share, because one of them runs at a time: a method keeps nothing here between
+// Storage that the methods of `auto` share. Only one method runs at a time, and it keeps nothing here between
 // its calls.
 class SharedScratch {
  public:
@@ -25,7 +25,7 @@ class SharedScratch {
   sundials::Vector vectors[3];
   std::vector<double> start;  // state at the start of an advance
 
-  // Created for the first implicit method.
+  // Created at the first call, for the first implicit method.
   DenseJacobian& jacobian() {
     if (!jacobian_) jacobian_ = std::make_unique<DenseJacobian>(system_);
     return *jacobian_;

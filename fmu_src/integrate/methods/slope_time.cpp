@@ -5,19 +5,19 @@
 namespace redysim {
 namespace {
 
-// What surrounds a right-hand side, as a number of right-hand sides: fixed / size + share, and `loops` where
-// there are constraints. Measured with bench/stepping.
+// Overhead of a step per right-hand side, in right-hand sides: fixed / size + share, plus `loops` if there
+// are constraints. Measured with bench/stepping.
 struct Surroundings {
   double fixed, share, loops;
 };
 
 constexpr Surroundings of_erk = {0.9, 0.02, 0.3}, of_adams = {5.2, 0.2, 1.5}, of_bdf = {5.2, 0.6, 2.4},
                        of_dirk = {2.5, 0.65, 0};
-// time that a constraint row, or a force between bodies, adds to a right-hand side, in joints
+// cost of a constraint row, or a force between bodies, in joints
 constexpr std::size_t row = 3;
-// of straight-line code over the recursion
+// cost of straight-line code relative to the recursion
 constexpr double straight = features::straight_line ? 0.35 : 1;
-constexpr double of_series = 0.8;  // an order of a Taylor series
+constexpr double of_series = 0.8;  // cost of one order of a Taylor series
 
 double with_surroundings(const System& system, const Surroundings& of) {
   const Plan<double>& plan = system.plan();

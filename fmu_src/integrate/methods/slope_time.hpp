@@ -5,9 +5,9 @@
 
 namespace redysim {
 
-// CPU time of the steps of a method per right-hand side, over that of `erk`: linear algebra, error test and
-// projection included, Jacobians not. An estimate from the size of the system, without a clock, so that the
-// same run makes the same choices (docs/solvers.md).
+// CPU time per right-hand side of a method, relative to that of `erk`. It includes linear algebra, error test
+// and projection, but no Jacobians. It is estimated from the size of the system, not measured, so that equal
+// runs make equal choices (docs/solvers.md).
 double slope_time(const System& system, SolverMethod method);
 
 }  // namespace redysim

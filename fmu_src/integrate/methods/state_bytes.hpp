@@ -5,11 +5,11 @@
 #include "integrate/methods/integrator.hpp"
 #include "integrate/system/bytes.hpp"
 
-// What the saved states of all integrators have in common.
+// Common parts of the saved states of all integrators.
 
 namespace redysim {
 
-// What must agree: format, method, size of the state and tolerances.
+// Data that must agree when a state is restored.
 struct StateHeader {
   std::uint32_t magic, version, method;
   std::int32_t nq, nv, size;
@@ -17,7 +17,7 @@ struct StateHeader {
 };
 StateHeader state_header(const System& system, const SolverSettings& settings, SolverMethod method);
 void put(ByteWriter& writer, const StateHeader& header);
-bool matches(ByteReader& reader, const StateHeader& expected);  // reads it
+bool matches(ByteReader& reader, const StateHeader& expected);  // reads the header and compares it
 
 void put(ByteWriter& writer, const Statistics& statistics);
 void get(ByteReader& reader, Statistics& statistics);

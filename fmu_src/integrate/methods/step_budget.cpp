@@ -8,8 +8,8 @@
 namespace redysim {
 namespace {
 
-constexpr long smallest_checked = 10'000'000;  // steps left
-constexpr double growth = 2;                   // of the step size that is still possible
+constexpr long smallest_checked = 10'000'000;  // minimum number of steps left for a check
+constexpr double growth = 2;                   // assumed possible growth of the step size
 
 const char* advice(SolverMethod asked) {
   switch (asked) {
@@ -28,8 +28,8 @@ const char* advice(SolverMethod asked) {
 
 }  // namespace
 
-// ten times what steps of 0.1 ms need, and enough for a short advance through a difficult interval; minutes
-// at most
+// ten times the number of 0.1 ms steps, and enough for a short advance through a difficult interval; at most
+// minutes of CPU time
 StepBudget::StepBudget(double begin, double end)
     : steps_(static_cast<long>(std::min(1e5 + 1e5 * (end - begin), 1e8))), span_(end - begin), time_(begin) {}
 

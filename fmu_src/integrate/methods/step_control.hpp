@@ -2,7 +2,7 @@
 
 namespace redysim {
 
-// The upper bound of a step, s, that SolverSettings::max_step sets (0: none).
+// Maximum step size, s, set by SolverSettings::max_step (0: unlimited).
 double step_limit(double max_step);
 
 // Step-size control of a one-step method: a PI controller (Gustafsson 1991; Hairer, Wanner II, IV.2). Steps
@@ -17,16 +17,16 @@ class StepControl {
     wanted_ = limited(step);
     previous_error_ = 1;
   }
-  void forget_errors() { previous_error_ = 1; }  // the right-hand side changed
+  void forget_errors() { previous_error_ = 1; }  // call after a change of the right-hand side
 
-  // After a step of size h with this weighted error (NaN: the right-hand side failed).
+  // Update after a step of size h with this weighted error (NaN: the right-hand side failed).
   void accepted(double h, double error);
-  double rejected(double h, double error);  // the step to try instead
+  double rejected(double h, double error);  // returns the step size to try next
   void limit(double h) { wanted_ = h < wanted_ ? h : wanted_; }
 
-  // The next step if `remaining` is left: equal parts, not a small remainder at the end.
+  // Next step size for the `remaining` time, s: equal parts instead of a small remainder at the end.
   double step_for(double remaining) const;
-  static double parts_of(double remaining, double step);  // how many
+  static double parts_of(double remaining, double step);  // number of steps
 
   double limited(double step) const { return step < step_limit_ ? step : step_limit_; }
 

@@ -11,7 +11,7 @@ constexpr double points[StepWork::nodes] = {-0.9324695142031521, -0.661209386466
 constexpr double weights[StepWork::nodes] = {0.1713244923791704, 0.3607615730481386, 0.4679139345726910,
                                              0.4679139345726910, 0.3607615730481386, 0.1713244923791704};
 
-// Legendre polynomials of degree 0 to StepWork::nodes by their recursion.
+// Legendre polynomials of degree 0 to StepWork::nodes by their recurrence.
 void legendre(double x, double* values) {
   values[0] = 1;
   values[1] = x;
@@ -40,8 +40,8 @@ void StepWork::step(double from, double to, double work, double error, double rt
   moved_ += std::fabs(increment);
 }
 
-// The coefficients fall like a power, so the square of the last one, relative to the largest, estimates what
-// the quadrature of twice the polynomial's degree omits.
+// The coefficients decrease like a power. The square of the last one, relative to the largest, therefore
+// estimates the terms above the exact degree of the quadrature.
 bool StepWork::fit(Power power, void* owner) {
   for (double& coefficient : coefficients_) coefficient = 0;
   for (int j = 0; j < nodes; ++j) {
@@ -59,7 +59,7 @@ bool StepWork::fit(Power power, void* owner) {
   return half * last * last <= largest * rtol_ * (moved_ + half * std::fabs(integral(1)));
 }
 
-// From the end of the present part as far as the power is a polynomial, within the tolerance.
+// Starts at the end of the present part and bisects until the power is a polynomial within the tolerance.
 void StepWork::next_part(Power power, void* owner) {
   begin_ = end_;
   from_ = to_;
@@ -71,7 +71,7 @@ void StepWork::next_part(Power power, void* owner) {
     end_ = begin_ + increment;
     moved_ += std::fabs(increment);
   } else {
-    std::fill_n(coefficients_, nodes, 0.0);  // no power from here on
+    std::fill_n(coefficients_, nodes, 0.0);  // the power cannot be computed from here on
     to_ = step_end_;
   }
 }

@@ -4,11 +4,11 @@
 
 namespace redysim {
 
-// The work at and between the ends of the steps of a multistep method. It is not part of the error test,
-// since energy outputs must not change a run. If the method's error estimate of the work is too large for a
-// step, Gauss-Legendre quadrature of the power along the dense output replaces the increment. It goes from
-// part to part of the step, only as far as asked: the power may be meaningless in the rest of a long step
-// that a breakpoint of a trajectory will end.
+// The work at and within the steps of a multistep method. It is not part of the error test, since energy
+// outputs must not change a run. If the method's error estimate of the work is too large for a step, its
+// increment is replaced by Gauss-Legendre quadrature of the power along the dense output. The quadrature
+// proceeds in parts of the step, only as far as requested: the power may be meaningless in the rest of a long
+// step that a breakpoint of a trajectory will end.
 class StepWork {
  public:
   static constexpr int nodes = 6;                                   // of the quadrature
@@ -17,10 +17,10 @@ class StepWork {
   void start() { *this = {}; }
   void begin(double work);  // work at the start of the method
 
-  // After a step from `from` to `to`. `work`: by the method, `error`: its estimate, `rtol`: tolerance of the
-  // work.
+  // After a step from `from` to `to`. `work` and `error`: computed by the method. `rtol`: relative tolerance
+  // of the work.
   void step(double from, double to, double work, double error, double rtol);
-  // Within the last step, at times that do not decrease; `work`: by the method.
+  // Work at a time within the last step; times must not decrease. `work`: computed by the method.
   double at(double time, double work, Power power, void* owner);
   // Work at the end of the last step. Required before the next step.
   double end(Power power, void* owner);
@@ -30,22 +30,22 @@ class StepWork {
 
  private:
   template <class Self, class Visit>
-  static void each_part(Self& self, const Visit& visit);  // that is saved
+  static void each_part(Self& self, const Visit& visit);  // visits each saved member
 
   static constexpr int most_bisections = 50;
-  bool fit(Power power, void* owner);  // coefficients_ over the part; false: not accurate
+  bool fit(Power power, void* owner);  // sets coefficients_ for the part; false: not accurate
   void next_part(Power power, void* owner);
-  double integral(double x) const;  // of the power's polynomial from -1, over half the part
+  double integral(double x) const;  // of the power's polynomial from -1 to x, per half part
 
   double from_ = 0, to_ = 0;      // the part of the last step that is integrated
   double step_end_ = 0;           // end of the last step
   double begin_ = 0, end_ = 0;    // work at from_ and to_
-  double method_end_ = 0;         // work at step_end_ by the method
+  double method_end_ = 0;         // work at step_end_, computed by the method
   double offset_ = 0;             // correction of the method's work
   double moved_ = 0;              // sum of |increments|
   double rtol_ = 0;               // of the last step
-  unsigned char integrated_ = 0;  // whether the last step is
-  double coefficients_[nodes]{};  // of Legendre polynomials: the power over the part
+  unsigned char integrated_ = 0;  // 1: the last step uses quadrature
+  double coefficients_[nodes]{};  // Legendre coefficients of the power in the part
 };
 
 }  // namespace redysim

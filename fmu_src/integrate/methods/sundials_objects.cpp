@@ -22,7 +22,7 @@ struct Header {
 
 long size(N_Vector vector) { return reinterpret_cast<const Header*>(vector)->size; }
 
-// Components that stay in one register while the terms are added.
+// Count components, kept in a register while the terms are added.
 template <int Count>
 struct Part {
   using Type [[gnu::vector_size(Count * sizeof(double)), gnu::aligned(sizeof(double)), gnu::may_alias]] =
@@ -35,8 +35,8 @@ struct Part<1> {
   static const Type& of(N_Vector x, long at) { return data(x)[at]; }
 };
 
-// z[k] = sum c[i] x[i][k] for Count components from `at`, terms in order, without those that a Butcher table
-// leaves out: a slope that is not finite makes all later ones so.
+// z[k] = sum c[i] x[i][k] for Count components from `at`, terms in order. Terms with c[i] = 0 are skipped: a
+// slope that is not finite would spoil the result.
 template <int Count>
 inline void combine_part(int terms, const double* c, const N_Vector* x, long at, double* z) {
   using Type = typename Part<Count>::Type;
@@ -62,7 +62,7 @@ inline void combine_twelve(int terms, const double* c, const N_Vector* x, long a
   *reinterpret_cast<Four::Type*>(z + at + 8) = d;
 }
 
-// part by part, so z may be any of the x; `wide`: with registers of four
+// part by part, so z may be any of the x; `wide`: with registers of four doubles
 template <bool wide>
 inline int linear_combination(int terms, double* c, N_Vector* x, N_Vector z_vector) {
   const long n = size(z_vector);
@@ -81,7 +81,7 @@ REDYSIM_AVX2 int linear_combination_with_avx2(int terms, double* c, N_Vector* x,
   return linear_combination<true>(terms, c, x, z);
 }
 
-// z[k] = of(k); z may be one of its vectors
+// z[k] = of(k); z may also be an argument of `of`
 template <class Of>
 inline void set_each(long n, double* z, Of of) {
 #pragma GCC ivdep
@@ -152,7 +152,7 @@ double weighted_norm(N_Vector x_vector, N_Vector w_vector) {
 
 N_Vector clone(N_Vector vector);
 
-// What CVODE and ARKODE require, and what they call often; the rest has SUNDIALS' defaults.
+// Operations that CVODE and ARKODE require or call often; SUNDIALS supplies defaults for the others.
 [[gnu::cold]] _generic_N_Vector_Ops vector_operations() {
   _generic_N_Vector_Ops operations{};
   operations.nvclone = clone;
@@ -223,7 +223,7 @@ int solve(SUNLinearSolver solver, SUNMatrix matrix, N_Vector x, N_Vector b, doub
   return SUNLS_SUCCESS;
 }
 
-// Of the bodies that a spherical joint carries.
+// Spherical joints whose body has contacts.
 [[gnu::cold]] std::vector<int> balls_with_contacts(const System& system) {
   const auto& pairs = system.plan().contact_pairs;
   std::vector<int> balls;

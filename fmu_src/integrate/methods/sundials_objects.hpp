@@ -52,8 +52,8 @@ class Context {
   SUNContext context_ = nullptr;
 };
 
-// A vector of zeros for the short states of robots, in one block of memory. The norm includes only components
-// of positive weight.
+// A zero vector in one block of memory, for the short states of robots. The norm includes only components of
+// positive weight.
 Vector make_vector(long size, SUNContext context);
 
 // A dense square matrix with faster operations.
@@ -69,10 +69,10 @@ inline NewtonMatrix& newton_matrix(const LinearSolver& solver) { return newton_m
 inline double* data(N_Vector vector) { return static_cast<double*>(vector->content); }
 inline double* data(const Vector& vector) { return data(vector.get()); }
 
-// Keeps the last message of SUNDIALS instead of printing it; an ARKErrHandlerFn and CVErrHandlerFn.
+// Keeps SUNDIALS' last message instead of printing it; `keep` is an ARKErrHandlerFn and CVErrHandlerFn.
 struct LastMessage {
   char text[256] = "";
-  // Without its time, which differs from the system's: "At t = 0 and h = 1e-3, reason" -> "reason"
+  // Omits SUNDIALS' time, which differs from the system's: "At t = 0 and h = 1e-3, reason" -> "reason"
   const char* reason() const;
   static void keep(int, const char*, const char*, char* message, void* self) {
     std::snprintf(static_cast<LastMessage*>(self)->text, sizeof text, "%s", message);

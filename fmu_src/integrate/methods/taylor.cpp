@@ -9,25 +9,25 @@
 #include "integrate/methods/step_budget.hpp"
 #include "integrate/methods/step_control.hpp"
 
-// Steps of Taylor series (Jorba, Zou 2005, Experimental Mathematics 14(1)), in a library for one scene.
+// Steps by Taylor series (Jorba, Zou 2005, Experimental Mathematics 14(1)), for a library of one scene.
 //
 // A series is used up to its extent, across the ends of advances, while the inputs stay the same. The extent
-// follows from the last coefficients and from a test of the result: the slope of the series at its extent
-// must agree with the equations of motion. A rejected extent is shortened without new coefficients.
+// follows from the last coefficients and from a test: the slope of the series at its extent must agree with
+// the equations of motion. A rejected extent is shortened without new coefficients.
 
 namespace redysim {
 namespace {
 
-constexpr double tightening = 0.1;  // of the tolerance: the estimate is not extrapolated
+constexpr double tightening = 0.1;  // tightens the tolerance: the estimate is not extrapolated
 constexpr int lowest_order = 4, highest_order = 20;
-constexpr int last_orders = 2;      // limit the extent: at rest, every second coefficient of q vanishes
-constexpr double negligible = 0.1;  // size of both where the inputs change before the extent
-constexpr double growth = 5;        // of an extent
+constexpr int last_orders = 2;      // they limit the extent: at rest, every second one of q vanishes
+constexpr double negligible = 0.1;  // maximum size of both where the inputs change before the extent
+constexpr double growth = 5;        // maximum, from one extent to the next
 constexpr double first_unit = 1;    // s
 constexpr double smaller_unit = 1e-4, smallest_unit = 1e-20;  // after coefficients that overflow
 constexpr double safety = 0.9, reduction = 0.1;               // after a rejected extent
 
-// Even orders near the least work for an error (measured with 2 to 6 joints between rtol 1e-2 and 1e-13).
+// Even order with nearly minimum work at equal error (measured: 2 to 6 joints, rtol 1e-2 to 1e-13).
 int order_for(double rtol) {
   const int half = static_cast<int>(std::lround(2.4 - 0.225 * std::log(rtol)));
   return std::clamp(2 * half, lowest_order, highest_order);
@@ -74,23 +74,23 @@ class Taylor final : public Integrator {
   double norm(const double* change) const { return error_weights_.norm(change, weights_.data()); }
   double extent_of_terms() const;
   double error_at_extent();
-  const double* force_coefficients(double since, int order);  // order > 0: with input slopes only
+  const double* force_coefficients(double since, int order);  // order > 0: only with input slopes
 
   System& system_;
   SolverSettings settings_;
   ErrorWeights error_weights_;
-  double longest_;  // step, s
+  double longest_;  // maximum step size, s
   int order_;
 
   double origin_ = 0;  // end of the last advance
   double since_ = 0;   // time since then
   std::vector<double> y_;
   TaylorSeries series_;
-  bool has_series_ = false;   // one for the present inputs, which contains time()
-  double series_since_ = 0;   // its start
-  double extent_ = 0;         // s
-  double unit_ = first_unit;  // of the next one
-  bool slope_known_ = false;  // series_ has the slope of the next start
+  bool has_series_ = false;   // a series for the present inputs contains time()
+  double series_since_ = 0;   // start of the series since origin_
+  double extent_ = 0;         // length of the series, s
+  double unit_ = first_unit;  // time unit of the next series, s
+  bool slope_known_ = false;  // series_ holds the slope at its next start
   Statistics statistics_;
   std::vector<double> end_state_, weights_, error_, forces_, no_forces_;  // end_state_: at the extent
 };
@@ -106,7 +106,7 @@ Outcome Taylor::start(double time, const double* y) {
 }
 
 void Taylor::forget_series() {
-  if (has_series_) ++statistics_.evaluations;  // the test of its extent is lost
+  if (has_series_) ++statistics_.evaluations;  // the evaluation that tested its extent is lost
   has_series_ = slope_known_ = false;
 }
 
@@ -138,11 +138,11 @@ Outcome Taylor::advance(double end, bool inputs_changed) {
   return {};
 }
 
-// From the present state, at least for the time `aim` if that needs fewer orders. Returns the reason of a
-// failure, or null.
+// Makes a series from the present state. It has fewer orders if these suffice for the time `aim`, s. Returns
+// the reason of a failure, or null.
 const char* Taylor::make_series(double aim) {
   if (!slope_known_ && !series_.set_slope(y_.data(), force_coefficients(since_, 0))) {
-    system_.right_hand_side(time(), y_.data(), error_.data());  // finds the joint
+    system_.right_hand_side(time(), y_.data(), error_.data());  // identifies the joint
     return reasons::not_finite;
   }
   error_weights_.evaluate(y_.data(), weights_.data());
@@ -172,7 +172,7 @@ const char* Taylor::make_series(double aim) {
   return nullptr;
 }
 
-// Returns the extent of the terms.
+// Computes the coefficients. Returns the extent, s, by the last terms; NaN: a coefficient is not finite.
 double Taylor::expand(double aim) {
   series_.start(y_.data(), unit_);
   const bool held = !system_.has_input_slopes();
@@ -181,7 +181,7 @@ double Taylor::expand(double aim) {
   return extent_of_terms();
 }
 
-// Whether the last terms of the series are negligible at the time `aim`.
+// Whether the last terms of the series are negligible at the time `aim`, s.
 bool Taylor::suffices(double aim) const {
   if (series_.order() < lowest_order || !(aim < growth * unit_)) return false;
   const double s = aim / unit_;
@@ -190,7 +190,7 @@ bool Taylor::suffices(double aim) const {
          norm(series_.coefficient(last - 1)) * std::pow(s, last - 1) < negligible;
 }
 
-// Where the last terms reach the tolerance; NaN: a coefficient is not finite.
+// Time, s, at which the last terms reach the tolerance; NaN: a coefficient is not finite.
 double Taylor::extent_of_terms() const {
   double logarithm = std::numeric_limits<double>::infinity();
   for (int k = series_.order(); k > series_.order() - last_orders; --k) {
@@ -201,8 +201,8 @@ double Taylor::extent_of_terms() const {
   return std::exp(logarithm) * series_.unit();
 }
 
-// The local error by the difference of slopes, which grows with the power order() of time. Leaves the slope
-// of the next series.
+// Local error from the difference of the slopes at the extent, which grows with time^order(). Leaves the
+// slope for the next series.
 double Taylor::error_at_extent() {
   series_.evaluate(extent_, end_state_.data(), error_.data());
   const double since = series_since_ + extent_;
@@ -213,7 +213,7 @@ double Taylor::error_at_extent() {
   return statistics_.error_estimate = norm(error_.data());
 }
 
-// Coefficients of the forces of all joints by powers of the series' time.
+// Coefficients of order `order` of all joint forces, in powers of the series' time in its unit.
 const double* Taylor::force_coefficients(double since, int order) {
   const int first = system_.input_layout().tau.begin;
   if (order == 0 && !system_.has_input_slopes()) return &system_.inputs()[static_cast<std::size_t>(first)];

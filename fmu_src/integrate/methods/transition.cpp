@@ -18,9 +18,9 @@ constexpr double embedded = 0.27;
 
 constexpr int most_iterations = 12;
 constexpr long most_steps = 100000;
-constexpr double safety = 0.7;  // the angle is an estimate
+constexpr double safety = 0.7;  // since the angle is an estimate
 
-// The size of a step; equal ones where two of them reach the end.
+// Step size of at most about h: half the rest where two steps reach the end.
 double fitted(double h, double rest) { return h <= 0.5 * rest ? h : h >= 0.99 * rest ? rest : 0.5 * rest; }
 
 }  // namespace
@@ -28,7 +28,7 @@ double fitted(double h, double rest) { return h <= 0.5 * rest ? h : h >= 0.99 * 
 Transition::Method::Method(std::initializer_list<double> nodes) : stages(nodes.size()), extrapolation(1) {
   std::copy(nodes.begin(), nodes.end(), times);
   for (std::size_t j = 0; j < stages; ++j) {
-    double polynomial[most_stages + 1] = {1};  // of Lagrange, by powers
+    double polynomial[most_stages + 1] = {1};  // coefficients of the Lagrange polynomial in powers of time
     std::size_t order = 0;
     for (std::size_t k = 0; k < stages; ++k) {
       if (k == j) continue;
@@ -121,8 +121,8 @@ Outcome Transition::advance(double time, double end, double rtol, double* y, dou
   return outcome;
 }
 
-// The whole as one step of Gauss's method. False: the motion or its derivatives are not known to be that
-// smooth.
+// Tries the whole advance as one step of Gauss's method. False: the motion or its derivatives are not smooth
+// enough.
 bool Transition::advance_smoothly(double time, const double* y_end) {
   if (system_.slope_within_step(time, y0_, slope_.data()) != Status::ok ||
       system_.slope_within_step(time + span_, y_end, end_slope_.data()) != Status::ok)
@@ -137,13 +137,13 @@ bool Transition::advance_smoothly(double time, const double* y_end) {
   }
 }
 
-// Whether the step keeps the tolerance for a vibration that turns by this angle in it.
+// Whether the step meets the tolerance for a vibration whose phase advances by this angle, rad.
 bool Transition::is_accurate(double angle) const {
   return method_->error * std::pow(angle, 2 * static_cast<double>(method_->stages) + 1) <= safety * rtol_;
 }
 
-// y and Y at the end into y_next_ and next_. Returns the angle by which a vibration of equal slopes turns, or
-// NaN.
+// Sets y_next_ and next_ to y and Y at the end. Returns the phase angle, rad, of a vibration with equal
+// slopes, or NaN.
 double Transition::smooth_step(double time, const double* y_end) {
   double angle = iterate_stages(time, y_end);
   if (!is_accurate(angle)) return angle;
@@ -152,14 +152,15 @@ double Transition::smooth_step(double time, const double* y_end) {
   for (std::size_t i = 0; i < method_->stages; ++i)
     for (std::size_t r = 0; r < size_; ++r) y_next_[r] += span_ * method_->weights[i] * stage(slopes_, i)[r];
   if (!agrees(y_end) || !differentiate(span_)) return NAN;
-  // by a known the rates change first, and the positions in proportion to time
+  // a known changes the rates first, then the positions in proportion to time
   const double largest = relative_size({changes_.data(), columns_before_.data(), next_.data(), columns_,
                                         columns_ - knowns_, rate_weights_.data()},
                                        method_->highest, nullptr);
   return std::max(std::pow(span_ * largest, 1 / static_cast<double>(method_->stages)), angle);
 }
 
-// Functional iteration for the stages, from the cubic through both ends. Returns the angle, or NaN.
+// Functional iteration for the stages, from the cubic through both ends. Returns the phase angle, rad, or
+// NaN.
 double Transition::iterate_stages(double time, const double* y_end) {
   for (std::size_t i = 0; i < method_->stages; ++i)
     for (std::size_t r = 0; r < size_; ++r) {
@@ -185,8 +186,8 @@ double Transition::iterate_stages(double time, const double* y_end) {
   return NAN;
 }
 
-// From the accelerations at both ends and the polynomial through those at the stages, each relative to its
-// largest value.
+// Phase angle, rad, from the deviation of the accelerations at both ends from the polynomial through those at
+// the stages, each relative to its largest value.
 double Transition::angle_of_motion() {
   const std::size_t stages = method_->stages;
   const auto largest = [&](std::size_t r) {
@@ -194,7 +195,7 @@ double Transition::angle_of_motion() {
     for (std::size_t i = 0; i < stages; ++i) value = std::max(value, std::fabs(stage(slopes_, i)[r]));
     return rate_weights_[r] * value;
   };
-  constexpr double negligible = 1e-3;  // of the largest acceleration
+  constexpr double negligible = 1e-3;  // relative to the largest acceleration
   double least = 0, worst = 0;
   for (std::size_t r = 0; r < size_; ++r) least = std::max(least, negligible * largest(r));
   if (least == 0) return 0;
@@ -210,7 +211,7 @@ double Transition::angle_of_motion() {
   return std::pow(worst / method_->extrapolation, 1 / static_cast<double>(stages));
 }
 
-// Whether the step ends where the motion does: it passed no contact that the motion has met.
+// Whether the step ends at the known end state: it then missed no contact of the motion.
 bool Transition::agrees(const double* y_end) const {
   const StateLayout& layout = system_.layout();
   double difference = 0, size = 1;
@@ -221,10 +222,10 @@ bool Transition::agrees(const double* y_end) const {
   return difference <= 10 * rtol_ * size;
 }
 
-// Steps of Radau IIA; Y at the end into columns_before_.
+// Integrates by steps of Radau IIA; leaves Y at the end in columns_before_.
 Outcome Transition::advance_by_steps(double time, double end, double* y) {
   double h = span_;
-  bool is_linearised = false;  // at (time, y)
+  bool is_linearised = false;  // J and G at (time, y) are known
   for (long taken = 0; taken < most_steps; ++taken) {
     if (!is_linearised && linearise(0, time, y) != Status::ok)
       return failure(time, "the derivatives are not finite");
@@ -247,7 +248,7 @@ Outcome Transition::advance_by_steps(double time, double end, double* y) {
   return failure(time, "the derivatives of the motion require too many steps");
 }
 
-// J and G at the start (place 0) or a stage.
+// Evaluates J and G at the start (place 0) or at a stage.
 Status Transition::linearise(std::size_t place, double time, const double* y) {
   double* slope = place == 0 ? slope_.data() : stage(slopes_, place - 1);
   Status status = jacobian_.evaluate(time, y, &jacobians_[place * size_ * size_], slope);
@@ -256,10 +257,10 @@ Status Transition::linearise(std::size_t place, double time, const double* y) {
   return status;
 }
 
-// A known that constraints leave without effect has a G of rounding errors alone: by comparison with G at a
-// point that is equal but for rounding.
+// Sets rounding_. A known without effect, due to constraints, has a G of rounding errors only: they are
+// estimated by comparison with G at a point that is equal up to rounding.
 void Transition::set_rounding(double time, const double* y) {
-  constexpr double nudge = 1e-15, sample = 100;  // one difference may be small by chance
+  constexpr double nudge = 1e-15, sample = 100;  // factor, since one difference may be small by chance
   for (std::size_t r = 0; r < size_; ++r) {
     const double size = static_cast<int>(r) < system_.layout().nq() ? 1 / (span_ * weights_[r]) : 0;
     y_next_[r] = y[r] + nudge * std::max(std::fabs(y[r]), size);
@@ -280,12 +281,12 @@ bool Transition::linearise_stages(double time, double h) {
   return true;
 }
 
-// The last stage is the end.
+// Takes one step of Radau IIA, whose last stage is the end of the step.
 bool Transition::step(double time, double h) {
   return solve_stages(time, h) && linearise_stages(time, h) && differentiate(h);
 }
 
-// Residuals of the stages, into changes_. False: a slope is not finite.
+// Sets changes_ to the residuals of the stages. False: a slope is not finite.
 bool Transition::set_residuals(double time, double h) {
   for (std::size_t i = 0; i < method_->stages; ++i) {
     for (std::size_t r = 0; r < size_; ++r) y_next_[r] = y0_[r] + stage(move_, i)[r];
@@ -328,8 +329,8 @@ bool Transition::solve_stages(double time, double h) {
   return false;
 }
 
-// LU of I - h (table x J) with a Jacobian for each stage, without the positions of joints with one degree of
-// freedom: their rates are velocities.
+// LU factors of I - h (table x J) with one Jacobian per stage. The positions of joints with one degree of
+// freedom are eliminated: their rates are velocities.
 bool Transition::factor(double h, const double* const (&jacobians)[most_stages]) {
   const std::size_t stages = method_->stages;
   h_ = h;
@@ -351,7 +352,7 @@ bool Transition::factor(double h, const double* const (&jacobians)[most_stages])
   return factor_lu(matrix_columns_.data(), static_cast<std::int64_t>(stages * rest_), pivots_.data());
 }
 
-// `count` right-hand sides (stages * size_ rows) become solutions.
+// Replaces `count` right-hand sides (stages * size_ rows) by the solutions.
 void Transition::solve(double* x, std::size_t count) {
   const std::size_t stages = method_->stages;
   const auto n = static_cast<std::int64_t>(count);
@@ -379,7 +380,7 @@ void Transition::solve(double* x, std::size_t count) {
   }
 }
 
-// Slopes J Y + G of Y = columns_before_ with J and G of the start (place 0) or a stage.
+// Slopes J Y + G of Y = columns_before_, with J and G at the start (place 0) or at a stage.
 void Transition::set_slopes(std::size_t place, double* slopes) const {
   const double* const jacobian = &jacobians_[place * size_ * size_];
   const double* const gains = &gains_[place * size_ * knowns_];
@@ -397,7 +398,7 @@ void Transition::set_slopes(std::size_t place, double* slopes) const {
 }
 
 // Slopes K of Y at the stages, K_i = J_i (Y + h sum_j table_ij K_j) + G_i, into changes_; Y at the end into
-// next_. False: not finite.
+// next_. False: a result is not finite.
 bool Transition::differentiate(double h) {
   const std::size_t square = size_ * size_, all = size_ * columns_;
   const double* const at = jacobians_.data();
@@ -410,8 +411,8 @@ bool Transition::differentiate(double h) {
   return std::all_of(next_.begin(), next_.end(), [](double value) { return std::isfinite(value); });
 }
 
-// Size of the sum of the slopes at the stages by these factors, and at the start (null: none), relative to
-// the size of the column; the largest of all columns.
+// Weighted sum of the slopes at the stages with these factors, plus that at the start (null: none), relative
+// to the size of its column; maximum of all columns.
 double Transition::relative_size(const Rows& rows, const double* factors, const double* at_start) {
   const std::size_t count = rows.count;
   defects_.assign(count, 0.0);
@@ -442,8 +443,8 @@ double Transition::relative_size(const Rows& rows, const double* factors, const 
   return worst;
 }
 
-// A known's column has no more digits than G. Where it begins, as at a touch-down, no step is short compared
-// with it: its size is then what its rate makes of it in the whole advance.
+// Minimum size of a known's column. It is no more accurate than G. Where it begins to grow, as at a
+// touch-down, every step is long compared with it: its size is then its rate times the length of the advance.
 double Transition::least_size(const Rows& rows, std::size_t known) const {
   constexpr double begun = 0.1;
   const std::size_t c = columns_ - knowns_ + known;
@@ -457,9 +458,9 @@ double Transition::least_size(const Rows& rows, std::size_t known) const {
   return before < begun * span_ * rate ? std::max(least, span_ * rate) : least;
 }
 
-// The difference d between the embedded formula, of order 3, and that of order 5, for y and all columns of Y,
-// relative to their size and to the bound of d. The local error of the latter is about d^(3/2) / 8, and steps
-// add up: the bound is (0.1 rtol)^(2/3).
+// Difference d between the embedded formula of order 3 and the step of order 5, for y and all columns of Y,
+// relative to their size and to the bound of d. The local error of the step is about d^(3/2) / 8, and the
+// errors accumulate: the bound is (0.1 rtol)^(2/3).
 double Transition::error(double h) {
   double left[most_stages];
   for (std::size_t i = 0; i < method_->stages; ++i) left[i] = -method_->start[i];
@@ -472,8 +473,8 @@ double Transition::error(double h) {
   return std::max(1e-8, embedded * h * std::max(of_state, of_columns) / std::cbrt(0.01 * rtol_ * rtol_));
 }
 
-// Positions per duration of the advance; lengths by the scale of their joint. Currents and lagged inputs have
-// none: their errors show in the velocities.
+// Positions are weighted by 1 / length of the advance, lengths by the scale of their joint. Currents and
+// lagged inputs have weight 0: their errors appear in the velocities.
 void Transition::set_weights() {
   const StateLayout& layout = system_.layout();
   std::fill(weights_.begin(), weights_.end(), 0.0);

@@ -11,22 +11,23 @@
 namespace redysim {
 
 // Integrates a system together with the derivatives of its state by the state at the start and by constant
-// knowns (the variational equations Y' = J Y + G), by collocation with exact derivatives at the stages. A
-// smooth motion is one step of Gauss's method of order 4, 6 or 8 which ends where the motion is known to end.
-// Any other is integrated by Radau IIA of order 5, whose step size follows from the error of the derivatives
-// (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.5).
+// knowns (variational equations Y' = J Y + G). The method is collocation with exact derivatives at the
+// stages. A smooth motion is one step of Gauss's method of order 4, 6 or 8, which must end at the known end
+// state. Any other motion is integrated by Radau IIA of order 5, whose step size follows from the error of
+// the derivatives (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.5).
 class Transition {
  public:
-  // Columns of length System::size(): the derivatives of ydot by the knowns. `jacobian`: at the same point,
-  // with the columns of inputs.
+  // Sets the columns, of length System::size(), to the derivatives of ydot by the knowns. `jacobian`:
+  // evaluated at this point, with the columns of the inputs.
   using Knowns =
       std::function<Status(double time, const double* y, const DenseJacobian& jacobian, double* columns)>;
 
-  // `system` must outlive it and have no work in its state. `columns`: all those of Y, the knowns last.
+  // `system` must outlive this object and have no work in its state. `columns`: number of columns of Y,
+  // knowns last.
   Transition(System& system, int columns, int knowns, Knowns by_knowns);
 
-  // Moves y and Y (by columns) from `time` to `end`; the relative error of each column of Y is about `rtol`.
-  // `y_end`: y at `end` by another method of this tolerance; null: unknown.
+  // Moves y and Y (column-major) from `time` to `end`; the relative error of each column of Y is about
+  // `rtol`. `y_end`: y at `end`, computed by another method with this tolerance; null: unknown.
   Outcome advance(double time, double end, double rtol, double* y, double* columns, const double* y_end);
 
  private:
@@ -37,13 +38,13 @@ class Transition {
     explicit Method(std::initializer_list<double> nodes);
     std::size_t stages;
     double times[most_stages];
-    double table[most_stages][most_stages], weights[most_stages];  // up to the nodes, up to 1
-    double start[most_stages];                                     // the polynomials at 0
+    double table[most_stages][most_stages], weights[most_stages];  // integrals up to the nodes, up to 1
+    double start[most_stages];                                     // values of the polynomials at 0
     double highest[most_stages];                                   // their derivatives of order stages - 1
-    // Of Gauss's methods, for exp(z): error of the polynomial through exp at the nodes, at both ends,
+    // For Gauss's methods and exp(z): error of the polynomial through exp at the nodes, at both ends,
     // relative to z^stages; error of the step relative to z^(2 stages + 1).
     double extrapolation, error;
-    double squared(std::size_t i, std::size_t j) const;  // entry of the square of the table
+    double squared(std::size_t i, std::size_t j) const;  // entry of table^2
   };
 
   bool advance_smoothly(double time, const double* y_end);
@@ -65,8 +66,8 @@ class Transition {
   bool differentiate(double h);
   void set_weights();
   void set_rounding(double time, const double* y);
-  // Slopes of columns at the stages, and the columns before and after the step, all by rows. `known_weights`:
-  // those of the columns from `first_known` on.
+  // Slopes of columns at the stages, and the columns before and after the step, all row-major.
+  // `known_weights`: weights of the columns from `first_known` on.
   struct Rows {
     const double *slopes, *before, *after;
     std::size_t count, first_known;
@@ -81,28 +82,28 @@ class Transition {
   Knowns by_knowns_;
   std::size_t size_;
   std::size_t positions_,
-      velocity_;      // of joints with one degree of freedom: their number, the first velocity
+      velocity_;      // joints with one degree of freedom: number of positions, index of the first velocity
   std::size_t rest_;  // entries of the state without these positions
   std::size_t columns_, knowns_;
-  std::vector<Method> methods_;  // Gauss's, then Radau's
+  std::vector<Method> methods_;  // Gauss's, then Radau IIA
   const Method* method_;
-  double span_ = 0, rtol_ = 0;  // of the advance
+  double span_ = 0, rtol_ = 0;  // length of the advance, s, and its tolerance
   std::vector<double> weights_,
-      rate_weights_;                       // of the rows of Y, as velocities; the latter without positions
-  std::vector<double> rounding_;           // of G, per known, as velocities; 0: not known
+      rate_weights_;                       // of rows of Y, as velocities; the latter without positions
+  std::vector<double> rounding_;           // rounding error of G, per known, as velocity; 0: unknown
   const double* y0_ = nullptr;             // y at the start of the step
-  std::vector<double> slope_, end_slope_;  // at the start of the step; at the known end
-  std::vector<double> jacobians_, gains_;  // at the start (place 0) and the stages
-  std::vector<double> move_, slopes_;      // of the stages
+  std::vector<double> slope_, end_slope_;  // slopes at the start of the step and at y_end
+  std::vector<double> jacobians_, gains_;  // at the start (place 0) and at the stages
+  std::vector<double> move_, slopes_;      // at the stages; move_: change of y since the start
   std::vector<double> matrix_;
   std::vector<double*> matrix_columns_;
   std::vector<std::int64_t> pivots_;
-  double h_ = 0;                         // of the matrix
+  double h_ = 0;                         // step size of the factored matrix
   const double* solved_[most_stages]{};  // its Jacobians
   std::vector<double> reduced_, position_, defects_, sizes_;
-  std::vector<double> y_next_;                   // at the end of the step
-  std::vector<double> columns_before_, before_;  // Y and its slopes at the start of the step, by rows
-  std::vector<double> changes_, next_;           // slopes of Y at the stages, Y at the end, by rows
+  std::vector<double> y_next_;                   // y at the end of the step
+  std::vector<double> columns_before_, before_;  // Y and its slopes at the start of the step, row-major
+  std::vector<double> changes_, next_;           // slopes of Y at the stages, Y at the end, row-major
 };
 
 }  // namespace redysim

@@ -3,7 +3,7 @@
 
 #include "integrate/methods/automatic/automatic.hpp"
 
-// The account of the work of the methods.
+// Accounts for the work of the methods.
 
 namespace redysim {
 
@@ -19,11 +19,11 @@ void Automatic::begin_account() {
   memory_.mark_time = memory_.older_time = time();
 }
 
-// Right-hand sides per second of the method in use, over its last two measurements.
+// Right-hand sides per second of simulated time of the method in use, over its last two measurements.
 double Automatic::cost() const { return (work() - memory_.older_work) / (time() - memory_.older_time); }
 
 // Ends a measurement. If the method in use now costs more than its rival did in the last trial, the motion
-// has become more difficult, and the trial has decided nothing.
+// has become more difficult, and the result of that trial is invalid.
 void Automatic::end_measurement() {
   const double spent = work() - memory_.mark_work, passed = time() - memory_.mark_time;
   if (spent < Tuning::bucket * slope_time()) return;
@@ -57,13 +57,13 @@ void Automatic::count() {
   statistics_.add(before_);
 }
 
-// What the tolerance allows, or the last step.
+// Step size, s: that allowed by the tolerance, or the last one.
 double Automatic::step() const {
   return controls_step(choice()) ? static_cast<const OneStep*>(current_)->allowed_step()
                                  : current_->statistics().step_size;
 }
 
-// At most that of the present step, without those of a start.
+// cost() without the cost of a start: limited by that of the present step size.
 double Automatic::present_cost(double span) const {
   if (!controls_step(choice()) || choice() == Choice::exponential || is_periodic()) return cost();
   return std::min(cost(), Tuning::present_margin * step_work(choice()) / std::min(step(), span));

@@ -77,7 +77,7 @@ void Automatic::note_change() {
 void Automatic::consider_inputs(double end, bool changed) {
   const double span = end - time();
   if (changed) note_change();
-  // a multistep method does not pay for its restarts
+  // a multistep method does not pay off with its restarts
   if (is_multistep(choice()) && steps_held(end, span) < Tuning::held_for_restart) leave_multistep();
   if (changed || !is_periodic()) consider(end, span);
 }
@@ -89,7 +89,7 @@ Outcome Automatic::advance(double end, bool inputs_changed) {
   consider_inputs(end, inputs_changed);
   StepBudget budget(time(), end);
   const long before = statistics_.steps;
-  unsigned failed = 0;  // methods, at `failed_at`
+  unsigned failed = 0;  // bits of the methods that failed at `failed_at`
   double failed_at = time();
   while (time() < end) {
     Outcome outcome = current_->advance(end, inputs_changed);
@@ -111,7 +111,8 @@ Outcome Automatic::advance(double end, bool inputs_changed) {
   return {};
 }
 
-// Continues with a method that has not failed here; the one-step methods first, whose steps shrink best.
+// Continues with a method that has not failed here: one-step methods first, since their steps can shrink
+// most.
 bool Automatic::replace_failed(unsigned& failed) {
   const Choice former = choice();
   failed |= 1U << memory_.choice;
@@ -128,7 +129,7 @@ bool Automatic::replace_failed(unsigned& failed) {
   return false;
 }
 
-// A trial goes on with the one-step method.
+// A trial continues with the one-step method.
 void Automatic::leave_multistep() {
   const std::uint8_t home = memory_.home;
   const bool was_trial = is_trial();
@@ -144,7 +145,7 @@ void Automatic::leave_multistep() {
 
 void Automatic::consider(double end, double span) {
   if (!(time() > memory_.mark_time)) return;
-  // costs are those of whole intervals between changes of the inputs
+  // costs are measured over whole intervals between input changes
   const bool within_hold = is_periodic() && time() != memory_.changed;
   if (is_trial()) return follow_trial(within_hold);
   if (within_hold && (is_implicit(choice()) || work() - memory_.mark_work < Tuning::long_account ||
@@ -156,7 +157,7 @@ void Automatic::consider(double end, double span) {
   if (!within_hold && has_relative &&
       (is_multistep(choice()) ? consider_one_step(outlook) : consider_multistep(outlook)))
     return;
-  // one step of an explicit method for each input cannot be undercut
+  // no method is cheaper than one explicit step per input
   const bool is_settled = work() - memory_.begun >= settled_work();
   if (is_settled && work() >= memory_.estimate_due && outlook.steps >= Tuning::held_for_estimate)
     consider_stiffness(outlook);

@@ -14,16 +14,17 @@
 
 // Chooses among the methods during the run (docs/solvers.md, constants in tuning.hpp).
 //
-// A method that promises to be cheaper is tried: it continues the run, and after its start its estimated CPU
-// time per second of motion is compared with that of the method before it. If it is not cheaper, that method
-// returns, and the next trial waits longer. Candidates are
+// A method that promises to be cheaper is tried: it continues the run. After its start, its estimated CPU
+// time per second of simulated time is compared with that of the previous method. If it is not cheaper, the
+// previous method returns, and the next trial waits longer. Candidates are
 //
 // * multistep methods, where inputs are held for several steps of the one-step method;
 // * implicit methods, where the spectral radius, estimated from time to time, shows that stability limits the
-//   steps of an explicit one; then dirk or bdf instead of the other, and explicit ones where they promise it.
+// steps of an explicit one; then dirk instead of bdf or vice versa, and explicit ones where these promise to
+// be cheaper.
 //
-// Inputs that change again and again are part of the cost: it is then measured over whole intervals between
-// changes. Where a method fails, the others continue in turn; the advance fails where all do.
+// Inputs that change repeatedly are part of the cost, which is then measured over whole intervals between
+// changes. If a method fails, the others continue in turn; the advance fails if all of them fail.
 
 namespace redysim {
 
@@ -55,11 +56,11 @@ class Automatic final : public Integrator {
 
  private:
   using Event = Decision::Event;
-  // What is expected until the inputs change.
+  // Forecast until the inputs change.
   struct Outlook {
-    double span;   // s, of the communication step
-    double steps;  // of the one-step method
-    double hold;   // s, between two changes
+    double span;   // communication step size, s
+    double steps;  // steps of the one-step method
+    double hold;   // time between two changes, s
   };
 
   // The run (automatic.cpp).
@@ -97,7 +98,7 @@ class Automatic final : public Integrator {
     return slope_time(choice) * (is_implicit(choice) ? Tuning::dirk_step : Tuning::explicit_stages);
   }
   double trial_work() const { return slope_time() * Tuning::trial_cost; }
-  // Right-hand sides after which the step size is that of the method, not of its start.
+  // Right-hand sides after which the step size is no longer influenced by the start of the method.
   double settled_work() const {
     return slope_time() * (is_multistep(choice()) ? Tuning::settled_multistep : Tuning::settled);
   }
@@ -131,16 +132,16 @@ class Automatic final : public Integrator {
   Scratch scratch_;
   SpectralRadius radius_;
   std::array<double, choices> slope_times_;
-  // As Choice numbers them, created at initialization, so that no step allocates. The matrices of implicit
-  // methods grow with the square of the size: those of large systems are created when they are first tried,
-  // and so is the exponential method, which takes most and is rarely needed.
+  // Indexed by Choice; created at initialization, so that no step allocates. Exceptions are created when
+  // first tried: the implicit methods of large systems, whose matrices grow with the square of the size, and
+  // the exponential method, which needs most memory and is rarely used.
   std::array<std::unique_ptr<Integrator>, choices> methods_;
   long pause_ = Tuning::steps_between_choices;  // internal steps
   Integrator* current_ = &integrator(first_choice);
   AutomaticMemory memory_;
-  Statistics before_;      // of the methods used before the one in use
-  Statistics statistics_;  // all
-  Decision decision_;      // the last
+  Statistics before_;      // of the methods used before current_
+  Statistics statistics_;  // of all methods
+  Decision decision_;      // the last decision
   long decisions_ = 0;
 };
 

@@ -4,12 +4,12 @@
 #include "integrate/methods/automatic/automatic.hpp"
 #include "integrate/methods/phi_functions.hpp"
 
-// Which method promises to be cheaper than that in use.
+// Selects a method that promises to be cheaper than the one in use.
 
 namespace redysim {
 
-// For how many steps of the one-step method the inputs are expected to be held: as long as before, or as long
-// as they are held already.
+// Number of steps of the one-step method for which the inputs are expected to be held: as long as before, or
+// as long as they have been held already.
 double Automatic::steps_held(double end, double span) const {
   const double expected = expected_hold(end);
   double own = step();
@@ -29,21 +29,21 @@ bool Automatic::limited_by_stability(double radius, double of_hold) const {
                    (of_hold >= Tuning::long_hold ? Tuning::erk_stability_held : Tuning::erk_stability);
 }
 
-// The one-step method of the same kind.
+// Tries the one-step method of the same kind.
 bool Automatic::consider_one_step(const Outlook& outlook) {
   const Choice other = one_step_like(choice());
   const double used = work() - memory_.begun, known = memory_.step[static_cast<int>(other)];
   if (used < settled_work() || !may_try(other)) return false;
   if (!is_periodic()) {
     if (memory_.steady == 0 || known == 0) return false;
-    // what it would cost, as far as its step size is not out of date
+    // cost at its last step size, unless this is outdated
     if (used < Tuning::outdated && step_work(other) / std::min(known, outlook.span) > cost()) return false;
   }
   begin_trial(other, outlook.span);
   return true;
 }
 
-// The multistep method of the same kind.
+// Tries the multistep method of the same kind.
 bool Automatic::consider_multistep(const Outlook& outlook) {
   const Choice other = multistep_like(choice());
   if (outlook.steps < (is_implicit(choice()) ? Tuning::held_for_bdf : Tuning::held_for_adams)) return false;
@@ -86,15 +86,15 @@ Choice Automatic::instead_of_explicit(double radius, const Outlook& outlook) con
 }
 
 Choice Automatic::instead_of_other(double radius, const Outlook& outlook) {
-  // cost of explicit steps, limited by stability and communication steps
+  // cost of explicit steps, limited by stability and by the communication step size
   const double rate = is_multistep(choice()) ? 0.0 : 1 / outlook.span;
-  // at its stability limit adams takes more than erk
+  // at its stability limit adams costs more than erk
   const bool adams_is_stable = step() * radius < Tuning::adams_stability;
   const Choice other =
       is_multistep(choice()) && adams_is_stable && may_try(Choice::adams) ? Choice::adams : first_choice;
   const double explicit_cost = step_work(other) * std::max(radius / Tuning::explicit_step, rate);
   if (explicit_cost < Tuning::promised_gain * cost() && may_try(other)) return other;
-  // bdf whose steps are bound to the spectral radius
+  // the spectral radius limits the steps of bdf
   const double before = memory_.oscillation, now = step() * radius;
   memory_.oscillation = now;
   const bool bound =
@@ -102,10 +102,10 @@ Choice Automatic::instead_of_other(double radius, const Outlook& outlook) {
   return choice() == Choice::bdf && bound && may_try(Choice::dirk) ? Choice::dirk : choice();
 }
 
-// Whether vibrations that are much faster than the communication steps, and undamped, bind the steps of the
-// other methods.
+// Whether undamped vibrations, much faster than the communication steps, limit the steps of the other
+// methods.
 bool Automatic::exponential_pays(double radius, const Outlook& outlook) {
-  // a contact separates before it has vibrated
+  // with contacts, the motion is not a free vibration
   if (choice() == Choice::exponential || !may_try(Choice::exponential) || system_.plan().has_contacts())
     return false;
   if (radius * outlook.span < Tuning::fast_vibration || step() * radius > Tuning::bound_by_vibration)
@@ -115,8 +115,8 @@ bool Automatic::exponential_pays(double radius, const Outlook& outlook) {
   return a_step / outlook.span < Tuning::promised_gain * cost() && vibrates_freely(radius);
 }
 
-// The sum of all eigenvalues is the rate at which damping reduces the volume of phase space. By differences,
-// which take no memory.
+// Estimates the trace of the Jacobian, the rate at which damping reduces the volume of phase space, by
+// differences, which need no matrix.
 bool Automatic::vibrates_freely(double radius) {
   const int size = system_.layout().work.begin;
   double *const moved = sundials::data(scratch_->vectors[0]), *const slope =

@@ -12,7 +12,7 @@ struct Decision {
   Event event = Event::tries;
   Choice method = Choice::erk, other = Choice::erk;
   double time = 0;                  // s
-  double cost = 0, other_cost = 0;  // of both methods, right-hand sides of erk per second
+  double cost = 0, other_cost = 0;  // of both methods: right-hand sides of erk per second of simulated time
 
   std::string text() const;  // for the log
 };

@@ -6,14 +6,14 @@
 #include "model/features.hpp"
 #include "model/model.hpp"
 
-// The choices of `auto`, and what they depend on.
+// The methods that `auto` chooses from, and the data on which its choice depends.
 
 namespace redysim {
 
 enum class Choice : std::uint8_t { erk, adams, dirk, bdf, exponential };
 constexpr int choices = 5;
-// A library with Taylor series has them instead of adams. They are then the explicit one-step method, and erk
-// only replaces what fails.
+// A library with Taylor series has them instead of adams. They are then the explicit one-step method; erk
+// only replaces a failed method.
 constexpr bool has_series = features::taylor;
 constexpr Choice series = Choice::adams, first_choice = has_series ? series : Choice::erk;
 
@@ -26,38 +26,38 @@ inline bool is_series(Choice choice) { return has_series && choice == series; }
 inline bool is_multistep(Choice choice) {
   return choice == Choice::bdf || (choice == Choice::adams && !has_series);
 }
-// A OneStep.
+// Whether the method is a OneStep.
 inline bool controls_step(Choice choice) { return !is_multistep(choice) && !is_series(choice); }
 inline Choice one_step_like(Choice choice) { return is_implicit(choice) ? Choice::dirk : first_choice; }
 inline Choice multistep_like(Choice choice) {
   return is_implicit(choice) ? Choice::bdf : has_series ? first_choice : Choice::adams;
 }
 
-// What the continuation depends on, in addition to the method in use.
+// Data that determine the continuation, in addition to the method in use.
 struct AutomaticMemory {
   std::uint8_t choice = 0;                       // a Choice
-  std::uint8_t home = 0;                         // during a trial the method before it, otherwise `choice`
-  std::uint8_t measuring = 0;                    // second part of a trial
-  std::uint8_t extensions = 0;                   // of a trial whose step size still grows
+  std::uint8_t home = 0;                         // during a trial the previous method, otherwise `choice`
+  std::uint8_t measuring = 0;                    // 1: second part of a trial
+  std::uint8_t extensions = 0;                   // number, of a trial whose step size still grows
   std::uint8_t steady = 1;                       // the last two measurements agree
   std::uint8_t rival = 0;                        // the other method of the last trial
-  double changed = 0;                            // s, when the inputs changed last
-  double hold = 0;                               // s, for which they were held before that; 0: unknown
+  double changed = 0;                            // time of the last input change, s
+  double hold = 0;                               // time between input changes before that, s; 0: unknown
   double interval = Tuning::first_estimate;      // right-hand sides between two estimates
-  double estimate_due = Tuning::first_estimate;  // work
-  double oscillation = 0;                        // step times radius of bdf, at the last estimate
-  double average_work = 0, average_time = 0;     // of the method before a trial, over many measurements
-  double interval_begun = 0, interval_work = 0;  // work at the last change, and of the interval before it
-  double begun = 0;                              // work when the method in use began
+  double estimate_due = Tuning::first_estimate;  // work at which the next estimate is due
+  double oscillation = 0;                        // step size times radius of bdf, at the last estimate
+  double average_work = 0, average_time = 0;     // of the method before a trial, many measurements
+  double interval_begun = 0, interval_work = 0;  // work at the last input change, in the interval before
+  double begun = 0;                              // work when the method in use started
   double mark_work = 0, mark_time = 0;           // start of the present measurement of cost
-  double older_work = 0, older_time = 0;         // of that before it
+  double older_work = 0, older_time = 0;         // start of the previous measurement
   double failed_cost = 0;                        // of the last failed trial, right-hand sides per second
-  double mark_step = 0;                          // s
+  double mark_step = 0;                          // step size at the start of the measurement, s
   double home_cost = 0;                          // right-hand sides per second before the trial
-  double step[choices] = {};                     // s, last of each method, 0: unknown
-  double due[choices] = {}, wait[choices] = {};  // work at which each may be tried, and after a failed trial
+  double step[choices] = {};                     // last step size of each method, s; 0: unknown
+  double due[choices] = {}, wait[choices] = {};  // work at which each may be tried; wait after a failed trial
 
-  // All of it, to be saved and restored.
+  // Visits all members, to save and restore them.
   template <class SomeMemory, class Visit>
   static void each_part(SomeMemory& memory, const Visit& visit) {
     visit(memory.choice);

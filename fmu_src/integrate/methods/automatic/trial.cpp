@@ -3,27 +3,27 @@
 
 #include "integrate/methods/automatic/automatic.hpp"
 
-// A trial of a method.
+// Trials of a method.
 
 namespace redysim {
 
 void Automatic::begin_trial(Choice candidate, double span) {
   const std::uint8_t home = memory_.choice;
   double home_cost = present_cost(span);
-  // a short part that is difficult for the method in use, for example an impact, decides nothing
+  // a short interval that is difficult for the method in use, for example an impact, must not decide
   if (memory_.average_work > 0) home_cost = std::min(home_cost, memory_.average_work / memory_.average_time);
   note(Event::tries, candidate, choice(), 0, home_cost);
   use(candidate);
   memory_.home = home;
   memory_.home_cost = home_cost;
   memory_.extensions = 0;
-  // after a change of the inputs each interval has a start
+  // while inputs change regularly, each interval includes a start
   memory_.measuring = is_periodic() && time() == memory_.changed && home_cost * memory_.hold > trial_work();
   begin_account();
 }
 
-// Whether a measurement need not wait for the end of an interval between changes: the method before would
-// have cost less until then, or in the part that has passed.
+// Whether a trial can end before its interval between input changes: the previous method would have cost less
+// until the end of the interval, or in the part that has passed.
 bool Automatic::is_hopeless(double spent, double passed) const {
   const double rest = memory_.changed + memory_.hold - time();
   if (rest > 0 && spent > Tuning::lost * memory_.home_cost * (passed + rest)) return true;
@@ -47,7 +47,7 @@ void Automatic::follow_trial(bool within_hold) {
   }
   if (spent < trial_work()) return;
   const double cost = spent / passed;
-  // steps that still grow will cost less
+  // growing steps will cost less
   if (cost > memory_.home_cost && step() > Tuning::growing * memory_.mark_step &&
       memory_.extensions < Tuning::most_extensions) {
     ++memory_.extensions;
@@ -64,7 +64,7 @@ void Automatic::judge_trial(double cost) {
   const bool better = ratio < Tuning::better;
   const int loser = static_cast<int>(better ? home : tried);
   double& wait = memory_.wait[loser];
-  // trials take a small share of the work
+  // trials must be a small part of the work
   const double excess = std::fabs(cost - memory_.home_cost) * (time() - memory_.mark_time);
   const double scale = std::max(1.0, excess / Tuning::usual_excess);
   if (better) {
