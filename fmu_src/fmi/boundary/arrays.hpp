@@ -8,8 +8,8 @@ namespace redysim {
 
 inline constexpr const char* null_pointer = "an argument is a null pointer";
 
-// Why arrays with `count` entries of up to eight bytes cannot exist; null: they can. A count such as
-// (size_t)-1 is refused before anything is read or written beyond the arrays.
+// Why arrays with `count` entries of up to eight bytes cannot exist; null: they can. This refuses counts such
+// as (size_t)-1 before any access beyond the arrays.
 inline const char* objection_to_arrays(std::size_t count, std::initializer_list<const void*> arrays) {
   if (count == 0) return nullptr;
   for (const void* array : arrays)

@@ -48,7 +48,7 @@ std::string changes(const Model& model, const Plan<double>& plan, const std::vec
   return text;
 }
 
-// Of the joint that the user has named: "wrist" of "wrist[2]", a part of a joint of several degrees of
+// Name of a joint in the model file: "wrist" for "wrist[2]", a part of a joint with several degrees of
 // freedom.
 std::string given_name(const Model& model, const Plan<double>& plan, int joint) {
   const std::string& name = model.links[plan.joints[joint].link].joint.name;

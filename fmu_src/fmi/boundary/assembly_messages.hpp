@@ -8,19 +8,19 @@
 #include "dynamics/assembly/movability.hpp"
 #include "integrate/system/equilibrium.hpp"
 
-// What users read about the start of a model: assembly, degrees of freedom, singular mass matrix.
+// User messages about the start of a model: assembly, degrees of freedom, singular mass matrix.
 
 namespace redysim {
 
-// "loop 'x'" or "coupling 'x'", and where the model file has it; `constraint`: of an Assembly, < 0: the
-// first.
+// "loop 'x'" or "coupling 'x'", and its position in the model file. `constraint`: index of Assembly; < 0: the
+// first constraint.
 struct ConstraintPlace {
   std::string label;
   int line = 0, column = 0;
 };
 ConstraintPlace constraint_at(const Model& model, int constraint);
 
-// Why an assembly failed: "loop 'x': no configuration satisfies the loop constraints; smallest residual
+// Why an assembly failed, e.g. "loop 'x': no configuration satisfies the loop constraints; smallest residual
 // 0.17 m". Empty if it succeeded.
 std::string failure(const Model& model, const Assembly& assembly);
 
@@ -31,7 +31,7 @@ std::vector<std::string> corrections(const Model& model, const Plan<double>& pla
 // "loop 'x': prescribed accelerations violate its constraints by 0.05 m/s^2".
 std::string misfit(const Model& model, int constraint, const Assembly::Residual& acceleration);
 
-// Why no rest configuration was found: one sentence; empty if it was.
+// Why no rest configuration was found, one sentence; empty if one was found.
 std::string failure(const Model& model, const Plan<double>& plan, const Rest& rest);
 
 // "1 motion for 1 degree of freedom: fully driven", "1 motion for 3 degrees of freedom: 2 are not prescribed

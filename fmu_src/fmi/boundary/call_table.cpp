@@ -12,7 +12,7 @@ constexpr unsigned E = static_cast<unsigned>(State::event);
 constexpr unsigned C = static_cast<unsigned>(State::continuous);
 constexpr unsigned U = static_cast<unsigned>(State::intermediate);
 
-// Characters in place: pointers would be relocated when the library is loaded.
+// Character arrays: pointers would need relocation when the library is loaded.
 struct Row {
   Function function;
   char name[34];
@@ -23,7 +23,8 @@ struct Name {
   char text[34];
 };
 
-// Reading in `instantiated` is wider than the standard: parameters and inputs have their start values there.
+// In `instantiated`, reading is allowed beyond the standard: parameters and inputs have their start values
+// there.
 constexpr Row rows[] = {
     {Function::set_debug_logging, "fmi2SetDebugLogging", I | M | S | F | T | E | C},
     {Function::setup_experiment, "fmi2SetupExperiment", I},
@@ -70,7 +71,7 @@ constexpr Row rows[] = {
     {Function::get_number_of_event_indicators, "fmi3GetNumberOfEventIndicators", I | M | E | C | T},
 };
 
-// Functions that FMI 3.0 calls otherwise than fmi3 and the same words.
+// Functions whose FMI 3.0 name differs by more than the prefix fmi3.
 constexpr Name names_of_fmi3[] = {
     {Function::setup_experiment, "fmi3EnterInitializationMode"},
     {Function::get_real, "fmi3GetFloat64"},

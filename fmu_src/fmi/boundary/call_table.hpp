@@ -2,13 +2,14 @@
 
 #include <string>
 
-// Which function may be called when: FMI 2.0.4, tables of sections 3.2.3 and 4.2.4, as one table. The
-// functions of FMI 3.0 share its rows.
+// States in which each function may be called: FMI 2.0.4, tables of sections 3.2.3 and 4.2.4, as one table.
+// The functions of FMI 3.0 share its rows.
 
 namespace redysim {
 
-// An instance's life. `failed` follows a failed step, until reset, restored or freed. Co-simulation has
-// `step` and, in a callback during a step, `intermediate`; model exchange has `event` and `continuous`.
+// State of an instance. `failed` follows a failed step, until the instance is reset, restored or freed.
+// Co-simulation has `step` and, in a callback during a step, `intermediate`; model exchange has `event` and
+// `continuous`.
 enum class State : unsigned {
   instantiated = 1,
   initialization = 2,

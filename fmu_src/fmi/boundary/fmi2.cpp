@@ -1,4 +1,4 @@
-// The C boundary: every function of FMI 2.0, each one line around the instance.
+// The C boundary of FMI 2.0: each function is one line around the instance.
 
 #include <cstddef>
 #include <cstdlib>
@@ -26,12 +26,12 @@ namespace {
 
 constexpr const char* instantiate_name = "fmi2Instantiate";
 
-// What an fmi2Component points to.
+// The object behind an fmi2Component.
 struct Component {
   Component(const Log& log, LoadedModel&& loaded, bool model_exchange, fmi2CallbackFreeMemory release_)
       : instance(log, std::move(loaded.model), std::move(loaded.guid), model_exchange), release(release_) {}
   Instance instance;
-  fmi2CallbackFreeMemory release;  // of this block
+  fmi2CallbackFreeMemory release;  // frees this block
 };
 static_assert(alignof(Component) <= alignof(std::max_align_t),
               "the environment's memory is aligned like malloc's");
@@ -41,7 +41,7 @@ fmi2Status guarded(fmi2Component component, Function function, redysim::Instance
   return redysim::guarded(static_cast<Component*>(component)->instance, function, call);
 }
 
-// In the memory of the environment, if it offers any.
+// Uses the environment's allocator, if there is one.
 Component* make_component(const Log& log, LoadedModel&& loaded, bool model_exchange,
                           const fmi2CallbackFunctions* functions) {
   const bool has_memory = functions && functions->allocateMemory && functions->freeMemory;
@@ -80,7 +80,7 @@ fmi2Status only_for_pending_steps(Instance& instance, Function function) {
 
 }  // namespace
 
-// Replaces libstdc++'s handler, which writes to stderr and brings the symbol demangler along.
+// Replaces libstdc++'s handler, which writes to stderr and would link the symbol demangler.
 namespace __gnu_cxx {
 void __verbose_terminate_handler() { std::abort(); }
 }  // namespace __gnu_cxx

@@ -41,14 +41,14 @@ fmi3Status guarded(fmi3Instance instance, Function function, InstanceCall call) 
   return static_cast<fmi3Status>(redysim::guarded(*static_cast<Instance*>(instance), function, call));
 }
 
-// One value for each scalar and each element of an array.
+// Checks that there is one value for each scalar and each array element.
 fmi2Status check_sizes(Instance& instance, Function function, std::size_t elements, std::size_t values) {
   if (elements == values) return fmi2OK;
   return instance.refuse(function, "the value references need " + std::to_string(elements) + " values, got " +
                                        std::to_string(values));
 }
 
-// The call with one value for each reference.
+// Calls `call` if there is one value for each reference.
 fmi3Status matched(fmi3Instance c, Function function, std::size_t references, std::size_t values,
                    InstanceCall call) noexcept {
   return guarded(c, function, [&](Instance& i) {
@@ -57,7 +57,7 @@ fmi3Status matched(fmi3Instance c, Function function, std::size_t references, st
   });
 }
 
-// References of arrays replaced by those of their elements, as long as this object lives.
+// Replaces references of arrays by those of their elements, during the lifetime of this object.
 class Elements {
  public:
   Elements(const Instance& instance, const unsigned*& references, std::size_t& count) {
@@ -75,7 +75,7 @@ class Elements {
   std::vector<unsigned> elements_;
 };
 
-// The same with the elements of arrays in place of their references.
+// As `matched`, with references of arrays replaced by those of their elements.
 fmi3Status matched_elements(fmi3Instance c, Function function, const unsigned*& references,
                             std::size_t& count, const std::size_t& values, InstanceCall call) noexcept {
   return guarded(c, function, [&](Instance& i) {
@@ -85,7 +85,7 @@ fmi3Status matched_elements(fmi3Instance c, Function function, const unsigned*& 
   });
 }
 
-// A function that this FMU does not offer.
+// Logs that this FMU does not offer the function.
 fmi3Status absent(fmi3Instance instance, const char* function, const char* why) noexcept {
   if (!instance) return fmi3Error;
   try {
@@ -95,14 +95,14 @@ fmi3Status absent(fmi3Instance instance, const char* function, const char* why) 
   return fmi3Error;
 }
 
-// A function for variables of a type that this FMU does not have.
+// Logs that this FMU has no variables of the function's type.
 fmi3Status none_of(fmi3Instance instance, const char* function, const char* variables,
                    std::size_t count) noexcept {
   if (instance && count == 0) return fmi3OK;
   return absent(instance, function, variables);
 }
 
-// The values; the time has the reference 0 and is not in the table.
+// Reads values. The time has the reference 0 and is not in the table.
 fmi2Status get_float64(Instance& instance, const unsigned* references, std::size_t count, double* values) {
   if (const char* why = redysim::objection_to_arrays(count, {references, values}))
     return instance.refuse(Function::get_real, why);
@@ -117,7 +117,7 @@ fmi2Status get_float64(Instance& instance, const unsigned* references, std::size
   return fmi2OK;
 }
 
-// Makes an instance; null, with the reason logged, if `why` names one or the model has one.
+// Creates an instance. Returns null and logs the reason if `why` names one or the model has one.
 Instance* instantiated(const char* function, fmi3String name, fmi3String token, fmi3String resources,
                        fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger, bool logging_on,
                        bool model_exchange, const char* why) noexcept {

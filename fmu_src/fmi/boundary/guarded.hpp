@@ -5,7 +5,7 @@
 
 namespace redysim {
 
-// A reference to a function object that takes the instance; it must outlive the reference.
+// Non-owning reference to a function object that takes the instance and must outlive the reference.
 class InstanceCall {
  public:
   template <class Call>
@@ -20,7 +20,7 @@ class InstanceCall {
   fmi2Status (*invoke_)(const void*, Instance&);
 };
 
-// Checks the call table, makes the call and turns any exception into a status and a log line.
+// Checks the call table, makes the call and converts any exception to a status and a log message.
 fmi2Status guarded(Instance& instance, Function function, InstanceCall call) noexcept;
 
 }  // namespace redysim

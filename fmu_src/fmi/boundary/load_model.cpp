@@ -38,7 +38,7 @@ std::string find_model_file(const Log& log, const char* function, const char* lo
   return {};
 }
 
-// GUIDs are hexadecimal numbers; tools write them in either case.
+// GUIDs are hexadecimal numbers; tools write them in upper or lower case.
 bool is_same_guid(const std::string& own, const std::string& given) {
   const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
   return std::equal(own.begin(), own.end(), given.begin(), given.end(),
@@ -48,7 +48,7 @@ bool is_same_guid(const std::string& own, const std::string& given) {
 // The standard requires at least one character that is not white space.
 bool is_a_name(const char* text) { return text && text[std::strspn(text, " \t\n\v\f\r")] != '\0'; }
 
-// The first part of a specialised library that does not fit the scene, as a sentence; empty: all fit.
+// First mismatch between a specialised library and the scene, as a sentence; empty: none.
 std::string objection_of_library(const Model& model, const std::string& guid, const std::string& path) {
   if constexpr (features::straight_line) {
     if (guid != straight_line_scene)

@@ -15,8 +15,8 @@ struct LoadedModel {
   std::string guid;
 };
 
-// Reads the model file of the unpacked FMU and compares its GUID with that of the master. Empty: refused,
-// with the reason logged as "<function>: ...".
+// Reads the model file of the unpacked FMU and compares its GUID with the importer's. Empty: refused; the
+// reason is logged as "<function>: ...".
 std::optional<LoadedModel> load_model(const Log& log, const char* function, const char* instance_name,
                                       const char* guid, const char* location);
 

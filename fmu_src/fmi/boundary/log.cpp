@@ -35,7 +35,7 @@ const char* Log::set(bool on, std::size_t count, const char* const* categories) 
       if (std::strcmp(name, log_categories[k].name) == 0) known = named[k] = true;
     if (!known) return name;
   }
-  // "on" shows the named categories and no others, "off" hides the named ones
+  // "on" enables only the named categories, "off" disables the named ones
   bool* const switches[] = {&errors_, &warnings_, &events_};
   for (std::size_t k = 0; k < std::size(switches); ++k) {
     const bool chosen = named[0] || named[k + 1];
@@ -48,8 +48,8 @@ void Log::write(bool on, fmi2Status status, int category, const std::string& tex
   if (on && plain_logger_)
     plain_logger_(environment_, static_cast<fmi3Status>(status), log_categories[category].name, text.c_str());
   if (!on || !logger_) return;
-  // the message is a printf format: a percent sign of the text is doubled, so that loggers that format and
-  // loggers that ignore further arguments both show the finished text
+  // the message is a printf format: percent signs of the text are doubled, so that loggers with and without
+  // formatting show the same text
   std::string format;
   format.reserve(text.size());
   for (char c : text) {

@@ -14,7 +14,7 @@ struct LogCategory {
   const char* description;
 };
 
-// The categories a master can switch, in the order of the XML; the first stands for all others.
+// The log categories, in the order of the XML; the first one includes all others.
 inline constexpr LogCategory log_categories[] = {
     {"logAll", "Every message"},
     {"logStatusError", "Refused calls and failed steps, with the reason"},
@@ -22,7 +22,7 @@ inline constexpr LogCategory log_categories[] = {
     {"logEvents", "Events: start of the solver, reset, end of the simulation"},
 };
 
-// Passes text to the logger of the environment, if there is one. Errors are on by default, the other
+// Passes messages to the logger of the environment, if there is one. Errors are on by default, the other
 // categories on request.
 class Log {
  public:
@@ -37,7 +37,7 @@ class Log {
   bool events() const { return events_; }
   bool warnings() const { return warnings_; }
 
-  // Switches categories (none named: all). Returns the first unknown name, or null; nothing changes then.
+  // Switches categories (count 0: all). Returns the first unknown name, and then changes nothing, or null.
   const char* set(bool on, std::size_t count, const char* const* categories);
 
  private:

@@ -58,11 +58,11 @@ std::vector<std::string> resource_folders(const char* location) {
   if (is_uri) {
     path.erase(0, 5);
     if (starts_with(path, "//localhost/", 12)) path.erase(0, 11);
-    // any number of slashes starts an absolute path, none a relative one
+    // any number of slashes starts an absolute path, none a relative path
     const std::size_t first = path.find_first_not_of('/');
     if (first != std::string::npos && first > 1) path.erase(0, first - 1);
 #ifdef _WIN32
-    // a drive stands for the root: /C:/folder or /C|/folder
+    // a drive replaces the root: /C:/folder or /C|/folder
     if (path.size() > 2 && path[0] == '/' && (path[2] == ':' || path[2] == '|')) {
       path.erase(0, 1);
       path[1] = ':';
@@ -77,12 +77,12 @@ std::vector<std::string> resource_folders(const char* location) {
 
 #ifdef _WIN32
 std::string own_resource_folder() {
-  HMODULE library = nullptr;  // <fmu>/binaries/win64/<name>.dll, the one that holds this very function
+  HMODULE library = nullptr;  // <fmu>/binaries/win64/<name>.dll, which contains this function
   if (!GetModuleHandleExW(
           GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT,
           reinterpret_cast<LPCWSTR>(&own_resource_folder), &library))
     return {};
-  std::wstring wide(32768, L'\0');  // the longest path of Windows
+  std::wstring wide(32768, L'\0');  // maximum path length of Windows
   const DWORD length = GetModuleFileNameW(library, wide.data(), static_cast<DWORD>(wide.size()));
   std::string path(4 * static_cast<std::size_t>(length), '\0');
   path.resize(static_cast<std::size_t>(WideCharToMultiByte(CP_UTF8, 0, wide.data(), static_cast<int>(length),
@@ -103,7 +103,7 @@ std::string own_resource_folder() {
 std::string own_resource_folder() { return {}; }  // the library is not in a file
 #else
 std::string own_resource_folder() {
-  // the loaded object that holds this very function
+  // the loaded object that contains this function
   struct Search {
     std::uintptr_t here;
     std::string library;  // <fmu>/binaries/linux64/<name>.so
