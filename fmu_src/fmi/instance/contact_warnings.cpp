@@ -11,10 +11,10 @@
 namespace redysim {
 namespace {
 
-constexpr double hurled = 1000;  // m/s^2, of the lighter mechanism
-constexpr double exact = 1e-6;   // of the size of a box
+constexpr double hurled = 1000;  // acceleration limit of the lighter mechanism, m/s^2
+constexpr double exact = 1e-6;   // relative to the size of a box
 
-// Per body: the mass of all bodies that joints and loops connect with it, kg.
+// Per body: mass of all bodies connected to it by joints and loops, kg.
 std::vector<double> connected_masses(const Plan<double>& plan) {
   std::vector<int> group(plan.joints.size());
   for (std::size_t i = 0; i < group.size(); ++i)
@@ -28,8 +28,8 @@ std::vector<double> connected_masses(const Plan<double>& plan) {
   return masses;
 }
 
-// Whether a corner is within `depth` of an edge of a box, or comes straight to one of its corners: there the
-// nearest face is not the one that is to carry it.
+// Whether a corner is within `depth` of an edge of a box, or meets one of its corners: there the nearest face
+// is not the one that must support it.
 bool meets_an_edge(const ContactPair<double>& pair, const Workspace<double>& ws, double depth) {
   if (pair.surface.kind != ShapeKind::box || pair.radius > 0) return false;
   const RelativeMotion<double> motion =
@@ -64,7 +64,7 @@ std::vector<ContactWarning> contact_warnings(const Model& model, const Plan<doub
       warnings.push_back({index, "contact '" + contact.name + "' starts " + rounded(at.depth) +
                                      " m deep, with a force of " + rounded(at.force.norm()) +
                                      " N: move the start pose, or set stiffness to the depth expected"});
-    // twice the depth at which four corners carry the weight: that of a start without depth
+    // twice the depth at which four corners support the weight, for a start without penetration
     const ContactLaw<double>& law = plan.contact_laws[k];
     const double depth =
         std::isfinite(mass) ? law.width + 0.5 * mass * plan.gravity.norm() / law.stiffness : law.width;

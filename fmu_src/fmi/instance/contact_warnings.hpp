@@ -13,8 +13,8 @@ struct ContactWarning {
   std::string sentence;
 };
 
-// What is unusual about the contacts at the start: bodies deep in each other, whose force would hurl them
-// apart, and corners of a box exactly at the edge of another. Uses ws.ground.
+// Warnings about contacts at the start: deep penetration, whose force would accelerate the bodies strongly,
+// and box corners close to an edge of another box. Uses ws.ground.
 std::vector<ContactWarning> contact_warnings(const Model& model, const Plan<double>& plan,
                                              const Workspace<double>& ws);
 

@@ -7,9 +7,9 @@
 
 namespace redysim {
 
-// The state y at the last communication point: the assembled start before the first step, then the state of
-// the integrator. If a prescribed motion has jumped since the last step, y follows the jump in the same way
-// as at the begin of the next step. In model exchange with loops y follows from independent coordinates.
+// The state y at the last communication point: before the first step the assembled start, then the state of
+// the integrator. If a prescribed motion has jumped since the last step, y follows the jump as at the
+// beginning of the next step. In model exchange with loops, y follows from the independent coordinates.
 class CurrentState {
  public:
   explicit CurrentState(Simulation& simulation);
@@ -18,11 +18,11 @@ class CurrentState {
     if (simulation_.integrator && follows_motion_) return simulation_.integrator->state();
     return simulation_.integrator ? follow_motion() : start();
   }
-  // y of which the next step begins, before it follows a jump.
+  // The y from which the next step starts, before it follows a jump.
   const double* before_jumps() {
     return simulation_.integrator && !simulation_.model_exchange ? simulation_.integrator->state() : y();
   }
-  // As chosen at the last event of model exchange, else for y.
+  // Chosen at the last event of model exchange; in co-simulation, for the present y.
   IndependentCoordinates& independent();
   const Start& how_started() const { return how_started_; }
 
@@ -33,9 +33,9 @@ class CurrentState {
   void plan_changed() { following_is_current_ = false; }
   void motion_changed();
   void stepped() { follows_motion_ = true; }
-  void given();  // model exchange: by the master
-  // Replaces y by the nearest state to a given one that satisfies the loop constraints; a jump of prescribed
-  // joints does not move it. False: they cannot be satisfied, nothing changed.
+  void given();  // model exchange: the importer has set states
+  // Replaces y by the nearest state that satisfies the loop constraints; a pending jump of prescribed joints
+  // does not move it. False: they cannot be satisfied, nothing is changed.
   bool replace(double* y);
   void restored(bool follows_motion);
   void reset() { restored(true); }

@@ -109,7 +109,7 @@ std::string OutputDerivatives::follow(bool in_initialization) {
   return {};
 }
 
-// The joints in loops and rigid couplings move with independent ones, in model exchange also with motions.
+// Joints in loops and rigid couplings follow the independent ones; in model exchange also prescribed motions.
 void OutputDerivatives::follow_independent() {
   const bool by_motion = simulation_.model_exchange && jumps_ && simulation_.system.has_constraints();
   if (independent_.empty() && !by_motion) return;
@@ -119,7 +119,7 @@ void OutputDerivatives::follow_independent() {
                                independent_.data(), independent_.data() + states.count());
 }
 
-// Prescribed motions jump at a communication point.
+// At a communication point, changed prescribed motions jump.
 std::string OutputDerivatives::follow_jumps() {
   if (!jumps_) return {};
   if (moves_state_)

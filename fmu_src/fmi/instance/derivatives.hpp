@@ -9,17 +9,18 @@
 namespace redysim {
 
 // Exact derivatives of outputs at the last communication point: along a direction of the knowns at fixed
-// state, or by time. Functions that return a string return the reason of a failure, empty on success.
+// state, or with respect to time. Functions with a string result return the reason of a failure, empty on
+// success.
 class OutputDerivatives {
  public:
   OutputDerivatives(Simulation& simulation, CurrentState& state, Values& values);
   ~OutputDerivatives();
 
-  // Along a direction: begin, set_direction of each known, follow, evaluate, read.
+  // Along a direction: call begin, set_direction for each known, follow, evaluate, read.
   std::string begin();
   void set_direction(const Variable& known, double direction);
   std::string follow(bool in_initialization);
-  // By time: go_with_time, evaluate, read.
+  // With respect to time: call go_with_time, evaluate, read.
   std::string go_with_time();
   std::string evaluate();
   double read(const Variable& output) {
@@ -27,12 +28,12 @@ class OutputDerivatives {
     return group.derivative ? group.derivative(output.row_index(), *this, output) : 0;
   }
 
-  // The seed times the derivatives, by one reverse sweep; false: not available for this model or for one of
-  // these variables.
+  // sensitivity = seed^T times the derivatives, by one reverse sweep. False: not available for this model or
+  // for one of these variables.
   bool pull_back(const unsigned* unknowns, std::size_t unknown_count, const unsigned* knowns,
                  std::size_t known_count, const double* seed, double* sensitivity);
 
-  // Why the derivative by a known does not exist; empty if it does.
+  // Why the derivative with respect to a known does not exist; empty if it does.
   std::string objection(const Variable& known, double direction, bool in_initialization) const;
 
   // --- for rows of variables ---
@@ -60,8 +61,8 @@ class OutputDerivatives {
   void pull_actuators(const System::Coordinates& at);
   ActuatorGradient gradient_of(int actuator, const System::Coordinates& at);
 
-  // Derivative of the work: zero, that of the energy (a jump of a prescribed motion), the power, or what was
-  // given for its state.
+  // Source of the work's derivative: zero, the energy (jump of a prescribed motion), the power, or the
+  // direction given for the work state.
   enum class Work { none, of_energy, by_power, given };
 
   Simulation& simulation_;
@@ -69,15 +70,16 @@ class OutputDerivatives {
   Values& values_;
   std::unique_ptr<Tangent> tangent_;  // null before the first request
   struct Reverse;
-  std::unique_ptr<Reverse> reverse_;  // the same
+  std::unique_ptr<Reverse> reverse_;  // null before the first request
   bool jumps_ = false;                // the direction changes the position or velocity of a prescribed joint
   bool moves_state_ = false;          // the direction changes the state itself
-  double work_change_[2] = {0, 0};    // of its last entries
-  std::vector<double> independent_;   // the directions of independent positions, then velocities; empty: none
+  double work_change_[2] = {0, 0};    // direction of the work states
+  std::vector<double> independent_;   // directions of independent positions, then velocities; empty: none
   Work work_ = Work::none;
 };
 
-// Derivative of a component of a unit quaternion if the rotation changes by `turn` (in its own axes).
+// Derivative of a component of a unit quaternion if the rotation changes by the rotation vector `turn` (in
+// its own axes).
 double quaternion_change(Eigen::Vector4d quaternion, const Vec3<double>& turn, int component);
 
 }  // namespace redysim

@@ -157,12 +157,12 @@ fmi2Status Instance::do_step(double current, double size) {
   return refuse(function, failed_step(outcome));
 }
 
-// Whether the inputs differ from those at the end of the last step, or the history of the solver is void.
+// Whether the inputs differ from those at the end of the last step, or the solver's history is invalid.
 bool Instance::inputs_have_changed() {
   return parameters_.void_history() || applied_inputs_ != simulation_.system.inputs();
 }
 
-// Integrator::advance with the callback after each internal step; an early return changes `end`.
+// Integrator::advance with a callback after each internal step; an early return changes `end`.
 Outcome Instance::advance_with_updates(double& end, bool inputs_changed) {
   Integrator& integrator = *simulation_.integrator;
   integrator.pause_after(1);
@@ -191,7 +191,7 @@ std::string Instance::failed_step(const Outcome& outcome) {
   const std::string joint = simulation_.failed_joint();
   const bool named = joint.empty() || outcome.message.find(joint) != std::string::npos;
   const Plan<double>& plan = simulation_.plan;
-  // there velocities grow without bound, and no step is short enough
+  // at a dead point velocities grow without bound, and no step is short enough
   const char* const possible_cause =
       plan.has_constraints() && plan.prescribed_count > static_cast<int>(plan.balls.size())
           ? "; the prescribed motion may have reached a dead point of the loops or couplings"
@@ -200,7 +200,7 @@ std::string Instance::failed_step(const Outcome& outcome) {
          "; the state is the one at " + shown(simulation_.time) + " s";
 }
 
-// Inputs keep their final values, which replace the values last set.
+// The inputs keep their final values, which replace the values last set.
 void Instance::end_input_slopes(double time) {
   System& system = simulation_.system;
   if (!system.has_input_slopes()) return;
@@ -238,7 +238,7 @@ fmi2Status Instance::reset() {
   return fmi2OK;
 }
 
-// Logs whether the prescribed motions are fewer or more than the degrees of freedom of closed loops.
+// Compares the prescribed motions with the degrees of freedom of closed loops and logs the result.
 void Instance::report_drives() {
   if (!simulation_.plan.has_constraints() || !simulation_.plan.has_motion()) return;
   if (!log_.events() && !log_.warnings()) return;

@@ -17,15 +17,15 @@ namespace redysim {
 class GivenState;
 struct Snapshot;
 
-// What FMI 3.0 calls after each internal step before the end of a communication step; null: nothing.
+// FMI 3.0 callback after each internal step before the end of a communication step; null: none.
 struct IntermediateUpdate {
   fmi3IntermediateUpdateCallback callback = nullptr;
   fmi3InstanceEnvironment environment = nullptr;
   bool may_return_early = false;
 };
 
-// One FMI instance: its parts and the functions of the standard. Functions log the reason of a refusal. The
-// FMI state is checked before (call_table.hpp). A refused call changes nothing.
+// One FMI instance: its parts and the functions of the standard. The FMI state is checked before each call
+// (call_table.hpp). A function that refuses a call logs the reason and changes nothing.
 class Instance {
  public:
   Instance(const Log& log, Model model, std::string guid, bool model_exchange = false);
@@ -54,7 +54,7 @@ class Instance {
   fmi2Status set_integer(const unsigned* references, std::size_t count, const int* values);
   fmi2Status set_string(const unsigned* references, std::size_t count, const fmi2String* values);
   void append_elements(unsigned reference,
-                       std::vector<unsigned>& elements) const;  // of an array; else itself
+                       std::vector<unsigned>& elements) const;  // of an array; otherwise the reference itself
   fmi2Status no_booleans(Function function, std::size_t count);
 
   // derivatives (instance_derivatives.cpp)
@@ -95,7 +95,7 @@ class Instance {
   std::string name_of(Function function) const { return name(function, log_.version()); }
 
  private:
-  // Reasons of a failed start, empty on success.
+  // These return the reason of a failed start, empty on success.
   std::string assemble_start();
   std::string immovable_at_start();
   std::string start_integrator();
@@ -108,7 +108,7 @@ class Instance {
   Outcome advance_with_updates(double& end, bool inputs_changed);
   Needs needs_of(const unsigned* references, std::size_t count) const;
 
-  // "there is no Real variable with value reference 7", with the name of the type in the version of FMI
+  // "there is no Real variable with value reference 7", with the type name of the FMI version
   std::string unknown_reference(unsigned reference, VariableType type) const;
   std::string objection_to_setting(const Variable& variable) const;
   void set_value(const Variable& variable, double value);

@@ -6,7 +6,7 @@
 #include "fmi/variables/parameters.hpp"
 #include "model/number.hpp"
 
-// Time derivatives of inputs, set by the master, and derivatives of outputs, read by it.
+// Time derivatives of inputs, set by the importer, and derivatives of outputs, read by it.
 
 namespace redysim {
 
@@ -33,7 +33,7 @@ fmi2Status Instance::set_real_input_derivatives(const unsigned* references, std:
   return fmi2OK;
 }
 
-// The inputs of a prescribed motion are one chain, q' = qd and q'' = qdd: the value set last applies.
+// The inputs of a prescribed motion are linked by q' = qd and q'' = qdd: the value set last applies.
 void Instance::set_input_derivative(const Variable& variable, int order, double value) {
   System& system = simulation_.system;
   const int motion = variable.is_motion() ? variable.row->motion_order : -1;
@@ -55,7 +55,7 @@ fmi2Status Instance::get_directional_derivative(const unsigned* unknowns, std::s
                                 known_count, directions, derivatives);
 }
 
-// One reverse sweep where it exists, else one forward pass for each known.
+// By one reverse sweep if possible, otherwise by one forward pass per known.
 fmi2Status Instance::get_adjoint_derivative(const unsigned* unknowns, std::size_t unknown_count,
                                             const unsigned* knowns, std::size_t known_count,
                                             const double* seed, double* sensitivity) {

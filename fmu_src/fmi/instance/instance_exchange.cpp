@@ -8,19 +8,19 @@
 #include "integrate/methods/given_state.hpp"
 #include "model/number.hpp"
 
-// Model exchange: the master integrates the states y.
+// Model exchange: the importer integrates the states y.
 
 namespace redysim {
 namespace {
 
-// A time event is due if the master is that close to it, relative: it may add up its steps.
+// Relative tolerance for reaching a time event, since importers may accumulate step sizes.
 constexpr double time_slack = 1e-12;
 
 }  // namespace
 
 GivenState& Instance::given() const { return static_cast<GivenState&>(*simulation_.integrator); }
 
-// Why the array cannot have one number per state; empty: it can.
+// Why the array cannot hold one number per state; empty: it can.
 std::string Instance::objection_to_states(const double* array, std::size_t count) {
   const int size = simulation_.independent().size();
   if (count != static_cast<std::size_t>(size))
@@ -29,7 +29,7 @@ std::string Instance::objection_to_states(const double* array, std::size_t count
   return why ? why : "";
 }
 
-// The motion does not depend on the length of quaternions.
+// Whether a quaternion must be normalised. The motion does not depend on its length.
 bool Instance::is_stretched() const {
   const double tolerance =
       std::isfinite(life_.tolerance) ? life_.tolerance : simulation_.parameters.solver.rtol;
@@ -41,7 +41,8 @@ bool Instance::should_choose() {
          simulation_.independent().should_choose(simulation_.time, state_.y());
 }
 
-// Changes the states where this is due. Returns why the loops cannot be closed, empty on success.
+// Normalises quaternions and chooses new independent coordinates if necessary. Returns why the loop
+// constraints cannot be satisfied, empty on success.
 std::string Instance::settle_states(bool& changed) {
   const bool stretched = is_stretched();
   const double* y = state_.y();
@@ -84,7 +85,7 @@ fmi2Status Instance::new_discrete_states(fmi2EventInfo* info) {
   parameters_.stepped();
 
   double time = simulation_.time;
-  const double due = system.next_breakpoint(time);  // at which knots, phases and samples are entered
+  const double due = system.next_breakpoint(time);  // time at which knots, phases and samples are entered
   if (due - time <= time_slack * std::max(1.0, std::abs(time))) time = due;
   system.enter_phases(time);
   system.enter_samples(time, state_.y());
@@ -115,7 +116,7 @@ fmi2Status Instance::completed_integrator_step(fmi2Boolean* enter_event_mode, fm
   return fmi2OK;
 }
 
-// Prescribed motions have the values set last, at any time.
+// At any time, prescribed motions have the values set last.
 fmi2Status Instance::set_time(double time) {
   if (!std::isfinite(time)) return refuse(Function::set_time, "the time must be finite, got " + shown(time));
   simulation_.time = time;
@@ -136,13 +137,13 @@ fmi2Status Instance::set_continuous_states(const double* states, std::size_t cou
   return fmi2OK;
 }
 
-// Wider than the standard: CasADi sets states as variables.
+// Allowed beyond the standard: CasADi sets states as variables.
 bool Instance::is_given_state(const Variable& variable) const {
   return (life_.state == State::event || life_.state == State::continuous) &&
          values_.exchanged_place(variable) >= 0;
 }
 
-// The states among some variables; false: a quaternion would be zero.
+// Sets the states among the variables; false: a quaternion would be zero.
 bool Instance::set_states(const unsigned* references, std::size_t count, const double* values) {
   std::vector<double> states(static_cast<std::size_t>(simulation_.independent().size()));
   given().get(states.data());
@@ -169,7 +170,7 @@ fmi2Status Instance::get_continuous_states(double* states, std::size_t count) {
   return fmi2OK;
 }
 
-// Accelerations that are not finite are no error of the master: a smaller step may avoid them.
+// Accelerations that are not finite are not an error of the importer: a smaller step may avoid them.
 fmi2Status Instance::get_derivatives(double* derivatives, std::size_t count) {
   constexpr Function function = Function::get_derivatives;
   if (const std::string why = objection_to_states(derivatives, count); !why.empty())
@@ -179,7 +180,7 @@ fmi2Status Instance::get_derivatives(double* derivatives, std::size_t count) {
   why = values_.update(Needs::slopes);
   if (!why.empty()) {
     log_.warning(name_of(function) + ": " + why);
-    // of clients that do not look at the status
+    // for importers that ignore the status
     std::fill_n(derivatives, count, std::numeric_limits<double>::quiet_NaN());
     return fmi2Discard;
   }
@@ -208,7 +209,7 @@ fmi2Status Instance::get_event_indicators(std::size_t count) {
                              "the model has no event indicators, got " + std::to_string(count));
 }
 
-// Of continuous states or event indicators.
+// Number of continuous states or event indicators.
 fmi2Status Instance::get_number(Function function, std::size_t* count) {
   if (!count) return refuse(function, null_pointer);
   const bool of_states = function == Function::get_number_of_continuous_states;

@@ -18,7 +18,7 @@ bool same(const SolverSettings& a, const SolverSettings& b) {
 
 }  // namespace
 
-// Tuned parameters and a given state are applied first, as when values are read, as far as they can be.
+// First applies tuned parameters and a given state, as far as possible, as when values are read.
 void Instance::save(Bytes& bytes) {
   parameters_.bring_into_force();
   System& system = simulation_.system;
@@ -40,11 +40,11 @@ void Instance::save(Bytes& bytes) {
   if (simulation_.integrator) simulation_.integrator->save(bytes);
 }
 
-// Parse, validate, commit. A new integrator chooses its tables by the plan and one that repeats steps needs
-// the plant, so the integrator validates its bytes under the saved parameters. If it refuses them, the
+// Parse, validate, commit. A new integrator chooses its tables by the plan, and one that repeats steps needs
+// the plant. The integrator therefore validates its bytes with the saved parameters; if it refuses them, the
 // previous parameters are restored.
 bool Instance::restore(const Bytes& bytes) {
-  parameters_.bring_into_force();  // the state after a refusal
+  parameters_.bring_into_force();  // after a refusal, this state remains
   System& system = simulation_.system;
   Snapshot saved;
   if (!saved.read(bytes, {parameters_.size(), system.scales().size(), motion_.size()}, system)) return false;
@@ -53,7 +53,7 @@ bool Instance::restore(const Bytes& bytes) {
   if (!restore_integrator(saved)) return false;
 
   life_ = saved.life;
-  // the clock of the integrator, whatever the bytes contain
+  // the time of the integrator is authoritative
   simulation_.time = saved.is_running() ? simulation_.integrator->time() : saved.time;
   parameters_.energy_offset = saved.energy_offset;
   parameters_.restored(saved.pending);
@@ -99,7 +99,7 @@ bool Instance::restore_integrator(Snapshot& saved) {
 fmi2Status Instance::get_fmu_state(fmi2FMUstate* saved) {
   constexpr Function function = Function::get_fmu_state;
   if (!saved) return refuse(function, null_pointer);
-  // an earlier state may be overwritten
+  // *saved may refer to an existing state, which is overwritten
   Bytes* bytes = *saved ? saved_.find(*saved) : &saved_.add();
   if (!bytes) return refuse(function, foreign);
   *saved = bytes;

@@ -32,7 +32,7 @@ void Instance::append_elements(unsigned reference, std::vector<unsigned>& elemen
   elements.insert(elements.end(), found.begin(), found.end());
 }
 
-// Of the first variable; those of others that contain them.
+// Needs of the first variable, or those of a later one that include them.
 Needs Instance::needs_of(const unsigned* references, std::size_t count) const {
   const Needs first = simulation_.table.real(*references)->row->needs;
   if (first != Needs::step_jacobian) return first;
@@ -46,7 +46,7 @@ Needs Instance::needs_of(const unsigned* references, std::size_t count) const {
 fmi2Status Instance::get_real(const unsigned* references, std::size_t count, double* values) {
   constexpr Function function = Function::get_real;
   if (const char* why = objection_to_arrays(count, {references, values})) return refuse(function, why);
-  const Row* before = nullptr;  // whose needs are up to date
+  const Row* before = nullptr;  // row whose needs are up to date
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = simulation_.table.real(references[i]);
     if (!variable) return refuse(function, unknown_reference(references[i], VariableType::real));
@@ -103,7 +103,7 @@ std::string Instance::objection_to_setting(const Variable& variable) const {
   return {};
 }
 
-// Whether it may be set in each state that allows setting, to each finite number.
+// Whether the variable accepts every finite number in each state that allows setting.
 static bool takes_any_number(const Variable& variable) {
   return variable.causality() == Causality::input && variable.row->bounds == Bounds::none;
 }
@@ -111,7 +111,7 @@ static bool takes_any_number(const Variable& variable) {
 fmi2Status Instance::set_real(const unsigned* references, std::size_t count, const double* values) {
   constexpr Function function = Function::set_real;
   if (const char* why = objection_to_arrays(count, {references, values})) return refuse(function, why);
-  // all are checked before the first is set
+  // check all values before setting the first
   bool has_states = false;
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = simulation_.table.real(references[i]);

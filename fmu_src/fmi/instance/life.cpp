@@ -10,16 +10,16 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// Relative tolerance of the times of a master, which adds up steps or counts nanoseconds.
+// Relative tolerance for the importer's times, since importers accumulate steps or count nanoseconds.
 constexpr double time_tolerance = 1e-9;
 
-// s; quotients by shorter steps would overflow.
+// Minimum step, s; quotients by shorter steps would overflow.
 constexpr double shortest_step = 1e-100;
 
-// The limit of double precision.
+// Minimum rtol that double precision allows.
 constexpr double tightest_rtol = 1e-13;
 
-// Largest deviation of a step's start from the time of the FMU: rounding, at most 10 % of the step.
+// Maximum deviation of a step's start from the FMU's time: rounding, at most 10 % of the step.
 double start_slack(double time, double size) {
   const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::abs(time);
   return std::max(

@@ -13,7 +13,7 @@
 namespace redysim {
 namespace {
 
-// No negative principal moment, up to rounding: no negative principal minor.
+// No negative principal moment, up to rounding: all principal minors must be non-negative.
 bool is_possible_inertia(const std::array<double, 6>& inertia) {
   const auto& [xx, yy, zz, xy, xz, yz] = inertia;
   const double scale = xx + yy + zz, slack = 1e-12 * scale * scale;
@@ -77,7 +77,7 @@ void ParameterSet::restored(const Pending& pending) {
   pending_.in_force = pending.in_force && impossible().empty();
 }
 
-// The energy balance keeps its value: tuning is not an energy error.
+// Updates the plan. The energy balance keeps its value: tuning is not an energy error.
 void ParameterSet::renew_plan() {
   const double before = energy();
   simulation_.plan.update(simulation_.parameters);
@@ -86,13 +86,13 @@ void ParameterSet::renew_plan() {
   energy_offset += energy() - before;
 }
 
-// J, without the jumps of prescribed motion, which follow; 0: the balance is not computed.
+// Energy, J, before pending jumps of prescribed motion; 0: the balance is not computed.
 double ParameterSet::energy() {
   if (!simulation_.integrator || !simulation_.system.with_work()) return 0;
   return simulation_.system.energy_before_jumps(simulation_.time, state_.before_jumps());
 }
 
-// The energy balance keeps its value, as when a parameter is tuned.
+// Replaces the state by the given one. The energy balance keeps its value, as when a parameter is tuned.
 std::string ParameterSet::apply_state() {
   const StateToApply& wanted = simulation_.parameters.state;
   System& system = simulation_.system;

@@ -8,7 +8,7 @@
 
 namespace redysim {
 
-// The parameters as the master has set them, and whether the plan contains them.
+// The parameters as set by the importer, and whether the plan contains them.
 class ParameterSet {
  public:
   ParameterSet(Simulation& simulation, CurrentState& state)
@@ -26,34 +26,34 @@ class ParameterSet {
     pending_.changed = false;
     if (!state_is_due()) pending_.given = Given::none;
   }
-  // The state that the master gives is part of the parameters: `state.apply` was set, or it has replaced the
-  // state.
+  // State set by the importer through parameters: none; `state.apply` was set; it has replaced the state.
   enum class Given : std::uint8_t { none, due, applied };
-  // After a change of a prescribed motion or of the given values: they replace the state once more.
+  // Call after a change of a prescribed motion or of the given values: the given state is applied again.
   void give_again() {
     if (pending_.given == Given::applied) pending_.given = Given::due;
   }
-  bool void_history() const { return pending_.changed || pending_.given != Given::none; }  // of the solver
+  // Whether the solver must discard its history.
+  bool void_history() const { return pending_.changed || pending_.given != Given::none; }
   Given given() const { return pending_.given; }
   bool state_is_due() const { return pending_.given == Given::due && simulation_.integrator; }
 
   bool in_force() const { return pending_.in_force && !state_is_due(); }
-  // Applies the values to the plan, and the given state. Returns why they are contradictory, leave a joint
-  // without inertia or cannot satisfy the loops, empty on success.
+  // Applies the values to the plan, then the given state. Returns why the values are inconsistent, leave a
+  // joint without inertia or cannot satisfy the loops; empty on success.
   std::string bring_into_force();
 
-  // What decides how they are brought into force.
+  // Flags that determine the next bring_into_force.
   struct Pending {
     bool in_force = true, changed = false;
-    bool inertia_tuned = false;  // since the plan was current
+    bool inertia_tuned = false;  // since the last update of the plan
     Given given = Given::none;
   };
   const Pending& pending() const { return pending_; }
   void restored(const Pending& pending);
 
-  std::string impossible() const;  // contradictory values; empty: none
+  std::string impossible() const;  // inconsistent values; empty: none
   std::string immovable();         // joint without inertia in every pose; empty: none. Uses the workspace
-  double energy_offset = 0;        // the energy balance starts at 0
+  double energy_offset = 0;        // makes the energy balance start at 0
 
  private:
   void renew_plan();

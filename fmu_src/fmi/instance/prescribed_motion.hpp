@@ -7,25 +7,25 @@
 
 namespace redysim {
 
-// The inputs of prescribed joints: position, velocity and acceleration (derivatives of order 0, 1, 2).
+// The inputs of prescribed joints: position, velocity and acceleration (order 0, 1, 2).
 class PrescribedMotion {
  public:
   explicit PrescribedMotion(Simulation& simulation);
 
   void reset();  // to the start of the model
   void begin();  // starts all motions at the current time with the values set last
-  // Model exchange: the values set last hold at the current time. A motion of which nothing was set
-  // continues.
+  // Model exchange: restarts the motions at the current time with the values set last. A motion without any
+  // set value continues.
   void hold();
   std::size_t size() const { return values_.size(); }
   double value(int joint, int order) const { return values_[3 * joint + order]; }
-  // Returns whether the value changed. Masters may repeat unchanged inputs or omit them: the motion is the
-  // same.
+  // Returns whether the value changed. Importers may repeat unchanged inputs or omit them, with the same
+  // motion.
   bool set(int joint, int order, double value);
-  void set_locked(const Variable& variable, double value);  // a locked joint follows its start position
+  void set_locked(const Variable& variable, double value);  // a locked joint has its start position
   void inputs_ended(int joint, double acceleration) { values_[3 * joint + 2] = acceleration; }
 
-  // Names of inputs that the master has never set; empty: none. To be reported once.
+  // Names of inputs that the importer has never set; empty: none. To be reported once.
   bool is_reported() const { return reported_; }
   std::string never_set();
 
@@ -41,7 +41,7 @@ class PrescribedMotion {
 
   Simulation& simulation_;
   std::vector<double> values_;          // 3 per joint
-  std::vector<unsigned char> was_set_;  // ever, by the master
+  std::vector<unsigned char> was_set_;  // 1: set by the importer since the reset
   bool reported_ = false;
 };
 

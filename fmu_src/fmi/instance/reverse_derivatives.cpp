@@ -5,8 +5,8 @@
 #include "fmi/instance/derivatives.hpp"
 #include "integrate/system/ball_change.hpp"
 
-// Adjoint derivatives by one reverse sweep: without controllers; states, their slopes, and inputs that are
-// forces.
+// Adjoint derivatives by one reverse sweep, for models without controllers. Unknowns and knowns are states,
+// their derivatives, and force inputs.
 
 namespace redysim {
 
@@ -14,10 +14,10 @@ struct OutputDerivatives::Reverse {
   explicit Reverse(const Plan<double>& plan) : derivatives(plan) {}
   Derivatives derivatives;
   Derivatives::Gradient row;
-  std::vector<double> slopes, states;  // weights of the entries of y' and y; `states` becomes the product
-  std::vector<double> forces;          // product by the inputs, as InputLayout
+  std::vector<double> slopes, states;  // weights of the entries of y' and y; then `states` is the result
+  std::vector<double> forces;          // result for the inputs (InputLayout)
   double power() const { return work < 0 ? 0 : slopes[static_cast<std::size_t>(work)]; }
-  int work = -1;  // place in y
+  int work = -1;  // index in y, or -1
 };
 
 OutputDerivatives::OutputDerivatives(Simulation& simulation, CurrentState& state, Values& values)
@@ -25,14 +25,14 @@ OutputDerivatives::OutputDerivatives(Simulation& simulation, CurrentState& state
 
 OutputDerivatives::~OutputDerivatives() = default;
 
-// false: an unknown of another kind.
+// False: the unknown is not a state or a derivative of a state.
 [[gnu::cold]] bool OutputDerivatives::add_weight(const Variable& unknown, double weight) {
   const Row& row = *unknown.row;
   const int state = values_.place(unknown), slope = values_.place_of_slope(unknown);
   const int contact_work = reverse_->work + 1;
   if (state < 0 && slope < 0) return false;
   if (reverse_->work >= 0 && slope == contact_work) return false;
-  // outputs show quaternions as they are, but the joints of loops where they close
+  // outputs show unnormalised quaternions, but joints in loops where the loops are closed
   if (row.state == StatePart::quaternion) return false;
   if (state >= 0)
     reverse_->states[static_cast<std::size_t>(state)] += weight;
@@ -41,7 +41,7 @@ OutputDerivatives::~OutputDerivatives() = default;
   return true;
 }
 
-// The place of the product; null: a known of another kind.
+// Result for a known; null: it is not supported.
 const double* OutputDerivatives::gradient(const Variable& known) const {
   const System& system = simulation_.system;
   if (known.is_calculated()) {
@@ -55,7 +55,7 @@ const double* OutputDerivatives::gradient(const Variable& known) const {
   return input < reverse_->forces.size() ? &reverse_->forces[input] : nullptr;
 }
 
-// Weights of the accelerations of the joints, then the products by their motion and by the inputs.
+// Sets the weights of the joint accelerations, then computes the results for states and inputs.
 [[gnu::cold]] bool OutputDerivatives::sweep_back() {
   System& system = simulation_.system;
   const Plan<double>& plan = simulation_.plan;
@@ -80,7 +80,7 @@ const double* OutputDerivatives::gradient(const Variable& known) const {
   }
   reverse.derivatives.evaluate_row(plan, system.workspace(), at.q, at.qd, qdd.data(), tau.data(),
                                    system.recursion_port_wrenches(), weights.data(), reverse.power(), row);
-  values_.changed();  // the workspace has other contents
+  values_.changed();  // the workspace was overwritten
   std::copy(row.tau.begin(), row.tau.end(), inputs.tau.of(reverse.forces.data()));
   std::copy(row.ports.begin(), row.ports.end(), inputs.port_wrench.of(reverse.forces.data()));
   if (system.actuators()) pull_actuators(at);
@@ -94,7 +94,7 @@ const double* OutputDerivatives::gradient(const Variable& known) const {
   return true;
 }
 
-// From the angles and rates of a spherical joint to its quaternion and angular velocity.
+// Propagates from the angles and rates of a spherical joint to its quaternion and angular velocity.
 [[gnu::cold]] void OutputDerivatives::pull_ball(int ball, const double* qdd) {
   System& system = simulation_.system;
   const StateLayout& layout = system.layout();
@@ -114,7 +114,7 @@ const double* OutputDerivatives::gradient(const Variable& known) const {
       rate_matrix(system.angles_of_ball(ball)) * by_forces;
 }
 
-// From the torques on joints to the inputs and the states of their actuators.
+// Propagates from the torques on joints to the inputs and states of their actuators.
 [[gnu::cold]] void OutputDerivatives::pull_actuators(const System::Coordinates& at) {
   const System& system = simulation_.system;
   const Actuators& actuators = *system.actuators();
@@ -157,7 +157,7 @@ const double* OutputDerivatives::gradient(const Variable& known) const {
       actuators.point(actuator, state_.y(), at.q[joint], at.qd[joint], actuators.input(actuator)), false);
 }
 
-// false: an unknown or its derivatives are of another kind.
+// False: an unknown or its derivative is not supported.
 bool OutputDerivatives::take_weights(const unsigned* unknowns, std::size_t count, const double* seed) {
   const System& system = simulation_.system;
   const Plan<double>& plan = simulation_.plan;
@@ -171,7 +171,7 @@ bool OutputDerivatives::take_weights(const unsigned* unknowns, std::size_t count
     const Variable* unknown = simulation_.table.real(unknowns[i]);
     if (!unknown || !add_weight(*unknown, seed[i])) return false;
   }
-  // the power of ports and prescribed motions depends on more
+  // the power of ports and prescribed motions has further dependencies
   const bool all_integrated = plan.nv == system.simple() + 4 * system.balls();
   return reverse.power() == 0 || (!plan.has_ports() && all_integrated);
 }

@@ -30,7 +30,7 @@ bool SavedStates::free(const void* saved) {
 namespace serial {
 namespace {
 
-// Kind, version and model.
+// Kind, version and model of a state.
 Bytes kind(const std::string& guid) {
   Bytes bytes;
   ByteWriter writer(bytes);
@@ -55,7 +55,7 @@ const char* read(const std::string& guid, const unsigned char* bytes, std::size_
   if (size < expected.size() + sizeof length + sizeof sum) return "invalid or truncated FMU state";
   if (!std::equal(expected.begin(), expected.end(), bytes))
     return "invalid FMU state, or the state of another model or version";
-  // the length in the bytes limits what is read
+  // the length in the bytes limits the reading
   ByteReader reader(bytes + expected.size(), size - expected.size());
   reader.get(length);
   reader.get(sum);

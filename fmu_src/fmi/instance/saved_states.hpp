@@ -9,10 +9,10 @@ namespace redysim {
 
 using Bytes = std::vector<unsigned char>;
 
-// Saved states that the master holds.
+// The saved states that the importer holds.
 class SavedStates {
  public:
-  Bytes* find(const void* saved) const;  // null: not saved here
+  Bytes* find(const void* saved) const;  // null: not one of these
   Bytes& add();
   bool free(const void* saved);
 
@@ -20,8 +20,8 @@ class SavedStates {
   std::vector<std::unique_ptr<Bytes>> states_;
 };
 
-// Serialised states. A header with kind, version, model, length and checksum comes first, so foreign and
-// damaged bytes are refused.
+// Serialised states. They start with a header of kind, version, model, length and checksum, so that foreign
+// and damaged bytes are refused.
 namespace serial {
 Bytes header(const std::string& guid, const Bytes& state);
 // Reads the state in `bytes`. Returns why they are invalid, null on success.

@@ -14,22 +14,22 @@ namespace redysim {
 // Model, equations and integrator of one instance, shared by its parts.
 struct Simulation {
   Simulation(Model given, bool for_model_exchange);
-  // Integrates the system, or holds what the master integrates.
+  // Integrates the system; in model exchange, holds the states that the importer integrates.
   std::unique_ptr<Integrator> make_integrator(const SolverSettings& settings);
   std::string failed_joint() const;  // cause of the last failure; empty: unknown
-  // The states of a master of model exchange.
+  // The states of model exchange.
   IndependentCoordinates& independent();
 
   const Model model;
-  const bool model_exchange;      // the master integrates: `integrator` is a GivenState
-  Parameters<double> parameters;  // the current ones
+  const bool model_exchange;      // the importer integrates: `integrator` is a GivenState
+  Parameters<double> parameters;  // current values
   Plan<double> plan;
   System system;  // uses plan; holds the inputs
   const std::vector<int> independent_counts;
   VariableTable table;
-  std::unique_ptr<Integrator> integrator;  // from the end of initialization on
-  SolverSettings integrator_settings;      // that it was made with
-  double time = 0;                         // of the last communication point
+  std::unique_ptr<Integrator> integrator;  // null before the end of initialization
+  SolverSettings integrator_settings;      // settings of `integrator`
+  double time = 0;                         // time of the last communication point, s
 
  private:
   std::unique_ptr<IndependentCoordinates> independent_;  // null before the first request

@@ -24,7 +24,7 @@ bool is_a_method(SolverMethod method) {
 
 }  // namespace
 
-// The scalars at the begin of the bytes, in their order.
+// Visits the scalars at the beginning of the bytes, in their order.
 template <class Self, class Visit>
 void Snapshot::each_number(Self& self, const Visit& visit) {
   visit(self.life.state);

@@ -10,9 +10,9 @@
 
 namespace redysim {
 
-// The content of a saved state: everything that the future of an instance depends on.
+// The content of a saved state: all data that determine the continuation of an instance.
 struct Snapshot {
-  // Lengths of the arrays.
+  // Array lengths.
   struct Sizes {
     std::size_t parameters, scales, motions;
   };
@@ -32,8 +32,8 @@ struct Snapshot {
     return life.state != State::instantiated && life.state != State::initialization;
   }
 
-  void write(Bytes& bytes) const;  // without the integrator's
-  // False: invalid bytes for `system`. They must outlive the snapshot.
+  void write(Bytes& bytes) const;  // without the integrator's bytes
+  // False: `bytes` are invalid for `system`. They must outlive the snapshot.
   bool read(const Bytes& bytes, const Sizes& sizes, const System& system);
 
  private:

@@ -10,7 +10,7 @@
 namespace redysim {
 namespace {
 
-constexpr double tightest = 1e-13;  // relative; the right-hand side rounds
+constexpr double tightest = 1e-13;  // minimum rtol; the right-hand side has rounding errors
 
 }  // namespace
 
@@ -102,7 +102,7 @@ Transition& StepJacobian::transition(std::size_t knowns) {
   return *found;
 }
 
-// The system at the start of the step. Returns why it cannot be there, empty on success.
+// Sets system_ to the start of the step. Returns the reason of a failure, empty on success.
 std::string StepJacobian::go_to_start(double* y) {
   const double time = step_[0];
   system_.resize_inputs(step_.size() - first_input());
@@ -112,7 +112,7 @@ std::string StepJacobian::go_to_start(double* y) {
   system_.update_drives(simulation_.parameters);
   if (system_.plan().has_motion() && !follow_motion(system_, time, y)) return reasons::motion_impossible;
   if (!tangent_) tangent_ = std::make_unique<Tangent>(simulation_.model, system_);
-  if (system_.has_constraints()) {  // the elimination for lift
+  if (system_.has_constraints()) {  // lift needs the elimination
     tangent_->go_to(simulation_.parameters, system_, time, y);
     if (!has_parameters_) tangent_->apply_parameters();
     has_parameters_ = true;
@@ -120,7 +120,7 @@ std::string StepJacobian::go_to_start(double* y) {
   return {};
 }
 
-// As advance_by_breakpoints.
+// Integrates in parts, as advance_by_breakpoints.
 std::string StepJacobian::integrate(Transition& transition, double* y) {
   double time = step_[0];
   const double end = step_[1];
@@ -138,7 +138,7 @@ std::string StepJacobian::integrate(Transition& transition, double* y) {
   }
 }
 
-// The change of the state by a coordinate, moved to those that satisfy the loop constraints.
+// Adds the change of the state by a unit change of a coordinate, projected onto the loop constraints.
 void StepJacobian::lift(double time, const double* y, double* column, int coordinate) {
   const StateLayout& layout = system_.layout();
   if (coordinate >= 2 * velocities_) {
@@ -153,7 +153,7 @@ void StepJacobian::lift(double time, const double* y, double* column, int coordi
     if (system_.has_constraints()) system_.project_velocity(velocities);
     return;
   }
-  // positions, and rotation vectors of spherical joints, as the velocities that lead to them
+  // positions and rotation vectors of spherical joints, as velocities that lead to them in unit time
   std::vector<double> positions(static_cast<std::size_t>(layout.nv()));
   positions[at.velocity - layout.nq()] = 1;
   if (system_.has_constraints()) system_.project_velocity(positions.data());
@@ -174,7 +174,7 @@ const std::vector<Dual>& StepJacobian::row_rates(double time, const double* y, c
   return tangent_->row_rates(system_, time, y);
 }
 
-// The coordinate of a change of the state at y.
+// The change of a coordinate that belongs to a change of the state at y.
 double StepJacobian::lower(const double* y, const double* column, int coordinate) const {
   if (coordinate >= 2 * velocities_)
     return column[system_.layout().motor_q.begin + coordinate - 2 * velocities_];
@@ -201,7 +201,7 @@ Status StepJacobian::by_knowns(double time, const double* y, const DenseJacobian
   return Status::ok;
 }
 
-// False: not finite.
+// Sets the column of one known. False: not finite.
 bool StepJacobian::by_known(const Variable& known, double time, const double* y, double* column) {
   const StateLayout& layout = system_.layout();
   Tangent& tangent = *tangent_;

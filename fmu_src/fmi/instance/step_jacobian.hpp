@@ -12,10 +12,10 @@
 namespace redysim {
 
 // Derivatives of the state at the end of the last communication step by the state at its start, by force
-// inputs held in it, and by tunable parameters. Coordinates are tangential: positions and velocities of the
-// tree (rotation vectors and angular velocities in link axes of spherical joints), then the states of
-// actuators. Rows and columns of prescribed joints are 0. Computed when read, by a system of its own: the run
-// does not depend on it.
+// inputs held in the step, and by tunable parameters. Coordinates are tangential: positions and velocities of
+// the tree (for spherical joints rotation vectors and angular velocities in link axes), then actuator states.
+// Rows and columns of prescribed joints are 0. They are computed when read, by a separate System: the run
+// does not depend on them.
 class StepJacobian {
  public:
   enum Part { state, inputs, parameters };
@@ -28,14 +28,14 @@ class StepJacobian {
   void begin_step(bool parameters_changed);
   void end_step(bool ok);
   void forget();  // there is no last step: its derivative is the identity
-  // `with_knowns`: with the derivatives by inputs and parameters.
+  // `with_knowns`: including the derivatives by inputs and parameters.
   bool is_current(bool with_knowns) const {
     return current_ >= (with_knowns ? Current::all : Current::by_state);
   }
-  std::string update(bool with_knowns);  // returns why there are none, empty on success
+  std::string update(bool with_knowns);  // returns the reason of a failure, empty on success
   double entry(Part part, int element) const;
 
-  // The last step, which the values depend on, for saved states.
+  // Data of the last step, which determine the values, for saved states.
   const std::vector<double>& saved() const { return step_; }
   bool fits(const std::vector<double>& step) const;
   void restore(const std::vector<double>& step);
@@ -43,7 +43,7 @@ class StepJacobian {
  private:
   int coordinates() const { return 2 * velocities_ + system_.layout().actuators(); }
   std::size_t size() const { return static_cast<std::size_t>(system_.size()); }
-  std::size_t first_input() const { return 2 + 2 * size(); }  // in step_
+  std::size_t first_input() const { return 2 + 2 * size(); }  // index in step_
   void lift(double time, const double* y, double* column, int coordinate);
   const std::vector<Dual>& row_rates(double time, const double* y, const double* column);
   double lower(const double* y, const double* column, int coordinate) const;
@@ -55,15 +55,15 @@ class StepJacobian {
 
   Simulation& simulation_;
   System system_;
-  std::unique_ptr<Transition> transitions_[2];  // without and with knowns; null: never read
+  std::unique_ptr<Transition> transitions_[2];  // without and with knowns; null before the first use
   std::unique_ptr<Tangent> tangent_;
-  bool has_parameters_ = false;  // those of the step, as constants
+  bool has_parameters_ = false;  // tangent_ has the step's parameters, as constants
   std::vector<CoordinatePlace> coordinates_;
   int velocities_ = 0;
   std::vector<const Variable*> knowns_;  // force inputs, then parameters
   int inputs_ = 0;
-  std::vector<double> step_;              // start, end, states at both, inputs; empty: none
-  std::vector<double> columns_, values_;  // values_: coordinates() x (coordinates() + knowns), by columns
+  std::vector<double> step_;              // start time, end time, states at both, inputs; empty: no step
+  std::vector<double> columns_, values_;  // values_: coordinates() x (coordinates() + knowns), column-major
   enum class Current { none, by_state, all } current_ = Current::none;
 };
 

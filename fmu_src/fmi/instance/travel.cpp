@@ -21,7 +21,7 @@ void Travel::begin(const Simulation& simulation) {
 }
 
 void Travel::note(const Simulation& simulation) {
-  if (!has_begun_) begin(simulation);  // an instance that started with a saved state
+  if (!has_begun_) begin(simulation);  // for an instance that started with a saved state
   if (ranges_.empty()) return;
   const double* y = simulation.integrator->state();
   for (Range& range : ranges_)

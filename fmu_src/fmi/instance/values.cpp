@@ -92,7 +92,7 @@ void Values::update_coordinates() {
   coordinates_ = system().coordinates(simulation_.time, state_.y());
   coordinates_are_current_ = true;
   if (!plan().has_motion()) return;
-  // other evaluations use the memory of the system
+  // other evaluations overwrite the system's arrays
   std::copy_n(coordinates_.q, q_.size(), q_.begin());
   std::copy_n(coordinates_.qd, q_.size(), qd_.begin());
   coordinates_ = {q_.data(), qd_.data()};

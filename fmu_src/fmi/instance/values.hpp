@@ -27,7 +27,7 @@ class Values {
   }
   bool are_current(Needs needs) const {
     switch (needs) {
-      case Needs::nothing:  // all parameters act on a start in equilibrium and on the response to a jump
+      case Needs::nothing:  // in equilibrium, the start and the response to jumps depend on all parameters
         return parameters_.in_force() ||
                (integrator() ? !parameters_.state_is_due() && state_.follows_motion()
                              : !simulation_.model.starts_in_equilibrium);
@@ -47,7 +47,7 @@ class Values {
   }
   // Returns why the values cannot be computed, empty on success.
   std::string update(Needs needs);
-  // The value, and the time derivative of a row with rate_is_next. What they need is up to date.
+  // The value of a variable, and its time derivative if the row has rate_is_next. Call update(needs) first.
   double read(const Variable& variable) {
     return variable.row->storage == Storage::none
                ? variable.group->read(variable.row_index(), *this, variable)
@@ -55,7 +55,7 @@ class Values {
   }
   double read_rate(const Variable& variable);
 
-  // --- for rows of variables; each states what it needs ---
+  // --- for rows of variables; each row states its needs ---
 
   const Model& model() const { return simulation_.model; }
   const Plan<double>& plan() const { return simulation_.plan; }
@@ -73,17 +73,18 @@ class Values {
   Force<double> sensed_wrench(int frame) const { return sensed_->of(model().frames[frame]); }
   EquationTerms<double>& terms() { return *terms_; }
   StepJacobian* step_jacobian() { return step_jacobian_.get(); }  // null: not requested
-  // Force or torque of a drive: the input, the controller's, or that of the prescribed motion.
+  // Force or torque on a joint: its input, with the torque of controller or actuator, or the force required
+  // by its prescribed motion.
   double drive_force(int joint) const {
     return has_drive_forces() ? drive_forces_[joint] : simulation_.system.recursion_inputs()[joint];
   }
-  // What the drive takes: that of its actuator, if there is one, else drive_force.
+  // Input of the drive: that of its actuator if there is one, otherwise drive_force.
   double drive_input(int joint) {
     const Actuators* actuators = simulation_.system.actuators();
     const int index = actuators ? actuators->at(joint) : -1;
     return index < 0 ? drive_force(joint) : actuators->input(index);
   }
-  // Of the actuator of a joint.
+  // Response of a joint's actuator.
   const ActuatorResponse<double>& actuator(int joint) {
     const Actuators& actuators = *simulation_.system.actuators();
     return actuators.response(actuators.at(joint));
@@ -92,7 +93,7 @@ class Values {
     return simulation_.system.layout().quaternion.of(state_.y(), ball);  // of any length
   }
   const Vec3<double>& ball_acceleration(int ball) const { return ball_accelerations_[ball]; }
-  // Of the state y that a variable is (Row::state), or whose derivative it is; -1: none.
+  // Index in y of the state that a variable is (Row::state), or whose derivative it is; -1: none.
   int place(const Variable& variable) const {
     return place_of(simulation_.system, variable.row->state, variable);
   }
@@ -106,7 +107,7 @@ class Values {
   const std::string& independent_joint(int k) {
     return model().links[plan().joints[state_.independent().joint(k)].link].joint.name;
   }
-  // Among the states of a master.
+  // Index among the states of model exchange, or -1.
   int exchanged_place(const Variable& variable) const {
     return redysim::exchanged_place(simulation_.system, simulation_.independent(), variable.row->state,
                                     variable);
@@ -136,14 +137,14 @@ class Values {
   PrescribedMotion& motion_;
   std::vector<double> accelerations_, drive_forces_;  // of all joints
   std::vector<Vec3<double>> ball_accelerations_;
-  std::unique_ptr<SensedWrenches<double>> sensed_;  // null: no frame shows its wrench
-  std::unique_ptr<EquationTerms<double>> terms_;    // null: none requested
+  std::unique_ptr<SensedWrenches<double>> sensed_;  // null: no frame outputs its wrench
+  std::unique_ptr<EquationTerms<double>> terms_;    // null: not requested
   std::unique_ptr<StepJacobian> step_jacobian_;     // null: not requested
   std::vector<double> slopes_;                      // of y; empty before the first request
   std::vector<double> q_, qd_;                      // of all joints; empty without prescribed motions
-  System::Coordinates coordinates_{};               // these, or the state
+  System::Coordinates coordinates_{};               // q_, qd_ or the state
   static constexpr int none = ground - 1;
-  // the last one that was read, at the present accelerations: components are read one after the other
+  // the quantity read last, at the present accelerations: components are usually read one after the other
   template <class Quantity>
   struct Last {
     int index = none;
