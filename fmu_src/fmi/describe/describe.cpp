@@ -1,4 +1,4 @@
-// Prints a model as JSON: its variables, units, model structure and drawing. The packager needs nothing else.
+// Prints a model as JSON for the packager: its variables, units, model structure and drawing.
 
 #include <algorithm>
 #include <cmath>
@@ -87,7 +87,7 @@ void write_capabilities(Json& json) {
   json.member("needsExecutionTool", false).end_object();
 }
 
-// The flags of model exchange, or why the model has none.
+// Writes the flags of model exchange, or why the model does not support it.
 void write_model_exchange(Json& json, const Model& model, const Plan<double>& plan) {
   if (const char* why = objection_to_model_exchange(model)) {
     json.member("no_model_exchange", why);
@@ -125,7 +125,7 @@ void write_unit(Json& json, const Unit& unit) {
   json.end_array().end_object();
 }
 
-// Each unit once, in the order of first use.
+// Writes each unit once, in the order of first use.
 void write_units(Json& json, const Model& model, const VariableTable& table) {
   std::vector<const Unit*> used;
   json.key("units").begin_array();
@@ -230,7 +230,7 @@ void write_variables(Json& json, const Model& model, const VariableTable& table,
   json.end_array();
 }
 
-// Their names are made unique by the packager.
+// The packager makes their names unique.
 void write_arrays(Json& json, const Scene& scene, const VariableTable& table) {
   json.key("arrays").begin_array();
   for (const Variable& first : table.all()) {
@@ -301,7 +301,8 @@ void warn_of_contacts(const ModelFile& file, const std::string& path, System& sy
   }
 }
 
-// The model at the start of the FMU. Corrections by the assembly are warnings, impossible loops are errors.
+// The model at the start of the FMU. Corrections by the assembly become warnings; loops that cannot be
+// assembled are errors.
 Model assembled(const ModelFile& file, const std::string& path, const Plan<double>& plan,
                 std::vector<Diagnostic>& warnings) {
   check_movable(file.model, plan, path);
@@ -371,7 +372,7 @@ std::string description(const ModelFile& file, const std::string& path, std::vec
   return json.text() + "\n";
 }
 
-// Forward dynamics as straight-line C++ code, where that is faster than the recursion.
+// Forward dynamics as straight-line C++ code. Throws std::domain_error if the recursion is faster.
 std::string code(const ModelFile& file) {
   const Model& model = file.model;
   const std::vector<std::string> parts = features_of(model);

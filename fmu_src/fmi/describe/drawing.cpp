@@ -16,10 +16,10 @@ void write(Json& json, const Vec3<double>& v) {
   json.end_array();
 }
 
-// The links of the model file: a spherical joint carries the last link of its ball.
+// The links as in the model file: a spherical joint moves the last of its internal links.
 struct Shown {
-  std::vector<int> number;           // of a link in the drawing, -1 if it is not in it
-  std::vector<const Ball*> ball_of;  // the ball that turns a link, or null
+  std::vector<int> number;           // index of each link in the drawing, or -1
+  std::vector<const Ball*> ball_of;  // the spherical joint of a link, or null
 
   explicit Shown(const Model& model) : number(model.links.size(), 0), ball_of(model.links.size(), nullptr) {
     for (const Ball& ball : model.balls) {
@@ -41,7 +41,7 @@ const char* word_of(JointType type) {
   return std::find_if(std::begin(joint_types), std::end(joint_types), same)->first;
 }
 
-// Rotations given by quaternions: the rotating link, its reference link and the initial rotation.
+// Writes rotations given by quaternions: the rotating link, its reference link and the initial rotation.
 void write_balls(Json& json, const Model& model, const Shown& shown) {
   json.key("balls").begin_array();
   for (const Ball& ball : model.balls) {
@@ -53,7 +53,7 @@ void write_balls(Json& json, const Model& model, const Shown& shown) {
   json.end_array();
 }
 
-// A loop, spring or bushing: two points, each on a link or on ground.
+// Writes loops, springs or bushings: two points, each on a link or on ground.
 template <class Tie>
 void write_ties(Json& json, const char* key, const std::vector<Tie>& ties, const Model& model,
                 const std::vector<Pose>& poses) {
@@ -78,7 +78,7 @@ void write(Json& json, const char* key, const Mat3<double>& rotation) {
   json.end_array();
 }
 
-// The coupled joints, by the links of the drawing.
+// Writes the couplings with the drawing's link indices.
 void write_couplings(Json& json, const Model& model, const Shown& shown) {
   json.key("couplings").begin_array();
   for (const Coupling& coupling : model.couplings) {
@@ -89,9 +89,9 @@ void write_couplings(Json& json, const Model& model, const Shown& shown) {
   json.end_array();
 }
 
-constexpr int most_grid_lines = 60;  // of a height map in a drawing
+constexpr int most_grid_lines = 60;  // maximum, of a height map
 
-// Every k-th height; `grid` is the distance of those.
+// Writes every step-th height; `grid` is their spacing.
 void write_heights(Json& json, const BicubicSpline& map) {
   const int step = 1 + (std::max(map.rows(), map.columns()) - 1) / most_grid_lines;
   json.member("grid", step * map.spacing()).key("heights").begin_array();
@@ -103,7 +103,7 @@ void write_heights(Json& json, const BicubicSpline& map) {
   json.end_array();
 }
 
-// A shape: the pose of its frame at the start, and its sizes.
+// Writes a shape: its frame at the start, and its dimensions.
 void write_shape(Json& json, const char* side, const Shape& shape, const Model& model,
                  const std::vector<Pose>& poses) {
   const bool on_ground = shape.link == ground;
@@ -174,7 +174,7 @@ void write_drawing(Json& json, const Model& model, const std::vector<DrawnShape>
     json.begin_object().member("name", link.name).member("parent", shown.parent(model, static_cast<int>(i)));
     json.member("type", ball ? "spherical" : word_of(link.joint.type));
     json.member("joint", ball ? ball->name : link.joint.name).member("q", link.joint.q0);
-    // rad and m along z per unit of q
+    // rotation (rad) about and displacement (m) along z per unit of q
     const MotionSubspace S = motion_subspace(link.joint);
     json.member("turn", S.angular).member("slide", S.linear);
     if (std::isfinite(link.joint.lower)) json.member("lower", link.joint.lower);

@@ -6,8 +6,8 @@
 
 namespace redysim {
 
-// Writes gravity, and where links, loops, springs, contact shapes and drawn shapes stand at the start pose,
-// in the ground frame, SI.
+// Writes gravity and the start poses of links, loops, springs, contact shapes and drawn shapes, in the ground
+// frame, SI units.
 void write_drawing(Json& json, const Model& model, const std::vector<DrawnShape>& shapes);
 
 }  // namespace redysim

@@ -5,7 +5,7 @@
 
 namespace redysim {
 
-// Writes JSON in the order of the calls; numbers read back exactly, whatever the locale.
+// Writes JSON in the order of the calls; numbers can be read back exactly and do not depend on the locale.
 class Json {
  public:
   Json& begin_object() { return open('{'); }
@@ -35,7 +35,7 @@ class Json {
   void quote(std::string_view text);
 
   std::string text_;
-  bool first_ = true;  // nothing before in this object, array or member
+  bool first_ = true;  // no element yet in this object, array or member
 };
 
 }  // namespace redysim

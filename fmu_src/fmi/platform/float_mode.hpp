@@ -8,9 +8,9 @@
 
 namespace redysim {
 
-// Computes with IEEE 754's defaults (to nearest, no traps, no flushing) for as long as it lives, then gives
-// the environment back its modes and flags. A trap that a master has set would otherwise stop its process
-// in a trial step that leads nowhere, and a step that fails would leave its flags behind.
+// Sets IEEE 754's defaults (round to nearest, no traps, no flushing) during its lifetime, then restores the
+// modes and flags of the environment. Otherwise a trap set by the importer would stop its process in a trial
+// step that is later rejected, and a failed step would leave flags set.
 class FloatMode {
  public:
   FloatMode(const FloatMode&) = delete;

@@ -1,6 +1,6 @@
-// libstdc++'s from_chars for floating point has tables and long arithmetic of 21 kB, and Emscripten's libc++
-// has none. The strtod of glibc and musl rounds correctly, too, so the numbers are the same. toml++ reads the
-// numbers of a model with it. The function is not exported, so it serves this library only.
+// toml++ reads the numbers of a model with from_chars. libstdc++'s version for floating point adds 21 kB of
+// tables and long arithmetic, and Emscripten's libc++ has none. The strtod of glibc and musl also rounds
+// correctly, so the numbers are the same. The function is not exported: it serves this library only.
 
 #include <cerrno>
 #include <charconv>
@@ -14,7 +14,7 @@
 
 namespace std {
 
-// Decimal numbers of at most 1000 characters, without infinities and NaN.
+// Reads decimal numbers of at most 1000 characters, without infinities and NaN.
 from_chars_result from_chars(const char* first, const char* last, double& value, chars_format) noexcept {
   char text[1001];
   size_t length = 0;
@@ -27,7 +27,7 @@ from_chars_result from_chars(const char* first, const char* last, double& value,
   const int before = errno;
   errno = 0;
   const double number = strtod_l(text, &end, newlocale(LC_ALL_MASK, "C", nullptr));  // a constant
-  // subnormal numbers are reported, too
+  // subnormal numbers also set ERANGE
   const bool in_range = errno != ERANGE || (number != 0 && !isinf(number));
   errno = before;
   if (end == text) return {first, errc::invalid_argument};

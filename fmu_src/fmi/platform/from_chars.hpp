@@ -1,7 +1,8 @@
 #pragma once
 
-// Declares what Emscripten's libc++ lacks. from_chars.cpp defines from_chars; to_chars occurs in functions of
-// toml++ that nothing calls. CMake includes this file in front of each file of the model reader.
+// Declares functions missing in Emscripten's libc++. from_chars.cpp defines from_chars; to_chars is used only
+// by functions of toml++ that are never called. CMake includes this file before each file of the model
+// reader.
 
 #include <charconv>
 

@@ -1,6 +1,6 @@
-// The library loads wherever glibc is 2.17 (2012) or newer, though it is linked against a newer one: what
-// glibc has renewed since is bound to its first version here, or written in what was always there. All
-// definitions are hidden, so they serve this library only.
+// Makes the library loadable with glibc 2.17 (2012) or newer, although it is linked with a newer one.
+// Functions renewed since then are bound to their first version or defined here. All definitions are hidden,
+// so they serve this library only.
 
 #include <cstdlib>  // names the C library
 
@@ -13,7 +13,7 @@
 
 #include <cstdint>
 
-// C functions with errno handling that 2.29 and 2.35 dropped; the values are the same
+// C functions whose errno handling 2.29 and 2.35 removed; the values are the same
 #ifdef __x86_64__
 #define REDYSIM_FIRST_VERSION(name) __asm__(".symver redysim_" #name ", " #name "@GLIBC_2.2.5")
 #else
@@ -23,7 +23,7 @@ REDYSIM_FIRST_VERSION(exp);
 REDYSIM_FIRST_VERSION(log);
 REDYSIM_FIRST_VERSION(pow);
 REDYSIM_FIRST_VERSION(hypot);
-// what fstat was made of before 2.33
+// fstat used it before 2.33
 REDYSIM_FIRST_VERSION(__fxstat);
 
 #define REDYSIM_OURS(name) __asm__(#name) __attribute__((visibility("hidden")))
@@ -57,11 +57,12 @@ int our_fstat(int descriptor, struct stat* status) {
   return redysim___fxstat(kernels, descriptor, status);
 }
 
-// libstdc++ counts references without atomics when this says so (2.32); atomics are always right
+// if true, libstdc++ counts references without atomics (2.32); atomics are always correct
 extern char our_single_threaded REDYSIM_OURS(__libc_single_threaded);
 char our_single_threaded = 0;
 
-// libgcc's unwinder sets up its tables once (2.34: in libc; before: in libpthread, which may be absent)
+// libgcc's unwinder initialises its tables with it (in libc since 2.34; before in libpthread, which may be
+// absent)
 int our_pthread_once(int* control, void (*routine)()) REDYSIM_OURS(pthread_once);
 int our_pthread_once(int* control, void (*routine)()) {
   enum { untouched = 0, running = 1, done = 2 };
@@ -75,12 +76,12 @@ int our_pthread_once(int* control, void (*routine)()) {
   return 0;
 }
 
-// libgcc asks only whether it exists
+// libgcc only checks whether it exists
 int our_pthread_key_create() REDYSIM_OURS(__pthread_key_create);
 int our_pthread_key_create() { return 0; }
 
-// libgcc's unwinder asks where the unwind table of the code at `pc` is (2.35)
-struct FoundObject {  // struct dl_find_object of both
+// libgcc's unwinder finds the unwind table of the code at `pc` with it (2.35)
+struct FoundObject {  // struct dl_find_object of both architectures
   unsigned long long flags;
   void* map_start;
   void* map_end;

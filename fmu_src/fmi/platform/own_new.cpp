@@ -1,6 +1,7 @@
-// On macOS a library that is linked with libc++ statically would show its operators new and delete, and the
-// loader would share them among all libraries. These are hidden (-fvisibility-global-new-delete=force-hidden)
-// and serve this one only. All of them are here, or the linker would take libc++'s file of them as well.
+// On macOS a library that is linked statically with libc++ would export its operators new and delete, and the
+// loader would share them among all libraries. These operators are hidden
+// (-fvisibility-global-new-delete=force-hidden) and serve this library only. All must be defined here;
+// otherwise the linker would also use those of libc++.
 
 #include <cstddef>
 #include <cstdlib>

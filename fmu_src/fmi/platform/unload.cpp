@@ -1,5 +1,5 @@
-// A library that is loaded and unloaded a thousand times must leave nothing behind. libstdc++, linked in
-// statically, keeps a pool for exceptions in low memory and gives it back to leak checkers only: ask for it.
+// Loading and unloading the library repeatedly must not leak memory. The statically linked libstdc++ keeps a
+// pool for exceptions in low memory and frees it for leak checkers only: request that here.
 
 #include <cstddef>  // names the C++ library
 

@@ -1,5 +1,5 @@
-// The library in a web page: instances whose log goes to the page. The model file and the files that it names
-// come from the page, too (model/read/open_file.cpp).
+// The library in a web page: creates instances whose log goes to the page. The page also provides the model
+// file and the files that it names (model/read/open_file.cpp).
 
 #include "fmi2Functions.h"
 
@@ -8,14 +8,14 @@ extern "C" {
 __attribute__((import_module("host"), import_name("log"))) void redysim_host_log(int status,
                                                                                  const char* text);
 
-// The instance of the model file `model/model.toml`; null, with the reason logged, if there is none.
+// Creates an instance of the model file `model/model.toml`. Returns null and logs the reason if that fails.
 fmi2Component redysim_instantiate(fmi2String guid);
 
 }  // extern "C"
 
 namespace {
 
-// Percent signs of the text are doubled, as in every printf format.
+// Percent signs of the text are doubled, as for a printf format.
 void log(fmi2ComponentEnvironment, fmi2String, fmi2Status status, fmi2String, fmi2String text, ...) {
   redysim_host_log(status, text);
 }

@@ -4,7 +4,7 @@
 #include "fmi/variables/entry.hpp"
 #include "fmi/variables/parameters.hpp"
 
-// Outputs and tunable parameters of the actuator of a joint. Its input: joint.cpp.
+// Outputs and tunable parameters of a joint's actuator. Its input is defined in joint.cpp.
 
 namespace redysim {
 
@@ -180,7 +180,7 @@ void explain_lag(const Model& model, const Variable& variable, Presentation& sho
   shown.quantity = shown.quantity.name ? quantity::voltage : Quantity{&volt_per_second};
 }
 
-// States that are no outputs, and slopes.
+// States that are not outputs, and derivatives of states.
 constexpr Entry state_entries[] = {
     motor_angle_entry.local(),
     motor_velocity_entry.local(),

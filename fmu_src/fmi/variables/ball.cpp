@@ -16,7 +16,7 @@ bool is_driven(const Scene& scene, const Variable& variable) {
 }
 
 double read_quaternion(Values& at, const Variable& v) {
-  if (at.is_integrated_outside()) return at.state(v);  // what was set, of any length
+  if (at.is_integrated_outside()) return at.state(v);  // as set by the importer, of any length
   return Eigen::Map<const Eigen::Vector4d>(at.ball_quaternion(v.ball)).normalized()[v.element];
 }
 
@@ -93,7 +93,7 @@ constexpr Entry motion_entries[] = {
         .labels(angle_axes),
 };
 
-// Those in loops follow from independent coordinates.
+// Spherical joints in loops follow from independent coordinates.
 bool is_integrated(const Scene& scene, const Variable& variable) {
   return !scene.is_in_cluster(variable.joint + 1);
 }

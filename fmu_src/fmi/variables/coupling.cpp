@@ -61,7 +61,7 @@ double force_derivative(OutputDerivatives& of, const Variable& v) {
   return -coupling_force(coupling, tangent.q.data(), tangent.qd.data()).sum().derivative;
 }
 
-// The positions of all joints count; the variable has the first one.
+// Depends on the positions of all its joints; the variable itself stores the first joint only.
 bool depends_on_positions(const Variable& unknown, const Variable& known, const Components& components) {
   Variable at = unknown;
   for (int link : components.model().couplings[unknown.coupling].links) {
@@ -71,7 +71,7 @@ bool depends_on_positions(const Variable& unknown, const Variable& known, const 
   return false;
 }
 
-// Radians if all joints turn, metres if all slide.
+// Unit: radian if all joints turn, metre if all slide.
 void measure(const Model& model, const Variable& v, Presentation& shown, const Quantity& turning,
              const Quantity& sliding) {
   int turns_count = 0;

@@ -117,8 +117,8 @@ bool energies(const Variable& unknown, const Variable& known, const Components& 
 
 namespace {
 
-// Whether a state depends on another: on itself, a quaternion (whose output may be normalised) on all of its
-// components.
+// Whether a state depends on another one: only on itself. A quaternion depends on all its components, since
+// its output may be normalised.
 bool is_same_state(const Variable& unknown, const Variable& known) {
   return known.row == unknown.row && known.joint == unknown.joint && known.ball == unknown.ball &&
          (known.row->state == StatePart::quaternion || known.element == unknown.element);
@@ -128,7 +128,7 @@ bool is_independent(const Variable& variable) {
   return variable.row->state == StatePart::independent_q || variable.row->state == StatePart::independent_qd;
 }
 
-// Whether `unknown`, which is no state, depends on the state `known`.
+// Whether `unknown`, which is not a state, depends on the state `known`.
 bool by_state(const Variable& unknown, const Variable& known, const Components& components) {
   const Row& row = *unknown.row;
   if (row.type != VariableType::real || row.variability == Variability::discrete) return false;
@@ -141,7 +141,7 @@ bool by_state(const Variable& unknown, const Variable& known, const Components& 
 
 // Longer lists are replaced by "all": the size of descriptions is linear in the number of variables.
 constexpr std::size_t longest_list = 500;
-// Lists of states may be longer as long as there are few.
+// Lists of states may be longer if there are few of them.
 constexpr std::size_t listed_per_variable = 20;
 
 // Applies rules to an unknown and all knowns.
@@ -162,7 +162,7 @@ class Collector {
     const Rule depends = initial_ ? words.at_start : words.at_point;
     Dependencies row;
     row.unknown = unknown;
-    // the entries of a matrix outnumber all other variables
+    // a matrix has more entries than all other variables together
     row.all = depends && variable.row->columns > 0;
     for (std::size_t k = 0; depends && !row.all && k < settable_.size(); ++k) {
       if (depends(variable, all_[settable_[k]], components_)) row.knowns.push_back(settable_[k]);

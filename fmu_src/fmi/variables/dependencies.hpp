@@ -4,7 +4,7 @@
 
 #include "fmi/variables/variables.hpp"
 
-// The model structure of the XML: which variables an output depends on. Used by `describe` alone.
+// The model structure of the XML: which variables an output depends on. Used by `describe` only.
 
 namespace redysim {
 
@@ -58,7 +58,8 @@ bool energies(const Variable& unknown, const Variable& known, const Components& 
 // Whether an output is a known times a constant factor.
 enum class ConstantFactor { no, unless_assembled, always };
 
-// Knowns by index into VariableTable::all(). `all`: every known, or too many to list; `knowns` is empty then.
+// Knowns by index into VariableTable::all(). `all`: depends on every known, or on too many to list; then
+// `knowns` is empty.
 struct Dependencies {
   int unknown = 0;
   bool all = false;
@@ -66,22 +67,22 @@ struct Dependencies {
   bool constant = false;
 };
 
-// The variables that are the states of a master, and their time derivatives; by index into
-// VariableTable::all(). Empty if the model has no model exchange.
+// The states of model exchange and their time derivatives, as indices into VariableTable::all(). Empty if the
+// model does not support model exchange.
 struct StateVariables {
   std::vector<int> states, slopes;
 };
 StateVariables state_variables(const VariableTable& table, const Model& model, const System& system,
                                const IndependentCoordinates& states);
 
-// At a communication point or a time of model exchange: direct dependencies on inputs and states, of all
-// outputs and of all slopes.
+// Direct dependencies on inputs and states of all outputs and all derivatives of states, at a communication
+// point or, in model exchange, at any time.
 std::vector<Dependencies> output_dependencies(const VariableTable& table, const Scene& scene,
                                               const StateVariables& states);
 std::vector<Dependencies> slope_dependencies(const VariableTable& table, const Scene& scene,
                                              const StateVariables& states);
 
-// In initialization mode: on inputs, start values and tunable parameters.
+// Dependencies in initialization mode: on inputs, start values and tunable parameters.
 std::vector<Dependencies> initial_dependencies(const VariableTable& table, const Scene& scene);
 
 }  // namespace redysim

@@ -2,7 +2,7 @@
 
 #include "fmi/variables/variables.hpp"
 
-// What drives a joint with one DOF: conditions of its variables.
+// Conditions on the drive of a joint with one DOF, for its variables.
 
 namespace redysim {
 
@@ -26,7 +26,7 @@ bool actuator_with(const Scene& scene, const Variable& variable) {
   return actuator && is_driven(scene, variable) && (actuator->*has)();
 }
 
-// An inverse model ends at the joint: what drives the actuator is not computed.
+// Without a drive torque, the model ends at the joint: the input of its actuator is not computed.
 inline bool ends_at_joint(const Scene& scene, const Variable& variable) {
   return !is_driven(scene, variable) && actuator_of(scene.model, variable);
 }
@@ -38,8 +38,8 @@ inline bool takes_voltage(const Scene& scene, const Variable& variable) {
 // Whether the current of a motor is a state (actuator.cpp).
 bool has_inductance(const Scene& scene, const Variable& variable);
 
-// Of the motion of a joint in a loop or rigid coupling that is not prescribed: no state. Those of its motor
-// are.
+// Whether the variable is a motion of a dependent joint: in a loop or rigid coupling and not prescribed. Then
+// it is not a state. States of its motor are states.
 inline bool is_dependent(const Scene& scene, const Variable& variable) {
   const Row& row = *variable.row;
   const StatePart part = row.state != StatePart::none ? row.state : row.slope_of;

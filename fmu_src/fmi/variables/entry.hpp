@@ -20,7 +20,7 @@ struct Entry {
   Row row;
   Words words;
 
-  // null: it always exists, is not computed, is not a parameter ...; a derivative that is null is 0
+  // null: always exists, is not computed, is not a parameter, ...; a null derivative is 0
   bool (*condition)(const Scene&, const Variable&) = nullptr;
   double (*value)(Values&, const Variable&) = nullptr;
   double& (*place)(Parameters<double>&, const Variable&) = nullptr;
@@ -30,7 +30,7 @@ struct Entry {
 
   // --- the running FMU ---
 
-  constexpr Entry of(Owner owner) const {  // the same of another kind of owner
+  constexpr Entry of(Owner owner) const {  // the same entry for another kind of owner
     Entry e = *this;
     e.row.owner = owner;
     return e;
@@ -41,7 +41,7 @@ struct Entry {
     e.row.columns = static_cast<std::uint8_t>(columns);
     return e;
   }
-  constexpr Entry bounds(Bounds bounds, int elements = 255) const {  // of the first elements
+  constexpr Entry bounds(Bounds bounds, int elements = 255) const {  // for the first elements
     Entry e = *this;
     e.row.bounds = bounds;
     e.row.bounded = static_cast<std::uint8_t>(elements);
@@ -76,7 +76,7 @@ struct Entry {
     e.row.group = group;
     return e;
   }
-  // A local variable, for model exchange: a state or a derivative. After in(): it exists where the output
+  // Makes a local variable for model exchange: a state or a derivative. After in(): it exists if the output
   // does not.
   constexpr Entry local() const {
     Entry e = *this;
@@ -105,7 +105,8 @@ struct Entry {
     e.row.needs = needs;
     return e;
   }
-  // The member of Parameters<Scalar>. There are derivatives by it if it is one on dual numbers, too.
+  // `member` returns the member of Parameters<Scalar>. Derivatives by it exist if it also accepts dual
+  // numbers.
   template <class Member>
   constexpr Entry sets(Member member) const {
     Entry e = *this;
@@ -225,14 +226,14 @@ struct Column {
   static constexpr std::array<Item, count> items = made();
 };
 
-// Whether a function pointer is not null, by the identity of types: where gcc checks for undefined behaviour,
-// its comparison with null is not a constant.
+// Whether a function pointer is not null, by comparison of types: with gcc's checks for undefined behaviour,
+// the comparison with null is not a constant.
 template <auto function>
 inline constexpr bool is_set = !std::is_same_v<std::integral_constant<decltype(function), function>,
                                                std::integral_constant<decltype(function), nullptr>>;
 
-// The functions of all entries of a group, by the index of the row. A call is a chain of comparisons with
-// constants. Tables of function pointers would be relocated when the library is loaded.
+// The functions of all entries of a group, selected by row index. A call is a chain of comparisons with
+// constants, since tables of function pointers would need relocation when the library is loaded.
 template <const auto& entries>
 struct Functions {
   template <auto function, std::size_t i = 0, class Result, class... Arguments>

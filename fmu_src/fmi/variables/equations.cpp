@@ -58,7 +58,7 @@ constexpr Entry entries[] = {
          "Generalized force of springs, dampers, friction, stops and contact: "),
 };
 
-// Rows: force, moment.
+// Row 0 of the group is the force, row 1 the moment.
 int reaction_index(const Model& model, const Variable& v) {
   int axis = v.element + model.links[v.link].joint.turned;
   if (axis > 2) axis -= 3;

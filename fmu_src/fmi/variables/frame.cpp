@@ -61,7 +61,7 @@ struct FrameMotion {
     return body.state.rotation * Mat3<Scalar>(frame.rotation.template cast<Scalar>());
   }
   Vec3<Scalar> acceleration() const { return point_acceleration(body, origin().arm); }
-  // as an inertial sensor measures them, in axes of the frame
+  // as an inertial sensor measures it, in frame axes
   Vec3<Scalar> proper_acceleration() const {
     return rotation().transpose() * Vec3<Scalar>(acceleration() - gravity);
   }
@@ -79,7 +79,7 @@ FrameMotion<Dual> change(OutputDerivatives& of, const Variable& v) {
           of.tangent().parameters.gravity};
 }
 
-// The quaternion with w >= 0.
+// A component of the quaternion with w >= 0.
 double read_quaternion(Values& at, const Variable& v) {
   const Eigen::Quaterniond quaternion(motion(at, v).rotation());
   const double sign = quaternion.w() < 0 ? -1 : 1;

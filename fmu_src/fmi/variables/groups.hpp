@@ -4,7 +4,7 @@
 
 #include "fmi/variables/row.hpp"
 
-// Groups of variables, defined in the file of their subject.
+// Groups of variables; each one is defined in the file of its subject.
 
 namespace redysim {
 
@@ -129,7 +129,7 @@ struct WorkSlopes {  // energy.cpp
   static const WordGroup words;
 };
 
-// In the order of the XML.
+// All groups, in the order of the XML.
 using Groups =
     std::tuple<JointMotionVariables, BallMotionVariables, JointDriveVariables, ActuatorVariables,
                FrameVariables, LoopVariables, CouplingVariables, ContactVariables, EnergyVariables,

@@ -10,7 +10,7 @@
 namespace redysim {
 namespace {
 
-// By inputs, not by a trajectory.
+// Whether inputs prescribe the motion, not a trajectory.
 bool takes_motion(const Scene& scene, const Variable& variable) {
   if (joint_of(scene.model, variable).drive != Drive::motion) return false;
   for (const Trajectory& trajectory : scene.model.trajectories)
@@ -75,7 +75,7 @@ void explain_force(const Model& model, const Variable& variable, Presentation& s
   if (drive == Drive::locked) shown.description.replace(0, 5, "Holding").append(" (locked)");
 }
 
-// Whether the drive force is computed from accelerations or state. Otherwise it is an input.
+// Whether the drive force is computed from accelerations or the state; otherwise it is an input.
 bool force_follows(const Variable& variable, const Components& components) {
   return components.plan().joints[variable.joint].prescribed ||
          controlled_joint(components.model().controller.joints, variable.link) != nullptr;
@@ -91,14 +91,14 @@ bool power_at_point(const Variable& unknown, const Variable& known, const Compon
   return at_point::jumps(unknown, known, components) || is_own_force(unknown, known);
 }
 
-// The parameters of an actuator act on its torque.
+// The parameters of an actuator also affect its torque.
 bool power_at_start(const Variable& unknown, const Variable& known, const Components& components) {
   if (force_follows(unknown, components) || actuator_of(components.model(), unknown))
     return initially::accelerations(unknown, known, components);
   return initially::velocity(unknown, known, components) || is_own_force(unknown, known);
 }
 
-// Derivative of what the drive takes.
+// Derivative of Values::drive_input.
 double input_derivative(OutputDerivatives& of, const Variable& v) {
   const Actuators* actuators = of.values().system().actuators();
   const int index = actuators ? actuators->at(v.joint) : -1;

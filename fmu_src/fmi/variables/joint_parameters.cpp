@@ -14,8 +14,8 @@ constexpr Unit volt_second_per_radian{"V.s/rad", 1, 2, -2, -1, nullptr, 1, -1};
 constexpr Unit volt_per_metre{"V/m", 1, 1, -3, 0, nullptr, 1, -1};
 constexpr Unit volt_second_per_metre{"V.s/m", 1, 1, -2, 0, nullptr, 1, -1};
 
-// Gains are forces per error; those of computed torque are accelerations, those of DC motors voltages per
-// error.
+// Units of gains: force per error; acceleration per error for computed torque; voltage per error for DC
+// motors.
 template <const Unit& per_acceleration, const Unit& of_turning, const Unit& of_sliding>
 void measure_gain(const Model& model, const Variable& v, Presentation& shown) {
   if (model.controller.law == Law::computed_torque) shown.quantity = {&per_acceleration, nullptr};

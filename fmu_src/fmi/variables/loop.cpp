@@ -13,7 +13,7 @@ bool has_multiplier(const Scene& scene, const Variable& v) {
   return v.element < multiplier_count(scene.model.loops[v.loop]);
 }
 
-// Index of a multiplier among all constraint rows; -1: omitted in a planar scene, its value is 0.
+// Index of a multiplier among all constraint rows; -1: omitted in a planar scene, with the value 0.
 template <class Scalar>
 int multiplier_row(const Plan<Scalar>& plan, const Variable& v) {
   const LoopPlan<Scalar>& loop = plan.loops[v.plan_loop];

@@ -46,14 +46,14 @@ const Words& words_of(const Variable& variable) {
 
 namespace {
 
-// Of a spherical joint four positions or three velocities.
+// A spherical joint has four positions or three velocities.
 std::vector<TreeCoordinate> tree_coordinates(const Model& model, bool positions) {
   std::vector<TreeCoordinate> found;
   for (std::size_t i = 0; i < model.links.size(); ++i) {
     const Joint& joint = model.links[i].joint;
     if (!moves(joint)) continue;
     TreeCoordinate coordinate{"joint '" + joint.name + "'", !turns(joint)};
-    int part = -1;  // of no spherical joint
+    int part = -1;  // not part of a spherical joint
     for (const Ball& ball : model.balls)
       if (const int k = static_cast<int>(i) - ball.chart_link; 0 <= k && k < 4) {
         part = k;

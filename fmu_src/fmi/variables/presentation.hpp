@@ -15,24 +15,24 @@ struct Presentation {
   std::string description;
 };
 
-// The part of an entry for the XML. Of two quantities or texts the first is for joints that turn. In a text
-//   %  is the owner, for example joint 'elbow',
-//   $  is the label of the element, & that of its matrix row.
+// The part of an entry for the XML. Quantities and texts exist for turning and for sliding joints. In a text
+// %  is replaced by the owner, for example joint 'elbow',
+// $  by the label of the element, & by that of its matrix row.
 struct Words {
   Quantity turning, sliding;
   const char* turning_text = "";
   const char* sliding_text = "";
   const char* const* labels = nullptr;
   int label_count = 1;
-  void (*adapt)(const Model&, const Variable&, Presentation&) = nullptr;  // for what depends on the model
+  void (*adapt)(const Model&, const Variable&, Presentation&) = nullptr;  // depends on the model
 
   double (*start)(const Model&, const Variable&) = nullptr;  // of an input; null: 0
   Rule at_point = nullptr, at_start = nullptr;               // dependencies of an output; null: none
   ConstantFactor constant = ConstantFactor::no;
 };
 
-// The velocities of the tree (dynamics/equation_terms.hpp), and its positions, with the quaternions of
-// spherical joints.
+// Names of the velocities of the tree (dynamics/equation_terms.hpp), and of its positions, with quaternions
+// for spherical joints.
 struct TreeCoordinate {
   std::string name;
   bool slides = false, is_quaternion = false;

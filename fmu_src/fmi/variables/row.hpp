@@ -26,7 +26,7 @@ enum class Variability : std::uint8_t { fixed, tunable, discrete, continuous };
 // The owner of a variable; its name is the first part of the name of the variable.
 enum class Owner : std::uint8_t { model, joint, ball, frame, loop, coupling, contact, link };
 
-// What must be computed before a value is read.
+// What must be computed before reading a value.
 enum class Needs : std::uint8_t {
   nothing,
   parameters,
@@ -37,11 +37,11 @@ enum class Needs : std::uint8_t {
   step_jacobian_by_knowns
 };
 
-// Where a value is stored: a parameter in Parameters, an input in System::inputs(), a prescribed motion as
-// one of its three derivatives.
+// Where a value is stored: a parameter in Parameters, an input in System::inputs(), a prescribed motion by
+// its order of differentiation.
 enum class Storage : std::uint8_t { none, parameter, input, motion };
 
-// The part of the state y (StateLayout) that a variable is, or whose time derivative it is.
+// The part of the state y (StateLayout) that a variable represents, or whose time derivative it is.
 enum class StatePart : std::uint8_t {
   none,
   q,
@@ -65,7 +65,7 @@ namespace acts {
 inline constexpr unsigned force = 1;
 inline constexpr unsigned position = 2, velocity = 4;  // start values, or a prescribed motion
 inline constexpr unsigned mass = 8, weight = 16, armature = 32;
-inline constexpr unsigned potential = 64, resistance = 128;  // of springs and stops; of dampers and friction
+inline constexpr unsigned potential = 64, resistance = 128;  // springs and stops; dampers and friction
 inline constexpr unsigned gravity = 256;
 inline constexpr unsigned target = 512, gain = 1024;
 }  // namespace acts
@@ -83,7 +83,7 @@ struct Scene {
   }
 };
 
-// Numbers of rows or columns of an array that depend on the model.
+// Numbers of rows or columns that depend on the model.
 inline constexpr std::uint8_t per_velocity = 255;  // of the tree (dynamics/equation_terms.hpp)
 inline constexpr std::uint8_t per_coordinate = 254, per_input = 253, per_tunable = 252;  // of a step Jacobian
 inline constexpr std::uint8_t per_position = 251, per_actuator_state = 250;  // of a state to apply
@@ -112,10 +112,10 @@ struct Lengths {
   }
 };
 
-// Characters in place: a pointer would be relocated when the library is loaded.
+// A character array: a pointer would need relocation when the library is loaded.
 struct RowName {
   constexpr RowName(const char* name) {
-    for (int i = 0; name[i]; ++i) text[i] = name[i];  // a longer name is no constant
+    for (int i = 0; name[i]; ++i) text[i] = name[i];  // a name that is too long does not compile
   }
   char text[24] = {};
 };
@@ -129,14 +129,14 @@ struct Row {
   // array with index "[i]", or "[i,j]" if columns > 0; 1, 0: scalar; each may be one of Lengths
   std::uint8_t rows = 1, columns = 0;
   Bounds bounds = Bounds::none;
-  std::uint8_t bounded = 255;  // the bounds hold for the first elements only
-  bool in_group = false;       // exists if `group` is requested; a local variable: if it is not
+  std::uint8_t bounded = 255;  // the bounds apply only to this number of first elements
+  bool in_group = false;       // exists if `group` is requested; a local variable if it is not
   OutputGroup group = OutputGroup::acceleration;
   Needs needs = Needs::nothing;
   Storage storage = Storage::none;
-  std::uint8_t motion_order = 0;    // of a prescribed motion: 0 position, 1 velocity, 2 acceleration
+  std::uint8_t motion_order = 0;    // order of a prescribed motion: 0 position, 1 velocity, 2 acceleration
   bool adds_to_controller = false;  // named "<name>_added" if a controller drives the joint
-  bool has_direction = false;       // there are derivatives by it
+  bool has_direction = false;       // derivatives by it exist
   bool rate_is_next = false;        // its time derivative is the value of the next row
   StatePart state = StatePart::none, slope_of = StatePart::none;
   std::uint16_t acts = 0;
@@ -148,7 +148,7 @@ struct Row {
   bool is_array() const { return rows > 1 || columns > 0; }
 };
 
-// The rows of a group and their functions, which take the index of the row; null if no row has one.
+// The rows of a group and their functions, which take the row index; null if no row has this function.
 struct RowGroup {
   const Row* rows;
   int count;

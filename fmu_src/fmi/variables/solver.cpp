@@ -16,7 +16,7 @@ bool chooses_method(const Scene& scene, const Variable&) {
   return scene.model.solver.method == SolverMethod::automatic;
 }
 
-// Numbers as in the description of solver.active.
+// The numbers are listed in the description of solver.active.
 double read_method(Values& at, const Variable&) {
   switch (at.integrator() ? at.integrator()->method() : SolverMethod::automatic) {
     case SolverMethod::erk:

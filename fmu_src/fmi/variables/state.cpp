@@ -1,6 +1,6 @@
 #include "fmi/variables/entry.hpp"
 
-// The state that a master gives between two steps. A start value without effect on the start: no
+// The state that the importer applies between two steps. It does not affect the start, so it has no
 // dependencies.
 
 namespace redysim {

@@ -5,7 +5,7 @@
 namespace redysim {
 namespace {
 
-// Of a joint with one DOF, among those in the state, which are in the order of the plan; -1: prescribed.
+// Index among the integrated joints, in the order of the plan, of a joint with one DOF; -1: prescribed.
 int integrated_place(const System& system, int joint) {
   for (int k = std::min(joint, system.simple() - 1); k >= 0; --k)
     if (system.joint_of(k) == joint) return k;

@@ -8,21 +8,21 @@
 
 namespace redysim {
 
-// The place in y of the part of a variable; -1: the model does not integrate it.
+// Index in y of the part that a variable represents; -1: the model does not integrate it.
 int place_of(const System& system, StatePart part, const Variable& variable);
 
-// The place among the states of a master: entries of y that it keeps, independent positions, independent
-// velocities; -1: none.
+// Index among the states of model exchange (kept entries of y, independent positions, independent
+// velocities); -1: none.
 int exchanged_place(const System& system, const IndependentCoordinates& states, StatePart part,
                     const Variable& variable);
 
-// A velocity of the tree and its position in the state.
+// Indices of a velocity of the tree and of its position in the state.
 struct CoordinatePlace {
-  int position, velocity;  // the first ones of a spherical joint; -1: prescribed
-  int joint;               // of the plan
-  int ball, axis;          // ball -1: of a joint with one degree of freedom
+  int position, velocity;  // of a spherical joint: the first position; -1: prescribed
+  int joint;               // index into the plan
+  int ball, axis;          // ball -1: a joint with one degree of freedom
 };
-// In the order of the tree (dynamics/equation_terms.hpp).
+// All velocities in the order of the tree (dynamics/equation_terms.hpp).
 std::vector<CoordinatePlace> coordinate_places(const System& system);
 
 }  // namespace redysim

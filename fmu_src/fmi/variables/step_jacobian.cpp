@@ -3,12 +3,13 @@
 #include "fmi/instance/values.hpp"
 #include "fmi/variables/entry.hpp"
 
-// Derivatives of a whole communication step. They do not change between two steps: they have no dependencies.
+// Derivatives of a whole communication step. They are constant between two steps, so they have no
+// dependencies.
 
 namespace redysim {
 namespace {
 
-// Rows are the parts in their order.
+// The rows have the order of StepJacobian::Part.
 double read(Values& at, const Variable& v) {
   return at.step_jacobian()->entry(static_cast<StepJacobian::Part>(v.row_index()), v.element);
 }

@@ -4,7 +4,7 @@
 
 namespace redysim {
 
-// A unit by exponents of the SI base units, and its display unit (null: the same).
+// A unit as exponents of the SI base units, and its display unit (null: the same).
 struct Unit {
   const char* name;
   int kg, m, s, rad;

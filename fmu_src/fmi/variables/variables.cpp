@@ -25,18 +25,18 @@ std::array<const RowGroup*, sizeof...(Group)> all_groups(const std::tuple<Group.
 }
 auto all_groups() { return all_groups(static_cast<const Groups*>(nullptr)); }
 
-// That the model file lists one by one.
+// Whether the model file must list it to make it tunable.
 bool is_tunable(const Row& row) { return row.variability == Variability::tunable && !row.in_group; }
 
-// A local variable exists where the output of its group does not.
+// Whether it is requested. A local variable exists if the output of its group does not.
 bool is_requested(const Model& model, const Row& row) {
   const bool local = row.causality == Causality::local;
   if (local && objection_to_model_exchange(model)) return false;
   return !row.in_group || model.fmu.shows(row.group) != local;
 }
 
-// In the XML the variables of one frame, loop, coupling or contact are adjacent; of joints, one variable of
-// all joints is.
+// The order of the XML: the variables of one frame, loop, coupling, contact or link are adjacent; for joints,
+// each variable is listed for all joints.
 bool by_owner(Owner owner) {
   return owner == Owner::frame || owner == Owner::loop || owner == Owner::coupling ||
          owner == Owner::contact || owner == Owner::link;
@@ -48,14 +48,14 @@ int plan_loop_of(const Plan<double>& plan, int loop) {
   return static_cast<int>(k);
 }
 
-// The joint of one of the bodies of a contact.
+// The joint that carries one of the bodies of a contact.
 int joint_at(const Scene& scene, const Contact& contact) {
   const auto carrier = [&](int link) { return link == ground ? ground : scene.plan.carrier[link]; };
   const int a = carrier(contact.a.link);
   return a == ground ? carrier(contact.b.link) : a;
 }
 
-// Those without the joints that represent spherical ones.
+// All joints except those that represent spherical joints.
 std::vector<Variable> simple_joints(const Plan<double>& plan) {
   std::vector<Variable> found;
   Variable owner;
@@ -68,7 +68,7 @@ std::vector<Variable> simple_joints(const Plan<double>& plan) {
   return found;
 }
 
-// Without those between the DOFs of a joint.
+// All moving links except those between the DOFs of a joint.
 std::vector<Variable> moving_links(const Scene& scene) {
   std::vector<Variable> found;
   Variable owner;
@@ -183,7 +183,7 @@ struct Tunable {
   int element = -1;          // -1: all
 };
 
-// Links by their own names and those of their joints, and contacts.
+// Finds links by their names or those of their joints, and contacts.
 struct OwnerNames {
   explicit OwnerNames(const Model& model) {
     for (std::size_t i = 0; i < model.contacts.size(); ++i)
@@ -203,7 +203,7 @@ struct OwnerNames {
   std::map<std::string, int> links, joints, contacts;
 };
 
-// The row of "elbow.damping" or "gravity".
+// Finds the row of "elbow.damping" or "gravity".
 void find_parameter(const Scene& scene, const OwnerNames& names, const std::string& name, Tunable& result) {
   const std::size_t dot = name.rfind('.');
   const std::string owner = dot == name.npos ? "" : name.substr(0, dot);
@@ -227,7 +227,7 @@ void find_parameter(const Scene& scene, const OwnerNames& names, const std::stri
 Tunable parse_tunable(const Scene& scene, const OwnerNames& names, const std::string& text) {
   Tunable result;
   std::string name = text;
-  // the element in brackets at the end counts from 1
+  // the index in brackets starts at 1
   const bool one = name.size() > 3 && name.back() == ']' && name[name.size() - 3] == '[';
   if (one) {
     result.element = name[name.size() - 2] - '1';
@@ -253,7 +253,7 @@ bool forms_arrays(const Row& row) {
          (row.is_array() || (row.owner == Owner::joint && !is_tunable(row)));
 }
 
-// One array contains variables of one kind: only states, or none.
+// Kind of the variables that may form one array: states, or one kind of variables that are not states.
 int array_kind(const Scene& scene, const Variable& v) {
   if (!v.row->has_state()) return 0;
   return scene.plan.joints[v.joint].prescribed | is_dependent(scene, v) << 1 | is_algebraic(scene, v) << 2;
@@ -325,7 +325,7 @@ std::vector<unsigned> VariableTable::array(const Scene& scene, const Variable& f
   const Row& row = *first.row;
   if (first.element > 0 || !forms_arrays(row)) return {};
   std::size_t k = first.value_reference - 1;
-  // variables of one row are adjacent
+  // the variables of one row are adjacent
   while (!row.is_array() && k > 0 && all_[k - 1].row == &row) --k;
   std::vector<unsigned> elements;
   for (; k < all_.size() && all_[k].row == &row; ++k) {
@@ -336,19 +336,19 @@ std::vector<unsigned> VariableTable::array(const Scene& scene, const Variable& f
     else if (row.is_array())
       break;
   }
-  // a file may list some elements as tunable
+  // a model file may make only some elements tunable
   if (is_tunable(row) && static_cast<int>(elements.size()) < row.elements({})) return {};
   if (elements.front() != first.value_reference) return {};
   return elements;
 }
 
-// In the order of the model file.
+// Adds the tunable parameters in the order of the model file.
 void VariableTable::add_tunable(const Scene& scene) {
   const auto& [model, plan] = scene;
   const OwnerNames names(model);
   std::vector<int> joint_of(model.links.size(), -1);
   for (std::size_t i = 0; i < plan.joints.size(); ++i) joint_of[plan.joints[i].link] = static_cast<int>(i);
-  std::set<std::string> added;  // a list may name "arm.com" and "arm.com[1]"
+  std::set<std::string> added;  // the list may contain "arm.com" and "arm.com[1]"
   for (const std::string& name : model.fmu.tunable) {
     const Tunable tunable = parse_tunable(scene, names, name);
     if (!tunable.row)

@@ -5,24 +5,24 @@
 
 #include "fmi/variables/row.hpp"
 
-// The table of the variables of a model. The XML (through `describe`) and the running FMU use the same table.
+// The table of all variables of a model, used for the XML (through `describe`) and in the running FMU.
 
 namespace redysim {
 
-// One variable: a row and its owner.
+// One variable: a row, its owner and the element of an array.
 struct Variable {
   std::string name;
   const Row* row = nullptr;
   const RowGroup* group = nullptr;
-  int link = ground;             // index into Model::links; ground: of the whole model
+  int link = ground;             // index into Model::links; ground: the whole model
   int joint = -1;                // index into Plan::joints; -1: not of a moving joint
   int frame = -1;                // index into Model::frames
   int ball = -1;                 // index into Model::balls
   int loop = -1;                 // index into Model::loops
-  int plan_loop = -1;            // the same one in Plan::loops
+  int plan_loop = -1;            // index of this loop in Plan::loops
   int coupling = -1;             // index into Model::couplings
   int contact = -1;              // index into Model::contacts
-  int element = 0;               // of an array
+  int element = 0;               // index in an array
   unsigned value_reference = 0;  // in the table: 1, 2, ...
 
   int row_index() const { return static_cast<int>(row - group->rows); }
@@ -35,25 +35,26 @@ struct Variable {
   double max() const;
 };
 
-// Value references of array variables: this, and that of the first element.
+// Value reference of an array variable: this plus the reference of its first element.
 inline constexpr unsigned array_reference = 1u << 30;
 
 class VariableTable {
  public:
-  // `plan` is the plan of `model`, with so many independent joints in clusters. Throws ModelError if a
+  // `plan`: of `model`; `independent`: number of independent joints per cluster. Throws ModelError if a
   // tunable parameter does not exist.
   VariableTable(const Model& model, const Plan<double>& plan, const std::vector<int>& independent);
 
   const std::vector<Variable>& all() const { return all_; }
   const Lengths& lengths() const { return lengths_; }
 
-  // The variable of a type with this value reference, or null. 0 is the time in FMI 3.0.
+  // The variable of the type with this value reference, or null. In FMI 3.0, reference 0 is the time.
   const Variable* real(unsigned reference) const { return find(VariableType::real, reference); }
   const Variable* integer(unsigned reference) const { return find(VariableType::integer, reference); }
   const Variable* string(unsigned reference) const { return find(VariableType::string, reference); }
 
-  // The elements of the array variable of FMI 3.0 that starts with this variable; empty: none does. An array
-  // is a vector or matrix of one owner, or one quantity of all joints: states apart from prescribed motions.
+  // The elements of the FMI 3.0 array variable that starts with this variable; empty: none. An array is a
+  // vector or matrix of one owner, or one quantity of all joints; states and prescribed motions form separate
+  // arrays.
   std::vector<unsigned> array(const Scene& scene, const Variable& first) const;
 
  private:
@@ -70,7 +71,7 @@ class VariableTable {
   Lengths lengths_;
 };
 
-// The knowns of a step Jacobian: force inputs, not prescribed motions, and tunable parameters.
+// The knowns of a step Jacobian are force inputs (not prescribed motions) and tunable parameters.
 inline bool is_force_input(const Variable& variable) {
   return variable.causality() == Causality::input && variable.row->storage == Storage::input;
 }
