@@ -16,8 +16,8 @@ struct Presentation {
 };
 
 // The part of an entry for the XML. Quantities and texts exist for turning and for sliding joints. In a text
-// %  is replaced by the owner, for example joint 'elbow',
-// $  by the label of the element, & by that of its matrix row.
+//   %  is replaced by the owner, for example joint 'elbow',
+//   $  by the label of the element, & by that of its matrix row.
 struct Words {
   Quantity turning, sliding;
   const char* turning_text = "";
